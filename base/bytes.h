@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace soak::base {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// Any number with a fixed binary form.
+template <class T>
+concept BinaryNumber = std::integral<T> || std::floating_point<T>;
+
+/// Reads little-endian numbers from a byte sequence that it does not own. Every read is checked: past the end it
+/// returns nothing and leaves the position where it was.
+class ByteReader {
+ public:
+  explicit ByteReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+
+  [[nodiscard]] std::size_t position() const { return position_; }
+  [[nodiscard]] std::size_t remaining() const { return bytes_.size() - position_; }
+
+  template <BinaryNumber T>
+  [[nodiscard]] std::optional<T> read() {
+    if (remaining() < sizeof(T)) return std::nullopt;
+    T value;
+    std::memcpy(&value, bytes_.data() + position_, sizeof(T));
+    position_ += sizeof(T);
+    return value;
+  }
+
+  /// The next `count` bytes, still owned by the underlying sequence.
+  [[nodiscard]] std::optional<std::span<const std::uint8_t>> take(std::size_t count) {
+    if (remaining() < count) return std::nullopt;
+    const auto part = bytes_.subspan(position_, count);
+    position_ += count;
+    return part;
+  }
+
+  /// Text that a 16-bit length precedes.
+  [[nodiscard]] std::optional<std::string> read_text16() {
+    const std::size_t start = position_;
+    const auto length = read<std::uint16_t>();
+    if (!length) return std::nullopt;
+    const auto text = take(*length);
+    if (!text) {
+      position_ = start;
+      return std::nullopt;
+    }
+    return std::string(text->begin(), text->end());
+  }
+
+ private:
+  static_assert(std::endian::native == std::endian::little, "byte order of the host is that of the formats");
+  std::span<const std::uint8_t> bytes_;
+  std::size_t position_ = 0;
+};
+
+/// Appends little-endian numbers to a growing byte sequence.
+class ByteWriter {
+ public:
+  template <BinaryNumber T>
+  void write(T value) {
+    const auto* first = reinterpret_cast<const std::uint8_t*>(&value);
+    bytes_.insert(bytes_.end(), first, first + sizeof(T));
+  }
+
+  void write(std::span<const std::uint8_t> bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
+
+  /// Text of at most 65,535 bytes after its 16-bit length; longer text is cut.
+  void write_text16(std::string_view text) {
+    text = text.substr(0, 0xFFFF);
+    write(static_cast<std::uint16_t>(text.size()));
+    bytes_.insert(bytes_.end(), text.begin(), text.end());
+  }
+
+  [[nodiscard]] std::size_t size() const { return bytes_.size(); }
+  [[nodiscard]] const Bytes& bytes() const { return bytes_; }
+  [[nodiscard]] Bytes take() { return std::move(bytes_); }
+
+ private:
+  Bytes bytes_;
+};
+
+}  // namespace soak::base

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/run.h"
+#include "calib/segment.h"
+
+namespace soak::db {
+
+struct UnitRow {
+  std::string serial;
+  std::string type = "generic";
+  std::int32_t epoch = 0;  ///< rises with each repair or re-flash
+};
+
+/// One unit's part of one run. A run file may hold several units; each has its row here.
+struct RunRow {
+  std::string run_id;
+  std::string unit;
+  std::string campaign;
+  std::string label;
+  std::string procedure;
+  std::int32_t epoch = 0;
+  double created_utc_s = 0.0;
+  double clock_rate = 1.0;
+  bool simulated = false;
+  bool sealed = false;
+  bool voided = false;          ///< by a void record of the whole run
+  std::string file_name;        ///< relative to the folder `runs`
+  std::string file_sha256;      ///< of the sealed file
+  std::string content_sha256;   ///< RunFileReader::content_hash()
+  calib::Site site;
+  std::uint64_t rows = 0;
+  double duration_s = 0.0;
+};
+
+struct RunFilter {
+  std::optional<std::string> unit;
+  std::optional<std::string> campaign;
+  std::optional<std::string> run;  ///< run id, unique prefix of one, or label
+};
+
+/// What a void record withdraws: a whole run, one visit of it, or one segment. Records are only ever added.
+struct VoidRecord {
+  std::string run_id;
+  std::string unit;
+  std::optional<std::int32_t> visit;
+  std::optional<std::string> position;  ///< with `visit`
+  std::optional<std::int32_t> attempt;  ///< with `visit` and `position`
+  std::string reason;
+  std::string user;
+  double utc_s = 0.0;
+};
+
+/// One version of a unit's model. `document` is the JSON of the whole model; the other fields are for finding it.
+struct ModelRow {
+  std::string unit;
+  std::int32_t version = 0;  ///< 1, 2, ... per unit
+  std::int32_t epoch = 0;
+  double created_utc_s = 0.0;
+  std::string document;
+};
+
+/// An exported calibration file.
+struct CalibrationRow {
+  std::string unit;
+  std::int32_t model_version = 0;
+  double created_utc_s = 0.0;
+  std::string format;
+  std::string sha256;
+  std::string path;
+};
+
+struct EventRow {
+  double utc_s = 0.0;
+  std::string kind;
+  std::string subject;  ///< unit, run, campaign... that it is about
+  std::string text;
+};
+
+/// The station's catalog `station.db`: what exists, statistics, models and an append-only log. Several processes may use
+/// it at once (WAL, busy time-out, short IMMEDIATE transactions). Nothing is deleted.
+class Catalog {
+ public:
+  /// Opens the catalog of a data folder, creating folder and file where absent and migrating an older version forward.
+  /// Refuses a file of a newer version (bad_input), a damaged one (corrupt), a folder that cannot be written (internal,
+  /// with the reason: read-only, full).
+  [[nodiscard]] static base::Result<Catalog> open(const std::filesystem::path& data_folder);
+  Catalog(Catalog&&) noexcept;
+  Catalog& operator=(Catalog&&) noexcept;
+  ~Catalog();
+
+  /// Schema version that this program writes.
+  static constexpr int kSchemaVersion = 1;
+
+  [[nodiscard]] const std::filesystem::path& data_folder() const;
+  [[nodiscard]] std::filesystem::path run_file_path(const RunRow& run) const;
+
+  /// The unit, added with type `type` and epoch 0 where it is new.
+  [[nodiscard]] base::Result<UnitRow> ensure_unit(std::string_view serial, std::string_view type);
+  [[nodiscard]] base::Result<std::optional<UnitRow>> unit(std::string_view serial) const;
+  [[nodiscard]] base::Result<std::vector<UnitRow>> units() const;
+  /// Starts the unit's next epoch (after a repair or re-flash) and logs `reason`.
+  [[nodiscard]] base::Result<UnitRow> begin_epoch(std::string_view serial, std::string_view reason);
+
+  /// The campaign's procedure; adds the campaign where it is new. Refuses another procedure for an existing one.
+  [[nodiscard]] base::Status ensure_campaign(std::string_view name, std::string_view procedure);
+  [[nodiscard]] base::Result<std::vector<std::string>> campaigns() const;
+
+  /// Adds a sealed run of one unit with the statistics of its segments, all or nothing, and logs it. Refuses a second
+  /// run with the same campaign, unit and label.
+  [[nodiscard]] base::Status add_run(const RunRow& run, const std::vector<calib::Segment>& segments);
+  [[nodiscard]] base::Result<std::vector<RunRow>> runs(const RunFilter& filter) const;
+  /// Segments of one unit's run that no void record withdraws, in the order of time; with their blocks if asked.
+  [[nodiscard]] base::Result<std::vector<calib::Segment>> segments(std::string_view run_id, std::string_view unit,
+                                                                   bool with_blocks) const;
+
+  [[nodiscard]] base::Status add_void(const VoidRecord& record);
+  [[nodiscard]] base::Result<std::vector<VoidRecord>> voids(std::string_view run_id) const;
+
+  /// Stores the document as the unit's next model version and returns its number. `make_document` gets that number.
+  [[nodiscard]] base::Result<std::int32_t> add_model(std::string_view unit, std::int32_t epoch, double created_utc_s,
+                                                     const std::function<std::string(std::int32_t)>& make_document);
+  /// A version, or the newest where `version` is absent.
+  [[nodiscard]] base::Result<std::optional<ModelRow>> model(std::string_view unit,
+                                                            std::optional<std::int32_t> version = {}) const;
+  [[nodiscard]] base::Status add_calibration(const CalibrationRow& calibration);
+  [[nodiscard]] base::Status log_event(const EventRow& event);
+  [[nodiscard]] base::Result<std::vector<EventRow>> events() const;
+  /// SQLite's integrity check and foreign keys.
+  [[nodiscard]] base::Status verify() const;
+
+ private:
+  struct Impl;
+  explicit Catalog(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace soak::db
