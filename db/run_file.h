@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
@@ -33,34 +35,46 @@ struct StreamInfo {
   std::vector<ChannelInfo> channels;  ///< the first is the time axis `t_s`
 };
 
-/// One bin of the multi-resolution pyramid of a channel, in the channel's unit (scale and offset applied).
+/// Something that happened during the run.
+struct RunEvent {
+  double t_s = 0.0;
+  std::string kind;
+  std::string text;
+};
+
+/// One bin of the multi-resolution pyramid of a channel, in the channel's unit (scale and offset applied). Values that
+/// are not finite count as absent; a bin without any value does not exist.
 struct PyramidBin {
   double t_first_s = 0.0;
   double t_last_s = 0.0;
-  std::uint64_t count = 0;  ///< present values
+  std::uint64_t count = 0;  ///< present, finite values
   double minimum = 0.0;
   double mean = 0.0;
   double maximum = 0.0;
 };
 
-/// Writes one run file (application id 0x534F414B, "SOAK"). The file is in WAL mode while open; seal() ends it.
-/// Destroyed without seal(), it leaves a readable, unsealed file with everything that was flushed.
+/// Writes one run file (application id 0x534F414B, "SOAK"; docs/file-formats.md). The file is in WAL mode while open;
+/// seal() ends it. Destroyed without seal(), it leaves a readable, unsealed file with everything that was flushed. One
+/// thread at a time. After a failed write (full disk...) the rows stay in memory: the next call tries again.
 class RunFileWriter {
  public:
-  /// Creates the file; refuses a path that exists.
+  /// Creates the file; refuses a path that exists. Leaves no file behind if it fails.
   [[nodiscard]] static base::Result<RunFileWriter> create(const std::filesystem::path& path, const RunInfo& info);
   RunFileWriter(RunFileWriter&&) noexcept;
   RunFileWriter& operator=(RunFileWriter&&) noexcept;
   ~RunFileWriter();
 
-  /// Adds a stream; returns its index. Refuses a stream whose first channel is not `t_s`.
+  /// Adds a stream; returns its index. Refuses a stream whose first channel is not `t_s`, a channel name that stands
+  /// twice, and a second stream of the same name and unit.
   [[nodiscard]] base::Result<std::size_t> add_stream(const StreamInfo& stream);
-  /// Appends rows: one column per channel, in the channels' types, all of one length.
+  /// Appends rows: one column per channel, in the channels' types, all of one length. The time axis has a finite value in
+  /// every row and never falls. Takes all rows or, if it refuses them (bad_input), none.
   [[nodiscard]] base::Status append(std::size_t stream, const std::vector<Column>& columns);
   [[nodiscard]] base::Status add_event(double t_s, std::string_view kind, std::string_view text);
-  /// Commits all rows so far (a short last chunk included).
+  /// Commits all rows and events so far (a short last chunk included). After success they survive a loss of power.
   [[nodiscard]] base::Status flush();
-  /// Commits, builds the pyramid, checkpoints, leaves WAL mode, syncs; returns the SHA-256 of the file in hexadecimal.
+  /// Commits, completes the pyramid, checkpoints, leaves WAL mode, syncs; returns the SHA-256 of the file in hexadecimal.
+  /// Fails while another process reads the file for longer than the busy time-out; may then be called again.
   [[nodiscard]] base::Result<std::string> seal();
 
  private:
@@ -69,21 +83,29 @@ class RunFileWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Reads a run file, sealed or not, without changing it.
+/// Reads a run file, sealed or not, without changing it. A sealed file needs no more than read access to the file; one
+/// that is not sealed needs a folder that can be written. One thread at a time.
 class RunFileReader {
  public:
+  /// Refuses a file of another kind or of a newer version (bad_input) and a damaged one (corrupt).
   [[nodiscard]] static base::Result<RunFileReader> open(const std::filesystem::path& path);
   RunFileReader(RunFileReader&&) noexcept;
   RunFileReader& operator=(RunFileReader&&) noexcept;
   ~RunFileReader();
 
   [[nodiscard]] const RunInfo& info() const;
+  /// Whether seal() ended the file.
+  [[nodiscard]] bool sealed() const;
   [[nodiscard]] const std::vector<StreamInfo>& streams() const;
+  /// Rows that were flushed when the file was opened.
   [[nodiscard]] std::uint64_t rows(std::size_t stream) const;
-  /// `count` rows of one channel from `first_row` (fewer at the end). Checks the CRC of every chunk that it touches.
+  [[nodiscard]] base::Result<std::vector<RunEvent>> events() const;
+  /// `count` rows of one channel from `first_row` (fewer at the end). Checks the CRC of every chunk that it touches;
+  /// corrupt, naming channel and chunk, where it fails. Absent rows hold zero bytes; `present` is empty if none is absent.
   [[nodiscard]] base::Result<Column> read(std::size_t stream, std::size_t channel, std::uint64_t first_row = 0,
                                           std::uint64_t count = UINT64_MAX) const;
-  /// At most about `max_bins` bins that cover [from_s, to_s]: the coarsest level of the pyramid that is fine enough.
+  /// At most about `max_bins` bins that cover [from_s, to_s]: the coarsest level of the pyramid that is fine enough, with
+  /// adjacent bins joined; where no level is, bins made of the samples themselves.
   [[nodiscard]] base::Result<std::vector<PyramidBin>> pyramid(std::size_t stream, std::size_t channel, double from_s,
                                                               double to_s, std::size_t max_bins) const;
   /// SHA-256 over the streams' meaning (names, units, types, labels) and every number, independent of how the file is

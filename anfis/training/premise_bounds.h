@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "anfis/model.h"
+
+namespace soak::anfis::training {
+
+/// What premises may become. The data cannot see what happens between two neighbouring inputs, and least squares uses
+/// every freedom it gets: a membership narrower than the gap between inputs, or an edge sharper than it, puts a wiggle there
+/// that costs no training error. So, with gap(c) the widest distance between neighbouring distinct inputs near the centre c:
+///  - width >= kWidthPerGap gap(c), and <= kWidest half ranges, beyond which a membership is the same everywhere;
+///  - bell slope in [kGentlest, kSteepest]: from 1 up the bell is twice differentiable at its centre, and
+///    slope <= width / (kEdgePerGap gap(c)), as its edges are width/slope wide;
+///  - centres inside the range of the data and in order, neighbours at least kWidthPerGap gap apart: closer ones are the
+///    same rule twice and leave the consequents undetermined.
+class PremiseBounds {
+ public:
+  /// inputs: scaled inputs of the rows, any order.
+  PremiseBounds(Membership membership, std::span<const double> inputs, std::size_t rules);
+
+  /// The nearest admissible premises, parameter by parameter.
+  void apply(std::span<Rule> rules) const;
+
+  /// Sets to zero the components of `descent` (a direction to move in; the premise members of each Rule count) that
+  /// would leave the admissible set from where `rules` lie on its border.
+  void block(std::span<const Rule> rules, std::span<Rule> descent) const;
+
+  /// Least width of a membership at the scaled input `centre`.
+  [[nodiscard]] double least_width(double centre) const;
+
+ private:
+  [[nodiscard]] double gap_near(double centre) const;
+  [[nodiscard]] double steepest(const Rule& rule) const;
+  void order_centres(std::span<Rule> rules) const;
+
+  Membership membership_;
+  std::vector<double> inputs_;  ///< sorted, distinct
+  double widest_gap_ = 0.0;
+  double separation_ = 0.0;  ///< least distance between centres
+};
+
+}  // namespace soak::anfis::training

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "anfis/model.h"
+#include "calib/position.h"
+#include "calib/sensor.h"
+
+namespace soak::calib {
+
+/// Piecewise cubic curve: on [knots_c[k], knots_c[k+1]) the value is Σ_p coefficients[k][p]·(T − knots_c[k])^p. One more
+/// knot than pieces. Carries smoothing splines, cubics (one piece) and, sampled finely, quintics.
+struct SplineCurve {
+  std::vector<double> knots_c;
+  std::vector<std::array<double, 4>> coefficients;
+};
+
+/// Values at first_c, first_c + step_c, ...; linear between them.
+struct TableCurve {
+  double first_c = 0.0;
+  double step_c = 1.0;
+  std::vector<double> values;
+};
+
+/// A function of temperature in °C, in SI (bias: rad/s, m/s²) or ppm (scale).
+using Curve = std::variant<anfis::Model, SplineCurve, TableCurve>;
+
+/// Value of the curve at `temp_c`, in double, clamped to the ends of the curve's own domain (anfis: x_min, x_max).
+[[nodiscard]] double evaluate(const Curve& curve, double temp_c);
+
+/// Uncertainty of a curve on a grid; linear between its points. Units as the curve's.
+struct UncertaintyTable {
+  std::vector<double> temp_c;
+  std::vector<double> ci95;  ///< half-width for the mean curve over runs (two-sided t)
+  std::vector<double> pi95;  ///< half-width for one fresh power-on; empty where it has no meaning (scale)
+};
+
+/// What the file says of one sensor.
+struct SensorCalibration {
+  Sensor sensor = Sensor::gyro_x;
+  double temp_min_c = 0.0;  ///< valid range: that of the training segment means
+  double temp_max_c = 0.0;
+  std::string model;  ///< what the bias curve is: "anfis", "poly3", "poly5", "spline"
+  Curve bias;
+  UncertaintyTable bias_uncertainty;
+  std::optional<Curve> scale_ppm;  ///< absent where the data cannot give it (static soak of a gyro)
+  std::optional<UncertaintyTable> scale_uncertainty;
+};
+
+/// A term that `gap accept` added: evaluated by mechanism, its meaning fixed by its name (design: missing effects).
+struct AcceptedTerm {
+  std::string name;
+  bool lab_only = false;  ///< cannot be evaluated from the unit's temperature and its rate
+  std::vector<Sensor> sensors;
+  std::vector<std::pair<std::string, double>> parameters;
+};
+
+/// All that leaves the lab for one unit.
+struct Calibration {
+  std::string unit;  ///< serial number
+  std::string unit_type;
+  std::int32_t epoch = 0;
+  std::int32_t model_version = 0;
+  double created_utc_s = 0.0;
+  bool simulated = false;
+  double gravity_mps2 = 0.0;
+  bool gravity_assumed = true;
+  std::vector<std::string> run_hashes;  ///< content SHA-256 (hex) of every run that the fit used
+  std::vector<SensorCalibration> sensors;
+  /// Row i: response of accelerometer i to specific force along x, y, z beyond its own scale; diagonal 0. Constant.
+  std::optional<std::array<Vector3, 3>> accel_misalignment;
+  /// Row i: bias of gyro i per specific force along x, y, z, in (rad/s)/(m/s²). Only where accepted.
+  std::optional<std::array<Vector3, 3>> g_sensitivity;
+  std::vector<AcceptedTerm> terms;
+};
+
+}  // namespace soak::calib

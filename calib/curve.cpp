@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstddef>
+
+#include "calib/calibration.h"
+
+namespace soak::calib {
+namespace {
+
+double value_at(const anfis::Model& model, double temp_c) {
+  return anfis::evaluate(model, std::clamp(temp_c, model.x_min, model.x_max));
+}
+
+double value_at(const SplineCurve& spline, double temp_c) {
+  const double t = std::clamp(temp_c, spline.knots_c.front(), spline.knots_c.back());
+  const auto after = std::upper_bound(spline.knots_c.begin() + 1, spline.knots_c.end() - 1, t);
+  const auto piece = static_cast<std::size_t>(after - spline.knots_c.begin()) - 1;
+  const auto& c = spline.coefficients[piece];
+  const double d = t - spline.knots_c[piece];
+  return c[0] + d * (c[1] + d * (c[2] + d * c[3]));
+}
+
+double value_at(const TableCurve& table, double temp_c) {
+  if (table.values.size() == 1) return table.values.front();
+  const auto last = static_cast<double>(table.values.size() - 1);
+  const double steps = std::clamp((temp_c - table.first_c) / table.step_c, 0.0, last);
+  const auto below = std::min(static_cast<std::size_t>(steps), table.values.size() - 2);
+  const double fraction = steps - static_cast<double>(below);
+  return table.values[below] + fraction * (table.values[below + 1] - table.values[below]);
+}
+
+}  // namespace
+
+double evaluate(const Curve& curve, double temp_c) {
+  return std::visit([&](const auto& kind) { return value_at(kind, temp_c); }, curve);
+}
+
+}  // namespace soak::calib

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/curve_fit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "calib/fit/families.h"
+#include "calib/fit/hysteresis.h"
+#include "calib/statistics.h"
+
+namespace soak::calib {
+namespace {
+
+constexpr std::size_t kRunsForHoldout = 3;
+constexpr double kHysteresisP = 0.001;
+/// A gap between heating and cooling is worth a warning from this many standard errors of one difference.
+constexpr double kHysteresisRatio = 4.0;
+constexpr double kClusterApart_c = 0.5;
+
+/// What the outer folds leave out, fold by fold.
+struct OuterFolds {
+  std::string kind = "none";
+  std::vector<int> fold;  ///< of each row
+  std::vector<std::string> names;
+};
+
+base::Status check_rows(const CurveData& data, const CurveSubject& subject) {
+  if (data.rows.empty()) return base::bad_input("no rows to fit: no run gives a value of this sensor", subject.name);
+  std::vector<double> temps;
+  double low = data.rows.front().value;
+  double high = low;
+  for (const CurveRow& row : data.rows) {
+    if (!std::isfinite(row.temp_c) || !std::isfinite(row.value)) {
+      return base::bad_input("a row is not finite; void the segment it comes from", subject.name);
+    }
+    temps.push_back(row.temp_c);
+    low = std::min(low, row.value);
+    high = std::max(high, row.value);
+  }
+  if (low == high) {
+    return base::bad_input(
+        fmt::format("constant value {} at all temperatures: a stuck or disconnected sensor; void its runs or import "
+                    "without the column",
+                    low * subject.printed_per_unit),
+        subject.name);
+  }
+  const std::size_t distinct = temperature_clusters(temps, kClusterApart_c, temps.size()).size();
+  if (distinct < 3) {
+    return base::bad_input(fmt::format("{} distinct temperatures; a thermal model needs at least 3", distinct),
+                           subject.name);
+  }
+  return {};
+}
+
+OuterFolds choose_folds(const CurveData& data) {
+  OuterFolds folds;
+  std::vector<int> branches;
+  for (const CurveRow& row : data.rows) branches.push_back(row.branch);
+  std::sort(branches.begin(), branches.end());
+  const auto branch_count = std::unique(branches.begin(), branches.end()) - branches.begin();
+  if (count_runs(data) >= kRunsForHoldout) {
+    folds.kind = "run";
+    folds.names = data.runs;
+    for (const CurveRow& row : data.rows) folds.fold.push_back(row.run);
+  } else if (branch_count >= 2) {
+    folds.kind = "branch";
+    folds.names = data.branches;
+    for (const CurveRow& row : data.rows) folds.fold.push_back(row.branch);
+  } else if (data.rows.size() >= 20) {
+    folds.kind = "block";
+    folds.fold = block_folds(data);
+    for (int i = 0; i <= *std::max_element(folds.fold.begin(), folds.fold.end()); ++i) {
+      folds.names.push_back(fmt::format("block set {}", i + 1));
+    }
+  }
+  return folds;
+}
+
+/// Squared errors of one family on one held-out fold.
+struct FoldSums {
+  double count = 0.0;
+  double absolute = 0.0;  ///< Σ e²
+  double shape = 0.0;     ///< Σ (e − mean e)²
+};
+
+FoldSums judge(const Curve& curve, const CurveData& held_out) {
+  FoldSums sums;
+  double mean = 0.0;
+  for (const CurveRow& row : held_out.rows) mean += row.value - evaluate(curve, row.temp_c);
+  sums.count = static_cast<double>(held_out.rows.size());
+  mean /= sums.count;
+  for (const CurveRow& row : held_out.rows) {
+    const double error = row.value - evaluate(curve, row.temp_c);
+    sums.absolute += error * error;
+    sums.shape += (error - mean) * (error - mean);
+  }
+  return sums;
+}
+
+using FamilySums = std::array<std::optional<FoldSums>, kFamilyCount>;
+
+std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds& folds, const CurveFitOptions& options,
+                                        CurveFit& fit) {
+  std::vector<FamilySums> all;
+  for (std::size_t f = 0; f < folds.names.size(); ++f) {
+    std::vector<bool> train(data.rows.size());
+    std::vector<bool> test(data.rows.size());
+    for (std::size_t i = 0; i < data.rows.size(); ++i) {
+      test[i] = folds.fold[i] == static_cast<int>(f);
+      train[i] = !test[i];
+    }
+    const CurveData held_out = select(data, test);
+    if (held_out.rows.empty()) continue;
+    const auto trained = train_families(select(data, train), options);
+    if (!trained) continue;  // a fold that leaves too little to learn from says nothing about the model
+    FoldErrors errors;
+    errors.held_out = folds.names[f];
+    FamilySums sums;
+    for (std::size_t k = 0; k < kFamilyCount; ++k) {
+      if (!trained->fitted[k]) continue;
+      sums[k] = judge(trained->fitted[k]->curve, held_out);
+      errors.rmse[k] = std::sqrt(sums[k]->absolute / sums[k]->count);
+    }
+    fit.checks.push_back(std::move(errors));
+    all.push_back(sums);
+  }
+  return all;
+}
+
+void summarise(const std::vector<FamilySums>& folds, CurveFit& fit) {
+  for (std::size_t k = 0; k < kFamilyCount; ++k) {
+    FoldSums total;
+    for (const FamilySums& fold : folds) {
+      if (!fold[k]) continue;
+      total.count += fold[k]->count;
+      total.absolute += fold[k]->absolute;
+      total.shape += fold[k]->shape;
+    }
+    if (total.count <= 0.0) continue;
+    fit.held_out[k] = HeldOutError{std::sqrt(total.absolute / total.count), std::sqrt(total.shape / total.count)};
+  }
+}
+
+/// Whether family k's held-out shape error is below that of the ANFIS by more than one standard error of the difference.
+bool beats_anfis(const std::vector<FamilySums>& folds, std::size_t k) {
+  constexpr auto anfis = static_cast<std::size_t>(Family::anfis);
+  std::vector<double> differences;
+  for (const FamilySums& fold : folds) {
+    if (fold[k] && fold[anfis]) differences.push_back((fold[anfis]->shape - fold[k]->shape) / fold[k]->count);
+  }
+  const double n = static_cast<double>(differences.size());
+  if (n < 2.0) return false;
+  double mean = 0.0;
+  for (const double d : differences) mean += d / n;
+  double squares = 0.0;
+  for (const double d : differences) squares += (d - mean) * (d - mean);
+  return mean > std::sqrt(squares / (n - 1.0) / n);
+}
+
+Family choose_winner(const std::vector<FamilySums>& folds, const CurveFit& fit) {
+  Family winner = Family::anfis;
+  double least = 0.0;
+  for (std::size_t k = 1; k < kFamilyCount; ++k) {
+    if (!fit.held_out[k] || !beats_anfis(folds, k)) continue;
+    if (winner == Family::anfis || fit.held_out[k]->rmse_shape < least) {
+      winner = static_cast<Family>(k);
+      least = fit.held_out[k]->rmse_shape;
+    }
+  }
+  return winner;
+}
+
+/// Variance with its degrees of freedom; parts add up by Welch and Satterthwaite (GUM G.4).
+struct Part {
+  double variance = 0.0;
+  double degrees = 1.0;
+};
+
+double half_width(std::initializer_list<Part> parts) {
+  double variance = 0.0;
+  double denominator = 0.0;
+  for (const Part& part : parts) {
+    variance += part.variance;
+    denominator += part.variance * part.variance / std::max(1.0, part.degrees);
+  }
+  if (variance <= 0.0) return 0.0;
+  return student_t_two_sided(0.95, std::max(1.0, variance * variance / denominator)) * std::sqrt(variance);
+}
+
+CurvePoint point_at(double temp_c, const FittedCurve& fitted, const VarianceComponents& components, double runs) {
+  const double between = components.run_to_run_sigma ? *components.run_to_run_sigma * *components.run_to_run_sigma : 0.0;
+  const double lack = components.lack_of_fit_sigma * components.lack_of_fit_sigma;
+  const double mean_variance = fitted.variance(temp_c);
+  const double level = std::min(mean_variance, between / runs);
+  const Part within{mean_variance - level, components.degrees_of_freedom};
+  CurvePoint point{temp_c, evaluate(fitted.curve, temp_c), half_width({{level, runs - 1.0}, within}), std::nullopt};
+  if (components.run_to_run_sigma) {
+    point.pi95 = half_width({{level + between, runs - 1.0}, within, {lack, components.degrees_of_freedom}});
+  }
+  return point;
+}
+
+void trace_curve(const TrainedFamilies& trained, CurveFit& fit) {
+  const FittedCurve& fitted = *trained[fit.deployed];
+  fit.curve = fitted.curve;
+  const double runs = static_cast<double>(fit.runs.size());
+  double last = fit.temp_min_c;
+  for (int i = 0; fit.temp_min_c + i <= fit.temp_max_c; ++i) {
+    last = fit.temp_min_c + i;
+    fit.points.push_back(point_at(last, fitted, trained.components, runs));
+  }
+  if (last < fit.temp_max_c) fit.points.push_back(point_at(fit.temp_max_c, fitted, trained.components, runs));
+}
+
+void warn(const CurveData& data, const CurveSubject& subject, CurveFit& fit) {
+  if (fit.runs.size() < kRunsForHoldout) {
+    fit.warnings.push_back(
+        {"few_runs", fmt::format("{}: {} run{}: no held-out error can be given and the run-to-run scatter is {}; at "
+                                 "least 3 runs are needed",
+                                 subject.name, fit.runs.size(), fit.runs.size() == 1 ? "" : "s",
+                                 fit.runs.size() == 1 ? "unknown" : "hardly known")});
+  }
+  if (fit.rules == 0) {
+    fit.warnings.push_back({"few_temperatures",
+                            fmt::format("{}: too few temperatures for an ANFIS; {} is deployed", subject.name,
+                                        name_of(fit.deployed))});
+  } else if (fit.deployed != Family::anfis) {
+    fit.warnings.push_back({"baseline_deployed",
+                            fmt::format("{}: {} beats the ANFIS by more than one standard error on held-out runs and is "
+                                        "deployed",
+                                        subject.name, name_of(fit.deployed))});
+  }
+  const auto gap = find_sweep_gap(data, fit.curve);
+  if (gap && gap->p_value < kHysteresisP && gap->largest > kHysteresisRatio * gap->noise) {
+    fit.warnings.push_back(
+        {"hysteresis",
+         fmt::format("{}: heating and cooling differ by up to {:.3g} {} (near {:.0f} °C; noise {:.2g}), more than any "
+                     "function of the thermometer can follow",
+                     subject.name, gap->largest * subject.printed_per_unit, subject.printed_unit, gap->at_temp_c,
+                     gap->noise * subject.printed_per_unit)});
+  }
+}
+
+}  // namespace
+
+base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options, const CurveSubject& subject) {
+  if (const auto checked = check_rows(data, subject); !checked) return base::forward_error(checked);
+  auto trained = train_families(data, options);
+  if (!trained) {
+    base::Error error = trained.error();
+    if (error.where.empty()) error.where = subject.name;
+    return tl::unexpected<base::Error>(std::move(error));
+  }
+  CurveFit fit;
+  fit.runs = data.runs;
+  fit.rules = trained->rules;
+  fit.membership = trained->membership;
+  fit.training = trained->training;
+  fit.lack_of_fit_sigma = trained->components.lack_of_fit_sigma;
+  fit.run_to_run_sigma = trained->components.run_to_run_sigma;
+  const auto [low, high] = std::minmax_element(data.rows.begin(), data.rows.end(),
+                                               [](const auto& a, const auto& b) { return a.temp_c < b.temp_c; });
+  fit.temp_min_c = low->temp_c;
+  fit.temp_max_c = high->temp_c;
+
+  const OuterFolds folds = choose_folds(data);
+  fit.holdout = folds.kind;
+  const std::vector<FamilySums> sums = run_outer_folds(data, folds, options, fit);
+  fit.deployed = fit.rules > 0 ? Family::anfis : Family::spline;
+  if (folds.kind == "run") {
+    summarise(sums, fit);
+    if (fit.rules > 0) fit.deployed = choose_winner(sums, fit);
+  }
+  const FoldSums train = judge((*trained)[fit.rules > 0 ? Family::anfis : fit.deployed]->curve, data);
+  fit.train_rmse = std::sqrt(train.absolute / train.count);
+  trace_curve(*trained, fit);
+  warn(data, subject, fit);
+  return fit;
+}
+
+}  // namespace soak::calib

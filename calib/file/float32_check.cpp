@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/file/float32_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "base/number_text.h"
+
+namespace soak::calib::file {
+namespace {
+
+constexpr int kIntervals = 1024;
+// A step of the curve is resolved until neighbours differ by less than this part of the span, or so many halvings.
+constexpr double kLargestStep = 1.0 / 64.0;
+constexpr int kHalvings = 10;
+
+constexpr double kLeastStrength = 1e-30;
+constexpr double kLargestScale_ppm = 500000.0;
+
+// docs/blob-format.md 0x0030; the samples do not hit the very worst temperature, therefore something is kept in hand.
+constexpr double kAllowedPerSpan = 1e-6;
+constexpr double kFloatStep = 0x1p-23;
+constexpr double kInHand = 0.8;
+
+double largest_strength(const anfis::Model& model, double temp_c) {
+  const double u = (std::clamp(temp_c, model.x_min, model.x_max) - model.input_centre) / model.input_half_range;
+  double largest = 0.0;
+  for (const anfis::Rule& rule : model.rules) {
+    const double z = std::abs((u - rule.centre) / rule.width);
+    const double strength = model.membership == anfis::Membership::bell ? 1.0 / (1.0 + std::pow(z, 2.0 * rule.slope))
+                                                                        : std::exp(-0.5 * z * z);
+    largest = std::max(largest, strength);
+  }
+  return largest;
+}
+
+class Sampler {
+ public:
+  Sampler(const Curve& curve, const SensorCalibration& sensor) : curve_(curve), sensor_(sensor) {}
+
+  SampledCurve run() {
+    const double width = sensor_.temp_max_c - sensor_.temp_min_c;
+    for (int i = 0; i <= kIntervals; ++i) {
+      add(static_cast<float>(sensor_.temp_min_c + width * i / kIntervals));
+    }
+    const std::size_t even = out_.temp_c.size();
+    for (std::size_t i = 1; i < even; ++i) refine(i - 1, i, kHalvings);
+    return std::move(out_);
+  }
+
+ private:
+  void add(float temp_c) {
+    const double t = std::clamp(static_cast<double>(temp_c), sensor_.temp_min_c, sensor_.temp_max_c);
+    const double value = evaluate(curve_, t);
+    out_.least = out_.temp_c.empty() ? value : std::min(out_.least, value);
+    out_.largest = out_.temp_c.empty() ? value : std::max(out_.largest, value);
+    out_.temp_c.push_back(temp_c);
+    out_.value.push_back(value);
+  }
+
+  void refine(std::size_t a, std::size_t b, int halvings) {
+    if (halvings == 0 || !(std::abs(out_.value[b] - out_.value[a]) > kLargestStep * out_.span())) return;
+    const float middle = 0.5F * (out_.temp_c[a] + out_.temp_c[b]);
+    if (middle == out_.temp_c[a] || middle == out_.temp_c[b]) return;
+    const std::size_t m = out_.temp_c.size();
+    add(middle);
+    refine(a, m, halvings - 1);
+    refine(m, b, halvings - 1);
+  }
+
+  const Curve& curve_;
+  const SensorCalibration& sensor_;
+  SampledCurve out_;
+};
+
+/// The least power of two that is not below a positive number; 0 for 0. Coarse on purpose: the same on every machine.
+double power_of_two_above(double value) { return value > 0.0 ? std::exp2(std::ceil(std::log2(value))) : 0.0; }
+
+}  // namespace
+
+base::Result<SampledCurve> sample(const Curve& curve, const SensorCalibration& sensor, Quantity quantity) {
+  const std::string where = place(sensor.sensor, quantity);
+  SampledCurve samples = Sampler(curve, sensor).run();
+  if (!std::all_of(samples.value.begin(), samples.value.end(), fits_float)) {
+    return base::bad_input("the curve is not finite everywhere in the valid range", where);
+  }
+  if (quantity == Quantity::scale_ppm && std::max(-samples.least, samples.largest) > kLargestScale_ppm) {
+    return base::bad_input("the scale factor error exceeds 500,000 ppm; check the units of the recording", where);
+  }
+  if (const auto* model = std::get_if<anfis::Model>(&curve)) {
+    const auto gap = std::find_if(samples.temp_c.begin(), samples.temp_c.end(), [&](float temp_c) {
+      return largest_strength(*model, static_cast<double>(temp_c)) < kLeastStrength;
+    });
+    if (gap != samples.temp_c.end()) {
+      return base::bad_input("no rule of the model covers " + base::shortest(*gap) + " °C; deploy a spline instead", where);
+    }
+  }
+  return samples;
+}
+
+OutputScale output_scale(const SampledCurve& curve) {
+  const auto centre = static_cast<float>(0.5 * (curve.least + curve.largest));
+  const auto half_range = static_cast<float>(0.5 * curve.span());
+  return {static_cast<double>(centre), std::isnormal(half_range) ? static_cast<double>(half_range) : 1.0};
+}
+
+base::Result<Section> float32_bound(const soak_cal& loaded, const SampledCurve& curve, Sensor sensor,
+                                    Quantity quantity) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < curve.temp_c.size(); ++i) {
+    float value = NAN;
+    const int index = static_cast<int>(index_of(sensor));
+    const soak_status status = quantity == Quantity::bias ? soak_bias(&loaded, index, curve.temp_c[i], &value)
+                                                          : soak_scale_ppm(&loaded, index, curve.temp_c[i], &value);
+    const double error = std::abs(static_cast<double>(value) - curve.value[i]);
+    if ((status != SOAK_OK && status != SOAK_CLAMPED) || !std::isfinite(error)) {
+      return base::bad_input("the curve cannot be evaluated in float32", place(sensor, quantity));
+    }
+    worst = std::max(worst, error);
+  }
+  const double magnitude = std::max(std::abs(curve.least), std::abs(curve.largest));
+  const double allowed = std::max(kAllowedPerSpan * curve.span(), kFloatStep * magnitude);
+  if (worst > kInHand * allowed) {
+    return base::bad_input("in float32 the curve is off by " + base::shortest(worst / curve.span()) +
+                               " of its span, more than 1e-6: its terms cancel; fit with fewer rules or deploy a spline",
+                           place(sensor, quantity));
+  }
+  base::ByteWriter out = payload_of(sensor, quantity);
+  out.write(std::uint16_t{0});
+  write_floats(out, {power_of_two_above(worst), curve.span()});
+  return Section{SOAK_SECTION_ERROR_BOUND, false, out.take()};
+}
+
+}  // namespace soak::calib::file

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/fit/families.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <set>
+
+#include "anfis/hybrid_learning.h"
+#include "anfis/rule_search.h"
+#include "anfis/uncertainty.h"
+
+namespace soak::calib {
+namespace {
+
+constexpr int kBlockFolds = 5;
+constexpr std::size_t kRowsPerBlock = 10;
+constexpr int kMostInnerFolds = 5;
+constexpr int kMostRules = 10;
+
+/// Inner folds over runs: at most five, each run whole in one of them.
+std::vector<int> run_folds(const CurveData& data) {
+  std::set<int> runs;
+  for (const CurveRow& row : data.rows) runs.insert(row.run);
+  std::vector<int> folds;
+  for (const CurveRow& row : data.rows) {
+    folds.push_back(static_cast<int>(std::distance(runs.begin(), runs.find(row.run))) % kMostInnerFolds);
+  }
+  return folds;
+}
+
+base::Result<int> choose_rules(const CurveData& data, const anfis::TrainingData& rows, const CurveFitOptions& options) {
+  if (options.rules) return *options.rules;
+  anfis::RuleSearchOptions search;
+  search.max_rules = kMostRules;
+  const std::vector<int> folds = count_runs(data) > 1 ? run_folds(data) : block_folds(data);
+  const auto found = anfis::search_rules(rows, folds, search);
+  if (!found) return base::forward_error(found);
+  return found->chosen;
+}
+
+base::Status train_anfis(const CurveData& data, const anfis::TrainingData& rows, const CurveFitOptions& options,
+                         TrainedFamilies& trained) {
+  const auto rules = choose_rules(data, rows, options);
+  if (!rules) return base::forward_error(rules);
+  anfis::HybridOptions training;
+  training.rules = *rules;
+  const auto result = anfis::train_hybrid(rows, training);
+  if (!result) return base::forward_error(result);
+  const auto variance = std::make_shared<const anfis::PredictionVariance>(result->model, rows);
+  FittedCurve fitted;
+  fitted.curve = result->model;
+  fitted.variance = [variance](double temp_c) { return variance->at(temp_c); };
+  fitted.parameters = variance->parameters();
+  const double total_weight = std::accumulate(rows.weight.begin(), rows.weight.end(), 0.0);
+  fitted.whitened_rss = result->summary.train_rmse * result->summary.train_rmse * total_weight;
+  trained.rules = *rules;
+  trained.membership = anfis::name(result->model.membership);
+  trained.training = result->summary.one_line();
+  trained.fitted[static_cast<std::size_t>(Family::anfis)] = std::move(fitted);
+  return {};
+}
+
+}  // namespace
+
+std::size_t count_runs(const CurveData& data) {
+  std::set<int> runs;
+  for (const CurveRow& row : data.rows) runs.insert(row.run);
+  return runs.size();
+}
+
+std::vector<int> block_folds(const CurveData& data) {
+  // Few rows still have to reach every fold.
+  const std::size_t block = std::clamp<std::size_t>(data.rows.size() / (2 * kBlockFolds), 1, kRowsPerBlock);
+  std::vector<int> folds;
+  for (std::size_t i = 0; i < data.rows.size(); ++i) folds.push_back(static_cast<int>(i / block) % kBlockFolds);
+  return folds;
+}
+
+CurveData select(const CurveData& data, const std::vector<bool>& keep) {
+  CurveData selected = data;
+  selected.rows.clear();
+  for (std::size_t i = 0; i < data.rows.size(); ++i) {
+    if (keep[i]) selected.rows.push_back(data.rows[i]);
+  }
+  return selected;
+}
+
+base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options) {
+  const auto components = estimate_variance_components(data);
+  if (!components) return base::forward_error(components);
+  TrainedFamilies trained;
+  trained.components = *components;
+  anfis::TrainingData rows = training_data(data, *components);
+  if (count_runs(data) < 2) rows.group.clear();
+
+  const auto keep = [&](Family family, base::Result<FittedCurve> fit) {
+    if (fit) trained.fitted[static_cast<std::size_t>(family)] = std::move(*fit);
+  };
+  keep(Family::poly3, fit_polynomial(rows, 3));
+  keep(Family::poly5, fit_polynomial(rows, 5));
+  auto spline = fit_smoothing_spline(rows);
+  if (!spline) return base::forward_error(spline);
+  keep(Family::spline, std::move(spline));
+  const base::Status learned = train_anfis(data, rows, options, trained);
+  // Too few temperatures leave the ANFIS out; a rule count that the user asked for is the user's to mend.
+  if (!learned && options.rules) return base::forward_error(learned);
+  return trained;
+}
+
+}  // namespace soak::calib

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "calib/calibration.h"
+#include "calib/curve_data.h"
+
+namespace soak::calib {
+
+/// Difference between heating and cooling that a curve leaves.
+struct SweepGap {
+  double largest = 0.0;      ///< largest |up − down| over the temperatures visited both ways
+  double at_temp_c = 0.0;    ///< where that is
+  double noise = 0.0;        ///< typical standard error of one such difference
+  double p_value = 1.0;      ///< of seeing such differences by noise alone (chi-squared)
+};
+
+/// Compares residuals of rows on the way up with those on the way down, bin by bin of temperature, each run's own offset
+/// removed. Nothing where no temperature was visited both ways.
+[[nodiscard]] std::optional<SweepGap> find_sweep_gap(const CurveData& data, const Curve& curve);
+
+}  // namespace soak::calib

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/model_document.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "anfis/model_json.h"
+#include "calib/fit_json.h"
+
+namespace soak::calib {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kFormatVersion = 1;
+
+json curve_to_json(const Curve& curve) {
+  if (const auto* model = std::get_if<anfis::Model>(&curve)) return {{"kind", "fis"}, {"model", anfis::to_json(*model)}};
+  if (const auto* spline = std::get_if<SplineCurve>(&curve)) {
+    return {{"kind", "spline"}, {"knots_c", spline->knots_c}, {"coefficients", spline->coefficients}};
+  }
+  const auto& table = std::get<TableCurve>(curve);
+  return {{"kind", "table"}, {"first_c", table.first_c}, {"step_c", table.step_c}, {"values", table.values}};
+}
+
+/// Throws json::exception where a member is missing; calibration_of() catches it.
+base::Result<Curve> curve_from_json(const json& document) {
+  const auto kind = document.at("kind").get<std::string>();
+  if (kind == "fis") {
+    auto model = anfis::model_from_json(document.at("model"));
+    if (!model) return base::forward_error(model);
+    return Curve(*std::move(model));
+  }
+  if (kind == "spline") {
+    return Curve(SplineCurve{document.at("knots_c").get<std::vector<double>>(),
+                             document.at("coefficients").get<std::vector<std::array<double, 4>>>()});
+  }
+  if (kind == "table") {
+    return Curve(TableCurve{document.at("first_c").get<double>(), document.at("step_c").get<double>(),
+                            document.at("values").get<std::vector<double>>()});
+  }
+  return base::corrupt(fmt::format("unknown kind of curve '{}'", kind), "model document");
+}
+
+json uncertainty_to_json(const UncertaintyTable& table) {
+  return {{"temp_c", table.temp_c}, {"ci95", table.ci95}, {"pi95", table.pi95}};
+}
+
+UncertaintyTable uncertainty_from_json(const json& document) {
+  return {document.at("temp_c").get<std::vector<double>>(), document.at("ci95").get<std::vector<double>>(),
+          document.at("pi95").get<std::vector<double>>()};
+}
+
+json sensor_to_json(const SensorCalibration& sensor) {
+  json document = {{"sensor", name_of(sensor.sensor)},
+                   {"temp_min_c", sensor.temp_min_c},
+                   {"temp_max_c", sensor.temp_max_c},
+                   {"model", sensor.model},
+                   {"bias", curve_to_json(sensor.bias)},
+                   {"bias_uncertainty", uncertainty_to_json(sensor.bias_uncertainty)}};
+  if (sensor.scale_ppm) document["scale_ppm"] = curve_to_json(*sensor.scale_ppm);
+  if (sensor.scale_uncertainty) document["scale_uncertainty"] = uncertainty_to_json(*sensor.scale_uncertainty);
+  return document;
+}
+
+base::Result<SensorCalibration> sensor_from_json(const json& document) {
+  const auto name = document.at("sensor").get<std::string>();
+  const auto sensor = sensor_named(name);
+  if (!sensor) return base::corrupt(fmt::format("unknown sensor '{}'", name), "model document");
+  SensorCalibration calibration;
+  calibration.sensor = *sensor;
+  calibration.temp_min_c = document.at("temp_min_c").get<double>();
+  calibration.temp_max_c = document.at("temp_max_c").get<double>();
+  calibration.model = document.at("model").get<std::string>();
+  auto bias = curve_from_json(document.at("bias"));
+  if (!bias) return base::forward_error(bias);
+  calibration.bias = *std::move(bias);
+  calibration.bias_uncertainty = uncertainty_from_json(document.at("bias_uncertainty"));
+  if (document.contains("scale_ppm")) {
+    auto scale = curve_from_json(document["scale_ppm"]);
+    if (!scale) return base::forward_error(scale);
+    calibration.scale_ppm = *std::move(scale);
+  }
+  if (document.contains("scale_uncertainty")) {
+    calibration.scale_uncertainty = uncertainty_from_json(document["scale_uncertainty"]);
+  }
+  return calibration;
+}
+
+json calibration_to_json(const Calibration& calibration) {
+  json sensors = json::array();
+  for (const SensorCalibration& sensor : calibration.sensors) sensors.push_back(sensor_to_json(sensor));
+  json document = {{"unit", calibration.unit},
+                   {"unit_type", calibration.unit_type},
+                   {"epoch", calibration.epoch},
+                   {"model_version", calibration.model_version},
+                   {"created_utc_s", calibration.created_utc_s},
+                   {"simulated", calibration.simulated},
+                   {"gravity_mps2", calibration.gravity_mps2},
+                   {"gravity_assumed", calibration.gravity_assumed},
+                   {"run_hashes", calibration.run_hashes},
+                   {"sensors", std::move(sensors)}};
+  if (calibration.accel_misalignment) document["accel_misalignment"] = *calibration.accel_misalignment;
+  return document;
+}
+
+base::Result<Calibration> calibration_from_json(const json& document) {
+  Calibration calibration;
+  calibration.unit = document.at("unit").get<std::string>();
+  calibration.unit_type = document.at("unit_type").get<std::string>();
+  calibration.epoch = document.at("epoch").get<std::int32_t>();
+  calibration.model_version = document.at("model_version").get<std::int32_t>();
+  calibration.created_utc_s = document.at("created_utc_s").get<double>();
+  calibration.simulated = document.at("simulated").get<bool>();
+  calibration.gravity_mps2 = document.at("gravity_mps2").get<double>();
+  calibration.gravity_assumed = document.at("gravity_assumed").get<bool>();
+  calibration.run_hashes = document.at("run_hashes").get<std::vector<std::string>>();
+  for (const json& entry : document.at("sensors")) {
+    auto sensor = sensor_from_json(entry);
+    if (!sensor) return base::forward_error(sensor);
+    calibration.sensors.push_back(*std::move(sensor));
+  }
+  if (document.contains("accel_misalignment")) {
+    calibration.accel_misalignment = document["accel_misalignment"].get<std::array<Vector3, 3>>();
+  }
+  return calibration;
+}
+
+}  // namespace
+
+std::string model_document(const UnitModel& model) {
+  const json document = {{"format", "soak-model"},
+                         {"format_version", kFormatVersion},
+                         {"fit", fit_json(model)},
+                         {"calibration", calibration_to_json(make_calibration(model))}};
+  return document.dump();
+}
+
+base::Result<Calibration> calibration_of(std::string_view text) {
+  try {
+    const json document = json::parse(text);
+    if (document.at("format") != "soak-model") return base::corrupt("not a model document", "station.db");
+    const int version = document.at("format_version").get<int>();
+    if (version > kFormatVersion) {
+      return base::bad_input(fmt::format("the model was stored in format {}; this program knows up to {}: use a newer soak",
+                                         version, kFormatVersion),
+                             "station.db");
+    }
+    return calibration_from_json(document.at("calibration"));
+  } catch (const json::exception& error) {
+    return base::corrupt(fmt::format("the stored model cannot be read: {}", error.what()), "station.db");
+  }
+}
+
+}  // namespace soak::calib

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "calib/unit_model.h"
+
+namespace soak::calib {
+
+/// The JSON text that the catalog stores for a model version: what `soak fit --json` printed ("fit"), and the calibration
+/// in SI, to the last bit ("calibration").
+[[nodiscard]] std::string model_document(const UnitModel& model);
+
+/// The calibration of a stored model. Refuses (corrupt) a document that is not one, naming what is missing; (bad_input) one
+/// of a newer format.
+[[nodiscard]] base::Result<Calibration> calibration_of(std::string_view document);
+
+}  // namespace soak::calib

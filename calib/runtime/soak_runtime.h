@@ -1,0 +1,678 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Reader of Soak calibration files (docs/blob-format.md, version 1) for microcontrollers.
+ *
+ * One header, C99 or C++. No allocation, no input or output, no global state (thread-safe), float32 only; of the C
+ * library it uses fabsf, expf, powf and memcpy. The file stays where it is, for instance in flash, and must stay there
+ * unchanged as long as the soak_cal that was loaded from it is used. Temperatures in °C of the unit's own thermometer,
+ * rates in rad/s, accelerations in m/s².
+ *
+ *     static soak_cal cal;
+ *     if (soak_load(&cal, file, file_size) != SOAK_OK) { ... no calibration: fly uncorrected, and say so ... }
+ *
+ *     float out[6];
+ *     uint32_t flags;
+ *     if (soak_apply(&cal, temp_c, raw, out, &flags) != SOAK_OK) { ... flags say which sensor and why ... }
+ */
+#ifndef SOAK_RUNTIME_H_
+#define SOAK_RUNTIME_H_
+
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(__GNUC__) || defined(__clang__)
+#define SOAK_NODISCARD __attribute__((warn_unused_result))
+#else
+#define SOAK_NODISCARD
+#endif
+
+/* Sensors, and the order of raw[6] and out[6]. */
+enum { SOAK_GYRO_X, SOAK_GYRO_Y, SOAK_GYRO_Z, SOAK_ACCEL_X, SOAK_ACCEL_Y, SOAK_ACCEL_Z, SOAK_SENSORS };
+
+/* What the functions return. Above 0: the output is defined, but not what a full calibration gives; the worst of several
+ * is returned. Below 0: the file or the arguments are refused; outputs are not written. */
+typedef enum soak_status {
+  SOAK_OK = 0,
+  SOAK_CLAMPED = 1, /* the temperature is outside the valid range: the value is that of the range's nearer end */
+  SOAK_ABSENT = 2,  /* the file has no such sensor or curve */
+  SOAK_INVALID = 3, /* an input is not finite, or the correction is not usable */
+
+  SOAK_E_ARGUMENT = -1, /* null pointer, or no such sensor */
+  SOAK_E_MAGIC = -2,    /* not a Soak calibration file */
+  SOAK_E_CHECK = -3,    /* truncated or damaged: size or CRC do not fit */
+  SOAK_E_VERSION = -4,  /* a newer major version */
+  SOAK_E_UNKNOWN = -5,  /* a critical section that this reader does not know */
+  SOAK_E_FORMAT = -6    /* the check sum is right, the content breaks the format: soak_cal.error_offset says where */
+} soak_status;
+
+/* Flags of soak_apply, for sensor i of 0..5. */
+#define SOAK_FLAG_CLAMPED(i) ((uint32_t)1U << (i))        /* temperature out of range, corrected as at the range's end */
+#define SOAK_FLAG_ABSENT(i) ((uint32_t)1U << (8U + (i)))   /* not in the file: out = raw */
+#define SOAK_FLAG_INVALID(i) ((uint32_t)1U << (16U + (i))) /* not finite or not usable: out = raw */
+/* An accelerometer is invalid: misalignment and g-sensitivity leave it out, so the other sensors are less exact. */
+#define SOAK_FLAG_UNCOUPLED ((uint32_t)1U << 24)
+
+/* The members are the runtime's own. */
+typedef struct soak_curve {
+  const uint8_t* payload; /* null: no such curve */
+  uint32_t kind;          /* section type */
+} soak_curve;
+
+typedef struct soak_sensor {
+  uint32_t present;
+  float temp_min_c, temp_max_c;
+  soak_curve curve[2];            /* bias, scale_ppm */
+  const uint8_t* uncertainty[2];  /* payload of the uncertainty table, or null */
+  const uint8_t* error_bound[2];  /* payload of the float32 error bound, or null */
+} soak_sensor;
+
+typedef struct soak_cal {
+  soak_sensor sensor[SOAK_SENSORS];
+  const uint8_t* misalignment;  /* 9 float32, or null */
+  const uint8_t* g_sensitivity; /* 9 float32, or null */
+  const uint8_t* provenance;    /* payload of the provenance section */
+  uint32_t sections[2];         /* first byte of the first section, end of the last */
+  uint32_t simulated;           /* not 0: made from simulated data; do not deploy */
+  uint32_t error_offset;        /* after SOAK_E_FORMAT, SOAK_E_UNKNOWN: first byte of the section at fault */
+} soak_cal;
+
+/* ---- private: reading numbers ---- */
+
+enum {
+  SOAK_SECTION_PROVENANCE = 0x0001,
+  SOAK_SECTION_SENSOR = 0x0010,
+  SOAK_SECTION_FIS = 0x0011,
+  SOAK_SECTION_SPLINE = 0x0012,
+  SOAK_SECTION_TABLE = 0x0013,
+  SOAK_SECTION_UNCERTAINTY = 0x0014,
+  SOAK_SECTION_MISALIGNMENT = 0x0020,
+  SOAK_SECTION_G_SENSITIVITY = 0x0021,
+  SOAK_SECTION_TERM = 0x0022,
+  SOAK_SECTION_ERROR_BOUND = 0x0030
+};
+
+enum {
+  SOAK_MAX_FILE = 1048576,
+  SOAK_MAX_SECTIONS = 256,
+  SOAK_MAX_RULES = 64,
+  SOAK_MAX_PIECES = 1024,
+  SOAK_MAX_POINTS = 4096,
+  SOAK_MAX_UNCERTAINTY_POINTS = 1024,
+  SOAK_MAX_RUNS = 4096,
+  SOAK_MAX_TERMS = 32
+};
+
+#define SOAK_MAX_CENTRE 10000.0f
+#define SOAK_MAX_MISALIGNMENT 0.2f
+#define SOAK_TEMP_LOWEST (-273.15f)
+#define SOAK_TEMP_HIGHEST 1000.0f
+
+static inline uint32_t soak_u16(const uint8_t* p) { return (uint32_t)p[0] | ((uint32_t)p[1] << 8); }
+
+static inline uint32_t soak_u32(const uint8_t* p) { return soak_u16(p) | (soak_u16(p + 2) << 16); }
+
+static inline float soak_f32(const uint8_t* p) {
+  const uint32_t bits = soak_u32(p);
+  float value;
+  memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+/* By its bits: comparisons with NaN do not survive -ffast-math. */
+static inline int soak_is_finite(float value) {
+  uint32_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  return (bits & 0x7F800000U) != 0x7F800000U;
+}
+
+static inline uint32_t soak_crc32c(const uint8_t* data, size_t size) {
+  /* CRC of the 16 values of four bits */
+  static const uint32_t table[16] = {0x00000000U, 0x105EC76FU, 0x20BD8EDEU, 0x30E349B1U, 0x417B1DBCU, 0x5125DAD3U,
+                                     0x61C69362U, 0x7198540DU, 0x82F63B78U, 0x92A8FC17U, 0xA24BB5A6U, 0xB21572C9U,
+                                     0xC38D26C4U, 0xD3D3E1ABU, 0xE330A81AU, 0xF36E6F75U};
+  uint32_t crc = 0xFFFFFFFFU;
+  size_t i;
+  for (i = 0; i < size; ++i) {
+    crc ^= data[i];
+    crc = (crc >> 4) ^ table[crc & 15U];
+    crc = (crc >> 4) ^ table[crc & 15U];
+  }
+  return ~crc;
+}
+
+/* ---- private: checking a section's payload; each returns 1 if it keeps the format ---- */
+
+static inline int soak_all_finite(const uint8_t* p, uint32_t count) {
+  uint32_t i;
+  for (i = 0; i < count; ++i) {
+    if (!soak_is_finite(soak_f32(p + 4U * i))) return 0;
+  }
+  return 1;
+}
+
+static inline int soak_all_between(const uint8_t* p, uint32_t count, float low, float high) {
+  uint32_t i;
+  if (!soak_all_finite(p, count)) return 0;
+  for (i = 0; i < count; ++i) {
+    const float value = soak_f32(p + 4U * i);
+    if (value < low || value > high) return 0;
+  }
+  return 1;
+}
+
+static inline int soak_rising_temperatures(const uint8_t* p, uint32_t count) {
+  uint32_t i;
+  if (!soak_all_between(p, count, SOAK_TEMP_LOWEST, SOAK_TEMP_HIGHEST)) return 0;
+  for (i = 1; i < count; ++i) {
+    if (!(soak_f32(p + 4U * i) > soak_f32(p + 4U * i - 4U))) return 0;
+  }
+  return 1;
+}
+
+/* Whether `used` bytes and padding to a multiple of 4 are the whole length. */
+static inline int soak_fits(uint32_t length, uint32_t used) { return length == ((used + 3U) & ~(uint32_t)3U); }
+
+static inline int soak_check_provenance(const uint8_t* p, uint32_t length) {
+  uint32_t runs;
+  if (length < 32U) return 0;
+  runs = soak_u16(p + 28);
+  /* exponent all ones: infinity or NaN */
+  if ((soak_u16(p + 14) & 0x7FF0U) == 0x7FF0U || (soak_u16(p + 22) & 0x7FF0U) == 0x7FF0U) return 0;
+  return runs <= SOAK_MAX_RUNS && p[30] != 0U && soak_fits(length, 32U + 32U * runs + p[30] + p[31]);
+}
+
+static inline int soak_check_sensor(const uint8_t* p, uint32_t length) {
+  return length >= 12U && soak_all_between(p + 4, 2U, SOAK_TEMP_LOWEST, SOAK_TEMP_HIGHEST) &&
+         soak_f32(p + 4) <= soak_f32(p + 8) && soak_fits(length, 12U + p[1]);
+}
+
+static inline int soak_check_rule(const uint8_t* p, uint32_t membership, uint32_t order) {
+  return soak_all_finite(p, 6U) && fabsf(soak_f32(p)) <= SOAK_MAX_CENTRE && fabsf(soak_f32(p + 4)) <= SOAK_MAX_CENTRE &&
+         soak_f32(p + 8) > 0.0f && (membership == 1U || soak_f32(p + 12) > 0.0f) &&
+         (order == 1U || soak_f32(p + 20) == 0.0f);
+}
+
+static inline int soak_check_fis(const uint8_t* p, uint32_t length) {
+  uint32_t count, i;
+  if (length < 24U || p[2] > 1U || p[3] > 1U) return 0;
+  count = soak_u16(p + 4);
+  if (count == 0U || count > SOAK_MAX_RULES || length != 24U + 24U * count) return 0;
+  if (!soak_all_finite(p + 8, 4U) || !(soak_f32(p + 8) <= soak_f32(p + 12)) || !(soak_f32(p + 20) > 0.0f)) return 0;
+  for (i = 0; i < count; ++i) {
+    if (!soak_check_rule(p + 24U + 24U * i, p[2], p[3])) return 0;
+  }
+  return 1;
+}
+
+static inline int soak_check_spline(const uint8_t* p, uint32_t length) {
+  uint32_t count;
+  if (length < 4U) return 0;
+  count = soak_u16(p + 2);
+  return count != 0U && count <= SOAK_MAX_PIECES && length == 16U + 20U * count && soak_all_finite(p + 4, 2U) &&
+         soak_f32(p + 8) > 0.0f && soak_rising_temperatures(p + 12, count + 1U) &&
+         soak_all_finite(p + 16U + 4U * count, 4U * count);
+}
+
+static inline int soak_check_table(const uint8_t* p, uint32_t length) {
+  uint32_t count;
+  float first, step;
+  if (length < 20U) return 0;
+  count = soak_u16(p + 2);
+  if (count == 0U || count > SOAK_MAX_POINTS || length != 20U + 4U * count) return 0;
+  if (!soak_all_finite(p + 4, 4U + count)) return 0;
+  first = soak_f32(p + 12);
+  step = soak_f32(p + 16);
+  return soak_f32(p + 8) > 0.0f && step > 0.0f && first >= SOAK_TEMP_LOWEST &&
+         first + (float)(count - 1U) * step <= SOAK_TEMP_HIGHEST;
+}
+
+static inline int soak_check_uncertainty(const uint8_t* p, uint32_t length) {
+  uint32_t count, columns;
+  if (length < 8U) return 0;
+  count = soak_u16(p + 2);
+  columns = (soak_u32(p + 4) & 1U) != 0U ? 3U : 2U;
+  return count != 0U && count <= SOAK_MAX_UNCERTAINTY_POINTS && length == 8U + 4U * columns * count &&
+         soak_rising_temperatures(p + 8, count) &&
+         soak_all_between(p + 8U + 4U * count, (columns - 1U) * count, 0.0f, 3.4e38f);
+}
+
+static inline int soak_check_misalignment(const uint8_t* p, uint32_t length) {
+  return length == 36U && soak_all_between(p, 9U, -SOAK_MAX_MISALIGNMENT, SOAK_MAX_MISALIGNMENT) &&
+         soak_f32(p) == 0.0f && soak_f32(p + 16) == 0.0f && soak_f32(p + 32) == 0.0f;
+}
+
+/* ---- private: taking a section into the calibration; each returns 1 if it keeps the format ---- */
+
+/* The place that a payload of its own kind is noted in: it must still be empty. */
+static inline int soak_note(const uint8_t** place, const uint8_t* payload) {
+  if (*place != NULL) return 0;
+  *place = payload;
+  return 1;
+}
+
+/* The sensor that a payload starts with, if it is in the file and the quantity exists; else null. */
+static inline soak_sensor* soak_owner(soak_cal* cal, const uint8_t* p, uint32_t length) {
+  if (length < 4U || p[0] >= SOAK_SENSORS || p[1] > 1U || !cal->sensor[p[0]].present) return NULL;
+  return &cal->sensor[p[0]];
+}
+
+static inline int soak_take_sensor(soak_cal* cal, const uint8_t* p, uint32_t length) {
+  soak_sensor* sensor;
+  if (!soak_check_sensor(p, length) || p[0] >= SOAK_SENSORS || cal->sensor[p[0]].present) return 0;
+  sensor = &cal->sensor[p[0]];
+  sensor->present = 1U;
+  sensor->temp_min_c = soak_f32(p + 4);
+  sensor->temp_max_c = soak_f32(p + 8);
+  return 1;
+}
+
+static inline int soak_take_curve(soak_cal* cal, uint32_t type, const uint8_t* p, uint32_t length) {
+  soak_sensor* sensor = soak_owner(cal, p, length);
+  if (sensor == NULL) return 0;
+  if (type == SOAK_SECTION_FIS && !soak_check_fis(p, length)) return 0;
+  if (type == SOAK_SECTION_SPLINE && !soak_check_spline(p, length)) return 0;
+  if (type == SOAK_SECTION_TABLE && !soak_check_table(p, length)) return 0;
+  sensor->curve[p[1]].kind = type;
+  return soak_note(&sensor->curve[p[1]].payload, p);
+}
+
+static inline int soak_take_uncertainty(soak_cal* cal, const uint8_t* p, uint32_t length) {
+  soak_sensor* sensor = soak_owner(cal, p, length);
+  return sensor != NULL && soak_check_uncertainty(p, length) && soak_note(&sensor->uncertainty[p[1]], p);
+}
+
+static inline int soak_take_error_bound(soak_cal* cal, const uint8_t* p, uint32_t length) {
+  soak_sensor* sensor = soak_owner(cal, p, length);
+  return sensor != NULL && length == 12U && soak_all_between(p + 4, 2U, 0.0f, 3.4e38f) &&
+         soak_note(&sensor->error_bound[p[1]], p);
+}
+
+static inline int soak_take_provenance(soak_cal* cal, const uint8_t* p, uint32_t length) {
+  if (!soak_check_provenance(p, length)) return 0;
+  cal->simulated = soak_u32(p + 24) & 1U;
+  return soak_note(&cal->provenance, p);
+}
+
+/* `head` points to the section's head; the section lies inside the file. */
+static inline soak_status soak_take_section(soak_cal* cal, const uint8_t* head) {
+  const uint32_t type = soak_u16(head);
+  const uint32_t known_version = head[2] == 1U;
+  const uint32_t length = soak_u32(head + 4);
+  const uint8_t* p = head + 8;
+  int good = 0;
+  switch (known_version ? type : 0U) {
+    case SOAK_SECTION_PROVENANCE:
+      good = soak_take_provenance(cal, p, length);
+      break;
+    case SOAK_SECTION_SENSOR:
+      good = soak_take_sensor(cal, p, length);
+      break;
+    case SOAK_SECTION_FIS:
+    case SOAK_SECTION_SPLINE:
+    case SOAK_SECTION_TABLE:
+      good = soak_take_curve(cal, type, p, length);
+      break;
+    case SOAK_SECTION_UNCERTAINTY:
+      good = soak_take_uncertainty(cal, p, length);
+      break;
+    case SOAK_SECTION_MISALIGNMENT:
+      good = soak_check_misalignment(p, length) && soak_note(&cal->misalignment, p);
+      break;
+    case SOAK_SECTION_G_SENSITIVITY:
+      good = length == 36U && soak_all_finite(p, 9U) && soak_note(&cal->g_sensitivity, p);
+      break;
+    case SOAK_SECTION_ERROR_BOUND:
+      good = soak_take_error_bound(cal, p, length);
+      break;
+    case SOAK_SECTION_TERM: /* for those who know its name and have its input */
+      good = length >= 4U;
+      break;
+    default:
+      if (type == 0U) break;
+      if ((head[3] & 1U) != 0U) return SOAK_E_UNKNOWN;
+      good = 1;
+      break;
+  }
+  return good && cal->provenance != NULL ? SOAK_OK : SOAK_E_FORMAT;
+}
+
+static inline soak_status soak_take_sections(soak_cal* cal, const uint8_t* data, uint32_t first, uint32_t end,
+                                             uint32_t count) {
+  uint32_t at = first, i, present = 0U;
+  for (i = 0; i < count; ++i) {
+    uint32_t length;
+    soak_status status;
+    cal->error_offset = at;
+    if (end - at < 8U) return SOAK_E_FORMAT;
+    length = soak_u32(data + at + 4);
+    if (length % 4U != 0U || length > end - at - 8U) return SOAK_E_FORMAT;
+    status = soak_take_section(cal, data + at);
+    if (status != SOAK_OK) return status;
+    at += 8U + length;
+  }
+  cal->error_offset = at;
+  if (at != end) return SOAK_E_FORMAT;
+  for (i = 0; i < SOAK_SENSORS; ++i) {
+    const soak_sensor* sensor = &cal->sensor[i];
+    uint32_t q;
+    present += sensor->present;
+    if (sensor->present && sensor->curve[0].payload == NULL) return SOAK_E_FORMAT;
+    for (q = 0; q < 2U; ++q) {
+      if (sensor->uncertainty[q] != NULL && sensor->curve[q].payload == NULL) return SOAK_E_FORMAT;
+    }
+  }
+  return present != 0U ? SOAK_OK : SOAK_E_FORMAT;
+}
+
+static inline soak_status soak_load_checked(soak_cal* cal, const uint8_t* data, size_t size) {
+  static const uint8_t magic[8] = {0x89, 0x53, 0x4F, 0x41, 0x4B, 0x0D, 0x0A, 0x1A};
+  uint32_t header, count;
+  if (size < 8U || memcmp(data, magic, 8U) != 0) return SOAK_E_MAGIC;
+  if (size < 28U || size > SOAK_MAX_FILE || soak_u32(data + 12) != size) return SOAK_E_CHECK;
+  if (soak_crc32c(data, size - 4U) != soak_u32(data + size - 4U)) return SOAK_E_CHECK;
+  if (soak_u16(data + 8) != 1U) return SOAK_E_VERSION;
+  header = soak_u32(data + 16);
+  count = soak_u32(data + 20);
+  if (header < 24U || header % 4U != 0U || header > size - 4U || size % 4U != 0U) return SOAK_E_FORMAT;
+  if (count == 0U || count > SOAK_MAX_SECTIONS) return SOAK_E_FORMAT;
+  cal->sections[0] = header;
+  cal->sections[1] = (uint32_t)size - 4U;
+  return soak_take_sections(cal, data, header, (uint32_t)size - 4U, count);
+}
+
+/* ---- loading ---- */
+
+/* Checks the whole file, byte for byte, and notes where things lie in it. On anything but SOAK_OK the calibration is
+ * empty: every sensor is absent. Time linear in the size (about 10 cycles a byte for the check sum). */
+SOAK_NODISCARD static inline soak_status soak_load(soak_cal* cal, const void* data, size_t size) {
+  soak_status status;
+  uint32_t offset;
+  if (cal == NULL) return SOAK_E_ARGUMENT;
+  memset(cal, 0, sizeof *cal);
+  if (data == NULL) return SOAK_E_ARGUMENT;
+  status = soak_load_checked(cal, (const uint8_t*)data, size);
+  if (status != SOAK_OK) {
+    offset = cal->error_offset;
+    memset(cal, 0, sizeof *cal);
+    cal->error_offset = offset;
+  }
+  return status;
+}
+
+/* ---- private: evaluation of the three kinds of curve, without centre and half range ---- */
+
+static inline float soak_clamp(float value, float low, float high) {
+  return value < low ? low : value > high ? high : value;
+}
+
+/* r(T) = sum mu_i (v_i + g_i d_i) / sum mu_i */
+static inline float soak_eval_fis(const uint8_t* p, float temp_c) {
+  const uint32_t count = soak_u16(p + 4);
+  const float t = soak_clamp(temp_c, soak_f32(p + 8), soak_f32(p + 12));
+  float numerator = 0.0f, denominator = 0.0f, nearest = 0.0f, nearest_distance = 0.0f;
+  uint32_t i;
+  for (i = 0; i < count; ++i) {
+    const uint8_t* rule = p + 24U + 24U * i;
+    /* centre in two parts: the first difference is exact near the centre */
+    const float d = (t - soak_f32(rule)) - soak_f32(rule + 4);
+    const float distance = fabsf(d / soak_f32(rule + 8));
+    const float f = soak_f32(rule + 16) + soak_f32(rule + 20) * d;
+    const float mu = p[2] == 0U ? 1.0f / (1.0f + powf(distance, 2.0f * soak_f32(rule + 12)))
+                                : expf(-0.5f * distance * distance);
+    numerator += mu * f;
+    denominator += mu;
+    if (i == 0U || distance < nearest_distance) {
+      nearest_distance = distance;
+      nearest = f;
+    }
+  }
+  /* all strengths underflow: the nearest rule, in units of its width, decides */
+  return denominator > 0.0f ? numerator / denominator : nearest;
+}
+
+/* Index of the interval of the rising numbers at p[0..intervals] that holds t; p[0] <= t. */
+static inline uint32_t soak_interval(const uint8_t* p, uint32_t intervals, float t) {
+  uint32_t low = 0U, high = intervals;
+  while (high - low > 1U) {
+    const uint32_t middle = (low + high) / 2U;
+    if (soak_f32(p + 4U * middle) <= t) {
+      low = middle;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
+static inline float soak_eval_spline(const uint8_t* p, float temp_c) {
+  const uint32_t count = soak_u16(p + 2);
+  const uint8_t* knots = p + 12;
+  const float t = soak_clamp(temp_c, soak_f32(knots), soak_f32(knots + 4U * count));
+  const uint32_t j = soak_interval(knots, count, t);
+  const uint8_t* q = knots + 4U * (count + 1U) + 16U * j;
+  const float left = soak_f32(knots + 4U * j), right = soak_f32(knots + 4U * j + 4U);
+  /* from the nearer end, where the difference is nearly exact */
+  const float s = t - left < right - t ? -1.0f + 2.0f * ((t - left) / (right - left))
+                                       : 1.0f - 2.0f * ((right - t) / (right - left));
+  return soak_f32(q) + s * (soak_f32(q + 4) + s * (soak_f32(q + 8) + s * soak_f32(q + 12)));
+}
+
+static inline float soak_eval_table(const uint8_t* p, float temp_c) {
+  const uint32_t count = soak_u16(p + 2);
+  const float first = soak_f32(p + 12), step = soak_f32(p + 16);
+  const uint8_t* values = p + 20;
+  const float offset = temp_c - first;
+  uint32_t j;
+  float low;
+  if (count == 1U || !(offset > 0.0f)) return soak_f32(values);
+  if (offset >= (float)(count - 1U) * step) return soak_f32(values + 4U * (count - 1U));
+  j = (uint32_t)(offset / step);
+  if (j > count - 2U) j = count - 2U;
+  low = soak_f32(values + 4U * j);
+  return low + (soak_f32(values + 4U * j + 4U) - low) * ((offset - (float)j * step) / step);
+}
+
+/* y = C + H r(T) */
+static inline float soak_eval_curve(const soak_curve* curve, float temp_c) {
+  const uint8_t* p = curve->payload;
+  if (curve->kind == SOAK_SECTION_FIS) return soak_f32(p + 16) + soak_f32(p + 20) * soak_eval_fis(p, temp_c);
+  if (curve->kind == SOAK_SECTION_SPLINE) return soak_f32(p + 4) + soak_f32(p + 8) * soak_eval_spline(p, temp_c);
+  return soak_f32(p + 4) + soak_f32(p + 8) * soak_eval_table(p, temp_c);
+}
+
+/* Linear between the points at `temps`, held beyond them. */
+static inline float soak_interpolate(const uint8_t* temps, const uint8_t* values, uint32_t count, float temp_c) {
+  uint32_t j;
+  float left, fraction, low;
+  if (temp_c <= soak_f32(temps)) return soak_f32(values);
+  if (temp_c >= soak_f32(temps + 4U * (count - 1U))) return soak_f32(values + 4U * (count - 1U));
+  j = soak_interval(temps, count - 1U, temp_c);
+  left = soak_f32(temps + 4U * j);
+  fraction = (temp_c - left) / (soak_f32(temps + 4U * j + 4U) - left);
+  low = soak_f32(values + 4U * j);
+  return low + (soak_f32(values + 4U * j + 4U) - low) * fraction;
+}
+
+/* The sensor's valid range applied to *temp_c. */
+static inline soak_status soak_limit_temperature(const soak_sensor* sensor, float* temp_c) {
+  const float given = *temp_c;
+  if (!soak_is_finite(given)) return SOAK_INVALID;
+  *temp_c = soak_clamp(given, sensor->temp_min_c, sensor->temp_max_c);
+  return given < sensor->temp_min_c || given > sensor->temp_max_c ? SOAK_CLAMPED : SOAK_OK;
+}
+
+static inline soak_status soak_quantity(const soak_cal* cal, int sensor, int quantity, float temp_c, float* value) {
+  soak_status status;
+  if (cal == NULL || value == NULL || sensor < 0 || sensor >= SOAK_SENSORS) return SOAK_E_ARGUMENT;
+  *value = NAN;
+  if (cal->sensor[sensor].curve[quantity].payload == NULL) return SOAK_ABSENT;
+  status = soak_limit_temperature(&cal->sensor[sensor], &temp_c);
+  if (status == SOAK_INVALID) return SOAK_INVALID;
+  *value = soak_eval_curve(&cal->sensor[sensor].curve[quantity], temp_c);
+  if (soak_is_finite(*value)) return status;
+  *value = NAN;
+  return SOAK_INVALID;
+}
+
+/* ---- evaluation ---- */
+
+/* Bias at temp_c in rad/s or m/s². SOAK_CLAMPED: the value belongs to the nearer end of the valid range. SOAK_ABSENT,
+ * SOAK_INVALID: the value is NaN. */
+SOAK_NODISCARD static inline soak_status soak_bias(const soak_cal* cal, int sensor, float temp_c, float* value) {
+  return soak_quantity(cal, sensor, 0, temp_c, value);
+}
+
+/* Scale factor error at temp_c in ppm; SOAK_ABSENT (NaN) where it is unknown. Else as soak_bias. */
+SOAK_NODISCARD static inline soak_status soak_scale_ppm(const soak_cal* cal, int sensor, float temp_c, float* value) {
+  return soak_quantity(cal, sensor, 1, temp_c, value);
+}
+
+/* Half-widths (95 %) of the bias at temp_c: ci95 of the mean curve, pi95 of one fresh power-on (NaN where the file does not
+ * give it). SOAK_CLAMPED: they hold at the nearer end of the valid range, nothing is known outside. */
+SOAK_NODISCARD static inline soak_status soak_uncertainty(const soak_cal* cal, int sensor, float temp_c, float* ci95,
+                                                          float* pi95) {
+  const uint8_t* p;
+  uint32_t count;
+  soak_status status;
+  if (cal == NULL || ci95 == NULL || pi95 == NULL || sensor < 0 || sensor >= SOAK_SENSORS) return SOAK_E_ARGUMENT;
+  *ci95 = NAN;
+  *pi95 = NAN;
+  p = cal->sensor[sensor].uncertainty[0];
+  if (p == NULL) return SOAK_ABSENT;
+  status = soak_limit_temperature(&cal->sensor[sensor], &temp_c);
+  if (status == SOAK_INVALID) return SOAK_INVALID;
+  count = soak_u16(p + 2);
+  *ci95 = soak_interpolate(p + 8, p + 8U + 4U * count, count, temp_c);
+  if ((soak_u32(p + 4) & 1U) != 0U) *pi95 = soak_interpolate(p + 8, p + 8U + 8U * count, count, temp_c);
+  return status;
+}
+
+/* The valid range of a sensor in °C. */
+SOAK_NODISCARD static inline soak_status soak_temp_range(const soak_cal* cal, int sensor, float* min_c, float* max_c) {
+  if (cal == NULL || min_c == NULL || max_c == NULL || sensor < 0 || sensor >= SOAK_SENSORS) return SOAK_E_ARGUMENT;
+  if (!cal->sensor[sensor].present) return SOAK_ABSENT;
+  *min_c = cal->sensor[sensor].temp_min_c;
+  *max_c = cal->sensor[sensor].temp_max_c;
+  return SOAK_OK;
+}
+
+/* ---- private: correction ---- */
+
+/* reading = raw - b and 1 + S ppm of one sensor; returns 0, with flags, where it must stay uncorrected. */
+static inline int soak_prepare(const soak_cal* cal, uint32_t i, float temp_c, float raw, float* reading, float* gain,
+                               uint32_t* flags) {
+  float bias, scale_ppm = 0.0f;
+  soak_status status = soak_bias(cal, (int)i, temp_c, &bias);
+  soak_status scale_status;
+  *reading = raw;
+  *gain = 1.0f;
+  if (!soak_is_finite(raw)) *flags |= SOAK_FLAG_INVALID(i);
+  if (status == SOAK_ABSENT) *flags |= SOAK_FLAG_ABSENT(i);
+  if (status == SOAK_INVALID) *flags |= SOAK_FLAG_INVALID(i);
+  if (status == SOAK_CLAMPED) *flags |= SOAK_FLAG_CLAMPED(i);
+  if (!soak_is_finite(raw) || status == SOAK_ABSENT || status == SOAK_INVALID) return 0;
+  scale_status = soak_scale_ppm(cal, (int)i, temp_c, &scale_ppm);
+  if (scale_status == SOAK_ABSENT) scale_ppm = 0.0f;
+  if (scale_status == SOAK_INVALID || fabsf(scale_ppm) > 500000.0f) {
+    *flags |= SOAK_FLAG_INVALID(i);
+    return 0;
+  }
+  *reading = raw - bias;
+  *gain = 1.0f + scale_ppm * 1e-6f;
+  return 1;
+}
+
+/* x = K^-1 y by Cramer's rule; K is near the unit matrix: its diagonal is at least 0.5, the rest at most 0.2 */
+static inline void soak_solve3(float k[3][3], const float y[3], float x[3]) {
+  const float c00 = k[1][1] * k[2][2] - k[1][2] * k[2][1];
+  const float c01 = k[1][2] * k[2][0] - k[1][0] * k[2][2];
+  const float c02 = k[1][0] * k[2][1] - k[1][1] * k[2][0];
+  const float determinant = k[0][0] * c00 + k[0][1] * c01 + k[0][2] * c02;
+  x[0] = (y[0] * c00 + y[1] * (k[0][2] * k[2][1] - k[0][1] * k[2][2]) +
+          y[2] * (k[0][1] * k[1][2] - k[0][2] * k[1][1])) / determinant;
+  x[1] = (y[0] * c01 + y[1] * (k[0][0] * k[2][2] - k[0][2] * k[2][0]) +
+          y[2] * (k[0][2] * k[1][0] - k[0][0] * k[1][2])) / determinant;
+  x[2] = (y[0] * c02 + y[1] * (k[0][1] * k[2][0] - k[0][0] * k[2][1]) +
+          y[2] * (k[0][0] * k[1][1] - k[0][1] * k[1][0])) / determinant;
+}
+
+/* f = K(T)^-1 (raw - b(T)); returns which of force[3] are usable for g-sensitivity, as bits. */
+static inline uint32_t soak_apply_accels(const soak_cal* cal, float temp_c, const float raw[6], float out[6],
+                                         uint32_t* flags) {
+  float reading[3], gain[3], k[3][3], force[3];
+  uint32_t usable = 0U, corrected = 0U, i, j;
+  for (i = 0; i < 3U; ++i) {
+    corrected |= (uint32_t)soak_prepare(cal, 3U + i, temp_c, raw[3U + i], &reading[i], &gain[i], flags) << i;
+    if ((*flags & SOAK_FLAG_INVALID(3U + i)) == 0U) usable |= 1U << i;
+  }
+  for (i = 0; i < 3U; ++i) {
+    if ((usable >> i & 1U) == 0U) reading[i] = 0.0f;
+    for (j = 0; j < 3U; ++j) {
+      const int coupled = cal->misalignment != NULL && (corrected >> i & 1U) != 0U && (usable >> j & 1U) != 0U;
+      k[i][j] = i == j ? gain[i] : coupled ? soak_f32(cal->misalignment + 4U * (3U * i + j)) : 0.0f;
+    }
+  }
+  soak_solve3(k, reading, force);
+  for (i = 0; i < 3U; ++i) {
+    if ((corrected >> i & 1U) == 0U) continue;
+    out[3U + i] = force[i];
+    if (!soak_is_finite(force[i])) { /* the input is finite, but beyond what float32 can carry */
+      out[3U + i] = raw[3U + i];
+      *flags |= SOAK_FLAG_INVALID(3U + i);
+      usable &= ~(1U << i);
+    }
+  }
+  return usable;
+}
+
+/* w = (raw - b(T) - G f) / (1 + S) */
+static inline void soak_apply_gyros(const soak_cal* cal, float temp_c, const float raw[6], float out[6],
+                                    uint32_t usable_forces, uint32_t* flags) {
+  uint32_t i, j;
+  for (i = 0; i < 3U; ++i) {
+    float reading, gain;
+    if (!soak_prepare(cal, i, temp_c, raw[i], &reading, &gain, flags)) continue;
+    for (j = 0; j < 3U; ++j) {
+      if (cal->g_sensitivity == NULL || (usable_forces >> j & 1U) == 0U) continue;
+      reading -= soak_f32(cal->g_sensitivity + 4U * (3U * i + j)) * out[3U + j];
+    }
+    if (soak_is_finite(reading / gain)) {
+      out[i] = reading / gain;
+    } else {
+      *flags |= SOAK_FLAG_INVALID(i);
+    }
+  }
+}
+
+/* ---- correction ---- */
+
+/* Corrects one sample of all six sensors: raw and out in rad/s and m/s², order gyro x y z, accel x y z; they may be the
+ * same array. Always writes out and flags: a sensor that cannot be corrected passes through unchanged, with its flag. Returns SOAK_OK only if
+ * no flag is set; else the worst of SOAK_CLAMPED, SOAK_ABSENT, SOAK_INVALID. flags must not be null. */
+SOAK_NODISCARD static inline soak_status soak_apply(const soak_cal* cal, float temp_c, const float raw[6], float out[6],
+                                                    uint32_t* flags) {
+  float given[6];
+  uint32_t usable;
+  if (cal == NULL || raw == NULL || out == NULL || flags == NULL) return SOAK_E_ARGUMENT;
+  memcpy(given, raw, sizeof given);
+  memcpy(out, given, sizeof given);
+  *flags = 0U;
+  usable = soak_apply_accels(cal, temp_c, given, out, flags);
+  if (usable != 7U && (cal->misalignment != NULL || cal->g_sensitivity != NULL)) *flags |= SOAK_FLAG_UNCOUPLED;
+  soak_apply_gyros(cal, temp_c, given, out, usable, flags);
+  if ((*flags & 0x003F0000U) != 0U) return SOAK_INVALID;
+  if ((*flags & 0x00003F00U) != 0U) return SOAK_ABSENT;
+  return (*flags & 0x0000003FU) != 0U ? SOAK_CLAMPED : SOAK_OK;
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* SOAK_RUNTIME_H_ */

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/recording.h"
+#include "calib/segment.h"
+
+namespace soak::calib {
+
+/// The segments of a recording with their statistics, in the order of time.
+struct Segmentation {
+  std::vector<Segment> segments;
+  std::vector<std::string> warnings;
+};
+
+/// Cuts a recording into segments: contiguous soak rows with one plateau and one position. Moving rows and ramps are
+/// left out; a gap in time of more than 10 s and 20 sample intervals ends a segment. Plateaus come from `plateau_c`;
+/// where that is absent they are found from the temperature (plateaus.h). A recording in which there are none becomes
+/// segments without plateau, one per stretch of one position, with blocks of 30 s; otherwise blocks are of one minute
+/// (a segment shorter than that has one block).
+///
+/// Visits count the plateaus in order; the same set point counts again after the temperature has left it by more than
+/// 2 K. Sweep: as recorded, else the sign of the last change of plateau, unknown at the first.
+/// Refuses a recording without rows. Cost linear in rows.
+[[nodiscard]] base::Result<Segmentation> segment(const Recording& recording);
+
+}  // namespace soak::calib

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/unit_model.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace soak::calib {
+namespace {
+
+UncertaintyTable uncertainty_of(const CurveFit& fit, bool with_prediction) {
+  UncertaintyTable table;
+  for (const CurvePoint& point : fit.points) {
+    table.temp_c.push_back(point.temp_c);
+    table.ci95.push_back(point.ci95);
+    if (with_prediction && point.pi95) table.pi95.push_back(*point.pi95);
+  }
+  return table;
+}
+
+}  // namespace
+
+UnitModel make_model(const UnitInput& input, const UnitRows& rows,
+                     std::array<std::optional<SensorFit>, kSensorCount> sensors) {
+  UnitModel model;
+  model.unit = input.unit;
+  model.unit_type = input.type.name;
+  model.epoch = input.epoch;
+  model.gravity = rows.gravity;
+  for (const RunInput& run : input.runs) {
+    model.runs.push_back({run.run_id, run.label, run.campaign, run.content_sha256});
+    model.simulated = model.simulated || run.simulated;
+  }
+  model.sensors = std::move(sensors);
+  model.accel_misalignment = rows.accel_misalignment;
+  model.g_sensitivity = rows.g_sensitivity;
+  model.warnings = rows.warnings;
+  return model;
+}
+
+Calibration make_calibration(const UnitModel& model) {
+  Calibration calibration;
+  calibration.unit = model.unit;
+  calibration.unit_type = model.unit_type;
+  calibration.epoch = model.epoch;
+  calibration.model_version = model.version;
+  calibration.created_utc_s = model.created_utc_s;
+  calibration.simulated = model.simulated;
+  calibration.gravity_mps2 = model.gravity.mps2;
+  calibration.gravity_assumed = model.gravity.assumed;
+  for (const RunReference& run : model.runs) calibration.run_hashes.push_back(run.content_sha256);
+  for (const Sensor sensor : kSensors) {
+    const auto& fit = model.sensors[index_of(sensor)];
+    if (!fit) continue;
+    SensorCalibration out;
+    out.sensor = sensor;
+    out.temp_min_c = fit->bias.temp_min_c;
+    out.temp_max_c = fit->bias.temp_max_c;
+    out.model = name_of(fit->bias.deployed);
+    out.bias = fit->bias.curve;
+    out.bias_uncertainty = uncertainty_of(fit->bias, true);
+    if (fit->scale) {
+      out.scale_ppm = fit->scale->curve;
+      out.scale_uncertainty = uncertainty_of(*fit->scale, false);
+    }
+    calibration.sensors.push_back(std::move(out));
+  }
+  if (model.accel_misalignment) calibration.accel_misalignment = model.accel_misalignment->value;
+  return calibration;
+}
+
+}  // namespace soak::calib

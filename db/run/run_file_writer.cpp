@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <SQLiteCpp/Column.h>
+#include <SQLiteCpp/Statement.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "db/codec/column_codec.h"
+#include "db/run/chunk_table.h"
+#include "db/run/columns.h"
+#include "db/run/layout.h"
+#include "db/run/pyramid.h"
+#include "db/run/tables.h"
+#include "db/run_file.h"
+#include "db/schema/schema.h"
+#include "db/sqlite/durable_file.h"
+
+namespace soak::db {
+namespace {
+
+/// A stream and its rows from the last full chunk on.
+struct OpenStream {
+  run::StoredStream stored;
+  std::vector<Column> pending;           ///< one per channel
+  std::uint64_t pending_first_row = 0;   ///< a multiple of kChunkRows
+  std::size_t flushed = 0;               ///< pending rows that are stored already, in short chunks
+  std::optional<double> last_t_s;
+  std::vector<run::PyramidBuilder> pyramids;  ///< one per channel; have seen the rows before the pending ones
+
+  [[nodiscard]] std::size_t pending_rows() const { return pending.front().rows(); }
+};
+
+base::Status check_run(const RunInfo& info, const std::filesystem::path& path) {
+  const calib::Site& site = info.site;
+  bool finite = std::isfinite(info.created_utc_s) && std::isfinite(info.clock_rate);
+  for (const auto& value : {site.latitude_deg, site.height_m, site.azimuth_deg, site.gravity_mps2}) {
+    finite = finite && std::isfinite(value.value_or(0.0));
+  }
+  if (info.run_id.empty()) return base::bad_input("a run needs a run id", path.string());
+  if (!finite) return base::bad_input("times, rates and site of a run must be finite numbers", path.string());
+  return {};
+}
+
+base::Status prepare(const sqlite::Connection& connection, const RunInfo& info) {
+  return connection.run("create the run file", [&]() -> base::Status {
+    SQLite::Database& database = connection.database();
+    // Half a small page is what the last page of each chunk wastes on average.
+    database.exec("PRAGMA page_size = 2048");
+    database.exec("PRAGMA journal_mode = WAL");
+    // FULL: in WAL mode only that syncs each commit, and the catalog will refer to what flush() has committed.
+    database.exec("PRAGMA synchronous = FULL");
+    // Short chunks are replaced all the time and are nobody's secret.
+    database.exec("PRAGMA secure_delete = OFF");
+    return connection.transact("create the run file", [&]() -> base::Status {
+      database.exec("PRAGMA application_id = " + std::to_string(schema::kRunFileApplicationId));
+      database.exec("PRAGMA user_version = " + std::to_string(schema::kRunFileVersion));
+      database.exec(schema::kRunFileSql);
+      run::insert_meta(database, info);
+      return {};
+    });
+  });
+}
+
+}  // namespace
+
+struct RunFileWriter::Impl {
+  Impl(std::filesystem::path file, sqlite::Connection opened)
+      : path(std::move(file)), connection(std::move(opened)) {}
+
+  [[nodiscard]] base::Status check_open() const {
+    if (connection && !finished) return {};
+    return base::bad_input("the run file is sealed; a sealed file is never changed", path.string());
+  }
+  [[nodiscard]] base::Status check_rows(const OpenStream& stream, const std::vector<Column>& columns) const;
+  [[nodiscard]] base::Status check_time(const OpenStream& stream, const Column& column) const;
+  [[nodiscard]] base::Status write_full_chunks();
+  [[nodiscard]] base::Status write_full_chunk(OpenStream& stream);
+  std::vector<run::PyramidBuilder> store_window(const OpenStream& stream, std::size_t rows, bool last);
+  [[nodiscard]] base::Status finish();
+  [[nodiscard]] base::Status leave_wal();
+  void write_short_chunks();
+  void write_events();
+
+  std::filesystem::path path;
+  std::optional<sqlite::Connection> connection;  ///< absent once sealed
+  bool finished = false;                         ///< all rows and the whole pyramid are stored
+  codec::ColumnEncoder encoder;
+  std::vector<OpenStream> streams;
+  std::vector<RunEvent> pending_events;
+};
+
+RunFileWriter::RunFileWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+RunFileWriter::RunFileWriter(RunFileWriter&&) noexcept = default;
+RunFileWriter& RunFileWriter::operator=(RunFileWriter&&) noexcept = default;
+RunFileWriter::~RunFileWriter() = default;
+
+base::Result<RunFileWriter> RunFileWriter::create(const std::filesystem::path& path, const RunInfo& info) {
+  if (const auto valid = check_run(info, path); !valid) return base::forward_error(valid);
+  if (const auto created = sqlite::create_exclusively(path); !created) return base::forward_error(created);
+  auto connection = sqlite::Connection::open(path, sqlite::Access::read_write);
+  base::Status status = connection ? prepare(*connection, info) : base::Status(base::forward_error(connection));
+  if (status) status = sqlite::sync_to_disk(std::filesystem::absolute(path).parent_path());
+  if (!status) {
+    connection = base::forward_error(status);
+    sqlite::remove_with_companions(path);
+    return base::forward_error(status);
+  }
+  return RunFileWriter(std::make_unique<Impl>(path, std::move(*connection)));
+}
+
+base::Result<std::size_t> RunFileWriter::add_stream(const StreamInfo& stream) {
+  if (const auto open = impl_->check_open(); !open) return base::forward_error(open);
+  if (const auto valid = run::check_stream(stream); !valid) return base::forward_error(valid);
+  for (const OpenStream& other : impl_->streams) {
+    if (other.stored.info.name == stream.name && other.stored.info.unit == stream.unit) {
+      return base::bad_input("the run file has a stream '" + stream.name + "' of unit '" + stream.unit + "' already",
+                             impl_->path.string());
+    }
+  }
+  auto stored = impl_->connection->transact("add a stream", [&]() -> base::Result<run::StoredStream> {
+    return run::insert_stream(impl_->connection->database(), stream);
+  });
+  if (!stored) return base::forward_error(stored);
+  OpenStream& added = impl_->streams.emplace_back();
+  added.stored = std::move(*stored);
+  for (const ChannelInfo& channel : stream.channels) added.pending.push_back(Column{channel.type, {}, {}});
+  added.pyramids.resize(stream.channels.size());
+  return impl_->streams.size() - 1;
+}
+
+base::Status RunFileWriter::Impl::check_rows(const OpenStream& stream, const std::vector<Column>& columns) const {
+  const auto& channels = stream.stored.channels;
+  if (columns.size() != channels.size()) {
+    return base::bad_input("the stream has " + std::to_string(channels.size()) + " channels, not " +
+                               std::to_string(columns.size()),
+                           path.string() + ", stream " + stream.stored.info.name);
+  }
+  const std::size_t rows = columns.front().rows();
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const Column& column = columns[i];
+    const std::string where = path.string() + ", channel " + channels[i].title;
+    if (column.type != channels[i].info.type) return base::bad_input("the numbers have another type", where);
+    const bool whole = column.raw.size() == rows * size_of(column.type);
+    if (!whole || (!column.present.empty() && column.present.size() != rows)) {
+      return base::bad_input("the column has another length than the time axis", where);
+    }
+  }
+  return check_time(stream, columns.front());
+}
+
+base::Status RunFileWriter::Impl::check_time(const OpenStream& stream, const Column& column) const {
+  const run::StoredChannel& channel = stream.stored.channels.front();
+  const std::string where = path.string() + ", channel " + channel.title;
+  std::optional<double> last = stream.last_t_s;
+  for (const double t_s : values_of(column, channel.info.scale, channel.info.offset)) {
+    if (!std::isfinite(t_s)) return base::bad_input("every row needs a finite time", where);
+    if (last && t_s < *last) {
+      return base::bad_input("the time falls from " + std::to_string(*last) + " s to " + std::to_string(t_s) +
+                                 " s; rows must come in the order of time",
+                             where);
+    }
+    last = t_s;
+  }
+  return {};
+}
+
+base::Status RunFileWriter::append(std::size_t stream, const std::vector<Column>& columns) {
+  if (const auto open = impl_->check_open(); !open) return open;
+  if (stream >= impl_->streams.size()) return base::bad_input("no such stream", impl_->path.string());
+  OpenStream& target = impl_->streams[stream];
+  if (const auto valid = impl_->check_rows(target, columns); !valid) return valid;
+  const std::size_t rows = columns.front().rows();
+  if (rows == 0) return {};
+  const ChannelInfo& time = target.stored.channels.front().info;
+  target.last_t_s = values_of(run::rows_of(columns.front(), rows - 1, 1), time.scale, time.offset).front();
+  base::Status status;
+  for (std::size_t first = 0; first < rows;) {
+    const std::size_t room = run::kChunkRows - target.pending_rows() % run::kChunkRows;
+    const std::size_t taken = std::min(room, rows - first);
+    for (std::size_t i = 0; i < columns.size(); ++i) run::append_rows(target.pending[i], columns[i], first, taken);
+    first += taken;
+    if (status && target.pending_rows() >= run::kChunkRows) status = impl_->write_full_chunks();
+  }
+  return status;
+}
+
+/// Stores the first `rows` pending rows of a stream as one chunk per channel in place of the short ones, with the bins of
+/// the pyramid that they complete. `last`: no rows will follow. Returns the pyramids' new state. Throws SQLite::Exception.
+std::vector<run::PyramidBuilder> RunFileWriter::Impl::store_window(const OpenStream& stream, std::size_t rows,
+                                                                   bool last) {
+  SQLite::Database& database = connection->database();
+  auto pyramids = stream.pyramids;
+  std::vector<double> t_s;
+  for (std::size_t i = 0; i < stream.pending.size(); ++i) {
+    const run::StoredChannel& channel = stream.stored.channels[i];
+    const Column column = run::rows_of(stream.pending[i], 0, rows);
+    run::remove_chunks_from(database, channel.id, stream.pending_first_row);
+    if (rows > 0) run::insert_chunk(database, channel.id, stream.pending_first_row, encoder.encode(column));
+    const auto values = values_of(column, channel.info.scale, channel.info.offset);
+    if (i == 0) t_s = values;
+    std::vector<run::LevelBin> bins;
+    pyramids[i].add(t_s, values, bins);
+    if (last) pyramids[i].finish(bins);
+    run::insert_bins(database, channel.id, bins);
+  }
+  return pyramids;
+}
+
+base::Status RunFileWriter::Impl::write_full_chunk(OpenStream& stream) {
+  auto pyramids = connection->transact(
+      "store samples", [&]() -> base::Result<std::vector<run::PyramidBuilder>> {
+        return store_window(stream, run::kChunkRows, false);
+      });
+  if (!pyramids) return base::forward_error(pyramids);
+  stream.pyramids = std::move(*pyramids);
+  for (Column& column : stream.pending) run::drop_first_rows(column, run::kChunkRows);
+  stream.pending_first_row += run::kChunkRows;
+  stream.flushed = 0;
+  return {};
+}
+
+base::Status RunFileWriter::Impl::write_full_chunks() {
+  for (OpenStream& stream : streams) {
+    while (stream.pending_rows() >= run::kChunkRows) {
+      if (const auto written = write_full_chunk(stream); !written) return written;
+    }
+  }
+  return {};
+}
+
+void RunFileWriter::Impl::write_short_chunks() {
+  for (const OpenStream& stream : streams) {
+    const std::size_t rows = stream.pending_rows() - stream.flushed;
+    if (rows == 0) continue;
+    for (std::size_t i = 0; i < stream.pending.size(); ++i) {
+      run::insert_chunk(connection->database(), stream.stored.channels[i].id, stream.pending_first_row + stream.flushed,
+                        encoder.encode(run::rows_of(stream.pending[i], stream.flushed, rows)));
+    }
+  }
+}
+
+void RunFileWriter::Impl::write_events() {
+  for (const RunEvent& event : pending_events) run::insert_event(connection->database(), event);
+}
+
+base::Status RunFileWriter::add_event(double t_s, std::string_view kind, std::string_view text) {
+  if (const auto open = impl_->check_open(); !open) return open;
+  if (!std::isfinite(t_s)) return base::bad_input("the time of an event must be finite", impl_->path.string());
+  impl_->pending_events.push_back({t_s, std::string(kind), std::string(text)});
+  return {};
+}
+
+base::Status RunFileWriter::flush() {
+  if (const auto open = impl_->check_open(); !open) return open;
+  if (const auto written = impl_->write_full_chunks(); !written) return written;
+  const auto committed = impl_->connection->transact("store samples", [&]() -> base::Status {
+    impl_->write_short_chunks();
+    impl_->write_events();
+    return {};
+  });
+  if (!committed) return committed;
+  for (OpenStream& stream : impl_->streams) stream.flushed = stream.pending_rows();
+  impl_->pending_events.clear();
+  return {};
+}
+
+base::Status RunFileWriter::Impl::finish() {
+  if (const auto written = write_full_chunks(); !written) return written;
+  const auto committed = connection->transact("finish the run file", [&]() -> base::Status {
+    for (const OpenStream& stream : streams) store_window(stream, stream.pending_rows(), true);
+    write_events();
+    run::insert_finished(connection->database());
+    return {};
+  });
+  finished = committed.has_value();
+  return committed;
+}
+
+/// Moves everything into the one file and ends WAL mode, which a read-only folder could not serve.
+base::Status RunFileWriter::Impl::leave_wal() {
+  return connection->run("seal the run file", [&]() -> base::Status {
+    SQLite::Database& database = connection->database();
+    SQLite::Statement checkpoint(database, "PRAGMA wal_checkpoint(TRUNCATE)");
+    const bool blocked = checkpoint.executeStep() && checkpoint.getColumn(0).getInt() != 0;
+    checkpoint.reset();
+    const std::string mode = blocked ? "wal" : database.execAndGet("PRAGMA journal_mode = DELETE").getString();
+    if (mode == "delete") return {};
+    return base::fail(base::ErrorKind::internal,
+                      "cannot seal the run file: another process reads it; close it there and seal again",
+                      path.string());
+  });
+}
+
+base::Result<std::string> RunFileWriter::seal() {
+  if (!impl_->connection) return base::bad_input("the run file is sealed already", impl_->path.string());
+  if (!impl_->finished) {
+    if (const auto finished = impl_->finish(); !finished) return base::forward_error(finished);
+  }
+  if (const auto left = impl_->leave_wal(); !left) return base::forward_error(left);
+  impl_->connection.reset();
+  const auto folder = std::filesystem::absolute(impl_->path).parent_path();
+  for (const auto& path : {impl_->path, folder}) {
+    if (const auto synced = sqlite::sync_to_disk(path); !synced) return base::forward_error(synced);
+  }
+  return sqlite::sha256_of_file(impl_->path);
+}
+
+}  // namespace soak::db

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+
+#include "db/catalog.h"
+#include "db/schema/schema.h"
+
+namespace soak::db::schema {
+namespace {
+
+/// docs/file-formats.md is the description of this text.
+constexpr const char* kStationV1 = R"sql(
+-- Sensor statistics are SI: gyro_* in rad/s, accel_* in m/s2, their variances in the square of that. Other columns carry
+-- their unit in the name. NULL stands for "not known" or "not a number". segment_dps shows the rates in deg/s.
+
+CREATE TABLE unit_type (
+  name TEXT PRIMARY KEY              -- file in procedures/units, or "generic"
+) WITHOUT ROWID;
+
+CREATE TABLE unit (
+  serial TEXT PRIMARY KEY,
+  type   TEXT NOT NULL REFERENCES unit_type (name),
+  epoch  INTEGER NOT NULL DEFAULT 0 CHECK (epoch >= 0)   -- rises with each repair or re-flash
+) WITHOUT ROWID;
+
+CREATE TABLE campaign (
+  name      TEXT PRIMARY KEY,
+  procedure TEXT NOT NULL
+) WITHOUT ROWID;
+
+-- One unit's part of one run; a run file may hold several units.
+CREATE TABLE run (
+  run_id         TEXT NOT NULL,      -- UUIDv7
+  unit           TEXT NOT NULL REFERENCES unit (serial),
+  campaign       TEXT NOT NULL REFERENCES campaign (name),
+  label          TEXT NOT NULL,
+  procedure      TEXT NOT NULL,
+  epoch          INTEGER NOT NULL,
+  created_utc_s  REAL NOT NULL,
+  clock_rate     REAL NOT NULL,
+  simulated      INTEGER NOT NULL CHECK (simulated IN (0, 1)),
+  sealed         INTEGER NOT NULL CHECK (sealed IN (0, 1)),
+  file_name      TEXT NOT NULL,      -- relative to the folder runs
+  file_sha256    TEXT NOT NULL,
+  content_sha256 TEXT NOT NULL,
+  latitude_deg   REAL,
+  height_m       REAL,
+  azimuth_deg    REAL,
+  gravity_mps2   REAL,
+  row_count      INTEGER NOT NULL,
+  duration_s     REAL NOT NULL,
+  PRIMARY KEY (run_id, unit),
+  UNIQUE (campaign, unit, label)
+) WITHOUT ROWID;
+CREATE INDEX run_by_unit ON run (unit, created_utc_s);
+
+-- Statistics of one segment. up_x ... rate_dps describe the position where its direction is known.
+CREATE TABLE segment (
+  run_id         TEXT NOT NULL,
+  unit           TEXT NOT NULL,
+  visit          INTEGER NOT NULL,   -- ordinal of the plateau in the run, from 0
+  position       TEXT NOT NULL,      -- label; empty = one attitude throughout
+  attempt        INTEGER NOT NULL,   -- repetition of the position within the visit, from 0
+  phase          TEXT NOT NULL CHECK (phase IN ('soak', 'ramp')),
+  sweep          TEXT NOT NULL CHECK (sweep IN ('unknown', 'up', 'down')),
+  plateau_c      REAL,
+  position_label TEXT,
+  up_x REAL, up_y REAL, up_z REAL,   -- unit vector that points up, in body axes
+  azimuth_deg    REAL,
+  rate_dps       REAL,
+  t_start_s      REAL NOT NULL,
+  t_end_s        REAL NOT NULL,
+  temp_c         REAL,
+  temp_rate_kpmin REAL,
+  gyro_x_temp_c REAL, gyro_y_temp_c REAL, gyro_z_temp_c REAL,
+  accel_x_temp_c REAL, accel_y_temp_c REAL, accel_z_temp_c REAL,
+  gyro_x_count INTEGER NOT NULL, gyro_x_mean REAL, gyro_x_variance REAL, gyro_x_se REAL,
+  gyro_y_count INTEGER NOT NULL, gyro_y_mean REAL, gyro_y_variance REAL, gyro_y_se REAL,
+  gyro_z_count INTEGER NOT NULL, gyro_z_mean REAL, gyro_z_variance REAL, gyro_z_se REAL,
+  accel_x_count INTEGER NOT NULL, accel_x_mean REAL, accel_x_variance REAL, accel_x_se REAL,
+  accel_y_count INTEGER NOT NULL, accel_y_mean REAL, accel_y_variance REAL, accel_y_se REAL,
+  accel_z_count INTEGER NOT NULL, accel_z_mean REAL, accel_z_variance REAL, accel_z_se REAL,
+  PRIMARY KEY (run_id, unit, visit, position, attempt),
+  FOREIGN KEY (run_id, unit) REFERENCES run (run_id, unit)
+) WITHOUT ROWID;
+
+-- Statistics of blocks of fixed length inside a segment.
+CREATE TABLE block (
+  run_id     TEXT NOT NULL,
+  unit       TEXT NOT NULL,
+  visit      INTEGER NOT NULL,
+  position   TEXT NOT NULL,
+  attempt    INTEGER NOT NULL,
+  ordinal    INTEGER NOT NULL,       -- 0, 1, 2, ... within the segment
+  t_s        REAL NOT NULL,          -- middle, device time
+  duration_s REAL NOT NULL,
+  temp_c     REAL,
+  temp_rate_kpmin REAL,
+  gyro_x_count INTEGER NOT NULL, gyro_x_mean REAL, gyro_x_variance REAL, gyro_x_se REAL,
+  gyro_y_count INTEGER NOT NULL, gyro_y_mean REAL, gyro_y_variance REAL, gyro_y_se REAL,
+  gyro_z_count INTEGER NOT NULL, gyro_z_mean REAL, gyro_z_variance REAL, gyro_z_se REAL,
+  accel_x_count INTEGER NOT NULL, accel_x_mean REAL, accel_x_variance REAL, accel_x_se REAL,
+  accel_y_count INTEGER NOT NULL, accel_y_mean REAL, accel_y_variance REAL, accel_y_se REAL,
+  accel_z_count INTEGER NOT NULL, accel_z_mean REAL, accel_z_variance REAL, accel_z_se REAL,
+  PRIMARY KEY (run_id, unit, visit, position, attempt, ordinal),
+  FOREIGN KEY (run_id, unit, visit, position, attempt) REFERENCES segment (run_id, unit, visit, position, attempt)
+) WITHOUT ROWID;
+
+-- A record withdraws a run of a unit, a visit of it (visit), a position of that (position) or one attempt (attempt).
+CREATE TABLE void (
+  void_id  TEXT PRIMARY KEY,         -- UUIDv7
+  run_id   TEXT NOT NULL,
+  unit     TEXT NOT NULL,
+  visit    INTEGER,
+  position TEXT CHECK (position IS NULL OR visit IS NOT NULL),
+  attempt  INTEGER CHECK (attempt IS NULL OR position IS NOT NULL),
+  reason   TEXT NOT NULL CHECK (reason <> ''),
+  user     TEXT NOT NULL CHECK (user <> ''),
+  utc_s    REAL NOT NULL,
+  FOREIGN KEY (run_id, unit) REFERENCES run (run_id, unit)
+);
+CREATE INDEX void_by_run ON void (run_id, unit);
+
+CREATE TABLE model (
+  unit          TEXT NOT NULL REFERENCES unit (serial),
+  version       INTEGER NOT NULL CHECK (version >= 1),
+  epoch         INTEGER NOT NULL,
+  created_utc_s REAL NOT NULL,
+  sha256        TEXT NOT NULL,       -- of the document
+  document      TEXT NOT NULL,       -- JSON of the whole model
+  PRIMARY KEY (unit, version)
+);
+
+-- Calibration files that were exported.
+CREATE TABLE calibration (
+  calibration_id TEXT PRIMARY KEY,   -- UUIDv7
+  unit           TEXT NOT NULL,
+  model_version  INTEGER NOT NULL,
+  created_utc_s  REAL NOT NULL,
+  format         TEXT NOT NULL,
+  sha256         TEXT NOT NULL,
+  path           TEXT NOT NULL,
+  FOREIGN KEY (unit, model_version) REFERENCES model (unit, version)
+);
+
+CREATE TABLE event (
+  ordinal  INTEGER PRIMARY KEY,      -- order of arrival at this station
+  event_id TEXT NOT NULL UNIQUE,     -- UUIDv7
+  utc_s    REAL NOT NULL,
+  kind     TEXT NOT NULL,
+  subject  TEXT NOT NULL,
+  text     TEXT NOT NULL
+);
+
+CREATE TRIGGER event_keeps_rows BEFORE UPDATE ON event BEGIN SELECT raise(ABORT, 'event is append-only'); END;
+CREATE TRIGGER event_keeps_all BEFORE DELETE ON event BEGIN SELECT raise(ABORT, 'event is append-only'); END;
+CREATE TRIGGER void_keeps_rows BEFORE UPDATE ON void BEGIN SELECT raise(ABORT, 'void is append-only'); END;
+CREATE TRIGGER void_keeps_all BEFORE DELETE ON void BEGIN SELECT raise(ABORT, 'void is append-only'); END;
+
+-- Segments that no record withdraws, means and standard errors in the units of the pages.
+CREATE VIEW segment_dps AS
+SELECT run_id, unit, visit, position, attempt, phase, sweep, plateau_c, t_start_s, t_end_s, temp_c,
+       gyro_x_mean * 57.29577951308232 AS gyro_x_mean_dps, gyro_x_se * 57.29577951308232 AS gyro_x_se_dps,
+       gyro_y_mean * 57.29577951308232 AS gyro_y_mean_dps, gyro_y_se * 57.29577951308232 AS gyro_y_se_dps,
+       gyro_z_mean * 57.29577951308232 AS gyro_z_mean_dps, gyro_z_se * 57.29577951308232 AS gyro_z_se_dps,
+       accel_x_mean AS accel_x_mean_mps2, accel_x_se AS accel_x_se_mps2,
+       accel_y_mean AS accel_y_mean_mps2, accel_y_se AS accel_y_se_mps2,
+       accel_z_mean AS accel_z_mean_mps2, accel_z_se AS accel_z_se_mps2
+FROM segment
+WHERE NOT EXISTS (SELECT 1 FROM void
+                  WHERE void.run_id = segment.run_id AND void.unit = segment.unit
+                    AND (void.visit IS NULL OR void.visit = segment.visit)
+                    AND (void.position IS NULL OR void.position = segment.position)
+                    AND (void.attempt IS NULL OR void.attempt = segment.attempt));
+
+CREATE VIEW run_overview AS
+SELECT datetime(created_utc_s, 'unixepoch') AS created_utc, campaign, unit, label, epoch, row_count, duration_s / 3600 AS hours,
+       simulated, sealed, run_id, file_name,
+       EXISTS (SELECT 1 FROM void
+               WHERE void.run_id = run.run_id AND void.unit = run.unit AND void.visit IS NULL) AS voided
+FROM run
+ORDER BY created_utc_s, run_id, unit;
+)sql";
+
+constexpr std::array<Step, 1> kStationSteps = {{1, kStationV1}};
+static_assert(kStationSteps.back().to_version == Catalog::kSchemaVersion);
+
+}  // namespace
+
+std::span<const Step> station_steps() { return kStationSteps; }
+
+}  // namespace soak::db::schema

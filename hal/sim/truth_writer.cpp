@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/sim/truth_writer.h"
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "hal/sim/thermal_curve.h"
+
+namespace soak::hal::sim {
+namespace {
+
+std::vector<double> values_of(const ThermalCurve& curve, const std::vector<double>& grid_c, double factor) {
+  std::vector<double> values;
+  values.reserve(grid_c.size());
+  for (const double temp_c : grid_c) values.push_back(factor * curve.at(temp_c));
+  return values;
+}
+
+std::string number_list(const std::vector<double>& values, int decimals) {
+  std::string text = "[";
+  for (const double value : values) fmt::format_to(std::back_inserter(text), "{:.{}f}, ", value, decimals);
+  if (!values.empty()) text.resize(text.size() - 2);
+  return text + "]";
+}
+
+std::string sensor_json(const CampaignConfig& config, const SimulatedUnit& unit, calib::Sensor sensor) {
+  const SimulatedSensor& truth = unit.sensors[calib::index_of(sensor)];
+  const double printed = calib::printed_per_si(sensor);
+  const std::vector<double> grid_c = dense_grid_c(config.curve);
+  const std::vector<double> bias = values_of(truth.bias, grid_c, printed);
+  std::vector<double> offsets;
+  for (int run = 1; run <= config.runs; ++run) {
+    offsets.push_back(printed * power_on_offset(config, unit, run, sensor));
+  }
+  std::string scale = "null";
+  std::string g_sensitivity = "null";
+  if (calib::is_gyro(sensor)) {
+    const double per_g = printed * base::kStandardGravity_mps2;
+    const calib::Vector3& g = truth.g_sensitivity;
+    g_sensitivity = number_list({per_g * g[0], per_g * g[1], per_g * g[2]}, 7);
+  } else {
+    scale = number_list(values_of(truth.scale_ppm, grid_c, 1.0), 3);
+  }
+  const calib::Vector3& tilt = truth.misalignment;
+  return fmt::format(
+      "{{\"unit\": \"{}\", \"uncompensated_span\": {:.7f},\n"
+      "     \"power_on_offset\": {}, \"verification_power_on_offset\": {:.7f},\n"
+      "     \"misalignment_rad\": {}, \"g_sensitivity_dps_per_g\": {},\n"
+      "     \"bias\": {},\n     \"scale_ppm\": {}}}",
+      calib::printed_unit(sensor), span_of(bias), number_list(offsets, 7),
+      printed * power_on_offset(config, unit, kVerificationRun, sensor), number_list({tilt[0], tilt[1], tilt[2]}, 7),
+      g_sensitivity, number_list(bias, 7), scale);
+}
+
+std::string unit_json(const CampaignConfig& config, const SimulatedUnit& unit) {
+  std::string text = fmt::format("  {{\"unit\": \"{}\", \"sensors\": {{", unit.serial);
+  std::string_view separator = "\n";
+  for (const calib::Sensor sensor : calib::kSensors) {
+    text += fmt::format("{}    \"{}\": {}", separator, calib::name_of(sensor), sensor_json(config, unit, sensor));
+    separator = ",\n";
+  }
+  return text + "}}";
+}
+
+std::string run_labels(const CampaignConfig& config) {
+  std::string text = "[";
+  for (int run = 1; run <= config.runs; ++run) text += fmt::format("{}\"{}\"", run > 1 ? ", " : "", run_label(run));
+  return text + "]";
+}
+
+}  // namespace
+
+std::string truth_json(const CampaignConfig& config, const std::vector<SimulatedUnit>& units) {
+  std::string text = fmt::format(
+      "{{\"seed\": {}, \"gravity_mps2\": {}, \"runs\": {}, \"verification_run\": \"{}\",\n \"temp_c\": {},\n "
+      "\"units\": [",
+      config.seed, base::kStandardGravity_mps2, run_labels(config), run_label(kVerificationRun),
+      number_list(dense_grid_c(config.curve), 2));
+  std::string_view separator = "\n";
+  for (const SimulatedUnit& unit : units) {
+    text += separator;
+    text += unit_json(config, unit);
+    separator = ",\n";
+  }
+  return text + "]}\n";
+}
+
+}  // namespace soak::hal::sim

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/commands/fit_command.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "calib/fit_json.h"
+#include "station/data_folder.h"
+#include "station/fit_unit.h"
+
+namespace soak::station {
+namespace {
+
+std::string figure(const std::optional<double>& value, double factor) {
+  return value ? fmt::format("{:.3g}", *value * factor) : "-";
+}
+
+std::string describe(const calib::UnitModel& model) {
+  std::vector<std::vector<std::string>> table = {
+      {"sensor", "unit", "deployed", "rules", "runs", "range °C", "train", "held-out", "shape", "run-to-run", "ci95"}};
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const auto& fit = model.sensors[calib::index_of(sensor)];
+    if (!fit) continue;
+    const double factor = calib::printed_per_si(sensor);
+    const auto& error = fit->bias.held_out[static_cast<std::size_t>(fit->bias.deployed)];
+    double widest = 0.0;
+    for (const calib::CurvePoint& point : fit->bias.points) widest = std::max(widest, point.ci95);
+    table.push_back({std::string(calib::name_of(sensor)), std::string(calib::printed_unit(sensor)),
+                     std::string(calib::name_of(fit->bias.deployed)), std::to_string(fit->bias.rules),
+                     std::to_string(fit->bias.runs.size()),
+                     fmt::format("{:.1f}..{:.1f}", fit->bias.temp_min_c, fit->bias.temp_max_c),
+                     figure(fit->bias.train_rmse, factor), error ? figure(error->rmse_abs, factor) : "-",
+                     error ? figure(error->rmse_shape, factor) : "-", figure(fit->bias.run_to_run_sigma, factor),
+                     figure(widest, factor)});
+  }
+  return fmt::format("unit {}, model {}{}\n{}", model.unit, model.version, model.simulated ? " (SIMULATED)" : "",
+                     text_table(table));
+}
+
+void note_warnings(const calib::UnitModel& model, Output& output) {
+  for (const calib::Warning& warning : model.warnings) output.note("warning: " + warning.text);
+  for (const auto& fit : model.sensors) {
+    if (!fit) continue;
+    for (const calib::Warning& warning : fit->warnings) output.note("warning: " + warning.text);
+  }
+}
+
+base::Result<std::vector<std::string>> units_to_fit(const db::Catalog& catalog, const FitCommand& command) {
+  if (!command.all) return std::vector<std::string>{command.unit};
+  const auto units = catalog.units();
+  if (!units) return base::forward_error(units);
+  std::vector<std::string> serials;
+  for (const db::UnitRow& unit : *units) serials.push_back(unit.serial);
+  if (serials.empty()) return base::bad_input("there is no unit in this data folder; import a recording first");
+  return serials;
+}
+
+}  // namespace
+
+base::Status run_fit(const FitCommand& command, Output& output) {
+  auto catalog = open_existing_catalog(command.data);
+  if (!catalog) return base::forward_error(catalog);
+  const auto units = units_to_fit(*catalog, command);
+  if (!units) return base::forward_error(units);
+
+  const auto progress = output.progress("fitting");
+  nlohmann::json documents = nlohmann::json::array();
+  std::string text;
+  std::optional<base::Error> failure;
+  for (std::size_t i = 0; i < units->size(); ++i) {
+    if (!progress(static_cast<double>(i) / static_cast<double>(units->size()))) {
+      return base::fail(base::ErrorKind::internal, "interrupted; the models of the units before are stored", "fit");
+    }
+    const auto input = load_unit(*catalog, (*units)[i], command.campaign);
+    const auto model = input ? fit_unit(*catalog, *input, {command.rules}, command.jobs)
+                             : base::Result<calib::UnitModel>(base::forward_error(input));
+    if (!model) {
+      if (!command.all) {
+        output.end_progress();
+        return base::forward_error(model);
+      }
+      output.print_error(model.error());
+      if (!failure) failure = model.error();
+      continue;
+    }
+    documents.push_back(calib::fit_json(*model));
+    text += (text.empty() ? "" : "\n") + describe(*model);
+    if (!output.json()) note_warnings(*model, output);
+  }
+  output.end_progress();
+
+  if (output.json()) {
+    const auto printed = output.print_json(command.all ? nlohmann::json{{"units", documents}} : documents.front());
+    if (!printed) return printed;
+  } else {
+    output.print(text);
+  }
+  if (failure) {
+    return base::fail(failure->kind, fmt::format("{} of {} units could not be fitted", units->size() - documents.size(),
+                                                 units->size()));
+  }
+  return {};
+}
+
+}  // namespace soak::station

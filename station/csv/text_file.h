@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace soak::station {
+
+/// The bytes of a text file. Refuses what cannot be read, and UTF-16, binary and classic-Mac files, with the remedy.
+[[nodiscard]] base::Result<std::string> read_text_file(const std::filesystem::path& path);
+
+/// Writes the file anew: to a temporary name beside it, synced, then renamed. On failure nothing is left behind.
+[[nodiscard]] base::Status write_text_file(const std::filesystem::path& path, std::string_view text);
+
+}  // namespace soak::station

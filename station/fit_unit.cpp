@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/fit_unit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "calib/model_document.h"
+#include "station/identity.h"
+
+namespace soak::station {
+namespace {
+
+constexpr std::string_view kVerification = "verification";
+
+std::string reason_without_runs(const std::string& unit, const std::optional<std::string>& campaign,
+                                const std::vector<db::RunRow>& runs) {
+  const std::string where = campaign ? fmt::format(" in campaign '{}'", *campaign) : "";
+  if (runs.empty()) return fmt::format("unit {} has no run{}; import or record one first", unit, where);
+  std::size_t voided = 0;
+  std::size_t verification = 0;
+  std::size_t unsealed = 0;
+  for (const db::RunRow& run : runs) {
+    voided += run.voided ? 1 : 0;
+    unsealed += run.sealed ? 0 : 1;
+    verification += run.procedure == kVerification ? 1 : 0;
+  }
+  return fmt::format("unit {} has no run to fit{}: of {} runs {} are voided, {} unsealed, {} verification runs, the rest "
+                     "of an earlier epoch",
+                     unit, where, runs.size(), voided, unsealed, verification);
+}
+
+/// Fits the sensors that have rows, each on the first free thread.
+std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> fit_sensors(
+    const calib::UnitRows& rows, const calib::CurveFitOptions& options, int jobs) {
+  std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> fits;
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t s = next++; s < calib::kSensorCount; s = next++) {
+      if (rows.bias[s]) fits[s] = calib::fit_sensor(rows, calib::kSensors[s], options);
+    }
+  };
+  const auto threads = static_cast<std::size_t>(jobs > 0 ? jobs : static_cast<int>(std::thread::hardware_concurrency()));
+  std::vector<std::jthread> pool;
+  for (std::size_t t = 1; t < std::clamp<std::size_t>(threads, 1, calib::kSensorCount); ++t) pool.emplace_back(work);
+  work();
+  pool.clear();
+  return fits;
+}
+
+}  // namespace
+
+base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run) {
+  auto segments = catalog.segments(run.run_id, run.unit, true);
+  if (!segments) return base::forward_error(segments);
+  return calib::RunInput{run.run_id,    run.label, run.campaign,         run.content_sha256,
+                         run.simulated, run.site,  *std::move(segments)};
+}
+
+base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::string& unit,
+                                         const std::optional<std::string>& campaign) {
+  const auto row = catalog.unit(unit);
+  if (!row) return base::forward_error(row);
+  if (!*row) return base::bad_input(fmt::format("no unit '{}' in this data folder; 'soak unit list' shows them", unit));
+  const auto runs = catalog.runs({.unit = unit, .campaign = campaign, .run = {}});
+  if (!runs) return base::forward_error(runs);
+  calib::UnitInput input;
+  input.unit = unit;
+  input.type.name = (*row)->type;
+  input.epoch = (*row)->epoch;
+  for (const db::RunRow& run : *runs) {
+    if (!run.sealed || run.voided || run.epoch != input.epoch || run.procedure == kVerification) continue;
+    auto loaded = load_run(catalog, run);
+    if (!loaded) return base::forward_error(loaded);
+    input.runs.push_back(*std::move(loaded));
+  }
+  if (input.runs.empty()) return base::bad_input(reason_without_runs(unit, campaign, *runs));
+  return input;
+}
+
+base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitInput& input,
+                                        const calib::CurveFitOptions& options, int jobs) {
+  const auto rows = calib::make_rows(input);
+  if (!rows) return base::forward_error(rows);
+  auto fits = fit_sensors(*rows, options, jobs);
+  std::array<std::optional<calib::SensorFit>, calib::kSensorCount> sensors;
+  for (std::size_t s = 0; s < fits.size(); ++s) {
+    if (!fits[s]) continue;
+    if (!*fits[s]) {
+      base::Error error = fits[s]->error();
+      error.where = fmt::format("unit {}, {}", input.unit, error.where);
+      return tl::unexpected<base::Error>(std::move(error));
+    }
+    sensors[s] = **std::move(fits[s]);
+  }
+  calib::UnitModel model = calib::make_model(input, *rows, std::move(sensors));
+  model.created_utc_s = now_utc_s();
+  const auto version =
+      catalog.add_model(input.unit, input.epoch, model.created_utc_s, [&](std::int32_t number) {
+        model.version = number;
+        return calib::model_document(model);
+      });
+  if (!version) return base::forward_error(version);
+  model.version = *version;
+  return model;
+}
+
+}  // namespace soak::station

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/import.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "calib/segmentation.h"
+#include "db/run_file.h"
+#include "station/identity.h"
+#include "station/recording_reader.h"
+#include "station/run_streams.h"
+
+namespace soak::station {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Files that are removed again unless the import comes to its end.
+class NewFiles {
+ public:
+  NewFiles() = default;
+  NewFiles(const NewFiles&) = delete;
+  NewFiles& operator=(const NewFiles&) = delete;
+  ~NewFiles() {
+    for (const fs::path& path : paths_) remove(path);
+  }
+
+  void add(fs::path path) { paths_.push_back(std::move(path)); }
+  void discard(const fs::path& path) {
+    remove(path);
+    forget(path);
+  }
+  void forget(const fs::path& path) { std::erase(paths_, path); }
+
+ private:
+  static void remove(const fs::path& path) {
+    std::error_code ignored;
+    for (const char* suffix : {"", "-wal", "-shm", "-journal"}) fs::remove(path.string() + suffix, ignored);
+  }
+
+  std::vector<fs::path> paths_;
+};
+
+/// A run that is written and sealed under a temporary name but not yet recorded.
+struct StagedRun {
+  db::RunRow row;
+  std::vector<calib::Segment> segments;
+  fs::path temporary;
+};
+
+bool same_circumstances(const db::RunRow& stored, const ImportOptions& options) {
+  return stored.site == options.site && stored.simulated == options.simulated;
+}
+
+class Importer {
+ public:
+  Importer(db::Catalog& catalog, const CsvRecording& recording, const fs::path& source, const ImportOptions& options)
+      : catalog_(catalog), recording_(recording), source_(source), options_(options) {}
+
+  base::Result<ImportSummary> run() {
+    if (auto status = look_up_unit(); !status) return base::forward_error(status);
+    auto stored = catalog_.runs({.unit = options_.unit, .campaign = {}, .run = {}});
+    if (!stored) return base::forward_error(stored);
+    stored_ = *std::move(stored);
+    for (const CsvRun& run : recording_.runs) {
+      if (!report_progress()) return interrupted();
+      if (auto status = stage(run); !status) return base::forward_error(status);
+    }
+    if (!report_progress()) return interrupted();
+    if (auto status = record(); !status) return base::forward_error(status);
+    return std::move(summary_);
+  }
+
+ private:
+  [[nodiscard]] bool report_progress() const {
+    const auto done = static_cast<double>(summary_.runs.size());
+    return !options_.progress || options_.progress(done / static_cast<double>(recording_.runs.size()));
+  }
+
+  [[nodiscard]] base::Result<ImportSummary> interrupted() const {
+    return base::fail(base::ErrorKind::internal, "interrupted: nothing was imported", source_.string());
+  }
+
+  base::Status look_up_unit() {
+    const auto unit = catalog_.unit(options_.unit);
+    if (!unit) return base::forward_error(unit);
+    if (!*unit) return {};
+    epoch_ = (*unit)->epoch;
+    if (options_.unit_type && *options_.unit_type != (*unit)->type) {
+      return base::bad_input(fmt::format("unit '{}' is of type '{}', not '{}': leave --type out, or correct it",
+                                         options_.unit, (*unit)->type, *options_.unit_type),
+                             "--type");
+    }
+    return {};
+  }
+
+  base::Status stage(const CsvRun& run) {
+    StagedRun staged;
+    staged.row.run_id = new_run_id();
+    staged.row.file_name = staged.row.run_id + ".soakrun";
+    staged.temporary = catalog_.run_file_path(staged.row).string() + ".tmp";
+    std::error_code ignored;  // a folder that cannot be made shows when the file is created
+    fs::create_directories(staged.temporary.parent_path(), ignored);
+    files_.add(staged.temporary);
+    if (auto status = write(run, staged); !status) return status;
+    if (auto status = describe(run, staged); !status) return status;
+    return decide(std::move(staged));
+  }
+
+  base::Status write(const CsvRun& run, StagedRun& staged) const {
+    db::RunInfo info;
+    info.run_id = staged.row.run_id;
+    info.label = run.label;
+    info.campaign = options_.campaign;
+    info.procedure = options_.procedure;
+    info.created_utc_s = now_utc_s();
+    info.simulated = options_.simulated;
+    info.source = "import " + source_.filename().string();
+    info.site = options_.site;
+    auto file = db::RunFileWriter::create(staged.temporary, info);
+    if (!file) return base::forward_error(file);
+    const auto stream = file->add_stream({std::string(kImuStream), options_.unit, run.channels});
+    if (!stream) return base::forward_error(stream);
+    if (auto status = file->append(*stream, run.columns); !status) return status;
+    if (auto status = write_positions(*file, options_.unit, run.positions, run.channels, run.columns); !status) {
+      return status;
+    }
+    auto sha256 = file->seal();
+    if (!sha256) return base::forward_error(sha256);
+    staged.row.file_sha256 = *std::move(sha256);
+    staged.row.created_utc_s = info.created_utc_s;
+    return {};
+  }
+
+  base::Status describe(const CsvRun& run, StagedRun& staged) {
+    const auto file = db::RunFileReader::open(staged.temporary);
+    if (!file) return base::forward_error(file);
+    auto content = file->content_hash();
+    if (!content) return base::forward_error(content);
+    const auto recording = read_recording(*file, options_.unit);
+    if (!recording) return base::forward_error(recording);
+    auto segmentation = calib::segment(*recording);
+    if (!segmentation) return base::forward_error(segmentation);
+    for (const std::string& warning : segmentation->warnings) {
+      summary_.warnings.push_back(fmt::format("run '{}': {}", run.label, warning));
+    }
+    staged.segments = std::move(segmentation->segments);
+    staged.row.unit = options_.unit;
+    staged.row.campaign = options_.campaign;
+    staged.row.label = run.label;
+    staged.row.procedure = options_.procedure;
+    staged.row.epoch = epoch_;
+    staged.row.simulated = options_.simulated;
+    staged.row.sealed = true;
+    staged.row.content_sha256 = *std::move(content);
+    staged.row.site = options_.site;
+    staged.row.rows = run.rows();
+    staged.row.duration_s = recording->t_s.back() - recording->t_s.front();
+    return {};
+  }
+
+  /// A staged run is new, is there already, or stands against one that is there.
+  base::Status decide(StagedRun staged) {
+    const auto same_label = std::find_if(stored_.begin(), stored_.end(), [&](const db::RunRow& run) {
+      return run.campaign == options_.campaign && run.label == staged.row.label;
+    });
+    if (same_label == stored_.end()) {
+      warn_of_copy(staged.row);
+      summary_.runs.push_back(outcome(staged.row, staged.segments.size(), false));
+      staged_.push_back(std::move(staged));
+      return {};
+    }
+    if (same_label->content_sha256 != staged.row.content_sha256) {
+      return refuse(*same_label, fmt::format("holds other samples (content {:.12} there, {:.12} in the file)",
+                                             same_label->content_sha256, staged.row.content_sha256));
+    }
+    if (!same_circumstances(*same_label, options_)) {
+      return refuse(*same_label, "holds the same samples with another site or another --simulated");
+    }
+    if (same_label->voided) {
+      summary_.warnings.push_back(fmt::format("run '{}' is there already, but voided", staged.row.label));
+    }
+    files_.discard(staged.temporary);
+    summary_.runs.push_back(outcome(*same_label, staged.segments.size(), true));
+    return {};
+  }
+
+  [[nodiscard]] base::Status refuse(const db::RunRow& stored, std::string_view why) const {
+    return base::bad_input(
+        fmt::format("run '{0}' of {1}: run '{0}' ({2}) of unit '{3}' in campaign '{4}' {5}. Import into "
+                    "another campaign (--campaign NAME), or give the run another label; a run that is "
+                    "wrong there is withdrawn with 'soak runs void {2} --reason TEXT'. Nothing was "
+                    "imported",
+                    stored.label, source_.filename().string(), stored.run_id, stored.unit, stored.campaign, why),
+        source_.string());
+  }
+
+  void warn_of_copy(const db::RunRow& row) {
+    for (const db::RunRow& other : stored_) {
+      if (other.content_sha256 != row.content_sha256 || other.voided) continue;
+      summary_.warnings.push_back(
+          fmt::format("run '{}' holds the same samples as run '{}' of campaign '{}': a fit of both "
+                      "would count them twice",
+                      row.label, other.label, other.campaign));
+      return;
+    }
+  }
+
+  static ImportedRun outcome(const db::RunRow& row, std::size_t segments, bool was_there) {
+    return {row.label, row.run_id, was_there, row.rows, row.duration_s, segments, row.content_sha256};
+  }
+
+  /// Gives the files their names and enters them into the catalog.
+  base::Status record() {
+    if (staged_.empty()) return {};
+    for (const StagedRun& staged : staged_) {
+      const fs::path path = catalog_.run_file_path(staged.row);
+      std::error_code error;
+      fs::rename(staged.temporary, path, error);
+      if (error) return base::fail(base::ErrorKind::internal, "cannot rename: " + error.message(), path.string());
+      files_.forget(staged.temporary);
+      files_.add(path);
+    }
+    const auto unit = catalog_.ensure_unit(options_.unit, options_.unit_type.value_or("generic"));
+    if (!unit) return base::forward_error(unit);
+    if (auto status = catalog_.ensure_campaign(options_.campaign, options_.procedure); !status) return status;
+    std::size_t recorded = 0;
+    for (const StagedRun& staged : staged_) {
+      if (const auto status = catalog_.add_run(staged.row, staged.segments); !status) {
+        if (recorded == 0) return status;
+        return base::fail(status.error().kind,
+                          fmt::format("{} ({} of {} runs are recorded: importing the file again adds the others)",
+                                      status.error().message, recorded, staged_.size()),
+                          status.error().where);
+      }
+      files_.forget(catalog_.run_file_path(staged.row));
+      ++recorded;
+    }
+    return {};
+  }
+
+  db::Catalog& catalog_;
+  const CsvRecording& recording_;
+  const fs::path& source_;
+  const ImportOptions& options_;
+  std::int32_t epoch_ = 0;
+  std::vector<db::RunRow> stored_;
+  std::vector<StagedRun> staged_;
+  ImportSummary summary_;
+  NewFiles files_;
+};
+
+}  // namespace
+
+base::Result<ImportSummary> store_recording(db::Catalog& catalog, const CsvRecording& recording, const fs::path& source,
+                                            const ImportOptions& options) {
+  if (options.unit.empty()) return base::bad_input("the serial number of the unit is empty", "--unit");
+  if (options.campaign.empty()) return base::bad_input("the name of the campaign is empty", "--campaign");
+  return Importer(catalog, recording, source, options).run();
+}
+
+base::Result<ImportSummary> import_csv(db::Catalog& catalog, const fs::path& path, const CsvOptions& csv,
+                                       const ImportOptions& options) {
+  const auto recording = read_csv_recording(path, csv);
+  if (!recording) return base::forward_error(recording);
+  return store_recording(catalog, *recording, path, options);
+}
+
+}  // namespace soak::station

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <iosfwd>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+
+namespace soak::station {
+
+/// Where a command writes: results to standard output, as text or as one JSON document; everything else to standard
+/// error.
+class Output {
+ public:
+  Output(std::ostream& out, std::ostream& err, bool json, bool progress_bar)
+      : out_(out), err_(err), json_(json), progress_bar_(progress_bar) {}
+
+  /// Whether --json was given: then print_json() is called once and print() never.
+  [[nodiscard]] bool json() const { return json_; }
+
+  void print(std::string_view text);
+  /// Prints the document. Refuses (internal) one that holds NaN or infinity: JSON has no such numbers.
+  [[nodiscard]] base::Status print_json(const nlohmann::json& document);
+  /// A remark for the user on standard error.
+  void note(std::string_view text);
+  /// An error on standard error: "soak: where: message", or {"error": {"code", "message", "where"}}.
+  void print_error(const base::Error& error);
+
+  /// A callback for long work that draws a bar on a terminal and returns false once the user has pressed Ctrl-C.
+  [[nodiscard]] std::function<bool(double)> progress(std::string_view what);
+  /// Ends a bar that was drawn.
+  void end_progress();
+
+ private:
+  std::ostream& out_;
+  std::ostream& err_;
+  bool json_;
+  bool progress_bar_;
+  bool bar_is_drawn_ = false;
+};
+
+/// Makes Ctrl-C (SIGINT) and SIGTERM set a flag that interrupted() tells of, and writing past a file size limit an
+/// error of the write.
+void catch_signals();
+[[nodiscard]] bool interrupted();
+
+/// The number, or null where it is not finite or absent.
+[[nodiscard]] nlohmann::json number_or_null(double value);
+[[nodiscard]] nlohmann::json number_or_null(const std::optional<double>& value);
+
+/// A plain table: columns as wide as their widest cell, numbers to the right.
+[[nodiscard]] std::string text_table(const std::vector<std::vector<std::string>>& rows);
+
+}  // namespace soak::station

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/sim/campaign_config.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/sim/support.h"
+
+namespace soak::hal::sim {
+namespace {
+
+/// The shipped text with one passage replaced.
+std::string shipped_text_with(const std::string& passage, const std::string& replacement) {
+  std::string text = test::content_of(test::kShippedConfig);
+  const std::size_t at = text.find(passage);
+  EXPECT_NE(at, std::string::npos) << passage;
+  return text.replace(at, passage.size(), replacement);
+}
+
+std::string line_of(const std::string& text, const std::string& passage) {
+  const std::string before = text.substr(0, text.find(passage));
+  return "lab.toml:" + std::to_string(1 + std::count(before.begin(), before.end(), '\n'));
+}
+
+struct Mistake {
+  std::string passage;
+  std::string replacement;
+  std::string said;
+};
+
+TEST(CampaignConfig, NamesEveryMistakeWithItsLine) {
+  const Mistake mistakes[] = {
+      {"units = 3", "units = 0", "campaign.units"},
+      {"units = 3", "units = 3.5", "whole number"},
+      {"slow_share = 0.3", "slow_share = 1.3", "noise.slow_share"},
+      {"slow_share = 0.3", "slow_share = nan", "noise.slow_share"},
+      {"feature_sigma_c = [6.0, 9.0]", "feature_sigma_c = [9.0, 6.0]", "lower end first"},
+      {"feature_count = [1, 2]", "feature_count = [1, 2.5]", "whole"},
+      {"feature_count = [1, 2]", "feature_count = 2", "pair"},
+      {"slow_correlation_times_s = [20.0, 200.0, 2000.0]", "slow_correlation_times_s = []", "list"},
+      {"step_c = 5.0", "step_c = 7.0", "divide"},
+      {"turn_c = 70.0", "turn_c = -70.0", "above"},
+      {"bias_span_dps = [0.42, 0.58]", "bias_span_dps = [0.1, 0.58]", "local features"},
+      {"feature_margin_c = 10.0", "feature_margin_c = 80.0", "room"},
+      {"# latitude_deg = 51.08", "latitude_deg = 51.08", "together"},
+      {"[chamber]", "[chamber]\nhumidity = 3", "unknown key 'chamber.humidity'"},
+  };
+  for (const Mistake& mistake : mistakes) {
+    const std::string text = shipped_text_with(mistake.passage, mistake.replacement);
+    const auto config = parse_campaign_config(text, "lab.toml");
+    ASSERT_FALSE(config) << mistake.replacement;
+    EXPECT_EQ(config.error().kind, base::ErrorKind::bad_input);
+    EXPECT_NE(config.error().message.find(mistake.said), std::string::npos) << config.error().message;
+    const std::string& marker = mistake.said.starts_with("unknown") ? "humidity" : mistake.replacement;
+    EXPECT_EQ(config.error().where, line_of(text, marker)) << mistake.replacement;
+  }
+}
+
+TEST(CampaignConfig, NamesAMissingKeyAndTheFile) {
+  const auto config = parse_campaign_config(shipped_text_with("ramp_rows = 8", ""), "lab.toml");
+  ASSERT_FALSE(config);
+  EXPECT_NE(config.error().message.find("'campaign.ramp_rows' is missing"), std::string::npos);
+  EXPECT_EQ(config.error().where, "lab.toml");
+}
+
+TEST(CampaignConfig, NamesTheLineOfASyntaxError) {
+  const auto config = parse_campaign_config("[campaign]\nseed = = 1\n", "lab.toml");
+  ASSERT_FALSE(config);
+  EXPECT_EQ(config.error().where, "lab.toml:2");
+}
+
+TEST(CampaignConfig, TakesAnEarthFrameOnlyWhenBothAnglesAreGiven) {
+  EXPECT_FALSE(test::shipped_config().earth);
+  const auto config = parse_campaign_config(
+      shipped_text_with("\n[site]", "\n[site]\nlatitude_deg = -12.5\nazimuth_deg = 80"), "lab.toml");
+  ASSERT_TRUE(config) << config.error().message;
+  const EarthFrame earth = config->earth.value_or(EarthFrame{});
+  EXPECT_EQ(earth.latitude_deg, -12.5);
+  EXPECT_EQ(earth.azimuth_deg, 80.0);
+}
+
+}  // namespace
+}  // namespace soak::hal::sim
