@@ -21,7 +21,7 @@ struct HybridOptions {
   double step_decrease = 0.9;  ///< factor after two zigzags of the error; (0, 1]
   double step_increase = 1.1;  ///< factor after four reductions of the error; >= 1
   double rmse_goal = 0.0;      ///< stop when the training RMSE (units of y) is at most this
-  double min_rmse_change = 0.0;  ///< stop when the RMSE falls by less than this share of it in each of eight epochs
+  double min_rmse_change = 0.0;  ///< stop when ten epochs lower the least RMSE by less than this share; 0: never
 
   /// Whether every option is in its range; the message names option, value and range.
   [[nodiscard]] base::Status validate() const;

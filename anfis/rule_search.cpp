@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdlib>
 #include <functional>
 #include <map>
 #include <set>
@@ -89,9 +88,11 @@ base::Result<std::vector<double>> fold_errors(const std::vector<Fold>& folds, Hy
   return errors;
 }
 
+// A quarter of the resolved inputs stays over to judge the consequents by; two rules need only not interpolate.
 int most_rules(const TrainingData& data, int order) {
-  const int below = resolved_inputs(data) - 1;
-  const int c=getenv("CAP")?atoi(getenv("CAP")):6; return std::min(c, below / (order + 1));
+  const int resolved = resolved_inputs(data);
+  const int consequents = order + 1;
+  return std::max(3 * resolved / (4 * consequents), std::min(2, (resolved - 1) / consequents));
 }
 
 RuleSearch choose(int min_rules, const std::vector<std::vector<double>>& errors) {
@@ -148,8 +149,8 @@ base::Result<RuleSearch> search_rules(const TrainingData& data, std::span<const 
   }
   if (options.min_rules < 2 || max_rules < options.min_rules) {
     return base::bad_input("no number of rules is left to try between " + std::to_string(options.min_rules) + " and " +
-                               std::to_string(max_rules) + ": the least is 2 and consequents must be fewer than the " +
-                               "resolved inputs of every fold",
+                               std::to_string(max_rules) + ": the least is 2, and the most follows from the resolved " +
+                               "inputs of the smallest fold",
                            "min_rules, max_rules");
   }
   std::vector<std::vector<double>> errors;

@@ -12,7 +12,7 @@ namespace soak::anfis {
 
 struct RuleSearchOptions {
   int min_rules = 2;
-  int max_rules = 10;      ///< lowered where the consequents would reach the number of resolved inputs
+  int max_rules = 10;      ///< lowered so that consequents are at most 3/4 of the resolved inputs (2 rules: fewer than those)
   HybridOptions training;  ///< of every candidate; its `rules` is ignored
 };
 

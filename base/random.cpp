@@ -25,8 +25,9 @@ std::uint64_t hashed(std::uint64_t seed, std::uint64_t stream, std::uint64_t ind
 }
 
 double hashed_gaussian(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {
-  const double u1 = 1.0 - unit_interval(hashed(seed, stream, 2 * index));
-  const double u2 = unit_interval(hashed(seed, ~stream, 2 * index + 1));
+  // Another seed than that of hashed(): normals and uniforms of one stream stay independent.
+  const double u1 = 1.0 - unit_interval(hashed(~seed, stream, 2 * index));
+  const double u2 = unit_interval(hashed(~seed, stream, 2 * index + 1));
   return std::sqrt(-2.0 * std::log(u1)) * std::cos(2.0 * std::numbers::pi * u2);
 }
 

@@ -218,9 +218,9 @@ void trace_curve(const TrainedFamilies& trained, CurveFit& fit) {
 void warn(const CurveData& data, const CurveSubject& subject, CurveFit& fit) {
   if (fit.runs.size() < kRunsForHoldout) {
     fit.warnings.push_back(
-        {"few_runs", fmt::format("{}: {} run{}: no held-out error can be given and the run-to-run scatter is {}; at "
-                                 "least 3 runs are needed",
-                                 subject.name, fit.runs.size(), fit.runs.size() == 1 ? "" : "s",
+        {"few_runs", fmt::format("{}: no held-out error can be given and the run-to-run scatter is {}; at least 3 runs are "
+                                 "needed",
+                                 fit.runs.size() == 1 ? "one run only" : "two runs only",
                                  fit.runs.size() == 1 ? "unknown" : "hardly known")});
   }
   if (fit.rules == 0) {

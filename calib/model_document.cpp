@@ -15,13 +15,17 @@ using nlohmann::json;
 
 constexpr int kFormatVersion = 1;
 
-json curve_to_json(const Curve& curve) {
-  if (const auto* model = std::get_if<anfis::Model>(&curve)) return {{"kind", "fis"}, {"model", anfis::to_json(*model)}};
+base::Result<json> curve_to_json(const Curve& curve) {
+  if (const auto* model = std::get_if<anfis::Model>(&curve)) {
+    auto document = anfis::model_to_json(*model);
+    if (!document) return base::forward_error(document);
+    return json{{"kind", "fis"}, {"model", *std::move(document)}};
+  }
   if (const auto* spline = std::get_if<SplineCurve>(&curve)) {
-    return {{"kind", "spline"}, {"knots_c", spline->knots_c}, {"coefficients", spline->coefficients}};
+    return json{{"kind", "spline"}, {"knots_c", spline->knots_c}, {"coefficients", spline->coefficients}};
   }
   const auto& table = std::get<TableCurve>(curve);
-  return {{"kind", "table"}, {"first_c", table.first_c}, {"step_c", table.step_c}, {"values", table.values}};
+  return json{{"kind", "table"}, {"first_c", table.first_c}, {"step_c", table.step_c}, {"values", table.values}};
 }
 
 /// Throws json::exception where a member is missing; calibration_of() catches it.
@@ -52,14 +56,20 @@ UncertaintyTable uncertainty_from_json(const json& document) {
           document.at("pi95").get<std::vector<double>>()};
 }
 
-json sensor_to_json(const SensorCalibration& sensor) {
+base::Result<json> sensor_to_json(const SensorCalibration& sensor) {
+  auto bias = curve_to_json(sensor.bias);
+  if (!bias) return base::forward_error(bias);
   json document = {{"sensor", name_of(sensor.sensor)},
                    {"temp_min_c", sensor.temp_min_c},
                    {"temp_max_c", sensor.temp_max_c},
                    {"model", sensor.model},
-                   {"bias", curve_to_json(sensor.bias)},
+                   {"bias", *std::move(bias)},
                    {"bias_uncertainty", uncertainty_to_json(sensor.bias_uncertainty)}};
-  if (sensor.scale_ppm) document["scale_ppm"] = curve_to_json(*sensor.scale_ppm);
+  if (sensor.scale_ppm) {
+    auto scale = curve_to_json(*sensor.scale_ppm);
+    if (!scale) return base::forward_error(scale);
+    document["scale_ppm"] = *std::move(scale);
+  }
   if (sensor.scale_uncertainty) document["scale_uncertainty"] = uncertainty_to_json(*sensor.scale_uncertainty);
   return document;
 }
@@ -88,9 +98,13 @@ base::Result<SensorCalibration> sensor_from_json(const json& document) {
   return calibration;
 }
 
-json calibration_to_json(const Calibration& calibration) {
+base::Result<json> calibration_to_json(const Calibration& calibration) {
   json sensors = json::array();
-  for (const SensorCalibration& sensor : calibration.sensors) sensors.push_back(sensor_to_json(sensor));
+  for (const SensorCalibration& sensor : calibration.sensors) {
+    auto entry = sensor_to_json(sensor);
+    if (!entry) return base::forward_error(entry);
+    sensors.push_back(*std::move(entry));
+  }
   json document = {{"unit", calibration.unit},
                    {"unit_type", calibration.unit_type},
                    {"epoch", calibration.epoch},
@@ -129,11 +143,13 @@ base::Result<Calibration> calibration_from_json(const json& document) {
 
 }  // namespace
 
-std::string model_document(const UnitModel& model) {
+base::Result<std::string> model_document(const UnitModel& model) {
+  auto calibration = calibration_to_json(make_calibration(model));
+  if (!calibration) return base::forward_error(calibration);
   const json document = {{"format", "soak-model"},
                          {"format_version", kFormatVersion},
                          {"fit", fit_json(model)},
-                         {"calibration", calibration_to_json(make_calibration(model))}};
+                         {"calibration", *std::move(calibration)}};
   return document.dump();
 }
 

@@ -31,4 +31,8 @@ if(SOAK_SANITIZE)
 endif()
 
 find_program(SOAK_CCACHE ccache)
+# Debian's own interpreter: it has the modules that the tests need, whatever else stands first in PATH.
+if(NOT Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
+  set(Python3_EXECUTABLE /usr/bin/python3)
+endif()
 find_package(Python3 REQUIRED COMPONENTS Interpreter)

@@ -34,10 +34,10 @@ struct RunRow {
   double clock_rate = 1.0;
   bool simulated = false;
   bool sealed = false;
-  bool voided = false;          ///< by a void record of the whole run
-  std::string file_name;        ///< relative to the folder `runs`
-  std::string file_sha256;      ///< of the sealed file
-  std::string content_sha256;   ///< RunFileReader::content_hash()
+  bool voided = false;         ///< by a void record of the whole run
+  std::string file_name;       ///< relative to the folder `runs`
+  std::string file_sha256;     ///< of the sealed file
+  std::string content_sha256;  ///< RunFileReader::content_hash()
   calib::Site site;
   std::uint64_t rows = 0;
   double duration_s = 0.0;
@@ -87,8 +87,8 @@ struct EventRow {
   std::string text;
 };
 
-/// The station's catalog `station.db`: what exists, statistics, models and an append-only log. Several processes may use
-/// it at once (WAL, busy time-out, short IMMEDIATE transactions). Nothing is deleted.
+/// The station's catalog `station.db`: what exists, statistics, models and an append-only log. Several processes may
+/// use it at once (WAL, busy time-out, short IMMEDIATE transactions). Nothing is deleted.
 class Catalog {
  public:
   /// Opens the catalog of a data folder, creating folder and file where absent and migrating an older version forward.

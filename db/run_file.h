@@ -30,8 +30,8 @@ struct RunInfo {
 
 /// A table of samples on one time axis: the stream of one unit, or the chamber's log.
 struct StreamInfo {
-  std::string name;  ///< "imu", "chamber"
-  std::string unit;  ///< serial number; empty for streams of no unit
+  std::string name;                   ///< "imu", "chamber"
+  std::string unit;                   ///< serial number; empty for streams of no unit
   std::vector<ChannelInfo> channels;  ///< the first is the time axis `t_s`
 };
 
@@ -67,14 +67,15 @@ class RunFileWriter {
   /// Adds a stream; returns its index. Refuses a stream whose first channel is not `t_s`, a channel name that stands
   /// twice, and a second stream of the same name and unit.
   [[nodiscard]] base::Result<std::size_t> add_stream(const StreamInfo& stream);
-  /// Appends rows: one column per channel, in the channels' types, all of one length. The time axis has a finite value in
-  /// every row and never falls. Takes all rows or, if it refuses them (bad_input), none.
+  /// Appends rows: one column per channel, in the channels' types, all of one length. The time axis has a finite value
+  /// in every row and never falls. Takes all rows or, if it refuses them (bad_input), none.
   [[nodiscard]] base::Status append(std::size_t stream, const std::vector<Column>& columns);
   [[nodiscard]] base::Status add_event(double t_s, std::string_view kind, std::string_view text);
   /// Commits all rows and events so far (a short last chunk included). After success they survive a loss of power.
   [[nodiscard]] base::Status flush();
-  /// Commits, completes the pyramid, checkpoints, leaves WAL mode, syncs; returns the SHA-256 of the file in hexadecimal.
-  /// Fails while another process reads the file for longer than the busy time-out; may then be called again.
+  /// Commits, completes the pyramid, checkpoints, leaves WAL mode, syncs; returns the SHA-256 of the file in
+  /// hexadecimal. Fails while another process reads the file for longer than the busy time-out; may then be called
+  /// again.
   [[nodiscard]] base::Result<std::string> seal();
 
  private:
@@ -101,11 +102,12 @@ class RunFileReader {
   [[nodiscard]] std::uint64_t rows(std::size_t stream) const;
   [[nodiscard]] base::Result<std::vector<RunEvent>> events() const;
   /// `count` rows of one channel from `first_row` (fewer at the end). Checks the CRC of every chunk that it touches;
-  /// corrupt, naming channel and chunk, where it fails. Absent rows hold zero bytes; `present` is empty if none is absent.
+  /// corrupt, naming channel and chunk, where it fails. Absent rows hold zero bytes; `present` is empty if none is
+  /// absent.
   [[nodiscard]] base::Result<Column> read(std::size_t stream, std::size_t channel, std::uint64_t first_row = 0,
                                           std::uint64_t count = UINT64_MAX) const;
-  /// At most about `max_bins` bins that cover [from_s, to_s]: the coarsest level of the pyramid that is fine enough, with
-  /// adjacent bins joined; where no level is, bins made of the samples themselves.
+  /// At most about `max_bins` bins that cover [from_s, to_s]: the coarsest level of the pyramid that is fine enough,
+  /// with adjacent bins joined; where no level is, bins made of the samples themselves.
   [[nodiscard]] base::Result<std::vector<PyramidBin>> pyramid(std::size_t stream, std::size_t channel, double from_s,
                                                               double to_s, std::size_t max_bins) const;
   /// SHA-256 over the streams' meaning (names, units, types, labels) and every number, independent of how the file is

@@ -49,15 +49,24 @@ std::optional<SampleType> sample_type_named(std::string_view name) {
 
 std::vector<double> values_of(const Column& column, double scale, double offset) {
   switch (column.type) {
-    case SampleType::i8: return converted<std::int8_t>(column, scale, offset);
-    case SampleType::u8: return converted<std::uint8_t>(column, scale, offset);
-    case SampleType::i16: return converted<std::int16_t>(column, scale, offset);
-    case SampleType::u16: return converted<std::uint16_t>(column, scale, offset);
-    case SampleType::i32: return converted<std::int32_t>(column, scale, offset);
-    case SampleType::u32: return converted<std::uint32_t>(column, scale, offset);
-    case SampleType::i64: return converted<std::int64_t>(column, scale, offset);
-    case SampleType::f32: return converted<float>(column, scale, offset);
-    case SampleType::f64: return converted<double>(column, scale, offset);
+    case SampleType::i8:
+      return converted<std::int8_t>(column, scale, offset);
+    case SampleType::u8:
+      return converted<std::uint8_t>(column, scale, offset);
+    case SampleType::i16:
+      return converted<std::int16_t>(column, scale, offset);
+    case SampleType::u16:
+      return converted<std::uint16_t>(column, scale, offset);
+    case SampleType::i32:
+      return converted<std::int32_t>(column, scale, offset);
+    case SampleType::u32:
+      return converted<std::uint32_t>(column, scale, offset);
+    case SampleType::i64:
+      return converted<std::int64_t>(column, scale, offset);
+    case SampleType::f32:
+      return converted<float>(column, scale, offset);
+    case SampleType::f64:
+      return converted<double>(column, scale, offset);
   }
   return {};
 }

@@ -100,10 +100,12 @@ base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitI
   }
   calib::UnitModel model = calib::make_model(input, *rows, std::move(sensors));
   model.created_utc_s = now_utc_s();
+  // Whether the model can be stored does not depend on its number, which is known only inside the transaction.
+  if (const auto document = calib::model_document(model); !document) return base::forward_error(document);
   const auto version =
       catalog.add_model(input.unit, input.epoch, model.created_utc_s, [&](std::int32_t number) {
         model.version = number;
-        return calib::model_document(model);
+        return *calib::model_document(model);
       });
   if (!version) return base::forward_error(version);
   model.version = *version;

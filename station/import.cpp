@@ -102,8 +102,6 @@ class Importer {
     staged.row.run_id = new_run_id();
     staged.row.file_name = staged.row.run_id + ".soakrun";
     staged.temporary = catalog_.run_file_path(staged.row).string() + ".tmp";
-    std::error_code ignored;  // a folder that cannot be made shows when the file is created
-    fs::create_directories(staged.temporary.parent_path(), ignored);
     files_.add(staged.temporary);
     if (auto status = write(run, staged); !status) return status;
     if (auto status = describe(run, staged); !status) return status;

@@ -10,9 +10,12 @@
 namespace soak::calib::file {
 namespace {
 
-constexpr int kIntervals = 1024;
+constexpr int kIntervals = 2048;
+// The flank of a rule, where rounding shows most: this many points to each side of its middle, from -8 to 8 (see flank()).
+constexpr int kFlankSteps = 32;
+constexpr double kFlankReach = 8.0;
 // A step of the curve is resolved until neighbours differ by less than this part of the span, or so many halvings.
-constexpr double kLargestStep = 1.0 / 64.0;
+constexpr double kLargestStep = 1.0 / 512.0;
 constexpr int kHalvings = 10;
 
 constexpr double kLeastStrength = 1e-30;
@@ -21,7 +24,7 @@ constexpr double kLargestScale_ppm = 500000.0;
 // docs/blob-format.md 0x0030; the samples do not hit the very worst temperature, therefore something is kept in hand.
 constexpr double kAllowedPerSpan = 1e-6;
 constexpr double kFloatStep = 0x1p-23;
-constexpr double kInHand = 0.8;
+constexpr double kInHand = 0.75;
 
 double largest_strength(const anfis::Model& model, double temp_c) {
   const double u = (std::clamp(temp_c, model.x_min, model.x_max) - model.input_centre) / model.input_half_range;
@@ -35,21 +38,51 @@ double largest_strength(const anfis::Model& model, double temp_c) {
   return largest;
 }
 
+/// Distances from a rule's centre, in widths, over which its strength falls from nearly 1 to nearly 0.
+std::vector<double> flank(anfis::Membership membership, double slope) {
+  std::vector<double> distances;
+  for (int i = -kFlankSteps; i <= kFlankSteps; ++i) {
+    const double x = kFlankReach * i / kFlankSteps;
+    // bell: ln |z|^(2b) from -8 to 8; Gaussian: z from 0 to 8
+    distances.push_back(membership == anfis::Membership::bell ? std::exp(x / (2.0 * slope)) : 0.5 * (x + kFlankReach));
+  }
+  return distances;
+}
+
 class Sampler {
  public:
   Sampler(const Curve& curve, const SensorCalibration& sensor) : curve_(curve), sensor_(sensor) {}
 
   SampledCurve run() {
-    const double width = sensor_.temp_max_c - sensor_.temp_min_c;
-    for (int i = 0; i <= kIntervals; ++i) {
-      add(static_cast<float>(sensor_.temp_min_c + width * i / kIntervals));
-    }
-    const std::size_t even = out_.temp_c.size();
-    for (std::size_t i = 1; i < even; ++i) refine(i - 1, i, kHalvings);
+    std::vector<double> start = evenly();
+    if (const auto* model = std::get_if<anfis::Model>(&curve_)) add_flanks(*model, start);
+    std::sort(start.begin(), start.end());
+    for (const double temp_c : start) add(static_cast<float>(temp_c));
+    const std::size_t coarse = out_.temp_c.size();
+    for (std::size_t i = 1; i < coarse; ++i) refine(i - 1, i, kHalvings);
     return std::move(out_);
   }
 
  private:
+  [[nodiscard]] std::vector<double> evenly() const {
+    std::vector<double> temps;
+    const double width = sensor_.temp_max_c - sensor_.temp_min_c;
+    for (int i = 0; i <= kIntervals; ++i) temps.push_back(sensor_.temp_min_c + width * i / kIntervals);
+    return temps;
+  }
+
+  void add_flanks(const anfis::Model& model, std::vector<double>& temps) const {
+    for (const anfis::Rule& rule : model.rules) {
+      const double centre = model.input_centre + model.input_half_range * rule.centre;
+      for (const double distance : flank(model.membership, rule.slope)) {
+        for (const double side : {-1.0, 1.0}) {
+          const double temp_c = centre + side * distance * rule.width * model.input_half_range;
+          if (temp_c > sensor_.temp_min_c && temp_c < sensor_.temp_max_c) temps.push_back(temp_c);
+        }
+      }
+    }
+  }
+
   void add(float temp_c) {
     const double t = std::clamp(static_cast<double>(temp_c), sensor_.temp_min_c, sensor_.temp_max_c);
     const double value = evaluate(curve_, t);
@@ -123,7 +156,7 @@ base::Result<Section> float32_bound(const soak_cal& loaded, const SampledCurve& 
   const double allowed = std::max(kAllowedPerSpan * curve.span(), kFloatStep * magnitude);
   if (worst > kInHand * allowed) {
     return base::bad_input("in float32 the curve is off by " + base::shortest(worst / curve.span()) +
-                               " of its span, more than 1e-6: its terms cancel; fit with fewer rules or deploy a spline",
+                               " of its span, too near 1e-6: its terms cancel; fit with fewer rules or deploy a spline",
                            place(sensor, quantity));
   }
   base::ByteWriter out = payload_of(sensor, quantity);

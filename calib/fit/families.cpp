@@ -48,11 +48,13 @@ base::Status train_anfis(const CurveData& data, const anfis::TrainingData& rows,
   training.rules = *rules;
   const auto result = anfis::train_hybrid(rows, training);
   if (!result) return base::forward_error(result);
-  const auto variance = std::make_shared<const anfis::PredictionVariance>(result->model, rows);
+  auto linearised = anfis::PredictionVariance::of(result->model, rows);
+  if (!linearised) return base::forward_error(linearised);
+  const auto variance = std::make_shared<const anfis::PredictionVariance>(*std::move(linearised));
   FittedCurve fitted;
   fitted.curve = result->model;
   fitted.variance = [variance](double temp_c) { return variance->at(temp_c); };
-  fitted.parameters = variance->parameters();
+  fitted.parameters = variance->effective_parameters();
   const double total_weight = std::accumulate(rows.weight.begin(), rows.weight.end(), 0.0);
   fitted.whitened_rss = result->summary.train_rmse * result->summary.train_rmse * total_weight;
   trained.rules = *rules;

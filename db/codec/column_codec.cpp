@@ -89,10 +89,14 @@ Candidate best_of(std::span<const std::uint8_t> bytes, SampleType type) {
   if (type == SampleType::f32) return best_of_floats<float, std::uint32_t>(bytes);
   if (type == SampleType::f64) return best_of_floats<double, std::uint64_t>(bytes);
   switch (size_of(type)) {
-    case 1: return best_of_integers<std::uint8_t>(bytes, is_signed(type));
-    case 2: return best_of_integers<std::uint16_t>(bytes, is_signed(type));
-    case 4: return best_of_integers<std::uint32_t>(bytes, is_signed(type));
-    default: return best_of_integers<std::uint64_t>(bytes, is_signed(type));
+    case 1:
+      return best_of_integers<std::uint8_t>(bytes, is_signed(type));
+    case 2:
+      return best_of_integers<std::uint16_t>(bytes, is_signed(type));
+    case 4:
+      return best_of_integers<std::uint32_t>(bytes, is_signed(type));
+    default:
+      return best_of_integers<std::uint64_t>(bytes, is_signed(type));
   }
 }
 
@@ -184,10 +188,14 @@ base::Result<base::Bytes> values_from(const base::Bytes& content, std::size_t co
     return type == SampleType::f32 ? decimal_bytes<float>(mantissas, digits) : decimal_bytes<double>(mantissas, digits);
   }
   switch (width) {
-    case 1: return bytes_of(words_of<std::uint8_t>(planes, count, codec.transform, footer));
-    case 2: return bytes_of(words_of<std::uint16_t>(planes, count, codec.transform, footer));
-    case 4: return bytes_of(words_of<std::uint32_t>(planes, count, codec.transform, footer));
-    default: return bytes_of(words_of<std::uint64_t>(planes, count, codec.transform, footer));
+    case 1:
+      return bytes_of(words_of<std::uint8_t>(planes, count, codec.transform, footer));
+    case 2:
+      return bytes_of(words_of<std::uint16_t>(planes, count, codec.transform, footer));
+    case 4:
+      return bytes_of(words_of<std::uint32_t>(planes, count, codec.transform, footer));
+    default:
+      return bytes_of(words_of<std::uint64_t>(planes, count, codec.transform, footer));
   }
 }
 

@@ -53,7 +53,8 @@ template <class Number>
 std::optional<Decimals> decimals_of(std::span<const Number> numbers) {
   Decimals decimals;
   decimals.mantissas.reserve(numbers.size());
-  // The digits can only grow: a number that needs more sends the scan back to the start, kMaxDecimalDigits times at most.
+  // The digits can only grow: a number that needs more sends the scan back to the start, kMaxDecimalDigits times at
+  // most.
   for (std::size_t i = 0; i < numbers.size();) {
     const auto mantissa = mantissa_of(numbers[i], decimals.digits);
     if (mantissa) {

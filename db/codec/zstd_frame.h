@@ -33,8 +33,8 @@ class ZstdCompressor {
 class ZstdDecompressor {
  public:
   ZstdDecompressor();
-  /// The content of `frame`, which must be one whole frame of exactly `size` bytes of content; corrupt otherwise. Memory
-  /// is bounded by `size` whatever the frame claims.
+  /// The content of `frame`, which must be one whole frame of exactly `size` bytes of content; corrupt otherwise.
+  /// Memory is bounded by `size` whatever the frame claims.
   [[nodiscard]] base::Result<base::Bytes> decompress(std::span<const std::uint8_t> frame, std::size_t size);
 
  private:

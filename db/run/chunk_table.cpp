@@ -110,7 +110,8 @@ base::Result<Column> read_rows(const sqlite::Connection& connection, codec::Colu
       next += taken;
     }
     if (next < end) {
-      return base::corrupt("rows from " + std::to_string(next) + " on are missing", place_of(connection, channel, next));
+      return base::corrupt("rows from " + std::to_string(next) + " on are missing",
+                           place_of(connection, channel, next));
     }
     return rows;
   });

@@ -30,7 +30,8 @@ void remove_chunks_from(SQLite::Database& database, std::int64_t channel_id, std
 [[nodiscard]] base::Result<std::uint64_t> stored_rows(const sqlite::Connection& connection,
                                                       const StoredChannel& channel);
 
-/// Rows first_row ... first_row + count - 1; corrupt, naming channel and chunk, where one of them is missing or damaged.
+/// Rows first_row ... first_row + count - 1; corrupt, naming channel and chunk, where one of them is missing or
+/// damaged.
 [[nodiscard]] base::Result<Column> read_rows(const sqlite::Connection& connection, codec::ColumnDecoder& decoder,
                                              const StoredChannel& channel, std::uint64_t first_row,
                                              std::uint64_t count);

@@ -183,7 +183,8 @@ base::Result<std::vector<PyramidBin>> Query::answer(const PyramidSpan& span) {
 base::Result<std::vector<PyramidBin>> query_pyramid(const sqlite::Connection& connection, codec::ColumnDecoder& decoder,
                                                     const StoredStream& stream, std::size_t channel, bool finished,
                                                     const PyramidSpan& span) {
-  return connection.run("read the pyramid", [&] { return Query(connection, decoder, stream, channel, finished).answer(span); });
+  return connection.run("read the pyramid",
+                        [&] { return Query(connection, decoder, stream, channel, finished).answer(span); });
 }
 
 }  // namespace soak::db::run

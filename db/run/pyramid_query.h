@@ -19,8 +19,8 @@ struct PyramidSpan {
   std::size_t max_bins = 1;
 };
 
-/// See RunFileReader::pyramid(). `finished`: all levels cover all rows; otherwise each level covers what its complete bins
-/// do, and smaller bins or samples stand in for the rest.
+/// See RunFileReader::pyramid(). `finished`: all levels cover all rows; otherwise each level covers what its complete
+/// bins do, and smaller bins or samples stand in for the rest.
 [[nodiscard]] base::Result<std::vector<PyramidBin>> query_pyramid(const sqlite::Connection& connection,
                                                                   codec::ColumnDecoder& decoder,
                                                                   const StoredStream& stream, std::size_t channel,

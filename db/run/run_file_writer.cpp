@@ -24,9 +24,9 @@ namespace {
 /// A stream and its rows from the last full chunk on.
 struct OpenStream {
   run::StoredStream stored;
-  std::vector<Column> pending;           ///< one per channel
-  std::uint64_t pending_first_row = 0;   ///< a multiple of kChunkRows
-  std::size_t flushed = 0;               ///< pending rows that are stored already, in short chunks
+  std::vector<Column> pending;          ///< one per channel
+  std::uint64_t pending_first_row = 0;  ///< a multiple of kChunkRows
+  std::size_t flushed = 0;              ///< pending rows that are stored already, in short chunks
   std::optional<double> last_t_s;
   std::vector<run::PyramidBuilder> pyramids;  ///< one per channel; have seen the rows before the pending ones
 
@@ -67,8 +67,7 @@ base::Status prepare(const sqlite::Connection& connection, const RunInfo& info) 
 }  // namespace
 
 struct RunFileWriter::Impl {
-  Impl(std::filesystem::path file, sqlite::Connection opened)
-      : path(std::move(file)), connection(std::move(opened)) {}
+  Impl(std::filesystem::path file, sqlite::Connection opened) : path(std::move(file)), connection(std::move(opened)) {}
 
   [[nodiscard]] base::Status check_open() const {
     if (connection && !finished) return {};
@@ -134,9 +133,9 @@ base::Result<std::size_t> RunFileWriter::add_stream(const StreamInfo& stream) {
 base::Status RunFileWriter::Impl::check_rows(const OpenStream& stream, const std::vector<Column>& columns) const {
   const auto& channels = stream.stored.channels;
   if (columns.size() != channels.size()) {
-    return base::bad_input("the stream has " + std::to_string(channels.size()) + " channels, not " +
-                               std::to_string(columns.size()),
-                           path.string() + ", stream " + stream.stored.info.name);
+    return base::bad_input(
+        "the stream has " + std::to_string(channels.size()) + " channels, not " + std::to_string(columns.size()),
+        path.string() + ", stream " + stream.stored.info.name);
   }
   const std::size_t rows = columns.front().rows();
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -187,8 +186,9 @@ base::Status RunFileWriter::append(std::size_t stream, const std::vector<Column>
   return status;
 }
 
-/// Stores the first `rows` pending rows of a stream as one chunk per channel in place of the short ones, with the bins of
-/// the pyramid that they complete. `last`: no rows will follow. Returns the pyramids' new state. Throws SQLite::Exception.
+/// Stores the first `rows` pending rows of a stream as one chunk per channel in place of the short ones, with the bins
+/// of the pyramid that they complete. `last`: no rows will follow. Returns the pyramids' new state. Throws
+/// SQLite::Exception.
 std::vector<run::PyramidBuilder> RunFileWriter::Impl::store_window(const OpenStream& stream, std::size_t rows,
                                                                    bool last) {
   SQLite::Database& database = connection->database();
@@ -210,10 +210,9 @@ std::vector<run::PyramidBuilder> RunFileWriter::Impl::store_window(const OpenStr
 }
 
 base::Status RunFileWriter::Impl::write_full_chunk(OpenStream& stream) {
-  auto pyramids = connection->transact(
-      "store samples", [&]() -> base::Result<std::vector<run::PyramidBuilder>> {
-        return store_window(stream, run::kChunkRows, false);
-      });
+  auto pyramids = connection->transact("store samples", [&]() -> base::Result<std::vector<run::PyramidBuilder>> {
+    return store_window(stream, run::kChunkRows, false);
+  });
   if (!pyramids) return base::forward_error(pyramids);
   stream.pyramids = std::move(*pyramids);
   for (Column& column : stream.pending) run::drop_first_rows(column, run::kChunkRows);

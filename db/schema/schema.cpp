@@ -22,18 +22,17 @@ base::Status migrate(const sqlite::Connection& connection, std::span<const Step>
   });
 }
 
-base::Status check_header(const sqlite::Header& header, std::uint32_t application_id, std::uint32_t newest,
-                          std::string_view kind, const std::filesystem::path& path) {
-  if (header.application_id != application_id) {
+base::Status check_identity(const sqlite::Identity& identity, std::uint32_t application_id, std::uint32_t newest,
+                            std::string_view kind, const std::filesystem::path& path) {
+  if (identity.application_id != application_id) {
     return base::bad_input(std::string("this SQLite file is not a Soak ").append(kind), path.string());
   }
-  if (header.user_version > newest) {
-    return base::bad_input(std::string("the ")
-                               .append(kind)
-                               .append(" has version " + std::to_string(header.user_version) +
-                                       ", this soak reads up to version " + std::to_string(newest) +
-                                       "; a newer soak is needed"),
-                           path.string());
+  if (identity.user_version > newest) {
+    return base::bad_input(
+        std::string("the ").append(kind).append(" has version " + std::to_string(identity.user_version) +
+                                                ", this soak reads up to version " + std::to_string(newest) +
+                                                "; a newer soak is needed"),
+        path.string());
   }
   return {};
 }

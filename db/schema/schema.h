@@ -32,8 +32,8 @@ extern const char* const kRunFileSql;
 
 /// Refuses what `steps` cannot bring forward: a file of another kind or of a version newer than `newest` (bad_input).
 /// `kind` names what the file should be: "run file".
-[[nodiscard]] base::Status check_header(const sqlite::Header& header, std::uint32_t application_id,
-                                        std::uint32_t newest, std::string_view kind,
-                                        const std::filesystem::path& path);
+[[nodiscard]] base::Status check_identity(const sqlite::Identity& identity, std::uint32_t application_id,
+                                          std::uint32_t newest, std::string_view kind,
+                                          const std::filesystem::path& path);
 
 }  // namespace soak::db::schema

@@ -38,12 +38,6 @@ std::string uri_of(const std::filesystem::path& path, std::string_view query) {
   return uri.append(query);
 }
 
-std::uint32_t big_endian_at(const std::array<char, 100>& header, std::size_t offset) {
-  std::uint32_t number = 0;
-  for (std::size_t i = 0; i < 4; ++i) number = (number << 8) | static_cast<unsigned char>(header[offset + i]);
-  return number;
-}
-
 bool is_disk_full(int code, int system_errno) {
   if (code == SQLITE_FULL) return true;
   return code == SQLITE_IOERR && (system_errno == ENOSPC || system_errno == EDQUOT || system_errno == EFBIG);
@@ -55,15 +49,23 @@ std::optional<std::string> cause_of(int code, int system_errno) {
     return "the disk is full or the file may not grow; free space and repeat, nothing of this step was stored";
   }
   switch (code) {
-    case SQLITE_READONLY: return "file or folder is read-only; make both writable or use another data folder";
-    case SQLITE_CANTOPEN: return "file or folder cannot be opened; check that it exists and may be read and written";
-    case SQLITE_PERM: return "access is not permitted; check owner and mode of file and folder";
+    case SQLITE_READONLY:
+      return "file or folder is read-only; make both writable or use another data folder";
+    case SQLITE_CANTOPEN:
+      return "file or folder cannot be opened; check that it exists and may be read and written";
+    case SQLITE_PERM:
+      return "access is not permitted; check owner and mode of file and folder";
     case SQLITE_BUSY:
-    case SQLITE_LOCKED: return "another process keeps the file locked; end it or wait for it, then repeat";
-    case SQLITE_IOERR: return std::string("input/output error (") + std::strerror(system_errno) + "); check the disk";
-    case SQLITE_CORRUPT: return "the file is damaged; restore it from a copy";
-    case SQLITE_NOTADB: return "the file is damaged or no SQLite file; restore it from a copy";
-    default: return std::nullopt;
+    case SQLITE_LOCKED:
+      return "another process keeps the file locked; end it or wait for it, then repeat";
+    case SQLITE_IOERR:
+      return std::string("input/output error (") + std::strerror(system_errno) + "); check the disk";
+    case SQLITE_CORRUPT:
+      return "the file is damaged; restore it from a copy";
+    case SQLITE_NOTADB:
+      return "the file is damaged or no SQLite file; restore it from a copy";
+    default:
+      return std::nullopt;
   }
 }
 
@@ -106,8 +108,6 @@ base::Result<Header> read_header(const std::filesystem::path& path) {
   Header header;
   header.empty = false;
   header.wal = bytes[19] == 2;  // "file format read version", sqlite.org/fileformat2.html §1.3.3
-  header.user_version = big_endian_at(bytes, 60);
-  header.application_id = big_endian_at(bytes, 68);
   return header;
 }
 
@@ -117,9 +117,7 @@ base::Error error_of(const SQLite::Exception& exception, int system_errno, const
   const bool damaged = code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
   const bool refused = code == SQLITE_CONSTRAINT;
   base::Error error;
-  error.kind = damaged   ? base::ErrorKind::corrupt
-               : refused ? base::ErrorKind::bad_input
-                         : base::ErrorKind::internal;
+  error.kind = damaged ? base::ErrorKind::corrupt : refused ? base::ErrorKind::bad_input : base::ErrorKind::internal;
   error.message = std::string("cannot ").append(doing).append(": ");
   error.message += cause_of(code, system_errno).value_or(exception.what());
   error.where = path.string();
@@ -130,7 +128,7 @@ Connection::Connection(std::filesystem::path path, std::unique_ptr<SQLite::Datab
     : path_(std::move(path)), database_(std::move(database)) {}
 
 base::Result<Connection> Connection::open(const std::filesystem::path& path, Access access) {
-  const std::string name = access == Access::read_write ? path.string()
+  const std::string name = access == Access::read_write  ? path.string()
                            : access == Access::immutable ? uri_of(path, "?immutable=1")
                                                          : uri_of(path, "");
   try {
@@ -145,6 +143,15 @@ base::Result<Connection> Connection::open(const std::filesystem::path& path, Acc
 }
 
 int Connection::system_errno() const { return sqlite3_system_errno(database_->getHandle()); }
+
+base::Result<Identity> Connection::identity() const {
+  return run("read the file", [&]() -> base::Result<Identity> {
+    Identity identity;
+    identity.application_id = database_->execAndGet("PRAGMA application_id").getUInt();
+    identity.user_version = database_->execAndGet("PRAGMA user_version").getUInt();
+    return identity;
+  });
+}
 
 base::Status Connection::integrity_check() const {
   return run("check the file", [&]() -> base::Status {

@@ -30,7 +30,11 @@ enum class Access {
 /// What the first bytes of a file say.
 struct Header {
   bool empty = true;  ///< no file, or a file of no bytes
-  bool wal = false;   ///< in WAL mode
+  bool wal = false;   ///< in WAL mode: the rest of the header may be older than what the -wal file holds
+};
+
+/// What kind of file it is, as its newest transaction says.
+struct Identity {
   std::uint32_t application_id = 0;
   std::uint32_t user_version = 0;
 };
@@ -51,7 +55,8 @@ class Connection {
   [[nodiscard]] SQLite::Database& database() const { return *database_; }
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
-  /// Runs `work`, which returns a result, and turns an exception of SQLite into an error. `doing` completes "cannot ...".
+  /// Runs `work`, which returns a result, and turns an exception of SQLite into an error. `doing` completes "cannot
+  /// ...".
   template <class Work>
   std::invoke_result_t<Work&> run(std::string_view doing, Work&& work) const {
     try {
@@ -71,6 +76,8 @@ class Connection {
       return result;
     });
   }
+
+  [[nodiscard]] base::Result<Identity> identity() const;
 
   /// SQLite's own check of the whole file: corrupt with its first finding, if any.
   [[nodiscard]] base::Status integrity_check() const;

@@ -44,10 +44,11 @@ std::string sensor_json(const CampaignConfig& config, const SimulatedUnit& unit,
   const calib::Vector3& tilt = truth.misalignment;
   return fmt::format(
       "{{\"unit\": \"{}\", \"uncompensated_span\": {:.7f},\n"
-      "     \"power_on_offset\": {}, \"verification_power_on_offset\": {:.7f},\n"
+      "     \"power_on_sigma\": {:.7f}, \"power_on_offset\": {}, \"verification_power_on_offset\": {:.7f},\n"
       "     \"misalignment_rad\": {}, \"g_sensitivity_dps_per_g\": {},\n"
       "     \"bias\": {},\n     \"scale_ppm\": {}}}",
-      calib::printed_unit(sensor), span_of(bias), number_list(offsets, 7),
+      calib::printed_unit(sensor), span_of(bias), printed * config.magnitudes(sensor).power_on_sigma,
+      number_list(offsets, 7),
       printed * power_on_offset(config, unit, kVerificationRun, sensor), number_list({tilt[0], tilt[1], tilt[2]}, 7),
       g_sensitivity, number_list(bias, 7), scale);
 }

@@ -30,14 +30,14 @@ void set_action(CLI::App& command, Request& request, std::shared_ptr<Options> op
   });
 }
 
-void register_list(CLI::App& group, Request& request) {
+void register_runs_list(CLI::App& group, Request& request) {
   const auto options = std::make_shared<RunsListCommand>();
   CLI::App* command = add_command(group, request, "list", "All runs", "soak runs list --unit SN0042 --json", true);
   add_filter(*command, options->filter);
   set_action(*command, request, options, run_runs_list);
 }
 
-void register_show(CLI::App& group, Request& request) {
+void register_runs_show(CLI::App& group, Request& request) {
   const auto options = std::make_shared<RunsShowCommand>();
   CLI::App* command = add_command(group, request, "show", "One run: channels, segments with their means, void records",
                                   "soak runs show soak_run_1", true);
@@ -45,7 +45,7 @@ void register_show(CLI::App& group, Request& request) {
   set_action(*command, request, options, run_runs_show);
 }
 
-void register_export(CLI::App& group, Request& request) {
+void register_runs_export(CLI::App& group, Request& request) {
   const auto options = std::make_shared<RunsExportCommand>();
   CLI::App* command = add_command(group, request, "export", "Write the samples of a run as CSV",
                                   "soak runs export soak_run_1 --native -o soak_run_1.csv", false);
@@ -57,7 +57,7 @@ void register_export(CLI::App& group, Request& request) {
   set_action(*command, request, options, run_runs_export);
 }
 
-void register_void(CLI::App& group, Request& request) {
+void register_runs_void(CLI::App& group, Request& request) {
   const auto options = std::make_shared<RunsVoidCommand>();
   CLI::App* command = add_command(group, request, "void", "Withdraw a run, a visit or a segment; nothing is deleted",
                                   "soak runs void soak_run_1 --visit 3 --position +X --reason 'door was open'", false);
@@ -70,7 +70,7 @@ void register_void(CLI::App& group, Request& request) {
   set_action(*command, request, options, run_runs_void);
 }
 
-void register_verify(CLI::App& group, Request& request) {
+void register_runs_verify(CLI::App& group, Request& request) {
   const auto options = std::make_shared<RunsVerifyCommand>();
   CLI::App* command =
       add_command(group, request, "verify", "Check catalog and run files against their hashes and checks",
@@ -83,11 +83,11 @@ void register_verify(CLI::App& group, Request& request) {
 
 void register_runs(CLI::App& program, Request& request) {
   CLI::App* group = add_group(program, "runs", "Runs: list, show, export, void, verify");
-  register_list(*group, request);
-  register_show(*group, request);
-  register_export(*group, request);
-  register_void(*group, request);
-  register_verify(*group, request);
+  register_runs_list(*group, request);
+  register_runs_show(*group, request);
+  register_runs_export(*group, request);
+  register_runs_void(*group, request);
+  register_runs_verify(*group, request);
 }
 
 }  // namespace soak::station::cli

@@ -10,13 +10,13 @@
 namespace soak::station::cli {
 namespace {
 
-void register_list(CLI::App& group, Request& request) {
+void register_unit_list(CLI::App& group, Request& request) {
   CLI::App* command = add_command(group, request, "list", "All units", "soak unit list --json", true);
   command->callback(
       [&request] { request.action = [data = request.data](Output& output) { return run_unit_list({data}, output); }; });
 }
 
-void register_show(CLI::App& group, Request& request) {
+void register_unit_show(CLI::App& group, Request& request) {
   const auto options = std::make_shared<UnitShowCommand>();
   CLI::App* command = add_command(group, request, "show", "One unit", "soak unit show SN0042", true);
   command->add_option("unit", options->serial, "Serial number")->required()->type_name("SN");
@@ -26,7 +26,7 @@ void register_show(CLI::App& group, Request& request) {
   });
 }
 
-void register_add(CLI::App& group, Request& request) {
+void register_unit_add(CLI::App& group, Request& request) {
   const auto options = std::make_shared<UnitAddCommand>();
   CLI::App* command = add_command(group, request, "add", "Add a unit, or begin the next epoch of one that is there",
                                   "soak unit add SN0042 --begin-epoch 'board repaired'", true);
@@ -45,9 +45,9 @@ void register_add(CLI::App& group, Request& request) {
 
 void register_unit(CLI::App& program, Request& request) {
   CLI::App* group = add_group(program, "unit", "Units: add, list, show");
-  register_add(*group, request);
-  register_list(*group, request);
-  register_show(*group, request);
+  register_unit_add(*group, request);
+  register_unit_list(*group, request);
+  register_unit_show(*group, request);
 }
 
 }  // namespace soak::station::cli

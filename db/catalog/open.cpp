@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <SQLiteCpp/Column.h>
+#include <SQLiteCpp/Statement.h>
+
+#include <chrono>
+#include <random>
+#include <system_error>
+
+#include "base/uuid.h"
+#include "db/catalog/impl.h"
+#include "db/schema/schema.h"
+
+namespace soak::db {
+namespace {
+
+base::Status make_folders(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder / "runs", error);
+  if (!error) return {};
+  return base::fail(
+      base::ErrorKind::internal,
+      "cannot create the data folder: " + error.message() + "; make its parent writable or use another one",
+      folder.string());
+}
+
+/// Refuses what is no catalog, or one that is too new. A file without any table is a new one.
+base::Status check_identity(const sqlite::Connection& connection) {
+  const auto identity = connection.identity();
+  if (!identity) return base::forward_error(identity);
+  const auto tables = connection.run("read the catalog", [&]() -> base::Result<int> {
+    return connection.database().execAndGet("SELECT count(*) FROM sqlite_master").getInt();
+  });
+  if (!tables) return base::forward_error(tables);
+  if (*tables == 0 && identity->application_id == 0 && identity->user_version == 0) return {};
+  return schema::check_identity(*identity, schema::kStationApplicationId, Catalog::kSchemaVersion, "station catalog",
+                                connection.path());
+}
+
+base::Status prepare(const sqlite::Connection& connection) {
+  const auto wal = connection.run("open the catalog", [&]() -> base::Status {
+    connection.database().exec("PRAGMA journal_mode = WAL");
+    // FULL: rows must not be lost with the power once the caller has been told that they are stored.
+    connection.database().exec("PRAGMA synchronous = FULL");
+    return {};
+  });
+  if (!wal) return wal;
+  return schema::migrate(connection, schema::station_steps(), schema::kStationApplicationId);
+}
+
+}  // namespace
+
+namespace catalog {
+
+double now_utc_s() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+std::string new_uuid(double utc_s) {
+  std::random_device device;
+  const auto word = [&device] { return (std::uint64_t{device()} << 32) | device(); };
+  const double unix_ms = utc_s > 0.0 ? utc_s * 1e3 : 0.0;
+  return base::uuid_v7(static_cast<std::uint64_t>(unix_ms), word(), word());
+}
+
+}  // namespace catalog
+
+Catalog::Catalog(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Catalog::Catalog(Catalog&&) noexcept = default;
+Catalog& Catalog::operator=(Catalog&&) noexcept = default;
+Catalog::~Catalog() = default;
+
+base::Result<Catalog> Catalog::open(const std::filesystem::path& data_folder) {
+  if (const auto made = make_folders(data_folder); !made) return base::forward_error(made);
+  const auto path = data_folder / "station.db";
+  if (const auto header = sqlite::read_header(path); !header) return base::forward_error(header);
+  auto connection = sqlite::Connection::open(path, sqlite::Access::read_write);
+  if (!connection) return base::forward_error(connection);
+  if (const auto ours = check_identity(*connection); !ours) return base::forward_error(ours);
+  if (const auto prepared = prepare(*connection); !prepared) return base::forward_error(prepared);
+  return Catalog(std::make_unique<Impl>(data_folder, std::move(*connection)));
+}
+
+const std::filesystem::path& Catalog::data_folder() const { return impl_->data_folder; }
+
+std::filesystem::path Catalog::run_file_path(const RunRow& run) const {
+  return impl_->data_folder / "runs" / run.file_name;
+}
+
+base::Status Catalog::verify() const {
+  if (const auto whole = impl_->connection.integrity_check(); !whole) return whole;
+  return impl_->connection.run("check the catalog", [&]() -> base::Status {
+    SQLite::Statement check(impl_->database(), "PRAGMA foreign_key_check");
+    if (!check.executeStep()) return {};
+    return base::corrupt("a row of table '" + check.getColumn(0).getString() + "' refers to a missing row of '" +
+                             check.getColumn(2).getString() + "'; restore the catalog from a copy",
+                         impl_->connection.path().string());
+  });
+}
+
+}  // namespace soak::db

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <SQLiteCpp/Column.h>
+#include <SQLiteCpp/Statement.h>
+
+#include "base/sha256.h"
+#include "db/catalog/impl.h"
+#include "db/sqlite/fields.h"
+
+namespace soak::db {
+namespace {
+
+base::Status check_void(const VoidRecord& record, const std::string& where) {
+  if (record.reason.empty() || record.user.empty()) {
+    return base::bad_input("withdrawing data needs a reason and a user", where);
+  }
+  if ((record.position && !record.visit) || (record.attempt && !record.position)) {
+    return base::bad_input("a position is withdrawn with its visit, an attempt with its visit and position", where);
+  }
+  return {};
+}
+
+/// Refuses a record that withdraws nothing: a mistyped visit or position must not go unnoticed.
+base::Status require_segments(const sqlite::Connection& connection, const VoidRecord& record) {
+  if (!record.visit) return {};
+  SQLite::Statement query(connection.database(),
+                          "SELECT 1 FROM segment WHERE run_id = ?1 AND unit = ?2 AND visit = ?3 AND "
+                          "(?4 IS NULL OR position = ?4) AND (?5 IS NULL OR attempt = ?5)");
+  sqlite::bind_all(query, record.run_id, record.unit, record.visit, record.position, record.attempt);
+  if (query.executeStep()) return {};
+  return base::bad_input("run " + record.run_id + " of unit " + record.unit + " has no such segment",
+                         connection.path().string());
+}
+
+std::string text_of(const VoidRecord& record) {
+  std::string text = "unit " + record.unit;
+  if (record.visit) text += ", visit " + std::to_string(*record.visit);
+  if (record.position) text += ", position '" + *record.position + "'";
+  if (record.attempt) text += ", attempt " + std::to_string(*record.attempt);
+  return text + ", by " + record.user + ": " + record.reason;
+}
+
+VoidRecord void_from(SQLite::Statement& query) {
+  sqlite::Fields fields(query);
+  VoidRecord record;
+  record.run_id = fields.text();
+  record.unit = fields.text();
+  record.visit = fields.optional_integer();
+  record.position = fields.optional_text();
+  record.attempt = fields.optional_integer();
+  record.reason = fields.text();
+  record.user = fields.text();
+  record.utc_s = fields.real();
+  return record;
+}
+
+}  // namespace
+
+namespace catalog {
+
+void insert_event(SQLite::Database& database, const EventRow& event) {
+  SQLite::Statement insert(database, "INSERT INTO event (event_id, utc_s, kind, subject, text) VALUES (?, ?, ?, ?, ?)");
+  sqlite::bind_all(insert, new_uuid(event.utc_s), event.utc_s, event.kind, event.subject, event.text);
+  insert.exec();
+}
+
+}  // namespace catalog
+
+base::Status Catalog::add_void(const VoidRecord& record) {
+  return impl_->connection.transact("withdraw data", [&]() -> base::Status {
+    if (const auto valid = check_void(record, impl_->connection.path().string()); !valid) return valid;
+    if (const auto known = catalog::require_run(impl_->connection, record.run_id, record.unit); !known) return known;
+    if (const auto known = require_segments(impl_->connection, record); !known) return known;
+    SQLite::Statement insert(impl_->database(),
+                             "INSERT INTO void (void_id, run_id, unit, visit, position, attempt, reason, user, utc_s) "
+                             "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    sqlite::bind_all(insert, catalog::new_uuid(record.utc_s), record.run_id, record.unit, record.visit, record.position,
+                     record.attempt, record.reason, record.user, record.utc_s);
+    insert.exec();
+    catalog::insert_event(impl_->database(), {record.utc_s, "voided", record.run_id, text_of(record)});
+    return {};
+  });
+}
+
+base::Result<std::vector<VoidRecord>> Catalog::voids(std::string_view run_id) const {
+  return impl_->connection.run("read the void records", [&]() -> base::Result<std::vector<VoidRecord>> {
+    SQLite::Statement query(impl_->database(),
+                            "SELECT run_id, unit, visit, position, attempt, reason, user, utc_s FROM void "
+                            "WHERE run_id = ? ORDER BY rowid");
+    sqlite::bind_all(query, run_id);
+    std::vector<VoidRecord> records;
+    while (query.executeStep()) records.push_back(void_from(query));
+    return records;
+  });
+}
+
+base::Result<std::int32_t> Catalog::add_model(std::string_view unit, std::int32_t epoch, double created_utc_s,
+                                              const std::function<std::string(std::int32_t)>& make_document) {
+  return impl_->connection.transact("add the model", [&]() -> base::Result<std::int32_t> {
+    if (const auto known = catalog::epoch_of(impl_->connection, unit); !known) return base::forward_error(known);
+    SQLite::Statement newest(impl_->database(), "SELECT coalesce(max(version), 0) FROM model WHERE unit = ?");
+    sqlite::bind_all(newest, unit);
+    newest.executeStep();
+    const std::int32_t version = newest.getColumn(0).getInt() + 1;
+    const std::string document = make_document(version);
+    base::Sha256 hash;
+    hash.update(document);
+    SQLite::Statement insert(impl_->database(),
+                             "INSERT INTO model (unit, version, epoch, created_utc_s, sha256, document) "
+                             "VALUES (?, ?, ?, ?, ?, ?)");
+    sqlite::bind_all(insert, unit, version, epoch, created_utc_s, base::to_hex(hash.finish()), document);
+    insert.exec();
+    catalog::insert_event(impl_->database(),
+                          {created_utc_s, "model_added", std::string(unit), "version " + std::to_string(version)});
+    return version;
+  });
+}
+
+base::Result<std::optional<ModelRow>> Catalog::model(std::string_view unit, std::optional<std::int32_t> version) const {
+  return impl_->connection.run("read the model", [&]() -> base::Result<std::optional<ModelRow>> {
+    SQLite::Statement query(impl_->database(),
+                            "SELECT unit, version, epoch, created_utc_s, document FROM model "
+                            "WHERE unit = ?1 AND (?2 IS NULL OR version = ?2) ORDER BY version DESC LIMIT 1");
+    sqlite::bind_all(query, unit, version);
+    if (!query.executeStep()) return std::nullopt;
+    sqlite::Fields fields(query);
+    ModelRow row;
+    row.unit = fields.text();
+    row.version = fields.integer32();
+    row.epoch = fields.integer32();
+    row.created_utc_s = fields.real();
+    row.document = fields.text();
+    return row;
+  });
+}
+
+base::Status Catalog::add_calibration(const CalibrationRow& calibration) {
+  return impl_->connection.transact("record the exported file", [&]() -> base::Status {
+    SQLite::Statement known(impl_->database(), "SELECT 1 FROM model WHERE unit = ? AND version = ?");
+    sqlite::bind_all(known, calibration.unit, calibration.model_version);
+    if (!known.executeStep()) {
+      return base::bad_input(
+          "unit '" + calibration.unit + "' has no model version " + std::to_string(calibration.model_version),
+          impl_->connection.path().string());
+    }
+    SQLite::Statement insert(impl_->database(),
+                             "INSERT INTO calibration (calibration_id, unit, model_version, created_utc_s, format, "
+                             "sha256, path) VALUES (?, ?, ?, ?, ?, ?, ?)");
+    sqlite::bind_all(insert, catalog::new_uuid(calibration.created_utc_s), calibration.unit, calibration.model_version,
+                     calibration.created_utc_s, calibration.format, calibration.sha256, calibration.path);
+    insert.exec();
+    catalog::insert_event(
+        impl_->database(),
+        {calibration.created_utc_s, "calibration_exported", calibration.unit,
+         calibration.format + " of model " + std::to_string(calibration.model_version) + " to " + calibration.path});
+    return {};
+  });
+}
+
+base::Status Catalog::log_event(const EventRow& event) {
+  return impl_->connection.transact("log an event", [&]() -> base::Status {
+    catalog::insert_event(impl_->database(), event);
+    return {};
+  });
+}
+
+base::Result<std::vector<EventRow>> Catalog::events() const {
+  return impl_->connection.run("read the event log", [&]() -> base::Result<std::vector<EventRow>> {
+    SQLite::Statement query(impl_->database(), "SELECT utc_s, kind, subject, text FROM event ORDER BY ordinal");
+    std::vector<EventRow> events;
+    while (query.executeStep()) {
+      sqlite::Fields fields(query);
+      EventRow& event = events.emplace_back();
+      event.utc_s = fields.real();
+      event.kind = fields.text();
+      event.subject = fields.text();
+      event.text = fields.text();
+    }
+    return events;
+  });
+}
+
+}  // namespace soak::db

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <SQLiteCpp/Column.h>
+#include <SQLiteCpp/Statement.h>
+
+#include <algorithm>
+#include <cstddef>
+
+#include "db/catalog/impl.h"
+#include "db/sqlite/fields.h"
+
+namespace soak::db {
+namespace {
+
+/// Characters that a prefix of a run id needs at least: shorter ones are labels by all likelihood.
+constexpr std::size_t kShortestPrefix = 6;
+
+constexpr const char* kRunColumns =
+    "run_id, unit, campaign, label, procedure, epoch, created_utc_s, clock_rate, simulated, sealed, file_name, "
+    "file_sha256, content_sha256, latitude_deg, height_m, azimuth_deg, gravity_mps2, row_count, duration_s";
+
+RunRow run_from(SQLite::Statement& query) {
+  sqlite::Fields fields(query);
+  RunRow run;
+  run.run_id = fields.text();
+  run.unit = fields.text();
+  run.campaign = fields.text();
+  run.label = fields.text();
+  run.procedure = fields.text();
+  run.epoch = fields.integer32();
+  run.created_utc_s = fields.real();
+  run.clock_rate = fields.real();
+  run.simulated = fields.flag();
+  run.sealed = fields.flag();
+  run.file_name = fields.text();
+  run.file_sha256 = fields.text();
+  run.content_sha256 = fields.text();
+  run.site.latitude_deg = fields.optional_real();
+  run.site.height_m = fields.optional_real();
+  run.site.azimuth_deg = fields.optional_real();
+  run.site.gravity_mps2 = fields.optional_real();
+  run.rows = static_cast<std::uint64_t>(fields.integer());
+  run.duration_s = fields.real();
+  run.voided = fields.flag();
+  return run;
+}
+
+void insert_run(SQLite::Database& database, const RunRow& run) {
+  SQLite::Statement insert(database, std::string("INSERT INTO run (") + kRunColumns +
+                                         ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  sqlite::bind_all(insert, run.run_id, run.unit, run.campaign, run.label, run.procedure, run.epoch, run.created_utc_s,
+                   run.clock_rate, run.simulated, run.sealed, run.file_name, run.file_sha256, run.content_sha256,
+                   run.site.latitude_deg, run.site.height_m, run.site.azimuth_deg, run.site.gravity_mps2, run.rows,
+                   run.duration_s);
+  insert.exec();
+}
+
+/// True where a query with these two texts has a row.
+bool exists(const SQLite::Database& database, const char* sql, std::string_view a, std::string_view b) {
+  SQLite::Statement query(database, sql);
+  sqlite::bind_all(query, a, b);
+  return query.executeStep();
+}
+
+/// Refuses what the schema's constraints would refuse, with words that help.
+base::Status check_run(const sqlite::Connection& connection, const RunRow& run) {
+  const std::string where = connection.path().string();
+  if (run.run_id.empty() || run.file_name.empty()) {
+    return base::bad_input("a run needs a run id and the name of its file", where);
+  }
+  if (const auto epoch = catalog::epoch_of(connection, run.unit); !epoch) return base::forward_error(epoch);
+  SQLite::Database& database = connection.database();
+  if (!exists(database, "SELECT 1 FROM campaign WHERE name = ? AND name = ?", run.campaign, run.campaign)) {
+    return base::bad_input("the catalog has no campaign '" + run.campaign + "'; add it first", where);
+  }
+  if (exists(database, "SELECT 1 FROM run WHERE run_id = ? AND unit = ?", run.run_id, run.unit)) {
+    return base::bad_input("the catalog has run " + run.run_id + " of unit " + run.unit + " already", where);
+  }
+  SQLite::Statement same(database, "SELECT run_id FROM run WHERE campaign = ? AND unit = ? AND label = ?");
+  sqlite::bind_all(same, run.campaign, run.unit, run.label);
+  if (same.executeStep()) {
+    return base::bad_input("campaign '" + run.campaign + "' has a run '" + run.label + "' of unit " + run.unit +
+                               " already (" + same.getColumn(0).getString() + "); use another label or campaign",
+                           where);
+  }
+  return {};
+}
+
+base::Status check_segments(const RunRow& run, const std::vector<calib::Segment>& segments, const std::string& where) {
+  std::vector<calib::SegmentKey> seen;
+  for (const calib::Segment& segment : segments) {
+    const calib::SegmentKey& key = segment.key;
+    const std::string name = "visit " + std::to_string(key.visit) + ", position '" + key.position + "', attempt " +
+                             std::to_string(key.attempt);
+    if (key.run_id != run.run_id || key.unit != run.unit) {
+      return base::bad_input("the segment of " + name + " belongs to another run or unit", where);
+    }
+    if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
+      return base::bad_input("the segment of " + name + " stands twice; a repetition is a new attempt", where);
+    }
+    seen.push_back(key);
+  }
+  return {};
+}
+
+/// A text that is no whole id and no label may be the start of one id only.
+base::Status check_prefix(const std::vector<RunRow>& runs, const std::string& text, const std::string& where) {
+  for (const RunRow& run : runs) {
+    if (run.run_id == text || run.label == text) return {};
+    if (run.run_id == runs.front().run_id) continue;
+    return base::bad_input("'" + text + "' is the start of several run ids (" + runs.front().run_id + ", " +
+                               run.run_id + ", ...); give more of it",
+                           where);
+  }
+  return {};
+}
+
+}  // namespace
+
+namespace catalog {
+
+base::Status require_run(const sqlite::Connection& connection, std::string_view run_id, std::string_view unit) {
+  if (exists(connection.database(), "SELECT 1 FROM run WHERE run_id = ? AND unit = ?", run_id, unit)) return {};
+  return base::bad_input("the catalog has no run '" + std::string(run_id) + "' of unit '" + std::string(unit) + "'",
+                         connection.path().string());
+}
+
+}  // namespace catalog
+
+base::Status Catalog::add_run(const RunRow& run, const std::vector<calib::Segment>& segments) {
+  return impl_->connection.transact("add the run", [&]() -> base::Status {
+    if (const auto valid = check_run(impl_->connection, run); !valid) return valid;
+    const auto unique = check_segments(run, segments, impl_->connection.path().string());
+    if (!unique) return unique;
+    insert_run(impl_->database(), run);
+    for (const calib::Segment& segment : segments) catalog::insert_segment(impl_->database(), segment);
+    catalog::insert_event(impl_->database(), {catalog::now_utc_s(), "run_added", run.run_id,
+                                              "unit " + run.unit + ", campaign '" + run.campaign + "', label '" +
+                                                  run.label + "', " + std::to_string(segments.size()) + " segments"});
+    return {};
+  });
+}
+
+base::Result<std::vector<RunRow>> Catalog::runs(const RunFilter& filter) const {
+  return impl_->connection.run("read the runs", [&]() -> base::Result<std::vector<RunRow>> {
+    // A whole id or a label wins over the start of an id.
+    SQLite::Statement query(
+        impl_->database(),
+        std::string("SELECT ") + kRunColumns +
+            ", EXISTS (SELECT 1 FROM void WHERE void.run_id = run.run_id AND void.unit = run.unit AND "
+            "void.visit IS NULL) FROM run WHERE (?1 IS NULL OR unit = ?1) AND (?2 IS NULL OR campaign = ?2) AND "
+            "(?3 IS NULL OR run_id = ?3 OR label = ?3 OR (length(?3) >= ?4 AND substr(run_id, 1, length(?3)) = ?3 AND "
+            "NOT EXISTS (SELECT 1 FROM run AS named WHERE (named.run_id = ?3 OR named.label = ?3) AND "
+            "(?1 IS NULL OR named.unit = ?1) AND (?2 IS NULL OR named.campaign = ?2)))) "
+            "ORDER BY created_utc_s, run_id, unit");
+    sqlite::bind_all(query, filter.unit, filter.campaign, filter.run, kShortestPrefix);
+    std::vector<RunRow> runs;
+    while (query.executeStep()) runs.push_back(run_from(query));
+    if (filter.run) {
+      const auto unique = check_prefix(runs, *filter.run, impl_->connection.path().string());
+      if (!unique) return base::forward_error(unique);
+    }
+    return runs;
+  });
+}
+
+}  // namespace soak::db

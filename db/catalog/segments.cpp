@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <SQLiteCpp/Statement.h>
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "db/catalog/impl.h"
+#include "db/sqlite/fields.h"
+
+namespace soak::db {
+namespace {
+
+using Names = std::vector<std::string>;
+
+Names joined(Names names, const Names& more) {
+  names.insert(names.end(), more.begin(), more.end());
+  return names;
+}
+
+Names statistics_columns() {
+  Names names;
+  for (const auto sensor : calib::kSensorNames) {
+    for (const char* what : {"_count", "_mean", "_variance", "_se"}) names.push_back(std::string(sensor) + what);
+  }
+  return names;
+}
+
+const Names& segment_columns() {
+  static const Names kNames = [] {
+    Names names = {"visit",          "position", "attempt", "phase",          "sweep",       "plateau_c",
+                   "position_label", "up_x",     "up_y",    "up_z",           "azimuth_deg", "rate_dps",
+                   "t_start_s",      "t_end_s",  "temp_c",  "temp_rate_kpmin"};
+    for (const auto sensor : calib::kSensorNames) names.push_back(std::string(sensor) + "_temp_c");
+    return joined(names, statistics_columns());
+  }();
+  return kNames;
+}
+
+const Names& block_columns() {
+  static const Names kNames =
+      joined({"visit", "position", "attempt", "ordinal", "t_s", "duration_s", "temp_c", "temp_rate_kpmin"},
+             statistics_columns());
+  return kNames;
+}
+
+std::string list_of(const Names& names) {
+  std::string list;
+  for (const std::string& name : names) list.append(list.empty() ? "" : ", ").append(name);
+  return list;
+}
+
+/// INSERT of run_id, unit and the columns.
+std::string insert_into(const char* table, const Names& columns) {
+  std::string sql = std::string("INSERT INTO ") + table + " (run_id, unit, " + list_of(columns) + ") VALUES (?, ?";
+  for (std::size_t i = 0; i < columns.size(); ++i) sql += ", ?";
+  return sql += ")";
+}
+
+void add_statistics(sqlite::Binder& binder, const std::array<calib::SensorStatistics, calib::kSensorCount>& sensors) {
+  for (const calib::SensorStatistics& sensor : sensors) {
+    binder.add(sensor.count).add(sensor.mean).add(sensor.variance).add(sensor.standard_error);
+  }
+}
+
+void read_statistics(sqlite::Fields& fields, std::array<calib::SensorStatistics, calib::kSensorCount>& sensors) {
+  for (calib::SensorStatistics& sensor : sensors) {
+    sensor.count = static_cast<std::size_t>(fields.integer());
+    sensor.mean = fields.real();
+    sensor.variance = fields.real();
+    sensor.standard_error = fields.real();
+  }
+}
+
+void add_position(sqlite::Binder& binder, const std::optional<calib::Position>& position) {
+  if (!position) {
+    for (int i = 0; i < 6; ++i) binder.add_null();
+    return;
+  }
+  binder.add(position->label);
+  for (const double component : position->up) binder.add(component);
+  binder.add(position->azimuth_deg).add(position->rate_dps);
+}
+
+std::optional<calib::Position> read_position(sqlite::Fields& fields) {
+  const auto label = fields.optional_text();
+  calib::Position position;
+  for (double& component : position.up) component = fields.real();
+  position.azimuth_deg = fields.optional_real();
+  position.rate_dps = fields.optional_real();
+  if (!label) return std::nullopt;
+  position.label = *label;
+  return position;
+}
+
+void insert_blocks(SQLite::Database& database, const calib::Segment& segment) {
+  SQLite::Statement insert(database, insert_into("block", block_columns()));
+  const calib::SegmentKey& key = segment.key;
+  for (std::size_t ordinal = 0; ordinal < segment.blocks.size(); ++ordinal) {
+    const calib::Block& block = segment.blocks[ordinal];
+    sqlite::Binder binder(insert);
+    binder.add(key.run_id).add(key.unit).add(key.visit).add(key.position).add(key.attempt).add(ordinal);
+    binder.add(block.t_s).add(block.duration_s).add(block.temp_c).add(block.temp_rate_kpmin);
+    add_statistics(binder, block.sensor);
+    insert.exec();
+    insert.reset();
+  }
+}
+
+calib::Segment segment_from(SQLite::Statement& query, std::string_view run_id, std::string_view unit) {
+  sqlite::Fields fields(query);
+  calib::Segment segment;
+  segment.key.run_id = run_id;
+  segment.key.unit = unit;
+  segment.key.visit = fields.integer32();
+  segment.key.position = fields.text();
+  segment.key.attempt = fields.integer32();
+  segment.phase = fields.text() == "ramp" ? calib::Phase::ramp : calib::Phase::soak;
+  segment.sweep = calib::sweep_named(fields.text());
+  segment.plateau_c = fields.optional_real();
+  segment.position = read_position(fields);
+  segment.t_start_s = fields.real();
+  segment.t_end_s = fields.real();
+  segment.temp_c = fields.real();
+  segment.temp_rate_kpmin = fields.real();
+  for (double& temp_c : segment.sensor_temp_c) temp_c = fields.real();
+  read_statistics(fields, segment.sensor);
+  return segment;
+}
+
+std::vector<calib::Segment> read_segments(const SQLite::Database& database, std::string_view run_id,
+                                          std::string_view unit) {
+  SQLite::Statement query(
+      database, "SELECT " + list_of(segment_columns()) +
+                    " FROM segment AS s WHERE run_id = ? AND unit = ? AND NOT EXISTS (SELECT 1 FROM void AS v WHERE "
+                    "v.run_id = s.run_id AND v.unit = s.unit AND (v.visit IS NULL OR v.visit = s.visit) AND "
+                    "(v.position IS NULL OR v.position = s.position) AND (v.attempt IS NULL OR v.attempt = s.attempt)) "
+                    "ORDER BY t_start_s, visit, attempt, position");
+  sqlite::bind_all(query, run_id, unit);
+  std::vector<calib::Segment> segments;
+  while (query.executeStep()) segments.push_back(segment_from(query, run_id, unit));
+  return segments;
+}
+
+/// Gives each segment its blocks; those of withdrawn segments are left out.
+void read_blocks(const SQLite::Database& database, std::string_view run_id, std::string_view unit,
+                 std::vector<calib::Segment>& segments) {
+  std::map<std::tuple<std::int32_t, std::string, std::int32_t>, calib::Segment*> by_key;
+  for (calib::Segment& segment : segments) {
+    by_key[{segment.key.visit, segment.key.position, segment.key.attempt}] = &segment;
+  }
+  SQLite::Statement query(database, "SELECT " + list_of(block_columns()) +
+                                        " FROM block WHERE run_id = ? AND unit = ? "
+                                        "ORDER BY visit, position, attempt, ordinal");
+  sqlite::bind_all(query, run_id, unit);
+  while (query.executeStep()) {
+    sqlite::Fields fields(query);
+    const std::int32_t visit = fields.integer32();
+    std::string position = fields.text();
+    const auto found = by_key.find({visit, std::move(position), fields.integer32()});
+    if (found == by_key.end()) continue;
+    static_cast<void>(fields.integer());  // the ordinal, by which the rows are in order
+    calib::Block& block = found->second->blocks.emplace_back();
+    block.t_s = fields.real();
+    block.duration_s = fields.real();
+    block.temp_c = fields.real();
+    block.temp_rate_kpmin = fields.real();
+    read_statistics(fields, block.sensor);
+  }
+}
+
+}  // namespace
+
+namespace catalog {
+
+void insert_segment(SQLite::Database& database, const calib::Segment& segment) {
+  SQLite::Statement insert(database, insert_into("segment", segment_columns()));
+  sqlite::Binder binder(insert);
+  const calib::SegmentKey& key = segment.key;
+  binder.add(key.run_id).add(key.unit).add(key.visit).add(key.position).add(key.attempt);
+  binder.add(std::string_view(segment.phase == calib::Phase::ramp ? "ramp" : "soak"));
+  binder.add(calib::name_of(segment.sweep)).add(segment.plateau_c);
+  add_position(binder, segment.position);
+  binder.add(segment.t_start_s).add(segment.t_end_s).add(segment.temp_c).add(segment.temp_rate_kpmin);
+  for (const double temp_c : segment.sensor_temp_c) binder.add(temp_c);
+  add_statistics(binder, segment.sensor);
+  insert.exec();
+  insert_blocks(database, segment);
+}
+
+}  // namespace catalog
+
+base::Result<std::vector<calib::Segment>> Catalog::segments(std::string_view run_id, std::string_view unit,
+                                                            bool with_blocks) const {
+  return impl_->connection.run("read the segments", [&]() -> base::Result<std::vector<calib::Segment>> {
+    if (const auto known = catalog::require_run(impl_->connection, run_id, unit); !known) {
+      return base::forward_error(known);
+    }
+    auto segments = read_segments(impl_->database(), run_id, unit);
+    if (with_blocks) read_blocks(impl_->database(), run_id, unit, segments);
+    return segments;
+  });
+}
+
+}  // namespace soak::db

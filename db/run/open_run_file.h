@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "base/result.h"
+#include "db/sqlite/connection.h"
+
+namespace soak::db::run {
+
+struct OpenedRunFile {
+  sqlite::Connection connection;
+  bool sealed = false;
+};
+
+/// Opens a run file for reading in the way that leaves it and its folder unchanged.
+[[nodiscard]] base::Result<OpenedRunFile> open_run_file(const std::filesystem::path& path);
+
+}  // namespace soak::db::run

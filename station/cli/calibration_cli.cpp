@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <memory>
+
+#include "base/number_text.h"
+#include "station/cli/frame.h"
+#include "station/commands/calibration_commands.h"
+#include "station/commands/fit_command.h"
+
+namespace soak::station::cli {
+namespace {
+
+void add_fit(CLI::App& program, Request& request) {
+  const auto options = std::make_shared<FitCommand>();
+  const auto rules = std::make_shared<std::string>("auto");
+  CLI::App* command = add_command(program, request, "fit",
+                                  "Fit a thermal model per sensor; adds a model version, the old ones stay",
+                                  "soak fit --unit SN0042 --json", true);
+  CLI::Option* unit = command->add_option("--unit", options->unit, "Serial number of the unit")->type_name("SN");
+  CLI::Option* all = command->add_flag("--all", options->all, "Fit every unit of the data folder")->excludes(unit);
+  unit->excludes(all);
+  command->add_option("--campaign", options->campaign, "Only runs of this campaign")->type_name("NAME");
+  command->add_option("--rules", *rules, "Number of ANFIS rules, or auto: chosen by folds over runs")
+      ->type_name("auto|N")
+      ->check([](const std::string& text) {
+        const auto number = base::parse_int(text);
+        return text == "auto" || (number && *number >= 2 && *number <= 64) ? "" : "must be auto or a number from 2 to 64";
+      });
+  command->add_option("--jobs", options->jobs, "Threads (else one per core)")->type_name("N")->check(CLI::Range(1, 1024));
+  command->callback([options, rules, unit, all, &request] {
+    if (unit->count() + all->count() == 0) throw CLI::RequiredError("--unit SN or --all");
+    options->data = request.data;
+    if (const auto number = base::parse_int(*rules)) options->rules = static_cast<int>(*number);
+    request.action = [options](Output& output) { return run_fit(*options, output); };
+  });
+}
+
+void add_export(CLI::App& program, Request& request) {
+  const auto options = std::make_shared<ExportCommand>();
+  CLI::App* command = add_command(program, request, "export", "Write a unit's calibration file",
+                                  "soak export --unit SN0042 --format blob -o SN0042.soakcal", true);
+  command->add_option("--unit", options->unit, "Serial number of the unit")->required()->type_name("SN");
+  command
+      ->add_option("--format", options->format,
+                   "blob: for the deployment runtime; c: the same as a C header; json: for people and scripts")
+      ->required()
+      ->check(CLI::IsMember({"blob", "c", "json"}))
+      ->type_name("");
+  command->add_option("-o,--output", options->file, "File to write")->required()->type_name("FILE");
+  command->add_option("--model", options->model, "Model version (else the newest)")->type_name("V");
+  command->add_flag("--simulated", options->simulated, "Export a model made from simulated data all the same");
+  command->callback([options, &request] {
+    options->data = request.data;
+    request.action = [options](Output& output) { return run_export(*options, output); };
+  });
+}
+
+void add_eval(CLI::App& program, Request& request) {
+  const auto options = std::make_shared<EvalCommand>();
+  CLI::App* command = add_command(program, request, "eval", "What a calibration file says, read by the deployment runtime",
+                                  "soak eval SN0042.soakcal --temp-c -30,25,70", true);
+  command->add_option("file", options->file, "Calibration file")->required()->type_name("FILE.blob");
+  command->add_option("--temp-c", options->temps_c, "Temperatures in °C")->required()->delimiter(',')->type_name("T[,T...]");
+  command->callback([options, &request] {
+    request.action = [options](Output& output) { return run_eval(*options, output); };
+  });
+}
+
+void add_verify(CLI::App& program, Request& request) {
+  const auto options = std::make_shared<VerifyCommand>();
+  CLI::App* command = add_command(program, request, "verify", "Compare a calibration file with runs that no fit has seen",
+                                  "soak verify SN0042.soakcal --campaign check-2027 --limits limits.toml", true);
+  command->add_option("file", options->file, "Calibration file")->required()->type_name("FILE.blob");
+  command->add_option("--campaign", options->campaign, "Campaign of the fresh runs")->required()->type_name("NAME");
+  command->add_option("--limits", options->limits, "Limits per sensor (TOML); without them the verdict is info")
+      ->type_name("FILE");
+  command->callback([options, &request] {
+    options->data = request.data;
+    request.action = [options](Output& output) { return run_verify(*options, output); };
+  });
+}
+
+}  // namespace
+
+void register_calibration(CLI::App& program, Request& request) {
+  add_fit(program, request);
+  add_export(program, request);
+  add_eval(program, request);
+  add_verify(program, request);
+}
+
+}  // namespace soak::station::cli

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "anfis/least_squares.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "base/random.h"
+#include "support.h"
+
+namespace soak::anfis {
+namespace {
+
+// Digits on which two numbers agree (log relative error).
+double digits(double value, double certified) { return -std::log10(std::abs(value - certified) / std::abs(certified)); }
+
+struct Certified {
+  Eigen::MatrixXd a;
+  Eigen::VectorXd y;
+  std::vector<double> b;
+  std::vector<double> sd;
+};
+
+Certified nist(const char* name) {
+  const auto v = nlohmann::json::parse(test::read_vector_file("nist_strd_linear.json")).at(name);
+  const auto x = v["x"].get<std::vector<double>>();
+  const auto y = v["y"].get<std::vector<double>>();
+  Certified set{{}, {}, v["b"], v["sd"]};
+  set.a.resize(static_cast<Eigen::Index>(x.size()), static_cast<Eigen::Index>(set.b.size()));
+  set.y = Eigen::Map<const Eigen::VectorXd>(y.data(), static_cast<Eigen::Index>(y.size()));
+  for (Eigen::Index i = 0; i < set.a.rows(); ++i) {
+    for (Eigen::Index k = 0; k < set.a.cols(); ++k) {
+      set.a(i, k) = std::pow(x[static_cast<std::size_t>(i)], static_cast<double>(k));
+    }
+  }
+  return set;
+}
+
+void expect_certified(const char* name, double least_digits) {
+  const Certified set = nist(name);
+  const LeastSquaresFit fit = solve_least_squares(set.a, set.y);
+  ASSERT_TRUE(fit.full_rank());
+  const double s2 = fit.residual_sum_of_squares / static_cast<double>(set.a.rows() - set.a.cols());
+  for (Eigen::Index k = 0; k < set.a.cols(); ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    EXPECT_GE(digits(fit.coefficients(k), set.b[i]), least_digits) << name << " b" << k;
+    EXPECT_GE(digits(std::sqrt(s2) * fit.covariance_factor.row(k).norm(), set.sd[i]), least_digits) << name << " sd" << k;
+  }
+}
+
+TEST(LeastSquares, ReachesSevenDigitsOnFilip) { expect_certified("filip", 7.0); }
+TEST(LeastSquares, ReachesSevenDigitsOnWampler4) { expect_certified("wampler4", 7.0); }
+
+Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns) {
+  base::Random random(11);
+  return Eigen::MatrixXd::NullaryExpr(rows, columns, [&](Eigen::Index, Eigen::Index) { return random.gaussian(); });
+}
+
+TEST(LeastSquares, FindsTheRankAndTheLeastNormWhereColumnsDepend) {
+  Eigen::MatrixXd a = random_matrix(20, 5);
+  a.col(4) = a.col(0) - a.col(2);
+  a = (a * a.colwise().norm().cwiseInverse().asDiagonal()).eval();  // unit columns: the least norm is the plain one
+  const Eigen::VectorXd b = random_matrix(20, 1);
+  const LeastSquaresFit fit = solve_least_squares(a, b);
+  EXPECT_EQ(fit.rank, 4);
+  EXPECT_FALSE(fit.full_rank());
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  Eigen::VectorXd inverse = svd.singularValues().cwiseInverse();
+  inverse(4) = 0.0;
+  const Eigen::MatrixXd pseudo = svd.matrixV() * inverse.asDiagonal() * svd.matrixU().transpose();
+  EXPECT_LT((fit.coefficients - pseudo * b).norm(), 1e-12);
+  EXPECT_LT((fit.covariance_factor * fit.covariance_factor.transpose() - pseudo * pseudo.transpose()).norm(), 1e-12);
+  EXPECT_LT((least_squares_coefficients(a, b) - fit.coefficients).norm(), 1e-15);
+}
+
+TEST(LeastSquares, DoesNotDependOnTheUnitsOfAColumn) {
+  const Eigen::MatrixXd a = random_matrix(15, 3);
+  const Eigen::VectorXd b = random_matrix(15, 1);
+  const Eigen::Vector3d units(1e-9, 1.0, 1e12);
+  const LeastSquaresFit plain = solve_least_squares(a, b);
+  const LeastSquaresFit scaled = solve_least_squares(a * units.asDiagonal(), b);
+  EXPECT_EQ(scaled.rank, 3);
+  EXPECT_LT((units.asDiagonal() * scaled.coefficients - plain.coefficients).norm(), 1e-13);
+}
+
+TEST(LeastSquares, GivesNaNInsteadOfANumberForDataThatAreNotFinite) {
+  Eigen::MatrixXd a = random_matrix(6, 2);
+  a(3, 1) = std::numeric_limits<double>::infinity();
+  const LeastSquaresFit fit = solve_least_squares(a, Eigen::VectorXd::Ones(6));
+  EXPECT_TRUE(fit.coefficients.array().isNaN().all());
+  EXPECT_TRUE(std::isnan(fit.residual_sum_of_squares));
+  EXPECT_FALSE(fit.full_rank());
+}
+
+}  // namespace
+}  // namespace soak::anfis

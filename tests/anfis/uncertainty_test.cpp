@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "anfis/uncertainty.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "anfis/hybrid_learning.h"
+#include "base/random.h"
+#include "support.h"
+
+namespace soak::anfis {
+namespace {
+
+Model truth() {
+  Model model;
+  model.input_centre = 20.0;
+  model.input_half_range = 50.0;
+  model.rules = {{0.5, 2.0, -0.95, 0.3, -0.4}, {0.45, 2.2, 0.05, -0.8, 0.2}, {0.55, 1.8, 0.95, 0.5, 0.1}};
+  model.x_min = -30.0;
+  model.x_max = 70.0;
+  return model;
+}
+
+constexpr int kRuns = 8;
+constexpr double kNoise = 0.02, kRunSigma = 0.05;
+
+TrainingData simulate(unsigned seed) {
+  base::Random random(seed, 5);
+  TrainingData data;
+  for (int run = 0; run < kRuns; ++run) {
+    const double offset = kRunSigma * random.gaussian();
+    for (int i = 0; i <= 20; ++i) {
+      data.x.push_back(-30.0 + 5.0 * i);
+      data.y.push_back(evaluate(truth(), data.x.back()) + offset + kNoise * random.gaussian());
+      data.weight.push_back(1.0 / (kNoise * kNoise));
+      data.group.push_back(run);
+    }
+  }
+  data.group_variance = kRunSigma * kRunSigma;
+  return data;
+}
+
+TEST(PredictionVariance, BandOf95PercentCoversTheTruth) {
+  constexpr int kSeeds = 300;
+  int covered = 0, points = 0;
+  double residual_variance = 0.0;
+  HybridOptions options;
+  options.rules = 3;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    const TrainingData data = simulate(seed);
+    const auto training = train_hybrid(data, options);
+    ASSERT_TRUE(training);
+    const auto variance = PredictionVariance::of(training->model, data);
+    ASSERT_TRUE(variance);
+    residual_variance += variance->residual_variance() / kSeeds;
+    for (double t = -30.0; t <= 70.0; t += 2.5) {
+      const double error = evaluate(training->model, t) - evaluate(truth(), t);
+      covered += std::abs(error) <= 1.96 * std::sqrt(variance->at(t)) ? 1 : 0;
+      ++points;
+    }
+  }
+  const double share = static_cast<double>(covered) / points;
+  std::printf("coverage of the 95 %% band: %.3f, residual variance %.3f\n", share, residual_variance);
+  // The level error is common to all points of a seed: standard error of the share about sqrt(0.05 * 0.95 / 300) = 0.013.
+  EXPECT_GE(share, 0.90);
+  EXPECT_LE(share, 0.98);
+  EXPECT_NEAR(residual_variance, 1.0, 0.05);
+}
+
+// With premises that do not matter (both rules carry the same line) the model is a straight line, whose variance is known.
+TEST(PredictionVariance, OfAStraightLineIsThatOfTheTextbook) {
+  Model line;
+  line.membership = Membership::gaussian;
+  line.order = 0;
+  line.input_half_range = 10.0;
+  line.rules = {{0.8, 0.0, -1.0, 0.0, 0.25}, {0.8, 0.0, 1.0, 0.0, 0.25}};
+  line.x_min = -10.0;
+  line.x_max = 10.0;
+  TrainingData data;
+  for (int i = -10; i <= 10; ++i) {
+    data.x.push_back(i);
+    data.y.push_back(0.25);
+  }
+  // Consequent regressors: two strengths whose sum is 1. Textbook: (A^T A)^-1 of the 2x2 system by hand.
+  double a11 = 0.0, a12 = 0.0, a22 = 0.0;
+  std::vector<double> s(2);
+  for (const double x : data.x) {
+    firing_strengths(line, x, s);
+    a11 += s[0] * s[0];
+    a12 += s[0] * s[1];
+    a22 += s[1] * s[1];
+  }
+  const auto variance = PredictionVariance::of(line, data);
+  ASSERT_TRUE(variance);
+  EXPECT_EQ(variance->effective_parameters(), 2);
+  EXPECT_EQ(variance->degrees_of_freedom(), 19);
+  for (const double x : {-10.0, -3.3, 0.0, 7.0}) {
+    firing_strengths(line, x, s);
+    const double expected = (a22 * s[0] * s[0] - 2.0 * a12 * s[0] * s[1] + a11 * s[1] * s[1]) / (a11 * a22 - a12 * a12);
+    EXPECT_NEAR(variance->at(x, 4.0), 4.0 * expected, 1e-12);
+  }
+}
+
+TEST(PredictionVariance, HoldsTheRunToRunVarianceOfTheMean) {
+  const TrainingData data = simulate(1);
+  HybridOptions options;
+  options.rules = 3;
+  const auto training = train_hybrid(data, options);
+  const auto variance = PredictionVariance::of(training->model, data);
+  ASSERT_TRUE(variance);
+  for (const double t : {-30.0, 20.0, 70.0}) {
+    EXPECT_GT(variance->at(t), kRunSigma * kRunSigma / kRuns);
+    EXPECT_LT(variance->at(t), kRunSigma * kRunSigma / kRuns + kNoise * kNoise);
+  }
+}
+
+TEST(PredictionVariance, RefusesWhatHasNoFiniteVariance) {
+  TrainingData data = simulate(1);
+  data.group_variance = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(PredictionVariance::of(truth(), data).error().where, "group_variance");
+  const TrainingData few{{-30.0, 0.0, 30.0, 70.0}, {0.0, 1.0, 0.0, 1.0}, {}, {}, 0.0};
+  EXPECT_EQ(PredictionVariance::of(truth(), few).error().where, "x");
+}
+
+}  // namespace
+}  // namespace soak::anfis

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "base/bytes.h"
+#include "calib/calibration.h"
+
+namespace soak::calib::samples {
+
+/// CRC-32C bit by bit, straight from its definition: independent of the product's tables.
+inline std::uint32_t plain_crc32c(const std::uint8_t* data, std::size_t size) {
+  std::uint32_t crc = 0xFFFFFFFFU;
+  for (std::size_t i = 0; i < size; ++i) {
+    crc ^= data[i];
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 1U) != 0 ? (crc >> 1) ^ 0x82F63B78U : crc >> 1;
+  }
+  return ~crc;
+}
+
+template <class T>
+void put(base::Bytes& bytes, std::size_t at, T value) {
+  std::memcpy(bytes.data() + at, &value, sizeof value);
+}
+
+template <class T>
+T get(const base::Bytes& bytes, std::size_t at) {
+  T value;
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+/// Makes size field and CRC fit the bytes again.
+inline void seal(base::Bytes& bytes) {
+  put(bytes, 12, static_cast<std::uint32_t>(bytes.size()));
+  put(bytes, bytes.size() - 4, plain_crc32c(bytes.data(), bytes.size() - 4));
+}
+
+/// Puts a section behind the last one.
+inline void append_section(base::Bytes& bytes, std::uint16_t type, std::uint8_t version, bool critical,
+                           const base::Bytes& payload) {
+  base::ByteWriter section;
+  section.write(type);
+  section.write(version);
+  section.write(static_cast<std::uint8_t>(critical ? 1 : 0));
+  section.write(static_cast<std::uint32_t>(payload.size()));
+  section.write(payload);
+  bytes.insert(bytes.end() - 4, section.bytes().begin(), section.bytes().end());
+  put(bytes, 20, get<std::uint32_t>(bytes, 20) + 1);
+  seal(bytes);
+}
+
+/// Rule k of sensor i in the golden files, whose values tests/data/golden/make_values.py computes by the same formulas.
+inline anfis::Model fis(std::size_t sensor, anfis::Membership membership, double centre, double half_range) {
+  const auto i = static_cast<double>(sensor);
+  anfis::Model model;
+  model.membership = membership;
+  model.input_centre = 20.0;
+  model.input_half_range = 50.0;
+  model.output_centre = centre;
+  model.output_half_range = half_range;
+  model.x_min = -30.0;
+  model.x_max = 70.0;
+  for (int n = 0; n < 6; ++n) {
+    const double k = n;
+    anfis::Rule rule;
+    rule.width = 0.15 + 0.02 * k;
+    rule.slope = membership == anfis::Membership::bell ? 1.5 + 0.25 * k : 0.0;
+    rule.centre = -1.0 + 0.4 * k;
+    rule.gain = 0.3 * (k - i);
+    rule.offset = 0.8 - 0.1 * k * k + 0.05 * i;
+    model.rules.push_back(rule);
+  }
+  return model;
+}
+
+inline SplineCurve spline(double amplitude) {
+  return {{-30.0, -5.0, 20.0, 45.0, 70.0},
+          {{amplitude * 1.0, amplitude * 0.01, amplitude * -0.002, amplitude * 0.00004},
+           {amplitude * 0.625, amplitude * -0.015, amplitude * 0.001, amplitude * -0.00002},
+           {amplitude * 0.5625, amplitude * -0.0025, amplitude * -0.0005, amplitude * 0.00001},
+           {amplitude * 0.34375, amplitude * -0.00875, amplitude * 0.00025, amplitude * 0.0}}};
+}
+
+inline TableCurve table(double amplitude) {
+  TableCurve curve{-30.0, 2.5, {}};
+  for (int k = 0; k <= 40; ++k) curve.values.push_back(amplitude * (1.0 + 0.02 * k - 0.001 * k * k));
+  return curve;
+}
+
+inline UncertaintyTable uncertainty(double ci95, double pi95) {
+  return {{-30.0, 20.0, 70.0}, {ci95, 0.5 * ci95, 2.0 * ci95}, {pi95, pi95, 1.5 * pi95}};
+}
+
+inline Calibration provenance(const std::string& unit) {
+  Calibration calibration;
+  calibration.unit = unit;
+  calibration.unit_type = "demo";
+  calibration.epoch = 2;
+  calibration.model_version = 7;
+  calibration.created_utc_s = 1795248000.25;
+  calibration.gravity_mps2 = 9.8123;
+  calibration.gravity_assumed = false;
+  calibration.run_hashes = {"e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855",
+                            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"};
+  return calibration;
+}
+
+/// Golden file "fis": six sensors, bells for the gyros and Gaussians for the accelerometers, no cross terms.
+inline Calibration golden_fis() {
+  Calibration calibration = provenance("SN-0001");
+  for (const Sensor sensor : kSensors) {
+    SensorCalibration one;
+    one.sensor = sensor;
+    one.temp_min_c = -30.0;
+    one.temp_max_c = 70.0;
+    one.model = "anfis";
+    const std::size_t i = index_of(sensor);
+    if (is_gyro(sensor)) {
+      one.bias = fis(i, anfis::Membership::bell, 0.01, 0.004);
+    } else {
+      one.bias = fis(i, anfis::Membership::gaussian, -0.2, 0.1);
+      one.scale_ppm = fis(i, anfis::Membership::gaussian, 1500.0, 400.0);
+      one.scale_uncertainty = UncertaintyTable{{-30.0, 70.0}, {20.0, 30.0}, {}};
+    }
+    one.bias_uncertainty = uncertainty(0.0001, 0.0005);
+    calibration.sensors.push_back(one);
+  }
+  return calibration;
+}
+
+/// Golden file "mixed": splines and tables, misalignment, g-sensitivity, an accepted term; simulated; no gyro_y.
+inline Calibration golden_mixed() {
+  Calibration calibration = provenance("SN-0002");
+  calibration.simulated = true;
+  calibration.gravity_mps2 = 9.80665;
+  calibration.gravity_assumed = true;
+  for (const Sensor sensor : kSensors) {
+    if (sensor == Sensor::gyro_y) continue;
+    SensorCalibration one;
+    one.sensor = sensor;
+    one.temp_min_c = -25.0;
+    one.temp_max_c = 65.0;
+    one.model = is_gyro(sensor) ? "spline" : "table";
+    const auto i = static_cast<double>(index_of(sensor));
+    if (is_gyro(sensor)) {
+      one.bias = spline(0.01 * (1.0 + i));
+      one.bias_uncertainty = uncertainty(0.0002, 0.0004);
+    } else {
+      one.bias = table(0.1 * (i - 2.0));
+      one.scale_ppm = spline(1000.0 * (i - 2.0));
+    }
+    calibration.sensors.push_back(one);
+  }
+  calibration.accel_misalignment = {{{0.0, 0.002, -0.001}, {0.003, 0.0, 0.0015}, {-0.0025, 0.001, 0.0}}};
+  calibration.g_sensitivity = {{{1e-4, 2e-5, 0.0}, {0.0, 1e-4, 3e-5}, {-2e-5, 0.0, 1.5e-4}}};
+  calibration.terms = {{"temperature_rate", false, {Sensor::gyro_x, Sensor::gyro_z}, {{"gyro_x", 1e-4}, {"gyro_z", -2e-4}}}};
+  return calibration;
+}
+
+/// One sensor with the given bias curve, valid from -30 to 70 °C.
+inline Calibration with_bias(const Curve& curve, Sensor sensor = Sensor::gyro_x) {
+  Calibration calibration = provenance("SN-0003");
+  SensorCalibration one;
+  one.sensor = sensor;
+  one.temp_min_c = -30.0;
+  one.temp_max_c = 70.0;
+  one.model = "anfis";
+  one.bias = curve;
+  calibration.sensors.push_back(one);
+  return calibration;
+}
+
+inline std::string data_file(const std::string& name) { return std::string(SOAK_TEST_FOLDER) + "/data/golden/" + name; }
+
+inline base::Bytes read_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+}  // namespace soak::calib::samples

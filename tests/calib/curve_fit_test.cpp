@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/curve_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "base/random.h"
+
+namespace soak::calib {
+namespace {
+
+/// A gyro's drift in deg/s: a smooth curve that spans about 0.5 with a sudden local feature [AH05 §6.3].
+double truth_at(double temp_c) {
+  return 0.25 * std::atan((temp_c - 15.0) / 25.0) / 0.9 + 0.1 * std::exp(-0.5 * std::pow((temp_c - 34.0) / 7.0, 2));
+}
+
+struct Campaign {
+  int runs = 4;
+  double run_sigma = 0.02;
+  double noise = 0.002;
+  double half_gap = 0.0;  ///< heating reads so much more than the mean, cooling so much less
+  std::uint64_t seed = 1;
+};
+
+CurveData make_data(const Campaign& campaign) {
+  CurveData data;
+  base::Random random(campaign.seed, 11);
+  for (int run = 0; run < campaign.runs; ++run) {
+    data.runs.push_back("R" + std::to_string(run + 1));
+    const double offset = campaign.run_sigma * random.gaussian();
+    double t_s = 0.0;
+    for (int visit = 0; visit < 41; ++visit) {
+      const bool up = visit < 21;
+      const double level_c = up ? -30.0 + 5.0 * visit : 70.0 - 5.0 * (visit - 20);
+      const double temp_c = level_c + 0.3 * random.gaussian();
+      CurveRow row{run,    2 * run + (up ? 0 : 1),           up ? Sweep::up : Sweep::down, t_s += 1800.0,
+                   temp_c, truth_at(temp_c) + offset + (up ? 1 : -1) * campaign.half_gap +
+                               campaign.noise * random.gaussian(),
+                   campaign.noise};
+      data.rows.push_back(row);
+    }
+    for (const char* sweep : {" up", " down"}) data.branches.push_back(data.runs.back() + sweep);
+  }
+  return data;
+}
+
+CurveFit fit(const CurveData& data, std::optional<int> rules = {}) {
+  auto result = fit_curve(data, {rules}, {"gyro_x", "deg/s", 1.0});
+  if (!result) throw std::runtime_error(result.error().message);
+  return *std::move(result);
+}
+
+/// Largest error against the truth between −29 and 69 °C, its mean removed.
+double worst_shape_error(const CurveFit& fit) {
+  std::vector<double> errors;
+  double mean = 0.0;
+  for (double t = -29.0; t <= 69.0; t += 0.25) errors.push_back(evaluate(fit.curve, t) - truth_at(t));
+  for (const double e : errors) mean += e / static_cast<double>(errors.size());
+  double worst = 0.0;
+  for (const double e : errors) worst = std::max(worst, std::abs(e - mean));
+  return worst;
+}
+
+bool has_warning(const CurveFit& fit, const std::string& code) {
+  return std::any_of(fit.warnings.begin(), fit.warnings.end(), [&](const Warning& w) { return w.code == code; });
+}
+
+TEST(CurveFit, FollowsTheShapeBetweenThePlateaus) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const CurveFit result = fit(make_data({.seed = seed}));
+    // One hundredth of the uncompensated span of 0.5 [AH05 §6.4.3].
+    EXPECT_LT(worst_shape_error(result), 0.005) << name_of(result.deployed) << " seed " << seed;
+  }
+}
+
+TEST(CurveFit, StatesTheRunToRunScatterThatItCannotRemove) {
+  const CurveFit result = fit(make_data({.runs = 12, .seed = 4}));
+  EXPECT_NEAR(*result.run_to_run_sigma, 0.02, 0.01);
+  const auto& error = result.held_out[static_cast<std::size_t>(Family::anfis)];
+  ASSERT_TRUE(error);
+  EXPECT_GT(error->rmse_abs, 0.01);
+  // The shape error of a held-out run is little more than the noise of its rows.
+  EXPECT_LT(error->rmse_shape, 0.003);
+  EXPECT_EQ(result.holdout, "run");
+  EXPECT_EQ(result.checks.size(), 12U);
+}
+
+TEST(CurveFit, BandCoversTheTruthOfTheMeanCurve) {
+  int inside = 0;
+  int inside_fresh = 0;
+  int count = 0;
+  int fresh = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const CurveFit result = fit(make_data({.runs = 4, .seed = 100 + seed}), 8);
+    const double power_on = 0.02 * base::hashed_gaussian(seed, 99, 0);
+    for (const CurvePoint& p : result.points) {
+      inside += std::abs(p.value - truth_at(p.temp_c)) <= p.ci95 ? 1 : 0;
+      inside_fresh += std::abs(p.value - truth_at(p.temp_c) - power_on) <= *p.pi95 ? 1 : 0;
+      ++count;
+      ++fresh;
+    }
+  }
+  // 40 campaigns, dominated by the runs' mean offset: one standard error of a coverage of 95 % is 3.4 %.
+  EXPECT_GT(static_cast<double>(inside) / count, 0.88);
+  EXPECT_GT(static_cast<double>(inside_fresh) / fresh, 0.88);
+  EXPECT_LT(static_cast<double>(inside) / count, 0.999);
+}
+
+TEST(CurveFit, WarnsWhereHeatingAndCoolingDiffer) {
+  EXPECT_TRUE(has_warning(fit(make_data({.half_gap = 0.01})), "hysteresis"));
+  EXPECT_FALSE(has_warning(fit(make_data({})), "hysteresis"));
+}
+
+TEST(CurveFit, GivesNoHeldOutErrorUnderThreeRuns) {
+  const CurveFit two = fit(make_data({.runs = 2}));
+  EXPECT_FALSE(two.held_out[0]);
+  EXPECT_EQ(two.holdout, "branch");
+  EXPECT_EQ(two.checks.size(), 4U);
+  EXPECT_TRUE(has_warning(two, "few_runs"));
+  const CurveFit one = fit(make_data({.runs = 1}));
+  EXPECT_FALSE(one.run_to_run_sigma);
+  EXPECT_FALSE(one.points.front().pi95);
+}
+
+TEST(CurveFit, TracesTheRangeOfItsRowsDegreeByDegree) {
+  const CurveData data = make_data({});
+  const CurveFit result = fit(data, 6);
+  const auto [low, high] = std::minmax_element(data.rows.begin(), data.rows.end(),
+                                               [](const auto& a, const auto& b) { return a.temp_c < b.temp_c; });
+  EXPECT_EQ(result.points.front().temp_c, low->temp_c);
+  EXPECT_EQ(result.points.back().temp_c, high->temp_c);
+  for (std::size_t i = 1; i + 1 < result.points.size(); ++i) {
+    EXPECT_NEAR(result.points[i].temp_c - result.points[i - 1].temp_c, 1.0, 1e-9);
+  }
+}
+
+TEST(CurveFit, DeploysABaselineThatWinsOnHeldOutRuns) {
+  // Two rules cannot follow the feature, the spline can.
+  const CurveFit result = fit(make_data({}), 2);
+  EXPECT_EQ(result.deployed, Family::spline);
+  EXPECT_TRUE(has_warning(result, "baseline_deployed"));
+}
+
+TEST(CurveFit, RefusesAConstantSensor) {
+  CurveData data = make_data({});
+  for (CurveRow& row : data.rows) row.value = 0.0;
+  const auto result = fit_curve(data, {}, {"gyro_x", "deg/s", 1.0});
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().kind, base::ErrorKind::bad_input);
+  EXPECT_NE(result.error().message.find("constant"), std::string::npos);
+}
+
+TEST(CurveFit, RefusesFewerThanThreeTemperatures) {
+  CurveData data = make_data({});
+  for (CurveRow& row : data.rows) row.temp_c = row.temp_c < 20.0 ? -30.0 : 70.0;
+  const auto result = fit_curve(data, {}, {"gyro_x", "deg/s", 1.0});
+  ASSERT_FALSE(result);
+  EXPECT_NE(result.error().message.find("at least 3"), std::string::npos);
+}
+
+TEST(CurveFit, DeploysTheSplineWhereTemperaturesAreTooFewForRules) {
+  CurveData data = make_data({});
+  std::erase_if(data.rows, [](const CurveRow& row) { return row.temp_c > -12.0; });
+  const CurveFit result = fit(data);
+  EXPECT_EQ(result.rules, 0);
+  EXPECT_EQ(result.deployed, Family::spline);
+  EXPECT_TRUE(has_warning(result, "few_temperatures"));
+}
+
+}  // namespace
+}  // namespace soak::calib

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+// The float32 runtime against the definition of the curves in double precision, over random curves.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "base/random.h"
+#include "calib/calibration_file.h"
+#include "tests/calib/calibration_file_samples.h"
+#include "calib/runtime/soak_runtime.h"
+
+namespace soak::calib {
+namespace {
+
+using samples::with_bias;
+
+constexpr int kTemperatures = 2000;
+
+// [AH05 eq. 5.5-5.11], as the model's header defines it
+double plain_fis(const anfis::Model& model, double temp_c) {
+  const double u = (temp_c - model.input_centre) / model.input_half_range;
+  double numerator = 0.0;
+  double denominator = 0.0;
+  for (const anfis::Rule& rule : model.rules) {
+    const double z = (u - rule.centre) / rule.width;
+    const double mu = model.membership == anfis::Membership::bell ? 1.0 / (1.0 + std::pow(std::abs(z), 2.0 * rule.slope))
+                                                                  : std::exp(-z * z / 2.0);
+    numerator += mu * (rule.gain * u + rule.offset);
+    denominator += mu;
+  }
+  return model.output_centre + model.output_half_range * numerator / denominator;
+}
+
+struct Deviation {
+  double largest = 0.0;
+  double span = 0.0;
+  double magnitude = 0.0;
+};
+
+/// Largest difference of the runtime from `truth` at random temperatures of the valid range.
+Deviation deviation(const base::Bytes& bytes, const std::function<double(double)>& truth, base::Random& random) {
+  soak_cal cal;
+  EXPECT_EQ(soak_load(&cal, bytes.data(), bytes.size()), SOAK_OK);
+  double least = truth(-30.0);
+  double largest = least;
+  Deviation result;
+  for (int i = 0; i < kTemperatures; ++i) {
+    const auto temp_c = static_cast<float>(random.uniform(-30.0, 70.0));
+    float value = NAN;
+    EXPECT_EQ(soak_bias(&cal, SOAK_GYRO_X, temp_c, &value), SOAK_OK);
+    const double expected = truth(static_cast<double>(temp_c));
+    least = std::min(least, expected);
+    largest = std::max(largest, expected);
+    result.largest = std::max(result.largest, std::abs(static_cast<double>(value) - expected));
+  }
+  result.span = largest - least;
+  result.magnitude = std::max(std::abs(least), std::abs(largest));
+  return result;
+}
+
+anfis::Model frame(base::Random& random) {
+  anfis::Model model;
+  model.membership = random.uniform() < 0.5 ? anfis::Membership::bell : anfis::Membership::gaussian;
+  model.input_centre = random.uniform(15.0, 25.0);
+  model.input_half_range = random.uniform(45.0, 55.0);
+  model.output_centre = random.uniform(-0.02, 0.02);
+  model.output_half_range = random.uniform(0.005, 0.02);
+  model.x_min = -30.0;
+  model.x_max = 70.0;
+  return model;
+}
+
+/// As a fit of a thermal curve gives it: rules that overlap, bells up to slope 4.
+anfis::Model usual_model(base::Random& random) {
+  anfis::Model model = frame(random);
+  const int count = 2 + static_cast<int>(random.uniform(0.0, 7.0));
+  for (int k = 0; k < count; ++k) {
+    const double spacing = 2.0 / (count - 1);
+    const double slope = model.membership == anfis::Membership::bell ? random.uniform(1.0, 4.0) : 0.0;
+    model.rules.push_back({spacing * random.uniform(0.4, 0.8), slope, -1.0 + spacing * (k + random.uniform(-0.2, 0.2)),
+                           random.uniform(-2.0, 2.0), random.uniform(-1.0, 1.0)});
+  }
+  return model;
+}
+
+/// Anything: needles, walls, consequents that cancel over many decades.
+anfis::Model hostile_model(base::Random& random) {
+  anfis::Model model = frame(random);
+  const int count = 1 + static_cast<int>(random.uniform(0.0, 12.0));
+  const double size = std::pow(10.0, random.uniform(0.0, 5.0));
+  for (int k = 0; k < count; ++k) {
+    const double slope = model.membership == anfis::Membership::bell ? std::pow(10.0, random.uniform(-1.0, 2.0)) : 0.0;
+    model.rules.push_back({std::pow(10.0, random.uniform(-2.5, 0.5)), slope, random.uniform(-1.5, 1.5),
+                           size * random.gaussian(), size * random.gaussian()});
+  }
+  return model;
+}
+
+TEST(RuntimeAccuracy, UsualModelsStayWithinAMillionthOfTheirSpan) {
+  base::Random random(1);
+  double worst = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    const anfis::Model model = usual_model(random);
+    const auto bytes = encode(with_bias(model));
+    ASSERT_TRUE(bytes) << i << ": " << bytes.error().message;
+    const auto d = deviation(*bytes, [&](double t) { return plain_fis(model, t); }, random);
+    worst = std::max(worst, d.largest / d.span);
+    ASSERT_LE(d.largest, 1e-6 * d.span) << i;
+  }
+  RecordProperty("worst_per_span", std::to_string(worst));
+}
+
+TEST(RuntimeAccuracy, HostileModelsHoldTheBoundOrAreRefused) {
+  base::Random random(2);
+  int kept = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const anfis::Model model = hostile_model(random);
+    const auto bytes = encode(with_bias(model));
+    if (!bytes) {
+      ASSERT_EQ(bytes.error().where, "gyro_x bias");
+      continue;
+    }
+    ++kept;
+    const auto d = deviation(*bytes, [&](double t) { return plain_fis(model, t); }, random);
+    // a tenth more: neither the encoder's temperatures nor these need hit the very worst one
+    ASSERT_LE(d.largest, 1.1 * std::max(1e-6 * d.span, 0x1p-23 * d.magnitude)) << i;
+  }
+  EXPECT_GT(kept, 100);   // the test sees both outcomes
+  EXPECT_LT(kept, 3900);
+}
+
+TEST(RuntimeAccuracy, SplinesAndTablesStayWithinAMillionthOfTheirSpan) {
+  base::Random random(3);
+  for (int i = 0; i < 500; ++i) {
+    SplineCurve spline;
+    TableCurve table{-30.0, 0.25 * std::floor(random.uniform(1.0, 24.0)), {}};
+    double level = random.uniform(-1.0, 1.0);
+    for (double knot = -31.0; knot < 70.0; knot += random.uniform(1.0, 40.0)) {
+      spline.knots_c.push_back(knot);
+      spline.coefficients.push_back(
+          {level, random.uniform(-0.1, 0.1), random.uniform(-1e-3, 1e-3), random.uniform(-1e-4, 1e-4)});
+    }
+    spline.knots_c.push_back(71.0);
+    while (table.values.size() < 20) table.values.push_back(level += random.uniform(-0.1, 0.1));
+    for (const Curve& curve : {Curve(spline), Curve(table)}) {
+      const auto bytes = encode(with_bias(curve));
+      // a spline whose pieces jump moves its jump with its rounded knot: refusing it is right
+      if (!bytes && curve.index() == 1) continue;
+      ASSERT_TRUE(bytes) << i << ": " << bytes.error().message;
+      const auto d = deviation(*bytes, [&](double t) { return evaluate(curve, t); }, random);
+      ASSERT_LE(d.largest, 1e-6 * d.span) << i << " kind " << curve.index();
+    }
+  }
+}
+
+TEST(RuntimeAccuracy, OneCubicOverTheWholeRangeStaysWithinAMillionthOfItsSpan) {
+  base::Random random(4);
+  for (int i = 0; i < 1000; ++i) {
+    const Curve curve = SplineCurve{{-30.0, 70.0},
+                                    {{random.uniform(-1.0, 1.0), random.uniform(-0.1, 0.1), random.uniform(-2e-3, 2e-3),
+                                      random.uniform(-2e-5, 2e-5)}}};
+    const auto bytes = encode(with_bias(curve));
+    ASSERT_TRUE(bytes) << i << ": " << bytes.error().message;
+    const auto d = deviation(*bytes, [&](double t) { return evaluate(curve, t); }, random);
+    ASSERT_LE(d.largest, 1e-6 * d.span) << i;
+  }
+}
+
+TEST(RuntimeAccuracy, StatedErrorBoundIsTheMeasuredOne) {
+  base::Random random(5);
+  for (int i = 0; i < 50; ++i) {
+    const anfis::Model model = usual_model(random);
+    const base::Bytes bytes = *encode(with_bias(model));
+    soak_cal cal;
+    ASSERT_EQ(soak_load(&cal, bytes.data(), bytes.size()), SOAK_OK);
+    ASSERT_NE(cal.sensor[0].error_bound[0], nullptr);
+    const double bound = static_cast<double>(soak_f32(cal.sensor[0].error_bound[0] + 4));
+    const double span = static_cast<double>(soak_f32(cal.sensor[0].error_bound[0] + 8));
+    const auto d = deviation(bytes, [&](double t) { return plain_fis(model, t); }, random);
+    EXPECT_NEAR(span, d.span, 1e-2 * d.span);
+    EXPECT_LE(d.largest, 1.25 * bound);  // two grids
+    EXPECT_GE(d.largest, bound / 4.0);   // rounded up by a factor of 2 at most
+  }
+}
+
+}  // namespace
+}  // namespace soak::calib
