@@ -16,6 +16,8 @@ namespace soak::anfis {
 namespace {
 
 constexpr double kSingularTolerance = 1e-6;
+// Columns below this share of the largest are rounding error of a derivative that is zero: unit norm would make them real.
+constexpr double kZeroColumn = 1e-10;
 
 // df/d(consequents, premises) of the scaled output at scaled inputs.
 Eigen::MatrixXd jacobian(const Model& model, std::span<const double> scaled_inputs) {
@@ -31,7 +33,7 @@ Eigen::MatrixXd jacobian(const Model& model, std::span<const double> scaled_inpu
 // F with F F^T = (J^T J)^+, for a whitened J.
 Eigen::MatrixXd covariance_factor(const Eigen::MatrixXd& j) {
   Eigen::VectorXd scale = j.colwise().norm().transpose();
-  scale = (scale.array() > 0.0).select(scale.cwiseInverse(), 1.0);
+  scale = (scale.array() > kZeroColumn * scale.maxCoeff()).select(scale.cwiseInverse(), 0.0);
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(j * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& s = svd.singularValues();
   const Eigen::Index kept = (s.array() > kSingularTolerance * s(0)).count();

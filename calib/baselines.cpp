@@ -39,8 +39,7 @@ anfis::GroupWhitening whitening_of(const anfis::TrainingData& data) {
 /// Piece of a cubic with given values and slopes at its two ends, as powers of the distance from the left end.
 std::array<double, 4> hermite_piece(double width, double y0, double y1, double slope0, double slope1) {
   const double chord = (y1 - y0) / width;
-  return {y0, slope0, (3.0 * chord - 2.0 * slope0 - slope1) / width,
-          (slope0 + slope1 - 2.0 * chord) / (width * width)};
+  return {y0, slope0, (3.0 * chord - 2.0 * slope0 - slope1) / width, (slope0 + slope1 - 2.0 * chord) / (width * width)};
 }
 
 Eigen::VectorXd powers(double u, int degree) {
@@ -140,8 +139,8 @@ struct NaturalSpline {
     for (std::size_t i = 0; i + 1 < knots.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
       const double h = knots[i + 1] - knots[i];
-      spline.coefficients.push_back({g[k], (g[k + 1] - g[k]) / h - h * (2.0 * m[k] + m[k + 1]) / 6.0, 0.5 * m[k],
-                                     (m[k + 1] - m[k]) / (6.0 * h)});
+      spline.coefficients.push_back(
+          {g[k], (g[k + 1] - g[k]) / h - h * (2.0 * m[k] + m[k + 1]) / 6.0, 0.5 * m[k], (m[k + 1] - m[k]) / (6.0 * h)});
     }
     return spline;
   }
@@ -149,7 +148,7 @@ struct NaturalSpline {
 
 /// Penalised least squares diagonalised once (Demmler-Reinsch), so that each smoothness costs a pass over the knots.
 struct Smoother {
-  Eigen::MatrixXd vectors;     ///< columns v with vᵀAᵀAv = 1 and vᵀPv = roughness
+  Eigen::MatrixXd vectors;  ///< columns v with vᵀAᵀAv = 1 and vᵀPv = roughness
   Eigen::VectorXd roughness;
   Eigen::VectorXd projection;  ///< vectorsᵀAᵀy
   double total = 0.0;          ///< yᵀy

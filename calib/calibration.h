@@ -14,8 +14,8 @@
 
 namespace soak::calib {
 
-/// Piecewise cubic curve: on [knots_c[k], knots_c[k+1]) the value is Σ_p coefficients[k][p]·(T − knots_c[k])^p. One more
-/// knot than pieces. Carries smoothing splines, cubics (one piece) and, sampled finely, quintics.
+/// Piecewise cubic curve: on [knots_c[k], knots_c[k+1]) the value is Σ_p coefficients[k][p]·(T − knots_c[k])^p. One
+/// more knot than pieces. Carries smoothing splines, cubics (one piece) and, sampled finely, quintics.
 struct SplineCurve {
   std::vector<double> knots_c;
   std::vector<std::array<double, 4>> coefficients;

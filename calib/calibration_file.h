@@ -14,8 +14,8 @@ namespace soak::calib {
 /// empty curve, reversed range, too many rules), naming the sensor.
 [[nodiscard]] base::Result<base::Bytes> encode(const Calibration& calibration);
 
-/// Reads a calibration file; curves come back with their float32 coefficients. Refuses anything malformed: bad_input for
-/// what is not a calibration file or is of a newer major version, corrupt for one whose check fails.
+/// Reads a calibration file; curves come back with their float32 coefficients. Refuses anything malformed: bad_input
+/// for what is not a calibration file or is of a newer major version, corrupt for one whose check fails.
 [[nodiscard]] base::Result<Calibration> decode(std::span<const std::uint8_t> bytes);
 
 }  // namespace soak::calib

@@ -144,7 +144,8 @@ void summarise(const std::vector<FamilySums>& folds, CurveFit& fit) {
   }
 }
 
-/// Whether family k's held-out shape error is below that of the ANFIS by more than one standard error of the difference.
+/// Whether family k's held-out shape error is below that of the ANFIS by more than one standard error of the
+/// difference.
 bool beats_anfis(const std::vector<FamilySums>& folds, std::size_t k) {
   constexpr auto anfis = static_cast<std::size_t>(Family::anfis);
   std::vector<double> differences;
@@ -191,7 +192,8 @@ double half_width(std::initializer_list<Part> parts) {
 }
 
 CurvePoint point_at(double temp_c, const FittedCurve& fitted, const VarianceComponents& components, double runs) {
-  const double between = components.run_to_run_sigma ? *components.run_to_run_sigma * *components.run_to_run_sigma : 0.0;
+  const double between =
+      components.run_to_run_sigma ? *components.run_to_run_sigma * *components.run_to_run_sigma : 0.0;
   const double lack = components.lack_of_fit_sigma * components.lack_of_fit_sigma;
   const double mean_variance = fitted.variance(temp_c);
   const double level = std::min(mean_variance, between / runs);
@@ -218,20 +220,21 @@ void trace_curve(const TrainedFamilies& trained, CurveFit& fit) {
 void warn(const CurveData& data, const CurveSubject& subject, CurveFit& fit) {
   if (fit.runs.size() < kRunsForHoldout) {
     fit.warnings.push_back(
-        {"few_runs", fmt::format("{}: no held-out error can be given and the run-to-run scatter is {}; at least 3 runs are "
-                                 "needed",
-                                 fit.runs.size() == 1 ? "one run only" : "two runs only",
-                                 fit.runs.size() == 1 ? "unknown" : "hardly known")});
+        {"few_runs",
+         fmt::format("{}: no held-out error can be given and the run-to-run scatter is {}; at least 3 runs are "
+                     "needed",
+                     fit.runs.size() == 1 ? "one run only" : "two runs only",
+                     fit.runs.size() == 1 ? "unknown" : "hardly known")});
   }
   if (fit.rules == 0) {
-    fit.warnings.push_back({"few_temperatures",
-                            fmt::format("{}: too few temperatures for an ANFIS; {} is deployed", subject.name,
-                                        name_of(fit.deployed))});
+    fit.warnings.push_back({"few_temperatures", fmt::format("{}: too few temperatures for an ANFIS; {} is deployed",
+                                                            subject.name, name_of(fit.deployed))});
   } else if (fit.deployed != Family::anfis) {
-    fit.warnings.push_back({"baseline_deployed",
-                            fmt::format("{}: {} beats the ANFIS by more than one standard error on held-out runs and is "
-                                        "deployed",
-                                        subject.name, name_of(fit.deployed))});
+    fit.warnings.push_back(
+        {"baseline_deployed",
+         fmt::format("{}: {} beats the ANFIS by more than one standard error on held-out runs and is "
+                     "deployed",
+                     subject.name, name_of(fit.deployed))});
   }
   const auto gap = find_sweep_gap(data, fit.curve);
   if (gap && gap->p_value < kHysteresisP && gap->largest > kHysteresisRatio * gap->noise) {

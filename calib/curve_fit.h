@@ -28,9 +28,9 @@ struct CurveFitOptions {
 
 /// What a curve is of: for messages.
 struct CurveSubject {
-  std::string name;                   ///< "gyro_x", "accel_z scale"
-  std::string printed_unit;           ///< unit that messages use
-  double printed_per_unit = 1.0;      ///< from the rows' unit to the printed one
+  std::string name;               ///< "gyro_x", "accel_z scale"
+  std::string printed_unit;       ///< unit that messages use
+  double printed_per_unit = 1.0;  ///< from the rows' unit to the printed one
 };
 
 /// Root mean square error of each family on rows that it did not see; absent where it could not be fitted.
@@ -70,19 +70,19 @@ struct CurveFit {
   double temp_min_c = 0.0;
   double temp_max_c = 0.0;
   Family deployed = Family::anfis;
-  Curve curve;  ///< the deployed one
+  Curve curve;                     ///< the deployed one
   std::vector<CurvePoint> points;  ///< every 1 °C from temp_min_c, and temp_max_c
   std::vector<Warning> warnings;
 };
 
-/// Fits ANFIS and its baselines to the rows under random run offsets, judges them by outer folds (leave one run out), and
-/// deploys the ANFIS unless a baseline beats it by more than one standard error on held-out runs.
+/// Fits ANFIS and its baselines to the rows under random run offsets, judges them by outer folds (leave one run out),
+/// and deploys the ANFIS unless a baseline beats it by more than one standard error on held-out runs.
 ///
-/// The number of rules is chosen by inner folds over the training rows of each outer fold, so no reported error has seen
-/// the rows it is computed from. With fewer than three runs the outer folds are branches of the temperature history, or
-/// blocks of time; they are reported as checks only, and the ANFIS is deployed. With too few temperatures for an ANFIS of two
-/// rules the spline is deployed, with a warning. Refuses rows that do not vary, non-finite values and fewer than three
-/// distinct temperatures.
+/// The number of rules is chosen by inner folds over the training rows of each outer fold, so no reported error has
+/// seen the rows it is computed from. With fewer than three runs the outer folds are branches of the temperature
+/// history, or blocks of time; they are reported as checks only, and the ANFIS is deployed. With too few temperatures
+/// for an ANFIS of two rules the spline is deployed, with a warning. Refuses rows that do not vary, non-finite values
+/// and fewer than three distinct temperatures.
 [[nodiscard]] base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options,
                                                const CurveSubject& subject);
 

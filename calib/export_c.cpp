@@ -26,8 +26,8 @@ std::string identifier(std::string text) {
 /// `text` as it may stand in a comment: printable ASCII that can neither end the comment nor splice lines.
 std::string comment_text(std::string text) {
   std::replace_if(
-      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~' || c == '*' || c == '/' || c == '\\' || c == '?'; },
-      '_');
+      text.begin(), text.end(),
+      [](char c) { return c < ' ' || c > '~' || c == '*' || c == '/' || c == '\\' || c == '?'; }, '_');
   return text;
 }
 
@@ -43,7 +43,8 @@ std::string provenance_comment(const Calibration& calibration) {
   line("epoch", std::to_string(calibration.epoch));
   line("model version", std::to_string(calibration.model_version));
   line("created", file::utc_text(calibration.created_utc_s));
-  line("gravity", base::shortest(calibration.gravity_mps2) + " m/s2" + (calibration.gravity_assumed ? " (assumed)" : ""));
+  line("gravity",
+       base::shortest(calibration.gravity_mps2) + " m/s2" + (calibration.gravity_assumed ? " (assumed)" : ""));
   for (const SensorCalibration& sensor : calibration.sensors) {
     line(name_of(sensor.sensor), comment_text(sensor.model) + ", valid from " + base::shortest(sensor.temp_min_c) +
                                      " to " + base::shortest(sensor.temp_max_c) + " degC" +
@@ -58,13 +59,16 @@ std::string usage_comment(const std::string& symbol) {
          " *   static soak_cal cal;\n"
          " *   float out[6];\n"
          " *   uint32_t flags;\n"
-         " *   if (soak_load(&cal, " + symbol + ", sizeof " + symbol + ") != SOAK_OK) { no calibration }\n"
+         " *   if (soak_load(&cal, " +
+         symbol + ", sizeof " + symbol +
+         ") != SOAK_OK) { no calibration }\n"
          " *   if (soak_apply(&cal, temp_c, raw, out, &flags) != SOAK_OK) { flags: which sensor, and why }\n"
          " */\n";
 }
 
 std::string array_text(const base::Bytes& bytes, const std::string& symbol) {
-  std::string text = "static const uint8_t " + symbol + "[" + std::to_string(bytes.size()) + "] SOAK_CALIBRATION_ALIGNED = {";
+  std::string text =
+      "static const uint8_t " + symbol + "[" + std::to_string(bytes.size()) + "] SOAK_CALIBRATION_ALIGNED = {";
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     text += i % kBytesPerLine == 0 ? "\n    0x" : " 0x";
     text += base::to_hex({bytes.data() + i, 1});
@@ -83,15 +87,17 @@ base::Result<std::string> export_c(const Calibration& calibration) {
   std::string text = provenance_comment(calibration) + usage_comment(symbol);
   text += "#ifndef " + guard + "\n#define " + guard + "\n\n#include \"soak_runtime.h\"\n\n";
   if (calibration.simulated) {
-    text += "#ifndef SOAK_ACCEPT_SIMULATED\n"
-            "#error \"SIMULATED calibration: define SOAK_ACCEPT_SIMULATED to build it all the same\"\n"
-            "#endif\n\n";
+    text +=
+        "#ifndef SOAK_ACCEPT_SIMULATED\n"
+        "#error \"SIMULATED calibration: define SOAK_ACCEPT_SIMULATED to build it all the same\"\n"
+        "#endif\n\n";
   }
-  text += "#if defined(__GNUC__) || defined(__clang__)\n"
-          "#define SOAK_CALIBRATION_ALIGNED __attribute__((aligned(4)))\n"
-          "#else\n"
-          "#define SOAK_CALIBRATION_ALIGNED\n"
-          "#endif\n\n";
+  text +=
+      "#if defined(__GNUC__) || defined(__clang__)\n"
+      "#define SOAK_CALIBRATION_ALIGNED __attribute__((aligned(4)))\n"
+      "#else\n"
+      "#define SOAK_CALIBRATION_ALIGNED\n"
+      "#endif\n\n";
   text += array_text(*bytes, symbol);
   return text + "\n#undef SOAK_CALIBRATION_ALIGNED\n#endif\n";
 }

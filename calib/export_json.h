@@ -8,10 +8,10 @@
 
 namespace soak::calib {
 
-/// The whole calibration as one JSON document for people and scripts (docs/schema/calibration.schema.json), ending in a line feed:
-/// provenance, and for each sensor its parameters and its curve at temp_min_c, every 1 °C, and temp_max_c. Biases are in
-/// printed units (deg/s, m/s²), parameters too; scale factor errors in ppm. Refuses numbers that are not finite, which
-/// JSON cannot carry.
+/// The whole calibration as one JSON document for people and scripts (docs/schema/calibration.schema.json), ending in a
+/// line feed: provenance, and for each sensor its parameters and its curve at temp_min_c, every 1 °C, and temp_max_c.
+/// Biases are in printed units (deg/s, m/s²), parameters too; scale factor errors in ppm. Refuses numbers that are not
+/// finite, which JSON cannot carry.
 [[nodiscard]] base::Result<std::string> export_json(const Calibration& calibration);
 
 }  // namespace soak::calib

@@ -34,9 +34,8 @@ json baselines_json(const CurveFit& fit, double factor) {
   json list = json::object();
   for (std::size_t k = 1; k < kFamilyCount; ++k) {
     const auto& error = fit.held_out[k];
-    list[std::string(kFamilyNames[k])] = {
-        {"rmse_abs", error ? number(error->rmse_abs, factor) : json()},
-        {"rmse_shape", error ? number(error->rmse_shape, factor) : json()}};
+    list[std::string(kFamilyNames[k])] = {{"rmse_abs", error ? number(error->rmse_abs, factor) : json()},
+                                          {"rmse_shape", error ? number(error->rmse_shape, factor) : json()}};
   }
   return list;
 }

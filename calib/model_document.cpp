@@ -59,12 +59,10 @@ UncertaintyTable uncertainty_from_json(const json& document) {
 base::Result<json> sensor_to_json(const SensorCalibration& sensor) {
   auto bias = curve_to_json(sensor.bias);
   if (!bias) return base::forward_error(bias);
-  json document = {{"sensor", name_of(sensor.sensor)},
-                   {"temp_min_c", sensor.temp_min_c},
-                   {"temp_max_c", sensor.temp_max_c},
-                   {"model", sensor.model},
-                   {"bias", *std::move(bias)},
-                   {"bias_uncertainty", uncertainty_to_json(sensor.bias_uncertainty)}};
+  json document = {
+      {"sensor", name_of(sensor.sensor)}, {"temp_min_c", sensor.temp_min_c},
+      {"temp_max_c", sensor.temp_max_c},  {"model", sensor.model},
+      {"bias", *std::move(bias)},         {"bias_uncertainty", uncertainty_to_json(sensor.bias_uncertainty)}};
   if (sensor.scale_ppm) {
     auto scale = curve_to_json(*sensor.scale_ppm);
     if (!scale) return base::forward_error(scale);
@@ -159,9 +157,10 @@ base::Result<Calibration> calibration_of(std::string_view text) {
     if (document.at("format") != "soak-model") return base::corrupt("not a model document", "station.db");
     const int version = document.at("format_version").get<int>();
     if (version > kFormatVersion) {
-      return base::bad_input(fmt::format("the model was stored in format {}; this program knows up to {}: use a newer soak",
-                                         version, kFormatVersion),
-                             "station.db");
+      return base::bad_input(
+          fmt::format("the model was stored in format {}; this program knows up to {}: use a newer soak", version,
+                      kFormatVersion),
+          "station.db");
     }
     return calibration_from_json(document.at("calibration"));
   } catch (const json::exception& error) {

@@ -9,12 +9,12 @@
 
 namespace soak::calib {
 
-/// The JSON text that the catalog stores for a model version: what `soak fit --json` printed ("fit"), and the calibration
-/// in SI, to the last bit ("calibration"). Refuses a model with a curve that cannot be evaluated.
+/// The JSON text that the catalog stores for a model version: what `soak fit --json` printed ("fit"), and the
+/// calibration in SI, to the last bit ("calibration"). Refuses a model with a curve that cannot be evaluated.
 [[nodiscard]] base::Result<std::string> model_document(const UnitModel& model);
 
-/// The calibration of a stored model. Refuses (corrupt) a document that is not one, naming what is missing; (bad_input) one
-/// of a newer format.
+/// The calibration of a stored model. Refuses (corrupt) a document that is not one, naming what is missing; (bad_input)
+/// one of a newer format.
 [[nodiscard]] base::Result<Calibration> calibration_of(std::string_view document);
 
 }  // namespace soak::calib

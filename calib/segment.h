@@ -53,7 +53,8 @@ struct Segment {
   double t_end_s = 0.0;
   double temp_c = 0.0;  ///< mean of the unit's own thermometer
   double temp_rate_kpmin = 0.0;
-  std::array<double, kSensorCount> sensor_temp_c{};  ///< mean of each sensor's thermometer; the unit's where it has none
+  std::array<double, kSensorCount>
+      sensor_temp_c{};  ///< mean of each sensor's thermometer; the unit's where it has none
   std::array<SensorStatistics, kSensorCount> sensor;
   std::vector<Block> blocks;
 };

@@ -14,8 +14,8 @@
 namespace soak::calib {
 namespace {
 
-constexpr double kOnAxis = 0.999;         ///< |up_i| from which axis i counts as vertical
-constexpr double kScaleSpan = 0.5;        ///< spread of up_i within a visit from which its scale is observable
+constexpr double kOnAxis = 0.999;          ///< |up_i| from which axis i counts as vertical
+constexpr double kScaleSpan = 0.5;         ///< spread of up_i within a visit from which its scale is observable
 constexpr double kPoolingStrength = 20.0;  ///< prior degrees of freedom of the run's typical standard error
 constexpr int kDriftIterations = 15;
 
@@ -74,8 +74,9 @@ bool usable(const Segment& segment, Sensor sensor) {
 double pooled_se(const SensorStatistics& statistics, double typical_se) {
   if (typical_se <= 0.0) return 1.0;
   const double white_variance = statistics.variance / static_cast<double>(std::max<std::size_t>(1, statistics.count));
-  const double inflation =
-      white_variance > 0.0 ? std::max(1.0, statistics.standard_error * statistics.standard_error / white_variance) : 1.0;
+  const double inflation = white_variance > 0.0
+                               ? std::max(1.0, statistics.standard_error * statistics.standard_error / white_variance)
+                               : 1.0;
   const double own_dof = std::max(0.0, static_cast<double>(statistics.count) / inflation - 1.0);
   const double own = statistics.standard_error * statistics.standard_error;
   return std::sqrt((kPoolingStrength * typical_se * typical_se + own_dof * own) / (kPoolingStrength + own_dof));
@@ -117,7 +118,8 @@ double known_part(const Problem& problem, const Vector3& up, double vertical_rat
   return is_gyro(problem.sensor) ? vertical_rate_rps * up_i : problem.gravity_mps2 * up_i;
 }
 
-Problem pose(std::span<const Segment> segments, Sensor sensor, double gravity_mps2, double vertical_rate_rps, int sign) {
+Problem pose(std::span<const Segment> segments, Sensor sensor, double gravity_mps2, double vertical_rate_rps,
+             int sign) {
   Problem problem;
   problem.sensor = sensor;
   problem.gravity_mps2 = is_gyro(sensor) ? gravity_mps2 : gravity_mps2 * sign;
@@ -171,7 +173,8 @@ void choose_unknowns(Problem& problem) {
     if (!up || !down) return;
     for (const Row& row : problem.rows) {
       const bool vertical = std::abs(row.up[axis]) > kOnAxis;
-      const bool listed = std::find(problem.nuisance.begin(), problem.nuisance.end(), row.label) != problem.nuisance.end();
+      const bool listed =
+          std::find(problem.nuisance.begin(), problem.nuisance.end(), row.label) != problem.nuisance.end();
       if (!vertical && !listed) problem.nuisance.push_back(row.label);
     }
     return;
@@ -422,22 +425,23 @@ SensorEstimate read_solution(const Problem& problem, const Solution& solution) {
 void warn(const Problem& problem, const SensorEstimate& estimate, std::vector<Warning>& warnings) {
   const std::string_view name = name_of(problem.sensor);
   if (problem.with_position && is_gyro(problem.sensor) && problem.nuisance.empty()) {
-    warnings.push_back({"missing_position",
-                        fmt::format("{}: its axis was never both up and down, so g-sensitivity and the Earth's rotation "
-                                    "stay in its bias",
-                                    name)});
+    warnings.push_back(
+        {"missing_position",
+         fmt::format("{}: its axis was never both up and down, so g-sensitivity and the Earth's rotation "
+                     "stay in its bias",
+                     name)});
   }
   if (problem.with_position && !is_gyro(problem.sensor) &&
       std::any_of(problem.visits.begin(), problem.visits.end(), [](const VisitInfo& v) { return !v.with_scale; })) {
-    warnings.push_back({"missing_position",
-                        fmt::format("{}: at some plateaus its axis was not turned, so bias holds the scale error there",
-                                    name)});
+    warnings.push_back(
+        {"missing_position",
+         fmt::format("{}: at some plateaus its axis was not turned, so bias holds the scale error there", name)});
   }
   const std::size_t lost = problem.visits.size() - estimate.plateaus.size();
   if (lost > 0) {
-    warnings.push_back({"missing_position",
-                        fmt::format("{}: {} plateau visits were left out: their positions do not show the bias", name,
-                                    lost)});
+    warnings.push_back(
+        {"missing_position",
+         fmt::format("{}: {} plateau visits were left out: their positions do not show the bias", name, lost)});
   }
 }
 

@@ -27,7 +27,8 @@ struct Line {
 /// below the value for white noise. Long stretches are first averaged to at most 512 groups: cost linear in the length.
 [[nodiscard]] SensorStatistics describe(std::span<const double> samples);
 
-/// Value t with P(|X| < t) = `probability` for Student's distribution with `degrees_of_freedom` > 0 (need not be whole).
+/// Value t with P(|X| < t) = `probability` for Student's distribution with `degrees_of_freedom` > 0 (need not be
+/// whole).
 [[nodiscard]] double student_t_two_sided(double probability, double degrees_of_freedom);
 
 /// Upper tail P(X > x) of the chi-squared distribution.

@@ -16,7 +16,8 @@ namespace {
 constexpr double kReferenceTemp_c = 25.0;
 
 bool has_plateaus(const RunInput& run) {
-  return std::any_of(run.segments.begin(), run.segments.end(), [](const Segment& s) { return s.plateau_c.has_value(); });
+  return std::any_of(run.segments.begin(), run.segments.end(),
+                     [](const Segment& s) { return s.plateau_c.has_value(); });
 }
 
 /// Labels for messages and JSON; runs of several campaigns may share a label.
@@ -74,8 +75,9 @@ class RowCollector {
       const std::size_t s = index_of(sensor);
       for (const PlateauEstimate& plateau : estimate.sensor[s].plateaus) {
         const std::string branch = fmt::format("{} {}", name(index), name_of(plateau.sweep));
-        CurveRow row{index, branch_of(rows_.bias[s], branch), plateau.sweep, plateau.t_s, plateau.temp_c,
-                     plateau.bias, plateau.bias_se};
+        CurveRow row{
+            index,          branch_of(rows_.bias[s], branch), plateau.sweep, plateau.t_s, plateau.temp_c, plateau.bias,
+            plateau.bias_se};
         table(rows_.bias[s]).rows.push_back(row);
         if (!plateau.scale_ppm) continue;
         row.branch = branch_of(rows_.scale[s], branch);
@@ -100,8 +102,7 @@ class RowCollector {
         const std::string_view word = branch.sweep == Sweep::up     ? "heating"
                                       : branch.sweep == Sweep::down ? "cooling"
                                                                     : "steady";
-        const int id =
-            branch_of(target, fmt::format("{} {} {}", name(index), word, ++count[branch.sweep]));
+        const int id = branch_of(target, fmt::format("{} {} {}", name(index), word, ++count[branch.sweep]));
         for (std::size_t i = branch.first; i < branch.last; ++i) {
           rows[i].branch = id;
           rows[i].sweep = branch.sweep;
@@ -224,8 +225,9 @@ void warn(const UnitInput& input, const std::vector<const RunInput*>& used, Unit
   if (rows.gravity.assumed && !rows.relative_accel) {
     rows.warnings.push_back(
         {"gravity_assumed",
-         fmt::format("gravity was assumed to be {} m/s2; give --gravity-mps2, or --latitude-deg and --height-m, at import",
-                     rows.gravity.mps2)});
+         fmt::format(
+             "gravity was assumed to be {} m/s2; give --gravity-mps2, or --latitude-deg and --height-m, at import",
+             rows.gravity.mps2)});
   }
   if (rows.relative_accel) {
     rows.warnings.push_back({"one_attitude",
@@ -244,7 +246,8 @@ void shift(Curve& curve, double by) {
   }
 }
 
-/// Takes the level out of an accelerometer's bias curve: its value at 25 °C, or at the end of the range nearest to that.
+/// Takes the level out of an accelerometer's bias curve: its value at 25 °C, or at the end of the range nearest to
+/// that.
 void make_relative(CurveFit& fit) {
   const double level = evaluate(fit.curve, kReferenceTemp_c);
   shift(fit.curve, -level);

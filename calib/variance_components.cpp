@@ -93,8 +93,8 @@ base::Result<VarianceComponents> estimate_variance_components(const CurveData& d
     const auto fit = fit_smoothing_spline(rows);
     if (!fit) return base::forward_error(fit);
     curve = fit->curve;
-    components.degrees_of_freedom = static_cast<double>(data.rows.size()) - fit->parameters -
-                                    (runs > 1 ? static_cast<double>(runs) - 1.0 : 0.0);
+    components.degrees_of_freedom =
+        static_cast<double>(data.rows.size()) - fit->parameters - (runs > 1 ? static_cast<double>(runs) - 1.0 : 0.0);
     if (components.degrees_of_freedom < 1.0) break;
     double mean_variance = 0.0;
     for (const double w : rows.weight) mean_variance += 1.0 / w / static_cast<double>(rows.weight.size());

@@ -20,9 +20,9 @@ struct VarianceComponents {
   double degrees_of_freedom = 0.0;  ///< of the scatter within runs
 };
 
-/// Method of moments about a smoothing spline with free run offsets: the variance added to each row's own is the one that
-/// makes the weighted residuals as large as they should be; the offsets' variance is that of the estimated offsets less
-/// what noise contributes.
+/// Method of moments about a smoothing spline with free run offsets: the variance added to each row's own is the one
+/// that makes the weighted residuals as large as they should be; the offsets' variance is that of the estimated offsets
+/// less what noise contributes.
 [[nodiscard]] base::Result<VarianceComponents> estimate_variance_components(const CurveData& data);
 
 /// The rows of `data` whose flag is set (all, where `keep` is empty) as training data under the given components.

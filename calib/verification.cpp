@@ -57,8 +57,8 @@ std::optional<SensorVerification> verify_sensor(const SensorCalibration& sensor,
       ++result.out_of_range;
       continue;
     }
-    rows.push_back({row.run, row.temp_c, row.value - evaluate(sensor.bias, row.temp_c),
-                    kGuardFactor * row.standard_error});
+    rows.push_back(
+        {row.run, row.temp_c, row.value - evaluate(sensor.bias, row.temp_c), kGuardFactor * row.standard_error});
   }
   if (rows.empty()) return std::nullopt;
   if (relative) remove_run_means(rows);
@@ -79,10 +79,11 @@ base::Status refuse_seen_runs(const Calibration& calibration, const UnitInput& r
   for (const RunInput& run : runs.runs) {
     const auto& seen = calibration.run_hashes;
     if (std::find(seen.begin(), seen.end(), run.content_sha256) == seen.end()) continue;
-    return base::bad_input(fmt::format("the file was fitted to run '{}' of campaign '{}'; verify against runs that no fit "
-                                       "has seen",
-                                       run.label, run.campaign),
-                           runs.unit);
+    return base::bad_input(
+        fmt::format("the file was fitted to run '{}' of campaign '{}'; verify against runs that no fit "
+                    "has seen",
+                    run.label, run.campaign),
+        runs.unit);
   }
   return {};
 }
@@ -119,9 +120,9 @@ base::Result<Verification> verify(const Calibration& calibration, const UnitInpu
         verify_sensor(sensor, *rows->bias[s], rows->relative_accel && !is_gyro(sensor.sensor), limits[s]);
     any = any || result.sensors[s];
     if (result.sensors[s] && result.sensors[s]->out_of_range > 0) {
-      result.warnings.push_back({"out_of_range", fmt::format("{}: {} rows outside {:.1f}..{:.1f} °C were not counted",
-                                                             name_of(sensor.sensor), result.sensors[s]->out_of_range,
-                                                             sensor.temp_min_c, sensor.temp_max_c)});
+      result.warnings.push_back(
+          {"out_of_range", fmt::format("{}: {} rows outside {:.1f}..{:.1f} °C were not counted", name_of(sensor.sensor),
+                                       result.sensors[s]->out_of_range, sensor.temp_min_c, sensor.temp_max_c)});
     }
   }
   if (!any) return base::bad_input("the runs say nothing inside the file's valid temperature range", runs.unit);

@@ -17,10 +17,14 @@ enum class Verdict { info, pass, marginal, fail };
 
 constexpr std::string_view name_of(Verdict verdict) {
   switch (verdict) {
-    case Verdict::pass: return "pass";
-    case Verdict::marginal: return "marginal";
-    case Verdict::fail: return "fail";
-    case Verdict::info: break;
+    case Verdict::pass:
+      return "pass";
+    case Verdict::marginal:
+      return "marginal";
+    case Verdict::fail:
+      return "fail";
+    case Verdict::info:
+      break;
   }
   return "info";
 }
@@ -48,10 +52,10 @@ struct Verification {
 
 /// Compares a calibration with the plateau (or block) estimates of fresh runs of its unit.
 ///
-/// Decision rule with guard band (JCGM 106 §8.3): U = 1.96 standard errors of the row. Pass: |error| + U ≤ limit on every
-/// row. Fail: |error| − U > limit on some row. Else marginal. The unit's verdict is its sensors' worst; it passes only if
-/// every sensor of the file has a limit. Where the runs know one attitude only, accelerometer errors have their mean
-/// removed. Refuses runs that are among those of the file, and runs that say nothing inside its valid range.
+/// Decision rule with guard band (JCGM 106 §8.3): U = 1.96 standard errors of the row. Pass: |error| + U ≤ limit on
+/// every row. Fail: |error| − U > limit on some row. Else marginal. The unit's verdict is its sensors' worst; it passes
+/// only if every sensor of the file has a limit. Where the runs know one attitude only, accelerometer errors have their
+/// mean removed. Refuses runs that are among those of the file, and runs that say nothing inside its valid range.
 [[nodiscard]] base::Result<Verification> verify(const Calibration& calibration, const UnitInput& runs,
                                                 const Limits& limits);
 

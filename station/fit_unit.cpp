@@ -30,9 +30,10 @@ std::string reason_without_runs(const std::string& unit, const std::optional<std
     unsealed += run.sealed ? 0 : 1;
     verification += run.procedure == kVerification ? 1 : 0;
   }
-  return fmt::format("unit {} has no run to fit{}: of {} runs {} are voided, {} unsealed, {} verification runs, the rest "
-                     "of an earlier epoch",
-                     unit, where, runs.size(), voided, unsealed, verification);
+  return fmt::format(
+      "unit {} has no run to fit{}: of {} runs {} are voided, {} unsealed, {} verification runs, the rest "
+      "of an earlier epoch",
+      unit, where, runs.size(), voided, unsealed, verification);
 }
 
 /// Fits the sensors that have rows, each on the first free thread.
@@ -45,7 +46,8 @@ std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> f
       if (rows.bias[s]) fits[s] = calib::fit_sensor(rows, calib::kSensors[s], options);
     }
   };
-  const auto threads = static_cast<std::size_t>(jobs > 0 ? jobs : static_cast<int>(std::thread::hardware_concurrency()));
+  const auto threads =
+      static_cast<std::size_t>(jobs > 0 ? jobs : static_cast<int>(std::thread::hardware_concurrency()));
   std::vector<std::jthread> pool;
   for (std::size_t t = 1; t < std::clamp<std::size_t>(threads, 1, calib::kSensorCount); ++t) pool.emplace_back(work);
   work();
@@ -58,7 +60,7 @@ std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> f
 base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run) {
   auto segments = catalog.segments(run.run_id, run.unit, true);
   if (!segments) return base::forward_error(segments);
-  return calib::RunInput{run.run_id,    run.label, run.campaign,         run.content_sha256,
+  return calib::RunInput{run.run_id,    run.label, run.campaign,        run.content_sha256,
                          run.simulated, run.site,  *std::move(segments)};
 }
 
@@ -102,11 +104,10 @@ base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitI
   model.created_utc_s = now_utc_s();
   // Whether the model can be stored does not depend on its number, which is known only inside the transaction.
   if (const auto document = calib::model_document(model); !document) return base::forward_error(document);
-  const auto version =
-      catalog.add_model(input.unit, input.epoch, model.created_utc_s, [&](std::int32_t number) {
-        model.version = number;
-        return *calib::model_document(model);
-      });
+  const auto version = catalog.add_model(input.unit, input.epoch, model.created_utc_s, [&](std::int32_t number) {
+    model.version = number;
+    return *calib::model_document(model);
+  });
   if (!version) return base::forward_error(version);
   model.version = *version;
   return model;

@@ -10,17 +10,17 @@
 
 namespace soak::station {
 
-/// Sealed, unvoided runs of the unit's current epoch with the statistics of their segments, except those of verification
-/// procedures; of one campaign only, where that is given. Refuses an unknown unit, and one without such runs, saying which
-/// runs there are and why they do not count.
+/// Sealed, unvoided runs of the unit's current epoch with the statistics of their segments, except those of
+/// verification procedures; of one campaign only, where that is given. Refuses an unknown unit, and one without such
+/// runs, saying which runs there are and why they do not count.
 [[nodiscard]] base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::string& unit,
                                                        const std::optional<std::string>& campaign);
 
 /// A run of the catalog as input of a fit or a verification.
 [[nodiscard]] base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run);
 
-/// Fits all sensors of a unit on `jobs` threads (0: one per core) and stores the model as the unit's next version. Nothing is
-/// stored where a sensor cannot be fitted. The result does not depend on the number of threads.
+/// Fits all sensors of a unit on `jobs` threads (0: one per core) and stores the model as the unit's next version.
+/// Nothing is stored where a sensor cannot be fitted. The result does not depend on the number of threads.
 [[nodiscard]] base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitInput& input,
                                                       const calib::CurveFitOptions& options, int jobs);
 

@@ -59,11 +59,13 @@ base::Result<calib::Limits> read_limits(const std::filesystem::path& path) {
   for (const auto& [key, node] : *table) {
     const auto value = node.value<double>();
     if (!value || !std::isfinite(*value) || *value <= 0.0) {
-      return base::bad_input(fmt::format("'{}' must be a positive number (deg/s for gyros, m/s2 for accelerometers)", key.str()),
-                             place(path, node.source()));
+      return base::bad_input(
+          fmt::format("'{}' must be a positive number (deg/s for gyros, m/s2 for accelerometers)", key.str()),
+          place(path, node.source()));
     }
     if (!set_limit(key.str(), *value, all_axes, limits)) {
-      return base::bad_input(fmt::format("unknown limit '{}'; known: {}", key.str(), kKnown), place(path, node.source()));
+      return base::bad_input(fmt::format("unknown limit '{}'; known: {}", key.str(), kKnown),
+                             place(path, node.source()));
     }
   }
   for (std::size_t s = 0; s < limits.size(); ++s) {

@@ -59,7 +59,7 @@ Eigen::VectorXd scaled_outputs(const Model& model, const TrainingData& data) {
 Trainer::Trainer(const TrainingData& data, const HybridOptions& options)
     : options_(options),
       model_(initial_model(data, options)),
-      whitening_(data.rows(), data.weight, data.group, data.group_variance / squared(model_.output_half_range)),
+      whitening_(data.rows(), data.weight, data.group, data.group_variance),
       inputs_(scaled_inputs(model_, data)),
       outputs_(scaled_outputs(model_, data)),
       whitened_outputs_(outputs_),

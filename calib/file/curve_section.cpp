@@ -40,9 +40,9 @@ base::Status check(const anfis::Model& model, const std::string& where) {
 base::Status check(const SplineCurve& spline, const std::string& where) {
   if (spline.coefficients.empty() || spline.coefficients.size() > SOAK_MAX_PIECES ||
       spline.knots_c.size() != spline.coefficients.size() + 1) {
-    return base::bad_input("a spline needs 1 to " + std::to_string(SOAK_MAX_PIECES) + " pieces and one knot more, not " +
-                               std::to_string(spline.coefficients.size()) + " pieces and " +
-                               std::to_string(spline.knots_c.size()) + " knots",
+    return base::bad_input("a spline needs 1 to " + std::to_string(SOAK_MAX_PIECES) +
+                               " pieces and one knot more, not " + std::to_string(spline.coefficients.size()) +
+                               " pieces and " + std::to_string(spline.knots_c.size()) + " knots",
                            where);
   }
   if (!std::all_of(spline.knots_c.begin(), spline.knots_c.end(), is_temperature)) {
@@ -53,9 +53,9 @@ base::Status check(const SplineCurve& spline, const std::string& where) {
 
 base::Status check(const TableCurve& table, const std::string& where) {
   if (table.values.empty() || table.values.size() > SOAK_MAX_POINTS) {
-    return base::bad_input("a table needs 1 to " + std::to_string(SOAK_MAX_POINTS) + " points, not " +
-                               std::to_string(table.values.size()),
-                           where);
+    return base::bad_input(
+        "a table needs 1 to " + std::to_string(SOAK_MAX_POINTS) + " points, not " + std::to_string(table.values.size()),
+        where);
   }
   const double last_c = table.first_c + table.step_c * static_cast<double>(table.values.size() - 1);
   if (!(table.step_c > 0.0) || !is_temperature(table.first_c) || !is_temperature(last_c)) {

@@ -18,9 +18,9 @@ struct OutputScale {
 /// Whether the curve can be evaluated and lies within the format's limits. `where` names the curve.
 [[nodiscard]] base::Status check_curve(const Curve& curve, const std::string& where);
 
-/// The section of a curve that check_curve() accepts. What rounding `scale` and the FIS' centres to float32 would cost is put
-/// into the other numbers, so that only their own rounding remains. Refuses numbers beyond float32 and knots that
-/// coincide there.
+/// The section of a curve that check_curve() accepts. What rounding `scale` and the FIS' centres to float32 would cost
+/// is put into the other numbers, so that only their own rounding remains. Refuses numbers beyond float32 and knots
+/// that coincide there.
 [[nodiscard]] base::Result<Section> curve_section(Sensor sensor, Quantity quantity, const Curve& curve,
                                                   const OutputScale& scale);
 

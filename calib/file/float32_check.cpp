@@ -11,7 +11,8 @@ namespace soak::calib::file {
 namespace {
 
 constexpr int kIntervals = 2048;
-// The flank of a rule, where rounding shows most: this many points to each side of its middle, from -8 to 8 (see flank()).
+// The flank of a rule, where rounding shows most: this many points to each side of its middle, from -8 to 8 (see
+// flank()).
 constexpr int kFlankSteps = 32;
 constexpr double kFlankReach = 8.0;
 // A step of the curve is resolved until neighbours differ by less than this part of the span, or so many halvings.
@@ -126,7 +127,8 @@ base::Result<SampledCurve> sample(const Curve& curve, const SensorCalibration& s
       return largest_strength(*model, static_cast<double>(temp_c)) < kLeastStrength;
     });
     if (gap != samples.temp_c.end()) {
-      return base::bad_input("no rule of the model covers " + base::shortest(*gap) + " °C; deploy a spline instead", where);
+      return base::bad_input("no rule of the model covers " + base::shortest(*gap) + " °C; deploy a spline instead",
+                             where);
     }
   }
   return samples;

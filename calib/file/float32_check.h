@@ -21,15 +21,15 @@ struct SampledCurve {
   [[nodiscard]] double span() const { return largest - least; }
 };
 
-/// Samples a curve that check_curve() accepts. Refuses one that is not finite in the valid range, is a scale factor error beyond
-/// ±500,000 ppm, or has a gap between its rules where every strength is below 1e-30.
+/// Samples a curve that check_curve() accepts. Refuses one that is not finite in the valid range, is a scale factor
+/// error beyond ±500,000 ppm, or has a gap between its rules where every strength is below 1e-30.
 [[nodiscard]] base::Result<SampledCurve> sample(const Curve& curve, const SensorCalibration& sensor, Quantity quantity);
 
 /// Middle and half of the sampled values as float32 numbers.
 [[nodiscard]] OutputScale output_scale(const SampledCurve& curve);
 
-/// Compares the deployment runtime with the samples. The section holds what docs/blob-format.md 0x0030 says; refuses a curve that
-/// differs by more than the page allows.
+/// Compares the deployment runtime with the samples. The section holds what docs/blob-format.md 0x0030 says; refuses a
+/// curve that differs by more than the page allows.
 [[nodiscard]] base::Result<Section> float32_bound(const soak_cal& loaded, const SampledCurve& curve, Sensor sensor,
                                                   Quantity quantity);
 

@@ -95,7 +95,8 @@ base::Result<Section> provenance_section(const Calibration& calibration) {
   out.write(static_cast<std::uint8_t>(calibration.unit_type.size()));
   for (const std::string& hex : calibration.run_hashes) {
     const auto digest = parse_hash(hex);
-    if (!digest) return base::bad_input("a run hash must be 64 lower-case hexadecimal digits, not '" + hex + "'", "run_hashes");
+    if (!digest)
+      return base::bad_input("a run hash must be 64 lower-case hexadecimal digits, not '" + hex + "'", "run_hashes");
     out.write(*digest);
   }
   write_text(out, calibration.unit);

@@ -9,8 +9,8 @@
 
 namespace soak::calib::file {
 
-// The sections that are not curves (docs/blob-format.md §4). The writers refuse what the format cannot carry; the readers take
-// payloads that soak_load() has accepted.
+// The sections that are not curves (docs/blob-format.md §4). The writers refuse what the format cannot carry; the
+// readers take payloads that soak_load() has accepted.
 
 [[nodiscard]] base::Result<Section> provenance_section(const Calibration& calibration);
 void read_provenance(const std::uint8_t* payload, Calibration& calibration);
@@ -18,7 +18,8 @@ void read_provenance(const std::uint8_t* payload, Calibration& calibration);
 [[nodiscard]] base::Result<Section> sensor_section(const SensorCalibration& sensor);
 [[nodiscard]] SensorCalibration read_sensor(const std::uint8_t* payload);
 
-[[nodiscard]] base::Result<Section> uncertainty_section(Sensor sensor, Quantity quantity, const UncertaintyTable& table);
+[[nodiscard]] base::Result<Section> uncertainty_section(Sensor sensor, Quantity quantity,
+                                                        const UncertaintyTable& table);
 [[nodiscard]] UncertaintyTable read_uncertainty(const std::uint8_t* payload);
 
 using Matrix3 = std::array<Vector3, 3>;

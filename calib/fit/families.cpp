@@ -37,7 +37,7 @@ base::Result<int> choose_rules(const CurveData& data, const anfis::TrainingData&
   const std::vector<int> folds = count_runs(data) > 1 ? run_folds(data) : block_folds(data);
   const auto found = anfis::search_rules(rows, folds, search);
   if (!found) return base::forward_error(found);
-  return found->chosen;
+  return found->best;
 }
 
 base::Status train_anfis(const CurveData& data, const anfis::TrainingData& rows, const CurveFitOptions& options,

@@ -16,9 +16,10 @@ struct SweepGap {
   double p_value = 1.0;    ///< of seeing such differences by noise alone (chi-squared)
 };
 
-/// Compares residuals of rows on the way up with those on the way down, bin by bin of temperature. The noise of a difference
-/// is its scatter between runs, pooled over the bins, as slow noise within a run hides from the rows' own standard errors;
-/// one run alone has nothing but those. Nothing where no temperature was visited both ways in the same run.
+/// Compares residuals of rows on the way up with those on the way down, bin by bin of temperature. The noise of a
+/// difference is its scatter between runs, pooled over the bins, as slow noise within a run hides from the rows' own
+/// standard errors; one run alone has nothing but those. Nothing where no temperature was visited both ways in the same
+/// run.
 [[nodiscard]] std::optional<SweepGap> find_sweep_gap(const CurveData& data, const Curve& curve);
 
 }  // namespace soak::calib

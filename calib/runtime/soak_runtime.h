@@ -35,8 +35,8 @@ extern "C" {
 /* Sensors, and the order of raw[6] and out[6]. */
 enum { SOAK_GYRO_X, SOAK_GYRO_Y, SOAK_GYRO_Z, SOAK_ACCEL_X, SOAK_ACCEL_Y, SOAK_ACCEL_Z, SOAK_SENSORS };
 
-/* What the functions return. Above 0: the output is defined, but not what a full calibration gives; the worst of several
- * is returned. Below 0: the file or the arguments are refused; outputs are not written. */
+/* What the functions return. Above 0: the output is defined, but not what a full calibration gives; the worst of
+ * several is returned. Below 0: the file or the arguments are refused; outputs are not written. */
 typedef enum soak_status {
   SOAK_OK = 0,
   SOAK_CLAMPED = 1, /* the temperature is outside the valid range: the value is that of the range's nearer end */
@@ -52,8 +52,8 @@ typedef enum soak_status {
 } soak_status;
 
 /* Flags of soak_apply, for sensor i of 0..5. */
-#define SOAK_FLAG_CLAMPED(i) ((uint32_t)1U << (i))        /* temperature out of range, corrected as at the range's end */
-#define SOAK_FLAG_ABSENT(i) ((uint32_t)1U << (8U + (i)))   /* not in the file: out = raw */
+#define SOAK_FLAG_CLAMPED(i) ((uint32_t)1U << (i))       /* temperature out of range, corrected as at the range's end */
+#define SOAK_FLAG_ABSENT(i) ((uint32_t)1U << (8U + (i))) /* not in the file: out = raw */
 #define SOAK_FLAG_INVALID(i) ((uint32_t)1U << (16U + (i))) /* not finite or not usable: out = raw */
 /* An accelerometer is invalid: misalignment and g-sensitivity leave it out, so the other sensors are less exact. */
 #define SOAK_FLAG_UNCOUPLED ((uint32_t)1U << 24)
@@ -67,9 +67,9 @@ typedef struct soak_curve {
 typedef struct soak_sensor {
   uint32_t present;
   float temp_min_c, temp_max_c;
-  soak_curve curve[2];            /* bias, scale_ppm */
-  const uint8_t* uncertainty[2];  /* payload of the uncertainty table, or null */
-  const uint8_t* error_bound[2];  /* payload of the float32 error bound, or null */
+  soak_curve curve[2];           /* bias, scale_ppm */
+  const uint8_t* uncertainty[2]; /* payload of the uncertainty table, or null */
+  const uint8_t* error_bound[2]; /* payload of the float32 error bound, or null */
 } soak_sensor;
 
 typedef struct soak_cal {
@@ -423,8 +423,8 @@ static inline float soak_eval_fis(const uint8_t* p, float temp_c) {
     const float d = (t - soak_f32(rule)) - soak_f32(rule + 4);
     const float distance = fabsf(d / soak_f32(rule + 8));
     const float f = soak_f32(rule + 16) + soak_f32(rule + 20) * d;
-    const float mu = p[2] == 0U ? 1.0f / (1.0f + powf(distance, 2.0f * soak_f32(rule + 12)))
-                                : expf(-0.5f * distance * distance);
+    const float mu =
+        p[2] == 0U ? 1.0f / (1.0f + powf(distance, 2.0f * soak_f32(rule + 12))) : expf(-0.5f * distance * distance);
     numerator += mu * f;
     denominator += mu;
     if (i == 0U || distance < nearest_distance) {
@@ -533,8 +533,8 @@ SOAK_NODISCARD static inline soak_status soak_scale_ppm(const soak_cal* cal, int
   return soak_quantity(cal, sensor, 1, temp_c, value);
 }
 
-/* Half-widths (95 %) of the bias at temp_c: ci95 of the mean curve, pi95 of one fresh power-on (NaN where the file does not
- * give it). SOAK_CLAMPED: they hold at the nearer end of the valid range, nothing is known outside. */
+/* Half-widths (95 %) of the bias at temp_c: ci95 of the mean curve, pi95 of one fresh power-on (NaN where the file does
+ * not give it). SOAK_CLAMPED: they hold at the nearer end of the valid range, nothing is known outside. */
 SOAK_NODISCARD static inline soak_status soak_uncertainty(const soak_cal* cal, int sensor, float temp_c, float* ci95,
                                                           float* pi95) {
   const uint8_t* p;
@@ -594,12 +594,15 @@ static inline void soak_solve3(float k[3][3], const float y[3], float x[3]) {
   const float c01 = k[1][2] * k[2][0] - k[1][0] * k[2][2];
   const float c02 = k[1][0] * k[2][1] - k[1][1] * k[2][0];
   const float determinant = k[0][0] * c00 + k[0][1] * c01 + k[0][2] * c02;
-  x[0] = (y[0] * c00 + y[1] * (k[0][2] * k[2][1] - k[0][1] * k[2][2]) +
-          y[2] * (k[0][1] * k[1][2] - k[0][2] * k[1][1])) / determinant;
-  x[1] = (y[0] * c01 + y[1] * (k[0][0] * k[2][2] - k[0][2] * k[2][0]) +
-          y[2] * (k[0][2] * k[1][0] - k[0][0] * k[1][2])) / determinant;
-  x[2] = (y[0] * c02 + y[1] * (k[0][1] * k[2][0] - k[0][0] * k[2][1]) +
-          y[2] * (k[0][0] * k[1][1] - k[0][1] * k[1][0])) / determinant;
+  x[0] =
+      (y[0] * c00 + y[1] * (k[0][2] * k[2][1] - k[0][1] * k[2][2]) + y[2] * (k[0][1] * k[1][2] - k[0][2] * k[1][1])) /
+      determinant;
+  x[1] =
+      (y[0] * c01 + y[1] * (k[0][0] * k[2][2] - k[0][2] * k[2][0]) + y[2] * (k[0][2] * k[1][0] - k[0][0] * k[1][2])) /
+      determinant;
+  x[2] =
+      (y[0] * c02 + y[1] * (k[0][1] * k[2][0] - k[0][0] * k[2][1]) + y[2] * (k[0][0] * k[1][1] - k[0][1] * k[1][0])) /
+      determinant;
 }
 
 /* f = K(T)^-1 (raw - b(T)); returns which of force[3] are usable for g-sensitivity, as bits. */
@@ -653,8 +656,9 @@ static inline void soak_apply_gyros(const soak_cal* cal, float temp_c, const flo
 /* ---- correction ---- */
 
 /* Corrects one sample of all six sensors: raw and out in rad/s and m/s², order gyro x y z, accel x y z; they may be the
- * same array. Always writes out and flags: a sensor that cannot be corrected passes through unchanged, with its flag. Returns SOAK_OK only if
- * no flag is set; else the worst of SOAK_CLAMPED, SOAK_ABSENT, SOAK_INVALID. flags must not be null. */
+ * same array. Always writes out and flags: a sensor that cannot be corrected passes through unchanged, with its flag.
+ * Returns SOAK_OK only if no flag is set; else the worst of SOAK_CLAMPED, SOAK_ABSENT, SOAK_INVALID. flags must not be
+ * null. */
 SOAK_NODISCARD static inline soak_status soak_apply(const soak_cal* cal, float temp_c, const float raw[6], float out[6],
                                                     uint32_t* flags) {
   float given[6];

@@ -19,7 +19,7 @@ inline constexpr std::size_t kMaxChunkRows = 65536;
 struct EncodedColumn {
   std::uint64_t rows = 0;
   std::uint64_t values = 0;  ///< present ones
-  std::string codec;         ///< [decimal+][offset+|delta+|delta2+]shuffle+zstd
+  std::string codec;         ///< [decimal+][rotate+|offset+|delta+|delta2+]shuffle+zstd
   base::Bytes presence;      ///< zstd frame of one bit per row, lowest first; empty = all present
   base::Bytes data;          ///< zstd frame of the present values' byte planes
 };

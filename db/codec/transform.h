@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -19,16 +20,17 @@ namespace soak::db::codec {
 
 enum class Transform : std::uint8_t {
   plain,   ///< the words themselves
+  rotate,  ///< one bit to the left: the exponent of a float32 fills one byte, its sign joins the mantissa
   offset,  ///< minus the least of them: noise about a level becomes small numbers
   delta,   ///< difference to the word before, zigzag coded
   delta2,  ///< difference of differences, zigzag coded: even steps become zeros
 };
 
-inline constexpr std::array<Transform, 4> kTransforms = {Transform::plain, Transform::offset, Transform::delta,
-                                                         Transform::delta2};
+inline constexpr std::array<Transform, 5> kTransforms = {Transform::plain, Transform::rotate, Transform::offset,
+                                                         Transform::delta, Transform::delta2};
 
 constexpr std::string_view name_of(Transform transform) {
-  constexpr std::array<std::string_view, 4> kNames = {"", "offset+", "delta+", "delta2+"};
+  constexpr std::array<std::string_view, 5> kNames = {"", "rotate+", "offset+", "delta+", "delta2+"};
   return kNames[static_cast<std::size_t>(transform)];
 }
 
@@ -70,6 +72,9 @@ void accumulate(std::span<Word> words) {
 template <class Word>
 void apply(Transform transform, std::span<Word> words, Word reference) {
   static_assert(std::is_unsigned_v<Word>);
+  if (transform == Transform::rotate) {
+    for (Word& word : words) word = std::rotl(word, 1);
+  }
   if (transform == Transform::offset) {
     for (Word& word : words) word = static_cast<Word>(word - reference);
   }
@@ -84,6 +89,9 @@ void undo(Transform transform, std::span<Word> words, Word reference) {
   if (transform == Transform::delta || transform == Transform::delta2) accumulate(words);
   if (transform == Transform::offset) {
     for (Word& word : words) word = static_cast<Word>(word + reference);
+  }
+  if (transform == Transform::rotate) {
+    for (Word& word : words) word = std::rotr(word, 1);
   }
 }
 

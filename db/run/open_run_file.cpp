@@ -71,6 +71,10 @@ base::Result<OpenedRunFile> open_run_file(const std::filesystem::path& path) {
   if (header->wal) return open_unsealed(path);
   // A journal that a crash while sealing left must be rolled back, which needs locks.
   const bool interrupted = holds_bytes(companion(path, "-journal"));
+  std::error_code error;
+  if (!interrupted && std::filesystem::file_size(path, error) < header->stated_size && !error) {
+    return base::corrupt("the file is cut short; restore it from a copy", path.string());
+  }
   return open_as(path, interrupted ? sqlite::Access::read_only : sqlite::Access::immutable, true);
 }
 

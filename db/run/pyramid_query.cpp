@@ -152,7 +152,7 @@ base::Result<std::vector<PyramidBin>> Query::from_samples(RowRange rows, const P
 base::Result<std::vector<PyramidBin>> Query::from_levels(RowRange rows, const PyramidSpan& span) {
   unsigned level = 0;
   while (level + 1 < kPyramidLevels && (rows.end - rows.first) / rows_per_bin(level + 1) >= span.max_bins) ++level;
-  const std::uint64_t bins = (rows.end - rows.first) / rows_per_bin(level);
+  const std::uint64_t bins = (rows.end - rows.first + rows_per_bin(level) - 1) / rows_per_bin(level);
   Joiner joiner((bins + span.max_bins - 1) / span.max_bins * rows_per_bin(level));
   std::uint64_t next = rows.first / rows_per_bin(level) * rows_per_bin(level);
   for (unsigned finer = 0; finer <= level && next < rows.end; ++finer) {

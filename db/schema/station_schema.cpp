@@ -156,6 +156,14 @@ CREATE TRIGGER event_keeps_all BEFORE DELETE ON event BEGIN SELECT raise(ABORT, 
 CREATE TRIGGER void_keeps_rows BEFORE UPDATE ON void BEGIN SELECT raise(ABORT, 'void is append-only'); END;
 CREATE TRIGGER void_keeps_all BEFORE DELETE ON void BEGIN SELECT raise(ABORT, 'void is append-only'); END;
 
+-- REPLACE deletes without asking the triggers above.
+CREATE TRIGGER event_replaces_none BEFORE INSERT ON event
+WHEN EXISTS (SELECT 1 FROM event WHERE ordinal = NEW.ordinal OR event_id = NEW.event_id)
+BEGIN SELECT raise(ABORT, 'event is append-only'); END;
+CREATE TRIGGER void_replaces_none BEFORE INSERT ON void
+WHEN EXISTS (SELECT 1 FROM void WHERE void_id = NEW.void_id OR rowid = NEW.rowid)
+BEGIN SELECT raise(ABORT, 'void is append-only'); END;
+
 -- Segments that no record withdraws, means and standard errors in the units of the pages.
 CREATE VIEW segment_dps AS
 SELECT run_id, unit, visit, position, attempt, phase, sweep, plateau_c, t_start_s, t_end_s, temp_c,

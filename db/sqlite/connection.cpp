@@ -38,17 +38,27 @@ std::string uri_of(const std::filesystem::path& path, std::string_view query) {
   return uri.append(query);
 }
 
-bool is_disk_full(int code, int system_errno) {
+std::uint64_t big_endian_at(const std::array<char, 100>& header, std::size_t offset, std::size_t size) {
+  std::uint64_t number = 0;
+  for (std::size_t i = 0; i < size; ++i) number = (number << 8) | static_cast<unsigned char>(header[offset + i]);
+  return number;
+}
+
+bool is_disk_full(const SQLite::Exception& exception, int system_errno) {
+  const int code = exception.getErrorCode() & 0xFF;
   if (code == SQLITE_FULL) return true;
-  return code == SQLITE_IOERR && (system_errno == ENOSPC || system_errno == EDQUOT || system_errno == EFBIG);
+  if (code != SQLITE_IOERR) return false;
+  // A write that stops short without an error of its own has met the end of the space, too.
+  if (system_errno == 0) return exception.getExtendedErrorCode() == SQLITE_IOERR_WRITE;
+  return system_errno == ENOSPC || system_errno == EDQUOT || system_errno == EFBIG;
 }
 
 /// Why, and what helps, for the codes that say something about the world or the file.
-std::optional<std::string> cause_of(int code, int system_errno) {
-  if (is_disk_full(code, system_errno)) {
+std::optional<std::string> cause_of(const SQLite::Exception& exception, int system_errno) {
+  if (is_disk_full(exception, system_errno)) {
     return "the disk is full or the file may not grow; free space and repeat, nothing of this step was stored";
   }
-  switch (code) {
+  switch (exception.getErrorCode() & 0xFF) {
     case SQLITE_READONLY:
       return "file or folder is read-only; make both writable or use another data folder";
     case SQLITE_CANTOPEN:
@@ -107,7 +117,10 @@ base::Result<Header> read_header(const std::filesystem::path& path) {
   }
   Header header;
   header.empty = false;
-  header.wal = bytes[19] == 2;  // "file format read version", sqlite.org/fileformat2.html §1.3.3
+  // Offsets: sqlite.org/fileformat2.html §1.3.
+  header.wal = bytes[19] == 2;
+  const std::uint64_t page_size = big_endian_at(bytes, 16, 2);
+  header.stated_size = (page_size == 1 ? 65536 : page_size) * big_endian_at(bytes, 28, 4);
   return header;
 }
 
@@ -119,7 +132,7 @@ base::Error error_of(const SQLite::Exception& exception, int system_errno, const
   base::Error error;
   error.kind = damaged ? base::ErrorKind::corrupt : refused ? base::ErrorKind::bad_input : base::ErrorKind::internal;
   error.message = std::string("cannot ").append(doing).append(": ");
-  error.message += cause_of(code, system_errno).value_or(exception.what());
+  error.message += cause_of(exception, system_errno).value_or(exception.what());
   error.where = path.string();
   return error;
 }

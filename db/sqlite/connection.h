@@ -29,8 +29,9 @@ enum class Access {
 
 /// What the first bytes of a file say.
 struct Header {
-  bool empty = true;  ///< no file, or a file of no bytes
-  bool wal = false;   ///< in WAL mode: the rest of the header may be older than what the -wal file holds
+  bool empty = true;              ///< no file, or a file of no bytes
+  bool wal = false;               ///< in WAL mode: the rest of the header may be older than what the -wal file holds
+  std::uint64_t stated_size = 0;  ///< bytes that the file should have
 };
 
 /// What kind of file it is, as its newest transaction says.

@@ -15,9 +15,9 @@ namespace {
 void add_fit(CLI::App& program, Request& request) {
   const auto options = std::make_shared<FitCommand>();
   const auto rules = std::make_shared<std::string>("auto");
-  CLI::App* command = add_command(program, request, "fit",
-                                  "Fit a thermal model per sensor; adds a model version, the old ones stay",
-                                  "soak fit --unit SN0042 --json", true);
+  CLI::App* command =
+      add_command(program, request, "fit", "Fit a thermal model per sensor; adds a model version, the old ones stay",
+                  "soak fit --unit SN0042 --json", true);
   CLI::Option* unit = command->add_option("--unit", options->unit, "Serial number of the unit")->type_name("SN");
   CLI::Option* all = command->add_flag("--all", options->all, "Fit every unit of the data folder")->excludes(unit);
   unit->excludes(all);
@@ -26,9 +26,12 @@ void add_fit(CLI::App& program, Request& request) {
       ->type_name("auto|N")
       ->check([](const std::string& text) {
         const auto number = base::parse_int(text);
-        return text == "auto" || (number && *number >= 2 && *number <= 64) ? "" : "must be auto or a number from 2 to 64";
+        return text == "auto" || (number && *number >= 2 && *number <= 64) ? ""
+                                                                           : "must be auto or a number from 2 to 64";
       });
-  command->add_option("--jobs", options->jobs, "Threads (else one per core)")->type_name("N")->check(CLI::Range(1, 1024));
+  command->add_option("--jobs", options->jobs, "Threads (else one per core)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
   command->callback([options, rules, unit, all, &request] {
     if (unit->count() + all->count() == 0) throw CLI::RequiredError("--unit SN or --all");
     options->data = request.data;
@@ -59,19 +62,23 @@ void add_export(CLI::App& program, Request& request) {
 
 void add_eval(CLI::App& program, Request& request) {
   const auto options = std::make_shared<EvalCommand>();
-  CLI::App* command = add_command(program, request, "eval", "What a calibration file says, read by the deployment runtime",
-                                  "soak eval SN0042.soakcal --temp-c -30,25,70", true);
+  CLI::App* command =
+      add_command(program, request, "eval", "What a calibration file says, read by the deployment runtime",
+                  "soak eval SN0042.soakcal --temp-c -30,25,70", true);
   command->add_option("file", options->file, "Calibration file")->required()->type_name("FILE.blob");
-  command->add_option("--temp-c", options->temps_c, "Temperatures in °C")->required()->delimiter(',')->type_name("T[,T...]");
-  command->callback([options, &request] {
-    request.action = [options](Output& output) { return run_eval(*options, output); };
-  });
+  command->add_option("--temp-c", options->temps_c, "Temperatures in °C")
+      ->required()
+      ->delimiter(',')
+      ->type_name("T[,T...]");
+  command->callback(
+      [options, &request] { request.action = [options](Output& output) { return run_eval(*options, output); }; });
 }
 
 void add_verify(CLI::App& program, Request& request) {
   const auto options = std::make_shared<VerifyCommand>();
-  CLI::App* command = add_command(program, request, "verify", "Compare a calibration file with runs that no fit has seen",
-                                  "soak verify SN0042.soakcal --campaign check-2027 --limits limits.toml", true);
+  CLI::App* command =
+      add_command(program, request, "verify", "Compare a calibration file with runs that no fit has seen",
+                  "soak verify SN0042.soakcal --campaign check-2027 --limits limits.toml", true);
   command->add_option("file", options->file, "Calibration file")->required()->type_name("FILE.blob");
   command->add_option("--campaign", options->campaign, "Campaign of the fresh runs")->required()->type_name("NAME");
   command->add_option("--limits", options->limits, "Limits per sensor (TOML); without them the verdict is info")

@@ -17,8 +17,8 @@ struct Reading {
   bool in_range = true;
 };
 
-Reading read(soak_status (*query)(const soak_cal*, int, float, float*), const soak_cal& calibration, calib::Sensor sensor,
-             double temp_c) {
+Reading read(soak_status (*query)(const soak_cal*, int, float, float*), const soak_cal& calibration,
+             calib::Sensor sensor, double temp_c) {
   float value = 0.0F;
   const soak_status status =
       query(&calibration, static_cast<int>(calib::index_of(sensor)), static_cast<float>(temp_c), &value);

@@ -32,7 +32,8 @@ base::Result<std::string> render(const calib::Calibration& calibration, const st
 base::Result<calib::Calibration> load_model(const db::Catalog& catalog, const ExportCommand& command) {
   const auto unit = catalog.unit(command.unit);
   if (!unit) return base::forward_error(unit);
-  if (!*unit) return base::bad_input(fmt::format("no unit '{}' in this data folder; 'soak unit list' shows them", command.unit));
+  if (!*unit)
+    return base::bad_input(fmt::format("no unit '{}' in this data folder; 'soak unit list' shows them", command.unit));
   const auto row = catalog.model(command.unit, command.model);
   if (!row) return base::forward_error(row);
   if (!*row) {
@@ -47,8 +48,9 @@ base::Result<calib::Calibration> load_model(const db::Catalog& catalog, const Ex
                                        (*row)->version, command.unit, (*row)->epoch, (*unit)->epoch));
   }
   if (calibration->simulated && !command.simulated) {
-    return base::bad_input(fmt::format("model {} of unit {} comes from SIMULATED data; --simulated exports it all the same",
-                                       (*row)->version, command.unit));
+    return base::bad_input(
+        fmt::format("model {} of unit {} comes from SIMULATED data; --simulated exports it all the same",
+                    (*row)->version, command.unit));
   }
   return calibration;
 }
@@ -68,8 +70,8 @@ base::Status run_export(const ExportCommand& command, Output& output) {
   hash.update(*content);
   const std::string sha256 = base::to_hex(hash.finish());
   const std::string path = std::filesystem::absolute(command.file).string();
-  const auto recorded = catalog->add_calibration(
-      {command.unit, calibration->model_version, now_utc_s(), command.format, sha256, path});
+  const auto recorded =
+      catalog->add_calibration({command.unit, calibration->model_version, now_utc_s(), command.format, sha256, path});
   if (!recorded) return recorded;
   if (output.json()) {
     return output.print_json({{"unit", command.unit},
@@ -80,8 +82,8 @@ base::Status run_export(const ExportCommand& command, Output& output) {
                               {"sha256", sha256},
                               {"simulated", calibration->simulated}});
   }
-  output.print(fmt::format("{}: unit {}, model {}, {} bytes{}\n", command.file, command.unit, calibration->model_version,
-                           content->size(), calibration->simulated ? ", SIMULATED" : ""));
+  output.print(fmt::format("{}: unit {}, model {}, {} bytes{}\n", command.file, command.unit,
+                           calibration->model_version, content->size(), calibration->simulated ? ", SIMULATED" : ""));
   return {};
 }
 

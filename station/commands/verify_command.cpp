@@ -28,9 +28,10 @@ base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const c
     input.runs.push_back(*std::move(loaded));
   }
   if (input.runs.empty()) {
-    return base::bad_input(fmt::format("campaign '{}' has no sealed, unvoided run of unit {} in epoch {} ({} runs of it in "
-                                       "all); 'soak runs list' shows what there is",
-                                       campaign, calibration.unit, calibration.epoch, runs->size()));
+    return base::bad_input(
+        fmt::format("campaign '{}' has no sealed, unvoided run of unit {} in epoch {} ({} runs of it in "
+                    "all); 'soak runs list' shows what there is",
+                    campaign, calibration.unit, calibration.epoch, runs->size()));
   }
   return input;
 }
@@ -43,9 +44,12 @@ nlohmann::json document_of(const calib::Calibration& calibration, const calib::V
     if (!result) continue;
     const double factor = calib::printed_per_si(sensor);
     sensors[std::string(calib::name_of(sensor))] = {
-        {"verdict", calib::name_of(result->verdict)}, {"worst_abs", result->worst_abs * factor},
-        {"worst_temp_c", result->worst_temp_c},       {"rmse_abs", result->rmse_abs * factor},
-        {"rmse_shape", result->rmse_shape * factor},  {"rows", result->rows},
+        {"verdict", calib::name_of(result->verdict)},
+        {"worst_abs", result->worst_abs * factor},
+        {"worst_temp_c", result->worst_temp_c},
+        {"rmse_abs", result->rmse_abs * factor},
+        {"rmse_shape", result->rmse_shape * factor},
+        {"rows", result->rows},
         {"limit", result->limit ? nlohmann::json(*result->limit * factor) : nlohmann::json()}};
   }
   for (const calib::Warning& warning : verification.warnings) {
@@ -69,7 +73,8 @@ std::string describe(const calib::Calibration& calibration, const calib::Verific
                      std::string(calib::name_of(result->verdict)), fmt::format("{:.5f}", result->worst_abs * factor),
                      fmt::format("{:.1f}", result->worst_temp_c), fmt::format("{:.5f}", result->rmse_abs * factor),
                      fmt::format("{:.5f}", result->rmse_shape * factor),
-                     result->limit ? fmt::format("{:.5f}", *result->limit * factor) : "-", std::to_string(result->rows)});
+                     result->limit ? fmt::format("{:.5f}", *result->limit * factor) : "-",
+                     std::to_string(result->rows)});
   }
   return fmt::format("unit {}, model {}: {}\n{}", calibration.unit, calibration.model_version,
                      calib::name_of(verification.verdict), text_table(table));
@@ -90,7 +95,8 @@ base::Status run_verify(const VerifyCommand& command, Output& output) {
   if (!verification) return base::forward_error(verification);
 
   if (output.json()) {
-    if (const auto printed = output.print_json(document_of(loaded->calibration, *verification)); !printed) return printed;
+    if (const auto printed = output.print_json(document_of(loaded->calibration, *verification)); !printed)
+      return printed;
   } else {
     for (const calib::Warning& warning : verification->warnings) output.note("warning: " + warning.text);
     output.print(describe(loaded->calibration, *verification));

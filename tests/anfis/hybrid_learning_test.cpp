@@ -31,7 +31,7 @@ class PlainLearner {
     Matrix v(data.rows(), std::vector<Real>(data.rows()));
     for (std::size_t i = 0; i < data.rows(); ++i) {
       for (std::size_t k = 0; k < data.rows(); ++k) {
-        v[i][k] = data.group[i] == data.group[k] ? Real{data.group_variance} / (half_range_ * half_range_) : 0;
+        v[i][k] = data.group[i] == data.group[k] ? Real{data.group_variance} : 0;
       }
       v[i][i] += 1 / Real{data.weight[i]};
       total_weight_ += data.weight[i];

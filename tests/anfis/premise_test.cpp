@@ -128,7 +128,7 @@ TEST(PremiseBounds, KeepMembershipsAsWideAsTheGapsBetweenInputs) {
     EXPECT_NEAR(rules[1].width, 0.1, 1e-12);
     if (membership == Membership::bell) {
       EXPECT_NEAR(rules[1].slope, 1.0, 1e-9);  // edge width/slope >= 0.1
-      EXPECT_EQ(rules[0].slope, 4.0);
+      EXPECT_NEAR(rules[0].slope, 4.0, 1e-9);
     }
   }
 }

@@ -4,8 +4,8 @@
 
 #include "base/crc32c.h"
 #include "calib/calibration_file.h"
-#include "tests/calib/calibration_file_samples.h"
 #include "calib/runtime/soak_runtime.h"
+#include "tests/calib/calibration_file_samples.h"
 
 namespace soak::calib {
 namespace {
@@ -156,7 +156,8 @@ TEST(CalibrationFileFormat, WhatBreaksARuleUnderAGoodCheckSumIsCorrupt) {
   append_section(odd_length, 0x8000, 1, false, {1, 2, 3});
   base::Bytes broken_term = small_file();
   append_section(broken_term, SOAK_SECTION_TERM, 1, false, {0, 0, 200, 0});
-  for (const base::Bytes& bytes : {twice, type_zero, foreign_sensor, bare_sensor, miscounted, odd_length, broken_term}) {
+  for (const base::Bytes& bytes :
+       {twice, type_zero, foreign_sensor, bare_sensor, miscounted, odd_length, broken_term}) {
     const auto read = decode(bytes);
     ASSERT_FALSE(read);
     EXPECT_EQ(read.error().kind, base::ErrorKind::corrupt);

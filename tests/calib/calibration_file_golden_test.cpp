@@ -55,7 +55,8 @@ TEST(GoldenFiles, RuntimeGivesTheValuesComputedElsewhere) {
     const base::Bytes bytes = blob_of(golden);
     soak_cal cal;
     ASSERT_EQ(soak_load(&cal, bytes.data(), bytes.size()), SOAK_OK);
-    for (const auto& [name, points] : values_of(golden)["sensors"].items()) {
+    const json values = values_of(golden);
+    for (const auto& [name, points] : values["sensors"].items()) {
       const int sensor = static_cast<int>(index_of(*sensor_named(name)));
       const bool has_scale = !points[0]["scale_ppm"].is_null();
       for (const json& point : points) {
@@ -93,7 +94,8 @@ TEST(GoldenFiles, CorrectedSamplesAreThoseComputedElsewhere) {
     const base::Bytes bytes = blob_of(golden);
     soak_cal cal;
     ASSERT_EQ(soak_load(&cal, bytes.data(), bytes.size()), SOAK_OK);
-    for (const json& sample : values_of(golden)["corrected"]) {
+    const json values = values_of(golden);
+    for (const json& sample : values["corrected"]) {
       const auto raw = sample["raw"].get<std::vector<float>>();
       const auto expected = sample["out"].get<std::vector<double>>();
       float out[6];

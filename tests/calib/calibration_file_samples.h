@@ -160,7 +160,8 @@ inline Calibration golden_mixed() {
   }
   calibration.accel_misalignment = {{{0.0, 0.002, -0.001}, {0.003, 0.0, 0.0015}, {-0.0025, 0.001, 0.0}}};
   calibration.g_sensitivity = {{{1e-4, 2e-5, 0.0}, {0.0, 1e-4, 3e-5}, {-2e-5, 0.0, 1.5e-4}}};
-  calibration.terms = {{"temperature_rate", false, {Sensor::gyro_x, Sensor::gyro_z}, {{"gyro_x", 1e-4}, {"gyro_z", -2e-4}}}};
+  calibration.terms = {
+      {"temperature_rate", false, {Sensor::gyro_x, Sensor::gyro_z}, {{"gyro_x", 1e-4}, {"gyro_z", -2e-4}}}};
   return calibration;
 }
 

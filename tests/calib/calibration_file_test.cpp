@@ -156,7 +156,8 @@ const Refusal kRefusals[] = {
     {"width beyond float32", [](Calibration& c) { model_of(c).rules[1].width = 1e-60; }},
     {"gain not finite", [](Calibration& c) { model_of(c).rules[1].gain = kNaN; }},
     {"centre far away", [](Calibration& c) { model_of(c).rules[1].centre = 1e6; }},
-    {"uncovered temperatures", [](Calibration& c) {
+    {"uncovered temperatures",
+     [](Calibration& c) {
        model_of(c).membership = anfis::Membership::gaussian;
        for (anfis::Rule& rule : model_of(c).rules) rule.width = 0.005, rule.slope = 0.0;
      }},

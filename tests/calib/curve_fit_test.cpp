@@ -36,9 +36,12 @@ CurveData make_data(const Campaign& campaign) {
       const bool up = visit < 21;
       const double level_c = up ? -30.0 + 5.0 * visit : 70.0 - 5.0 * (visit - 20);
       const double temp_c = level_c + 0.3 * random.gaussian();
-      CurveRow row{run,    2 * run + (up ? 0 : 1),           up ? Sweep::up : Sweep::down, t_s += 1800.0,
-                   temp_c, truth_at(temp_c) + offset + (up ? 1 : -1) * campaign.half_gap +
-                               campaign.noise * random.gaussian(),
+      CurveRow row{run,
+                   2 * run + (up ? 0 : 1),
+                   up ? Sweep::up : Sweep::down,
+                   t_s += 1800.0,
+                   temp_c,
+                   truth_at(temp_c) + offset + (up ? 1 : -1) * campaign.half_gap + campaign.noise * random.gaussian(),
                    campaign.noise};
       data.rows.push_back(row);
     }

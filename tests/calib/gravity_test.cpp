@@ -19,8 +19,8 @@ TEST(Gravity, IsTheGivenValueBeforeAnyFormula) {
 }
 
 TEST(Gravity, MatchesWgs84AtEquatorPoleAnd45Degrees) {
-  // NIMA TR8350.2: 9.7803253359 at the equator, 9.8321849378 at the poles; Moritz 2000 gives 9.806199203 at 45° for GRS 80,
-  // whose equatorial value is 1.44e-6 above that of WGS 84.
+  // NIMA TR8350.2: 9.7803253359 at the equator, 9.8321849378 at the poles; Moritz 2000 gives 9.806199203 at 45° for GRS
+  // 80, whose equatorial value is 1.44e-6 above that of WGS 84.
   EXPECT_NEAR(gravity_at({.latitude_deg = 0.0}).mps2, 9.7803253359, 1e-9);
   EXPECT_NEAR(gravity_at({.latitude_deg = -90.0}).mps2, 9.8321849378, 1e-8);
   EXPECT_NEAR(gravity_at({.latitude_deg = 45.0}).mps2, 9.806199203 - 1.44e-6, 2e-7);

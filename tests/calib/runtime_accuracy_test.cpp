@@ -7,8 +7,8 @@
 
 #include "base/random.h"
 #include "calib/calibration_file.h"
-#include "tests/calib/calibration_file_samples.h"
 #include "calib/runtime/soak_runtime.h"
+#include "tests/calib/calibration_file_samples.h"
 
 namespace soak::calib {
 namespace {
@@ -24,8 +24,9 @@ double plain_fis(const anfis::Model& model, double temp_c) {
   double denominator = 0.0;
   for (const anfis::Rule& rule : model.rules) {
     const double z = (u - rule.centre) / rule.width;
-    const double mu = model.membership == anfis::Membership::bell ? 1.0 / (1.0 + std::pow(std::abs(z), 2.0 * rule.slope))
-                                                                  : std::exp(-z * z / 2.0);
+    const double mu = model.membership == anfis::Membership::bell
+                          ? 1.0 / (1.0 + std::pow(std::abs(z), 2.0 * rule.slope))
+                          : std::exp(-z * z / 2.0);
     numerator += mu * (rule.gain * u + rule.offset);
     denominator += mu;
   }
@@ -100,7 +101,7 @@ anfis::Model hostile_model(base::Random& random) {
 TEST(RuntimeAccuracy, UsualModelsStayWithinAMillionthOfTheirSpan) {
   base::Random random(1);
   double worst = 0.0;
-  for (int i = 0; i < 2000; ++i) {
+  for (int i = 0; i < 1000; ++i) {
     const anfis::Model model = usual_model(random);
     const auto bytes = encode(with_bias(model));
     ASSERT_TRUE(bytes) << i << ": " << bytes.error().message;
@@ -114,7 +115,7 @@ TEST(RuntimeAccuracy, UsualModelsStayWithinAMillionthOfTheirSpan) {
 TEST(RuntimeAccuracy, HostileModelsHoldTheBoundOrAreRefused) {
   base::Random random(2);
   int kept = 0;
-  for (int i = 0; i < 4000; ++i) {
+  for (int i = 0; i < 2000; ++i) {
     const anfis::Model model = hostile_model(random);
     const auto bytes = encode(with_bias(model));
     if (!bytes) {
@@ -126,8 +127,8 @@ TEST(RuntimeAccuracy, HostileModelsHoldTheBoundOrAreRefused) {
     // a tenth more: neither the encoder's temperatures nor these need hit the very worst one
     ASSERT_LE(d.largest, 1.1 * std::max(1e-6 * d.span, 0x1p-23 * d.magnitude)) << i;
   }
-  EXPECT_GT(kept, 100);   // the test sees both outcomes
-  EXPECT_LT(kept, 3900);
+  EXPECT_GT(kept, 100);  // the test sees both outcomes
+  EXPECT_LT(kept, 1950);
 }
 
 TEST(RuntimeAccuracy, SplinesAndTablesStayWithinAMillionthOfTheirSpan) {

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "calib/calibration_file.h"
-#include "tests/calib/calibration_file_samples.h"
 #include "calib/runtime/soak_runtime.h"
+#include "tests/calib/calibration_file_samples.h"
 #include "tests/calib/runtime_c/runtime_as_c.h"
 
 namespace soak::calib {

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "calib/calibration_file.h"
-#include "tests/calib/calibration_file_samples.h"
 #include "calib/runtime/soak_runtime.h"
+#include "tests/calib/calibration_file_samples.h"
 
 namespace soak::calib {
 namespace {
@@ -68,7 +68,8 @@ TEST(Runtime, CorrectionUndoesTheSensorsErrors) {
     EXPECT_EQ(result.status, SOAK_OK);
     EXPECT_EQ(result.flags, 0U);
     // float32 steps at 9 m/s² and 1 rad/s are 1e-6 and 1e-7; a dozen operations
-    for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(static_cast<double>(result.out[i]), truth[i], i < 3 ? 5e-7 : 5e-6) << i;
+    for (std::size_t i = 0; i < 6; ++i)
+      EXPECT_NEAR(static_cast<double>(result.out[i]), truth[i], i < 3 ? 5e-7 : 5e-6) << i;
   }
 }
 
@@ -171,7 +172,8 @@ TEST(Runtime, OneBadGyroSpoilsOnlyItself) {
 TEST(Runtime, ReadingsTooLargeForFloat32AreFlagged) {
   const Loaded file(golden_mixed());
   constexpr float kMax = std::numeric_limits<float>::max();
-  const Applied result = apply(file.cal, 20.0F, {kMax, 0.0F, 0.0F, kMax, -kMax, kMax});  // x: 1 + 0.002 + 0.001 times kMax
+  const Applied result =
+      apply(file.cal, 20.0F, {kMax, 0.0F, 0.0F, kMax, -kMax, kMax});  // x: 1 + 0.002 + 0.001 times kMax
   EXPECT_EQ(result.status, SOAK_INVALID);
   EXPECT_NE(result.flags & SOAK_FLAG_INVALID(3U), 0U);
   EXPECT_EQ(result.out[3], kMax);

@@ -20,11 +20,12 @@ struct Truth {
   std::function<double(double)> gyro_bias = [](double) { return 0.01; };
   std::function<double(double)> accel_bias = [](double) { return 0.05; };
   std::function<double(double)> scale_ppm = [](double t) { return 2000.0 + 30.0 * t; };
-  Vector3 accel_row = {0.0, 0.002, -0.003};          ///< misalignment of accel_x
-  Vector3 gyro_row = {3e-5, -2e-5, 4e-5};            ///< g-sensitivity of gyro_x, (rad/s)/(m/s²)
-  Vector3 earth_horizontal = {0.0, 0.0, 0.0};        ///< added to gyro_x by position label index, see below
+  Vector3 accel_row = {0.0, 0.002, -0.003};    ///< misalignment of accel_x
+  Vector3 gyro_row = {3e-5, -2e-5, 4e-5};      ///< g-sensitivity of gyro_x, (rad/s)/(m/s²)
+  Vector3 earth_horizontal = {0.0, 0.0, 0.0};  ///< added to gyro_x by position label index, see below
   double vertical_rate_rps = 0.0;
-  double drift_per_hour = 0.0;  ///< of the gyro within a plateau, rad/s per hour; its sign alternates from plateau to plateau
+  double drift_per_hour =
+      0.0;  ///< of the gyro within a plateau, rad/s per hour; its sign alternates from plateau to plateau
   int sign_at_rest = 1;
 };
 
@@ -109,7 +110,8 @@ TEST(SixPosition, AgreesWithTheCorrectedUpDownFormulas) {
   const double up = segments[0].sensor[3].mean;
   const double down = segments[1].sensor[3].mean;
   EXPECT_NEAR(accel_of(e).plateaus[0].bias, 0.5 * (up + down), 1e-9);
-  EXPECT_NEAR(*accel_of(e).plateaus[0].scale_ppm, 1e6 * ((up - down) / (2 * kG) - 1), 40.0);  // drift term shares a little
+  EXPECT_NEAR(*accel_of(e).plateaus[0].scale_ppm, 1e6 * ((up - down) / (2 * kG) - 1),
+              40.0);  // drift term shares a little
 }
 
 TEST(SixPosition, AUnitThatReadsMinusGAtRestGivesTheSameScale) {
