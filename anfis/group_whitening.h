@@ -15,13 +15,13 @@ namespace soak::anfis {
 /// With u = sqrt(weight) of one group, V^-1 restricted to it is D (I + group_variance u u^T)^-1 D, D = diag(u)
 /// (Sherman-Morrison), and L = (I - kappa u u^T / u^T u) D with kappa = 1 - 1/sqrt(1 + group_variance u^T u).
 ///
-/// group_variance = +infinity means fixed effects: kappa = 1, each group's weighted mean is removed, and V^-1 is the limit,
-/// of rank rows - groups. A constant column then whitens to zero.
+/// group_variance = +infinity means fixed effects: kappa = 1, each group's weighted mean is removed, and V^-1 is the
+/// limit, of rank rows - groups. A constant column then whitens to zero.
 class GroupWhitening {
  public:
-  /// weight: 1/variance of each row, positive, or empty for 1 everywhere; group: id of each row, or empty for no groups;
-  /// group_variance >= 0 in the units of 1/weight. `rows` is the number of rows; sizes that disagree with it are a bug
-  /// of the caller (validate data with validate(TrainingData)).
+  /// weight: 1/variance of each row, positive, or empty for 1 everywhere; group: id of each row, or empty for no
+  /// groups; group_variance >= 0 in the units of 1/weight. `rows` is the number of rows; sizes that disagree with it
+  /// are a bug of the caller (validate data with validate(TrainingData)).
   GroupWhitening(std::size_t rows, std::span<const double> weight, std::span<const int> group, double group_variance);
 
   /// values <- L values, column by column.

@@ -198,8 +198,8 @@ base::Result<Training> train_hybrid(const TrainingData& train, const HybridOptio
     step_rule.record(rmse);
   }
   if (best.empty()) {
-    return base::bad_input("the numbers are too large or too small for least squares: change the units of x, y or weight",
-                           "first epoch");
+    return base::bad_input(
+        "the numbers are too large or too small for least squares: change the units of x, y or weight", "first epoch");
   }
   Training training = std::move(best).training(reason, std::move(history));
   if (std::isinf(train.group_variance)) {

@@ -50,9 +50,9 @@ struct Model {
 /// gains 0 in order 0, x_min <= x_max. The message names the field.
 [[nodiscard]] base::Status validate(const Model& model);
 
-/// Output at x, in the units of the training output. Nothing is clamped: outside [x_min, x_max] it extrapolates, and the
-/// caller judges that. Finite for every finite x of a valid model: where no rule fires (every strength underflows) the
-/// strengths keep their ratios in the limit, so that the nearest rule alone remains.
+/// Output at x, in the units of the training output. Nothing is clamped: outside [x_min, x_max] it extrapolates, and
+/// the caller judges that. Finite for every finite x of a valid model: where no rule fires (every strength underflows)
+/// the strengths keep their ratios in the limit, so that the nearest rule alone remains.
 [[nodiscard]] double evaluate(const Model& model, double x);
 
 /// The same for many inputs; y has the size of x.

@@ -15,8 +15,8 @@ namespace soak::anfis {
 /// Members are those of Model and Rule. Refuses (bad_input) a model that validate() refuses: JSON has no NaN.
 [[nodiscard]] base::Result<nlohmann::json> model_to_json(const Model& model);
 
-/// The model that model_to_json wrote. Refuses (corrupt) other formats and versions, missing or mistyped members, and models
-/// that validate() refuses. Members it does not know are ignored.
+/// The model that model_to_json wrote. Refuses (corrupt) other formats and versions, missing or mistyped members, and
+/// models that validate() refuses. Members it does not know are ignored.
 [[nodiscard]] base::Result<Model> model_from_json(const nlohmann::json& json);
 
 }  // namespace soak::anfis

@@ -43,8 +43,8 @@ base::Status validate_folds(const TrainingData& data, std::span<const int> fold)
   std::map<int, int> fold_of_group;
   for (std::size_t i = 0; i < data.group.size(); ++i) {
     if (fold_of_group.try_emplace(data.group[i], fold[i]).first->second != fold[i]) {
-      return base::bad_input("group " + std::to_string(data.group[i]) + " is split over folds: keep a group in one fold",
-                             "fold");
+      return base::bad_input(
+          "group " + std::to_string(data.group[i]) + " is split over folds: keep a group in one fold", "fold");
     }
   }
   return {};

@@ -38,7 +38,8 @@ base::Status validate_values(const TrainingData& data) {
       return base::bad_input("x and y must be finite numbers: leave the row out", row_name(i));
     }
     if (!data.weight.empty() && (!std::isfinite(data.weight[i]) || data.weight[i] <= 0.0)) {
-      return base::bad_input("the weight must be positive and finite: leave out rows that shall not count", row_name(i));
+      return base::bad_input("the weight must be positive and finite: leave out rows that shall not count",
+                             row_name(i));
     }
   }
   if (!(data.group_variance >= 0.0)) {

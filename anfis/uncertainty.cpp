@@ -16,7 +16,8 @@ namespace soak::anfis {
 namespace {
 
 constexpr double kSingularTolerance = 1e-6;
-// Columns below this share of the largest are rounding error of a derivative that is zero: unit norm would make them real.
+// Columns below this share of the largest are rounding error of a derivative that is zero: unit norm would make them
+// real.
 constexpr double kZeroColumn = 1e-10;
 
 // df/d(consequents, premises) of the scaled output at scaled inputs.

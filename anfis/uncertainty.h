@@ -11,8 +11,8 @@ namespace soak::anfis {
 
 /// Variance of the curve that was fitted, from the model linearised in all its parameters, consequents and premises:
 ///     var f(x) = sigma^2 j(x)^T (J^T V^-1 J)^+ j(x),   j = df/d parameters, V as in GroupWhitening.
-/// The pseudo-inverse comes from the singular values of the whitened Jacobian with unit columns; those below 1e-6 of the
-/// largest are left out, as directions in which the parameters move and the curve does not.
+/// The pseudo-inverse comes from the singular values of the whitened Jacobian with unit columns; those below 1e-6 of
+/// the largest are left out, as directions in which the parameters move and the curve does not.
 ///
 /// Valid near a minimum, inside the training range, where the model can follow the truth: it knows the noise, not the
 /// misfit, and nothing of a choice of rules made on the same data.

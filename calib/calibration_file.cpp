@@ -13,6 +13,7 @@
 #include "calib/file/float32_check.h"
 #include "calib/file/record_section.h"
 #include "calib/file/section.h"
+#include "calib/file/spline_form.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib {
@@ -21,15 +22,10 @@ namespace {
 using file::Quantity;
 using file::Section;
 
-/// Sections in the making, and the curves that the finished file is checked against.
+/// Sections in the making; the error bounds come last.
 struct Draft {
-  struct Checked {
-    Sensor sensor;
-    Quantity quantity;
-    file::SampledCurve samples;
-  };
   std::vector<Section> sections;
-  std::vector<Checked> curves;
+  std::vector<Section> bounds;
 
   base::Status add(base::Result<Section> section) {
     if (!section) return base::forward_error(section);
@@ -40,11 +36,18 @@ struct Draft {
 
 base::Status add_curve(Draft& draft, const SensorCalibration& sensor, Quantity quantity, const Curve& curve) {
   if (auto status = file::check_curve(curve, file::place(sensor.sensor, quantity)); !status) return status;
-  auto samples = file::sample(curve, sensor, quantity);
+  const auto samples = file::sample(curve, sensor, quantity);
   if (!samples) return base::forward_error(samples);
-  auto status = draft.add(file::curve_section(sensor.sensor, quantity, curve, file::output_scale(*samples)));
-  draft.curves.push_back({sensor.sensor, quantity, *std::move(samples)});
-  return status;
+  auto checked = file::checked_curve(curve, *samples, sensor.sensor, quantity);
+  if (!checked && std::holds_alternative<anfis::Model>(curve)) {
+    const auto spline = file::spline_form(curve, sensor.temp_min_c, sensor.temp_max_c, samples->span());
+    auto other = spline ? file::checked_curve(*spline, *samples, sensor.sensor, quantity) : checked;
+    if (other) checked = std::move(other);
+  }
+  if (!checked) return base::forward_error(checked);
+  draft.sections.push_back(std::move(checked->curve));
+  draft.bounds.push_back(std::move(checked->bound));
+  return {};
 }
 
 base::Status add_uncertainty(Draft& draft, Sensor sensor, Quantity quantity, const UncertaintyTable& table) {
@@ -98,19 +101,12 @@ base::Status check_size(const base::Bytes& bytes) {
                          std::to_string(SOAK_MAX_FILE));
 }
 
-base::Status add_error_bounds(Draft& draft) {
-  const base::Bytes bytes = file::assemble(draft.sections);
-  if (auto status = check_size(bytes); !status) return status;
+/// The runtime must accept what is about to leave the lab.
+base::Status check_loads(const base::Bytes& bytes) {
   soak_cal loaded;
-  if (soak_load(&loaded, bytes.data(), bytes.size()) != SOAK_OK) {
-    return base::fail(base::ErrorKind::internal, "the runtime refuses the file that was just written",
-                      "byte " + std::to_string(loaded.error_offset));
-  }
-  for (const Draft::Checked& curve : draft.curves) {
-    auto status = draft.add(file::float32_bound(loaded, curve.samples, curve.sensor, curve.quantity));
-    if (!status) return status;
-  }
-  return {};
+  if (soak_load(&loaded, bytes.data(), bytes.size()) == SOAK_OK) return {};
+  return base::fail(base::ErrorKind::internal, "the runtime refuses the file that was just written",
+                    "byte " + std::to_string(loaded.error_offset));
 }
 
 // ---- reading ----
@@ -236,9 +232,10 @@ base::Result<base::Bytes> encode(const Calibration& calibration) {
   if (auto status = draft.add(file::provenance_section(calibration)); !status) return base::forward_error(status);
   if (auto status = add_sensors(draft, calibration); !status) return base::forward_error(status);
   if (auto status = add_cross_terms(draft, calibration); !status) return base::forward_error(status);
-  if (auto status = add_error_bounds(draft); !status) return base::forward_error(status);
+  draft.sections.insert(draft.sections.end(), draft.bounds.begin(), draft.bounds.end());
   base::Bytes bytes = file::assemble(draft.sections);
   if (auto status = check_size(bytes); !status) return base::forward_error(status);
+  if (auto status = check_loads(bytes); !status) return base::forward_error(status);
   return bytes;
 }
 

@@ -11,7 +11,9 @@
 namespace soak::calib {
 
 /// The calibration file (docs/blob-format.md). Refuses a calibration that the format cannot carry (non-finite numbers,
-/// empty curve, reversed range, too many rules), naming the sensor.
+/// empty curve, reversed range, too many rules), naming the sensor. A fuzzy model whose own form float32 cannot hold to
+/// 1e-6 of its span (cancelling consequents, gaps between rules) is written as a cubic spline that does; refused if no
+/// such spline exists.
 [[nodiscard]] base::Result<base::Bytes> encode(const Calibration& calibration);
 
 /// Reads a calibration file; curves come back with their float32 coefficients. Refuses anything malformed: bad_input

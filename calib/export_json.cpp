@@ -116,7 +116,9 @@ std::string not_finite(const Json& node, const std::string& path) {
   if (node.is_number_float() && !std::isfinite(node.get<double>())) return path.empty() ? "/" : path;
   if (!node.is_structured()) return {};
   for (const auto& [key, value] : node.items()) {
-    std::string found = not_finite(value, path + '/' + key);
+    std::string inner = path;
+    inner.append("/").append(key);
+    std::string found = not_finite(value, inner);
     if (!found.empty()) return found;
   }
   return {};

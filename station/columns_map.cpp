@@ -297,7 +297,8 @@ std::string columns_map_text(const ColumnsMap& map) {
   if (!map.columns.empty()) text += "\n[columns]\n";
   for (const MappedColumn& column : map.columns) text += column_text(column);
   if (!map.constants.empty()) text += "\n[constants]\n";
-  for (const auto& [header, cell] : map.constants) text += fmt::format("{} = {}\n", toml_string(header), toml_string(cell));
+  for (const auto& [header, cell] : map.constants)
+    text += fmt::format("{} = {}\n", toml_string(header), toml_string(cell));
   if (!map.positions.empty()) text += "\n[positions]\n";
   for (const calib::Position& position : map.positions) {
     text += fmt::format("{} = [{}, {}, {}]\n", toml_string(position.label), toml_number(position.up[0]),

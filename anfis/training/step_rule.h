@@ -9,7 +9,8 @@ namespace soak::anfis::training {
 /// Length of the premise step from the training errors so far [Jang93; AH05 §6.4.3 corrected]:
 ///  - four reductions in a row: times `increase`;
 ///  - two combinations of a rise and a reduction in a row (rise, reduction, rise, reduction): times `decrease`;
-///  - after a change, the same kind of change waits for four epochs (a counter for each kind, both starting at the first
+///  - after a change, the same kind of change waits for four epochs (a counter for each kind, both starting at the
+///  first
 ///    epoch). A reduction of the step is tested first. A factor of 1 switches its kind off.
 class StepRule {
  public:

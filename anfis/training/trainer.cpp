@@ -83,8 +83,8 @@ double Trainer::solve_consequents() {
 std::vector<Rule> Trainer::gradient() const {
   Eigen::VectorXd v = whitened_residuals_;
   whitening_.apply_transposed(v);
-  // [AH05 eq. 5.17-5.20] dE/d theta = -2 (V^-1 r)^T df/d theta. The consequents are optimal, so that their own change with
-  // the premises adds nothing.
+  // [AH05 eq. 5.17-5.20] dE/d theta = -2 (V^-1 r)^T df/d theta. The consequents are optimal, so that their own change
+  // with the premises adds nothing.
   const Eigen::VectorXd g = -2.0 * (layer_.premise_jacobian(model_.membership, model_.rules).transpose() * v);
   const auto count = static_cast<Eigen::Index>(model_.rules.size());
   std::vector<Rule> gradient(model_.rules.size(), Rule{0.0, 0.0, 0.0, 0.0, 0.0});

@@ -34,7 +34,8 @@ class Trainer {
 
   [[nodiscard]] const Model& model() const { return model_; }
 
-  /// Gradient of E = r^T V^-1 r (r in scaled units, V in those of y) by the premises, in the premise members of each Rule.
+  /// Gradient of E = r^T V^-1 r (r in scaled units, V in those of y) by the premises, in the premise members of each
+  /// Rule.
   [[nodiscard]] std::vector<Rule> gradient() const;
 
  private:

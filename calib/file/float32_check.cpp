@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/number_text.h"
+#include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib::file {
 namespace {
@@ -111,6 +112,33 @@ class Sampler {
 /// The least power of two that is not below a positive number; 0 for 0. Coarse on purpose: the same on every machine.
 double power_of_two_above(double value) { return value > 0.0 ? std::exp2(std::ceil(std::log2(value))) : 0.0; }
 
+/// Middle and half of the sampled values as float32 numbers.
+OutputScale output_scale(const SampledCurve& samples) {
+  const auto centre = static_cast<float>(0.5 * (samples.least + samples.largest));
+  const auto half_range = static_cast<float>(0.5 * samples.span());
+  return {static_cast<double>(centre), std::isnormal(half_range) ? static_cast<double>(half_range) : 1.0};
+}
+
+base::Status check_coverage(const anfis::Model& model, const SampledCurve& samples, const std::string& where) {
+  const auto gap = std::find_if(samples.temp_c.begin(), samples.temp_c.end(), [&](float temp_c) {
+    return largest_strength(model, static_cast<double>(temp_c)) < kLeastStrength;
+  });
+  if (gap == samples.temp_c.end()) return {};
+  return base::bad_input("no rule of the model covers " + base::shortest(*gap) + " °C; use wider or more rules", where);
+}
+
+/// Largest difference of the runtime's evaluation of a curve's section from the samples; NaN if it is not finite.
+double largest_error(const Section& section, const SampledCurve& samples) {
+  const soak_curve curve{section.payload.data(), section.type};
+  double worst = 0.0;
+  for (std::size_t i = 0; i < samples.temp_c.size(); ++i) {
+    const double error = std::abs(static_cast<double>(soak_eval_curve(&curve, samples.temp_c[i])) - samples.value[i]);
+    if (!std::isfinite(error)) return error;
+    worst = std::max(worst, error);
+  }
+  return worst;
+}
+
 }  // namespace
 
 base::Result<SampledCurve> sample(const Curve& curve, const SensorCalibration& sensor, Quantity quantity) {
@@ -122,49 +150,30 @@ base::Result<SampledCurve> sample(const Curve& curve, const SensorCalibration& s
   if (quantity == Quantity::scale_ppm && std::max(-samples.least, samples.largest) > kLargestScale_ppm) {
     return base::bad_input("the scale factor error exceeds 500,000 ppm; check the units of the recording", where);
   }
-  if (const auto* model = std::get_if<anfis::Model>(&curve)) {
-    const auto gap = std::find_if(samples.temp_c.begin(), samples.temp_c.end(), [&](float temp_c) {
-      return largest_strength(*model, static_cast<double>(temp_c)) < kLeastStrength;
-    });
-    if (gap != samples.temp_c.end()) {
-      return base::bad_input("no rule of the model covers " + base::shortest(*gap) + " °C; deploy a spline instead",
-                             where);
-    }
-  }
   return samples;
 }
 
-OutputScale output_scale(const SampledCurve& curve) {
-  const auto centre = static_cast<float>(0.5 * (curve.least + curve.largest));
-  const auto half_range = static_cast<float>(0.5 * curve.span());
-  return {static_cast<double>(centre), std::isnormal(half_range) ? static_cast<double>(half_range) : 1.0};
-}
-
-base::Result<Section> float32_bound(const soak_cal& loaded, const SampledCurve& curve, Sensor sensor,
-                                    Quantity quantity) {
-  double worst = 0.0;
-  for (std::size_t i = 0; i < curve.temp_c.size(); ++i) {
-    float value = NAN;
-    const int index = static_cast<int>(index_of(sensor));
-    const soak_status status = quantity == Quantity::bias ? soak_bias(&loaded, index, curve.temp_c[i], &value)
-                                                          : soak_scale_ppm(&loaded, index, curve.temp_c[i], &value);
-    const double error = std::abs(static_cast<double>(value) - curve.value[i]);
-    if ((status != SOAK_OK && status != SOAK_CLAMPED) || !std::isfinite(error)) {
-      return base::bad_input("the curve cannot be evaluated in float32", place(sensor, quantity));
-    }
-    worst = std::max(worst, error);
+base::Result<CheckedCurve> checked_curve(const Curve& curve, const SampledCurve& samples, Sensor sensor,
+                                         Quantity quantity) {
+  const std::string where = place(sensor, quantity);
+  if (const auto* model = std::get_if<anfis::Model>(&curve)) {
+    if (auto status = check_coverage(*model, samples, where); !status) return base::forward_error(status);
   }
-  const double magnitude = std::max(std::abs(curve.least), std::abs(curve.largest));
-  const double allowed = std::max(kAllowedPerSpan * curve.span(), kFloatStep * magnitude);
-  if (worst > kInHand * allowed) {
-    return base::bad_input("in float32 the curve is off by " + base::shortest(worst / curve.span()) +
-                               " of its span, too near 1e-6: its terms cancel; fit with fewer rules or deploy a spline",
-                           place(sensor, quantity));
+  auto section = curve_section(sensor, quantity, curve, output_scale(samples));
+  if (!section) return base::forward_error(section);
+  const double worst = largest_error(*section, samples);
+  const double magnitude = std::max(std::abs(samples.least), std::abs(samples.largest));
+  const double allowed = std::max(kAllowedPerSpan * samples.span(), kFloatStep * magnitude);
+  if (!(worst <= kInHand * allowed)) {
+    return base::bad_input(
+        "in float32 the curve is off by " + base::shortest(worst / samples.span()) +
+            " of its span, too near 1e-6: its terms cancel or it is too steep; use fewer rules, or a smoother curve",
+        where);
   }
   base::ByteWriter out = payload_of(sensor, quantity);
   out.write(std::uint16_t{0});
-  write_floats(out, {power_of_two_above(worst), curve.span()});
-  return Section{SOAK_SECTION_ERROR_BOUND, false, out.take()};
+  write_floats(out, {power_of_two_above(worst), samples.span()});
+  return CheckedCurve{*std::move(section), Section{SOAK_SECTION_ERROR_BOUND, false, out.take()}};
 }
 
 }  // namespace soak::calib::file

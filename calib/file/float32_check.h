@@ -6,7 +6,6 @@
 #include "base/result.h"
 #include "calib/calibration.h"
 #include "calib/file/curve_section.h"
-#include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib::file {
 
@@ -21,16 +20,19 @@ struct SampledCurve {
   [[nodiscard]] double span() const { return largest - least; }
 };
 
-/// Samples a curve that check_curve() accepts. Refuses one that is not finite in the valid range, is a scale factor
-/// error beyond ±500,000 ppm, or has a gap between its rules where every strength is below 1e-30.
+/// Samples a curve that check_curve() accepts. Refuses one that is not finite in the valid range, or is a scale factor
+/// error beyond ±500,000 ppm.
 [[nodiscard]] base::Result<SampledCurve> sample(const Curve& curve, const SensorCalibration& sensor, Quantity quantity);
 
-/// Middle and half of the sampled values as float32 numbers.
-[[nodiscard]] OutputScale output_scale(const SampledCurve& curve);
+/// A curve's section, and the section that states how far float32 is off (docs/blob-format.md 0x0030).
+struct CheckedCurve {
+  Section curve;
+  Section bound;
+};
 
-/// Compares the deployment runtime with the samples. The section holds what docs/blob-format.md 0x0030 says; refuses a
-/// curve that differs by more than the page allows.
-[[nodiscard]] base::Result<Section> float32_bound(const soak_cal& loaded, const SampledCurve& curve, Sensor sensor,
-                                                  Quantity quantity);
+/// The curve in the form that it has, compared with its samples by the deployment runtime. Refuses one that differs by
+/// more than docs/blob-format.md allows, and a model with a gap between its rules where every strength is below 1e-30.
+[[nodiscard]] base::Result<CheckedCurve> checked_curve(const Curve& curve, const SampledCurve& samples, Sensor sensor,
+                                                       Quantity quantity);
 
 }  // namespace soak::calib::file

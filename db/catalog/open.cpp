@@ -37,7 +37,7 @@ base::Status check_identity(const sqlite::Connection& connection) {
 }
 
 base::Status prepare(const sqlite::Connection& connection) {
-  const auto wal = connection.run("open the catalog", [&]() -> base::Status {
+  auto wal = connection.run("open the catalog", [&]() -> base::Status {
     connection.database().exec("PRAGMA journal_mode = WAL");
     // FULL: rows must not be lost with the power once the caller has been told that they are stored.
     connection.database().exec("PRAGMA synchronous = FULL");

@@ -129,7 +129,7 @@ base::Status require_run(const sqlite::Connection& connection, std::string_view 
 base::Status Catalog::add_run(const RunRow& run, const std::vector<calib::Segment>& segments) {
   return impl_->connection.transact("add the run", [&]() -> base::Status {
     if (const auto valid = check_run(impl_->connection, run); !valid) return valid;
-    const auto unique = check_segments(run, segments, impl_->connection.path().string());
+    auto unique = check_segments(run, segments, impl_->connection.path().string());
     if (!unique) return unique;
     insert_run(impl_->database(), run);
     for (const calib::Segment& segment : segments) catalog::insert_segment(impl_->database(), segment);

@@ -11,12 +11,17 @@ namespace {
 constexpr std::array<double, kMaxDecimalDigits + 1> kPowersOfTen = {1e0, 1e1, 1e2, 1e3,  1e4,  1e5, 1e6,
                                                                     1e7, 1e8, 1e9, 1e10, 1e11, 1e12};
 
+/// Decimals that are tried: a float32 that needs more of them than this is noise, not text.
+template <class Number>
+constexpr unsigned kTriedDigits = sizeof(Number) == 4 ? 6 : kMaxDecimalDigits;
+
 /// Whole numbers up to here are exact as float64.
 constexpr double kLargestExact = 9007199254740992.0;
 
 template <class Number>
 bool same_bits(Number a, Number b) {
-  return std::memcmp(&a, &b, sizeof(Number)) == 0;
+  using Word = std::conditional_t<sizeof(Number) == 4, std::uint32_t, std::uint64_t>;
+  return std::bit_cast<Word>(a) == std::bit_cast<Word>(b);
 }
 
 /// The mantissa with `digits` decimals that gives back every bit of `number`.
@@ -53,27 +58,3 @@ template <class Number>
 std::optional<Decimals> decimals_of(std::span<const Number> numbers) {
   Decimals decimals;
   decimals.mantissas.reserve(numbers.size());
-  // The digits can only grow: a number that needs more sends the scan back to the start, kMaxDecimalDigits times at
-  // most.
-  for (std::size_t i = 0; i < numbers.size();) {
-    const auto mantissa = mantissa_of(numbers[i], decimals.digits);
-    if (mantissa) {
-      decimals.mantissas.push_back(*mantissa);
-      ++i;
-      continue;
-    }
-    do {
-      if (++decimals.digits > kMaxDecimalDigits) return std::nullopt;
-    } while (!mantissa_of(numbers[i], decimals.digits));
-    decimals.mantissas.clear();
-    i = 0;
-  }
-  return decimals;
-}
-
-template float decimal_value<float>(std::uint64_t, unsigned);
-template double decimal_value<double>(std::uint64_t, unsigned);
-template std::optional<Decimals> decimals_of<float>(std::span<const float>);
-template std::optional<Decimals> decimals_of<double>(std::span<const double>);
-
-}  // namespace soak::db::codec

@@ -59,7 +59,7 @@ base::Status hash_numbers(base::Sha256& hash, const sqlite::Connection& connecti
                           const StoredChannel& channel, std::uint64_t rows) {
   base::Sha256 numbers;
   base::Sha256 presence;
-  const auto read = for_each_slab(connection, decoder, channel, rows, [&](const Column& slab) -> base::Status {
+  auto read = for_each_slab(connection, decoder, channel, rows, [&](const Column& slab) -> base::Status {
     numbers.update(slab.raw);
     presence.update(slab.present.empty() ? std::vector<std::uint8_t>(slab.rows(), 1) : slab.present);
     return {};
@@ -131,7 +131,7 @@ base::Status check_channel(const sqlite::Connection& connection, codec::ColumnDe
   std::vector<LevelBin> bins;
   const std::size_t covered = finished ? t_s.size() : t_s.size() / kChunkRows * kChunkRows;
   std::size_t next = 0;
-  const auto read = for_each_slab(connection, decoder, channel, t_s.size(), [&](const Column& slab) -> base::Status {
+  auto read = for_each_slab(connection, decoder, channel, t_s.size(), [&](const Column& slab) -> base::Status {
     const auto values = scaled(slab, channel.info);
     const std::size_t count = std::min(values.size(), covered - std::min(covered, next));
     builder.add(std::span(t_s).subspan(next, count), std::span(values).first(count), bins);

@@ -67,7 +67,8 @@ base::Status prepare(const sqlite::Connection& connection, const RunInfo& info) 
 }  // namespace
 
 struct RunFileWriter::Impl {
-  Impl(std::filesystem::path file, sqlite::Connection opened) : path(std::move(file)), connection(std::move(opened)) {}
+  Impl(std::filesystem::path file, sqlite::Connection opened)
+      : path(std::move(file)), connection(std::make_unique<sqlite::Connection>(std::move(opened))) {}
 
   [[nodiscard]] base::Status check_open() const {
     if (connection && !finished) return {};
@@ -84,8 +85,8 @@ struct RunFileWriter::Impl {
   void write_events();
 
   std::filesystem::path path;
-  std::optional<sqlite::Connection> connection;  ///< absent once sealed
-  bool finished = false;                         ///< all rows and the whole pyramid are stored
+  std::unique_ptr<sqlite::Connection> connection;  ///< absent once sealed
+  bool finished = false;                           ///< all rows and the whole pyramid are stored
   codec::ColumnEncoder encoder;
   std::vector<OpenStream> streams;
   std::vector<RunEvent> pending_events;
@@ -255,7 +256,7 @@ base::Status RunFileWriter::add_event(double t_s, std::string_view kind, std::st
 base::Status RunFileWriter::flush() {
   if (const auto open = impl_->check_open(); !open) return open;
   if (const auto written = impl_->write_full_chunks(); !written) return written;
-  const auto committed = impl_->connection->transact("store samples", [&]() -> base::Status {
+  auto committed = impl_->connection->transact("store samples", [&]() -> base::Status {
     impl_->write_short_chunks();
     impl_->write_events();
     return {};
@@ -268,7 +269,7 @@ base::Status RunFileWriter::flush() {
 
 base::Status RunFileWriter::Impl::finish() {
   if (const auto written = write_full_chunks(); !written) return written;
-  const auto committed = connection->transact("finish the run file", [&]() -> base::Status {
+  auto committed = connection->transact("finish the run file", [&]() -> base::Status {
     for (const OpenStream& stream : streams) store_window(stream, stream.pending_rows(), true);
     write_events();
     run::insert_finished(connection->database());

@@ -130,7 +130,8 @@ void insert_meta(SQLite::Database& database, const RunInfo& info) {
   insert_pair(database, "clock_rate", base::shortest(info.clock_rate));
   insert_pair(database, "simulated", info.simulated ? "1" : "0");
   for (const auto& [key, member] : kSiteKeys) {
-    if (info.site.*member) insert_pair(database, key, base::shortest(*(info.site.*member)));
+    const std::optional<double>& value = info.site.*member;
+    if (value) insert_pair(database, key, base::shortest(*value));
   }
 }
 

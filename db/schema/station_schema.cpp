@@ -189,7 +189,7 @@ FROM run
 ORDER BY created_utc_s, run_id, unit;
 )sql";
 
-constexpr std::array<Step, 1> kStationSteps = {{1, kStationV1}};
+constexpr std::array kStationSteps = {Step{1, kStationV1}};
 static_assert(kStationSteps.back().to_version == Catalog::kSchemaVersion);
 
 }  // namespace

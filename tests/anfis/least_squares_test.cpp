@@ -47,7 +47,8 @@ void expect_certified(const char* name, double least_digits) {
   for (Eigen::Index k = 0; k < set.a.cols(); ++k) {
     const auto i = static_cast<std::size_t>(k);
     EXPECT_GE(digits(fit.coefficients(k), set.b[i]), least_digits) << name << " b" << k;
-    EXPECT_GE(digits(std::sqrt(s2) * fit.covariance_factor.row(k).norm(), set.sd[i]), least_digits) << name << " sd" << k;
+    EXPECT_GE(digits(std::sqrt(s2) * fit.covariance_factor.row(k).norm(), set.sd[i]), least_digits)
+        << name << " sd" << k;
   }
 }
 

@@ -13,7 +13,9 @@ namespace {
 
 std::vector<Rule> some_rules(Membership membership) {
   const bool bell = membership == Membership::bell;
-  return {{0.4, bell ? 1.7 : 0.0, -0.8, 0.7, -0.2}, {0.3, bell ? 2.2 : 0.0, 0.1, -1.1, 0.4}, {0.5, bell ? 3.1 : 0.0, 0.9, 0.2, 0.6}};
+  return {{0.4, bell ? 1.7 : 0.0, -0.8, 0.7, -0.2},
+          {0.3, bell ? 2.2 : 0.0, 0.1, -1.1, 0.4},
+          {0.5, bell ? 3.1 : 0.0, 0.9, 0.2, 0.6}};
 }
 
 const std::vector<double> kInputs = {-1.0, -0.83, -0.8, -0.4, 0.0, 0.1, 0.33, 0.9, 1.0};  // centres among them
@@ -34,7 +36,8 @@ TEST(PremiseLayer, EveryPremiseDerivativeAgreesWithDifferences) {
     ASSERT_EQ(jacobian.cols(), 3 * premises_per_rule(membership));
     for (int kind = 0; kind < premises_per_rule(membership); ++kind) {
       for (std::size_t i = 0; i < rules.size(); ++i) {
-        const double h = 1e-5;  // central difference: truncation h^2 f'''/6 ~ 1e-8 with f''' ~ 1e3 at the narrowest rule
+        const double h =
+            1e-5;  // central difference: truncation h^2 f'''/6 ~ 1e-8 with f''' ~ 1e3 at the narrowest rule
         std::vector<Rule> low = rules, high = rules;
         *parameter(low[i], membership, kind) -= h;
         *parameter(high[i], membership, kind) += h;
@@ -66,7 +69,8 @@ TEST(PremiseLayer, ConsequentMatrixTimesConsequentsIsTheOutputOfTheModel) {
   }
 }
 
-// E as a function of the premises alone: with the consequents solved anew, as the gradient claims that they add nothing.
+// E as a function of the premises alone: with the consequents solved anew, as the gradient claims that they add
+// nothing.
 TEST(Trainer, GradientIsThatOfTheErrorWithOptimalConsequents) {
   TrainingData data = test::drift_problem(5, 4).data;
   for (const Membership membership : {Membership::bell, Membership::gaussian}) {
@@ -77,8 +81,8 @@ TEST(Trainer, GradientIsThatOfTheErrorWithOptimalConsequents) {
     trainer.solve_consequents();
     const Model model = trainer.model();
     const std::vector<Rule> gradient = trainer.gradient();
-    // A step against one component of the gradient alone: E changes by -step |component| for a small one. The trainer moves
-    // against all, so E must fall by step * norm to first order.
+    // A step against one component of the gradient alone: E changes by -step |component| for a small one. The trainer
+    // moves against all, so E must fall by step * norm to first order.
     double norm = 0.0;
     for (const Rule& g : gradient) {
       norm += g.width * g.width + g.slope * g.slope + g.centre * g.centre;
@@ -97,7 +101,8 @@ TEST(Trainer, GradientIsThatOfTheErrorWithOptimalConsequents) {
     };
     Trainer fresh(data, options);
     const double rmse = fresh.solve_consequents();
-    const double start = rmse * rmse * 4.0 * 21.0 / (0.002 * 0.002) / (model.output_half_range * model.output_half_range);
+    const double start =
+        rmse * rmse * 4.0 * 21.0 / (0.002 * 0.002) / (model.output_half_range * model.output_half_range);
     // Centres on the ends of the range are blocked outwards; only descent that is free counts.
     std::vector<Rule> descent = gradient;
     double free_norm = norm * norm;

@@ -54,7 +54,8 @@ TEST(RuleSearch, ChoosesTheFewestRulesWithinOneErrorOfThePairedDifference) {
     EXPECT_NEAR(point.mean_error, (e[0] + e[1] + e[2] + e[3]) / 4.0, 1e-12);
   }
   const auto mean = [](const std::vector<double>& e) { return (e[0] + e[1] + e[2] + e[3]) / 4.0; };
-  const auto best = *std::min_element(errors.begin(), errors.end(), [&](const auto& a, const auto& b) { return mean(a) < mean(b); });
+  const auto best =
+      *std::min_element(errors.begin(), errors.end(), [&](const auto& a, const auto& b) { return mean(a) < mean(b); });
   int chosen = 0;
   for (std::size_t i = 0; i < errors.size() && chosen == 0; ++i) {
     double squares = 0.0;

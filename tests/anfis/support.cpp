@@ -125,8 +125,8 @@ std::function<double(double)> plateau_spline(const TrainingData& data, double fi
     const double below = k > 1 ? x[k] - x[k - 1] : 0.0;
     const double ratio = below / pivot[k - 1];
     pivot[k] = 2.0 * (x[k + 1] - x[k - 1]) - ratio * below;
-    right[k] = 6.0 * ((y[k + 1] - y[k]) / (x[k + 1] - x[k]) - (y[k] - y[k - 1]) / (x[k] - x[k - 1])) -
-               ratio * right[k - 1];
+    right[k] =
+        6.0 * ((y[k + 1] - y[k]) / (x[k + 1] - x[k]) - (y[k] - y[k - 1]) / (x[k] - x[k - 1])) - ratio * right[k - 1];
   }
   for (std::size_t k = n - 2; k >= 1; --k) {
     second[k] = (right[k] - (x[k + 1] - x[k]) * second[k + 1]) / pivot[k];

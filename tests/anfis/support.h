@@ -21,8 +21,8 @@ struct DriftProblem {
   std::function<double(double)> truth;
 };
 
-/// 21 temperatures -30..70 deg C, scattered by 0.3 deg C; curve spanning 0.5 plus one or two Gaussians of height 0.1 and sigma
-/// 6..9 deg C; offset of each run sigma 0.02, row noise 0.002. passes: rows per temperature and run.
+/// 21 temperatures -30..70 deg C, scattered by 0.3 deg C; curve spanning 0.5 plus one or two Gaussians of height 0.1
+/// and sigma 6..9 deg C; offset of each run sigma 0.02, row noise 0.002. passes: rows per temperature and run.
 DriftProblem drift_problem(unsigned seed, int runs, int passes = 1);
 
 /// Largest |f - truth| over -30..70 after the mean difference is removed.

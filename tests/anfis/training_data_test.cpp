@@ -8,7 +8,9 @@
 namespace soak::anfis {
 namespace {
 
-TrainingData four_rows() { return {{0.0, 1.0, 2.0, 2.0}, {5.0, 6.0, 8.0, 1.0}, {1.0, 1.0, 3.0, 1.0}, {1, 1, 2, 2}, 0.5}; }
+TrainingData four_rows() {
+  return {{0.0, 1.0, 2.0, 2.0}, {5.0, 6.0, 8.0, 1.0}, {1.0, 1.0, 3.0, 1.0}, {1, 1, 2, 2}, 0.5};
+}
 
 TEST(TrainingData, RefusesWhatCannotBeLearnedFromAndSaysWhere) {
   const auto where_of = [](std::size_t parameters, auto&& change) {

@@ -63,13 +63,15 @@ TEST(PredictionVariance, BandOf95PercentCoversTheTruth) {
   }
   const double share = static_cast<double>(covered) / points;
   std::printf("coverage of the 95 %% band: %.3f, residual variance %.3f\n", share, residual_variance);
-  // The level error is common to all points of a seed: standard error of the share about sqrt(0.05 * 0.95 / 300) = 0.013.
+  // The level error is common to all points of a seed: standard error of the share about sqrt(0.05 * 0.95 / 300) =
+  // 0.013.
   EXPECT_GE(share, 0.90);
   EXPECT_LE(share, 0.98);
   EXPECT_NEAR(residual_variance, 1.0, 0.05);
 }
 
-// With premises that do not matter (both rules carry the same line) the model is a straight line, whose variance is known.
+// With premises that do not matter (both rules carry the same line) the model is a straight line, whose variance is
+// known.
 TEST(PredictionVariance, OfAStraightLineIsThatOfTheTextbook) {
   Model line;
   line.membership = Membership::gaussian;

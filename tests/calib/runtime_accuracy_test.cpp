@@ -2,8 +2,10 @@
 // The float32 runtime against the definition of the curves in double precision, over random curves.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <vector>
 
 #include "base/random.h"
 #include "calib/calibration_file.h"
@@ -15,19 +17,28 @@ namespace {
 
 using samples::with_bias;
 
-constexpr int kTemperatures = 2000;
+constexpr int kTemperatures = 1000;
+
+// ln of a rule's strength, which does not underflow
+double log_strength(anfis::Membership membership, double z, double slope) {
+  if (membership == anfis::Membership::gaussian) return -z * z / 2.0;
+  if (z <= 1.0) return -std::log1p(std::pow(z, 2.0 * slope));
+  return -2.0 * slope * std::log(z) - std::log1p(std::pow(z, -2.0 * slope));
+}
 
 // [AH05 eq. 5.5-5.11], as the model's header defines it
 double plain_fis(const anfis::Model& model, double temp_c) {
   const double u = (temp_c - model.input_centre) / model.input_half_range;
+  std::vector<double> logs;
+  for (const anfis::Rule& rule : model.rules) {
+    logs.push_back(log_strength(model.membership, std::abs(u - rule.centre) / rule.width, rule.slope));
+  }
+  const double strongest = *std::max_element(logs.begin(), logs.end());
   double numerator = 0.0;
   double denominator = 0.0;
-  for (const anfis::Rule& rule : model.rules) {
-    const double z = (u - rule.centre) / rule.width;
-    const double mu = model.membership == anfis::Membership::bell
-                          ? 1.0 / (1.0 + std::pow(std::abs(z), 2.0 * rule.slope))
-                          : std::exp(-z * z / 2.0);
-    numerator += mu * (rule.gain * u + rule.offset);
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    const double mu = std::exp(logs[i] - strongest);
+    numerator += mu * (model.rules[i].gain * u + model.rules[i].offset);
     denominator += mu;
   }
   return model.output_centre + model.output_half_range * numerator / denominator;
@@ -101,7 +112,7 @@ anfis::Model hostile_model(base::Random& random) {
 TEST(RuntimeAccuracy, UsualModelsStayWithinAMillionthOfTheirSpan) {
   base::Random random(1);
   double worst = 0.0;
-  for (int i = 0; i < 1000; ++i) {
+  for (int i = 0; i < 600; ++i) {
     const anfis::Model model = usual_model(random);
     const auto bytes = encode(with_bias(model));
     ASSERT_TRUE(bytes) << i << ": " << bytes.error().message;
@@ -115,7 +126,7 @@ TEST(RuntimeAccuracy, UsualModelsStayWithinAMillionthOfTheirSpan) {
 TEST(RuntimeAccuracy, HostileModelsHoldTheBoundOrAreRefused) {
   base::Random random(2);
   int kept = 0;
-  for (int i = 0; i < 2000; ++i) {
+  for (int i = 0; i < 1200; ++i) {
     const anfis::Model model = hostile_model(random);
     const auto bytes = encode(with_bias(model));
     if (!bytes) {
@@ -127,8 +138,7 @@ TEST(RuntimeAccuracy, HostileModelsHoldTheBoundOrAreRefused) {
     // a tenth more: neither the encoder's temperatures nor these need hit the very worst one
     ASSERT_LE(d.largest, 1.1 * std::max(1e-6 * d.span, 0x1p-23 * d.magnitude)) << i;
   }
-  EXPECT_GT(kept, 100);  // the test sees both outcomes
-  EXPECT_LT(kept, 1950);
+  EXPECT_GT(kept, 1150);  // nearly all have a spline where their own form fails
 }
 
 TEST(RuntimeAccuracy, SplinesAndTablesStayWithinAMillionthOfTheirSpan) {
