@@ -67,7 +67,7 @@ class RowCollector {
 
   void add_plateaus(const RunInput& run, int index, const UnitType& type) {
     const SixPositionEstimate estimate = estimate_six_positions(run.segments, run.site, type);
-    rows_.gravity = estimate.gravity;
+    add_gravity(estimate.gravity);
     for (const Warning& warning : estimate.warnings) {
       rows_.warnings.push_back({warning.code, fmt::format("run {}: {}", name(index), warning.text)});
     }
@@ -90,7 +90,7 @@ class RowCollector {
   }
 
   void add_blocks(const RunInput& run, int index, const UnitType& type) {
-    rows_.gravity = gravity_at(run.site);
+    add_gravity(gravity_at(run.site));
     for (const Sensor sensor : kSensors) {
       std::vector<CurveRow> rows = block_rows(run, index, sensor, type);
       if (rows.empty()) continue;
@@ -127,6 +127,13 @@ class RowCollector {
   }
 
  private:
+  /// The unit's gravity is the mean over its runs: each run was reduced with its own.
+  void add_gravity(const Gravity& gravity) {
+    ++gravity_count_;
+    rows_.gravity.mps2 += (gravity.mps2 - rows_.gravity.mps2) / gravity_count_;
+    rows_.gravity.assumed = rows_.gravity.assumed || gravity.assumed;
+  }
+
   [[nodiscard]] const std::string& name(int index) const { return names_[static_cast<std::size_t>(index)]; }
 
   CurveData& table(std::optional<CurveData>& data) {
@@ -189,6 +196,7 @@ class RowCollector {
   UnitRows& rows_;
   std::vector<std::string> names_;
   bool by_plateau_;
+  double gravity_count_ = 0.0;
   std::array<std::vector<SensorEstimate>, kSensorCount> couplings_;
 };
 

@@ -18,6 +18,8 @@ constexpr int kBlockFolds = 5;
 constexpr std::size_t kRowsPerBlock = 10;
 constexpr int kMostInnerFolds = 5;
 constexpr int kMostRules = 10;
+/// Resolved temperatures that must be left over once every consequent has its own: premises move too.
+constexpr int kSpareTemperatures = 2;
 
 /// Inner folds over runs: at most five, each run whole in one of them.
 std::vector<int> run_folds(const CurveData& data) {
@@ -33,10 +35,13 @@ std::vector<int> run_folds(const CurveData& data) {
 base::Result<int> choose_rules(const CurveData& data, const anfis::TrainingData& rows, const CurveFitOptions& options) {
   if (options.rules) return *options.rules;
   anfis::RuleSearchOptions search;
-  search.max_rules = kMostRules;
+  search.max_rules = std::min(kMostRules, (anfis::resolved_inputs(rows) - kSpareTemperatures) / 2);
+  if (search.max_rules < search.min_rules) return base::bad_input("too few temperatures for two rules");
   const std::vector<int> folds = count_runs(data) > 1 ? run_folds(data) : block_folds(data);
   const auto found = anfis::search_rules(rows, folds, search);
   if (!found) return base::forward_error(found);
+  // The least mean error, not the fewest rules within a standard error of it: with few runs that rule is too stiff
+  // between plateaus, where no fold sees it.
   return found->best;
 }
 

@@ -58,3 +58,26 @@ template <class Number>
 std::optional<Decimals> decimals_of(std::span<const Number> numbers) {
   Decimals decimals;
   decimals.mantissas.reserve(numbers.size());
+  // The digits can only grow: a number that needs more sends the scan back to the start, a dozen times at most.
+  for (std::size_t i = 0; i < numbers.size();) {
+    const auto mantissa = mantissa_of(numbers[i], decimals.digits);
+    if (mantissa) {
+      decimals.mantissas.push_back(*mantissa);
+      ++i;
+      continue;
+    }
+    do {
+      if (++decimals.digits > kTriedDigits<Number>) return std::nullopt;
+    } while (!mantissa_of(numbers[i], decimals.digits));
+    decimals.mantissas.clear();
+    i = 0;
+  }
+  return decimals;
+}
+
+template float decimal_value<float>(std::uint64_t, unsigned);
+template double decimal_value<double>(std::uint64_t, unsigned);
+template std::optional<Decimals> decimals_of<float>(std::span<const float>);
+template std::optional<Decimals> decimals_of<double>(std::span<const double>);
+
+}  // namespace soak::db::codec

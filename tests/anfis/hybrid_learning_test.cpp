@@ -64,12 +64,9 @@ class PlainLearner {
       solve_consequents();
       history.push_back({static_cast<double>(half_range_ * std::sqrt(error() / total_weight_)), step});
       move(step);
-      const auto fell = [&](int back) {
-        return epoch >= back && history[epoch - back + 1].rmse < history[epoch - back].rmse;
-      };
-      const auto rose = [&](int back) {
-        return epoch >= back && history[epoch - back + 1].rmse > history[epoch - back].rmse;
-      };
+      const auto rmse = [&](int back) { return history[static_cast<std::size_t>(epoch - back)].rmse; };
+      const auto fell = [&](int back) { return epoch >= back && rmse(back - 1) < rmse(back); };
+      const auto rose = [&](int back) { return epoch >= back && rmse(back - 1) > rmse(back); };
       if (epoch - last_down >= 4 && fell(1) && rose(2) && fell(3) && rose(4)) {
         step *= options_.step_decrease;
         last_down = epoch;

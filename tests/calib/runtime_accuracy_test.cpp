@@ -189,7 +189,8 @@ TEST(RuntimeAccuracy, StatedErrorBoundIsTheMeasuredOne) {
     const double bound = static_cast<double>(soak_f32(cal.sensor[0].error_bound[0] + 4));
     const double span = static_cast<double>(soak_f32(cal.sensor[0].error_bound[0] + 8));
     const auto d = deviation(bytes, [&](double t) { return plain_fis(model, t); }, random);
-    EXPECT_NEAR(span, d.span, 1e-2 * d.span);
+    EXPECT_GE(span, (1.0 - 1e-6) * d.span);
+    EXPECT_LE(span, 1.05 * d.span);      // the random temperatures do not reach the ends
     EXPECT_LE(d.largest, 1.25 * bound);  // two grids
     EXPECT_GE(d.largest, bound / 4.0);   // rounded up by a factor of 2 at most
   }
