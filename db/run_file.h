@@ -74,8 +74,7 @@ class RunFileWriter {
   /// Commits all rows and events so far (a short last chunk included). After success they survive a loss of power.
   [[nodiscard]] base::Status flush();
   /// Commits, completes the pyramid, checkpoints, leaves WAL mode, syncs; returns the SHA-256 of the file in
-  /// hexadecimal. Fails while another process reads the file for longer than the busy time-out; may then be called
-  /// again.
+  /// hexadecimal. Fails while another connection has the file open, and may then be called again.
   [[nodiscard]] base::Result<std::string> seal();
 
  private:

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "base/number_text.h"
@@ -36,7 +37,8 @@ class MapParser {
     for (const auto& [key, node] : root) top_level(key.str(), node);
     check_duplicates();
     if (mistakes_.empty()) return std::move(map_);
-    std::stable_sort(mistakes_.begin(), mistakes_.end(), [](const auto& a, const auto& b) { return a.line < b.line; });
+    std::sort(mistakes_.begin(), mistakes_.end(),
+              [](const auto& a, const auto& b) { return std::tie(a.line, a.text) < std::tie(b.line, b.text); });
     std::string message;
     for (const Mistake& mistake : mistakes_) {
       message += fmt::format("{}line {}: {}", message.empty() ? "" : "\n", mistake.line, mistake.text);
@@ -268,6 +270,7 @@ std::string column_text(const MappedColumn& column) {
   if (column.offset != 0.0) text += ", offset = " + toml_number(column.offset);
   if (column.is_label) {
     std::vector<std::string> labels;
+    labels.reserve(column.labels.size());
     for (const std::string& label : column.labels) labels.push_back(toml_string(label));
     text += fmt::format(", labels = [{}]", fmt::join(labels, ", "));
   }

@@ -173,7 +173,7 @@ std::vector<std::string> native_headers(const std::vector<db::ChannelInfo>& chan
 
 /// Our header for a channel in its own unit: "gx_rps", "temp_k", "t_s", or the name of an unknown one.
 std::string own_header(const db::ChannelInfo& channel) {
-  const std::string canonical = canonical_header(channel.name);
+  std::string canonical = canonical_header(channel.name);
   const auto meaning = meaning_of_header(canonical);
   if (!meaning || meaning->role == ColumnRole::auxiliary || meaning->unit == channel.unit) return canonical;
   return canonical.substr(0, canonical.rfind('_') + 1) + channel.unit;

@@ -19,7 +19,7 @@ std::string environment(const char* name) {
 
 base::Result<std::filesystem::path> data_folder(std::string_view option) {
   if (!option.empty()) return std::filesystem::path(option);
-  if (const std::string folder = environment("SOAK_DATA"); !folder.empty()) return folder;
+  if (std::string folder = environment("SOAK_DATA"); !folder.empty()) return folder;
   if (const std::string folder = environment("XDG_DATA_HOME"); !folder.empty()) {
     return std::filesystem::path(folder) / "soak";
   }

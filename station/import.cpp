@@ -227,7 +227,7 @@ class Importer {
     if (auto status = catalog_.ensure_campaign(options_.campaign, options_.procedure); !status) return status;
     std::size_t recorded = 0;
     for (const StagedRun& staged : staged_) {
-      if (const auto status = catalog_.add_run(staged.row, staged.segments); !status) {
+      if (auto status = catalog_.add_run(staged.row, staged.segments); !status) {
         if (recorded == 0) return status;
         return base::fail(status.error().kind,
                           fmt::format("{} ({} of {} runs are recorded: importing the file again adds the others)",

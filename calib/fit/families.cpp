@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <set>
@@ -32,26 +33,39 @@ std::vector<int> run_folds(const CurveData& data) {
   return folds;
 }
 
-base::Result<int> choose_rules(const CurveData& data, const anfis::TrainingData& rows, const CurveFitOptions& options) {
-  if (options.rules) return *options.rules;
+/// Number of rules and kind of membership with the least mean error over inner folds. (Not the fewest rules within a
+/// standard error of it: with few runs that is too stiff between plateaus, where no fold sees it.)
+base::Result<anfis::HybridOptions> choose_structure(const CurveData& data, const anfis::TrainingData& rows,
+                                                    const CurveFitOptions& options) {
+  anfis::HybridOptions structure;
+  if (options.rules) {
+    structure.rules = *options.rules;
+    return structure;
+  }
   anfis::RuleSearchOptions search;
   search.max_rules = std::min(kMostRules, (anfis::resolved_inputs(rows) - kSpareTemperatures) / 2);
   if (search.max_rules < search.min_rules) return base::bad_input("too few temperatures for two rules");
   const std::vector<int> folds = count_runs(data) > 1 ? run_folds(data) : block_folds(data);
-  const auto found = anfis::search_rules(rows, folds, search);
-  if (!found) return base::forward_error(found);
-  // The least mean error, not the fewest rules within a standard error of it: with few runs that rule is too stiff
-  // between plateaus, where no fold sees it.
-  return found->best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const anfis::Membership membership : {anfis::Membership::bell, anfis::Membership::gaussian}) {
+    search.training.membership = membership;
+    const auto found = anfis::search_rules(rows, folds, search);
+    if (!found) return base::forward_error(found);
+    for (const anfis::RuleSearchPoint& point : found->curve) {
+      if (point.mean_error >= least) continue;
+      least = point.mean_error;
+      structure.membership = membership;
+      structure.rules = point.rules;
+    }
+  }
+  return structure;
 }
 
 base::Status train_anfis(const CurveData& data, const anfis::TrainingData& rows, const CurveFitOptions& options,
                          TrainedFamilies& trained) {
-  const auto rules = choose_rules(data, rows, options);
-  if (!rules) return base::forward_error(rules);
-  anfis::HybridOptions training;
-  training.rules = *rules;
-  const auto result = anfis::train_hybrid(rows, training);
+  const auto structure = choose_structure(data, rows, options);
+  if (!structure) return base::forward_error(structure);
+  const auto result = anfis::train_hybrid(rows, *structure);
   if (!result) return base::forward_error(result);
   auto linearised = anfis::PredictionVariance::of(result->model, rows);
   if (!linearised) return base::forward_error(linearised);
@@ -62,7 +76,7 @@ base::Status train_anfis(const CurveData& data, const anfis::TrainingData& rows,
   fitted.parameters = variance->effective_parameters();
   const double total_weight = std::accumulate(rows.weight.begin(), rows.weight.end(), 0.0);
   fitted.whitened_rss = result->summary.train_rmse * result->summary.train_rmse * total_weight;
-  trained.rules = *rules;
+  trained.rules = structure->rules;
   trained.membership = anfis::name(result->model.membership);
   trained.training = result->summary.one_line();
   trained.fitted[static_cast<std::size_t>(Family::anfis)] = std::move(fitted);

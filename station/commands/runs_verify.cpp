@@ -106,10 +106,9 @@ base::Status run_runs_verify(const RunsVerifyCommand& command, Output& output) {
   }
   const nlohmann::json catalog_problem =
       catalog_status ? nlohmann::json() : nlohmann::json(catalog_status.error().message);
-  const auto printed =
-      output.print_json({{"ok", damaged.empty()},
-                         {"catalog", {{"ok", catalog_status.has_value()}, {"problem", catalog_problem}}},
-                         {"runs", list}});
+  auto printed = output.print_json({{"ok", damaged.empty()},
+                                    {"catalog", {{"ok", catalog_status.has_value()}, {"problem", catalog_problem}}},
+                                    {"runs", list}});
   if (!printed) return printed;
   return verdict(damaged);
 }

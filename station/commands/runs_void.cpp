@@ -50,7 +50,7 @@ base::Status run_runs_void(const RunsVoidCommand& command, Output& output) {
         run->run_id);
   }
   const std::string user = command.user.empty() ? user_name() : command.user;
-  const auto status = catalog->add_void(
+  auto status = catalog->add_void(
       {run->run_id, run->unit, command.visit, command.position, command.attempt, command.reason, user, now_utc_s()});
   if (!status) return status;
   output.print(

@@ -173,8 +173,9 @@ base::Result<CsvLayout> layout_of_csv(const std::vector<std::string_view>& raw_h
   if (auto status = add_constants(layout, map); !status) return base::forward_error(status);
   if (auto status = check_given_once(layout); !status) return base::forward_error(status);
   if (auto status = check_required(layout, header); !status) return base::forward_error(status);
-  std::stable_partition(layout.columns.begin(), layout.columns.end(),
-                        [](const ColumnPlan& plan) { return plan.role == ColumnRole::time; });
+  const auto time = std::find_if(layout.columns.begin(), layout.columns.end(),
+                                 [](const ColumnPlan& plan) { return plan.role == ColumnRole::time; });
+  std::rotate(layout.columns.begin(), time, time + 1);
   return layout;
 }
 
