@@ -105,6 +105,10 @@ class Catalog {
   [[nodiscard]] const std::filesystem::path& data_folder() const;
   [[nodiscard]] std::filesystem::path run_file_path(const RunRow& run) const;
 
+  /// Runs `work`, whose calls of this catalog become one transaction: all of them are kept if it succeeds, none if not.
+  /// Other processes wait meanwhile: keep it short.
+  [[nodiscard]] base::Status all_or_nothing(const std::function<base::Status()>& work);
+
   /// The unit, added with type `type` and epoch 0 where it is new.
   [[nodiscard]] base::Result<UnitRow> ensure_unit(std::string_view serial, std::string_view type);
   [[nodiscard]] base::Result<std::optional<UnitRow>> unit(std::string_view serial) const;

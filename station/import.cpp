@@ -222,21 +222,17 @@ class Importer {
       files_.forget(staged.temporary);
       files_.add(path);
     }
-    const auto unit = catalog_.ensure_unit(options_.unit, options_.unit_type.value_or("generic"));
-    if (!unit) return base::forward_error(unit);
-    if (auto status = catalog_.ensure_campaign(options_.campaign, options_.procedure); !status) return status;
-    std::size_t recorded = 0;
-    for (const StagedRun& staged : staged_) {
-      if (auto status = catalog_.add_run(staged.row, staged.segments); !status) {
-        if (recorded == 0) return status;
-        return base::fail(status.error().kind,
-                          fmt::format("{} ({} of {} runs are recorded: importing the file again adds the others)",
-                                      status.error().message, recorded, staged_.size()),
-                          status.error().where);
+    const auto recorded = catalog_.all_or_nothing([&]() -> base::Status {
+      const auto unit = catalog_.ensure_unit(options_.unit, options_.unit_type.value_or("generic"));
+      if (!unit) return base::forward_error(unit);
+      if (auto status = catalog_.ensure_campaign(options_.campaign, options_.procedure); !status) return status;
+      for (const StagedRun& staged : staged_) {
+        if (auto status = catalog_.add_run(staged.row, staged.segments); !status) return status;
       }
-      files_.forget(catalog_.run_file_path(staged.row));
-      ++recorded;
-    }
+      return {};
+    });
+    if (!recorded) return recorded;
+    for (const StagedRun& staged : staged_) files_.forget(catalog_.run_file_path(staged.row));
     return {};
   }
 

@@ -86,6 +86,10 @@ std::filesystem::path Catalog::run_file_path(const RunRow& run) const {
   return impl_->data_folder / "runs" / run.file_name;
 }
 
+base::Status Catalog::all_or_nothing(const std::function<base::Status()>& work) {
+  return impl_->connection.transact("change the catalog", [&]() -> base::Status { return work(); });
+}
+
 base::Status Catalog::verify() const {
   if (const auto whole = impl_->connection.integrity_check(); !whole) return whole;
   return impl_->connection.run("check the catalog", [&]() -> base::Status {

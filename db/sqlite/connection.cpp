@@ -157,6 +157,8 @@ base::Result<Connection> Connection::open(const std::filesystem::path& path, Acc
 
 int Connection::system_errno() const { return sqlite3_system_errno(database_->getHandle()); }
 
+bool Connection::in_transaction() const { return sqlite3_get_autocommit(database_->getHandle()) == 0; }
+
 base::Result<Identity> Connection::identity() const {
   return run("read the file", [&]() -> base::Result<Identity> {
     Identity identity;

@@ -67,10 +67,12 @@ class Connection {
     }
   }
 
-  /// Runs `work` inside an IMMEDIATE transaction: committed if it succeeds, else rolled back.
+  /// Runs `work` inside an IMMEDIATE transaction: committed if it succeeds, else rolled back. Inside another one, `work`
+  /// is part of that.
   template <class Work>
   std::invoke_result_t<Work&> transact(std::string_view doing, Work&& work) const {
     return run(doing, [&]() -> std::invoke_result_t<Work&> {
+      if (in_transaction()) return std::invoke(work);
       SQLite::Transaction transaction(*database_, SQLite::TransactionBehavior::IMMEDIATE);
       auto result = std::invoke(work);
       if (result) transaction.commit();
@@ -86,6 +88,7 @@ class Connection {
  private:
   Connection(std::filesystem::path path, std::unique_ptr<SQLite::Database> database);
   [[nodiscard]] int system_errno() const;
+  [[nodiscard]] bool in_transaction() const;
 
   std::filesystem::path path_;
   std::unique_ptr<SQLite::Database> database_;

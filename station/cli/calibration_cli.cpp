@@ -2,7 +2,10 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <algorithm>
 #include <memory>
+#include <string_view>
+#include <vector>
 
 #include "base/number_text.h"
 #include "station/cli/frame.h"
@@ -11,6 +14,19 @@
 
 namespace soak::station::cli {
 namespace {
+
+/// Numbers between commas, not one of them missing.
+std::vector<double> parse_temperatures(std::string_view list) {
+  std::vector<double> temps_c;
+  for (std::size_t first = 0; first <= list.size();) {
+    const std::size_t comma = std::min(list.find(',', first), list.size());
+    const auto number = base::parse_double(list.substr(first, comma - first));
+    if (!number) throw CLI::ValidationError("--temp-c", "must be numbers between commas, such as -30,25,70");
+    temps_c.push_back(*number);
+    first = comma + 1;
+  }
+  return temps_c;
+}
 
 void add_fit(CLI::App& program, Request& request) {
   const auto options = std::make_shared<FitCommand>();

@@ -23,7 +23,7 @@ struct ExportCommand {
 /// soak eval FILE.blob --temp-c T[,T...]
 struct EvalCommand {
   std::string file;
-  std::vector<double> temps_c;
+  std::vector<double> temps_c;  ///< finite
 };
 
 /// soak verify FILE.blob --campaign NAME [--limits FILE]

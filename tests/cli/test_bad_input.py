@@ -180,10 +180,12 @@ class BadSurroundings(SoakTest):
     def test_disk_that_fills_up_at_any_point(self):
         self.imported("good.csv", recording(run="good", seconds=10))
         before = self.state()
-        path = self.write("next.csv", recording(run="next", seconds=40))
+        # Two runs of a new unit: several rows of several tables, all or nothing.
+        two_runs = recording(run="next", seconds=20) + recording(run="more", seconds=20, seed=2).split("\n", 1)[1]
+        path = self.write("next.csv", two_runs)
         refused = 0
         for kilobytes in (*range(0, 100, 8), *range(100, 400, 20)):
-            done = subprocess.run(self.command("import", path, "--unit", "SN1"), capture_output=True, text=True, timeout=60,
+            done = subprocess.run(self.command("import", path, "--unit", "SN2"), capture_output=True, text=True, timeout=60,
                                   check=False, restore_signals=False, preexec_fn=limit_file_size(1024 * kilobytes))
             if done.returncode == 0:
                 break

@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From stored runs to a calibration file: fit, export, eval, verify, as a user calls them."""
+import functools
+import json
+import os
+import pathlib
+import random
+import shutil
+import struct
+import subprocess
+import tempfile
+import unittest
+
+from blob_reader import Calibration
+from soak_cli import ROOT, SoakTest, recording, shared_data
+
+SERIAL = "SIM-0001"
+SENSORS = ["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]
+DEGREES = 57.29577951308232
+
+
+def float32(value):
+    return struct.unpack("<f", struct.pack("<f", value))[0]
+
+
+@functools.cache
+def fitted_folder():
+    """A data folder with a small simulated campaign of one unit, fitted once for all tests; they work on copies."""
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-fit-"))
+    soak, data = os.environ["SOAK_BIN"], ["--data", str(folder / "data")]
+    quiet = {"check": True, "capture_output": True}
+    subprocess.run([os.environ["SOAK_SIM_BIN"], "--out", str(folder / "lab"), "--units", "1", "--runs", "3",
+                    "--rows-per-position", "10"], **quiet)
+    for campaign, procedure in (("campaign", "import"), ("verification", "verification")):
+        subprocess.run([soak, "import", str(folder / "lab" / campaign / f"{SERIAL}.csv"), "--unit", SERIAL, "--campaign",
+                        campaign, "--procedure", procedure, "--simulated", "--gravity-mps2", "9.80665", *data], **quiet)
+    done = subprocess.run([soak, "fit", "--unit", SERIAL, "--json", *data], text=True, **quiet)
+    (folder / "fit.json").write_text(done.stdout, encoding="utf-8")
+    return folder
+
+
+def tearDownModule():
+    if fitted_folder.cache_info().currsize:
+        shutil.rmtree(fitted_folder(), ignore_errors=True)
+
+
+class FittedTest(SoakTest):
+    def setUp(self):
+        super().setUp()
+        shutil.copytree(fitted_folder() / "data", self.data)
+        self.fit = json.loads((fitted_folder() / "fit.json").read_text(encoding="utf-8"))
+
+    def blob(self, name="unit.soakcal"):
+        path = self.folder / name
+        self.soak("export", "--unit", SERIAL, "--format", "blob", "--simulated", "-o", path)
+        return path
+
+    def eval(self, path, temps):
+        done = subprocess.run([os.environ["SOAK_BIN"], "eval", str(path), "--json", "--temp-c", ",".join(map(repr, temps))],
+                              capture_output=True, text=True, check=True)
+        return json.loads(done.stdout)["points"]
+
+
+class Fit(FittedTest):
+    def test_document_follows_its_schema_and_covers_the_range_degree_by_degree(self):
+        fit = self.soak_json("fit", "fit", "--unit", SERIAL)
+        self.assertEqual(list(fit["sensors"]), sorted(SENSORS))
+        for name, sensor in fit["sensors"].items():
+            temps = [point["temp_c"] for point in sensor["curve"]]
+            self.assertEqual((temps[0], temps[-1]), (sensor["temp_min_c"], sensor["temp_max_c"]))
+            self.assertTrue(all(abs(b - a - 1) < 1e-9 for a, b in zip(temps[:-2], temps[1:-1])))
+            self.assertEqual(sensor["holdout"], "run")
+            self.assertEqual([check["held_out"] for check in sensor["checks"]], sensor["runs"])
+            self.assertTrue(all((point["scale_ppm"] is None) == name.startswith("gyro") for point in sensor["curve"]))
+            self.assertLess(sensor["check_rmse_shape"], sensor["check_rmse"])
+
+    def test_a_fit_adds_a_version_and_the_old_one_stays(self):
+        self.assertEqual(self.fit["model"], 1)
+        self.assertEqual(self.soak_json("fit", "fit", "--unit", SERIAL, "--rules", "3")["model"], 2)
+        old, new = self.folder / "old.json", self.folder / "new.json"
+        self.soak("export", "--unit", SERIAL, "--format", "json", "--simulated", "--model", "1", "-o", old)
+        self.soak("export", "--unit", SERIAL, "--format", "json", "--simulated", "-o", new)
+        self.assertEqual((json.loads(old.read_text())["model"], json.loads(new.read_text())["model"]), (1, 2))
+
+    def test_the_number_of_threads_does_not_change_the_result(self):
+        one, two = (self.soak_json("fit", "fit", "--unit", SERIAL, "--jobs", jobs) for jobs in ("1", "4"))
+        self.assertEqual(one["sensors"], two["sensors"])
+
+    def test_all_units_at_once(self):
+        self.assertEqual([u["unit"] for u in self.soak_json("fit-all", "fit", "--all")["units"]], [SERIAL])
+
+    def test_verification_runs_are_left_out(self):
+        self.assertEqual(self.fit["sensors"]["gyro_x"]["runs"], ["R01", "R02", "R03"])
+        self.assertIn("verification runs", self.refusal("fit", "--unit", SERIAL, "--campaign", "verification")["message"])
+
+    def test_what_cannot_be_fitted_is_refused_and_nothing_stored(self):
+        before = self.state()
+        self.assertIn("no unit 'NOBODY'", self.refusal("fit", "--unit", "NOBODY")["message"])
+        self.assertIn("has no run in campaign", self.refusal("fit", "--unit", SERIAL, "--campaign", "none")["message"])
+        self.refusal("fit", "--unit", SERIAL, "--rules", "1")
+        self.refusal("fit")
+        self.assertEqual(self.state(), before)
+
+    def test_one_run_only_is_fitted_with_nulls_and_a_warning(self):
+        for run in ("R02", "R03"):
+            self.soak("runs", "void", run, "--reason", "test")
+        sensor = self.soak_json("fit", "fit", "--unit", SERIAL)["sensors"]["gyro_x"]
+        self.assertIsNone(sensor["check_rmse"])
+        self.assertIsNone(sensor["run_to_run_sigma"])
+        self.assertIsNone(sensor["curve"][0]["pi95"])
+        self.assertIn("few_runs", [warning["code"] for warning in sensor["warnings"]])
+
+    def test_voided_runs_do_not_count(self):
+        for run in ("R01", "R02", "R03"):
+            self.soak("runs", "void", run, "--reason", "test")
+        self.assertIn("3 are voided", self.refusal("fit", "--unit", SERIAL)["message"])
+
+
+class StuckSensor(SoakTest):
+    def test_is_refused_by_name_with_a_remedy_and_no_model_is_stored(self):
+        header, *rows = recording(plateaus=(-20.0, 0.0, 20.0, 40.0), seconds=20).splitlines()
+        column = header.split(",").index("gy_dps")
+        stuck = [",".join("0.25" if i == column else cell for i, cell in enumerate(row.split(","))) for row in rows]
+        self.imported("stuck.csv", "\n".join([header, *stuck]) + "\n")
+        before = self.state()
+        error = self.refusal("fit", "--unit", "SN1")
+        self.assertIn("gyro_y of unit SN1 reads the constant 0.25", error["message"])
+        self.assertIn("void", error["message"])
+        self.assertEqual(self.state(), before)
+
+
+class CalibrationFile(FittedTest):
+    def test_a_stranger_reading_the_specification_gets_what_eval_says(self):
+        path = self.blob()
+        stranger = Calibration.load(path.read_bytes())
+        temps = [float32(-40 + 0.37 * i) for i in range(330)]
+        points = self.eval(path, temps)
+        self.assertEqual(list(stranger.sensors), SENSORS)
+        for sensor in SENSORS:
+            unit = DEGREES if sensor.startswith("gyro") else 1.0
+            theirs = [stranger.bias(sensor, t)[0] * unit for t in temps]
+            self.assert_same_curve([p["bias"][sensor] for p in points], theirs)
+            if not sensor.startswith("gyro"):
+                self.assert_same_curve([p["scale_ppm"][sensor] for p in points],
+                                       [stranger.scale_ppm(sensor, t)[0] for t in temps])
+        inside = [all(stranger.bias(s, t)[1] for s in SENSORS) for t in temps]
+        self.assertEqual([p["in_range"] for p in points], inside)
+
+    def assert_same_curve(self, ours, theirs):
+        span = max(theirs) - min(theirs)
+        self.assertGreater(span, 0.0)
+        self.assertLess(max(abs(a - b) for a, b in zip(ours, theirs)), 1e-6 * span)
+
+    def test_eval_agrees_with_the_fit(self):
+        temps = [point["temp_c"] for point in self.fit["sensors"]["gyro_z"]["curve"]]
+        points = self.eval(self.blob(), temps)
+        for point, curve in zip(points, self.fit["sensors"]["gyro_z"]["curve"]):
+            self.assertAlmostEqual(point["bias"]["gyro_z"], curve["bias"], delta=2e-6)
+
+    def test_outside_its_range_it_clamps_and_says_so(self):
+        low, end, far = self.eval(self.blob(), [-30.0, 75.0, 200.0])
+        self.assertTrue(low["in_range"])
+        self.assertFalse(far["in_range"])
+        self.assertEqual(end["bias"], far["bias"])
+
+    def test_a_flipped_bit_is_refused(self):
+        data = self.blob().read_bytes()
+        damaged = self.folder / "damaged.soakcal"
+        positions = random.Random(7).sample(range(8 * len(data)), 60) + list(range(0, 64, 7))
+        for bit in positions:
+            flipped = bytearray(data)
+            flipped[bit // 8] ^= 1 << bit % 8
+            damaged.write_bytes(flipped)
+            done = subprocess.run([os.environ["SOAK_BIN"], "eval", str(damaged), "--temp-c", "25", "--json"],
+                                  capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 4, f"bit {bit}: {done.stderr}")
+            self.assertIn(str(damaged), json.loads(done.stderr)["error"]["where"])
+
+    def test_what_is_no_calibration_file_is_refused(self):
+        for content in (b"", b"t_s,temp_c\n", os.urandom(500)):
+            path = self.write("other", content)
+            done = subprocess.run([os.environ["SOAK_BIN"], "eval", str(path), "--temp-c", "25"], capture_output=True, check=False)
+            self.assertEqual(done.returncode, 2, done.stderr)
+        for temps in ("nan", "1,,2", "x"):
+            done = subprocess.run([os.environ["SOAK_BIN"], "eval", str(self.blob()), "--temp-c", temps], capture_output=True,
+                                  check=False)
+            self.assertEqual(done.returncode, 2, temps)
+
+    def test_simulated_data_are_exported_only_on_demand(self):
+        error = self.refusal("export", "--unit", SERIAL, "--format", "blob", "-o", self.folder / "x")
+        self.assertIn("--simulated", error["message"])
+        self.assertFalse((self.folder / "x").exists())
+
+    def test_export_names_the_file_and_its_hash(self):
+        document = self.soak_json("export", "export", "--unit", SERIAL, "--format", "c", "--simulated", "-o", self.folder / "u.h")
+        self.assertEqual(document["bytes"], (self.folder / "u.h").stat().st_size)
+        self.assertIn("has no model version 9", self.refusal("export", "--unit", SERIAL, "--format", "json", "--simulated",
+                                                              "--model", "9", "-o", self.folder / "x")["message"])
+
+
+class Verify(FittedTest):
+    def limits(self, text):
+        return self.write("limits.toml", "[limits]\n" + text)
+
+    def test_without_limits_it_informs(self):
+        document = self.soak_json("verify", "verify", self.blob(), "--campaign", "verification")
+        self.assertEqual(document["verdict"], "info")
+        self.assertEqual(set(document["sensors"]), set(SENSORS))
+        for sensor in document["sensors"].values():
+            self.assertLessEqual(sensor["rmse_shape"], sensor["rmse_abs"])
+
+    def test_passes_wide_limits_and_fails_narrow_ones(self):
+        wide = self.limits("gyro = 0.2\naccel = 0.2\n")
+        self.assertEqual(self.soak_json("verify", "verify", self.blob(), "--campaign", "verification", "--limits", wide)["verdict"],
+                         "pass")
+        narrow = self.limits("gyro = 0.2\naccel = 0.2\ngyro_y = 0.0001\n")
+        done = self.soak("verify", self.blob(), "--campaign", "verification", "--limits", narrow, "--json", status=5)
+        document = json.loads(done.stdout)
+        self.assertEqual(document["verdict"], "fail")
+        self.assertEqual([s for s, v in document["sensors"].items() if v["verdict"] == "fail"], ["gyro_y"])
+
+    def test_refuses_runs_that_the_fit_has_seen(self):
+        self.assertIn("fitted to run", self.refusal("verify", self.blob(), "--campaign", "campaign")["message"])
+
+    def test_refuses_a_campaign_without_the_unit_and_bad_limits(self):
+        blob = self.blob()
+        self.assertIn("campaign 'none'", self.refusal("verify", blob, "--campaign", "none")["message"])
+        for text, words in (("gyro = -1\n", "positive"), ("gyrox = 1\n", "unknown limit"), ("gyro = \n", "")):
+            error = self.refusal("verify", blob, "--campaign", "verification", "--limits", self.limits(text))
+            self.assertIn(words, error["message"])
+            self.assertIn("line 2", error["where"])
+
+
+class ChamberRecording(SoakTest):
+    def test_is_fitted_by_branches_with_a_warning_of_hysteresis(self):
+        folder = shared_data("thermal_chamber_cycle")
+        if folder is None:
+            self.skipTest("the chamber recording is not here (SOAK_TEST_DATA)")
+        columns = ROOT / "procedures" / "columns" / "thermal-chamber-cycle.toml"
+        self.soak("import", folder / "imu_raw_data.csv", "--columns", columns, "--unit", "C1", "--gravity-mps2", "9.806")
+        fit = self.soak_json("fit", "fit", "--unit", "C1")
+        gyro = fit["sensors"]["gyro_x"]
+        self.assertEqual(gyro["holdout"], "branch")
+        self.assertEqual(len(gyro["checks"]), 3)
+        # RMS over the last cooling of models of the first cooling and the heating: a quintic leaves 0.549 deg/s on rows.
+        self.assertAlmostEqual(gyro["checks"][2]["poly5"], 0.549, delta=0.02)
+        for check in gyro["checks"]:
+            self.assertTrue(all(check[family] > 0.2 for family in ("anfis", "poly3", "poly5", "spline")))
+        for sensor in SENSORS:
+            self.assertIn("hysteresis", [warning["code"] for warning in fit["sensors"][sensor]["warnings"]])
+            self.assertIsNone(fit["sensors"][sensor]["check_rmse"])
+        at_25 = min(fit["sensors"]["accel_z"]["curve"], key=lambda point: abs(point["temp_c"] - 25.0))
+        self.assertAlmostEqual(at_25["bias"], 0.0, delta=0.01)
+
+
+if __name__ == "__main__":
+    unittest.main()
