@@ -214,6 +214,11 @@ base::Status take_section(Calibration& calibration, std::uint32_t type, std::spa
       calibration.g_sensitivity = file::read_matrix(payload.data());
       break;
     case SOAK_SECTION_TERM: {
+      if (calibration.terms.size() == SOAK_MAX_TERMS) {
+        return base::corrupt(
+            "the calibration file has more than " + std::to_string(SOAK_MAX_TERMS) + " accepted terms; export it again",
+            "terms");
+      }
       auto term = file::read_term(payload);
       if (!term) return base::forward_error(term);
       calibration.terms.push_back(*std::move(term));

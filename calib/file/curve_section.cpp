@@ -57,9 +57,10 @@ base::Status check(const TableCurve& table, const std::string& where) {
         "a table needs 1 to " + std::to_string(SOAK_MAX_POINTS) + " points, not " + std::to_string(table.values.size()),
         where);
   }
-  const double last_c = table.first_c + table.step_c * static_cast<double>(table.values.size() - 1);
-  if (!(table.step_c > 0.0) || !is_temperature(table.first_c) || !is_temperature(last_c)) {
-    return base::bad_input("the step must be positive and all points within -273.15 ... 1000 °C", where);
+  if (soak_table_fits(static_cast<float>(table.first_c), static_cast<float>(table.step_c),
+                      static_cast<std::uint32_t>(table.values.size())) == 0) {
+    return base::bad_input("the step must be positive and all points within -273.15 ... 1000 °C, in float32 too",
+                           where);
   }
   return {};
 }

@@ -17,6 +17,7 @@
 #ifndef SOAK_RUNTIME_H_
 #define SOAK_RUNTIME_H_
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -219,17 +220,19 @@ static inline int soak_check_spline(const uint8_t* p, uint32_t length) {
          soak_all_finite(p + 16U + 4U * count, 4U * count);
 }
 
+/* Whether `count` points lie within the temperatures. One rounding on each side of the comparison, and nothing that a
+ * fused multiply-add could change: all readers agree. */
+static inline int soak_table_fits(float first, float step, uint32_t count) {
+  return step > 0.0f && first >= SOAK_TEMP_LOWEST && (float)(count - 1U) * step <= SOAK_TEMP_HIGHEST - first;
+}
+
 static inline int soak_check_table(const uint8_t* p, uint32_t length) {
   uint32_t count;
-  float first, step;
   if (length < 20U) return 0;
   count = soak_u16(p + 2);
   if (count == 0U || count > SOAK_MAX_POINTS || length != 20U + 4U * count) return 0;
-  if (!soak_all_finite(p + 4, 4U + count)) return 0;
-  first = soak_f32(p + 12);
-  step = soak_f32(p + 16);
-  return soak_f32(p + 8) > 0.0f && step > 0.0f && first >= SOAK_TEMP_LOWEST &&
-         first + (float)(count - 1U) * step <= SOAK_TEMP_HIGHEST;
+  return soak_all_finite(p + 4, 4U + count) && soak_f32(p + 8) > 0.0f &&
+         soak_table_fits(soak_f32(p + 12), soak_f32(p + 16), count);
 }
 
 static inline int soak_check_uncertainty(const uint8_t* p, uint32_t length) {
@@ -239,7 +242,7 @@ static inline int soak_check_uncertainty(const uint8_t* p, uint32_t length) {
   columns = (soak_u32(p + 4) & 1U) != 0U ? 3U : 2U;
   return count != 0U && count <= SOAK_MAX_UNCERTAINTY_POINTS && length == 8U + 4U * columns * count &&
          soak_rising_temperatures(p + 8, count) &&
-         soak_all_between(p + 8U + 4U * count, (columns - 1U) * count, 0.0f, 3.4e38f);
+         soak_all_between(p + 8U + 4U * count, (columns - 1U) * count, 0.0f, FLT_MAX);
 }
 
 static inline int soak_check_misalignment(const uint8_t* p, uint32_t length) {
@@ -289,7 +292,7 @@ static inline int soak_take_uncertainty(soak_cal* cal, const uint8_t* p, uint32_
 
 static inline int soak_take_error_bound(soak_cal* cal, const uint8_t* p, uint32_t length) {
   soak_sensor* sensor = soak_owner(cal, p, length);
-  return sensor != NULL && length == 12U && soak_all_between(p + 4, 2U, 0.0f, 3.4e38f) &&
+  return sensor != NULL && length == 12U && soak_all_between(p + 4, 2U, 0.0f, FLT_MAX) &&
          soak_note(&sensor->error_bound[p[1]], p);
 }
 

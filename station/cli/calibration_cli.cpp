@@ -78,16 +78,16 @@ void add_export(CLI::App& program, Request& request) {
 
 void add_eval(CLI::App& program, Request& request) {
   const auto options = std::make_shared<EvalCommand>();
+  const auto list = std::make_shared<std::string>();
   CLI::App* command =
       add_command(program, request, "eval", "What a calibration file says, read by the deployment runtime",
                   "soak eval SN0042.soakcal --temp-c -30,25,70", true);
   command->add_option("file", options->file, "Calibration file")->required()->type_name("FILE.blob");
-  command->add_option("--temp-c", options->temps_c, "Temperatures in °C")
-      ->required()
-      ->delimiter(',')
-      ->type_name("T[,T...]");
-  command->callback(
-      [options, &request] { request.action = [options](Output& output) { return run_eval(*options, output); }; });
+  command->add_option("--temp-c", *list, "Temperatures in °C")->required()->type_name("T[,T...]");
+  command->callback([options, list, &request] {
+    options->temps_c = parse_temperatures(*list);
+    request.action = [options](Output& output) { return run_eval(*options, output); };
+  });
 }
 
 void add_verify(CLI::App& program, Request& request) {

@@ -156,12 +156,42 @@ TEST(CalibrationFileFormat, WhatBreaksARuleUnderAGoodCheckSumIsCorrupt) {
   append_section(odd_length, 0x8000, 1, false, {1, 2, 3});
   base::Bytes broken_term = small_file();
   append_section(broken_term, SOAK_SECTION_TERM, 1, false, {0, 0, 200, 0});
+  base::Bytes many_terms = small_file();
+  for (int i = 0; i < 33; ++i) {
+    append_section(many_terms, SOAK_SECTION_TERM, 1, false, {0, 0, 1, 0, 'a', 0, 0, 0});
+  }
   for (const base::Bytes& bytes :
-       {twice, type_zero, foreign_sensor, bare_sensor, miscounted, odd_length, broken_term}) {
+       {twice, type_zero, foreign_sensor, bare_sensor, miscounted, odd_length, broken_term, many_terms}) {
     const auto read = decode(bytes);
     ASSERT_FALSE(read);
     EXPECT_EQ(read.error().kind, base::ErrorKind::corrupt);
   }
+}
+
+TEST(CalibrationFileFormat, ValuesThatAnEnumeratedFieldDoesNotListAreRefused) {
+  const base::Bytes good = *encode(with_bias(fis(0, anfis::Membership::bell, 0.0, 1.0)));
+  const std::size_t curve = payload_of(good, SOAK_SECTION_FIS, 0, 0);
+  const std::size_t sensor = payload_of(good, SOAK_SECTION_SENSOR, 0, 5);  // name "anfis": 5 bytes
+  ASSERT_GT(curve, 0U);
+  ASSERT_GT(sensor, 0U);
+  // sensor, quantity, membership, order; order 0 with the slopes of order 1; sensor of the sensor's own section
+  for (const auto& [at, value] :
+       {std::pair{curve, 6}, {curve + 1, 2}, {curve + 2, 2}, {curve + 3, 2}, {curve + 3, 0}, {sensor, 6}}) {
+    base::Bytes bytes = good;
+    bytes[at] = static_cast<std::uint8_t>(value);
+    seal(bytes);
+    EXPECT_EQ(load_status(bytes), SOAK_E_FORMAT) << at << ' ' << value;
+  }
+}
+
+TEST(CalibrationFileFormat, UnusedBitsAndUnnamedSensorsOfATermAreIgnored) {
+  base::Bytes bytes = small_file();
+  append_section(bytes, SOAK_SECTION_TERM, 1, false, {0xFE, 0xE0, 1, 0, 'a', 0, 0, 0});  // accel_z is not in the file
+  const auto read = decode(bytes);
+  ASSERT_TRUE(read) << read.error().message;
+  ASSERT_EQ(read->terms.size(), 1U);
+  EXPECT_FALSE(read->terms[0].lab_only);
+  EXPECT_EQ(read->terms[0].sensors, std::vector<Sensor>{Sensor::accel_z});
 }
 
 }  // namespace

@@ -56,6 +56,16 @@ inline void append_section(base::Bytes& bytes, std::uint16_t type, std::uint8_t 
   seal(bytes);
 }
 
+/// Offset of the payload of the first section of this type that starts with sensor and quantity; 0 if there is none.
+inline std::size_t payload_of(const base::Bytes& bytes, std::uint16_t type, std::uint8_t sensor,
+                              std::uint8_t quantity) {
+  for (std::size_t at = get<std::uint32_t>(bytes, 16); at + 12 < bytes.size();
+       at += 8 + get<std::uint32_t>(bytes, at + 4)) {
+    if (get<std::uint16_t>(bytes, at) == type && bytes[at + 8] == sensor && bytes[at + 9] == quantity) return at + 8;
+  }
+  return 0;
+}
+
 /// Rule k of sensor i in the golden files, whose values tests/data/golden/make_values.py computes by the same formulas.
 inline anfis::Model fis(std::size_t sensor, anfis::Membership membership, double centre, double half_range) {
   const auto i = static_cast<double>(sensor);

@@ -126,6 +126,20 @@ TEST(CalibrationFile, CarriesALargeConstantUnderASmallShape) {
   EXPECT_TRUE(encode(calibration));
 }
 
+TEST(CalibrationFile, CarriesATableUpToTheHighestTemperature) {
+  // 3000 times the float32 third is 1000.00003, which rounds to 1000
+  EXPECT_TRUE(encode(with_bias(TableCurve{0.0, 1.0 / 3.0, std::vector<double>(3001, 1.0)})));
+}
+
+TEST(CalibrationFile, CarriesEveryFiniteHalfWidth) {
+  constexpr double kLargest = std::numeric_limits<float>::max();
+  Calibration calibration = golden_fis();
+  calibration.sensors[0].bias_uncertainty.ci95[0] = kLargest;
+  const auto bytes = encode(calibration);
+  ASSERT_TRUE(bytes) << bytes.error().message;
+  EXPECT_EQ(decode(*bytes)->sensors[0].bias_uncertainty.ci95[0], kLargest);
+}
+
 TEST(CalibrationFile, LeavesOutAnEmptyUncertaintyTable) {
   const auto read = decode(*encode(with_bias(table(0.1))));
   ASSERT_TRUE(read);
@@ -157,6 +171,8 @@ const Refusal kRefusals[] = {
     {"centre far away", [](Calibration& c) { model_of(c).rules[1].centre = 1e6; }},
     {"empty table", [](Calibration& c) { c.sensors[0].bias = TableCurve{}; }},
     {"table step 0", [](Calibration& c) { c.sensors[0].bias = TableCurve{0.0, 0.0, {1.0, 2.0}}; }},
+    {"table beyond 1000 °C in float32",  // 3000 * 0.3f = 900.00004: rounds to 900.00006, not to 900
+     [](Calibration& c) { c.sensors[0].bias = TableCurve{100.0, 0.3, std::vector<double>(3001, 1.0)}; }},
     {"table value not finite", [](Calibration& c) { c.sensors[0].bias = TableCurve{0.0, 1.0, {1.0, kNaN}}; }},
     {"spline without pieces", [](Calibration& c) { c.sensors[0].bias = SplineCurve{}; }},
     {"knots equal in float32",

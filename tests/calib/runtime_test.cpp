@@ -169,6 +169,30 @@ TEST(Runtime, OneBadGyroSpoilsOnlyItself) {
   for (std::size_t i = 1; i < 6; ++i) EXPECT_EQ(result.out[i], expected.out[i]);
 }
 
+TEST(Runtime, ImplausibleScaleLeavesTheSensorOutLikeAReadingThatIsNoNumber) {
+  Loaded file(golden_mixed());
+  const std::size_t curve = payload_of(file.bytes, SOAK_SECTION_SPLINE, 3, 1);
+  ASSERT_GT(curve, 0U);
+  put(file.bytes, curve + 8, 1e-30F);  // half range: the curve is its centre
+  Six raw = {0.1F, 0.2F, 0.3F, 1.0F, 2.0F, 9.8F};
+  for (const float scale_ppm : {500000.0F, -500000.0F, 500000.06F, -600000.0F}) {
+    put(file.bytes, curve + 4, scale_ppm);
+    seal(file.bytes);
+    ASSERT_EQ(soak_load(&file.cal, file.bytes.data(), file.bytes.size()), SOAK_OK);
+    const Applied result = apply(file.cal, 20.0F, raw);
+    if (std::abs(scale_ppm) == 500000.0F) {
+      EXPECT_EQ(result.flags, SOAK_FLAG_ABSENT(1U));
+      continue;
+    }
+    EXPECT_EQ(result.flags, SOAK_FLAG_INVALID(3U) | SOAK_FLAG_ABSENT(1U) | SOAK_FLAG_UNCOUPLED);
+    EXPECT_EQ(result.out[3], raw[3]);
+    Six without = raw;
+    without[3] = kNaN;
+    const Applied expected = apply(file.cal, 20.0F, without);
+    for (const std::size_t i : {0U, 2U, 4U, 5U}) EXPECT_EQ(result.out[i], expected.out[i]);
+  }
+}
+
 TEST(Runtime, ReadingsTooLargeForFloat32AreFlagged) {
   const Loaded file(golden_mixed());
   constexpr float kMax = std::numeric_limits<float>::max();

@@ -2,8 +2,7 @@
 """Reader of Soak calibration files (version 1), written from docs/blob-format.md alone.
 
 It shares no code with the writer or the runtime, so an agreement between them is evidence for the specification.
-Everything is computed in double precision from the float32 numbers of the file. Temperatures are used as given;
-round them to float32 first to compare with a float32 runtime.
+Everything is computed in double precision from the float32 numbers of the file, at the temperature rounded to float32.
 """
 
 from __future__ import annotations
@@ -40,12 +39,21 @@ MIN_TEMP_C = -273.15
 MAX_TEMP_C = 1000.0
 MAX_RULE_CENTRE_C = 10_000.0
 MAX_SCALE_PPM = 500_000.0
-# The bound as float32 has it: a file that holds the limit itself must pass in every arithmetic.
-MAX_MISALIGNMENT: float = struct.unpack("<f", struct.pack("<f", 0.2))[0]
 
 Vector = tuple[float, ...]
 Matrix = tuple[Vector, ...]
 CurveKey = tuple[str, str]
+
+
+def to_float32(value: float) -> float:
+    try:
+        return struct.unpack("<f", struct.pack("<f", value))[0]
+    except OverflowError:
+        return math.copysign(math.inf, value)
+
+
+# The bound as float32 has it: a file that holds the limit itself must pass in every arithmetic.
+MAX_MISALIGNMENT = to_float32(0.2)
 
 
 class BlobError(Exception):
@@ -79,9 +87,11 @@ class SensorFlag(enum.Flag):
     OUT_OF_RANGE = enum.auto()
     SCALE_UNKNOWN = enum.auto()
     SCALE_IMPLAUSIBLE = enum.auto()
+    NOT_FINITE = enum.auto()  # the raw value, a curve or the corrected value
 
 
-UNCORRECTED = SensorFlag.ABSENT | SensorFlag.NO_TEMPERATURE | SensorFlag.SCALE_IMPLAUSIBLE
+LEFT_OUT = SensorFlag.NO_TEMPERATURE | SensorFlag.SCALE_IMPLAUSIBLE | SensorFlag.NOT_FINITE
+UNCORRECTED = SensorFlag.ABSENT | LEFT_OUT
 
 
 def require(condition: bool, message: str) -> None:
@@ -136,10 +146,7 @@ class Payload:
         return values
 
     def text(self, size: int) -> str:
-        try:
-            return self.take(size).decode("utf-8")
-        except UnicodeDecodeError as error:
-            raise BlobError("a text is not UTF-8") from error
+        return self.take(size).decode("utf-8", errors="replace")
 
     def finish(self) -> None:
         require(len(self._data) - self._at < 4, "a section is too long for its counts")
@@ -296,7 +303,8 @@ def _read_rule(payload: Payload, is_bell: bool, order: int) -> Rule:
     require(max(abs(centre), abs(centre_rest)) <= MAX_RULE_CENTRE_C, "a rule's centre is too far off")
     require(width > 0, "a rule's width is not positive")
     require(steepness > 0 or not is_bell, "a bell's slope is not positive")
-    return Rule(centre, centre_rest, width, steepness, consequent, gain if order else 0.0)
+    require(gain == 0 or order == 1, "a consequent of order 0 has a slope")
+    return Rule(centre, centre_rest, width, steepness, consequent, gain)
 
 
 def _read_fis(payload: Payload) -> Curve:
@@ -326,9 +334,9 @@ def _read_table(payload: Payload) -> Curve:
     _require_count(count, MAX_TABLE_POINTS, "table points")
     centre, half_range, first, step = payload.floats(4)
     require(step > 0, "a table's step is not positive")
-    last = first + (count - 1) * step
-    _require_temperatures((first, last))
-    return TableCurve(first, last, centre, half_range, step, payload.floats(count))
+    _require_temperatures((first,))
+    require(to_float32((count - 1) * step) <= to_float32(MAX_TEMP_C - first), "a table ends beyond 1000 °C")
+    return TableCurve(first, first + (count - 1) * step, centre, half_range, step, payload.floats(count))
 
 
 CURVE_READERS: dict[int, Callable[[Payload], Curve]] = {
@@ -464,6 +472,7 @@ class Calibration:
 
     def uncertainty(self, sensor: str, quantity: str, temp_c: float) -> tuple[float | None, float | None, bool]:
         """Half-widths ci95 and pi95, None where unknown, and whether the temperature is in range."""
+        temp_c = to_float32(temp_c)
         info = self.sensor_info[sensor]
         table = self.uncertainties.get((sensor, quantity))
         if table is None or not math.isfinite(temp_c):
@@ -476,29 +485,44 @@ class Calibration:
     def apply(self, temp_c: float, raw6: Sequence[float]) -> tuple[list[float], list[SensorFlag]]:
         """Correct one sample, gyros (rad/s) then accelerometers (m/s²); one flag value for each of the six."""
         raw = dict(zip(SENSORS, raw6, strict=True))
-        flags = {sensor: self._flags(sensor, temp_c) for sensor in SENSORS}
-        usable = {sensor for sensor in SENSORS if not flags[sensor] & UNCORRECTED}
-        force = self._specific_force(temp_c, raw, usable)
-        rates = [self._rate(sensor, temp_c, raw[sensor], force) if sensor in usable else raw[sensor]
-                 for sensor in GYROS]
-        return rates + force, list(flags.values())
+        flags = {sensor: self._flags(sensor, temp_c, raw[sensor]) for sensor in SENSORS}
+        out = dict(raw)
+
+        def take(sensor: str, value: float) -> None:
+            if flags[sensor] & UNCORRECTED:
+                return
+            if math.isfinite(value):
+                out[sensor] = value
+            else:
+                flags[sensor] |= SensorFlag.NOT_FINITE
+
+        for sensor, value in zip(ACCELS, self._specific_force(temp_c, raw, flags)):
+            take(sensor, value)
+        force = [0.0 if flags[sensor] & LEFT_OUT else out[sensor] for sensor in ACCELS]
+        for sensor in GYROS:
+            if not flags[sensor] & UNCORRECTED:
+                take(sensor, self._rate(sensor, temp_c, raw[sensor], force))
+        return list(out.values()), list(flags.values())
 
     def _evaluate(self, sensor: str, quantity: str, temp_c: float) -> tuple[float | None, bool]:
+        temp_c = to_float32(temp_c)
         info = self.sensor_info[sensor]
         curve = self.curves.get((sensor, quantity))
         if curve is None or not math.isfinite(temp_c):
             return None, info.contains(temp_c)
         return curve.value(info.nearest(temp_c)), info.contains(temp_c)
 
-    def _flags(self, sensor: str, temp_c: float) -> SensorFlag:
-        flags = SensorFlag.NONE
-        if not math.isfinite(temp_c):
+    def _flags(self, sensor: str, temp_c: float, raw: float) -> SensorFlag:
+        flags = SensorFlag.NONE if math.isfinite(raw) else SensorFlag.NOT_FINITE
+        if not math.isfinite(to_float32(temp_c)):
             flags |= SensorFlag.NO_TEMPERATURE
         if sensor not in self.sensor_info:
             return flags | SensorFlag.ABSENT
-        if flags:
+        if flags & SensorFlag.NO_TEMPERATURE:
             return flags
         scale, in_range = self.scale_ppm(sensor, temp_c)
+        if not math.isfinite(self.bias(sensor, temp_c)[0]) or not math.isfinite(scale or 0.0):
+            flags |= SensorFlag.NOT_FINITE
         if not in_range:
             flags |= SensorFlag.OUT_OF_RANGE
         if scale is None:
@@ -513,15 +537,18 @@ class Calibration:
     def _unbiased(self, sensor: str, temp_c: float, raw: float) -> float:
         return raw - self.bias(sensor, temp_c)[0]
 
-    def _specific_force(self, temp_c: float, raw: dict[str, float], usable: set[str]) -> list[float]:
-        unbiased = [self._unbiased(name, temp_c, raw[name]) if name in usable else raw[name] for name in ACCELS]
-        gains = [self._gain(name, temp_c) if name in usable else 1.0 for name in ACCELS]
+    def _specific_force(self, temp_c: float, raw: dict[str, float], flags: dict[str, SensorFlag]) -> list[float]:
+        """Of the corrected accelerometers; raw of those that are not in the file, 0 of those left out."""
+        corrected = [not flags[name] & UNCORRECTED for name in ACCELS]
+        known = [not flags[name] & LEFT_OUT for name in ACCELS]
+        unbiased = [self._unbiased(name, temp_c, raw[name]) if good else raw[name] if there else 0.0
+                    for name, good, there in zip(ACCELS, corrected, known)]
+        gains = [self._gain(name, temp_c) if good else 1.0 for name, good in zip(ACCELS, corrected)]
         if self.misalignment is None:
-            force = [value / gain for value, gain in zip(unbiased, gains)]
-        else:
-            cross = [row if name in usable else (0.0, 0.0, 0.0) for name, row in zip(ACCELS, self.misalignment)]
-            force = solve(with_diagonal(cross, gains), unbiased)
-        return [value if name in usable else raw[name] for name, value in zip(ACCELS, force)]
+            return [value / gain for value, gain in zip(unbiased, gains)]
+        cross = [tuple(value if good and there else 0.0 for value, there in zip(row, known))
+                 for row, good in zip(self.misalignment, corrected)]
+        return solve(with_diagonal(cross, gains), unbiased)
 
     def _rate(self, sensor: str, temp_c: float, raw: float, force: list[float]) -> float:
         rate = self._unbiased(sensor, temp_c, raw)
@@ -619,7 +646,7 @@ class Calibration:
         require(len(self.terms) < MAX_TERMS, "too many accepted terms")
         flags, mask, name_size, count = payload.integers("BBBB")
         require(name_size >= 1, "a term's name is empty")
-        sensors = tuple(self._known_sensor(bit) for bit in range(8) if mask >> bit & 1)
+        sensors = tuple(name for bit, name in enumerate(SENSORS) if mask >> bit & 1)
         values = payload.floats(count)
         name = payload.text(name_size)
         names = [payload.text(*payload.integers("B")) for _ in values]
@@ -629,7 +656,9 @@ class Calibration:
         key = self._read_key(payload)
         require(key not in self.error_bounds, f"two error bounds for {key}")
         payload.integers("H")
-        self.error_bounds[key] = ErrorBound(*payload.floats(2))
+        bound, span = payload.floats(2)
+        require(bound >= 0 and span >= 0, "an error bound or its span is negative")
+        self.error_bounds[key] = ErrorBound(bound, span)
 
     def _check_complete(self) -> None:
         require(bool(self.sensor_info), "the file has no sensor")

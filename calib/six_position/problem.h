@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "calib/segment.h"
+
+namespace soak::calib::six_position {
+
+inline constexpr double kOnAxis = 0.999;  ///< |up_i| from which axis i counts as vertical
+
+/// One segment as a row of the joint fit of one sensor.
+struct Row {
+  std::size_t visit;  ///< index into Problem::visits
+  double value;
+  double weight;
+  double temp_c;
+  double tau;  ///< time from the middle of the visit in units of the longest half visit of the run
+  Vector3 up;
+  std::string label;
+};
+
+/// A plateau visit of the run.
+struct VisitInfo {
+  std::int32_t visit = 0;
+  Sweep sweep = Sweep::unknown;
+  std::optional<double> plateau_c;
+  double temp_c = 0.0;
+  double t_s = 0.0;
+  std::size_t rows = 0;
+  bool with_scale = false;
+};
+
+/// The joint fit of one sensor in one run, posed.
+struct Problem {
+  Sensor sensor = Sensor::gyro_x;
+  double gravity_mps2 = 0.0;
+  std::vector<Row> rows;
+  std::vector<VisitInfo> visits;
+  std::vector<std::string> nuisance;  ///< labels with their own constant (gyros)
+  bool with_position = false;
+  double typical_se = 0.0;
+};
+
+/// What stays the same for all sensors of a run.
+struct Circumstances {
+  double gravity_mps2 = 0.0;
+  double vertical_rate_rps = 0.0;  ///< of the Earth; 0 where the latitude is not known
+  int sign_at_rest = 1;
+};
+
+/// Poses the fit of one sensor: its rows, visits, and the unknowns that the positions of the run can show.
+[[nodiscard]] Problem pose(std::span<const Segment> segments, Sensor sensor, const Circumstances& circumstances);
+
+}  // namespace soak::calib::six_position
