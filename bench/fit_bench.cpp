@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cost of fitting. An epoch of hybrid learning contains one least-squares solution for the consequents, so that is the limit
-// that it is compared with: counter "per_least_squares" is their ratio in the same run.
+// Cost of fitting. An epoch of hybrid learning contains one least-squares solution for the consequents, so that is the
+// limit that it is compared with: counter "per_least_squares" is their ratio in the same run.
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Core>

@@ -67,8 +67,8 @@ class Connection {
     }
   }
 
-  /// Runs `work` inside an IMMEDIATE transaction: committed if it succeeds, else rolled back. Inside another one, `work`
-  /// is part of that.
+  /// Runs `work` inside an IMMEDIATE transaction: committed if it succeeds, else rolled back. Inside another one,
+  /// `work` is part of that.
   template <class Work>
   std::invoke_result_t<Work&> transact(std::string_view doing, Work&& work) const {
     return run(doing, [&]() -> std::invoke_result_t<Work&> {

@@ -48,9 +48,8 @@ std::string sensor_json(const CampaignConfig& config, const SimulatedUnit& unit,
       "     \"misalignment_rad\": {}, \"g_sensitivity_dps_per_g\": {},\n"
       "     \"bias\": {},\n     \"scale_ppm\": {}}}",
       calib::printed_unit(sensor), span_of(bias), printed * config.magnitudes(sensor).power_on_sigma,
-      number_list(offsets, 7),
-      printed * power_on_offset(config, unit, kVerificationRun, sensor), number_list({tilt[0], tilt[1], tilt[2]}, 7),
-      g_sensitivity, number_list(bias, 7), scale);
+      number_list(offsets, 7), printed * power_on_offset(config, unit, kVerificationRun, sensor),
+      number_list({tilt[0], tilt[1], tilt[2]}, 7), g_sensitivity, number_list(bias, 7), scale);
 }
 
 std::string unit_json(const CampaignConfig& config, const SimulatedUnit& unit) {
