@@ -219,12 +219,13 @@ void trace_curve(const TrainedFamilies& trained, CurveFit& fit) {
 
 void warn(const CurveData& data, const CurveSubject& subject, CurveFit& fit) {
   if (fit.runs.size() < kRunsForHoldout) {
-    fit.warnings.push_back(
-        {"few_runs",
-         fmt::format("{}: no held-out error can be given and the run-to-run scatter is {}; at least 3 runs are "
-                     "needed",
-                     fit.runs.size() == 1 ? "one run only" : "two runs only",
-                     fit.runs.size() == 1 ? "unknown" : "hardly known")});
+    fit.warnings.push_back({"few_runs", fit.runs.size() == 1
+                                            ? "one run only: no held-out error can be given, the run-to-run scatter is "
+                                              "unknown and ci95 does not hold it; at "
+                                              "least 3 runs are needed"
+                                            : "two runs only: no held-out error can be given and the run-to-run "
+                                              "scatter is hardly known; at least 3 runs are "
+                                              "needed"});
   }
   if (fit.rules == 0) {
     fit.warnings.push_back({"few_temperatures", fmt::format("{}: too few temperatures for an ANFIS; {} is deployed",
@@ -254,7 +255,7 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
   auto trained = train_families(data, options);
   if (!trained) {
     base::Error error = trained.error();
-    if (error.where.empty()) error.where = subject.name;
+    error.where = subject.name;
     return tl::unexpected<base::Error>(std::move(error));
   }
   CurveFit fit;

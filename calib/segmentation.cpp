@@ -105,7 +105,14 @@ std::array<SensorStatistics, kSensorCount> describe_sensors(const Recording& r, 
   std::array<SensorStatistics, kSensorCount> statistics;
   for (std::size_t s = 0; s < kSensorCount; ++s) {
     if (r.sensor[s].empty()) continue;
-    statistics[s] = describe(std::span(r.sensor[s]).subspan(first, last - first));
+    // A sample at an unknown temperature says nothing of a thermal curve.
+    const std::vector<double>& temp_c = r.sensor_temp_c[s].empty() ? r.temp_c : r.sensor_temp_c[s];
+    std::vector<double> samples(r.sensor[s].begin() + static_cast<std::ptrdiff_t>(first),
+                                r.sensor[s].begin() + static_cast<std::ptrdiff_t>(last));
+    for (std::size_t i = first; i < last; ++i) {
+      if (std::isnan(temp_c[i])) samples[i - first] = kNone;
+    }
+    statistics[s] = describe(samples);
   }
   return statistics;
 }

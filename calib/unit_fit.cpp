@@ -9,11 +9,14 @@
 #include <set>
 
 #include "calib/fit/branches.h"
+#include "calib/statistics.h"
 
 namespace soak::calib {
 namespace {
 
 constexpr double kReferenceTemp_c = 25.0;
+/// No inertial unit is that far from its nominal scale; a swapped position or sign is 2,000,000 ppm off.
+constexpr double kLargestScaleError_ppm = 200000.0;
 
 bool has_plateaus(const RunInput& run) {
   return std::any_of(run.segments.begin(), run.segments.end(),
@@ -216,6 +219,26 @@ void drop_empty_runs(std::optional<CurveData>& data) {
   if (data->rows.empty()) data.reset();
 }
 
+/// Refuses accelerometers whose up and down readings cannot be those of gravity: a wrong sign, unit or position label.
+base::Status check_gravity(const UnitInput& input, const UnitRows& rows) {
+  for (const Sensor sensor : kSensors) {
+    const auto& scale = rows.scale[index_of(sensor)];
+    if (!scale) continue;
+    std::vector<double> errors_ppm;
+    for (const CurveRow& row : scale->rows) errors_ppm.push_back(row.value);
+    const double typical_ppm = median(errors_ppm);
+    if (std::abs(typical_ppm) <= kLargestScaleError_ppm) continue;
+    return base::bad_input(
+        fmt::format(
+            "{} of unit {} reads {:.3g} times gravity between its up and down positions: check the sign of the axis "
+            "(scale = -1 in a columns map), the position labels and the unit in the column's name, then import "
+            "into a new campaign",
+            name_of(sensor), input.unit, 1.0 + 1e-6 * typical_ppm),
+        std::string(name_of(sensor)));
+  }
+  return {};
+}
+
 bool any_position(const std::vector<const RunInput*>& runs) {
   for (const RunInput* run : runs) {
     for (const Segment& segment : run->segments) {
@@ -285,6 +308,7 @@ base::Result<UnitRows> make_rows(const UnitInput& input) {
   }
   for (auto& data : rows.bias) drop_empty_runs(data);
   for (auto& data : rows.scale) drop_empty_runs(data);
+  if (const auto plausible = check_gravity(input, rows); !plausible) return base::forward_error(plausible);
   rows.accel_misalignment = collector.mean_coupling(false);
   rows.g_sensitivity = collector.mean_coupling(true);
   rows.relative_accel = !any_position(used);

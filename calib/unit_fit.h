@@ -54,7 +54,8 @@ struct UnitRows {
 };
 
 /// Estimates of every run (six-position estimation per plateau; 30-second blocks where no run has plateaus) as rows.
-/// Refuses a unit without runs, and a sensor whose every sample is the same number, naming runs and remedy.
+/// Refuses a unit without runs, a sensor whose every sample is the same number, and accelerometers whose readings up
+/// and down are not those of gravity to 20 % (wrong sign, unit or position), naming the remedy.
 [[nodiscard]] base::Result<UnitRows> make_rows(const UnitInput& input);
 
 /// Thermal model of one sensor.

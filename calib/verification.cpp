@@ -13,6 +13,8 @@ namespace soak::calib {
 namespace {
 
 constexpr double kGuardFactor = 1.96;
+/// Share of a sensor's valid range that fresh rows must span before it can pass.
+constexpr double kCoverage = 0.8;
 
 struct RowError {
   int run;
@@ -61,6 +63,10 @@ std::optional<SensorVerification> verify_sensor(const SensorCalibration& sensor,
         {row.run, row.temp_c, row.value - evaluate(sensor.bias, row.temp_c), kGuardFactor * row.standard_error});
   }
   if (rows.empty()) return std::nullopt;
+  const auto [coldest, warmest] = std::minmax_element(
+      rows.begin(), rows.end(), [](const RowError& a, const RowError& b) { return a.temp_c < b.temp_c; });
+  const double range_c = sensor.temp_max_c - sensor.temp_min_c;
+  result.covered = range_c > 0.0 ? std::min(1.0, (warmest->temp_c - coldest->temp_c) / range_c) : 1.0;
   if (relative) remove_run_means(rows);
   result.rows = rows.size();
   result.rmse_abs = rms(rows);
@@ -80,17 +86,19 @@ base::Status refuse_seen_runs(const Calibration& calibration, const UnitInput& r
     const auto& seen = calibration.run_hashes;
     if (std::find(seen.begin(), seen.end(), run.content_sha256) == seen.end()) continue;
     return base::bad_input(
-        fmt::format("the file was fitted to run '{}' of campaign '{}'; verify against runs that no fit "
-                    "has seen",
-                    run.label, run.campaign),
+        fmt::format(
+            "run '{}' of campaign '{}' holds the same samples as a run that the file was fitted to; verify against "
+            "runs that no fit has seen",
+            run.label, run.campaign),
         runs.unit);
   }
   return {};
 }
 
-Verdict overall(const Verification& verification) {
+/// The worst of the sensors; a pass only where every sensor of the file was judged, over nearly all of its range.
+Verdict overall(const Verification& verification, bool complete) {
   Verdict worst = Verdict::pass;
-  bool every_limit = true;
+  bool every_limit = complete;
   for (const auto& sensor : verification.sensors) {
     if (!sensor) continue;
     every_limit = every_limit && sensor->limit.has_value();
@@ -109,16 +117,26 @@ base::Result<Verification> verify(const Calibration& calibration, const UnitInpu
   Verification result;
   result.warnings = rows->warnings;
   bool any = false;
+  bool complete = true;
   for (const SensorCalibration& sensor : calibration.sensors) {
     const std::size_t s = index_of(sensor.sensor);
     if (!rows->bias[s]) {
       result.warnings.push_back(
           {"not_verified", fmt::format("{}: the runs do not give this sensor", name_of(sensor.sensor))});
+      complete = false;
       continue;
     }
     result.sensors[s] =
         verify_sensor(sensor, *rows->bias[s], rows->relative_accel && !is_gyro(sensor.sensor), limits[s]);
     any = any || result.sensors[s];
+    if (!result.sensors[s] || result.sensors[s]->covered < kCoverage) {
+      complete = false;
+      result.warnings.push_back(
+          {"partial_range",
+           fmt::format("{}: the runs cover {:.0f} % of the valid range {:.1f}..{:.1f} °C; a pass needs {:.0f} %",
+                       name_of(sensor.sensor), 100.0 * (result.sensors[s] ? result.sensors[s]->covered : 0.0),
+                       sensor.temp_min_c, sensor.temp_max_c, 100.0 * kCoverage)});
+    }
     if (result.sensors[s] && result.sensors[s]->out_of_range > 0) {
       result.warnings.push_back(
           {"out_of_range", fmt::format("{}: {} rows outside {:.1f}..{:.1f} °C were not counted", name_of(sensor.sensor),
@@ -126,7 +144,7 @@ base::Result<Verification> verify(const Calibration& calibration, const UnitInpu
     }
   }
   if (!any) return base::bad_input("the runs say nothing inside the file's valid temperature range", runs.unit);
-  result.verdict = overall(result);
+  result.verdict = overall(result, complete);
   return result;
 }
 

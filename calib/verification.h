@@ -40,6 +40,7 @@ struct SensorVerification {
   double rmse_abs = 0.0;
   double rmse_shape = 0.0;  ///< each run's own mean error removed
   std::size_t rows = 0;
+  double covered = 0.0;          ///< share of the file's valid range that the rows span
   std::size_t out_of_range = 0;  ///< rows outside the file's valid range, not counted
   std::optional<double> limit;
 };
@@ -54,8 +55,9 @@ struct Verification {
 ///
 /// Decision rule with guard band (JCGM 106 §8.3): U = 1.96 standard errors of the row. Pass: |error| + U ≤ limit on
 /// every row. Fail: |error| − U > limit on some row. Else marginal. The unit's verdict is its sensors' worst; it passes
-/// only if every sensor of the file has a limit. Where the runs know one attitude only, accelerometer errors have their
-/// mean removed. Refuses runs that are among those of the file, and runs that say nothing inside its valid range.
+/// only if every sensor of the file has a limit and rows over at least 80 % of its valid range. Where the runs know one
+/// attitude only, accelerometer errors have their mean removed. Refuses runs that are among those of the file, and runs
+/// that say nothing inside its valid range.
 [[nodiscard]] base::Result<Verification> verify(const Calibration& calibration, const UnitInput& runs,
                                                 const Limits& limits);
 

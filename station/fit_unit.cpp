@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <filesystem>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "calib/model_document.h"
 #include "station/identity.h"
+#include "station/output.h"
 
 namespace soak::station {
 namespace {
@@ -42,7 +44,7 @@ std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> f
   std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> fits;
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
-    for (std::size_t s = next++; s < calib::kSensorCount; s = next++) {
+    for (std::size_t s = next++; s < calib::kSensorCount && !interrupted(); s = next++) {
       if (rows.bias[s]) fits[s] = calib::fit_sensor(rows, calib::kSensors[s], options);
     }
   };
@@ -58,6 +60,12 @@ std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> f
 }  // namespace
 
 base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run) {
+  // Statistics without the samples they came from could not be checked any more ('soak runs verify' checks every byte).
+  if (!std::filesystem::exists(catalog.run_file_path(run))) {
+    return base::corrupt(
+        fmt::format("the run file of run '{}' is missing; restore it from a copy, or void the run", run.label),
+        catalog.run_file_path(run).string());
+  }
   auto segments = catalog.segments(run.run_id, run.unit, true);
   if (!segments) return base::forward_error(segments);
   return calib::RunInput{run.run_id,    run.label, run.campaign,        run.content_sha256,
@@ -90,6 +98,10 @@ base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitI
   const auto rows = calib::make_rows(input);
   if (!rows) return base::forward_error(rows);
   auto fits = fit_sensors(*rows, options, jobs);
+  if (interrupted()) {
+    return base::fail(base::ErrorKind::internal, "interrupted; no model was stored",
+                      fmt::format("unit {}", input.unit));
+  }
   std::array<std::optional<calib::SensorFit>, calib::kSensorCount> sensors;
   for (std::size_t s = 0; s < fits.size(); ++s) {
     if (!fits[s]) continue;

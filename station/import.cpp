@@ -222,7 +222,7 @@ class Importer {
       files_.forget(staged.temporary);
       files_.add(path);
     }
-    const auto recorded = catalog_.all_or_nothing([&]() -> base::Status {
+    auto recorded = catalog_.all_or_nothing([&]() -> base::Status {
       const auto unit = catalog_.ensure_unit(options_.unit, options_.unit_type.value_or("generic"));
       if (!unit) return base::forward_error(unit);
       if (auto status = catalog_.ensure_campaign(options_.campaign, options_.procedure); !status) return status;

@@ -53,6 +53,28 @@ def shape_errors(truth_temps, truth_values, temps, values):
     return max(abs(e - mean) for e in errors), mean
 
 
+def check_with_stranger(serial, blob):
+    """Largest difference, in spans of the curve, between `soak eval` and the reader written from docs/blob-format.md."""
+    sys.path.insert(0, os.path.join(ROOT, "tests", "cli"))
+    import blob_reader
+    with open(blob, "rb") as f:
+        stranger = blob_reader.Calibration.load(f.read())
+    temps = [-40 + 0.25 * i for i in range(480)]
+    points = call_json("soak", "eval", blob, "--temp-c", ",".join(map(str, temps)))["points"]
+    worst = 0.0
+    for sensor in stranger.sensors:
+        unit = math.degrees(1) if sensor.startswith("gyro") else 1.0
+        pairs = [[(p["bias"][sensor], stranger.bias(sensor, t)[0] * unit) for p, t in zip(points, temps)]]
+        if points[0]["scale_ppm"][sensor] is not None:
+            pairs.append([(p["scale_ppm"][sensor], stranger.scale_ppm(sensor, t)[0]) for p, t in zip(points, temps)])
+        for curve in pairs:
+            span = max(b for _, b in curve) - min(b for _, b in curve)
+            worst = max(worst, max(abs(a - b) for a, b in curve) / span)
+    print(f"{serial}: a reader written from docs/blob-format.md alone differs by at most {worst:.1e} of a curve's span")
+    if worst > 1e-6:
+        sys.exit("that is more than 1e-6")
+
+
 def compare(serial, blob, truth, runs):
     """Rows of the table for one unit: its file, read by the runtime, against the truth."""
     unit = next(u["sensors"] for u in truth["units"] if u["unit"] == serial)
@@ -105,6 +127,7 @@ def campaign(options, folder):
                  "-o", os.path.join(folder, f"{serial}.{ending}"))
         blob = os.path.join(folder, f"{serial}.soakcal")
         call("soak", "verify", blob, "--campaign", "demo-verification", "--data", data, quiet=False)
+        check_with_stranger(serial, blob)
         runs = len(fits[serial]["sensors"]["gyro_x"]["runs"])
         rows += compare(serial, blob, truth, runs)
     print_table(rows, fits)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/fit/families.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -38,12 +40,17 @@ std::vector<int> run_folds(const CurveData& data) {
 base::Result<anfis::HybridOptions> choose_structure(const CurveData& data, const anfis::TrainingData& rows,
                                                     const CurveFitOptions& options) {
   anfis::HybridOptions structure;
+  const int resolved = anfis::resolved_inputs(rows);
   if (options.rules) {
+    if (2 * *options.rules >= resolved) {
+      return base::bad_input(fmt::format("{} rules have {} consequents; {} temperatures carry at most {} rules",
+                                         *options.rules, 2 * *options.rules, resolved, (resolved - 1) / 2));
+    }
     structure.rules = *options.rules;
     return structure;
   }
   anfis::RuleSearchOptions search;
-  search.max_rules = std::min(kMostRules, (anfis::resolved_inputs(rows) - kSpareTemperatures) / 2);
+  search.max_rules = std::min(kMostRules, (resolved - kSpareTemperatures) / 2);
   if (search.max_rules < search.min_rules) return base::bad_input("too few temperatures for two rules");
   const std::vector<int> folds = count_runs(data) > 1 ? run_folds(data) : block_folds(data);
   double least = std::numeric_limits<double>::infinity();

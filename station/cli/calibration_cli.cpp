@@ -21,7 +21,10 @@ std::vector<double> parse_temperatures(std::string_view list) {
   for (std::size_t first = 0; first <= list.size();) {
     const std::size_t comma = std::min(list.find(',', first), list.size());
     const auto number = base::parse_double(list.substr(first, comma - first));
-    if (!number) throw CLI::ValidationError("--temp-c", "must be numbers between commas, such as -30,25,70");
+    if (!number || *number < -273.15 || *number > 1000.0) {
+      throw CLI::ValidationError("--temp-c",
+                                 "must be temperatures from -273.15 to 1000 between commas, such as -30,25,70");
+    }
     temps_c.push_back(*number);
     first = comma + 1;
   }

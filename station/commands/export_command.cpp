@@ -70,7 +70,7 @@ base::Status run_export(const ExportCommand& command, Output& output) {
   hash.update(*content);
   const std::string sha256 = base::to_hex(hash.finish());
   const std::string path = std::filesystem::absolute(command.file).string();
-  const auto recorded =
+  auto recorded =
       catalog->add_calibration({command.unit, calibration->model_version, now_utc_s(), command.format, sha256, path});
   if (!recorded) return recorded;
   if (output.json()) {

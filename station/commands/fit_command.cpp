@@ -63,6 +63,14 @@ base::Result<std::vector<std::string>> units_to_fit(const db::Catalog& catalog, 
   return serials;
 }
 
+base::Status all_failures(const std::vector<base::Error>& failures, std::size_t units) {
+  std::string message = fmt::format("{} of {} units could not be fitted:", failures.size(), units);
+  for (const base::Error& error : failures) {
+    message += fmt::format("\n  {}{}{}", error.where, error.where.empty() ? "" : ": ", error.message);
+  }
+  return base::fail(failures.front().kind, std::move(message));
+}
+
 }  // namespace
 
 base::Status run_fit(const FitCommand& command, Output& output) {
@@ -74,7 +82,7 @@ base::Status run_fit(const FitCommand& command, Output& output) {
   const auto progress = output.progress("fitting");
   nlohmann::json documents = nlohmann::json::array();
   std::string text;
-  std::optional<base::Error> failure;
+  std::vector<base::Error> failures;
   for (std::size_t i = 0; i < units->size(); ++i) {
     if (!progress(static_cast<double>(i) / static_cast<double>(units->size()))) {
       return base::fail(base::ErrorKind::internal, "interrupted; the models of the units before are stored", "fit");
@@ -87,8 +95,7 @@ base::Status run_fit(const FitCommand& command, Output& output) {
         output.end_progress();
         return base::forward_error(model);
       }
-      output.print_error(model.error());
-      if (!failure) failure = model.error();
+      failures.push_back(model.error());
       continue;
     }
     documents.push_back(calib::fit_json(*model));
@@ -103,11 +110,7 @@ base::Status run_fit(const FitCommand& command, Output& output) {
   } else {
     output.print(text);
   }
-  if (failure) {
-    return base::fail(failure->kind, fmt::format("{} of {} units could not be fitted", units->size() - documents.size(),
-                                                 units->size()));
-  }
-  return {};
+  return failures.empty() ? base::Status() : all_failures(failures, units->size());
 }
 
 }  // namespace soak::station

@@ -53,6 +53,13 @@ bool write_all(int descriptor, std::string_view text) {
   return true;
 }
 
+base::Status write_into(const std::filesystem::path& path, std::string_view text) {
+  const Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (file.number() < 0) return base::bad_input("cannot write: " + reason(errno), path.string());
+  if (write_all(file.number(), text)) return {};
+  return base::fail(base::ErrorKind::internal, "cannot write: " + reason(errno), path.string());
+}
+
 }  // namespace
 
 base::Result<std::string> read_text_file(const std::filesystem::path& path) {
@@ -78,7 +85,14 @@ base::Result<std::string> read_text_file(const std::filesystem::path& path) {
   return text;
 }
 
-base::Status write_text_file(const std::filesystem::path& path, std::string_view text) {
+base::Status write_text_file(const std::filesystem::path& given, std::string_view text) {
+  std::error_code ignored;
+  const std::filesystem::path target = std::filesystem::weakly_canonical(given, ignored);
+  const std::filesystem::path& path = target.empty() ? given : target;
+  // A device or a pipe is written to, never replaced.
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
+    return write_into(path, text);
+  }
   const std::filesystem::path temporary = path.string() + ".tmp" + std::to_string(::getpid());
   int error = 0;
   {

@@ -13,6 +13,7 @@ namespace soak::station {
 [[nodiscard]] base::Result<std::string> read_text_file(const std::filesystem::path& path);
 
 /// Writes the file anew: to a temporary name beside it, synced, then renamed. On failure nothing is left behind.
+/// Follows symbolic links; writes into a device or pipe without replacing it.
 [[nodiscard]] base::Status write_text_file(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace soak::station

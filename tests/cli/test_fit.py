@@ -129,6 +129,24 @@ class StuckSensor(SoakTest):
         self.assertEqual(self.state(), before)
 
 
+class WrongSignsAndUnits(SoakTest):
+    def test_accelerometers_that_do_not_read_gravity_are_refused_with_a_remedy(self):
+        text = recording(plateaus=(-20.0, 0.0, 20.0, 40.0), seconds=20)
+        swapped = text.replace(",+X,", ",@,").replace(",-X,", ",+X,").replace(",@,", ",-X,")
+        for name, bad in (("swapped.csv", swapped), ("unit.csv", text.replace("ax_mps2", "ax_g"))):
+            with self.subTest(name):
+                self.imported(name, bad, "--campaign", name)
+                error = self.refusal("fit", "--unit", "SN1", "--campaign", name)
+                self.assertIn("accel_x of unit SN1 reads", error["message"])
+                self.assertIn("sign", error["message"])
+
+
+class MissingRunFile(FittedTest):
+    def test_is_damage_not_a_fit(self):
+        next(iter(sorted((self.data / "runs").glob("*.soakrun")))).unlink()
+        self.assertIn("missing", self.refusal("fit", "--unit", SERIAL, status=4)["message"])
+
+
 class CalibrationFile(FittedTest):
     def test_a_stranger_reading_the_specification_gets_what_eval_says(self):
         path = self.blob()
@@ -181,7 +199,7 @@ class CalibrationFile(FittedTest):
             path = self.write("other", content)
             done = subprocess.run([os.environ["SOAK_BIN"], "eval", str(path), "--temp-c", "25"], capture_output=True, check=False)
             self.assertEqual(done.returncode, 2, done.stderr)
-        for temps in ("nan", "1,,2", "x"):
+        for temps in ("nan", "1,,2", "x", "1e300"):
             done = subprocess.run([os.environ["SOAK_BIN"], "eval", str(self.blob()), "--temp-c", temps], capture_output=True,
                                   check=False)
             self.assertEqual(done.returncode, 2, temps)
@@ -190,6 +208,19 @@ class CalibrationFile(FittedTest):
         error = self.refusal("export", "--unit", SERIAL, "--format", "blob", "-o", self.folder / "x")
         self.assertIn("--simulated", error["message"])
         self.assertFalse((self.folder / "x").exists())
+
+    def test_a_link_is_followed_and_a_pipe_not_replaced(self):
+        target, link, pipe = (self.folder / name for name in ("target", "link", "pipe"))
+        target.write_bytes(b"old")
+        link.symlink_to(target)
+        self.soak("export", "--unit", SERIAL, "--format", "blob", "--simulated", "-o", link)
+        self.assertTrue(link.is_symlink())
+        self.assertGreater(target.stat().st_size, 1000)
+        os.mkfifo(pipe)
+        reader = subprocess.Popen(["cat", str(pipe)], stdout=subprocess.PIPE)
+        self.soak("export", "--unit", SERIAL, "--format", "blob", "--simulated", "-o", pipe)
+        self.assertEqual(reader.communicate(timeout=30)[0], target.read_bytes())
+        self.assertTrue(pipe.is_fifo())
 
     def test_export_names_the_file_and_its_hash(self):
         document = self.soak_json("export", "export", "--unit", SERIAL, "--format", "c", "--simulated", "-o", self.folder / "u.h")
@@ -219,8 +250,19 @@ class Verify(FittedTest):
         self.assertEqual(document["verdict"], "fail")
         self.assertEqual([s for s, v in document["sensors"].items() if v["verdict"] == "fail"], ["gyro_y"])
 
+    def test_a_run_that_says_little_never_passes(self):
+        wide = self.limits("gyro = 0.2\naccel = 0.2\n")
+        lines = (fitted_folder() / "lab" / "verification" / f"{SERIAL}.csv").read_text().splitlines()
+        plateau = lines[0].split(",").index("plateau_c")
+        one = [lines[0]] + [line for line in lines[1:] if line.split(",")[plateau] == "22.5"]
+        path = self.write("one.csv", "\n".join(one) + "\n")
+        self.soak("import", path, "--unit", SERIAL, "--campaign", "one", "--procedure", "verification", "--simulated")
+        document = self.soak_json("verify", "verify", self.blob(), "--campaign", "one", "--limits", wide)
+        self.assertEqual(document["verdict"], "info")
+        self.assertIn("partial_range", [warning["code"] for warning in document["warnings"]])
+
     def test_refuses_runs_that_the_fit_has_seen(self):
-        self.assertIn("fitted to run", self.refusal("verify", self.blob(), "--campaign", "campaign")["message"])
+        self.assertIn("fitted to", self.refusal("verify", self.blob(), "--campaign", "campaign")["message"])
 
     def test_refuses_a_campaign_without_the_unit_and_bad_limits(self):
         blob = self.blob()
