@@ -117,6 +117,19 @@ std::array<SensorStatistics, kSensorCount> describe_sensors(const Recording& r, 
   return statistics;
 }
 
+/// Mean of each sensor's own thermometer over rows [first, last), `temp_c` where it has none or it gave no value.
+std::array<double, kSensorCount> sensor_temperatures(const Recording& r, std::size_t first, std::size_t last,
+                                                     double temp_c) {
+  std::array<double, kSensorCount> temps_c;
+  temps_c.fill(temp_c);
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    if (r.sensor_temp_c[s].empty()) continue;
+    const double own = temperature_line(r.t_s, r.sensor_temp_c[s], first, last).mean_y;
+    if (!std::isnan(own)) temps_c[s] = own;
+  }
+  return temps_c;
+}
+
 std::vector<Block> make_blocks(const Recording& r, const Piece& piece, double length_s) {
   std::vector<Block> blocks;
   const double start_s = r.t_s[piece.first];
@@ -131,7 +144,8 @@ std::vector<Block> make_blocks(const Recording& r, const Piece& piece, double le
       const Line temp = temperature_line(r.t_s, r.temp_c, first, last);
       if (!std::isnan(temp.mean_y)) {
         blocks.push_back({0.5 * (r.t_s[first] + r.t_s[last - 1]), std::min(length_s, std::max(covered_s, 0.0)),
-                          temp.mean_y, temp.slope, describe_sensors(r, first, last)});
+                          temp.mean_y, temp.slope, sensor_temperatures(r, first, last, temp.mean_y),
+                          describe_sensors(r, first, last)});
       }
     }
     first = last;
@@ -196,12 +210,7 @@ Segment describe_piece(const Recording& r, const Piece& piece, bool with_plateau
   const Line temp = temperature_line(r.t_s, r.temp_c, piece.first, piece.last);
   segment.temp_c = temp.mean_y;
   segment.temp_rate_kpmin = temp.slope;
-  for (std::size_t s = 0; s < kSensorCount; ++s) {
-    segment.sensor_temp_c[s] = segment.temp_c;
-    if (r.sensor_temp_c[s].empty()) continue;
-    const double own = temperature_line(r.t_s, r.sensor_temp_c[s], piece.first, piece.last).mean_y;
-    if (!std::isnan(own)) segment.sensor_temp_c[s] = own;
-  }
+  segment.sensor_temp_c = sensor_temperatures(r, piece.first, piece.last, segment.temp_c);
   segment.sensor = describe_sensors(r, piece.first, piece.last);
   return segment;
 }

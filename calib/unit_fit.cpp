@@ -166,7 +166,7 @@ class RowCollector {
       if (segment.position) known = (is_gyro(sensor) ? vertical : g) * segment.position->up[axis_of(sensor)];
       for (const Block& block : segment.blocks) {
         if (block.sensor[s].count == 0) continue;
-        rows.push_back({index, 0, Sweep::unknown, block.t_s, block.temp_c, block.sensor[s].mean - known,
+        rows.push_back({index, 0, Sweep::unknown, block.t_s, block.sensor_temp_c[s], block.sensor[s].mean - known,
                         block.sensor[s].standard_error});
       }
     }

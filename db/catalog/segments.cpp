@@ -40,9 +40,11 @@ const Names& segment_columns() {
 }
 
 const Names& block_columns() {
-  static const Names kNames =
-      joined({"visit", "position", "attempt", "ordinal", "t_s", "duration_s", "temp_c", "temp_rate_kpmin"},
-             statistics_columns());
+  static const Names kNames = [] {
+    Names names = {"visit", "position", "attempt", "ordinal", "t_s", "duration_s", "temp_c", "temp_rate_kpmin"};
+    for (const auto sensor : calib::kSensorNames) names.push_back(std::string(sensor) + "_temp_c");
+    return joined(names, statistics_columns());
+  }();
   return kNames;
 }
 
@@ -103,6 +105,7 @@ void insert_blocks(SQLite::Database& database, const calib::Segment& segment) {
     sqlite::Binder binder(insert);
     binder.add(key.run_id).add(key.unit).add(key.visit).add(key.position).add(key.attempt).add(ordinal);
     binder.add(block.t_s).add(block.duration_s).add(block.temp_c).add(block.temp_rate_kpmin);
+    for (const double temp_c : block.sensor_temp_c) binder.add(temp_c);
     add_statistics(binder, block.sensor);
     insert.exec();
     insert.reset();
@@ -167,6 +170,7 @@ void read_blocks(const SQLite::Database& database, std::string_view run_id, std:
     block.duration_s = fields.real();
     block.temp_c = fields.real();
     block.temp_rate_kpmin = fields.real();
+    for (double& temp_c : block.sensor_temp_c) temp_c = fields.real();
     read_statistics(fields, block.sensor);
   }
 }

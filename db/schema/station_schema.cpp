@@ -95,6 +95,8 @@ CREATE TABLE block (
   duration_s REAL NOT NULL,
   temp_c     REAL,
   temp_rate_kpmin REAL,
+  gyro_x_temp_c REAL, gyro_y_temp_c REAL, gyro_z_temp_c REAL,
+  accel_x_temp_c REAL, accel_y_temp_c REAL, accel_z_temp_c REAL,
   gyro_x_count INTEGER NOT NULL, gyro_x_mean REAL, gyro_x_variance REAL, gyro_x_se REAL,
   gyro_y_count INTEGER NOT NULL, gyro_y_mean REAL, gyro_y_variance REAL, gyro_y_se REAL,
   gyro_z_count INTEGER NOT NULL, gyro_z_mean REAL, gyro_z_variance REAL, gyro_z_se REAL,

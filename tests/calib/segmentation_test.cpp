@@ -134,6 +134,28 @@ TEST(Segmentation, WithoutPlateausThirtySecondBlocksStandIn) {
   EXPECT_FALSE(result->warnings.empty());
 }
 
+TEST(Segmentation, ASensorsOwnThermometerWinsInSegmentsAndBlocks) {
+  Builder b;
+  b.rows(120, 20.0, 20.0, 0);
+  b.r.sensor_temp_c[0].assign(b.r.rows(), 31.5);
+  const auto result = segment(b.r);
+  EXPECT_NEAR(result->segments[0].sensor_temp_c[0], 31.5, 1e-9);
+  EXPECT_NEAR(result->segments[0].sensor_temp_c[1], 20.0, 0.01);
+  EXPECT_NEAR(result->segments[0].blocks[1].sensor_temp_c[0], 31.5, 1e-9);
+}
+
+TEST(Segmentation, LeavesOutSamplesWhoseTemperatureIsUnknown) {
+  Builder b;
+  b.rows(100, 20.0, 20.0, 0);
+  for (std::size_t i = 0; i < 40; ++i) {
+    b.r.temp_c[i] = kNone;
+    b.r.sensor[0][i] = 1000.0;
+  }
+  const auto result = segment(b.r);
+  EXPECT_EQ(result->segments[0].sensor[0].count, 60U);
+  EXPECT_LT(result->segments[0].sensor[0].mean, 1.0);
+}
+
 TEST(Segmentation, RefusesAnEmptyRecording) { EXPECT_FALSE(segment(Recording{})); }
 
 TEST(Plateaus, ASlowRampIsNoPlateau) {

@@ -58,6 +58,7 @@ inline calib::Segment segment(std::string run_id, std::string unit, std::int32_t
     block.duration_s = 60.0;
     block.temp_c = 20.0 + static_cast<double>(i);
     block.temp_rate_kpmin = 0.25;
+    for (double& temp_c : block.sensor_temp_c) temp_c = number += 1.0;
   }
   return segment;
 }
@@ -90,6 +91,7 @@ inline void expect_equal(const calib::Segment& a, const calib::Segment& b) {
     EXPECT_EQ(a.blocks[i].duration_s, b.blocks[i].duration_s);
     EXPECT_EQ(a.blocks[i].temp_c, b.blocks[i].temp_c);
     EXPECT_EQ(a.blocks[i].temp_rate_kpmin, b.blocks[i].temp_rate_kpmin);
+    EXPECT_EQ(a.blocks[i].sensor_temp_c, b.blocks[i].sensor_temp_c);
     expect_equal(a.blocks[i].sensor, b.blocks[i].sensor);
   }
 }
