@@ -281,6 +281,11 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
   const FoldSums train = judge((*trained)[fit.rules > 0 ? Family::anfis : fit.deployed]->curve, data);
   fit.train_rmse = std::sqrt(train.absolute / train.count);
   trace_curve(*trained, fit);
+  for (const CurvePoint& point : fit.points) {
+    if (std::isfinite(point.value) && std::isfinite(point.ci95)) continue;
+    return base::bad_input("the curve is not finite: check the unit of the column and void the runs that are wrong",
+                           subject.name);
+  }
   warn(data, subject, fit);
   return fit;
 }

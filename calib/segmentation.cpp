@@ -20,6 +20,7 @@ constexpr double kBlockWithoutPlateau_s = 30.0;
 constexpr double kLongestGap_s = 10.0;
 constexpr double kLongestGapIntervals = 20.0;
 constexpr double kExcursion_c = 2.0;
+constexpr double kAstray_c = 30.0;  ///< no unit warms itself so far above its chamber
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// Rows [first, last) of one plateau and one position; plateau NaN where there is none.
@@ -238,6 +239,19 @@ base::Result<Segmentation> segment(const Recording& r) {
   }
   if (!with_plateaus) {
     result.warnings.emplace_back("no plateau was given and none found in the temperature: 30-second blocks stand in");
+  }
+  const auto astray = std::find_if(result.segments.begin(), result.segments.end(), [](const Segment& segment) {
+    return segment.plateau_c && std::abs(segment.temp_c - *segment.plateau_c) > kAstray_c;
+  });
+  if (astray != result.segments.end()) {
+    result.warnings.push_back(
+        fmt::format("the unit's thermometer reads {:.1f} °C at the {:.1f} °C plateau: check the unit of "
+                    "the temperature (temp_k for kelvin)",
+                    astray->temp_c, *astray->plateau_c));
+  }
+  if (result.segments.empty()) {
+    result.warnings.emplace_back(
+        "no segment was found: all rows are of ramps or moves, so that no fit can use this run");
   }
   if (without_temperature > 0) {
     result.warnings.push_back(

@@ -33,31 +33,28 @@ std::vector<std::string> run_names(const std::vector<const RunInput*>& runs) {
   return names;
 }
 
-/// Refuses a sensor that gave one and the same number throughout.
+/// Refuses a sensor that gave one and the same number throughout a run.
 base::Status check_stuck(const UnitInput& input) {
-  for (const Sensor sensor : kSensors) {
-    const std::size_t s = index_of(sensor);
-    std::set<double> means;
-    std::set<std::string> labels;
-    std::size_t samples = 0;
-    bool varies = false;
-    for (const RunInput& run : input.runs) {
+  for (const RunInput& run : input.runs) {
+    for (const Sensor sensor : kSensors) {
+      std::set<double> means;
+      std::size_t samples = 0;
+      bool varies = false;
       for (const Segment& segment : run.segments) {
-        const SensorStatistics& statistics = segment.sensor[s];
+        const SensorStatistics& statistics = segment.sensor[index_of(sensor)];
         if (statistics.count == 0) continue;
         samples += statistics.count;
         varies = varies || statistics.variance > 0.0;
         means.insert(statistics.mean);
-        labels.insert(run.label);
       }
+      if (samples < 2 || varies || means.size() != 1) continue;
+      return base::bad_input(
+          fmt::format(
+              "{} of unit {} reads the constant {} in every one of {} samples of run '{}': a stuck or disconnected "
+              "sensor; void the run ('soak runs void'), or import it without this column",
+              name_of(sensor), input.unit, *means.begin() * printed_per_si(sensor), samples, run.label),
+          std::string(name_of(sensor)));
     }
-    if (samples < 2 || varies || means.size() != 1) continue;
-    return base::bad_input(
-        fmt::format("{} of unit {} reads the constant {} in every one of {} samples (runs {}): a stuck or disconnected "
-                    "sensor; void those runs, or import them without this column",
-                    name_of(sensor), input.unit, *means.begin() * printed_per_si(sensor), samples,
-                    fmt::join(labels, ", ")),
-        std::string(name_of(sensor)));
   }
   return {};
 }
@@ -219,22 +216,27 @@ void drop_empty_runs(std::optional<CurveData>& data) {
   if (data->rows.empty()) data.reset();
 }
 
-/// Refuses accelerometers whose up and down readings cannot be those of gravity: a wrong sign, unit or position label.
+/// Refuses runs whose accelerometers, turned up and down, cannot have read gravity: a wrong sign, unit or position
+/// label.
 base::Status check_gravity(const UnitInput& input, const UnitRows& rows) {
   for (const Sensor sensor : kSensors) {
     const auto& scale = rows.scale[index_of(sensor)];
     if (!scale) continue;
-    std::vector<double> errors_ppm;
-    for (const CurveRow& row : scale->rows) errors_ppm.push_back(row.value);
-    const double typical_ppm = median(errors_ppm);
-    if (std::abs(typical_ppm) <= kLargestScaleError_ppm) continue;
-    return base::bad_input(
-        fmt::format(
-            "{} of unit {} reads {:.3g} times gravity between its up and down positions: check the sign of the axis "
-            "(scale = -1 in a columns map), the position labels and the unit in the column's name, then import "
-            "into a new campaign",
-            name_of(sensor), input.unit, 1.0 + 1e-6 * typical_ppm),
-        std::string(name_of(sensor)));
+    for (std::size_t run = 0; run < scale->runs.size(); ++run) {
+      std::vector<double> errors_ppm;
+      for (const CurveRow& row : scale->rows) {
+        if (row.run == static_cast<int>(run)) errors_ppm.push_back(row.value);
+      }
+      const double typical_ppm = median(errors_ppm);
+      if (!(std::abs(typical_ppm) > kLargestScaleError_ppm)) continue;
+      return base::bad_input(
+          fmt::format(
+              "{} of unit {} reads {:.3g} times gravity between its up and down positions in run '{}': check the "
+              "sign of the axis (scale = -1 in a columns map), the position labels and the unit in the column's "
+              "name, then void the run and import it into a new campaign",
+              name_of(sensor), input.unit, 1.0 + 1e-6 * typical_ppm, scale->runs[run]),
+          std::string(name_of(sensor)));
+    }
   }
   return {};
 }
@@ -308,6 +310,12 @@ base::Result<UnitRows> make_rows(const UnitInput& input) {
   }
   for (auto& data : rows.bias) drop_empty_runs(data);
   for (auto& data : rows.scale) drop_empty_runs(data);
+  if (std::none_of(rows.bias.begin(), rows.bias.end(), [](const auto& data) { return data.has_value(); })) {
+    return base::bad_input(
+        fmt::format("the runs of unit {} give no row to fit: all samples are of ramps or moves, or have no "
+                    "temperature; 'soak runs show' lists the segments",
+                    input.unit));
+  }
   if (const auto plausible = check_gravity(input, rows); !plausible) return base::forward_error(plausible);
   rows.accel_misalignment = collector.mean_coupling(false);
   rows.g_sensitivity = collector.mean_coupling(true);

@@ -54,7 +54,7 @@ struct UnitRows {
 };
 
 /// Estimates of every run (six-position estimation per plateau; 30-second blocks where no run has plateaus) as rows.
-/// Refuses a unit without runs, a sensor whose every sample is the same number, and accelerometers whose readings up
+/// Refuses a unit without runs, a sensor whose every sample in a run is the same number, runs that give no row, and accelerometers whose readings up
 /// and down are not those of gravity to 20 % (wrong sign, unit or position), naming the remedy.
 [[nodiscard]] base::Result<UnitRows> make_rows(const UnitInput& input);
 

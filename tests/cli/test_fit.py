@@ -141,6 +141,25 @@ class WrongSignsAndUnits(SoakTest):
                 self.assertIn("sign", error["message"])
 
 
+class ImplausibleValues(SoakTest):
+    def test_are_bad_rows_with_line_and_column(self):
+        header, *rows = recording(seconds=10).splitlines()
+        for column, value in (("temp_c", "-300"), ("temp_c", "1e9"), ("gx_dps", "1e150"), ("t_s", "1e300")):
+            with self.subTest(column=column, value=value):
+                cells = rows[-1].split(",")
+                cells[header.split(",").index(column)] = value
+                path = self.write("bad.csv", "\n".join([header, *rows[:-1], ",".join(cells)]) + "\n")
+                error = self.refusal("import", path, "--unit", "SN1")
+                self.assertIn(f"line {len(rows) + 1}, column '{column}'", error["where"])
+                self.assertIn("unit", error["message"])
+
+    def test_a_recording_that_never_rests_gives_no_model(self):
+        self.imported("ramp.csv", recording(seconds=10).replace(",soak,", ",ramp,"))
+        before = self.state()
+        self.assertIn("no row to fit", self.refusal("fit", "--unit", "SN1")["message"])
+        self.assertEqual(self.state(), before)
+
+
 class MissingRunFile(FittedTest):
     def test_is_damage_not_a_fit(self):
         next(iter(sorted((self.data / "runs").glob("*.soakrun")))).unlink()
