@@ -49,7 +49,7 @@ void expect_refused(const base::Result<CsvRecording>& result, std::string_view w
 
 TEST(CsvRecording, TakesTheNarrowestTypeThatLosesNothing) {
   const auto recording = parse(
-      "temp_c,t_s,gx_dps,gy_dps,gz_dps,ax_g,ay_g,az_g\n"
+      "temp_c,t_s,gx_dps,gy_dps,gz_dps,ticks,ay_g,az_g\n"
       "25,0,1,-129,40000,3000000000,-0,1e3\n"
       "-3,0.5,127,5,1,0,2,2\n");
   ASSERT_TRUE(recording) << recording.error().message;
@@ -60,7 +60,7 @@ TEST(CsvRecording, TakesTheNarrowestTypeThatLosesNothing) {
   EXPECT_EQ(channel(run, "gyro_x").first.type, SampleType::i8);
   EXPECT_EQ(channel(run, "gyro_y").first.type, SampleType::i16);
   EXPECT_EQ(channel(run, "gyro_z").first.type, SampleType::i32);
-  EXPECT_EQ(channel(run, "accel_x").first.type, SampleType::i64);
+  EXPECT_EQ(channel(run, "ticks").first.type, SampleType::i64);
   EXPECT_EQ(channel(run, "accel_y").first.type, SampleType::f64);
   EXPECT_EQ(channel(run, "accel_z").first.type, SampleType::f64);
   EXPECT_EQ(channel(run, "gyro_y").second.raw, (base::Bytes{0x7F, 0xFF, 0x05, 0x00}));
