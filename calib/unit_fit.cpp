@@ -15,6 +15,7 @@ namespace soak::calib {
 namespace {
 
 constexpr double kReferenceTemp_c = 25.0;
+constexpr double kLargestReading = 1e6;  ///< deg/s or m/s²
 /// No inertial unit is that far from its nominal scale; a swapped position or sign is 2,000,000 ppm off.
 constexpr double kLargestScaleError_ppm = 200000.0;
 
@@ -31,6 +32,25 @@ std::vector<std::string> run_names(const std::vector<const RunInput*>& runs) {
   std::vector<std::string> names;
   for (const RunInput* run : runs) names.push_back(clash ? run->campaign + "/" + run->label : run->label);
   return names;
+}
+
+/// Refuses readings that no inertial sensor gives.
+base::Status check_magnitude(const UnitInput& input) {
+  for (const RunInput& run : input.runs) {
+    for (const Segment& segment : run.segments) {
+      for (const Sensor sensor : kSensors) {
+        const SensorStatistics& statistics = segment.sensor[index_of(sensor)];
+        const double mean = statistics.mean * printed_per_si(sensor);
+        if (statistics.count == 0 || std::abs(mean) <= kLargestReading) continue;
+        return base::bad_input(
+            fmt::format("{} of unit {} reads {:.3g} {} in run '{}': check the unit in the column's name, "
+                        "void the run and import it again",
+                        name_of(sensor), input.unit, mean, printed_unit(sensor), run.label),
+            std::string(name_of(sensor)));
+      }
+    }
+  }
+  return {};
 }
 
 /// Refuses a sensor that gave one and the same number throughout a run.
@@ -293,6 +313,7 @@ base::Result<UnitRows> make_rows(const UnitInput& input) {
   if (input.runs.empty()) {
     return base::bad_input(fmt::format("unit {} has no sealed, unvoided run in its current epoch to fit", input.unit));
   }
+  if (const auto sane = check_magnitude(input); !sane) return base::forward_error(sane);
   if (const auto stuck = check_stuck(input); !stuck) return base::forward_error(stuck);
   const bool by_plateau = std::any_of(input.runs.begin(), input.runs.end(), has_plateaus);
   std::vector<const RunInput*> used;

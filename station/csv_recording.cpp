@@ -22,19 +22,15 @@ namespace {
 
 constexpr double kWarmest_c = 1000.0;
 constexpr double kLargestTime_s = 1e11;  // Unix time in seconds is 1.8e9
-constexpr double kLargestReading = 1e6;  // deg/s or m/s²
 
-/// Why the value read last cannot be a time, a temperature or an inertial reading; nothing where it can.
+/// Why the value read last cannot be a time or a temperature; nothing where it can. Sensors may say what they like: the
+/// fit judges them.
 std::optional<std::string> implausible(const db::ChannelInfo& channel, const ColumnBuilder& builder) {
   const bool temperature = channel.name.starts_with("temp_");
-  const bool reading = calib::sensor_named(channel.name).has_value();
-  if (!temperature && !reading && channel.name != "t_s") return std::nullopt;
+  if (!temperature && channel.name != "t_s") return std::nullopt;
   const double value = conversion_to_csv(channel.unit)(builder.pending_value());
   if (temperature && (value < -base::kZeroCelsius_k || value > kWarmest_c)) {
     return fmt::format("{} °C is no temperature of a unit: check the unit in the column's name", value);
-  }
-  if (reading && std::abs(value) > kLargestReading) {
-    return fmt::format("{} is no reading of an inertial sensor: check the unit in the column's name", value);
   }
   if (channel.name == "t_s" && std::abs(value) > kLargestTime_s) {
     return fmt::format("{} s is no time of a recording: check the unit of the time", value);

@@ -144,7 +144,7 @@ class WrongSignsAndUnits(SoakTest):
 class ImplausibleValues(SoakTest):
     def test_are_bad_rows_with_line_and_column(self):
         header, *rows = recording(seconds=10).splitlines()
-        for column, value in (("temp_c", "-300"), ("temp_c", "1e9"), ("gx_dps", "1e150"), ("t_s", "1e300")):
+        for column, value in (("temp_c", "-300"), ("temp_c", "1e9"), ("t_s", "1e300")):
             with self.subTest(column=column, value=value):
                 cells = rows[-1].split(",")
                 cells[header.split(",").index(column)] = value
@@ -152,6 +152,15 @@ class ImplausibleValues(SoakTest):
                 error = self.refusal("import", path, "--unit", "SN1")
                 self.assertIn(f"line {len(rows) + 1}, column '{column}'", error["where"])
                 self.assertIn("unit", error["message"])
+
+    def test_readings_that_no_sensor_gives_are_kept_but_not_fitted(self):
+        header, *rows = recording(seconds=10).splitlines()
+        column = header.split(",").index("gx_dps")
+        huge = [",".join(cell + "e150" if i == column else cell for i, cell in enumerate(row.split(","))) for row in rows]
+        self.imported("huge.csv", "\n".join([header, *huge]) + "\n")
+        before = self.state()
+        self.assertIn("gyro_x of unit SN1 reads", self.refusal("fit", "--unit", "SN1")["message"])
+        self.assertEqual(self.state(), before)
 
     def test_a_recording_that_never_rests_gives_no_model(self):
         self.imported("ramp.csv", recording(seconds=10).replace(",soak,", ",ramp,"))
