@@ -38,7 +38,7 @@ struct Block {
   double t_s = 0.0;         ///< middle, device time
   double duration_s = 0.0;  ///< nominal length
   double temp_c = 0.0;
-  double temp_rate_kpmin = 0.0;  ///< slope of the thermometer in K/min
+  double temp_rate_kpmin = 0.0;                      ///< slope of the thermometer in K/min
   std::array<double, kSensorCount> sensor_temp_c{};  ///< as in Segment
   std::array<SensorStatistics, kSensorCount> sensor;
 };

@@ -54,8 +54,9 @@ struct UnitRows {
 };
 
 /// Estimates of every run (six-position estimation per plateau; 30-second blocks where no run has plateaus) as rows.
-/// Refuses a unit without runs, a sensor whose every sample in a run is the same number, runs that give no row, and accelerometers whose readings up
-/// and down are not those of gravity to 20 % (wrong sign, unit or position), naming the remedy.
+/// Refuses a unit without runs, a sensor whose every sample in a run is the same number, runs that give no row, and
+/// accelerometers whose readings up and down are not those of gravity to 20 % (wrong sign, unit or position), naming
+/// the remedy.
 [[nodiscard]] base::Result<UnitRows> make_rows(const UnitInput& input);
 
 /// Thermal model of one sensor.

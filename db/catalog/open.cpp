@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <SQLiteCpp/Column.h>
+#include <SQLiteCpp/Exception.h>
 #include <SQLiteCpp/Statement.h>
+#include <SQLiteCpp/Transaction.h>
+#include <sqlite3.h>
 
 #include <chrono>
 #include <random>
 #include <system_error>
+#include <thread>
 
 #include "base/uuid.h"
 #include "db/catalog/impl.h"
@@ -25,20 +29,40 @@ base::Status make_folders(const std::filesystem::path& folder) {
 
 /// Refuses what is no catalog, or one that is too new. A file without any table is a new one.
 base::Status check_identity(const sqlite::Connection& connection) {
-  const auto identity = connection.identity();
-  if (!identity) return base::forward_error(identity);
+  // One transaction, as another process may be making the catalog between the readings.
+  base::Result<sqlite::Identity> identity;
   const auto tables = connection.run("read the catalog", [&]() -> base::Result<int> {
-    return connection.database().execAndGet("SELECT count(*) FROM sqlite_master").getInt();
+    SQLite::Transaction snapshot(connection.database());
+    const int count = connection.database().execAndGet("SELECT count(*) FROM sqlite_master").getInt();
+    identity = connection.identity();
+    return count;
   });
   if (!tables) return base::forward_error(tables);
+  if (!identity) return base::forward_error(identity);
   if (*tables == 0 && identity->application_id == 0 && identity->user_version == 0) return {};
   return schema::check_identity(*identity, schema::kStationApplicationId, Catalog::kSchemaVersion, "station catalog",
                                 connection.path());
 }
 
+/// Switches to WAL. SQLite does not wait by itself for another process that is switching the same new file, so this
+/// does.
+void enter_wal(SQLite::Database& database) {
+  constexpr int kTries = 500;
+  constexpr auto kPause = std::chrono::milliseconds(20);
+  for (int i = 1;; ++i) {
+    try {
+      database.exec("PRAGMA journal_mode = WAL");
+      return;
+    } catch (const SQLite::Exception& exception) {
+      if (exception.getErrorCode() != SQLITE_BUSY || i == kTries) throw;
+    }
+    std::this_thread::sleep_for(kPause);
+  }
+}
+
 base::Status prepare(const sqlite::Connection& connection) {
   auto wal = connection.run("open the catalog", [&]() -> base::Status {
-    connection.database().exec("PRAGMA journal_mode = WAL");
+    enter_wal(connection.database());
     // FULL: rows must not be lost with the power once the caller has been told that they are stored.
     connection.database().exec("PRAGMA synchronous = FULL");
     return {};
