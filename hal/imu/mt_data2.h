@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace soak::hal::imu {
+
+/// Data identifiers of MTData2 without the lowest four bits, which tell the number format and the frame of reference.
+namespace data_id {
+inline constexpr std::uint16_t kTemperature = 0x0810;
+inline constexpr std::uint16_t kPacketCounter = 0x1020;
+inline constexpr std::uint16_t kSampleTimeFine = 0x1060;
+inline constexpr std::uint16_t kAcceleration = 0x4020;
+inline constexpr std::uint16_t kRateOfTurn = 0x8020;
+inline constexpr std::uint16_t kStatusWord = 0xE020;
+}  // namespace data_id
+
+/// Ticks of SampleTimeFine per second.
+inline constexpr double kSampleTimeFine_hz = 10'000.0;
+
+/// What a packet carries of the quantities that the station uses.
+struct MtData2 {
+  std::optional<std::uint16_t> packet_counter;
+  std::optional<std::uint32_t> sample_time_fine;  ///< ticks of 0.1 ms
+  std::optional<std::array<float, 3>> accel_mps2;
+  std::optional<std::array<float, 3>> rate_rps;
+  std::optional<float> temp_c;
+  std::optional<std::uint32_t> status;
+};
+
+/// Decodes the data of an MTData2 message: a sequence of identifier (16 bits), size (8 bits), value, all big-endian.
+/// Numbers may come as float32, fixed point 12.20, fixed point 16.32 (fraction first) or float64; the wider ones are
+/// rounded to float32. Other identifiers are skipped. Nothing if an element goes past the end or has a size that its
+/// identifier does not allow.
+[[nodiscard]] std::optional<MtData2> decode_mt_data2(std::span<const std::uint8_t> data);
+
+/// True if the status word says that an accelerometer or gyro was at its rail (bits 8-13, 19).
+[[nodiscard]] constexpr bool says_clipped(std::uint32_t status) { return (status & 0x0008'3F00U) != 0; }
+
+}  // namespace soak::hal::imu

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/modbus/modbus_link.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <modbus/modbus.h>
+#include <sys/select.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <thread>
+#include <utility>
+
+namespace soak::hal {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+constexpr std::array<Seconds, 4> kPauses = {Seconds(1), Seconds(2), Seconds(5), Seconds(10)};
+constexpr int kBusyTries = 4;
+constexpr std::chrono::milliseconds kBusyPause{100};
+
+modbus_t* new_context(const ModbusTcp& address) {
+  return modbus_new_tcp_pi(address.host.c_str(), std::to_string(address.port).c_str());
+}
+
+modbus_t* new_context(const ModbusRtu& address) {
+  constexpr int data_bits = 8;
+  return modbus_new_rtu(address.device.c_str(), address.baud, address.parity, data_bits, address.stop_bits);
+}
+
+std::string address_text(const ModbusTcp& address) { return fmt::format("{}:{}", address.host, address.port); }
+std::string address_text(const ModbusRtu& address) { return address.device; }
+
+void set_timeouts(modbus_t* context, double response_s) {
+  const double whole_s = std::floor(response_s);
+  modbus_set_response_timeout(context, static_cast<std::uint32_t>(whole_s),
+                              static_cast<std::uint32_t>((response_s - whole_s) * 1e6));
+  // Without a time-out between bytes, the one above holds for the whole answer: a peer that trickles cannot block us.
+  modbus_set_byte_timeout(context, 0, 0);
+}
+
+/// libmodbus puts the descriptor into an fd_set, already while it connects, which aborts the process beyond its size.
+bool descriptor_fits() {
+  constexpr int spare = 16;  // others may open some in between
+  const int lowest_free = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  if (lowest_free >= 0) ::close(lowest_free);
+  return lowest_free >= 0 && lowest_free < FD_SETSIZE - spare;
+}
+
+/// Number of the Modbus exception behind an errno of libmodbus; 0 = it is none.
+int exception_of(int code) {
+  const int exception = code - MODBUS_ENOBASE;
+  return exception > 0 && exception < MODBUS_EXCEPTION_MAX ? exception : 0;
+}
+
+bool is_busy(int exception) {
+  return exception == MODBUS_EXCEPTION_ACKNOWLEDGE || exception == MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY;
+}
+
+}  // namespace
+
+struct ModbusLink::Port {
+  explicit Port(modbus_t* made) : context(made) {}
+  Port(const Port&) = delete;
+  Port& operator=(const Port&) = delete;
+  ~Port() {
+    if (!context) return;
+    modbus_close(context);
+    modbus_free(context);
+  }
+
+  modbus_t* context;
+};
+
+ModbusLink::ModbusLink(ModbusLinkSettings settings) : settings_(std::move(settings)) {}
+
+ModbusLink::~ModbusLink() = default;
+
+std::string ModbusLink::address() const {
+  return std::visit([](const auto& address) { return address_text(address); }, settings_.address);
+}
+
+LinkResult ModbusLink::open() {
+  if (port_) return {};
+  const auto now = Clock::now();
+  if (now < next_try_) {
+    const Seconds left = next_try_ - now;
+    return tl::unexpected(LinkFault{fmt::format("{}; next try in {:.1f} s", last_fault_, left.count())});
+  }
+  const auto fail = [this](std::string reason) {
+    give_up(std::move(reason));
+    return tl::unexpected(LinkFault{last_fault_});
+  };
+  if (!descriptor_fits()) return fail("too many open files: libmodbus cannot use a descriptor beyond 1023");
+  auto port =
+      std::make_unique<Port>(std::visit([](const auto& address) { return new_context(address); }, settings_.address));
+  if (!port->context) return fail(fmt::format("cannot set up the link: {}", modbus_strerror(errno)));
+  if (modbus_set_slave(port->context, settings_.unit) != 0) {
+    return fail(fmt::format("unit {}: {}", settings_.unit, modbus_strerror(errno)));
+  }
+  set_timeouts(port->context, settings_.response_timeout_s);
+  if (modbus_connect(port->context) != 0) return fail(fmt::format("cannot connect: {}", modbus_strerror(errno)));
+  port_ = std::move(port);
+  return {};
+}
+
+void ModbusLink::give_up(std::string reason) {
+  port_.reset();
+  last_fault_ = std::move(reason);
+  const auto step = std::min(static_cast<std::size_t>(failures_), kPauses.size() - 1);
+  const Seconds pause = std::max(kPauses[step], Seconds(settings_.response_timeout_s));
+  next_try_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(pause);
+  ++failures_;
+}
+
+LinkFault ModbusLink::fault_of(int code) {
+  LinkFault fault{modbus_strerror(code), exception_of(code)};
+  if (fault.exception == 0) give_up(fault.text);
+  return fault;
+}
+
+LinkResult ModbusLink::exchange(int count, const std::function<int()>& request) {
+  for (int attempt = 1;; ++attempt) {
+    std::this_thread::sleep_until(last_request_ +
+                                  std::chrono::duration_cast<Clock::duration>(Seconds(settings_.gap_s)));
+    // What still lies in the buffer answers an earlier request.
+    modbus_flush(port_->context);
+    errno = 0;
+    const int done = request();
+    const int code = done < 0 ? errno : EMBBADDATA;
+    last_request_ = Clock::now();
+    if (done == count) return {};
+    if (!is_busy(exception_of(code)) || attempt == kBusyTries) return tl::unexpected(fault_of(code));
+    std::this_thread::sleep_for(kBusyPause);
+  }
+}
+
+LinkResult ModbusLink::read(int function, int address, std::span<std::uint16_t> words) {
+  if (!port_) return tl::unexpected(LinkFault{last_fault_});
+  const int count = static_cast<int>(words.size());
+  auto* const read_registers = function == 4 ? &modbus_read_input_registers : &modbus_read_registers;
+  return exchange(count, [&] { return read_registers(port_->context, address, count, words.data()); });
+}
+
+LinkResult ModbusLink::write(int function, int address, std::span<const std::uint16_t> words) {
+  if (!port_) return tl::unexpected(LinkFault{last_fault_});
+  const int count = static_cast<int>(words.size());
+  if (function == 6) {
+    return exchange(count, [&] { return modbus_write_register(port_->context, address, words.front()); });
+  }
+  return exchange(count, [&] { return modbus_write_registers(port_->context, address, count, words.data()); });
+}
+
+}  // namespace soak::hal

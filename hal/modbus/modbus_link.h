@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "hal/register_map.h"
+
+namespace soak::hal {
+
+/// Why a request failed.
+struct LinkFault {
+  std::string text;
+  int exception = 0;  ///< code of a Modbus exception: the link is sound; 0 = the link was given up
+};
+
+using LinkResult = tl::expected<void, LinkFault>;
+
+/// A Modbus link over TCP or a serial line, on libmodbus. It never repairs itself within a call: a fault other than a
+/// Modbus exception closes it, and open() refuses to try again before a pause (1, 2, 5, 10 s of host time, and never
+/// shorter than the response time-out) is over. The pause is also the quiet time in which a late answer on a serial
+/// line runs out. One thread at a time.
+class ModbusLink {
+ public:
+  explicit ModbusLink(ModbusLinkSettings settings);
+  ModbusLink(const ModbusLink&) = delete;
+  ModbusLink& operator=(const ModbusLink&) = delete;
+  ~ModbusLink();
+
+  [[nodiscard]] bool is_open() const { return port_ != nullptr; }
+  /// Opens a closed link. During a pause it fails at once and says when the next try is.
+  [[nodiscard]] LinkResult open();
+  /// Says that the peer is the right one: the next pause is again the shortest.
+  void confirm() { failures_ = 0; }
+  /// Closes the link because of `reason` and begins a pause.
+  void give_up(std::string reason);
+
+  /// Reads registers of an open link by function 3 or 4. A busy controller (exceptions 5 and 6) is asked again a few
+  /// times.
+  [[nodiscard]] LinkResult read(int function, int address, std::span<std::uint16_t> words);
+  /// Writes registers by function 6 (one) or 16.
+  [[nodiscard]] LinkResult write(int function, int address, std::span<const std::uint16_t> words);
+
+  /// "host:port" or the serial device.
+  [[nodiscard]] std::string address() const;
+
+ private:
+  struct Port;
+  using Clock = std::chrono::steady_clock;
+
+  [[nodiscard]] LinkResult exchange(int count, const std::function<int()>& request);
+  [[nodiscard]] LinkFault fault_of(int code);
+
+  ModbusLinkSettings settings_;
+  std::unique_ptr<Port> port_;
+  int failures_ = 0;
+  std::string last_fault_ = "not connected";
+  Clock::time_point next_try_{};
+  Clock::time_point last_request_{};
+};
+
+}  // namespace soak::hal

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "hal/register_map.h"
+
+/// Numbers as registers carry them.
+namespace soak::hal {
+
+using Words = std::vector<std::uint16_t>;
+
+/// Registers that a value takes.
+[[nodiscard]] int word_count(RegisterType type);
+
+/// The value that `words` carry. `decimals` is the content of the quantity's decimals register, 0 without one.
+[[nodiscard]] double decode_value(const Quantity& quantity, std::span<const std::uint16_t> words, int decimals);
+
+/// The words that carry `value`, rounded to the register's resolution. Refuses (bad_input) a value that the type cannot
+/// hold.
+[[nodiscard]] base::Result<Words> encode_value(const Quantity& quantity, double value, int decimals);
+
+/// Whether two contents mean one value. Controllers that compute in other units give a float back with another last
+/// digit: floats may differ by 0.001.
+[[nodiscard]] bool same_value(const Quantity& quantity, std::span<const std::uint16_t> a,
+                              std::span<const std::uint16_t> b);
+
+}  // namespace soak::hal

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "base/result.h"
+
+namespace soak::hal {
+
+struct ModbusTcp {
+  std::string host;
+  int port = 502;
+};
+struct ModbusRtu {
+  std::string device;
+  int baud = 9600;
+  char parity = 'N';
+  int stop_bits = 1;
+};
+
+/// How to reach the controller and how fast it may be asked. Times are host time.
+struct ModbusLinkSettings {
+  std::variant<ModbusTcp, ModbusRtu> address;
+  int unit = 1;
+  double response_timeout_s = 1.0;
+  double gap_s = 0.0;   ///< pause before each request
+  int max_block = 32;   ///< registers per request
+  double poll_s = 1.0;  ///< process time between readings
+};
+
+enum class RegisterType : std::uint8_t { u16, i16, f32 };
+enum class WordOrder : std::uint8_t { low_first, high_first };
+
+/// One named value of the controller.
+struct Quantity {
+  int address = 0;  ///< PDU address, from 0
+  RegisterType type = RegisterType::u16;
+  WordOrder word_order = WordOrder::low_first;
+  double scale = 1.0;                    ///< value = scale · number
+  std::optional<int> decimals_register;  ///< then value = scale · number · 10^-(content of that register)
+  int read_function = 3;                 ///< 3 or 4
+  std::optional<int> write_function;     ///< 6 or 16; absent = read only
+  std::optional<double> min;             ///< of the value, for writing
+  std::optional<double> max;
+  std::map<std::string, int> codes;  ///< names of an enumeration's numbers
+};
+
+/// A register that must hold a known number after connecting: another means another controller or another setting.
+struct Probe {
+  std::string name;
+  int address = 0;
+  RegisterType type = RegisterType::u16;
+  std::vector<int> expected;  ///< any of these
+  std::string otherwise;      ///< what to tell the operator if it holds something else
+};
+
+/// One write of a sequence.
+struct ActionStep {
+  std::string quantity;
+  double value = 0.0;
+  double delay_s = 0.0;  ///< afterwards
+};
+
+/// Holding registers that tell of an alarm. It is active while one of them says so: by holding none of `inactive`, or
+/// one of `active`, or a set bit of `mask`, whichever of the three is given.
+struct AlarmRule {
+  std::string name;
+  std::vector<int> addresses;
+  std::vector<int> inactive;
+  std::vector<int> active;
+  std::optional<int> mask;
+  bool outputs_off = false;
+};
+
+struct WritePolicy {
+  bool only_on_change = true;
+  bool read_back = true;
+};
+
+/// A controller as data: docs/register-maps.md describes the file.
+struct RegisterMap {
+  std::string name;
+  std::string kind;  ///< chamber, fixture, power
+  std::string file;
+  ModbusLinkSettings link;
+  std::map<std::string, Quantity> quantities;
+  std::vector<Probe> probes;
+  std::map<std::string, std::vector<ActionStep>> actions;
+  std::vector<AlarmRule> alarms;
+  WritePolicy write_policy;
+  std::vector<std::string> positions;  ///< of a fixture: label of position code 1, 2, ...
+};
+
+/// Reads a register map. All mistakes at once, one per line of the message, each with "`file`:line" (a syntax error:
+/// the first one): unknown keys, wrong types, values out of their limits, two quantities of one name, an action or
+/// alarm that names what the file does not define.
+[[nodiscard]] base::Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file);
+[[nodiscard]] base::Result<RegisterMap> read_register_map(const std::string& file);
+
+}  // namespace soak::hal

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+// The chamber driver against pymodbus, a Modbus implementation that is not libmodbus; mbpoll looks at and changes the
+// server's registers beside it.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "hal/devices.h"
+#include "modbus_peer.h"
+
+namespace soak::hal {
+namespace {
+
+std::unique_ptr<Chamber> f4t(int port) {
+  auto chamber = make_modbus_chamber(test::repository_map("chambers/watlow-f4t.toml", port));
+  if (!chamber) throw std::runtime_error(chamber.error().message);
+  return *std::move(chamber);
+}
+
+std::string text_of(const base::Status& status) { return status ? "" : status.error().message; }
+
+class ModbusChamberTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    server_ = test::PymodbusServer::start("tcp", test::f4t_registers());
+    if (!server_) GTEST_SKIP() << "skipped: python3-pymodbus is not installed";
+    if (!test::have_program("mbpoll")) GTEST_SKIP() << "skipped: mbpoll is not installed";
+    chamber_ = f4t(server_->port());
+  }
+  bool poke(int address, const std::string& type, const std::string& value) const {
+    return test::mbpoll_write(server_->port(), address, type, value);
+  }
+  std::string peek(int address, const std::string& type) const {
+    return test::mbpoll_read(server_->port(), address, type);
+  }
+
+  std::unique_ptr<test::PymodbusServer> server_;
+  std::unique_ptr<Chamber> chamber_;
+};
+
+TEST_F(ModbusChamberTest, ReadsWhatTheServerHolds) {
+  ASSERT_EQ(text_of(chamber_->connect()), "");
+  const auto reading = chamber_->read();
+  ASSERT_TRUE(reading) << reading.error().message;
+  EXPECT_EQ(reading->air_c, 23.25);
+  EXPECT_EQ(reading->set_point_c, 25.0);
+  EXPECT_EQ(reading->working_set_point_c, 24.5);
+  EXPECT_EQ(reading->output_percent, -12.5);
+  EXPECT_FALSE(reading->running);
+  EXPECT_TRUE(reading->alarms.empty());
+}
+
+TEST_F(ModbusChamberTest, FollowsAFloatThatMbpollWrites) {
+  ASSERT_TRUE(poke(2820, "4:float", "-40.25"));
+  const auto reading = chamber_->read();
+  ASSERT_TRUE(reading) << reading.error().message;
+  EXPECT_EQ(reading->air_c, -40.25);
+}
+
+TEST_F(ModbusChamberTest, WritesASetPointThatMbpollReads) {
+  ASSERT_EQ(text_of(chamber_->set_temperature(-40.0)), "");
+  EXPECT_EQ(peek(2782, "4:float"), "-40");
+}
+
+TEST_F(ModbusChamberTest, DoesNotWriteAnUnchangedSetPoint) {
+  ASSERT_EQ(text_of(chamber_->set_temperature(25.0)), "");
+  EXPECT_EQ(server_->writes(), 0);
+  ASSERT_EQ(text_of(chamber_->set_temperature(60.0)), "");
+  ASSERT_EQ(text_of(chamber_->set_temperature(60.0)), "");
+  EXPECT_EQ(server_->writes(), 1);
+}
+
+TEST_F(ModbusChamberTest, WritesAgainWhatSomebodyChangedAtTheController) {
+  ASSERT_EQ(text_of(chamber_->set_temperature(60.0)), "");
+  ASSERT_TRUE(poke(2782, "4:float", "30"));
+  ASSERT_EQ(text_of(chamber_->set_temperature(60.0)), "");
+  EXPECT_EQ(peek(2782, "4:float"), "60");
+}
+
+TEST_F(ModbusChamberTest, TakesTheNarrowerOfMapAndControllerLimits) {
+  EXPECT_EQ(chamber_->max_set_point_c(), 180.0);
+  ASSERT_EQ(text_of(chamber_->connect()), "");
+  EXPECT_EQ(chamber_->min_set_point_c(), -68.0);
+  EXPECT_EQ(chamber_->max_set_point_c(), 150.0);
+  const auto status = chamber_->set_temperature(151.0);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().kind, base::ErrorKind::bad_input);
+  EXPECT_EQ(server_->writes(), 0);
+}
+
+TEST_F(ModbusChamberTest, RefusesASetPointThatIsNoNumber) {
+  EXPECT_FALSE(chamber_->set_temperature(std::nan("")));
+  EXPECT_EQ(server_->writes(), 0);
+}
+
+TEST_F(ModbusChamberTest, StartsAndStopsControl) {
+  ASSERT_EQ(text_of(chamber_->start()), "");
+  EXPECT_EQ(peek(2730, "4"), "10");
+  EXPECT_TRUE(chamber_->read()->running);
+  ASSERT_EQ(text_of(chamber_->stop()), "");
+  EXPECT_EQ(peek(2730, "4"), "62");
+  EXPECT_FALSE(chamber_->read()->running);
+}
+
+TEST_F(ModbusChamberTest, SetsARampInKelvinPerMinuteAndSwitchesItOff) {
+  ASSERT_TRUE(chamber_->can_ramp());
+  ASSERT_EQ(text_of(chamber_->set_ramp_rate(2.5)), "");
+  EXPECT_EQ(peek(2798, "4:float"), "2.5");
+  EXPECT_EQ(peek(2796, "4"), "57");
+  EXPECT_EQ(peek(2794, "4"), "85");
+  ASSERT_EQ(text_of(chamber_->set_ramp_rate(std::nullopt)), "");
+  EXPECT_EQ(peek(2794, "4"), "62");
+}
+
+TEST_F(ModbusChamberTest, ReportsAlarmsByTheirCodes) {
+  ASSERT_TRUE(poke(1456, "4", "37"));   // high
+  ASSERT_TRUE(poke(1356, "4", "88"));   // startup: inactive
+  ASSERT_TRUE(poke(11250, "4", "28"));  // sensor error of the limit card
+  ASSERT_TRUE(poke(11288, "4", "1667"));
+  const auto reading = chamber_->read();
+  ASSERT_TRUE(reading) << reading.error().message;
+  const std::vector<ChamberAlarm> expected = {
+      {"alarm 2", false}, {"limit sensor error", true}, {"limit tripped", true}};
+  EXPECT_EQ(reading->alarms, expected);
+}
+
+TEST_F(ModbusChamberTest, RefusesATemperatureThatNoChamberHas) {
+  for (const char* value : {"-151", "401", "nan"}) {
+    ASSERT_TRUE(poke(2820, "4:float", value)) << value;
+    const auto reading = chamber_->read();
+    ASSERT_FALSE(reading) << value;
+    EXPECT_EQ(reading.error().kind, base::ErrorKind::device);
+    EXPECT_NE(reading.error().message.find("air_c (register 2820)"), std::string::npos) << reading.error().message;
+  }
+}
+
+TEST_F(ModbusChamberTest, NamesQuantityRegisterAndPlaceOfAnError) {
+  RegisterMap map = test::repository_map("chambers/watlow-f4t.toml", server_->port());
+  map.quantities["air_c"].address = 5000;  // not served
+  const auto chamber = make_modbus_chamber(map);
+  ASSERT_TRUE(chamber);
+  const auto reading = (*chamber)->read();
+  ASSERT_FALSE(reading);
+  EXPECT_EQ(reading.error().message, "air_c (registers 5000 to 5001): Illegal data address");
+  EXPECT_EQ(reading.error().where, fmt::format("Watlow F4T at 127.0.0.1:{}", server_->port()));
+}
+
+TEST_F(ModbusChamberTest, FindsAWrongControllerByItsProbe) {
+  ASSERT_TRUE(poke(6730, "4", "30"));
+  const auto status = chamber_->connect();
+  ASSERT_FALSE(status);
+  EXPECT_TRUE(status.error().message.starts_with("display units (register 6730) holds 30, not 15: set the units"))
+      << status.error().message;
+  const auto reading = chamber_->read();  // no value before the probe is right
+  ASSERT_FALSE(reading);
+  EXPECT_NE(reading.error().message.find("next try in"), std::string::npos) << reading.error().message;
+}
+
+TEST(ModbusChamber, FindsAWriteThatTheControllerAcceptsAndIgnores) {
+  auto registers = test::f4t_registers();
+  registers.insert(registers.end(), {"stuck:2782:0", "stuck:2783:0"});
+  SOAK_START_PYMODBUS(server, "tcp", registers);
+  const auto status = f4t(server->port())->set_temperature(60.0);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().message, "set_point_c (registers 2782 to 2783) holds 25 where 60 was written");
+}
+
+TEST(ModbusChamber, SaysThatNobodyListens) {
+  const auto chamber = f4t(1);
+  const auto status = chamber->connect();
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().kind, base::ErrorKind::device);
+  EXPECT_EQ(status.error().message, "cannot connect: Connection refused");
+  EXPECT_EQ(status.error().where, "Watlow F4T at 127.0.0.1:1");
+}
+
+// As of a Watlow F4: integers, whose decimals stand in a register; and of a Eurotherm: floats high word first.
+const char* const kIntegerMap = R"(
+name = "integers"
+kind = "chamber"
+[link]
+tcp = "127.0.0.1:502"
+response_timeout_s = 1
+[quantity.air_c]
+address = 100
+type = "i16"
+decimals_register = 606
+[quantity.set_point_c]
+address = 300
+type = "i16"
+scale = 0.01
+write_function = 6
+[quantity.output_percent]
+address = 32774
+type = "f32"
+word_order = "high_first"
+[quantity.working_set_point_c]
+address = 7
+type = "i16"
+read_function = 4
+scale = 0.1
+[quantity.control_mode]
+address = 199
+type = "u16"
+write_function = 16
+codes = { auto = 0, off = 1 }
+[[alarm]]
+name = "sensor break"
+addresses = [74]
+mask = 0x20
+outputs_off = true
+)";
+
+TEST(ModbusChamber, ReadsIntegersWithDecimalsAndFloatsHighWordFirst) {
+  SOAK_START_PYMODBUS(
+      server, "tcp",
+      {"i16:100:-405", "u16:606:1", "i16:300:-4025", "f32hi:32774:1.001", "in:7:251", "u16:199:1", "u16:74:0x21"});
+  RegisterMap map = test::parsed_map(kIntegerMap);
+  map.link.address = ModbusTcp{"127.0.0.1", server->port()};
+  const auto chamber = make_modbus_chamber(map);
+  ASSERT_TRUE(chamber) << chamber.error().message;
+  const auto reading = (*chamber)->read();
+  ASSERT_TRUE(reading) << reading.error().message;
+  EXPECT_EQ(reading->air_c, -40.5);
+  EXPECT_EQ(reading->set_point_c, -40.25);
+  EXPECT_EQ(reading->working_set_point_c, 25.1);
+  EXPECT_EQ(reading->output_percent, 1.001F);
+  EXPECT_EQ(reading->alarms, (std::vector<ChamberAlarm>{{"sensor break", true}}));
+  ASSERT_EQ(text_of((*chamber)->set_temperature(-55.5)), "");
+  EXPECT_EQ(test::mbpoll_read(server->port(), 300, "4"), "59986 (-5550)");
+  ASSERT_EQ(text_of((*chamber)->start()), "");
+  EXPECT_TRUE((*chamber)->read()->running);
+}
+
+TEST(ModbusChamber, FollowsTheDecimalsRegisterWhenItChanges) {
+  SOAK_START_PYMODBUS(server, "tcp",
+                      {"i16:100:-405", "u16:606:1", "i16:300:0", "f32hi:32774:0", "in:7:0", "u16:199:1", "u16:74:0"});
+  RegisterMap map = test::parsed_map(kIntegerMap);
+  map.link.address = ModbusTcp{"127.0.0.1", server->port()};
+  const auto chamber = make_modbus_chamber(map);
+  ASSERT_TRUE(chamber);
+  EXPECT_EQ((*chamber)->read()->air_c, -40.5);
+  ASSERT_TRUE(test::mbpoll_write(server->port(), 606, "4", "2"));
+  EXPECT_EQ((*chamber)->read()->air_c, -4.05);
+}
+
+TEST(ModbusChamber, RefusesAMapThatLacksWhatAChamberNeeds) {
+  for (const char* quantity : {"air_c", "set_point_c", "control_mode"}) {
+    RegisterMap map = test::parsed_map(kIntegerMap);
+    map.quantities.erase(quantity);
+    const auto chamber = make_modbus_chamber(map);
+    ASSERT_FALSE(chamber) << quantity;
+    EXPECT_EQ(chamber.error().kind, base::ErrorKind::bad_input);
+    EXPECT_NE(chamber.error().message.find(quantity), std::string::npos) << chamber.error().message;
+  }
+  RegisterMap map = test::parsed_map(kIntegerMap);
+  map.kind = "power";
+  EXPECT_FALSE(make_modbus_chamber(map));
+}
+
+}  // namespace
+}  // namespace soak::hal

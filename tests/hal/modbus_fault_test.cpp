@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a bad line does to the driver. Whatever happens to an answer: a value is right or there is an error, never the
+// value of another register, and the link comes back by itself. The server is pymodbus, the proxy spoils its answers.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
+
+#include "hal/devices.h"
+#include "hal/modbus/controller.h"
+#include "modbus_fault_proxy.h"
+#include "modbus_peer.h"
+
+namespace soak::hal {
+namespace {
+
+using test::Fault;
+using test::FaultProxy;
+using Clock = std::chrono::steady_clock;
+
+// Every quantity has its own value and most answers have one length: a mix-up would show.
+const char* const kMap = R"(
+name = "rig"
+kind = "chamber"
+[link]
+tcp = "127.0.0.1:502"
+response_timeout_s = 0.3
+max_block = 2
+[quantity]
+a = { address = 10, type = "f32" }
+b = { address = 20, type = "f32" }
+c = { address = 30, type = "u16" }
+d = { address = 40, type = "u16", write_function = 6 }
+[[probe]]
+name = "identification"
+address = 50
+expected = [4711]
+otherwise = "this is another controller"
+)";
+
+const std::vector<std::string> kRegisters = {"f32lo:10:11.5", "f32lo:20:-22.5", "u16:30:333",
+                                             "u16:40:444",    "u16:50:4711",    "stuck:30:0"};
+const Values kTruth = {{"a", 11.5}, {"b", -22.5}, {"c", 333.0}, {"d", 444.0}};
+
+RegisterMap rig_map(int port) {
+  RegisterMap map = test::parsed_map(kMap);
+  map.link.address = ModbusTcp{"127.0.0.1", port};
+  return map;
+}
+
+/// Reads until all values came, for 20 s at most. Each value on the way must be right.
+void expect_recovery(Controller& controller) {
+  const auto deadline = Clock::now() + std::chrono::seconds(20);
+  for (std::size_t good = 0; good < kTruth.size();) {
+    ASSERT_LT(Clock::now(), deadline) << "the link did not come back";
+    good = 0;
+    for (const auto& [name, truth] : kTruth) {
+      const auto value = controller.read(name);
+      if (!value) break;
+      ASSERT_EQ(*value, truth) << name;
+      ++good;
+    }
+    if (good < kTruth.size()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+}
+
+/// Spoils one answer after the other: that of the probe, of a, of b...
+void expect_truth_or_error(Controller& controller, FaultProxy& proxy, Fault fault) {
+  for (int after = 0; after < 4; ++after) {
+    SCOPED_TRACE(fmt::format("after {} good answers", after));
+    proxy.spoil(fault, after);
+    expect_recovery(controller);
+    if (::testing::Test::HasFatalFailure()) return;
+  }
+}
+
+class ModbusFaultTest : public ::testing::TestWithParam<Fault> {};
+
+TEST_P(ModbusFaultTest, GivesTheTruthOrAnErrorAndRecovers) {
+  SOAK_START_PYMODBUS(server, "tcp", kRegisters);
+  FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 600);
+  Controller controller(rig_map(proxy.port()));
+  expect_recovery(controller);
+  expect_truth_or_error(controller, proxy, GetParam());
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, ModbusFaultTest,
+                         ::testing::Values(Fault::late, Fault::exception, Fault::busy, Fault::wrong_unit,
+                                           Fault::wrong_function, Fault::truncated, Fault::garbage, Fault::byte_by_byte,
+                                           Fault::reset, Fault::silence, Fault::stale, Fault::twice));
+
+TEST(ModbusFault, ReadsAnAnswerThatComesByteByByte) {
+  SOAK_START_PYMODBUS(server, "tcp", kRegisters);
+  FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 600);
+  Controller controller(rig_map(proxy.port()));
+  proxy.spoil(Fault::byte_by_byte, 0, 5);
+  for (const auto& [name, truth] : kTruth) {
+    const auto value = controller.read(name);
+    ASSERT_TRUE(value) << value.error().message;
+    EXPECT_EQ(*value, truth);
+  }
+}
+
+TEST(ModbusFault, AsksABusyControllerAgain) {
+  SOAK_START_PYMODBUS(server, "tcp", kRegisters);
+  FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 600);
+  Controller controller(rig_map(proxy.port()));
+  ASSERT_TRUE(controller.connect());
+  proxy.spoil(Fault::busy, 0, 3);
+  EXPECT_EQ(controller.read("a").value_or(0.0), 11.5);
+  proxy.spoil(Fault::busy, 0, 4);
+  const auto value = controller.read("a");
+  ASSERT_FALSE(value);
+  EXPECT_EQ(value.error().message, "a (registers 10 to 11): Slave device or server is busy");
+  EXPECT_EQ(controller.read("a").value_or(0.0), 11.5) << "the link is sound, there is no pause";
+}
+
+TEST(ModbusFault, SaysWhenTheNextTryIsAndFailsAtOnceUntilThen) {
+  SOAK_START_PYMODBUS(server, "tcp", kRegisters);
+  FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 600);
+  Controller controller(rig_map(proxy.port()));
+  ASSERT_TRUE(controller.connect());
+  proxy.spoil(Fault::silence);
+  const auto lost = controller.read("a");
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(lost.error().kind, base::ErrorKind::device);
+  EXPECT_EQ(lost.error().message, "a (registers 10 to 11): Connection timed out");
+  EXPECT_EQ(lost.error().where, fmt::format("rig at 127.0.0.1:{}", proxy.port()));
+  const auto refused = controller.read("a");
+  ASSERT_FALSE(refused);
+  EXPECT_TRUE(refused.error().message.starts_with("Connection timed out; next try in 1.0 s") ||
+              refused.error().message.starts_with("Connection timed out; next try in 0."))
+      << refused.error().message;
+}
+
+TEST(ModbusFault, ProvesTheControllerAnewAfterReconnecting) {
+  SOAK_START_PYMODBUS(server, "tcp", kRegisters);
+  FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 600);
+  Controller controller(rig_map(proxy.port()));
+  ASSERT_TRUE(controller.connect());
+  ASSERT_TRUE(test::mbpoll_write(server->port(), 50, "4", "4712"));
+  EXPECT_EQ(controller.read("a").value_or(0.0), 11.5);
+  proxy.spoil(Fault::reset);
+  EXPECT_FALSE(controller.read("a"));
+  const auto deadline = Clock::now() + std::chrono::seconds(20);
+  std::string message;
+  while (Clock::now() < deadline && message.find("4712") == std::string::npos) {
+    const auto value = controller.read("a");
+    ASSERT_FALSE(value);
+    message = value.error().message;
+  }
+  EXPECT_EQ(message, "identification (register 50) holds 4712, not 4711: this is another controller");
+}
+
+TEST(ModbusFault, WritesAgainAfterReconnectingToAControllerThatForgot) {
+  SOAK_START_PYMODBUS(server, "tcp", kRegisters);
+  FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 600);
+  Controller controller(rig_map(proxy.port()));
+  ASSERT_TRUE(controller.write("d", 500.0));
+  proxy.spoil(Fault::reset);
+  EXPECT_FALSE(controller.read("a"));
+  ASSERT_TRUE(test::mbpoll_write(server->port(), 40, "4", "444"));
+  expect_recovery(controller);
+  ASSERT_TRUE(controller.write("d", 500.0));
+  EXPECT_EQ(test::mbpoll_read(server->port(), 40, "4"), "500");
+}
+
+TEST(ModbusFault, ReadsBlocksWithoutHolesWhereTheControllerRefusesThem) {
+  SOAK_START_PYMODBUS(server, "tcp", kRegisters);
+  RegisterMap map = rig_map(server->port());
+  map.link.max_block = 60;  // one block over registers that the server does not have
+  Controller controller(map);
+  const auto values = controller.read_all({"a", "b", "c", "d"});
+  ASSERT_TRUE(values) << values.error().message;
+  EXPECT_EQ(*values, kTruth);
+}
+
+TEST(ModbusLink, LengthensItsPauses) {
+  ModbusLink link({.address = ModbusTcp{"127.0.0.1", 1}, .response_timeout_s = 0.3});
+  for (const char* expected : {"1.0 s", "2.0 s", "5.0 s", "10.0 s", "10.0 s"}) {
+    link.give_up("lost");
+    const LinkResult refused = link.open();
+    ASSERT_FALSE(refused);
+    // On a slow machine a little of the pause is over already.
+    const double left_s = std::stod(refused.error().text.substr(std::string("lost; next try in ").size()));
+    EXPECT_NEAR(left_s, std::stod(expected), 0.9);
+  }
+}
+
+TEST(ModbusLink, RefusesADescriptorThatLibmodbusCannotUse) {
+  rlimit limit{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &limit), 0);
+  if (limit.rlim_max < 2000) GTEST_SKIP() << "skipped: no more than " << limit.rlim_max << " open files allowed";
+  const rlimit raised{2000, limit.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &raised), 0);
+  std::vector<int> taken;
+  for (int fd = 0; fd >= 0 && fd < 1030;) {
+    fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+    taken.push_back(fd);
+  }
+  ModbusLink link({.address = ModbusTcp{"127.0.0.1", 1}});
+  const LinkResult opened = link.open();
+  for (const int fd : taken) ::close(fd);
+  ::setrlimit(RLIMIT_NOFILE, &limit);
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().text, "too many open files: libmodbus cannot use a descriptor beyond 1023");
+}
+
+/// A pseudo-terminal that socat joins to a TCP port.
+class SerialLine {
+ public:
+  explicit SerialLine(int port)
+      : path_(fmt::format("/tmp/soak-rtu-{}-{}", ::getpid(), port)),
+        socat_({"socat", fmt::format("pty,raw,echo=0,link={}", path_), fmt::format("tcp:127.0.0.1:{}", port)}) {
+    const auto deadline = Clock::now() + std::chrono::seconds(10);
+    while (::access(path_.c_str(), F_OK) != 0 && Clock::now() < deadline) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  test::Process socat_;
+};
+
+class ModbusRtuFaultTest : public ::testing::TestWithParam<Fault> {
+ protected:
+  static RegisterMap rig_map_rtu(const std::string& device) {
+    RegisterMap map = test::parsed_map(kMap);
+    map.link.address = ModbusRtu{.device = device, .baud = 38400};
+    map.link.gap_s = 0.005;
+    return map;
+  }
+};
+
+TEST_P(ModbusRtuFaultTest, GivesTheTruthOrAnErrorAndRecovers) {
+  SOAK_START_PYMODBUS(server, "rtu", kRegisters);
+  if (!test::have_program("socat")) GTEST_SKIP() << "skipped: socat is not installed";
+  // A late answer comes when the link is open again and asks its probe.
+  FaultProxy proxy(server->port(), FaultProxy::Framing::rtu, 1500);
+  const SerialLine line(proxy.port());
+  Controller controller(rig_map_rtu(line.path()));
+  expect_recovery(controller);
+  expect_truth_or_error(controller, proxy, GetParam());
+  ASSERT_TRUE(controller.write("d", 445.0));
+  EXPECT_EQ(controller.read("d").value_or(0.0), 445.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, ModbusRtuFaultTest,
+                         ::testing::Values(Fault::none, Fault::late, Fault::exception, Fault::wrong_unit,
+                                           Fault::truncated, Fault::garbage, Fault::silence));
+
+}  // namespace
+}  // namespace soak::hal
