@@ -109,13 +109,14 @@ base::Result<CampaignConfig> parse_campaign_config(std::string_view text, const 
   config.noise.slow_share = reader.number("noise.slow_share", {0.0, 1.0});
   config.noise.slow_correlation_times_s = reader.numbers("noise.slow_correlation_times_s", kDuration_s);
   read_site(reader, config);
+  config.lab = read_lab_magnitudes(reader);
   if (const base::Status status = reader.finish(); !status) return base::forward_error(status);
   return config;
 }
 
 base::Result<CampaignConfig> read_campaign_config(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) return base::bad_input("cannot read this file; --config wants one in the format of campaign.toml", file);
+  if (!stream) return base::bad_input("cannot read this file; --config wants one in the format of lab.toml", file);
   const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   return parse_campaign_config(text, file);
 }

@@ -9,14 +9,10 @@
 
 #include "base/result.h"
 #include "calib/sensor.h"
+#include "hal/sim/lab_magnitudes.h"
+#include "hal/sim/range.h"
 
 namespace soak::hal::sim {
-
-/// Bounds of a uniform draw.
-struct Range {
-  double low = 0.0;
-  double high = 0.0;
-};
 
 /// Size of a thermal curve, in the SI unit of the quantity that it describes.
 struct CurveMagnitudes {
@@ -27,7 +23,7 @@ struct CurveMagnitudes {
   Range feature_sigma_c;
 };
 
-/// Shape of all thermal curves; campaign.toml says what the terms mean.
+/// Shape of all thermal curves; lab.toml says what the terms mean.
 struct CurveShape {
   double cold_c = 0.0;  ///< the range of temperature over which spans count
   double hot_c = 0.0;
@@ -72,7 +68,8 @@ struct EarthFrame {
   double azimuth_deg = 0.0;   ///< heading of the horizontal reference axis, clockwise from north
 };
 
-/// A simulated campaign: what is done with how many units, and how large every effect is. SI and °C.
+/// All of lab.toml: what a simulated campaign does with how many units, how large every effect is, and what the
+/// laboratory adds. SI and °C.
 struct CampaignConfig {
   std::uint64_t seed = 0;
   int units = 0;
@@ -92,6 +89,7 @@ struct CampaignConfig {
   SensorMagnitudes accel;
   NoiseMagnitudes noise;
   std::optional<EarthFrame> earth;  ///< absent = the Earth stands still
+  LabMagnitudes lab;
 
   [[nodiscard]] const SensorMagnitudes& magnitudes(calib::Sensor sensor) const {
     return calib::is_gyro(sensor) ? gyro : accel;
@@ -103,7 +101,7 @@ inline constexpr int kMaxUnits = 9999;
 inline constexpr int kMaxRuns = 999;
 inline constexpr int kMaxRowsPerPosition = 36000;
 
-/// The configuration that `text`, in the format of campaign.toml, describes. Errors (bad_input): the first syntax
+/// The configuration that `text`, in the format of lab.toml, describes. Errors (bad_input): the first syntax
 /// error; a key that is missing, unknown, of another type or out of its limits; each with "`file`:line".
 [[nodiscard]] base::Result<CampaignConfig> parse_campaign_config(std::string_view text, const std::string& file);
 

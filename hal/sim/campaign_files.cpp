@@ -60,7 +60,7 @@ base::Status write_campaign(const CampaignConfig& config, const std::string& fol
     if (base::Status written = write_file(verification / name, verification_csv(config, unit)); !written)
       return written;
   }
-  return write_file(fs::path(folder) / "truth.json", truth_json(config, units));
+  return write_file(fs::path(folder) / "truth.json", truth_json(config, units, campaign_runs(config)));
 }
 
 }  // namespace soak::hal::sim

@@ -4,14 +4,9 @@
 #include <string>
 #include <vector>
 
-namespace soak::hal::sim {
+#include "hal/sim/program_options.h"
 
-/// What a program leaves behind.
-struct ProgramOutcome {
-  int exit_status = 0;  ///< 0 done, else the value of the base::ErrorKind
-  std::string output;   ///< for standard output
-  std::string errors;   ///< for standard error
-};
+namespace soak::hal::sim {
 
 /// All of soaksim-campaign but its streams; `arguments` without the program's name.
 [[nodiscard]] ProgramOutcome run_campaign_program(const std::vector<std::string>& arguments);

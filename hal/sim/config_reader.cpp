@@ -128,6 +128,19 @@ std::vector<double> ConfigReader::numbers(std::string_view key, Limits limits) {
   return values;
 }
 
+std::vector<std::string> ConfigReader::texts(std::string_view key) {
+  const toml::node* node = document_->require(key);
+  if (!node) return {};
+  const toml::array* array = node->as_array();
+  if (!array || array->empty() || !array->is_homogeneous(toml::node_type::string)) {
+    document_->refuse_at(fmt::format("'{}' must be a list of texts", key), node->source());
+    return {};
+  }
+  std::vector<std::string> values;
+  for (const toml::node& element : *array) values.push_back(element.value_or(std::string()));
+  return values;
+}
+
 std::optional<double> ConfigReader::optional_number(std::string_view key, Limits limits) {
   const toml::node* node = document_->find(key);
   if (!node) return std::nullopt;

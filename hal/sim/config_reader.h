@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "hal/sim/campaign_config.h"
+#include "hal/sim/range.h"
 
 namespace soak::hal::sim {
 
@@ -36,6 +36,8 @@ class ConfigReader {
   [[nodiscard]] Range whole_range(std::string_view key, Limits limits);
   /// At least one number.
   [[nodiscard]] std::vector<double> numbers(std::string_view key, Limits limits);
+  /// At least one text.
+  [[nodiscard]] std::vector<std::string> texts(std::string_view key);
   [[nodiscard]] std::optional<double> optional_number(std::string_view key, Limits limits);
 
   /// Records a mistake in the value of a key that was read.

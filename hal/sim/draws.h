@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "base/random.h"
-#include "hal/sim/campaign_config.h"
+#include "hal/sim/range.h"
 
 namespace soak::hal::sim {
 
@@ -22,6 +22,11 @@ enum class Purpose : std::uint64_t {
   slow_noise = 9,
   thermometer = 10,
   chamber = 11,
+  lab_white_noise = 12,
+  lab_slow_noise = 13,
+  lab_thermometer = 14,
+  lab_chamber_sensor = 15,
+  lab_unit = 16,
 };
 
 /// Stream number of the `member`-th (below 2^32) sensor, process... that a purpose has.

@@ -57,13 +57,21 @@ double power_on_offset(const CampaignConfig& config, const SimulatedUnit& unit, 
   return config.magnitudes(sensor).power_on_sigma * base::hashed_gaussian(run_seed(unit, run), stream, 0);
 }
 
+SensorAtTemperature at_temperature(const SimulatedSensor& truth, double temp_c) {
+  return {truth.bias.at(temp_c), 1.0 + 1e-6 * truth.scale_ppm.at(temp_c)};
+}
+
+double reading_of(const SimulatedSensor& truth, const SensorAtTemperature& state, Sensor sensor,
+                  const Vector3& force_mps2, const Vector3& rate_rps) {
+  const Vector3& input = calib::is_gyro(sensor) ? rate_rps : force_mps2;
+  return state.scale * input[calib::axis_of(sensor)] + state.bias + dot(truth.misalignment, input) +
+         dot(truth.g_sensitivity, force_mps2);
+}
+
 double ideal_reading(const SimulatedUnit& unit, Sensor sensor, double temp_c, const Vector3& force_mps2,
                      const Vector3& rate_rps) {
   const SimulatedSensor& truth = unit.sensors[calib::index_of(sensor)];
-  const Vector3& input = calib::is_gyro(sensor) ? rate_rps : force_mps2;
-  const double scale = 1.0 + 1e-6 * truth.scale_ppm.at(temp_c);
-  return scale * input[calib::axis_of(sensor)] + truth.bias.at(temp_c) + dot(truth.misalignment, input) +
-         dot(truth.g_sensitivity, force_mps2);
+  return reading_of(truth, at_temperature(truth, temp_c), sensor, force_mps2, rate_rps);
 }
 
 }  // namespace soak::hal::sim

@@ -45,6 +45,18 @@ struct SimulatedUnit {
 [[nodiscard]] double power_on_offset(const CampaignConfig& config, const SimulatedUnit& unit, int run,
                                      calib::Sensor sensor);
 
+/// What temperature decides of a sensor.
+struct SensorAtTemperature {
+  double bias = 0.0;   ///< mean over power-ons
+  double scale = 1.0;  ///< 1 + scale_ppm·1e-6
+};
+
+[[nodiscard]] SensorAtTemperature at_temperature(const SimulatedSensor& truth, double temp_c);
+
+/// The measurement equation without power-on offset and noise, for a sensor at a temperature that is known already.
+[[nodiscard]] double reading_of(const SimulatedSensor& truth, const SensorAtTemperature& state, calib::Sensor sensor,
+                                const calib::Vector3& force_mps2, const calib::Vector3& rate_rps);
+
 /// Noise-free reading of a sensor at `temp_c` without its power-on offset, for specific force `force_mps2` and rotation
 /// `rate_rps` in body axes.
 [[nodiscard]] double ideal_reading(const SimulatedUnit& unit, calib::Sensor sensor, double temp_c,

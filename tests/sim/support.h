@@ -15,7 +15,7 @@
 namespace soak::hal::sim::test {
 
 /// The shipped magnitudes.
-inline const std::string kShippedConfig = std::string(SOAK_TEST_FOLDER) + "/../hal/sim/campaign.toml";
+inline const std::string kShippedConfig = std::string(SOAK_TEST_FOLDER) + "/../hal/sim/lab.toml";
 
 inline CampaignConfig shipped_config() { return read_campaign_config(kShippedConfig).value(); }
 

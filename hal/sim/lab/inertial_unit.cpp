@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/sim/lab/inertial_unit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/random.h"
+#include "base/units.h"
+#include "hal/sim/draws.h"
+
+namespace soak::hal::sim {
+namespace {
+
+using calib::Sensor;
+using calib::Vector3;
+
+constexpr std::uint32_t kFirstDeviceId = 0x0380A000;
+
+UnitHeat drawn_heat(const CampaignConfig& config, const SimulatedUnit& unit) {
+  const ElectronicsMagnitudes& magnitudes = config.lab.electronics;
+  base::Random random(unit.seed, stream_of(Purpose::lab_unit));
+  const double settling_time_s = drawn_from(random, magnitudes.settling_time_s);
+  const double self_heating_c = drawn_from(random, magnitudes.self_heating_c);
+  return {config.lab.plant.room_c, settling_time_s, magnitudes.load_coupling_time_s, self_heating_c};
+}
+
+double quantised(double value, double lsb) { return lsb * std::round(value / lsb); }
+
+/// A vector of the fixture in the axes of the unit, times `factor`.
+Vector3 in_unit_axes(const Mounting& mounting, const Vector3& v, double factor) {
+  Vector3 turned{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3& axis = mounting.axes[i];
+    turned[i] = factor * (axis[0] * v[0] + axis[1] * v[1] + axis[2] * v[2]);
+  }
+  return turned;
+}
+
+}  // namespace
+
+std::uint32_t device_id_of(int number) { return kFirstDeviceId + static_cast<std::uint32_t>(number); }
+
+SimulatedUnit draw_lab_unit(const CampaignConfig& config, int number) {
+  SimulatedUnit unit = draw_unit(config, number);
+  unit.serial = fmt::format("{:08X}", device_id_of(number));
+  return unit;
+}
+
+InertialUnit::InertialUnit(const CampaignConfig& config, int number)
+    : config_(config),
+      number_(number),
+      truth_(draw_lab_unit(config, number)),
+      mounting_(config.lab.mounting(number)),
+      heat_(drawn_heat(config, truth_)),
+      noise_(config.lab) {
+  follow_temperature();
+}
+
+void InertialUnit::start() {
+  const int ordinal = starts_++;
+  powered_ = true;
+  run_seed_ = run_seed(truth_, ordinal);
+  noise_.start(run_seed_);
+  for (const Sensor sensor : calib::kSensors) {
+    offset_[calib::index_of(sensor)] = power_on_offset(config_, truth_, ordinal, sensor);
+  }
+}
+
+void InertialUnit::follow_temperature() {
+  for (std::size_t i = 0; i < state_.size(); ++i) state_[i] = at_temperature(truth_.sensors[i], heat_.temp_c());
+}
+
+void InertialUnit::step(const ChamberPlant& chamber) {
+  heat_.step(kStep_s, chamber, powered_);
+  if (!powered_) return;
+  noise_.step();
+  follow_temperature();
+}
+
+SensedVector InertialUnit::sense(std::size_t first_sensor, const Attitude& fixture, std::uint64_t index,
+                                 double rate_hz) const {
+  const Vector3 force_mps2 = in_unit_axes(mounting_, fixture.up, base::kStandardGravity_mps2);
+  const Vector3 rate_rps = in_unit_axes(mounting_, fixture.rate_rps, 1.0);
+  SensedVector sensed;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t i = first_sensor + axis;
+    const Sensor sensor = calib::kSensors[i];
+    const OutputMagnitudes& output = calib::is_gyro(sensor) ? config_.lab.gyro : config_.lab.accel;
+    const double value = reading_of(truth_.sensors[i], state_[i], sensor, force_mps2, rate_rps) + offset_[i] +
+                         noise_.at(sensor, index, rate_hz);
+    sensed.clipped[axis] = std::abs(value) > output.range;
+    sensed.value[axis] = static_cast<float>(quantised(std::clamp(value, -output.range, output.range), output.lsb));
+  }
+  return sensed;
+}
+
+SensedVector InertialUnit::rate_of_turn(const Attitude& fixture, std::uint64_t index, double rate_hz) const {
+  return sense(calib::index_of(Sensor::gyro_x), fixture, index, rate_hz);
+}
+
+SensedVector InertialUnit::acceleration(const Attitude& fixture, std::uint64_t index, double rate_hz) const {
+  return sense(calib::index_of(Sensor::accel_x), fixture, index, rate_hz);
+}
+
+float InertialUnit::thermometer_c(std::uint64_t index) const {
+  const ElectronicsMagnitudes& magnitudes = config_.lab.electronics;
+  const double noise = base::hashed_gaussian(run_seed_, stream_of(Purpose::lab_thermometer), index);
+  return static_cast<float>(
+      quantised(heat_.temp_c() + magnitudes.thermometer_noise_sigma_c * noise, magnitudes.thermometer_lsb_c));
+}
+
+}  // namespace soak::hal::sim

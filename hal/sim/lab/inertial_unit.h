@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "hal/sim/attitude.h"
+#include "hal/sim/campaign_config.h"
+#include "hal/sim/lab/chamber_plant.h"
+#include "hal/sim/lab/device_time.h"
+#include "hal/sim/lab/unit_noise.h"
+#include "hal/sim/simulated_unit.h"
+
+namespace soak::hal::sim {
+
+/// One output of three sensors.
+struct SensedVector {
+  std::array<float, 3> value{};  ///< rad/s or m/s², in the unit's own axes
+  std::array<bool, 3> clipped{};
+};
+
+/// The `number`-th unit, from 1, of the laboratory: draw_unit() with a serial number of its own, eight hexadecimal
+/// digits that are also its device identification.
+[[nodiscard]] SimulatedUnit draw_lab_unit(const CampaignConfig& config, int number);
+
+/// Device identification of the `number`-th unit.
+[[nodiscard]] std::uint32_t device_id_of(int number);
+
+/// What the sensors of a unit in the chamber read.
+class InertialUnit {
+ public:
+  InertialUnit(const CampaignConfig& config, int number);
+
+  [[nodiscard]] std::uint32_t device_id() const { return device_id_of(number_); }
+  [[nodiscard]] double temp_c() const { return heat_.temp_c(); }
+
+  /// Power on or restart: the next power-on ordinal, from 0, with an offset and noise of its own.
+  void start();
+  void stop() { powered_ = false; }
+
+  /// Advances temperature and slow noise by kStep_s.
+  void step(const ChamberPlant& chamber);
+
+  /// Internal sample `index` since the start, averaged down to `rate_hz`. `fixture` is the attitude of the fixture.
+  [[nodiscard]] SensedVector rate_of_turn(const Attitude& fixture, std::uint64_t index, double rate_hz) const;
+  [[nodiscard]] SensedVector acceleration(const Attitude& fixture, std::uint64_t index, double rate_hz) const;
+  [[nodiscard]] float thermometer_c(std::uint64_t index) const;
+
+ private:
+  [[nodiscard]] SensedVector sense(std::size_t first_sensor, const Attitude& fixture, std::uint64_t index,
+                                   double rate_hz) const;
+  void follow_temperature();
+
+  CampaignConfig config_;
+  int number_;
+  SimulatedUnit truth_;
+  Mounting mounting_;
+  UnitHeat heat_;
+  UnitNoise noise_;
+  bool powered_ = false;
+  int starts_ = 0;
+  std::uint64_t run_seed_ = 0;
+  std::array<double, calib::kSensorCount> offset_{};
+  std::array<SensorAtTemperature, calib::kSensorCount> state_{};
+};
+
+}  // namespace soak::hal::sim

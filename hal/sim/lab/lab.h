@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <deque>
+
+#include "hal/sim/campaign_config.h"
+#include "hal/sim/lab/device_time.h"
+#include "hal/sim/lab/simulated_chamber.h"
+#include "hal/sim/lab/simulated_fixture.h"
+#include "hal/sim/lab/simulated_relay.h"
+#include "hal/sim/lab/xbus_device.h"
+
+namespace soak::hal::sim {
+
+/// The whole laboratory in its own time: a chamber with a fixture in it, units on the fixture, a relay card that feeds
+/// them. What happens depends on the configuration and on what is written at which tick, and on nothing else.
+class Lab {
+ public:
+  /// `config.units` units: relay output n feeds unit n.
+  explicit Lab(const CampaignConfig& config);
+
+  [[nodiscard]] Tick now() const { return now_; }
+  /// Next tick at which anything happens.
+  [[nodiscard]] Tick next_due() const;
+  /// Advances to `next`, which must not be after next_due().
+  void advance_to(Tick next);
+
+  [[nodiscard]] SimulatedChamber& chamber() { return chamber_; }
+  [[nodiscard]] SimulatedFixture& fixture() { return fixture_; }
+  [[nodiscard]] SimulatedRelay& relay() { return relay_; }
+  [[nodiscard]] std::size_t unit_count() const { return devices_.size(); }
+  /// `index` counts from 0.
+  [[nodiscard]] XbusDevice& device(std::size_t index) { return devices_[index]; }
+  [[nodiscard]] const XbusDevice& device(std::size_t index) const { return devices_[index]; }
+
+ private:
+  Tick now_ = 0;
+  SimulatedChamber chamber_;
+  SimulatedFixture fixture_;
+  SimulatedRelay relay_;
+  std::deque<XbusDevice> devices_;
+};
+
+}  // namespace soak::hal::sim

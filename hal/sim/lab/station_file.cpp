@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/sim/lab/station_file.h"
+
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+
+#include "base/number_text.h"
+#include "base/units.h"
+#include "hal/sim/lab/inertial_unit.h"
+
+namespace soak::hal::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A text within double quotes, as TOML and JSON both write it.
+std::string in_quotes(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') result += '\\';
+    if (static_cast<unsigned char>(c) < 0x20) {
+      result += fmt::format("\\u{:04x}", static_cast<int>(c));
+    } else {
+      result += c;
+    }
+  }
+  return result + '"';
+}
+
+std::string device_section(std::string_view name, const fs::path& map, int port) {
+  return fmt::format("[{}]\nmap = {}\nhost = \"127.0.0.1\"\nport = {}\n\n", name, in_quotes(map.string()), port);
+}
+
+std::string unit_address(const UnitAddress& address) {
+  if (const auto* port = std::get_if<int>(&address)) return fmt::format("host = \"127.0.0.1\"\nport = {}\n", *port);
+  return fmt::format("device = {}\n", in_quotes(std::get<std::string>(address)));
+}
+
+std::string slot_section(const CampaignConfig& config, int number, const UnitAddress& address) {
+  const auto& [x, y, z] = config.lab.mounting(number).labels;
+  return fmt::format(
+      "\n[[slot]]\nname = \"{0}\"\n{1}decoder = \"xsens\"\naxes = [\"{2}\", \"{3}\", \"{4}\"]\npower_output = {0}\n"
+      "unit = \"{5:08X}\"\nunit_type = \"mti-300\"\n",
+      number, unit_address(address), x, y, z, device_id_of(number));
+}
+
+}  // namespace
+
+std::string station_toml(const CampaignConfig& config, double rate, const LabAddresses& addresses,
+                         const std::string& maps) {
+  const fs::path folder = fs::absolute(maps).lexically_normal();
+  std::string text = fmt::format("# The laboratory that soaksim runs, seed {}.\n[clock]\nrate = {}\n\n", config.seed,
+                                 base::shortest(rate));
+  text += device_section("chamber", folder / "chambers" / "watlow-f4t.toml", addresses.chamber);
+  text += device_section("fixture", folder / "fixtures" / "modbus-positioner.toml", addresses.fixture);
+  text += device_section("power", folder / "power" / "modbus-relay.toml", addresses.relay);
+  text += fmt::format("[unit_types]\nfolder = {}\n\n[site]\ngravity_mps2 = {}\n",
+                      in_quotes((folder / "units").string()), base::shortest(base::kStandardGravity_mps2));
+  for (std::size_t i = 0; i < addresses.units.size(); ++i) {
+    text += slot_section(config, static_cast<int>(i) + 1, addresses.units[i]);
+  }
+  return text;
+}
+
+std::string addresses_json(const LabAddresses& addresses, const std::string& station_file) {
+  std::string units;
+  for (const UnitAddress& address : addresses.units) {
+    const auto* port = std::get_if<int>(&address);
+    units += units.empty() ? "" : ", ";
+    units += port ? fmt::format("{}", *port) : in_quotes(std::get<std::string>(address));
+  }
+  return fmt::format("{{\"station\": {}, \"chamber\": {}, \"fixture\": {}, \"relay\": {}, \"units\": [{}]}}\n",
+                     in_quotes(station_file), addresses.chamber, addresses.fixture, addresses.relay, units);
+}
+
+base::Result<std::string> write_station_file(const std::string& folder, const std::string& text) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return base::bad_input("cannot make this folder (" + error.message() + ")", folder);
+  const fs::path target = fs::absolute(folder) / "station.toml";
+  const fs::path partial = fs::absolute(folder) / "station.toml.new";
+  std::ofstream stream(partial, std::ios::binary | std::ios::trunc);
+  stream << text;
+  stream.close();
+  if (stream) fs::rename(partial, target, error);
+  if (!stream || error) return base::fail(base::ErrorKind::internal, "cannot write this file", target.string());
+  return target.string();
+}
+
+}  // namespace soak::hal::sim

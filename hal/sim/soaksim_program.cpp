@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/sim/soaksim_program.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "base/number_text.h"
+#include "base/result.h"
+#include "hal/sim/lab/lab_server.h"
+#include "hal/sim/lab/simulated_relay.h"
+#include "hal/sim/lab/station_file.h"
+#include "hal/sim/truth_writer.h"
+
+namespace soak::hal::sim {
+namespace {
+
+constexpr std::string_view kUsage =
+    R"(usage: soaksim --out DIR [--seed N] [--units N] [--rate R|max] [--config FILE]
+               [--base-port P] [--pty SLOT...] [--maps DIR]
+Runs a simulated laboratory: a chamber, a fixture and a relay card that speak Modbus TCP, and units that speak the Xsens
+MTi's Xbus protocol, all on 127.0.0.1. Writes DIR/station.toml when everything listens, then prints one line of JSON with
+the ports. Ends with status 0 on SIGTERM or SIGINT.
+
+  --out DIR        folder for station.toml; made where it is missing
+  --seed N         seed of all random numbers (default: that of the configuration)
+  --units N        number of units, 1 to 16, in slots 1, 2, ...
+  --rate R         device seconds per second of host time, 0.01 to 5000 (default 1); max = 5000. A reader that does not
+                   keep up makes the laboratory's clock wait.
+  --config FILE    magnitudes, in the format of lab.toml
+  --base-port P    ports P (chamber), P+1 (fixture), P+2 (relay), P+10+n (unit n); else any free ones
+  --pty SLOT...    these slots get a pseudo-terminal instead of a TCP port
+  --maps DIR       folder of register maps and unit types that station.toml names
+)";
+constexpr std::string_view kTruthUsage =
+    "usage: soaksim-truth [--seed N] [--units N] [--config FILE]\n"
+    "Prints as JSON what is true of the units that soaksim simulates for the same seed.\n";
+
+constexpr double kMinRate = 0.01;
+constexpr double kMaxRate = 5000.0;
+constexpr int kMaxBasePort = 65535 - 10 - kRelayOutputs;
+constexpr int kListedPowerOns = 64;
+
+base::Result<double> rate_option(const ProgramOptions& options) {
+  const std::string text = options.text("--rate").value_or("1");
+  if (text == "max") return kMaxRate;
+  const auto rate = base::parse_double(text);
+  if (!rate || *rate < kMinRate || *rate > kMaxRate) {
+    return base::bad_input(
+        fmt::format("option --rate must be a number from {} to {} or 'max', not '{}'", kMinRate, kMaxRate, text));
+  }
+  return *rate;
+}
+
+base::Result<LabServerOptions> server_options(const ProgramOptions& options, int units) {
+  LabServerOptions server;
+  const auto rate = rate_option(options);
+  if (!rate) return base::forward_error(rate);
+  server.rate = *rate;
+  const auto base_port = options.whole("--base-port", 1, kMaxBasePort);
+  if (!base_port) return base::forward_error(base_port);
+  if (*base_port) server.base_port = static_cast<int>(**base_port);
+  const auto slots = options.wholes("--pty", 1, units);
+  if (!slots) return base::forward_error(slots);
+  for (const std::int64_t slot : *slots) server.pty_slots.insert(static_cast<int>(slot));
+  return server;
+}
+
+/// What a command line asks soaksim to do.
+struct Order {
+  std::string folder;
+  std::string maps;
+  CampaignConfig config;
+  LabServerOptions server;
+};
+
+base::Result<Order> parse_order(const std::vector<std::string>& arguments) {
+  const auto options = ProgramOptions::parse(
+      arguments, {"--out", "--seed", "--units", "--rate", "--config", "--base-port", "--maps"}, {"--pty"});
+  if (!options) return base::forward_error(options);
+  const auto folder = options->required("--out", "the folder for station.toml");
+  if (!folder) return base::forward_error(folder);
+  auto config = configured(*options, kRelayOutputs);
+  if (!config) return base::forward_error(config);
+  if (config->units > kRelayOutputs) {
+    return base::bad_input(
+        fmt::format("the laboratory has room for 1 to {} units, not {}", kRelayOutputs, config->units));
+  }
+  auto server = server_options(*options, config->units);
+  if (!server) return base::forward_error(server);
+  return Order{*folder, options->text("--maps").value_or(SOAK_SIM_MAPS), *std::move(config), *std::move(server)};
+}
+
+base::Status serve(const Order& order, int stop_fd, const std::function<void(const std::string&)>& announce) {
+  const auto server = LabServer::open(order.config, order.server);
+  if (!server) return base::forward_error(server);
+  const LabAddresses addresses = (*server)->addresses();
+  const auto file =
+      write_station_file(order.folder, station_toml(order.config, order.server.rate, addresses, order.maps));
+  if (!file) return base::forward_error(file);
+  announce(addresses_json(addresses, *file));
+  (*server)->run_until_readable(stop_fd);
+  return {};
+}
+
+base::Result<std::string> truth_text(const std::vector<std::string>& arguments) {
+  const auto options = ProgramOptions::parse(arguments, {"--seed", "--units", "--config"});
+  if (!options) return base::forward_error(options);
+  const auto config = configured(*options, kRelayOutputs);
+  if (!config) return base::forward_error(config);
+  std::vector<SimulatedUnit> units;
+  for (int number = 1; number <= config->units; ++number) units.push_back(draw_lab_unit(*config, number));
+  ListedRuns listed;
+  for (int ordinal = 0; ordinal < kListedPowerOns; ++ordinal) {
+    listed.runs.push_back({fmt::format("{}", ordinal), ordinal});
+  }
+  return truth_json(*config, units, listed);
+}
+
+bool asks_for_help(const std::vector<std::string>& arguments) {
+  return std::find(arguments.begin(), arguments.end(), "--help") != arguments.end();
+}
+
+}  // namespace
+
+ProgramOutcome run_soaksim(const std::vector<std::string>& arguments, int stop_fd,
+                           const std::function<void(const std::string&)>& announce) {
+  if (asks_for_help(arguments)) return {0, std::string(kUsage), ""};
+  const auto order = parse_order(arguments);
+  if (!order) return failed_program("soaksim", order.error());
+  if (const auto served = serve(*order, stop_fd, announce); !served) return failed_program("soaksim", served.error());
+  return {};
+}
+
+ProgramOutcome run_soaksim_truth(const std::vector<std::string>& arguments) {
+  if (asks_for_help(arguments)) return {0, std::string(kTruthUsage), ""};
+  const auto text = truth_text(arguments);
+  if (!text) return failed_program("soaksim-truth", text.error());
+  return {0, *text, ""};
+}
+
+}  // namespace soak::hal::sim
