@@ -22,6 +22,9 @@ struct UnitRow {
   std::int32_t epoch = 0;  ///< rises with each repair or re-flash
 };
 
+/// Whether a text is the purpose of a run: "calibration", "verification" or "diagnosis".
+[[nodiscard]] bool is_purpose(std::string_view text);
+
 /// One unit's part of one run. A run file may hold several units; each has its row here.
 struct RunRow {
   std::string run_id;
@@ -29,6 +32,7 @@ struct RunRow {
   std::string campaign;
   std::string label;
   std::string procedure;
+  std::string purpose = "calibration";  ///< what may be done with it: only calibration is fitted
   std::int32_t epoch = 0;
   double created_utc_s = 0.0;
   double clock_rate = 1.0;
@@ -80,6 +84,29 @@ struct CalibrationRow {
   std::string path;
 };
 
+/// The journal of a campaign that this station carries out: what was planned and how far it came.
+struct CampaignRow {
+  std::string name;
+  std::string procedure;
+  std::string document;           ///< JSON: plan, units and slots
+  std::string state = "running";  ///< "running", "paused", "interrupted", "finished", "aborted" or "failed"
+  std::string reason;             ///< of that state, for people
+  double created_utc_s = 0.0;
+  double updated_utc_s = 0.0;  ///< of the last change of state
+};
+
+/// A step of the plan that came to its end.
+struct StepRow {
+  std::string campaign;
+  std::int32_t index = 0;    ///< in the plan's list of steps
+  std::int32_t attempt = 0;  ///< how often it was begun before
+  double started_utc_s = 0.0;
+  double ended_utc_s = 0.0;
+  std::string outcome;  ///< "done", "skipped", "timed out"...
+  std::string text;     ///< what there is to say of it
+  std::string run_id;   ///< of the run file that it wrote to; empty = none
+};
+
 struct EventRow {
   double utc_s = 0.0;
   std::string kind;
@@ -100,7 +127,7 @@ class Catalog {
   ~Catalog();
 
   /// Schema version that this program writes.
-  static constexpr int kSchemaVersion = 1;
+  static constexpr int kSchemaVersion = 2;
 
   [[nodiscard]] const std::filesystem::path& data_folder() const;
   [[nodiscard]] std::filesystem::path run_file_path(const RunRow& run) const;
@@ -119,6 +146,22 @@ class Catalog {
   /// The campaign's procedure; adds the campaign where it is new. Refuses another procedure for an existing one.
   [[nodiscard]] base::Status ensure_campaign(std::string_view name, std::string_view procedure);
   [[nodiscard]] base::Result<std::vector<std::string>> campaigns() const;
+
+  /// Adds a campaign with its journal. Refuses (bad_input) a name whose campaign has runs or a journal, a second
+  /// campaign while one is open, and a state that is none.
+  [[nodiscard]] base::Status begin_campaign(const CampaignRow& campaign);
+  /// The journal of a campaign; nothing for one that has none.
+  [[nodiscard]] base::Result<std::optional<CampaignRow>> campaign(std::string_view name) const;
+  /// The campaign in state "running" or "paused", if there is one.
+  [[nodiscard]] base::Result<std::optional<CampaignRow>> open_campaign() const;
+  /// Changes the state and logs it. Refuses (bad_input) a campaign without journal, a state that is none, and a second
+  /// open campaign.
+  [[nodiscard]] base::Status set_campaign_state(std::string_view name, std::string_view state, std::string_view reason);
+  /// Enters a step. After success it survives a killed process and a loss of power. Refuses (bad_input) a campaign
+  /// without journal and an attempt of a step that stands there already.
+  [[nodiscard]] base::Status complete_step(const StepRow& step);
+  /// The steps of a campaign in the order in which they were entered; none for an unknown campaign.
+  [[nodiscard]] base::Result<std::vector<StepRow>> completed_steps(std::string_view campaign) const;
 
   /// Adds a sealed run of one unit with the statistics of its segments, all or nothing, and logs it. Refuses a second
   /// run with the same campaign, unit and label.

@@ -60,6 +60,13 @@ class RunFileWriter {
  public:
   /// Creates the file; refuses a path that exists. Leaves no file behind if it fails.
   [[nodiscard]] static base::Result<RunFileWriter> create(const std::filesystem::path& path, const RunInfo& info);
+  /// Ends a file whose writer is gone (killed, power failed): adds the event "interrupted" with `text` at the time of
+  /// the last row and seals it; everything that was flushed is in it. A file that was complete but for the last steps
+  /// of sealing gets no event; a sealed one stays as it is. Reads all samples once. Returns the SHA-256 as seal() does.
+  /// Refuses a file that another process or connection has open and one of another kind (bad_input), a damaged one
+  /// (corrupt).
+  [[nodiscard]] static base::Result<std::string> seal_interrupted(const std::filesystem::path& path,
+                                                                  std::string_view text);
   RunFileWriter(RunFileWriter&&) noexcept;
   RunFileWriter& operator=(RunFileWriter&&) noexcept;
   ~RunFileWriter();

@@ -15,7 +15,8 @@ namespace {
 constexpr std::size_t kShortestPrefix = 6;
 
 constexpr const char* kRunColumns =
-    "run_id, unit, campaign, label, procedure, epoch, created_utc_s, clock_rate, simulated, sealed, file_name, "
+    "run_id, unit, campaign, label, procedure, purpose, epoch, created_utc_s, clock_rate, simulated, sealed, "
+    "file_name, "
     "file_sha256, content_sha256, latitude_deg, height_m, azimuth_deg, gravity_mps2, row_count, duration_s";
 
 RunRow run_from(SQLite::Statement& query) {
@@ -26,6 +27,7 @@ RunRow run_from(SQLite::Statement& query) {
   run.campaign = fields.text();
   run.label = fields.text();
   run.procedure = fields.text();
+  run.purpose = fields.text();
   run.epoch = fields.integer32();
   run.created_utc_s = fields.real();
   run.clock_rate = fields.real();
@@ -46,11 +48,11 @@ RunRow run_from(SQLite::Statement& query) {
 
 void insert_run(SQLite::Database& database, const RunRow& run) {
   SQLite::Statement insert(database, std::string("INSERT INTO run (") + kRunColumns +
-                                         ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-  sqlite::bind_all(insert, run.run_id, run.unit, run.campaign, run.label, run.procedure, run.epoch, run.created_utc_s,
-                   run.clock_rate, run.simulated, run.sealed, run.file_name, run.file_sha256, run.content_sha256,
-                   run.site.latitude_deg, run.site.height_m, run.site.azimuth_deg, run.site.gravity_mps2, run.rows,
-                   run.duration_s);
+                                         ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  sqlite::bind_all(insert, run.run_id, run.unit, run.campaign, run.label, run.procedure, run.purpose, run.epoch,
+                   run.created_utc_s, run.clock_rate, run.simulated, run.sealed, run.file_name, run.file_sha256,
+                   run.content_sha256, run.site.latitude_deg, run.site.height_m, run.site.azimuth_deg,
+                   run.site.gravity_mps2, run.rows, run.duration_s);
   insert.exec();
 }
 
@@ -66,6 +68,10 @@ base::Status check_run(const sqlite::Connection& connection, const RunRow& run) 
   const std::string where = connection.path().string();
   if (run.run_id.empty() || run.file_name.empty()) {
     return base::bad_input("a run needs a run id and the name of its file", where);
+  }
+  if (!is_purpose(run.purpose)) {
+    return base::bad_input(
+        "'" + run.purpose + "' is no purpose of a run; known are calibration, verification and diagnosis", where);
   }
   if (const auto epoch = catalog::epoch_of(connection, run.unit); !epoch) return base::forward_error(epoch);
   SQLite::Database& database = connection.database();
@@ -125,6 +131,10 @@ base::Status require_run(const sqlite::Connection& connection, std::string_view 
 }
 
 }  // namespace catalog
+
+bool is_purpose(std::string_view text) {
+  return text == "calibration" || text == "verification" || text == "diagnosis";
+}
 
 base::Status Catalog::add_run(const RunRow& run, const std::vector<calib::Segment>& segments) {
   return impl_->connection.transact("add the run", [&]() -> base::Status {

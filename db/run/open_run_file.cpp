@@ -62,7 +62,50 @@ base::Result<OpenedRunFile> open_unsealed(const std::filesystem::path& path) {
   return shared;
 }
 
+/// Takes the file for this connection alone; no statement may have read it yet. In WAL mode every connection holds a
+/// shared lock as long as it lives, so that this fails while there is another one.
+base::Status take_alone(const sqlite::Connection& connection) {
+  constexpr int kPatience_ms = 500;  // a reader may be about to close the file, a writer is not
+  auto taken = connection.run("open the run file", [&]() -> base::Status {
+    connection.database().setBusyTimeout(kPatience_ms);
+    connection.database().exec("PRAGMA locking_mode = EXCLUSIVE");
+    connection.database().exec("PRAGMA synchronous = FULL");
+    connection.database().execAndGet("SELECT count(*) FROM sqlite_master");
+    return {};
+  });
+  if (taken || taken.error().kind != base::ErrorKind::internal) return taken;
+  return base::bad_input(taken.error().message + "; a run file that is still written cannot be taken over",
+                         connection.path().string());
+}
+
+bool is_wal(const sqlite::Connection& connection) {
+  return connection.database().execAndGet("PRAGMA journal_mode").getString() == "wal";
+}
+
+/// Whether the file says that it is sealed: no WAL mode and no journal that a crash has left.
+base::Result<bool> says_sealed(const std::filesystem::path& path) {
+  const auto header = sqlite::read_header(path);
+  if (!header) return base::forward_error(header);
+  if (header->empty) return base::bad_input("there is no run file here", path.string());
+  return !header->wal && !holds_bytes(companion(path, "-journal"));
+}
+
 }  // namespace
+
+base::Result<std::optional<sqlite::Connection>> open_abandoned(const std::filesystem::path& path) {
+  const auto sealed = says_sealed(path);
+  if (!sealed) return base::forward_error(sealed);
+  if (*sealed) return std::nullopt;
+  auto connection = sqlite::Connection::open(path, sqlite::Access::read_write);
+  if (!connection) return base::forward_error(connection);
+  if (const auto alone = take_alone(*connection); !alone) return base::forward_error(alone);
+  if (const auto ours = check_identity(*connection); !ours) return base::forward_error(ours);
+  if (const auto tables = check_tables(*connection); !tables) return base::forward_error(tables);
+  return connection->run("open the run file", [&]() -> base::Result<std::optional<sqlite::Connection>> {
+    if (!is_wal(*connection)) return std::nullopt;
+    return std::optional(std::move(*connection));
+  });
+}
 
 base::Result<OpenedRunFile> open_run_file(const std::filesystem::path& path) {
   const auto header = sqlite::read_header(path);

@@ -12,6 +12,8 @@
 #include "db/run/chunk_table.h"
 #include "db/run/columns.h"
 #include "db/run/layout.h"
+#include "db/run/open_run_file.h"
+#include "db/run/open_stream.h"
 #include "db/run/pyramid.h"
 #include "db/run/tables.h"
 #include "db/run_file.h"
@@ -21,17 +23,7 @@
 namespace soak::db {
 namespace {
 
-/// A stream and its rows from the last full chunk on.
-struct OpenStream {
-  run::StoredStream stored;
-  std::vector<Column> pending;          ///< one per channel
-  std::uint64_t pending_first_row = 0;  ///< a multiple of kChunkRows
-  std::size_t flushed = 0;              ///< pending rows that are stored already, in short chunks
-  std::optional<double> last_t_s;
-  std::vector<run::PyramidBuilder> pyramids;  ///< one per channel; have seen the rows before the pending ones
-
-  [[nodiscard]] std::size_t pending_rows() const { return pending.front().rows(); }
-};
+using run::OpenStream;
 
 base::Status check_run(const RunInfo& info, const std::filesystem::path& path) {
   const calib::Site& site = info.site;
@@ -70,6 +62,8 @@ struct RunFileWriter::Impl {
   Impl(std::filesystem::path file, sqlite::Connection opened)
       : path(std::move(file)), connection(std::make_unique<sqlite::Connection>(std::move(opened))) {}
 
+  [[nodiscard]] base::Status restore();
+  [[nodiscard]] double last_t_s() const;
   [[nodiscard]] base::Status check_open() const {
     if (connection && !finished) return {};
     return base::bad_input("the run file is sealed; a sealed file is never changed", path.string());
@@ -111,6 +105,42 @@ base::Result<RunFileWriter> RunFileWriter::create(const std::filesystem::path& p
   return RunFileWriter(std::make_unique<Impl>(path, std::move(*connection)));
 }
 
+/// Takes up the state that the file's former writer had after its last flush.
+base::Status RunFileWriter::Impl::restore() {
+  const auto meta = run::read_meta(*connection);
+  if (!meta) return base::forward_error(meta);
+  finished = meta->finished;
+  if (finished) return {};
+  auto stored = run::read_streams(*connection);
+  if (!stored) return base::forward_error(stored);
+  codec::ColumnDecoder decoder;
+  for (run::StoredStream& stream : *stored) {
+    auto restored = run::restored_stream(*connection, decoder, std::move(stream));
+    if (!restored) return base::forward_error(restored);
+    streams.push_back(*std::move(restored));
+  }
+  return {};
+}
+
+/// Time of the last row of all; 0 where there is none.
+double RunFileWriter::Impl::last_t_s() const {
+  std::optional<double> last;
+  for (const OpenStream& stream : streams) last = std::max(last, stream.last_t_s);
+  return last.value_or(0.0);
+}
+
+base::Result<std::string> RunFileWriter::seal_interrupted(const std::filesystem::path& path, std::string_view text) {
+  auto connection = run::open_abandoned(path);
+  if (!connection) return base::forward_error(connection);
+  if (!*connection) return sqlite::sha256_of_file(path);
+  RunFileWriter writer(std::make_unique<Impl>(path, **std::move(connection)));
+  connection->reset();
+  if (const auto restored = writer.impl_->restore(); !restored) return base::forward_error(restored);
+  if (!writer.impl_->finished)
+    writer.impl_->pending_events.push_back({writer.impl_->last_t_s(), "interrupted", std::string(text)});
+  return writer.seal();
+}
+
 base::Result<std::size_t> RunFileWriter::add_stream(const StreamInfo& stream) {
   if (const auto open = impl_->check_open(); !open) return base::forward_error(open);
   if (const auto valid = run::check_stream(stream); !valid) return base::forward_error(valid);
@@ -124,10 +154,7 @@ base::Result<std::size_t> RunFileWriter::add_stream(const StreamInfo& stream) {
     return run::insert_stream(impl_->connection->database(), stream);
   });
   if (!stored) return base::forward_error(stored);
-  OpenStream& added = impl_->streams.emplace_back();
-  added.stored = std::move(*stored);
-  for (const ChannelInfo& channel : stream.channels) added.pending.push_back(Column{channel.type, {}, {}});
-  added.pyramids.resize(stream.channels.size());
+  impl_->streams.push_back(run::new_stream(std::move(*stored)));
   return impl_->streams.size() - 1;
 }
 

@@ -191,7 +191,49 @@ FROM run
 ORDER BY created_utc_s, run_id, unit;
 )sql";
 
-constexpr std::array kStationSteps = {Step{1, kStationV1}};
+constexpr const char* kStationV2 = R"sql(
+-- What may be done with a run: only those for calibration enter a fit.
+ALTER TABLE run ADD COLUMN purpose TEXT NOT NULL DEFAULT 'calibration'
+  CHECK (purpose IN ('calibration', 'verification', 'diagnosis'));
+UPDATE run SET purpose = 'verification' WHERE procedure = 'verification';
+
+-- Campaigns that this station carries out; campaigns of imported runs have no row.
+CREATE TABLE journal (
+  campaign      TEXT PRIMARY KEY REFERENCES campaign (name),
+  document      TEXT NOT NULL,       -- JSON: plan, units and slots
+  state         TEXT NOT NULL CHECK (state IN ('running', 'paused', 'interrupted', 'finished', 'aborted', 'failed')),
+  reason        TEXT NOT NULL,
+  created_utc_s REAL NOT NULL,
+  updated_utc_s REAL NOT NULL
+);
+-- One chamber: at most one campaign is open.
+CREATE UNIQUE INDEX journal_open ON journal ((state IN ('running', 'paused'))) WHERE state IN ('running', 'paused');
+
+-- Steps of a campaign's plan that came to their end.
+CREATE TABLE step (
+  ordinal       INTEGER PRIMARY KEY, -- order of arrival
+  campaign      TEXT NOT NULL REFERENCES journal (campaign),
+  step_index    INTEGER NOT NULL CHECK (step_index >= 0),   -- in the plan
+  attempt       INTEGER NOT NULL CHECK (attempt >= 0),
+  started_utc_s REAL NOT NULL,
+  ended_utc_s   REAL NOT NULL,
+  outcome       TEXT NOT NULL,
+  text          TEXT NOT NULL,
+  run_id        TEXT NOT NULL,       -- of the run file that was open; empty = none
+  UNIQUE (campaign, step_index, attempt)
+);
+
+DROP VIEW run_overview;
+CREATE VIEW run_overview AS
+SELECT datetime(created_utc_s, 'unixepoch') AS created_utc, campaign, unit, label, purpose, epoch, row_count,
+       duration_s / 3600 AS hours, simulated, sealed, run_id, file_name,
+       EXISTS (SELECT 1 FROM void
+               WHERE void.run_id = run.run_id AND void.unit = run.unit AND void.visit IS NULL) AS voided
+FROM run
+ORDER BY created_utc_s, run_id, unit;
+)sql";
+
+constexpr std::array kStationSteps = {Step{1, kStationV1}, Step{2, kStationV2}};
 static_assert(kStationSteps.back().to_version == Catalog::kSchemaVersion);
 
 }  // namespace

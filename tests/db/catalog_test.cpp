@@ -111,6 +111,19 @@ TEST_F(CatalogTest, RefusesRunsThatContradictTheCatalog) {
   EXPECT_TRUE(is_bad_input(catalog_->segments("no such run", "SN1", false)));
 }
 
+TEST_F(CatalogTest, KeepsThePurposeOfARunAndRefusesAnUnknownOne) {
+  fill(*catalog_);
+  EXPECT_EQ(catalog_->runs({})->front().purpose, "calibration");
+  RunRow run = run_row("01890a5d-ac96-774b-bcce-000000000001", "r2");
+  for (const char* purpose : {"", "test", "Calibration"}) {
+    run.purpose = purpose;
+    EXPECT_TRUE(is_bad_input(catalog_->add_run(run, {}))) << purpose;
+  }
+  run.purpose = "diagnosis";
+  ASSERT_TRUE(catalog_->add_run(run, {}));
+  EXPECT_EQ(catalog_->runs({.unit = {}, .campaign = {}, .run = "r2"})->front().purpose, "diagnosis");
+}
+
 TEST_F(CatalogTest, FindsRunsByIdPrefixLabelUnitAndCampaign) {
   fill(*catalog_);
   ASSERT_TRUE(catalog_->ensure_unit("SN2", "generic"));
@@ -223,12 +236,12 @@ TEST_F(CatalogTest, ShowsRatesInDegreesPerSecond) {
 
 TEST_F(CatalogTest, RefusesAFileOfANewerVersion) {
   fill(*catalog_);
-  raw().exec("PRAGMA user_version = 2");
+  raw().exec("PRAGMA user_version = 3");
   const auto newer = Catalog::open(folder_.path());
   ASSERT_TRUE(is_bad_input(newer));
   EXPECT_EQ(newer.error().where, (folder_ / "station.db").string());
-  EXPECT_NE(newer.error().message.find("version 2"), std::string::npos);
-  EXPECT_NE(newer.error().message.find("up to version 1"), std::string::npos);
+  EXPECT_NE(newer.error().message.find("version 3"), std::string::npos);
+  EXPECT_NE(newer.error().message.find("up to version 2"), std::string::npos);
   EXPECT_NE(newer.error().message.find("newer soak"), std::string::npos);
 }
 

@@ -2,6 +2,8 @@
 // Files written by version 1 of the formats lie in data/v1 and are opened and read by every later version.
 // `test_db --gtest_also_run_disabled_tests --gtest_filter=Version1.DISABLED_WritesItsFiles` with SOAK_V1_FOLDER set
 // made them; it must not be run again once the formats have a version 2.
+#include <SQLiteCpp/Database.h>
+
 #include <cstdlib>
 
 #include "tests/db/sample_catalog.h"
@@ -79,6 +81,46 @@ TEST(Version1, CatalogGivesEveryRow) {
   EXPECT_EQ((*catalog->model("SN1"))->version, 2);
   EXPECT_EQ(catalog->events()->back().text, "looks good");
   EXPECT_TRUE(catalog->verify());
+}
+
+TEST(Version1, CatalogIsBroughtForwardOnceAndTakesNewKindsOfRows) {
+  const TempFolder folder;
+  std::filesystem::copy_file(kFolder / "station.db", folder / "station.db");
+  const auto version = [&] {
+    return SQLite::Database((folder / "station.db").string()).execAndGet("PRAGMA user_version").getInt();
+  };
+  ASSERT_EQ(version(), 1);
+  for (int opening = 0; opening < 2; ++opening) {
+    const auto catalog = Catalog::open(folder.path());
+    ASSERT_TRUE(catalog) << catalog.error().message;
+    EXPECT_EQ(version(), Catalog::kSchemaVersion);
+    EXPECT_EQ(catalog->runs({})->front().purpose, "calibration");
+    EXPECT_FALSE(*catalog->campaign("c1"));
+  }
+  auto catalog = Catalog::open(folder.path());
+  // The campaign has a run: its name is taken although it has no journal.
+  EXPECT_EQ(catalog->begin_campaign({.name = "c1", .procedure = "soak"}).error().kind, base::ErrorKind::bad_input);
+  ASSERT_TRUE(catalog->begin_campaign({.name = "c2", .procedure = "soak"}));
+  EXPECT_TRUE(catalog->complete_step({.campaign = "c2", .outcome = "done"}));
+  EXPECT_TRUE(catalog->verify());
+}
+
+TEST(Version1, RunsOfVerificationProceduresAreForVerification) {
+  const TempFolder folder;
+  std::filesystem::copy_file(kFolder / "station.db", folder / "station.db");
+  // As version 1 wrote them.
+  SQLite::Database((folder / "station.db").string(), SQLite::OPEN_READWRITE)
+      .exec(
+          "INSERT INTO campaign VALUES ('check', 'verification');"
+          "INSERT INTO run SELECT 'another', unit, 'check', label, 'verification', epoch, created_utc_s + 1, "
+          "clock_rate, simulated, sealed, file_name, file_sha256, content_sha256, latitude_deg, height_m, "
+          "azimuth_deg, gravity_mps2, row_count, duration_s FROM run");
+  const auto catalog = Catalog::open(folder.path());
+  ASSERT_TRUE(catalog) << catalog.error().message;
+  const auto runs = catalog->runs({});
+  ASSERT_EQ(runs->size(), 2U);
+  EXPECT_EQ((*runs)[0].purpose, "calibration");
+  EXPECT_EQ((*runs)[1].purpose, "verification");
 }
 
 TEST(Version1, DISABLED_WritesItsFiles) {
