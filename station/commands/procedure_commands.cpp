@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/commands/procedure_commands.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "station/commands/type_commands.h"
+#include "station/procedure/plan.h"
+#include "station/procedure/procedure.h"
+#include "station/procedure/rating_check.h"
+
+namespace soak::station {
+namespace {
+
+constexpr double kSecondsPerHour = 3600.0;
+
+nlohmann::json check_document(const Procedure& procedure, const Plan& plan) {
+  return {{"file", procedure.file},
+          {"name", procedure.name},
+          {"purpose", name_of(procedure.purpose)},
+          {"runs", procedure.runs},
+          {"visits", procedure.set_points_c.size()},
+          {"steps", plan.steps.size()},
+          {"estimate_h", plan.estimate_s() / kSecondsPerHour},
+          {"set_points_c", procedure.set_points_c},
+          {"mistakes", nlohmann::json::array()}};
+}
+
+/// The positions that a run records in, in the order of their first recording.
+std::string recorded_positions(const Plan& plan, const PlannedRun& run) {
+  std::vector<std::string> seen;
+  for (std::size_t i = run.first_step; i <= run.last_step; ++i) {
+    const Step& step = plan.steps[i];
+    const bool is_new = std::find(seen.begin(), seen.end(), step.position) == seen.end();
+    if (step.kind == StepKind::record && is_new) seen.push_back(step.position);
+  }
+  return fmt::format("{}", fmt::join(seen, " "));
+}
+
+std::vector<std::string> run_row(const Plan& plan, const PlannedRun& run) {
+  int visits = 0;
+  double seconds = 0.0;
+  for (std::size_t i = run.first_step; i <= run.last_step; ++i) {
+    visits = std::max(visits, plan.steps[i].visit + 1);
+    seconds += plan.steps[i].estimate_s;
+  }
+  return {run.label, std::to_string(visits), std::to_string(run.last_step - run.first_step + 1),
+          fmt::format("{:.1f}", seconds / kSecondsPerHour),
+          run.preflight ? "pre-flight" : recorded_positions(plan, run)};
+}
+
+std::string run_table(const Plan& plan) {
+  std::vector<std::vector<std::string>> rows = {{"run", "visits", "steps", "hours", "positions"}};
+  for (const PlannedRun& run : plan.runs) rows.push_back(run_row(plan, run));
+  return text_table(rows);
+}
+
+std::string step_list(const Plan& plan) {
+  std::string text;
+  for (std::size_t i = 0; i < plan.steps.size(); ++i) text += fmt::format("{:6}  {}\n", i, describe(plan, i));
+  return text;
+}
+
+std::string summary(const Procedure& procedure, const Plan& plan) {
+  const auto [coldest, warmest] = std::minmax_element(procedure.set_points_c.begin(), procedure.set_points_c.end());
+  const double hours = plan.estimate_s() / kSecondsPerHour;
+  return fmt::format("{}: {}, kind {}, {} set points from {:g} to {:g} °C\nestimated {:.1f} h ({:.1f} days)\n",
+                     procedure.name, name_of(procedure.purpose), name_of(procedure.kind), procedure.set_points_c.size(),
+                     *coldest, *warmest, hours, hours / 24.0);
+}
+
+/// The ratings of the types that the user named.
+base::Status check_types(const ProcedureCheckCommand& command, const Procedure& procedure) {
+  if (command.types.empty()) return {};
+  std::vector<calib::UnitType> types;
+  for (const std::string& name : command.types) {
+    auto type = find_unit_type(command.type_folder, name);
+    if (!type) return base::forward_error(type);
+    types.push_back(std::move(*type));
+  }
+  return check_ratings(procedure, types, {}, {});
+}
+
+}  // namespace
+
+base::Status run_procedure_check(const ProcedureCheckCommand& command, Output& output) {
+  const auto procedure = read_procedure(command.file);
+  if (!procedure) return base::forward_error(procedure);
+  const auto borne = check_types(command, *procedure);
+  if (!borne) return borne;
+  const Plan plan = compile_plan(*procedure);
+  if (output.json()) return output.print_json(check_document(*procedure, plan));
+  output.print(summary(*procedure, plan));
+  output.print(command.all_steps ? step_list(plan) : run_table(plan));
+  return {};
+}
+
+}  // namespace soak::station

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/station_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <set>
+#include <utility>
+
+#include "base/number_text.h"
+#include "hal/settings_reader.h"
+#include "station/unit_type_file.h"
+
+namespace soak::station {
+namespace {
+
+using hal::SettingsTable;
+
+constexpr hal::Limits kPort = {1, 65535};
+constexpr hal::Limits kBaud = {300, 4000000};
+
+/// An error of another file, in one message of this one.
+std::string foreign(const base::Error& error) {
+  return error.where.empty() ? error.message : fmt::format("{}: {}", error.where, error.message);
+}
+
+std::filesystem::path path_in(const SettingsTable& table, std::string_view key, const std::filesystem::path& folder) {
+  const std::string text = table.text(key);
+  return text.empty() ? std::filesystem::path() : (folder / text).lexically_normal();
+}
+
+/// Whether the table names a serial device; one that names both or neither way is a mistake.
+bool wants_serial(const SettingsTable& table) {
+  const bool serial = table.has("device");
+  if (serial == table.has("host")) {
+    table.refuse("host", "an address needs either host and port (TCP) or device and baud (serial)");
+  }
+  return serial;
+}
+
+std::variant<hal::ModbusTcp, hal::ModbusRtu> read_modbus_address(const SettingsTable& table) {
+  if (!wants_serial(table)) return hal::ModbusTcp{table.text("host", ""), table.whole("port", kPort, 502)};
+  hal::ModbusRtu rtu;
+  rtu.device = table.text("device");
+  // libmodbus takes any other for 9600.
+  const std::vector<int> bauds = {1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200};
+  rtu.baud = table.whole("baud", kBaud, rtu.baud);
+  if (std::find(bauds.begin(), bauds.end(), rtu.baud) == bauds.end()) {
+    table.refuse("baud", fmt::format("'baud' must be one of {}", fmt::join(bauds, ", ")));
+  }
+  rtu.parity = table.choice<char>("parity", {{"N", 'N'}, {"E", 'E'}, {"O", 'O'}}, rtu.parity);
+  rtu.stop_bits = table.whole("stop_bits", {1, 2}, rtu.stop_bits);
+  return rtu;
+}
+
+/// The register map that a section names, with the section's address.
+hal::RegisterMap read_controller(const SettingsTable& table, std::string_view kind,
+                                 const std::filesystem::path& folder) {
+  const auto file = path_in(table, "map", folder);
+  const auto address = read_modbus_address(table);
+  const auto unit = table.optional_whole("unit", {0, 255});
+  if (file.empty()) return {};
+  auto map = hal::read_register_map(file.string());
+  if (!map) {
+    table.refuse("map", foreign(map.error()));
+    return {};
+  }
+  if (map->kind != kind) {
+    table.refuse("map", fmt::format("'{}' is the map of a {}, not of a {}", file.string(), map->kind, kind));
+  }
+  map->link.address = address;
+  if (unit) map->link.unit = *unit;
+  return std::move(*map);
+}
+
+std::array<std::string, 3> read_axes(const SettingsTable& table, std::array<std::string, 3> axes) {
+  if (!table.has("axes")) return axes;
+  const auto labels = table.texts("axes");
+  const bool three = labels.size() == axes.size();
+  if (three) std::copy(labels.begin(), labels.end(), axes.begin());
+  if (!three || !is_right_handed(axes)) {
+    table.refuse("axes", "'axes' must be three of +X, -X, +Y, -Y, +Z, -Z that form a right-handed frame");
+  }
+  return axes;
+}
+
+Slot read_slot(const SettingsTable& table) {
+  const std::optional<int> no_host = table.has("host") ? std::nullopt : std::optional(0);
+  Slot slot;
+  slot.name = table.text("name");
+  if (wants_serial(table)) {
+    slot.address = hal::SerialAddress{table.text("device"), table.whole("baud", kBaud, 115200)};
+  } else {
+    slot.address = hal::TcpAddress{table.text("host", ""), table.whole("port", kPort, no_host)};
+  }
+  slot.decoder = table.choice<std::string>("decoder", {{"xsens", "xsens"}}, slot.decoder);
+  slot.axes = read_axes(table, slot.axes);
+  slot.power_output = table.optional_whole("power_output", {1, 1000});
+  slot.unit = table.text("unit", "");
+  slot.unit_type = table.text("unit_type", "");
+  return slot;
+}
+
+std::string address_text(const Slot& slot) {
+  if (const auto* tcp = std::get_if<hal::TcpAddress>(&slot.address)) return fmt::format("{}:{}", tcp->host, tcp->port);
+  return std::get<hal::SerialAddress>(slot.address).device;
+}
+
+/// What two slots cannot share.
+class Taken {
+ public:
+  void check(const SettingsTable& table, const Slot& slot) {
+    claim(table, "name", slot.name);
+    claim(table, table.has("device") ? "device" : "port", address_text(slot));
+    claim(table, "unit", slot.unit);
+    if (slot.power_output) claim(table, "power_output", std::to_string(*slot.power_output));
+  }
+
+ private:
+  void claim(const SettingsTable& table, std::string_view key, const std::string& value) {
+    if (!table.has(key) || value.empty() || taken_.insert({std::string(key), value}).second) return;
+    table.refuse(key, fmt::format("two slots have the {} '{}'", key == "port" ? "address" : key, value));
+  }
+
+  std::set<std::pair<std::string, std::string>> taken_;
+};
+
+void read_unit_type_folder(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
+  const auto table = root.table("unit_types");
+  config.unit_types = table ? path_in(*table, "folder", folder) : default_unit_type_folder();
+}
+
+/// The names of all types; a folder that cannot be read is a mistake.
+std::set<std::string> type_names(const SettingsTable& root, const StationConfig& config) {
+  std::set<std::string> names;
+  const auto types = read_unit_types(config.unit_types);
+  if (!types) {
+    root.refuse("unit_types", foreign(types.error()));
+    return names;
+  }
+  for (const calib::UnitType& type : *types) names.insert(type.name);
+  return names;
+}
+
+void refuse_unknown_types(const SettingsTable& root, const std::vector<SettingsTable>& tables,
+                          const StationConfig& config) {
+  const auto names_a_type = [](const Slot& slot) { return !slot.unit_type.empty(); };
+  if (std::none_of(config.slots.begin(), config.slots.end(), names_a_type)) return;
+  const auto names = type_names(root, config);
+  if (names.empty()) return;
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    const std::string& type = config.slots[i].unit_type;
+    if (type.empty() || names.contains(type)) continue;
+    tables[i].refuse("unit_type", fmt::format("there is no unit type '{}' in '{}'", type, config.unit_types.string()));
+  }
+}
+
+void read_slots(const SettingsTable& root, StationConfig& config) {
+  const auto tables = root.tables("slot");
+  if (tables.empty()) root.refuse("slot", "there is no [[slot]]: a station needs one at least");
+  Taken taken;
+  for (const SettingsTable& table : tables) {
+    config.slots.push_back(read_slot(table));
+    taken.check(table, config.slots.back());
+    if (config.slots.back().power_output && !root.has("power")) {
+      table.refuse("power_output", "'power_output' needs a section [power]");
+    }
+  }
+  refuse_unknown_types(root, tables, config);
+}
+
+void read_place(const SettingsTable& root, StationConfig& config) {
+  if (const auto site = root.table("site")) {
+    config.site.latitude_deg = site->optional_number("latitude_deg", {-90.0, 90.0});
+    config.site.height_m = site->optional_number("height_m", {-1000.0, 10000.0});
+    config.site.azimuth_deg = site->optional_number("azimuth_deg", {-360.0, 360.0});
+    config.site.gravity_mps2 = site->optional_number("gravity_mps2", {9.7, 9.9});
+  }
+  if (const auto room = root.table("room")) {
+    config.room_c = room->number("temp_c", {0.0, 50.0}, config.room_c);
+    config.dew_point_c = room->number("dew_point_c", {-50.0, 50.0}, config.dew_point_c);
+    if (config.dew_point_c > config.room_c) {
+      room->refuse("dew_point_c", "'room.dew_point_c' cannot lie above the temperature of the room");
+    }
+  }
+}
+
+void read_service(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
+  config.listen = root.text("listen", config.listen);
+  const auto colon = config.listen.rfind(':');
+  const auto port = colon == std::string::npos ? std::nullopt : base::parse_int(config.listen.substr(colon + 1));
+  if (colon == 0 || !port || *port < 0 || *port > 65535) {
+    root.refuse("listen", "'listen' must be HOST:PORT, as in \"127.0.0.1:8088\"");
+  }
+  if (root.has("data")) config.data = path_in(root, "data", folder);
+  if (const auto clock = root.table("clock")) {
+    config.clock_rate = clock->number("rate", {0.001, 1e6}, config.clock_rate);
+  }
+}
+
+void read_controllers(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
+  constexpr bool required = true;
+  if (const auto table = root.table("chamber", required)) config.chamber = read_controller(*table, "chamber", folder);
+  if (const auto table = root.table("fixture")) config.fixture = read_controller(*table, "fixture", folder);
+  if (const auto table = root.table("power")) config.power = read_controller(*table, "power", folder);
+}
+
+}  // namespace
+
+base::Result<StationConfig> read_station_config(const std::filesystem::path& file) {
+  const auto text = hal::read_settings_text(file.string());
+  if (!text) return base::forward_error(text);
+  const auto reader = hal::SettingsReader::parse(*text, file.string());
+  if (!reader) return base::forward_error(reader);
+  StationConfig config;
+  config.file = file.string();
+  const SettingsTable& root = reader->root();
+  const auto folder = file.parent_path();
+  read_service(root, folder, config);
+  read_controllers(root, folder, config);
+  read_unit_type_folder(root, folder, config);
+  read_slots(root, config);
+  read_place(root, config);
+  const auto status = reader->finish();
+  if (!status) return base::forward_error(status);
+  return config;
+}
+
+calib::Position unit_position(const Slot& slot, std::string_view fixture_up) {
+  const auto up = calib::position_named(fixture_up);
+  if (!up || !is_right_handed(slot.axes)) return {};
+  calib::Position position;
+  for (std::size_t axis = 0; axis < slot.axes.size(); ++axis) {
+    const calib::Vector3 direction = calib::position_named(slot.axes[axis])->up;
+    const double part = direction[0] * up->up[0] + direction[1] * up->up[1] + direction[2] * up->up[2];
+    position.up[axis] = part;
+    if (part != 0.0) position.label = {part > 0.0 ? '+' : '-', static_cast<char>('X' + axis)};
+  }
+  return position;
+}
+
+}  // namespace soak::station

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/position.h"
+#include "calib/run.h"
+#include "hal/devices.h"
+#include "hal/register_map.h"
+
+namespace soak::station {
+
+/// A place for one unit on the fixture.
+struct Slot {
+  std::string name;
+  std::variant<hal::TcpAddress, hal::SerialAddress> address;
+  std::string decoder = "xsens";
+  /// Fixture directions of the unit's own axes x, y, z ("+X" "+Y" "+Z" = mounted straight): right-handed.
+  std::array<std::string, 3> axes = {"+X", "+Y", "+Z"};
+  std::optional<int> power_output;  ///< of the relay; absent = not switched by us
+  std::string unit;                 ///< serial number that stands here; empty = given when a campaign starts
+  std::string unit_type;            ///< of a unit that the catalog does not know yet
+};
+
+/// The file that `soakd --config` reads: docs/station-config.md describes it.
+struct StationConfig {
+  std::string file;
+  std::string listen = "127.0.0.1:8088";
+  double clock_rate = 1.0;
+  std::filesystem::path data;               ///< empty = as for `soak`
+  std::filesystem::path unit_types;         ///< folder of unit types
+  hal::RegisterMap chamber;                 ///< map file, its link replaced by the station's
+  std::optional<hal::RegisterMap> fixture;  ///< absent = turned by hand
+  std::optional<hal::RegisterMap> power;    ///< absent = switched by hand
+  std::vector<Slot> slots;
+  calib::Site site;
+  double dew_point_c = 15.0;  ///< of the room
+  double room_c = 25.0;
+};
+
+/// Reads the configuration with the register maps that it names (paths relative to it). All mistakes at once, one per
+/// line, each with "`file`:line": unknown keys, wrong types, two slots of one name, address, power output or unit, axes
+/// that are not right-handed...
+[[nodiscard]] base::Result<StationConfig> read_station_config(const std::filesystem::path& file);
+
+/// The unit's position when the fixture stands with `fixture_up` (a label of the six) upwards: label and up vector in
+/// the unit's own axes; both empty where the label is none of the six.
+[[nodiscard]] calib::Position unit_position(const Slot& slot, std::string_view fixture_up);
+
+}  // namespace soak::station

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/unit_type.h"
+
+namespace soak::station {
+
+/// Reads procedures/units/NAME.toml (docs/procedures.md describes it); the name in it is that of the file. All mistakes
+/// at once, one per line, each with "`file`:line".
+[[nodiscard]] base::Result<calib::UnitType> parse_unit_type(std::string_view text, const std::string& file);
+[[nodiscard]] base::Result<calib::UnitType> read_unit_type(const std::filesystem::path& file);
+
+/// The types of a folder, in the order of their names. A file that is wrong is an error.
+[[nodiscard]] base::Result<std::vector<calib::UnitType>> read_unit_types(const std::filesystem::path& folder);
+
+/// Whether three of the labels "+X" ... "-Z" form a right-handed frame, in this order.
+[[nodiscard]] bool is_right_handed(const std::array<std::string, 3>& labels);
+
+/// $SOAK_PROCEDURES/units, else the folder that came with the program; empty if neither is known.
+[[nodiscard]] std::filesystem::path default_unit_type_folder();
+
+}  // namespace soak::station

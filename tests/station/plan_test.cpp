@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/procedure/plan.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+namespace soak::station {
+namespace {
+
+using calib::Sweep;
+
+/// Small plans of every kind, and all that the project ships.
+std::vector<Plan> plans() {
+  std::vector<Plan> all;
+  const auto folder = std::filesystem::path(SOAK_TEST_FOLDER).parent_path() / "procedures";
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".toml") continue;
+    const auto procedure = read_procedure(entry.path());
+    EXPECT_TRUE(procedure) << entry.path();
+    if (procedure) all.push_back(compile_plan(*procedure));
+  }
+  for (const PositionChange change :
+       {PositionChange::same, PositionChange::reverse, PositionChange::rotate, PositionChange::rotate_and_reverse}) {
+    Procedure p;
+    p.runs = 5;
+    p.set_points_c = {10, 40, 40, 20};
+    p.positions = {"+Y", "-Y", "-X", "+X", "+Z"};
+    p.position_change = change;
+    p.preflight_position_s = change == PositionChange::same ? 0.0 : 20.0;
+    all.push_back(compile_plan(p));
+  }
+  return all;
+}
+
+Procedure two_positions() {
+  Procedure p;
+  p.name = "two";
+  p.set_points_c = {5.0, 45.0};
+  p.positions = {"+X", "-X"};
+  p.preflight_position_s = 0.0;
+  return p;
+}
+
+std::vector<std::string> recorded_order(const Plan& plan, const PlannedRun& run, int visit) {
+  std::vector<std::string> order;
+  for (std::size_t i = run.first_step; i <= run.last_step; ++i) {
+    const Step& step = plan.steps[i];
+    if (step.kind == StepKind::record && step.visit == visit) order.push_back(step.position);
+  }
+  return order;
+}
+
+TEST(Plan, TwoPositionsAtTwoTemperaturesCompileToTheseSteps) {
+  const Plan plan = compile_plan(two_positions());
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < plan.steps.size(); ++i) lines.push_back(describe(plan, i));
+  EXPECT_EQ(lines, (std::vector<std::string>{
+                       "R01: units on",
+                       "R01 visit 0, +5 °C down: turn to +X",
+                       "R01 visit 0, +5 °C down: drive the chamber there",
+                       "R01 visit 0, +5 °C down: wait until settled, at most 7200 s",
+                       "R01 visit 0, +5 °C down: record 600 s at +X",
+                       "R01 visit 0, +5 °C down: turn to -X",
+                       "R01 visit 0, +5 °C down: wait until settled after the turn, at most 7200 s",
+                       "R01 visit 0, +5 °C down: record 600 s at -X",
+                       "R01 visit 1, +45 °C up: turn to +X",
+                       "R01 visit 1, +45 °C up: drive the chamber there",
+                       "R01 visit 1, +45 °C up: wait until settled, at most 7200 s",
+                       "R01 visit 1, +45 °C up: record 600 s at +X",
+                       "R01 visit 1, +45 °C up: turn to -X",
+                       "R01 visit 1, +45 °C up: wait until settled after the turn, at most 7200 s",
+                       "R01 visit 1, +45 °C up: record 600 s at -X",
+                       "R01: warm to +25 °C, then chamber off",
+                       "R01: units off",
+                   }));
+}
+
+TEST(Plan, TheEstimateIsTheSumOfItsParts) {
+  Procedure p = two_positions();
+  p.warm_up_s = 100.0;
+  p.estimate_rate_kpmin = 2.0;
+  p.estimate_settle_s = 1000.0;
+  // 25 → 5 → 45 → 25 °C is 80 K at 2 K/min; the run ends warm, so no unit has to be warmed up to the end.
+  const double seconds = 100.0 + 80.0 / 2.0 * 60.0 + 2 * 1000.0 + 4 * 10.0 + 2 * 30.0 + 4 * 600.0;
+  EXPECT_NEAR(compile_plan(p).estimate_s(), seconds, 1e-6);
+  // A chamber that is asked to ramp more slowly than it could.
+  p.ramp_rate_kpmin = 1.0;
+  EXPECT_NEAR(compile_plan(p).estimate_s(), seconds + 40.0 * 60.0, 1e-6);
+}
+
+TEST(Plan, ARunThatEndsColdWarmsItsUnitsUp) {
+  Procedure p = two_positions();
+  p.set_points_c = {45.0, 5.0};
+  Procedure warm = two_positions();
+  EXPECT_NEAR(compile_plan(p).estimate_s() - compile_plan(warm).estimate_s(), p.estimate_settle_s, 1e-6);
+}
+
+TEST(Plan, RemainingTimeFallsByTheEstimateOfEachStep) {
+  const Plan plan = compile_plan(two_positions());
+  EXPECT_EQ(plan.remaining_s(0), plan.estimate_s());
+  for (std::size_t i = 0; i < plan.steps.size(); ++i) {
+    EXPECT_NEAR(plan.remaining_s(i) - plan.remaining_s(i + 1), plan.steps[i].estimate_s, 1e-9);
+  }
+  EXPECT_EQ(plan.remaining_s(plan.steps.size()), 0.0);
+}
+
+TEST(Plan, RunsCoverAllStepsAndFollowEachOther) {
+  for (const Plan& plan : plans()) {
+    std::size_t next = 0;
+    std::set<std::string> labels;
+    for (std::size_t r = 0; r < plan.runs.size(); ++r) {
+      EXPECT_EQ(plan.runs[r].first_step, next);
+      for (std::size_t i = plan.runs[r].first_step; i <= plan.runs[r].last_step; ++i) {
+        EXPECT_EQ(plan.steps[i].run, static_cast<int>(r));
+      }
+      next = plan.runs[r].last_step + 1;
+      labels.insert(plan.runs[r].label);
+    }
+    EXPECT_EQ(next, plan.steps.size());
+    EXPECT_EQ(labels.size(), plan.runs.size());
+  }
+}
+
+TEST(Plan, EveryRunBeginsWithPowerOnAndEndsWarmAndOff) {
+  for (const Plan& plan : plans()) {
+    for (const PlannedRun& run : plan.runs) {
+      EXPECT_EQ(plan.steps[run.first_step].kind, StepKind::power_on);
+      EXPECT_EQ(plan.steps[run.last_step].kind, StepKind::power_off);
+      const StepKind before = plan.steps[run.last_step - 1].kind;
+      EXPECT_EQ(before, run.preflight ? StepKind::check : StepKind::warm_end);
+      const bool is_last = run.last_step + 1 == plan.steps.size();
+      EXPECT_EQ(plan.steps[run.last_step].seconds, is_last ? 0.0 : plan.procedure.power_off_s);
+    }
+  }
+}
+
+TEST(Plan, PreflightComesFirstAndNeverDrivesTheChamber) {
+  for (const Plan& plan : plans()) {
+    const bool wanted = plan.procedure.preflight_position_s > 0.0;
+    for (std::size_t r = 0; r < plan.runs.size(); ++r) EXPECT_EQ(plan.runs[r].preflight, wanted && r == 0);
+    if (!wanted) continue;
+    EXPECT_EQ(plan.runs[0].label, "P00");
+    EXPECT_EQ(recorded_order(plan, plan.runs[0], -1).size(), 6u);
+    for (std::size_t i = 0; i <= plan.runs[0].last_step; ++i) {
+      EXPECT_EQ(plan.steps[i].visit, -1);
+      EXPECT_NE(plan.steps[i].kind, StepKind::set_temperature);
+      EXPECT_NE(plan.steps[i].kind, StepKind::warm_end);
+    }
+  }
+}
+
+TEST(Plan, NothingIsRecordedUnsettledOrWhereTheFixtureDoesNotStand) {
+  for (const Plan& plan : plans()) {
+    std::string stands;
+    double set_point_c = 1e9;
+    bool settled = false;
+    for (const Step& step : plan.steps) {
+      if (step.kind == StepKind::power_on) stands.clear();
+      if (step.kind == StepKind::move) stands = step.position;
+      if (step.kind == StepKind::set_temperature) set_point_c = step.temp_c;
+      if (step.kind == StepKind::move || step.kind == StepKind::set_temperature) settled = false;
+      if (step.kind == StepKind::wait_stable) settled = true;
+      if (step.kind != StepKind::record) continue;
+      EXPECT_EQ(step.position, stands);
+      if (plan.runs[static_cast<std::size_t>(step.run)].preflight) continue;
+      EXPECT_TRUE(settled);
+      EXPECT_EQ(step.temp_c, set_point_c);
+    }
+  }
+}
+
+TEST(Plan, UnitsRampInTheFirstPositionOfTheirRun) {
+  for (const Plan& plan : plans()) {
+    for (const PlannedRun& run : plan.runs) {
+      if (run.preflight || plan.procedure.kind != ProcedureKind::soak) continue;
+      const auto order = recorded_order(plan, run, 0);
+      for (std::size_t i = run.first_step; i <= run.last_step; ++i) {
+        if (plan.steps[i].kind != StepKind::set_temperature) continue;
+        EXPECT_EQ(plan.steps[i].position, order.front());
+        EXPECT_EQ(recorded_order(plan, run, plan.steps[i].visit), order);
+      }
+    }
+  }
+}
+
+TEST(Plan, VisitsAreTheSetPointsAndSweepsTheSignOfTheirChange) {
+  for (const Plan& plan : plans()) {
+    for (const PlannedRun& run : plan.runs) {
+      if (run.preflight) continue;
+      double before_c = 25.0;
+      Sweep sweep = Sweep::unknown;
+      std::size_t visit = 0;
+      for (std::size_t i = run.first_step; i <= run.last_step; ++i) {
+        const Step& step = plan.steps[i];
+        if (step.kind != StepKind::set_temperature) continue;
+        ASSERT_EQ(step.visit, static_cast<int>(visit));
+        EXPECT_EQ(step.temp_c, plan.procedure.set_points_c[visit]);
+        if (step.temp_c != before_c) sweep = step.temp_c > before_c ? Sweep::up : Sweep::down;
+        EXPECT_EQ(step.sweep, sweep);
+        before_c = step.temp_c;
+        ++visit;
+      }
+      EXPECT_EQ(visit, plan.procedure.set_points_c.size());
+    }
+  }
+}
+
+TEST(Plan, TheTurningPlateauKeepsItsArrivalDirection) {
+  Procedure p = two_positions();
+  p.set_points_c = {-30.0, 20.0, 70.0, 70.0, 20.0};
+  const Plan plan = compile_plan(p);
+  std::vector<Sweep> sweeps;
+  for (const Step& step : plan.steps) {
+    if (step.kind == StepKind::set_temperature) sweeps.push_back(step.sweep);
+  }
+  EXPECT_EQ(sweeps, (std::vector<Sweep>{Sweep::down, Sweep::up, Sweep::up, Sweep::up, Sweep::down}));
+}
+
+TEST(Plan, OrdersChangeFromRunToRunAndKeepEachAxisTogether) {
+  Procedure p = two_positions();
+  p.runs = 6;
+  p.positions = {"+X", "-X", "+Y", "-Y", "+Z", "-Z"};
+  const std::vector<std::pair<PositionChange, std::size_t>> expected = {{PositionChange::same, 1},
+                                                                        {PositionChange::reverse, 2},
+                                                                        {PositionChange::rotate, 3},
+                                                                        {PositionChange::rotate_and_reverse, 6}};
+  for (const auto& [change, different] : expected) {
+    p.position_change = change;
+    const Plan plan = compile_plan(p);
+    std::set<std::vector<std::string>> orders;
+    std::vector<std::string> before;
+    for (const PlannedRun& run : plan.runs) {
+      const auto order = recorded_order(plan, run, 0);
+      for (std::size_t i = 0; i < order.size(); i += 2) EXPECT_EQ(order[i][1], order[i + 1][1]);
+      EXPECT_EQ(std::set<std::string>(order.begin(), order.end()).size(), 6u);
+      if (change != PositionChange::same) {
+        EXPECT_NE(order, before);
+      }
+      orders.insert(order);
+      before = order;
+    }
+    EXPECT_EQ(orders.size(), different);
+  }
+}
+
+TEST(Plan, LabelsTellThePurpose) {
+  Procedure p = two_positions();
+  p.runs = 2;
+  for (const auto& [purpose, label] : {std::pair{Purpose::calibration, "R02"}, std::pair{Purpose::verification, "V02"},
+                                       std::pair{Purpose::diagnosis, "D02"}}) {
+    p.purpose = purpose;
+    EXPECT_EQ(compile_plan(p).runs.back().label, label);
+  }
+}
+
+TEST(Plan, ARampDrivesWithoutStopping) {
+  Procedure p = two_positions();
+  p.kind = ProcedureKind::ramp;
+  p.positions = {"+Z"};
+  const Plan plan = compile_plan(p);
+  std::vector<StepKind> kinds;
+  for (const Step& step : plan.steps) kinds.push_back(step.kind);
+  EXPECT_EQ(kinds, (std::vector<StepKind>{StepKind::power_on, StepKind::move, StepKind::set_temperature,
+                                          StepKind::set_temperature, StepKind::warm_end, StepKind::power_off}));
+}
+
+TEST(Plan, TheRoomDecidesTheFirstSweep) {
+  const Procedure p = two_positions();
+  EXPECT_EQ(compile_plan(p, 25.0).steps[2].sweep, Sweep::down);
+  EXPECT_EQ(compile_plan(p, 0.0).steps[2].sweep, Sweep::up);
+  EXPECT_EQ(compile_plan(p, 5.0).steps[2].sweep, Sweep::unknown);
+}
+
+TEST(Plan, TheDocumentHoldsEveryStep) {
+  Procedure p = two_positions();
+  p.preflight_position_s = 20.0;
+  const Plan plan = compile_plan(p);
+  const nlohmann::json document = plan_document(plan);
+  ASSERT_EQ(document["steps"].size(), plan.steps.size());
+  for (std::size_t i = 0; i < plan.steps.size(); ++i) {
+    const nlohmann::json& step = document["steps"][i];
+    EXPECT_EQ(step["kind"], name_of(plan.steps[i].kind));
+    EXPECT_EQ(step["visit"].is_null() ? -1 : step["visit"].get<int>(), plan.steps[i].visit);
+    EXPECT_EQ(step["temp_c"], plan.steps[i].temp_c);
+    EXPECT_EQ(step["position"], plan.steps[i].position);
+  }
+  EXPECT_EQ(document["runs"][1]["label"], "R01");
+  EXPECT_EQ(document["runs"][1]["last_step"], plan.steps.size() - 1);
+  EXPECT_EQ(document["procedure"]["purpose"], "calibration");
+  EXPECT_EQ(document["estimate_s"], plan.estimate_s());
+}
+
+}  // namespace
+}  // namespace soak::station

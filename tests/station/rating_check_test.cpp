@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/procedure/rating_check.h"
+
+#include <gtest/gtest.h>
+
+namespace soak::station {
+namespace {
+
+Procedure soak(double coldest_c, double warmest_c) {
+  Procedure p;
+  p.file = "p.toml";
+  p.set_points_c = {20.0, coldest_c, warmest_c};
+  p.overshoot_c = 2.0;
+  return p;
+}
+
+calib::UnitType rated(std::string name, double min_c, double max_c) {
+  calib::UnitType type;
+  type.name = std::move(name);
+  type.temp_min_c = min_c;
+  type.temp_max_c = max_c;
+  return type;
+}
+
+TEST(RatingCheck, OvershootCountsAtBothEnds) {
+  const std::vector<calib::UnitType> types = {rated("a", -40.0, 85.0)};
+  EXPECT_TRUE(check_ratings(soak(-38.0, 83.0), types, {}, {}));
+  EXPECT_FALSE(check_ratings(soak(-38.1, 83.0), types, {}, {}));
+  EXPECT_FALSE(check_ratings(soak(-38.0, 83.1), types, {}, {}));
+}
+
+TEST(RatingCheck, EveryTypeThatCannotBearItIsNamedWithRatingAndSetPoint) {
+  const std::vector<calib::UnitType> types = {rated("good", -40.0, 85.0), rated("cold", -40.0, 60.0),
+                                              rated("warm", 0.0, 85.0)};
+  const auto status = check_ratings(soak(-30.0, 70.0), types, {}, {});
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().kind, base::ErrorKind::bad_input);
+  EXPECT_EQ(status.error().where, "p.toml");
+  const std::string& message = status.error().message;
+  EXPECT_EQ(message.find("'good'"), std::string::npos);
+  EXPECT_NE(message.find("'cold' is rated -40 to 60 °C: the set point 70 °C"), std::string::npos) << message;
+  EXPECT_NE(message.find("'warm' is rated 0 to 85 °C: the set point -30 °C"), std::string::npos) << message;
+}
+
+TEST(RatingCheck, ATypeWithoutARatingIsRefused) {
+  calib::UnitType unknown;
+  EXPECT_FALSE(check_ratings(soak(20.0, 21.0), {unknown}, {}, {}));
+  unknown.temp_min_c = -100.0;
+  EXPECT_FALSE(check_ratings(soak(20.0, 21.0), {unknown}, {}, {}));
+}
+
+TEST(RatingCheck, TheTemperatureThatARunEndsAtCounts) {
+  Procedure p = soak(-5.0, 10.0);
+  EXPECT_FALSE(check_ratings(p, {rated("cold only", -40.0, 26.0)}, {}, {}));  // ends at 25 °C
+  EXPECT_TRUE(check_ratings(p, {rated("cold only", -40.0, 27.0)}, {}, {}));
+}
+
+TEST(RatingCheck, TheChamberTakesItsLimitsAsSetPoints) {
+  EXPECT_TRUE(check_ratings(soak(-30.0, 70.0), {}, -30.0, 70.0));
+  EXPECT_FALSE(check_ratings(soak(-30.0, 70.0), {}, -29.0, {}));
+  EXPECT_FALSE(check_ratings(soak(-30.0, 70.0), {}, {}, 69.0));
+  EXPECT_TRUE(check_ratings(soak(-30.0, 70.0), {}, {}, {}));
+}
+
+}  // namespace
+}  // namespace soak::station

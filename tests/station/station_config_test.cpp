@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/station_config.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+namespace soak::station {
+namespace {
+
+const std::filesystem::path kProcedures = std::filesystem::path(SOAK_TEST_FOLDER).parent_path() / "procedures";
+
+/// A folder with a station's configuration that refers to the shipped maps by relative paths.
+class StationConfigFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    char name[] = "/tmp/soak-config-XXXXXX";
+    folder_ = mkdtemp(name);
+    std::filesystem::create_directory_symlink(kProcedures, folder_ / "procedures");
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  base::Result<StationConfig> read(const std::string& text) {
+    file_ = folder_ / "station.toml";
+    std::ofstream(file_) << text;
+    return read_station_config(file_);
+  }
+
+  /// Message of the refusal with the place before it.
+  std::string refusal(const std::string& text) {
+    const auto config = read(text);
+    EXPECT_FALSE(config) << text;
+    return config ? "" : config.error().where + ": " + config.error().message;
+  }
+
+  [[nodiscard]] std::string place(int line) const { return fmt::format("{}:{}: ", file_.string(), line); }
+
+  std::filesystem::path folder_;
+  std::filesystem::path file_;
+};
+
+constexpr const char* kChamber = R"([chamber]
+map = "procedures/chambers/watlow-f4t.toml"
+host = "127.0.0.1"
+port = 1502
+)";
+
+constexpr const char* kFull = R"(listen = "0.0.0.0:9000"
+data = "lab/data"
+[clock]
+rate = 1000
+[chamber]
+map = "procedures/chambers/watlow-f4t.toml"
+host = "10.0.0.7"
+port = 1502
+unit = 3
+[fixture]
+map = "procedures/fixtures/modbus-positioner.toml"
+host = "10.0.0.8"
+port = 1503
+[power]
+map = "procedures/power/modbus-relay.toml"
+device = "/dev/ttyS1"
+baud = 19200
+parity = "E"
+stop_bits = 2
+[unit_types]
+folder = "procedures/units"
+[site]
+latitude_deg = -35.3
+height_m = 580
+azimuth_deg = 12
+[room]
+temp_c = 22
+dew_point_c = 11
+[[slot]]
+name = "1"
+host = "10.0.0.9"
+port = 4001
+axes = ["+Y", "-X", "+Z"]
+power_output = 1
+unit = "0380A001"
+unit_type = "mti-300"
+[[slot]]
+name = "left"
+device = "/dev/ttyUSB0"
+baud = 921600
+)";
+
+TEST_F(StationConfigFile, EveryKeyIsRead) {
+  const auto config = read(kFull);
+  ASSERT_TRUE(config) << config.error().where << config.error().message;
+  EXPECT_EQ(config->listen, "0.0.0.0:9000");
+  EXPECT_EQ(config->data, folder_ / "lab/data");
+  EXPECT_EQ(config->clock_rate, 1000.0);
+  EXPECT_EQ(config->chamber.name, "Watlow F4T");
+  EXPECT_EQ(std::get<hal::ModbusTcp>(config->chamber.link.address).host, "10.0.0.7");
+  EXPECT_EQ(std::get<hal::ModbusTcp>(config->chamber.link.address).port, 1502);
+  EXPECT_EQ(config->chamber.link.unit, 3);
+  EXPECT_EQ(config->chamber.link.max_block, 48) << "all but the address stays as the map says";
+  ASSERT_TRUE(config->fixture && config->power);
+  EXPECT_EQ(config->fixture->positions.size(), 6u);
+  const auto& serial = std::get<hal::ModbusRtu>(config->power->link.address);
+  EXPECT_EQ(serial.device, "/dev/ttyS1");
+  EXPECT_EQ(serial.baud, 19200);
+  EXPECT_EQ(serial.parity, 'E');
+  EXPECT_EQ(serial.stop_bits, 2);
+  EXPECT_EQ(config->unit_types, folder_ / "procedures/units");
+  EXPECT_EQ(config->site, (calib::Site{.latitude_deg = -35.3, .height_m = 580.0, .azimuth_deg = 12.0}));
+  EXPECT_EQ(config->room_c, 22.0);
+  EXPECT_EQ(config->dew_point_c, 11.0);
+  ASSERT_EQ(config->slots.size(), 2u);
+  const Slot& first = config->slots[0];
+  EXPECT_EQ(std::get<hal::TcpAddress>(first.address).port, 4001);
+  EXPECT_EQ(first.axes, (std::array<std::string, 3>{"+Y", "-X", "+Z"}));
+  EXPECT_EQ(first.power_output, 1);
+  EXPECT_EQ(first.unit, "0380A001");
+  EXPECT_EQ(first.unit_type, "mti-300");
+  EXPECT_EQ(std::get<hal::SerialAddress>(config->slots[1].address).baud, 921600);
+}
+
+TEST_F(StationConfigFile, WithoutFixtureAndPowerBothAreDoneByHand) {
+  const auto config = read(fmt::format("{}[[slot]]\nname = \"1\"\nhost = \"a\"\nport = 1\n", kChamber));
+  ASSERT_TRUE(config) << config.error().where << config.error().message;
+  EXPECT_FALSE(config->fixture);
+  EXPECT_FALSE(config->power);
+  EXPECT_EQ(config->clock_rate, 1.0);
+  EXPECT_EQ(config->listen, "127.0.0.1:8088");
+  EXPECT_TRUE(config->data.empty());
+}
+
+TEST_F(StationConfigFile, WhatTwoSlotsCannotShareIsRefusedAtTheSecond) {
+  const std::string slots = R"([power]
+map = "procedures/power/modbus-relay.toml"
+host = "127.0.0.1"
+[[slot]]
+name = "1"
+host = "h"
+port = 7
+power_output = 1
+unit = "A"
+[[slot]]
+name = "1"
+host = "h"
+port = 7
+power_output = 1
+unit = "A"
+)";
+  const std::string message = refusal(kChamber + slots);
+  for (const int line : {15, 17, 18, 19})
+    EXPECT_NE(message.find(place(line) + "two slots"), std::string::npos) << message;
+}
+
+TEST_F(StationConfigFile, EveryMistakeIsReportedWithItsLine) {
+  const std::string message = refusal(R"(listen = "8088"
+colour = "red"
+[clock]
+rate = 0
+[chamber]
+map = "procedures/fixtures/modbus-positioner.toml"
+host = "h"
+[fixture]
+map = "no-such-file.toml"
+[site]
+latitude_deg = 95
+[room]
+temp_c = 20
+dew_point_c = 21
+[unit_types]
+folder = "procedures/units"
+[[slot]]
+name = "1"
+axes = ["+Y", "+X", "+Z"]
+host = "h"
+port = 5
+power_output = 2
+[[slot]]
+name = "2"
+device = "/dev/x"
+unit_type = "mystery"
+decoder = "morse"
+)");
+  for (const int line : {1, 2, 4, 6, 8, 9, 11, 14, 19, 22, 26, 27}) {
+    EXPECT_NE(message.find(place(line)), std::string::npos) << line << "\n" << message;
+  }
+  EXPECT_NE(message.find("12 mistakes"), std::string::npos) << message;
+}
+
+TEST_F(StationConfigFile, AStationNeedsChamberAndSlots) {
+  const std::string message = refusal("listen = \"h:1\"\n");
+  EXPECT_NE(message.find("'chamber' is missing"), std::string::npos) << message;
+  EXPECT_NE(message.find("[[slot]]"), std::string::npos) << message;
+}
+
+using Matrix = std::array<std::array<int, 3>, 3>;
+
+Matrix product(const Matrix& a, const Matrix& b) {
+  Matrix c{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      for (std::size_t k = 0; k < 3; ++k) c[i][j] += a[i][k] * b[k][j];
+    }
+  }
+  return c;
+}
+
+std::string label_of(int x, int y, int z) {
+  const int axis = x != 0 ? 0 : y != 0 ? 1 : 2;
+  return {x + y + z > 0 ? '+' : '-', static_cast<char>('X' + axis)};
+}
+
+/// The 24 rotations of a cube, made of quarter turns; columns are the unit's axes in fixture axes.
+std::vector<Matrix> mountings() {
+  const Matrix about_x = {{{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}};
+  const Matrix about_y = {{{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}}};
+  const Matrix about_z = {{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}};
+  std::vector<Matrix> all = {{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (const Matrix& turn : {about_x, about_y, about_z}) {
+      const Matrix next = product(turn, all[i]);
+      if (std::find(all.begin(), all.end(), next) == all.end()) all.push_back(next);
+    }
+  }
+  return all;
+}
+
+TEST(UnitPosition, AgreesWithTheRotationMatrixInAll24Mountings) {
+  const auto all = mountings();
+  ASSERT_EQ(all.size(), 24u);
+  for (const Matrix& r : all) {
+    Slot slot;
+    for (std::size_t axis = 0; axis < 3; ++axis) slot.axes[axis] = label_of(r[0][axis], r[1][axis], r[2][axis]);
+    for (std::size_t k = 0; k < 6; ++k) {
+      const int sign = k % 2 == 0 ? 1 : -1;
+      const std::size_t row = k / 2;
+      // Fixture axis k up: up in unit axes is Rᵀ e_k, which is row k of R.
+      const std::array<int, 3> up = {sign * r[row][0], sign * r[row][1], sign * r[row][2]};
+      const calib::Position position = unit_position(slot, calib::kSixPositionLabels[k]);
+      EXPECT_EQ(position.label, label_of(up[0], up[1], up[2]));
+      EXPECT_EQ(position, *calib::position_named(position.label));
+      for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(position.up[i], up[i]);
+    }
+  }
+}
+
+TEST(UnitPosition, AnUnknownLabelGivesNone) { EXPECT_TRUE(unit_position(Slot{}, "up").label.empty()); }
+
+}  // namespace
+}  // namespace soak::station
