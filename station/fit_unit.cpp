@@ -18,7 +18,7 @@
 namespace soak::station {
 namespace {
 
-constexpr std::string_view kVerification = "verification";
+constexpr std::string_view kCalibration = "calibration";
 
 std::string reason_without_runs(const std::string& unit, const std::optional<std::string>& campaign,
                                 const std::vector<db::RunRow>& runs) {
@@ -26,16 +26,18 @@ std::string reason_without_runs(const std::string& unit, const std::optional<std
   if (runs.empty()) return fmt::format("unit {} has no run{}; import or record one first", unit, where);
   std::size_t voided = 0;
   std::size_t verification = 0;
+  std::size_t diagnosis = 0;
   std::size_t unsealed = 0;
   for (const db::RunRow& run : runs) {
     voided += run.voided ? 1 : 0;
     unsealed += run.sealed ? 0 : 1;
-    verification += run.procedure == kVerification ? 1 : 0;
+    verification += run.purpose == "verification" ? 1 : 0;
+    diagnosis += run.purpose == "diagnosis" ? 1 : 0;
   }
   return fmt::format(
-      "unit {} has no run to fit{}: of {} runs {} are voided, {} unsealed, {} verification runs, the rest "
-      "of an earlier epoch",
-      unit, where, runs.size(), voided, unsealed, verification);
+      "unit {} has no run to fit{}: of {} runs {} are voided, {} unsealed, {} verification runs, {} diagnosis runs, "
+      "the rest of an earlier epoch",
+      unit, where, runs.size(), voided, unsealed, verification, diagnosis);
 }
 
 /// Fits the sensors that have rows, each on the first free thread.
@@ -84,7 +86,7 @@ base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::
   input.type.name = (*row)->type;
   input.epoch = (*row)->epoch;
   for (const db::RunRow& run : *runs) {
-    if (!run.sealed || run.voided || run.epoch != input.epoch || run.procedure == kVerification) continue;
+    if (!run.sealed || run.voided || run.epoch != input.epoch || run.purpose != kCalibration) continue;
     auto loaded = load_run(catalog, run);
     if (!loaded) return base::forward_error(loaded);
     input.runs.push_back(*std::move(loaded));

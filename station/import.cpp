@@ -7,16 +7,18 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/segmentation.h"
 #include "db/run_file.h"
 #include "station/identity.h"
-#include "station/recording_reader.h"
+#include "station/lab/run_records.h"
 #include "station/run_streams.h"
 
 namespace soak::station {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Name of procedures and purpose of their runs.
+constexpr const char* kVerification = "verification";
 
 /// Files that are removed again unless the import comes to its end.
 class NewFiles {
@@ -129,7 +131,6 @@ class Importer {
     auto sha256 = file->seal();
     if (!sha256) return base::forward_error(sha256);
     staged.row.file_sha256 = *std::move(sha256);
-    staged.row.created_utc_s = info.created_utc_s;
     return {};
   }
 
@@ -138,25 +139,18 @@ class Importer {
     if (!file) return base::forward_error(file);
     auto content = file->content_hash();
     if (!content) return base::forward_error(content);
-    const auto recording = read_recording(*file, options_.unit);
-    if (!recording) return base::forward_error(recording);
-    auto segmentation = calib::segment(*recording);
-    if (!segmentation) return base::forward_error(segmentation);
-    for (const std::string& warning : segmentation->warnings) {
+    auto record = describe_run(*file, options_.unit);
+    if (!record) return base::forward_error(record);
+    for (const std::string& warning : record->warnings) {
       summary_.warnings.push_back(fmt::format("run '{}': {}", run.label, warning));
     }
-    staged.segments = std::move(segmentation->segments);
-    staged.row.unit = options_.unit;
-    staged.row.campaign = options_.campaign;
-    staged.row.label = run.label;
-    staged.row.procedure = options_.procedure;
-    staged.row.epoch = epoch_;
-    staged.row.simulated = options_.simulated;
-    staged.row.sealed = true;
-    staged.row.content_sha256 = *std::move(content);
-    staged.row.site = options_.site;
-    staged.row.rows = run.rows();
-    staged.row.duration_s = recording->t_s.back() - recording->t_s.front();
+    record->row.purpose = options_.procedure == kVerification ? kVerification : "calibration";
+    record->row.epoch = epoch_;
+    record->row.file_name = staged.row.file_name;
+    record->row.file_sha256 = std::move(staged.row.file_sha256);
+    record->row.content_sha256 = *std::move(content);
+    staged.row = std::move(record->row);
+    staged.segments = std::move(record->segments);
     return {};
   }
 

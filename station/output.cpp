@@ -38,6 +38,8 @@ std::size_t width(std::string_view text) {
 
 void Output::print(std::string_view text) { out_ << text; }
 
+void Output::flush() { out_.flush(); }
+
 base::Status Output::print_json(const nlohmann::json& document) {
   if (!all_finite(document)) {
     return base::fail(base::ErrorKind::internal, "a result is not a finite number, so it has no JSON form");

@@ -24,6 +24,8 @@ class Output {
   [[nodiscard]] bool json() const { return json_; }
 
   void print(std::string_view text);
+  /// Lets those who read along see what was printed.
+  void flush();
   /// Prints the document. Refuses (internal) one that holds NaN or infinity: JSON has no such numbers.
   [[nodiscard]] base::Status print_json(const nlohmann::json& document);
   /// A remark for the user on standard error.

@@ -16,7 +16,8 @@
 namespace soak::station::cli {
 namespace {
 
-constexpr std::array<Register, 4> kCommands = {register_import, register_runs, register_calibration, register_unit};
+constexpr std::array kCommands = {register_import, register_runs,     register_calibration,
+                                  register_unit,   register_campaign, register_procedure};
 
 /// Whether errors are wanted as JSON, also those of a command line that cannot be parsed.
 bool asks_for_json(int argc, char** argv) {

@@ -13,6 +13,7 @@ nlohmann::json run_document(const db::RunRow& run) {
           {"run", run.label},
           {"run_id", run.run_id},
           {"procedure", run.procedure},
+          {"purpose", run.purpose},
           {"epoch", run.epoch},
           {"created_utc_s", run.created_utc_s},
           {"clock_rate", run.clock_rate},

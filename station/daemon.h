@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "base/result.h"
+
+namespace soak::station {
+
+struct DaemonOptions {
+  std::filesystem::path config;  ///< empty = station.toml in the data folder
+  std::string listen;            ///< overrides the configuration's, where given
+  std::string data;              ///< overrides the configuration's, where given
+};
+
+/// `soakd`: reads the configuration, takes the data folder for itself, serves pages and interface, carries out
+/// campaigns until SIGTERM or SIGINT; a running campaign is then driven to the safe state first. Prints the address
+/// that it serves, one line, once it does. Errors: wrong configuration, an address or data folder that is taken
+/// (bad_input).
+[[nodiscard]] base::Status run_daemon(const DaemonOptions& options);
+
+}  // namespace soak::station

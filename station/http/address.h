@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace soak::station {
+
+/// Where a daemon listens or is asked: "127.0.0.1:8088", "localhost:8088", "[::1]:8088".
+struct HostPort {
+  std::string host;  ///< without the brackets of an IPv6 address
+  int port = 0;
+};
+
+/// Reads HOST:PORT, port 0 to 65535. Refuses (bad_input) anything else, an IPv6 address without brackets included.
+[[nodiscard]] base::Result<HostPort> parse_host_port(std::string_view text);
+
+/// The inverse of parse_host_port().
+[[nodiscard]] std::string to_text(const HostPort& address);
+
+/// The host of "host", "host:port" or "[address]:port" as a Host header gives it, in small letters, without brackets.
+[[nodiscard]] std::string host_of(std::string_view authority);
+
+/// Whether `host` is a numeric IPv4 or IPv6 address, which no name server can point elsewhere.
+[[nodiscard]] bool is_numeric_address(const std::string& host);
+
+}  // namespace soak::station

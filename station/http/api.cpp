@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/http/api.h"
+
+#include <algorithm>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+
+#include "base/number_text.h"
+
+namespace soak::station {
+namespace {
+
+using base::Result;
+using nlohmann::json;
+using Parameter = std::optional<std::string>;
+
+Result<json> status(const LabService& lab, const Parameter&, std::int64_t) { return lab.status(); }
+
+Result<json> plan(const LabService& lab, const Parameter&, std::int64_t) { return lab.plan(); }
+
+Result<json> history(const LabService& lab, const Parameter& after_s, std::int64_t) {
+  const auto value = base::parse_double(after_s.value_or("-1"));
+  if (!value) return base::bad_input("'" + *after_s + "' is not a number of seconds", "after_s");
+  return lab.history(*value);
+}
+
+Result<json> log(const LabService& lab, const Parameter& after, std::int64_t newest_log) {
+  const auto value = base::parse_int(after.value_or("0"));
+  if (!value) return base::bad_input("'" + *after + "' is not the number of a log entry", "after");
+  return lab.log(*value >= 0 ? *value : std::max<std::int64_t>(0, newest_log + *value));
+}
+
+base::Status only_members(const json& body, std::initializer_list<std::string_view> known) {
+  for (const auto& member : body.items()) {
+    if (std::find(known.begin(), known.end(), member.key()) != known.end()) continue;
+    return base::bad_input("the command does not take this member", member.key());
+  }
+  return {};
+}
+
+/// A text member; `otherwise` where it is absent, refused if that is nothing.
+Result<std::string> text(const json& body, const std::string& name, const Parameter& otherwise) {
+  const auto member = body.find(name);
+  if (member == body.end() && otherwise) return *otherwise;
+  if (member == body.end()) return base::bad_input("the member is missing", name);
+  if (!member->is_string()) return base::bad_input("the member is not text", name);
+  auto value = member->get<std::string>();
+  if (value.empty() && !otherwise) return base::bad_input("the member is empty", name);
+  return value;
+}
+
+Result<std::string> user_of(const json& body) { return text(body, "user", "unknown"); }
+
+Result<std::map<std::string, std::string>> units(const json& body) {
+  std::map<std::string, std::string> found;
+  const auto member = body.find("units");
+  if (member == body.end()) return found;
+  if (!member->is_object()) return base::bad_input("not an object of slots and serial numbers", "units");
+  for (const auto& unit : member->items()) {
+    if (!unit.value().is_string()) return base::bad_input("the serial number is not text", "units." + unit.key());
+    found[unit.key()] = unit.value().get<std::string>();
+  }
+  return found;
+}
+
+Result<StartRequest> start_request(const json& body) {
+  const auto known = only_members(body, {"procedure_text", "procedure_file", "campaign", "units", "user"});
+  if (!known) return base::forward_error(known);
+  const auto procedure = text(body, "procedure_text", std::nullopt);
+  if (!procedure) return base::forward_error(procedure);
+  const auto file = text(body, "procedure_file", "procedure");
+  if (!file) return base::forward_error(file);
+  const auto campaign = text(body, "campaign", std::nullopt);
+  if (!campaign) return base::forward_error(campaign);
+  const auto slots = units(body);
+  if (!slots) return base::forward_error(slots);
+  const auto user = user_of(body);
+  if (!user) return base::forward_error(user);
+  return StartRequest{*procedure, *file, *campaign, *slots, *user};
+}
+
+/// What every command but start answers: the state that the laboratory is in by now.
+Result<json> state_after(const base::Status& done, const LabService& lab) {
+  if (!done) return base::forward_error(done);
+  return json{{"state", lab.status().at("state")}};
+}
+
+Result<json> start(LabService& lab, const json& body) {
+  const auto request = start_request(body);
+  if (!request) return base::forward_error(request);
+  return lab.start(*request);
+}
+
+template <base::Status (LabService::*command)(const std::string&)>
+Result<json> user_command(LabService& lab, const json& body) {
+  const auto known = only_members(body, {"user"});
+  if (!known) return base::forward_error(known);
+  const auto user = user_of(body);
+  if (!user) return base::forward_error(user);
+  return state_after((lab.*command)(*user), lab);
+}
+
+Result<json> abort(LabService& lab, const json& body) {
+  const auto known = only_members(body, {"user", "reason"});
+  if (!known) return base::forward_error(known);
+  const auto user = user_of(body);
+  if (!user) return base::forward_error(user);
+  const auto reason = text(body, "reason", std::nullopt);
+  if (!reason) return base::forward_error(reason);
+  return state_after(lab.abort(*user, *reason), lab);
+}
+
+Result<json> confirm(LabService& lab, const json& body) {
+  const auto known = only_members(body, {"user", "prompt"});
+  if (!known) return base::forward_error(known);
+  const auto user = user_of(body);
+  if (!user) return base::forward_error(user);
+  const auto prompt = body.find("prompt");
+  if (prompt == body.end() || !prompt->is_number_integer()) {
+    return base::bad_input("the number of the prompt is missing or not a whole number", "prompt");
+  }
+  return state_after(lab.confirm(*user, prompt->get<std::int64_t>()), lab);
+}
+
+}  // namespace
+
+const std::vector<ApiQuestion>& api_questions() {
+  static const std::vector<ApiQuestion> questions = {
+      {"status", "", status}, {"plan", "", plan}, {"history", "after_s", history}, {"log", "after", log}};
+  return questions;
+}
+
+const std::vector<ApiCommand>& api_commands() {
+  static const std::vector<ApiCommand> commands = {{"start", start},
+                                                   {"pause", user_command<&LabService::pause>},
+                                                   {"resume", user_command<&LabService::resume>},
+                                                   {"abort", abort},
+                                                   {"confirm", confirm}};
+  return commands;
+}
+
+Result<json> parse_body(const std::string& text) {
+  json body = json::parse(text, nullptr, false);
+  if (!body.is_object()) return base::bad_input("the body is not a JSON object", "body");
+  return body;
+}
+
+int http_status(const base::Error& error) {
+  switch (error.kind) {
+    case base::ErrorKind::bad_input:
+      return error.where == "state" ? 409 : 400;
+    case base::ErrorKind::device:
+      return 502;
+    default:
+      return 500;
+  }
+}
+
+std::string error_text(const base::Error& error) {
+  return compact(
+      {{"error", {{"code", static_cast<int>(error.kind)}, {"message", error.message}, {"where", error.where}}}});
+}
+
+std::string compact(const json& document) { return document.dump(-1, ' ', false, json::error_handler_t::replace); }
+
+}  // namespace soak::station

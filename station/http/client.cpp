@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/http/client.h"
+
+#include <httplib.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "station/http/event_parser.h"
+
+namespace soak::station {
+namespace {
+
+using base::ErrorKind;
+using nlohmann::json;
+
+constexpr int kConnectSeconds = 5;
+constexpr int kAnswerSeconds = 60;   // a start checks every device first
+constexpr int kSilenceSeconds = 25;  // a stream says something every ten seconds
+constexpr std::chrono::milliseconds kKeepOnEvery{100};
+constexpr const char* kApi = "/api/v1/";
+
+base::Error unreachable(const HostPort& address, httplib::Error reason) {
+  const std::string where = to_text(address);
+  if (reason == httplib::Error::Connection || reason == httplib::Error::ConnectionTimeout) {
+    return {ErrorKind::device,
+            "no soakd answers there: start one with 'soakd --config FILE --listen " + where +
+                "', or name another with --station HOST:PORT or $SOAK_STATION",
+            where};
+  }
+  return {ErrorKind::device, "the connection to soakd broke (" + httplib::to_string(reason) + ")", where};
+}
+
+/// The error that an answer other than 2xx describes.
+base::Error refusal(const httplib::Response& response, const HostPort& address) {
+  const json document = json::parse(response.body, nullptr, false);
+  const json error = document.is_object() ? document.value("error", json()) : json();
+  const json code = error.is_object() ? error.value("code", json()) : json();
+  if (!code.is_number_integer() || code < 1 || code > 5 || !error.value("message", json()).is_string()) {
+    return {ErrorKind::device, "what answers there (HTTP status " + std::to_string(response.status) + ") is not soakd",
+            to_text(address)};
+  }
+  return {static_cast<ErrorKind>(code.get<int>()), error["message"].get<std::string>(),
+          error.value("where", std::string())};
+}
+
+base::Result<json> document_of(const httplib::Result& result, const HostPort& address) {
+  if (!result) return tl::unexpected(unreachable(address, result.error()));
+  if (result->status != 200) return tl::unexpected(refusal(*result, address));
+  json document = json::parse(result->body, nullptr, false);
+  if (document.is_discarded()) {
+    return base::fail(ErrorKind::device, "what answers there is not soakd", to_text(address));
+  }
+  return document;
+}
+
+/// One stream, read by a thread of its own so that the reader can leave at any time.
+class StreamReader {
+ public:
+  explicit StreamReader(const HostPort& address) : address_(address), client_(address.host, address.port) {
+    client_.set_connection_timeout(kConnectSeconds);
+    client_.set_read_timeout(kSilenceSeconds);
+    thread_ = std::thread([this] { run(); });
+  }
+
+  ~StreamReader() {
+    std::unique_lock lock(mutex_);
+    leaving_ = true;
+    // stop() has no effect on a request that is just about to begin: it is repeated.
+    while (!ended_) {
+      client_.stop();
+      changed_.wait_for(lock, kKeepOnEvery);
+    }
+    lock.unlock();
+    thread_.join();
+  }
+
+  /// Waits for events, not for long.
+  std::deque<ServerEvent> take() {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, kKeepOnEvery, [this] { return !events_.empty() || ended_; });
+    return std::exchange(events_, {});
+  }
+
+  /// Why the stream has ended; nothing while it has not, or there are events to take.
+  std::optional<base::Error> end() {
+    const std::lock_guard lock(mutex_);
+    return events_.empty() ? ended_ : std::nullopt;
+  }
+
+ private:
+  void run() {
+    std::string error_body;
+    int status = 0;
+    const auto result = client_.Get(
+        std::string(kApi) + "events",
+        [&](const httplib::Response& response) {
+          status = response.status;
+          return true;
+        },
+        [&](const char* data, std::size_t size) {
+          if (status != 200) error_body.append(data, size);
+          return status != 200 || add(std::string_view(data, size));
+        });
+    const std::lock_guard lock(mutex_);
+    if (result && result->status != 200) {
+      httplib::Response response = *result;
+      response.body = error_body;
+      ended_ = refusal(response, address_);
+    } else {
+      ended_ = result ? base::Error{ErrorKind::device, "soakd ended the stream of events", to_text(address_)}
+                      : unreachable(address_, result.error());
+    }
+    changed_.notify_all();
+  }
+
+  bool add(std::string_view piece) {
+    const std::lock_guard lock(mutex_);
+    for (ServerEvent& event : parser_.take(piece)) events_.push_back(std::move(event));
+    changed_.notify_all();
+    return !leaving_;
+  }
+
+  const HostPort address_;
+  httplib::Client client_;
+  EventParser parser_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<ServerEvent> events_;
+  std::optional<base::Error> ended_;
+  bool leaving_ = false;
+  std::thread thread_;
+};
+
+}  // namespace
+
+base::Result<json> Client::get(const std::string& path) const {
+  httplib::Client client(address_.host, address_.port);
+  client.set_connection_timeout(kConnectSeconds);
+  client.set_read_timeout(kAnswerSeconds);
+  return document_of(client.Get(kApi + path), address_);
+}
+
+base::Result<json> Client::command(const std::string& command, const json& body) const {
+  httplib::Client client(address_.host, address_.port);
+  client.set_connection_timeout(kConnectSeconds);
+  client.set_read_timeout(kAnswerSeconds);
+  const std::string text = body.dump(-1, ' ', false, json::error_handler_t::replace);
+  return document_of(client.Post(kApi + ("campaign/" + command), text, "application/json"), address_);
+}
+
+base::Status Client::follow(const std::function<bool(const ServerEvent&)>& on_event,
+                            const std::function<bool()>& keep_on) const {
+  StreamReader reader(address_);
+  while (keep_on()) {
+    for (const ServerEvent& event : reader.take()) {
+      if (!on_event(event)) return {};
+    }
+    if (const auto error = reader.end()) return tl::unexpected(*error);
+  }
+  return {};
+}
+
+}  // namespace soak::station

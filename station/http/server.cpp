@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/http/server.h"
+
+#include <httplib.h>
+
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <exception>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <thread>
+
+#include "base/number_text.h"
+#include "station/http/access.h"
+#include "station/http/address.h"
+#include "station/http/api.h"
+#include "station/http/event_feed.h"
+#include "station/http/web_files.h"
+
+namespace soak::station {
+namespace {
+
+using base::ErrorKind;
+
+constexpr std::size_t kThreads = 96;  // each event stream holds one
+constexpr int kMaxStreams = 80;       // what is left answers everything else
+constexpr std::size_t kMaxBody = std::size_t{1} << 20;
+constexpr int kBacklog = 128;
+constexpr std::chrono::seconds kStreamsEndWithin{1};
+constexpr std::chrono::milliseconds kPoll{1};
+constexpr const char* kJson = "application/json";
+constexpr const char* kApi = "/api/v1/";
+
+class Listener : public httplib::Server {
+ public:
+  /// The library lets five connections wait: a dozen browser tabs that reconnect at once are more.
+  void widen_backlog() { ::listen(svr_sock_, kBacklog); }
+};
+
+/// The library's own default, SO_REUSEPORT, would let two daemons share one port unnoticed.
+void set_socket_options(socket_t socket) {
+  const int on = 1;
+  ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+}
+
+void refuse(httplib::Response& response, int status, const base::Error& error) {
+  response.status = status;
+  response.set_content(error_text(error), kJson);
+}
+
+void answer(httplib::Response& response, const base::Result<nlohmann::json>& result) {
+  if (!result) return refuse(response, http_status(result.error()), result.error());
+  response.set_content(compact(*result), kJson);
+}
+
+std::optional<std::string> header(const httplib::Request& request, const char* name) {
+  if (!request.has_header(name)) return std::nullopt;
+  return request.get_header_value(name);
+}
+
+bool is_json(const httplib::Request& request) {
+  const std::string type = request.get_header_value("Content-Type");
+  return type.substr(0, type.find_first_of("; ")) == kJson;
+}
+
+std::string content_type(std::string_view name) {
+  if (name.ends_with(".html")) return "text/html; charset=utf-8";
+  if (name.ends_with(".css")) return "text/css; charset=utf-8";
+  if (name.ends_with(".svg")) return "image/svg+xml";
+  return "text/javascript; charset=utf-8";
+}
+
+void set_security_headers(const httplib::Request& request, httplib::Response& response) {
+  response.set_header("Cache-Control", request.path.starts_with(kApi) ? "no-store" : "no-cache");
+  response.set_header("X-Content-Type-Options", "nosniff");
+  response.set_header("Referrer-Policy", "no-referrer");
+  response.set_header("Cross-Origin-Resource-Policy", "same-origin");
+  response.set_header("Content-Security-Policy",
+                      "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'");
+}
+
+/// What the library itself refuses (unknown path, body too long...), as our error document.
+void describe_library_error(const httplib::Request& request, httplib::Response& response) {
+  if (!response.body.empty()) return;
+  base::Error error{ErrorKind::bad_input, "the request cannot be understood", request.path};
+  if (response.status == 404) error.message = "there is nothing at this path, or not for " + request.method;
+  if (response.status == 413) error.message = "the body is longer than 1 MiB";
+  if (response.status >= 500) error.kind = ErrorKind::internal;
+  response.set_content(error_text(error), kJson);
+}
+
+void describe_exception(const httplib::Request& request, httplib::Response& response, std::exception_ptr thrown) {
+  base::Error error{ErrorKind::internal, "unexpected failure", request.path};
+  try {
+    std::rethrow_exception(std::move(thrown));
+  } catch (const std::exception& reason) {
+    error.message = reason.what();
+  } catch (...) {
+  }
+  refuse(response, 500, error);
+}
+
+}  // namespace
+
+struct HttpServer::Running {
+  Running(LabService& service, HostPort listen_address)
+      : lab(service), address(std::move(listen_address)), feed(service) {
+    listener.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+    listener.set_payload_max_length(kMaxBody);
+    listener.set_socket_options(set_socket_options);
+    // One request a connection: an idle connection holds no thread, and no part of a refused request can be taken for
+    // the next one.
+    listener.set_keep_alive_max_count(1);
+    listener.set_tcp_nodelay(true);
+    listener.set_error_handler(httplib::Server::Handler(describe_library_error));
+    listener.set_exception_handler(describe_exception);
+    listener.set_post_routing_handler(set_security_headers);
+    add_routes();
+  }
+
+  ~Running() {
+    feed.stop();
+    // The library cuts off what is still being sent when it stops.
+    const auto patience_ends = std::chrono::steady_clock::now() + kStreamsEndWithin;
+    while (streams > 0 && std::chrono::steady_clock::now() < patience_ends) std::this_thread::sleep_for(kPoll);
+    listener.stop();
+    if (thread.joinable()) thread.join();
+  }
+
+  /// A handler that runs for requests that may pass.
+  httplib::Server::Handler guarded(httplib::Server::Handler handler) const {
+    return [this, handler = std::move(handler)](const httplib::Request& request, httplib::Response& response) {
+      const auto refused =
+          why_refused({request.get_header_value("Host"), header(request, "Origin")}, host_of(to_text(address)));
+      if (refused) return refuse(response, 403, {ErrorKind::bad_input, *refused, "headers"});
+      handler(request, response);
+    };
+  }
+
+  void add_routes() {
+    for (const ApiQuestion& question : api_questions()) add_question(question);
+    for (const ApiCommand& command : api_commands()) add_command(command);
+    listener.Get(std::string(kApi) + "events",
+                 guarded([this](const auto& request, auto& response) { send_events(request, response); }));
+    listener.Get("/([^/]*)", guarded(send_page));
+  }
+
+  void add_question(const ApiQuestion& question) {
+    listener.Get(kApi + std::string(question.name), guarded([this, &question](const auto& request, auto& response) {
+                   std::optional<std::string> parameter;
+                   const std::string name(question.parameter);
+                   if (request.has_param(name)) parameter = request.get_param_value(name);
+                   answer(response, question.answer(lab, parameter, feed.latest().newest_log));
+                 }));
+  }
+
+  void add_command(const ApiCommand& command) {
+    listener.Post(kApi + ("campaign/" + std::string(command.name)),
+                  guarded([this, &command](const auto& request, auto& response) {
+                    if (!is_json(request)) {
+                      return refuse(response, 415,
+                                    {ErrorKind::bad_input, "the body must be application/json", "Content-Type"});
+                    }
+                    const auto body = parse_body(request.body);
+                    answer(response, body ? command.carry_out(lab, *body) : body);
+                  }));
+  }
+
+  static void send_page(const httplib::Request& request, httplib::Response& response) {
+    const std::string name = request.matches[1].length() == 0 ? "index.html" : request.matches[1].str();
+    const WebFile* file = find_web_file(name);
+    if (file == nullptr) {
+      response.status = 404;
+      return;
+    }
+    response.set_content(file->content.data(), file->content.size(), content_type(name));
+  }
+
+  void send_events(const httplib::Request& request, httplib::Response& response) {
+    // Counts the stream for as long as the library keeps the provider.
+    const auto place = std::shared_ptr<void>(nullptr, [this](void*) { --streams; });
+    if (++streams > kMaxStreams) {
+      return refuse(response, 503, {ErrorKind::internal, "too many event streams are open", "events"});
+    }
+    const auto last_id = base::parse_int(request.get_header_value("Last-Event-ID"));
+    const auto stream = std::make_shared<EventStream>(lab, feed, last_id);
+    response.set_chunked_content_provider("text/event-stream", [stream, place](std::size_t, httplib::DataSink& sink) {
+      const auto text = stream->next();
+      if (!text) sink.done();
+      if (!text) return true;
+      if (text->empty()) return sink.is_writable();
+      return sink.write(text->data(), text->size());
+    });
+  }
+
+  base::Result<int> listen() {
+    errno = 0;
+    const int port = address.port == 0 ? listener.bind_to_any_port(address.host)
+                                       : (listener.bind_to_port(address.host, address.port) ? address.port : -1);
+    if (port < 0) {
+      const std::string why = errno != 0 ? std::generic_category().message(errno) : "no such address";
+      return base::bad_input(
+          "cannot listen there: " + why +
+              (errno == EADDRINUSE ? " (is another soakd running? --listen takes another address)" : ""),
+          to_text(address));
+    }
+    listener.widen_backlog();
+    thread = std::thread([this] {
+      listener.listen_after_bind();
+      ended = true;
+    });
+    // The library ignores stop() before its loop runs.
+    while (!listener.is_running() && !ended) std::this_thread::sleep_for(kPoll);
+    return port;
+  }
+
+  LabService& lab;
+  HostPort address;
+  EventFeed feed;
+  std::atomic<int> streams = 0;
+  std::atomic<bool> ended = false;
+  Listener listener;
+  std::thread thread;
+};
+
+HttpServer::HttpServer(LabService& lab, std::string listen) : lab_(lab), listen_(std::move(listen)) {}
+
+HttpServer::~HttpServer() = default;
+
+base::Result<int> HttpServer::start() {
+  auto address = parse_host_port(listen_);
+  if (!address) return base::forward_error(address);
+  auto running = std::make_unique<Running>(lab_, *std::move(address));
+  const auto port = running->listen();
+  if (port) running_ = std::move(running);
+  return port;
+}
+
+void HttpServer::stop() { running_.reset(); }
+
+}  // namespace soak::station

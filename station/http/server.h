@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/result.h"
+#include "station/lab/lab_service.h"
+
+namespace soak::station {
+
+/// The station's HTTP interface and pages: docs/http-api.md. It has no users and no passwords: who reaches the address
+/// commands the station.
+class HttpServer {
+ public:
+  /// `listen`: HOST:PORT, port 0 = any free one. The laboratory must outlive the server.
+  HttpServer(LabService& lab, std::string listen);
+  ~HttpServer();
+
+  /// Listens and answers from threads of its own; the port. Refuses an address that is not one or not free (bad_input).
+  [[nodiscard]] base::Result<int> start();
+  /// Ends open event streams, finishes what is being answered (some seconds at most) and lets go of the address.
+  void stop();
+
+ private:
+  struct Running;
+  LabService& lab_;
+  std::string listen_;
+  std::unique_ptr<Running> running_;
+};
+
+}  // namespace soak::station

@@ -1,0 +1,508 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/lab/engine.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "station/identity.h"
+#include "station/lab/lost_runs.h"
+#include "station/lab/start_check.h"
+#include "station/lab/status_document.h"
+
+namespace soak::station {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr int kLongestWait_ms = 20;
+constexpr std::chrono::milliseconds kPublishEvery{100};
+constexpr std::chrono::seconds kChamberPatience{60};
+constexpr double kEnd_c = 25.0;
+
+base::Error wrong_state(std::string message) { return {base::ErrorKind::bad_input, std::move(message), "state"}; }
+
+/// Steps that stand on a judgement of temperature and position, which a break makes void.
+bool stands_on_judgement(StepKind kind) {
+  return kind == StepKind::move || kind == StepKind::set_temperature || kind == StepKind::wait_stable ||
+         kind == StepKind::record;
+}
+
+}  // namespace
+
+std::string_view name_of(LabState state) {
+  switch (state) {
+    case LabState::idle:
+      return "idle";
+    case LabState::running:
+      return "running";
+    case LabState::paused:
+      return "paused";
+    case LabState::stopping:
+      return "stopping";
+    case LabState::interrupted:
+      return "interrupted";
+    case LabState::finished:
+      return "finished";
+    case LabState::aborted:
+      return "aborted";
+    case LabState::failed:
+      return "failed";
+  }
+  return "";
+}
+
+Engine::Engine(const StationConfig& config, db::Catalog& catalog) : config_(config), catalog_(catalog), log_(catalog) {}
+
+Engine::~Engine() {
+  for (const int fd : wake_) {
+    if (fd >= 0) ::close(fd);
+  }
+}
+
+base::Result<std::unique_ptr<Engine>> Engine::make(const StationConfig& config, db::Catalog& catalog) {
+  std::unique_ptr<Engine> engine(new Engine(config, catalog));
+  if (::pipe2(engine->wake_.data(), O_CLOEXEC | O_NONBLOCK) != 0) {
+    return base::fail(base::ErrorKind::internal, "cannot make a pipe");
+  }
+  if (auto status = engine->make_devices(); !status) return base::forward_error(status);
+  if (auto status = engine->take_over(); !status) return base::forward_error(status);
+  engine->publish();
+  return engine;
+}
+
+base::Status Engine::make_devices() {
+  auto chamber = hal::make_modbus_chamber(config_.chamber);
+  if (!chamber) return base::forward_error(chamber);
+  chamber_ = *std::move(chamber);
+  if (config_.fixture) {
+    auto fixture = hal::make_modbus_fixture(*config_.fixture);
+    if (!fixture) return base::forward_error(fixture);
+    fixture_ = *std::move(fixture);
+  }
+  if (config_.power) {
+    auto power = hal::make_modbus_power(*config_.power);
+    if (!power) return base::forward_error(power);
+    power_ = *std::move(power);
+  }
+  lab_ = std::make_unique<Lab>(config_, catalog_, log_, *chamber_, fixture_.get(), power_.get());
+  return {};
+}
+
+base::Status Engine::take_over() {
+  if (auto status = enter_lost_runs(catalog_, log_); !status) return status;
+  const auto open = catalog_.open_campaign();
+  if (!open) return base::forward_error(open);
+  if (!*open) return {};
+  const std::string reason = "soakd ended in mid-campaign";
+  if (auto status = catalog_.set_campaign_state((*open)->name, "interrupted", reason); !status) return status;
+  interrupted_ = (*open)->name;
+  log_.add("campaign", interrupted_,
+           reason + "; the chamber is driven to the safe state, 'soak campaign resume' goes on");
+  lab_->campaign.name = interrupted_;
+  outcome_ = LabState::interrupted;
+  safe_end_ = std::make_unique<SafeEnd>(reason, kEnd_c, false);
+  set_state(LabState::stopping, reason);
+  return {};
+}
+
+// --- the loop ---------------------------------------------------------------------------------------------------
+
+void Engine::run() {
+  while (true) {
+    wait();
+    serve_commands();
+    turn();
+    publish();
+    if (!stop_requested_) continue;
+    if (state_ == LabState::running || state_ == LabState::paused) {
+      end_campaign(LabState::interrupted, "soakd was asked to stop");
+    }
+    if (state_ != LabState::stopping) break;
+  }
+  for (const auto& unit : lab_->units) unit->close();
+  stopped_ = true;
+  serve_commands();
+}
+
+void Engine::stop() {
+  stop_requested_ = true;
+  wake();
+}
+
+void Engine::wake() {
+  const char byte = 0;
+  // A full pipe wakes as well.
+  (void)!::write(wake_[1], &byte, 1);
+}
+
+void Engine::wait() {
+  std::vector<pollfd> fds{{wake_[0], POLLIN, 0}};
+  for (const auto& unit : lab_->units) {
+    if (unit->wait_fd() >= 0) fds.push_back({unit->wait_fd(), POLLIN, 0});
+  }
+  ::poll(fds.data(), fds.size(), kLongestWait_ms);
+  std::array<char, 64> bytes{};
+  while (::read(wake_[0], bytes.data(), bytes.size()) > 0) {
+  }
+}
+
+void Engine::turn() {
+  const base::Status stored = lab_->poll();
+  const bool going_on = state_ == LabState::running || state_ == LabState::paused;
+  if (going_on) {
+    remember();
+    watch_alarms();
+  }
+  if (!stored && (state_ == LabState::running || state_ == LabState::paused)) {
+    end_campaign(LabState::failed, "cannot record: " + stored.error().message);
+  }
+  if (state_ == LabState::running && !hold_for_chamber()) advance();
+  if (state_ == LabState::stopping && safe_end_->poll(*lab_)) {
+    const std::string reason = safe_end_->reason();
+    safe_end_.reset();
+    set_state(outcome_, reason);
+  }
+}
+
+void Engine::remember() {
+  const auto& reading = lab_->chamber.reading();
+  std::vector<std::optional<double>> units_c;
+  for (const auto& unit : lab_->units) units_c.push_back(unit->streaming() ? unit->temp_c() : std::nullopt);
+  history_.add(lab_->now_s(), reading ? std::optional(reading->air_c) : std::nullopt,
+               reading ? std::optional(reading->set_point_c) : std::nullopt, units_c);
+}
+
+void Engine::watch_alarms() {
+  const auto& reading = lab_->chamber.reading();
+  if (!reading || reading->alarms.empty()) return;
+  std::string names;
+  bool outputs_off = false;
+  for (const hal::ChamberAlarm& alarm : reading->alarms) {
+    names += names.empty() ? alarm.name : ", " + alarm.name;
+    outputs_off = outputs_off || alarm.outputs_off;
+  }
+  // Not a moment later than this: the rest of the way to the safe state can wait.
+  if (outputs_off && !chamber_->stop()) log_.add("alarm", "chamber", "heating and cooling cannot be switched off yet");
+  end_campaign(LabState::failed, "the chamber reports an alarm: " + names, outputs_off);
+}
+
+bool Engine::hold_for_chamber() {
+  if (!lab_->chamber.stale()) {
+    if (stale_since_) {
+      stale_since_.reset();
+      log_.add("device", "chamber", "answers again");
+      repeat_step("the chamber did not answer for a while");
+    }
+    return false;
+  }
+  const auto now = steady_clock::now();
+  if (!stale_since_) {
+    stale_since_ = now;
+    log_.add("device", "chamber", "does not answer, holding: " + lab_->chamber.trouble());
+  }
+  if (now - *stale_since_ > kChamberPatience) {
+    end_campaign(LabState::failed, "the chamber does not answer: " + lab_->chamber.trouble());
+  }
+  return true;
+}
+
+void Engine::advance() {
+  if (lab_->run_is_open() && lab_->active_units().empty()) {
+    end_campaign(LabState::failed, "no unit is left in this run");
+    return;
+  }
+  const StepProgress progress = task_->poll(*lab_);
+  if (progress.state != StepState::running) step_ended(progress);
+}
+
+// --- steps ------------------------------------------------------------------------------------------------------
+
+void Engine::enter_step(std::size_t step) {
+  step_ = step;
+  step_started_utc_s_ = now_utc_s();
+  step_started_s_ = lab_->now_s();
+  lab_->prompts.withdraw();
+  task_ = make_task(lab_->campaign.plan, step);
+}
+
+void Engine::step_ended(const StepProgress& progress) {
+  const Plan& plan = lab_->campaign.plan;
+  if (progress.state == StepState::failed) {
+    persist_step("failed", progress.text);
+    const auto outcome = LabState::failed;
+    end_campaign(outcome, progress.error.where.empty() ? progress.text : progress.error.where + ": " + progress.text);
+    return;
+  }
+  if (!progress.text.empty()) log_.add("step", describe(plan, step_), progress.text);
+  const bool skip = progress.state == StepState::skip_visit;
+  if (!persist_step(skip ? "skipped" : "done", progress.text)) return;
+  std::size_t next = step_ + 1;
+  if (skip) {
+    const Step& here = plan.steps[step_];
+    while (next < plan.steps.size() && plan.steps[next].run == here.run && plan.steps[next].visit == here.visit) ++next;
+  }
+  if (next < plan.steps.size()) {
+    enter_step(next);
+  } else {
+    task_.reset();
+    step_ = plan.steps.size();
+    set_state(LabState::finished, "");
+  }
+}
+
+bool Engine::persist_step(const std::string& outcome, const std::string& text) {
+  db::StepRow row;
+  row.campaign = lab_->campaign.name;
+  row.index = static_cast<std::int32_t>(step_);
+  row.attempt = step_attempts_[step_]++;
+  row.started_utc_s = step_started_utc_s_;
+  row.ended_utc_s = now_utc_s();
+  row.outcome = outcome;
+  row.text = text;
+  row.run_id = lab_->run_id();
+  const auto kept = catalog_.complete_step(row);
+  if (!kept) end_campaign(LabState::failed, "the journal cannot be written: " + kept.error().message);
+  return kept.has_value();
+}
+
+void Engine::repeat_step(const std::string& why) {
+  const Plan& plan = lab_->campaign.plan;
+  lab_->break_segment(why);
+  if (!stands_on_judgement(plan.steps[step_].kind)) return;
+  std::size_t step = step_;
+  while (step > 0 && plan.steps[step].kind != StepKind::move && plan.steps[step - 1].run == plan.steps[step].run &&
+         stands_on_judgement(plan.steps[step - 1].kind)) {
+    --step;
+  }
+  enter_step(step);
+}
+
+// --- states -----------------------------------------------------------------------------------------------------
+
+void Engine::set_state(LabState state, const std::string& reason) {
+  state_ = state;
+  reason_ = reason;
+  const std::string& campaign = lab_->campaign.name;
+  log_.add("campaign", campaign,
+           reason.empty() ? std::string(name_of(state)) : fmt::format("{}: {}", name_of(state), reason));
+  // On the way to the safe state the journal already says how it will end.
+  const LabState recorded = state == LabState::stopping ? outcome_ : state;
+  if (const auto kept = catalog_.set_campaign_state(campaign, name_of(recorded), reason); !kept) {
+    log_.add("campaign", campaign, "the journal cannot be written: " + kept.error().message);
+  }
+  if (state != LabState::running && state != LabState::paused && state != LabState::stopping) {
+    if (state == LabState::interrupted) interrupted_ = campaign;
+    for (const auto& unit : lab_->units) unit->close();
+  }
+}
+
+void Engine::end_campaign(LabState outcome, const std::string& reason, bool outputs_off) {
+  if (state_ == LabState::stopping) return;
+  task_.reset();
+  lab_->prompts.withdraw();
+  lab_->break_segment(reason);
+  lab_->set_plateau(std::nullopt, calib::Sweep::unknown, -1);
+  stale_since_.reset();
+  outcome_ = outcome;
+  safe_end_ = std::make_unique<SafeEnd>(reason, std::max(lab_->procedure().end_c, kEnd_c), outputs_off);
+  set_state(LabState::stopping, reason);
+}
+
+// --- commands ---------------------------------------------------------------------------------------------------
+
+base::Result<nlohmann::json> Engine::command(std::function<base::Result<nlohmann::json>()> work) {
+  std::packaged_task<base::Result<nlohmann::json>()> task(std::move(work));
+  auto answer = task.get_future();
+  {
+    const std::lock_guard lock(command_mutex_);
+    if (stopped_) return tl::unexpected<base::Error>(wrong_state("soakd is ending"));
+    commands_.push_back(std::move(task));
+  }
+  wake();
+  return answer.get();
+}
+
+void Engine::serve_commands() {
+  while (true) {
+    std::packaged_task<base::Result<nlohmann::json>()> task;
+    {
+      const std::lock_guard lock(command_mutex_);
+      if (commands_.empty()) return;
+      task = std::move(commands_.front());
+      commands_.pop_front();
+    }
+    task();
+    published_ = {};
+  }
+}
+
+base::Status Engine::ready_for_start() const {
+  if (stop_requested_) return tl::unexpected<base::Error>(wrong_state("soakd is ending"));
+  if (state_ == LabState::running || state_ == LabState::paused || state_ == LabState::stopping) {
+    return tl::unexpected<base::Error>(wrong_state(
+        fmt::format("campaign '{}' is {}: wait for its end or abort it", lab_->campaign.name, name_of(state_))));
+  }
+  return {};
+}
+
+base::Result<nlohmann::json> Engine::start(const StartRequest& request) {
+  return command([this, request] { return do_start(request, 0); });
+}
+
+base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::size_t first_step) {
+  if (auto ready = ready_for_start(); !ready) return base::forward_error(ready);
+  auto checked = check_start(request, config_, catalog_, *chamber_);
+  if (!checked) return base::forward_error(checked);
+  if (auto connected = connect_devices(); !connected) return base::forward_error(connected);
+  if (first_step == 0) {
+    db::CampaignRow row;
+    row.name = request.campaign;
+    row.procedure = checked->plan.procedure.name;
+    row.document = start_document(request, *checked).dump();
+    row.created_utc_s = row.updated_utc_s = now_utc_s();
+    if (auto begun = catalog_.begin_campaign(row); !begun) return base::forward_error(begun);
+  }
+  nlohmann::json answer = {{"campaign", request.campaign},
+                           {"runs", checked->plan.runs.size()},
+                           {"steps", checked->plan.steps.size()},
+                           {"estimate_s", checked->plan.remaining_s(first_step)}};
+  begin_campaign(request, *std::move(checked), first_step);
+  return answer;
+}
+
+base::Status Engine::connect_devices() {
+  if (auto status = chamber_->connect(); !status) return status;
+  if (fixture_) {
+    if (auto status = fixture_->connect(); !status) return status;
+  }
+  if (power_) {
+    if (auto status = power_->connect(); !status) return status;
+  }
+  // Nothing may begin before the chamber has once said how it is.
+  lab_->chamber.forget();
+  (void)lab_->chamber.poll(lab_->now_s());
+  if (lab_->chamber.stale())
+    return base::fail(base::ErrorKind::device, lab_->chamber.trouble(), chamber_->description());
+  return {};
+}
+
+void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, std::size_t first_step) {
+  lab_->units.clear();
+  std::vector<std::string> serials;
+  const hal::Imu::Settings settings{checked.plan.procedure.rate_hz, checked.plan.procedure.temp_rate_hz};
+  for (CheckedUnit& unit : checked.units) {
+    serials.push_back(unit.serial);
+    lab_->units.push_back(std::make_unique<UnitChannel>(unit.slot, unit.serial, std::move(unit.type),
+                                                        hal::make_xsens_imu(unit.slot.address), settings));
+  }
+  history_.begin(std::move(serials));
+  lab_->campaign = {request.campaign, request.user, std::move(checked.plan)};
+  lab_->preflight.clear();
+  step_attempts_.clear();
+  if (const auto done = catalog_.completed_steps(request.campaign)) {
+    for (const db::StepRow& row : *done) ++step_attempts_[static_cast<std::size_t>(row.index)];
+  }
+  interrupted_.clear();
+  stale_since_.reset();
+  campaign_started_utc_s_ = now_utc_s();
+  {
+    const std::lock_guard lock(status_mutex_);
+    plan_document_ = plan_document(lab_->campaign.plan);
+  }
+  set_state(LabState::running, first_step == 0 ? "started by " + request.user : "resumed by " + request.user);
+  enter_step(first_step);
+}
+
+base::Status Engine::pause(const std::string& user) {
+  const auto done = command([this, user]() -> base::Result<nlohmann::json> {
+    if (state_ != LabState::running) return tl::unexpected<base::Error>(wrong_state("no campaign is running"));
+    lab_->break_segment("paused by " + user);
+    set_state(LabState::paused, "paused by " + user);
+    return nlohmann::json();
+  });
+  return done ? base::Status{} : base::forward_error(done);
+}
+
+base::Status Engine::resume(const std::string& user) {
+  const auto done = command([this, user] { return do_resume(user); });
+  return done ? base::Status{} : base::forward_error(done);
+}
+
+base::Result<nlohmann::json> Engine::do_resume(const std::string& user) {
+  if (state_ == LabState::paused) {
+    set_state(LabState::running, "resumed by " + user);
+    repeat_step("resumed");
+    return nlohmann::json();
+  }
+  if (state_ != LabState::interrupted) {
+    return tl::unexpected<base::Error>(wrong_state("there is no paused or interrupted campaign"));
+  }
+  const auto row = catalog_.campaign(interrupted_);
+  if (!row) return base::forward_error(row);
+  if (!*row) return tl::unexpected<base::Error>(wrong_state("the journal has no campaign '" + interrupted_ + "'"));
+  auto request = request_of(**row);
+  if (!request) return base::forward_error(request);
+  request->user = user;
+  const auto step = first_step_to_resume(catalog_, **row);
+  if (!step) return base::forward_error(step);
+  return do_start(*request, *step);
+}
+
+base::Status Engine::abort(const std::string& user, const std::string& reason) {
+  const auto done = command([this, user, reason]() -> base::Result<nlohmann::json> {
+    if (state_ == LabState::interrupted) {
+      set_state(LabState::aborted, fmt::format("aborted by {}: {}", user, reason));
+      return nlohmann::json();
+    }
+    if (state_ != LabState::running && state_ != LabState::paused) {
+      return tl::unexpected<base::Error>(wrong_state("no campaign is running"));
+    }
+    end_campaign(LabState::aborted, fmt::format("aborted by {}: {}", user, reason));
+    return nlohmann::json();
+  });
+  return done ? base::Status{} : base::forward_error(done);
+}
+
+base::Status Engine::confirm(const std::string& user, std::int64_t prompt) {
+  const auto done = command([this, user, prompt]() -> base::Result<nlohmann::json> {
+    if (!lab_->prompts.answer(prompt)) {
+      return tl::unexpected<base::Error>(wrong_state("there is no such prompt (any more): look again"));
+    }
+    log_.add("prompt", lab_->campaign.name, fmt::format("confirmed by {}: {}", user, lab_->prompts.open()->text));
+    return nlohmann::json();
+  });
+  return done ? base::Status{} : base::forward_error(done);
+}
+
+// --- what others see --------------------------------------------------------------------------------------------
+
+void Engine::publish() {
+  const auto now = steady_clock::now();
+  if (now - published_ < kPublishEvery) return;
+  published_ = now;
+  StatusInput input{*lab_,           name_of(state_),         reason_, step_, campaign_started_utc_s_,
+                    step_started_s_, stale_since_.has_value()};
+  if (safe_end_) input.reason = fmt::format("{}; {}", reason_, safe_end_->text(*lab_));
+  nlohmann::json document = status_document(input);
+  const std::lock_guard lock(status_mutex_);
+  if (document == status_) return;
+  status_ = std::move(document);
+  ++status_version_;
+}
+
+nlohmann::json Engine::status() const {
+  const std::lock_guard lock(status_mutex_);
+  return status_;
+}
+
+nlohmann::json Engine::plan() const {
+  const std::lock_guard lock(status_mutex_);
+  return plan_document_;
+}
+
+}  // namespace soak::station

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/lab/lab.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "station/identity.h"
+#include "station/lab/run_source.h"
+
+namespace soak::station {
+namespace {
+
+constexpr double kLost_s = 15.0;  ///< host time without a sample after which a unit is given up
+constexpr std::chrono::seconds kFlushEvery{5};
+
+}  // namespace
+
+Lab::Lab(const StationConfig& config_, db::Catalog& catalog_, EventLog& log_, hal::Chamber& chamber_,
+         hal::Fixture* fixture_, hal::UnitPower* power_)
+    : config(config_),
+      catalog(catalog_),
+      log(log_),
+      time(config_.clock_rate),
+      chamber(chamber_, config_.chamber.link.poll_s),
+      fixture(fixture_),
+      power(power_) {}
+
+std::vector<UnitChannel*> Lab::active_units() const {
+  std::vector<UnitChannel*> active;
+  for (const auto& unit : units) {
+    if (unit->active()) active.push_back(unit.get());
+  }
+  return active;
+}
+
+bool Lab::simulated() const {
+  return config.clock_rate != 1.0 ||
+         std::any_of(units.begin(), units.end(), [](const auto& unit) { return unit->simulated(); });
+}
+
+base::Status Lab::poll() {
+  bool streaming = false;
+  double advance_s = 0.0;
+  base::Status stored;
+  for (const auto& unit : units) {
+    take_fresh(*unit, advance_s, streaming);
+    if (const auto status = record(*unit); !status) stored = status;
+  }
+  time.advance(std::chrono::steady_clock::now(), streaming, advance_s);
+  if (chamber.poll(now_s())) {
+    if (const auto status = record_chamber(); !status) stored = status;
+  }
+  look_for_lost_units();
+  const auto host_now = std::chrono::steady_clock::now();
+  if (recorder_ && host_now - flushed_ >= kFlushEvery) {
+    flushed_ = host_now;
+    if (const auto status = recorder_->flush(); !status) stored = status;
+  }
+  return stored;
+}
+
+void Lab::take_fresh(UnitChannel& unit, double& advance_s, bool& streaming) {
+  unit.poll();
+  if (!unit.streaming()) return;
+  streaming = true;
+  advance_s = std::max(advance_s, unit.advance_s());
+}
+
+base::Status Lab::record(UnitChannel& unit) {
+  if (unit.fresh().empty() || !unit.active()) return {};
+  if (!recorder_) {
+    if (expecting_run_) keep(unit);
+    return {};
+  }
+  const std::uint32_t power_on = run_power_on_[unit.serial()];
+  // Samples that reached us from before the unit was switched on belong to no run.
+  auto samples = unit.fresh();
+  while (!samples.empty() && samples.front().power_on < power_on) samples = samples.subspan(1);
+  const auto restart =
+      std::find_if(samples.begin(), samples.end(), [&](const auto& s) { return s.power_on != power_on; });
+  const bool restarted = restart != samples.end();
+  samples = samples.first(static_cast<std::size_t>(restart - samples.begin()));
+  if (const auto added = add_rows(unit, samples); !added) return added;
+  if (restarted) lose(unit, "it restarted in mid-run; what comes after belongs to no run");
+  return {};
+}
+
+void Lab::keep(const UnitChannel& unit) {
+  auto& kept = kept_[unit.serial()];
+  for (const hal::ImuSample& sample : unit.fresh()) {
+    if (!kept.empty() && kept.back().power_on != sample.power_on) kept.clear();
+    kept.push_back(sample);
+  }
+}
+
+base::Status Lab::add_rows(UnitChannel& unit, std::span<const hal::ImuSample> samples) {
+  std::vector<bool> in_segment;
+  for (const hal::ImuSample& sample : samples) in_segment.push_back(unit.capture && unit.capture->takes(sample));
+  for (std::size_t first = 0; first < samples.size();) {
+    std::size_t last = first + 1;
+    while (last < samples.size() && in_segment[last] == in_segment[first]) ++last;
+    RowLabels labels = labels_;
+    labels.phase = in_segment[first] ? calib::Phase::soak : calib::Phase::ramp;
+    labels.position = moving_ ? "" : unit.position().label;
+    const auto added = recorder_->add(unit.recorder_index, samples.subspan(first, last - first), labels);
+    if (!added) return added;
+    first = last;
+  }
+  return {};
+}
+
+base::Status Lab::record_chamber() {
+  if (!recorder_) return {};
+  const auto active = active_units();
+  const auto clock =
+      std::find_if(active.begin(), active.end(), [](const auto* unit) { return unit->latest().has_value(); });
+  return clock == active.end() ? base::Status{} : recorder_->add_chamber((*clock)->latest()->t_s, *chamber.reading());
+}
+
+void Lab::look_for_lost_units() {
+  if (!recorder_) return;
+  for (UnitChannel* unit : active_units()) {
+    if (unit->streaming() || unit->silent_s() < kLost_s) continue;
+    lose(*unit, unit->trouble().empty() ? "it sends nothing any more" : unit->trouble());
+  }
+}
+
+void Lab::lose(UnitChannel& unit, const std::string& why) {
+  log.add("unit", unit.serial(), fmt::format("lost for the rest of the run: {}", why));
+  if (recorder_) {
+    // The run file keeps what was recorded; a note that cannot be written there stands in the catalog's log.
+    (void)recorder_->add_event(unit.latest() ? unit.latest()->t_s : 0.0, "unit lost", unit.serial() + ": " + why);
+  }
+  close_capture(unit, "the unit was lost: " + why);
+  unit.give_up();
+}
+
+void Lab::expect_run() {
+  expecting_run_ = true;
+  kept_.clear();
+}
+
+std::string Lab::free_label(const std::string& label) const {
+  const auto runs = catalog.runs({.unit = {}, .campaign = campaign.name, .run = {}});
+  if (!runs) return label;
+  std::string free = label;
+  for (int again = 2; std::any_of(runs->begin(), runs->end(), [&](const auto& run) { return run.label == free; });
+       ++again) {
+    free = fmt::format("{}.{}", label, again);
+  }
+  return free;
+}
+
+base::Status Lab::open_recorder(const PlannedRun& run) {
+  db::RunInfo info;
+  info.run_id = new_run_id();
+  info.label = free_label(run.label);
+  info.campaign = campaign.name;
+  info.procedure = procedure().name;
+  info.created_utc_s = now_utc_s();
+  info.clock_rate = config.clock_rate;
+  info.simulated = simulated();
+  info.source = kRunSource;
+  info.site = config.site;
+  std::vector<RecordedUnit> recorded;
+  for (UnitChannel* unit : active_units()) {
+    unit->recorder_index = recorded.size();
+    recorded.push_back({unit->serial(), unit->type().name});
+  }
+  const Purpose purpose = run.preflight ? Purpose::diagnosis : procedure().purpose;
+  auto recorder = RunRecorder::begin(catalog, info, std::string(name_of(purpose)), std::move(recorded));
+  if (!recorder) return base::forward_error(recorder);
+  recorder_ = *std::move(recorder);
+  return {};
+}
+
+base::Status Lab::begin_run(const PlannedRun& run) {
+  if (auto status = open_recorder(run); !status) return status;
+  expecting_run_ = false;
+  labels_ = {};
+  moving_ = true;
+  attempts_.clear();
+  rejected_.clear();
+  flushed_ = std::chrono::steady_clock::now();
+  for (UnitChannel* unit : active_units()) {
+    run_power_on_[unit->serial()] = unit->power_on();
+    if (auto status = add_rows(*unit, kept_[unit->serial()]); !status) return status;
+  }
+  kept_.clear();
+  log.add("run", recorder_->info().label, fmt::format("begins as {}", recorder_->info().run_id));
+  return {};
+}
+
+base::Status Lab::end_run(const std::optional<std::string>& void_reason) {
+  expecting_run_ = false;
+  if (!recorder_) return {};
+  break_segment(void_reason.value_or("the run ended"));
+  const auto rows = recorder_->finish(rejected_);
+  if (!rows) return base::forward_error(rows);
+  const std::string label = recorder_->info().label;
+  recorder_.reset();
+  for (const db::RunRow& row : *rows) {
+    if (!void_reason) continue;
+    db::VoidRecord record;
+    record.run_id = row.run_id;
+    record.unit = row.unit;
+    record.reason = *void_reason;
+    record.user = "soakd";
+    record.utc_s = now_utc_s();
+    if (const auto voided = catalog.add_void(record); !voided) return voided;
+  }
+  log.add("run", label,
+          void_reason ? "sealed and voided: " + *void_reason
+                      : fmt::format("sealed, {} segments withdrawn", rejected_.size()));
+  return {};
+}
+
+void Lab::set_plateau(std::optional<double> plateau_c, calib::Sweep sweep, int visit) {
+  labels_.plateau_c = plateau_c;
+  labels_.sweep = sweep;
+  labels_.visit = visit;
+}
+
+base::Result<hal::FixtureReading> Lab::ask_fixture() {
+  auto reading = fixture->read();
+  fixture_reading_ = reading ? std::optional(*reading) : std::nullopt;
+  return reading;
+}
+
+void Lab::begin_segment(double seconds) {
+  for (UnitChannel* unit : active_units()) unit->capture.emplace(seconds);
+}
+
+int& Lab::attempts(const UnitChannel& unit) { return attempts_[{unit.serial(), labels_.visit, unit.position().label}]; }
+
+void Lab::close_capture(UnitChannel& unit, const std::optional<std::string>& why_not) {
+  if (!unit.capture) return;
+  const bool has_rows = unit.capture->samples() > 0;
+  unit.capture.reset();
+  if (!has_rows) return;
+  const int attempt = attempts(unit)++;
+  if (!why_not) return;
+  rejected_.push_back({unit.serial(), labels_.visit, unit.position().label, attempt, *why_not});
+  log.add("segment", unit.serial(), fmt::format("{} is not used: {}", unit.position().label, *why_not));
+}
+
+void Lab::end_segment(const std::map<std::string, std::string>& why_not) {
+  for (const auto& unit : units) {
+    const auto reason = why_not.find(unit->serial());
+    close_capture(*unit, reason == why_not.end() ? std::nullopt : std::optional(reason->second));
+  }
+}
+
+void Lab::break_segment(const std::string& reason) {
+  for (const auto& unit : units) close_capture(*unit, reason);
+}
+
+}  // namespace soak::station

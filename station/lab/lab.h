@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "base/result.h"
+#include "db/catalog.h"
+#include "hal/fixture.h"
+#include "hal/unit_power.h"
+#include "station/lab/chamber_monitor.h"
+#include "station/lab/event_log.h"
+#include "station/lab/lab_time.h"
+#include "station/lab/preflight.h"
+#include "station/lab/prompts.h"
+#include "station/lab/run_recorder.h"
+#include "station/lab/unit_channel.h"
+#include "station/procedure/plan.h"
+#include "station/station_config.h"
+
+namespace soak::station {
+
+/// The campaign that is carried out.
+struct Campaign {
+  std::string name;
+  std::string user;
+  Plan plan;
+};
+
+/// What the steps of a campaign work on: devices, units, the open run file. Belongs to the engine's thread.
+class Lab {
+ public:
+  Lab(const StationConfig& config, db::Catalog& catalog, EventLog& log, hal::Chamber& chamber, hal::Fixture* fixture,
+      hal::UnitPower* power);
+
+  const StationConfig& config;
+  db::Catalog& catalog;
+  EventLog& log;
+  LabTime time;
+  ChamberMonitor chamber;
+  hal::Fixture* const fixture;  ///< null = turned by hand
+  hal::UnitPower* const power;  ///< null = switched by hand
+  Prompts prompts;
+  Campaign campaign;
+  std::vector<std::unique_ptr<UnitChannel>> units;
+  std::vector<PreflightRecord> preflight;
+
+  [[nodiscard]] double now_s() const { return time.now_s(); }
+  [[nodiscard]] const Procedure& procedure() const { return campaign.plan.procedure; }
+  /// The units that take part in the present run.
+  [[nodiscard]] std::vector<UnitChannel*> active_units() const;
+  [[nodiscard]] bool simulated() const;
+
+  /// Asks the fixture where it stands.
+  [[nodiscard]] base::Result<hal::FixtureReading> ask_fixture();
+  /// What the fixture said last; nothing where it did not answer.
+  [[nodiscard]] const std::optional<hal::FixtureReading>& fixture_reading() const { return fixture_reading_; }
+
+  /// Takes what the units and the chamber say, moves the time on, writes to the run file, gives up units that are lost.
+  /// An error is one of storage: nothing more can be recorded.
+  [[nodiscard]] base::Status poll();
+
+  /// Samples are kept until the run file is there.
+  void expect_run();
+  [[nodiscard]] base::Status begin_run(const PlannedRun& run);
+  /// Seals the run file and enters it into the catalog. `void_reason`: the run was cut short and no fit shall use it.
+  [[nodiscard]] base::Status end_run(const std::optional<std::string>& void_reason);
+  [[nodiscard]] bool run_is_open() const { return recorder_.has_value(); }
+  [[nodiscard]] std::string run_id() const { return recorder_ ? recorder_->info().run_id : ""; }
+
+  /// Rows from now on belong to this set point; without one they are on the way.
+  void set_plateau(std::optional<double> plateau_c, calib::Sweep sweep, int visit);
+  void set_moving(bool moving) { moving_ = moving; }
+  /// Begins to capture a segment from every active unit.
+  void begin_segment(double seconds);
+  /// Ends the captures. `why_not`, where given for a unit, rejects its segment.
+  void end_segment(const std::map<std::string, std::string>& why_not);
+  /// Ends captures that are not complete: what was recorded so far is rejected.
+  void break_segment(const std::string& reason);
+
+ private:
+  void take_fresh(UnitChannel& unit, double& advance_s, bool& streaming);
+  [[nodiscard]] base::Status record(UnitChannel& unit);
+  void keep(const UnitChannel& unit);
+  [[nodiscard]] base::Status add_rows(UnitChannel& unit, std::span<const hal::ImuSample> samples);
+  void close_capture(UnitChannel& unit, const std::optional<std::string>& why_not);
+  [[nodiscard]] base::Status record_chamber();
+  void look_for_lost_units();
+  void lose(UnitChannel& unit, const std::string& why);
+  [[nodiscard]] int& attempts(const UnitChannel& unit);
+  [[nodiscard]] base::Status open_recorder(const PlannedRun& run);
+  [[nodiscard]] std::string free_label(const std::string& label) const;
+
+  std::optional<RunRecorder> recorder_;
+  std::optional<hal::FixtureReading> fixture_reading_;
+  bool expecting_run_ = false;
+  std::map<std::string, std::vector<hal::ImuSample>> kept_;  ///< serial → samples before the file was there
+  std::map<std::string, std::uint32_t> run_power_on_;        ///< serial → power-on that the run belongs to
+  RowLabels labels_;
+  bool moving_ = true;
+  std::map<std::tuple<std::string, int, std::string>, int> attempts_;  ///< unit, visit, position → segments so far
+  std::vector<Rejected> rejected_;
+  std::chrono::steady_clock::time_point flushed_{};
+};
+
+}  // namespace soak::station

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/run.h"
+#include "db/catalog.h"
+#include "db/run_file.h"
+#include "hal/chamber.h"
+#include "hal/imu.h"
+#include "station/lab/run_records.h"
+
+namespace soak::station {
+
+/// What the station knows of the rows that it adds.
+struct RowLabels {
+  calib::Phase phase = calib::Phase::soak;
+  calib::Sweep sweep = calib::Sweep::unknown;
+  std::optional<double> plateau_c;  ///< set point
+  std::string position;             ///< one of the six labels; empty = moving
+  int visit = -1;  ///< ordinal of the plateau in the plan; -1 = counted from the changes of `plateau_c`, from 0
+};
+
+/// A segment that shall not be used. It is withdrawn by a void record, never left out of the file.
+struct Rejected {
+  std::string unit;  ///< serial number
+  int visit = 0;     ///< as in RowLabels
+  std::string position;
+  int attempt = 0;  ///< how often the unit was recorded in that position of that visit before
+  std::string reason;
+};
+
+/// Records one run: the open run file of all its units, and at the end their rows in the catalog. One thread at a time.
+/// Destroyed without finish(), it leaves an unsealed file with everything that was flushed (orphan_run_files() finds
+/// it).
+class RunRecorder {
+ public:
+  /// Creates runs/<run id>.soakrun. `purpose` as in db::RunRow. Refuses no units, a serial number that stands twice,
+  /// and a run whose campaign holds its label already for one of them (bad_input).
+  [[nodiscard]] static base::Result<RunRecorder> begin(db::Catalog& catalog, const db::RunInfo& info,
+                                                       std::string purpose, std::vector<RecordedUnit> units);
+  RunRecorder(RunRecorder&&) noexcept;
+  RunRecorder& operator=(RunRecorder&&) noexcept;
+  ~RunRecorder();
+
+  /// Appends samples of unit number `unit`, oldest first, with the device's own numbers. Rows of one position that
+  /// follow each other are one attempt; one row with an empty position at least separates two. Refuses (bad_input) a
+  /// time that does not rise and a position that is none of the six; then no row is taken. After another error (disk
+  /// full) the rows are kept in memory: they must not be added again.
+  [[nodiscard]] base::Status add(std::size_t unit, std::span<const hal::ImuSample> samples, const RowLabels& labels);
+  /// Appends to the chamber's log and to the next row of each unit. `t_s` is device time of one of the units; where it
+  /// falls, the last one stands.
+  [[nodiscard]] base::Status add_chamber(double t_s, const hal::ChamberReading& reading);
+  [[nodiscard]] base::Status add_event(double t_s, std::string_view kind, std::string_view text);
+  /// Commits what was added: it survives a loss of power. To be called every few seconds.
+  [[nodiscard]] base::Status flush();
+  /// Ends the run: seals the file, enters one row per unit with its segments into the catalog, and withdraws the
+  /// rejected segments (user "soakd"), all or nothing. A unit without rows is left out, with an event in the file. A
+  /// rejection without a segment (the unit gave no usable rows there) is logged. Where it fails it may be called again.
+  /// Reads the whole file: seconds to minutes.
+  [[nodiscard]] base::Result<std::vector<db::RunRow>> finish(const std::vector<Rejected>& rejected);
+
+  [[nodiscard]] const db::RunInfo& info() const;
+  /// Rows of unit number `unit` so far.
+  [[nodiscard]] std::uint64_t rows(std::size_t unit) const;
+
+ private:
+  struct Impl;
+  explicit RunRecorder(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace soak::station

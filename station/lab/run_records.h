@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/segment.h"
+#include "db/catalog.h"
+#include "db/run_file.h"
+
+namespace soak::station {
+
+/// What the catalog gets to know of one unit's part of a run file.
+struct RunRecord {
+  db::RunRow row;
+  std::vector<calib::Segment> segments;
+  std::vector<std::string> warnings;
+};
+
+/// Reads and segments a unit's samples. Left to the caller are `purpose`, `epoch`, the name and the hashes of the file.
+/// A run at another clock rate than 1 counts as simulated.
+[[nodiscard]] base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit);
+
+/// Channel of run files that the station records: ordinal of the plateau in the plan, where it is known. Segments get
+/// their visits from it.
+inline constexpr std::string_view kVisitChannel = "visit";
+
+struct RecordedUnit {
+  std::string serial;
+  std::string type = "generic";  ///< of a unit that is new to the catalog
+};
+
+/// Rows of a unit whose segments shall not be used.
+struct Withdrawal {
+  std::string unit;
+  std::optional<std::pair<double, double>> span;  ///< first and last device time, s; absent = there were no rows
+  std::string reason;
+};
+
+/// A sealed run file that the station has recorded, on its way into the catalog.
+struct SealedRun {
+  std::filesystem::path path;  ///< in the folder `runs`
+  std::string sha256;          ///< of the file
+  std::string purpose = "calibration";
+  std::vector<RecordedUnit> units;
+  std::vector<Withdrawal> withdrawals;
+};
+
+/// Enters a run: units and campaign where they are new, one row per unit that has samples, its segments, what the
+/// segmentation warns of as events, and void records (user "soakd") for the segments that a withdrawal touches; all or
+/// nothing. A withdrawal that touches none is logged. Also for a file that was interrupted
+/// (RunFileWriter::seal_interrupted). Reads the whole file.
+[[nodiscard]] base::Result<std::vector<db::RunRow>> enter_run(db::Catalog& catalog, const SealedRun& run);
+
+}  // namespace soak::station

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/lab/safe_end.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace soak::station {
+
+SafeEnd::SafeEnd(std::string reason, double end_c, bool outputs_off)
+    : reason_(std::move(reason)), outputs_off_(outputs_off), warmth_(end_c) {}
+
+bool SafeEnd::make_chamber_safe(Lab& lab) {
+  if (outputs_off_) return lab.chamber.chamber().stop().has_value();
+  const auto off = warmth_.poll(lab);
+  return off && *off;
+}
+
+bool SafeEnd::poll(Lab& lab) {
+  // An alarm may come up on the way.
+  if (const auto& reading = lab.chamber.reading()) {
+    for (const hal::ChamberAlarm& alarm : reading->alarms) outputs_off_ = outputs_off_ || alarm.outputs_off;
+  }
+  if (!chamber_is_safe_) chamber_is_safe_ = make_chamber_safe(lab);
+  if (!chamber_is_safe_) return false;
+  if (const auto sealed = lab.end_run(reason_); !sealed) {
+    lab.log.add("run", lab.run_id(), "cannot be sealed now: " + sealed.error().message);
+  }
+  switch_units_off(lab);
+  return true;
+}
+
+void SafeEnd::switch_units_off(Lab& lab) {
+  if (!lab.power) return;
+  for (const auto& unit : lab.units) {
+    if (!unit->slot().power_output) continue;
+    if (const auto off = lab.power->set(*unit->slot().power_output, false); !off) {
+      lab.log.add("device", "power", "cannot be switched off: " + off.error().message);
+    }
+  }
+}
+
+std::string SafeEnd::text(const Lab& lab) const {
+  if (chamber_is_safe_) return "the chamber is off";
+  if (!lab.chamber.reading()) {
+    return fmt::format("the chamber does not answer ({}): go there, and switch it off by hand once the units are warm",
+                       lab.chamber.trouble());
+  }
+  return outputs_off_ ? "switching heating and cooling off"
+                      : "driving to room temperature, so that no unit gathers dew";
+}
+
+}  // namespace soak::station

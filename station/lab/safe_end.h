@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "station/lab/lab.h"
+#include "station/lab/warmth.h"
+
+namespace soak::station {
+
+/// The way to the safe state when a campaign is cut short: whatever is broken does not keep the rest from being made
+/// safe. Chamber warm and off (at once off where an alarm asks for it), run file sealed and voided, units off.
+class SafeEnd {
+ public:
+  /// `outputs_off`: heating and cooling must not run a moment longer.
+  SafeEnd(std::string reason, double end_c, bool outputs_off);
+
+  /// True once everything that answers is safe. Goes on for as long as the chamber does not answer.
+  [[nodiscard]] bool poll(Lab& lab);
+  [[nodiscard]] const std::string& reason() const { return reason_; }
+  /// What it is doing, for the operator.
+  [[nodiscard]] std::string text(const Lab& lab) const;
+
+ private:
+  [[nodiscard]] bool make_chamber_safe(Lab& lab);
+  void switch_units_off(Lab& lab);
+
+  std::string reason_;
+  bool outputs_off_;
+  Warmth warmth_;
+  bool chamber_is_safe_ = false;
+};
+
+}  // namespace soak::station

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+#include "calib/sensor.h"
+#include "hal/imu.h"
+
+namespace soak::station {
+
+/// Mean and standard deviation of single samples.
+struct SampleSpread {
+  double mean = 0.0;
+  double sigma = 0.0;
+};
+
+/// What one unit contributes to the segment that is being recorded: decides sample by sample whether it belongs to it,
+/// by the unit's own device time, and keeps what must be known of it at once. The statistics of the catalog are made
+/// later, from the sealed file.
+class SegmentCapture {
+ public:
+  explicit SegmentCapture(double seconds) : seconds_(seconds) {}
+
+  /// Whether the sample belongs to the segment. The very first sample never does: a row without position stays between
+  /// two segments.
+  [[nodiscard]] bool takes(const hal::ImuSample& sample);
+  [[nodiscard]] bool complete() const { return complete_; }
+  /// Samples were missing for more than 5 s of device time: the segment ended there.
+  [[nodiscard]] bool broken() const { return broken_; }
+  [[nodiscard]] std::size_t samples() const { return samples_; }
+  /// Change of the unit's temperature over the segment: least-squares slope times its length. 0 below three readings.
+  [[nodiscard]] double temp_change_c() const;
+  [[nodiscard]] std::size_t clipped() const { return clipped_; }
+  /// rad/s or m/s².
+  [[nodiscard]] SampleSpread spread(calib::Sensor sensor) const;
+
+ private:
+  struct Sums {
+    double first = 0.0;
+    double sum = 0.0;
+    double squares = 0.0;
+  };
+
+  double seconds_;
+  bool passed_first_ = false;
+  bool complete_ = false;
+  bool broken_ = false;
+  std::optional<double> start_s_;
+  double end_s_ = 0.0;
+  std::size_t samples_ = 0;
+  std::size_t clipped_ = 0;
+  std::array<Sums, calib::kSensorCount> sums_;
+  std::size_t temps_ = 0;
+  double first_temp_c_ = 0.0;
+  double sum_t_ = 0.0, sum_temp_ = 0.0, sum_tt_ = 0.0, sum_t_temp_ = 0.0;
+};
+
+}  // namespace soak::station

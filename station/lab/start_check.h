@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/unit_type.h"
+#include "db/catalog.h"
+#include "hal/chamber.h"
+#include "station/lab/lab_service.h"
+#include "station/procedure/plan.h"
+#include "station/station_config.h"
+
+namespace soak::station {
+
+struct CheckedUnit {
+  Slot slot;
+  std::string serial;
+  calib::UnitType type;
+};
+
+/// A request whose procedure, units and ratings are sound.
+struct CheckedStart {
+  Plan plan;
+  std::vector<CheckedUnit> units;  ///< in the order of the slots
+};
+
+/// Checks all that can be known before a device is touched: the procedure's text, slots and serial numbers, unit types
+/// (the catalog's, else the slot's) and ratings, the chamber's limits, room on the disk. Errors are bad_input.
+[[nodiscard]] base::Result<CheckedStart> check_start(const StartRequest& request, const StationConfig& config,
+                                                     const db::Catalog& catalog, const hal::Chamber& chamber);
+
+/// What the journal keeps of a campaign, and back.
+[[nodiscard]] nlohmann::json start_document(const StartRequest& request, const CheckedStart& checked);
+[[nodiscard]] base::Result<StartRequest> request_of(const db::CampaignRow& row);
+
+/// The first step of the first run that did not come to its end.
+[[nodiscard]] base::Result<std::size_t> first_step_to_resume(const db::Catalog& catalog, const db::CampaignRow& row);
+
+}  // namespace soak::station

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/lab/steps/step_task.h"
+
+namespace soak::station {
+
+std::unique_ptr<StepTask> make_task(const Plan& plan, std::size_t index) {
+  const Step& step = plan.steps[index];
+  switch (step.kind) {
+    case StepKind::power_on:
+      return make_power_on(plan, step);
+    case StepKind::move:
+      return make_move(step);
+    case StepKind::set_temperature:
+      return make_set_temperature(plan, step);
+    case StepKind::wait_stable:
+      return make_wait_stable(plan, step);
+    case StepKind::record:
+      return make_record(plan, step);
+    case StepKind::check:
+      return make_check();
+    case StepKind::warm_end:
+      return make_warm_end(step);
+    case StepKind::power_off:
+      return make_power_off(step);
+  }
+  return nullptr;
+}
+
+}  // namespace soak::station

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/lab/unit_channel.h"
+
+#include <utility>
+
+namespace soak::station {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr std::chrono::seconds kBetweenTries{1};
+
+}  // namespace
+
+UnitChannel::UnitChannel(Slot slot, std::string serial, calib::UnitType type, std::unique_ptr<hal::Imu> imu,
+                         const hal::Imu::Settings& settings)
+    : slot_(std::move(slot)),
+      serial_(std::move(serial)),
+      type_(std::move(type)),
+      imu_(std::move(imu)),
+      settings_(settings),
+      judge_(calib::StabilityCriterion{}) {}
+
+void UnitChannel::reopen() {
+  const auto now = steady_clock::now();
+  if (now < next_open_) return;
+  next_open_ = now + kBetweenTries;
+  if (const auto opened = imu_->open(settings_); !opened) trouble_ = opened.error().message;
+}
+
+void UnitChannel::close() {
+  closed_ = true;
+  imu_->close();
+}
+
+void UnitChannel::poll() {
+  fresh_.clear();
+  advance_s_ = 0.0;
+  if (closed_) return;
+  const hal::ImuState state = imu_->state();
+  if (state == hal::ImuState::closed || state == hal::ImuState::failed) reopen();
+  if (imu_->wait_fd() >= 0) {
+    if (const auto polled = imu_->poll(fresh_); polled) {
+      if (streaming()) trouble_.clear();
+    } else {
+      trouble_ = polled.error().message;
+    }
+  }
+  for (const hal::ImuSample& sample : fresh_) take(sample);
+  if (!fresh_.empty()) streamed_ = steady_clock::now();
+}
+
+void UnitChannel::take(const hal::ImuSample& sample) {
+  const bool began_anew = !latest_ || sample.power_on != power_on_ || sample.t_s < latest_->t_s;
+  if (began_anew) {
+    power_on_ = sample.power_on;
+    first_sample_s_ = sample.t_s;
+    judge_.disturb();
+  } else {
+    advance_s_ += sample.t_s - latest_->t_s;
+  }
+  latest_ = sample;
+  if (sample.temp_c) {
+    temp_c_ = static_cast<double>(*sample.temp_c);
+    judge_.add(sample.t_s, *temp_c_);
+  }
+  attitude_.add(sample);
+}
+
+double UnitChannel::silent_s() const { return std::chrono::duration<double>(steady_clock::now() - streamed_).count(); }
+
+void UnitChannel::judge_by(const calib::StabilityCriterion& criterion) { judge_ = calib::StabilityJudge(criterion); }
+
+void UnitChannel::expect_position(const std::string& fixture_up) {
+  position_ = unit_position(slot_, fixture_up);
+  attitude_.expect(position_, type_.sign_at_rest);
+}
+
+}  // namespace soak::station

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/position.h"
+#include "calib/stability.h"
+#include "calib/unit_type.h"
+#include "hal/imu.h"
+#include "station/lab/attitude_watch.h"
+#include "station/lab/segment_capture.h"
+#include "station/station_config.h"
+
+namespace soak::station {
+
+/// One unit of the campaign: its stream, what its thermometer and accelerometers say, and its part of the segment that
+/// is being recorded.
+class UnitChannel {
+ public:
+  /// `settings`: what the unit is asked to send.
+  UnitChannel(Slot slot, std::string serial, calib::UnitType type, std::unique_ptr<hal::Imu> imu,
+              const hal::Imu::Settings& settings);
+
+  /// Takes what has arrived, opens the transport again where it broke (1 s of host time between tries). Never fails:
+  /// trouble() says what is wrong.
+  void poll();
+  /// Lets go of the transport for good.
+  void close();
+  /// Samples of the last poll(), oldest first.
+  [[nodiscard]] std::span<const hal::ImuSample> fresh() const { return fresh_; }
+  /// How far the unit's clock went in the last poll().
+  [[nodiscard]] double advance_s() const { return advance_s_; }
+
+  [[nodiscard]] const Slot& slot() const { return slot_; }
+  [[nodiscard]] const std::string& serial() const { return serial_; }
+  [[nodiscard]] const calib::UnitType& type() const { return type_; }
+  [[nodiscard]] const hal::Imu& imu() const { return *imu_; }
+  [[nodiscard]] bool streaming() const { return imu_->state() == hal::ImuState::streaming; }
+  [[nodiscard]] bool simulated() const { return imu_->identity() && imu_->identity()->simulated; }
+  [[nodiscard]] const std::string& trouble() const { return trouble_; }
+  [[nodiscard]] const std::optional<hal::ImuSample>& latest() const { return latest_; }
+  [[nodiscard]] const std::optional<double>& temp_c() const { return temp_c_; }
+  [[nodiscard]] int wait_fd() const { return imu_->wait_fd(); }
+
+  /// The unit takes part in the present run: it is waited for and recorded. Given up when it is lost.
+  [[nodiscard]] bool active() const { return active_; }
+  void begin_run() { active_ = true; }
+  void give_up() { active_ = false; }
+  /// For how long (host time) an active unit has not streamed.
+  [[nodiscard]] double silent_s() const;
+
+  /// Power-ons that were noticed; a change in mid-run means that the unit restarted.
+  [[nodiscard]] std::uint32_t power_on() const { return power_on_; }
+  /// Device time of the first sample since the last power-on.
+  [[nodiscard]] const std::optional<double>& first_sample_s() const { return first_sample_s_; }
+
+  void judge_by(const calib::StabilityCriterion& criterion);
+  void disturb() { judge_.disturb(); }
+  void disturb(double min_window_s) { judge_.disturb(min_window_s); }
+  [[nodiscard]] calib::StabilityVerdict stability() const { return judge_.verdict(); }
+
+  /// The fixture stands (or shall stand) with `fixture_up` upwards.
+  void expect_position(const std::string& fixture_up);
+  [[nodiscard]] const calib::Position& position() const { return position_; }
+  [[nodiscard]] const AttitudeWatch& attitude() const { return attitude_; }
+
+  std::optional<SegmentCapture> capture;  ///< while a segment is recorded
+  int attempt = 0;                        ///< of the segment
+  std::size_t recorder_index = 0;         ///< in the open run file
+
+ private:
+  void reopen();
+  void take(const hal::ImuSample& sample);
+
+  Slot slot_;
+  std::string serial_;
+  calib::UnitType type_;
+  std::unique_ptr<hal::Imu> imu_;
+  hal::Imu::Settings settings_;
+  std::vector<hal::ImuSample> fresh_;
+  double advance_s_ = 0.0;
+  std::string trouble_;
+  std::chrono::steady_clock::time_point next_open_{};
+  std::chrono::steady_clock::time_point streamed_{};
+  std::optional<hal::ImuSample> latest_;
+  std::optional<double> temp_c_;
+  std::uint32_t power_on_ = 0;
+  std::optional<double> first_sample_s_;
+  bool active_ = false;
+  bool closed_ = false;
+  calib::StabilityJudge judge_;
+  AttitudeWatch attitude_;
+  calib::Position position_;
+};
+
+}  // namespace soak::station

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "base/result.h"
+#include "station/lab/lab.h"
+
+namespace soak::station {
+
+/// The dry way out of the cold: drives the chamber to at least 25 °C, waits until the air and every unit that still
+/// tells its temperature are above the room's dew point, then switches heating and cooling off. Goes on trying while
+/// the chamber does not answer.
+class Warmth {
+ public:
+  explicit Warmth(double temp_c);
+
+  /// True once the chamber is off and dry. Never an error of a device: it waits for it.
+  [[nodiscard]] base::Result<bool> poll(Lab& lab);
+
+ private:
+  [[nodiscard]] bool is_dry(const Lab& lab) const;
+
+  double temp_c_;
+  bool driving_ = false;
+  std::optional<double> warm_since_s_;
+};
+
+}  // namespace soak::station

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "station/lab/lab_service.h"
+
+namespace soak::station {
+
+/// A laboratory that says what a test tells it to say and remembers the commands that it got.
+class ScriptedLab : public LabService {
+ public:
+  using json = nlohmann::json;
+
+  /// A whole status document of a campaign that runs.
+  static json running_status() {
+    return json::parse(R"({
+      "state": "running", "reason": null,
+      "campaign": {"name": "acceptance", "procedure": "six-position-soak", "purpose": "calibration", "run_label": "run 2",
+        "run": 2, "runs": 5, "step": 30, "steps": 240, "step_kind": "record", "step_text": "record at -20 °C, +X up",
+        "progress": 0.31, "remaining_s": 86400.0, "started_utc_s": 1790000000.0},
+      "prompt": null,
+      "chamber": {"description": "scripted chamber", "connected": true, "air_c": -20.04, "set_point_c": -20.0,
+        "output_percent": 37.5, "running": true, "alarms": [], "age_s": 0.4},
+      "fixture": {"description": "by hand", "connected": true, "position": "+X", "moving": false},
+      "units": [
+        {"slot": "A", "serial": "SN0042", "type": "xsens-mti", "state": "recording", "powered": true, "simulated": true,
+         "temp_c": -19.31, "slope_kpmin": 0.004, "slope_half_width_kpmin": 0.006, "stable": true, "position": "+X",
+         "samples": 123456, "lost": 0, "gyro_dps": [0.12, -0.03, 0.4], "accel_mps2": [9.79, 0.02, -0.11]},
+        {"slot": "B", "serial": "SN0043", "type": "xsens-mti", "state": "settling", "powered": true, "simulated": true,
+         "temp_c": null, "slope_kpmin": null, "slope_half_width_kpmin": null, "stable": false, "position": null,
+         "samples": 0, "lost": 7, "gyro_dps": null, "accel_mps2": null}],
+      "clock": {"rate": 60.0, "process_s": 39000.0}, "simulated": true, "version": "0.1.0"})");
+  }
+
+  static json idle_status() {
+    json status = running_status();
+    status["state"] = "idle";
+    status["campaign"] = nullptr;
+    return status;
+  }
+
+  void set_status(json status) {
+    const std::lock_guard lock(mutex_);
+    status_ = std::move(status);
+    ++version_;
+  }
+
+  /// One member of the status, or of an object in it: "/campaign/step".
+  void set(const std::string& pointer, const json& value) {
+    const std::lock_guard lock(mutex_);
+    status_[json::json_pointer(pointer)] = value;
+    ++version_;
+  }
+
+  void add_log(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    const std::size_t number = log_.size() + 1;
+    log_.push_back(
+        {{"number", number}, {"utc_s", 1790000000.0}, {"kind", "note"}, {"subject", "test"}, {"text", text}});
+  }
+
+  /// What the next command answers.
+  void fail_next(const base::Error& error) {
+    const std::lock_guard lock(mutex_);
+    failure_ = error;
+  }
+
+  void set_history(json history) {
+    const std::lock_guard lock(mutex_);
+    history_ = std::move(history);
+  }
+
+  [[nodiscard]] std::vector<std::string> commands() const {
+    const std::lock_guard lock(mutex_);
+    return commands_;
+  }
+
+  [[nodiscard]] std::size_t status_calls() const {
+    const std::lock_guard lock(mutex_);
+    return status_calls_;
+  }
+
+  base::Result<json> start(const StartRequest& request) override {
+    std::string units;
+    for (const auto& [slot, serial] : request.units) units += " " + slot + "=" + serial;
+    const auto done = note("start " + request.campaign + " " + request.procedure_file + " [" + request.procedure_text +
+                           "]" + units + " by " + request.user);
+    if (!done) return base::forward_error(done);
+    return json{{"campaign", request.campaign}, {"runs", 5}, {"steps", 240}, {"estimate_s", 126000.0}};
+  }
+  base::Status pause(const std::string& user) override { return note_and_set("pause by " + user, "paused"); }
+  base::Status resume(const std::string& user) override { return note_and_set("resume by " + user, "running"); }
+  base::Status abort(const std::string& user, const std::string& reason) override {
+    return note_and_set("abort by " + user + ": " + reason, "stopping");
+  }
+  base::Status confirm(const std::string& user, std::int64_t prompt) override {
+    const auto done = note("confirm " + std::to_string(prompt) + " by " + user);
+    if (done) set("/prompt", nullptr);
+    if (done) set("/state", "running");
+    return done;
+  }
+
+  json status() const override {
+    const std::lock_guard lock(mutex_);
+    ++status_calls_;
+    return status_;
+  }
+  std::uint64_t status_version() const override {
+    const std::lock_guard lock(mutex_);
+    return version_;
+  }
+  json plan() const override { return nullptr; }
+  json history(double after_s) const override {
+    const std::lock_guard lock(mutex_);
+    json answer = history_;
+    answer["after_s"] = after_s;
+    return answer;
+  }
+  json log(std::int64_t after) const override {
+    const std::lock_guard lock(mutex_);
+    const auto begin = log_.begin() + std::min<std::ptrdiff_t>(after, std::ssize(log_));
+    return {{"entries", std::vector<json>(begin, begin + std::min<std::ptrdiff_t>(500, log_.end() - begin))}};
+  }
+
+ private:
+  base::Status note(const std::string& command) {
+    const std::lock_guard lock(mutex_);
+    commands_.push_back(command);
+    if (!failure_) return {};
+    const base::Error error = *std::exchange(failure_, std::nullopt);
+    return tl::unexpected(error);
+  }
+
+  base::Status note_and_set(const std::string& command, const std::string& state) {
+    const auto done = note(command);
+    if (done) set("/state", state);
+    return done;
+  }
+
+  mutable std::mutex mutex_;
+  json status_ = running_status();
+  json history_ = {
+      {"t_s", json::array()}, {"chamber_c", json::array()}, {"set_point_c", json::array()}, {"units", json::object()}};
+  std::uint64_t version_ = 1;
+  std::vector<json> log_;
+  std::vector<std::string> commands_;
+  std::optional<base::Error> failure_;
+  mutable std::size_t status_calls_ = 0;
+};
+
+}  // namespace soak::station

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Headless Chromium through chromedriver: the WebDriver protocol (W3C) as plain HTTP."""
+import base64
+import http.client
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import time
+
+DRIVER = shutil.which("chromedriver")
+BROWSER = shutil.which("chromium")
+ELEMENT = "element-6066-11e4-a52e-4f735466cecf"  # WebDriver, 11: the web element identifier
+FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+         "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage", "--hide-scrollbars")
+KEYS = {"Tab": "\ue004", "Enter": "\ue007", "Escape": "\ue00c", "ArrowLeft": "\ue012"}
+PATIENCE_S = 60
+
+
+class Browser:
+    """One browser with a profile of its own."""
+
+    def __init__(self, *flags):
+        self.profile = tempfile.mkdtemp(prefix="soak-browser-")
+        self.driver = subprocess.Popen([DRIVER, "--port=0"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.port = None
+        for line in self.driver.stdout:
+            found = re.search(r"successfully on port (\d+)", line)
+            if found:
+                self.port = int(found.group(1))
+                break
+        options = {"binary": BROWSER, "args": [*FLAGS, *flags, f"--user-data-dir={self.profile}"]}
+        answer = self.send("POST", "/session", {"capabilities": {"alwaysMatch": {
+            "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}}})
+        self.session = "/session/" + answer["sessionId"]
+
+    def close(self):
+        try:
+            self.send("DELETE", self.session)
+        finally:
+            self.driver.terminate()
+            self.driver.wait(PATIENCE_S)
+            self.driver.stdout.close()
+            shutil.rmtree(self.profile, ignore_errors=True)
+
+    def send(self, method, path, body=None):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=2 * PATIENCE_S)
+        text = None if method in ("GET", "DELETE") else json.dumps(body or {})
+        connection.request(method, path, text, {"Content-Type": "application/json"})
+        value = json.loads(connection.getresponse().read())["value"]
+        connection.close()
+        if isinstance(value, dict) and "error" in value:
+            raise RuntimeError(f"{value['error']}: {value['message']}")
+        return value
+
+    def go(self, url):
+        self.send("POST", self.session + "/url", {"url": url})
+
+    def run(self, script, *arguments):
+        """The value of a JavaScript function body."""
+        return self.send("POST", self.session + "/execute/sync", {"script": script, "args": list(arguments)})
+
+    def devtools(self, command, **parameters):
+        return self.send("POST", self.session + "/goog/cdp/execute", {"cmd": command, "params": parameters})
+
+    def element(self, selector):
+        return self.send("POST", self.session + "/element", {"using": "css selector", "value": selector})[ELEMENT]
+
+    def click(self, selector):
+        self.send("POST", f"{self.session}/element/{self.element(selector)}/click")
+
+    def type(self, selector, text):
+        self.send("POST", f"{self.session}/element/{self.element(selector)}/value", {"text": text})
+
+    def press(self, key):
+        """A key for whatever has the focus."""
+        actions = [{"type": kind, "value": KEYS[key]} for kind in ("keyDown", "keyUp")]
+        self.send("POST", self.session + "/actions", {"actions": [{"type": "key", "id": "keyboard", "actions": actions}]})
+
+    def text(self, selector):
+        """What a user sees of the element; "" where it is hidden."""
+        return self.send("GET", f"{self.session}/element/{self.element(selector)}/text")
+
+    def wait(self, script, *arguments):
+        """Waits until the JavaScript function body returns something true, and returns it."""
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            value = self.run(script, *arguments)
+            if value:
+                return value
+            time.sleep(0.02)
+        raise AssertionError(f"never true: {script} {arguments}\n{self.run('return document.body.innerText')}")
+
+    def wait_for_text(self, selector, text):
+        self.wait("return document.querySelector(arguments[0])?.innerText.includes(arguments[1])", selector, text)
+
+    def console(self):
+        """Errors and warnings since the last call: scripts that fail, resources that are missing or forbidden."""
+        lines = self.send("POST", self.session + "/se/log", {"type": "browser"})
+        return [line["message"] for line in lines if line["level"] in ("SEVERE", "WARNING")]
+
+    def new_tab(self):
+        handle = self.send("POST", self.session + "/window/new", {"type": "tab"})["handle"]
+        self.switch(handle)
+        return handle
+
+    def tab(self):
+        return self.send("GET", self.session + "/window")
+
+    def switch(self, handle):
+        self.send("POST", self.session + "/window", {"handle": handle})
+
+    def close_tab(self):
+        self.send("DELETE", self.session + "/window")
+
+    def resize(self, width, height):
+        self.devtools("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+
+    def colours(self, scheme):
+        """"light" or "dark": what the user's system prefers."""
+        self.devtools("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+
+    def screenshot(self, path):
+        """The whole page."""
+        data = self.devtools("Page.captureScreenshot", captureBeyondViewport=True)["data"]
+        pathlib.Path(path).write_bytes(base64.b64decode(data))

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// The station's HTTP interface (docs/http-api.md).
+
+const ROOT = "/api/v1/";
+const RETRY_MS = 2000;
+const SILENCE_MS = 20000;
+const LOCK = "soak-events";
+const CHANNEL = "soak-events";
+
+/** Answer of GET /api/v1/`path`. Throws where there is none. */
+export async function get(path) {
+  return answer(await fetch(ROOT + path));
+}
+
+/** Carries out POST /api/v1/campaign/`command`. Throws an Error whose message is for the user. */
+export async function send(command, body) {
+  const options = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
+  return answer(await fetch(`${ROOT}campaign/${command}`, options));
+}
+
+async function answer(response) {
+  const document = await response.json();
+  if (!response.ok) throw new Error(document.error?.message ?? `HTTP status ${response.status}`);
+  return document;
+}
+
+/**
+ * Calls `take(message)` with {kind: "connected"}, {kind: "lost"}, {kind: "status", data} and {kind: "log", data}.
+ *
+ * A browser allows six connections to a host, so the tabs share one stream: the tab that holds a lock reads it and tells
+ * the others. When that tab closes, the next one gets the lock. Browsers offer locks to pages from this machine (and
+ * over TLS) only; without them each tab has a stream of its own.
+ */
+export function subscribe(take) {
+  if (!navigator.locks) {
+    readStream(take);
+    return;
+  }
+  const channel = new BroadcastChannel(CHANNEL);
+  const latest = new Map();
+  let reads = false;
+  const publish = (message) => {
+    if (message.kind !== "log") latest.set(message.kind === "status" ? "status" : "link", message);
+    channel.postMessage(message);
+    take(message);
+  };
+  channel.onmessage = ({ data: message }) => {
+    if (message.kind !== "hello") take(message);
+    else if (reads) latest.forEach((known) => channel.postMessage(known));
+  };
+  channel.postMessage({ kind: "hello" });
+  navigator.locks.request(LOCK, () => {
+    reads = true;
+    readStream(publish);
+    return new Promise(() => {}); // held until the tab closes
+  });
+}
+
+/** Reads the event stream for ever. */
+function readStream(take) {
+  const source = new EventSource(`${ROOT}events`);
+  let heard = Date.now();
+  const hear = (message) => {
+    heard = Date.now();
+    take(message);
+  };
+  const again = () => {
+    clearInterval(watch);
+    source.close();
+    take({ kind: "lost" });
+    setTimeout(() => readStream(take), RETRY_MS);
+  };
+  source.onopen = () => hear({ kind: "connected" });
+  for (const kind of ["status", "log"]) {
+    source.addEventListener(kind, (event) => hear({ kind, data: JSON.parse(event.data) }));
+  }
+  source.onerror = again;
+  // A connection can also die without a word. A station where nothing changes is silent too, so ask it.
+  const watch = setInterval(async () => {
+    if (Date.now() - heard < SILENCE_MS) return;
+    try {
+      await fetch(`${ROOT}status`, { signal: AbortSignal.timeout(RETRY_MS) });
+      heard = Date.now();
+    } catch {
+      again();
+    }
+  }, SILENCE_MS);
+}
