@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The demo: a synthetic campaign goes in as CSV, calibration files come out, and their errors against the generator's
-truth are printed. Everything is done by the release programs; this script only calls them and compares.
+"""The demo: a soak campaign in the simulated laboratory, over real protocols, from the pre-flight to calibration files
+that are verified against a run which no fit has seen. Their errors are printed against the truth that only the simulator
+knows. Everything is done by the release programs; this script only calls them and compares.
 
 Exit status 1 if the worst gyro shape ratio is above 1/100 or any program fails.
 """
@@ -9,30 +10,19 @@ import argparse
 import json
 import math
 import os
-import shutil
 import subprocess
 import sys
 import time
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-BIN = os.environ.get("SOAK_BIN_FOLDER", os.path.join(ROOT, "build", "release", "bin"))
+from lab_session import ROOT, LabSession, ProgramFailed, bin_folder, call, fresh_folder, page_address, procedure
+
 SHAPE_LIMIT = 0.01
+RATE = 2000
 SENSORS = ["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]
 
 
 def step(text):
     print(f"-- {text}", flush=True)
-
-
-def call(*words, quiet=True):
-    """Runs a program of ours; returns its standard output; ends the demo if it fails."""
-    command = [os.path.join(BIN, words[0]), *words[1:]]
-    result = subprocess.run(command, capture_output=True, text=True)
-    if result.returncode != 0:
-        sys.exit(f"{' '.join(command)}\nended with status {result.returncode}:\n{result.stdout}{result.stderr}")
-    if not quiet:
-        print(result.stdout, end="")
-    return result.stdout
 
 
 def call_json(*words):
@@ -76,11 +66,13 @@ def check_with_stranger(serial, blob):
 
 
 def compare(serial, blob, truth, runs):
-    """Rows of the table for one unit: its file, read by the runtime, against the truth."""
+    """Rows of the table for one unit: its file, read by the runtime, against the truth where the file states its range."""
     unit = next(u["sensors"] for u in truth["units"] if u["unit"] == serial)
     shown = call_json("soak", "eval", blob, "--temp-c", "25")["points"][0]["bias"]
     temps = [t for t in truth["temp_c"] if -29.5 <= t <= 69.5]
     points = call_json("soak", "eval", blob, "--temp-c", ",".join(str(t) for t in temps))["points"]
+    points = [p for p in points if p["in_range"]]
+    temps = [p["temp_c"] for p in points]
     rows = []
     for sensor in SENSORS:
         if sensor not in shown:
@@ -101,32 +93,47 @@ def print_table(rows, fits):
         unit = "deg/s" if r["sensor"].startswith("gyro") else "m/s2"
         print(f"{r['unit']:10}{r['sensor']:9}{fit['deployed']:8}{fit['rules']:5}{r['span']:9.3f}{r['worst_shape']:13.5f}"
               f"{'1/%.0f' % (1 / r['ratio']):>9}{r['absolute']:13.5f}{r['absolute_limit']:9.4f}  {unit}")
-    print("Worst shape error between −29.5 and 69.5 °C, every 0.25 °C, against the noise-free curve, the mean removed: "
-          "that is the run-to-run\nbias, which no thermal model removes; it stands beside its limit, two standard "
-          "deviations of the mean over the runs.")
+    print("Worst shape error every 0.25 °C of the file's valid range between −29.5 and 69.5 °C, against the noise-free curve, "
+          "the mean removed:\nthat is the run-to-run bias, which no thermal model removes; it stands beside its limit, two "
+          "standard deviations of the mean over the runs.")
 
 
-def campaign(options, folder):
+def run_campaign(lab, name, procedure_name):
+    """Begins a campaign and waits for its end, showing what `soak campaign watch` shows on a terminal."""
+    print(lab.soak("campaign", "start", procedure(procedure_name), "--name", name).splitlines()[0], flush=True)
+    started = time.monotonic()
+    watch = subprocess.run([os.path.join(bin_folder(), "soak"), "campaign", "watch"], env=lab.env,
+                           stdout=subprocess.DEVNULL, stderr=None if sys.stderr.isatty() else subprocess.PIPE, text=True)
+    if watch.returncode != 0:
+        raise ProgramFailed(f"campaign {name} ended with status {watch.returncode}: {watch.stderr or ''}\n{lab.log()}")
+    print(f"finished after {time.monotonic() - started:.0f} s", flush=True)
+
+
+def campaigns(options, folder):
+    """The laboratory's part. Returns what soaksim-truth says."""
+    units = 1 if options.small else 3
+    with LabSession(folder, options.seed, units, RATE, page_address()) as lab:
+        step(f"simulated laboratory (seed {options.seed}) and station run; look at {lab.page} meanwhile")
+        step("campaign: -30 to +70 °C and back by 5 °C, six positions each, 4 runs; a second of the clock is "
+             f"{RATE} s in the chamber")
+        run_campaign(lab, "demo", "six-position-demo")
+        step("verification: one run between the plateaus, which no fit sees")
+        run_campaign(lab, "demo-verification", "verification-demo")
+        return lab.truth()
+
+
+def calibrate(folder, truth):
+    """From stored runs to calibration files: rows of the table and the fits' documents."""
     data = os.path.join(folder, "data")
-    step(f"generating a seeded campaign (seed {options.seed}) in {folder}/lab")
-    size = ["--units", "1", "--runs", "4"] if options.small else []
-    call("soaksim-campaign", "--out", os.path.join(folder, "lab"), "--seed", str(options.seed), *size)
-    with open(os.path.join(folder, "lab", "truth.json"), encoding="utf-8") as f:
-        truth = json.load(f)
     rows, fits = [], {}
     for serial in [u["unit"] for u in truth["units"]]:
-        step(f"unit {serial}: import, fit, export, verify")
-        call("soak", "import", os.path.join(folder, "lab", "campaign", serial + ".csv"), "--unit", serial,
-             "--campaign", "demo", "--simulated", "--gravity-mps2", "9.80665", "--data", data)
-        call("soak", "import", os.path.join(folder, "lab", "verification", serial + ".csv"), "--unit", serial,
-             "--campaign", "demo-verification", "--procedure", "verification", "--simulated", "--gravity-mps2", "9.80665",
-             "--data", data)
-        fits[serial] = call_json("soak", "fit", "--unit", serial, "--data", data)
+        step(f"unit {serial}: fit, export, verify")
+        fits[serial] = call_json("soak", "fit", "--unit", serial, "--campaign", "demo", "--data", data)
         for format, ending in (("blob", "soakcal"), ("c", "h"), ("json", "json")):
             call("soak", "export", "--unit", serial, "--format", format, "--simulated", "--data", data,
                  "-o", os.path.join(folder, f"{serial}.{ending}"))
         blob = os.path.join(folder, f"{serial}.soakcal")
-        call("soak", "verify", blob, "--campaign", "demo-verification", "--data", data, quiet=False)
+        print(call("soak", "verify", blob, "--campaign", "demo-verification", "--data", data), end="")
         check_with_stranger(serial, blob)
         runs = len(fits[serial]["sensors"]["gyro_x"]["runs"])
         rows += compare(serial, blob, truth, runs)
@@ -156,23 +163,31 @@ def real_recording(folder):
                 print("warning:", warning["text"])
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--small", action="store_true", help="one unit instead of three")
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
+def run(options):
     started = time.monotonic()
-    folder = os.path.join(ROOT, "build", "demo")
-    shutil.rmtree(folder, ignore_errors=True)
-    os.makedirs(folder)
-    rows = campaign(options, folder)
+    folder = fresh_folder(os.path.join(ROOT, "build", "demo"))
+    rows = calibrate(folder, campaigns(options, folder))
     real_recording(folder)
     worst = max((r for r in rows if r["sensor"].startswith("gyro")), key=lambda r: r["ratio"])
     verdict = "within" if worst["ratio"] <= SHAPE_LIMIT else "ABOVE"
+    here = os.path.relpath(folder, os.getcwd())
     print(f"\nworst gyro shape ratio 1/{1 / worst['ratio']:.0f} ({worst['unit']} {worst['sensor']}), {verdict} 1/100; "
-          f"{time.monotonic() - started:.0f} s\nfiles: {os.path.relpath(folder, os.getcwd())}/*.soakcal, *.h, *.json; stored runs: "
-          f"soak runs list --data {os.path.relpath(folder, os.getcwd())}/data")
+          f"{time.monotonic() - started:.0f} s\n"
+          f"calibration files: {here}/*.soakcal, *.h, *.json\n"
+          f"stored runs:       build/release/bin/soak runs list --data {here}/data\n"
+          f"page:              build/release/bin/soakd --config {here}/station.toml --data {here}/data")
     return 0 if worst["ratio"] <= SHAPE_LIMIT else 1
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--small", action="store_true", help="one unit instead of three")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the simulated laboratory (default 1)")
+    try:
+        return run(parser.parse_args())
+    except ProgramFailed as error:
+        print(error, file=sys.stderr)
+        return 1
 
 
 if __name__ == "__main__":

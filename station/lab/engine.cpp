@@ -94,20 +94,39 @@ base::Status Engine::make_devices() {
 }
 
 base::Status Engine::take_over() {
-  if (auto status = enter_lost_runs(catalog_, log_); !status) return status;
   const auto open = catalog_.open_campaign();
   if (!open) return base::forward_error(open);
-  if (!*open) return {};
+  if (!*open) return enter_lost_runs(catalog_, log_);
   const std::string reason = "soakd ended in mid-campaign";
-  if (auto status = catalog_.set_campaign_state((*open)->name, "interrupted", reason); !status) return status;
-  interrupted_ = (*open)->name;
-  log_.add("campaign", interrupted_,
-           reason + "; the chamber is driven to the safe state, 'soak campaign resume' goes on");
-  lab_->campaign.name = interrupted_;
+  lab_->campaign.name = (*open)->name;
+  log_.add("campaign", lab_->campaign.name,
+           reason + "; the chamber is driven to the safe state, then 'soak campaign resume' goes on");
+  know_units_of(**open);
   outcome_ = LabState::interrupted;
   safe_end_ = std::make_unique<SafeEnd>(reason, kEnd_c, false);
+  // Reading what was recorded may take minutes: the chamber comes first.
+  runs_are_lost_ = true;
   set_state(LabState::stopping, reason);
   return {};
+}
+
+void Engine::know_units_of(const db::CampaignRow& row) {
+  const auto request = request_of(row);
+  auto checked = request ? check_start(*request, config_, catalog_) : base::forward_error(request);
+  if (checked) {
+    make_units(*checked);
+  } else {
+    log_.add("campaign", row.name, "its units are not known any more: " + checked.error().message);
+  }
+}
+
+void Engine::make_units(const CheckedStart& checked) {
+  lab_->units.clear();
+  const hal::Imu::Settings settings{checked.plan.procedure.rate_hz, checked.plan.procedure.temp_rate_hz};
+  for (const CheckedUnit& unit : checked.units) {
+    lab_->units.push_back(std::make_unique<UnitChannel>(unit.slot, unit.serial, unit.type,
+                                                        hal::make_xsens_imu(unit.slot.address), settings));
+  }
 }
 
 // --- the loop ---------------------------------------------------------------------------------------------------
@@ -165,7 +184,16 @@ void Engine::turn() {
   if (state_ == LabState::stopping && safe_end_->poll(*lab_)) {
     const std::string reason = safe_end_->reason();
     safe_end_.reset();
+    settle_lost_runs();
     set_state(outcome_, reason);
+  }
+}
+
+void Engine::settle_lost_runs() {
+  if (!runs_are_lost_) return;
+  runs_are_lost_ = false;
+  if (const auto entered = enter_lost_runs(catalog_, log_); !entered) {
+    log_.add("run", lab_->campaign.name, "what was recorded cannot be entered: " + entered.error().message);
   }
 }
 
@@ -228,6 +256,7 @@ void Engine::enter_step(std::size_t step) {
   step_started_s_ = lab_->now_s();
   lab_->prompts.withdraw();
   task_ = make_task(lab_->campaign.plan, step);
+  published_ = {};
 }
 
 void Engine::step_ended(const StepProgress& progress) {
@@ -290,12 +319,12 @@ void Engine::set_state(LabState state, const std::string& reason) {
   const std::string& campaign = lab_->campaign.name;
   log_.add("campaign", campaign,
            reason.empty() ? std::string(name_of(state)) : fmt::format("{}: {}", name_of(state), reason));
-  // On the way to the safe state the journal already says how it will end.
-  const LabState recorded = state == LabState::stopping ? outcome_ : state;
-  if (const auto kept = catalog_.set_campaign_state(campaign, name_of(recorded), reason); !kept) {
+  // On the way to the safe state the journal's campaign stays open: if soakd dies now, the next one goes on with that.
+  if (state == LabState::stopping) return;
+  if (const auto kept = catalog_.set_campaign_state(campaign, name_of(state), reason); !kept) {
     log_.add("campaign", campaign, "the journal cannot be written: " + kept.error().message);
   }
-  if (state != LabState::running && state != LabState::paused && state != LabState::stopping) {
+  if (state != LabState::running && state != LabState::paused) {
     if (state == LabState::interrupted) interrupted_ = campaign;
     for (const auto& unit : lab_->units) unit->close();
   }
@@ -316,7 +345,13 @@ void Engine::end_campaign(LabState outcome, const std::string& reason, bool outp
 // --- commands ---------------------------------------------------------------------------------------------------
 
 base::Result<nlohmann::json> Engine::command(std::function<base::Result<nlohmann::json>()> work) {
-  std::packaged_task<base::Result<nlohmann::json>()> task(std::move(work));
+  // Whoever asked finds the new state when the answer is there.
+  std::packaged_task<base::Result<nlohmann::json>()> task([this, done = std::move(work)] {
+    auto result = done();
+    published_ = {};
+    publish();
+    return result;
+  });
   auto answer = task.get_future();
   {
     const std::lock_guard lock(command_mutex_);
@@ -337,7 +372,6 @@ void Engine::serve_commands() {
       commands_.pop_front();
     }
     task();
-    published_ = {};
   }
 }
 
@@ -351,15 +385,16 @@ base::Status Engine::ready_for_start() const {
 }
 
 base::Result<nlohmann::json> Engine::start(const StartRequest& request) {
-  return command([this, request] { return do_start(request, 0); });
+  return command([this, request] { return do_start(request, std::nullopt); });
 }
 
-base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::size_t first_step) {
+base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::optional<std::size_t> resume_at) {
   if (auto ready = ready_for_start(); !ready) return base::forward_error(ready);
-  auto checked = check_start(request, config_, catalog_, *chamber_);
+  auto checked = check_start(request, config_, catalog_);
   if (!checked) return base::forward_error(checked);
   if (auto connected = connect_devices(); !connected) return base::forward_error(connected);
-  if (first_step == 0) {
+  if (auto able = check_chamber(*checked, *chamber_); !able) return base::forward_error(able);
+  if (!resume_at) {
     db::CampaignRow row;
     row.name = request.campaign;
     row.procedure = checked->plan.procedure.name;
@@ -370,8 +405,8 @@ base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::
   nlohmann::json answer = {{"campaign", request.campaign},
                            {"runs", checked->plan.runs.size()},
                            {"steps", checked->plan.steps.size()},
-                           {"estimate_s", checked->plan.remaining_s(first_step)}};
-  begin_campaign(request, *std::move(checked), first_step);
+                           {"estimate_s", checked->plan.remaining_s(resume_at.value_or(0))}};
+  begin_campaign(request, *std::move(checked), resume_at);
   return answer;
 }
 
@@ -391,15 +426,10 @@ base::Status Engine::connect_devices() {
   return {};
 }
 
-void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, std::size_t first_step) {
-  lab_->units.clear();
+void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, std::optional<std::size_t> resume_at) {
+  make_units(checked);
   std::vector<std::string> serials;
-  const hal::Imu::Settings settings{checked.plan.procedure.rate_hz, checked.plan.procedure.temp_rate_hz};
-  for (CheckedUnit& unit : checked.units) {
-    serials.push_back(unit.serial);
-    lab_->units.push_back(std::make_unique<UnitChannel>(unit.slot, unit.serial, std::move(unit.type),
-                                                        hal::make_xsens_imu(unit.slot.address), settings));
-  }
+  for (const CheckedUnit& unit : checked.units) serials.push_back(unit.serial);
   history_.begin(std::move(serials));
   lab_->campaign = {request.campaign, request.user, std::move(checked.plan)};
   lab_->preflight.clear();
@@ -414,8 +444,8 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, s
     const std::lock_guard lock(status_mutex_);
     plan_document_ = plan_document(lab_->campaign.plan);
   }
-  set_state(LabState::running, first_step == 0 ? "started by " + request.user : "resumed by " + request.user);
-  enter_step(first_step);
+  set_state(LabState::running, (resume_at ? "resumed by " : "started by ") + request.user);
+  enter_step(resume_at.value_or(0));
 }
 
 base::Status Engine::pause(const std::string& user) {

@@ -72,6 +72,9 @@ class Engine : public LabService {
   Engine(const StationConfig& config, db::Catalog& catalog);
   [[nodiscard]] base::Status make_devices();
   [[nodiscard]] base::Status take_over();
+  void know_units_of(const db::CampaignRow& row);
+  void make_units(const CheckedStart& checked);
+  void settle_lost_runs();
 
   /// Runs a command on the engine's thread and waits for what it says.
   [[nodiscard]] base::Result<nlohmann::json> command(std::function<base::Result<nlohmann::json>()> work);
@@ -85,12 +88,13 @@ class Engine : public LabService {
   void remember();
   void publish();
 
-  /// `first_step`: 0 for a new campaign, else where an interrupted one goes on.
-  [[nodiscard]] base::Result<nlohmann::json> do_start(const StartRequest& request, std::size_t first_step);
+  /// `resume_at`: the step at which an interrupted campaign goes on; nothing for a new one.
+  [[nodiscard]] base::Result<nlohmann::json> do_start(const StartRequest& request,
+                                                      std::optional<std::size_t> resume_at);
   [[nodiscard]] base::Result<nlohmann::json> do_resume(const std::string& user);
   [[nodiscard]] base::Status ready_for_start() const;
   [[nodiscard]] base::Status connect_devices();
-  void begin_campaign(const StartRequest& request, CheckedStart checked, std::size_t first_step);
+  void begin_campaign(const StartRequest& request, CheckedStart checked, std::optional<std::size_t> resume_at);
 
   void enter_step(std::size_t step);
   void step_ended(const StepProgress& progress);
@@ -122,7 +126,8 @@ class Engine : public LabService {
   std::unique_ptr<StepTask> task_;
   std::unique_ptr<SafeEnd> safe_end_;
   std::optional<std::chrono::steady_clock::time_point> stale_since_;
-  std::string interrupted_;  ///< campaign
+  std::string interrupted_;     ///< campaign
+  bool runs_are_lost_ = false;  ///< run files that a killed predecessor left are not entered yet
 
   std::mutex command_mutex_;
   std::deque<std::packaged_task<base::Result<nlohmann::json>()>> commands_;

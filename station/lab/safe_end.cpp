@@ -3,9 +3,25 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
+#include <vector>
 
 namespace soak::station {
+namespace {
+
+/// Power outputs of the campaign's units; of all slots where the units are not known.
+std::vector<int> outputs_of(const Lab& lab) {
+  std::vector<int> outputs;
+  const auto add = [&](const Slot& slot) {
+    if (slot.power_output) outputs.push_back(*slot.power_output);
+  };
+  for (const auto& unit : lab.units) add(unit->slot());
+  if (lab.units.empty()) std::for_each(lab.config.slots.begin(), lab.config.slots.end(), add);
+  return outputs;
+}
+
+}  // namespace
 
 SafeEnd::SafeEnd(std::string reason, double end_c, bool outputs_off)
     : reason_(std::move(reason)), outputs_off_(outputs_off), warmth_(end_c) {}
@@ -32,9 +48,8 @@ bool SafeEnd::poll(Lab& lab) {
 
 void SafeEnd::switch_units_off(Lab& lab) {
   if (!lab.power) return;
-  for (const auto& unit : lab.units) {
-    if (!unit->slot().power_output) continue;
-    if (const auto off = lab.power->set(*unit->slot().power_output, false); !off) {
+  for (const int output : outputs_of(lab)) {
+    if (const auto off = lab.power->set(output, false); !off) {
       lab.log.add("device", "power", "cannot be switched off: " + off.error().message);
     }
   }

@@ -77,6 +77,12 @@ base::Result<std::vector<CheckedUnit>> check_units(const StartRequest& request, 
   return units;
 }
 
+std::vector<calib::UnitType> types_of(const std::vector<CheckedUnit>& units) {
+  std::vector<calib::UnitType> types;
+  for (const CheckedUnit& unit : units) types.push_back(unit.type);
+  return types;
+}
+
 base::Status check_disk(const Plan& plan, std::size_t units, const std::filesystem::path& folder) {
   const double needed = estimated_bytes(plan.procedure.rate_hz, units, plan.estimate_s());
   std::error_code error;
@@ -90,24 +96,26 @@ base::Status check_disk(const Plan& plan, std::size_t units, const std::filesyst
 }  // namespace
 
 base::Result<CheckedStart> check_start(const StartRequest& request, const StationConfig& config,
-                                       const db::Catalog& catalog, const hal::Chamber& chamber) {
+                                       const db::Catalog& catalog) {
   if (request.campaign.empty()) return base::bad_input("the name of the campaign is empty", "--name");
   const auto procedure = parse_procedure(request.procedure_text, request.procedure_file);
   if (!procedure) return base::forward_error(procedure);
   auto units = check_units(request, config, catalog);
   if (!units) return base::forward_error(units);
-  std::vector<calib::UnitType> types;
-  for (const CheckedUnit& unit : *units) types.push_back(unit.type);
-  const auto rated = check_ratings(*procedure, types, chamber.min_set_point_c(), chamber.max_set_point_c());
-  if (!rated) return base::forward_error(rated);
-  if (procedure->ramp_rate_kpmin && !chamber.can_ramp()) {
-    return base::bad_input("the procedure asks for a ramp rate, the chamber's register map has no ramp",
-                           procedure->file);
-  }
+  if (auto rated = check_ratings(*procedure, types_of(*units), {}, {}); !rated) return base::forward_error(rated);
   CheckedStart checked{compile_plan(*procedure, config.room_c), *std::move(units)};
   if (auto room = check_disk(checked.plan, checked.units.size(), catalog.data_folder()); !room)
     return base::forward_error(room);
   return checked;
+}
+
+base::Status check_chamber(const CheckedStart& checked, const hal::Chamber& chamber) {
+  const Procedure& procedure = checked.plan.procedure;
+  if (procedure.ramp_rate_kpmin && !chamber.can_ramp()) {
+    return base::bad_input("the procedure asks for a ramp rate, the chamber's register map has no ramp",
+                           procedure.file);
+  }
+  return check_ratings(procedure, types_of(checked.units), chamber.min_set_point_c(), chamber.max_set_point_c());
 }
 
 nlohmann::json start_document(const StartRequest& request, const CheckedStart& checked) {

@@ -29,9 +29,12 @@ struct CheckedStart {
 };
 
 /// Checks all that can be known before a device is touched: the procedure's text, slots and serial numbers, unit types
-/// (the catalog's, else the slot's) and ratings, the chamber's limits, room on the disk. Errors are bad_input.
+/// (the catalog's, else the slot's) and ratings, room on the disk. Errors are bad_input.
 [[nodiscard]] base::Result<CheckedStart> check_start(const StartRequest& request, const StationConfig& config,
-                                                     const db::Catalog& catalog, const hal::Chamber& chamber);
+                                                     const db::Catalog& catalog);
+
+/// Checks what a connected chamber says of its own limits. Errors are bad_input.
+[[nodiscard]] base::Status check_chamber(const CheckedStart& checked, const hal::Chamber& chamber);
 
 /// What the journal keeps of a campaign, and back.
 [[nodiscard]] nlohmann::json start_document(const StartRequest& request, const CheckedStart& checked);

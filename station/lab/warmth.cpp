@@ -42,6 +42,7 @@ base::Result<bool> Warmth::poll(Lab& lab) {
 bool Warmth::is_dry(const Lab& lab) const {
   const double dry_c = lab.config.dew_point_c + kMargin_c;
   const bool rested = lab.now_s() - *warm_since_s_ >= kSilentUnit_s;
+  if (lab.units.empty()) return rested;
   return std::all_of(lab.units.begin(), lab.units.end(), [&](const auto& unit) {
     return unit->streaming() && unit->temp_c() ? *unit->temp_c() > dry_c : rested;
   });

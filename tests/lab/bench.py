@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the tests of whole campaigns share: a station before a simulated laboratory, short procedures, wires that can be
+cut, and a look at the chamber's own registers that does not pass through soakd."""
+import contextlib
+import json
+import pathlib
+import re
+import shutil
+import sqlite3
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import urllib.request
+
+from fault_proxy import FaultProxy
+from pymodbus.client import ModbusTcpClient
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+from lab_session import LabSession, ProgramFailed, bin_folder, end  # noqa: E402
+
+OFF, AUTO = 62, 10  # modes of the controller
+DEW_POINT_C = 15.0  # that the station assumes
+WAIT_S = 180.0  # generous: the machine may be busy
+
+
+def short_procedure(set_points=(15, 30), runs=1, positions=("+Z", "-Z"), preflight_s=0, dwell_s=30, purpose="calibration",
+                    extra=""):
+    return f"""name = "short"
+purpose = "{purpose}"
+kind = "soak"
+runs = {runs}
+[temperatures]
+list_c = {list(set_points)}
+[positions]
+order = {json.dumps(list(positions))}
+dwell_s = {dwell_s}
+[stability]
+slope_kpmin = 0.05
+confidence = 0.95
+window_s = 180
+min_window_s = 60
+minimum_soak_s = 60
+after_turn_s = 15
+timeout_s = 200000
+[units]
+rate_hz = 10
+temp_rate_hz = 2
+[power]
+off_s = 10
+[preflight]
+position_s = {preflight_s}
+{extra}"""
+
+
+class LabTest(unittest.TestCase):
+    maxDiff = None
+
+    def setUp(self):
+        folder = tempfile.mkdtemp(prefix="soak-lab-")
+        self.addCleanup(shutil.rmtree, folder, ignore_errors=True)
+        self.folder = pathlib.Path(folder)
+        self.lab = None
+        self.proxies = {}
+
+    def start_lab(self, units=1, rate=400, seed=1, cut=()):
+        """Starts both programs. `cut`: wires that shall pass through a FaultProxy: chamber, fixture, power, unit1..."""
+        self.lab = LabSession(self.folder / "lab", seed=seed, units=units, rate=rate)
+        self.addCleanup(self.stop_lab)
+        pathlib.Path(self.lab.folder).mkdir(parents=True)
+        self.lab.start_soaksim()
+        self.config = pathlib.Path(self.lab.folder) / "station.toml"
+        for name in cut:
+            self.put_proxy(name)
+        self.lab.start_soakd()
+        return self.lab
+
+    def stop_lab(self):
+        if self.lab.soakd and self.lab.soakd.poll() is None:
+            self.lab.soakd.kill()  # no way to the safe state where only the test has ended
+        end(self.lab.soakd)
+        end(self.lab.soaksim)
+        for proxy in self.proxies.values():
+            proxy.close()
+
+    def put_proxy(self, name):
+        ports = {"chamber": self.lab.ports["chamber"], "fixture": self.lab.ports["fixture"], "power": self.lab.ports["relay"]}
+        ports.update({f"unit{i}": port for i, port in enumerate(self.lab.ports["units"], 1)})
+        proxy = self.proxies[name] = FaultProxy(ports[name])
+        text = self.config.read_text(encoding="utf-8")
+        changed = re.sub(rf"^port = {ports[name]}$", f"port = {proxy.port}", text, flags=re.M)
+        self.assertNotEqual(changed, text)
+        self.config.write_text(changed, encoding="utf-8")
+
+    def write(self, name, text):
+        path = self.folder / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    def start_campaign(self, procedure, name="c"):
+        return self.lab.soak_json("campaign", "start", self.write("procedure.toml", procedure), "--name", name)
+
+    def status(self):
+        with urllib.request.urlopen(self.lab.page + "api/v1/status", timeout=30) as answer:
+            return json.load(answer)
+
+    def wait(self, what, condition, seconds=WAIT_S):
+        """Waits until `condition(status)` holds; returns that status."""
+        end_s = time.monotonic() + seconds
+        while not condition(status := self.status()):
+            self.assertLess(time.monotonic(), end_s, f"waited for: {what}\n{json.dumps(status, indent=1)}\n{self.lab.log()}")
+            time.sleep(0.002)
+        return status
+
+    def wait_for_step(self, kind, run="R01"):
+        def there(status):
+            campaign = status["campaign"]
+            self.assertIn(status["state"], ("preflight", "running", "waiting"), f"before {kind}: {status['reason']}")
+            return campaign["step_kind"] == kind and campaign["run_label"] == run
+        return self.wait(f"step {kind} of {run}", there)
+
+    def wait_for_end(self):
+        return self.wait("the end", lambda s: s["state"] in ("finished", "failed", "aborted", "interrupted"))
+
+    def soak_fails(self, status, *words):
+        """The message of a `soak` that must end with that status and print nothing else."""
+        result = subprocess.run([bin_folder() + "/soak", *map(str, words), "--json"], env=self.lab.env, capture_output=True,
+                                text=True)
+        self.assertEqual(result.returncode, status, result.stdout + result.stderr)
+        self.assertEqual(result.stdout, "")
+        error = json.loads(result.stderr)["error"]
+        return f"{error['where']}: {error['message']}"
+
+    def query(self, sql, *values):
+        with contextlib.closing(sqlite3.connect(pathlib.Path(self.lab.data) / "station.db")) as db:
+            return db.execute(sql, values).fetchall()
+
+    def events(self):
+        return self.query("SELECT kind, subject, text FROM event ORDER BY ordinal")
+
+    def modbus(self, device):
+        """A pymodbus client beside soakd: chamber, fixture or relay."""
+        client = ModbusTcpClient("127.0.0.1", port=self.lab.ports[device], timeout=30)
+        self.addCleanup(client.close)
+        self.assertTrue(client.connect())
+        return client
+
+    def chamber(self):
+        """The chamber's own registers: (mode, output in percent, set point, air)."""
+        client = self.modbus("chamber")
+        mode = client.read_holding_registers(2814, 1, 1).registers[0]
+        return mode, *(self.read_f32(client, address) for address in (2808, 2782, 2820))
+
+    @staticmethod
+    def read_f32(client, address):
+        """The F4T sends the low word first."""
+        low, high = client.read_holding_registers(address, 2, 1).registers
+        return struct.unpack(">f", struct.pack(">HH", high, low))[0]
+
+    @staticmethod
+    def words_f32(value):
+        high, low = struct.unpack(">HH", struct.pack(">f", value))
+        return [low, high]
+
+    def assert_safe(self):
+        """Heating and cooling are off, at a temperature at which nothing gathers dew; units are off."""
+        mode, output, set_point_c, air_c = self.chamber()
+        self.assertEqual(mode, OFF)
+        self.assertEqual(output, 0.0)
+        self.assertGreaterEqual(set_point_c, 25.0)
+        self.assertGreater(air_c, DEW_POINT_C)
+        count = len(self.lab.ports["units"])
+        self.assertEqual(self.modbus("relay").read_holding_registers(16, count, 1).registers, [0] * count, "units are on")

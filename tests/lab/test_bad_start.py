@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What cannot go well is refused before anything moves: a clear message, the right exit status, nothing half done."""
+import pathlib
+import shutil
+import unittest
+
+from bench import OFF, LabTest, short_procedure
+from lab_session import ROOT, ProgramFailed, end
+
+
+class BadStart(LabTest):
+    def refused(self, status, procedure, *options):
+        """The message with which a start is refused; the station is as before, the journal is empty, nothing moved."""
+        message = self.soak_fails(status, "campaign", "start", self.write("p.toml", procedure), "--name", "c", *options)
+        self.assertEqual(self.status()["state"], "idle")
+        self.assertEqual(self.query("SELECT * FROM journal"), [])
+        self.assertEqual(self.query("SELECT * FROM run"), [])
+        self.assertEqual(list((pathlib.Path(self.lab.data) / "runs").glob("*")), [])
+        self.assertEqual(self.chamber()[0], OFF)
+        return message
+
+    def test_procedures_with_mistakes(self):
+        self.start_lab()
+        good = short_procedure()
+        message = self.refused(2, good + "colour = 1\n")
+        self.assertIn(f":{len(good.splitlines()) + 1}: unknown key 'colour'", message)
+        message = self.refused(2, short_procedure(positions=("+X", "-X", "+X")))
+        self.assertIn("+X", message)
+        self.assertIn("p.toml:8", message)
+
+    def test_set_points_beyond_the_rating_of_a_unit(self):
+        self.start_lab()
+        message = self.refused(2, short_procedure(set_points=(25, 84)))
+        for word in ("84", "85", "mti-300"):
+            self.assertIn(word, message)
+
+    def test_set_points_beyond_the_chamber(self):
+        self.start_lab()
+        client = self.modbus("chamber")
+        client.write_registers(2776, self.words_f32(60.0), 1)
+        self.assertIn("60", self.refused(2, short_procedure(set_points=(25, 70))))
+
+    def test_two_slots_with_one_serial(self):
+        self.start_lab(units=2)
+        message = self.refused(2, short_procedure(), "--unit", "1=0380A001", "--unit", "2=0380A001")
+        self.assertIn("0380A001", message)
+        self.assertIn("slot", message)
+
+    def test_a_unit_in_another_slot_than_stated_is_found_before_anything_is_recorded(self):
+        self.start_lab(units=2)
+        self.lab.soak("campaign", "start", self.write("p.toml", short_procedure()), "--name", "c", "--unit", "1=0380A002",
+                      "--unit", "2=0380A001")
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "failed")
+        self.assertRegex(status["reason"], "slot [12] holds unit 0380A00[12], not 0380A00[12]")
+        self.assertEqual(self.query("SELECT * FROM run"), [])
+        self.assert_safe()
+
+    def test_a_unit_mounted_otherwise_than_stated_is_found_at_the_first_turn(self):
+        self.start_lab()
+        end(self.lab.soakd)
+        text = self.config.read_text(encoding="utf-8")
+        self.config.write_text(text.replace('axes = ["+X", "+Y", "+Z"]', 'axes = ["+X", "-Y", "-Z"]'), encoding="utf-8")
+        self.lab.start_soakd()
+        self.start_campaign(short_procedure())
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "failed")
+        self.assertIn("0380A001", status["reason"])
+        self.assertIn("mounted", status["reason"])
+        self.assert_safe()
+
+    def test_a_chamber_that_refuses_the_connection(self):
+        self.start_lab(cut=["chamber"])
+        self.proxies["chamber"].cut()
+        message = self.refused(3, short_procedure())
+        self.assertIn("Watlow F4T at 127.0.0.1", message)
+
+    def test_configurations_with_mistakes(self):
+        self.start_lab(units=2)
+        end(self.lab.soakd)
+        text = self.config.read_text(encoding="utf-8")
+
+        def refusal(wrong):
+            self.config.write_text(wrong, encoding="utf-8")
+            with self.assertRaises(ProgramFailed) as failed:
+                self.lab.start_soakd()
+            self.lab.soakd.stdout.close()
+            self.assertIn("ended with status 2", str(failed.exception))
+            return str(failed.exception)
+
+        self.assertIn("0380A001", refusal(text.replace("0380A002", "0380A001")))
+        maps = self.folder / "maps"
+        shutil.copytree(pathlib.Path(ROOT) / "procedures", maps)
+        broken = maps / "chambers" / "watlow-f4t.toml"
+        lines = broken.read_text(encoding="utf-8").replace('type = "f32"', 'type = "f31"', 1)
+        broken.write_text(lines, encoding="utf-8")
+        line = next(i for i, l in enumerate(lines.splitlines(), 1) if "f31" in l)
+        message = refusal(text.replace(str(pathlib.Path(ROOT) / "procedures"), str(maps)))
+        self.assertIn(f"{broken}:{line}", message)
+        self.assertIn("'quantity.air_c.type' must be one of", message)
+
+
+if __name__ == "__main__":
+    unittest.main()

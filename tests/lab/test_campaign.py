@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A whole campaign as a user runs it: what it leaves behind, and what others see of it meanwhile."""
+import subprocess
+import unittest
+
+from bench import AUTO, LabTest, short_procedure
+from lab_session import end
+
+
+class Campaign(LabTest):
+    def test_leaves_sealed_runs_a_full_journal_and_models_all_marked_simulated(self):
+        self.start_lab(units=2, rate=2000)
+        begun = self.start_campaign(short_procedure(set_points=(10, 25, 40), runs=2, preflight_s=10,
+                                                    positions=("+X", "-X", "+Y", "-Y", "+Z", "-Z")))
+        self.assertEqual((begun["campaign"], begun["runs"]), ("c", 3))
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "finished", status["reason"])
+        self.assertTrue(status["simulated"])
+        self.assert_safe()
+
+        runs = self.lab.soak_json("runs", "list")["runs"]
+        self.assertEqual([(r["run"], r["unit"]) for r in runs], [(run, unit) for run in ("P00", "R01", "R02")
+                                                                 for unit in ("0380A001", "0380A002")])
+        for run in runs:
+            self.assertTrue(run["sealed"] and run["simulated"])
+            self.assertEqual(run["purpose"], "diagnosis" if run["run"] == "P00" else "calibration")
+        self.lab.soak("runs", "verify")
+        self.assertEqual(self.query("SELECT state FROM journal"), [("finished",)])
+        done = self.query("SELECT step_index, outcome FROM step ORDER BY ordinal")
+        self.assertEqual(done, [(i, "done") for i in range(begun["steps"])])
+        # Two runs, three plateaus, six positions.
+        self.assertEqual(self.query("SELECT unit, count(*) FROM segment JOIN run USING (run_id, unit) WHERE purpose = "
+                                    "'calibration' GROUP BY unit"), [("0380A001", 36), ("0380A002", 36)])
+        self.check_positions()
+        self.check_models()
+
+    def check_positions(self):
+        """Each unit is mounted in its own way; in every segment gravity stands where its label says."""
+        rows = self.query("SELECT unit, position, accel_x_mean, accel_y_mean, accel_z_mean FROM segment")
+        self.assertGreaterEqual(len(rows), 72)
+        for unit, position, *force in rows:
+            expected = [(1 if position[0] == "+" else -1) * 9.81 if axis == position[1] else 0.0 for axis in "XYZ"]
+            for value, right in zip(force, expected):
+                self.assertAlmostEqual(value, right, delta=0.5, msg=f"{unit} {position}")
+
+    def check_models(self):
+        truth = {u["unit"]: u["sensors"] for u in self.lab.truth()["units"]}
+        for serial in ("0380A001", "0380A002"):
+            fit = self.lab.soak_json("fit", "--unit", serial)
+            self.assertTrue(fit["simulated"])
+            self.assertEqual(len(fit["sensors"]["gyro_x"]["runs"]), 2, "the pre-flight is no run to fit")
+            blob = self.folder / f"{serial}.soakcal"
+            self.soak_fails(2, "export", "--unit", serial, "--format", "blob", "-o", blob)
+            self.lab.soak("export", "--unit", serial, "--format", "blob", "--simulated", "-o", blob)
+            shown = self.lab.soak_json("eval", blob, "--temp-c", "25")
+            for sensor, spread in (("gyro_x", 0.06), ("accel_z", 0.03)):
+                curve = dict(zip(self.lab.truth()["temp_c"], truth[serial][sensor]["bias"]))
+                self.assertAlmostEqual(shown["points"][0]["bias"][sensor], curve[25.0], delta=spread)
+
+    def test_others_read_from_the_devices_what_the_page_shows(self):
+        self.start_lab(rate=50)
+        self.start_campaign(short_procedure(set_points=(40,)))
+        self.wait_for_step("set_temperature")
+        self.wait("on the way", lambda s: s["chamber"]["set_point_c"] == 40.0)
+        shown = self.status()["chamber"]
+        port = self.lab.ports["chamber"]
+        poll = subprocess.run(["mbpoll", "-m", "tcp", "-p", str(port), "-a", "1", "-0", "-r", "2782", "-t", "4:float", "-c", "1",
+                               "-1", "127.0.0.1"], capture_output=True, text=True, check=True).stdout
+        self.assertIn("[2782]: \t40", poll)
+        mode, _, set_point_c, air_c = self.chamber()
+        later = self.status()["chamber"]
+        self.assertEqual((mode == AUTO, set_point_c), (shown["running"], shown["set_point_c"]))
+        low, high = sorted((shown["air_c"], later["air_c"]))
+        self.assertLess(low - 1.0, air_c)
+        self.assertGreater(high + 1.0, air_c)
+        fixture = self.modbus("fixture").read_holding_registers(1, 1, 1).registers[0]
+        self.assertEqual(("+X", "-X", "+Y", "-Y", "+Z", "-Z")[fixture - 1], self.status()["fixture"]["position"])
+        self.assertEqual(self.modbus("relay").read_holding_registers(16, 1, 1).registers, [1])
+        self.assertTrue(self.status()["units"][0]["powered"])
+
+    def test_pause_holds_the_chamber_and_resume_goes_on(self):
+        self.start_lab()
+        self.start_campaign(short_procedure())
+        self.wait_for_step("record")
+        self.lab.soak("campaign", "pause")
+        paused = self.status()
+        self.assertEqual(paused["state"], "paused")
+        step = paused["campaign"]["step"]
+        self.wait("time goes on", lambda s: s["clock"]["process_s"] > paused["clock"]["process_s"] + 200)
+        self.assertEqual(self.status()["campaign"]["step"], step)
+        mode, _, set_point_c, _ = self.chamber()
+        self.assertEqual((mode, set_point_c), (AUTO, paused["chamber"]["set_point_c"]))
+        self.lab.soak("campaign", "resume")
+        self.assertEqual(self.wait_for_end()["state"], "finished")
+        # The recording that was broken is withdrawn, not used and not lost.
+        self.assertEqual(self.query("SELECT count(*) FROM segment")[0][0] - self.query("SELECT count(*) FROM void")[0][0], 4)
+
+    def test_abort_ends_in_the_safe_state(self):
+        self.start_lab()
+        self.start_campaign(short_procedure())
+        self.wait_for_step("set_temperature")
+        self.lab.soak("campaign", "abort", "--reason", "smell of smoke")
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "aborted")
+        self.assertIn("smell of smoke", status["reason"])
+        self.assert_safe()
+        self.assertEqual(self.query("SELECT state FROM journal"), [("aborted",)])
+
+    def test_a_fixture_turned_by_hand_asks_and_waits(self):
+        self.start_lab()
+        end(self.lab.soakd)
+        text = self.config.read_text(encoding="utf-8")
+        begin, end_ = text.index("[fixture]"), text.index("[power]")
+        by_hand = self.write("by-hand.toml", text[:begin] + text[end_:])
+        self.lab.start_soakd(by_hand)
+        self.start_campaign(short_procedure(set_points=(25,)))
+        fixture = self.modbus("fixture")
+        for up in ("+Z", "-Z"):
+            status = self.wait("a prompt", lambda s: s["prompt"] and up in s["prompt"]["text"])
+            self.assertEqual(status["state"], "waiting")
+            self.soak_fails(2, "campaign", "confirm", "--prompt", status["prompt"]["id"] + 1000)
+            fixture.write_register(0, 1 + ("+X", "-X", "+Y", "-Y", "+Z", "-Z").index(up), 1)
+            self.lab.soak("campaign", "confirm")
+        self.assertEqual(self.wait_for_end()["state"], "finished")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever dies at whatever step: the chamber's own registers say that it is warm and off, and the event log says why.
+Here each fault has some kinds of step; `./run prove safe-states` takes all of them."""
+import os
+import signal
+import time
+import unittest
+
+from bench import OFF, LabTest, short_procedure
+
+STEPS = ("power_on", "move", "set_temperature", "wait_stable", "record", "check", "warm_end", "power_off")
+ALL = os.environ.get("SOAK_ALL_STEPS") == "1"
+
+
+def at_steps(*sample):
+    """Makes one test for each kind of step out of a function of it."""
+    def decorate(function):
+        function.steps = STEPS if ALL else sample
+        return function
+    return decorate
+
+
+def spread_over_steps(cls):
+    for name, function in list(vars(cls).items()):
+        for kind in getattr(function, "steps", ()):
+            setattr(cls, f"test_{name}_at_{kind}", lambda self, f=function, k=kind: f(self, k))
+    return cls
+
+
+@spread_over_steps
+class SafeState(LabTest):
+    def campaign_at(self, kind, cut=(), units=1):
+        """A lab whose campaign has come to a step of that kind."""
+        self.start_lab(units=units, cut=cut)
+        preflight_s = 10 if kind == "check" else 0
+        self.start_campaign(short_procedure(preflight_s=preflight_s))
+        self.wait_for_step(kind, "P00" if preflight_s else "R01")
+
+    def expect_safe_end(self, *reasons):
+        """The campaign ends safely: finished, where the rest did not need what had died; else with one of the reasons."""
+        status = self.wait_for_end()
+        self.assert_safe()
+        if status["state"] == "finished":
+            return status
+        self.assertEqual(status["state"], "failed", status["reason"])
+        self.assertTrue(any(reason in status["reason"] for reason in reasons), status["reason"])
+        logged = [text for kind, _, text in self.events() if kind == "campaign"]
+        self.assertTrue(any(reason in text for reason in reasons for text in logged), logged)
+        self.assertEqual(self.query("SELECT label FROM run WHERE run_id NOT IN (SELECT run_id FROM void)"), [],
+                         "a run that was cut short is not void")
+        return status
+
+    @at_steps("move", "set_temperature")
+    def fixture_dies(self, kind):
+        self.campaign_at(kind, ["fixture"])
+        self.proxies["fixture"].cut()
+        status = self.expect_safe_end("positioner")
+        if kind in ("power_on", "set_temperature"):
+            self.assertEqual(status["state"], "failed")
+
+    @at_steps("record", "wait_stable")
+    def only_unit_dies(self, kind):
+        self.campaign_at(kind, ["unit1"])
+        self.proxies["unit1"].cut()
+        status = self.expect_safe_end("no unit is left", "no proof")
+        if kind in ("power_on", "set_temperature", "wait_stable"):
+            self.assertEqual(status["state"], "failed")
+
+    def test_one_unit_of_two_falls_silent_and_the_other_is_calibrated(self):
+        self.campaign_at("wait_stable", ["unit2"], units=2)
+        self.proxies["unit2"].silence()
+        self.assertEqual(self.wait_for_end()["state"], "finished")
+        self.assert_safe()
+        self.assertTrue(any("lost for the rest of the run" in text for _, _, text in self.events()), self.events())
+        rows = dict(self.query("SELECT unit, count(*) FROM segment GROUP BY unit"))
+        self.assertEqual(rows["0380A001"], 4)
+        self.assertLess(rows.get("0380A002", 0), 4)
+
+    @at_steps("set_temperature", "record")
+    def chamber_link_dies_and_comes_back(self, kind):
+        self.campaign_at(kind, ["chamber"])
+        self.proxies["chamber"].cut()
+        self.wait("holding", lambda s: s["state"] in ("waiting", "finished") and not s["chamber"]["connected"])
+        self.proxies["chamber"].mend()
+        self.assertEqual(self.wait_for_end()["state"], "finished")
+        self.assert_safe()
+        if kind != "power_off":
+            self.assertTrue(any("does not answer, holding" in text for _, _, text in self.events()), self.events())
+
+    @at_steps("wait_stable")
+    def chamber_link_stays_dead(self, kind):
+        self.campaign_at(kind, ["chamber"])
+        self.proxies["chamber"].silence()
+        status = self.wait("giving up", lambda s: s["state"] in ("stopping", "finished"))
+        if status["state"] == "stopping":
+            self.assertFalse(status["chamber"]["connected"])
+            # It cannot be made safe while it does not answer: the station keeps trying, and says so.
+            self.assertIn("go there", status["reason"])
+            time.sleep(2)
+            self.assertEqual(self.status()["state"], "stopping")
+        self.proxies["chamber"].mend()
+        self.expect_safe_end("chamber does not answer")
+
+    @at_steps("set_temperature", "power_on")
+    def sigterm(self, kind):
+        self.campaign_at(kind)
+        self.lab.soakd.send_signal(signal.SIGTERM)
+        self.assertEqual(self.lab.soakd.wait(180), 0)
+        self.assert_safe()
+        self.assertTrue(any("soakd was asked to stop" in text for _, _, text in self.events()), self.events())
+        self.assertEqual(self.query("SELECT state FROM journal"), [("interrupted",)])
+
+    def test_an_over_temperature_alarm_switches_the_outputs_off_at_once(self):
+        self.campaign_at("wait_stable")
+        client = self.modbus("chamber")
+        client.write_registers(1334, self.words_f32(self.read_f32(client, 2820) - 10.0), 1)
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "failed")
+        self.assertIn("alarm 1", status["reason"])
+        mode, output, _, _ = self.chamber()
+        self.assertEqual((mode, output), (OFF, 0.0))
+        self.assertTrue(any("alarm 1" in text for kind, _, text in self.events() if kind == "campaign"))
+
+
+if __name__ == "__main__":
+    unittest.main()
