@@ -27,9 +27,10 @@ struct ChamberReading {
   std::vector<ChamberAlarm> alarms;
 };
 
-/// A temperature chamber. Calls block for one link time-out at most; a fault is an error of kind `device`. A broken
-/// link is opened again by the next call, after a pause that grows with the failures (1, 2, 5, 10 s): until then calls
-/// fail at once. One thread at a time.
+/// A temperature chamber. A call to one that does not answer blocks for one link time-out, to one that answers late for
+/// a few at most (and besides for the delays that the map's actions ask for, 10 s at most, and for the resolver where
+/// the address is a name); a fault is an error of kind `device`. A broken link is opened again by the next call, after
+/// a pause that grows with the failures (1, 2, 5, 10 s): until then calls fail at once. One thread at a time.
 class Chamber {
  public:
   Chamber() = default;

@@ -49,8 +49,9 @@ enum class ImuState : std::uint8_t {
   failed,  ///< the transport broke; open() again
 };
 
-/// A unit behind a byte stream. Nothing here ever waits: poll() takes what has arrived. A unit that restarts is noticed
-/// (wake-up message, device time or counter that begins anew), identified and configured again.
+/// A unit behind a byte stream. Only open() may wait, for 1 s at most (and for the resolver where a host is a name):
+/// poll() takes what has arrived. A unit that restarts is noticed (wake-up message, device time or counter that begins
+/// anew), identified and configured again.
 class Imu {
  public:
   /// What the unit is asked to send.

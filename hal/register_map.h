@@ -29,9 +29,9 @@ struct ModbusLinkSettings {
   std::variant<ModbusTcp, ModbusRtu> address;
   int unit = 1;
   double response_timeout_s = 1.0;
-  double gap_s = 0.0;   ///< pause before each request
-  int max_block = 32;   ///< registers per request
-  double poll_s = 1.0;  ///< process time between readings
+  std::optional<double> gap_s;  ///< pause before each request; absent = 0.03 s on a serial line, none over TCP
+  int max_block = 32;           ///< registers per request
+  double poll_s = 1.0;          ///< process time between readings
 };
 
 enum class RegisterType : std::uint8_t { u16, i16, f32 };
@@ -51,13 +51,16 @@ struct Quantity {
   std::map<std::string, int> codes;  ///< names of an enumeration's numbers
 };
 
+enum class LinkKind : std::uint8_t { tcp, rtu };
+
 /// A register that must hold a known number after connecting: another means another controller or another setting.
 struct Probe {
   std::string name;
   int address = 0;
   RegisterType type = RegisterType::u16;
-  std::vector<int> expected;  ///< any of these
-  std::string otherwise;      ///< what to tell the operator if it holds something else
+  std::vector<int> expected;     ///< any of these
+  std::string otherwise;         ///< what to tell the operator if it holds something else
+  std::optional<LinkKind> link;  ///< asked over such a link alone; absent = over any
 };
 
 /// One write of a sequence.
@@ -98,8 +101,9 @@ struct RegisterMap {
 };
 
 /// Reads a register map. All mistakes at once, one per line of the message, each with "`file`:line" (a syntax error:
-/// the first one): unknown keys, wrong types, values out of their limits, two quantities of one name, an action or
-/// alarm that names what the file does not define.
+/// the first one, and so is a name given twice): unknown keys, quantities and actions that no device of the kind uses,
+/// wrong types, values out of their limits, codes and numbers that their register cannot hold, an action that names
+/// what the file does not define.
 [[nodiscard]] base::Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file);
 [[nodiscard]] base::Result<RegisterMap> read_register_map(const std::string& file);
 

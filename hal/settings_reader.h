@@ -55,7 +55,8 @@ class SettingsTable {
   /// An array of tables ([[key]]); an absent one is empty.
   [[nodiscard]] std::vector<SettingsTable> tables(std::string_view key) const;
 
-  /// Records a mistake at the line of `key`, or of the table where it has no such key.
+  /// Records a mistake at the line of `key`, or of the table where it has no such key. Each key has one mistake: what
+  /// is said of it later follows from the first.
   void refuse(std::string_view key, std::string message) const;
 
  private:

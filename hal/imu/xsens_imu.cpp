@@ -105,6 +105,7 @@ void XsensImu::queue(const base::Bytes& message) {
 
 base::Status XsensImu::take_messages(std::vector<ImuSample>& samples) {
   while (const auto message = decoder_.next()) {
+    if (now_ - last_message_ >= kSilentAfter) last_sample_ = now_;
     last_message_ = now_;
     if (const base::Status taken = take_message(*message, samples); !taken) return taken;
     unit_known_ = true;
@@ -156,7 +157,6 @@ void XsensImu::take_packet(const XbusMessage& message, std::vector<ImuSample>& s
     malformed_bytes_ += message.frame_size;
     return;
   }
-  state_ = ImuState::streaming;
   const bool stamped = packet->packet_counter && packet->sample_time_fine;
   if (stamped && !follow({*packet->packet_counter, *packet->sample_time_fine})) return;
   if (packet->temp_c) pending_temp_c_ = packet->temp_c;
@@ -192,6 +192,9 @@ void XsensImu::append_sample(const MtData2& packet, std::vector<ImuSample>& samp
   sample.status = packet.status.value_or(0);
   sample.clipped = says_clipped(sample.status);
   ++statistics_.packets;
+  state_ = ImuState::streaming;
+  last_sample_ = now_;
+  sampled_ = true;
 }
 
 base::Status XsensImu::watch_time(std::vector<ImuSample>& samples) {
@@ -200,9 +203,7 @@ base::Status XsensImu::watch_time(std::vector<ImuSample>& samples) {
       if (const base::Status taken = take_messages(samples); !taken) return taken;
     }
   }
-  if (!setup_.done()) return watch_setup();
-  watch_stream();
-  return {};
+  return setup_.done() ? watch_stream() : watch_setup();
 }
 
 base::Status XsensImu::watch_setup() {
@@ -219,10 +220,20 @@ base::Status XsensImu::watch_setup() {
   return {};
 }
 
-void XsensImu::watch_stream() {
+base::Status XsensImu::watch_stream() {
   const auto quiet = now_ - last_message_;
-  if (quiet >= kSilentAfter) state_ = ImuState::silent;
-  if (quiet >= kAskAgainAfter) begin_setup();
+  if (quiet >= kSilentAfter) {
+    state_ = ImuState::silent;
+    if (quiet >= kAskAgainAfter) begin_setup();
+  } else if (now_ - last_sample_ >= kSilentAfter) {
+    if (!sampled_) {
+      return base::fail(base::ErrorKind::device, "the unit sends packets, but not what it agreed to send");
+    }
+    // It obeys another configuration than ours: it has restarted and its wake-up message got lost.
+    state_ = ImuState::configuring;
+    begin_setup();
+  }
+  return {};
 }
 
 void XsensImu::begin_setup() {
@@ -242,6 +253,8 @@ void XsensImu::finish_setup() {
   identity_ = setup_.identity();
   timeline_.interrupt(settings_.rate_hz);
   first_packet_ = true;
+  last_sample_ = now_;
+  sampled_ = false;
   state_ = ImuState::streaming;
 }
 

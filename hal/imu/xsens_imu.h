@@ -22,10 +22,11 @@ namespace soak::hal::imu {
 /// A unit of the Xsens MTi family. Device times come from the unit alone; the host's clock serves time-outs only. They
 /// pass inside poll(), so poll() is to be called a few times a second also while wait_fd() stays quiet.
 ///
-/// - Until the unit answers it is asked once a second, for as long as it takes. One that sends bytes but does not
-/// answer
-///   a request within 1 s is asked again from the first request on; after the third repetition the device has failed.
+/// - Until the unit answers it is asked once a second, for as long as it takes. If it sends bytes but does not answer a
+///   request within 1 s, it is asked again from the first request on; after the third repetition the device has failed.
 /// - A stream without a message for 3 s is `silent` and goes on by itself. After 30 s the unit is asked again.
+/// - A stream of messages that carries no sample for 3 s obeys another configuration: the unit is configured again. If
+///   it has just been, the device has failed.
 /// - A restart is a wake-up message of a unit that was heard before, a time or counter that begins anew, or another
 ///   serial number. The samples before it keep their number; what comes from then on until the unit is configured again
 ///   is dropped.
@@ -61,7 +62,7 @@ class XsensImu final : public Imu {
 
   base::Status watch_time(std::vector<ImuSample>& samples);
   base::Status watch_setup();
-  void watch_stream();
+  base::Status watch_stream();
 
   void begin_setup();
   void ask();
@@ -83,10 +84,12 @@ class XsensImu final : public Imu {
   Clock::time_point deadline_;      ///< for the answer to the current request
   Clock::time_point last_bytes_;    ///< when any came
   Clock::time_point last_message_;  ///< when a valid one came
+  Clock::time_point last_sample_;   ///< when one came, or when messages came again after a silence
   int attempts_ = 0;                ///< dialogues in which the unit was heard but did not answer
   bool heard_ = false;              ///< bytes came since the dialogue began
   bool unit_known_ = false;         ///< some message of this or an earlier power-on was received
   bool first_packet_ = false;       ///< none came yet since the dialogue ended
+  bool sampled_ = false;            ///< a sample came since the dialogue ended
 
   std::uint32_t power_on_ = 0;
   std::uint64_t malformed_bytes_ = 0;  ///< in valid frames

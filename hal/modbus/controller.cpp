@@ -40,10 +40,12 @@ tl::unexpected<base::Error> Controller::fail(std::string message) const {
 }
 
 base::Status Controller::connect() {
+  link_.begin_call();
   if (link_.is_open()) return {};
   if (auto opened = link_.open(); !opened) return fail(opened.error().text);
   over_holes_ = true;
   for (const Probe& probe : map_.probes) {
+    if (probe.link && *probe.link != link_kind()) continue;
     if (auto proved = prove(probe); !proved) {
       if (link_.is_open()) link_.give_up(proved.error().message);
       return proved;
@@ -51,6 +53,10 @@ base::Status Controller::connect() {
   }
   link_.confirm();
   return {};
+}
+
+LinkKind Controller::link_kind() const {
+  return std::holds_alternative<ModbusTcp>(map_.link.address) ? LinkKind::tcp : LinkKind::rtu;
 }
 
 base::Status Controller::prove(const Probe& probe) {

@@ -52,6 +52,7 @@ class Controller {
     int decimals = 0;
   };
 
+  [[nodiscard]] LinkKind link_kind() const;
   [[nodiscard]] base::Status prove(const Probe& probe);
   [[nodiscard]] base::Result<Image> fetch(const std::vector<RegisterSpan>& spans);
   [[nodiscard]] LinkResult fetch_block(const RegisterBlock& block, Image& image);

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <modbus/modbus.h>
+#include <netdb.h>
 #include <sys/select.h>
 #include <unistd.h>
 
@@ -22,6 +23,12 @@ using Seconds = std::chrono::duration<double>;
 constexpr std::array<Seconds, 4> kPauses = {Seconds(1), Seconds(2), Seconds(5), Seconds(10)};
 constexpr int kBusyTries = 4;
 constexpr std::chrono::milliseconds kBusyPause{100};
+constexpr double kTimeoutsPerCall = 5.0;
+/// Between connecting and the first request; the F4T needs it (ESPEC's driver).
+constexpr std::chrono::milliseconds kSettlingTime{100};
+/// On a serial line. The silence of 3.5 characters that the standard asks for is too short for some controllers:
+/// ESPEC's driver of the F4T waits so long.
+constexpr double kSerialGap_s = 0.03;
 
 modbus_t* new_context(const ModbusTcp& address) {
   return modbus_new_tcp_pi(address.host.c_str(), std::to_string(address.port).c_str());
@@ -43,12 +50,28 @@ void set_timeouts(modbus_t* context, double response_s) {
   modbus_set_byte_timeout(context, 0, 0);
 }
 
+std::chrono::steady_clock::duration clock_time(double time_s) {
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(Seconds(time_s));
+}
+
 /// libmodbus puts the descriptor into an fd_set, already while it connects, which aborts the process beyond its size.
 bool descriptor_fits() {
   constexpr int spare = 16;  // others may open some in between
   const int lowest_free = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
   if (lowest_free >= 0) ::close(lowest_free);
   return lowest_free >= 0 && lowest_free < FD_SETSIZE - spare;
+}
+
+/// libmodbus calls a host that nobody knows "Connection refused".
+std::string connect_fault(const std::variant<ModbusTcp, ModbusRtu>& address, int code) {
+  const auto* tcp = std::get_if<ModbusTcp>(&address);
+  if (tcp && code == ECONNREFUSED) {
+    addrinfo* found = nullptr;
+    const int failure = ::getaddrinfo(tcp->host.c_str(), nullptr, nullptr, &found);
+    if (failure != 0) return fmt::format("the host is not known: {}", ::gai_strerror(failure));
+    ::freeaddrinfo(found);
+  }
+  return fmt::format("cannot connect: {}", modbus_strerror(code));
 }
 
 /// Number of the Modbus exception behind an errno of libmodbus; 0 = it is none.
@@ -62,6 +85,11 @@ bool is_busy(int exception) {
 }
 
 }  // namespace
+
+double request_gap_s(const ModbusLinkSettings& settings) {
+  const bool serial = std::holds_alternative<ModbusRtu>(settings.address);
+  return settings.gap_s.value_or(serial ? kSerialGap_s : 0.0);
+}
 
 struct ModbusLink::Port {
   explicit Port(modbus_t* made) : context(made) {}
@@ -84,6 +112,10 @@ std::string ModbusLink::address() const {
   return std::visit([](const auto& address) { return address_text(address); }, settings_.address);
 }
 
+void ModbusLink::begin_call() {
+  call_end_ = Clock::now() + clock_time(kTimeoutsPerCall * settings_.response_timeout_s);
+}
+
 LinkResult ModbusLink::open() {
   if (port_) return {};
   const auto now = Clock::now();
@@ -103,8 +135,9 @@ LinkResult ModbusLink::open() {
     return fail(fmt::format("unit {}: {}", settings_.unit, modbus_strerror(errno)));
   }
   set_timeouts(port->context, settings_.response_timeout_s);
-  if (modbus_connect(port->context) != 0) return fail(fmt::format("cannot connect: {}", modbus_strerror(errno)));
+  if (modbus_connect(port->context) != 0) return fail(connect_fault(settings_.address, errno));
   port_ = std::move(port);
+  std::this_thread::sleep_for(kSettlingTime);
   return {};
 }
 
@@ -113,7 +146,7 @@ void ModbusLink::give_up(std::string reason) {
   last_fault_ = std::move(reason);
   const auto step = std::min(static_cast<std::size_t>(failures_), kPauses.size() - 1);
   const Seconds pause = std::max(kPauses[step], Seconds(settings_.response_timeout_s));
-  next_try_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(pause);
+  next_try_ = Clock::now() + clock_time(pause.count());
   ++failures_;
 }
 
@@ -125,8 +158,11 @@ LinkFault ModbusLink::fault_of(int code) {
 
 LinkResult ModbusLink::exchange(int count, const std::function<int()>& request) {
   for (int attempt = 1;; ++attempt) {
-    std::this_thread::sleep_until(last_request_ +
-                                  std::chrono::duration_cast<Clock::duration>(Seconds(settings_.gap_s)));
+    if (Clock::now() >= call_end_) {
+      give_up("answers come too late: a longer 'response_timeout_s' gives the controller more time");
+      return tl::unexpected(LinkFault{last_fault_});
+    }
+    std::this_thread::sleep_until(last_request_ + clock_time(request_gap_s(settings_)));
     // What still lies in the buffer answers an earlier request.
     modbus_flush(port_->context);
     errno = 0;

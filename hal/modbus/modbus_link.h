@@ -21,10 +21,17 @@ struct LinkFault {
 
 using LinkResult = tl::expected<void, LinkFault>;
 
+/// Pause before each request: the map's, else 30 ms on a serial line and none over TCP.
+[[nodiscard]] double request_gap_s(const ModbusLinkSettings& settings);
+
 /// A Modbus link over TCP or a serial line, on libmodbus. It never repairs itself within a call: a fault other than a
 /// Modbus exception closes it, and open() refuses to try again before a pause (1, 2, 5, 10 s of host time, and never
 /// shorter than the response time-out) is over. The pause is also the quiet time in which a late answer on a serial
 /// line runs out. One thread at a time.
+///
+/// No request takes longer than the response time-out. A controller that answers each request, but late, could still
+/// hold a caller that has many: therefore requests belong to calls (begin_call()), and a call ends with a fault after
+/// five response time-outs.
 class ModbusLink {
  public:
   explicit ModbusLink(ModbusLinkSettings settings);
@@ -33,6 +40,8 @@ class ModbusLink {
   ~ModbusLink();
 
   [[nodiscard]] bool is_open() const { return port_ != nullptr; }
+  /// From here on the requests of another call are counted.
+  void begin_call();
   /// Opens a closed link. During a pause it fails at once and says when the next try is.
   [[nodiscard]] LinkResult open();
   /// Says that the peer is the right one: the next pause is again the shortest.
@@ -62,6 +71,7 @@ class ModbusLink {
   std::string last_fault_ = "not connected";
   Clock::time_point next_try_{};
   Clock::time_point last_request_{};
+  Clock::time_point call_end_ = Clock::time_point::max();
 };
 
 }  // namespace soak::hal

@@ -26,6 +26,8 @@ struct SettingsTable::Document {
   toml::table root;
   std::string file;
   std::set<const toml::node*> asked;
+  std::set<const toml::table*> opened;  ///< tables whose keys were to be read
+  std::set<const toml::node*> refused;
   std::vector<Mistake> mistakes;
 
   void mistake(const toml::source_region& source, std::string text) {
@@ -46,13 +48,18 @@ struct SettingsTable::Document {
         mistake(key.source(), fmt::format("unknown key '{}'", key.str()));
         continue;
       }
-      if (const toml::table* inner = node.as_table()) refuse_unknown(*inner);
+      if (const toml::table* inner = node.as_table()) refuse_unknown_in(*inner);
       if (const toml::array* array = node.as_array()) {
         for (const toml::node& element : *array) {
-          if (const toml::table* inner = element.as_table()) refuse_unknown(*inner);
+          if (const toml::table* inner = element.as_table()) refuse_unknown_in(*inner);
         }
       }
     }
+  }
+
+  /// A table that stands where another type belongs is one mistake, not one for each of its keys.
+  void refuse_unknown_in(const toml::table& inner) {
+    if (opened.contains(&inner)) refuse_unknown(inner);
   }
 };
 
@@ -92,6 +99,7 @@ std::vector<std::string> SettingsTable::keys() const {
 
 void SettingsTable::refuse(std::string_view key, std::string message) const {
   const toml::node* node = place_->table->get(key);
+  if (node && !document_->refused.insert(node).second) return;
   document_->mistake(node ? node->source() : place_->table->source(), std::move(message));
 }
 
@@ -207,6 +215,7 @@ std::optional<SettingsTable> SettingsTable::table(std::string_view key, bool req
     refuse(key, fmt::format("'{}{}' must be a table", place_->name, key));
     return std::nullopt;
   }
+  document_->opened.insert(inner);
   return SettingsTable(document_, std::make_shared<const Place>(Place{inner, fmt::format("{}{}.", place_->name, key)}));
 }
 
@@ -222,6 +231,7 @@ std::vector<SettingsTable> SettingsTable::tables(std::string_view key) const {
     good = inner != nullptr;
     if (good) {
       const std::string name = fmt::format("{}{}[{}].", place_->name, key, i + 1);
+      document_->opened.insert(inner);
       tables.push_back(SettingsTable(document_, std::make_shared<const Place>(Place{inner, name})));
     }
   }
@@ -261,9 +271,10 @@ base::Status SettingsReader::finish() const {
 
 base::Result<std::string> read_settings_text(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
+  stream.peek();  // a folder can be opened, but not read
+  if (stream.fail()) return base::bad_input("cannot read the file", file);
   std::ostringstream text;
   text << stream.rdbuf();
-  if (!stream) return base::bad_input("cannot read the file", file);
   return text.str();
 }
 

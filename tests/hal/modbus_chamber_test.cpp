@@ -150,7 +150,8 @@ TEST_F(ModbusChamberTest, FindsAWrongControllerByItsProbe) {
   ASSERT_TRUE(poke(6730, "4", "30"));
   const auto status = chamber_->connect();
   ASSERT_FALSE(status);
-  EXPECT_TRUE(status.error().message.starts_with("display units (register 6730) holds 30, not 15: set the units"))
+  EXPECT_TRUE(
+      status.error().message.starts_with("display units of Modbus TCP (register 6730) holds 30, not 15: set the units"))
       << status.error().message;
   const auto reading = chamber_->read();  // no value before the probe is right
   ASSERT_FALSE(reading);

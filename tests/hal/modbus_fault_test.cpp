@@ -31,10 +31,10 @@ tcp = "127.0.0.1:502"
 response_timeout_s = 0.3
 max_block = 2
 [quantity]
-a = { address = 10, type = "f32" }
-b = { address = 20, type = "f32" }
-c = { address = 30, type = "u16" }
-d = { address = 40, type = "u16", write_function = 6 }
+air_c = { address = 10, type = "f32" }
+output_percent = { address = 20, type = "f32" }
+actual_mode = { address = 30, type = "u16" }
+control_mode = { address = 40, type = "u16", write_function = 6 }
 [[probe]]
 name = "identification"
 address = 50
@@ -44,7 +44,7 @@ otherwise = "this is another controller"
 
 const std::vector<std::string> kRegisters = {"f32lo:10:11.5", "f32lo:20:-22.5", "u16:30:333",
                                              "u16:40:444",    "u16:50:4711",    "stuck:30:0"};
-const Values kTruth = {{"a", 11.5}, {"b", -22.5}, {"c", 333.0}, {"d", 444.0}};
+const Values kTruth = {{"air_c", 11.5}, {"output_percent", -22.5}, {"actual_mode", 333.0}, {"control_mode", 444.0}};
 
 RegisterMap rig_map(int port) {
   RegisterMap map = test::parsed_map(kMap);
@@ -111,12 +111,12 @@ TEST(ModbusFault, AsksABusyControllerAgain) {
   Controller controller(rig_map(proxy.port()));
   ASSERT_TRUE(controller.connect());
   proxy.spoil(Fault::busy, 0, 3);
-  EXPECT_EQ(controller.read("a").value_or(0.0), 11.5);
+  EXPECT_EQ(controller.read("air_c").value_or(0.0), 11.5);
   proxy.spoil(Fault::busy, 0, 4);
-  const auto value = controller.read("a");
+  const auto value = controller.read("air_c");
   ASSERT_FALSE(value);
-  EXPECT_EQ(value.error().message, "a (registers 10 to 11): Slave device or server is busy");
-  EXPECT_EQ(controller.read("a").value_or(0.0), 11.5) << "the link is sound, there is no pause";
+  EXPECT_EQ(value.error().message, "air_c (registers 10 to 11): Slave device or server is busy");
+  EXPECT_EQ(controller.read("air_c").value_or(0.0), 11.5) << "the link is sound, there is no pause";
 }
 
 TEST(ModbusFault, SaysWhenTheNextTryIsAndFailsAtOnceUntilThen) {
@@ -125,12 +125,12 @@ TEST(ModbusFault, SaysWhenTheNextTryIsAndFailsAtOnceUntilThen) {
   Controller controller(rig_map(proxy.port()));
   ASSERT_TRUE(controller.connect());
   proxy.spoil(Fault::silence);
-  const auto lost = controller.read("a");
+  const auto lost = controller.read("air_c");
   ASSERT_FALSE(lost);
   EXPECT_EQ(lost.error().kind, base::ErrorKind::device);
-  EXPECT_EQ(lost.error().message, "a (registers 10 to 11): Connection timed out");
+  EXPECT_EQ(lost.error().message, "air_c (registers 10 to 11): Connection timed out");
   EXPECT_EQ(lost.error().where, fmt::format("rig at 127.0.0.1:{}", proxy.port()));
-  const auto refused = controller.read("a");
+  const auto refused = controller.read("air_c");
   ASSERT_FALSE(refused);
   EXPECT_TRUE(refused.error().message.starts_with("Connection timed out; next try in 1.0 s") ||
               refused.error().message.starts_with("Connection timed out; next try in 0."))
@@ -143,13 +143,13 @@ TEST(ModbusFault, ProvesTheControllerAnewAfterReconnecting) {
   Controller controller(rig_map(proxy.port()));
   ASSERT_TRUE(controller.connect());
   ASSERT_TRUE(test::mbpoll_write(server->port(), 50, "4", "4712"));
-  EXPECT_EQ(controller.read("a").value_or(0.0), 11.5);
+  EXPECT_EQ(controller.read("air_c").value_or(0.0), 11.5);
   proxy.spoil(Fault::reset);
-  EXPECT_FALSE(controller.read("a"));
+  EXPECT_FALSE(controller.read("air_c"));
   const auto deadline = Clock::now() + std::chrono::seconds(20);
   std::string message;
   while (Clock::now() < deadline && message.find("4712") == std::string::npos) {
-    const auto value = controller.read("a");
+    const auto value = controller.read("air_c");
     ASSERT_FALSE(value);
     message = value.error().message;
   }
@@ -160,13 +160,78 @@ TEST(ModbusFault, WritesAgainAfterReconnectingToAControllerThatForgot) {
   SOAK_START_PYMODBUS(server, "tcp", kRegisters);
   FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 600);
   Controller controller(rig_map(proxy.port()));
-  ASSERT_TRUE(controller.write("d", 500.0));
+  ASSERT_TRUE(controller.write("control_mode", 500.0));
   proxy.spoil(Fault::reset);
-  EXPECT_FALSE(controller.read("a"));
+  EXPECT_FALSE(controller.read("air_c"));
   ASSERT_TRUE(test::mbpoll_write(server->port(), 40, "4", "444"));
   expect_recovery(controller);
-  ASSERT_TRUE(controller.write("d", 500.0));
+  ASSERT_TRUE(controller.write("control_mode", 500.0));
   EXPECT_EQ(test::mbpoll_read(server->port(), 40, "4"), "500");
+}
+
+TEST(ModbusFault, ComesBackAfterThePeerHasRestarted) {
+  auto peer = test::PymodbusServer::start("tcp", kRegisters);
+  if (!peer) GTEST_SKIP() << "skipped: python3-pymodbus is not installed";
+  const int port = peer->port();
+  Controller controller(rig_map(port));
+  expect_recovery(controller);
+  peer.reset();
+  const auto lost = controller.read("air_c");
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(lost.error().kind, base::ErrorKind::device);
+  peer = test::PymodbusServer::start("tcp", kRegisters, port);
+  expect_recovery(controller);
+}
+
+TEST(ModbusFault, EndsACallWhoseAnswersAllComeLateButInTime) {
+  std::vector<std::string> registers = kRegisters;
+  RegisterMap map = test::parsed_map(kMap);
+  AlarmRule alarm{.name = "spread", .addresses = {}, .inactive = {0}, .active = {}, .mask = {}};
+  for (int address = 100; address < 400; address += 10) {
+    alarm.addresses.push_back(address);
+    registers.push_back(fmt::format("u16:{}:0", address));
+  }
+  map.alarms = {alarm};
+  map.link.response_timeout_s = 0.5;
+  SOAK_START_PYMODBUS(server, "tcp", registers);
+  FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 300);
+  map.link.address = ModbusTcp{"127.0.0.1", proxy.port()};
+  Controller controller(map);
+  ASSERT_TRUE(controller.connect());
+  proxy.spoil(Fault::late, 0, 1000);  // thirty answers would take 9 s
+  const auto active = controller.active_alarms();
+  ASSERT_FALSE(active);
+  EXPECT_EQ(active.error().kind, base::ErrorKind::device);
+  proxy.spoil(Fault::none);
+  expect_recovery(controller);
+}
+
+TEST(ModbusFault, AsksOnlyTheProbesOfItsLink) {
+  SOAK_START_PYMODBUS(server, "tcp", kRegisters);
+  RegisterMap map = rig_map(server->port());
+  map.probes.push_back({.name = "units", .address = 40, .expected = {1}, .otherwise = "no", .link = LinkKind::rtu});
+  EXPECT_TRUE(Controller(map).connect());
+  map.probes.back().link = LinkKind::tcp;
+  EXPECT_FALSE(Controller(map).connect());
+}
+
+TEST(ModbusLink, PausesBeforeARequestOnASerialLineUnlessTheMapSaysOtherwise) {
+  ModbusLinkSettings settings;
+  settings.address = ModbusTcp{"127.0.0.1", 502};
+  EXPECT_EQ(request_gap_s(settings), 0.0);
+  settings.address = ModbusRtu{.device = "/dev/ttyS0"};
+  EXPECT_EQ(request_gap_s(settings), 0.03);
+  settings.gap_s = 0.1;
+  EXPECT_EQ(request_gap_s(settings), 0.1);
+  settings.address = ModbusTcp{"127.0.0.1", 502};
+  EXPECT_EQ(request_gap_s(settings), 0.1);
+}
+
+TEST(ModbusLink, SaysThatAHostIsNotKnown) {
+  ModbusLink link({.address = ModbusTcp{"no-such-host.invalid", 502}});
+  const LinkResult opened = link.open();
+  ASSERT_FALSE(opened);
+  EXPECT_TRUE(opened.error().text.starts_with("the host is not known: ")) << opened.error().text;
 }
 
 TEST(ModbusFault, ReadsBlocksWithoutHolesWhereTheControllerRefusesThem) {
@@ -174,7 +239,7 @@ TEST(ModbusFault, ReadsBlocksWithoutHolesWhereTheControllerRefusesThem) {
   RegisterMap map = rig_map(server->port());
   map.link.max_block = 60;  // one block over registers that the server does not have
   Controller controller(map);
-  const auto values = controller.read_all({"a", "b", "c", "d"});
+  const auto values = controller.read_all({"air_c", "output_percent", "actual_mode", "control_mode"});
   ASSERT_TRUE(values) << values.error().message;
   EXPECT_EQ(*values, kTruth);
 }
@@ -247,8 +312,8 @@ TEST_P(ModbusRtuFaultTest, GivesTheTruthOrAnErrorAndRecovers) {
   Controller controller(rig_map_rtu(line.path()));
   expect_recovery(controller);
   expect_truth_or_error(controller, proxy, GetParam());
-  ASSERT_TRUE(controller.write("d", 445.0));
-  EXPECT_EQ(controller.read("d").value_or(0.0), 445.0);
+  ASSERT_TRUE(controller.write("control_mode", 445.0));
+  EXPECT_EQ(controller.read("control_mode").value_or(0.0), 445.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, ModbusRtuFaultTest,

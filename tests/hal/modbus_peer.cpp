@@ -81,11 +81,12 @@ bool have_program(const std::string& name) {
   return process.line().has_value();
 }
 
-std::unique_ptr<PymodbusServer> PymodbusServer::start(const std::string& framing,
-                                                      const std::vector<std::string>& specs) {
+std::unique_ptr<PymodbusServer> PymodbusServer::start(const std::string& framing, const std::vector<std::string>& specs,
+                                                      int port) {
   Process probe({kPython, "-c", "import pymodbus; print('yes')"});
   if (!probe.line()) return nullptr;
-  std::vector<std::string> command = {kPython, SOAK_TEST_FOLDER "/hal/pymodbus_server.py", framing};
+  std::vector<std::string> command = {kPython, SOAK_TEST_FOLDER "/hal/pymodbus_server.py", framing,
+                                      std::to_string(port)};
   command.insert(command.end(), specs.begin(), specs.end());
   std::unique_ptr<PymodbusServer> server(new PymodbusServer(std::move(command)));
   const std::string greeting = server->process_.line().value_or("");

@@ -36,9 +36,9 @@ class Process {
 /// pymodbus_server.py with given registers; its file says what specs are.
 class PymodbusServer {
  public:
-  /// Nothing if pymodbus is not installed.
+  /// Nothing if pymodbus is not installed. Port 0 = any.
   [[nodiscard]] static std::unique_ptr<PymodbusServer> start(const std::string& framing,
-                                                             const std::vector<std::string>& specs);
+                                                             const std::vector<std::string>& specs, int port = 0);
   [[nodiscard]] int port() const { return port_; }
   /// Requests that wrote, asked for with mbpoll.
   [[nodiscard]] int writes() const;

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A Modbus server on pymodbus, as a peer for the drivers' tests.
 
-usage: pymodbus_server.py tcp|rtu SPEC...    (rtu: RTU frames over TCP, for a pseudo-terminal made by socat)
+usage: pymodbus_server.py tcp|rtu PORT SPEC...    (PORT 0 = any; rtu: RTU frames over TCP, for a pseudo-terminal made by socat)
 
 SPEC is KIND:ADDRESS:VALUE with KIND u16, i16, f32lo (low word first), f32hi, in (an input register); copy:FROM:TO
 repeats what is written to FROM in TO; stuck:ADDRESS:0 ignores writes. Register 60000 counts the requests that wrote.
@@ -73,8 +73,9 @@ def leave_with_parent():
     os._exit(0)
 
 
-async def serve(framer, specs):
-    server = ModbusTcpServer(context(specs), framer=framer, address=("127.0.0.1", 0), ignore_missing_slaves=True)
+async def serve(framer, port, specs):
+    server = ModbusTcpServer(context(specs), framer=framer, address=("127.0.0.1", port), ignore_missing_slaves=True,
+                             allow_reuse_address=True)
     task = asyncio.ensure_future(server.serve_forever())
     await server.serving
     print("PORT", server.server.sockets[0].getsockname()[1], flush=True)
@@ -84,4 +85,4 @@ async def serve(framer, specs):
 if __name__ == "__main__":
     logging.disable()  # every closed connection is an error there
     threading.Thread(target=leave_with_parent, daemon=True).start()
-    asyncio.run(serve(ModbusRtuFramer if sys.argv[1] == "rtu" else ModbusSocketFramer, sys.argv[2:]))
+    asyncio.run(serve(ModbusRtuFramer if sys.argv[1] == "rtu" else ModbusSocketFramer, int(sys.argv[2]), sys.argv[3:]))

@@ -192,6 +192,99 @@ TEST_F(XsensStream, AUnitThatComesBackWithoutAWordIsAskedAfterHalfAMinute) {
   EXPECT_EQ(bench.imu->statistics().restarts, 1U);
 }
 
+TEST_F(XsensStream, SilenceAndThenAWakeUpIsOneRestart) {
+  send_and_step(bench.unit.packets(5));
+  bench.unit.answers = false;
+  ASSERT_TRUE(bench.pass(100.0));
+  EXPECT_EQ(bench.imu->state(), ImuState::silent);
+  bench.unit.answers = true;
+  bench.send(bench.unit.restart());
+  ASSERT_TRUE(bench.settle());
+  EXPECT_EQ(bench.imu->state(), ImuState::streaming);
+  send_and_step(bench.unit.packets(2));
+  EXPECT_EQ(bench.power_ons(), (std::vector<std::uint32_t>{0, 0, 0, 0, 0, 1, 1}));
+  EXPECT_EQ(bench.imu->statistics().restarts, 1U);
+}
+
+TEST_F(XsensStream, AWakeUpBehindAFrameThatThePowerCutIsFound) {
+  const Bytes whole = bench.unit.packets(2);
+  send_and_step(Bytes(whole.begin(), whole.end() - 20));
+  ASSERT_TRUE(bench.pass(1.0));
+  bench.send(bench.unit.restart());
+  ASSERT_TRUE(bench.settle());
+  send_and_step(bench.unit.packets(1));
+  EXPECT_EQ(bench.power_ons(), (std::vector<std::uint32_t>{0, 1}));
+}
+
+TEST_F(XsensStream, ACounterThatBeginsAnewIsARestartAlthoughTheTimeGoesOn) {
+  send_and_step(bench.unit.packets(500));
+  bench.unit.counter = 0;
+  send_and_step(bench.unit.packets(1));
+  ASSERT_TRUE(bench.settle());
+  send_and_step(bench.unit.packets(1));
+  EXPECT_EQ(bench.samples.size(), 501U);
+  EXPECT_EQ(bench.samples.back().power_on, 1U);
+}
+
+TEST_F(XsensStream, AUnitThatComesBackWithAnotherConfigurationIsConfiguredAgain) {
+  send_and_step(bench.unit.packets(500));
+  static_cast<void>(bench.unit.restart());
+  bench.unit.ticks = 20;
+  const Bytes attitude = frame(0x36, item(0x2010, Bytes(16, 0)));  // as the factory has set it, say
+  for (int i = 0; i < 40 && !bench.unit.measuring; ++i) {
+    bench.send(attitude);
+    ASSERT_TRUE(bench.pass(0.1));
+  }
+  EXPECT_TRUE(bench.unit.measuring);
+  ASSERT_TRUE(bench.settle());
+  EXPECT_EQ(bench.imu->state(), ImuState::streaming);
+  send_and_step(bench.unit.packets(1));
+  EXPECT_EQ(bench.samples.size(), 501U);
+  EXPECT_EQ(bench.samples.back().power_on, 1U);
+  EXPECT_DOUBLE_EQ(bench.samples.back().t_s, 0.002);
+}
+
+TEST_F(XsensStream, AUnitThatDoesNotKeepToItsConfigurationFails) {
+  base::Status status;
+  for (int i = 0; i < 40 && status; ++i) {
+    bench.send(frame(0x36, item(0x2010, Bytes(16, 0))));
+    status = bench.pass(0.1);
+  }
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().kind, base::ErrorKind::device);
+  EXPECT_EQ(bench.imu->state(), ImuState::failed);
+}
+
+TEST_F(XsensStream, AMessageWithoutASampleAfterASilenceDisturbsNothing) {
+  send_and_step(bench.unit.packets(5));
+  ASSERT_TRUE(bench.pass(20.0));
+  send_and_step(frame(0x36, item(0x0810, f32(21.0F))));
+  send_and_step(bench.unit.packets(1));
+  EXPECT_TRUE(bench.unit.heard.empty());
+  EXPECT_EQ(bench.samples.size(), 6U);
+}
+
+TEST_F(XsensStream, AnotherBaudRateInTheMiddleIsSilenceThenAFailure) {
+  send_and_step(bench.unit.packets(5));
+  bench.unit.answers = false;
+  base::Random random(7);
+  base::Status status;
+  int tenths = 0;
+  for (; tenths < 600 && status; ++tenths) {
+    Bytes noise(30);
+    for (std::uint8_t& byte : noise) byte = static_cast<std::uint8_t>(random.next() % 0xFA);  // no frame by chance
+    bench.send(noise);
+    status = bench.pass(0.1);
+    if (tenths == 100) {
+      EXPECT_EQ(bench.imu->state(), ImuState::silent);
+    }
+  }
+  ASSERT_FALSE(status);
+  EXPECT_NE(status.error().message.find("another baud rate"), std::string::npos) << status.error().message;
+  EXPECT_NEAR(tenths, 340, 10);  // 30 s of patience, then four requests of 1 s
+  EXPECT_EQ(bench.imu->statistics().garbage_bytes, 30U * static_cast<unsigned>(tenths));
+}
+
 TEST_F(XsensStream, AnUnplugIsADeviceErrorAndKeepsTheLastSamples) {
   bench.send(bench.unit.packets(5));
   bench.wire->far_end.reset();

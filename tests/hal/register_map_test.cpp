@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/register_map.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "hal/devices.h"
+
+namespace soak::hal {
+namespace {
+
+/// A map without mistakes, of 12 lines; `more` begins in line 13.
+std::string chamber_map(const std::string& more) {
+  return "name = \"rig\"\n"
+         "kind = \"chamber\"\n"
+         "[link]\n"
+         "tcp = \"chamber.lab:1502\"\n"
+         "[quantity.set_point_c]\n"
+         "address = 300\n"
+         "type = \"i16\"\n"
+         "scale = 0.1\n"
+         "write_function = 6\n"
+         "min = -70\n"
+         "max = 180\n"
+         "# end\n" +
+         more;
+}
+
+/// "where: message" of the refusal, "" = accepted.
+std::string refusal(const std::string& text) {
+  const auto map = parse_register_map(text, "m.toml");
+  if (map) return "";
+  EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
+  return map.error().where + ": " + map.error().message;
+}
+
+TEST(RegisterMap, ReadsEveryKey) {
+  const auto map = parse_register_map(R"(
+name = "full"
+kind = "chamber"
+[link]
+rtu = "/dev/ttyUSB0"
+baud = 19200
+parity = "E"
+stop_bits = 2
+unit = 17
+response_timeout_s = 3
+gap_s = 0.05
+max_block = 32
+poll_s = 2
+[quantity.air_c]
+address = 0x64
+type = "i16"
+decimals_register = 606
+read_function = 4
+[quantity.set_point_c]
+address = 32772
+type = "f32"
+word_order = "high_first"
+scale = 2
+write_function = 16
+min = -40
+max = 150
+[quantity.control_mode]
+address = 273
+type = "u16"
+write_function = 6
+codes = { auto = 0, off = 1 }
+[quantity.event]
+address = 2000
+type = "u16"
+write_function = 6
+[[probe]]
+name = "units"
+address = 901
+type = "i16"
+expected = [1, -1]
+otherwise = "set Celsius"
+link = "rtu"
+[action]
+start = [{ quantity = "event", value = 1, delay_s = 2 }, { quantity = "control_mode", code = "auto" }]
+[[alarm]]
+name = "sensor break"
+addresses = [74, 75]
+mask = 0x20
+outputs_off = true
+[[alarm]]
+name = "high"
+addresses = [106]
+active = [1, 2]
+[[alarm]]
+name = "low"
+addresses = [110]
+inactive = [0]
+[write_policy]
+only_on_change = false
+read_back = false
+)",
+                                      "full.toml");
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_EQ(map->name, "full");
+  EXPECT_EQ(map->kind, "chamber");
+  EXPECT_EQ(map->file, "full.toml");
+  const auto& line = std::get<ModbusRtu>(map->link.address);
+  EXPECT_EQ(line.device, "/dev/ttyUSB0");
+  EXPECT_EQ(line.baud, 19200);
+  EXPECT_EQ(line.parity, 'E');
+  EXPECT_EQ(line.stop_bits, 2);
+  EXPECT_EQ(map->link.unit, 17);
+  EXPECT_EQ(map->link.response_timeout_s, 3.0);
+  EXPECT_EQ(map->link.gap_s, 0.05);
+  EXPECT_EQ(map->link.max_block, 32);
+  EXPECT_EQ(map->link.poll_s, 2.0);
+  const Quantity& air = map->quantities.at("air_c");
+  EXPECT_EQ(air.address, 100);
+  EXPECT_EQ(air.type, RegisterType::i16);
+  EXPECT_EQ(air.decimals_register, 606);
+  EXPECT_EQ(air.read_function, 4);
+  EXPECT_FALSE(air.write_function);
+  const Quantity& set_point = map->quantities.at("set_point_c");
+  EXPECT_EQ(set_point.type, RegisterType::f32);
+  EXPECT_EQ(set_point.word_order, WordOrder::high_first);
+  EXPECT_EQ(set_point.scale, 2.0);
+  EXPECT_EQ(set_point.write_function, 16);
+  EXPECT_EQ(set_point.min, -40.0);
+  EXPECT_EQ(set_point.max, 150.0);
+  EXPECT_EQ(map->quantities.at("control_mode").codes, (std::map<std::string, int>{{"auto", 0}, {"off", 1}}));
+  ASSERT_EQ(map->probes.size(), 1U);
+  EXPECT_EQ(map->probes[0].type, RegisterType::i16);
+  EXPECT_EQ(map->probes[0].expected, (std::vector<int>{1, -1}));
+  EXPECT_EQ(map->probes[0].otherwise, "set Celsius");
+  EXPECT_EQ(map->probes[0].link, LinkKind::rtu);
+  const auto& start = map->actions.at("start");
+  ASSERT_EQ(start.size(), 2U);
+  EXPECT_EQ(start[0].quantity, "event");
+  EXPECT_EQ(start[0].value, 1.0);
+  EXPECT_EQ(start[0].delay_s, 2.0);
+  EXPECT_EQ(start[1].value, 0.0) << "the code of auto";
+  ASSERT_EQ(map->alarms.size(), 3U);
+  EXPECT_EQ(map->alarms[0].addresses, (std::vector<int>{74, 75}));
+  EXPECT_EQ(map->alarms[0].mask, 0x20);
+  EXPECT_TRUE(map->alarms[0].outputs_off);
+  EXPECT_EQ(map->alarms[1].active, (std::vector<int>{1, 2}));
+  EXPECT_FALSE(map->alarms[1].outputs_off);
+  EXPECT_EQ(map->alarms[2].inactive, (std::vector<int>{0}));
+  EXPECT_FALSE(map->write_policy.only_on_change);
+  EXPECT_FALSE(map->write_policy.read_back);
+}
+
+TEST(RegisterMap, WhatIsAbsentHasItsDefault) {
+  const auto map = parse_register_map(chamber_map(""), "m.toml");
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_EQ(std::get<ModbusTcp>(map->link.address).host, "chamber.lab");
+  EXPECT_EQ(std::get<ModbusTcp>(map->link.address).port, 1502);
+  EXPECT_EQ(map->link.unit, 1);
+  EXPECT_EQ(map->link.response_timeout_s, 1.0);
+  EXPECT_FALSE(map->link.gap_s);
+  EXPECT_EQ(map->link.max_block, 32);
+  EXPECT_EQ(map->link.poll_s, 1.0);
+  const Quantity& set_point = map->quantities.at("set_point_c");
+  EXPECT_EQ(set_point.read_function, 3);
+  EXPECT_FALSE(set_point.decimals_register);
+  EXPECT_TRUE(map->write_policy.only_on_change);
+  EXPECT_TRUE(map->write_policy.read_back);
+}
+
+TEST(RegisterMap, AllMistakesAreToldAtOnceWithTheirLines) {
+  EXPECT_EQ(refusal("name = \"rig\"\n"
+                    "kind = \"chamber\"\n"
+                    "[link]\n"
+                    "tcp = \"host:\"\n"
+                    "unit = 250\n"
+                    "speed = 9600\n"
+                    "[quantity.set_point_c]\n"
+                    "address = \"2782\"\n"
+                    "type = \"f64\"\n"
+                    "[[alarm]]\n"
+                    "name = \"high\"\n"
+                    "addresses = [70000]\n"
+                    "mask = 1\n"),
+            "m.toml: 6 mistakes\n"
+            "m.toml:4: 'link.tcp' must be \"host\" or \"host:port\", not \"host:\"\n"
+            "m.toml:5: 'link.unit' must be from 1 to 247, or 0 or 255\n"
+            "m.toml:6: unknown key 'speed'\n"
+            "m.toml:8: 'quantity.set_point_c.address' must be a whole number from 0 to 65535\n"
+            "m.toml:9: 'quantity.set_point_c.type' must be one of \"u16\", \"i16\", \"f32\"\n"
+            "m.toml:12: 'alarm[1].addresses' must be a list of whole numbers from 0 to 65535");
+}
+
+struct Mistake {
+  const char* more;     ///< lines from 13 on
+  int line;             ///< that is blamed
+  const char* message;  ///< for it
+};
+
+class RegisterMapMistake : public testing::TestWithParam<Mistake> {};
+
+TEST_P(RegisterMapMistake, IsRefusedWithItsLine) {
+  EXPECT_EQ(refusal(chamber_map(GetParam().more)), fmt::format("m.toml:{}: {}", GetParam().line, GetParam().message));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, RegisterMapMistake,
+    testing::Values(
+        Mistake{"[quantity.air_x]\naddress = 1\ntype = \"u16\"\n", 13,
+                "a device of kind \"chamber\" does not use the quantity 'air_x', nor does an action"},
+        Mistake{"[quantity.air_c]\naddress = 65535\ntype = \"f32\"\n", 14, "a value of type f32 takes two registers"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"f32\"\nwrite_function = 6\n", 16,
+                "a value of type f32 is written by function 16"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"f32\"\ndecimals_register = 2\n", 16,
+                "a value of type f32 has no 'decimals_register'"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nword_order = \"low_first\"\n", 16,
+                "'word_order' belongs to type f32"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nscale = 0\n", 16, "'scale' must not be 0"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nread_function = 5\n", 16,
+                "'quantity.air_c.read_function' must be a whole number from 3 to 4"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nwrite_function = 7\n", 16,
+                "'write_function' must be 6 or 16"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nmax = 7\n", 16,
+                "'max' limits a write, but there is no 'write_function'"},
+        Mistake{"[quantity.ramp_rate]\naddress = 1\ntype = \"i16\"\nwrite_function = 6\nmin = 2\nmax = 1\n", 17,
+                "'min' is above 'max'"},
+        Mistake{"[quantity.control_mode]\naddress = 1\ntype = \"u16\"\ncodes = { auto = -1 }\n", 16,
+                "'quantity.control_mode.codes.auto' must be a whole number from 0 to 65535"},
+        Mistake{"[quantity.control_mode]\naddress = 1\ntype = \"u16\"\nscale = 10\ncodes = { auto = 1 }\n", 17,
+                "'codes' belong to plain whole numbers: no type f32, 'scale' or 'decimals_register'"},
+        Mistake{"[[probe]]\nname = \"p\"\naddress = 1\nexpected = []\notherwise = \"o\"\n", 16,
+                "'expected' names no number"},
+        Mistake{"[[probe]]\nname = \"p\"\naddress = 1\nexpected = [-1]\notherwise = \"o\"\n", 16,
+                "'probe[1].expected' must be a list of whole numbers from 0 to 65535"},
+        Mistake{"[[probe]]\nname = \"p\"\naddress = 1\nexpected = [1]\notherwise = \"o\"\nlink = \"usb\"\n", 18,
+                "'probe[1].link' must be one of \"tcp\", \"rtu\""},
+        Mistake{"[[probe]]\nname = \"p\"\naddress = 1\nexpected = [1]\n", 13, "key 'probe[1].otherwise' is missing"},
+        Mistake{"[action]\nstrat = [{ quantity = \"set_point_c\", value = 1 }]\n", 14,
+                "a device of kind \"chamber\" has no action 'strat'"},
+        Mistake{"[action]\nstart = []\n", 14, "action 'start' has no step"},
+        Mistake{"[action]\nstart = [{ quantity = \"heater\", code = \"on\" }]\n", 14, "there is no quantity 'heater'"},
+        Mistake{"[action]\nstart = [{ quantity = \"set_point_c\", code = \"on\" }]\n", 14,
+                "the quantity has no code 'on'"},
+        Mistake{"[action]\nstart = [{ quantity = \"set_point_c\" }]\n", 14, "a step needs either 'code' or 'value'"},
+        Mistake{"[action]\nstart = [{ quantity = \"set_point_c\", value = 181 }]\n", 14,
+                "181 is beyond the limits of 'set_point_c'"},
+        Mistake{"[action]\nstart = [{ quantity = \"air_c\", value = 1 }]\n"
+                "[quantity.air_c]\naddress = 1\ntype = \"u16\"\n",
+                14, "'air_c' has no 'write_function'"},
+        Mistake{"[action]\nstart = [{ quantity = \"air_c\", value = -1 }]\n"
+                "[quantity.air_c]\naddress = 1\ntype = \"u16\"\nwrite_function = 6\n",
+                14, "-1 does not fit the register of 'air_c'"},
+        Mistake{"[action]\nstart = [{ quantity = \"set_point_c\", value = 1, delay_s = 6 },\n"
+                "         { quantity = \"set_point_c\", value = 2, delay_s = 6 }]\n",
+                14, "the delays of 'start' are more than 10 s together"},
+        Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\n", 13,
+                "an alarm needs one of 'inactive', 'active' and 'mask'"},
+        Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\nmask = 1\nactive = [1]\n", 13,
+                "an alarm needs one of 'inactive', 'active' and 'mask'"},
+        Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\nactive = []\n", 16, "the list names no number"},
+        Mistake{"[[alarm]]\nname = \"a\"\naddresses = []\nmask = 1\n", 15, "'addresses' names no register"},
+        Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\nmask = 1\n"
+                "[[alarm]]\nname = \"a\"\naddresses = [2]\nmask = 1\n",
+                18, "alarm 'a' occurs twice"},
+        Mistake{"[write_policy]\nread_back = 1\n", 14, "'write_policy.read_back' must be true or false"},
+        Mistake{"[write_polcy]\n", 13, "unknown key 'write_polcy'"}));
+
+TEST(RegisterMap, AQuantityGivenTwiceIsRefusedWithItsLine) {
+  const std::string message = refusal(chamber_map("[quantity.set_point_c]\naddress = 1\n"));
+  EXPECT_TRUE(message.starts_with("m.toml:13: ")) << message;
+}
+
+TEST(RegisterMap, TheLinkIsEitherTcpOrRtu) {
+  const std::string rest = "[quantity]\n";
+  const std::string head = "name = \"r\"\nkind = \"power\"\n[link]\n";
+  EXPECT_EQ(refusal(head + rest), "m.toml:3: 'link' needs either 'tcp' or 'rtu'");
+  EXPECT_EQ(refusal(head + "tcp = \"a:1\"\nrtu = \"/dev/ttyS0\"\n" + rest),
+            "m.toml:3: 'link' needs either 'tcp' or 'rtu'");
+  EXPECT_EQ(refusal(head + "tcp = \"a:1\"\nbaud = 9600\n" + rest), "m.toml:5: unknown key 'baud'");
+  EXPECT_EQ(refusal(head + "rtu = \"/dev/ttyS0\"\nunit = 255\n" + rest), "m.toml:5: 'link.unit' must be from 1 to 247");
+  EXPECT_EQ(refusal(head + "rtu = \"/dev/ttyS0\"\nbaud = 14400\n" + rest),
+            "m.toml:5: 'link.baud' must be one of 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200");
+  EXPECT_EQ(refusal(head + "tcp = \"a:1\"\ngap_s = 0.2\nresponse_timeout_s = 0.1\n" + rest),
+            "m.toml:5: 'link.gap_s' must not be longer than 'response_timeout_s'");
+  EXPECT_EQ(refusal(head + "rtu = \"\"\n" + rest), "m.toml:4: 'link.rtu' must name a serial device");
+  EXPECT_EQ(std::get<ModbusTcp>(parse_register_map(head + "tcp = \"host\"\n" + rest, "")->link.address).port, 502);
+  for (const char* tcp : {"", ":502", "host:", "host:0", "host:65536", "host:5x"}) {
+    EXPECT_EQ(refusal(head + "tcp = \"" + tcp + "\"\n" + rest),
+              fmt::format("m.toml:4: 'link.tcp' must be \"host\" or \"host:port\", not \"{}\"", tcp));
+  }
+}
+
+TEST(RegisterMap, OnlyAFixtureHasPositionsAndEachOnce) {
+  const std::string rest = "[link]\ntcp = \"a:1\"\n[quantity]\n";
+  EXPECT_EQ(refusal("name = \"f\"\nkind = \"fixture\"\n" + rest), "m.toml:1: key 'positions' is missing");
+  EXPECT_EQ(refusal("name = \"f\"\nkind = \"fixture\"\npositions = [\"+X\", \"-X\", \"+X\"]\n" + rest),
+            "m.toml:3: position '+X' occurs twice");
+  EXPECT_EQ(refusal("name = \"f\"\nkind = \"fixture\"\npositions = []\n" + rest),
+            "m.toml:3: 'positions' names no position");
+  EXPECT_EQ(refusal("name = \"f\"\nkind = \"power\"\npositions = [\"+X\"]\n" + rest),
+            "m.toml:3: 'positions' belongs to kind \"fixture\"");
+}
+
+TEST(RegisterMap, OutputsOfARelayAreNumbered) {
+  const std::string head = "name = \"p\"\nkind = \"power\"\n[link]\ntcp = \"a:1\"\n[quantity]\n";
+  EXPECT_EQ(refusal(head + "output_12 = { address = 1, type = \"u16\" }\nstate_1 = { address = 2, type = \"u16\" }\n"),
+            "");
+  for (const char* name : {"output_", "output_01", "output_x", "outputs_1"}) {
+    EXPECT_EQ(
+        refusal(head + name + " = { address = 1, type = \"u16\" }\n"),
+        fmt::format("m.toml:6: a device of kind \"power\" does not use the quantity '{}', nor does an action", name));
+  }
+}
+
+TEST(RegisterMap, AFileThatIsMissingIsBadInput) {
+  const auto map = read_register_map("/nowhere/map.toml");
+  ASSERT_FALSE(map);
+  EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
+  EXPECT_EQ(map.error().where, "/nowhere/map.toml");
+}
+
+TEST(RegisterMap, EveryShippedMapMakesItsDevice) {
+  const std::filesystem::path procedures = std::filesystem::path(SOAK_TEST_FOLDER).parent_path() / "procedures";
+  int count = 0;
+  for (const auto& [folder, kind] :
+       {std::pair{"chambers", "chamber"}, std::pair{"fixtures", "fixture"}, std::pair{"power", "power"}}) {
+    for (const auto& entry : std::filesystem::directory_iterator(procedures / folder)) {
+      SCOPED_TRACE(entry.path());
+      const auto map = read_register_map(entry.path());
+      ASSERT_TRUE(map) << map.error().message;
+      EXPECT_EQ(map->kind, kind);
+      const bool made = map->kind == "chamber"   ? make_modbus_chamber(*map).has_value()
+                        : map->kind == "fixture" ? make_modbus_fixture(*map).has_value()
+                                                 : make_modbus_power(*map).has_value();
+      EXPECT_TRUE(made);
+      ++count;
+    }
+  }
+  EXPECT_GE(count, 3);
+}
+
+TEST(RegisterMap, TheExampleOfThePageMakesAChamber) {
+  std::ifstream page(std::filesystem::path(SOAK_TEST_FOLDER).parent_path() / "docs/register-maps.md");
+  std::string example;
+  bool inside = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with("## ")) inside = line == "## The shortest one";
+    if (inside && line.starts_with("    ")) example += line + "\n";
+  }
+  const auto map = parse_register_map(example, "docs/register-maps.md");
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_EQ(map->name, "Small chamber");
+  EXPECT_TRUE(make_modbus_chamber(*map));
+}
+
+}  // namespace
+}  // namespace soak::hal

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/settings_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace soak::hal {
+namespace {
+
+constexpr Limits kPercent{0, 100};
+
+/// What finish() says after `ask` has read `text`: "where: message", "" = success.
+std::string verdict(std::string_view text, const std::function<void(const SettingsTable&)>& ask) {
+  const auto reader = SettingsReader::parse(text, "f.toml");
+  if (!reader) return reader.error().where + ": " + reader.error().message;
+  ask(reader->root());
+  const auto status = reader->finish();
+  if (status) return "";
+  EXPECT_EQ(status.error().kind, base::ErrorKind::bad_input);
+  return status.error().where + ": " + status.error().message;
+}
+
+TEST(SettingsReader, ReadsEveryKindOfValue) {
+  const auto ask = [](const SettingsTable& root) {
+    EXPECT_EQ(root.number("half", kPercent), 0.5);
+    EXPECT_EQ(root.number("count", kPercent), 7.0) << "a whole number is a number";
+    EXPECT_EQ(root.whole("count", kPercent), 7);
+    EXPECT_EQ(root.text("word"), "a b");
+    EXPECT_TRUE(root.flag("on"));
+    EXPECT_EQ(root.numbers("steps", kPercent), (std::vector<double>{1.0, 2.5}));
+    EXPECT_EQ(root.wholes("codes", kPercent), (std::vector<int>{31, 100, 0}));
+    EXPECT_EQ(root.texts("labels"), (std::vector<std::string>{"+X", "-X"}));
+    EXPECT_EQ(root.choice<int>("kind", {{"soak", 1}, {"ramp", 2}}), 2);
+    EXPECT_EQ(root.table("inner")->whole("depth", kPercent), 3);
+    const auto rows = root.tables("row");
+    ASSERT_EQ(rows.size(), 2U);
+    EXPECT_EQ(rows[1].text("name"), "second");
+    EXPECT_EQ(rows[0].text("name"), "first");
+  };
+  EXPECT_EQ(verdict("half = 0.5\ncount = 7\nword = \"a b\"\non = true\nsteps = [1, 2.5]\ncodes = [0x1F, 100, 0]\n"
+                    "labels = [\"+X\", \"-X\"]\nkind = \"ramp\"\n[inner]\ndepth = 3\n"
+                    "[[row]]\nname = \"first\"\n[[row]]\nname = \"second\"\n",
+                    ask),
+            "");
+}
+
+TEST(SettingsReader, WhatIsAbsentTakesItsFallback) {
+  const auto ask = [](const SettingsTable& root) {
+    EXPECT_EQ(root.number("a", kPercent, 1.5), 1.5);
+    EXPECT_EQ(root.whole("b", kPercent, 2), 2);
+    EXPECT_EQ(root.text("c", "three"), "three");
+    EXPECT_TRUE(root.flag("d", true));
+    EXPECT_EQ(root.choice<int>("e", {{"soak", 1}}, 5), 5);
+    EXPECT_FALSE(root.optional_number("f", kPercent));
+    EXPECT_FALSE(root.optional_whole("g", kPercent));
+    EXPECT_TRUE(root.numbers("h", kPercent).empty());
+    EXPECT_TRUE(root.wholes("i", kPercent).empty());
+    EXPECT_TRUE(root.texts("j").empty());
+    EXPECT_FALSE(root.table("k"));
+    EXPECT_TRUE(root.tables("l").empty());
+    EXPECT_FALSE(root.has("a"));
+  };
+  EXPECT_EQ(verdict("", ask), "");
+}
+
+TEST(SettingsReader, AMissingKeyIsNamedWithItsTableAndTheTablesLine) {
+  const auto ask = [](const SettingsTable& root) {
+    const auto inner = root.table("inner");
+    ASSERT_TRUE(inner);
+    EXPECT_EQ(inner->whole("depth", kPercent), 0);
+  };
+  EXPECT_EQ(verdict("\n\n[inner]\n", ask), "f.toml:3: key 'inner.depth' is missing");
+}
+
+struct Wrong {
+  const char* value;
+  std::function<void(const SettingsTable&)> ask;
+  const char* message;
+};
+
+class WrongValue : public testing::TestWithParam<Wrong> {};
+
+TEST_P(WrongValue, IsRefusedWithItsLine) {
+  const std::string text = std::string("# a comment\nkey = ") + GetParam().value + "\n";
+  EXPECT_EQ(verdict(text, GetParam().ask), std::string("f.toml:2: ") + GetParam().message);
+}
+
+void ask_number(const SettingsTable& root) { EXPECT_EQ(root.number("key", kPercent), 0.0); }
+void ask_whole(const SettingsTable& root) { EXPECT_EQ(root.whole("key", kPercent, 9), 9); }
+void ask_text(const SettingsTable& root) { EXPECT_EQ(root.text("key"), ""); }
+void ask_flag(const SettingsTable& root) { EXPECT_FALSE(root.flag("key")); }
+void ask_numbers(const SettingsTable& root) { static_cast<void>(root.numbers("key", kPercent)); }
+void ask_wholes(const SettingsTable& root) { static_cast<void>(root.wholes("key", kPercent)); }
+void ask_texts(const SettingsTable& root) { static_cast<void>(root.texts("key")); }
+void ask_choice(const SettingsTable& root) { EXPECT_EQ(root.choice<int>("key", {{"soak", 1}, {"ramp", 2}}), 0); }
+void ask_table(const SettingsTable& root) { EXPECT_FALSE(root.table("key")); }
+void ask_tables(const SettingsTable& root) { EXPECT_TRUE(root.tables("key").empty()); }
+
+constexpr const char* kNumber = "'key' must be a number from 0 to 100";
+constexpr const char* kWhole = "'key' must be a whole number from 0 to 100";
+
+INSTANTIATE_TEST_SUITE_P(
+    All, WrongValue,
+    testing::Values(Wrong{"\"7\"", ask_number, kNumber}, Wrong{"-0.001", ask_number, kNumber},
+                    Wrong{"100.001", ask_number, kNumber}, Wrong{"nan", ask_number, kNumber},
+                    Wrong{"inf", ask_number, kNumber}, Wrong{"true", ask_number, kNumber},
+                    Wrong{"7.0", ask_whole, kWhole}, Wrong{"101", ask_whole, kWhole},
+                    Wrong{"9223372036854775807", ask_whole, kWhole}, Wrong{"\"7\"", ask_whole, kWhole},
+                    Wrong{"7", ask_text, "'key' must be a text in quotes"},
+                    Wrong{"1", ask_flag, "'key' must be true or false"},
+                    Wrong{"5", ask_numbers, "'key' must be a list of numbers from 0 to 100"},
+                    Wrong{"[5, 101]", ask_numbers, "'key' must be a list of numbers from 0 to 100"},
+                    Wrong{"[5, 6.5]", ask_wholes, "'key' must be a list of whole numbers from 0 to 100"},
+                    Wrong{"[\"a\", 1]", ask_texts, "'key' must be a list of texts in quotes"},
+                    Wrong{"\"walk\"", ask_choice, "'key' must be one of \"soak\", \"ramp\""},
+                    Wrong{"1", ask_choice, "'key' must be one of \"soak\", \"ramp\""},
+                    Wrong{"1", ask_table, "'key' must be a table"},
+                    Wrong{"{ a = 1 }", ask_tables, "'key' must be an array of tables, [[key]]"},
+                    Wrong{"[1]", ask_tables, "'key' must be an array of tables, [[key]]"}));
+
+TEST(SettingsReader, BothEndsOfALimitAreAllowed) {
+  const auto ask = [](const SettingsTable& root) {
+    EXPECT_EQ(root.number("low", kPercent), 0.0);
+    EXPECT_EQ(root.whole("high", kPercent), 100);
+  };
+  EXPECT_EQ(verdict("low = 0.0\nhigh = 100\n", ask), "");
+}
+
+TEST(SettingsReader, AKeyThatNobodyAskedForIsAMistakeAtAnyDepth) {
+  const auto ask = [](const SettingsTable& root) {
+    static_cast<void>(root.table("inner")->has("depht"));
+    for (const SettingsTable& row : root.tables("row")) static_cast<void>(row.text("name"));
+  };
+  EXPECT_EQ(
+      verdict("[inner]\ndepht = 3\n[[row]]\nname = \"a\"\n[[row]]\nname = \"b\"\nnane = \"c\"\n[stray]\nx = 1\n", ask),
+      "f.toml: 3 mistakes\n"
+      "f.toml:2: unknown key 'depht'\n"
+      "f.toml:7: unknown key 'nane'\n"
+      "f.toml:8: unknown key 'stray'");
+}
+
+TEST(SettingsReader, AllMistakesAreToldAtOnceInTheOrderOfLines) {
+  const auto ask = [](const SettingsTable& root) {
+    static_cast<void>(root.table("inner")->flag("on"));
+    static_cast<void>(root.whole("count", kPercent));
+    static_cast<void>(root.text("word"));
+    static_cast<void>(root.whole("good", kPercent));
+    root.refuse("word", "'word' is empty");  // follows from its type: not told
+    root.refuse("good", "'good' occurs elsewhere");
+  };
+  EXPECT_EQ(verdict("word = 5\ngood = 1\ncount = 1000\n[inner]\non = \"yes\"\n", ask),
+            "f.toml: 4 mistakes\n"
+            "f.toml:1: 'word' must be a text in quotes\n"
+            "f.toml:2: 'good' occurs elsewhere\n"
+            "f.toml:3: 'count' must be a whole number from 0 to 100\n"
+            "f.toml:5: 'inner.on' must be true or false");
+}
+
+TEST(SettingsReader, TablesOfAnArrayAreNumberedInMessages) {
+  const auto ask = [](const SettingsTable& root) {
+    for (const SettingsTable& row : root.tables("row")) static_cast<void>(row.whole("n", kPercent));
+  };
+  EXPECT_EQ(verdict("[[row]]\nn = 1\n\n[[row]]\nn = -1\n", ask),
+            "f.toml:5: 'row[2].n' must be a whole number from 0 to 100");
+}
+
+TEST(SettingsReader, KeysComeInTheOrderOfTheTextAndAreNotReadByThat) {
+  const auto ask = [](const SettingsTable& root) {
+    EXPECT_EQ(root.keys(), (std::vector<std::string>{"zeta", "alpha", "mid"}));
+  };
+  EXPECT_EQ(
+      verdict("zeta = 1\nalpha = 2\nmid = 3\n", ask),
+      "f.toml: 3 mistakes\nf.toml:1: unknown key 'zeta'\nf.toml:2: unknown key 'alpha'\nf.toml:3: unknown key 'mid'");
+}
+
+TEST(SettingsReader, ASyntaxErrorAndAKeyGivenTwiceAreToldWithTheirLine) {
+  for (const char* text : {"a = 1\nb = = 2\n", "a = 1\na = 2\n", "[t]\n[t]\n", "a = 1\nb = \"open\n"}) {
+    const auto reader = SettingsReader::parse(text, "f.toml");
+    ASSERT_FALSE(reader) << text;
+    EXPECT_EQ(reader.error().kind, base::ErrorKind::bad_input);
+    EXPECT_EQ(reader.error().where, "f.toml:2") << text << reader.error().message;
+    EXPECT_FALSE(reader.error().message.empty());
+  }
+}
+
+TEST(SettingsReader, WindowsLineEndsAndAByteOrderMarkChangeNothing) {
+  const auto ask = [](const SettingsTable& root) { static_cast<void>(root.whole("b", kPercent)); };
+  EXPECT_EQ(verdict("\xEF\xBB\xBF# comment\r\nb = 500\r\n", ask), "f.toml:2: 'b' must be a whole number from 0 to 100");
+}
+
+TEST(SettingsText, AFileThatIsNoneIsBadInputThatNamesIt) {
+  for (const char* file : {"/nowhere/at/all.toml", "/tmp"}) {
+    const auto text = read_settings_text(file);
+    ASSERT_FALSE(text) << file;
+    EXPECT_EQ(text.error().kind, base::ErrorKind::bad_input);
+    EXPECT_EQ(text.error().where, file);
+  }
+  EXPECT_EQ(read_settings_text("/dev/null").value_or("not read"), "");
+}
+
+}  // namespace
+}  // namespace soak::hal
