@@ -30,12 +30,14 @@ the ports. Ends with status 0 on SIGTERM or SIGINT.
                    keep up makes the laboratory's clock wait.
   --config FILE    magnitudes, in the format of lab.toml
   --base-port P    ports P (chamber), P+1 (fixture), P+2 (relay), P+10+n (unit n); else any free ones
-  --pty SLOT...    these slots get a pseudo-terminal instead of a TCP port
+  --pty SLOT...    these slots get a pseudo-terminal instead of a TCP port; the JSON line and station.toml name it
   --maps DIR       folder of register maps and unit types that station.toml names
 )";
 constexpr std::string_view kTruthUsage =
-    "usage: soaksim-truth [--seed N] [--units N] [--config FILE]\n"
-    "Prints as JSON what is true of the units that soaksim simulates for the same seed.\n";
+    R"(usage: soaksim-truth [--seed N] [--units N] [--config FILE]
+Prints as JSON what is true of the units that soaksim simulates with the same options: thermal curves, axes, and the
+offsets of the first 64 power-ons of each. hal/sim/README.md describes the format.
+)";
 
 constexpr double kMinRate = 0.01;
 constexpr double kMaxRate = 5000.0;

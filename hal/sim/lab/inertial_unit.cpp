@@ -63,6 +63,7 @@ void InertialUnit::start() {
   powered_ = true;
   run_seed_ = run_seed(truth_, ordinal);
   noise_.start(run_seed_);
+  follow_temperature();
   for (const Sensor sensor : calib::kSensors) {
     offset_[calib::index_of(sensor)] = power_on_offset(config_, truth_, ordinal, sensor);
   }
@@ -74,9 +75,7 @@ void InertialUnit::follow_temperature() {
 
 void InertialUnit::step(const ChamberPlant& chamber) {
   heat_.step(kStep_s, chamber, powered_);
-  if (!powered_) return;
-  noise_.step();
-  follow_temperature();
+  if (powered_) follow_temperature();
 }
 
 SensedVector InertialUnit::sense(std::size_t first_sensor, const Attitude& fixture, std::uint64_t index,

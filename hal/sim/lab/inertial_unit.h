@@ -38,10 +38,12 @@ class InertialUnit {
   void start();
   void stop() { powered_ = false; }
 
-  /// Advances temperature and slow noise by kStep_s.
+  /// Advances the temperature by kStep_s.
   void step(const ChamberPlant& chamber);
 
-  /// Internal sample `index` since the start, averaged down to `rate_hz`. `fixture` is the attitude of the fixture.
+  /// Goes on to internal sample `index` since the start, the one that the following are asked for.
+  void advance_to(std::uint64_t index) { noise_.advance_to(index); }
+  /// Averaged down to `rate_hz`. `fixture` is the attitude of the fixture.
   [[nodiscard]] SensedVector rate_of_turn(const Attitude& fixture, std::uint64_t index, double rate_hz) const;
   [[nodiscard]] SensedVector acceleration(const Attitude& fixture, std::uint64_t index, double rate_hz) const;
   [[nodiscard]] float thermometer_c(std::uint64_t index) const;

@@ -88,7 +88,7 @@ bool LabServer::reader_lags() const {
 
 bool LabServer::batch_is_full() const {
   for (std::size_t i = 0; i < ports_.size(); ++i) {
-    if (lab_.device(i).output_size() >= kBatch && ports_[i]->connected()) return true;
+    if (lab_.device(i).output_size() >= kBatch) return true;
   }
   return false;
 }
@@ -104,9 +104,10 @@ void LabServer::advance() {
   hand_on_output();
   const std::int64_t start_ns = host_ns();
   const Tick target = clock_.allowed(start_ns, lab_.now());
-  while (!reader_lags() && host_ns() - start_ns < kSlice_ns) {
+  const auto slice_lasts = [start_ns] { return host_ns() - start_ns < kSlice_ns; };
+  while (!reader_lags() && slice_lasts()) {
     Tick next = lab_.next_due();
-    while (next <= target && !batch_is_full()) {
+    while (next <= target && !batch_is_full() && slice_lasts()) {
       lab_.advance_to(next);
       next = lab_.next_due();
     }

@@ -11,8 +11,9 @@
 #include "hal/sim/lab/register_table.h"
 #include "hal/sim/lab/tcp_listener.h"
 
-struct _modbus;
-struct _modbus_mapping_t;
+// libmodbus' own names, so that its header stays in one source file.
+struct _modbus;            // NOLINT(bugprone-reserved-identifier)
+struct _modbus_mapping_t;  // NOLINT(bugprone-reserved-identifier)
 
 namespace soak::hal::sim {
 

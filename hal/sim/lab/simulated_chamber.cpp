@@ -75,8 +75,8 @@ RegisterTable::ValueWriter between(std::function<double()> low, std::function<do
           std::move(store)};
 }
 
-RegisterTable::ValueWriter within_sensor_range(double& target) {
-  return between([] { return kSensorLow_c; }, [] { return kSensorHigh_c; }, [&target](double v) { target = v; });
+RegisterTable::ValueWriter within_sensor_range(std::function<void(double)> store) {
+  return between([] { return kSensorLow_c; }, [] { return kSensorHigh_c; }, std::move(store));
 }
 
 }  // namespace
@@ -102,10 +102,14 @@ SimulatedChamber::SimulatedChamber(const LabMagnitudes& magnitudes, std::uint64_
 
 void SimulatedChamber::step(double dt_s) {
   ++step_;
-  const double output = controller_.step(dt_s, plant_.air_c());
-  plant_.step(dt_s, limit_.tripped() ? std::min(output, 0.0) : output);
-  alarm_.check(plant_.air_c(), controller_.is_on());
+  controller_.step(dt_s, plant_.air_c());
+  plant_.step(dt_s, applied_output());
+  alarm_.check(controller_.sensed_c(), controller_.is_on());
   limit_.check(plant_.air_c(), controller_.is_on());
+}
+
+double SimulatedChamber::applied_output() const {
+  return limit_.tripped() ? std::min(controller_.output(), 0.0) : controller_.output();
 }
 
 double SimulatedChamber::process_value_c() const {
@@ -128,13 +132,19 @@ void SimulatedChamber::add_loop_registers() {
   registers_.add_number(kControlModeActual, 2, mode);
   registers_.add_value(kProcessValue, [this] { return process_value_c(); });
   registers_.add_value(kWorkingSetPoint, [this] { return controller_.working_set_point_c(); });
-  registers_.add_value(kOutputPower, [this] { return 100.0 * controller_.output(); });
+  registers_.add_value(kOutputPower, [this] { return 100.0 * applied_output(); });
   registers_.add_value(
       kSetPoint, [this] { return controller_.set_point_c(); },
       between([this] { return set_point_low_c_; }, [this] { return set_point_high_c_; },
               [this](double value) { controller_.set_set_point_c(value); }));
-  registers_.add_value(kSetPointLow, [this] { return set_point_low_c_; }, within_sensor_range(set_point_low_c_));
-  registers_.add_value(kSetPointHigh, [this] { return set_point_high_c_; }, within_sensor_range(set_point_high_c_));
+  registers_.add_value(
+      kSetPointLow, [this] { return set_point_low_c_; },
+      between([] { return kSensorLow_c; }, [this] { return set_point_high_c_; },
+              [this](double value) { set_point_low_c_ = value; }));
+  registers_.add_value(
+      kSetPointHigh, [this] { return set_point_high_c_; },
+      between([this] { return set_point_low_c_; }, [] { return kSensorHigh_c; },
+              [this](double value) { set_point_high_c_ = value; }));
 }
 
 void SimulatedChamber::add_ramp_registers() {
@@ -163,9 +173,10 @@ void SimulatedChamber::add_alarm_registers() {
   registers_.add_number(kAlarmSides, 2, [] { return kHigh; });
   registers_.add_value(
       kAlarmHighSetPoint, [this] { return alarm_.high_c(); },
-      between([] { return kSensorLow_c; }, [] { return kSensorHigh_c; },
-              [this](double value) { alarm_.set_high_c(value); }));
-  registers_.add_value(kAlarmLowSetPoint, [this] { return alarm_low_c_; }, within_sensor_range(alarm_low_c_));
+      within_sensor_range([this](double value) { alarm_.set_high_c(value); }));
+  registers_.add_value(
+      kAlarmLowSetPoint, [this] { return alarm_low_c_; },
+      within_sensor_range([this](double value) { alarm_low_c_ = value; }));
   registers_.add_number(kAlarmState, 2, [this] { return alarm_.tripped() ? kHigh : kNone; });
   for (int other = 1; other < kAlarmCount; ++other) {
     registers_.add_number(kAlarmState + other * kRegistersPerAlarm, 2, [] { return kNone; });

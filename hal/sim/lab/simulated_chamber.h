@@ -31,6 +31,8 @@ class SimulatedChamber {
   void add_identity_registers();
   void apply_ramp();
   [[nodiscard]] double process_value_c() const;
+  /// Output that heater and refrigeration really get: the limit protector cuts the heater.
+  [[nodiscard]] double applied_output() const;
 
   ControllerMagnitudes magnitudes_;
   std::uint64_t seed_;

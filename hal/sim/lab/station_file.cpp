@@ -62,6 +62,8 @@ std::string station_toml(const CampaignConfig& config, double rate, const LabAdd
   text += device_section("power", folder / "power" / "modbus-relay.toml", addresses.relay);
   text += fmt::format("[unit_types]\nfolder = {}\n\n[site]\ngravity_mps2 = {}\n",
                       in_quotes((folder / "units").string()), base::shortest(base::kStandardGravity_mps2));
+  // No azimuth: in the laboratory it belongs to the positions, not to the fixture.
+  if (config.earth) text += fmt::format("latitude_deg = {}\n", base::shortest(config.earth->latitude_deg));
   for (std::size_t i = 0; i < addresses.units.size(); ++i) {
     text += slot_section(config, static_cast<int>(i) + 1, addresses.units[i]);
   }

@@ -14,6 +14,7 @@ void TemperatureController::switch_control(bool on) {
     starting_ = ramp_.at_start;
     working_c_ = starting_ ? sensed_c_ : set_point_c_;
   }
+  if (!on) output_ = 0.0;
   on_ = on;
 }
 
@@ -24,19 +25,15 @@ void TemperatureController::move_working_set_point(double dt_s) {
   if (working_c_ == set_point_c_) starting_ = false;
 }
 
-double TemperatureController::step(double dt_s, double air_c) {
+void TemperatureController::step(double dt_s, double air_c) {
   sensed_c_ += dt_s / magnitudes_.sensor_lag_s * (air_c - sensed_c_);
-  if (!on_) {
-    output_ = 0.0;
-    return output_;
-  }
+  if (!on_) return;
   move_working_set_point(dt_s);
   const double proportional = magnitudes_.gain_pk * (working_c_ - sensed_c_);
   const double unlimited = proportional + integral_;
   output_ = std::clamp(unlimited, -1.0, 1.0);
   // The integral rests while the output is at its limit: it would only be wound up.
   if (output_ == unlimited) integral_ += dt_s / magnitudes_.integral_time_s * proportional;
-  return output_;
 }
 
 }  // namespace soak::hal::sim

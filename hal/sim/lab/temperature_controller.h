@@ -17,8 +17,8 @@ class TemperatureController {
  public:
   explicit TemperatureController(const ControllerMagnitudes& magnitudes, double start_c);
 
-  /// Advances by `dt_s` and gives the output, −1 (full refrigeration) to +1 (full heat); 0 while control is off.
-  double step(double dt_s, double air_c);
+  /// Advances by `dt_s`; `air_c` is where the sensor hangs.
+  void step(double dt_s, double air_c);
 
   void switch_control(bool on);
   void set_set_point_c(double set_point_c) { set_point_c_ = set_point_c; }
@@ -30,6 +30,7 @@ class TemperatureController {
   [[nodiscard]] double working_set_point_c() const { return on_ ? working_c_ : sensed_c_; }
   /// The air's temperature as the sensor follows it, without noise.
   [[nodiscard]] double sensed_c() const { return sensed_c_; }
+  /// −1 (full refrigeration) to +1 (full heat); 0 while control is off.
   [[nodiscard]] double output() const { return output_; }
   [[nodiscard]] const RampSettings& ramp() const { return ramp_; }
 

@@ -78,11 +78,14 @@ UnitNoise::UnitNoise(const LabMagnitudes& magnitudes) {
 
 void UnitNoise::start(std::uint64_t seed) {
   seed_ = seed;
+  step_ = 0;
   for (std::size_t i = 0; i < slow_.size(); ++i) slow_[i].start(seed, i);
 }
 
-void UnitNoise::step() {
-  for (SlowNoise& slow : slow_) slow.step();
+void UnitNoise::advance_to(std::uint64_t index) {
+  for (; step_ < index / static_cast<std::uint64_t>(kTicksPerStep); ++step_) {
+    for (SlowNoise& slow : slow_) slow.step();
+  }
 }
 
 double UnitNoise::at(calib::Sensor sensor, std::uint64_t index, double rate_hz) const {

@@ -47,13 +47,15 @@ class UnitNoise {
 
   /// Starts anew; `seed` names unit and power-on.
   void start(std::uint64_t seed);
-  /// Advances the slow noise by kStep_s.
-  void step();
-  /// Noise of internal sample `index` since the power-on, where the unit puts out `rate_hz` of them: rad/s or m/s².
+  /// Advances the slow noise, which has a new value each kTicksPerStep internal samples, to sample `index`.
+  void advance_to(std::uint64_t index);
+  /// Noise of internal sample `index` since the power-on, the one last advanced to, where the unit puts out `rate_hz`
+  /// of them: rad/s or m/s². A function of the seed, `index` and `rate_hz`.
   [[nodiscard]] double at(calib::Sensor sensor, std::uint64_t index, double rate_hz) const;
 
  private:
   std::uint64_t seed_ = 0;
+  std::uint64_t step_ = 0;
   std::array<double, calib::kSensorCount> random_walk_{};
   std::vector<SlowNoise> slow_;  ///< one per sensor
 };

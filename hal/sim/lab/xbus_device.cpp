@@ -102,6 +102,7 @@ void XbusDevice::advance_to(Tick now, const Attitude& fixture) {
       enter(State::measuring, now);
       break;
     case State::measuring:
+      unit_.advance_to(static_cast<std::uint64_t>(now - start_));
       send(kMtData2, packet(now - start_, fixture));
       ++packet_counter_;
       enter(State::measuring, now);
