@@ -88,7 +88,7 @@ struct CalibrationRow {
 struct CampaignRow {
   std::string name;
   std::string procedure;
-  std::string document;           ///< JSON: plan, units and slots
+  std::string document;           ///< JSON: procedure, plan, units and slots (docs/file-formats.md)
   std::string state = "running";  ///< "running", "paused", "interrupted", "finished", "aborted" or "failed"
   std::string reason;             ///< of that state, for people
   double created_utc_s = 0.0;
@@ -102,7 +102,7 @@ struct StepRow {
   std::int32_t attempt = 0;  ///< how often it was begun before
   double started_utc_s = 0.0;
   double ended_utc_s = 0.0;
-  std::string outcome;  ///< "done", "skipped", "timed out"...
+  std::string outcome;  ///< "done", "skipped", "failed"
   std::string text;     ///< what there is to say of it
   std::string run_id;   ///< of the run file that it wrote to; empty = none
 };

@@ -10,9 +10,9 @@
 
 namespace soak::station {
 
-/// Sealed, unvoided runs of the unit's current epoch with the statistics of their segments, except those of
-/// verification procedures; of one campaign only, where that is given. Refuses an unknown unit, and one without such
-/// runs, saying which runs there are and why they do not count.
+/// Sealed, unvoided runs of the unit's current epoch that are for calibration (not for verification, no pre-flight),
+/// with the statistics of their segments; of one campaign only, where that is given. Refuses an unknown unit, and one
+/// without such runs, saying which runs there are and why they do not count.
 [[nodiscard]] base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::string& unit,
                                                        const std::optional<std::string>& campaign);
 

@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Name of procedures and purpose of their runs.
-constexpr const char* kVerification = "verification";
+/// Runs of the procedure of that name are for verification.
+std::string purpose_of(const std::string& procedure) { return procedure == "verification" ? procedure : "calibration"; }
 
 /// Files that are removed again unless the import comes to its end.
 class NewFiles {
@@ -116,6 +116,7 @@ class Importer {
     info.label = run.label;
     info.campaign = options_.campaign;
     info.procedure = options_.procedure;
+    info.purpose = purpose_of(options_.procedure);
     info.created_utc_s = now_utc_s();
     info.simulated = options_.simulated;
     info.source = "import " + source_.filename().string();
@@ -144,7 +145,6 @@ class Importer {
     for (const std::string& warning : record->warnings) {
       summary_.warnings.push_back(fmt::format("run '{}': {}", run.label, warning));
     }
-    record->row.purpose = options_.procedure == kVerification ? kVerification : "calibration";
     record->row.epoch = epoch_;
     record->row.file_name = staged.row.file_name;
     record->row.file_sha256 = std::move(staged.row.file_sha256);

@@ -13,7 +13,7 @@ namespace soak::station::cli {
 namespace {
 
 void add_type_folder(CLI::App& command, std::string& folder) {
-  command.add_option("--types", folder, "Folder of unit types (else $SOAK_PROCEDURES/units, else the program's own)")
+  command.add_option("--types", folder, "Folder of unit types (else $SOAK_PROCEDURES/units, else the checkout's own)")
       ->type_name("DIR");
 }
 
@@ -22,7 +22,9 @@ void register_check(CLI::App& group, Request& request) {
   CLI::App* command = add_command(group, request, "check", "Every mistake with its line; the plan and its hours",
                                   "soak procedure check procedures/six-position-soak.toml --type mti-300", true);
   command->add_option("file", options->file, "Procedure")->required()->type_name("FILE");
-  command->add_option("--type", options->types, "Unit type whose temperature rating must bear it; may be repeated")
+  command
+      ->add_option("--type", options->types,
+                   "Unit type whose temperature rating must bear it; may be repeated (else all that state one)")
       ->type_name("NAME")
       ->allow_extra_args(false);
   add_type_folder(*command, options->type_folder);

@@ -5,20 +5,28 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
 #include "station/commands/type_commands.h"
 #include "station/procedure/plan.h"
 #include "station/procedure/procedure.h"
-#include "station/procedure/rating_check.h"
+#include "station/unit_type_file.h"
 
 namespace soak::station {
 namespace {
 
 constexpr double kSecondsPerHour = 3600.0;
 
-nlohmann::json check_document(const Procedure& procedure, const Plan& plan) {
+std::vector<std::string> names_of(const std::vector<calib::UnitType>& types) {
+  std::vector<std::string> names;
+  for (const calib::UnitType& type : types) names.push_back(type.name);
+  return names;
+}
+
+nlohmann::json check_document(const Procedure& procedure, const Plan& plan, const std::vector<calib::UnitType>& types) {
   return {{"file", procedure.file},
           {"name", procedure.name},
           {"purpose", name_of(procedure.purpose)},
@@ -27,6 +35,7 @@ nlohmann::json check_document(const Procedure& procedure, const Plan& plan) {
           {"steps", plan.steps.size()},
           {"estimate_h", plan.estimate_s() / kSecondsPerHour},
           {"set_points_c", procedure.set_points_c},
+          {"types", names_of(types)},
           {"mistakes", nlohmann::json::array()}};
 }
 
@@ -65,36 +74,54 @@ std::string step_list(const Plan& plan) {
   return text;
 }
 
-std::string summary(const Procedure& procedure, const Plan& plan) {
-  const auto [coldest, warmest] = std::minmax_element(procedure.set_points_c.begin(), procedure.set_points_c.end());
-  const double hours = plan.estimate_s() / kSecondsPerHour;
-  return fmt::format("{}: {}, kind {}, {} set points from {:g} to {:g} °C\nestimated {:.1f} h ({:.1f} days)\n",
-                     procedure.name, name_of(procedure.purpose), name_of(procedure.kind), procedure.set_points_c.size(),
-                     *coldest, *warmest, hours, hours / 24.0);
+std::string rating_line(const std::vector<calib::UnitType>& types) {
+  if (types.empty()) return "no unit type was checked for its rating\n";
+  return fmt::format("within the rating of {}\n", fmt::join(names_of(types), ", "));
 }
 
-/// The ratings of the types that the user named.
-base::Status check_types(const ProcedureCheckCommand& command, const Procedure& procedure) {
-  if (command.types.empty()) return {};
+std::string summary(const Procedure& procedure, const Plan& plan, const std::vector<calib::UnitType>& types) {
+  const auto [coldest, warmest] = std::minmax_element(procedure.set_points_c.begin(), procedure.set_points_c.end());
+  const double hours = plan.estimate_s() / kSecondsPerHour;
+  return fmt::format("{}: {}, kind {}, {} set points from {:g} to {:g} °C\n{}estimated {:.1f} h ({:.1f} days)\n",
+                     procedure.name, name_of(procedure.purpose), name_of(procedure.kind), procedure.set_points_c.size(),
+                     *coldest, *warmest, rating_line(types), hours, hours / 24.0);
+}
+
+/// The types that the user named; a type that states no rating is among them, to be refused.
+base::Result<std::vector<calib::UnitType>> named_types(const ProcedureCheckCommand& command) {
   std::vector<calib::UnitType> types;
   for (const std::string& name : command.types) {
     auto type = find_unit_type(command.type_folder, name);
     if (!type) return base::forward_error(type);
     types.push_back(std::move(*type));
   }
-  return check_ratings(procedure, types, {}, {});
+  return types;
+}
+
+/// All types that state a rating; none where no folder was named and there is no default one.
+base::Result<std::vector<calib::UnitType>> rated_types(const ProcedureCheckCommand& command) {
+  const std::filesystem::path folder =
+      command.type_folder.empty() ? default_unit_type_folder() : std::filesystem::path(command.type_folder);
+  std::error_code error;
+  if (command.type_folder.empty() && !std::filesystem::is_directory(folder, error)) {
+    return std::vector<calib::UnitType>();
+  }
+  auto types = read_unit_types(folder);
+  if (!types) return types;
+  std::erase_if(*types, [](const calib::UnitType& type) { return !type.temp_min_c || !type.temp_max_c; });
+  return types;
 }
 
 }  // namespace
 
 base::Status run_procedure_check(const ProcedureCheckCommand& command, Output& output) {
-  const auto procedure = read_procedure(command.file);
+  const auto types = command.types.empty() ? rated_types(command) : named_types(command);
+  if (!types) return base::forward_error(types);
+  const auto procedure = read_procedure(command.file, *types);
   if (!procedure) return base::forward_error(procedure);
-  const auto borne = check_types(command, *procedure);
-  if (!borne) return borne;
   const Plan plan = compile_plan(*procedure);
-  if (output.json()) return output.print_json(check_document(*procedure, plan));
-  output.print(summary(*procedure, plan));
+  if (output.json()) return output.print_json(check_document(*procedure, plan, *types));
+  output.print(summary(*procedure, plan, *types));
   output.print(command.all_steps ? step_list(plan) : run_table(plan));
   return {};
 }

@@ -29,9 +29,10 @@ base::Status run_runs_list(const RunsListCommand& command, Output& output) {
     for (const db::RunRow& run : *runs) list.push_back(run_document(run));
     return output.print_json({{"runs", list}});
   }
-  std::vector<std::vector<std::string>> table = {{"unit", "campaign", "run", "run id", "rows", "seconds", "state"}};
+  std::vector<std::vector<std::string>> table = {
+      {"unit", "campaign", "run", "purpose", "run id", "rows", "seconds", "state"}};
   for (const db::RunRow& run : *runs) {
-    table.push_back({run.unit, run.campaign, run.label, run.run_id, std::to_string(run.rows),
+    table.push_back({run.unit, run.campaign, run.label, run.purpose, run.run_id, std::to_string(run.rows),
                      fmt::format("{:.1f}", run.duration_s), state(run)});
   }
   output.print(text_table(table));

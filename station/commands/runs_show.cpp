@@ -65,13 +65,12 @@ nlohmann::json void_document(const db::VoidRecord& record) {
 std::string header_text(const db::RunRow& run, const db::RunInfo& info) {
   const auto site = [](const std::optional<double>& value) { return value ? fmt::format("{}", *value) : "unknown"; };
   return fmt::format(
-      "run        {} ({})\nunit       {}, epoch {}\ncampaign   {}, procedure {}\nsource     {}\nrows       {} in "
-      "{:.1f} "
-      "s\nstate      {}{}{}\nsite       latitude {} deg, height {} m, azimuth {} deg, gravity {} m/s2\ncontent    "
-      "{}\nfile "
-      "      {} (sha256 {})\n",
-      run.label, run.run_id, run.unit, run.epoch, run.campaign, run.procedure, info.source, run.rows, run.duration_s,
-      run.sealed ? "sealed" : "open", run.voided ? ", void" : "", run.simulated ? ", SIMULATED" : "",
+      "run        {} ({})\nunit       {}, epoch {}\ncampaign   {}, procedure {}\npurpose    {}\nsource     {}\n"
+      "rows       {} in {:.1f} s\nstate      {}{}{}\n"
+      "site       latitude {} deg, height {} m, azimuth {} deg, gravity {} m/s2\n"
+      "content    {}\nfile       {} (sha256 {})\n",
+      run.label, run.run_id, run.unit, run.epoch, run.campaign, run.procedure, run.purpose, info.source, run.rows,
+      run.duration_s, run.sealed ? "sealed" : "open", run.voided ? ", void" : "", run.simulated ? ", SIMULATED" : "",
       site(run.site.latitude_deg), site(run.site.height_m), site(run.site.azimuth_deg), site(run.site.gravity_mps2),
       run.content_sha256, run.file_name, run.file_sha256);
 }

@@ -20,9 +20,6 @@ struct Types {
 
 base::Result<Types> types_in(const std::string& option) {
   const std::filesystem::path folder = option.empty() ? default_unit_type_folder() : std::filesystem::path(option);
-  if (folder.empty()) {
-    return base::bad_input("no folder of unit types is known: give --types DIR or set $SOAK_PROCEDURES", "--types");
-  }
   auto types = read_unit_types(folder);
   if (!types) return base::forward_error(types);
   return Types{folder, std::move(*types)};

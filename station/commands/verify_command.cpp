@@ -22,15 +22,16 @@ base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const c
   input.type.name = calibration.unit_type;
   input.epoch = calibration.epoch;
   for (const db::RunRow& run : *runs) {
-    if (!run.sealed || run.voided || run.epoch != calibration.epoch) continue;
+    // A pre-flight records units that have not settled.
+    if (!run.sealed || run.voided || run.epoch != calibration.epoch || run.purpose == "diagnosis") continue;
     auto loaded = load_run(catalog, run);
     if (!loaded) return base::forward_error(loaded);
     input.runs.push_back(*std::move(loaded));
   }
   if (input.runs.empty()) {
     return base::bad_input(
-        fmt::format("campaign '{}' has no sealed, unvoided run of unit {} in epoch {} ({} runs of it in "
-                    "all); 'soak runs list' shows what there is",
+        fmt::format("campaign '{}' has no sealed, unvoided run of unit {} in epoch {} but for diagnosis ({} runs of "
+                    "it in all); 'soak runs list' shows what there is",
                     campaign, calibration.unit, calibration.epoch, runs->size()));
   }
   return input;

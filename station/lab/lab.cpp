@@ -197,20 +197,10 @@ base::Status Lab::end_run(const std::optional<std::string>& void_reason) {
   expecting_run_ = false;
   if (!recorder_) return {};
   break_segment(void_reason.value_or("the run ended"));
-  const auto rows = recorder_->finish(rejected_);
+  const auto rows = recorder_->finish(rejected_, void_reason);
   if (!rows) return base::forward_error(rows);
   const std::string label = recorder_->info().label;
   recorder_.reset();
-  for (const db::RunRow& row : *rows) {
-    if (!void_reason) continue;
-    db::VoidRecord record;
-    record.run_id = row.run_id;
-    record.unit = row.unit;
-    record.reason = *void_reason;
-    record.user = "soakd";
-    record.utc_s = now_utc_s();
-    if (const auto voided = catalog.add_void(record); !voided) return voided;
-  }
   log.add("run", label,
           void_reason ? "sealed and voided: " + *void_reason
                       : fmt::format("sealed, {} segments withdrawn", rejected_.size()));

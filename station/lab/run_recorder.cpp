@@ -4,10 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <set>
 #include <utility>
@@ -18,103 +16,8 @@
 namespace soak::station {
 namespace {
 
-using db::SampleType;
-
 constexpr std::string_view kChamberStream = "chamber";
 constexpr double kNever_s = -std::numeric_limits<double>::infinity();
-
-template <class T>
-constexpr SampleType kTypeOf = SampleType::f64;
-template <>
-constexpr SampleType kTypeOf<float> = SampleType::f32;
-template <>
-constexpr SampleType kTypeOf<std::uint32_t> = SampleType::u32;
-template <>
-constexpr SampleType kTypeOf<std::int16_t> = SampleType::i16;
-template <>
-constexpr SampleType kTypeOf<std::uint8_t> = SampleType::u8;
-
-/// The column of `value_of(sample, row)`, which gives a T or an optional T, over some samples.
-template <class T, class ValueOf>
-db::Column column_of(std::span<const hal::ImuSample> samples, ValueOf value_of) {
-  db::Column column{kTypeOf<T>, base::Bytes(samples.size() * sizeof(T)), std::vector<std::uint8_t>(samples.size(), 1)};
-  for (std::size_t row = 0; row < samples.size(); ++row) {
-    const std::optional<T> value = value_of(samples[row], row);
-    column.present[row] = value ? 1 : 0;
-    if (value) std::memcpy(column.raw.data() + row * sizeof(T), &*value, sizeof(T));
-  }
-  return column;
-}
-
-/// The same for a value that all rows share.
-template <class T>
-db::Column constant_column(std::span<const hal::ImuSample> samples, std::optional<T> value) {
-  return column_of<T>(samples, [&](const auto&, std::size_t) { return value; });
-}
-
-db::Column one_value(std::optional<double> value) {
-  db::Column column{SampleType::f64, base::Bytes(sizeof(double)), {static_cast<std::uint8_t>(value ? 1 : 0)}};
-  if (value) std::memcpy(column.raw.data(), &*value, sizeof(double));
-  return column;
-}
-
-db::ChannelInfo channel(std::string_view name, SampleType type, std::string_view unit, std::string_view header = {}) {
-  db::ChannelInfo info;
-  info.name = name;
-  info.source_name = header.empty() ? name : header;
-  info.type = type;
-  info.unit = unit;
-  return info;
-}
-
-db::ChannelInfo label_channel(std::string_view name, std::vector<std::string> labels) {
-  db::ChannelInfo info = channel(name, SampleType::u8, "label");
-  info.labels = std::move(labels);
-  return info;
-}
-
-/// In the order in which columns_of() makes the columns.
-std::vector<db::ChannelInfo> imu_channels() {
-  return {channel("t_s", SampleType::f64, "s"),
-          label_channel("phase", {"soak", "ramp"}),
-          label_channel("sweep", {"up", "down"}),
-          channel("plateau_c", SampleType::f64, "c"),
-          label_channel("position", {calib::kSixPositionLabels.begin(), calib::kSixPositionLabels.end()}),
-          channel(kVisitChannel, SampleType::i16, ""),
-          channel("chamber_c", SampleType::f64, "c"),
-          channel("temp_c", SampleType::f32, "c"),
-          channel("gyro_x", SampleType::f32, "rps", "gx_rps"),
-          channel("gyro_y", SampleType::f32, "rps", "gy_rps"),
-          channel("gyro_z", SampleType::f32, "rps", "gz_rps"),
-          channel("accel_x", SampleType::f32, "mps2", "ax_mps2"),
-          channel("accel_y", SampleType::f32, "mps2", "ay_mps2"),
-          channel("accel_z", SampleType::f32, "mps2", "az_mps2"),
-          channel("packet", SampleType::u32, ""),
-          channel("status", SampleType::u32, "")};
-}
-
-std::vector<db::ChannelInfo> chamber_channels() {
-  return {channel("t_s", SampleType::f64, "s"), channel("chamber_c", SampleType::f64, "c"),
-          channel("set_point_c", SampleType::f64, "c"), channel("working_set_point_c", SampleType::f64, "c"),
-          channel("output_percent", SampleType::f64, "")};
-}
-
-/// Number of a position's label; nothing for "moving".
-std::optional<std::uint8_t> position_number(std::string_view label) {
-  const auto& labels = calib::kSixPositionLabels;
-  const auto found = std::find(labels.begin(), labels.end(), label);
-  if (found == labels.end()) return std::nullopt;
-  return static_cast<std::uint8_t>(found - labels.begin());
-}
-
-std::optional<std::uint8_t> phase_number(calib::Phase phase) {
-  return static_cast<std::uint8_t>(phase == calib::Phase::soak ? 0 : 1);
-}
-
-std::optional<std::uint8_t> sweep_number(calib::Sweep sweep) {
-  if (sweep == calib::Sweep::unknown) return std::nullopt;
-  return static_cast<std::uint8_t>(sweep == calib::Sweep::up ? 0 : 1);
-}
 
 /// One recording of a position: what a segment will be made of.
 struct Attempt {
@@ -151,40 +54,22 @@ std::optional<int> UnitState::visit_of(const RowLabels& labels) {
 }
 
 void UnitState::follow_attempts(const RowLabels& labels, std::optional<int> visit, double from_s, double to_s) {
-  const bool records = labels.phase == calib::Phase::soak && labels.plateau_c && visit && !labels.position.empty();
+  const bool records = labels.phase == calib::Phase::soak && !labels.position.empty();
+  const int number = visit.value_or(-1);
   const bool continues =
-      records && recording && attempts.back().position == labels.position && attempts.back().visit == *visit;
+      records && recording && attempts.back().position == labels.position && attempts.back().visit == number;
   recording = records;
   if (continues) attempts.back().to_s = to_s;
   if (!records || continues) return;
   const auto before = std::count_if(attempts.begin(), attempts.end(), [&](const Attempt& a) {
-    return a.visit == *visit && a.position == labels.position;
+    return a.visit == number && a.position == labels.position;
   });
-  attempts.push_back({*visit, labels.position, static_cast<int>(before), from_s, to_s});
+  attempts.push_back({number, labels.position, static_cast<int>(before), from_s, to_s});
 }
 
-std::vector<db::Column> columns_of(std::span<const hal::ImuSample> samples, const RowLabels& labels,
-                                   std::optional<int> visit, std::optional<double> new_chamber_c) {
-  std::vector<db::Column> columns;
-  columns.push_back(column_of<double>(samples, [](const auto& s, std::size_t) { return s.t_s; }));
-  columns.push_back(constant_column(samples, phase_number(labels.phase)));
-  columns.push_back(constant_column(samples, sweep_number(labels.sweep)));
-  columns.push_back(constant_column(samples, labels.plateau_c));
-  columns.push_back(constant_column(samples, position_number(labels.position)));
-  const auto visit_number = visit ? std::optional(static_cast<std::int16_t>(*visit)) : std::nullopt;
-  columns.push_back(constant_column(samples, visit_number));
-  columns.push_back(column_of<double>(
-      samples, [&](const auto&, std::size_t row) { return row == 0 ? new_chamber_c : std::nullopt; }));
-  columns.push_back(column_of<float>(samples, [](const auto& s, std::size_t) { return s.temp_c; }));
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    columns.push_back(column_of<float>(samples, [axis](const auto& s, std::size_t) { return s.rate_rps[axis]; }));
-  }
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    columns.push_back(column_of<float>(samples, [axis](const auto& s, std::size_t) { return s.accel_mps2[axis]; }));
-  }
-  columns.push_back(column_of<std::uint32_t>(samples, [](const auto& s, std::size_t) { return s.packet; }));
-  columns.push_back(column_of<std::uint32_t>(samples, [](const auto& s, std::size_t) { return s.status; }));
-  return columns;
+bool is_position(std::string_view label) {
+  const auto& labels = calib::kSixPositionLabels;
+  return std::find(labels.begin(), labels.end(), label) != labels.end();
 }
 
 base::Status check_purpose(const std::string& purpose) {
@@ -216,6 +101,15 @@ base::Status check_label(const db::Catalog& catalog, const db::RunInfo& info, co
                                        info.label, unit.serial, same->run_id));
   }
   return {};
+}
+
+base::Status enter_units(db::Catalog& catalog, const std::vector<RecordedUnit>& units) {
+  return catalog.all_or_nothing([&]() -> base::Status {
+    for (const RecordedUnit& unit : units) {
+      if (const auto known = catalog.ensure_unit(unit.serial, unit.type); !known) return base::forward_error(known);
+    }
+    return {};
+  });
 }
 
 }  // namespace
@@ -265,7 +159,9 @@ base::Result<RunRecorder> RunRecorder::begin(db::Catalog& catalog, const db::Run
   if (const auto valid = check_units(units); !valid) return base::forward_error(valid);
   if (const auto valid = check_purpose(purpose); !valid) return base::forward_error(valid);
   if (const auto valid = check_label(catalog, info, units); !valid) return base::forward_error(valid);
+  if (const auto entered = enter_units(catalog, units); !entered) return base::forward_error(entered);
   db::RunInfo stated = info;
+  stated.purpose = std::move(purpose);
   stated.simulated = info.simulated || info.clock_rate != 1.0;
   const auto path = catalog.data_folder() / "runs" / (info.run_id + ".soakrun");
   auto file = db::RunFileWriter::create(path, stated);
@@ -274,14 +170,13 @@ base::Result<RunRecorder> RunRecorder::begin(db::Catalog& catalog, const db::Run
   impl->info = std::move(stated);
   if (const auto added = impl->add_streams(units); !added) return base::forward_error(added);
   impl->sealed.path = path;
-  impl->sealed.purpose = std::move(purpose);
   impl->sealed.units = std::move(units);
   return RunRecorder(std::move(impl));
 }
 
 base::Status RunRecorder::Impl::check_rows(const UnitState& unit, std::span<const hal::ImuSample> samples,
                                            const RowLabels& labels) const {
-  if (!labels.position.empty() && !position_number(labels.position)) {
+  if (!labels.position.empty() && !is_position(labels.position)) {
     return base::bad_input(fmt::format("'{}' is none of the six positions", labels.position), unit.unit.serial);
   }
   if (labels.visit > std::numeric_limits<std::int16_t>::max()) {
@@ -304,7 +199,7 @@ base::Status RunRecorder::add(std::size_t unit, std::span<const hal::ImuSample> 
   if (auto valid = impl_->check_rows(state, samples, labels); !valid) return valid;
   if (samples.empty()) return {};
   const std::optional<int> visit = state.visit_of(labels);
-  auto added = impl_->file.append(state.stream, columns_of(samples, labels, visit, state.new_chamber_c));
+  auto added = impl_->file.append(state.stream, imu_columns(samples, labels, visit, state.new_chamber_c));
   // Every other error leaves the rows in the writer's memory.
   if (!added && added.error().kind == base::ErrorKind::bad_input) return added;
   state.follow_attempts(labels, visit, samples.front().t_s, samples.back().t_s);
@@ -317,9 +212,7 @@ base::Status RunRecorder::add(std::size_t unit, std::span<const hal::ImuSample> 
 base::Status RunRecorder::add_chamber(double t_s, const hal::ChamberReading& reading) {
   if (!std::isfinite(t_s)) return base::bad_input("the time of a chamber reading must be finite");
   const double time_s = std::max(t_s, impl_->last_chamber_t_s);
-  auto added = impl_->file.append(impl_->chamber_stream,
-                                  {one_value(time_s), one_value(reading.air_c), one_value(reading.set_point_c),
-                                   one_value(reading.working_set_point_c), one_value(reading.output_percent)});
+  auto added = impl_->file.append(impl_->chamber_stream, chamber_columns(time_s, reading));
   if (!added && added.error().kind == base::ErrorKind::bad_input) return added;
   impl_->last_chamber_t_s = time_s;
   for (UnitState& unit : impl_->units) unit.new_chamber_c = reading.air_c;
@@ -364,9 +257,11 @@ const Attempt* RunRecorder::Impl::attempt_of(const Rejected& rejected) const {
   return nullptr;
 }
 
-base::Result<std::vector<db::RunRow>> RunRecorder::finish(const std::vector<Rejected>& rejected) {
+base::Result<std::vector<db::RunRow>> RunRecorder::finish(const std::vector<Rejected>& rejected,
+                                                          const std::optional<std::string>& void_reason) {
   if (const auto sealed = impl_->seal(); !sealed) return base::forward_error(sealed);
   SealedRun run = impl_->sealed;
+  run.void_reason = void_reason;
   for (const Rejected& one : rejected) {
     Withdrawal withdrawal{one.unit, {}, one.reason};
     if (const Attempt* attempt = impl_->attempt_of(one)) withdrawal.span = {attempt->from_s, attempt->to_s};

@@ -15,25 +15,17 @@
 #include "db/run_file.h"
 #include "hal/chamber.h"
 #include "hal/imu.h"
+#include "station/lab/run_columns.h"
 #include "station/lab/run_records.h"
 
 namespace soak::station {
 
-/// What the station knows of the rows that it adds.
-struct RowLabels {
-  calib::Phase phase = calib::Phase::soak;
-  calib::Sweep sweep = calib::Sweep::unknown;
-  std::optional<double> plateau_c;  ///< set point
-  std::string position;             ///< one of the six labels; empty = moving
-  int visit = -1;  ///< ordinal of the plateau in the plan; -1 = counted from the changes of `plateau_c`, from 0
-};
-
 /// A segment that shall not be used. It is withdrawn by a void record, never left out of the file.
 struct Rejected {
   std::string unit;  ///< serial number
-  int visit = 0;     ///< as in RowLabels
+  int visit = 0;     ///< as in RowLabels; -1 where neither the labels nor a plateau give one
   std::string position;
-  int attempt = 0;  ///< how often the unit was recorded in that position of that visit before
+  int attempt = 0;  ///< how many attempts the unit has in that position of that visit before, see RunRecorder::add()
   std::string reason;
 };
 
@@ -42,18 +34,25 @@ struct Rejected {
 /// it).
 class RunRecorder {
  public:
-  /// Creates runs/<run id>.soakrun. `purpose` as in db::RunRow. Refuses no units, a serial number that stands twice,
-  /// and a run whose campaign holds its label already for one of them (bad_input).
+  /// Creates runs/<run id>.soakrun and enters units that are new into the catalog: their types are known now, while
+  /// whoever finds the file of a killed soakd knows serial numbers only. `purpose` as in db::RunRow; it takes the place
+  /// of that in `info`. Refuses no units, a serial number that stands twice, and a run whose campaign holds its label
+  /// already for one of them (bad_input).
   [[nodiscard]] static base::Result<RunRecorder> begin(db::Catalog& catalog, const db::RunInfo& info,
                                                        std::string purpose, std::vector<RecordedUnit> units);
   RunRecorder(RunRecorder&&) noexcept;
   RunRecorder& operator=(RunRecorder&&) noexcept;
   ~RunRecorder();
 
-  /// Appends samples of unit number `unit`, oldest first, with the device's own numbers. Rows of one position that
-  /// follow each other are one attempt; one row with an empty position at least separates two. Refuses (bad_input) a
-  /// time that does not rise and a position that is none of the six; then no row is taken. After another error (disk
-  /// full) the rows are kept in memory: they must not be added again.
+  /// Appends samples of unit number `unit`, oldest first, with the device's own numbers.
+  ///
+  /// An attempt is a stretch of soak rows of one visit and one position without any other row between: each becomes a
+  /// segment of its own. One row is enough to separate two attempts, be it of phase ramp with visit and position as
+  /// before (the same position once more) or without a position (the unit was turned). Attempts count from 0 within
+  /// unit, visit and position.
+  ///
+  /// Refuses (bad_input) a time that does not rise and a position that is none of the six; then no row is taken. After
+  /// another error (disk full) the rows are kept in memory: they must not be added again.
   [[nodiscard]] base::Status add(std::size_t unit, std::span<const hal::ImuSample> samples, const RowLabels& labels);
   /// Appends to the chamber's log and to the next row of each unit. `t_s` is device time of one of the units; where it
   /// falls, the last one stands.
@@ -62,10 +61,12 @@ class RunRecorder {
   /// Commits what was added: it survives a loss of power. To be called every few seconds.
   [[nodiscard]] base::Status flush();
   /// Ends the run: seals the file, enters one row per unit with its segments into the catalog, and withdraws the
-  /// rejected segments (user "soakd"), all or nothing. A unit without rows is left out, with an event in the file. A
-  /// rejection without a segment (the unit gave no usable rows there) is logged. Where it fails it may be called again.
-  /// Reads the whole file: seconds to minutes.
-  [[nodiscard]] base::Result<std::vector<db::RunRow>> finish(const std::vector<Rejected>& rejected);
+  /// segments of rejected attempts (user "soakd"), all or nothing. A unit without rows is left out, with an event in
+  /// the file. A rejection without a segment (the unit gave no usable rows there) is logged. Where it fails it may be
+  /// called again. Reads the whole file: seconds to minutes.
+  /// `void_reason`: withdraws the whole run in the same transaction.
+  [[nodiscard]] base::Result<std::vector<db::RunRow>> finish(
+      const std::vector<Rejected>& rejected, const std::optional<std::string>& void_reason = std::nullopt);
 
   [[nodiscard]] const db::RunInfo& info() const;
   /// Rows of unit number `unit` so far.

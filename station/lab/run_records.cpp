@@ -10,6 +10,7 @@
 
 #include "calib/segmentation.h"
 #include "station/identity.h"
+#include "station/lab/run_columns.h"
 #include "station/recording_reader.h"
 #include "station/run_streams.h"
 
@@ -24,6 +25,7 @@ db::RunRow row_of(const db::RunInfo& info) {
   row.campaign = info.campaign;
   row.label = info.label;
   row.procedure = info.procedure;
+  row.purpose = info.purpose;
   row.created_utc_s = info.created_utc_s;
   row.clock_rate = info.clock_rate;
   row.simulated = info.simulated || info.clock_rate != 1.0;
@@ -76,7 +78,6 @@ base::Result<std::vector<RunRecord>> describe_all(const SealedRun& run) {
     if (!has_rows(*file, unit.serial)) continue;
     auto record = describe(*file, unit.serial, true);
     if (!record) return base::forward_error(record);
-    record->row.purpose = run.purpose;
     record->row.file_name = run.path.filename().string();
     record->row.file_sha256 = run.sha256;
     record->row.content_sha256 = *content;
@@ -125,9 +126,21 @@ base::Status enter(db::Catalog& catalog, const SealedRun& run, RunRecord& record
   return {};
 }
 
+base::Status void_run(db::Catalog& catalog, const db::RunRow& row, const std::string& reason) {
+  db::VoidRecord record;
+  record.run_id = row.run_id;
+  record.unit = row.unit;
+  record.reason = reason;
+  record.user = kUser;
+  record.utc_s = now_utc_s();
+  return catalog.add_void(record);
+}
+
 base::Status enter_all(db::Catalog& catalog, const SealedRun& run, std::vector<RunRecord>& records) {
   for (RunRecord& record : records) {
     if (auto status = enter(catalog, run, record); !status) return status;
+    if (!run.void_reason) continue;
+    if (auto status = void_run(catalog, record.row, *run.void_reason); !status) return status;
   }
   for (const Withdrawal& withdrawal : run.withdrawals) {
     if (auto status = withdraw(catalog, run, records, withdrawal); !status) return status;

@@ -23,13 +23,9 @@ struct RunRecord {
   std::vector<std::string> warnings;
 };
 
-/// Reads and segments a unit's samples. Left to the caller are `purpose`, `epoch`, the name and the hashes of the file.
-/// A run at another clock rate than 1 counts as simulated.
+/// Reads and segments a unit's samples. Left to the caller are `epoch`, the name and the hashes of the file. A run at
+/// another clock rate than 1 counts as simulated.
 [[nodiscard]] base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit);
-
-/// Channel of run files that the station records: ordinal of the plateau in the plan, where it is known. Segments get
-/// their visits from it.
-inline constexpr std::string_view kVisitChannel = "visit";
 
 struct RecordedUnit {
   std::string serial;
@@ -47,15 +43,15 @@ struct Withdrawal {
 struct SealedRun {
   std::filesystem::path path;  ///< in the folder `runs`
   std::string sha256;          ///< of the file
-  std::string purpose = "calibration";
   std::vector<RecordedUnit> units;
   std::vector<Withdrawal> withdrawals;
+  std::optional<std::string> void_reason;  ///< withdraws the whole run
 };
 
 /// Enters a run: units and campaign where they are new, one row per unit that has samples, its segments, what the
-/// segmentation warns of as events, and void records (user "soakd") for the segments that a withdrawal touches; all or
-/// nothing. A withdrawal that touches none is logged. Also for a file that was interrupted
-/// (RunFileWriter::seal_interrupted). Reads the whole file.
+/// segmentation warns of as events, and void records (user "soakd") for the segments that a withdrawal touches and for
+/// the whole run where there is a reason; all or nothing. A withdrawal that touches none is logged. Also for a file
+/// that was interrupted (RunFileWriter::seal_interrupted). Reads the whole file.
 [[nodiscard]] base::Result<std::vector<db::RunRow>> enter_run(db::Catalog& catalog, const SealedRun& run);
 
 }  // namespace soak::station

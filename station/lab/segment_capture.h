@@ -23,8 +23,8 @@ class SegmentCapture {
  public:
   explicit SegmentCapture(double seconds) : seconds_(seconds) {}
 
-  /// Whether the sample belongs to the segment. The very first sample never does: a row without position stays between
-  /// two segments.
+  /// Whether the sample belongs to the segment. The very first sample never does: a row of phase ramp stays between two
+  /// segments.
   [[nodiscard]] bool takes(const hal::ImuSample& sample);
   [[nodiscard]] bool complete() const { return complete_; }
   /// Samples were missing for more than 5 s of device time: the segment ended there.

@@ -10,6 +10,7 @@
 
 #include "calib/position.h"
 #include "hal/settings_reader.h"
+#include "station/procedure/rating_check.h"
 
 namespace soak::station {
 namespace {
@@ -92,27 +93,38 @@ void read_temperatures(const SettingsTable& root, Procedure& p) {
   p.overshoot_c = table->number("overshoot_c", {0.0, 50.0}, p.overshoot_c);
 }
 
+/// What is wrong with a position after those before it; empty = nothing.
+std::string order_finding(const std::vector<std::string>& before, const std::string& label) {
+  const auto same_axis = [&](const std::string& other) { return other[1] == label[1]; };
+  const auto found = std::find_if(before.begin(), before.end(), same_axis);
+  if (std::find(before.begin(), before.end(), label) != before.end()) {
+    return fmt::format("'{}' stands twice in positions.order", label);
+  }
+  if (found == before.end() || found == before.end() - 1) return {};
+  return fmt::format("'{}' and '{}' must follow each other in positions.order, so that drift and bias stay apart",
+                     *found, label);
+}
+
+/// Several findings about one key are one mistake.
+void refuse_all(const SettingsTable& table, std::string_view key, const std::vector<std::string>& findings) {
+  if (!findings.empty()) table.refuse(key, fmt::format("{}", fmt::join(findings, "; ")));
+}
+
 /// The positions as the six labels, each once, + and − of an axis side by side.
 std::vector<std::string> read_order(const SettingsTable& table) {
   constexpr bool required = true;
   std::vector<std::string> labels;
+  std::vector<std::string> findings;
   for (const std::string& text : table.texts("order", required)) {
     const auto position = calib::position_named(text);
     if (!position) {
-      table.refuse("order", fmt::format("'{}' is no position: +X, -X, +Y, -Y, +Z or -Z", text));
+      findings.push_back(fmt::format("'{}' is no position: +X, -X, +Y, -Y, +Z or -Z", text));
       continue;
     }
-    const auto same_axis = [&](const std::string& other) { return other[1] == position->label[1]; };
-    const auto found = std::find_if(labels.begin(), labels.end(), same_axis);
-    if (std::find(labels.begin(), labels.end(), position->label) != labels.end()) {
-      table.refuse("order", fmt::format("'{}' stands twice in positions.order", position->label));
-    } else if (found != labels.end() && found != labels.end() - 1) {
-      table.refuse("order", fmt::format("'{}' and '{}' must follow each other in positions.order, so that drift and "
-                                        "bias stay apart",
-                                        *found, position->label));
-    }
+    if (auto finding = order_finding(labels, position->label); !finding.empty()) findings.push_back(std::move(finding));
     labels.push_back(position->label);
   }
+  refuse_all(table, "order", findings);
   return labels;
 }
 
@@ -193,24 +205,33 @@ void read_sections(const SettingsTable& root, Procedure& p) {
   refuse_too_few_readings(root, p);
 }
 
+/// Set points that leave a rating, at the line of the list or, of a grid, at that of its table.
+void refuse_ratings(const SettingsTable& root, const Procedure& p, const std::vector<calib::UnitType>& types) {
+  const auto table = root.table("temperatures");
+  if (!table) return;
+  refuse_all(*table, "list_c", rating_findings(p, types));
+}
+
 }  // namespace
 
-base::Result<Procedure> parse_procedure(std::string_view text, const std::string& file) {
+base::Result<Procedure> parse_procedure(std::string_view text, const std::string& file,
+                                        const std::vector<calib::UnitType>& types) {
   const auto reader = hal::SettingsReader::parse(text, file);
   if (!reader) return base::forward_error(reader);
   Procedure procedure;
   procedure.file = file;
   read_head(reader->root(), procedure);
   read_sections(reader->root(), procedure);
+  refuse_ratings(reader->root(), procedure, types);
   const auto status = reader->finish();
   if (!status) return base::forward_error(status);
   return procedure;
 }
 
-base::Result<Procedure> read_procedure(const std::filesystem::path& file) {
+base::Result<Procedure> read_procedure(const std::filesystem::path& file, const std::vector<calib::UnitType>& types) {
   const auto text = hal::read_settings_text(file.string());
   if (!text) return base::forward_error(text);
-  return parse_procedure(*text, file.string());
+  return parse_procedure(*text, file.string(), types);
 }
 
 }  // namespace soak::station

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "calib/unit_type.h"
 
 namespace soak::station {
 
@@ -31,8 +32,8 @@ enum class TimeoutOutcome : std::uint8_t {
 
 /// When a unit counts as settled (calib/stability.h).
 struct StabilitySettings {
-  double slope_kpmin = 0.02;  ///< limit of |slope| plus its confidence half-width
-  double confidence = 0.95;
+  double slope_kpmin = 0.02;      ///< limit of |slope| plus its confidence half-width
+  double confidence = 0.999;      ///< of one look; a wait looks many times
   double window_s = 300.0;        ///< longest stretch that a slope is taken from
   double min_window_s = 120.0;    ///< shortest
   double minimum_soak_s = 600.0;  ///< since the set point was reached by the air
@@ -69,9 +70,12 @@ struct Procedure {
 };
 
 /// Reads a procedure. All mistakes at once, one per line of the message, each with "`file`:line" (a syntax error: the
-/// first one): unknown or missing keys, wrong types, values out of their limits, a position twice...
-[[nodiscard]] base::Result<Procedure> parse_procedure(std::string_view text, const std::string& file);
-[[nodiscard]] base::Result<Procedure> read_procedure(const std::filesystem::path& file);
+/// first one): unknown or missing keys, wrong types, values out of their limits, a position twice, set points that
+/// leave the rating of one of `types` (rating_check.h)...
+[[nodiscard]] base::Result<Procedure> parse_procedure(std::string_view text, const std::string& file,
+                                                      const std::vector<calib::UnitType>& types = {});
+[[nodiscard]] base::Result<Procedure> read_procedure(const std::filesystem::path& file,
+                                                     const std::vector<calib::UnitType>& types = {});
 
 [[nodiscard]] std::string_view name_of(Purpose purpose);
 [[nodiscard]] std::string_view name_of(ProcedureKind kind);

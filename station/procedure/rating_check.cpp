@@ -42,16 +42,20 @@ std::string chamber_finding(const Procedure& procedure, std::optional<double> mi
 
 }  // namespace
 
+std::vector<std::string> rating_findings(const Procedure& procedure, const std::vector<calib::UnitType>& types) {
+  std::vector<std::string> findings;
+  for (const calib::UnitType& type : types) findings.push_back(type_finding(procedure, type));
+  std::erase(findings, "");
+  return findings;
+}
+
 base::Status check_ratings(const Procedure& procedure, const std::vector<calib::UnitType>& types,
                            std::optional<double> chamber_min_c, std::optional<double> chamber_max_c) {
-  std::string message;
-  const auto add = [&](const std::string& finding) {
-    if (!finding.empty()) message += (message.empty() ? "" : "\n") + finding;
-  };
-  for (const calib::UnitType& type : types) add(type_finding(procedure, type));
-  add(chamber_finding(procedure, chamber_min_c, chamber_max_c));
-  if (message.empty()) return {};
-  return base::bad_input(std::move(message), procedure.file);
+  auto findings = rating_findings(procedure, types);
+  findings.push_back(chamber_finding(procedure, chamber_min_c, chamber_max_c));
+  std::erase(findings, "");
+  if (findings.empty()) return {};
+  return base::bad_input(fmt::format("{}", fmt::join(findings, "\n")), procedure.file);
 }
 
 }  // namespace soak::station

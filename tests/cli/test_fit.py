@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """From stored runs to a calibration file: fit, export, eval, verify, as a user calls them."""
+import contextlib
 import functools
 import json
 import os
 import pathlib
 import random
 import shutil
+import sqlite3
 import struct
 import subprocess
 import tempfile
@@ -288,6 +290,12 @@ class Verify(FittedTest):
         document = self.soak_json("verify", "verify", self.blob(), "--campaign", "one", "--limits", wide)
         self.assertEqual(document["verdict"], "info")
         self.assertIn("partial_range", [warning["code"] for warning in document["warnings"]])
+
+    def test_takes_no_runs_for_diagnosis(self):
+        with contextlib.closing(sqlite3.connect(self.data / "station.db")) as catalog, catalog:
+            catalog.execute("UPDATE run SET purpose = 'diagnosis' WHERE campaign = 'verification'")
+        error = self.refusal("verify", self.blob(), "--campaign", "verification")
+        self.assertIn("but for diagnosis (1 runs of it in all)", error["message"])
 
     def test_refuses_runs_that_the_fit_has_seen(self):
         self.assertIn("fitted to", self.refusal("verify", self.blob(), "--campaign", "campaign")["message"])

@@ -74,6 +74,36 @@ class ProcedureCheck(SoakTest):
         message = self.refusal("procedure", "check", path, "--type", "strong", "--type", "weak", "--types", types)["message"]
         self.assertIn("'weak' is rated -10 to 81.9 °C: the set point 80 °C", message)
         self.assertNotIn("strong", message)
+        self.write("types/other.toml", 'name = "other"\n[rating]\ntemp_min_c = -10\ntemp_max_c = 60\n')
+        message = self.refusal("procedure", "check", path, "--type", "weak", "--type", "other", "--types", types)["message"]
+        self.assertIn("'weak'", message)
+        self.assertIn("'other'", message)
+        # Beside other mistakes, each with its line.
+        path = self.write("p.toml", SHORT + "colour = 3\n")
+        message = self.refusal("procedure", "check", path, "--type", "weak", "--types", types)["message"]
+        self.assertIn(f"{path}:5: unit type 'weak'", message)
+        self.assertIn(f"{path}:14: unknown key", message)
+
+    def test_without_a_type_the_lowest_rating_of_all_rated_ones_counts(self):
+        types = self.folder / "types"
+        types.mkdir()
+        path = self.write("p.toml", SHORT)
+        self.write("types/mystery.toml", 'name = "mystery"\n')
+        self.write("types/strong.toml", 'name = "strong"\n[rating]\ntemp_min_c = -10\ntemp_max_c = 90\n')
+        self.assertEqual(self.soak_json("procedure-check", "procedure", "check", path, "--types", types)["types"], ["strong"])
+        self.write("types/weak.toml", 'name = "weak"\n[rating]\ntemp_min_c = -1\ntemp_max_c = 90\n')
+        error = self.refusal("procedure", "check", path, "--types", types)
+        self.assertIn("'weak' is rated -1 to 90 °C: the set point 0 °C", error["message"])
+        self.assertEqual(error["where"], f"{path}:5")
+        # The types that come with the program are the default.
+        hot = self.write("hot.toml", SHORT.replace("80", "180"))
+        self.assertIn("'mti-300'", self.refusal("procedure", "check", hot)["message"])
+
+    def test_no_folder_of_types_is_no_mistake_unless_it_was_named(self):
+        path = self.write("p.toml", SHORT)
+        nowhere = {**os.environ, "SOAK_PROCEDURES": str(self.folder / "absent")}
+        self.assertIn("no unit type was checked", self.soak("procedure", "check", path, env=nowhere).stdout)
+        self.refusal("procedure", "check", path, "--types", self.folder / "absent")
 
     def test_a_type_that_is_not_there_or_states_no_rating_is_refused(self):
         path = self.write("p.toml", SHORT)

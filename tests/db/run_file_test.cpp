@@ -112,6 +112,7 @@ TEST(RunFile, KeepsWhatTheRunSaysOfItself) {
   EXPECT_EQ(info.label, run_info().label);
   EXPECT_EQ(info.campaign, "c1");
   EXPECT_EQ(info.procedure, "soak");
+  EXPECT_EQ(info.purpose, "verification");
   EXPECT_EQ(info.created_utc_s, 1700000000.125);
   EXPECT_EQ(info.clock_rate, 20.0);
   EXPECT_TRUE(info.simulated);

@@ -85,6 +85,7 @@ inline RunInfo run_info() {
   info.label = "day 1, \"cold\"";
   info.campaign = "c1";
   info.procedure = "soak";
+  info.purpose = "verification";
   info.created_utc_s = 1700000000.125;
   info.clock_rate = 20.0;
   info.simulated = true;

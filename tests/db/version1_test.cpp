@@ -52,6 +52,7 @@ TEST(Version1, RunFileGivesEveryNumber) {
   ASSERT_TRUE(reader) << reader.error().message;
   EXPECT_EQ(reader->info().run_id, testing::run_info().run_id);
   EXPECT_EQ(reader->info().label, testing::run_info().label);
+  EXPECT_EQ(reader->info().purpose, "calibration") << "the file says nothing of it";
   ASSERT_EQ(reader->rows(0), kRows);
   EXPECT_EQ(reader->streams()[0].channels, stream().channels);
   const auto expected = columns();

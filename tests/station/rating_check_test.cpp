@@ -42,6 +42,16 @@ TEST(RatingCheck, EveryTypeThatCannotBearItIsNamedWithRatingAndSetPoint) {
   EXPECT_NE(message.find("'warm' is rated 0 to 85 °C: the set point -30 °C"), std::string::npos) << message;
 }
 
+TEST(RatingCheck, OfATextNamesTheLineOfTheSetPoints) {
+  const std::string head =
+      "name=\"n\"\npurpose=\"diagnosis\"\nkind=\"soak\"\npositions.order=[\"+X\"]\n[temperatures]\n";
+  const std::vector<calib::UnitType> types = {rated("a", -40.0, 85.0)};
+  EXPECT_TRUE(parse_procedure(head + "overshoot_c=2\nlist_c=[83]\n", "p.toml", types));
+  EXPECT_EQ(parse_procedure(head + "overshoot_c=2\nlist_c=[84]\n", "p.toml", types).error().where, "p.toml:7");
+  EXPECT_EQ(parse_procedure(head + "start_c=0\nstop_c=84\nstep_c=84\nsweep=\"up\"\n", "p.toml", types).error().where,
+            "p.toml:5");
+}
+
 TEST(RatingCheck, ATypeWithoutARatingIsRefused) {
   calib::UnitType unknown;
   EXPECT_FALSE(check_ratings(soak(20.0, 21.0), {unknown}, {}, {}));

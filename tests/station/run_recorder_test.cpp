@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -15,6 +18,9 @@
 #include "station/csv_export.h"
 #include "station/fit_unit.h"
 #include "station/identity.h"
+#include "station/lab/event_log.h"
+#include "station/lab/lost_runs.h"
+#include "station/lab/run_source.h"
 #include "station/recording_reader.h"
 #include "station/run_streams.h"
 
@@ -218,6 +224,8 @@ void record_up_and_down(RunRecorder& recorder) {
       }
     }
   };
+  // A row before the thermometer's first value would not count.
+  add(20, 60.0F, ramp(Sweep::up));
   add(100, 65.0F, soak(65.0, "+X"));
   add(3, 65.0F, soak(65.0, ""));
   add(100, 65.0F, soak(65.0, "-X"));
@@ -274,6 +282,56 @@ TEST_F(RunRecorderTest, WithdrawsRejectedSegmentsOfTheirUnitOnly) {
       std::find_if(events->begin(), events->end(), [](const auto& e) { return e.kind == "nothing_to_void"; });
   ASSERT_NE(logged, events->end());
   EXPECT_NE(logged->text.find("never recorded"), std::string::npos);
+}
+
+/// Starts of segments, s.
+std::vector<double> starts_of(const std::vector<calib::Segment>& segments) {
+  std::vector<double> starts;
+  for (const calib::Segment& segment : segments) starts.push_back(segment.t_start_s);
+  return starts;
+}
+
+TEST_F(RunRecorderTest, OneRampRowInTheSamePositionSeparatesTwoAttempts) {
+  RunRecorder recorder = begin(info(), {{"SN1", "mti"}});
+  Unit unit(6);
+  // As the lab labels its rows: set point, visit and position stay while it waits for the units to settle.
+  RowLabels waiting{Phase::ramp, Sweep::up, 30.0, "+Y", 4};
+  RowLabels recording = waiting;
+  recording.phase = Phase::soak;
+  ASSERT_TRUE(recorder.add(0, unit.samples(40, 30.0F), waiting));  // from 0.1 s
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    ASSERT_TRUE(recorder.add(0, unit.samples(1, 30.0F), waiting));
+    // Two calls that follow each other are one attempt.
+    ASSERT_TRUE(recorder.add(0, unit.samples(60, 30.0F), recording));
+    ASSERT_TRUE(recorder.add(0, unit.samples(39, 30.0F), recording));
+  }
+  const auto runs = recorder.finish({{"SN1", 4, "+Y", 1, "the temperature moved"}});
+  ASSERT_TRUE(runs) << runs.error().message;
+  const std::string& run_id = runs->front().run_id;
+  const auto left = catalog_->segments(run_id, "SN1", false);
+  EXPECT_EQ(names_of(*left), (std::vector<std::string>{"4+Y0", "4+Y2"}));
+  const auto starts = starts_of(*left);
+  ASSERT_EQ(starts.size(), 2U);
+  EXPECT_NEAR(starts[0], 4.2, 1e-9);
+  EXPECT_NEAR(starts[1], 24.2, 1e-9);
+  for (const calib::Segment& segment : *left) EXPECT_EQ(segment.sensor[0].count, 99U);
+  EXPECT_EQ(catalog_->voids(run_id)->size(), 1U);
+}
+
+TEST_F(RunRecorderTest, WithdrawsAttemptsOfARunWithoutPlateaus) {
+  RunRecorder recorder = begin(info(), {{"SN1", "mti"}});
+  Unit unit(7);
+  const RowLabels standing{Phase::soak, Sweep::unknown, {}, "+X", -1};
+  RowLabels turned = standing;
+  turned.position = "-X";
+  ASSERT_TRUE(recorder.add(0, unit.samples(400, 22.0F), standing));
+  ASSERT_TRUE(recorder.add(0, unit.samples(1, 22.0F), ramp(Sweep::unknown)));
+  ASSERT_TRUE(recorder.add(0, unit.samples(400, 22.0F), turned));
+  const auto runs = recorder.finish({{"SN1", -1, "+X", 0, "samples were missing"}});
+  ASSERT_TRUE(runs) << runs.error().message;
+  const auto left = catalog_->segments(runs->front().run_id, "SN1", false);
+  ASSERT_FALSE(left->empty());
+  for (const calib::Segment& segment : *left) EXPECT_EQ(segment.key.position, "-X");
 }
 
 TEST_F(RunRecorderTest, KeepsThePlansVisitsWhereAPlateauWasSkipped) {
@@ -336,8 +394,8 @@ TEST_F(RunRecorderTest, EntersARunThatAFitFinds) {
     EXPECT_TRUE(run.sealed);
     EXPECT_EQ(run.file_name, stated.run_id + ".soakrun");
     EXPECT_EQ(run.site, stated.site);
-    EXPECT_EQ(run.rows, 1106U);
-    EXPECT_NEAR(run.duration_s, 110.5, 1e-9);
+    EXPECT_EQ(run.rows, 1126U);
+    EXPECT_NEAR(run.duration_s, 112.5, 1e-9);
     EXPECT_EQ((*entered)[i].file_sha256, run.file_sha256);
     const auto file = db::RunFileReader::open(catalog_->run_file_path(run));
     EXPECT_TRUE(file->sealed());
@@ -359,21 +417,34 @@ TEST_F(RunRecorderTest, ExportsItsSamplesBitForBit) {
   EXPECT_TRUE(native) << native.error().message;
 }
 
-TEST_F(RunRecorderTest, CountsAnotherClockRateAsSimulatedAndKeepsThePurpose) {
+TEST_F(RunRecorderTest, CountsAnotherClockRateAsSimulated) {
   db::RunInfo fast = info();
   fast.clock_rate = 20.0;
-  auto recorder = RunRecorder::begin(*catalog_, fast, "verification", {{"SN1", "mti"}});
-  ASSERT_TRUE(recorder);
+  RunRecorder recorder = begin(fast, {{"SN1", "mti"}});
   Unit unit(1);
-  ASSERT_TRUE(recorder->add(0, unit.samples(100, 20.0F), soak(20.0, "+X")));
-  const auto runs = recorder->finish({});
+  ASSERT_TRUE(recorder.add(0, unit.samples(100, 20.0F), soak(20.0, "+X")));
+  const auto runs = recorder.finish({});
   ASSERT_TRUE(runs) << runs.error().message;
   EXPECT_TRUE(runs->front().simulated);
-  EXPECT_EQ(runs->front().purpose, "verification");
   EXPECT_TRUE(db::RunFileReader::open(catalog_->run_file_path(runs->front()))->info().simulated);
-  const auto unfit = load_unit(*catalog_, "SN1", {});
-  ASSERT_FALSE(unfit);
-  EXPECT_NE(unfit.error().message.find("1 verification runs"), std::string::npos) << unfit.error().message;
+}
+
+TEST_F(RunRecorderTest, KeepsThePurposeAndOffersRunsForCalibrationOnlyToAFit) {
+  for (const char* purpose : {"verification", "diagnosis"}) {
+    const db::RunInfo stated = info(purpose);
+    auto recorder = RunRecorder::begin(*catalog_, stated, purpose, {{"SN1", "mti"}});
+    ASSERT_TRUE(recorder);
+    Unit unit(1);
+    ASSERT_TRUE(recorder->add(0, unit.samples(100, 20.0F), soak(20.0, "+X")));
+    const auto runs = recorder->finish({});
+    ASSERT_TRUE(runs) << runs.error().message;
+    EXPECT_EQ(runs->front().purpose, purpose);
+    EXPECT_EQ(db::RunFileReader::open(catalog_->run_file_path(runs->front()))->info().purpose, purpose);
+    const auto unfit = load_unit(*catalog_, "SN1", {});
+    ASSERT_FALSE(unfit);
+    EXPECT_NE(unfit.error().message.find(std::string("1 ") + purpose + " runs"), std::string::npos)
+        << unfit.error().message;
+  }
 }
 
 TEST_F(RunRecorderTest, RefusesWhatCouldNotBeEnteredLater) {
@@ -408,37 +479,95 @@ TEST_F(RunRecorderTest, TakesAllRowsOfACallOrNone) {
   EXPECT_EQ(recorder.finish({})->front().rows, 10U);
 }
 
-TEST_F(RunRecorderTest, LeavesAnInterruptedRunThatCanBeEntered) {
-  const db::RunInfo stated = info();
-  {
-    RunRecorder recorder = begin(stated);
-    record_up_and_down(recorder);
-    ASSERT_TRUE(recorder.flush());
-  }
-  const auto orphans = db::orphan_run_files(*catalog_);
-  ASSERT_EQ(orphans->size(), 1U);
-  const auto& orphan = orphans->front();
-  EXPECT_FALSE(orphan.sealed);
-  EXPECT_EQ(orphan.units, (std::vector<std::string>{"SN1", "SN2"}));
-  SealedRun run;
-  run.path = orphan.path;
-  run.sha256 = db::RunFileWriter::seal_interrupted(orphan.path, "soakd ended").value();
-  for (const std::string& serial : orphan.units) run.units.push_back({serial, "mti"});
-  const auto rows = enter_run(*catalog_, run);
-  ASSERT_TRUE(rows) << rows.error().message;
-  EXPECT_EQ(rows->size(), 2U);
-  EXPECT_EQ(catalog_->segments(stated.run_id, "SN2", false)->size(), 7U);
-  EXPECT_TRUE(db::orphan_run_files(*catalog_)->empty());
-}
-
-TEST_F(RunRecorderTest, EntersNothingIfOneUnitIsRefused) {
+TEST_F(RunRecorderTest, EntersNoRunIfOneIsRefused) {
   RunRecorder recorder = begin(info());
   record_up_and_down(recorder);
-  // Meanwhile somebody else gives the campaign another procedure.
-  ASSERT_TRUE(catalog_->ensure_campaign("c1", "ramp"));
+  // Meanwhile somebody else imports a run of the second unit with this label.
+  ASSERT_TRUE(catalog_->ensure_campaign("c1", "soak"));
+  db::RunRow other;
+  other.run_id = new_run_id();
+  other.file_name = other.run_id + ".soakrun";
+  other.unit = "SN2";
+  other.campaign = "c1";
+  other.label = "R01";
+  ASSERT_TRUE(catalog_->add_run(other, {}));
   EXPECT_FALSE(recorder.finish({}));
+  EXPECT_EQ(catalog_->runs({})->size(), 1U);
+}
+
+using LostRuns = RunRecorderTest;
+
+/// What the log says of runs.
+std::vector<std::string> told_of_runs(const db::Catalog& catalog) {
+  std::vector<std::string> texts;
+  const auto events = catalog.events();
+  for (const db::EventRow& event : *events) {
+    if (event.kind == "run") texts.push_back(event.text);
+  }
+  return texts;
+}
+
+/// Records as soakd does in a process of its own, which is killed: `rows` rows of SN1 are flushed, some more are not.
+void record_and_die(const fs::path& data_folder, const db::RunInfo& info, std::size_t rows) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    auto catalog = db::Catalog::open(data_folder);
+    auto recorder = RunRecorder::begin(*catalog, info, "verification", {{"SN1", "mti"}, {"SN2", "mti"}});
+    Unit unit(1);
+    // Nothing of this is checked here: a failure shows as rows that are missing.
+    static_cast<void>(recorder->add(0, unit.samples(rows, 20.0F), soak(20.0, "+X")));
+    static_cast<void>(recorder->flush());
+    static_cast<void>(recorder->add(0, unit.samples(50, 20.0F), soak(20.0, "+X")));
+    ::raise(SIGKILL);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+}
+
+TEST_F(LostRuns, AreEnteredVoidedWithEveryRowThatWasFlushed) {
+  db::RunInfo lost = info();
+  lost.source = kRunSource;
+  record_and_die(folder_, lost, 20'000);
+  ASSERT_FALSE(db::orphan_run_files(*catalog_)->empty());
+  EventLog log(*catalog_);
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 1U) << "SN2 gave no row";
+  const db::RunRow& run = runs->front();
+  EXPECT_EQ(run.run_id, lost.run_id);
+  EXPECT_EQ(run.rows, 20'000U);
+  EXPECT_EQ(run.purpose, "verification");
+  EXPECT_TRUE(run.sealed);
+  EXPECT_TRUE(run.voided);
+  EXPECT_EQ((*catalog_->unit("SN1"))->type, "mti") << "known since the run began";
+  const auto file = db::RunFileReader::open(catalog_->run_file_path(run));
+  EXPECT_TRUE(file->sealed());
+  EXPECT_TRUE(file->verify());
+  EXPECT_EQ(file->events()->back().kind, "interrupted");
+  EXPECT_TRUE(db::orphan_run_files(*catalog_)->empty());
+  ASSERT_EQ(told_of_runs(*catalog_).size(), 1U);
+  EXPECT_NE(told_of_runs(*catalog_).front().find("voided"), std::string::npos);
+}
+
+TEST_F(LostRuns, WithoutSamplesAreToldOfOnce) {
+  db::RunInfo lost = info();
+  lost.source = kRunSource;
+  record_and_die(folder_, lost, 0);
+  EventLog log(*catalog_);
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
   EXPECT_TRUE(catalog_->runs({})->empty());
-  EXPECT_TRUE(catalog_->units()->empty());
+  EXPECT_TRUE(db::orphan_run_files(*catalog_)->front().sealed);
+  EXPECT_EQ(told_of_runs(*catalog_).size(), 1U);
+}
+
+TEST_F(LostRuns, LeavesTheFilesOfOthersAlone) {
+  record_and_die(folder_, info(), 100);  // says that it is no file of soakd's
+  EventLog log(*catalog_);
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
+  EXPECT_FALSE(db::orphan_run_files(*catalog_)->front().sealed);
+  EXPECT_TRUE(told_of_runs(*catalog_).empty());
 }
 
 }  // namespace

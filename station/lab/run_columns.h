@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/run.h"
+#include "calib/segment.h"
+#include "db/sample.h"
+#include "hal/chamber.h"
+#include "hal/imu.h"
+
+/// The streams of a run file that the station records (docs/file-formats.md).
+namespace soak::station {
+
+/// What the station knows of the rows that it adds.
+struct RowLabels {
+  calib::Phase phase = calib::Phase::soak;
+  calib::Sweep sweep = calib::Sweep::unknown;
+  std::optional<double> plateau_c;  ///< set point
+  std::string position;             ///< one of the six labels; empty = moving
+  int visit = -1;  ///< ordinal of the plateau in the plan; -1 = counted from the changes of `plateau_c`, from 0
+};
+
+/// Ordinal of the plateau in the plan, where it is known. Segments get their visits from this channel.
+inline constexpr std::string_view kVisitChannel = "visit";
+
+/// Channels of a unit's stream, and rows for it in that order. `new_chamber_c` goes into the first row.
+[[nodiscard]] std::vector<db::ChannelInfo> imu_channels();
+[[nodiscard]] std::vector<db::Column> imu_columns(std::span<const hal::ImuSample> samples, const RowLabels& labels,
+                                                  std::optional<int> visit, std::optional<double> new_chamber_c);
+
+/// The same for the chamber's log, one row.
+[[nodiscard]] std::vector<db::ChannelInfo> chamber_channels();
+[[nodiscard]] std::vector<db::Column> chamber_columns(double t_s, const hal::ChamberReading& reading);
+
+}  // namespace soak::station
