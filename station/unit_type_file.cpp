@@ -121,7 +121,12 @@ base::Result<std::vector<calib::UnitType>> read_unit_types(const std::filesystem
        entry.increment(failure)) {
     if (entry->path().extension() == ".toml") files.push_back(entry->path());
   }
-  if (failure) return base::bad_input("cannot read the folder of unit types", folder.string());
+  if (failure) {
+    return base::bad_input(fmt::format("cannot read the folder of unit types ({}); name another with --types, "
+                                       "$SOAK_PROCEDURES or, for soakd, [unit_types] folder",
+                                       failure.message()),
+                           folder.string());
+  }
   std::sort(files.begin(), files.end());
   std::vector<calib::UnitType> types;
   for (const auto& file : files) {
@@ -136,11 +141,7 @@ std::filesystem::path default_unit_type_folder() {
   if (const char* procedures = std::getenv("SOAK_PROCEDURES"); procedures != nullptr && *procedures != '\0') {
     return std::filesystem::path(procedures) / "units";
   }
-#ifdef SOAK_PROCEDURES_FOLDER
   return std::filesystem::path(SOAK_PROCEDURES_FOLDER) / "units";
-#else
-  return {};
-#endif
 }
 
 }  // namespace soak::station

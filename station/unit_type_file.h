@@ -23,7 +23,7 @@ namespace soak::station {
 /// Whether three of the labels "+X" ... "-Z" form a right-handed frame, in this order.
 [[nodiscard]] bool is_right_handed(const std::array<std::string, 3>& labels);
 
-/// $SOAK_PROCEDURES/units, else the folder that came with the program; empty if neither is known.
+/// $SOAK_PROCEDURES/units, else that of the checkout which the program was built from; need not exist.
 [[nodiscard]] std::filesystem::path default_unit_type_folder();
 
 }  // namespace soak::station
