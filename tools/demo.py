@@ -119,7 +119,10 @@ def campaigns(options, folder):
         run_campaign(lab, "demo", "six-position-demo")
         step("verification: one run between the plateaus, which no fit sees")
         run_campaign(lab, "demo-verification", "verification-demo")
-        return lab.truth()
+        truth = lab.truth()
+    with open(os.path.join(folder, "truth.json"), "w", encoding="utf-8") as f:
+        json.dump(truth, f)
+    return truth
 
 
 def calibrate(folder, truth):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Draws docs/images/demo.svg from the files that ./run demo left in build/demo: one gyro's thermal curve as it stands in the
-calibration file, the generator's noise-free truth, and the shape error between them."""
+calibration file, the simulator's noise-free truth, and the shape error between them."""
 import json
 import os
 import sys
@@ -51,7 +51,7 @@ class Panel:
 def read(serial, sensor):
     with open(os.path.join(DEMO, f"{serial}.json"), encoding="utf-8") as f:
         calibration = json.load(f)["sensors"][sensor]
-    with open(os.path.join(DEMO, "lab", "truth.json"), encoding="utf-8") as f:
+    with open(os.path.join(DEMO, "truth.json"), encoding="utf-8") as f:
         truth = json.load(f)
     unit = next(u for u in truth["units"] if u["unit"] == serial)
     return calibration, list(zip(truth["temp_c"], unit["sensors"][sensor]["bias"]))
@@ -67,7 +67,7 @@ def interpolation(points):
     return value
 
 
-def main(serial="SIM-0002", sensor="gyro_y"):
+def main(serial="0380A002", sensor="gyro_y"):
     calibration, truth = read(serial, sensor)
     curve = [(p["temp_c"], p["bias"]) for p in calibration["curve"]]
     band = [(p["temp_c"], p["ci95"]) for p in calibration["bias_uncertainty"]]

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/lab/chamber_monitor.h"
 
+#include <cmath>
+
 namespace soak::station {
 namespace {
 
@@ -9,6 +11,8 @@ using std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kSoonest{2};
 constexpr std::chrono::seconds kStale{10};
 constexpr int kMisses = 3;
+constexpr int kDisobeyed = 3;
+constexpr double kSetPointTolerance_c = 0.5;
 
 }  // namespace
 
@@ -29,8 +33,13 @@ bool ChamberMonitor::poll(double now_s) {
   heard_host_ = polled_host_;
   reading_ = *std::move(reading);
   air_.add(now_s, reading_->air_c);
+  const bool obeys =
+      !expected_c_ || (reading_->running && std::abs(reading_->set_point_c - *expected_c_) <= kSetPointTolerance_c);
+  disobeyed_ = obeys ? 0 : disobeyed_ + 1;
   return true;
 }
+
+bool ChamberMonitor::disobeys() const { return disobeyed_ >= kDisobeyed; }
 
 std::optional<double> ChamberMonitor::age_s() const {
   if (heard_host_ == steady_clock::time_point{}) return std::nullopt;

@@ -38,6 +38,16 @@ class ChamberMonitor {
   [[nodiscard]] bool air_is_stable() const { return air_.verdict().stable; }
   void judge_air(const calib::StabilityCriterion& criterion) { air_ = calib::StabilityJudge(criterion); }
 
+  /// What the chamber was told to hold; nothing while it may do as it likes.
+  void expect(const std::optional<double>& set_point_c) {
+    expected_c_ = set_point_c;
+    disobeyed_ = 0;
+  }
+  [[nodiscard]] const std::optional<double>& expected_c() const { return expected_c_; }
+  /// Three readings in a row say another set point, or that control is off: the controller restarted, or someone
+  /// pressed its keys.
+  [[nodiscard]] bool disobeys() const;
+
   [[nodiscard]] hal::Chamber& chamber() { return chamber_; }
   [[nodiscard]] const hal::Chamber& chamber() const { return chamber_; }
 
@@ -50,6 +60,8 @@ class ChamberMonitor {
   std::optional<hal::ChamberReading> reading_;
   std::string trouble_;
   int misses_ = 0;
+  std::optional<double> expected_c_;
+  int disobeyed_ = 0;
   calib::StabilityJudge air_;
 };
 

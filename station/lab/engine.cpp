@@ -180,7 +180,10 @@ void Engine::turn() {
   if (!stored && (state_ == LabState::running || state_ == LabState::paused)) {
     end_campaign(LabState::failed, "cannot record: " + stored.error().message);
   }
-  if (state_ == LabState::running && !hold_for_chamber()) advance();
+  if (state_ == LabState::running && !hold_for_chamber()) {
+    watch_set_point();
+    advance();
+  }
   if (state_ == LabState::stopping && safe_end_->poll(*lab_)) {
     const std::string reason = safe_end_->reason();
     safe_end_.reset();
@@ -217,6 +220,18 @@ void Engine::watch_alarms() {
   // Not a moment later than this: the rest of the way to the safe state can wait.
   if (outputs_off && !chamber_->stop()) log_.add("alarm", "chamber", "heating and cooling cannot be switched off yet");
   end_campaign(LabState::failed, "the chamber reports an alarm: " + names, outputs_off);
+}
+
+void Engine::watch_set_point() {
+  if (!lab_->chamber.disobeys()) return;
+  const double expected_c = *lab_->chamber.expected_c();
+  const auto& reading = *lab_->chamber.reading();
+  log_.add("device", "chamber",
+           fmt::format("holds {:+.1f} °C, {}, where {:+.1f} °C was asked for: told again", reading.set_point_c,
+                       reading.running ? "on" : "off", expected_c));
+  if (!chamber_->set_temperature(expected_c) || !chamber_->start()) return;
+  lab_->chamber.expect(expected_c);
+  repeat_step("the chamber did not hold its set point");
 }
 
 bool Engine::hold_for_chamber() {
@@ -336,6 +351,7 @@ void Engine::end_campaign(LabState outcome, const std::string& reason, bool outp
   lab_->prompts.withdraw();
   lab_->break_segment(reason);
   lab_->set_plateau(std::nullopt, calib::Sweep::unknown, -1);
+  lab_->chamber.expect(std::nullopt);
   stale_since_.reset();
   outcome_ = outcome;
   safe_end_ = std::make_unique<SafeEnd>(reason, std::max(lab_->procedure().end_c, kEnd_c), outputs_off);

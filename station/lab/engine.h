@@ -84,6 +84,7 @@ class Engine : public LabService {
   void turn();
   void advance();
   void watch_alarms();
+  void watch_set_point();
   [[nodiscard]] bool hold_for_chamber();
   void remember();
   void publish();

@@ -106,6 +106,34 @@ class Campaign(LabTest):
         self.assert_safe()
         self.assertEqual(self.query("SELECT state FROM journal"), [("aborted",)])
 
+    def test_a_unit_that_never_settles_ends_in_the_outcome_that_the_procedure_states(self):
+        never = short_procedure(set_points=(20, 25)).replace("slope_kpmin = 0.05", "slope_kpmin = 0.0001")
+        for outcome, state, segments, skipped in (("skip_plateau", "finished", 0, 2), ("record", "finished", 4, 0),
+                                                  ("abort", "failed", 0, 0)):
+            with self.subTest(outcome):
+                self.start_lab(rate=2000)
+                self.start_campaign(never.replace("timeout_s = 200000", f'timeout_s = 600\non_timeout = "{outcome}"'))
+                status = self.wait_for_end()
+                self.assertEqual(status["state"], state, status["reason"])
+                self.assert_safe()
+                self.assertEqual(self.query("SELECT count(*) FROM segment"), [(segments,)])
+                self.assertEqual(self.query("SELECT count(*) FROM step WHERE outcome = 'skipped'"), [(skipped,)])
+                said = [text for _, _, text in self.events() if "not stable after 600 s: 0380A001" in text]
+                self.assertTrue(said, self.events())
+                self.doCleanups()
+                self.setUp()
+
+    def test_a_set_point_that_was_changed_at_the_controller_is_commanded_again(self):
+        self.start_lab()
+        self.start_campaign(short_procedure())
+        self.wait_for_step("wait_stable")
+        self.modbus("chamber").write_registers(2782, self.words_f32(35.0), 1)
+        self.assertEqual(self.wait_for_end()["state"], "finished")
+        self.assertTrue(any("holds +35.0 °C, on, where +15.0 °C was asked for" in text for _, _, text in self.events()),
+                        self.events())
+        plateaus = dict(self.query("SELECT visit, avg(temp_c) FROM segment GROUP BY visit"))
+        self.assertAlmostEqual(plateaus[0], 15.0, delta=2.0)
+
     def test_a_fixture_turned_by_hand_asks_and_waits(self):
         self.start_lab()
         end(self.lab.soakd)

@@ -54,6 +54,7 @@ class SetTemperature : public StepTask {
     if (!sent) return StepProgress::failed(sent.error());
     if (!*sent) return StepProgress::running();
     commanded_ = true;
+    lab.chamber.expect(step_.temp_c);
     since_s_ = lab.now_s();
     since_host_ = steady_clock::now();
     lab.set_plateau(is_ramp_ ? std::nullopt : std::optional(step_.temp_c), step_.sweep, step_.visit);
@@ -157,6 +158,7 @@ class WarmEnd : public StepTask {
   StepProgress poll(Lab& lab) override {
     if (!warmth_) {
       warmth_.emplace(temp_c_);
+      lab.chamber.expect(std::nullopt);
       lab.set_plateau(std::nullopt, calib::Sweep::unknown, -1);
     }
     const auto off = warmth_->poll(lab);
