@@ -31,7 +31,7 @@ class SettingsTable {
   /// Without `fallback` the key is required.
   [[nodiscard]] double number(std::string_view key, Limits limits, std::optional<double> fallback = {}) const;
   [[nodiscard]] int whole(std::string_view key, Limits limits, std::optional<int> fallback = {}) const;
-  [[nodiscard]] std::string text(std::string_view key, std::optional<std::string> fallback = {}) const;
+  [[nodiscard]] std::string text(std::string_view key, const std::optional<std::string>& fallback = {}) const;
   [[nodiscard]] bool flag(std::string_view key, std::optional<bool> fallback = {}) const;
   [[nodiscard]] std::optional<double> optional_number(std::string_view key, Limits limits) const;
   [[nodiscard]] std::optional<int> optional_whole(std::string_view key, Limits limits) const;

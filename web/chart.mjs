@@ -5,7 +5,7 @@
 import { duration, number } from "./format.mjs";
 
 const SVG = "http://www.w3.org/2000/svg";
-const MARGIN = { top: 10, right: 14, bottom: 26, left: 46 };
+const MARGIN = { top: 24, right: 14, bottom: 26, left: 46 };
 const MAX_POINTS = 8000;
 const COLOURS = 8;
 const TIME_STEPS_S = [1, 2, 5, 10, 30, 60, 120, 300, 600, 1800, 3600, 7200, 14400, 21600, 43200, 86400, 172800, 604800];
@@ -178,7 +178,7 @@ export class Chart {
       grid.append(svg("line", { x1: x(t), x2: x(t), y1: height - MARGIN.bottom, y2: height - MARGIN.bottom + 5 }));
       grid.append(svg("text", { x: x(t), y: height - 6, "text-anchor": "middle" }, timeLabel(t, stepS)));
     }
-    grid.append(svg("text", { x: 4, y: MARGIN.top + 4, class: "axis" }, "°C"));
+    grid.append(svg("text", { x: 4, y: 10, class: "axis" }, "°C"));
     return grid;
   }
 

@@ -121,7 +121,7 @@ int SettingsTable::whole(std::string_view key, Limits limits, std::optional<int>
   return value.value_or(fallback.value_or(0));
 }
 
-std::string SettingsTable::text(std::string_view key, std::optional<std::string> fallback) const {
+std::string SettingsTable::text(std::string_view key, const std::optional<std::string>& fallback) const {
   const bool required = !fallback;
   const toml::node* node = document_->find(*place_, key, required);
   if (!node) return fallback.value_or("");

@@ -106,7 +106,10 @@ std::optional<std::string> EventStream::next() {
   const EventFeed::News news = feed_.wait(edition_, last_log_, kStreamPatience);
   if (news.stopped) return std::nullopt;
   std::string text;
-  if (news.edition != edition_) text = "event: status\ndata: " + *news.status + "\n\n";
+  // A stream begins with what holds now, not with what the feed saw last: the caller may just have changed it.
+  const bool begins = edition_ == 0;
+  if (begins) text = "event: status\ndata: " + compact(lab_.status()) + "\n\n";
+  if (!begins && news.edition != edition_) text = "event: status\ndata: " + *news.status + "\n\n";
   edition_ = news.edition;
   text += new_log_entries(news.newest_log);
   const auto now = std::chrono::steady_clock::now();

@@ -15,6 +15,7 @@ import time
 import unittest
 import urllib.request
 
+import jsonschema
 from fault_proxy import FaultProxy
 from pymodbus.client import ModbusTcpClient
 
@@ -102,6 +103,10 @@ class LabTest(unittest.TestCase):
 
     def start_campaign(self, procedure, name="c"):
         return self.lab.soak_json("campaign", "start", self.write("procedure.toml", procedure), "--name", name)
+
+    def check_schema(self, document, name):
+        schema = json.loads((ROOT / "docs" / "schema" / f"{name}.schema.json").read_text(encoding="utf-8"))
+        jsonschema.Draft202012Validator(schema).validate(document)
 
     def status(self):
         with urllib.request.urlopen(self.lab.page + "api/v1/status", timeout=30) as answer:

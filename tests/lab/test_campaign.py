@@ -13,6 +13,7 @@ class Campaign(LabTest):
         begun = self.start_campaign(short_procedure(set_points=(10, 25, 40), runs=2, preflight_s=10,
                                                     positions=("+X", "-X", "+Y", "-Y", "+Z", "-Z")))
         self.assertEqual((begun["campaign"], begun["runs"]), ("c", 3))
+        self.check_schema(begun, "campaign-start")
         status = self.wait_for_end()
         self.assertEqual(status["state"], "finished", status["reason"])
         self.assertTrue(status["simulated"])
@@ -59,9 +60,11 @@ class Campaign(LabTest):
 
     def test_others_read_from_the_devices_what_the_page_shows(self):
         self.start_lab(rate=50)
+        self.check_schema(self.status(), "campaign-status")
         self.start_campaign(short_procedure(set_points=(40,)))
         self.wait_for_step("set_temperature")
         self.wait("on the way", lambda s: s["chamber"]["set_point_c"] == 40.0)
+        self.check_schema(self.lab.soak_json("campaign", "status"), "campaign-status")
         shown = self.status()["chamber"]
         port = self.lab.ports["chamber"]
         poll = subprocess.run(["mbpoll", "-m", "tcp", "-p", str(port), "-a", "1", "-0", "-r", "2782", "-t", "4:float", "-c", "1",
@@ -82,7 +85,7 @@ class Campaign(LabTest):
         self.start_lab()
         self.start_campaign(short_procedure())
         self.wait_for_step("record")
-        self.lab.soak("campaign", "pause")
+        self.check_schema(self.lab.soak_json("campaign", "pause"), "campaign-state")
         paused = self.status()
         self.assertEqual(paused["state"], "paused")
         step = paused["campaign"]["step"]
