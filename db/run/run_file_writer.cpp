@@ -133,8 +133,7 @@ base::Result<std::string> RunFileWriter::seal_interrupted(const std::filesystem:
   auto connection = run::open_abandoned(path);
   if (!connection) return base::forward_error(connection);
   if (!*connection) return sqlite::sha256_of_file(path);
-  RunFileWriter writer(std::make_unique<Impl>(path, **std::move(connection)));
-  connection->reset();
+  RunFileWriter writer(std::make_unique<Impl>(path, *std::move(*connection)));
   if (const auto restored = writer.impl_->restore(); !restored) return base::forward_error(restored);
   if (!writer.impl_->finished)
     writer.impl_->pending_events.push_back({writer.impl_->last_t_s(), "interrupted", std::string(text)});
