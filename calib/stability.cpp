@@ -16,6 +16,8 @@ namespace {
 
 constexpr double kClosest_s = 0.2;
 constexpr double kMinute_s = 60.0;
+constexpr double kCoarsestStep_c = 1.0;  // of a thermometer whose step is not known
+constexpr double kSlack = 1.01;          // of a step, for rounding
 
 /// Slope of a straight line through points and its standard error from the residuals.
 struct Slope {
@@ -44,12 +46,29 @@ StabilityJudge::StabilityJudge(const StabilityCriterion& criterion)
 void StabilityJudge::add(double t_s, double temp_c) {
   if (!readings_.empty() && t_s - readings_.back().t_s < kClosest_s) return;
   readings_.push_back({t_s, temp_c});
+  follow_standstill(t_s, temp_c);
   while (t_s - readings_.front().t_s > criterion_.window_s) readings_.pop_front();
 }
 
 void StabilityJudge::disturb(double min_window_s) {
   readings_.clear();
   min_window_s_ = std::min(min_window_s, criterion_.window_s);
+}
+
+void StabilityJudge::follow_standstill(double t_s, double temp_c) {
+  const double step = kSlack * criterion_.step_c.value_or(0.0);
+  if (!still_ || t_s < still_->since_s || temp_c < still_->high_c - step || temp_c > still_->low_c + step) {
+    still_ = Standstill{t_s, temp_c, temp_c};
+  }
+  still_->low_c = std::min(still_->low_c, temp_c);
+  still_->high_c = std::max(still_->high_c, temp_c);
+}
+
+bool StabilityJudge::is_standing() const {
+  if (!still_) return false;
+  const double steps = still_->high_c > still_->low_c ? 2.0 : 1.0;
+  const double needed_s = steps * criterion_.step_c.value_or(kCoarsestStep_c) / criterion_.slope_kpmin * kMinute_s;
+  return readings_.back().t_s - still_->since_s >= needed_s;
 }
 
 double StabilityJudge::scatter_c() const {
@@ -111,6 +130,7 @@ StabilityVerdict StabilityJudge::verdict() const {
   verdict.slope_kpmin = slope.value;
   verdict.half_width_kpmin = student_t_two_sided(criterion_.confidence, kBlocks - 2) * slope.standard_error;
   verdict.quantised = is_quantised(verdict.window_s);
+  verdict.standing = is_standing();
   verdict.stable = !verdict.quantised && std::abs(slope.value) + *verdict.half_width_kpmin <= criterion_.slope_kpmin;
   return verdict;
 }

@@ -18,7 +18,8 @@ struct StabilityCriterion {
 /// What the readings of one thermometer say.
 struct StabilityVerdict {
   bool stable = false;
-  bool quantised = false;                  ///< steps too coarse for a slope: judge by time and by another thermometer
+  bool quantised = false;  ///< steps too coarse for a slope: judge by `standing`, time and another thermometer
+  bool standing = false;   ///< has stood still for so long that at the limit it would have taken a step
   std::optional<double> slope_kpmin;       ///< absent while there are too few readings
   std::optional<double> half_width_kpmin;  ///< of the slope's confidence interval
   double window_s = 0.0;                   ///< stretch that was used
@@ -33,8 +34,10 @@ struct StabilityVerdict {
 ///
 /// A thermometer is `quantised`, and never stable by itself, if at the limit it would move by less than two of its
 /// steps within the window while its noise does not reach three of them: a whole-degree display stands still while the
-/// truth moves. Without `step_c` the step is the smallest difference that the readings show; readings that are all
-/// equal show none, and count as quantised.
+/// truth moves. What can be said of it: readings that did not change for the time that the limit takes for one step
+/// (twice that where they flicker between two neighbours) are `standing`; a temperature that approaches its end is then
+/// slower than the limit. Without `step_c` the step is the smallest difference that the readings show; readings that
+/// are all equal show none, and count as quantised.
 class StabilityJudge {
  public:
   static constexpr int kBlocks = 12;
@@ -45,8 +48,12 @@ class StabilityJudge {
   void add(double t_s, double temp_c);
   /// The set point changed, the fixture turned, a door opened, time began anew: what was read before does not count.
   /// `min_window_s` is the shortest stretch from now on.
+  /// A turn (with `min_window_s`) does not end a standstill, anything else does.
   void disturb(double min_window_s);
-  void disturb() { disturb(criterion_.min_window_s); }
+  void disturb() {
+    disturb(criterion_.min_window_s);
+    still_.reset();
+  }
 
   /// Cost linear in the readings of a window.
   [[nodiscard]] StabilityVerdict verdict() const;
@@ -57,6 +64,15 @@ class StabilityJudge {
     double temp_c = 0.0;
   };
 
+  /// Readings that stay within one step.
+  struct Standstill {
+    double since_s = 0.0;
+    double low_c = 0.0;
+    double high_c = 0.0;
+  };
+
+  void follow_standstill(double t_s, double temp_c);
+  [[nodiscard]] bool is_standing() const;
   [[nodiscard]] bool is_quantised(double window_s) const;
   /// Root mean square of the readings about their straight line.
   [[nodiscard]] double scatter_c() const;
@@ -64,6 +80,7 @@ class StabilityJudge {
   StabilityCriterion criterion_;
   double min_window_s_;
   std::deque<Reading> readings_;
+  std::optional<Standstill> still_;
 };
 
 }  // namespace soak::calib

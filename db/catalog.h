@@ -154,6 +154,8 @@ class Catalog {
   [[nodiscard]] base::Result<std::optional<CampaignRow>> campaign(std::string_view name) const;
   /// The campaign in state "running" or "paused", if there is one.
   [[nodiscard]] base::Result<std::optional<CampaignRow>> open_campaign() const;
+  /// The campaign with a journal that was begun last, whatever its state.
+  [[nodiscard]] base::Result<std::optional<CampaignRow>> last_campaign() const;
   /// Changes the state and logs it. Refuses (bad_input) a campaign without journal, a state that is none, and a second
   /// open campaign.
   [[nodiscard]] base::Status set_campaign_state(std::string_view name, std::string_view state, std::string_view reason);

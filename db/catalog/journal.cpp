@@ -144,6 +144,15 @@ base::Result<std::optional<CampaignRow>> Catalog::open_campaign() const {
   });
 }
 
+base::Result<std::optional<CampaignRow>> Catalog::last_campaign() const {
+  return impl_->connection.run("read the campaigns", [&]() -> base::Result<std::optional<CampaignRow>> {
+    return find_journal(impl_->database(),
+                        "created_utc_s = (SELECT max(created_utc_s) FROM journal) AND "
+                        "journal.campaign <> ?",
+                        "");
+  });
+}
+
 base::Status Catalog::set_campaign_state(std::string_view name, std::string_view state, std::string_view reason) {
   return impl_->connection.transact("change the campaign's state", [&]() -> base::Status {
     if (const auto known = check_state(state, impl_->connection.path().string()); !known) return known;

@@ -8,9 +8,14 @@
 #include <cmath>
 #include <fstream>
 #include <set>
-#include <sstream>
 
 namespace soak::hal {
+namespace {
+
+/// Many times what anyone writes. The parser's stack bounds how deep keys may be nested: this bounds both.
+constexpr std::size_t kLongestText = 32768;
+
+}  // namespace
 
 struct SettingsTable::Place {
   const toml::table* table;
@@ -240,6 +245,9 @@ std::vector<SettingsTable> SettingsTable::tables(std::string_view key) const {
 }
 
 base::Result<SettingsReader> SettingsReader::parse(std::string_view text, std::string file) {
+  if (text.size() > kLongestText) {
+    return base::bad_input(fmt::format("longer than {} bytes: this is no settings file", kLongestText), file);
+  }
   auto document = std::make_shared<SettingsTable::Document>();
   document->file = std::move(file);
   try {
@@ -273,9 +281,10 @@ base::Result<std::string> read_settings_text(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   stream.peek();  // a folder can be opened, but not read
   if (stream.fail()) return base::bad_input("cannot read the file", file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
+  std::string text(kLongestText + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return text;
 }
 
 }  // namespace soak::hal

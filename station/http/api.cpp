@@ -14,6 +14,8 @@ using base::Result;
 using nlohmann::json;
 using Parameter = std::optional<std::string>;
 
+constexpr std::size_t kLongestLine = 200;
+
 Result<json> status(const LabService& lab, const Parameter&, std::int64_t) { return lab.status(); }
 
 Result<json> plan(const LabService& lab, const Parameter&, std::int64_t) { return lab.plan(); }
@@ -38,6 +40,18 @@ base::Status only_members(const json& body, std::initializer_list<std::string_vi
   return {};
 }
 
+base::Status check_line(const std::string& value, const std::string& name) {
+  if (value.size() > kLongestLine) {
+    return base::bad_input("longer than " + std::to_string(kLongestLine) + " bytes", name);
+  }
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
+  if (std::any_of(value.begin(), value.end(), is_control)) {
+    return base::bad_input("has a control character; one line of plain text is taken", name);
+  }
+  if (!value.empty() && value.find_first_not_of(' ') == std::string::npos) return base::bad_input("is blank", name);
+  return {};
+}
+
 /// A text member; `otherwise` where it is absent, refused if that is nothing.
 Result<std::string> text(const json& body, const std::string& name, const Parameter& otherwise) {
   const auto member = body.find(name);
@@ -49,7 +63,15 @@ Result<std::string> text(const json& body, const std::string& name, const Parame
   return value;
 }
 
-Result<std::string> user_of(const json& body) { return text(body, "user", "unknown"); }
+/// A text that stands in one line: of logs, of tables, of file names.
+Result<std::string> line(const json& body, const std::string& name, const Parameter& otherwise) {
+  auto value = text(body, name, otherwise);
+  if (!value) return value;
+  if (auto fits = check_line(*value, name); !fits) return base::forward_error(fits);
+  return value;
+}
+
+Result<std::string> user_of(const json& body) { return line(body, "user", "unknown"); }
 
 Result<std::map<std::string, std::string>> units(const json& body) {
   std::map<std::string, std::string> found;
@@ -59,6 +81,7 @@ Result<std::map<std::string, std::string>> units(const json& body) {
   for (const auto& unit : member->items()) {
     if (!unit.value().is_string()) return base::bad_input("the serial number is not text", "units." + unit.key());
     found[unit.key()] = unit.value().get<std::string>();
+    if (auto fits = check_line(found[unit.key()], "units." + unit.key()); !fits) return base::forward_error(fits);
   }
   return found;
 }
@@ -68,9 +91,9 @@ Result<StartRequest> start_request(const json& body) {
   if (!known) return base::forward_error(known);
   const auto procedure = text(body, "procedure_text", std::nullopt);
   if (!procedure) return base::forward_error(procedure);
-  const auto file = text(body, "procedure_file", "procedure");
+  const auto file = line(body, "procedure_file", "procedure");
   if (!file) return base::forward_error(file);
-  const auto campaign = text(body, "campaign", std::nullopt);
+  const auto campaign = line(body, "campaign", std::nullopt);
   if (!campaign) return base::forward_error(campaign);
   const auto slots = units(body);
   if (!slots) return base::forward_error(slots);
@@ -105,7 +128,7 @@ Result<json> abort(LabService& lab, const json& body) {
   if (!known) return base::forward_error(known);
   const auto user = user_of(body);
   if (!user) return base::forward_error(user);
-  const auto reason = text(body, "reason", std::nullopt);
+  const auto reason = line(body, "reason", std::nullopt);
   if (!reason) return base::forward_error(reason);
   return state_after(lab.abort(*user, *reason), lab);
 }

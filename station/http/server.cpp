@@ -113,6 +113,12 @@ struct HttpServer::Running {
     // the next one.
     listener.set_keep_alive_max_count(1);
     listener.set_tcp_nodelay(true);
+    // The library counts the length of a body only where it is stated.
+    listener.set_pre_routing_handler([](const httplib::Request& request, httplib::Response& response) {
+      if (!request.has_header("Transfer-Encoding")) return httplib::Server::HandlerResponse::Unhandled;
+      refuse(response, 411, {ErrorKind::bad_input, "the length of the body must be stated", "Content-Length"});
+      return httplib::Server::HandlerResponse::Handled;
+    });
     listener.set_error_handler(httplib::Server::Handler(describe_library_error));
     listener.set_exception_handler(describe_exception);
     listener.set_post_routing_handler(set_security_headers);

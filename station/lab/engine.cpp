@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <unistd.h>
 
@@ -13,6 +14,7 @@
 #include "station/lab/lost_runs.h"
 #include "station/lab/start_check.h"
 #include "station/lab/status_document.h"
+#include "station/log.h"
 
 namespace soak::station {
 namespace {
@@ -22,6 +24,8 @@ using std::chrono::steady_clock;
 constexpr int kLongestWait_ms = 20;
 constexpr std::chrono::milliseconds kPublishEvery{100};
 constexpr std::chrono::seconds kChamberPatience{60};
+constexpr std::chrono::seconds kKeepAgain{1};
+constexpr int kTellAgain = 5;
 constexpr double kEnd_c = 25.0;
 
 base::Error wrong_state(std::string message) { return {base::ErrorKind::bad_input, std::move(message), "state"}; }
@@ -96,7 +100,10 @@ base::Status Engine::make_devices() {
 base::Status Engine::take_over() {
   const auto open = catalog_.open_campaign();
   if (!open) return base::forward_error(open);
-  if (!*open) return enter_lost_runs(catalog_, log_);
+  if (!*open) {
+    if (auto entered = enter_lost_runs(catalog_, log_); !entered) return entered;
+    return know_unfinished();
+  }
   const std::string reason = "soakd ended in mid-campaign";
   lab_->campaign.name = (*open)->name;
   log_.add("campaign", lab_->campaign.name,
@@ -107,6 +114,16 @@ base::Status Engine::take_over() {
   // Reading what was recorded may take minutes: the chamber comes first.
   runs_are_lost_ = true;
   set_state(LabState::stopping, reason);
+  return {};
+}
+
+base::Status Engine::know_unfinished() {
+  const auto last = catalog_.last_campaign();
+  if (!last) return base::forward_error(last);
+  if (!*last || ((*last)->state != "interrupted" && (*last)->state != "failed")) return {};
+  state_ = (*last)->state == "failed" ? LabState::failed : LabState::interrupted;
+  reason_ = (*last)->reason;
+  unfinished_ = lab_->campaign.name = (*last)->name;
   return {};
 }
 
@@ -180,10 +197,9 @@ void Engine::turn() {
   if (!stored && (state_ == LabState::running || state_ == LabState::paused)) {
     end_campaign(LabState::failed, "cannot record: " + stored.error().message);
   }
-  if (state_ == LabState::running && !hold_for_chamber()) {
-    watch_set_point();
-    advance();
-  }
+  if (journal_is_behind_) keep_state();
+  if (going_on && !hold_for_chamber()) watch_set_point();
+  if (state_ == LabState::running && !stale_since_) advance();
   if (state_ == LabState::stopping && safe_end_->poll(*lab_)) {
     const std::string reason = safe_end_->reason();
     safe_end_.reset();
@@ -226,10 +242,16 @@ void Engine::watch_set_point() {
   if (!lab_->chamber.disobeys()) return;
   const double expected_c = *lab_->chamber.expected_c();
   const auto& reading = *lab_->chamber.reading();
-  log_.add("device", "chamber",
-           fmt::format("holds {:+.1f} °C, {}, where {:+.1f} °C was asked for: told again", reading.set_point_c,
-                       reading.running ? "on" : "off", expected_c));
-  if (!chamber_->set_temperature(expected_c) || !chamber_->start()) return;
+  const std::string what = fmt::format("holds {:+.1f} °C, {}, where {:+.1f} °C was asked for", reading.set_point_c,
+                                       reading.running ? "on" : "off", expected_c);
+  told_again_ = expected_c == told_c_ ? told_again_ + 1 : 1;
+  told_c_ = expected_c;
+  if (told_again_ > kTellAgain) {
+    end_campaign(LabState::failed, "the chamber " + what + ", however often it is told");
+    return;
+  }
+  const base::Status told = chamber_->set_temperature(expected_c).and_then([&] { return chamber_->start(); });
+  log_.add("device", "chamber", what + (told ? ": told again" : ": refuses: " + told.error().message));
   lab_->chamber.expect(expected_c);
   repeat_step("the chamber did not hold its set point");
 }
@@ -270,16 +292,26 @@ void Engine::enter_step(std::size_t step) {
   step_started_utc_s_ = now_utc_s();
   step_started_s_ = lab_->now_s();
   lab_->prompts.withdraw();
-  task_ = make_task(lab_->campaign.plan, step);
+  task_ = new_task(step);
   published_ = {};
+}
+
+std::unique_ptr<StepTask> Engine::new_task(std::size_t index) {
+  const Plan& plan = lab_->campaign.plan;
+  if (!settle_fully_ || plan.steps[index].kind != StepKind::wait_stable) return make_task(plan, index);
+  settle_fully_ = false;
+  Step step = plan.steps[index];
+  step.after_turn = false;
+  return make_wait_stable(plan, step);
 }
 
 void Engine::step_ended(const StepProgress& progress) {
   const Plan& plan = lab_->campaign.plan;
   if (progress.state == StepState::failed) {
+    log_.add("step", describe(plan, step_), "failed: " + progress.text);
     persist_step("failed", progress.text);
-    const auto outcome = LabState::failed;
-    end_campaign(outcome, progress.error.where.empty() ? progress.text : progress.error.where + ": " + progress.text);
+    end_campaign(LabState::failed,
+                 progress.error.where.empty() ? progress.text : progress.error.where + ": " + progress.text);
     return;
   }
   if (!progress.text.empty()) log_.add("step", describe(plan, step_), progress.text);
@@ -295,7 +327,8 @@ void Engine::step_ended(const StepProgress& progress) {
   } else {
     task_.reset();
     step_ = plan.steps.size();
-    set_state(LabState::finished, "");
+    const auto& losses = lab_->campaign.losses;
+    set_state(LabState::finished, losses.empty() ? "" : fmt::format("without {}", fmt::join(losses, ", ")));
   }
 }
 
@@ -319,10 +352,14 @@ void Engine::repeat_step(const std::string& why) {
   lab_->break_segment(why);
   if (!stands_on_judgement(plan.steps[step_].kind)) return;
   std::size_t step = step_;
-  while (step > 0 && plan.steps[step].kind != StepKind::move && plan.steps[step - 1].run == plan.steps[step].run &&
+  const auto same_visit = [&](std::size_t other) {
+    return plan.steps[other].run == plan.steps[step].run && plan.steps[other].visit == plan.steps[step].visit;
+  };
+  while (step > 0 && plan.steps[step].kind != StepKind::move && same_visit(step - 1) &&
          stands_on_judgement(plan.steps[step - 1].kind)) {
     --step;
   }
+  settle_fully_ = plan.steps[step_].visit >= 0;
   enter_step(step);
 }
 
@@ -336,13 +373,23 @@ void Engine::set_state(LabState state, const std::string& reason) {
            reason.empty() ? std::string(name_of(state)) : fmt::format("{}: {}", name_of(state), reason));
   // On the way to the safe state the journal's campaign stays open: if soakd dies now, the next one goes on with that.
   if (state == LabState::stopping) return;
-  if (const auto kept = catalog_.set_campaign_state(campaign, name_of(state), reason); !kept) {
-    log_.add("campaign", campaign, "the journal cannot be written: " + kept.error().message);
-  }
+  next_keep_ = {};
+  journal_is_behind_ = true;
+  keep_state();
   if (state != LabState::running && state != LabState::paused) {
-    if (state == LabState::interrupted) interrupted_ = campaign;
+    const bool resumable = state == LabState::interrupted || state == LabState::failed;
+    unfinished_ = resumable ? campaign : "";
     for (const auto& unit : lab_->units) unit->close();
   }
+}
+
+void Engine::keep_state() {
+  const auto now = steady_clock::now();
+  if (now < next_keep_) return;
+  next_keep_ = now + kKeepAgain;
+  const auto kept = catalog_.set_campaign_state(lab_->campaign.name, name_of(state_), reason_);
+  journal_is_behind_ = !kept;
+  if (!kept) log_line("the journal cannot be written: " + kept.error().message);
 }
 
 void Engine::end_campaign(LabState outcome, const std::string& reason, bool outputs_off) {
@@ -393,7 +440,12 @@ void Engine::serve_commands() {
 
 base::Status Engine::ready_for_start() const {
   if (stop_requested_) return tl::unexpected<base::Error>(wrong_state("soakd is ending"));
-  if (state_ == LabState::running || state_ == LabState::paused || state_ == LabState::stopping) {
+  if (journal_is_behind_) return tl::unexpected<base::Error>(wrong_state("the journal cannot be written"));
+  if (state_ == LabState::stopping) {
+    return tl::unexpected<base::Error>(
+        wrong_state(fmt::format("campaign '{}' is on its way to the safe state: wait for it", lab_->campaign.name)));
+  }
+  if (state_ == LabState::running || state_ == LabState::paused) {
     return tl::unexpected<base::Error>(wrong_state(
         fmt::format("campaign '{}' is {}: wait for its end or abort it", lab_->campaign.name, name_of(state_))));
   }
@@ -406,10 +458,21 @@ base::Result<nlohmann::json> Engine::start(const StartRequest& request) {
 
 base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::optional<std::size_t> resume_at) {
   if (auto ready = ready_for_start(); !ready) return base::forward_error(ready);
+  if (auto entered = enter_lost_runs(catalog_, log_); !entered) return base::forward_error(entered);
   auto checked = check_start(request, config_, catalog_);
   if (!checked) return base::forward_error(checked);
   if (auto connected = connect_devices(); !connected) return base::forward_error(connected);
-  if (auto able = check_chamber(*checked, *chamber_); !able) return base::forward_error(able);
+  const std::size_t first_step = resume_at.value_or(0);
+  const double air_c = lab_->chamber.reading()->air_c;
+  for (const base::Status& able :
+       {check_chamber(*checked, *chamber_), check_disk(*checked, first_step, catalog_.data_folder()),
+        check_room(*checked, first_step, config_.room_c, air_c)}) {
+    if (!able) return base::forward_error(able);
+  }
+  // The pre-flight leaves the chamber alone.
+  if (checked->plan.runs[static_cast<std::size_t>(checked->plan.steps[first_step].run)].preflight) {
+    if (auto off = chamber_->stop(); !off) return base::forward_error(off);
+  }
   if (!resume_at) {
     db::CampaignRow row;
     row.name = request.campaign;
@@ -421,7 +484,7 @@ base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::
   nlohmann::json answer = {{"campaign", request.campaign},
                            {"runs", checked->plan.runs.size()},
                            {"steps", checked->plan.steps.size()},
-                           {"estimate_s", checked->plan.remaining_s(resume_at.value_or(0))}};
+                           {"estimate_s", checked->plan.remaining_s(first_step)}};
   begin_campaign(request, *std::move(checked), resume_at);
   return answer;
 }
@@ -453,7 +516,8 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, s
   if (const auto done = catalog_.completed_steps(request.campaign)) {
     for (const db::StepRow& row : *done) ++step_attempts_[static_cast<std::size_t>(row.index)];
   }
-  interrupted_.clear();
+  unfinished_.clear();
+  settle_fully_ = false;
   stale_since_.reset();
   campaign_started_utc_s_ = now_utc_s();
   {
@@ -466,6 +530,7 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, s
 
 base::Status Engine::pause(const std::string& user) {
   const auto done = command([this, user]() -> base::Result<nlohmann::json> {
+    if (state_ == LabState::paused) return tl::unexpected<base::Error>(wrong_state("the campaign is paused already"));
     if (state_ != LabState::running) return tl::unexpected<base::Error>(wrong_state("no campaign is running"));
     lab_->break_segment("paused by " + user);
     set_state(LabState::paused, "paused by " + user);
@@ -485,23 +550,23 @@ base::Result<nlohmann::json> Engine::do_resume(const std::string& user) {
     repeat_step("resumed");
     return nlohmann::json();
   }
-  if (state_ != LabState::interrupted) {
-    return tl::unexpected<base::Error>(wrong_state("there is no paused or interrupted campaign"));
+  if (unfinished_.empty() || (state_ != LabState::interrupted && state_ != LabState::failed)) {
+    return tl::unexpected<base::Error>(wrong_state("there is no campaign that was paused, interrupted or failed"));
   }
-  const auto row = catalog_.campaign(interrupted_);
+  const auto row = catalog_.campaign(unfinished_);
   if (!row) return base::forward_error(row);
-  if (!*row) return tl::unexpected<base::Error>(wrong_state("the journal has no campaign '" + interrupted_ + "'"));
+  if (!*row) return tl::unexpected<base::Error>(wrong_state("the journal has no campaign '" + unfinished_ + "'"));
   auto request = request_of(**row);
   if (!request) return base::forward_error(request);
   request->user = user;
-  const auto step = first_step_to_resume(catalog_, **row);
+  const auto step = first_step_to_resume(catalog_, **row, config_.room_c);
   if (!step) return base::forward_error(step);
   return do_start(*request, *step);
 }
 
 base::Status Engine::abort(const std::string& user, const std::string& reason) {
   const auto done = command([this, user, reason]() -> base::Result<nlohmann::json> {
-    if (state_ == LabState::interrupted) {
+    if (state_ == LabState::interrupted && !unfinished_.empty()) {
       set_state(LabState::aborted, fmt::format("aborted by {}: {}", user, reason));
       return nlohmann::json();
     }

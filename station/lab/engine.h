@@ -72,6 +72,7 @@ class Engine : public LabService {
   Engine(const StationConfig& config, db::Catalog& catalog);
   [[nodiscard]] base::Status make_devices();
   [[nodiscard]] base::Status take_over();
+  [[nodiscard]] base::Status know_unfinished();
   void know_units_of(const db::CampaignRow& row);
   void make_units(const CheckedStart& checked);
   void settle_lost_runs();
@@ -85,6 +86,8 @@ class Engine : public LabService {
   void advance();
   void watch_alarms();
   void watch_set_point();
+  /// Writes the state into the journal; where that fails, again every second and before the next campaign.
+  void keep_state();
   [[nodiscard]] bool hold_for_chamber();
   void remember();
   void publish();
@@ -98,6 +101,7 @@ class Engine : public LabService {
   void begin_campaign(const StartRequest& request, CheckedStart checked, std::optional<std::size_t> resume_at);
 
   void enter_step(std::size_t step);
+  [[nodiscard]] std::unique_ptr<StepTask> new_task(std::size_t index);
   void step_ended(const StepProgress& progress);
   /// False where the journal cannot be written: the campaign then ends.
   bool persist_step(const std::string& outcome, const std::string& text);
@@ -127,7 +131,12 @@ class Engine : public LabService {
   std::unique_ptr<StepTask> task_;
   std::unique_ptr<SafeEnd> safe_end_;
   std::optional<std::chrono::steady_clock::time_point> stale_since_;
-  std::string interrupted_;     ///< campaign
+  std::chrono::steady_clock::time_point next_keep_{};
+  bool journal_is_behind_ = false;
+  bool settle_fully_ = false;  ///< the next wait for stability is no short one after a turn
+  int told_again_ = 0;         ///< how often the chamber had to be told the present set point again
+  double told_c_ = 0.0;
+  std::string unfinished_;      ///< campaign that can be resumed
   bool runs_are_lost_ = false;  ///< run files that a killed predecessor left are not entered yet
 
   std::mutex command_mutex_;

@@ -14,6 +14,9 @@ constexpr std::size_t kShown = 500;
 
 }  // namespace
 
+EventLog::EventLog(db::Catalog& catalog)
+    : catalog_(catalog), last_number_(static_cast<std::int64_t>(now_utc_s() * 1000.0)) {}
+
 void EventLog::add(const std::string& kind, const std::string& subject, const std::string& text) {
   const db::EventRow row{now_utc_s(), kind, subject, text};
   log_line(kind + ": " + (subject.empty() ? text : subject + ": " + text));

@@ -16,7 +16,7 @@ namespace soak::station {
 /// thread may read.
 class EventLog {
  public:
-  explicit EventLog(db::Catalog& catalog) : catalog_(catalog) {}
+  explicit EventLog(db::Catalog& catalog);
 
   /// `kind`: "campaign", "step", "device", "alarm", "unit", "segment"...; `subject`: what it is about.
   void add(const std::string& kind, const std::string& subject, const std::string& text);
@@ -32,7 +32,7 @@ class EventLog {
   db::Catalog& catalog_;
   mutable std::mutex mutex_;
   std::deque<Entry> entries_;
-  std::int64_t last_number_ = 0;
+  std::int64_t last_number_;  ///< begins at the host's clock: numbers rise from one soakd to the next
 };
 
 }  // namespace soak::station

@@ -41,14 +41,13 @@ bool Lab::simulated() const {
 }
 
 base::Status Lab::poll() {
-  bool streaming = false;
-  double advance_s = 0.0;
+  std::optional<double> furthest_s;
   base::Status stored;
   for (const auto& unit : units) {
-    take_fresh(*unit, advance_s, streaming);
+    if (const auto at_s = take_fresh(*unit)) furthest_s = std::max(furthest_s.value_or(*at_s), *at_s);
     if (const auto status = record(*unit); !status) stored = status;
   }
-  time.advance(std::chrono::steady_clock::now(), streaming, advance_s);
+  time.advance(std::chrono::steady_clock::now(), furthest_s);
   if (chamber.poll(now_s())) {
     if (const auto status = record_chamber(); !status) stored = status;
   }
@@ -61,11 +60,11 @@ base::Status Lab::poll() {
   return stored;
 }
 
-void Lab::take_fresh(UnitChannel& unit, double& advance_s, bool& streaming) {
+std::optional<double> Lab::take_fresh(UnitChannel& unit) {
   unit.poll();
-  if (!unit.streaming()) return;
-  streaming = true;
-  advance_s = std::max(advance_s, unit.advance_s());
+  if (unit.streaming()) return unit.time.follow(now_s(), unit.began_anew(), unit.advance_s());
+  unit.time.lose();
+  return std::nullopt;
 }
 
 base::Status Lab::record(UnitChannel& unit) {
@@ -134,6 +133,8 @@ void Lab::lose(UnitChannel& unit, const std::string& why) {
     (void)recorder_->add_event(unit.latest() ? unit.latest()->t_s : 0.0, "unit lost", unit.serial() + ": " + why);
   }
   close_capture(unit, "the unit was lost: " + why);
+  lost_[unit.serial()] = "the unit was lost: " + why;
+  if (recorder_) campaign.losses.push_back(fmt::format("{} in {}", unit.serial(), recorder_->info().label));
   unit.give_up();
 }
 
@@ -183,6 +184,7 @@ base::Status Lab::begin_run(const PlannedRun& run) {
   moving_ = true;
   attempts_.clear();
   rejected_.clear();
+  lost_.clear();
   flushed_ = std::chrono::steady_clock::now();
   for (UnitChannel* unit : active_units()) {
     run_power_on_[unit->serial()] = unit->power_on();
@@ -197,7 +199,7 @@ base::Status Lab::end_run(const std::optional<std::string>& void_reason) {
   expecting_run_ = false;
   if (!recorder_) return {};
   break_segment(void_reason.value_or("the run ended"));
-  const auto rows = recorder_->finish(rejected_, void_reason);
+  const auto rows = recorder_->finish(rejected_, void_reason, lost_);
   if (!rows) return base::forward_error(rows);
   const std::string label = recorder_->info().label;
   recorder_.reset();

@@ -31,6 +31,7 @@ struct Campaign {
   std::string name;
   std::string user;
   Plan plan;
+  std::vector<std::string> losses = {};  ///< units that were lost or left out, and in which run
 };
 
 /// What the steps of a campaign work on: devices, units, the open run file. Belongs to the engine's thread.
@@ -71,6 +72,8 @@ class Lab {
   [[nodiscard]] base::Status begin_run(const PlannedRun& run);
   /// Seals the run file and enters it into the catalog. `void_reason`: the run was cut short and no fit shall use it.
   [[nodiscard]] base::Status end_run(const std::optional<std::string>& void_reason);
+  /// Lets go of a run file that cannot be sealed: everything that was flushed stays in it (lost_runs.h).
+  void leave_run() { recorder_.reset(); }
   [[nodiscard]] bool run_is_open() const { return recorder_.has_value(); }
   [[nodiscard]] std::string run_id() const { return recorder_ ? recorder_->info().run_id : ""; }
 
@@ -85,7 +88,8 @@ class Lab {
   void break_segment(const std::string& reason);
 
  private:
-  void take_fresh(UnitChannel& unit, double& advance_s, bool& streaming);
+  /// Where the unit's clock stands; nothing where it does not stream.
+  std::optional<double> take_fresh(UnitChannel& unit);
   [[nodiscard]] base::Status record(UnitChannel& unit);
   void keep(const UnitChannel& unit);
   [[nodiscard]] base::Status add_rows(UnitChannel& unit, std::span<const hal::ImuSample> samples);
@@ -106,6 +110,7 @@ class Lab {
   bool moving_ = true;
   std::map<std::tuple<std::string, int, std::string>, int> attempts_;  ///< unit, visit, position → segments so far
   std::vector<Rejected> rejected_;
+  std::map<std::string, std::string> lost_;  ///< units of the open run: serial → why
   std::chrono::steady_clock::time_point flushed_{};
 };
 

@@ -29,7 +29,7 @@ struct PreflightRecord {
 /// have been checked before: they stop the pre-flight where they are wrong.
 [[nodiscard]] std::vector<std::string> preflight_findings(const std::vector<PreflightRecord>& records);
 
-/// Whether the disk holds what the campaign will write: `bytes_needed` estimated from rates and hours.
+/// What a campaign will write to the disk, on the safe side: run files compress, catalog and temporary files do not.
 [[nodiscard]] double estimated_bytes(double rate_hz, std::size_t units, double seconds);
 
 }  // namespace soak::station

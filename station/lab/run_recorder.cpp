@@ -258,10 +258,12 @@ const Attempt* RunRecorder::Impl::attempt_of(const Rejected& rejected) const {
 }
 
 base::Result<std::vector<db::RunRow>> RunRecorder::finish(const std::vector<Rejected>& rejected,
-                                                          const std::optional<std::string>& void_reason) {
+                                                          const std::optional<std::string>& void_reason,
+                                                          const std::map<std::string, std::string>& void_units) {
   if (const auto sealed = impl_->seal(); !sealed) return base::forward_error(sealed);
   SealedRun run = impl_->sealed;
   run.void_reason = void_reason;
+  run.void_units = void_units;
   for (const Rejected& one : rejected) {
     Withdrawal withdrawal{one.unit, {}, one.reason};
     if (const Attempt* attempt = impl_->attempt_of(one)) withdrawal.span = {attempt->from_s, attempt->to_s};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -64,9 +65,10 @@ class RunRecorder {
   /// segments of rejected attempts (user "soakd"), all or nothing. A unit without rows is left out, with an event in
   /// the file. A rejection without a segment (the unit gave no usable rows there) is logged. Where it fails it may be
   /// called again. Reads the whole file: seconds to minutes.
-  /// `void_reason`: withdraws the whole run in the same transaction.
-  [[nodiscard]] base::Result<std::vector<db::RunRow>> finish(
-      const std::vector<Rejected>& rejected, const std::optional<std::string>& void_reason = std::nullopt);
+  /// In the same transaction `void_reason` withdraws the whole run, `void_units` (serial number → why) parts of it.
+  [[nodiscard]] base::Result<std::vector<db::RunRow>> finish(const std::vector<Rejected>& rejected,
+                                                             const std::optional<std::string>& void_reason = {},
+                                                             const std::map<std::string, std::string>& void_units = {});
 
   [[nodiscard]] const db::RunInfo& info() const;
   /// Rows of unit number `unit` so far.

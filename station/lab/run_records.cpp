@@ -139,8 +139,10 @@ base::Status void_run(db::Catalog& catalog, const db::RunRow& row, const std::st
 base::Status enter_all(db::Catalog& catalog, const SealedRun& run, std::vector<RunRecord>& records) {
   for (RunRecord& record : records) {
     if (auto status = enter(catalog, run, record); !status) return status;
-    if (!run.void_reason) continue;
-    if (auto status = void_run(catalog, record.row, *run.void_reason); !status) return status;
+    const auto part = run.void_units.find(record.row.unit);
+    if (!run.void_reason && part == run.void_units.end()) continue;
+    const std::string& reason = run.void_reason ? *run.void_reason : part->second;
+    if (auto status = void_run(catalog, record.row, reason); !status) return status;
   }
   for (const Withdrawal& withdrawal : run.withdrawals) {
     if (auto status = withdraw(catalog, run, records, withdrawal); !status) return status;

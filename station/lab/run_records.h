@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -45,7 +46,8 @@ struct SealedRun {
   std::string sha256;          ///< of the file
   std::vector<RecordedUnit> units;
   std::vector<Withdrawal> withdrawals;
-  std::optional<std::string> void_reason;  ///< withdraws the whole run
+  std::optional<std::string> void_reason;           ///< withdraws the whole run
+  std::map<std::string, std::string> void_units{};  ///< serial number → why: withdraws that unit's part
 };
 
 /// Enters a run: units and campaign where they are new, one row per unit that has samples, its segments, what the

@@ -28,8 +28,7 @@ SafeEnd::SafeEnd(std::string reason, double end_c, bool outputs_off)
 
 bool SafeEnd::make_chamber_safe(Lab& lab) {
   if (outputs_off_) return lab.chamber.chamber().stop().has_value();
-  const auto off = warmth_.poll(lab);
-  return off && *off;
+  return warmth_.poll(lab);
 }
 
 bool SafeEnd::poll(Lab& lab) {
@@ -40,7 +39,9 @@ bool SafeEnd::poll(Lab& lab) {
   if (!chamber_is_safe_) chamber_is_safe_ = make_chamber_safe(lab);
   if (!chamber_is_safe_) return false;
   if (const auto sealed = lab.end_run(reason_); !sealed) {
-    lab.log.add("run", lab.run_id(), "cannot be sealed now: " + sealed.error().message);
+    lab.log.add("run", lab.run_id(),
+                "cannot be sealed now, the next start of a campaign or of soakd does it: " + sealed.error().message);
+    lab.leave_run();
   }
   switch_units_off(lab);
   return true;
@@ -62,7 +63,7 @@ std::string SafeEnd::text(const Lab& lab) const {
                        lab.chamber.trouble());
   }
   return outputs_off_ ? "switching heating and cooling off"
-                      : "driving to room temperature, so that no unit gathers dew";
+                      : fmt::format("driving to {:+.0f} °C, so that no unit gathers dew", warmth_.target_c(lab));
 }
 
 }  // namespace soak::station

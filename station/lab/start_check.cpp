@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -10,12 +13,15 @@
 #include <system_error>
 #include <utility>
 
+#include "base/sha256.h"
 #include "station/lab/preflight.h"
 #include "station/procedure/rating_check.h"
 #include "station/unit_type_file.h"
 
 namespace soak::station {
 namespace {
+
+constexpr double kRoomTolerance_c = 10.0;
 
 /// Slot → serial number: those of the request, else those of the configuration.
 base::Result<std::map<std::string, std::string>> serials(const StartRequest& request, const StationConfig& config) {
@@ -62,6 +68,17 @@ base::Result<calib::UnitType> type_of(const std::string& serial, const Slot& slo
   return read_unit_type(config.unit_types / (name + ".toml"));
 }
 
+/// Fixture directions of the axes that the device sends, of a body that is mounted with its axes along `mounted`.
+std::array<std::string, 3> sent_axes(const std::array<std::string, 3>& mounted,
+                                     const std::array<std::string, 3>& sent) {
+  std::array<std::string, 3> axes;
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    axes[i] = mounted[static_cast<std::size_t>(sent[i][1] - 'X')];
+    if (sent[i][0] == '-') axes[i][0] = axes[i][0] == '+' ? '-' : '+';
+  }
+  return axes;
+}
+
 base::Result<std::vector<CheckedUnit>> check_units(const StartRequest& request, const StationConfig& config,
                                                    const db::Catalog& catalog) {
   const auto by_slot = serials(request, config);
@@ -72,7 +89,9 @@ base::Result<std::vector<CheckedUnit>> check_units(const StartRequest& request, 
     if (!slot) return base::bad_input(fmt::format("the station has no slot '{}'", name), "--unit");
     auto type = type_of(serial, *slot, config, catalog);
     if (!type) return base::forward_error(type);
-    units.push_back({*slot, serial, *std::move(type)});
+    Slot own = *slot;
+    if (type->axes) own.axes = sent_axes(own.axes, *type->axes);
+    units.push_back({std::move(own), serial, *std::move(type)});
   }
   return units;
 }
@@ -83,14 +102,10 @@ std::vector<calib::UnitType> types_of(const std::vector<CheckedUnit>& units) {
   return types;
 }
 
-base::Status check_disk(const Plan& plan, std::size_t units, const std::filesystem::path& folder) {
-  const double needed = estimated_bytes(plan.procedure.rate_hz, units, plan.estimate_s());
-  std::error_code error;
-  const auto space = std::filesystem::space(folder, error);
-  if (error || static_cast<double>(space.available) > needed) return {};
-  return base::bad_input(fmt::format("the campaign will write about {:.1f} GB, the disk has {:.1f} GB left",
-                                     needed * 1e-9, static_cast<double>(space.available) * 1e-9),
-                         folder.string());
+/// Tells one plan from another.
+std::string fingerprint(const Plan& plan) {
+  const std::string text = plan_document(plan).dump();
+  return base::to_hex(base::sha256({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}));
 }
 
 }  // namespace
@@ -104,9 +119,28 @@ base::Result<CheckedStart> check_start(const StartRequest& request, const Statio
   if (!units) return base::forward_error(units);
   if (auto rated = check_ratings(*procedure, types_of(*units), {}, {}); !rated) return base::forward_error(rated);
   CheckedStart checked{compile_plan(*procedure, config.room_c), *std::move(units)};
-  if (auto room = check_disk(checked.plan, checked.units.size(), catalog.data_folder()); !room)
-    return base::forward_error(room);
   return checked;
+}
+
+base::Status check_disk(const CheckedStart& checked, std::size_t first_step, const std::filesystem::path& folder) {
+  const Plan& plan = checked.plan;
+  const double needed = estimated_bytes(plan.procedure.rate_hz, checked.units.size(), plan.remaining_s(first_step));
+  std::error_code error;
+  const auto space = std::filesystem::space(folder, error);
+  if (error || static_cast<double>(space.available) > needed) return {};
+  return base::bad_input(fmt::format("the campaign will write about {:.0f} MB, the disk has {:.0f} MB left",
+                                     needed * 1e-6, static_cast<double>(space.available) * 1e-6),
+                         folder.string());
+}
+
+base::Status check_room(const CheckedStart& checked, std::size_t first_step, double room_c, double air_c) {
+  const Plan& plan = checked.plan;
+  const bool preflight = plan.runs[static_cast<std::size_t>(plan.steps[first_step].run)].preflight;
+  if (!preflight || std::abs(air_c - room_c) <= kRoomTolerance_c) return {};
+  return base::bad_input(fmt::format("the chamber stands at {:+.1f} °C; the pre-flight is done at the temperature of "
+                                     "the room, {:+.1f} °C: let it get there first",
+                                     air_c, room_c),
+                         "state");
 }
 
 base::Status check_chamber(const CheckedStart& checked, const hal::Chamber& chamber) {
@@ -125,7 +159,7 @@ nlohmann::json start_document(const StartRequest& request, const CheckedStart& c
           {"procedure_text", request.procedure_text},
           {"units", std::move(units)},
           {"user", request.user},
-          {"plan", plan_document(checked.plan)}};
+          {"plan_sha256", fingerprint(checked.plan)}};
 }
 
 base::Result<StartRequest> request_of(const db::CampaignRow& row) {
@@ -143,7 +177,7 @@ base::Result<StartRequest> request_of(const db::CampaignRow& row) {
   }
 }
 
-base::Result<std::size_t> first_step_to_resume(const db::Catalog& catalog, const db::CampaignRow& row) {
+base::Result<std::size_t> first_step_to_resume(const db::Catalog& catalog, const db::CampaignRow& row, double room_c) {
   const auto request = request_of(row);
   if (!request) return base::forward_error(request);
   const auto procedure = parse_procedure(request->procedure_text, request->procedure_file);
@@ -154,7 +188,15 @@ base::Result<std::size_t> first_step_to_resume(const db::Catalog& catalog, const
   for (const db::StepRow& step : *completed) {
     if (step.outcome != "failed") ended.insert(static_cast<std::size_t>(step.index));
   }
-  const Plan plan = compile_plan(*procedure);
+  const Plan plan = compile_plan(*procedure, room_c);
+  const auto document = nlohmann::json::parse(row.document, nullptr, false);
+  if (document.value("plan_sha256", "") != fingerprint(plan)) {
+    return base::bad_input(
+        fmt::format("the procedure of campaign '{}' makes another plan today than at its start (another version of "
+                    "Soak, another room temperature): begin a new campaign",
+                    row.name),
+        "state");
+  }
   for (const PlannedRun& run : plan.runs) {
     if (!ended.contains(run.last_step)) return run.first_step;
   }

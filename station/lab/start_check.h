@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -29,18 +30,27 @@ struct CheckedStart {
 };
 
 /// Checks all that can be known before a device is touched: the procedure's text, slots and serial numbers, unit types
-/// (the catalog's, else the slot's) and ratings, room on the disk. Errors are bad_input.
+/// (the catalog's, else the slot's) and ratings. Errors are bad_input.
 [[nodiscard]] base::Result<CheckedStart> check_start(const StartRequest& request, const StationConfig& config,
                                                      const db::Catalog& catalog);
 
 /// Checks what a connected chamber says of its own limits. Errors are bad_input.
 [[nodiscard]] base::Status check_chamber(const CheckedStart& checked, const hal::Chamber& chamber);
 
+/// Whether the disk under `folder` holds what the plan will write from step `first_step` on.
+[[nodiscard]] base::Status check_disk(const CheckedStart& checked, std::size_t first_step,
+                                      const std::filesystem::path& folder);
+
+/// A pre-flight is done at the temperature of the room: refuses (state) a chamber that is far from it.
+[[nodiscard]] base::Status check_room(const CheckedStart& checked, std::size_t first_step, double room_c, double air_c);
+
 /// What the journal keeps of a campaign, and back.
 [[nodiscard]] nlohmann::json start_document(const StartRequest& request, const CheckedStart& checked);
 [[nodiscard]] base::Result<StartRequest> request_of(const db::CampaignRow& row);
 
-/// The first step of the first run that did not come to its end.
-[[nodiscard]] base::Result<std::size_t> first_step_to_resume(const db::Catalog& catalog, const db::CampaignRow& row);
+/// The first step of the first run that did not come to its end. Refuses (state) a campaign whose procedure compiles to
+/// another plan than it did when it was started, and one that has nothing left to do.
+[[nodiscard]] base::Result<std::size_t> first_step_to_resume(const db::Catalog& catalog, const db::CampaignRow& row,
+                                                             double room_c);
 
 }  // namespace soak::station

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/lab/unit_channel.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace soak::station {
@@ -9,6 +10,11 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr std::chrono::seconds kBetweenTries{1};
+constexpr int kPauseShare = 20;
+constexpr double kLongestStep_s = 60.0;
+constexpr double kFresh_s = 60.0;             ///< of a temperature, device time
+constexpr float kLowestCredible_c = -150.0F;  ///< anything else is no temperature of a unit
+constexpr float kHighestCredible_c = 300.0F;
 
 }  // namespace
 
@@ -24,8 +30,10 @@ UnitChannel::UnitChannel(Slot slot, std::string serial, calib::UnitType type, st
 void UnitChannel::reopen() {
   const auto now = steady_clock::now();
   if (now < next_open_) return;
-  next_open_ = now + kBetweenTries;
   if (const auto opened = imu_->open(settings_); !opened) trouble_ = opened.error().message;
+  // A host that is gone lets open() wait: it may take a twentieth of our time, no more.
+  const auto tried = steady_clock::now();
+  next_open_ = tried + kBetweenTries + kPauseShare * (tried - now);
 }
 
 void UnitChannel::close() {
@@ -36,6 +44,7 @@ void UnitChannel::close() {
 void UnitChannel::poll() {
   fresh_.clear();
   advance_s_ = 0.0;
+  began_anew_ = false;
   if (closed_) return;
   const hal::ImuState state = imu_->state();
   if (state == hal::ImuState::closed || state == hal::ImuState::failed) reopen();
@@ -51,8 +60,12 @@ void UnitChannel::poll() {
 }
 
 void UnitChannel::take(const hal::ImuSample& sample) {
-  const bool began_anew = !latest_ || sample.power_on != power_on_ || sample.t_s < latest_->t_s;
-  if (began_anew) {
+  // A clock that jumps says nothing of the time that went by.
+  const bool begins = !latest_ || sample.power_on != power_on_ || sample.t_s < latest_->t_s ||
+                      sample.t_s - latest_->t_s > kLongestStep_s;
+  if (begins) {
+    began_anew_ = true;
+    advance_s_ = 0.0;
     power_on_ = sample.power_on;
     first_sample_s_ = sample.t_s;
     judge_.disturb();
@@ -60,9 +73,12 @@ void UnitChannel::take(const hal::ImuSample& sample) {
     advance_s_ += sample.t_s - latest_->t_s;
   }
   latest_ = sample;
-  if (sample.temp_c) {
+  if (sample.temp_c && std::clamp(*sample.temp_c, kLowestCredible_c, kHighestCredible_c) == *sample.temp_c) {
     temp_c_ = static_cast<double>(*sample.temp_c);
+    temp_s_ = sample.t_s;
     judge_.add(sample.t_s, *temp_c_);
+  } else if (temp_c_ && sample.t_s - temp_s_ > kFresh_s) {
+    temp_c_.reset();
   }
   attitude_.add(sample);
 }

@@ -15,6 +15,7 @@
 #include "calib/unit_type.h"
 #include "hal/imu.h"
 #include "station/lab/attitude_watch.h"
+#include "station/lab/lab_time.h"
 #include "station/lab/segment_capture.h"
 #include "station/station_config.h"
 
@@ -35,8 +36,10 @@ class UnitChannel {
   void close();
   /// Samples of the last poll(), oldest first.
   [[nodiscard]] std::span<const hal::ImuSample> fresh() const { return fresh_; }
-  /// How far the unit's clock went in the last poll().
+  /// How far the unit's clock went in the last poll(), since it began anew where it did.
   [[nodiscard]] double advance_s() const { return advance_s_; }
+  /// Whether the clock began anew in the last poll().
+  [[nodiscard]] bool began_anew() const { return began_anew_; }
 
   [[nodiscard]] const Slot& slot() const { return slot_; }
   [[nodiscard]] const std::string& serial() const { return serial_; }
@@ -46,6 +49,7 @@ class UnitChannel {
   [[nodiscard]] bool simulated() const { return imu_->identity() && imu_->identity()->simulated; }
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
   [[nodiscard]] const std::optional<hal::ImuSample>& latest() const { return latest_; }
+  /// The last credible temperature; nothing once it is older than a minute.
   [[nodiscard]] const std::optional<double>& temp_c() const { return temp_c_; }
   [[nodiscard]] int wait_fd() const { return imu_->wait_fd(); }
 
@@ -72,8 +76,8 @@ class UnitChannel {
   [[nodiscard]] const AttitudeWatch& attitude() const { return attitude_; }
 
   std::optional<SegmentCapture> capture;  ///< while a segment is recorded
-  int attempt = 0;                        ///< of the segment
   std::size_t recorder_index = 0;         ///< in the open run file
+  UnitTime time;
 
  private:
   void reopen();
@@ -86,11 +90,13 @@ class UnitChannel {
   hal::Imu::Settings settings_;
   std::vector<hal::ImuSample> fresh_;
   double advance_s_ = 0.0;
+  bool began_anew_ = false;
   std::string trouble_;
   std::chrono::steady_clock::time_point next_open_{};
   std::chrono::steady_clock::time_point streamed_{};
   std::optional<hal::ImuSample> latest_;
   std::optional<double> temp_c_;
+  double temp_s_ = 0.0;  ///< device time of it
   std::uint32_t power_on_ = 0;
   std::optional<double> first_sample_s_;
   bool active_ = false;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <optional>
 
-#include "base/result.h"
 #include "station/lab/lab.h"
 
 namespace soak::station {
@@ -15,14 +15,18 @@ class Warmth {
  public:
   explicit Warmth(double temp_c);
 
-  /// True once the chamber is off and dry. Never an error of a device: it waits for it.
-  [[nodiscard]] base::Result<bool> poll(Lab& lab);
+  /// True once the chamber is off and no unit can gather dew.
+  [[nodiscard]] bool poll(Lab& lab);
+  /// Where it drives to: above the dew point in any case.
+  [[nodiscard]] double target_c(const Lab& lab) const;
 
  private:
+  [[nodiscard]] bool drive(Lab& lab);
   [[nodiscard]] bool is_dry(const Lab& lab) const;
 
   double temp_c_;
   bool driving_ = false;
+  std::chrono::steady_clock::time_point next_try_{};
   std::optional<double> warm_since_s_;
 };
 

@@ -25,6 +25,7 @@ constexpr double kMaxVisits = 2000.0;
 /// The slope of a temperature is taken from the means of so many blocks (calib::StabilityJudge::kBlocks): each needs a
 /// reading.
 constexpr double kSlopeBlocks = 12.0;
+constexpr std::size_t kMostSteps = 100'000;
 
 /// A section that may be absent: then every key has its default.
 template <class Read>
@@ -181,6 +182,14 @@ void refuse_too_few_readings(const SettingsTable& root, const Procedure& p) {
                                        shortest_s, p.temp_rate_hz, kSlopeBlocks));
 }
 
+void refuse_too_many_steps(const SettingsTable& root, const Procedure& p) {
+  const std::size_t steps = static_cast<std::size_t>(p.runs) * p.set_points_c.size() * (3 * p.positions.size() + 2);
+  if (steps <= kMostSteps || !root.has("runs")) return;
+  root.refuse("runs", fmt::format("the procedure makes about {} steps; at most {} are taken: fewer runs, or several "
+                                  "campaigns",
+                                  steps, kMostSteps));
+}
+
 void read_sections(const SettingsTable& root, Procedure& p) {
   read_temperatures(root, p);
   read_positions(root, p);
@@ -203,6 +212,7 @@ void read_sections(const SettingsTable& root, Procedure& p) {
     p.estimate_settle_s = t.number("settle_s", {0.0, kDay_s}, p.estimate_settle_s);
   });
   refuse_too_few_readings(root, p);
+  refuse_too_many_steps(root, p);
 }
 
 /// Set points that leave a rating, at the line of the list or, of a grid, at that of its table.

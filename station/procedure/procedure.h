@@ -25,7 +25,7 @@ enum class PositionChange : std::uint8_t { same, reverse, rotate, rotate_and_rev
 
 /// What is done when a unit's temperature does not become stable in time.
 enum class TimeoutOutcome : std::uint8_t {
-  skip_plateau,  ///< go on with the next set point; the plateau has no segments in this run
+  skip_plateau,  ///< go on with the next set point; positions that were recorded there stay
   record,        ///< record all the same, with an event that says so
   abort,         ///< end the campaign safely
 };

@@ -67,12 +67,12 @@ class LabTest(unittest.TestCase):
         self.lab = None
         self.proxies = {}
 
-    def start_lab(self, units=1, rate=400, seed=1, cut=()):
+    def start_lab(self, units=1, rate=400, seed=1, cut=(), soaksim_options=()):
         """Starts both programs. `cut`: wires that shall pass through a FaultProxy: chamber, fixture, power, unit1..."""
         self.lab = LabSession(self.folder / "lab", seed=seed, units=units, rate=rate)
         self.addCleanup(self.stop_lab)
         pathlib.Path(self.lab.folder).mkdir(parents=True)
-        self.lab.start_soaksim()
+        self.lab.start_soaksim(*soaksim_options)
         self.config = pathlib.Path(self.lab.folder) / "station.toml"
         for name in cut:
             self.put_proxy(name)

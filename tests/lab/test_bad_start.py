@@ -4,7 +4,7 @@ import pathlib
 import shutil
 import unittest
 
-from bench import OFF, LabTest, short_procedure
+from bench import AUTO, OFF, LabTest, short_procedure
 from lab_session import ROOT, ProgramFailed, end
 
 
@@ -39,6 +39,16 @@ class BadStart(LabTest):
         client = self.modbus("chamber")
         client.write_registers(2776, self.words_f32(60.0), 1)
         self.assertIn("60", self.refused(2, short_procedure(set_points=(25, 70))))
+
+    def test_a_pre_flight_in_a_hot_chamber(self):
+        self.start_lab(rate=2000)
+        client = self.modbus("chamber")
+        client.write_registers(2782, self.words_f32(60.0), 1)
+        client.write_registers(2730, [AUTO], 1)
+        self.wait("hot air", lambda s: (s["chamber"]["air_c"] or 0.0) > 40.0)
+        message = self.soak_fails(2, "campaign", "start", self.write("p.toml", short_procedure(preflight_s=10)), "--name", "c")
+        self.assertIn("the pre-flight is done at the temperature of the room", message)
+        self.assertEqual(self.query("SELECT * FROM journal"), [])
 
     def test_two_slots_with_one_serial(self):
         self.start_lab(units=2)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A whole campaign as a user runs it: what it leaves behind, and what others see of it meanwhile."""
+import re
 import subprocess
 import unittest
 
-from bench import AUTO, LabTest, short_procedure
+from bench import AUTO, ROOT, LabTest, short_procedure
 from lab_session import end
 
 
@@ -102,6 +103,7 @@ class Campaign(LabTest):
         self.start_lab()
         self.start_campaign(short_procedure())
         self.wait_for_step("set_temperature")
+        self.soak_fails(2, "campaign", "resume")
         self.lab.soak("campaign", "abort", "--reason", "smell of smoke")
         status = self.wait_for_end()
         self.assertEqual(status["state"], "aborted")
@@ -136,6 +138,31 @@ class Campaign(LabTest):
                         self.events())
         plateaus = dict(self.query("SELECT visit, avg(temp_c) FROM segment GROUP BY visit"))
         self.assertAlmostEqual(plateaus[0], 15.0, delta=2.0)
+
+    def test_a_set_point_that_the_controller_refuses_ends_the_campaign(self):
+        self.start_lab()
+        self.start_campaign(short_procedure())
+        self.wait_for_step("wait_stable")
+        client = self.modbus("chamber")
+        client.write_registers(2774, self.words_f32(20.0), 1)  # the controller's own lower limit, above the set point
+        client.write_registers(2782, self.words_f32(25.0), 1)
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "failed")
+        self.assertIn("however often it is told", status["reason"])
+        self.assertLess(len(self.events()), 40)
+        self.assert_safe()
+
+    def test_a_whole_degree_thermometer_is_waited_for_until_it_must_have_moved(self):
+        config = (ROOT / "hal" / "sim" / "lab.toml").read_text(encoding="utf-8")
+        coarse = self.write("lab.toml", re.sub(r"thermometer_lsb_c = \S+", "thermometer_lsb_c = 1.0", config))
+        self.start_lab(rate=2000, soaksim_options=["--config", coarse])
+        self.start_campaign(short_procedure(set_points=(30,)))
+        self.wait_for_step("record")
+        times = self.lab.soak_json("campaign", "status")["clock"]["process_s"]
+        # At 0.05 K/min one degree takes 20 minutes.
+        self.assertGreater(times, 1200)
+        self.assertEqual(self.wait_for_end()["state"], "finished")
+        self.assertEqual(self.query("SELECT count(*) FROM segment"), [(2,)])
 
     def test_a_fixture_turned_by_hand_asks_and_waits(self):
         self.start_lab()

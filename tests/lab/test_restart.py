@@ -4,7 +4,7 @@ import time
 import unittest
 
 from bench import LabTest, short_procedure
-from lab_session import ProgramFailed
+from lab_session import ProgramFailed, end
 
 
 class Restart(LabTest):
@@ -33,6 +33,10 @@ class Restart(LabTest):
                          [("R01", "soakd ended in mid-run")])
         self.lab.soak("runs", "verify")
 
+        # Still so after one more restart.
+        end(self.lab.soakd)
+        self.lab.start_soakd()
+        self.assertEqual(self.status()["state"], "interrupted")
         self.soak_fails(2, "campaign", "start", self.write("procedure.toml", short_procedure()), "--name", "c")
         self.lab.soak("campaign", "resume")
         self.assertEqual(self.wait_for_end()["state"], "finished")

@@ -55,7 +55,8 @@ class SafeState(LabTest):
         self.campaign_at(kind, ["fixture"])
         self.proxies["fixture"].cut()
         status = self.expect_safe_end("positioner")
-        if kind in ("power_on", "set_temperature"):
+        # After the last turn nobody needs the fixture.
+        if kind in ("power_on", "move", "set_temperature"):
             self.assertEqual(status["state"], "failed")
 
     @at_steps("record", "wait_stable")
@@ -67,14 +68,19 @@ class SafeState(LabTest):
             self.assertEqual(status["state"], "failed")
 
     def test_one_unit_of_two_falls_silent_and_the_other_is_calibrated(self):
-        self.campaign_at("wait_stable", ["unit2"], units=2)
+        self.start_lab(units=2, cut=["unit2"])
+        self.start_campaign(short_procedure(runs=2))
+        self.wait_for_step("wait_stable")
         self.proxies["unit2"].silence()
         self.assertEqual(self.wait_for_end()["state"], "finished")
         self.assert_safe()
         self.assertTrue(any("lost for the rest of the run" in text for _, _, text in self.events()), self.events())
         rows = dict(self.query("SELECT unit, count(*) FROM segment GROUP BY unit"))
-        self.assertEqual(rows["0380A001"], 4)
-        self.assertLess(rows.get("0380A002", 0), 4)
+        self.assertEqual(rows["0380A001"], 8)
+        self.assertLess(rows.get("0380A002", 0), 8)
+        # What it gave until then is kept, and no fit takes it; the next run does without the unit.
+        self.assertEqual(self.query("SELECT DISTINCT unit FROM void"), [("0380A002",)])
+        self.assertIn("0380A002 in R01, 0380A002 in R02", self.status()["reason"])
 
     @at_steps("set_temperature", "record")
     def chamber_link_dies_and_comes_back(self, kind):
@@ -117,8 +123,11 @@ class SafeState(LabTest):
         status = self.wait_for_end()
         self.assertEqual(status["state"], "failed")
         self.assertIn("alarm 1", status["reason"])
-        mode, output, _, _ = self.chamber()
+        mode, output, set_point_c, air_c = self.chamber()
         self.assertEqual((mode, output), (OFF, 0.0))
+        # It was not driven anywhere any more.
+        self.assertEqual(set_point_c, 15.0)
+        self.assertLess(air_c, 22.0)
         self.assertTrue(any("alarm 1" in text for kind, _, text in self.events() if kind == "campaign"))
 
 

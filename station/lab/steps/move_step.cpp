@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kLongestTurn_s = 180.0;    ///< process time
 constexpr double kLongestSettle_s = 120.0;  ///< process time after the fixture stands
+constexpr double kAskEvery_s = 0.2;         ///< process time
 constexpr double kHostPatience_s = 20.0;    ///< beside both: a fast clock gives a slow host no chance otherwise
 
 using std::chrono::steady_clock;
@@ -79,6 +80,8 @@ class Move : public StepTask {
   }
 
   StepProgress turn(Lab& lab) {
+    if (lab.now_s() - asked_s_ < kAskEvery_s) return StepProgress::running();
+    asked_s_ = lab.now_s();
     const auto reading = lab.ask_fixture();
     const bool there = reading && !reading->moving && reading->position == position_;
     if (there) enter(lab, Stage::settle);
@@ -118,6 +121,7 @@ class Move : public StepTask {
   std::string position_;
   Stage stage_ = Stage::begin;
   double since_s_ = 0.0;
+  double asked_s_ = 0.0;
   steady_clock::time_point since_host_{};
   Insistence insistence_;
 };

@@ -127,10 +127,26 @@ class PowerOn : public StepTask {
     if (missing.empty()) return open_run(lab);
     if (std::chrono::duration<double>(steady_clock::now() - since_).count() < kPatience_s)
       return StepProgress::running();
+    if (!run_.preflight && leave_out_missing(lab)) return open_run(lab);
     return StepProgress::failed({base::ErrorKind::device,
                                  fmt::format("no proof within {:.0f} s that these units were switched on: {}{}",
                                              kPatience_s, missing, troubles(lab)),
                                  "power"});
+  }
+
+  /// Goes on without the units that do not come up; false where that would be all of them.
+  bool leave_out_missing(Lab& lab) {
+    const auto up = [&](const auto& unit) { return is_up(*unit); };
+    if (std::none_of(lab.units.begin(), lab.units.end(), up)) return false;
+    for (const auto& unit : lab.units) {
+      if (is_up(*unit)) continue;
+      lab.log.add("unit", unit->serial(),
+                  fmt::format("left out of {}: no proof within {:.0f} s that it was switched on; {}", run_.label,
+                              kPatience_s, unit->trouble()));
+      lab.campaign.losses.push_back(fmt::format("{} in {}", unit->serial(), run_.label));
+      unit->give_up();
+    }
+    return true;
   }
 
   /// A unit has proved that it restarted if its own count of power-ons rose, or if it was never heard before and its

@@ -53,7 +53,7 @@ class Record : public StepTask {
       const double change_c = unit->capture->temp_change_c();
       if (unit->capture->broken()) {
         rejected[unit->serial()] = "samples were missing";
-      } else if (judged_ && std::abs(change_c) > limit_c_) {
+      } else if (judged_ && shows_change(*unit) && std::abs(change_c) > limit_c_) {
         const std::string moved =
             fmt::format("the temperature moved by {:+.2f} °C (limit {:.2f} °C)", change_c, limit_c_);
         if (!last) rejected[unit->serial()] = moved;
@@ -63,9 +63,14 @@ class Record : public StepTask {
     lab.end_segment(rejected);
     recording_ = false;
     if (rejected.empty()) return StepProgress::done(text);
-    if (last) return StepProgress::done("samples were missing in every attempt");
+    if (last) return StepProgress::done(fmt::format("{}{}no attempt left", text, text.empty() ? "" : "; "));
     settle_again(lab);
     return StepProgress::running();
+  }
+
+  /// A thermometer whose step is above the limit would show a change where there is none.
+  [[nodiscard]] bool shows_change(const UnitChannel& unit) const {
+    return unit.type().temp_lsb_c.value_or(0.0) <= limit_c_;
   }
 
   void settle_again(Lab& lab) {

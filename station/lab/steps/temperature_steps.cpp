@@ -78,19 +78,19 @@ class WaitStable : public StepTask {
 
   StepProgress poll(Lab& lab) override {
     if (!begun_) begin(lab);
-    if (const auto left = air_left(lab)) return *left;
+    const bool late = lab.now_s() - begun_s_ > settings_.timeout_s;
+    if (air_is_away(lab)) return late ? timed_out("the air is not at the set point") : StepProgress::running();
     const double waited_s = lab.now_s() - since_s_;
-    if (waited_s < (step_.after_turn ? settings_.after_turn_s : settings_.minimum_soak_s))
-      return StepProgress::running();
+    if (waited_s < shortest_s()) return StepProgress::running();
     // A verdict is worth its cost only now and then.
     if (lab.now_s() - judged_s_ < kJudgeEvery_s) return StepProgress::running();
     judged_s_ = lab.now_s();
     std::string unsettled;
     for (UnitChannel* unit : lab.active_units()) {
-      if (!is_settled(lab, *unit, waited_s)) unsettled += unsettled.empty() ? unit->serial() : ", " + unit->serial();
+      if (!is_settled(lab, *unit)) unsettled += unsettled.empty() ? unit->serial() : ", " + unit->serial();
     }
     if (unsettled.empty()) return StepProgress::done();
-    return waited_s > settings_.timeout_s ? timed_out(unsettled) : StepProgress::running();
+    return late ? timed_out(unsettled) : StepProgress::running();
   }
 
  private:
@@ -99,17 +99,22 @@ class WaitStable : public StepTask {
 
   void begin(Lab& lab) {
     begun_ = true;
-    since_s_ = judged_s_ = lab.now_s();
+    begun_s_ = since_s_ = judged_s_ = lab.now_s();
     for (UnitChannel* unit : lab.active_units()) {
       if (!step_.after_turn) unit->judge_by(criterion_of(settings_, unit->type().temp_lsb_c));
     }
     if (!step_.after_turn) lab.chamber.judge_air(criterion_of(settings_, std::nullopt));
   }
 
+  /// After a mere turn the short check will do.
+  [[nodiscard]] double shortest_s() const {
+    return step_.after_turn && !air_has_left_ ? settings_.after_turn_s : settings_.minimum_soak_s;
+  }
+
   /// An opened door: whatever was judged before does not count.
-  std::optional<StepProgress> air_left(Lab& lab) {
+  bool air_is_away(Lab& lab) {
     const auto& reading = lab.chamber.reading();
-    if (!reading || step_.visit < 0 || std::abs(reading->air_c - step_.temp_c) <= kAirLeft_c) return std::nullopt;
+    if (!reading || step_.visit < 0 || std::abs(reading->air_c - step_.temp_c) <= kAirLeft_c) return false;
     for (UnitChannel* unit : lab.active_units()) unit->disturb();
     since_s_ = lab.now_s();
     if (!air_has_left_)
@@ -117,16 +122,14 @@ class WaitStable : public StepTask {
                   fmt::format("the air left the set point ({:+.1f} °C at {:+.1f} °C): was the door opened?",
                               reading->air_c, step_.temp_c));
     air_has_left_ = true;
-    return StepProgress::running();
+    return true;
   }
 
-  [[nodiscard]] bool is_settled(const Lab& lab, const UnitChannel& unit, double waited_s) const {
+  [[nodiscard]] static bool is_settled(const Lab& lab, const UnitChannel& unit) {
     const calib::StabilityVerdict verdict = unit.stability();
     if (verdict.stable) return true;
-    // A thermometer that cannot show a slope: the longest window and the chamber's air stand in for it.
-    const double fallback_s =
-        step_.after_turn ? settings_.after_turn_s : std::max(settings_.minimum_soak_s, settings_.window_s);
-    return verdict.quantised && waited_s >= fallback_s && lab.chamber.air_is_stable();
+    // A thermometer that cannot show a slope: its standstill, the minimum time and the chamber's air stand in for it.
+    return verdict.quantised && verdict.standing && lab.chamber.air_is_stable();
   }
 
   [[nodiscard]] StepProgress timed_out(const std::string& unsettled) const {
@@ -145,7 +148,8 @@ class WaitStable : public StepTask {
   Step step_;
   StabilitySettings settings_;
   bool begun_ = false;
-  double since_s_ = 0.0;
+  double begun_s_ = 0.0;
+  double since_s_ = 0.0;  ///< when the air was there (again)
   double judged_s_ = 0.0;
   bool air_has_left_ = false;
 };
@@ -161,9 +165,7 @@ class WarmEnd : public StepTask {
       lab.chamber.expect(std::nullopt);
       lab.set_plateau(std::nullopt, calib::Sweep::unknown, -1);
     }
-    const auto off = warmth_->poll(lab);
-    if (!off) return StepProgress::failed(off.error());
-    return *off ? StepProgress::done() : StepProgress::running();
+    return warmth_->poll(lab) ? StepProgress::done() : StepProgress::running();
   }
 
  private:
