@@ -71,7 +71,7 @@ class LabTest(unittest.TestCase):
         """Starts both programs. `cut`: wires that shall pass through a FaultProxy: chamber, fixture, power, unit1..."""
         self.lab = LabSession(self.folder / "lab", seed=seed, units=units, rate=rate)
         self.addCleanup(self.stop_lab)
-        pathlib.Path(self.lab.folder).mkdir(parents=True)
+        pathlib.Path(self.lab.folder).mkdir(parents=True, exist_ok=True)
         self.lab.start_soaksim(*soaksim_options)
         self.config = pathlib.Path(self.lab.folder) / "station.toml"
         for name in cut:
