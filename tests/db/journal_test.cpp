@@ -78,6 +78,29 @@ TEST_F(JournalTest, LetsOneCampaignAtATimeBeOpen) {
   EXPECT_TRUE(catalog_->set_campaign_state("c1", "running", ""));
 }
 
+TEST_F(JournalTest, TheLastCampaignIsTheOneThatWasBegunLastWhateverItsState) {
+  EXPECT_FALSE(*catalog_->last_campaign());
+  ASSERT_TRUE(catalog_->ensure_campaign("c0", "soak"));
+  EXPECT_FALSE(*catalog_->last_campaign()) << "it has no journal";
+  // Their names do not stand in the order of time.
+  double begun_utc_s = 1700000000.0;
+  for (const char* name : {"c5", "c9", "c1"}) {
+    auto begun = campaign(name);
+    begun.created_utc_s = begun_utc_s += 60.0;
+    ASSERT_TRUE(catalog_->begin_campaign(begun));
+    for (const char* state : {"paused", "interrupted", "running", "finished"}) {
+      ASSERT_TRUE(catalog_->set_campaign_state(name, state, "why"));
+      const auto last = catalog_->last_campaign();
+      ASSERT_TRUE(last && *last);
+      EXPECT_EQ((*last)->name, name);
+      EXPECT_EQ((*last)->state, state);
+      EXPECT_EQ((*last)->created_utc_s, begun_utc_s);
+    }
+  }
+  ASSERT_TRUE(catalog_->set_campaign_state("c5", "aborted", ""));
+  EXPECT_EQ((*catalog_->last_campaign())->name, "c1") << "a change of an older one does not make it newer";
+}
+
 TEST_F(JournalTest, RefusesNamesThatAreTaken) {
   testing::fill(*catalog_);
   EXPECT_TRUE(is_bad_input(catalog_->begin_campaign(campaign("c1")))) << "it has runs";

@@ -199,5 +199,22 @@ TEST(SettingsText, AFileThatIsNoneIsBadInputThatNamesIt) {
   EXPECT_EQ(read_settings_text("/dev/null").value_or("not read"), "");
 }
 
+TEST(SettingsText, OneOfMoreThan32KiBIsRefused) {
+  const auto of_size = [](std::size_t size) { return "a = 1\n#" + std::string(size - 7, 'x'); };
+  EXPECT_TRUE(SettingsReader::parse(of_size(32768), "f.toml"));
+  const auto refused = SettingsReader::parse(of_size(32769), "f.toml");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, base::ErrorKind::bad_input);
+  EXPECT_EQ(refused.error().where, "f.toml");
+  EXPECT_NE(refused.error().message.find("32768"), std::string::npos) << refused.error().message;
+}
+
+TEST(SettingsText, OfAFileWithoutEndOnlyWhatIsNeededToRefuseItIsRead) {
+  const auto text = read_settings_text("/dev/zero");
+  ASSERT_TRUE(text);
+  EXPECT_EQ(text->size(), 32769U);
+  EXPECT_FALSE(SettingsReader::parse(*text, "/dev/zero"));
+}
+
 }  // namespace
 }  // namespace soak::hal

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -201,6 +202,55 @@ TEST_F(Http, BodiesAboveOneMebibyteAreRefused) {
   EXPECT_EQ(status_of(answer), 413);
   EXPECT_EQ(json::parse(body_of(answer))["error"]["code"], 2);
   EXPECT_EQ(lab.commands().size(), 1);
+}
+
+TEST_F(Http, ABodyWithoutAStatedLengthIsRefused) {
+  const std::string answer = exchange_raw(port, "POST /api/v1/campaign/pause HTTP/1.1\r\nHost: " + host() +
+                                                    "\r\nContent-Type: application/json\r\n"
+                                                    "Transfer-Encoding: chunked\r\n\r\n"
+                                                    "f\r\n{\"user\": \"eva\"}\r\n0\r\n\r\n");
+  EXPECT_EQ(status_of(answer), 411);
+  EXPECT_EQ(json::parse(body_of(answer))["error"]["code"], 2);
+  EXPECT_TRUE(lab.commands().empty());
+}
+
+TEST_F(Http, NamesAndReasonsAreOneLineOfTwoHundredBytesAtMost) {
+  const auto start = [](const std::string& member, const std::string& value) {
+    json body = {{"procedure_text", "two\nlines"}, {"campaign", "c"}, {"user", "eva"}};
+    body[member] = value;
+    return std::pair{std::string("/api/v1/campaign/start"), body};
+  };
+  const auto abort = [](const std::string& member, const std::string& value) {
+    json body = {{"user", "eva"}, {"reason", "r"}};
+    body[member] = value;
+    return std::pair{std::string("/api/v1/campaign/abort"), body};
+  };
+  const auto status = [&](const std::pair<std::string, json>& command) {
+    const std::string answer = post(command.first, command.second.dump());
+    if (status_of(answer) != 200) {
+      EXPECT_EQ(json::parse(body_of(answer))["error"]["code"], 2);
+    }
+    return status_of(answer);
+  };
+  using Command = std::function<std::pair<std::string, json>(const std::string&)>;
+  const std::vector<Command> commands = {
+      [&](const std::string& text) { return start("campaign", text); },
+      [&](const std::string& text) { return start("user", text); },
+      [&](const std::string& text) { return abort("reason", text); },
+      [&](const std::string& text) { return abort("user", text); },
+  };
+  for (std::size_t i = 0; i < commands.size(); ++i) {
+    for (const std::string& text : {std::string("two\nlines"), std::string("tab\t"), std::string("\x1b[2J"),
+                                    std::string("\x7f"), std::string("a\0b", 3), std::string(201, 'x')}) {
+      EXPECT_EQ(status(commands[i](text)), 400) << i << " " << json(text);
+    }
+  }
+  EXPECT_TRUE(lab.commands().empty());
+  for (const Command& command : commands) {
+    EXPECT_EQ(status(command(std::string(200, 'x'))), 200);
+    EXPECT_EQ(status(command("Prüfung 3, −20 °C")), 200);
+  }
+  EXPECT_EQ(lab.commands().size(), 2 * commands.size());
 }
 
 TEST_F(Http, PagesComeWithSecurityHeaders) {

@@ -206,5 +206,24 @@ TEST(Procedure, AFileThatIsNotThereIsRefusedByName) {
   EXPECT_EQ(p.error().where, "/nowhere/p.toml");
 }
 
+TEST(Procedure, OneThatMakesMoreThanAHundredThousandStepsIsRefusedAtItsLine) {
+  // 48 set points of six positions: 48 × (3 × 6 + 2) = 960 steps a run.
+  std::string set_points = "0";
+  for (int i = 1; i < 48; ++i) set_points += ", " + std::to_string(i);
+  const auto of_runs = [&](int runs) {
+    return parse_procedure(fmt::format("name = \"n\"\npurpose = \"calibration\"\nkind = \"soak\"\nruns = {}\n"
+                                       "[temperatures]\nlist_c = [{}]\n[positions]\norder = [\"+X\", \"-X\", \"+Y\", "
+                                       "\"-Y\", \"+Z\", \"-Z\"]\n",
+                                       runs, set_points),
+                           "p.toml");
+  };
+  EXPECT_TRUE(of_runs(104));
+  const auto refused = of_runs(105);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, base::ErrorKind::bad_input);
+  EXPECT_EQ(refused.error().where, "p.toml:4");
+  EXPECT_NE(refused.error().message.find("100800 steps"), std::string::npos) << refused.error().message;
+}
+
 }  // namespace
 }  // namespace soak::station

@@ -284,6 +284,39 @@ TEST_F(RunRecorderTest, WithdrawsRejectedSegmentsOfTheirUnitOnly) {
   EXPECT_NE(logged->text.find("never recorded"), std::string::npos);
 }
 
+TEST_F(RunRecorderTest, WithdrawsThePartOfOneUnitOnly) {
+  RunRecorder recorder = begin(info());
+  record_up_and_down(recorder);
+  const auto entered = recorder.finish({}, {}, {{"SN1", "the unit restarted"}, {"SN9", "is not in this run"}});
+  ASSERT_TRUE(entered) << entered.error().message;
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 2U);
+  for (const db::RunRow& run : *runs) EXPECT_EQ(run.voided, run.unit == "SN1") << run.unit;
+  const std::string& run_id = runs->front().run_id;
+  EXPECT_TRUE(catalog_->segments(run_id, "SN1", false)->empty());
+  EXPECT_EQ(catalog_->segments(run_id, "SN2", false)->size(), 7U);
+  const auto voids = catalog_->voids(run_id);
+  ASSERT_EQ(voids->size(), 1U);
+  EXPECT_EQ(voids->front().unit, "SN1");
+  EXPECT_FALSE(voids->front().visit);
+  EXPECT_EQ(voids->front().reason, "the unit restarted");
+  EXPECT_EQ(voids->front().user, "soakd");
+  EXPECT_TRUE(load_unit(*catalog_, "SN2", {}));
+  EXPECT_FALSE(load_unit(*catalog_, "SN1", {})) << "nothing is left to fit";
+}
+
+TEST_F(RunRecorderTest, TheReasonOfTheWholeRunIsThatOfEachUnit) {
+  RunRecorder recorder = begin(info());
+  record_up_and_down(recorder);
+  const auto entered = recorder.finish({}, "the campaign was aborted", {{"SN1", "the unit restarted"}});
+  ASSERT_TRUE(entered) << entered.error().message;
+  const auto voids = catalog_->voids(entered->front().run_id);
+  ASSERT_EQ(voids->size(), 2U);
+  for (const db::VoidRecord& record : *voids) EXPECT_EQ(record.reason, "the campaign was aborted");
+  const auto runs = catalog_->runs({});
+  for (const db::RunRow& run : *runs) EXPECT_TRUE(run.voided) << run.unit;
+}
+
 /// Starts of segments, s.
 std::vector<double> starts_of(const std::vector<calib::Segment>& segments) {
   std::vector<double> starts;
