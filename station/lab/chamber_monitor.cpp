@@ -18,7 +18,9 @@ constexpr double kSetPointTolerance_c = 0.5;
 
 bool ChamberMonitor::poll(double now_s) {
   const auto host_now = steady_clock::now();
-  const bool due = !polled_s_ || now_s - *polled_s_ >= poll_s_;
+  // By the host's clock too: a unit whose clock stands still must not leave the chamber unwatched.
+  const bool due = !polled_s_ || now_s - *polled_s_ >= poll_s_ ||
+                   std::chrono::duration<double>(host_now - polled_host_).count() >= poll_s_;
   if (!due || host_now - polled_host_ < kSoonest) return false;
   polled_s_ = now_s;
   auto reading = chamber_.read();

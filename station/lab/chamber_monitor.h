@@ -18,8 +18,8 @@ class ChamberMonitor {
   ChamberMonitor(hal::Chamber& chamber, double poll_s)
       : chamber_(chamber), poll_s_(poll_s), air_(calib::StabilityCriterion{}) {}
 
-  /// Reads if `poll_s` of process time have passed since the last time (but never more often than every 2 ms of host
-  /// time). Returns true where there is a new reading.
+  /// Reads if `poll_s` have passed since the last time, of process time or of the host's (but never more often than
+  /// every 2 ms of it). Returns true where there is a new reading.
   bool poll(double now_s);
   /// Reads at the next poll(), whenever that is; until then there is no reading.
   void forget() {
