@@ -77,6 +77,9 @@ class Lab {
   [[nodiscard]] bool run_is_open() const { return recorder_.has_value(); }
   [[nodiscard]] std::string run_id() const { return recorder_ ? recorder_->info().run_id : ""; }
 
+  /// Gives a unit up for the rest of the run.
+  void lose(UnitChannel& unit, const std::string& why);
+
   /// Rows from now on belong to this set point; without one they are on the way.
   void set_plateau(std::optional<double> plateau_c, calib::Sweep sweep, int visit);
   void set_moving(bool moving) { moving_ = moving; }
@@ -96,7 +99,6 @@ class Lab {
   void close_capture(UnitChannel& unit, const std::optional<std::string>& why_not);
   [[nodiscard]] base::Status record_chamber();
   void look_for_lost_units();
-  void lose(UnitChannel& unit, const std::string& why);
   [[nodiscard]] int& attempts(const UnitChannel& unit);
   [[nodiscard]] base::Status open_recorder(const PlannedRun& run);
   [[nodiscard]] std::string free_label(const std::string& label) const;

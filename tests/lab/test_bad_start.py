@@ -79,6 +79,24 @@ class BadStart(LabTest):
         self.assertIn("mounted", status["reason"])
         self.assert_safe()
 
+    def test_one_of_two_units_that_reads_otherwise_is_given_up_but_not_in_the_pre_flight(self):
+        for preflight_s, state in ((0, "finished"), (10, "failed")):
+            with self.subTest(state):
+                self.start_lab(units=2)
+                end(self.lab.soakd)
+                text = self.config.read_text(encoding="utf-8")
+                changed = text.replace('axes = ["+Y", "-X", "+Z"]', 'axes = ["+Y", "+X", "-Z"]')
+                self.assertNotEqual(changed, text)
+                self.config.write_text(changed, encoding="utf-8")
+                self.lab.start_soakd()
+                self.start_campaign(short_procedure(preflight_s=preflight_s))
+                status = self.wait_for_end()
+                self.assertEqual(status["state"], state)
+                self.assertIn("0380A002", status["reason"])
+                self.assert_safe()
+                self.doCleanups()
+                self.setUp()
+
     def test_a_chamber_that_refuses_the_connection(self):
         self.start_lab(cut=["chamber"])
         self.proxies["chamber"].cut()

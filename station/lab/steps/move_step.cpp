@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+#include <vector>
+
 #include "station/lab/steps/step_task.h"
 
 namespace soak::station {
@@ -16,7 +20,7 @@ using std::chrono::steady_clock;
 /// Turns the fixture and waits until the units' own accelerometers say that they have come to rest as they should.
 class Move : public StepTask {
  public:
-  explicit Move(const Step& step) : position_(step.position) {}
+  explicit Move(const Step& step) : position_(step.position), run_(step.run) {}
 
   StepProgress poll(Lab& lab) override {
     switch (stage_) {
@@ -95,12 +99,10 @@ class Move : public StepTask {
   }
 
   StepProgress settle(Lab& lab) {
-    std::string wrong;
-    for (const UnitChannel* unit : lab.active_units()) {
-      if (unit->attitude().standing() == Standing::right) continue;
-      wrong += fmt::format("{}unit {} in slot {} reads {} up where {} is expected", wrong.empty() ? "" : "; ",
-                           unit->serial(), unit->slot().name, unit->attitude().seen(), unit->position().label);
-    }
+    const auto active = lab.active_units();
+    std::vector<UnitChannel*> wrong;
+    std::copy_if(active.begin(), active.end(), std::back_inserter(wrong),
+                 [](const UnitChannel* unit) { return unit->attitude().standing() != Standing::right; });
     if (wrong.empty()) {
       lab.set_moving(false);
       for (UnitChannel* unit : lab.active_units()) unit->disturb(lab.procedure().stability.after_turn_s);
@@ -108,17 +110,35 @@ class Move : public StepTask {
     }
     if (!overdue(lab, kLongestSettle_s)) return StepProgress::running();
     if (!lab.fixture) {
-      ask(lab, wrong + ". ");
+      ask(lab, describe_all(wrong) + ". ");
+      return StepProgress::running();
+    }
+    // The pre-flight finds what is mounted wrongly. Later it is the unit that fails, if others stand as they should.
+    const bool preflight = lab.campaign.plan.runs[static_cast<std::size_t>(run_)].preflight;
+    if (!preflight && wrong.size() < active.size()) {
+      for (UnitChannel* unit : wrong) lab.lose(*unit, describe(*unit));
       return StepProgress::running();
     }
     return StepProgress::failed({base::ErrorKind::device,
-                                 wrong +
+                                 describe_all(wrong) +
                                      ": mounted otherwise than the station's configuration says (slot axes), or the "
                                      "fixture does not stand as it says",
                                  "position " + position_});
   }
 
+  static std::string describe(const UnitChannel& unit) {
+    return fmt::format("unit {} in slot {} reads {} up where {} is expected", unit.serial(), unit.slot().name,
+                       unit.attitude().seen(), unit.position().label);
+  }
+
+  static std::string describe_all(const std::vector<UnitChannel*>& units) {
+    std::string text;
+    for (const UnitChannel* unit : units) text += (text.empty() ? "" : "; ") + describe(*unit);
+    return text;
+  }
+
   std::string position_;
+  int run_;
   Stage stage_ = Stage::begin;
   double since_s_ = 0.0;
   double asked_s_ = 0.0;
