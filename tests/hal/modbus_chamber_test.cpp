@@ -120,8 +120,7 @@ TEST_F(ModbusChamberTest, ReportsAlarmsByTheirCodes) {
   ASSERT_TRUE(poke(11288, "4", "1667"));
   const auto reading = chamber_->read();
   ASSERT_TRUE(reading) << reading.error().message;
-  const std::vector<ChamberAlarm> expected = {
-      {"alarm 2", true}, {"limit sensor error", true}, {"limit tripped", true}};
+  const std::vector<ChamberAlarm> expected = {{"alarm 2", true}, {"limit sensor error", true}, {"limit tripped", true}};
   EXPECT_EQ(reading->alarms, expected);
 }
 
