@@ -27,7 +27,7 @@ base::Status outcome(const json& status) {
   const std::string state = status.at("state");
   if (state == "finished") return {};
   if (state == "idle") return base::bad_input("no campaign is running: 'soak campaign start' begins one", "state");
-  const json campaign = status.at("campaign");
+  const json& campaign = status.at("campaign");
   const std::string name = campaign.is_null() ? "?" : campaign.at("name").get<std::string>();
   std::string message = "campaign " + name + " " + (state == "failed" ? "" : "was ") + state;
   if (status.at("reason").is_string()) message += ": " + status.at("reason").get<std::string>();
@@ -128,7 +128,7 @@ base::Status run_campaign_watch(const StationCommand& command, Output& output) {
   const auto client = station_client(command);
   if (!client) return base::forward_error(client);
   Narrator narrator(output);
-  const auto followed = follow_to_the_end(*client, narrator, output);
+  auto followed = follow_to_the_end(*client, narrator, output);
   output.end_progress();
   if (!followed) return followed;
   if (narrator.taken() == 0 || !is_over(narrator.last())) {

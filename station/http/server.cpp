@@ -91,14 +91,15 @@ void describe_library_error(const httplib::Request& request, httplib::Response& 
 }
 
 void describe_exception(const httplib::Request& request, httplib::Response& response, std::exception_ptr thrown) {
-  base::Error error{ErrorKind::internal, "unexpected failure", request.path};
+  std::string message;
   try {
     std::rethrow_exception(std::move(thrown));
   } catch (const std::exception& reason) {
-    error.message = reason.what();
+    message = reason.what();
   } catch (...) {
+    message = "unexpected failure";
   }
-  refuse(response, 500, error);
+  refuse(response, 500, {ErrorKind::internal, std::move(message), request.path});
 }
 
 }  // namespace
