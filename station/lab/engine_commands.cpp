@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+// What people ask of the engine. Every command runs on the engine's own thread.
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "station/identity.h"
+#include "station/lab/engine.h"
+#include "station/lab/lost_runs.h"
+#include "station/lab/start_check.h"
+
+namespace soak::station {
+namespace {
+
+base::Error wrong_state(std::string message) { return {base::ErrorKind::bad_input, std::move(message), "state"}; }
+
+}  // namespace
+
+base::Result<nlohmann::json> Engine::command(std::function<base::Result<nlohmann::json>()> work) {
+  // Whoever asked finds the new state when the answer is there.
+  std::packaged_task<base::Result<nlohmann::json>()> task([this, done = std::move(work)] {
+    auto result = done();
+    published_ = {};
+    publish();
+    return result;
+  });
+  auto answer = task.get_future();
+  {
+    const std::lock_guard lock(command_mutex_);
+    if (stopped_) return tl::unexpected<base::Error>(wrong_state("soakd is ending"));
+    commands_.push_back(std::move(task));
+  }
+  wake();
+  return answer.get();
+}
+
+void Engine::serve_commands() {
+  while (true) {
+    std::packaged_task<base::Result<nlohmann::json>()> task;
+    {
+      const std::lock_guard lock(command_mutex_);
+      if (commands_.empty()) return;
+      task = std::move(commands_.front());
+      commands_.pop_front();
+    }
+    task();
+  }
+}
+
+base::Status Engine::ready_for_start() const {
+  if (stop_requested_) return tl::unexpected<base::Error>(wrong_state("soakd is ending"));
+  if (journal_is_behind_) return tl::unexpected<base::Error>(wrong_state("the journal cannot be written"));
+  if (state_ == LabState::stopping) {
+    return tl::unexpected<base::Error>(
+        wrong_state(fmt::format("campaign '{}' is on its way to the safe state: wait for it", lab_->campaign.name)));
+  }
+  if (state_ == LabState::running || state_ == LabState::paused) {
+    return tl::unexpected<base::Error>(wrong_state(
+        fmt::format("campaign '{}' is {}: wait for its end or abort it", lab_->campaign.name, name_of(state_))));
+  }
+  return {};
+}
+
+base::Result<nlohmann::json> Engine::start(const StartRequest& request) {
+  return command([this, request] { return do_start(request, std::nullopt); });
+}
+
+base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::optional<std::size_t> resume_at) {
+  if (auto ready = ready_for_start(); !ready) return base::forward_error(ready);
+  if (auto entered = enter_lost_runs(catalog_, log_); !entered) return base::forward_error(entered);
+  auto checked = check_start(request, config_, catalog_);
+  if (!checked) return base::forward_error(checked);
+  if (auto connected = connect_devices(); !connected) return base::forward_error(connected);
+  const std::size_t first_step = resume_at.value_or(0);
+  const double air_c = lab_->chamber.reading()->air_c;
+  for (const base::Status& able :
+       {check_chamber(*checked, *chamber_), check_disk(*checked, first_step, catalog_.data_folder()),
+        check_room(*checked, first_step, config_.room_c, air_c)}) {
+    if (!able) return base::forward_error(able);
+  }
+  // The pre-flight leaves the chamber alone.
+  if (checked->plan.runs[static_cast<std::size_t>(checked->plan.steps[first_step].run)].preflight) {
+    if (auto off = chamber_->stop(); !off) return base::forward_error(off);
+  }
+  if (!resume_at) {
+    db::CampaignRow row;
+    row.name = request.campaign;
+    row.procedure = checked->plan.procedure.name;
+    row.document = start_document(request, *checked).dump();
+    row.created_utc_s = row.updated_utc_s = now_utc_s();
+    if (auto begun = catalog_.begin_campaign(row); !begun) return base::forward_error(begun);
+  }
+  nlohmann::json answer = {{"campaign", request.campaign},
+                           {"runs", checked->plan.runs.size()},
+                           {"steps", checked->plan.steps.size()},
+                           {"estimate_s", checked->plan.remaining_s(first_step)}};
+  begin_campaign(request, *std::move(checked), resume_at);
+  return answer;
+}
+
+base::Status Engine::connect_devices() {
+  if (auto status = chamber_->connect(); !status) return status;
+  if (fixture_) {
+    if (auto status = fixture_->connect(); !status) return status;
+  }
+  if (power_) {
+    if (auto status = power_->connect(); !status) return status;
+  }
+  // Nothing may begin before the chamber has once said how it is.
+  lab_->chamber.forget();
+  (void)lab_->chamber.poll(lab_->now_s());
+  if (lab_->chamber.stale())
+    return base::fail(base::ErrorKind::device, lab_->chamber.trouble(), chamber_->description());
+  return {};
+}
+
+void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, std::optional<std::size_t> resume_at) {
+  make_units(checked);
+  std::vector<std::string> serials;
+  for (const CheckedUnit& unit : checked.units) serials.push_back(unit.serial);
+  history_.begin(std::move(serials));
+  lab_->campaign = {request.campaign, request.user, std::move(checked.plan)};
+  lab_->preflight.clear();
+  step_attempts_.clear();
+  if (const auto done = catalog_.completed_steps(request.campaign)) {
+    for (const db::StepRow& row : *done) ++step_attempts_[static_cast<std::size_t>(row.index)];
+  }
+  unfinished_.clear();
+  settle_fully_ = false;
+  stale_since_.reset();
+  campaign_started_utc_s_ = now_utc_s();
+  {
+    const std::lock_guard lock(status_mutex_);
+    plan_document_ = plan_document(lab_->campaign.plan);
+  }
+  set_state(LabState::running, (resume_at ? "resumed by " : "started by ") + request.user);
+  enter_step(resume_at.value_or(0));
+}
+
+base::Status Engine::pause(const std::string& user) {
+  const auto done = command([this, user]() -> base::Result<nlohmann::json> {
+    if (state_ == LabState::paused) return tl::unexpected<base::Error>(wrong_state("the campaign is paused already"));
+    if (state_ != LabState::running) return tl::unexpected<base::Error>(wrong_state("no campaign is running"));
+    lab_->break_segment("paused by " + user);
+    set_state(LabState::paused, "paused by " + user);
+    return nlohmann::json();
+  });
+  return done ? base::Status{} : base::forward_error(done);
+}
+
+base::Status Engine::resume(const std::string& user) {
+  const auto done = command([this, user] { return do_resume(user); });
+  return done ? base::Status{} : base::forward_error(done);
+}
+
+base::Result<nlohmann::json> Engine::do_resume(const std::string& user) {
+  if (state_ == LabState::paused) {
+    set_state(LabState::running, "resumed by " + user);
+    repeat_step("resumed");
+    return nlohmann::json();
+  }
+  if (unfinished_.empty() || (state_ != LabState::interrupted && state_ != LabState::failed)) {
+    return tl::unexpected<base::Error>(wrong_state("there is no campaign that was paused, interrupted or failed"));
+  }
+  const auto row = catalog_.campaign(unfinished_);
+  if (!row) return base::forward_error(row);
+  if (!*row) return tl::unexpected<base::Error>(wrong_state("the journal has no campaign '" + unfinished_ + "'"));
+  auto request = request_of(**row);
+  if (!request) return base::forward_error(request);
+  request->user = user;
+  const auto step = first_step_to_resume(catalog_, **row, config_.room_c);
+  if (!step) return base::forward_error(step);
+  return do_start(*request, *step);
+}
+
+base::Status Engine::abort(const std::string& user, const std::string& reason) {
+  const auto done = command([this, user, reason]() -> base::Result<nlohmann::json> {
+    if (state_ == LabState::interrupted && !unfinished_.empty()) {
+      set_state(LabState::aborted, fmt::format("aborted by {}: {}", user, reason));
+      return nlohmann::json();
+    }
+    if (state_ != LabState::running && state_ != LabState::paused) {
+      return tl::unexpected<base::Error>(wrong_state("no campaign is running"));
+    }
+    end_campaign(LabState::aborted, fmt::format("aborted by {}: {}", user, reason));
+    return nlohmann::json();
+  });
+  return done ? base::Status{} : base::forward_error(done);
+}
+
+base::Status Engine::confirm(const std::string& user, std::int64_t prompt) {
+  const auto done = command([this, user, prompt]() -> base::Result<nlohmann::json> {
+    if (!lab_->prompts.answer(prompt)) {
+      return tl::unexpected<base::Error>(wrong_state("there is no such prompt (any more): look again"));
+    }
+    log_.add("prompt", lab_->campaign.name, fmt::format("confirmed by {}: {}", user, lab_->prompts.open()->text));
+    return nlohmann::json();
+  });
+  return done ? base::Status{} : base::forward_error(done);
+}
+
+}  // namespace soak::station
