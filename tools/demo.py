@@ -114,7 +114,7 @@ def campaigns(options, folder):
     units = 1 if options.small else 3
     with LabSession(folder, options.seed, units, RATE, page_address()) as lab:
         step(f"simulated laboratory (seed {options.seed}) and station run; look at {lab.page} meanwhile")
-        step("campaign: -30 to +70 °C and back by 5 °C, six positions each, 4 runs; a second of the clock is "
+        step("campaign: -30 to +70 °C and back by 5 °C, six positions each, 6 runs; a second of the clock is "
              f"{RATE} s in the chamber")
         run_campaign(lab, "demo", "six-position-demo")
         step("verification: one run between the plateaus, which no fit sees")
