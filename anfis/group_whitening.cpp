@@ -32,6 +32,7 @@ GroupWhitening::GroupWhitening(std::size_t rows, std::span<const double> weight,
     for (const Eigen::Index row : g.rows) {
       norm += root_weight_(row) * root_weight_(row);
     }
+    g.contiguous = g.rows.back() - g.rows.front() + 1 == static_cast<Eigen::Index>(g.rows.size());
     g.factor = (1.0 - 1.0 / std::sqrt(1.0 + group_variance * norm)) / norm;
   }
 }
@@ -46,18 +47,23 @@ void GroupWhitening::apply_transposed(Eigen::Ref<Eigen::MatrixXd> values) const 
   values.array().colwise() *= root_weight_.array();
 }
 
+// z <- z - kappa u (u^T z) / (u^T u)
+void GroupWhitening::shrink(const Group& group, Eigen::Ref<Eigen::VectorXd> column) const {
+  if (group.contiguous) {
+    const auto u = root_weight_.segment(group.rows.front(), static_cast<Eigen::Index>(group.rows.size()));
+    auto z = column.segment(group.rows.front(), u.size());
+    const double projection = u.dot(z);
+    z -= (group.factor * projection) * u;
+    return;
+  }
+  double projection = 0.0;
+  for (const Eigen::Index row : group.rows) projection += root_weight_(row) * column(row);
+  for (const Eigen::Index row : group.rows) column(row) -= group.factor * projection * root_weight_(row);
+}
+
 void GroupWhitening::shrink_groups(Eigen::Ref<Eigen::MatrixXd> values) const {
   for (Eigen::Index column = 0; column < values.cols(); ++column) {
-    for (const Group& group : groups_) {
-      double projection = 0.0;
-      for (const Eigen::Index row : group.rows) {
-        projection += root_weight_(row) * values(row, column);
-      }
-      // z <- z - kappa u (u^T z) / (u^T u)
-      for (const Eigen::Index row : group.rows) {
-        values(row, column) -= group.factor * projection * root_weight_(row);
-      }
-    }
+    for (const Group& group : groups_) shrink(group, values.col(column));
   }
 }
 

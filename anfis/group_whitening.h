@@ -19,9 +19,9 @@ namespace soak::anfis {
 /// limit, of rank rows - groups. A constant column then whitens to zero.
 class GroupWhitening {
  public:
-  /// weight: 1/variance of each row, positive, or empty for 1 everywhere; group: id of each row, or empty for no
-  /// groups; group_variance >= 0 in the units of 1/weight. `rows` is the number of rows; sizes that disagree with it
-  /// are a bug of the caller (validate data with validate(TrainingData)).
+  /// weight: 1/variance of each row, not negative (a group's sum positive), or empty for 1 everywhere; group: id of
+  /// each row, or empty for no groups; group_variance >= 0 in the units of 1/weight. `rows` is the number of rows;
+  /// sizes that disagree with it are a bug of the caller (validate data with validate(TrainingData)).
   GroupWhitening(std::size_t rows, std::span<const double> weight, std::span<const int> group, double group_variance);
 
   /// values <- L values, column by column.
@@ -36,9 +36,11 @@ class GroupWhitening {
  private:
   struct Group {
     std::vector<Eigen::Index> rows;
+    bool contiguous = false;
     double factor = 0.0;  ///< kappa / (u^T u)
   };
 
+  void shrink(const Group& group, Eigen::Ref<Eigen::VectorXd> column) const;
   void shrink_groups(Eigen::Ref<Eigen::MatrixXd> values) const;
 
   Eigen::VectorXd root_weight_;

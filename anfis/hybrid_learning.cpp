@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "anfis/hybrid_learning.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <limits>
-#include <map>
+#include <optional>
+#include <string>
 
+#include "anfis/training/best_model.h"
+#include "anfis/training/level.h"
+#include "anfis/training/premise_bounds.h"
+#include "anfis/training/premise_vector.h"
+#include "anfis/training/projected_problem.h"
 #include "anfis/training/step_rule.h"
-#include "anfis/training/trainer.h"
+#include "anfis/training/training_arguments.h"
 #include "base/number_text.h"
 
 namespace soak::anfis {
 namespace {
 
-constexpr int kMostRules = 64;
 constexpr std::size_t kConvergenceEpochs = 10;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -23,104 +26,131 @@ base::Status out_of_range(const char* option, const std::string& value, const ch
   return base::bad_input(std::string(option) + " is " + value + ": it must be " + range, option);
 }
 
-double error_on(const Model& model, const TrainingData* checking) {
-  if (checking == nullptr) {
-    return kNaN;
-  }
-  std::vector<double> residuals(checking->rows());
-  evaluate(model, checking->x, residuals);
-  std::transform(checking->y.begin(), checking->y.end(), residuals.begin(), residuals.begin(), std::minus<>());
-  return shape_rmse(*checking, std::move(residuals));
-}
-
 bool has_converged(const std::vector<EpochRecord>& history, double min_change) {
-  if (min_change == 0.0 || history.size() <= kConvergenceEpochs) {
-    return false;
-  }
+  if (min_change == 0.0 || history.size() <= kConvergenceEpochs) return false;
   const auto less = [](const EpochRecord& a, const EpochRecord& b) { return a.train_rmse < b.train_rmse; };
   const auto recent = history.end() - kConvergenceEpochs;
   const double before = std::min_element(history.begin(), recent, less)->train_rmse;
   return std::min_element(recent, history.end(), less)->train_rmse > (1.0 - min_change) * before;
 }
 
-// Keeps the best model of a training.
-class Best {
- public:
-  void offer(const Model& model, const EpochRecord& record, int epoch) {
-    const double error = std::isnan(record.check_rmse) ? record.train_rmse : record.check_rmse;
-    if (epoch_ == 0 || error < error_) {
-      model_ = model;
-      record_ = record;
-      epoch_ = epoch;
-      error_ = error;
+/// Without limits a step may carry a width through zero: a bell or Gaussian of negative width is the one of positive
+/// width. False where a membership is none any more.
+bool keep_shapes(Model& model) {
+  bool valid = true;
+  training::for_each_membership(model, [&](Membership& membership, std::size_t) {
+    auto& p = membership.parameters;
+    if (membership.shape == Shape::bell || membership.shape == Shape::gaussian) p[0] = std::abs(p[0]);
+    if (membership.shape == Shape::two_sided_gaussian) {
+      p[0] = std::abs(p[0]);
+      p[2] = std::abs(p[2]);
     }
-  }
+    valid = valid && validate(membership).has_value();
+  });
+  return valid;
+}
 
-  [[nodiscard]] bool empty() const { return epoch_ == 0; }
+/// Backward pass: moves the premises.
+class Descent {
+ public:
+  Descent(const Model& model, const TrainingData& data, PremiseLimits limits)
+      : bounds_(model, data, limits), theta_(premise_count(model)), direction_(theta_.size()) {}
 
-  [[nodiscard]] Training training(StopReason reason, std::vector<EpochRecord> history) && {
-    return {std::move(model_), {reason, epoch_, record_.train_rmse, record_.check_rmse, std::move(history)}};
+  void admit(Model& model) const { bounds_.apply(model); }
+
+  /// Moves by `step` against the gradient. Where it cannot, says why.
+  std::optional<StopReason> move(training::ProjectedProblem& problem, double step) {
+    problem.gradient(direction_);
+    for (double& d : direction_) d = -d;
+    bounds_.block(problem.model(), direction_);
+    double norm = 0.0;
+    for (const double d : direction_) norm += d * d;
+    norm = std::sqrt(norm);
+    if (!std::isfinite(norm)) return StopReason::not_finite;
+    if (norm == 0.0) return StopReason::stationary;
+    training::read_premises(problem.model(), theta_);
+    // [AH05 eq. 5.21-5.22] delta theta = -kappa (dE/d theta) / || dE/d theta ||
+    for (std::size_t i = 0; i < theta_.size(); ++i) theta_[i] += step * direction_[i] / norm;
+    training::set_premises(theta_, problem.model());
+    admit(problem.model());
+    return keep_shapes(problem.model()) ? std::nullopt : std::make_optional(StopReason::collapsed);
   }
 
  private:
-  Model model_;
-  EpochRecord record_{};
-  int epoch_ = 0;
-  double error_ = 0.0;
+  training::PremiseBounds bounds_;
+  std::vector<double> theta_;
+  std::vector<double> direction_;
 };
 
-// Free offsets leave the level of the curve open: it becomes the mean of the groups' levels.
-void set_level(Model& model, const TrainingData& data) {
-  struct Sum {
-    double weighted = 0.0;
-    double weight = 0.0;
-  };
-  std::map<int, Sum> sums;
-  for (std::size_t i = 0; i < data.rows(); ++i) {
-    const double weight = data.weight.empty() ? 1.0 : data.weight[i];
-    Sum& sum = sums[data.group[i]];
-    sum.weighted += weight * (data.y[i] - evaluate(model, data.x[i]));
-    sum.weight += weight;
+/// One training under way.
+class Learner {
+ public:
+  Learner(const Model& initial, const TrainingData& train, const HybridOptions& options, const TrainingData* checking)
+      : options_(options),
+        problem_(initial, train, options.smoothness),
+        descent_(initial, train, options.limits),
+        step_rule_(options.initial_step, options.step_decrease, options.step_increase),
+        best_(initial, checking != nullptr && !options.keep_by_training_error) {
+    descent_.admit(problem_.model());
+    if (checking != nullptr) checking_.emplace(initial, *checking);
+    history_.reserve(static_cast<std::size_t>(options.epochs));
   }
-  double level = 0.0;
-  for (const auto& [group, sum] : sums) {
-    level += sum.weighted / sum.weight / static_cast<double>(sums.size());
-  }
-  for (Rule& rule : model.rules) {
-    rule.offset += level / model.output_half_range;
-  }
-}
 
-base::Status validate_arguments(const TrainingData& train, const HybridOptions& options, const TrainingData* checking) {
-  if (auto status = options.validate(); !status) {
-    return status;
+  void learn() {
+    std::optional<StopReason> reason;
+    while (!reason) reason = epoch();
+    reason_ = *reason;
   }
-  const int consequents = options.rules * (options.order + 1);
-  if (auto status = validate(train, static_cast<std::size_t>(consequents)); !status) {
-    return status;
+
+  [[nodiscard]] bool found_nothing() const { return best_.empty(); }
+  [[nodiscard]] Training result() && { return std::move(best_).training(reason_, std::move(history_)); }
+
+ private:
+  std::optional<StopReason> epoch() {
+    const double rmse = options_.solver == ConsequentSolver::sequential
+                            ? problem_.solve_sequentially(options_.initial_covariance)
+                            : problem_.solve();
+    if (!std::isfinite(rmse)) return StopReason::not_finite;
+    history_.push_back({rmse, checking_ ? (*checking_)(problem_.model()) : kNaN, step_rule_.step()});
+    best_.offer(problem_.model(), history_.back(), static_cast<int>(history_.size()));
+    if (const auto reason = judge(rmse)) return reason;
+    if (const auto reason = descent_.move(problem_, step_rule_.step())) return reason;
+    step_rule_.record(rmse);
+    return std::nullopt;
   }
-  if (checking == nullptr) {
-    return {};
+
+  [[nodiscard]] std::optional<StopReason> judge(double rmse) const {
+    if (rmse <= options_.rmse_goal) return StopReason::goal_reached;
+    if (has_converged(history_, options_.min_rmse_change)) return StopReason::converged;
+    const int epochs = static_cast<int>(history_.size());
+    if (options_.patience > 0 && checking_ && epochs - best_.epoch() >= options_.patience) return StopReason::patience;
+    if (epochs == options_.epochs) return StopReason::epochs_done;
+    return std::nullopt;
   }
-  auto status = validate(*checking, 0);
-  if (!status) {
-    status.error().where = "checking data, " + status.error().where;
-  }
-  return status;
-}
+
+  HybridOptions options_;
+  training::ProjectedProblem problem_;
+  Descent descent_;
+  training::StepRule step_rule_;
+  training::BestModel best_;
+  std::optional<training::CheckingError> checking_;
+  std::vector<EpochRecord> history_;
+  StopReason reason_ = StopReason::epochs_done;
+};
 
 }  // namespace
 
+HybridOptions HybridOptions::matlab() {
+  HybridOptions options;
+  options.epochs = 10;
+  options.limits = PremiseLimits::none;
+  options.solver = ConsequentSolver::sequential;
+  options.keep_by_training_error = true;
+  return options;
+}
+
 base::Status HybridOptions::validate() const {
-  if (rules < 2 || rules > kMostRules) {
-    return out_of_range("rules", std::to_string(rules), "2..64");
-  }
-  if (order != 0 && order != 1) {
-    return out_of_range("order", std::to_string(order), "0 or 1");
-  }
-  if (epochs < 1) {
-    return out_of_range("epochs", std::to_string(epochs), "at least 1");
-  }
+  if (epochs < 1 || epochs > 1'000'000) return out_of_range("epochs", std::to_string(epochs), "1..1000000");
   if (!(initial_step > 0.0 && initial_step <= 1.0)) {
     return out_of_range("initial_step", base::shortest(initial_step), "above 0 and at most 1");
   }
@@ -136,75 +166,35 @@ base::Status HybridOptions::validate() const {
   if (!(min_rmse_change >= 0.0 && min_rmse_change < 1.0)) {
     return out_of_range("min_rmse_change", base::shortest(min_rmse_change), "at least 0 and below 1");
   }
+  if (patience < 0) return out_of_range("patience", std::to_string(patience), "0 or positive");
+  if (!(initial_covariance > 0.0) || !std::isfinite(initial_covariance)) {
+    return out_of_range("initial_covariance", base::shortest(initial_covariance), "positive");
+  }
   return {};
 }
 
-std::string_view name(StopReason reason) {
-  switch (reason) {
-    case StopReason::epochs_done:
-      return "epochs done";
-    case StopReason::goal_reached:
-      return "goal reached";
-    case StopReason::converged:
-      return "converged";
-    case StopReason::stationary:
-      return "stationary";
-    case StopReason::not_finite:
-      return "not finite";
-  }
-  return "unknown";
-}
-
-std::string TrainingSummary::one_line() const {
-  std::string line(name(reason));
-  line += " after " + std::to_string(history.size()) + " epochs, best " + std::to_string(best_epoch) + ", train RMSE ";
-  line += base::shortest(train_rmse);
-  if (!std::isnan(check_rmse)) {
-    line += ", check RMSE " + base::shortest(check_rmse);
-  }
-  return line;
-}
-
-base::Result<Training> train_hybrid(const TrainingData& train, const HybridOptions& options,
+base::Result<Training> train_hybrid(const Model& initial, const TrainingData& train, const HybridOptions& options,
                                     const TrainingData* checking) {
-  if (auto status = validate_arguments(train, options, checking); !status) {
+  if (auto status = options.validate(); !status) return base::forward_error(status);
+  if (auto status = training::validate_arguments(initial, train, checking); !status) {
     return base::forward_error(status);
   }
-  training::Trainer trainer(train, options);
-  training::StepRule step_rule(options.initial_step, options.step_decrease, options.step_increase);
-  Best best;
-  std::vector<EpochRecord> history;
-  StopReason reason = StopReason::epochs_done;
-  for (int epoch = 1; epoch <= options.epochs; ++epoch) {
-    const double rmse = trainer.solve_consequents();
-    if (!std::isfinite(rmse)) {
-      reason = StopReason::not_finite;
-      break;
-    }
-    history.push_back({rmse, error_on(trainer.model(), checking), step_rule.step()});
-    best.offer(trainer.model(), history.back(), epoch);
-    if (rmse <= options.rmse_goal) {
-      reason = StopReason::goal_reached;
-      break;
-    }
-    if (has_converged(history, options.min_rmse_change)) {
-      reason = StopReason::converged;
-      break;
-    }
-    if (epoch < options.epochs && !trainer.move_premises(step_rule.step())) {
-      reason = StopReason::stationary;
-      break;
-    }
-    step_rule.record(rmse);
+  if (auto status = training::validate_smoothness(options.smoothness, train.inputs); !status) {
+    return base::forward_error(status);
   }
-  if (best.empty()) {
-    return base::bad_input(
-        "the numbers are too large or too small for least squares: change the units of x, y or weight", "first epoch");
+  if (options.solver == ConsequentSolver::sequential && train.group_variance > 0.0) {
+    return base::bad_input("sequential least squares cannot take random offsets: use the least_squares solver",
+                           "group_variance");
   }
-  Training training = std::move(best).training(reason, std::move(history));
-  if (std::isinf(train.group_variance)) {
-    set_level(training.model, train);
+  if (options.solver == ConsequentSolver::sequential && options.smoothness > 0.0) {
+    return base::bad_input("sequential least squares cannot price curvature: use the least_squares solver",
+                           "smoothness");
   }
+  Learner learner(initial, train, options, checking);
+  learner.learn();
+  if (learner.found_nothing()) return training::unusable_numbers();
+  Training training = std::move(learner).result();
+  training::set_level(training.model, train);
   return training;
 }
 

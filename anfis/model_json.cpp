@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "anfis/model_json.h"
 
+#include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
+
+#include "anfis/one_input.h"
 
 namespace soak::anfis {
 namespace {
@@ -10,38 +14,131 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kFormat = "soak-anfis-model";
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
-Model read_members(const json& document) {
+json membership_json(const Membership& membership) {
+  json document = {{"shape", name(membership.shape)}};
+  const auto names = parameter_names(membership.shape);
+  for (std::size_t i = 0; i < names.size(); ++i) document[std::string(names[i])] = membership.parameters[i];
+  return document;
+}
+
+json input_json(const Input& input) {
+  json memberships = json::array();
+  for (const Membership& membership : input.memberships) memberships.push_back(membership_json(membership));
+  return {{"name", input.name},
+          {"centre", input.scale.centre},
+          {"half_range", input.scale.half_range},
+          {"min", input.min},
+          {"max", input.max},
+          {"memberships", std::move(memberships)}};
+}
+
+json rule_json(const Rule& rule) {
+  json premise = json::array();
+  for (const int index : rule.premise) premise.push_back(index == kAny ? json() : json(index));
+  json document = {{"premise", std::move(premise)}, {"gains", rule.gains}, {"offset", rule.offset}};
+  if (!rule.dropped.empty()) document["dropped"] = rule.dropped;
+  return document;
+}
+
+int read_int(const json& number) {
+  if (!number.is_number_integer() || number < std::numeric_limits<int>::min() ||
+      number > std::numeric_limits<int>::max()) {
+    throw json::other_error::create(501, number.dump() + " is no whole number of this size", nullptr);
+  }
+  return number.get<int>();
+}
+
+Shape read_shape(const json& document) {
+  const auto text = document.get<std::string>();
+  const auto* const found = std::ranges::find_if(kShapes, [&](Shape shape) { return name(shape) == text; });
+  if (found == kShapes.end()) throw json::other_error::create(501, "no shape is called " + text, nullptr);
+  return *found;
+}
+
+Membership read_membership(const json& document) {
+  Membership membership;
+  membership.shape = read_shape(document.at("shape"));
+  const auto names = parameter_names(membership.shape);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    membership.parameters[i] = document.at(std::string(names[i])).get<double>();
+  }
+  return membership;
+}
+
+Scale read_scale(const json& document) {
+  return {document.at("centre").get<double>(), document.at("half_range").get<double>()};
+}
+
+Input read_input(const json& document) {
+  Input input;
+  input.name = document.value("name", "");
+  input.scale = read_scale(document);
+  input.min = document.at("min").get<double>();
+  input.max = document.at("max").get<double>();
+  for (const json& membership : document.at("memberships")) input.memberships.push_back(read_membership(membership));
+  return input;
+}
+
+Rule read_rule(const json& document) {
+  Rule rule;
+  for (const json& index : document.at("premise")) rule.premise.push_back(index.is_null() ? kAny : read_int(index));
+  rule.gains = document.at("gains").get<std::vector<double>>();
+  rule.offset = document.at("offset").get<double>();
+  if (document.contains("dropped")) {
+    for (const json& index : document.at("dropped")) rule.dropped.push_back(read_int(index));
+  }
+  return rule;
+}
+
+TNorm read_t_norm(const json& document) {
+  const auto text = document.get<std::string>();
+  for (const TNorm t_norm : {TNorm::product, TNorm::minimum}) {
+    if (name(t_norm) == text) return t_norm;
+  }
+  throw json::other_error::create(501, "no T-norm is called " + text, nullptr);
+}
+
+Model read_model(const json& document) {
   Model model;
-  const auto& membership = document.at("membership").get_ref<const std::string&>();
-  if (membership != name(Membership::bell) && membership != name(Membership::gaussian)) {
-    throw json::other_error::create(501, "membership must be bell or gaussian, not " + membership, &document);
-  }
-  model.membership = membership == name(Membership::bell) ? Membership::bell : Membership::gaussian;
-  document.at("order").get_to(model.order);
+  model.order = read_int(document.at("order"));
+  model.t_norm = read_t_norm(document.at("t_norm"));
+  for (const json& input : document.at("inputs")) model.inputs.push_back(read_input(input));
+  model.output = read_scale(document.at("output"));
+  for (const json& rule : document.at("rules")) model.rules.push_back(read_rule(rule));
+  return model;
+}
+
+Model read_version1(const json& document) {
   const json& input = document.at("input");
-  input.at("centre").get_to(model.input_centre);
-  input.at("half_range").get_to(model.input_half_range);
-  input.at("min").get_to(model.x_min);
-  input.at("max").get_to(model.x_max);
-  const json& output = document.at("output");
-  output.at("centre").get_to(model.output_centre);
-  output.at("half_range").get_to(model.output_half_range);
+  std::vector<CurveRule> rules;
   for (const json& rule : document.at("rules")) {
-    model.rules.push_back({rule.at("width").get<double>(), rule.at("slope").get<double>(),
-                           rule.at("centre").get<double>(), rule.at("gain").get<double>(),
-                           rule.at("offset").get<double>()});
+    rules.push_back({rule.at("width").get<double>(), rule.at("slope").get<double>(), rule.at("centre").get<double>(),
+                     rule.at("gain").get<double>(), rule.at("offset").get<double>()});
   }
+  const Shape shape = read_shape(document.at("membership"));
+  if (shape != Shape::bell && shape != Shape::gaussian) {
+    throw json::other_error::create(501, "version 1 has bells and gaussians only", nullptr);
+  }
+  Model model = curve_model(shape, rules);
+  model.order = read_int(document.at("order"));
+  model.inputs[0].scale = read_scale(input);
+  model.inputs[0].min = input.at("min").get<double>();
+  model.inputs[0].max = input.at("max").get<double>();
+  model.output = read_scale(document.at("output"));
   return model;
 }
 
 base::Status check_format(const json& document) {
   if (!document.is_object() || document.value("format", json()) != kFormat) {
-    return base::corrupt("this is not a model: format must be \"" + std::string(kFormat) + "\"", "format");
+    return base::corrupt(std::string("this is not a model: \"format\" must be \"") + kFormat + '"', "format");
   }
-  if (document.value("version", json()) != kVersion) {
-    return base::corrupt("this program reads version " + std::to_string(kVersion) + " of the model format", "version");
+  const json version = document.value("version", json());
+  if (version != 1 && version != kVersion) {
+    return base::corrupt(
+        "version " + version.dump() + " of the model format is not known, only 1 and " + std::to_string(kVersion),
+        "version");
   }
   return {};
 }
@@ -49,36 +146,24 @@ base::Status check_format(const json& document) {
 }  // namespace
 
 base::Result<json> model_to_json(const Model& model) {
-  if (auto status = validate(model); !status) {
-    return base::forward_error(status);
-  }
+  if (auto status = validate(model); !status) return base::forward_error(status);
+  json inputs = json::array();
+  for (const Input& input : model.inputs) inputs.push_back(input_json(input));
   json rules = json::array();
-  for (const Rule& rule : model.rules) {
-    rules.push_back({{"width", rule.width},
-                     {"slope", rule.slope},
-                     {"centre", rule.centre},
-                     {"gain", rule.gain},
-                     {"offset", rule.offset}});
-  }
+  for (const Rule& rule : model.rules) rules.push_back(rule_json(rule));
   return json{{"format", kFormat},
               {"version", kVersion},
-              {"membership", name(model.membership)},
               {"order", model.order},
-              {"input",
-               {{"centre", model.input_centre},
-                {"half_range", model.input_half_range},
-                {"min", model.x_min},
-                {"max", model.x_max}}},
-              {"output", {{"centre", model.output_centre}, {"half_range", model.output_half_range}}},
+              {"t_norm", name(model.t_norm)},
+              {"inputs", std::move(inputs)},
+              {"output", {{"centre", model.output.centre}, {"half_range", model.output.half_range}}},
               {"rules", std::move(rules)}};
 }
 
 base::Result<Model> model_from_json(const json& document) {
-  if (auto status = check_format(document); !status) {
-    return base::forward_error(status);
-  }
+  if (auto status = check_format(document); !status) return base::forward_error(status);
   try {
-    Model model = read_members(document);
+    Model model = document.at("version") == 1 ? read_version1(document) : read_model(document);
     if (auto status = validate(model); !status) {
       return base::corrupt(status.error().message, status.error().where);
     }

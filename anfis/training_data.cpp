@@ -4,13 +4,20 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include "anfis/group_whitening.h"
 
 namespace soak::anfis {
 namespace {
+
+/// Squares and sums of larger numbers overflow.
+constexpr double kLargest = 1e100;
+
+bool is_usable(double value) { return std::abs(value) <= kLargest; }
 
 std::string row_name(std::size_t row) { return "row " + std::to_string(row); }
 
@@ -20,9 +27,14 @@ base::Status validate_sizes(const TrainingData& data) {
       return {};
     }
     return base::bad_input(std::string(column) + " has " + std::to_string(size) + " values for " +
-                               std::to_string(data.rows()) + " of x: give one per row",
+                               std::to_string(data.rows()) + " rows of x: give one per row",
                            column);
   };
+  if (data.inputs == 0 || data.x.size() % data.inputs != 0) {
+    return base::bad_input(std::to_string(data.x.size()) + " values of x are no whole number of rows of " +
+                               std::to_string(data.inputs) + " inputs",
+                           "x");
+  }
   if (auto status = check(data.y.size(), "y"); !status) {
     return status;
   }
@@ -34,12 +46,15 @@ base::Status validate_sizes(const TrainingData& data) {
 
 base::Status validate_values(const TrainingData& data) {
   for (std::size_t i = 0; i < data.rows(); ++i) {
-    if (!std::isfinite(data.x[i]) || !std::isfinite(data.y[i])) {
-      return base::bad_input("x and y must be finite numbers: leave the row out", row_name(i));
-    }
-    if (!data.weight.empty() && (!std::isfinite(data.weight[i]) || data.weight[i] <= 0.0)) {
-      return base::bad_input("the weight must be positive and finite: leave out rows that shall not count",
+    const auto x = data.row(i);
+    if (!is_usable(data.y[i]) || !std::all_of(x.begin(), x.end(), is_usable)) {
+      return base::bad_input("x and y must be finite numbers of at most 1e100: leave the row out or change the units",
                              row_name(i));
+    }
+    if (!data.weight.empty() && !(data.weight[i] >= 1.0 / kLargest && data.weight[i] <= kLargest)) {
+      return base::bad_input(
+          "the weight must be positive, 1e-100 to 1e100: leave out rows that shall not count, or change the units",
+          row_name(i));
     }
   }
   if (!(data.group_variance >= 0.0)) {
@@ -51,12 +66,24 @@ base::Status validate_values(const TrainingData& data) {
   return {};
 }
 
+bool is_constant(const TrainingData& data, std::size_t input) {
+  for (std::size_t i = 1; i < data.rows(); ++i) {
+    if (data.row(i)[input] != data.row(0)[input]) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::size_t distinct_inputs(const TrainingData& data) {
-  std::vector<double> sorted = data.x;
-  std::sort(sorted.begin(), sorted.end());
-  return static_cast<std::size_t>(std::unique(sorted.begin(), sorted.end()) - sorted.begin());
+  std::vector<std::size_t> order(data.rows());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto less = [&](std::size_t a, std::size_t b) {
+    return std::ranges::lexicographical_compare(data.row(a), data.row(b));
+  };
+  std::sort(order.begin(), order.end(), less);
+  const auto same = [&](std::size_t a, std::size_t b) { return std::ranges::equal(data.row(a), data.row(b)); };
+  return static_cast<std::size_t>(std::unique(order.begin(), order.end(), same) - order.begin());
 }
 
 base::Status validate(const TrainingData& data, std::size_t parameters) {
@@ -69,10 +96,14 @@ base::Status validate(const TrainingData& data, std::size_t parameters) {
   if (auto status = validate_values(data); !status) {
     return status;
   }
-  const std::size_t distinct = distinct_inputs(data);
-  if (distinct < 2) {
-    return base::bad_input("x is constant: a curve needs at least two different inputs", "x");
+  for (std::size_t j = 0; j < data.inputs; ++j) {
+    if (is_constant(data, j)) {
+      return base::bad_input(data.inputs == 1 ? "x is constant: a curve needs at least two different inputs"
+                                              : "input " + std::to_string(j) + " is constant: leave it out",
+                             "x");
+    }
   }
+  const std::size_t distinct = distinct_inputs(data);
   if (distinct < parameters) {
     return base::bad_input("x has " + std::to_string(distinct) + " distinct values for " + std::to_string(parameters) +
                                " consequent parameters: use fewer rules, order 0, or more data",
@@ -84,11 +115,12 @@ base::Status validate(const TrainingData& data, std::size_t parameters) {
 TrainingData select_rows(const TrainingData& data, const std::vector<bool>& keep) {
   TrainingData selected;
   selected.group_variance = data.group_variance;
+  selected.inputs = data.inputs;
   for (std::size_t i = 0; i < data.rows(); ++i) {
     if (!keep[i]) {
       continue;
     }
-    selected.x.push_back(data.x[i]);
+    selected.x.insert(selected.x.end(), data.row(i).begin(), data.row(i).end());
     selected.y.push_back(data.y[i]);
     if (!data.weight.empty()) {
       selected.weight.push_back(data.weight[i]);
@@ -100,6 +132,13 @@ TrainingData select_rows(const TrainingData& data, const std::vector<bool>& keep
   return selected;
 }
 
+std::vector<double> residuals(const TrainingData& data, const Model& model) {
+  std::vector<double> r(data.rows());
+  evaluate(model, data.x, r);
+  std::transform(data.y.begin(), data.y.end(), r.begin(), r.begin(), std::minus<>());
+  return r;
+}
+
 double shape_rmse(const TrainingData& data, std::vector<double> residuals) {
   const double variance = data.group_variance > 0.0 ? std::numeric_limits<double>::infinity() : 0.0;
   const GroupWhitening whitening(data.rows(), data.weight, data.group, variance);
@@ -107,5 +146,7 @@ double shape_rmse(const TrainingData& data, std::vector<double> residuals) {
   whitening.apply(r);
   return std::sqrt(r.squaredNorm() / whitening.total_weight());
 }
+
+double shape_rmse(const TrainingData& data, const Model& model) { return shape_rmse(data, residuals(data, model)); }
 
 }  // namespace soak::anfis

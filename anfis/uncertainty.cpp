@@ -2,15 +2,15 @@
 #include "anfis/uncertainty.h"
 
 #include <Eigen/Dense>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <span>
 #include <string>
 
 #include "anfis/group_whitening.h"
-#include "anfis/training/premise_layer.h"
-#include "anfis/training/trainer.h"
+#include "anfis/training/curvature_penalty.h"
+#include "anfis/training/layer.h"
+#include "anfis/training/training_arguments.h"
 
 namespace soak::anfis {
 namespace {
@@ -20,14 +20,16 @@ constexpr double kSingularTolerance = 1e-6;
 // real.
 constexpr double kZeroColumn = 1e-10;
 
-// df/d(consequents, premises) of the scaled output at scaled inputs.
-Eigen::MatrixXd jacobian(const Model& model, std::span<const double> scaled_inputs) {
-  training::PremiseLayer layer(scaled_inputs);
-  layer.compute(model.membership, model.rules);
-  const Eigen::MatrixXd consequents = layer.consequent_matrix(model.order);
-  const Eigen::MatrixXd premises = layer.premise_jacobian(model.membership, model.rules);
-  Eigen::MatrixXd all(consequents.rows(), consequents.cols() + premises.cols());
-  all << consequents, premises;
+/// df/d(consequents, premises) of the scaled output at the rows of data.
+Eigen::MatrixXd jacobian(const Model& model, const TrainingData& points) {
+  training::Layer layer(model, points);
+  layer.compute(model);
+  layer.compute_output(model);
+  Eigen::MatrixXd consequents(layer.padded_rows(), static_cast<Eigen::Index>(consequent_count(model)));
+  layer.consequent_matrix(model, consequents);
+  const Eigen::MatrixXd premises = layer.jacobian(model);
+  Eigen::MatrixXd all(premises.rows(), consequents.cols() + premises.cols());
+  all << consequents.topRows(premises.rows()), premises;
   return all;
 }
 
@@ -42,36 +44,53 @@ Eigen::MatrixXd covariance_factor(const Eigen::MatrixXd& j) {
 }
 
 double whitened_residual_squares(const Model& model, const TrainingData& data, const GroupWhitening& whitening) {
-  Eigen::VectorXd r(static_cast<Eigen::Index>(data.rows()));
-  evaluate(model, data.x, std::span<double>(r.data(), data.rows()));
-  r = Eigen::Map<const Eigen::VectorXd>(data.y.data(), r.size()) - r;
-  whitening.apply(r);
-  return r.squaredNorm();
+  std::vector<double> r = residuals(data, model);
+  Eigen::Map<Eigen::VectorXd> whitened(r.data(), static_cast<Eigen::Index>(r.size()));
+  whitening.apply(whitened);
+  return whitened.squaredNorm();
 }
 
-}  // namespace
-
-base::Result<PredictionVariance> PredictionVariance::of(const Model& model, const TrainingData& data) {
-  if (auto status = validate(model); !status) {
-    return base::forward_error(status);
-  }
-  if (auto status = validate(data, 0); !status) {
-    return base::forward_error(status);
+base::Status validate_arguments(const Model& model, const TrainingData& data, double smoothness) {
+  if (auto status = validate(model); !status) return status;
+  if (auto status = validate(data, 0); !status) return status;
+  if (data.inputs != model.inputs.size()) {
+    return base::bad_input("the data have " + std::to_string(data.inputs) + " inputs, the model has " +
+                               std::to_string(model.inputs.size()),
+                           "x");
   }
   if (std::isinf(data.group_variance)) {
     return base::bad_input("free group offsets leave the level of the curve no finite variance: give an estimate of it",
                            "group_variance");
   }
+  return training::validate_smoothness(smoothness, data.inputs);
+}
+
+}  // namespace
+
+base::Result<PredictionVariance> PredictionVariance::of(const Model& model, const TrainingData& data,
+                                                        double smoothness) {
+  if (auto status = validate_arguments(model, data, smoothness); !status) return base::forward_error(status);
   const GroupWhitening whitening(data.rows(), data.weight, data.group, data.group_variance);
-  Eigen::MatrixXd j = jacobian(model, training::scaled_inputs(model, data));
+  Eigen::MatrixXd j = jacobian(model, data);
   whitening.apply(j);
   PredictionVariance variance;
   variance.model_ = model;
-  variance.factor_ = covariance_factor(j);
-  variance.degrees_of_freedom_ = static_cast<int>(data.rows()) - variance.effective_parameters();
-  if (variance.degrees_of_freedom_ < 1) {
+  if (smoothness > 0.0) {
+    training::CurvaturePenalty penalty(model, data, smoothness * whitening.total_weight());
+    const Eigen::MatrixXd p = penalty.jacobian(model);
+    Eigen::MatrixXd all(j.rows() + p.rows(), j.cols());
+    all << j, p;
+    variance.factor_ = covariance_factor(all);
+    // trace of the matrix that makes fitted values of the rows
+    variance.effective_parameters_ = (j * variance.factor_).squaredNorm();
+  } else {
+    variance.factor_ = covariance_factor(j);
+    variance.effective_parameters_ = static_cast<double>(variance.factor_.cols());
+  }
+  variance.degrees_of_freedom_ = static_cast<double>(data.rows()) - variance.effective_parameters_;
+  if (variance.degrees_of_freedom_ < 1.0) {
     return base::bad_input(std::to_string(data.rows()) + " rows for " +
-                               std::to_string(variance.effective_parameters()) +
+                               std::to_string(std::lround(variance.effective_parameters_)) +
                                " parameters leave nothing to judge the noise by: use fewer rules or more data",
                            "x");
   }
@@ -79,9 +98,14 @@ base::Result<PredictionVariance> PredictionVariance::of(const Model& model, cons
   return variance;
 }
 
-double PredictionVariance::at(double x, double sigma_squared) const {
-  const std::array<double, 1> u = {(x - model_.input_centre) / model_.input_half_range};
-  return sigma_squared * (jacobian(model_, u) * factor_).squaredNorm();
+double PredictionVariance::at(std::span<const double> x, double sigma_squared) const {
+  TrainingData point;
+  point.x.assign(x.begin(), x.end());
+  point.y = {0.0};
+  point.inputs = x.size();
+  return sigma_squared * (jacobian(model_, point) * factor_).squaredNorm();
 }
+
+double PredictionVariance::at(double x, double sigma_squared) const { return at(std::span(&x, 1), sigma_squared); }
 
 }  // namespace soak::anfis

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <vector>
+#include <array>
 
 namespace soak::anfis::training {
 
@@ -10,8 +9,7 @@ namespace soak::anfis::training {
 ///  - four reductions in a row: times `increase`;
 ///  - two combinations of a rise and a reduction in a row (rise, reduction, rise, reduction): times `decrease`;
 ///  - after a change, the same kind of change waits for four epochs (a counter for each kind, both starting at the
-///  first
-///    epoch). A reduction of the step is tested first. A factor of 1 switches its kind off.
+///    first epoch). A reduction of the step is tested first. A factor of 1 switches its kind off.
 class StepRule {
  public:
   StepRule(double initial_step, double decrease, double increase)
@@ -23,14 +21,15 @@ class StepRule {
   void record(double rmse);
 
  private:
-  [[nodiscard]] bool last_four_are(const bool (&reduction)[4]) const;
+  [[nodiscard]] bool last_four_are(const std::array<bool, 4>& reduction) const;
 
   double step_;
   double decrease_;
   double increase_;
-  std::vector<double> errors_;
-  std::size_t last_decrease_ = 0;  ///< index of the epoch
-  std::size_t last_increase_ = 0;
+  std::array<double, 5> errors_{};  ///< of the last five epochs
+  int epochs_ = 0;
+  int last_decrease_ = 1;  ///< epoch, from 1
+  int last_increase_ = 1;
 };
 
 }  // namespace soak::anfis::training

@@ -6,48 +6,21 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "base/random.h"
-#include "support.h"
+#include "published_data.h"
 
 namespace soak::anfis {
 namespace {
 
-// Digits on which two numbers agree (log relative error).
-double digits(double value, double certified) { return -std::log10(std::abs(value - certified) / std::abs(certified)); }
-
-struct Certified {
-  Eigen::MatrixXd a;
-  Eigen::VectorXd y;
-  std::vector<double> b;
-  std::vector<double> sd;
-};
-
-Certified nist(const char* name) {
-  const auto v = nlohmann::json::parse(test::read_vector_file("nist_strd_linear.json")).at(name);
-  const auto x = v["x"].get<std::vector<double>>();
-  const auto y = v["y"].get<std::vector<double>>();
-  Certified set{{}, {}, v["b"], v["sd"]};
-  set.a.resize(static_cast<Eigen::Index>(x.size()), static_cast<Eigen::Index>(set.b.size()));
-  set.y = Eigen::Map<const Eigen::VectorXd>(y.data(), static_cast<Eigen::Index>(y.size()));
-  for (Eigen::Index i = 0; i < set.a.rows(); ++i) {
-    for (Eigen::Index k = 0; k < set.a.cols(); ++k) {
-      set.a(i, k) = std::pow(x[static_cast<std::size_t>(i)], static_cast<double>(k));
-    }
-  }
-  return set;
-}
-
 void expect_certified(const char* name, double least_digits) {
-  const Certified set = nist(name);
+  const test::CertifiedFit set = test::nist_linear(name);
   const LeastSquaresFit fit = solve_least_squares(set.a, set.y);
   ASSERT_TRUE(fit.full_rank());
   const double s2 = fit.residual_sum_of_squares / static_cast<double>(set.a.rows() - set.a.cols());
   for (Eigen::Index k = 0; k < set.a.cols(); ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    EXPECT_GE(digits(fit.coefficients(k), set.b[i]), least_digits) << name << " b" << k;
-    EXPECT_GE(digits(std::sqrt(s2) * fit.covariance_factor.row(k).norm(), set.sd[i]), least_digits)
+    EXPECT_GE(test::digits(fit.coefficients(k), set.b(k)), least_digits) << name << " b" << k;
+    EXPECT_GE(test::digits(std::sqrt(s2) * fit.covariance_factor.row(k).norm(), set.sd(k)), least_digits)
         << name << " sd" << k;
   }
 }

@@ -12,24 +12,37 @@
 namespace soak::anfis {
 namespace {
 
-Model trained(Membership membership, int order) {
-  HybridOptions options;
-  options.membership = membership;
-  options.order = order;
-  options.epochs = 5;
-  return train_hybrid(test::drift_problem(1, 4).data, options)->model;
+Model trained(Shape shape, int order) {
+  const TrainingData data = test::drift_problem(1, 4).data;
+  return train_hybrid(test::grid(data, 6, shape, order), data, {.epochs = 5})->model;
+}
+
+// Two inputs, kAny, dropped gains, names, the minimum, every shape.
+Model rich_model() {
+  Model model;
+  model.t_norm = TNorm::minimum;
+  model.inputs = {{"temperature", {20.0, 50.0}, -30.0, 70.0, {}},
+                  {"rate \"of\" change", {0.1, 1.0 / 3.0}, -1.0, 1.0, {}}};
+  model.output = {1e-300, 1e-7};
+  model.inputs[0].memberships = {bell(0.1, 1.0 / 3.0, -0.7), gaussian(0.3, 0.2), {Shape::triangle, {-0.1, 0.0, 1e100}}};
+  model.inputs[1].memberships = {{Shape::two_sided_gaussian, {0.1, -0.2, 0.3, 0.4}},
+                                 {Shape::trapezoid, {-5e-324, 0.1, 0.1, 0.7}}};
+  model.rules = {
+      {{0, kAny}, {0.1, 0.0}, -0.3, {1}}, {{2, 1}, {0.0, 0.0}, 0.7, {0, 1}}, {{kAny, 0}, {1e-17, 2.5}, 0.0, {}}};
+  return model;
 }
 
 TEST(ModelJson, ReadsBackExactlyTheSameNumbersFromText) {
-  for (const Membership membership : {Membership::bell, Membership::gaussian}) {
-    for (const int order : {0, 1}) {
-      const Model model = trained(membership, order);
-      const auto json = model_to_json(model);
-      ASSERT_TRUE(json);
-      const auto back = model_from_json(nlohmann::json::parse(json->dump()));
-      ASSERT_TRUE(back) << back.error().message;
-      EXPECT_EQ(*back, model);
-    }
+  std::vector<Model> models = {rich_model()};
+  for (const Shape shape : kShapes) {
+    for (const int order : {0, 1}) models.push_back(trained(shape, order));
+  }
+  for (const Model& model : models) {
+    const auto json = model_to_json(model);
+    ASSERT_TRUE(json) << json.error().message << json.error().where;
+    const auto back = model_from_json(nlohmann::json::parse(json->dump()));
+    ASSERT_TRUE(back) << back.error().message;
+    EXPECT_EQ(*back, model);
   }
 }
 
@@ -40,33 +53,79 @@ TEST(ModelJson, ReadsVersionOneAsItWasWritten) {
       "rules": [{"width": 1, "slope": 2, "centre": 0, "gain": 3, "offset": 0.25}]})"));
   ASSERT_TRUE(model) << model.error().message;
   EXPECT_DOUBLE_EQ(evaluate(*model, 45.0), 0.5 + 2.0 * (3.0 * 0.5 + 0.25));
+  EXPECT_TRUE(infer(*model, std::vector{70.0}).in_range);
+  EXPECT_FALSE(infer(*model, std::vector{71.0}).in_range);
+}
+
+// The strengths of two Gaussian rules by hand, as version 1 defined them.
+TEST(ModelJson, ReadsGaussiansOfVersionOne) {
+  const auto model = model_from_json(nlohmann::json::parse(R"({"format": "soak-anfis-model", "version": 1,
+      "membership": "gaussian", "order": 0, "input": {"centre": 0, "half_range": 2, "min": -2, "max": 2},
+      "output": {"centre": 0, "half_range": 1},
+      "rules": [{"width": 0.5, "slope": 0, "centre": -1, "gain": 0, "offset": 3},
+                {"width": 0.25, "slope": 0, "centre": 1, "gain": 0, "offset": -1}]})"));
+  ASSERT_TRUE(model) << model.error().message;
+  const double first = std::exp(-0.5 * std::pow(1.5 / 0.5, 2)), second = std::exp(-0.5 * std::pow(0.5 / 0.25, 2));
+  EXPECT_NEAR(evaluate(*model, 1.0), (3.0 * first - second) / (first + second), 1e-14);
 }
 
 TEST(ModelJson, RefusesToWriteWhatIsNotFinite) {
-  Model model = trained(Membership::bell, 1);
-  model.rules[2].gain = std::nan("");
-  EXPECT_EQ(model_to_json(model).error().where, "rules[2]");
+  Model model = trained(Shape::bell, 1);
+  model.rules[2].gains[0] = std::nan("");
+  EXPECT_EQ(model_to_json(model).error().where, "rules[2].gains[0]");
+}
+
+bool refused(nlohmann::json bad, void (*change)(nlohmann::json&)) {
+  change(bad);
+  const auto model = model_from_json(bad);
+  return !model && model.error().kind == base::ErrorKind::corrupt;
 }
 
 TEST(ModelJson, RefusesDocumentsThatAreNotAModel) {
-  const nlohmann::json good = *model_to_json(trained(Membership::bell, 1));
-  const auto refused = [&](auto&& change) {
+  const nlohmann::json good = *model_to_json(trained(Shape::bell, 1));
+  EXPECT_FALSE(refused(good, [](auto&) {}));
+  EXPECT_TRUE(refused(good, [](auto& j) { j = 3; }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["format"] = "other"; }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["version"] = 3; }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["version"] = 1; }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["t_norm"] = "sum"; }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["inputs"][0]["memberships"][1]["shape"] = "pentagon"; }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["inputs"][0]["memberships"][0]["width"] = -1; }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["inputs"][0]["memberships"][0].erase("slope"); }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["inputs"][0]["memberships"].erase(5); }));  // rule 5 asks for it
+  EXPECT_TRUE(refused(good, [](auto& j) { j["rules"] = 7; }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["rules"][0]["gains"] = nullptr; }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["rules"][0]["gains"] = {1.0, 2.0}; }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["rules"][0]["premise"][0] = "first"; }));
+}
+
+TEST(ModelJson, RefusesDocumentsWithAMemberMissing) {
+  const nlohmann::json good = *model_to_json(trained(Shape::bell, 1));
+  for (const char* member : {"t_norm", "order", "inputs", "output", "rules", "format", "version"}) {
     nlohmann::json bad = good;
-    change(bad);
+    bad.erase(member);
     const auto model = model_from_json(bad);
-    return !model && model.error().kind == base::ErrorKind::corrupt;
-  };
-  EXPECT_FALSE(refused([](auto&) {}));
-  EXPECT_TRUE(refused([](auto& j) { j = 3; }));
-  EXPECT_TRUE(refused([](auto& j) { j["format"] = "other"; }));
-  EXPECT_TRUE(refused([](auto& j) { j["version"] = 2; }));
-  EXPECT_TRUE(refused([](auto& j) { j["membership"] = "triangle"; }));
-  EXPECT_TRUE(refused([](auto& j) { j["rules"] = 7; }));
-  EXPECT_TRUE(refused([](auto& j) { j["rules"][0]["gain"] = nullptr; }));
-  EXPECT_TRUE(refused([](auto& j) { j["rules"][0]["width"] = -1; }));
-  for (const char* member : {"membership", "order", "input", "output", "rules", "format", "version"}) {
-    EXPECT_TRUE(refused([&](auto& j) { j.erase(member); })) << member;
+    ASSERT_FALSE(model) << member;
+    EXPECT_EQ(model.error().kind, base::ErrorKind::corrupt) << member;
   }
+  for (const char* member : {"centre", "half_range", "min", "max", "memberships"}) {
+    nlohmann::json bad = good;
+    bad["inputs"][0].erase(member);
+    EXPECT_FALSE(model_from_json(bad)) << member;
+  }
+  for (const char* member : {"premise", "gains", "offset"}) {
+    nlohmann::json bad = good;
+    bad["rules"][2].erase(member);
+    EXPECT_FALSE(model_from_json(bad)) << member;
+  }
+}
+
+// Numbers that fit no int must not come back as other ones.
+TEST(ModelJson, RefusesWholeNumbersThatAreNone) {
+  const nlohmann::json good = *model_to_json(trained(Shape::bell, 1));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["order"] = 1.5; }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["rules"][0]["premise"][0] = 4294967296; }));
+  EXPECT_TRUE(refused(good, [](auto& j) { j["rules"][0]["premise"][0] = 0.5; }));
 }
 
 }  // namespace

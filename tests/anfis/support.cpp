@@ -24,6 +24,14 @@ std::string read_vector_file(const std::string& name) {
   return text.str();
 }
 
+Model grid(const TrainingData& data, int memberships, Shape shape, int order) {
+  const auto model = grid_rules(data, {.memberships = {memberships}, .shape = shape, .order = order});
+  if (!model) {
+    throw std::runtime_error(model.error().message);
+  }
+  return *model;
+}
+
 TrainingData gyro_drift(bool training_runs) {
   std::istringstream lines(read_vector_file("gyro_drift_21x20.csv"));
   std::string line;

@@ -5,12 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "anfis/rule_base.h"
 #include "anfis/training_data.h"
 
 namespace soak::anfis::test {
 
 /// Text of tests/data/vectors/NAME.
 std::string read_vector_file(const std::string& name);
+
+/// grid_rules() with so many memberships on each input; throws where it refuses.
+Model grid(const TrainingData& data, int memberships = 6, Shape shape = Shape::bell, int order = 1);
 
 /// Rows of gyro_drift_21x20.csv: measured temperature and drift (deg/h) of the runs of one split, "train" or "heldout".
 TrainingData gyro_drift(bool training_runs);

@@ -49,5 +49,35 @@ TEST(TrainingData, SelectsRowsWithAllTheirColumns) {
   EXPECT_EQ(kept.group_variance, 0.5);
 }
 
+TrainingData two_inputs() {
+  TrainingData data{{0.0, 1.0, 2.0, 1.0, 0.0, 1.0, 2.0, 3.0}, {1.0, 2.0, 3.0, 4.0}};
+  data.inputs = 2;
+  return data;
+}
+
+TEST(TrainingData, OfTwoInputsHasOneRowPerPair) {
+  const TrainingData data = two_inputs();
+  ASSERT_EQ(data.rows(), 4U);
+  EXPECT_EQ(data.row(1)[0], 2.0);
+  EXPECT_EQ(data.row(3)[1], 3.0);
+  EXPECT_EQ(distinct_inputs(data), 3U);  // rows 0 and 2 are the same
+  const TrainingData kept = select_rows(data, {false, true, false, true});
+  EXPECT_EQ(kept.inputs, 2U);
+  EXPECT_EQ(kept.x, (std::vector<double>{2.0, 1.0, 2.0, 3.0}));
+}
+
+TEST(TrainingData, OfTwoInputsAreRefusedWhereOneIsConstantOrARowIncomplete) {
+  TrainingData data = two_inputs();
+  EXPECT_TRUE(validate(data, 3));
+  EXPECT_FALSE(validate(data, 4));
+  data.x[7] = 1.0;
+  ASSERT_FALSE(validate(data, 0));
+  EXPECT_NE(validate(data, 0).error().message.find("input 1 is constant"), std::string::npos);
+  data.x.pop_back();
+  EXPECT_EQ(validate(data, 0).error().where, "x");
+  data.inputs = 0;
+  EXPECT_EQ(validate(data, 0).error().where, "x");
+}
+
 }  // namespace
 }  // namespace soak::anfis

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "anfis/fuzzy_clustering.h"
+#include "anfis/model.h"
+#include "anfis/training_data.h"
+
+namespace soak::anfis::fuzzy {
+
+/// One rule per cluster, in their order: a Gaussian membership per antecedent with the cluster's centre and standard
+/// deviation, kAny for the other inputs, which have no memberships. Consequents are 0.
+[[nodiscard]] Model cluster_model(const TrainingData& data, const Clustering& clustering,
+                                  const std::vector<int>& antecedents);
+
+/// Gives all rules the consequents that together fit the data best, by whitened least squares over the firing strengths
+/// [AH05 eq. 5.12-5.13]; dropped gains stay 0.
+void solve_consequents(const TrainingData& data, Model& model);
+
+}  // namespace soak::anfis::fuzzy

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "anfis/model.h"
+#include "anfis/training_data.h"
+#include "base/result.h"
+
+namespace soak::anfis::training {
+
+/// Whether a model can be trained on data: both valid, as many inputs, no fewer distinct rows than consequents.
+[[nodiscard]] base::Status validate_arguments(const Model& initial, const TrainingData& train,
+                                              const TrainingData* checking);
+
+/// Whether a price of curvature is not negative and, where there is one, the curve has one input.
+[[nodiscard]] base::Status validate_smoothness(double smoothness, std::size_t inputs);
+
+/// The refusal when not even the first solution is finite.
+[[nodiscard]] tl::unexpected<base::Error> unusable_numbers();
+
+}  // namespace soak::anfis::training

@@ -1,0 +1,494 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "anfis/fuzzy_clustering.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "anfis/fuzzy_ols/gath_geva.h"
+#include "anfis/fuzzy_ols/scaled_rows.h"
+#include "base/random.h"
+
+namespace soak::anfis {
+namespace {
+
+/// Three lines with steps between them: slope and offset over [0, 1), [1, 2) and [2, 3).
+constexpr double kSlope[] = {2.0, -3.0, 1.0};
+constexpr double kOffset[] = {1.0, 8.0, -4.0};
+
+TrainingData three_lines(std::uint64_t seed, int rows, double noise) {
+  TrainingData data;
+  base::Random random(seed);
+  for (int k = 0; k < rows; ++k) {
+    const double x = 3.0 * (k + 0.5) / rows;
+    const int piece = static_cast<int>(x);
+    data.x.push_back(x);
+    data.y.push_back(kSlope[piece] * x + kOffset[piece] + noise * random.gaussian());
+  }
+  return data;
+}
+
+/// Two inputs, smooth, with weights.
+TrainingData smooth_surface(std::uint64_t seed, int rows) {
+  TrainingData data;
+  data.inputs = 2;
+  base::Random random(seed);
+  for (int k = 0; k < rows; ++k) {
+    const double a = random.uniform(-2.0, 5.0);
+    const double b = random.uniform(10.0, 11.0);
+    data.x.insert(data.x.end(), {a, b});
+    data.y.push_back(std::sin(a) * b + 0.3 * random.gaussian());
+    data.weight.push_back(random.uniform(0.2, 3.0));
+  }
+  return data;
+}
+
+double slope_in_units(const Clustering& clustering, std::size_t cluster) {
+  return clustering.clusters[cluster].gains(0) * clustering.output.half_range / clustering.inputs[0].half_range;
+}
+
+double value_at(const Clustering& clustering, std::size_t cluster, double x) {
+  const Cluster& c = clustering.clusters[cluster];
+  return clustering.output.unscaled(c.gains(0) * clustering.inputs[0].scaled(x) + c.offset);
+}
+
+void expect_equal(const Clustering& a, const Clustering& b, double tolerance) {
+  ASSERT_EQ(a.clusters.size(), b.clusters.size());
+  for (std::size_t i = 0; i < a.clusters.size(); ++i) {
+    EXPECT_NEAR(a.clusters[i].prior, b.clusters[i].prior, tolerance);
+    EXPECT_LE((a.clusters[i].centre - b.clusters[i].centre).cwiseAbs().maxCoeff(), tolerance);
+    EXPECT_LE((a.clusters[i].variance - b.clusters[i].variance).cwiseAbs().maxCoeff(), tolerance);
+    EXPECT_LE((a.clusters[i].gains - b.clusters[i].gains).cwiseAbs().maxCoeff(), tolerance);
+    EXPECT_NEAR(a.clusters[i].offset, b.clusters[i].offset, tolerance);
+    EXPECT_NEAR(a.clusters[i].output_variance, b.clusters[i].output_variance, tolerance);
+  }
+}
+
+TEST(FuzzyClustering, FindsTheLinesOfAPiecewiseLinearSystem) {
+  const double noise = 0.02;
+  ClusteringOptions options;
+  options.clusters = 3;
+  const auto clustering = cluster_takagi_sugeno(three_lines(1, 600, noise), options);
+  ASSERT_TRUE(clustering);
+  ASSERT_EQ(clustering->clusters.size(), 3U);
+  EXPECT_EQ(clustering->summary.stop, ClusteringStop::converged) << clustering->summary.one_line();
+  for (std::size_t i = 0; i < 3; ++i) {
+    // A line through 200 points over length 1: the slope has standard error noise / (sqrt(200) sqrt(1/12)) = 0.0049,
+    // its middle noise / sqrt(200) = 0.0014. Five of each; steps of more than 1 leave no row in doubt.
+    const double middle = static_cast<double>(i) + 0.5;
+    EXPECT_NEAR(slope_in_units(*clustering, i), kSlope[i], 0.025);
+    EXPECT_NEAR(value_at(*clustering, i, middle), kSlope[i] * middle + kOffset[i], 0.007);
+    const Cluster& cluster = clustering->clusters[i];
+    EXPECT_NEAR(cluster.prior, 1.0 / 3.0, 1e-3);
+    EXPECT_NEAR(clustering->inputs[0].unscaled(cluster.centre(0)), middle, 1e-2);
+    // Uniform over length 1: variance 1/12, less 1/200^2.
+    EXPECT_NEAR(cluster.variance(0) * std::pow(clustering->inputs[0].half_range, 2), 1.0 / 12.0, 1e-3);
+    // A variance from 200 rows has relative standard error sqrt(2/200) = 0.1.
+    EXPECT_NEAR(std::sqrt(cluster.output_variance) * clustering->output.half_range, noise, 5.0 * 0.05 * noise);
+  }
+}
+
+TEST(FuzzyClustering, FindsPlanesOfTwoInputsExactlyWhereThereIsNoNoise) {
+  TrainingData data;
+  data.inputs = 2;
+  base::Random random(4);
+  for (int k = 0; k < 400; ++k) {
+    const double a = random.uniform(-1.0, 1.0);
+    const double b = random.uniform(-1.0, 1.0);
+    data.x.insert(data.x.end(), {a, b});
+    data.y.push_back(a < 0.0 ? 5.0 + 2.0 * a - b : -5.0 - a + 3.0 * b);
+  }
+  ClusteringOptions options;
+  options.clusters = 2;
+  const auto clustering = cluster_takagi_sugeno(data, options);
+  ASSERT_TRUE(clustering);
+  ASSERT_EQ(clustering->clusters.size(), 2U);
+  const double truth[2][2] = {{2.0, -1.0}, {-1.0, 3.0}};
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (int j = 0; j < 2; ++j) {
+      const double gain = clustering->clusters[i].gains(j) * clustering->output.half_range /
+                          clustering->inputs[static_cast<std::size_t>(j)].half_range;
+      // The planes are more than 3 apart and sigma is at its floor, 0.001 of the spread of y (about 5): foreign rows
+      // weigh exp(-3^2 / (2 0.005^2)) = 0, what remains is rounding.
+      EXPECT_NEAR(gain, truth[i][j], 1e-9);
+    }
+  }
+}
+
+// ----- Equations against loops -----------------------------------------------------------------------------------
+
+struct Problem {
+  fuzzy::ScaledRows rows;
+  Eigen::MatrixXd memberships;
+};
+
+Problem random_problem() {
+  const TrainingData data = smooth_surface(7, 60);
+  Problem problem{fuzzy::scaled_rows(data, fuzzy::scales_of(data)), Eigen::MatrixXd(60, 3)};
+  base::Random random(8);
+  for (int k = 0; k < 60; ++k) {
+    double sum = 0.0;
+    for (int i = 0; i < 3; ++i) sum += problem.memberships(k, i) = random.uniform(0.05, 1.0);
+    problem.memberships.row(k) /= sum;
+  }
+  return problem;
+}
+
+constexpr double kNoFloor = 1e-12;
+const fuzzy::VarianceFloors kNoFloors{Eigen::Vector2d::Constant(kNoFloor), kNoFloor};
+
+TEST(FuzzyClustering, CentresVariancesAndLocalModelsFollowTheirEquations) {
+  const Problem problem = random_problem();
+  const auto& rows = problem.rows;
+  for (int i = 0; i < 3; ++i) {
+    const Cluster cluster = fuzzy::cluster_of(rows, problem.memberships.col(i), kNoFloors);
+    double mass = 0.0;
+    double total = 0.0;
+    for (int k = 0; k < 60; ++k) {
+      mass += rows.weight(k) * problem.memberships(k, i);
+      total += rows.weight(k);
+    }
+    EXPECT_NEAR(cluster.prior, mass / total, 1e-14);
+    // eq. 5.27
+    for (int j = 0; j < 2; ++j) {
+      double centre = 0.0;
+      for (int k = 0; k < 60; ++k) centre += rows.weight(k) * problem.memberships(k, i) * rows.x(k, j) / mass;
+      double variance = 0.0;
+      for (int k = 0; k < 60; ++k) {
+        variance += rows.weight(k) * problem.memberships(k, i) * std::pow(rows.x(k, j) - centre, 2) / mass;
+      }
+      EXPECT_NEAR(cluster.centre(j), centre, 1e-13);
+      EXPECT_NEAR(cluster.variance(j), variance, 1e-13);
+    }
+    // eq. 5.30: theta solves (phi^T beta phi) theta = phi^T beta y; and eq. 5.31
+    double squares = 0.0;
+    double normal[3] = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 60; ++k) {
+      const double beta = rows.weight(k) * problem.memberships(k, i);
+      const double r = rows.y(k) - cluster.gains(0) * rows.x(k, 0) - cluster.gains(1) * rows.x(k, 1) - cluster.offset;
+      normal[0] += beta * r * rows.x(k, 0);
+      normal[1] += beta * r * rows.x(k, 1);
+      normal[2] += beta * r;
+      squares += beta * r * r;
+    }
+    for (const double equation : normal) EXPECT_NEAR(equation, 0.0, 1e-12);
+    EXPECT_NEAR(cluster.output_variance, squares / mass, 1e-13);
+  }
+}
+
+TEST(FuzzyClustering, DistancesAndMembershipsFollowTheCorrectedEquations) {
+  const Problem problem = random_problem();
+  const auto& rows = problem.rows;
+  std::vector<Cluster> clusters;
+  for (int i = 0; i < 3; ++i) clusters.push_back(fuzzy::cluster_of(rows, problem.memberships.col(i), kNoFloors));
+  for (const std::vector<int>& antecedents : {std::vector<int>{0, 1}, std::vector<int>{1}}) {
+    const Eigen::MatrixXd closeness = fuzzy::log_closeness(rows, clusters, antecedents);
+    const fuzzy::Partition partition = fuzzy::partition(closeness, rows.weight);
+    double likelihood = 0.0;
+    for (int k = 0; k < 60; ++k) {
+      const auto normal = [](double d, double variance) {
+        return std::exp(-d * d / (2.0 * variance)) / std::sqrt(2.0 * std::numbers::pi * variance);
+      };
+      double d[3];  // D_ik, eq. 5.32 corrected
+      double density = 0.0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Cluster& c = clusters[i];
+        const double f = c.gains(0) * rows.x(k, 0) + c.gains(1) * rows.x(k, 1) + c.offset;
+        double inverse = c.prior * normal(rows.y(k) - f, c.output_variance);
+        for (const int j : antecedents) inverse *= normal(rows.x(k, j) - c.centre(j), c.variance(j));
+        EXPECT_NEAR(closeness(k, static_cast<int>(i)), std::log(inverse), 1e-12);
+        d[i] = 1.0 / std::sqrt(inverse);
+        density += inverse;
+      }
+      for (int i = 0; i < 3; ++i) {  // eq. 5.33 corrected, m = 2
+        double sum = 0.0;
+        for (const double other : d) sum += std::pow(d[i] / other, 2.0 / (2.0 - 1.0));
+        EXPECT_NEAR(partition.memberships(k, i), 1.0 / sum, 1e-12);
+      }
+      likelihood += rows.weight(k) * std::log(density) / 60.0;  // weights have mean 1
+    }
+    EXPECT_NEAR(partition.log_likelihood, likelihood, 1e-12);
+  }
+}
+
+TEST(FuzzyClustering, DistancesDoNotUnderflowFarFromEveryCluster) {
+  fuzzy::ScaledRows rows{Eigen::MatrixXd(2, 1), Eigen::VectorXd::Zero(2), Eigen::VectorXd::Ones(2)};
+  rows.x << 0.0, 1000.0;
+  Cluster near{
+      0.5, Eigen::VectorXd::Constant(1, 1.0), Eigen::VectorXd::Constant(1, 1e-4), Eigen::VectorXd::Zero(1), 0.0, 1.0};
+  Cluster far = near;
+  far.centre(0) = 0.9;
+  const auto partition = fuzzy::partition(fuzzy::log_closeness(rows, {near, far}, {0}), rows.weight);
+  // Densities near exp(-5e9): only their ratio decides.
+  EXPECT_EQ(partition.memberships(1, 0), 1.0);
+  EXPECT_EQ(partition.memberships(0, 1), 1.0);
+  EXPECT_TRUE(std::isfinite(partition.log_likelihood));
+}
+
+// ----- Convergence -----------------------------------------------------------------------------------------------
+
+TEST(FuzzyClustering, TheLikelihoodNeverFalls) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    ClusteringOptions options;
+    options.clusters = 5;
+    options.starts = 1;
+    options.seed = seed;
+    const auto clustering = cluster_takagi_sugeno(smooth_surface(seed, 300), options);
+    ASSERT_TRUE(clustering);
+    ASSERT_EQ(clustering->summary.dropped, 0);
+    const auto& likelihood = clustering->summary.log_likelihood;
+    ASSERT_GT(likelihood.size(), 3U);
+    EXPECT_GT(likelihood.back(), likelihood.front());
+    for (std::size_t l = 1; l < likelihood.size(); ++l) {
+      // Expectation maximisation rises; rounding of a mean of 300 logarithms of order 10 is below 1e-13.
+      EXPECT_GE(likelihood[l], likelihood[l - 1] - 1e-12) << "seed " << seed << " iteration " << l;
+    }
+  }
+}
+
+TEST(FuzzyClustering, StopsAtTheToleranceOrAtTheLimitAndSaysWhich) {
+  const TrainingData data = smooth_surface(3, 300);
+  ClusteringOptions options;
+  options.iterations = 2;
+  const auto limited = cluster_takagi_sugeno(data, options);
+  ASSERT_TRUE(limited);
+  EXPECT_EQ(limited->summary.stop, ClusteringStop::iterations_done);
+  EXPECT_EQ(limited->summary.log_likelihood.size(), 2U);
+  EXPECT_NE(limited->summary.one_line().find("iterations done after 2"), std::string::npos);
+  options.iterations = 5000;
+  const auto converged = cluster_takagi_sugeno(data, options);
+  ASSERT_TRUE(converged);
+  EXPECT_EQ(converged->summary.stop, ClusteringStop::converged);
+  EXPECT_LT(converged->summary.log_likelihood.size(), 5000U);
+  // Where it stopped, one more round changes nothing beyond the tolerance.
+  options.iterations = 1;
+  const auto again = refine_clusters(data, *converged, options);
+  ASSERT_TRUE(again);
+  EXPECT_LE((again->memberships - converged->memberships).cwiseAbs().maxCoeff(), options.tolerance);
+}
+
+TEST(FuzzyClustering, EveryRowBelongsSomewhereAndPriorsSumToOne) {
+  const auto clustering = cluster_takagi_sugeno(smooth_surface(5, 200));
+  ASSERT_TRUE(clustering);
+  EXPECT_EQ(clustering->memberships.rows(), 200);
+  EXPECT_EQ(clustering->memberships.cols(), static_cast<Eigen::Index>(clustering->clusters.size()));
+  EXPECT_GE(clustering->memberships.minCoeff(), 0.0);
+  EXPECT_LE((clustering->memberships.rowwise().sum().array() - 1.0).abs().maxCoeff(), 1e-14);
+  double sum = 0.0;
+  for (const Cluster& cluster : clustering->clusters) sum += cluster.prior;
+  EXPECT_NEAR(sum, 1.0, 1e-13);
+}
+
+TEST(FuzzyClustering, MoreStartsFindNothingLessLikely) {
+  const TrainingData data = smooth_surface(6, 300);
+  double before = -std::numeric_limits<double>::infinity();
+  for (const int starts : {1, 3, 10}) {
+    ClusteringOptions options;
+    options.clusters = 6;
+    options.starts = starts;
+    const auto clustering = cluster_takagi_sugeno(data, options);
+    ASSERT_TRUE(clustering);
+    EXPECT_LE(clustering->summary.start, starts);
+    EXPECT_GE(clustering->summary.log_likelihood.back(), before);
+    before = clustering->summary.log_likelihood.back();
+  }
+}
+
+TEST(FuzzyClustering, TheSameSeedGivesTheSameBits) {
+  const TrainingData data = smooth_surface(9, 200);
+  ClusteringOptions options;
+  options.seed = 5;
+  const auto a = cluster_takagi_sugeno(data, options);
+  const auto b = cluster_takagi_sugeno(data, options);
+  ASSERT_TRUE(a && b);
+  expect_equal(*a, *b, 0.0);
+  options.seed = 6;
+  options.starts = 1;
+  const auto c = cluster_takagi_sugeno(data, options);
+  ASSERT_TRUE(c);
+  EXPECT_NE(c->summary.log_likelihood.front(), a->summary.log_likelihood.front());
+}
+
+// ----- Weights and groups ----------------------------------------------------------------------------------------
+
+TEST(FuzzyClustering, AWeightOfTwoIsTheSameAsARowGivenTwice) {
+  TrainingData weighted = smooth_surface(11, 120);
+  TrainingData repeated;
+  repeated.inputs = 2;
+  for (std::size_t k = 0; k < 120; ++k) {
+    weighted.weight[k] = k % 3 == 0 ? 2.0 : 1.0;
+    for (int copy = 0; copy < (k % 3 == 0 ? 2 : 1); ++copy) {
+      repeated.x.insert(repeated.x.end(), weighted.row(k).begin(), weighted.row(k).end());
+      repeated.y.push_back(weighted.y[k]);
+    }
+  }
+  ClusteringOptions options;
+  options.iterations = 10;
+  const auto initial = cluster_takagi_sugeno(weighted, options);
+  ASSERT_TRUE(initial);
+  const auto a = refine_clusters(weighted, *initial, options);
+  const auto b = refine_clusters(repeated, *initial, options);
+  ASSERT_TRUE(a && b);
+  // Ten rounds of sums in another order: rounding times the growth of a difference per round (about 1, at rest).
+  expect_equal(*a, *b, 1e-9);
+}
+
+TEST(FuzzyClustering, OnlyRatiosOfWeightsCount) {
+  TrainingData data = smooth_surface(12, 100);
+  const auto a = cluster_takagi_sugeno(data);
+  for (double& w : data.weight) w *= 0x1p40;
+  const auto b = cluster_takagi_sugeno(data);
+  ASSERT_TRUE(a && b);
+  expect_equal(*a, *b, 0.0);
+}
+
+TEST(FuzzyClustering, FreeGroupOffsetsDoNotBecomeClusters) {
+  TrainingData data = three_lines(2, 600, 0.02);
+  data.group_variance = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 600; ++k) {
+    data.group.push_back(k % 4);
+    data.y[static_cast<std::size_t>(k)] += 30.0 * (k % 4);
+  }
+  ClusteringOptions options;
+  options.clusters = 3;
+  const auto clustering = cluster_takagi_sugeno(data, options);
+  ASSERT_TRUE(clustering);
+  ASSERT_EQ(clustering->clusters.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    // As without offsets, but for what they are misjudged by: rows of a group lie alike over x, so that all groups'
+    // residuals from the plane have the same mean up to noise / sqrt(150) and to the spacing 0.005 of rows times the
+    // slopes and steps; the slope of a line does not change with it. Standard error as above.
+    EXPECT_NEAR(slope_in_units(*clustering, i), kSlope[i], 0.03);
+  }
+}
+
+// ----- Poor data -------------------------------------------------------------------------------------------------
+
+TEST(FuzzyClustering, ClustersThatCannotCarryALocalModelAreDroppedAndCounted) {
+  const TrainingData data = three_lines(3, 15, 0.1);
+  ClusteringOptions options;
+  options.clusters = 9;  // 15 rows carry at most five local models of three rows
+  const auto clustering = cluster_takagi_sugeno(data, options);
+  ASSERT_TRUE(clustering);
+  EXPECT_GE(clustering->summary.dropped, 4);
+  EXPECT_EQ(static_cast<int>(clustering->clusters.size()) + clustering->summary.dropped, 9);
+  EXPECT_TRUE(clustering->memberships.allFinite());
+  EXPECT_LE((clustering->memberships.rowwise().sum().array() - 1.0).abs().maxCoeff(), 1e-14);
+}
+
+TEST(FuzzyClustering, GivenClustersFarFromEveryRowAreDropped) {
+  const TrainingData data = three_lines(4, 300, 0.05);
+  ClusteringOptions options;
+  options.clusters = 3;
+  auto initial = cluster_takagi_sugeno(data, options);
+  ASSERT_TRUE(initial);
+  const double likelihood = initial->summary.log_likelihood.back();
+  for (int copy = 0; copy < 2; ++copy) {  // several at once: each is left with a membership of exactly 0
+    initial->clusters.push_back(initial->clusters[0]);
+    initial->clusters.back().offset = 1e3;
+  }
+  const auto refined = refine_clusters(data, *initial, options);
+  ASSERT_TRUE(refined);
+  EXPECT_EQ(refined->clusters.size(), 3U);
+  EXPECT_EQ(refined->summary.dropped, 2);
+  EXPECT_EQ(refined->summary.start, 0);
+  // The start had converged: one more round moves the mean log-likelihood by the order of the tolerance.
+  EXPECT_NEAR(refined->summary.log_likelihood.back(), likelihood, 1e-3);
+}
+
+TEST(FuzzyClustering, OneClusterIsTheLinearModel) {
+  const TrainingData data = three_lines(3, 4, 0.1);
+  ClusteringOptions options;
+  options.clusters = 1;
+  const auto clustering = cluster_takagi_sugeno(data, options);
+  ASSERT_TRUE(clustering);
+  ASSERT_EQ(clustering->clusters.size(), 1U);
+  double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    x += data.x[k] / 4.0;
+    y += data.y[k] / 4.0;
+    xx += data.x[k] * data.x[k] / 4.0;
+    xy += data.x[k] * data.y[k] / 4.0;
+  }
+  EXPECT_NEAR(slope_in_units(*clustering, 0), (xy - x * y) / (xx - x * x), 1e-12);
+}
+
+TEST(FuzzyClustering, DuplicatedRowsAndConstantOutputStayFinite) {
+  TrainingData data;
+  for (int k = 0; k < 60; ++k) {
+    data.x.push_back(k % 3);
+    data.y.push_back(7.0);
+  }
+  ClusteringOptions options;
+  options.clusters = 3;
+  const auto clustering = cluster_takagi_sugeno(data, options);
+  ASSERT_TRUE(clustering);
+  for (std::size_t i = 0; i < clustering->clusters.size(); ++i) {
+    EXPECT_GT(clustering->clusters[i].variance(0), 0.0);
+    EXPECT_GT(clustering->clusters[i].output_variance, 0.0);
+    EXPECT_NEAR(value_at(*clustering, i, clustering->inputs[0].unscaled(clustering->clusters[i].centre(0))), 7.0, 1e-9);
+  }
+}
+
+TEST(FuzzyClustering, VariancesKeepToTheirFloors) {
+  const TrainingData data = three_lines(5, 300, 0.0);
+  ClusteringOptions options;
+  options.clusters = 3;
+  options.input_variance_floor = 0.5;
+  options.output_variance_floor = 0.25;
+  const auto clustering = cluster_takagi_sugeno(data, options);
+  ASSERT_TRUE(clustering);
+  double mean = 0.0, squares = 0.0;
+  for (const double y : data.y) mean += y / 300.0;
+  for (const double y : data.y) squares += (y - mean) * (y - mean) / 300.0;
+  const double x_variance = 9.0 / 12.0 * (1.0 - 1.0 / (300.0 * 300.0));
+  for (const Cluster& cluster : clustering->clusters) {
+    EXPECT_GE(cluster.variance(0) * std::pow(clustering->inputs[0].half_range, 2), 0.5 * x_variance * (1.0 - 1e-12));
+    EXPECT_GE(cluster.output_variance * std::pow(clustering->output.half_range, 2), 0.25 * squares * (1.0 - 1e-12));
+  }
+}
+
+TEST(FuzzyClustering, RefusesDataThatItCannotCluster) {
+  TrainingData data = smooth_surface(1, 20);
+  ClusteringOptions options;
+  options.clusters = 21;
+  EXPECT_FALSE(cluster_takagi_sugeno(data, options)) << "fewer rows than clusters";
+  options.clusters = 2;
+  options.antecedents = {2};
+  EXPECT_EQ(cluster_takagi_sugeno(data, options).error().where, "antecedents");
+  options.antecedents = {1, 0};
+  EXPECT_EQ(cluster_takagi_sugeno(data, options).error().where, "antecedents");
+  options.antecedents = {};
+  data.y[4] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(cluster_takagi_sugeno(data, options).error().where, "row 4");
+  data.y[4] = 0.0;
+  for (std::size_t k = 0; k < 20; ++k) data.x[2 * k + 1] = 3.0;
+  EXPECT_NE(cluster_takagi_sugeno(data, options).error().message.find("input 1 is constant"), std::string::npos);
+}
+
+TEST(FuzzyClustering, OptionsOutOfRangeAreNamed) {
+  const auto where = [](auto change) {
+    ClusteringOptions options;
+    change(options);
+    const auto status = options.validate();
+    return status ? std::string("accepted") : status.error().where;
+  };
+  EXPECT_TRUE(ClusteringOptions{}.validate());
+  EXPECT_EQ(where([](auto& o) { o.clusters = 0; }), "clusters");
+  EXPECT_EQ(where([](auto& o) { o.clusters = 257; }), "clusters");
+  EXPECT_EQ(where([](auto& o) { o.input_variance_floor = 0.0; }), "input_variance_floor");
+  EXPECT_EQ(where([](auto& o) { o.output_variance_floor = 1.5; }), "output_variance_floor");
+  EXPECT_EQ(where([](auto& o) { o.output_variance_floor = std::nan(""); }), "output_variance_floor");
+  EXPECT_EQ(where([](auto& o) { o.iterations = 0; }), "iterations");
+  EXPECT_EQ(where([](auto& o) { o.tolerance = 0.0; }), "tolerance");
+  EXPECT_EQ(where([](auto& o) { o.starts = 0; }), "starts");
+  ClusteringOptions options;
+  options.clusters = 300;
+  EXPECT_EQ(options.validate().error().message, "clusters is 300: must be 1..256");
+}
+
+}  // namespace
+}  // namespace soak::anfis

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// A second copy of the kernels without clones for newer processors, under another name: kernels_test.cpp compares both.
+#include "kernels_baseline.h"
+
+// Their headers first, under their own names; then the source as part of another namespace.
+#include <cmath>
+
+#include "anfis/inference/membership_functions.h"
+#include "anfis/training/kernels.h"
+#include "base/instruction_set.h"
+#undef SOAK_CLONES
+#define SOAK_CLONES
+#define training training::baseline
+#include "anfis/training/kernels.cpp"  // NOLINT(bugprone-suspicious-include): the point of this file
