@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -28,11 +29,16 @@ struct TableCurve {
   std::vector<double> values;
 };
 
-/// A function of temperature in °C, in SI (bias: rad/s, m/s²) or ppm (scale).
+/// A function of temperature in °C, in SI (bias: rad/s, m/s²) or ppm (scale). A model has temperature as its only
+/// input.
 using Curve = std::variant<anfis::Model, SplineCurve, TableCurve>;
 
-/// Value of the curve at `temp_c`, in double, clamped to the ends of the curve's own domain (anfis: x_min, x_max).
+/// Value of the curve at `temp_c`, in double, clamped to the ends of the curve's own domain (anfis: the range of its
+/// input).
 [[nodiscard]] double evaluate(const Curve& curve, double temp_c);
+
+/// The same at many temperatures, cheaper than one by one; `values` has the size of `temp_c`.
+void evaluate(const Curve& curve, std::span<const double> temp_c, std::span<double> values);
 
 /// Uncertainty of a curve on a grid; linear between its points. Units as the curve's.
 struct UncertaintyTable {

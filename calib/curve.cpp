@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstddef>
+#include <vector>
 
 #include "calib/calibration.h"
 
@@ -8,7 +9,7 @@ namespace soak::calib {
 namespace {
 
 double value_at(const anfis::Model& model, double temp_c) {
-  return anfis::evaluate(model, std::clamp(temp_c, model.x_min, model.x_max));
+  return anfis::evaluate(model, std::clamp(temp_c, model.inputs[0].min, model.inputs[0].max));
 }
 
 double value_at(const SplineCurve& spline, double temp_c) {
@@ -29,10 +30,26 @@ double value_at(const TableCurve& table, double temp_c) {
   return table.values[below] + fraction * (table.values[below + 1] - table.values[below]);
 }
 
+void values_at(const anfis::Model& model, std::span<const double> temp_c, std::span<double> values) {
+  const anfis::Input& input = model.inputs[0];
+  std::vector<double> clamped;
+  for (const double t : temp_c) clamped.push_back(std::clamp(t, input.min, input.max));
+  anfis::evaluate(model, clamped, values);
+}
+
+template <class Kind>
+void values_at(const Kind& kind, std::span<const double> temp_c, std::span<double> values) {
+  std::ranges::transform(temp_c, values.begin(), [&](double t) { return value_at(kind, t); });
+}
+
 }  // namespace
 
 double evaluate(const Curve& curve, double temp_c) {
   return std::visit([&](const auto& kind) { return value_at(kind, temp_c); }, curve);
+}
+
+void evaluate(const Curve& curve, std::span<const double> temp_c, std::span<double> values) {
+  std::visit([&](const auto& kind) { values_at(kind, temp_c, values); }, curve);
 }
 
 }  // namespace soak::calib

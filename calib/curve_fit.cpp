@@ -86,14 +86,24 @@ struct FoldSums {
   double shape = 0.0;     ///< Σ (e − mean e)²
 };
 
+/// Rows minus curve.
+std::vector<double> errors_of(const Curve& curve, const CurveData& data) {
+  std::vector<double> temps_c;
+  for (const CurveRow& row : data.rows) temps_c.push_back(row.temp_c);
+  std::vector<double> errors(temps_c.size());
+  evaluate(curve, temps_c, errors);
+  for (std::size_t i = 0; i < errors.size(); ++i) errors[i] = data.rows[i].value - errors[i];
+  return errors;
+}
+
 FoldSums judge(const Curve& curve, const CurveData& held_out) {
   FoldSums sums;
   double mean = 0.0;
-  for (const CurveRow& row : held_out.rows) mean += row.value - evaluate(curve, row.temp_c);
-  sums.count = static_cast<double>(held_out.rows.size());
+  const std::vector<double> errors = errors_of(curve, held_out);
+  for (const double error : errors) mean += error;
+  sums.count = static_cast<double>(errors.size());
   mean /= sums.count;
-  for (const CurveRow& row : held_out.rows) {
-    const double error = row.value - evaluate(curve, row.temp_c);
+  for (const double error : errors) {
     sums.absolute += error * error;
     sums.shape += (error - mean) * (error - mean);
   }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "anfis/one_input.h"
 #include "calib/file/utc_text.h"
 
 namespace soak::calib {
@@ -14,8 +15,9 @@ using Json = nlohmann::ordered_json;
 
 /// Parameters of a curve whose values are multiplied by `factor` for print.
 Json parameters(const anfis::Model& model, double factor) {
+  const anfis::Input& input = model.inputs[0];
   Json rules = Json::array();
-  for (const anfis::Rule& rule : model.rules) {
+  for (const anfis::CurveRule& rule : anfis::curve_rules(model)) {
     rules.push_back({{"width", rule.width},
                      {"slope", rule.slope},
                      {"centre", rule.centre},
@@ -23,14 +25,14 @@ Json parameters(const anfis::Model& model, double factor) {
                      {"offset", rule.offset}});
   }
   return {{"kind", "fis"},
-          {"membership", anfis::name(model.membership)},
+          {"membership", anfis::name(anfis::curve_shape(model))},
           {"order", model.order},
-          {"temp_min_c", model.x_min},
-          {"temp_max_c", model.x_max},
-          {"input_centre", model.input_centre},
-          {"input_half_range", model.input_half_range},
-          {"output_centre", factor * model.output_centre},
-          {"output_half_range", factor * model.output_half_range},
+          {"temp_min_c", input.min},
+          {"temp_max_c", input.max},
+          {"input_centre", input.scale.centre},
+          {"input_half_range", input.scale.half_range},
+          {"output_centre", factor * model.output.centre},
+          {"output_half_range", factor * model.output.half_range},
           {"rules", std::move(rules)}};
 }
 
@@ -111,6 +113,27 @@ Json term_document(const AcceptedTerm& term) {
           {"parameters", std::move(numbers)}};
 }
 
+/// Refuses models that parameters() cannot write.
+base::Status check_model(const Curve& curve, const std::string& where) {
+  const auto* model = std::get_if<anfis::Model>(&curve);
+  if (model == nullptr) return {};
+  base::Status status = anfis::validate(*model);
+  if (status) status = anfis::validate_curve(*model);
+  if (status) return {};
+  return base::bad_input("the document cannot carry this fuzzy model: " + status.error().message,
+                         where + '/' + status.error().where);
+}
+
+base::Status check_models(const Calibration& calibration) {
+  for (const SensorCalibration& sensor : calibration.sensors) {
+    const std::string place = "/sensors/" + std::string(name_of(sensor.sensor));
+    if (auto status = check_model(sensor.bias, place + "/bias"); !status) return status;
+    if (!sensor.scale_ppm) continue;
+    if (auto status = check_model(*sensor.scale_ppm, place + "/scale_ppm"); !status) return status;
+  }
+  return {};
+}
+
 /// The place of the first number that JSON cannot carry ("/sensors/gyro_x/curve/3/bias"); empty if there is none.
 std::string not_finite(const Json& node, const std::string& path) {
   if (node.is_number_float() && !std::isfinite(node.get<double>())) return path.empty() ? "/" : path;
@@ -127,6 +150,7 @@ std::string not_finite(const Json& node, const std::string& path) {
 }  // namespace
 
 base::Result<std::string> export_json(const Calibration& calibration) {
+  if (auto status = check_models(calibration); !status) return base::forward_error(status);
   Json sensors = Json::object();
   for (const SensorCalibration& sensor : calibration.sensors) {
     sensors[std::string(name_of(sensor.sensor))] = sensor_document(sensor);

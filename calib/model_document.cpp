@@ -13,7 +13,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kFormatVersion = 1;
+/// 2: models as anfis/model_json.h writes them in its version 2; everything else as in 1.
+constexpr int kFormatVersion = 2;
 
 base::Result<json> curve_to_json(const Curve& curve) {
   if (const auto* model = std::get_if<anfis::Model>(&curve)) {
@@ -34,6 +35,11 @@ base::Result<Curve> curve_from_json(const json& document) {
   if (kind == "fis") {
     auto model = anfis::model_from_json(document.at("model"));
     if (!model) return base::forward_error(model);
+    if (model->inputs.size() != 1) {
+      return base::corrupt(
+          fmt::format("a curve over temperature has one input, this model has {}", model->inputs.size()),
+          "model document");
+    }
     return Curve(*std::move(model));
   }
   if (kind == "spline") {

@@ -291,7 +291,7 @@ void warn(const UnitInput& input, const std::vector<const RunInput*>& used, Unit
 
 void shift(Curve& curve, double by) {
   if (auto* model = std::get_if<anfis::Model>(&curve)) {
-    model->output_centre += by;
+    model->output.centre += by;
   } else if (auto* spline = std::get_if<SplineCurve>(&curve)) {
     for (auto& piece : spline->coefficients) piece[0] += by;
   } else if (auto* points = std::get_if<TableCurve>(&curve)) {

@@ -5,7 +5,9 @@
 #include <array>
 #include <cmath>
 #include <utility>
+#include <vector>
 
+#include "anfis/one_input.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib::file {
@@ -15,8 +17,8 @@ bool is_temperature(double temp_c) {
   return temp_c >= static_cast<double>(SOAK_TEMP_LOWEST) && temp_c <= static_cast<double>(SOAK_TEMP_HIGHEST);
 }
 
-double centre_c(const anfis::Model& model, const anfis::Rule& rule) {
-  return model.input_centre + model.input_half_range * rule.centre;
+double centre_c(const anfis::Model& model, const anfis::CurveRule& rule) {
+  return model.inputs[0].scale.unscaled(rule.centre);
 }
 
 base::Status check(const anfis::Model& model, const std::string& where) {
@@ -24,12 +26,16 @@ base::Status check(const anfis::Model& model, const std::string& where) {
     return base::bad_input("the fuzzy model is not usable: " + status.error().message,
                            where + ' ' + status.error().where);
   }
+  if (auto status = anfis::validate_curve(model); !status) {
+    return base::bad_input("the file cannot carry this fuzzy model: " + status.error().message,
+                           where + ' ' + status.error().where);
+  }
   if (model.rules.size() > SOAK_MAX_RULES) {
     return base::bad_input("the model has " + std::to_string(model.rules.size()) + " rules; the file carries at most " +
                                std::to_string(SOAK_MAX_RULES),
                            where);
   }
-  for (const anfis::Rule& rule : model.rules) {
+  for (const anfis::CurveRule& rule : anfis::curve_rules(model)) {
     if (std::abs(centre_c(model, rule)) > static_cast<double>(SOAK_MAX_CENTRE)) {
       return base::bad_input("a rule's centre lies beyond 10,000 °C; fit with fewer rules", where);
     }
@@ -70,28 +76,30 @@ void write_scale(base::ByteWriter& out, const OutputScale& scale) {
 }
 
 /// Parameters of one rule about its own centre in °C: c, c', w, s, v, g.
-std::array<double, 6> rule_in_celsius(const anfis::Model& model, const anfis::Rule& rule, const OutputScale& scale) {
+std::array<double, 6> rule_in_celsius(const anfis::Model& model, const anfis::CurveRule& rule,
+                                      const OutputScale& scale) {
+  const double input_half_range = model.inputs[0].scale.half_range;
   const double centre = centre_c(model, rule);
   const auto rounded = static_cast<double>(static_cast<float>(centre));
-  // C + H r = output_centre + output_half_range f  =>  r = (output_centre - C + output_half_range f) / H
+  // C + H r = output.centre + output.half_range f  =>  r = (output.centre - C + output.half_range f) / H
   const double at_centre = rule.gain * rule.centre + rule.offset;
-  const double value = (model.output_centre - scale.centre + model.output_half_range * at_centre) / scale.half_range;
-  const double gain = model.output_half_range * rule.gain / (scale.half_range * model.input_half_range);
-  return {rounded, centre - rounded, rule.width * model.input_half_range, rule.slope, value, gain};
+  const double value = (model.output.centre - scale.centre + model.output.half_range * at_centre) / scale.half_range;
+  const double gain = model.output.half_range * rule.gain / (scale.half_range * input_half_range);
+  return {rounded, centre - rounded, rule.width * input_half_range, rule.slope, value, gain};
 }
 
 base::Result<Section> section_of(base::ByteWriter out, const anfis::Model& model, const OutputScale& scale,
                                  const std::string& where) {
-  out.write(static_cast<std::uint8_t>(model.membership == anfis::Membership::bell ? 0 : 1));
+  const bool bells = anfis::curve_shape(model) == anfis::Shape::bell;
+  out.write(static_cast<std::uint8_t>(bells ? 0 : 1));
   out.write(static_cast<std::uint8_t>(model.order));
   out.write(static_cast<std::uint16_t>(model.rules.size()));
   out.write(std::uint16_t{0});
-  write_floats(out, {model.x_min, model.x_max});
+  write_floats(out, {model.inputs[0].min, model.inputs[0].max});
   write_scale(out, scale);
-  for (const anfis::Rule& rule : model.rules) {
+  for (const anfis::CurveRule& rule : anfis::curve_rules(model)) {
     const auto numbers = rule_in_celsius(model, rule, scale);
-    const bool positive = static_cast<float>(numbers[2]) > 0.0F &&
-                          (model.membership == anfis::Membership::gaussian || static_cast<float>(numbers[3]) > 0.0F);
+    const bool positive = static_cast<float>(numbers[2]) > 0.0F && (!bells || static_cast<float>(numbers[3]) > 0.0F);
     if (!std::all_of(numbers.begin(), numbers.end(), fits_float) || !positive) {
       return base::bad_input("a rule's numbers are too large or too small for float32; fit with fewer rules", where);
     }
@@ -141,30 +149,32 @@ base::Result<Section> section_of(base::ByteWriter out, const TableCurve& table, 
   return Section{SOAK_SECTION_TABLE, true, out.take()};
 }
 
-anfis::Rule read_rule(const std::uint8_t* payload, const anfis::Model& model) {
+anfis::CurveRule read_rule(const std::uint8_t* payload, anfis::Shape shape, const anfis::Scale& input) {
   const auto n = read_floats(payload, 6);
-  anfis::Rule rule;
-  rule.centre = (n[0] + n[1] - model.input_centre) / model.input_half_range;
-  rule.width = n[2] / model.input_half_range;
-  rule.slope = model.membership == anfis::Membership::bell ? n[3] : 0.0;
-  rule.gain = n[5] * model.input_half_range;
+  anfis::CurveRule rule;
+  rule.centre = (n[0] + n[1] - input.centre) / input.half_range;
+  rule.width = n[2] / input.half_range;
+  rule.slope = shape == anfis::Shape::bell ? n[3] : 0.0;
+  rule.gain = n[5] * input.half_range;
   rule.offset = n[4] - rule.gain * rule.centre;
   return rule;
 }
 
 anfis::Model read_model(const std::uint8_t* payload) {
   const auto numbers = read_floats(payload + 8, 4);
-  anfis::Model model;
-  model.membership = payload[2] == 0 ? anfis::Membership::bell : anfis::Membership::gaussian;
-  model.order = payload[3];
-  model.x_min = numbers[0];
-  model.x_max = numbers[1];
-  model.output_centre = numbers[2];
-  model.output_half_range = numbers[3];
-  model.input_centre = (model.x_min + model.x_max) / 2.0;
-  model.input_half_range = model.x_max > model.x_min ? (model.x_max - model.x_min) / 2.0 : 1.0;
+  const double min = numbers[0];
+  const double max = numbers[1];
+  const anfis::Scale scale{(min + max) / 2.0, max > min ? (max - min) / 2.0 : 1.0};
+  const anfis::Shape shape = payload[2] == 0 ? anfis::Shape::bell : anfis::Shape::gaussian;
+  std::vector<anfis::CurveRule> rules;
   const std::size_t count = soak_u16(payload + 4);
-  for (std::size_t i = 0; i < count; ++i) model.rules.push_back(read_rule(payload + 24 + 24 * i, model));
+  for (std::size_t i = 0; i < count; ++i) rules.push_back(read_rule(payload + 24 + 24 * i, shape, scale));
+  anfis::Model model = anfis::curve_model(shape, rules);
+  model.order = payload[3];
+  model.inputs[0].scale = scale;
+  model.inputs[0].min = min;
+  model.inputs[0].max = max;
+  model.output = {numbers[2], numbers[3]};
   return model;
 }
 

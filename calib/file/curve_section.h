@@ -15,7 +15,8 @@ struct OutputScale {
   double half_range = 1.0;
 };
 
-/// Whether the curve can be evaluated and lies within the format's limits. `where` names the curve.
+/// Whether the curve can be evaluated and lies within the format's limits; of models the format carries those that
+/// anfis::validate_curve() accepts: one input, one bell or Gaussian per rule. `where` names the curve.
 [[nodiscard]] base::Status check_curve(const Curve& curve, const std::string& where);
 
 /// The section of a curve that check_curve() accepts. What rounding `scale` and the FIS' centres to float32 would cost

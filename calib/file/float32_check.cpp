@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "anfis/one_input.h"
 #include "base/number_text.h"
 #include "calib/runtime/soak_runtime.h"
 
@@ -29,24 +30,22 @@ constexpr double kFloatStep = 0x1p-23;
 constexpr double kInHand = 0.75;
 
 double largest_strength(const anfis::Model& model, double temp_c) {
-  const double u = (std::clamp(temp_c, model.x_min, model.x_max) - model.input_centre) / model.input_half_range;
+  const anfis::Input& input = model.inputs[0];
+  const double u = input.scale.scaled(std::clamp(temp_c, input.min, input.max));
   double largest = 0.0;
   for (const anfis::Rule& rule : model.rules) {
-    const double z = std::abs((u - rule.centre) / rule.width);
-    const double strength = model.membership == anfis::Membership::bell ? 1.0 / (1.0 + std::pow(z, 2.0 * rule.slope))
-                                                                        : std::exp(-0.5 * z * z);
-    largest = std::max(largest, strength);
+    largest = std::max(largest, anfis::degree(input.memberships[static_cast<std::size_t>(rule.premise[0])], u));
   }
   return largest;
 }
 
 /// Distances from a rule's centre, in widths, over which its strength falls from nearly 1 to nearly 0.
-std::vector<double> flank(anfis::Membership membership, double slope) {
+std::vector<double> flank(anfis::Shape shape, double slope) {
   std::vector<double> distances;
   for (int i = -kFlankSteps; i <= kFlankSteps; ++i) {
     const double x = kFlankReach * i / kFlankSteps;
     // bell: ln |z|^(2b) from -8 to 8; Gaussian: z from 0 to 8
-    distances.push_back(membership == anfis::Membership::bell ? std::exp(x / (2.0 * slope)) : 0.5 * (x + kFlankReach));
+    distances.push_back(shape == anfis::Shape::bell ? std::exp(x / (2.0 * slope)) : 0.5 * (x + kFlankReach));
   }
   return distances;
 }
@@ -59,7 +58,7 @@ class Sampler {
     std::vector<double> start = evenly();
     if (const auto* model = std::get_if<anfis::Model>(&curve_)) add_flanks(*model, start);
     std::sort(start.begin(), start.end());
-    for (const double temp_c : start) add(static_cast<float>(temp_c));
+    add_all(start);
     const std::size_t coarse = out_.temp_c.size();
     for (std::size_t i = 1; i < coarse; ++i) refine(i - 1, i, kHalvings);
     return std::move(out_);
@@ -74,20 +73,32 @@ class Sampler {
   }
 
   void add_flanks(const anfis::Model& model, std::vector<double>& temps) const {
-    for (const anfis::Rule& rule : model.rules) {
-      const double centre = model.input_centre + model.input_half_range * rule.centre;
-      for (const double distance : flank(model.membership, rule.slope)) {
+    const anfis::Scale& scale = model.inputs[0].scale;
+    for (const anfis::CurveRule& rule : anfis::curve_rules(model)) {
+      const double centre = scale.unscaled(rule.centre);
+      for (const double distance : flank(anfis::curve_shape(model), rule.slope)) {
         for (const double side : {-1.0, 1.0}) {
-          const double temp_c = centre + side * distance * rule.width * model.input_half_range;
+          const double temp_c = centre + side * distance * rule.width * scale.half_range;
           if (temp_c > sensor_.temp_min_c && temp_c < sensor_.temp_max_c) temps.push_back(temp_c);
         }
       }
     }
   }
 
-  void add(float temp_c) {
-    const double t = std::clamp(static_cast<double>(temp_c), sensor_.temp_min_c, sensor_.temp_max_c);
-    const double value = evaluate(curve_, t);
+  /// Where the curve is evaluated for a float32 temperature.
+  [[nodiscard]] double within_range(float temp_c) const {
+    return std::clamp(static_cast<double>(temp_c), sensor_.temp_min_c, sensor_.temp_max_c);
+  }
+
+  void add_all(const std::vector<double>& temps_c) {
+    std::vector<double> at;
+    for (const double temp_c : temps_c) at.push_back(within_range(static_cast<float>(temp_c)));
+    std::vector<double> values(at.size());
+    evaluate(curve_, at, values);
+    for (std::size_t i = 0; i < at.size(); ++i) add(static_cast<float>(temps_c[i]), values[i]);
+  }
+
+  void add(float temp_c, double value) {
     out_.least = out_.temp_c.empty() ? value : std::min(out_.least, value);
     out_.largest = out_.temp_c.empty() ? value : std::max(out_.largest, value);
     out_.temp_c.push_back(temp_c);
@@ -99,7 +110,7 @@ class Sampler {
     const float middle = 0.5F * (out_.temp_c[a] + out_.temp_c[b]);
     if (middle == out_.temp_c[a] || middle == out_.temp_c[b]) return;
     const std::size_t m = out_.temp_c.size();
-    add(middle);
+    add(middle, evaluate(curve_, within_range(middle)));
     refine(a, m, halvings - 1);
     refine(m, b, halvings - 1);
   }

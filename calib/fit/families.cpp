@@ -10,8 +10,8 @@
 #include <numeric>
 #include <set>
 
-#include "anfis/hybrid_learning.h"
-#include "anfis/rule_search.h"
+#include "anfis/rule_base.h"
+#include "anfis/structure_search.h"
 #include "anfis/uncertainty.h"
 
 namespace soak::calib {
@@ -21,6 +21,25 @@ constexpr int kBlockFolds = 5;
 constexpr std::size_t kRowsPerBlock = 10;
 constexpr int kMostInnerFolds = 5;
 constexpr int kMostRules = 10;
+/// Shapes of membership that compete.
+constexpr std::array kShapes = {anfis::Shape::bell, anfis::Shape::gaussian};
+/// Price of curvature, for the temperatures that no run visits (docs/decisions/0017-variable-projection.md).
+constexpr double kSmoothness = 1e-7;
+
+/// How the model learns.
+anfis::VariableProjectionOptions learner() {
+  anfis::VariableProjectionOptions options;
+  options.smoothness = kSmoothness;
+  return options;
+}
+
+/// How the candidates of a search learn: their errors settle long before their premises do.
+anfis::VariableProjectionOptions quick_learner() {
+  anfis::VariableProjectionOptions options = learner();
+  options.evaluations = 12;
+  options.min_rmse_change = 1e-3;
+  return options;
+}
 /// Resolved temperatures that must be left over once every consequent has its own: premises move too.
 constexpr int kSpareTemperatures = 2;
 
@@ -35,35 +54,35 @@ std::vector<int> run_folds(const CurveData& data) {
   return folds;
 }
 
-/// Number of rules and kind of membership with the least mean error over inner folds. (Not the fewest rules within a
-/// standard error of it: with few runs that is too stiff between plateaus, where no fold sees it.)
-base::Result<anfis::HybridOptions> choose_structure(const CurveData& data, const anfis::TrainingData& rows,
-                                                    const CurveFitOptions& options) {
-  anfis::HybridOptions structure;
-  const int resolved = anfis::resolved_inputs(rows);
+/// For each shape the fewest rules within one standard error of its least error over inner folds; of the shapes the one
+/// whose choice has the lesser error.
+base::Result<anfis::RuleBaseOptions> choose_structure(const CurveData& data, const anfis::TrainingData& rows,
+                                                      const CurveFitOptions& options) {
+  anfis::RuleBaseOptions structure;
+  const int resolved = anfis::resolved_values(rows);
   if (options.rules) {
     if (2 * *options.rules >= resolved) {
       return base::bad_input(fmt::format("{} rules have {} consequents; {} temperatures carry at most {} rules",
                                          *options.rules, 2 * *options.rules, resolved, (resolved - 1) / 2));
     }
-    structure.rules = *options.rules;
+    structure.memberships = {*options.rules};
     return structure;
   }
-  anfis::RuleSearchOptions search;
-  search.max_rules = std::min(kMostRules, (resolved - kSpareTemperatures) / 2);
-  if (search.max_rules < search.min_rules) return base::bad_input("too few temperatures for two rules");
+  anfis::StructureSearchOptions search;
+  search.learner = quick_learner();
+  search.max_memberships = std::min(kMostRules, (resolved - kSpareTemperatures) / 2);
+  if (search.max_memberships < search.min_memberships) return base::bad_input("too few temperatures for two rules");
   const std::vector<int> folds = count_runs(data) > 1 ? run_folds(data) : block_folds(data);
   double least = std::numeric_limits<double>::infinity();
-  for (const anfis::Membership membership : {anfis::Membership::bell, anfis::Membership::gaussian}) {
-    search.training.membership = membership;
-    const auto found = anfis::search_rules(rows, folds, search);
+  for (const anfis::Shape shape : kShapes) {
+    search.rule_base.shape = shape;
+    const auto found = anfis::search_structure(rows, folds, search);
     if (!found) return base::forward_error(found);
-    for (const anfis::RuleSearchPoint& point : found->curve) {
-      if (point.mean_error >= least) continue;
-      least = point.mean_error;
-      structure.membership = membership;
-      structure.rules = point.rules;
-    }
+    const double error = found->curve[static_cast<std::size_t>(found->chosen - search.min_memberships)].mean_error;
+    if (error >= least) continue;
+    least = error;
+    structure.shape = shape;
+    structure.memberships = {found->chosen};
   }
   return structure;
 }
@@ -72,9 +91,11 @@ base::Status train_anfis(const CurveData& data, const anfis::TrainingData& rows,
                          TrainedFamilies& trained) {
   const auto structure = choose_structure(data, rows, options);
   if (!structure) return base::forward_error(structure);
-  const auto result = anfis::train_hybrid(rows, *structure);
+  const auto initial = anfis::grid_rules(rows, *structure);
+  if (!initial) return base::forward_error(initial);
+  const auto result = anfis::train_variable_projection(*initial, rows, learner());
   if (!result) return base::forward_error(result);
-  auto linearised = anfis::PredictionVariance::of(result->model, rows);
+  auto linearised = anfis::PredictionVariance::of(result->model, rows, kSmoothness);
   if (!linearised) return base::forward_error(linearised);
   const auto variance = std::make_shared<const anfis::PredictionVariance>(*std::move(linearised));
   FittedCurve fitted;
@@ -83,8 +104,8 @@ base::Status train_anfis(const CurveData& data, const anfis::TrainingData& rows,
   fitted.parameters = variance->effective_parameters();
   const double total_weight = std::accumulate(rows.weight.begin(), rows.weight.end(), 0.0);
   fitted.whitened_rss = result->summary.train_rmse * result->summary.train_rmse * total_weight;
-  trained.rules = structure->rules;
-  trained.membership = anfis::name(result->model.membership);
+  trained.rules = static_cast<int>(result->model.rules.size());
+  trained.membership = anfis::name(structure->shape);
   trained.training = result->summary.one_line();
   trained.fitted[static_cast<std::size_t>(Family::anfis)] = std::move(fitted);
   return {};

@@ -169,7 +169,7 @@ TEST(CalibrationFileFormat, WhatBreaksARuleUnderAGoodCheckSumIsCorrupt) {
 }
 
 TEST(CalibrationFileFormat, ValuesThatAnEnumeratedFieldDoesNotListAreRefused) {
-  const base::Bytes good = *encode(with_bias(fis(0, anfis::Membership::bell, 0.0, 1.0)));
+  const base::Bytes good = *encode(with_bias(fis(0, anfis::Shape::bell, 0.0, 1.0)));
   const std::size_t curve = payload_of(good, SOAK_SECTION_FIS, 0, 0);
   const std::size_t sensor = payload_of(good, SOAK_SECTION_SENSOR, 0, 5);  // name "anfis": 5 bytes
   ASSERT_GT(curve, 0U);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "anfis/one_input.h"
 #include "base/bytes.h"
 #include "calib/calibration.h"
 
@@ -66,28 +67,32 @@ inline std::size_t payload_of(const base::Bytes& bytes, std::uint16_t type, std:
   return 0;
 }
 
+/// Model over -30 ... 70 °C.
+inline anfis::Model fis_of(anfis::Shape shape, const std::vector<anfis::CurveRule>& rules, anfis::Scale input,
+                           anfis::Scale output) {
+  anfis::Model model = anfis::curve_model(shape, rules);
+  model.inputs[0].scale = input;
+  model.inputs[0].min = -30.0;
+  model.inputs[0].max = 70.0;
+  model.output = output;
+  return model;
+}
+
 /// Rule k of sensor i in the golden files, whose values tests/data/golden/make_values.py computes by the same formulas.
-inline anfis::Model fis(std::size_t sensor, anfis::Membership membership, double centre, double half_range) {
+inline anfis::Model fis(std::size_t sensor, anfis::Shape shape, double centre, double half_range) {
   const auto i = static_cast<double>(sensor);
-  anfis::Model model;
-  model.membership = membership;
-  model.input_centre = 20.0;
-  model.input_half_range = 50.0;
-  model.output_centre = centre;
-  model.output_half_range = half_range;
-  model.x_min = -30.0;
-  model.x_max = 70.0;
+  std::vector<anfis::CurveRule> rules;
   for (int n = 0; n < 6; ++n) {
     const double k = n;
-    anfis::Rule rule;
+    anfis::CurveRule rule;
     rule.width = 0.15 + 0.02 * k;
-    rule.slope = membership == anfis::Membership::bell ? 1.5 + 0.25 * k : 0.0;
+    rule.slope = shape == anfis::Shape::bell ? 1.5 + 0.25 * k : 0.0;
     rule.centre = -1.0 + 0.4 * k;
     rule.gain = 0.3 * (k - i);
     rule.offset = 0.8 - 0.1 * k * k + 0.05 * i;
-    model.rules.push_back(rule);
+    rules.push_back(rule);
   }
-  return model;
+  return fis_of(shape, rules, {20.0, 50.0}, {centre, half_range});
 }
 
 inline SplineCurve spline(double amplitude) {
@@ -133,10 +138,10 @@ inline Calibration golden_fis() {
     one.model = "anfis";
     const std::size_t i = index_of(sensor);
     if (is_gyro(sensor)) {
-      one.bias = fis(i, anfis::Membership::bell, 0.01, 0.004);
+      one.bias = fis(i, anfis::Shape::bell, 0.01, 0.004);
     } else {
-      one.bias = fis(i, anfis::Membership::gaussian, -0.2, 0.1);
-      one.scale_ppm = fis(i, anfis::Membership::gaussian, 1500.0, 400.0);
+      one.bias = fis(i, anfis::Shape::gaussian, -0.2, 0.1);
+      one.scale_ppm = fis(i, anfis::Shape::gaussian, 1500.0, 400.0);
       one.scale_uncertainty = UncertaintyTable{{-30.0, 70.0}, {20.0, 30.0}, {}};
     }
     one.bias_uncertainty = uncertainty(0.0001, 0.0005);

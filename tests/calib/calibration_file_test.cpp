@@ -153,6 +153,8 @@ struct Refusal {
 
 anfis::Model& model_of(Calibration& calibration) { return std::get<anfis::Model>(calibration.sensors[0].bias); }
 
+anfis::Membership& membership_of(Calibration& calibration) { return model_of(calibration).inputs[0].memberships[1]; }
+
 const Refusal kRefusals[] = {
     {"no unit", [](Calibration& c) { c.unit.clear(); }},
     {"long serial number", [](Calibration& c) { c.unit.assign(256, 'x'); }},
@@ -165,10 +167,13 @@ const Refusal kRefusals[] = {
     {"range not finite", [](Calibration& c) { c.sensors[0].temp_max_c = kNaN; }},
     {"below absolute zero", [](Calibration& c) { c.sensors[0].temp_min_c = -300.0; }},
     {"no rules", [](Calibration& c) { model_of(c).rules.clear(); }},
-    {"too many rules", [](Calibration& c) { model_of(c).rules.resize(65, model_of(c).rules[0]); }},
-    {"width 0", [](Calibration& c) { model_of(c).rules[1].width = 0.0; }},
-    {"gain not finite", [](Calibration& c) { model_of(c).rules[1].gain = kNaN; }},
-    {"centre far away", [](Calibration& c) { model_of(c).rules[1].centre = 1e6; }},
+    {"too many rules",
+     [](Calibration& c) {
+       c.sensors[0].bias = anfis::curve_model(anfis::Shape::bell, std::vector<anfis::CurveRule>(65, {1.0, 2.0}));
+     }},
+    {"width 0", [](Calibration& c) { membership_of(c) = anfis::bell(0.0, 2.0, 0.0); }},
+    {"gain not finite", [](Calibration& c) { model_of(c).rules[1].gains[0] = kNaN; }},
+    {"centre far away", [](Calibration& c) { membership_of(c) = anfis::bell(1.0, 2.0, 1e6); }},
     {"empty table", [](Calibration& c) { c.sensors[0].bias = TableCurve{}; }},
     {"table step 0", [](Calibration& c) { c.sensors[0].bias = TableCurve{0.0, 0.0, {1.0, 2.0}}; }},
     {"table beyond 1000 °C in float32",  // 3000 * 0.3f = 900.00004: rounds to 900.00006, not to 900
@@ -202,10 +207,58 @@ TEST(CalibrationFile, RefusesWhatTheFormatCannotCarryAndSaysWhere) {
   }
 }
 
+/// Models that can be evaluated and that the FIS section has no place for.
+const Refusal kForeignModels[] = {
+    {"two inputs",
+     [](Calibration& c) {
+       anfis::Model& model = model_of(c);
+       model.inputs.push_back(model.inputs[0]);
+       for (anfis::Rule& rule : model.rules) {
+         rule.premise.push_back(rule.premise[0]);
+         rule.gains.push_back(0.5);
+       }
+     }},
+    {"a triangle", [](Calibration& c) { membership_of(c) = {anfis::Shape::triangle, {-1.0, -0.6, -0.2}}; }},
+    {"triangles only",
+     [](Calibration& c) {
+       for (anfis::Membership& m : model_of(c).inputs[0].memberships) {
+         m = {anfis::Shape::triangle, {anfis::centre(m) - 0.5, anfis::centre(m), anfis::centre(m) + 0.5}};
+       }
+     }},
+    {"a Gaussian among bells", [](Calibration& c) { membership_of(c) = anfis::gaussian(0.2, -0.6); }},
+    {"a membership that two rules share", [](Calibration& c) { model_of(c).rules[1].premise[0] = 0; }},
+    {"a rule that fires everywhere",
+     [](Calibration& c) {
+       model_of(c).rules.resize(1);
+       model_of(c).rules[0].premise[0] = anfis::kAny;
+     }},
+};
+
+TEST(CalibrationFile, RefusesModelsThatItsFuzzySectionHasNoPlaceFor) {
+  for (const Refusal& foreign : kForeignModels) {
+    Calibration calibration = golden_fis();
+    foreign.spoil(calibration);
+    ASSERT_TRUE(anfis::validate(model_of(calibration))) << foreign.name;
+    const auto bytes = encode(calibration);
+    ASSERT_FALSE(bytes) << foreign.name;
+    EXPECT_EQ(bytes.error().kind, base::ErrorKind::bad_input) << foreign.name;
+    EXPECT_NE(bytes.error().message.find("the file cannot carry this fuzzy model"), std::string::npos)
+        << foreign.name << ": " << bytes.error().message;
+    EXPECT_EQ(bytes.error().where.find("gyro_x bias"), 0U) << foreign.name << ": " << bytes.error().where;
+  }
+}
+
+TEST(CalibrationFile, LeavesOutMembershipsThatNoRuleAsksFor) {
+  anfis::Model model = fis(0, anfis::Shape::bell, 0.0, 1.0);
+  const base::Bytes plain = *encode(with_bias(model));
+  model.inputs[0].memberships.push_back({anfis::Shape::triangle, {-1.0, 0.0, 1.0}});
+  EXPECT_EQ(*encode(with_bias(model)), plain);
+}
+
 TEST(CalibrationFile, WritesAModelWhoseConsequentsCancelAsASpline) {
   // consequents of ±1e7 that cancel: float32 keeps 7 digits, the difference needs 14
-  anfis::Model model = fis(0, anfis::Membership::bell, 0.0, 1.0);
-  model.rules = {{1.0, 2.0, 0.0, 0.0, 1e7}, {1.0001, 2.0, 0.0, 0.0, -1e7}};
+  const anfis::Model model =
+      fis_of(anfis::Shape::bell, {{1.0, 2.0, 0.0, 0.0, 1e7}, {1.0001, 2.0, 0.0, 0.0, -1e7}}, {20.0, 50.0}, {0.0, 1.0});
   const auto bytes = encode(with_bias(model));
   ASSERT_TRUE(bytes) << bytes.error().message;
   const auto read = decode(*bytes);
@@ -219,8 +272,9 @@ TEST(CalibrationFile, WritesAModelWhoseConsequentsCancelAsASpline) {
 }
 
 TEST(CalibrationFile, WritesAModelWithGapsBetweenItsRulesAsASpline) {
-  anfis::Model model = fis(0, anfis::Membership::gaussian, 0.0, 1.0);
-  for (anfis::Rule& rule : model.rules) rule.width = 0.01;  // half-way between two centres 20 widths from both: e^-200
+  anfis::Model model = fis(0, anfis::Shape::gaussian, 0.0, 1.0);
+  // half-way between two centres 20 widths from both: e^-200
+  for (anfis::Membership& m : model.inputs[0].memberships) m = anfis::gaussian(0.01, anfis::centre(m));
   const auto bytes = encode(with_bias(model));
   ASSERT_TRUE(bytes) << bytes.error().message;
   EXPECT_TRUE(std::holds_alternative<SplineCurve>(decode(*bytes)->sensors[0].bias));

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
+#include "anfis/one_input.h"
 #include "calib/calibration.h"
 
 namespace soak::calib {
@@ -40,15 +42,30 @@ TEST(Curve, TableOfOnePointIsConstant) {
 }
 
 TEST(Curve, EveryKindHoldsItsEndsOutsideItsDomain) {
-  anfis::Model model;
-  model.x_min = 0.0;
-  model.x_max = 10.0;
-  model.rules = {{1.0, 2.0, 0.0, 1.0, 0.0}};  // one rule: the output is its consequent, here u = x
+  // one rule: the output is its consequent, here u = x
+  anfis::Model model = anfis::curve_model(anfis::Shape::bell, {{{1.0, 2.0, 0.0, 1.0, 0.0}}});
+  model.inputs[0].max = 10.0;
   const Curve curves[] = {model, SplineCurve{{0.0, 10.0}, {{0.0, 1.0, 0.0, 0.0}}}, TableCurve{0.0, 10.0, {0.0, 10.0}}};
   for (const Curve& curve : curves) {
     EXPECT_DOUBLE_EQ(evaluate(curve, -5.0), 0.0);
     EXPECT_DOUBLE_EQ(evaluate(curve, 4.0), 4.0);
     EXPECT_DOUBLE_EQ(evaluate(curve, 15.0), 10.0);
+  }
+}
+
+TEST(Curve, ManyTemperaturesGiveWhatEachGivesAlone) {
+  anfis::Model model =
+      anfis::curve_model(anfis::Shape::gaussian, {{{0.5, 0.0, -1.0, 0.3, 1.0}, {0.4, 0.0, 1.0, -2.0, 0.0}}});
+  model.inputs[0].scale = {20.0, 50.0};
+  model.inputs[0].min = -30.0;
+  model.inputs[0].max = 70.0;
+  const Curve curves[] = {model, SplineCurve{{0.0, 10.0}, {{1.0, 1.0, 0.5, -0.1}}},
+                          TableCurve{0.0, 5.0, {0.0, 7.0, 3.0}}};
+  const std::vector<double> temps_c = {70.0, -40.0, 0.0, 3.75, 80.0, 10.0};
+  for (const Curve& curve : curves) {
+    std::vector<double> values(temps_c.size());
+    evaluate(curve, temps_c, values);
+    for (std::size_t i = 0; i < temps_c.size(); ++i) EXPECT_EQ(values[i], evaluate(curve, temps_c[i])) << i;
   }
 }
 

@@ -100,5 +100,15 @@ TEST(ExportJson, RefusesWhatJsonCannotCarry) {
   EXPECT_EQ(text.error().where, "/sensors/gyro_z/bias_uncertainty/2/ci95");
 }
 
+TEST(ExportJson, RefusesModelsThatItsMembersCannotSay) {
+  Calibration calibration = golden_fis();
+  auto& model = std::get<anfis::Model>(*calibration.sensors[3].scale_ppm);
+  model.inputs[0].memberships[2] = {anfis::Shape::triangle, {-1.0, 0.0, 1.0}};
+  const auto text = export_json(calibration);
+  ASSERT_FALSE(text);
+  EXPECT_EQ(text.error().kind, base::ErrorKind::bad_input);
+  EXPECT_EQ(text.error().where, "/sensors/" + std::string(name_of(kSensors[3])) + "/scale_ppm/inputs[0].memberships");
+}
+
 }  // namespace
 }  // namespace soak::calib

@@ -20,28 +20,29 @@ using samples::with_bias;
 constexpr int kTemperatures = 1000;
 
 // ln of a rule's strength, which does not underflow
-double log_strength(anfis::Membership membership, double z, double slope) {
-  if (membership == anfis::Membership::gaussian) return -z * z / 2.0;
+double log_strength(anfis::Shape shape, double z, double slope) {
+  if (shape == anfis::Shape::gaussian) return -z * z / 2.0;
   if (z <= 1.0) return -std::log1p(std::pow(z, 2.0 * slope));
   return -2.0 * slope * std::log(z) - std::log1p(std::pow(z, -2.0 * slope));
 }
 
 // [AH05 eq. 5.5-5.11], as the model's header defines it
 double plain_fis(const anfis::Model& model, double temp_c) {
-  const double u = (temp_c - model.input_centre) / model.input_half_range;
+  const double u = (temp_c - model.inputs[0].scale.centre) / model.inputs[0].scale.half_range;
+  const std::vector<anfis::CurveRule> rules = anfis::curve_rules(model);
   std::vector<double> logs;
-  for (const anfis::Rule& rule : model.rules) {
-    logs.push_back(log_strength(model.membership, std::abs(u - rule.centre) / rule.width, rule.slope));
+  for (const anfis::CurveRule& rule : rules) {
+    logs.push_back(log_strength(anfis::curve_shape(model), std::abs(u - rule.centre) / rule.width, rule.slope));
   }
   const double strongest = *std::max_element(logs.begin(), logs.end());
   double numerator = 0.0;
   double denominator = 0.0;
   for (std::size_t i = 0; i < logs.size(); ++i) {
     const double mu = std::exp(logs[i] - strongest);
-    numerator += mu * (model.rules[i].gain * u + model.rules[i].offset);
+    numerator += mu * (rules[i].gain * u + rules[i].offset);
     denominator += mu;
   }
-  return model.output_centre + model.output_half_range * numerator / denominator;
+  return model.output.centre + model.output.half_range * numerator / denominator;
 }
 
 struct Deviation {
@@ -71,42 +72,48 @@ Deviation deviation(const base::Bytes& bytes, const std::function<double(double)
   return result;
 }
 
-anfis::Model frame(base::Random& random) {
-  anfis::Model model;
-  model.membership = random.uniform() < 0.5 ? anfis::Membership::bell : anfis::Membership::gaussian;
-  model.input_centre = random.uniform(15.0, 25.0);
-  model.input_half_range = random.uniform(45.0, 55.0);
-  model.output_centre = random.uniform(-0.02, 0.02);
-  model.output_half_range = random.uniform(0.005, 0.02);
-  model.x_min = -30.0;
-  model.x_max = 70.0;
-  return model;
-}
+/// A model but for its rules.
+struct Frame {
+  anfis::Shape shape;
+  anfis::Scale input;
+  anfis::Scale output;
+
+  explicit Frame(base::Random& random)
+      : shape(random.uniform() < 0.5 ? anfis::Shape::bell : anfis::Shape::gaussian),
+        input{random.uniform(15.0, 25.0), random.uniform(45.0, 55.0)},
+        output{random.uniform(-0.02, 0.02), random.uniform(0.005, 0.02)} {}
+
+  [[nodiscard]] anfis::Model with(const std::vector<anfis::CurveRule>& rules) const {
+    return samples::fis_of(shape, rules, input, output);
+  }
+};
 
 /// As a fit of a thermal curve gives it: rules that overlap, bells up to slope 4.
 anfis::Model usual_model(base::Random& random) {
-  anfis::Model model = frame(random);
+  const Frame frame(random);
+  std::vector<anfis::CurveRule> rules;
   const int count = 2 + static_cast<int>(random.uniform(0.0, 7.0));
   for (int k = 0; k < count; ++k) {
     const double spacing = 2.0 / (count - 1);
-    const double slope = model.membership == anfis::Membership::bell ? random.uniform(1.0, 4.0) : 0.0;
-    model.rules.push_back({spacing * random.uniform(0.4, 0.8), slope, -1.0 + spacing * (k + random.uniform(-0.2, 0.2)),
-                           random.uniform(-2.0, 2.0), random.uniform(-1.0, 1.0)});
+    const double slope = frame.shape == anfis::Shape::bell ? random.uniform(1.0, 4.0) : 0.0;
+    rules.push_back({spacing * random.uniform(0.4, 0.8), slope, -1.0 + spacing * (k + random.uniform(-0.2, 0.2)),
+                     random.uniform(-2.0, 2.0), random.uniform(-1.0, 1.0)});
   }
-  return model;
+  return frame.with(rules);
 }
 
 /// Anything: needles, walls, consequents that cancel over many decades.
 anfis::Model hostile_model(base::Random& random) {
-  anfis::Model model = frame(random);
+  const Frame frame(random);
+  std::vector<anfis::CurveRule> rules;
   const int count = 1 + static_cast<int>(random.uniform(0.0, 12.0));
   const double size = std::pow(10.0, random.uniform(0.0, 5.0));
   for (int k = 0; k < count; ++k) {
-    const double slope = model.membership == anfis::Membership::bell ? std::pow(10.0, random.uniform(-1.0, 2.0)) : 0.0;
-    model.rules.push_back({std::pow(10.0, random.uniform(-2.5, 0.5)), slope, random.uniform(-1.5, 1.5),
-                           size * random.gaussian(), size * random.gaussian()});
+    const double slope = frame.shape == anfis::Shape::bell ? std::pow(10.0, random.uniform(-1.0, 2.0)) : 0.0;
+    rules.push_back({std::pow(10.0, random.uniform(-2.5, 0.5)), slope, random.uniform(-1.5, 1.5),
+                     size * random.gaussian(), size * random.gaussian()});
   }
-  return model;
+  return frame.with(rules);
 }
 
 TEST(RuntimeAccuracy, UsualModelsStayWithinAMillionthOfTheirSpan) {
