@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "anfis/inference/membership_functions.h"
 
@@ -35,7 +36,7 @@ base::Status rising(const Membership& membership, std::size_t low, std::size_t h
                          std::string(names[low]));
 }
 
-base::Status both(base::Status first, const base::Status& second) { return first ? second : first; }
+base::Status both(base::Status first, base::Status second) { return first ? std::move(second) : std::move(first); }
 
 base::Status in_order(const Membership& m) {
   switch (m.shape) {

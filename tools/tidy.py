@@ -70,11 +70,14 @@ def check(entry):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--build", required=True, help="build folder with compile_commands.json")
+    parser.add_argument("--skip-tests", action="store_true", help="leave out the units of tests/")
     parser.add_argument("paths", nargs="*", help="only units whose path contains one of these")
     options = parser.parse_args()
     os.makedirs(CACHE, exist_ok=True)
     with open(os.path.join(options.build, "compile_commands.json"), encoding="utf-8") as f:
         entries = [e for e in json.load(f) if "cmake_pch" not in e["file"]]
+    if options.skip_tests:
+        entries = [e for e in entries if not e["file"].startswith(os.path.join(ROOT, "tests") + os.sep)]
     if options.paths:
         entries = [e for e in entries if any(p in e["file"] for p in options.paths)]
     failed = 0

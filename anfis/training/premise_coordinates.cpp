@@ -30,8 +30,7 @@ std::array<Kind, 4> kinds(Shape shape) {
     case Shape::gaussian:
       return {log_length, position, share, share};
     case Shape::two_sided_gaussian:
-      return {log_length, position, log_length, share};
-    case Shape::triangle:
+    case Shape::triangle:  // whose fourth does not count
       return {log_length, position, log_length, share};
     case Shape::trapezoid:
       return {log_length, position, share, log_length};
