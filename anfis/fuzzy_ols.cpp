@@ -57,7 +57,7 @@ Judged judge(const fuzzy::Split& rows, Clustering clustering, Model model, const
 }
 
 // Backward elimination of antecedents [AH05 §5.4.2 II].
-Explored explore(const fuzzy::Split& rows, ClusteringOptions options, int clusters) {
+base::Result<Explored> explore(const fuzzy::Split& rows, ClusteringOptions options, int clusters) {
   Explored explored;
   FuzzyOlsCandidate& report = explored.report;
   report.clusters = options.clusters = clusters;
@@ -66,8 +66,9 @@ Explored explore(const fuzzy::Split& rows, ClusteringOptions options, int cluste
   Clustering clustering = cluster_takagi_sugeno(rows.fit, options).value();  // data and options were checked
   for (;;) {
     const fuzzy::ClassCovariances covariances = fuzzy::class_covariances(clustering.clusters);
-    explored.path.push_back(
-        judge(rows, clustering, fuzzy::cluster_model(rows.fit, clustering, antecedents), antecedents));
+    auto model = fuzzy::cluster_model(rows.fit, clustering, antecedents);
+    if (!model) return base::forward_error(model);
+    explored.path.push_back(judge(rows, clustering, *std::move(model), antecedents));
     report.elimination.push_back(explored.path.back().stage);
     report.log_separability.push_back(fuzzy::log_separability(covariances, antecedents));
     report.ranking.push_back(fuzzy::least_needed(covariances, antecedents));
@@ -102,25 +103,30 @@ std::vector<ConsequentRanking> compact_consequents(const TrainingData& data, con
 }
 
 // The boldest threshold that is as good as the best, and the stage that it leads to.
-std::pair<double, FuzzyOlsStage> choose_threshold(const fuzzy::Split& rows, const Judged& chosen, double boldest) {
+base::Result<std::pair<double, FuzzyOlsStage>> choose_threshold(const fuzzy::Split& rows, const Judged& chosen,
+                                                                double boldest) {
   std::vector<FuzzyOlsStage> stages;
   std::vector<Eigen::VectorXd> errors;
   for (const double share : kThresholdShares) {
-    Model model = fuzzy::cluster_model(rows.fit, chosen.clustering, chosen.stage.antecedents);
-    compact_consequents(rows.fit, chosen.clustering, share * boldest, model);
-    Judged judged = judge(rows, chosen.clustering, std::move(model), chosen.stage.antecedents);
+    auto model = fuzzy::cluster_model(rows.fit, chosen.clustering, chosen.stage.antecedents);
+    if (!model) return base::forward_error(model);
+    compact_consequents(rows.fit, chosen.clustering, share * boldest, *model);
+    Judged judged = judge(rows, chosen.clustering, *std::move(model), chosen.stage.antecedents);
     stages.push_back(std::move(judged.stage));
     errors.push_back(std::move(judged.errors));
   }
   const std::size_t choice = fuzzy::simplest_as_good(errors);
-  return {kThresholdShares[choice] * boldest, stages[choice]};
+  return std::pair(kThresholdShares[choice] * boldest, stages[choice]);
 }
 
 // The model of the chosen structure on all rows.
-FuzzyOls final_model(const TrainingData& data, const Judged& chosen, ClusteringOptions options, FuzzyOlsReport report) {
+base::Result<FuzzyOls> final_model(const TrainingData& data, const Judged& chosen, ClusteringOptions options,
+                                   FuzzyOlsReport report) {
   options.antecedents = chosen.stage.antecedents;
   const Clustering clustering = refine_clusters(data, chosen.clustering, options).value();
-  FuzzyOls result{fuzzy::cluster_model(data, clustering, options.antecedents), std::move(report)};
+  auto model = fuzzy::cluster_model(data, clustering, options.antecedents);
+  if (!model) return base::forward_error(model);
+  FuzzyOls result{*std::move(model), std::move(report)};
   result.report.consequents = compact_consequents(data, clustering, result.report.threshold, result.model);
   fuzzy::solve_consequents(data, result.model);
   result.report.clustering = clustering.summary;
@@ -150,14 +156,17 @@ base::Status check_rows(const TrainingData& fit, int least_clusters) {
 }
 
 // All numbers of clusters that the rows can carry, and which to take.
-std::vector<Explored> explore_all(const fuzzy::Split& rows, const FuzzyOlsOptions& options, FuzzyOlsReport& report) {
+base::Result<std::vector<Explored>> explore_all(const fuzzy::Split& rows, const FuzzyOlsOptions& options,
+                                                FuzzyOlsReport& report) {
   std::vector<Explored> explored;
   std::vector<Eigen::VectorXd> errors;
   for (const int clusters : options.clusters) {
     if (clusters > most_clusters(rows.fit)) {
       break;
     }
-    explored.push_back(explore(rows, options.clustering, clusters));
+    auto one = explore(rows, options.clustering, clusters);
+    if (!one) return base::forward_error(one);
+    explored.push_back(*std::move(one));
     errors.push_back(explored.back().chosen().errors);
     report.candidates.push_back(explored.back().report);
   }
@@ -207,16 +216,18 @@ base::Result<FuzzyOls> fuzzy_ols(const TrainingData& data, const FuzzyOlsOptions
     return base::forward_error(status);
   }
   FuzzyOlsReport report;
-  const std::vector<Explored> explored = explore_all(rows, options, report);
-  const Explored& best = explored[report.chosen];
+  const auto explored = explore_all(rows, options, report);
+  if (!explored) return base::forward_error(explored);
+  const Explored& best = (*explored)[report.chosen];
   const Judged& chosen = best.chosen();
   report.full = best.path.front().stage;
   report.compact_antecedents = chosen.stage;
-  std::tie(report.threshold, report.compact) = choose_threshold(rows, chosen, options.consequent_threshold);
-  FuzzyOls result = final_model(data, chosen, options.clustering, std::move(report));
-  if (auto status = validate(result.model); !status) {
-    return base::forward_error(status);
-  }
+  auto threshold = choose_threshold(rows, chosen, options.consequent_threshold);
+  if (!threshold) return base::forward_error(threshold);
+  std::tie(report.threshold, report.compact) = *std::move(threshold);
+  auto result = final_model(data, chosen, options.clustering, std::move(report));
+  if (!result) return base::forward_error(result);
+  if (!validate(result->model) || !std::isfinite(result->report.train_rmse)) return training::unusable_numbers();
   return result;
 }
 

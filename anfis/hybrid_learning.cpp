@@ -19,20 +19,29 @@
 namespace soak::anfis {
 namespace {
 
-constexpr std::size_t kConvergenceEpochs = 10;
+constexpr std::ptrdiff_t kConvergenceEpochs = 10;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 base::Status out_of_range(const char* option, const std::string& value, const char* range) {
   return base::bad_input(std::string(option) + " is " + value + ": it must be " + range, option);
 }
 
-bool has_converged(const std::vector<EpochRecord>& history, double min_change) {
-  if (min_change == 0.0 || history.size() <= kConvergenceEpochs) return false;
-  const auto less = [](const EpochRecord& a, const EpochRecord& b) { return a.train_rmse < b.train_rmse; };
-  const auto recent = history.end() - kConvergenceEpochs;
-  const double before = std::min_element(history.begin(), recent, less)->train_rmse;
-  return std::min_element(recent, history.end(), less)->train_rmse > (1.0 - min_change) * before;
-}
+/// Least errors up to each epoch.
+class LeastErrors {
+ public:
+  explicit LeastErrors(int epochs) { least_.reserve(static_cast<std::size_t>(epochs)); }
+
+  void add(double rmse) { least_.push_back(least_.empty() ? rmse : std::min(rmse, least_.back())); }
+
+  /// Whether the last ten epochs have lowered the least error by less than this share.
+  [[nodiscard]] bool have_settled(double min_change) const {
+    if (min_change == 0.0 || std::ssize(least_) <= kConvergenceEpochs) return false;
+    return least_.back() > (1.0 - min_change) * *(least_.end() - 1 - kConvergenceEpochs);
+  }
+
+ private:
+  std::vector<double> least_;
+};
 
 /// Without limits a step may carry a width through zero: a bell or Gaussian of negative width is the one of positive
 /// width. False where a membership is none any more.
@@ -87,10 +96,11 @@ class Learner {
  public:
   Learner(const Model& initial, const TrainingData& train, const HybridOptions& options, const TrainingData* checking)
       : options_(options),
-        problem_(initial, train, options.smoothness),
+        problem_(initial, train, options.smoothness, options.initial_covariance),
         descent_(initial, train, options.limits),
         step_rule_(options.initial_step, options.step_decrease, options.step_increase),
-        best_(initial, checking != nullptr && !options.keep_by_training_error) {
+        best_(initial, checking != nullptr && !options.keep_by_training_error),
+        least_errors_(options.epochs) {
     descent_.admit(problem_.model());
     if (checking != nullptr) checking_.emplace(initial, *checking);
     history_.reserve(static_cast<std::size_t>(options.epochs));
@@ -107,23 +117,28 @@ class Learner {
 
  private:
   std::optional<StopReason> epoch() {
-    const double rmse = options_.solver == ConsequentSolver::sequential
-                            ? problem_.solve_sequentially(options_.initial_covariance)
-                            : problem_.solve();
+    const double rmse =
+        options_.solver == ConsequentSolver::sequential ? problem_.solve_sequentially() : problem_.solve();
     if (!std::isfinite(rmse)) return StopReason::not_finite;
     history_.push_back({rmse, checking_ ? (*checking_)(problem_.model()) : kNaN, step_rule_.step()});
-    best_.offer(problem_.model(), history_.back(), static_cast<int>(history_.size()));
+    best_.offer(problem_.model(), history_.back(), problem_.error(), static_cast<int>(history_.size()));
+    least_errors_.add(rmse);
+    if (history_.back().check_rmse < least_check_) {
+      least_check_ = history_.back().check_rmse;
+      least_check_epoch_ = static_cast<int>(history_.size());
+    }
     if (const auto reason = judge(rmse)) return reason;
     if (const auto reason = descent_.move(problem_, step_rule_.step())) return reason;
-    step_rule_.record(rmse);
+    // With a price of curvature the step follows what descends.
+    step_rule_.record(problem_.error());
     return std::nullopt;
   }
 
   [[nodiscard]] std::optional<StopReason> judge(double rmse) const {
     if (rmse <= options_.rmse_goal) return StopReason::goal_reached;
-    if (has_converged(history_, options_.min_rmse_change)) return StopReason::converged;
+    if (least_errors_.have_settled(options_.min_rmse_change)) return StopReason::converged;
     const int epochs = static_cast<int>(history_.size());
-    if (options_.patience > 0 && checking_ && epochs - best_.epoch() >= options_.patience) return StopReason::patience;
+    if (options_.patience > 0 && epochs - least_check_epoch_ >= options_.patience) return StopReason::patience;
     if (epochs == options_.epochs) return StopReason::epochs_done;
     return std::nullopt;
   }
@@ -133,6 +148,9 @@ class Learner {
   Descent descent_;
   training::StepRule step_rule_;
   training::BestModel best_;
+  LeastErrors least_errors_;
+  int least_check_epoch_ = 0;
+  double least_check_ = std::numeric_limits<double>::infinity();
   std::optional<training::CheckingError> checking_;
   std::vector<EpochRecord> history_;
   StopReason reason_ = StopReason::epochs_done;
@@ -190,12 +208,16 @@ base::Result<Training> train_hybrid(const Model& initial, const TrainingData& tr
     return base::bad_input("sequential least squares cannot price curvature: use the least_squares solver",
                            "smoothness");
   }
+  if (options.patience > 0 && checking == nullptr) {
+    return base::bad_input(
+        "patience is " + std::to_string(options.patience) + " without checking data: give them, or 0", "patience");
+  }
   Learner learner(initial, train, options, checking);
   learner.learn();
   if (learner.found_nothing()) return training::unusable_numbers();
   Training training = std::move(learner).result();
   training::set_level(training.model, train);
-  return training;
+  return training::usable(std::move(training));
 }
 
 }  // namespace soak::anfis

@@ -45,9 +45,10 @@ struct HybridOptions {
 /// step of given length against its gradient [AH05 eq. 5.17-5.22], inside the bounds of training/premise_bounds.h. The
 /// step follows training/step_rule.h.
 ///
-/// The model returned is that of the epoch with the least checking RMSE, or without checking data of the least training
-/// RMSE: never the last one for its own sake, never one with a value that is not finite. The same arguments give the
-/// same bits, on every instruction set. An epoch allocates no memory.
+/// The model returned is that of the epoch with the least checking RMSE, or without checking data of the least E
+/// (with a price of curvature: with it): never the last one for its own sake, never one with a value that is not
+/// finite. The same arguments give the same bits, on every instruction set. An epoch allocates no memory, unless the
+/// consequents are rank-deficient (free offsets of groups with order 1 always are).
 ///
 /// With group_variance > 0 each group has a random offset and the curve is the mean over groups; with +infinity the
 /// offsets are free and the level of the curve is the plain mean over the groups' levels.

@@ -8,8 +8,9 @@
 
 namespace soak::anfis {
 
-/// A way to learn with its options. Variable projection unless the user says otherwise: on the problems of bench/ it
-/// reaches lower errors in less time.
+/// A way to learn with its options. Variable projection unless the user says otherwise: it recovers known systems to
+/// rounding where hybrid learning stays a thousandth off, and its thermal curves are the best of bench/. From a single
+/// start on noise-free data of several inputs 500 epochs of hybrid learning can end lower: give it more starts.
 using Learner = std::variant<VariableProjectionOptions, HybridOptions>;
 
 /// Trains with one or the other: train_variable_projection() or train_hybrid().

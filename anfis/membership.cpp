@@ -17,8 +17,9 @@ constexpr std::array<std::string_view, 4> kTwoSided = {"left_width", "left", "ri
 constexpr std::array<std::string_view, 3> kTriangle = {"left", "peak", "right"};
 constexpr std::array<std::string_view, 4> kTrapezoid = {"left", "top_left", "top_right", "right"};
 
-/// Shorter lengths have squares that underflow.
+/// Shorter lengths have squares that underflow, farther positions such that overflow.
 constexpr double kShortest = 1e-50;
+constexpr double kLargest = 1e100;
 
 base::Status positive(const Membership& membership, std::size_t index) {
   if (membership.parameters[index] >= kShortest) return {};
@@ -96,10 +97,11 @@ base::Status validate(const Membership& membership) {
   const auto names = parameter_names(membership.shape);
   for (std::size_t i = 0; i < membership.parameters.size(); ++i) {
     const double value = membership.parameters[i];
-    if (i >= names.size() ? value != 0.0 : !std::isfinite(value)) {
+    if (i >= names.size() ? value != 0.0 : !(std::abs(value) <= kLargest)) {
       const std::string parameter(i < names.size() ? names[i] : "unused parameter");
-      return base::bad_input("the " + parameter + (i < names.size() ? " is not a finite number" : " must be 0"),
-                             parameter);
+      return base::bad_input(
+          "the " + parameter + (i < names.size() ? " is not a finite number of at most 1e100" : " must be 0"),
+          parameter);
     }
   }
   return in_order(membership);

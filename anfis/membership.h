@@ -50,7 +50,8 @@ struct Membership {
 [[nodiscard]] Membership bell(double width, double slope, double centre);
 [[nodiscard]] Membership gaussian(double width, double centre);
 
-/// Whether every parameter is finite and in the range of parameter_names(); the message names the parameter.
+/// Whether every parameter is finite, at most 1e100 and in the range of parameter_names(); the message names the
+/// parameter.
 [[nodiscard]] base::Status validate(const Membership& membership);
 
 /// Degree of membership at u: 0..1. Finite for every finite u of a valid membership.

@@ -118,8 +118,7 @@ class Evaluation {
     assert(x.size() == u_.size());
     for (std::size_t j = 0; j < x.size(); ++j) {
       const Scale& s = model_.inputs[j].scale;
-      const double u = x[j] / s.half_range - s.centre / s.half_range;  // (x - centre) could overflow
-      u_[j] = std::clamp(u, -inference::kFarthest, inference::kFarthest);
+      u_[j] = std::clamp(s.scaled(x[j]), -inference::kFarthest, inference::kFarthest);
     }
   }
 

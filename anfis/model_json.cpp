@@ -2,6 +2,7 @@
 #include "anfis/model_json.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -42,16 +43,26 @@ json rule_json(const Rule& rule) {
   return document;
 }
 
+/// A whole number from 0.
 int read_int(const json& number) {
-  if (!number.is_number_integer() || number < std::numeric_limits<int>::min() ||
-      number > std::numeric_limits<int>::max()) {
-    throw json::other_error::create(501, number.dump() + " is no whole number of this size", nullptr);
+  const bool fits = number.is_number_integer() && (number.is_number_unsigned() || number.get<std::int64_t>() >= 0) &&
+                    number.get<std::uint64_t>() <= std::numeric_limits<int>::max();
+  if (!fits) {
+    throw json::other_error::create(501, std::string("a whole number from 0 is wanted, not this ") + number.type_name(),
+                                    nullptr);
   }
   return number.get<int>();
 }
 
+/// The list that stands there.
+const json& list(const json& document, const char* name) {
+  const json& found = document.at(name);
+  if (found.is_array()) return found;
+  throw json::other_error::create(501, std::string(name) + " must be a list, not this " + found.type_name(), nullptr);
+}
+
 Shape read_shape(const json& document) {
-  const auto text = document.get<std::string>();
+  const auto& text = document.get_ref<const std::string&>();
   const auto* const found = std::ranges::find_if(kShapes, [&](Shape shape) { return name(shape) == text; });
   if (found == kShapes.end()) throw json::other_error::create(501, "no shape is called " + text, nullptr);
   return *found;
@@ -77,23 +88,23 @@ Input read_input(const json& document) {
   input.scale = read_scale(document);
   input.min = document.at("min").get<double>();
   input.max = document.at("max").get<double>();
-  for (const json& membership : document.at("memberships")) input.memberships.push_back(read_membership(membership));
+  for (const json& membership : list(document, "memberships")) input.memberships.push_back(read_membership(membership));
   return input;
 }
 
 Rule read_rule(const json& document) {
   Rule rule;
-  for (const json& index : document.at("premise")) rule.premise.push_back(index.is_null() ? kAny : read_int(index));
+  for (const json& index : list(document, "premise")) rule.premise.push_back(index.is_null() ? kAny : read_int(index));
   rule.gains = document.at("gains").get<std::vector<double>>();
   rule.offset = document.at("offset").get<double>();
   if (document.contains("dropped")) {
-    for (const json& index : document.at("dropped")) rule.dropped.push_back(read_int(index));
+    for (const json& index : list(document, "dropped")) rule.dropped.push_back(read_int(index));
   }
   return rule;
 }
 
 TNorm read_t_norm(const json& document) {
-  const auto text = document.get<std::string>();
+  const auto& text = document.get_ref<const std::string&>();
   for (const TNorm t_norm : {TNorm::product, TNorm::minimum}) {
     if (name(t_norm) == text) return t_norm;
   }
@@ -104,16 +115,16 @@ Model read_model(const json& document) {
   Model model;
   model.order = read_int(document.at("order"));
   model.t_norm = read_t_norm(document.at("t_norm"));
-  for (const json& input : document.at("inputs")) model.inputs.push_back(read_input(input));
+  for (const json& input : list(document, "inputs")) model.inputs.push_back(read_input(input));
   model.output = read_scale(document.at("output"));
-  for (const json& rule : document.at("rules")) model.rules.push_back(read_rule(rule));
+  for (const json& rule : list(document, "rules")) model.rules.push_back(read_rule(rule));
   return model;
 }
 
 Model read_version1(const json& document) {
   const json& input = document.at("input");
   std::vector<CurveRule> rules;
-  for (const json& rule : document.at("rules")) {
+  for (const json& rule : list(document, "rules")) {
     rules.push_back({rule.at("width").get<double>(), rule.at("slope").get<double>(), rule.at("centre").get<double>(),
                      rule.at("gain").get<double>(), rule.at("offset").get<double>()});
   }
@@ -130,17 +141,16 @@ Model read_version1(const json& document) {
   return model;
 }
 
+/// Foreign values are looked at where they stand: to copy or print a deep one would exhaust the stack.
 base::Status check_format(const json& document) {
-  if (!document.is_object() || document.value("format", json()) != kFormat) {
+  if (!document.is_object() || !document.contains("format") || document.at("format") != kFormat) {
     return base::corrupt(std::string("this is not a model: \"format\" must be \"") + kFormat + '"', "format");
   }
-  const json version = document.value("version", json());
-  if (version != 1 && version != kVersion) {
-    return base::corrupt(
-        "version " + version.dump() + " of the model format is not known, only 1 and " + std::to_string(kVersion),
-        "version");
-  }
-  return {};
+  const bool known = document.contains("version") && document.at("version").is_number_integer() &&
+                     (document.at("version") == 1 || document.at("version") == kVersion);
+  if (known) return {};
+  return base::corrupt("this version of the model format is not known, only 1 and " + std::to_string(kVersion),
+                       "version");
 }
 
 }  // namespace

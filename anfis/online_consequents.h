@@ -33,7 +33,8 @@ class OnlineConsequents {
 
   /// Learns the row x (one value per input) -> y, units of the training data. Refuses (bad_input), and leaves the
   /// consequents as they are: another number of inputs, values that are not finite, x outside the range of the model,
-  /// where its premises say nothing, and a y so large that consequents would leave the limits of a valid model.
+  /// where its premises say nothing, and a y so large that consequents would leave the limits of a valid model
+  /// (the covariance begins anew then: the window is lost).
   [[nodiscard]] base::Status update(std::span<const double> x, double y);
 
   /// The model as of the last row.

@@ -2,6 +2,7 @@
 #include "anfis/uncertainty.h"
 
 #include <Eigen/Dense>
+#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -99,6 +100,7 @@ base::Result<PredictionVariance> PredictionVariance::of(const Model& model, cons
 }
 
 double PredictionVariance::at(std::span<const double> x, double sigma_squared) const {
+  assert(x.size() == model_.inputs.size());
   TrainingData point;
   point.x.assign(x.begin(), x.end());
   point.y = {0.0};

@@ -96,7 +96,7 @@ class Descent {
     const double rmse = problem_.solve();
     if (!std::isfinite(rmse)) return false;
     history_.push_back({rmse, checking_ != nullptr ? (*checking_)(problem_.model()) : kNaN, kNaN});
-    best_.offer(problem_.model(), history_.back(), static_cast<int>(history_.size()));
+    best_.offer(problem_.model(), history_.back(), problem_.error(), static_cast<int>(history_.size()));
     return true;
   }
 
@@ -131,7 +131,8 @@ class Descent {
 Model drawn_start(const Model& initial, double spread, base::Random& random) {
   Model model = initial;
   for (Input& input : model.inputs) {
-    const double spacing = 2.0 / static_cast<double>(std::max<std::size_t>(1, input.memberships.size() - 1));
+    const double range = input.scale.scaled(input.max) - input.scale.scaled(input.min);
+    const double spacing = range / static_cast<double>(std::max<std::size_t>(2, input.memberships.size()) - 1);
     for (Membership& membership : input.memberships) {
       const double shift = spread * spacing * random.uniform(-1.0, 1.0);
       const double factor = std::exp(spread * random.gaussian());
@@ -195,7 +196,7 @@ base::Result<Training> train_variable_projection(const Model& initial, const Tra
   }
   if (!best) return training::unusable_numbers();
   training::set_level(best->model, train);
-  return *std::move(best);
+  return training::usable(*std::move(best));
 }
 
 }  // namespace soak::anfis

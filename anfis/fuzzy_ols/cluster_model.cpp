@@ -28,7 +28,8 @@ void ask_only_about(const std::vector<int>& antecedents, Model& model) {
 
 }  // namespace
 
-Model cluster_model(const TrainingData& data, const Clustering& clustering, const std::vector<int>& antecedents) {
+base::Result<Model> cluster_model(const TrainingData& data, const Clustering& clustering,
+                                  const std::vector<int>& antecedents) {
   const auto rules = static_cast<Eigen::Index>(clustering.clusters.size());
   Eigen::MatrixXd centres(rules, static_cast<Eigen::Index>(data.inputs));
   Eigen::MatrixXd widths(centres.rows(), centres.cols());
@@ -42,8 +43,8 @@ Model cluster_model(const TrainingData& data, const Clustering& clustering, cons
   }
   RuleBaseOptions options;
   options.shape = Shape::gaussian;
-  Model model = scatter_rules(data, centres, widths, options).value();  // data were checked, widths have a floor
-  ask_only_about(antecedents, model);
+  auto model = scatter_rules(data, centres, widths, options);
+  if (model) ask_only_about(antecedents, *model);
   return model;
 }
 

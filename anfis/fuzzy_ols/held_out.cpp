@@ -86,8 +86,10 @@ Excess excess(const Eigen::VectorXd& errors, const Eigen::VectorXd& best) {
 }
 
 std::size_t simplest_as_good(const std::vector<Eigen::VectorXd>& candidates) {
-  const auto best = std::ranges::min_element(candidates, {}, [](const Eigen::VectorXd& e) { return e.sum(); });
+  const auto total = [](const Eigen::VectorXd& e) { return e.allFinite() ? e.sum() : HUGE_VAL; };
+  const auto best = std::ranges::min_element(candidates, {}, total);
   const auto chosen = std::ranges::find_if(candidates, [&](const Eigen::VectorXd& errors) {
+    if (&errors == &*best) return true;
     const Excess over_best = excess(errors, *best);
     return over_best.sum <= over_best.standard_error;
   });

@@ -8,14 +8,15 @@
 
 namespace soak::anfis::training {
 
-/// Keeps the best model of a training: the first with the least error. Allocates nothing after construction.
+/// Keeps the best model of a training: the first with the least checking error, or with the least E (see
+/// ProjectedProblem), which has the price of curvature in it. Allocates nothing after construction.
 class BestModel {
  public:
-  /// `shape` has the structure of the models to come; by_checking: judge by the checking error.
+  /// `shape` has the structure of the models to come; by_checking: judge by the checking error, else by E.
   BestModel(const Model& shape, bool by_checking) : model_(shape), by_checking_(by_checking) {}
 
-  void offer(const Model& model, const EpochRecord& record, int epoch) {
-    const double error = by_checking_ ? record.check_rmse : record.train_rmse;
+  void offer(const Model& model, const EpochRecord& record, double e, int epoch) {
+    const double error = by_checking_ ? record.check_rmse : e;
     if (epoch_ != 0 && !(error < error_)) return;
     model_ = model;
     record_ = record;

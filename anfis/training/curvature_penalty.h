@@ -12,9 +12,8 @@
 namespace soak::anfis::training {
 
 /// The price of a curve's curvature in a training of one input: factor * integral of f''(u)^2 du over the range of the
-/// data, in scaled units, by second differences on a grid of a quarter of the widest gap between
-/// inputs. Between
-/// inputs, where no error speaks, it chooses the smoothest of the curves that fit alike.
+/// data, in scaled units, by second differences on an even grid: a quarter of the widest gap between inputs, but 32 to
+/// 256 intervals. Between inputs, where no error speaks, it chooses the smoothest of the curves that fit alike.
 class CurvaturePenalty {
  public:
   /// The structure of the model is fixed, as in Layer.

@@ -107,13 +107,13 @@ SOAK_CLONES std::array<double, 2> gaussian_gradient(std::size_t rows, const doub
 
 SOAK_CLONES double dot(std::size_t rows, const double* a, const double* b) { return lane_dot(rows, a, b); }
 
-SOAK_CLONES void triangular_factor(std::size_t rows, std::size_t columns, double* __restrict a, double* __restrict r) {
+SOAK_CLONES void triangular_factor(std::size_t rows, std::size_t columns, double* a, double* r) {
   for (std::size_t k = 0; k < columns; ++k) {
-    const double* __restrict q = a + k * rows;
+    double* q = a + k * rows;
     for (std::size_t j = 0; j < k; ++j) r[k + j * columns] = 0.0;
     const double norm = std::sqrt(lane_dot(rows, q, q));
     r[k + k * columns] = norm;
-    scale(rows, norm > 0.0 ? 1.0 / norm : 0.0, a + k * rows);
+    scale(rows, norm > 0.0 ? 1.0 / norm : 0.0, q);
     std::size_t j = k + 1;
     for (; j + 1 < columns; j += 2) {
       const auto [first, second] = lane_dots(rows, q, a + j * rows, a + (j + 1) * rows);

@@ -127,11 +127,27 @@ void Layer::compute_strengths(const Model& model) {
   for (Index i = 0; i < strengths_.cols(); ++i) strengths_.col(i).array() *= sum_.array();
 }
 
+// The input that decides a rule where degrees have underflowed and only their logarithms differ.
+void Layer::find_least_logarithms(const Model& model, Index row) {
+  for (std::size_t i = 0; i < model.rules.size(); ++i) {
+    for (std::size_t j = 0; j < point_.size(); ++j) {
+      const int index = model.rules[i].premise[j];
+      if (index == kAny) continue;
+      const Membership& membership = model.inputs[j].memberships[static_cast<std::size_t>(index)];
+      if (inference::log_degree_of(membership, point_[j]) == log_strengths_[i]) {
+        least_(row, static_cast<Index>(i)) = static_cast<int>(j);
+        break;
+      }
+    }
+  }
+}
+
 void Layer::rescue_row(const Model& model, Index row) {
   for (std::size_t j = 0; j < point_.size(); ++j) point_[j] = inputs_(row, static_cast<Index>(j));
   for (std::size_t i = 0; i < log_strengths_.size(); ++i) {
     log_strengths_[i] = inference::log_strength(model, model.rules[i], point_);
   }
+  if (model.t_norm == TNorm::minimum) find_least_logarithms(model, row);
   inference::normalise_logarithms(log_strengths_);
   for (std::size_t i = 0; i < log_strengths_.size(); ++i) strengths_(row, static_cast<Index>(i)) = log_strengths_[i];
   sum_(row) = 1.0;

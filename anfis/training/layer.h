@@ -47,6 +47,7 @@ class Layer {
   void multiply_degrees(const Model& model);
   void take_least_degree(const Model& model);
   void rescue_row(const Model& model, Eigen::Index row);
+  void find_least_logarithms(const Model& model, Eigen::Index row);
   void collect_pull(const Model& model, std::size_t input, int membership);
   void sum_derivatives(const Membership& membership, Eigen::Index input, Eigen::Index column,
                        std::span<double> sums) const;

@@ -50,6 +50,7 @@ MinimisationEnd NloptProblem::minimise(std::vector<double>& z) {
     case NLOPT_FTOL_REACHED:
     case NLOPT_XTOL_REACHED:
     case NLOPT_ROUNDOFF_LIMITED:
+    case NLOPT_FAILURE:  // of the line search: no further progress
       return MinimisationEnd::converged;
     default:
       return MinimisationEnd::failed;

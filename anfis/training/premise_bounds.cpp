@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 namespace soak::anfis::training {
 namespace {
 
-constexpr double kWidest = 4.0;
 constexpr Interval kResolvedSlopes = {1.0, 4.0};
 constexpr Interval kOrderedSlopes = {0.25, 16.0};
 constexpr double kOrderedGap = 0.02;
@@ -60,10 +58,10 @@ void fit_top(Membership& membership, Interval range) {
 }
 
 Interval bell_interval(const InputGaps& gaps, const Interval& slopes, const Membership& m, std::size_t index) {
-  const double gap = std::min(gaps.near(m.parameters[2]), kWidest);
+  const double gap = std::min(gaps.near(m.parameters[2]), gaps.longest());
   switch (index) {
     case 0:
-      return {std::min(slopes.low * gap, kWidest), kWidest};
+      return {std::min(slopes.low * gap, gaps.longest()), gaps.longest()};
     case 1:
       return {slopes.low, std::clamp(m.parameters[0] / gap, slopes.low, slopes.high)};
     default:
@@ -75,11 +73,11 @@ Interval two_sided_interval(const InputGaps& gaps, const Membership& m, std::siz
   const auto& p = m.parameters;
   switch (index) {
     case 0:
-      return {std::min(gaps.near(p[1]), kWidest), kWidest};
+      return {std::min(gaps.near(p[1]), gaps.longest()), gaps.longest()};
     case 1:
       return {gaps.lowest(), std::min(p[3], gaps.highest())};
     case 2:
-      return {std::min(gaps.near(p[3]), kWidest), kWidest};
+      return {std::min(gaps.near(p[3]), gaps.longest()), gaps.longest()};
     default:
       return {std::max(p[1], gaps.lowest()), gaps.highest()};
   }
@@ -87,8 +85,8 @@ Interval two_sided_interval(const InputGaps& gaps, const Membership& m, std::siz
 
 /// The foot of a straight flank that meets its top at `top`; side -1: left, 1: right.
 Interval foot_interval(const InputGaps& gaps, double top, double side) {
-  const double gap = std::min(gaps.near(top), kWidest);
-  return side < 0.0 ? Interval{top - kWidest, top - gap} : Interval{top + gap, top + kWidest};
+  const double gap = std::min(gaps.near(top), gaps.longest());
+  return side < 0.0 ? Interval{top - gaps.longest(), top - gap} : Interval{top + gap, top + gaps.longest()};
 }
 
 Interval polygon_interval(const InputGaps& gaps, const Membership& m, std::size_t index) {
@@ -120,10 +118,11 @@ std::array<std::size_t, 4> settling_order(Shape shape) {
 
 }  // namespace
 
-InputGaps::InputGaps(std::vector<double> values, double most) : values_(std::move(values)), most_(most) {
+InputGaps::InputGaps(std::vector<double> values, double most) : values_(std::move(values)) {
   std::sort(values_.begin(), values_.end());
   values_.erase(std::unique(values_.begin(), values_.end()), values_.end());
   for (std::size_t i = 1; i < values_.size(); ++i) widest_ = std::max(widest_, values_[i] - values_[i - 1]);
+  most_ = most * 0.5 * (highest() - lowest());
 }
 
 double InputGaps::near(const Interval& interval) const {
@@ -138,14 +137,14 @@ double InputGaps::near(const Interval& interval) const {
 
 PremiseBounds::PremiseBounds(const Model& model, const TrainingData& data, PremiseLimits limits)
     : limits_(limits), slopes_(limits == PremiseLimits::resolved ? kResolvedSlopes : kOrderedSlopes) {
-  const double most = limits == PremiseLimits::resolved ? std::numeric_limits<double>::infinity() : kOrderedGap;
+  const double most = limits == PremiseLimits::resolved ? 1e9 : kOrderedGap;
   for (std::size_t j = 0; j < model.inputs.size(); ++j) {
     const Input& input = model.inputs[j];
     InputGaps gaps(scaled_column(model, data, j), most);
     const bool shared = model.inputs.size() == 1 || input.memberships.size() < model.rules.size();
     const double range = gaps.highest() - gaps.lowest();
     const double separation =
-        std::min(kSeparationPerGap * std::min(gaps.widest(), most),
+        std::min(kSeparationPerGap * std::min(gaps.widest(), most * 0.5 * range),
                  0.5 * range / static_cast<double>(std::max<std::size_t>(1, input.memberships.size())));
     inputs_.push_back({std::move(gaps), shared && in_rising_order(input), separation});
   }
@@ -158,7 +157,7 @@ Interval PremiseBounds::interval(std::size_t input, const Membership& membership
       return bell_interval(gaps, slopes_, membership, index);
     case Shape::gaussian:
       if (index == 1) return {gaps.lowest(), gaps.highest()};
-      return {std::min(gaps.near(membership.parameters[1]), kWidest), kWidest};
+      return {std::min(gaps.near(membership.parameters[1]), gaps.longest()), gaps.longest()};
     case Shape::two_sided_gaussian:
       return two_sided_interval(gaps, membership, index);
     case Shape::triangle:

@@ -20,12 +20,14 @@ struct Interval {
 /// Gaps between neighbouring values that one input takes, in scaled units.
 class InputGaps {
  public:
-  /// most: a gap counts as at most this (PremiseLimits::ordered looks past the gaps).
-  explicit InputGaps(std::vector<double> values, double most = 1e300);
+  /// most: a gap counts as at most this share of half the range (PremiseLimits::ordered looks past the gaps).
+  explicit InputGaps(std::vector<double> values, double most = 1e9);
 
   [[nodiscard]] double lowest() const { return values_.front(); }
   [[nodiscard]] double highest() const { return values_.back(); }
   [[nodiscard]] double widest() const { return widest_; }
+  /// Longest width or flank that still says something: four times half the range.
+  [[nodiscard]] double longest() const { return 2.0 * (highest() - lowest()); }
   /// The widest gap among those that reach into [u - widest(), u + widest()].
   [[nodiscard]] double near(double u) const { return near({u, u}); }
   /// The widest of near(u) for u in an interval.
@@ -41,14 +43,12 @@ class InputGaps {
 /// every freedom it gets: a membership narrower than the gap between inputs, or an edge sharper than it, puts a wiggle
 /// there that costs no training error. So, with gap(c) the widest distance between neighbouring distinct values of that
 /// input near c:
-///  - bell: slope in [1, 4] and width/slope, the width of its edges, at least gap(c); so its width too is at least
-///  gap(c).
-///    From slope 1 up the bell is twice differentiable at its centre;
+///  - bell: slope in [1, 4] and width/slope, the width of its edges, at least gap(c), so its width too; from slope 1 up
+///    the bell is twice differentiable at its centre;
 ///  - Gaussian flanks: width >= gap; straight flanks: length >= gap;
-///  - widths and flanks <= 4 half ranges: wider memberships are the same everywhere;
+///  - widths and flanks at most four times half the range: wider memberships are the same everywhere;
 ///  - centres and tops inside the range of the data; the memberships of an input that rules share (or of the only
-///  input)
-///    stay in order, neighbours at least half the widest gap apart: closer ones are the same twice and leave the
+///    input) stay in order, neighbours at least half the widest gap apart: closer ones are the same twice and leave the
 ///    consequents undetermined.
 /// Measured on the 20 problems of tests/anfis/thermal_drift_test.cpp with 4 runs: bell edges down to half a gap raise
 /// the worst error between temperatures from 0.0045 to 0.0059.

@@ -12,8 +12,6 @@ namespace {
 
 using Numbers = std::array<double, 4>;
 
-constexpr double kWidest = 4.0;
-
 /// Largest slope of a bell of that width whose edges are no sharper than the gap; see PremiseBounds.
 double steepest(double width, const Cell& cell) {
   return std::clamp(width / cell.gap, cell.slopes.low, cell.slopes.high);
@@ -41,11 +39,11 @@ std::array<Kind, 4> kinds(Shape shape) {
 Interval limits(Kind kind, const Cell& cell) {
   switch (kind) {
     case Kind::log_length:
-      return {std::log(cell.least_length), std::log(kWidest)};
+      return {std::log(cell.least_length), std::log(cell.longest)};
     case Kind::share:
       return {0.0, 1.0};
     case Kind::position:
-      return cell.walls;
+      return {cell.walls.low / cell.unit, cell.walls.high / cell.unit};
   }
   return {0.0, 0.0};
 }
@@ -56,34 +54,37 @@ Numbers coordinates_of(const Membership& m, const Cell& cell) {
   const auto& p = m.parameters;
   switch (m.shape) {
     case Shape::bell:
-      return {std::log(p[0]), share_of(p[1] - cell.slopes.low, steepest(p[0], cell) - cell.slopes.low), p[2], 0.0};
+      return {std::log(p[0]), share_of(p[1] - cell.slopes.low, steepest(p[0], cell) - cell.slopes.low),
+              p[2] / cell.unit, 0.0};
     case Shape::gaussian:
-      return {std::log(p[0]), p[1], 0.0, 0.0};
+      return {std::log(p[0]), p[1] / cell.unit, 0.0, 0.0};
     case Shape::two_sided_gaussian:
-      return {std::log(p[0]), p[1], std::log(p[2]), share_of(p[3] - p[1], cell.walls.high - p[1])};
+      return {std::log(p[0]), p[1] / cell.unit, std::log(p[2]), share_of(p[3] - p[1], cell.walls.high - p[1])};
     case Shape::triangle:
-      return {std::log(p[1] - p[0]), p[1], std::log(p[2] - p[1]), 0.0};
+      return {std::log(p[1] - p[0]), p[1] / cell.unit, std::log(p[2] - p[1]), 0.0};
     case Shape::trapezoid:
-      return {std::log(p[1] - p[0]), p[1], share_of(p[2] - p[1], cell.walls.high - p[1]), std::log(p[3] - p[2])};
+      return {std::log(p[1] - p[0]), p[1] / cell.unit, share_of(p[2] - p[1], cell.walls.high - p[1]),
+              std::log(p[3] - p[2])};
   }
   return {};
 }
 
 Numbers parameters_at(Shape shape, const Cell& cell, const Numbers& z) {
+  const double position = z[shape == Shape::bell ? 2 : 1] * cell.unit;
   switch (shape) {
     case Shape::bell: {
       const double width = std::exp(z[0]);
-      return {width, cell.slopes.low + z[1] * (steepest(width, cell) - cell.slopes.low), z[2], 0.0};
+      return {width, cell.slopes.low + z[1] * (steepest(width, cell) - cell.slopes.low), position, 0.0};
     }
     case Shape::gaussian:
-      return {std::exp(z[0]), z[1], 0.0, 0.0};
+      return {std::exp(z[0]), position, 0.0, 0.0};
     case Shape::two_sided_gaussian:
-      return {std::exp(z[0]), z[1], std::exp(z[2]), z[1] + z[3] * (cell.walls.high - z[1])};
+      return {std::exp(z[0]), position, std::exp(z[2]), position + z[3] * (cell.walls.high - position)};
     case Shape::triangle:
-      return {z[1] - std::exp(z[0]), z[1], z[1] + std::exp(z[2]), 0.0};
+      return {position - std::exp(z[0]), position, position + std::exp(z[2]), 0.0};
     case Shape::trapezoid: {
-      const double top_right = z[1] + z[2] * (cell.walls.high - z[1]);
-      return {z[1] - std::exp(z[0]), z[1], top_right, top_right + std::exp(z[3])};
+      const double top_right = position + z[2] * (cell.walls.high - position);
+      return {position - std::exp(z[0]), position, top_right, top_right + std::exp(z[3])};
     }
   }
   return {};
@@ -91,24 +92,25 @@ Numbers parameters_at(Shape shape, const Cell& cell, const Numbers& z) {
 
 /// dE/dz of one membership from its dE/d parameters g.
 Numbers chained(Shape shape, const Cell& cell, const Numbers& z, const Numbers& g) {
+  const double position = z[shape == Shape::bell ? 2 : 1] * cell.unit;
   switch (shape) {
     case Shape::bell: {
       const double width = std::exp(z[0]);
       const double most = steepest(width, cell);
       const double most_by_log_width = most > cell.slopes.low && most < cell.slopes.high ? most : 0.0;
-      return {g[0] * width + g[1] * z[1] * most_by_log_width, g[1] * (most - cell.slopes.low), g[2], 0.0};
+      return {g[0] * width + g[1] * z[1] * most_by_log_width, g[1] * (most - cell.slopes.low), g[2] * cell.unit, 0.0};
     }
     case Shape::gaussian:
-      return {g[0] * std::exp(z[0]), g[1], 0.0, 0.0};
+      return {g[0] * std::exp(z[0]), g[1] * cell.unit, 0.0, 0.0};
     case Shape::two_sided_gaussian:
-      return {g[0] * std::exp(z[0]), g[1] + g[3] * (1.0 - z[3]), g[2] * std::exp(z[2]),
-              g[3] * (cell.walls.high - z[1])};
+      return {g[0] * std::exp(z[0]), (g[1] + g[3] * (1.0 - z[3])) * cell.unit, g[2] * std::exp(z[2]),
+              g[3] * (cell.walls.high - position)};
     case Shape::triangle:
-      return {-g[0] * std::exp(z[0]), g[0] + g[1] + g[2], g[2] * std::exp(z[2]), 0.0};
+      return {-g[0] * std::exp(z[0]), (g[0] + g[1] + g[2]) * cell.unit, g[2] * std::exp(z[2]), 0.0};
     case Shape::trapezoid: {
       const double by_top_right = g[2] + g[3];
-      return {-g[0] * std::exp(z[0]), g[0] + g[1] + by_top_right * (1.0 - z[2]),
-              by_top_right * (cell.walls.high - z[1]), g[3] * std::exp(z[3])};
+      return {-g[0] * std::exp(z[0]), (g[0] + g[1] + by_top_right * (1.0 - z[2])) * cell.unit,
+              by_top_right * (cell.walls.high - position), g[3] * std::exp(z[3])};
     }
   }
   return {};
@@ -120,6 +122,7 @@ Cell cell_of(const PremiseBounds& bounds, std::size_t input, std::span<const Mem
   const InputGaps& gaps = bounds.gaps(input);
   Cell cell;
   cell.walls = {gaps.lowest(), gaps.highest()};
+  cell.unit = 0.5 * (gaps.highest() - gaps.lowest());
   const double room = 0.5 * bounds.separation(input);
   if (bounds.ordered(input) && k > 0) {
     cell.low_is_end = false;
@@ -131,9 +134,10 @@ Cell cell_of(const PremiseBounds& bounds, std::size_t input, std::span<const Mem
   }
   cell.walls.high = std::max(cell.walls.low, cell.walls.high);
   cell.slopes = bounds.slopes();
-  cell.gap = std::min(gaps.near(cell.walls), kWidest);
+  cell.longest = gaps.longest();
+  cell.gap = std::min(gaps.near(cell.walls), gaps.longest());
   const bool is_bell = memberships[k].shape == Shape::bell;
-  cell.least_length = std::min(is_bell ? cell.slopes.low * cell.gap : cell.gap, kWidest);
+  cell.least_length = std::min(is_bell ? cell.slopes.low * cell.gap : cell.gap, gaps.longest());
   return cell;
 }
 
@@ -201,8 +205,8 @@ bool PremiseCoordinates::touches_neighbour(std::span<const double> z) const {
     const Cell& cell = cells_[index];
     for (std::size_t q = 0; q < parameter_count(shapes_[index]); ++q, ++first) {
       if (kind[q] != Kind::position || cell.walls.high <= cell.walls.low) continue;
-      if (!cell.low_is_end && z[first] <= cell.walls.low + kTouch) return true;
-      if (!cell.high_is_end && z[first] >= cell.walls.high - kTouch) return true;
+      if (!cell.low_is_end && z[first] <= cell.walls.low / cell.unit + kTouch) return true;
+      if (!cell.high_is_end && z[first] >= cell.walls.high / cell.unit - kTouch) return true;
     }
   }
   return false;

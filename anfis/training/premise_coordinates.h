@@ -13,8 +13,10 @@ namespace soak::anfis::training {
 /// Where the parameters of one membership may go in PremiseCoordinates.
 struct Cell {
   Interval walls;             ///< of its position
+  double unit = 1.0;          ///< of the coordinate of a position: half the range of the input
   double gap = 0.0;           ///< least width of an edge
   double least_length = 0.0;  ///< of a width or flank
+  double longest = 0.0;       ///< of a width or flank
   Interval slopes{1.0, 1.0};  ///< of a bell
   bool low_is_end = true;     ///< the wall is the end of the input's range, not one towards a neighbour
   bool high_is_end = true;
@@ -22,7 +24,7 @@ struct Cell {
 
 /// Coordinates z in a box, from which the premises of a model follow and are admissible for every z in the box
 /// (training/premise_bounds.h): what an optimiser with bounds may move freely. Per membership:
-///   bell                ln width, share of the admissible slopes, position
+///   bell                ln width, share of the admissible slopes, position (in half ranges of the input)
 ///   gaussian            ln width, position
 ///   two_sided_gaussian  ln left width, left end of the top, ln right width, share of the rest of the cell in the top
 ///   triangle            ln left flank, position, ln right flank

@@ -31,7 +31,8 @@ Eigen::VectorXd padded_outputs(const TrainingData& data, const Scale& scale, Ind
 
 }  // namespace
 
-ProjectedProblem::ProjectedProblem(const Model& model, const TrainingData& data, double smoothness)
+ProjectedProblem::ProjectedProblem(const Model& model, const TrainingData& data, double smoothness,
+                                   double initial_covariance)
     : model_(model),
       layer_(model, data),
       whitening_(padded_whitening(data, layer_.padded_rows(), data.group_variance)),
@@ -44,6 +45,7 @@ ProjectedProblem::ProjectedProblem(const Model& model, const TrainingData& data,
       solver_(a_.rows(), a_.cols()),
       residuals_(outputs_),
       pull_(outputs_.size()),
+      sequential_(a_.cols(), initial_covariance),
       sequential_row_(a_.cols()) {
   whitening_.apply(residuals_);
   right_.head(outputs_.size()) = residuals_;
@@ -64,15 +66,14 @@ double ProjectedProblem::solve() {
   return measure();
 }
 
-double ProjectedProblem::solve_sequentially(double initial_covariance) {
+double ProjectedProblem::solve_sequentially() {
   compute_rows();
-  if (!sequential_) sequential_.emplace(a_.cols(), initial_covariance);
-  sequential_->restart();
+  sequential_.restart();
   for (Index row = 0; row < static_cast<Index>(layer_.rows()); ++row) {
     sequential_row_ = a_.row(row);
-    if (!sequential_->update(sequential_row_, right_(row))) return kNaN;
+    if (!sequential_.update(sequential_row_, right_(row))) return kNaN;
   }
-  set_consequents(sequential_->coefficients(), model_);
+  set_consequents(sequential_.coefficients(), model_);
   return measure();
 }
 

@@ -23,15 +23,16 @@ namespace soak::anfis::training {
 class ProjectedProblem {
  public:
   /// The structure of `model` stays; its parameters are where the search begins.
-  ProjectedProblem(const Model& model, const TrainingData& data, double smoothness = 0.0);
+  /// initial_covariance is that of solve_sequentially().
+  ProjectedProblem(const Model& model, const TrainingData& data, double smoothness = 0.0,
+                   double initial_covariance = 1e6);
 
   /// Solves for the consequents of the present premises [AH05 eq. 5.12-5.13] and returns the training RMSE,
   /// sqrt(r^T V^-1 r / W) in units of y; not finite where the problem broke down.
   double solve();
 
-  /// The same by recursive least squares from 0 and S_0 = initial_covariance I, row by row [AH05 eq. 5.14]; the
-  /// covariance of the first call counts.
-  double solve_sequentially(double initial_covariance);
+  /// The same by recursive least squares from 0 and S_0 = initial_covariance I, row by row [AH05 eq. 5.14].
+  double solve_sequentially();
 
   /// dE/d theta at the consequents of the last solution [AH05 eq. 5.17-5.20], in the order of premise_vector.h. They
   /// are optimal, so that their own change with the premises adds nothing.
@@ -61,7 +62,7 @@ class ProjectedProblem {
   double error_ = 0.0;
   Eigen::VectorXd residuals_;  ///< whitened
   Eigen::VectorXd pull_;       ///< dE/df
-  std::optional<SequentialLeastSquares> sequential_;
+  SequentialLeastSquares sequential_;
   Eigen::VectorXd sequential_row_;
 };
 

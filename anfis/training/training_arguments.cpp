@@ -33,7 +33,13 @@ base::Status validate_arguments(const Model& initial, const TrainingData& train,
   if (auto status = validate(train, 0); !status) return status;
   if (auto status = same_inputs(initial, train); !status) return status;
   if (auto status = validate(train, consequent_count(initial)); !status) return status;
-  return checking == nullptr ? base::Status{} : validate_checking(initial, *checking);
+  if (checking == nullptr) return {};
+  if (std::isinf(train.group_variance) && checking->group_variance == 0.0) {
+    return base::bad_input(
+        "free offsets leave the level of the curve open in training: give the checking data groups too",
+        "checking data, group_variance");
+  }
+  return validate_checking(initial, *checking);
 }
 
 base::Status validate_smoothness(double smoothness, std::size_t inputs) {
@@ -46,6 +52,14 @@ base::Status validate_smoothness(double smoothness, std::size_t inputs) {
         "smoothness");
   }
   return {};
+}
+
+base::Result<Training> usable(Training training) {
+  const TrainingSummary& summary = training.summary;
+  if (!validate(training.model) || !std::isfinite(summary.train_rmse) || std::isinf(summary.check_rmse)) {
+    return unusable_numbers();
+  }
+  return training;
 }
 
 tl::unexpected<base::Error> unusable_numbers() {

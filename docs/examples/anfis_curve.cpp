@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Learns a curve with a band from noisy points, finds the number of rules by itself, saves it and loads it again.
-// Build beside the library: g++ -std=c++20 -I. docs/examples/anfis_curve.cpp -lsoak_anfis -lsoak_base -lnlopt -lfmt
+// After ./run build: g++ -std=c++20 -I. -isystem /usr/include/eigen3 docs/examples/anfis_curve.cpp
+//   build/release/anfis/libsoak_anfis.a build/release/base/libsoak_base.a -lnlopt -lfmt
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -71,7 +72,7 @@ int main() {
   std::printf("%s\n", training->summary.one_line().c_str());
 
   // The curve with the half-width of its 95 % band (normal quantile).
-  const auto variance = anfis::PredictionVariance::of(training->model, data);
+  const auto variance = anfis::PredictionVariance::of(training->model, data, learner.smoothness);
   if (!variance) return fail(variance.error());
   for (const double temp_c : {-30.0, 0.0, 35.0, 70.0, 85.0}) {
     const anfis::Inference inference = anfis::infer(training->model, std::span(&temp_c, 1));

@@ -228,5 +228,18 @@ TEST(BadInput, NumbersFromTheSmallestToTheLargestAreDefined) {
                  "steps of rounding");
 }
 
+// With free offsets the level of the curve is open until the end of a training: rows without groups would judge it.
+TEST(BadInput, CheckingRowsWithoutGroupsCannotJudgeAnOpenLevel) {
+  TrainingData train = test::drift_problem(1, 4).data;
+  train.group_variance = HUGE_VAL;
+  TrainingData check = test::drift_problem(2, 2).data;
+  check.group_variance = 0.0;
+  check.group.clear();
+  const auto hybrid = train_hybrid(test::grid(train), train, {}, &check);
+  ASSERT_FALSE(hybrid);
+  EXPECT_EQ(hybrid.error().where, "checking data, group_variance");
+  EXPECT_FALSE(train_variable_projection(test::grid(train), train, {}, &check));
+}
+
 }  // namespace
 }  // namespace soak::anfis

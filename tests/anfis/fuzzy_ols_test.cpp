@@ -14,7 +14,6 @@
 namespace soak::anfis {
 namespace {
 
-using test::eliminate;
 using test::one_bent_input;
 using test::quick_options;
 using test::Square;
@@ -199,6 +198,25 @@ TEST(FuzzyOls, OptionsOutOfRangeAreNamed) {
   EXPECT_EQ(where([](auto& o) { o.held_out_share = 0.6; }), "held_out_share");
   EXPECT_EQ(where([](auto& o) { o.consequent_threshold = 1.0; }), "consequent_threshold");
   EXPECT_EQ(where([](auto& o) { o.clustering.starts = 0; }), "starts");
+}
+
+// Held-out errors that overflow judge nothing: this once read beyond the list of candidates.
+TEST(FuzzyOls, RefusesNumbersWhoseErrorsOverflow) {
+  TrainingData data;
+  for (int k = 0; k < 44; ++k) {
+    data.x.push_back(k == 2 ? 1e6 : k / 43.0);
+    data.y.push_back(1e100 * std::sin(1.7 * k));
+    data.weight.push_back(1e100);
+  }
+  FuzzyOlsOptions options;
+  options.clusters = {1, 2};
+  const auto result = fuzzy_ols(data, options);
+  if (result) {
+    EXPECT_TRUE(validate(result->model));
+    EXPECT_TRUE(std::isfinite(result->report.train_rmse));
+  } else {
+    EXPECT_EQ(result.error().kind, base::ErrorKind::bad_input);
+  }
 }
 
 }  // namespace

@@ -150,6 +150,51 @@ test::Sample silent_rows(Shape shape) {
   return sample;
 }
 
+// Far from all centres every degree underflows; the minimum is decided by the logarithms, and so must the derivatives
+// be: here by the second input, of which the rules are farther.
+TEST(Layer, WhereNoRuleFiresTheMinimumFollowsTheInputThatDecides) {
+  Model model;
+  model.t_norm = TNorm::minimum;
+  for (const double far : {3.0, 4.0}) {
+    Input input;
+    input.memberships = {gaussian(0.05, -far), gaussian(0.06, far)};
+    input.min = -1.0;
+    input.max = 1.0;
+    model.inputs.push_back(input);
+  }
+  model.rules = {{{0, 0}, {0.0, 0.0}, 1.0, {}}, {{1, 1}, {0.0, 0.0}, -2.0, {}}};
+  TrainingData data;
+  data.inputs = 2;
+  // ln w = -(u - c)^2 / (2 sigma^2): equal for both rules at u = -0.363636, where the output goes from one to the
+  // other.
+  data.x = {0.0, -0.36363};
+  data.y = {0.0};
+  Layer layer(model, data);
+  layer.compute(model);
+  layer.compute_output(model);
+  const Eigen::MatrixXd jacobian = layer.jacobian(model);
+  const double h = 1e-7;
+  std::size_t column = 0;
+  for (std::size_t j = 0; j < 2; ++j) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      for (std::size_t p = 0; p < 2; ++p, ++column) {
+        const auto at = [&](double by) {
+          Model moved = model;
+          moved.inputs[j].memberships[k].parameters[p] += by;
+          return evaluate(moved, data.row(0));
+        };
+        const double difference = (at(h) - at(-h)) / (2.0 * h);
+        // Truncation: third derivatives are of the size of the cube of the slopes, 1e3^3, times h^2.
+        EXPECT_NEAR(jacobian(0, static_cast<Eigen::Index>(column)), difference, 1e-4 * (1.0 + std::abs(difference)))
+            << j << k << p;
+        if (j == 1) {
+          EXPECT_GT(std::abs(difference), 1.0);
+        }
+      }
+    }
+  }
+}
+
 TEST(Layer, WhereNoRuleFiresTheNearestRemains) {
   for (const Shape shape : {Shape::gaussian, Shape::triangle}) {
     const test::Sample sample = silent_rows(shape);

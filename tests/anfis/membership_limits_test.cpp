@@ -65,7 +65,7 @@ TEST(Membership, NamesEveryParameter) {
 // Parameters that validate() takes though no training would give them.
 std::vector<Membership> extreme_memberships() {
   std::vector<Membership> all;
-  for (const double w : {1e-50, 1e-20, 1e-9, 1.0, 1e100}) {
+  for (const double w : {1e-50, 1e-20, 1e-9, 1.0, 1e99}) {
     all.insert(all.end(), {bell(w, 2.0, 0.3), bell(w, 1e-9, 0.3), bell(w, 1e9, 0.3), gaussian(w, -0.4)});
     all.push_back({Shape::two_sided_gaussian, {w, -0.1, w, 0.2}});
     all.push_back({Shape::triangle, {-w, 0.0, w}});

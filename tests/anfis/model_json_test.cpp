@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "anfis/hybrid_learning.h"
+#include "sample_models.h"
 #include "support.h"
 
 namespace soak::anfis {
@@ -126,6 +127,46 @@ TEST(ModelJson, RefusesWholeNumbersThatAreNone) {
   EXPECT_TRUE(refused(good, [](auto& j) { j["order"] = 1.5; }));
   EXPECT_TRUE(refused(good, [](auto& j) { j["rules"][0]["premise"][0] = 4294967296; }));
   EXPECT_TRUE(refused(good, [](auto& j) { j["rules"][0]["premise"][0] = 0.5; }));
+}
+
+nlohmann::json nested(int depth) {
+  std::string text(static_cast<std::size_t>(depth), '[');
+  text += std::string(static_cast<std::size_t>(depth), ']');
+  return nlohmann::json::parse(text);
+}
+
+TEST(ModelJson, RefusesForeignValuesWithoutRepeatingThem) {
+  nlohmann::json good = *model_to_json(test::grid_sample(Shape::bell, TNorm::product, 1).model);
+  for (const char* member : {"version", "order", "t_norm"}) {
+    nlohmann::json bad = good;
+    bad[member] = nested(100000);  // to print it would exhaust the stack
+    const auto model = model_from_json(bad);
+    ASSERT_FALSE(model) << member;
+    EXPECT_LT(model.error().message.size(), 300U) << member;
+  }
+  nlohmann::json bad = good;
+  bad["rules"][0]["premise"][0] = nested(100000);
+  EXPECT_FALSE(model_from_json(bad));
+  bad = good;
+  bad["version"] = std::string("\xff");  // no UTF-8
+  EXPECT_FALSE(model_from_json(bad));
+}
+
+TEST(ModelJson, RefusesListsThatAreNone) {
+  const nlohmann::json good = *model_to_json(test::scatter_sample(Shape::bell, TNorm::product, 1).model);
+  const auto refused = [&](auto&& change) {
+    nlohmann::json bad = good;
+    change(bad);
+    const auto model = model_from_json(bad);
+    return !model && model.error().kind == base::ErrorKind::corrupt;
+  };
+  EXPECT_TRUE(refused([](auto& j) { j["rules"][0]["premise"] = 0; }));
+  EXPECT_TRUE(refused([](auto& j) { j["rules"][0]["premise"] = {{"a", 0}}; }));
+  EXPECT_TRUE(refused([](auto& j) { j["rules"][0]["premise"][0] = -1; }));
+  EXPECT_TRUE(refused([](auto& j) { j["rules"][0]["premise"][0] = 18446744073709551615U; }));
+  EXPECT_TRUE(refused([](auto& j) { j["rules"] = {{"a", j["rules"][0]}}; }));
+  EXPECT_TRUE(refused([](auto& j) { j["rules"][0]["dropped"] = nullptr; }));
+  EXPECT_TRUE(refused([](auto& j) { j["version"] = 2.0; }));
 }
 
 }  // namespace

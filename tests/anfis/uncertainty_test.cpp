@@ -11,6 +11,7 @@
 #include "anfis/one_input.h"
 #include "anfis/variable_projection.h"
 #include "base/random.h"
+#include "curves.h"
 #include "support.h"
 
 namespace soak::anfis {
@@ -46,6 +47,33 @@ TrainingData simulate(unsigned seed) {
   }
   data.group_variance = kRunSigma * kRunSigma;
   return data;
+}
+
+// As thermal curves are learned: a price of curvature, and more rules than the truth needs.
+TEST(PredictionVariance, WithAPriceOfCurvatureTheBandOf95PercentCoversTheTruth) {
+  constexpr unsigned kSeeds = 100;
+  int covered = 0, points = 0;
+  double parameters = 0.0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    const test::DriftProblem problem = test::drift_problem(seed, 8);
+    const Model model = test::learn_curve(problem.data, 7, Shape::gaussian);
+    const auto variance = PredictionVariance::of(model, problem.data, test::curve_learner().smoothness);
+    ASSERT_TRUE(variance);
+    parameters += variance->effective_parameters() / kSeeds;
+    // The level of the runs' mean, 0.02 / sqrt(8), belongs to the band: the truth has no offset.
+    for (double t = -30.0; t <= 70.0; t += 2.5) {
+      const double error = evaluate(model, t) - problem.truth(t);
+      covered += std::abs(error) <= 1.96 * std::sqrt(variance->at(t)) ? 1 : 0;
+      ++points;
+    }
+  }
+  const double share = static_cast<double>(covered) / points;
+  std::printf("coverage with a price of curvature: %.3f, effective parameters %.1f of 28\n", share, parameters);
+  // The level error is common to all points of a seed: standard error of the share about sqrt(0.05 * 0.95 / 100) =
+  // 0.022.
+  EXPECT_GE(share, 0.88);
+  EXPECT_LE(share, 0.995);
+  EXPECT_LT(parameters, 28.0);
 }
 
 TEST(PredictionVariance, BandOf95PercentCoversTheTruth) {

@@ -11,6 +11,7 @@
 #include "anfis/hybrid_learning.h"
 #include "anfis/one_input.h"
 #include "anfis/training/premise_bounds.h"
+#include "anfis/training/projected_problem.h"
 #include "sample_models.h"
 #include "support.h"
 
@@ -233,6 +234,38 @@ TEST(VariableProjection, SmoothnessLowersTheCurvature) {
   const double plain = curvature(0.0), smooth = curvature(1e-3), line = curvature(1e3);
   EXPECT_LT(smooth, 0.9 * plain);
   EXPECT_LT(line, 1e-3 * plain);
+}
+
+// The error that counts has the price in it: E, not the training error alone, decides which start and which evaluation
+// is kept.
+TEST(VariableProjection, KeepsTheLeastErrorWithThePriceOfCurvatureInIt) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const TrainingData data = test::drift_problem(seed, 4).data;
+    const Model initial = test::grid(data, 7, Shape::gaussian);
+    const double smoothness = 1e-5;
+    const auto error = [&](int starts) {
+      const auto trained =
+          train_variable_projection(initial, data, {.smoothness = smoothness, .starts = starts}).value();
+      training::ProjectedProblem problem(trained.model, data, smoothness);
+      problem.solve();
+      return problem.error();
+    };
+    EXPECT_LE(error(8), error(1) * (1.0 + 1e-9)) << seed;
+  }
+}
+
+// The limits are measured in the data's own range: a model in the units of the data is held as one in scaled units is.
+TEST(VariableProjection, DoesNotDependOnTheUnitsOfAModelThatIsNotScaled) {
+  const TrainingData data = test::drift_problem(1, 4).data;
+  RuleBaseOptions options;
+  options.shape = Shape::gaussian;
+  const auto scaled = train_variable_projection(grid_rules(data, options).value(), data).value();
+  options.scale = false;
+  TrainingData milli = data;
+  for (double& x : milli.x) x *= 1000.0;
+  const auto raw = train_variable_projection(grid_rules(milli, options).value(), milli).value();
+  EXPECT_NEAR(raw.summary.train_rmse / scaled.summary.train_rmse, 1.0, 0.02);
+  EXPECT_NEAR(evaluate(raw.model, 20000.0), evaluate(scaled.model, 20.0), 1e-3);
 }
 
 }  // namespace
