@@ -40,7 +40,8 @@ VariableProjectionOptions projection(int starts, PremiseLimits limits) {
   VariableProjectionOptions options;
   options.starts = starts;
   options.limits = limits;
-  options.evaluations = 500;
+  options.evaluations = 1000;
+  options.min_rmse_change = 1e-8;
   return options;
 }
 
@@ -161,6 +162,29 @@ void print_sorted(const char* what, std::vector<double> errors) {
               errors[errors.size() * 9 / 10], errors.back());
 }
 
+/// One-standard-error rule and final fit with one learner.
+double worst_error_with(const test::DriftProblem& problem, Shape shape, const Learner& quick, const Learner& thorough) {
+  StructureSearchOptions search;
+  search.rule_base.shape = shape;
+  search.learner = quick;
+  const auto found = search_structure(problem.data, test::folds_by_group(problem.data, 5), search).value();
+  const Model model = train(test::grid(problem.data, found.chosen, shape), problem.data, thorough).value().model;
+  return test::worst_shape_error(problem, [&](double t) { return evaluate(model, t); });
+}
+
+/// What the product does: bells and Gaussians compete, the lesser cross-validated error wins.
+double worst_error_of_both(const test::DriftProblem& problem) {
+  const StructureSearch bells = test::search_curve(problem.data, 5, Shape::bell);
+  const StructureSearch gaussians = test::search_curve(problem.data, 5, Shape::gaussian);
+  const auto error = [](const StructureSearch& s) {
+    return s.curve[static_cast<std::size_t>(s.chosen - 2)].mean_error;
+  };
+  const bool bell_wins = error(bells) < error(gaussians);
+  const Model model = test::learn_curve(problem.data, bell_wins ? bells.chosen : gaussians.chosen,
+                                        bell_wins ? Shape::bell : Shape::gaussian);
+  return test::worst_shape_error(problem, [&](double t) { return evaluate(model, t); });
+}
+
 void thermal_drift(int runs) {
   std::printf(
       "One-input drift, 21 temperatures x %d runs, 50 seeds, deg/s: worst shape error between -30 and 70 deg C\n",
@@ -175,6 +199,14 @@ void thermal_drift(int runs) {
       errors[kind + ", least error"].push_back(test::worst_shape_error(problem, curves[0].at));
       errors[kind + ", one standard error"].push_back(test::worst_shape_error(problem, curves[1].at));
     }
+    errors["bells and gaussians compete"].push_back(worst_error_of_both(problem));
+    VariableProjectionOptions unpriced_quick = test::quick_curve_learner();
+    VariableProjectionOptions unpriced = test::curve_learner();
+    unpriced_quick.smoothness = unpriced.smoothness = 0.0;
+    errors["gaussian, no price of curvature"].push_back(
+        worst_error_with(problem, Shape::gaussian, unpriced_quick, unpriced));
+    errors["gaussian, hybrid learning"].push_back(
+        worst_error_with(problem, Shape::gaussian, HybridOptions(), HybridOptions()));
     spline.push_back(test::worst_shape_error(problem, test::plateau_spline(problem.data, -30.0, 5.0, 21)));
   }
   for (const auto& [what, worst] : errors) print_sorted(what.c_str(), worst);
