@@ -2,7 +2,6 @@
 #include "anfis/training/kernels.h"
 
 #include <cmath>
-#include <utility>
 
 #include "anfis/inference/membership_functions.h"
 #include "base/instruction_set.h"
@@ -25,29 +24,6 @@ SOAK_INLINE double lane_dot(std::size_t rows, const double* __restrict a, const 
 /// y <- y - factor x
 SOAK_INLINE void subtract(std::size_t rows, double factor, const double* __restrict x, double* __restrict y) {
   for (std::size_t i = 0; i < rows; ++i) y[i] -= factor * x[i];
-}
-
-/// q . a and q . b, reading q once.
-SOAK_INLINE std::pair<double, double> lane_dots(std::size_t rows, const double* __restrict q,
-                                                const double* __restrict a, const double* __restrict b) {
-  double sum_a[kLanes] = {};
-  double sum_b[kLanes] = {};
-  for (std::size_t i = 0; i < rows; i += kLanes) {
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      sum_a[k] += q[i + k] * a[i + k];
-      sum_b[k] += q[i + k] * b[i + k];
-    }
-  }
-  return {sum_of(sum_a), sum_of(sum_b)};
-}
-
-/// a <- a - by_a q, b <- b - by_b q
-SOAK_INLINE void subtract(std::size_t rows, double by_a, double by_b, const double* __restrict q, double* __restrict a,
-                          double* __restrict b) {
-  for (std::size_t i = 0; i < rows; ++i) {
-    a[i] -= by_a * q[i];
-    b[i] -= by_b * q[i];
-  }
 }
 
 SOAK_INLINE void scale(std::size_t rows, double factor, double* values) {
@@ -114,14 +90,7 @@ SOAK_CLONES void triangular_factor(std::size_t rows, std::size_t columns, double
     const double norm = std::sqrt(lane_dot(rows, q, q));
     r[k + k * columns] = norm;
     scale(rows, norm > 0.0 ? 1.0 / norm : 0.0, q);
-    std::size_t j = k + 1;
-    for (; j + 1 < columns; j += 2) {
-      const auto [first, second] = lane_dots(rows, q, a + j * rows, a + (j + 1) * rows);
-      r[k + j * columns] = first;
-      r[k + (j + 1) * columns] = second;
-      subtract(rows, first, second, q, a + j * rows, a + (j + 1) * rows);
-    }
-    if (j < columns) {
+    for (std::size_t j = k + 1; j < columns; ++j) {
       const double along = lane_dot(rows, q, a + j * rows);
       r[k + j * columns] = along;
       subtract(rows, along, q, a + j * rows);
