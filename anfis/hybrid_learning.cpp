@@ -194,10 +194,7 @@ base::Status HybridOptions::validate() const {
 base::Result<Training> train_hybrid(const Model& initial, const TrainingData& train, const HybridOptions& options,
                                     const TrainingData* checking) {
   if (auto status = options.validate(); !status) return base::forward_error(status);
-  if (auto status = training::validate_arguments(initial, train, checking); !status) {
-    return base::forward_error(status);
-  }
-  if (auto status = training::validate_smoothness(options.smoothness, train.inputs); !status) {
+  if (auto status = training::validate_arguments(initial, train, options.smoothness, checking); !status) {
     return base::forward_error(status);
   }
   if (options.solver == ConsequentSolver::sequential && train.group_variance > 0.0) {

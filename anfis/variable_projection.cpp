@@ -173,10 +173,7 @@ base::Result<Training> train_variable_projection(const Model& initial, const Tra
                                                  const VariableProjectionOptions& options,
                                                  const TrainingData* checking) {
   if (auto status = options.validate(); !status) return base::forward_error(status);
-  if (auto status = training::validate_arguments(initial, train, checking); !status) {
-    return base::forward_error(status);
-  }
-  if (auto status = training::validate_smoothness(options.smoothness, train.inputs); !status) {
+  if (auto status = training::validate_arguments(initial, train, options.smoothness, checking); !status) {
     return base::forward_error(status);
   }
   const training::PremiseBounds bounds(initial, train, options.limits);

@@ -25,7 +25,8 @@ base::Status validate_checking(const Model& model, const TrainingData& checking)
 
 }  // namespace
 
-base::Status validate_arguments(const Model& initial, const TrainingData& train, const TrainingData* checking) {
+base::Status validate_arguments(const Model& initial, const TrainingData& train, double smoothness,
+                                const TrainingData* checking) {
   if (auto status = validate(initial); !status) {
     status.error().where = "initial model, " + status.error().where;
     return status;
@@ -33,6 +34,7 @@ base::Status validate_arguments(const Model& initial, const TrainingData& train,
   if (auto status = validate(train, 0); !status) return status;
   if (auto status = same_inputs(initial, train); !status) return status;
   if (auto status = validate(train, consequent_count(initial)); !status) return status;
+  if (auto status = validate_smoothness(smoothness, train.inputs); !status) return status;
   if (checking == nullptr) return {};
   if (std::isinf(train.group_variance) && checking->group_variance == 0.0) {
     return base::bad_input(

@@ -10,7 +10,7 @@ namespace soak::anfis::training {
 
 /// Whether a model can be trained on data: both valid, as many inputs, no fewer distinct rows than consequents.
 /// Checking data must have groups where free offsets of the training data leave the level open until the end.
-[[nodiscard]] base::Status validate_arguments(const Model& initial, const TrainingData& train,
+[[nodiscard]] base::Status validate_arguments(const Model& initial, const TrainingData& train, double smoothness,
                                               const TrainingData* checking);
 
 /// Whether a price of curvature is not negative and, where there is one, the curve has one input.
