@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "base/statistics.h"
 #include "calib/fit/families.h"
 #include "calib/fit/hysteresis.h"
 #include "calib/statistics.h"
@@ -198,7 +199,7 @@ double half_width(std::initializer_list<Part> parts) {
     denominator += part.variance * part.variance / std::max(1.0, part.degrees);
   }
   if (variance <= 0.0) return 0.0;
-  return student_t_two_sided(0.95, std::max(1.0, variance * variance / denominator)) * std::sqrt(variance);
+  return base::student_t_two_sided(0.95, std::max(1.0, variance * variance / denominator)) * std::sqrt(variance);
 }
 
 CurvePoint point_at(double temp_c, const FittedCurve& fitted, const VarianceComponents& components, double runs) {

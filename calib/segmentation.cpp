@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 
+#include "base/statistics.h"
 #include "calib/plateaus.h"
 #include "calib/statistics.h"
 
@@ -41,7 +42,7 @@ double median_interval_s(const std::vector<double>& t_s) {
   const std::size_t count = std::min<std::size_t>(t_s.size(), 10001);
   std::vector<double> intervals;
   for (std::size_t i = 1; i < count; ++i) intervals.push_back(t_s[i] - t_s[i - 1]);
-  return intervals.empty() ? 0.0 : median(intervals);
+  return intervals.empty() ? 0.0 : base::median(intervals);
 }
 
 /// Plateau of each row found from the temperature, stretch by stretch of soak rows; NaN outside plateaus.

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "base/statistics.h"
 #include "calib/statistics.h"
 
 namespace soak::calib {
@@ -128,7 +129,7 @@ StabilityVerdict StabilityJudge::verdict() const {
   }
   const Slope slope = slope_of(time, mean);
   verdict.slope_kpmin = slope.value;
-  verdict.half_width_kpmin = student_t_two_sided(criterion_.confidence, kBlocks - 2) * slope.standard_error;
+  verdict.half_width_kpmin = base::student_t_two_sided(criterion_.confidence, kBlocks - 2) * slope.standard_error;
   verdict.quantised = is_quantised(verdict.window_s);
   verdict.standing = is_standing();
   verdict.stable = !verdict.quantised && std::abs(slope.value) + *verdict.half_width_kpmin <= criterion_.slope_kpmin;

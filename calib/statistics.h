@@ -8,9 +8,6 @@
 
 namespace soak::calib {
 
-/// Middle value (mean of the two middle ones for an even count). NaN for no values.
-[[nodiscard]] double median(std::span<const double> values);
-
 /// Straight line y = mean_y + slope·(x − mean_x) by least squares; slope 0 where x does not vary.
 struct Line {
   double mean_x = 0.0;
@@ -26,12 +23,5 @@ struct Line {
 /// turns negative (initial positive sequence, Geyer 1992), on samples from which a straight line was removed, and never
 /// below the value for white noise. Long stretches are first averaged to at most 512 groups: cost linear in the length.
 [[nodiscard]] SensorStatistics describe(std::span<const double> samples);
-
-/// Value t with P(|X| < t) = `probability` for Student's distribution with `degrees_of_freedom` > 0 (need not be
-/// whole).
-[[nodiscard]] double student_t_two_sided(double probability, double degrees_of_freedom);
-
-/// Upper tail P(X > x) of the chi-squared distribution.
-[[nodiscard]] double chi_squared_upper_tail(double x, double degrees_of_freedom);
 
 }  // namespace soak::calib

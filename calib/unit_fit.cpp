@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "base/statistics.h"
 #include "calib/fit/branches.h"
 #include "calib/statistics.h"
 
@@ -247,7 +248,7 @@ base::Status check_gravity(const UnitInput& input, const UnitRows& rows) {
       for (const CurveRow& row : scale->rows) {
         if (row.run == static_cast<int>(run)) errors_ppm.push_back(row.value);
       }
-      const double typical_ppm = median(errors_ppm);
+      const double typical_ppm = base::median(errors_ppm);
       if (!(std::abs(typical_ppm) > kLargestScaleError_ppm)) continue;
       return base::bad_input(
           fmt::format(

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "base/statistics.h"
 #include "calib/baselines.h"
 #include "calib/statistics.h"
 
@@ -30,7 +31,7 @@ double smallest_variance(const CurveData& data) {
     if (row.standard_error > 0.0) errors.push_back(row.standard_error);
   }
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  const double typical = errors.empty() ? 1e-6 * (*high - *low) : 0.1 * median(errors);
+  const double typical = errors.empty() ? 1e-6 * (*high - *low) : 0.1 * base::median(errors);
   return std::max(typical * typical, 1e-300);
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <vector>
 
+#include "base/statistics.h"
 #include "calib/statistics.h"
 
 namespace soak::calib {
@@ -55,7 +56,7 @@ double typical_error(const CurveData& data) {
   for (const CurveRow& row : data.rows) {
     if (row.standard_error > 0.0) errors.push_back(row.standard_error);
   }
-  return errors.empty() ? 0.0 : median(errors);
+  return errors.empty() ? 0.0 : base::median(errors);
 }
 
 std::vector<Bin> collect(const CurveData& data, const Curve& curve, double typical) {
@@ -114,7 +115,7 @@ std::optional<SweepGap> find_sweep_gap(const CurveData& data, const Curve& curve
     gap.at_temp_c = bin.temp_c;
     gap.noise = std::sqrt(variance / bin.count());
   }
-  gap.p_value = chi_squared_upper_tail(chi_squared, static_cast<double>(bins.size()));
+  gap.p_value = base::chi_squared_upper_tail(chi_squared, static_cast<double>(bins.size()));
   return gap;
 }
 

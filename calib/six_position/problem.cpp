@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "base/statistics.h"
 #include "calib/statistics.h"
 
 namespace soak::calib::six_position {
@@ -35,7 +36,7 @@ double typical_se(std::span<const Segment> segments, Sensor sensor) {
   for (const Segment& segment : segments) {
     if (usable(segment, sensor)) errors.push_back(segment.sensor[index_of(sensor)].standard_error);
   }
-  const double middle = median(errors);
+  const double middle = base::median(errors);
   if (middle > 0.0) return middle;
   const auto largest = std::max_element(errors.begin(), errors.end());
   return largest != errors.end() ? *largest : 0.0;

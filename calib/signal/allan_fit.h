@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+
+namespace soak::calib::signal {
+
+/// An overlapping Allan deviation curve and what it was computed from.
+struct AllanCurve {
+  double interval_s = 1.0;
+  std::vector<std::size_t> stretches;  ///< phase points of each stretch without a gap
+  std::vector<std::size_t> multiples;  ///< averaging times in intervals, rising
+  std::vector<double> deviation;       ///< overlapping Allan deviation at each
+};
+
+/// A coefficient with its two-sided 95 % interval (never below 0). `found` false: the curve shows no trace of the term;
+/// `value` is then 0 and `high` what could have stayed hidden.
+struct AllanCoefficient {
+  double value = 0.0;
+  double low = 0.0;
+  double high = 0.0;
+  bool found = false;
+};
+
+/// Noise terms of IEEE 952, Allan variance as the sum of
+///   3 Q^2/tau^2  +  N^2/tau  +  (2 ln2/pi) B^2  +  K^2 tau/3  +  R^2 tau^2/2  +  Markov(q_c, T_c).
+/// U is the unit of the rate.
+struct AllanFit {
+  AllanCoefficient quantization;       ///< Q in U*s
+  AllanCoefficient angle_random_walk;  ///< N in U*sqrt(s)
+  AllanCoefficient flicker;            ///< B of the flat term in U
+  AllanCoefficient rate_random_walk;   ///< K in U/sqrt(s)
+  AllanCoefficient rate_ramp;          ///< R in U/s
+  AllanCoefficient markov_sigma;       ///< standard deviation of the first-order Gauss-Markov term in U
+  AllanCoefficient markov_time_s;      ///< its correlation time
+  /// Least value of the fitted curve within the averaging times divided by 0.664, with its interval: what data sheets
+  /// call bias instability. `found` only if the curve has turned up again or is flat there.
+  AllanCoefficient bias_instability;
+  double bias_instability_tau_s = 0.0;      ///< averaging time of that least value
+  std::vector<double> deviation;            ///< of the fitted model at each averaging time
+  std::vector<double> degrees_of_freedom;   ///< effective, of each measured variance under the fitted model
+  std::vector<std::array<double, 2>> ci95;  ///< of each measured deviation (chi-squared at these degrees of freedom)
+  double p_value = 1.0;                     ///< of the misfit: small = the six terms cannot make this curve
+};
+
+/// Fits the noise terms to a curve by generalised least squares: the covariance of the estimates at all averaging times
+/// follows from the model (Gaussian noise), which matters because they are strongly dependent. Terms that the curve
+/// does not need are left out; outlying averaging times (a vibration line, a temperature cycle) count less. Refuses
+/// fewer than 5 averaging times, lengths that differ, deviations that are not finite and positive.
+[[nodiscard]] base::Result<AllanFit> fit_allan(const AllanCurve& curve);
+
+}  // namespace soak::calib::signal

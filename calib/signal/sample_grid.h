@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+
+namespace soak::calib::signal {
+
+/// Equally spaced samples, NaN where one is missing.
+struct SampleGrid {
+  double rate_hz = 0.0;
+  std::vector<double> t_s;  ///< time of each sample; of a missing one, where it would have been
+  std::vector<double> values;
+};
+
+/// Puts timed samples on a grid of equal steps. The step is the mean distance of neighbours that are no more than 1.5
+/// times the median distance apart; a longer distance is a gap, and the samples that it lacks come in as NaN.
+/// Neighbours are counted one by one, so that a clock whose rate is slightly off leaves no false gaps. Rows without a
+/// value (NaN) are passed over first: a slow channel among fast ones comes out at its own rate. At each index in
+/// `breaks` (rising) a new stretch begins however close it follows: at least kBreak missing samples go before it.
+/// Refuses lengths that differ, times that do not rise (naming the row), fewer than two samples, and a time axis with
+/// more than 20 missing samples for each present one.
+inline constexpr std::size_t kBreak = 16;
+[[nodiscard]] base::Result<SampleGrid> equally_spaced(std::span<const double> t_s, std::span<const double> values,
+                                                      std::span<const std::size_t> breaks = {});
+
+/// Samples [first, last) none of which is missing.
+struct SampleRange {
+  std::size_t first = 0;
+  std::size_t last = 0;
+
+  [[nodiscard]] std::size_t count() const { return last - first; }
+};
+
+/// The stretches without a missing sample, in order.
+[[nodiscard]] std::vector<SampleRange> stretches_of(std::span<const double> values);
+
+/// Fills gaps of up to `longest` missing samples between present ones by a straight line; returns how many were filled.
+std::size_t fill_short_gaps(std::span<double> values, std::size_t longest);
+
+/// Takes the mean of each stretch off it: what stays when a unit stands in one position after the other.
+void remove_stretch_means(std::span<double> values);
+
+}  // namespace soak::calib::signal
