@@ -23,8 +23,9 @@ struct Wavelet {
 };
 
 /// Daubechies' extremal-phase wavelets "db1" (Haar) to "db10" and her least asymmetric ones, "sym2" to "sym10"; N is
-/// the number of vanishing moments, the filters have 2 N taps [Daubechies92]. The thesis uses db8 [AH05 §4.4]. Refuses
-/// any other name (bad_input, lists what there is).
+/// the number of vanishing moments, the filters have 2 N taps [Daubechies92]. The thesis uses db8 [AH05 §4.4]. The taps
+/// are rounded from 60 digits; PyWavelets 1.1 has those of sym2 to sym8 to 4e-12 only. Refuses any other name
+/// (bad_input, lists what there is).
 [[nodiscard]] base::Result<Wavelet> wavelet_named(std::string_view name);
 
 }  // namespace soak::calib::signal

@@ -21,6 +21,7 @@ struct Decomposition {
   Boundary boundary = Boundary::symmetric;
   std::vector<double> approximation;         ///< of the coarsest level
   std::vector<std::vector<double>> details;  ///< details[0] is the finest level, details[L - 1] the coarsest
+  std::vector<double> workspace;             ///< of decompose(), means nothing afterwards
 
   [[nodiscard]] std::size_t levels() const { return details.size(); }
 };
@@ -30,14 +31,15 @@ struct Decomposition {
 
 /// Decomposes into `levels` levels (any depth from 1 to 40; beyond useful_levels() the boundary dominates). `into` is
 /// overwritten; its memory is used again, so that a second call with the same sizes allocates nothing.
-/// Refuses an empty signal, a value that is not finite (naming its index) and a depth outside 1..40.
-/// O(n F), the instruction set chosen at run time, the same bits on each.
+/// Refuses an empty signal, a value that is not finite (naming its index), a depth outside 1..40, and a wavelet whose
+/// four filters are not of one even length from 2 to 20. O(n F), the instruction set chosen at run time, the same bits
+/// on each.
 [[nodiscard]] base::Status decompose(std::span<const double> signal, const Wavelet& wavelet, std::size_t levels,
                                      Boundary boundary, Decomposition& into);
 
 /// The signal that the coefficients stand for: `decomposition.samples` values written to `signal`, which must have that
 /// length. `scratch` is working memory, used again by the next call. Coefficients may have been changed, their numbers
-/// must be those that decompose() gave (else bad_input).
+/// must be those that decompose() gave (else bad_input). The wavelet as for decompose().
 [[nodiscard]] base::Status reconstruct(const Decomposition& decomposition, const Wavelet& wavelet,
                                        std::vector<double>& scratch, std::span<double> signal);
 
