@@ -23,14 +23,16 @@ struct Stretch {
 struct GapReport {
   std::size_t missing = 0;  ///< samples that are NaN
   std::size_t bridged = 0;  ///< of these, filled by a straight line because their gap is short
-  std::size_t gaps = 0;     ///< gaps that were too long for that and end a stretch
+  std::size_t gaps = 0;     ///< gaps too long for that: each has ended a stretch
 };
 
 /// A record as phase, the running sum of the rate in units of one sample interval, stretch by stretch. A gap of up to
 /// `bridge` NaN samples is filled by a straight line between its neighbours (it changes a mean over m samples by about
-/// gap/m of the noise); a longer one ends the stretch: no difference ever reaches across it, and the sums of all
-/// stretches are pooled. The first value is taken off every rate (no deviation depends on a constant rate, but its
-/// running sum would cost digits). Memory: one double per sample.
+/// gap/m of the noise); a longer one ends the stretch: no difference ever reaches across it, and the sums of squares
+/// and the numbers of terms of all stretches are added up. What is missing before the first sample or after the last is
+/// never bridged. The first value is taken off every rate (no deviation depends on a constant rate, but its
+/// running sum would cost digits); each stretch begins at 0, and every point is the exact sum rounded once. Memory: one
+/// double per sample.
 class PhaseRecord {
  public:
   static constexpr std::size_t kBridge = 5;
@@ -68,12 +70,13 @@ struct AllanPoint {
 /// caller with several threads may share them out.
 [[nodiscard]] AllanPoint allan_point(const PhaseRecord& record, AllanKind kind, std::size_t multiple);
 
-/// The same for several averaging times, faster than one by one: the record passes through the processor's cache once
-/// for all short averaging times together.
+/// The same for several averaging times, bit for bit, and faster than one by one: they share what has come into the
+/// processor's cache (modified Allan up to a multiple of 4096).
 [[nodiscard]] std::vector<AllanPoint> allan_points(const PhaseRecord& record, AllanKind kind,
                                                    std::span<const std::size_t> multiples);
 
-/// Whole multiples from 1 to `longest`, rising, spaced as evenly on a logarithmic scale as whole numbers can be.
+/// Whole multiples from 1 to `longest`, both included, rising, spaced as evenly on a logarithmic scale as whole numbers
+/// can be; none for `longest` = 0.
 [[nodiscard]] std::vector<std::size_t> log_spaced_multiples(std::size_t longest, std::size_t per_decade);
 
 }  // namespace soak::calib::signal
