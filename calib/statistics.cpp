@@ -2,53 +2,37 @@
 #include "calib/statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 #include <vector>
+
+#include "calib/signal/mean_error.h"
 
 namespace soak::calib {
 namespace {
 
-constexpr std::size_t kMaxGroups = 512;
-
-/// Means of consecutive groups of `size` samples; a rest shorter than a group is left out.
-std::vector<double> group_means(const std::vector<double>& samples, std::size_t size) {
-  std::vector<double> means;
-  means.reserve(samples.size() / size);
-  for (std::size_t first = 0; first + size <= samples.size(); first += size) {
-    double sum = 0.0;
-    for (std::size_t i = first; i < first + size; ++i) sum += samples[i];
-    means.push_back(sum / static_cast<double>(size));
-  }
-  return means;
+/// Sum of f(v) over the values in eight interleaved partial sums, so that one addition need not wait for the last.
+template <class Function>
+double sum_of(std::span<const double> values, const Function& f) {
+  std::array<double, 8> partial{};
+  for (std::size_t i = 0; i < values.size(); ++i) partial[i % 8] += f(values[i]);
+  return std::accumulate(partial.begin(), partial.end(), 0.0);
 }
 
-void remove_line(std::vector<double>& values) {
-  std::vector<double> index(values.size());
-  for (std::size_t i = 0; i < index.size(); ++i) index[i] = static_cast<double>(i);
-  const Line line = fit_line(index, values);
-  for (std::size_t i = 0; i < index.size(); ++i) values[i] -= line.mean_y + line.slope * (index[i] - line.mean_x);
-}
-
-/// Factor by which correlation raises the variance of the mean of `z` (mean removed) over that of white noise.
-double variance_inflation(const std::vector<double>& z) {
-  const std::size_t n = z.size();
-  double c0 = 0.0;
-  for (const double v : z) c0 += v * v;
-  if (n < 8 || c0 <= 0.0) return 1.0;
-  const auto correlation = [&](std::size_t lag) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i + lag < n; ++i) sum += z[i] * z[i + lag];
-    return sum / c0;
-  };
-  double inflation = 1.0;
-  for (std::size_t lag = 1; lag + 1 < n / 2; lag += 2) {
-    const double odd = correlation(lag);
-    const double even = correlation(lag + 1);
-    if (odd + even <= 0.0) break;
-    const double nn = static_cast<double>(n);
-    inflation += 2.0 * (odd * (1.0 - static_cast<double>(lag) / nn) + even * (1.0 - static_cast<double>(lag + 1) / nn));
-  }
-  return std::max(1.0, inflation);
+SensorStatistics describe_present(std::span<const double> samples) {
+  SensorStatistics result;
+  result.count = samples.size();
+  if (samples.empty()) return result;
+  const double n = static_cast<double>(samples.size());
+  // Two passes about a first value: readings near 9.8 with a spread of 1e-3 keep their digits.
+  const double origin = samples.front();
+  result.mean = origin + sum_of(samples, [&](double v) { return v - origin; }) / n;
+  if (samples.size() < 2) return result;
+  result.variance = sum_of(samples, [&](double v) { return (v - result.mean) * (v - result.mean); }) / (n - 1.0);
+  result.standard_error = signal::standard_error_of_mean(samples).standard_error;
+  return result;
 }
 
 }  // namespace
@@ -72,31 +56,12 @@ Line fit_line(std::span<const double> x, std::span<const double> y) {
 }
 
 SensorStatistics describe(std::span<const double> samples) {
+  const auto is_missing = [](double v) { return std::isnan(v); };
+  if (std::none_of(samples.begin(), samples.end(), is_missing)) return describe_present(samples);
   std::vector<double> present;
   present.reserve(samples.size());
-  std::copy_if(samples.begin(), samples.end(), std::back_inserter(present), [](double v) { return !std::isnan(v); });
-  SensorStatistics result;
-  result.count = present.size();
-  if (present.empty()) return result;
-  const double n = static_cast<double>(present.size());
-  // Two passes about a first value: readings near 9.8 with a spread of 1e-3 keep their digits.
-  const double origin = present.front();
-  double sum = 0.0;
-  for (const double v : present) sum += v - origin;
-  result.mean = origin + sum / n;
-  double squares = 0.0;
-  for (const double v : present) squares += (v - result.mean) * (v - result.mean);
-  if (present.size() < 2) return result;
-  result.variance = squares / (n - 1.0);
-
-  std::vector<double> groups = group_means(present, (present.size() + kMaxGroups - 1) / kMaxGroups);
-  remove_line(groups);
-  double group_squares = 0.0;
-  for (const double v : groups) group_squares += v * v;
-  const double m = static_cast<double>(groups.size());
-  const double group_variance = m > 2.0 ? group_squares / (m - 2.0) : result.variance;
-  result.standard_error = std::sqrt(group_variance / m * variance_inflation(groups));
-  return result;
+  std::remove_copy_if(samples.begin(), samples.end(), std::back_inserter(present), is_missing);
+  return describe_present(present);
 }
 
 }  // namespace soak::calib

@@ -18,10 +18,9 @@ struct Line {
 
 /// Statistics of a stretch of equally spaced samples; NaN samples are passed over.
 ///
-/// `variance` is that of the samples about their mean. `standard_error` is that of the mean under the correlation that
-/// the samples show: s²/n · (1 + 2 Σ_k (1 − k/n) ρ_k), the sum cut where the sum of two neighbouring autocorrelations
-/// turns negative (initial positive sequence, Geyer 1992), on samples from which a straight line was removed, and never
-/// below the value for white noise. Long stretches are first averaged to at most 512 groups: cost linear in the length.
+/// `variance` is that of the samples about their mean. `standard_error` is that of the mean as
+/// signal::standard_error_of_mean() states it: under the correlation that the samples show, never below the Allan
+/// deviation at the length of the stretch. Cost linear in the length.
 [[nodiscard]] SensorStatistics describe(std::span<const double> samples);
 
 }  // namespace soak::calib

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "base/random.h"
+#include "calib/signal/mean_error.h"
+#include "calib/signal/noise.h"
 
 namespace soak::calib {
 namespace {
@@ -56,6 +58,15 @@ TEST(Describe, StandardErrorRespectsCorrelation) {
 }
 
 TEST(Describe, GroupingLongStretchesDoesNotHideCorrelation) { EXPECT_LT(honesty(0.99, 20000, 100), 1.4); }
+
+TEST(Describe, TakesTheStandardErrorThatDoesNotAverageDown) {
+  // Flicker noise: the standard error of independent samples would be some twenty times too small.
+  std::vector<double> samples = signal::flicker_noise(6000, 1.0, {1.0, 1});
+  const double expected = signal::standard_error_of_mean(samples).standard_error;
+  EXPECT_GT(expected, 0.3);
+  samples.insert(samples.begin() + 100, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(describe(samples).standard_error, expected);
+}
 
 TEST(FitLine, RecoversAStraightLineExactly) {
   const Line line = fit_line(std::vector<double>{1, 2, 4}, std::vector<double>{5, 7, 11});

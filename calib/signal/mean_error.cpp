@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/signal/mean_error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "base/instruction_set.h"
+#include "calib/signal/mean_error/noise_models.h"
+#include "calib/signal/mean_error/sums.h"
+
+namespace soak::calib::signal {
+namespace {
+
+constexpr std::size_t kMaxGroups = 512;
+
+/// Sums of values less an origin, and of their squares.
+struct Sums {
+  double first = 0.0;
+  double second = 0.0;
+};
+
+SOAK_CLONES
+Sums sums_above(const double* values, std::size_t n, double origin) {
+  return {lane_sum(n, [&](std::size_t i) { return values[i] - origin; }),
+          lane_sum(n, [&](std::size_t i) { return (values[i] - origin) * (values[i] - origin); })};
+}
+
+/// Means of consecutive groups of one size, less the first sample; a rest shorter than a group is only in `variance`.
+struct Groups {
+  std::vector<double> means;
+  double variance = 0.0;  ///< of the single samples
+};
+
+Groups group(std::span<const double> samples) {
+  const std::size_t size = (samples.size() + kMaxGroups - 1) / kMaxGroups;
+  Groups groups;
+  Sums total;
+  for (std::size_t first = 0; first < samples.size(); first += size) {
+    const std::size_t count = std::min(size, samples.size() - first);
+    const Sums sums = sums_above(samples.data() + first, count, samples.front());
+    total.first += sums.first;
+    total.second += sums.second;
+    if (count == size) groups.means.push_back(sums.first / static_cast<double>(size));
+  }
+  const auto n = static_cast<double>(samples.size());
+  groups.variance = std::max(0.0, total.second - total.first * total.first / n) / (n - 1.0);
+  return groups;
+}
+
+/// Least-squares line over the index taken off.
+void remove_line(std::vector<double>& values) {
+  const auto n = static_cast<double>(values.size());
+  const double middle = 0.5 * (n - 1.0);
+  double sum = 0.0;
+  double moment = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    sum += values[i];
+    moment += values[i] * (static_cast<double>(i) - middle);
+  }
+  // sum_i (i - middle)^2 = n (n^2 - 1)/12
+  const double slope = moment / (n * (n * n - 1.0) / 12.0);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] -= sum / n + slope * (static_cast<double>(i) - middle);
+}
+
+SOAK_CLONES
+double lagged_products(const double* z, std::size_t n, std::size_t lag) {
+  return product_sum({z, n - lag}, {z + lag, n - lag});
+}
+
+/// Factor 1 + 2 sum_k (1 - k/n) rho_k by which correlation raises the variance of the mean over that of white noise.
+double variance_inflation(const std::vector<double>& z, double squares) {
+  if (z.size() < 8 || squares <= 0.0) return 1.0;
+  const auto n = static_cast<double>(z.size());
+  double inflation = 1.0;
+  for (std::size_t lag = 1; lag + 1 < z.size() / 2; lag += 2) {
+    const double odd = lagged_products(z.data(), z.size(), lag) / squares;
+    const double even = lagged_products(z.data(), z.size(), lag + 1) / squares;
+    if (odd + even <= 0.0) break;
+    const auto k = static_cast<double>(lag);
+    inflation += 2.0 * (odd * (1.0 - k / n) + even * (1.0 - (k + 1.0) / n));
+  }
+  return std::max(1.0, inflation);
+}
+
+/// `z`: group means less their straight line.
+double error_by_correlation(const std::vector<double>& z) {
+  const auto n = static_cast<double>(z.size());
+  const double squares = lagged_products(z.data(), z.size(), 0);
+  return std::sqrt(squares / ((n - 2.0) * n) * variance_inflation(z, squares));
+}
+
+/// Means of `count` parts whose lengths differ by at most one.
+std::vector<double> part_means(std::span<const double> values, std::size_t count) {
+  std::vector<double> means(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t first = i * values.size() / count;
+    const std::size_t last = (i + 1) * values.size() / count;
+    const double sum = lane_sum(last - first, [&](std::size_t j) { return values[first + j]; });
+    means[i] = sum / static_cast<double>(last - first);
+  }
+  return means;
+}
+
+double allan_at_length(std::span<const double> means) {
+  static const std::array<NoiseModels, 4> models{NoiseModels(32), NoiseModels(64), NoiseModels(128), NoiseModels(256)};
+  const auto finer =
+      std::find_if(models.begin(), models.end(), [&](const NoiseModels& m) { return m.parts() > means.size(); });
+  if (finer == models.begin()) return 0.0;
+  const NoiseModels& finest = *std::prev(finer);
+  return finest.allan_deviation(part_means(means, finest.parts()));
+}
+
+}  // namespace
+
+MeanError standard_error_of_mean(std::span<const double> samples) {
+  MeanError error;
+  if (samples.size() < 2) return error;
+  Groups groups = group(samples);
+  if (groups.means.size() < 3) {
+    error.from_correlation = std::sqrt(groups.variance / static_cast<double>(samples.size()));
+  } else {
+    remove_line(groups.means);
+    error.from_correlation = error_by_correlation(groups.means);
+    error.from_allan = allan_at_length(groups.means);
+  }
+  error.standard_error = std::max(error.from_correlation, error.from_allan);
+  if (error.standard_error > 0.0) {
+    error.effective_samples = groups.variance / (error.standard_error * error.standard_error);
+  }
+  return error;
+}
+
+}  // namespace soak::calib::signal
