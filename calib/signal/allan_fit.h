@@ -41,7 +41,8 @@ struct AllanFit {
   AllanCoefficient markov_sigma;       ///< standard deviation of the first-order Gauss-Markov term in U
   AllanCoefficient markov_time_s;      ///< its correlation time
   /// Least value of the fitted curve within the averaging times divided by 0.664, with its interval: what data sheets
-  /// call bias instability. `found` only if the curve has turned up again or is flat there.
+  /// call bias instability. `found` only if the curve has turned up again or is flat at its end; else an upper bound:
+  /// `value` is what the falling curve has reached, `low` 0.
   AllanCoefficient bias_instability;
   double bias_instability_tau_s = 0.0;      ///< averaging time of that least value
   std::vector<double> deviation;            ///< of the fitted model at each averaging time
@@ -52,8 +53,10 @@ struct AllanFit {
 
 /// Fits the noise terms to a curve by generalised least squares: the covariance of the estimates at all averaging times
 /// follows from the model (Gaussian noise), which matters because they are strongly dependent. Terms that the curve
-/// does not need are left out; outlying averaging times (a vibration line, a temperature cycle) count less. Refuses
-/// fewer than 5 averaging times, lengths that differ, deviations that are not finite and positive.
+/// does not need are left out (their share of belief stays in the intervals of the others); if the curve misfits,
+/// outlying averaging times (a vibration line, a temperature cycle) count less and all variances are inflated by what
+/// is left: a weak rise at the longest times then passes unnoticed, only the upper limits tell. Refuses fewer than 5
+/// averaging times, times without a difference, lengths that differ, deviations that are not finite and positive.
 [[nodiscard]] base::Result<AllanFit> fit_allan(const AllanCurve& curve);
 
 }  // namespace soak::calib::signal

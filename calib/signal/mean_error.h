@@ -28,12 +28,13 @@ struct MeanError {
 /// random walk as sqrt(T), for Gauss-Markov processes along their own curve, and averaged over these models by how well
 /// each explains the spectrum of the means of up to 256 parts. 0 for fewer than 32 samples.
 ///
-/// What this costs and misses: white noise is stated some 7 % too large (half of it by from_correlation alone).
-/// Correlated noise that ends within the stretch is stated right while its correlation time is below about 1/100 of the
-/// stretch; longer ones look like a random walk that never ends and can be stated several times too large. Flicker and
-/// random walk that only just rise above the white noise at the length of the stretch stay hidden: stated half of what
-/// happens for flicker, a third for a random walk, whose part of the Allan variance there is 10 times that of the white
-/// noise (a random walk still looks much like a line there).
+/// What this costs and misses: white noise is stated some 7 % too large from 1000 samples on, 14 % at 100 (half of it
+/// by from_correlation alone). Correlated noise that ends within the stretch is stated right while its correlation time
+/// is below about 1/100 of the stretch and no white noise hides its end; longer ones, or the same under white noise,
+/// look like a random walk that never ends and can be stated several times too large. Flicker and random walk that only
+/// just rise above the white noise at the length of the stretch stay hidden: stated half of what happens for flicker, a
+/// third for a random walk, whose part of the Allan variance there is 10 times that of the white noise (a random walk
+/// still looks much like a line there).
 [[nodiscard]] MeanError standard_error_of_mean(std::span<const double> samples);
 
 }  // namespace soak::calib::signal
