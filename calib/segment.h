@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calib/position.h"
@@ -43,6 +44,24 @@ struct Block {
   std::array<SensorStatistics, kSensorCount> sensor;
 };
 
+/// How bad a finding of the data gate is: `reject` keeps what it names out of every fit, `warn` is for people.
+enum class Severity : std::uint8_t { warn, reject };
+
+constexpr std::string_view name_of(Severity severity) { return severity == Severity::reject ? "reject" : "warn"; }
+constexpr Severity severity_named(std::string_view name) {
+  return name == "reject" ? Severity::reject : Severity::warn;
+}
+
+/// What the data gate (data_gate.h) found in the samples of one segment.
+struct Finding {
+  std::string code;  ///< stable: docs/fit.md lists them
+  Severity severity = Severity::warn;
+  std::optional<Sensor> sensor;  ///< that it concerns; absent = the whole segment
+  std::string text;              ///< a sentence with the numbers: what was seen, and what would be right
+
+  bool operator==(const Finding&) const = default;
+};
+
 /// Statistics of one segment.
 struct Segment {
   SegmentKey key;
@@ -58,6 +77,7 @@ struct Segment {
       sensor_temp_c{};  ///< mean of each sensor's thermometer; the unit's where it has none
   std::array<SensorStatistics, kSensorCount> sensor;
   std::vector<Block> blocks;
+  std::vector<Finding> findings;  ///< empty = nothing was found, or nobody looked (recorded before there was a gate)
 };
 
 }  // namespace soak::calib

@@ -10,6 +10,7 @@
 
 #include "base/statistics.h"
 #include "calib/fit/branches.h"
+#include "calib/fit/gated_input.h"
 #include "calib/statistics.h"
 
 namespace soak::calib {
@@ -17,8 +18,9 @@ namespace {
 
 constexpr double kReferenceTemp_c = 25.0;
 constexpr double kLargestReading = 1e6;  ///< deg/s or m/s²
-/// No inertial unit is that far from its nominal scale; a swapped position or sign is 2,000,000 ppm off.
-constexpr double kLargestScaleError_ppm = 200000.0;
+/// No inertial unit is that far from its nominal scale; a swapped position or sign is off by 2.
+constexpr double kLargestScaleError = 0.2;
+constexpr double kOnAxis = 0.9;  ///< cosine beyond which an axis counts as pointing up or down
 
 bool has_plateaus(const RunInput& run) {
   return std::any_of(run.segments.begin(), run.segments.end(),
@@ -237,29 +239,45 @@ void drop_empty_runs(std::optional<CurveData>& data) {
   if (data->rows.empty()) data.reset();
 }
 
+/// Middle reading of an accelerometer over the segments of a run in which its axis points up (or down: `sign` −1).
+double typical_reading(const RunInput& run, Sensor sensor, double sign) {
+  std::vector<double> means;
+  for (const Segment& segment : run.segments) {
+    const bool plateau = segment.plateau_c && segment.phase == Phase::soak && segment.position;
+    if (!plateau || segment.sensor[index_of(sensor)].count == 0) continue;
+    if (sign * segment.position->up[axis_of(sensor)] > kOnAxis) means.push_back(segment.sensor[index_of(sensor)].mean);
+  }
+  return base::median(means);
+}
+
 /// Refuses runs whose accelerometers, turned up and down, cannot have read gravity: a wrong sign, unit or position
 /// label.
-base::Status check_gravity(const UnitInput& input, const UnitRows& rows) {
-  for (const Sensor sensor : kSensors) {
-    const auto& scale = rows.scale[index_of(sensor)];
-    if (!scale) continue;
-    for (std::size_t run = 0; run < scale->runs.size(); ++run) {
-      std::vector<double> errors_ppm;
-      for (const CurveRow& row : scale->rows) {
-        if (row.run == static_cast<int>(run)) errors_ppm.push_back(row.value);
-      }
-      const double typical_ppm = base::median(errors_ppm);
-      if (!(std::abs(typical_ppm) > kLargestScaleError_ppm)) continue;
+base::Status check_gravity(const UnitInput& input) {
+  for (const RunInput& run : input.runs) {
+    const double g = gravity_at(run.site).mps2 * input.type.sign_at_rest;
+    for (const Sensor sensor : {Sensor::accel_x, Sensor::accel_y, Sensor::accel_z}) {
+      const double share = (typical_reading(run, sensor, 1.0) - typical_reading(run, sensor, -1.0)) / (2.0 * g);
+      if (!(std::abs(share - 1.0) > kLargestScaleError)) continue;
       return base::bad_input(
           fmt::format(
               "{} of unit {} reads {:.3g} times gravity between its up and down positions in run '{}': check the "
               "sign of the axis (scale = -1 in a columns map), the position labels and the unit in the column's "
               "name, then void the run and import it into a new campaign",
-              name_of(sensor), input.unit, 1.0 + 1e-6 * typical_ppm, scale->runs[run]),
+              name_of(sensor), input.unit, share, run.label),
           std::string(name_of(sensor)));
     }
   }
   return {};
+}
+
+/// Refusals that look at everything recorded, also at what the data gate rejects.
+base::Status check_readings(const UnitInput& input) {
+  if (input.runs.empty()) {
+    return base::bad_input(fmt::format("unit {} has no sealed, unvoided run in its current epoch to fit", input.unit));
+  }
+  if (auto sane = check_magnitude(input); !sane) return sane;
+  if (auto alive = check_stuck(input); !alive) return alive;
+  return check_gravity(input);
 }
 
 bool any_position(const std::vector<const RunInput*>& runs) {
@@ -310,18 +328,20 @@ void make_relative(CurveFit& fit) {
 
 }  // namespace
 
-base::Result<UnitRows> make_rows(const UnitInput& input) {
+base::Result<UnitRows> make_rows(const UnitInput& recorded) {
+  if (const auto sound = check_readings(recorded); !sound) return base::forward_error(sound);
+  const auto [input, findings] = leave_out_rejected(recorded);
   if (input.runs.empty()) {
-    return base::bad_input(fmt::format("unit {} has no sealed, unvoided run in its current epoch to fit", input.unit));
+    return base::bad_input(fmt::format("the data gate rejects every segment of unit {}: {} {}", input.unit,
+                                       findings.front().code, findings.front().text));
   }
-  if (const auto sane = check_magnitude(input); !sane) return base::forward_error(sane);
-  if (const auto stuck = check_stuck(input); !stuck) return base::forward_error(stuck);
   const bool by_plateau = std::any_of(input.runs.begin(), input.runs.end(), has_plateaus);
   std::vector<const RunInput*> used;
   for (const RunInput& run : input.runs) {
     if (!by_plateau || has_plateaus(run)) used.push_back(&run);
   }
   UnitRows rows;
+  rows.warnings = findings;
   RowCollector collector(rows, run_names(used), by_plateau);
   for (std::size_t r = 0; r < used.size(); ++r) {
     if (by_plateau) {
@@ -335,10 +355,9 @@ base::Result<UnitRows> make_rows(const UnitInput& input) {
   if (std::none_of(rows.bias.begin(), rows.bias.end(), [](const auto& data) { return data.has_value(); })) {
     return base::bad_input(
         fmt::format("the runs of unit {} give no row to fit: all samples are of ramps or moves, or have no "
-                    "temperature; 'soak runs show' lists the segments",
+                    "temperature; 'soak runs show' lists the segments and what the data gate found",
                     input.unit));
   }
-  if (const auto plausible = check_gravity(input, rows); !plausible) return base::forward_error(plausible);
   rows.accel_misalignment = collector.mean_coupling(false);
   rows.g_sensitivity = collector.mean_coupling(true);
   rows.relative_accel = !any_position(used);

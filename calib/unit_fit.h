@@ -54,9 +54,10 @@ struct UnitRows {
 };
 
 /// Estimates of every run (six-position estimation per plateau; 30-second blocks where no run has plateaus) as rows.
-/// Refuses a unit without runs, a sensor whose every sample in a run is the same number, runs that give no row, and
-/// accelerometers whose readings up and down are not those of gravity to 20 % (wrong sign, unit or position), naming
-/// the remedy.
+/// Segments that the data gate rejected, and sensors that it rejected in a segment, are left out; `warnings` says so.
+/// Refuses a unit without runs, or of which the gate leaves nothing, a sensor whose every sample in a run is the same
+/// number, runs that give no row, and accelerometers whose readings up and down are not those of gravity to 20 % (wrong
+/// sign, unit or position), naming the remedy.
 [[nodiscard]] base::Result<UnitRows> make_rows(const UnitInput& input);
 
 /// Thermal model of one sensor.

@@ -127,7 +127,7 @@ class Catalog {
   ~Catalog();
 
   /// Schema version that this program writes.
-  static constexpr int kSchemaVersion = 2;
+  static constexpr int kSchemaVersion = 3;
 
   [[nodiscard]] const std::filesystem::path& data_folder() const;
   [[nodiscard]] std::filesystem::path run_file_path(const RunRow& run) const;
@@ -165,11 +165,12 @@ class Catalog {
   /// The steps of a campaign in the order in which they were entered; none for an unknown campaign.
   [[nodiscard]] base::Result<std::vector<StepRow>> completed_steps(std::string_view campaign) const;
 
-  /// Adds a sealed run of one unit with the statistics of its segments, all or nothing, and logs it. Refuses a second
-  /// run with the same campaign, unit and label.
+  /// Adds a sealed run of one unit with the statistics and findings of its segments, all or nothing, and logs it.
+  /// Refuses a second run with the same campaign, unit and label.
   [[nodiscard]] base::Status add_run(const RunRow& run, const std::vector<calib::Segment>& segments);
   [[nodiscard]] base::Result<std::vector<RunRow>> runs(const RunFilter& filter) const;
-  /// Segments of one unit's run that no void record withdraws, in the order of time; with their blocks if asked.
+  /// Segments of one unit's run that no void record withdraws, in the order of time, with their findings; with their
+  /// blocks if asked. Those with findings that reject them are among them.
   [[nodiscard]] base::Result<std::vector<calib::Segment>> segments(std::string_view run_id, std::string_view unit,
                                                                    bool with_blocks) const;
 

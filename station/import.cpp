@@ -11,6 +11,7 @@
 #include "station/identity.h"
 #include "station/lab/run_records.h"
 #include "station/run_streams.h"
+#include "station/unit_type_file.h"
 
 namespace soak::station {
 namespace {
@@ -89,13 +90,20 @@ class Importer {
   base::Status look_up_unit() {
     const auto unit = catalog_.unit(options_.unit);
     if (!unit) return base::forward_error(unit);
-    if (!*unit) return {};
+    if (!*unit) return look_up_type(options_.unit_type.value_or("generic"));
     epoch_ = (*unit)->epoch;
     if (options_.unit_type && *options_.unit_type != (*unit)->type) {
       return base::bad_input(fmt::format("unit '{}' is of type '{}', not '{}': leave --type out, or correct it",
                                          options_.unit, (*unit)->type, *options_.unit_type),
                              "--type");
     }
+    return look_up_type((*unit)->type);
+  }
+
+  base::Status look_up_type(const std::string& name) {
+    auto type = known_unit_type(name);
+    if (!type) return base::forward_error(type);
+    type_ = *std::move(type);
     return {};
   }
 
@@ -140,7 +148,7 @@ class Importer {
     if (!file) return base::forward_error(file);
     auto content = file->content_hash();
     if (!content) return base::forward_error(content);
-    auto record = describe_run(*file, options_.unit);
+    auto record = describe_run(*file, options_.unit, type_);
     if (!record) return base::forward_error(record);
     for (const std::string& warning : record->warnings) {
       summary_.warnings.push_back(fmt::format("run '{}': {}", run.label, warning));
@@ -235,6 +243,7 @@ class Importer {
   const fs::path& source_;
   const ImportOptions& options_;
   std::int32_t epoch_ = 0;
+  calib::UnitType type_;
   std::vector<db::RunRow> stored_;
   std::vector<StagedRun> staged_;
   ImportSummary summary_;

@@ -137,6 +137,15 @@ base::Result<std::vector<calib::UnitType>> read_unit_types(const std::filesystem
   return types;
 }
 
+base::Result<calib::UnitType> known_unit_type(const std::string& name) {
+  const std::filesystem::path file = default_unit_type_folder() / (name + ".toml");
+  std::error_code ignored;
+  if (std::filesystem::exists(file, ignored)) return read_unit_type(file);
+  calib::UnitType type;
+  type.name = name;
+  return type;
+}
+
 std::filesystem::path default_unit_type_folder() {
   if (const char* procedures = std::getenv("SOAK_PROCEDURES"); procedures != nullptr && *procedures != '\0') {
     return std::filesystem::path(procedures) / "units";

@@ -20,6 +20,9 @@ namespace soak::station {
 /// The types of a folder, in the order of their names. A file that is wrong is an error.
 [[nodiscard]] base::Result<std::vector<calib::UnitType>> read_unit_types(const std::filesystem::path& folder);
 
+/// What is known of the type with that name: its file in the default folder, or the name alone where there is none.
+[[nodiscard]] base::Result<calib::UnitType> known_unit_type(const std::string& name);
+
 /// Whether three of the labels "+X" ... "-Z" form a right-handed frame, in this order.
 [[nodiscard]] bool is_right_handed(const std::array<std::string, 3>& labels);
 

@@ -40,7 +40,7 @@ void insert_event(SQLite::Database& database, const EventRow& event);
 [[nodiscard]] base::Status require_run(const sqlite::Connection& connection, std::string_view run_id,
                                        std::string_view unit);
 
-/// Stores the statistics of one segment with its blocks. Throws SQLite::Exception.
+/// Stores the statistics of one segment with its blocks and findings. Throws SQLite::Exception.
 void insert_segment(SQLite::Database& database, const calib::Segment& segment);
 
 }  // namespace catalog

@@ -2,6 +2,7 @@
 #include <SQLiteCpp/Statement.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <string>
 #include <tuple>
@@ -45,6 +46,11 @@ const Names& block_columns() {
     for (const auto sensor : calib::kSensorNames) names.push_back(std::string(sensor) + "_temp_c");
     return joined(names, statistics_columns());
   }();
+  return kNames;
+}
+
+const Names& finding_columns() {
+  static const Names kNames = {"visit", "position", "attempt", "ordinal", "code", "severity", "sensor", "text"};
   return kNames;
 }
 
@@ -112,6 +118,20 @@ void insert_blocks(SQLite::Database& database, const calib::Segment& segment) {
   }
 }
 
+void insert_findings(SQLite::Database& database, const calib::Segment& segment) {
+  SQLite::Statement insert(database, insert_into("finding", finding_columns()));
+  const calib::SegmentKey& key = segment.key;
+  for (std::size_t ordinal = 0; ordinal < segment.findings.size(); ++ordinal) {
+    const calib::Finding& finding = segment.findings[ordinal];
+    sqlite::Binder binder(insert);
+    binder.add(key.run_id).add(key.unit).add(key.visit).add(key.position).add(key.attempt).add(ordinal);
+    binder.add(finding.code).add(calib::name_of(finding.severity));
+    binder.add(finding.sensor ? std::optional(calib::name_of(*finding.sensor)) : std::nullopt).add(finding.text);
+    insert.exec();
+    insert.reset();
+  }
+}
+
 calib::Segment segment_from(SQLite::Statement& query, std::string_view run_id, std::string_view unit) {
   sqlite::Fields fields(query);
   calib::Segment segment;
@@ -147,16 +167,17 @@ std::vector<calib::Segment> read_segments(const SQLite::Database& database, std:
   return segments;
 }
 
-/// Gives each segment its blocks; those of withdrawn segments are left out.
-void read_blocks(const SQLite::Database& database, std::string_view run_id, std::string_view unit,
-                 std::vector<calib::Segment>& segments) {
+/// Gives each segment its rows of a table that numbers them by an ordinal; those of withdrawn segments are left out.
+/// `take` reads the fields after the ordinal.
+void read_parts(const SQLite::Database& database, std::string_view run_id, std::string_view unit, const char* table,
+                const Names& columns, std::vector<calib::Segment>& segments,
+                const std::function<void(sqlite::Fields&, calib::Segment&)>& take) {
   std::map<std::tuple<std::int32_t, std::string, std::int32_t>, calib::Segment*> by_key;
   for (calib::Segment& segment : segments) {
     by_key[{segment.key.visit, segment.key.position, segment.key.attempt}] = &segment;
   }
-  SQLite::Statement query(database, "SELECT " + list_of(block_columns()) +
-                                        " FROM block WHERE run_id = ? AND unit = ? "
-                                        "ORDER BY visit, position, attempt, ordinal");
+  SQLite::Statement query(database, "SELECT " + list_of(columns) + " FROM " + table +
+                                        " WHERE run_id = ? AND unit = ? ORDER BY visit, position, attempt, ordinal");
   sqlite::bind_all(query, run_id, unit);
   while (query.executeStep()) {
     sqlite::Fields fields(query);
@@ -165,14 +186,26 @@ void read_blocks(const SQLite::Database& database, std::string_view run_id, std:
     const auto found = by_key.find({visit, std::move(position), fields.integer32()});
     if (found == by_key.end()) continue;
     static_cast<void>(fields.integer());  // the ordinal, by which the rows are in order
-    calib::Block& block = found->second->blocks.emplace_back();
-    block.t_s = fields.real();
-    block.duration_s = fields.real();
-    block.temp_c = fields.real();
-    block.temp_rate_kpmin = fields.real();
-    for (double& temp_c : block.sensor_temp_c) temp_c = fields.real();
-    read_statistics(fields, block.sensor);
+    take(fields, *found->second);
   }
+}
+
+void take_block(sqlite::Fields& fields, calib::Segment& segment) {
+  calib::Block& block = segment.blocks.emplace_back();
+  block.t_s = fields.real();
+  block.duration_s = fields.real();
+  block.temp_c = fields.real();
+  block.temp_rate_kpmin = fields.real();
+  for (double& temp_c : block.sensor_temp_c) temp_c = fields.real();
+  read_statistics(fields, block.sensor);
+}
+
+void take_finding(sqlite::Fields& fields, calib::Segment& segment) {
+  calib::Finding& finding = segment.findings.emplace_back();
+  finding.code = fields.text();
+  finding.severity = calib::severity_named(fields.text());
+  if (const auto sensor = fields.optional_text()) finding.sensor = calib::sensor_named(*sensor);
+  finding.text = fields.text();
 }
 
 }  // namespace
@@ -192,6 +225,7 @@ void insert_segment(SQLite::Database& database, const calib::Segment& segment) {
   add_statistics(binder, segment.sensor);
   insert.exec();
   insert_blocks(database, segment);
+  insert_findings(database, segment);
 }
 
 }  // namespace catalog
@@ -203,7 +237,8 @@ base::Result<std::vector<calib::Segment>> Catalog::segments(std::string_view run
       return base::forward_error(known);
     }
     auto segments = read_segments(impl_->database(), run_id, unit);
-    if (with_blocks) read_blocks(impl_->database(), run_id, unit, segments);
+    read_parts(impl_->database(), run_id, unit, "finding", finding_columns(), segments, take_finding);
+    if (with_blocks) read_parts(impl_->database(), run_id, unit, "block", block_columns(), segments, take_block);
     return segments;
   });
 }

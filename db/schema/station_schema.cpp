@@ -233,7 +233,25 @@ FROM run
 ORDER BY created_utc_s, run_id, unit;
 )sql";
 
-constexpr std::array kStationSteps = {Step{1, kStationV1}, Step{2, kStationV2}};
+constexpr const char* kStationV3 = R"sql(
+-- What the data gate found in the samples of a segment: 'reject' keeps the segment, or that sensor of it, out of fits.
+CREATE TABLE finding (
+  run_id   TEXT NOT NULL,
+  unit     TEXT NOT NULL,
+  visit    INTEGER NOT NULL,
+  position TEXT NOT NULL,
+  attempt  INTEGER NOT NULL,
+  ordinal  INTEGER NOT NULL,         -- 0, 1, 2, ... within the segment
+  code     TEXT NOT NULL CHECK (code <> ''),
+  severity TEXT NOT NULL CHECK (severity IN ('warn', 'reject')),
+  sensor   TEXT,                     -- NULL = the whole segment
+  text     TEXT NOT NULL,
+  PRIMARY KEY (run_id, unit, visit, position, attempt, ordinal),
+  FOREIGN KEY (run_id, unit, visit, position, attempt) REFERENCES segment (run_id, unit, visit, position, attempt)
+) WITHOUT ROWID;
+)sql";
+
+constexpr std::array kStationSteps = {Step{1, kStationV1}, Step{2, kStationV2}, Step{3, kStationV3}};
 static_assert(kStationSteps.back().to_version == Catalog::kSchemaVersion);
 
 }  // namespace

@@ -23,6 +23,13 @@ nlohmann::json channel_document(const db::ChannelInfo& channel) {
           {"labels", channel.labels}};
 }
 
+nlohmann::json finding_document(const calib::Finding& finding) {
+  return {{"code", finding.code},
+          {"severity", calib::name_of(finding.severity)},
+          {"sensor", finding.sensor ? nlohmann::json(calib::name_of(*finding.sensor)) : nlohmann::json()},
+          {"text", finding.text}};
+}
+
 nlohmann::json segment_document(const calib::Segment& segment) {
   nlohmann::json sensors = nlohmann::json::object();
   for (const calib::Sensor sensor : calib::kSensors) {
@@ -34,6 +41,8 @@ nlohmann::json segment_document(const calib::Segment& segment) {
                                                     {"count", statistics.count},
                                                     {"unit", calib::printed_unit(sensor)}};
   }
+  nlohmann::json findings = nlohmann::json::array();
+  for (const calib::Finding& finding : segment.findings) findings.push_back(finding_document(finding));
   return {{"visit", segment.key.visit},
           {"position", segment.key.position},
           {"attempt", segment.key.attempt},
@@ -44,7 +53,8 @@ nlohmann::json segment_document(const calib::Segment& segment) {
           {"t_end_s", segment.t_end_s},
           {"temp_c", number_or_null(segment.temp_c)},
           {"temp_rate_kpmin", number_or_null(segment.temp_rate_kpmin)},
-          {"sensors", sensors}};
+          {"sensors", sensors},
+          {"findings", findings}};
 }
 
 template <class T>
@@ -111,6 +121,18 @@ std::string segment_table(const std::vector<calib::Segment>& segments) {
   return text_table(table);
 }
 
+std::string finding_text(const std::vector<calib::Segment>& segments) {
+  std::string text;
+  for (const calib::Segment& segment : segments) {
+    for (const calib::Finding& finding : segment.findings) {
+      text += fmt::format("{}: visit {}, position {}, attempt {}: {}: {}\n", calib::name_of(finding.severity),
+                          segment.key.visit, segment.key.position.empty() ? "-" : segment.key.position,
+                          segment.key.attempt, finding.code, finding.text);
+    }
+  }
+  return text;
+}
+
 std::string void_text(const std::vector<db::VoidRecord>& voids) {
   std::string text;
   for (const db::VoidRecord& record : voids) {
@@ -141,7 +163,7 @@ base::Status run_runs_show(const RunsShowCommand& command, Output& output) {
 
   if (!output.json()) {
     output.print(header_text(*run, file->info()) + "\n" + channel_table(channels) + "\n" + segment_table(*segments) +
-                 void_text(*voids));
+                 finding_text(*segments) + void_text(*voids));
     return {};
   }
   nlohmann::json document = {{"run", run_document(*run)},

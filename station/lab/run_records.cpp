@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "calib/data_gate.h"
 #include "calib/segmentation.h"
 #include "station/identity.h"
 #include "station/lab/run_columns.h"
@@ -46,7 +47,17 @@ void number_visits(const calib::Recording& recording, const std::vector<double>&
   }
 }
 
-base::Result<RunRecord> describe(const db::RunFileReader& file, std::string_view unit, bool with_visits) {
+/// Stores what the data gate finds in each segment.
+void pass_gate(const calib::Recording& recording, const calib::UnitType& type, RunRecord& record) {
+  auto findings = calib::examine(recording, record.segments, type);
+  for (std::size_t i = 0; i < findings.size(); ++i) record.segments[i].findings = std::move(findings[i]);
+  for (calib::Warning& warning : calib::summarise(record.segments)) {
+    record.warnings.push_back(fmt::format("{} {}", warning.code, warning.text));
+  }
+}
+
+base::Result<RunRecord> describe(const db::RunFileReader& file, std::string_view unit, const calib::UnitType& type,
+                                 bool with_visits) {
   const auto recording = read_recording(file, unit);
   if (!recording) return base::forward_error(recording);
   auto segmentation = calib::segment(*recording);
@@ -56,6 +67,7 @@ base::Result<RunRecord> describe(const db::RunFileReader& file, std::string_view
     number_visits(*recording, channel.values, segmentation->segments);
   }
   RunRecord record{row_of(file.info()), std::move(segmentation->segments), std::move(segmentation->warnings)};
+  pass_gate(*recording, type, record);
   record.row.unit = unit;
   record.row.rows = recording->rows();
   record.row.duration_s = recording->t_s.back() - recording->t_s.front();
@@ -76,7 +88,7 @@ base::Result<std::vector<RunRecord>> describe_all(const SealedRun& run) {
   std::vector<RunRecord> records;
   for (const RecordedUnit& unit : run.units) {
     if (!has_rows(*file, unit.serial)) continue;
-    auto record = describe(*file, unit.serial, true);
+    auto record = describe(*file, unit.serial, unit.facts, true);
     if (!record) return base::forward_error(record);
     record->row.file_name = run.path.filename().string();
     record->row.file_sha256 = run.sha256;
@@ -152,8 +164,9 @@ base::Status enter_all(db::Catalog& catalog, const SealedRun& run, std::vector<R
 
 }  // namespace
 
-base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit) {
-  return describe(file, unit, false);
+base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit,
+                                     const calib::UnitType& type) {
+  return describe(file, unit, type, false);
 }
 
 base::Result<std::vector<db::RunRow>> enter_run(db::Catalog& catalog, const SealedRun& run) {

@@ -12,6 +12,7 @@
 
 #include "base/result.h"
 #include "calib/segment.h"
+#include "calib/unit_type.h"
 #include "db/catalog.h"
 #include "db/run_file.h"
 
@@ -24,13 +25,16 @@ struct RunRecord {
   std::vector<std::string> warnings;
 };
 
-/// Reads and segments a unit's samples. Left to the caller are `epoch`, the name and the hashes of the file. A run at
-/// another clock rate than 1 counts as simulated.
-[[nodiscard]] base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit);
+/// Reads and segments a unit's samples, and passes the segments through the data gate (calib/data_gate.h) with what is
+/// known of the unit's type; the warnings hold a summary of the findings. Left to the caller are `epoch`, the name and
+/// the hashes of the file. A run at another clock rate than 1 counts as simulated.
+[[nodiscard]] base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit,
+                                                   const calib::UnitType& type);
 
 struct RecordedUnit {
   std::string serial;
   std::string type = "generic";  ///< of a unit that is new to the catalog
+  calib::UnitType facts{};       ///< what is known of the type: for the data gate
 };
 
 /// Rows of a unit whose segments shall not be used.
@@ -50,10 +54,10 @@ struct SealedRun {
   std::map<std::string, std::string> void_units{};  ///< serial number → why: withdraws that unit's part
 };
 
-/// Enters a run: units and campaign where they are new, one row per unit that has samples, its segments, what the
-/// segmentation warns of as events, and void records (user "soakd") for the segments that a withdrawal touches and for
-/// the whole run where there is a reason; all or nothing. A withdrawal that touches none is logged. Also for a file
-/// that was interrupted (RunFileWriter::seal_interrupted). Reads the whole file.
+/// Enters a run: units and campaign where they are new, one row per unit that has samples, its segments with the data
+/// gate's findings, what segmentation and gate warn of as events, and void records (user "soakd") for the segments that
+/// a withdrawal touches and for the whole run where there is a reason; all or nothing. A withdrawal that touches none
+/// is logged. Also for a file that was interrupted (RunFileWriter::seal_interrupted). Reads the whole file.
 [[nodiscard]] base::Result<std::vector<db::RunRow>> enter_run(db::Catalog& catalog, const SealedRun& run);
 
 }  // namespace soak::station

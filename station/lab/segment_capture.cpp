@@ -4,14 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "station/lab/sample_reading.h"
+
 namespace soak::station {
 namespace {
 
 constexpr double kLongestGap_s = 5.0;
-
-double reading_of(const hal::ImuSample& sample, std::size_t sensor) {
-  return sensor < 3 ? static_cast<double>(sample.rate_rps[sensor]) : static_cast<double>(sample.accel_mps2[sensor - 3]);
-}
 
 }  // namespace
 

@@ -140,6 +140,51 @@ TEST(UnitFit, RefusesAStuckSensorNamingRunsAndRemedy) {
   EXPECT_NE(rows.error().message.find("run 'R0'"), std::string::npos);
 }
 
+TEST(UnitFit, LeavesOutWhatTheDataGateRejectedAndSaysSo) {
+  UnitInput input = make_input();
+  // Readings that would spoil the fit, in a segment of one run and in a sensor of a segment of two.
+  Segment& moved = input.runs[1].segments[4];
+  for (SensorStatistics& sensor : moved.sensor) sensor.mean += 1.0;
+  moved.findings = {{"moved", Severity::reject, std::nullopt, "by 3 deg"}};
+  for (const std::size_t run : {0U, 2U}) {
+    Segment& dead = input.runs[run].segments[10];
+    dead.sensor[0].mean += 1.0;
+    dead.findings = {{"stuck", Severity::reject, Sensor::gyro_x, "gyro_x repeats 1"}};
+  }
+  UnitInput without = make_input();
+  without.runs[1].segments.erase(without.runs[1].segments.begin() + 4);
+  for (const std::size_t run : {0U, 2U}) without.runs[run].segments[10].sensor[0] = {};
+  const auto rows = make_rows(input);
+  const auto expected = make_rows(without);
+  ASSERT_TRUE(rows) << rows.error().message;
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    ASSERT_EQ(rows->bias[s]->rows.size(), expected->bias[s]->rows.size());
+    for (std::size_t i = 0; i < rows->bias[s]->rows.size(); ++i) {
+      EXPECT_EQ(rows->bias[s]->rows[i].value, expected->bias[s]->rows[i].value);
+      EXPECT_EQ(rows->bias[s]->rows[i].standard_error, expected->bias[s]->rows[i].standard_error);
+    }
+  }
+  ASSERT_GE(rows->warnings.size(), 2U);
+  EXPECT_EQ(rows->warnings[0].code, "stuck");
+  EXPECT_EQ(rows->warnings[0].text,
+            "run R0 loses a sensor in 1 of 126 segments; the first, visit 1, +Z: gyro_x repeats 1 (and so in 1 more "
+            "runs)");
+  EXPECT_EQ(rows->warnings[1].text, "run R1 loses 1 of 126 segments; the first, visit 0, +Z: by 3 deg");
+}
+
+TEST(UnitFit, RefusesAUnitOfWhichTheDataGateLeavesNothing) {
+  UnitInput input = make_input();
+  for (RunInput& run : input.runs) {
+    for (Segment& s : run.segments) s.findings = {{"moved", Severity::reject, std::nullopt, "by 3 deg"}};
+  }
+  const auto rows = make_rows(input);
+  ASSERT_FALSE(rows);
+  EXPECT_EQ(rows.error().kind, base::ErrorKind::bad_input);
+  EXPECT_NE(rows.error().message.find("rejects every segment of unit U: moved run R0 loses 126 of 126"),
+            std::string::npos)
+      << rows.error().message;
+}
+
 TEST(UnitFit, RefusesAUnitWithoutRuns) { EXPECT_FALSE(make_rows(UnitInput{.unit = "U"})); }
 
 TEST(UnitFit, LeavesOutASensorThatWasNotRecorded) {

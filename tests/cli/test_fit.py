@@ -14,7 +14,7 @@ import tempfile
 import unittest
 
 from blob_reader import Calibration
-from soak_cli import ROOT, SoakTest, recording, shared_data
+from soak_cli import ROOT, SoakTest, check_schema, recording, shared_data
 
 SERIAL = "SIM-0001"
 SENSORS = ["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]
@@ -141,6 +141,32 @@ class WrongSignsAndUnits(SoakTest):
                 error = self.refusal("fit", "--unit", "SN1", "--campaign", name)
                 self.assertIn("accel_x of unit SN1 reads", error["message"])
                 self.assertIn("sign", error["message"])
+
+
+class DataGate(SoakTest):
+    def test_a_simulated_campaign_has_no_findings(self):
+        data = ["--data", str(fitted_folder() / "data")]
+        for run in ("R01", "R02", "R03"):
+            done = subprocess.run([os.environ["SOAK_BIN"], "runs", "show", run, "--campaign", "campaign", "--json", *data],
+                                  check=True, capture_output=True, text=True)
+            document = json.loads(done.stdout)
+            check_schema(document, "runs-show")
+            self.assertEqual(len(document["segments"]), 246)
+            self.assertEqual([s["findings"] for s in document["segments"] if s["findings"]], [])
+
+    def test_a_wrong_label_is_named_at_import_left_out_of_the_fit_and_kept(self):
+        rows = recording(plateaus=(-20.0, 0.0, 20.0, 40.0), seconds=30).splitlines()
+        # The first -Z segment is labelled +Y: rows 300 to 359 after the header.
+        text = "\n".join(row.replace(",-Z,", ",+Y,") if 300 < i <= 360 else row for i, row in enumerate(rows)) + "\n"
+        path = self.write("wrong.csv", text)
+        document = self.soak_json("import", "import", path, "--unit", "SN1", "--gravity-mps2", "9.80665")
+        self.assertRegex(" ".join(document["warnings"]), "wrong_position loses 1 of 24 segments.*looks like -Z")
+        shown = self.soak_json("runs-show", "runs", "show", "r1")["segments"]
+        found = [(s["position"], f["code"], f["severity"]) for s in shown for f in s["findings"]]
+        self.assertEqual(found, [("+Y", "wrong_position", "reject")])
+        self.assertIn("reject: visit 0, position +Y, attempt 1: wrong_position", self.soak("runs", "show", "r1").stdout)
+        fit = self.soak_json("fit", "fit", "--unit", "SN1")
+        self.assertIn("wrong_position", [warning["code"] for warning in fit["warnings"]])
 
 
 class ImplausibleValues(SoakTest):

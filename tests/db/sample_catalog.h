@@ -85,6 +85,7 @@ inline void expect_equal(const calib::Segment& a, const calib::Segment& b) {
   EXPECT_EQ(a.temp_rate_kpmin, b.temp_rate_kpmin);
   EXPECT_EQ(a.sensor_temp_c, b.sensor_temp_c);
   expect_equal(a.sensor, b.sensor);
+  EXPECT_EQ(a.findings, b.findings);
   ASSERT_EQ(a.blocks.size(), b.blocks.size());
   for (std::size_t i = 0; i < a.blocks.size(); ++i) {
     EXPECT_EQ(a.blocks[i].t_s, b.blocks[i].t_s);
