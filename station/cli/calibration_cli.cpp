@@ -2,34 +2,16 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
-#include <algorithm>
 #include <memory>
-#include <string_view>
-#include <vector>
 
 #include "base/number_text.h"
 #include "station/cli/frame.h"
+#include "station/cli/number_list.h"
 #include "station/commands/calibration_commands.h"
 #include "station/commands/fit_command.h"
 
 namespace soak::station::cli {
 namespace {
-
-/// Numbers between commas, not one of them missing.
-std::vector<double> parse_temperatures(std::string_view list) {
-  std::vector<double> temps_c;
-  for (std::size_t first = 0; first <= list.size();) {
-    const std::size_t comma = std::min(list.find(',', first), list.size());
-    const auto number = base::parse_double(list.substr(first, comma - first));
-    if (!number || *number < -273.15 || *number > 1000.0) {
-      throw CLI::ValidationError("--temp-c",
-                                 "must be temperatures from -273.15 to 1000 between commas, such as -30,25,70");
-    }
-    temps_c.push_back(*number);
-    first = comma + 1;
-  }
-  return temps_c;
-}
 
 void add_fit(CLI::App& program, Request& request) {
   const auto options = std::make_shared<FitCommand>();
@@ -88,7 +70,8 @@ void add_eval(CLI::App& program, Request& request) {
   command->add_option("file", options->file, "Calibration file")->required()->type_name("FILE.blob");
   command->add_option("--temp-c", *list, "Temperatures in °C")->required()->type_name("T[,T...]");
   command->callback([options, list, &request] {
-    options->temps_c = parse_temperatures(*list);
+    options->temps_c = parse_number_list("--temp-c", *list, -273.15, 1000.0,
+                                         "temperatures from -273.15 to 1000 between commas, such as -30,25,70");
     request.action = [options](Output& output) { return run_eval(*options, output); };
   });
 }

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/commands/signal_commands.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/number_text.h"
+#include "station/csv/text_file.h"
+#include "station/data_folder.h"
+
+namespace soak::station {
+namespace {
+
+base::Result<calib::SignalRecord> read(const SignalInput& input) {
+  if (!input.file.empty()) return read_csv_signal(input.file, input.column, input.rate_hz);
+  const auto catalog = open_existing_catalog(input.data);
+  if (!catalog) return base::forward_error(catalog);
+  return read_run_signal(*catalog, input.part, input.column);
+}
+
+/// Prints the document that `analyse` makes of the input, as JSON or as the text that `describe` makes of it.
+template <class Request>
+base::Status show(const SignalInput& input, const Request& request,
+                  base::Result<nlohmann::json> (*analyse)(const calib::SignalRecord&, const Request&),
+                  std::string (*describe)(const nlohmann::json&), Output& output) {
+  const auto record = read(input);
+  if (!record) return base::forward_error(record);
+  const auto document = analyse(*record, request);
+  if (!document) return base::forward_error(document);
+  if (output.json()) return output.print_json(*document);
+  output.print(describe(*document));
+  return {};
+}
+
+std::string wmra_csv(const calib::WmraResult& result) {
+  std::string csv = "t_s,raw,denoised,trend\n";
+  for (std::size_t i = 0; i < result.t_s.size(); ++i) {
+    csv += base::shortest(result.t_s[i]) + ',' + base::shortest(result.raw[i]) + ',' +
+           base::shortest(result.denoised[i]) + ',' + base::shortest(result.trend[i]) + '\n';
+  }
+  return csv;
+}
+
+double rms_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double squares = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) squares += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(squares / static_cast<double>(a.size()));
+}
+
+nlohmann::json wmra_document(const calib::SignalRecord& record, const WmraCommand& command,
+                             const calib::WmraResult& result) {
+  return {{"column", record.column},
+          {"unit", record.unit},
+          {"rate_hz", record.rate_hz},
+          {"samples", result.raw.size()},
+          {"stretches", result.stretches},
+          {"wavelet", command.request.wavelet},
+          {"level", command.request.options.levels},
+          {"sigma", result.sigma},
+          {"thresholds", result.thresholds},
+          {"removed_rms", rms_difference(result.raw, result.denoised)},
+          {"file", command.file}};
+}
+
+std::string wmra_text(const nlohmann::json& document) {
+  const std::string unit = document["unit"];
+  std::vector<std::vector<std::string>> table = {{"level", "noise " + unit, "threshold " + unit}};
+  for (std::size_t level = 0; level < document["sigma"].size(); ++level) {
+    table.push_back({std::to_string(level + 1), fmt::format("{:.4g}", document["sigma"][level].get<double>()),
+                     fmt::format("{:.4g}", document["thresholds"][level].get<double>())});
+  }
+  return fmt::format(
+      "{}: {} samples at {:.6g} Hz, {} stretch(es) without a gap, {} to level {}; took away {:.4g} {} RMS\n{}{}\n",
+      document["column"].get<std::string>(), document["samples"].get<std::size_t>(), document["rate_hz"].get<double>(),
+      document["stretches"].get<std::size_t>(), document["wavelet"].get<std::string>(),
+      document["level"].get<std::size_t>(), document["removed_rms"].get<double>(), unit, text_table(table),
+      document["file"].get<std::string>());
+}
+
+}  // namespace
+
+base::Status run_signal_allan(const AllanCommand& command, Output& output) {
+  return show(command.input, command.request, calib::allan_json, allan_text, output);
+}
+
+base::Status run_signal_psd(const PsdCommand& command, Output& output) {
+  return show(command.input, command.request, calib::psd_json, psd_text, output);
+}
+
+base::Status run_signal_acf(const AcfCommand& command, Output& output) {
+  return show(command.input, command.request, calib::acf_json, acf_text, output);
+}
+
+base::Status run_signal_wmra(const WmraCommand& command, Output& output) {
+  const auto record = read(command.input);
+  if (!record) return base::forward_error(record);
+  const auto result = calib::wmra(*record, command.request);
+  if (!result) return base::forward_error(result);
+  if (auto status = write_text_file(command.file, wmra_csv(*result)); !status) return status;
+  const nlohmann::json document = wmra_document(*record, command, *result);
+  if (output.json()) return output.print_json(document);
+  output.print(wmra_text(document));
+  return {};
+}
+
+}  // namespace soak::station

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/signal_source.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/number_text.h"
+#include "calib/sensor.h"
+#include "calib/signal/sample_grid.h"
+#include "db/run_file.h"
+#include "station/channel_units.h"
+#include "station/csv/csv_scanner.h"
+#include "station/csv/text_file.h"
+#include "station/data_folder.h"
+#include "station/header_name.h"
+#include "station/run_streams.h"
+
+namespace soak::station {
+namespace {
+
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+constexpr double kRateTolerance = 0.01;
+
+/// A header's unit as results print it; empty where it says none.
+std::string printed_unit_of(std::string_view unit) {
+  if (unit == "dps") return "deg/s";
+  if (unit == "rps") return "rad/s";
+  if (unit == "degph") return "deg/h";
+  if (unit == "mps2") return "m/s2";
+  if (unit == "c") return "K";
+  return std::string(unit);
+}
+
+/// Samples with the lines that they stand in.
+struct TimedColumn {
+  std::vector<double> t_s;  ///< empty: the file has no time column
+  std::vector<double> values;
+};
+
+/// Reads two columns of a CSV file.
+class ColumnReader {
+ public:
+  ColumnReader(std::string_view text, std::string path, std::string column)
+      : scanner_(text.starts_with(kByteOrderMark) ? text.substr(kByteOrderMark.size()) : text, ','),
+        path_(std::move(path)),
+        column_(std::move(column)) {}
+
+  base::Result<TimedColumn> read() {
+    if (auto status = read_header(); !status) return base::forward_error(status);
+    while (true) {
+      const auto more = scanner_.next(cells_);
+      if (!more) return base::bad_input(more.error().message, path_ + ", " + more.error().where);
+      if (!*more) return std::move(result_);
+      if (auto status = read_row(); !status) return base::forward_error(status);
+    }
+  }
+
+ private:
+  [[nodiscard]] std::string place(std::string_view column) const {
+    return fmt::format("{}, line {}, column '{}'", path_, scanner_.line(), column);
+  }
+
+  base::Status read_header() {
+    const auto more = scanner_.next(cells_);
+    if (!more) return base::bad_input(more.error().message, path_ + ", " + more.error().where);
+    if (!*more) return base::bad_input("the file is empty: it must begin with a header line such as t_s,gx_dps", path_);
+    cell_count_ = cells_.size();
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      names.emplace_back(trimmed(cells_[i]));
+      const auto meaning = meaning_of_header(names.back());
+      if (meaning && meaning->role == ColumnRole::time && !time_) {
+        time_ = i;
+        time_header_ = names.back();
+        time_scale_ = meaning->scale;
+      }
+      if (names.back() == column_) value_ = i;
+    }
+    if (value_) return {};
+    return base::bad_input(fmt::format("there is no column '{}': the file has {}", column_, fmt::join(names, ", ")),
+                           path_);
+  }
+
+  base::Result<double> number(std::string_view cell, std::string_view column) const {
+    if (const auto value = base::parse_double(cell)) return *value;
+    return base::bad_input(
+        fmt::format("'{}' is no number: write a decimal number with a dot, or leave the cell empty", cell),
+        place(column));
+  }
+
+  base::Status read_row() {
+    if (cells_.size() != cell_count_) {
+      return base::bad_input(fmt::format("the line has {} cells where the header has {}", cells_.size(), cell_count_),
+                             fmt::format("{}, line {}", path_, scanner_.line()));
+    }
+    const std::string_view cell = trimmed(cells_[*value_]);
+    double value = std::numeric_limits<double>::quiet_NaN();
+    if (!cell.empty()) {
+      const auto parsed = number(cell, column_);
+      if (!parsed) return base::forward_error(parsed);
+      value = *parsed;
+    }
+    if (time_) {
+      const auto time = number(trimmed(cells_[*time_]), time_header_);
+      if (!time) return base::forward_error(time);
+      const double t_s = *time * time_scale_;
+      if (!result_.t_s.empty() && !(t_s > result_.t_s.back())) {
+        return base::bad_input(
+            fmt::format("the time goes from {} to {} s: it must rise (cut the file into one run each)",
+                        result_.t_s.back(), t_s),
+            place(time_header_));
+      }
+      result_.t_s.push_back(t_s);
+    }
+    result_.values.push_back(value);
+    return {};
+  }
+
+  CsvScanner scanner_;
+  std::string path_;
+  std::string column_;
+  std::size_t cell_count_ = 0;
+  std::optional<std::size_t> time_;
+  std::string time_header_;
+  double time_scale_ = 1.0;
+  std::optional<std::size_t> value_;
+  std::vector<std::string_view> cells_;
+  TimedColumn result_;
+};
+
+calib::SignalRecord record_of(std::string column, std::string unit, calib::signal::SampleGrid grid) {
+  return {std::move(column), std::move(unit), grid.rate_hz, std::move(grid.t_s), std::move(grid.values)};
+}
+
+/// Row by row at the rate that the user gives.
+calib::signal::SampleGrid grid_at(double rate_hz, std::vector<double> values) {
+  calib::signal::SampleGrid grid{rate_hz, {}, std::move(values)};
+  for (std::size_t i = 0; i < grid.values.size(); ++i) grid.t_s.push_back(static_cast<double>(i) / rate_hz);
+  return grid;
+}
+
+/// Values [first, first + count) of a channel in printed units.
+base::Result<std::vector<double>> read_values(const db::RunFileReader& file, std::size_t stream, std::size_t channel,
+                                              std::uint64_t first, std::uint64_t count) {
+  const db::ChannelInfo& info = file.streams()[stream].channels[channel];
+  const auto column = file.read(stream, channel, first, count);
+  if (!column) return base::forward_error(column);
+  std::vector<double> values = db::values_of(*column, info.scale, info.offset);
+  const Conversion convert = conversion_to_csv(info.unit);
+  for (double& value : values) value = convert(value);
+  return values;
+}
+
+/// The channel of the stream that goes by this name or by this canonical header.
+base::Result<std::size_t> channel_named(const std::vector<db::ChannelInfo>& channels, const std::string& name) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    if (channels[i].unit == "label" || channels[i].name == "t_s") continue;
+    if (channels[i].name == name || canonical_header(channels[i].name) == name) return i;
+    names.push_back(channels[i].name);
+  }
+  return base::bad_input(fmt::format("the run has no channel '{}': it has {}", name, fmt::join(names, ", ")),
+                         "--column");
+}
+
+base::Result<std::vector<calib::Segment>> matching_segments(const db::Catalog& catalog, const db::RunRow& run,
+                                                            const RunPart& part) {
+  auto all = catalog.segments(run.run_id, run.unit, false);
+  if (!all) return base::forward_error(all);
+  std::vector<calib::Segment> matching;
+  for (calib::Segment& segment : *all) {
+    const bool wanted =
+        (!part.visit || segment.key.visit == *part.visit) && (!part.position || segment.key.position == *part.position);
+    if (wanted) matching.push_back(std::move(segment));
+  }
+  if (!matching.empty()) return matching;
+  if (all->empty()) return base::bad_input("the run has no segments: all of it is ramps, moves or void", run.label);
+  return base::bad_input("no segment of the run is of this visit and position ('soak runs show' lists them)",
+                         run.label);
+}
+
+std::string unit_of_channel(const db::ChannelInfo& channel) {
+  if (const auto sensor = calib::sensor_named(channel.name)) return std::string(calib::printed_unit(*sensor));
+  if (channel.name.ends_with("_c")) return "K";
+  return printed_unit_of(channel.unit);
+}
+
+}  // namespace
+
+base::Result<calib::SignalRecord> read_csv_signal(const std::filesystem::path& path, const std::string& column,
+                                                  std::optional<double> rate_hz) {
+  const auto text = read_text_file(path);
+  if (!text) return base::forward_error(text);
+  auto read = ColumnReader(*text, path.string(), column).read();
+  if (!read) return base::forward_error(read);
+  const auto meaning = meaning_of_header(column);
+  std::string unit = meaning ? printed_unit_of(meaning->unit) : std::string();
+  if (read->t_s.empty()) {
+    if (!rate_hz) return base::bad_input("the file has no time column (t_s, t_ms or t_us): give the rate", "--rate-hz");
+    return record_of(column, std::move(unit), grid_at(*rate_hz, std::move(read->values)));
+  }
+  auto grid = calib::signal::equally_spaced(read->t_s, read->values);
+  if (!grid) return base::bad_input(grid.error().message, fmt::format("{}, column '{}'", path.string(), column));
+  if (rate_hz && std::abs(grid->rate_hz / *rate_hz - 1.0) > kRateTolerance) {
+    return base::bad_input(
+        fmt::format("{:g} Hz: the times in the file say {:g} Hz (leave the option out to believe them)", *rate_hz,
+                    grid->rate_hz),
+        "--rate-hz");
+  }
+  if (rate_hz) grid->rate_hz = *rate_hz;
+  return record_of(column, std::move(unit), *std::move(grid));
+}
+
+base::Result<calib::SignalRecord> read_run_signal(const db::Catalog& catalog, const RunPart& part,
+                                                  const std::string& channel_name) {
+  const auto run = find_run(catalog, part.run);
+  if (!run) return base::forward_error(run);
+  const auto file = db::RunFileReader::open(catalog.run_file_path(*run));
+  if (!file) return base::forward_error(file);
+  const auto stream = imu_stream(*file, run->unit);
+  if (!stream) return base::forward_error(stream);
+  const auto& channels = file->streams()[*stream].channels;
+  const auto channel = channel_named(channels, channel_name);
+  if (!channel) return base::forward_error(channel);
+  const auto segments = matching_segments(catalog, *run, part);
+  if (!segments) return base::forward_error(segments);
+  const auto all_t_s = read_values(*file, *stream, 0, 0, file->rows(*stream));
+  if (!all_t_s) return base::forward_error(all_t_s);
+
+  std::vector<double> t_s;
+  std::vector<double> values;
+  std::vector<std::size_t> breaks;
+  for (const calib::Segment& segment : *segments) {
+    const auto first = std::lower_bound(all_t_s->begin(), all_t_s->end(), segment.t_start_s);
+    const auto last = std::upper_bound(first, all_t_s->end(), segment.t_end_s);
+    const auto rows = read_values(*file, *stream, *channel, static_cast<std::uint64_t>(first - all_t_s->begin()),
+                                  static_cast<std::uint64_t>(last - first));
+    if (!rows) return base::forward_error(rows);
+    breaks.push_back(values.size());
+    t_s.insert(t_s.end(), first, last);
+    values.insert(values.end(), rows->begin(), rows->end());
+  }
+  auto grid = calib::signal::equally_spaced(t_s, values, breaks);
+  if (!grid) return base::bad_input(grid.error().message, fmt::format("run {}, {}", run->label, channel_name));
+  return record_of(channels[*channel].name, unit_of_channel(channels[*channel]), *std::move(grid));
+}
+
+}  // namespace soak::station
