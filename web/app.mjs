@@ -2,8 +2,11 @@
 // The station's page: what /api/v1 says, and the five things that a user can tell it.
 
 import { get, send, subscribe } from "./api.mjs";
+import { KINDS } from "./allan_chart.mjs";
 import { Chart } from "./chart.mjs";
-import { clock, count, duration, number, UNKNOWN } from "./format.mjs";
+import { $, element, say, show } from "./dom.mjs";
+import { clock, count, duration, number, significant, UNKNOWN } from "./format.mjs";
+import { NoiseCard } from "./noise_card.mjs";
 
 const LOG_LINES = 100;
 const STATES = {
@@ -22,22 +25,14 @@ const CAN_PAUSE = ["preflight", "running", "waiting"];
 const CAN_RESUME = ["paused", "interrupted"];
 const CAN_ABORT = ["preflight", "running", "waiting", "paused", "interrupted"];
 
-const $ = (id) => document.getElementById(id);
 const chart = new Chart($("chart"), $("legend"));
+const noiseCard = new NoiseCard();
 const unitCards = new Map(); // serial → card
 let status = null;
 let heardAt = null;
 let newestLog = 0;
 let chartCampaign = null; // which campaign the chart shows
 let loadingHistory = null;
-
-function show(node, visible) {
-  node.hidden = !visible;
-}
-
-function say(node, text) {
-  if (node.textContent !== text) node.textContent = text;
-}
 
 // ---- what the station says
 
@@ -68,6 +63,7 @@ function takeStatus(document) {
   renderCampaign();
   renderChamber();
   renderUnits();
+  noiseCard.take(status);
   const campaign = status.campaign ? `${status.campaign.name} ${status.campaign.started_utc_s}` : "";
   if (campaign !== chartCampaign || status.clock.process_s < (chart.last_s ?? 0)) {
     chartCampaign = campaign;
@@ -163,12 +159,6 @@ function fixtureText(fixture) {
   return fixture.moving ? "moving" : (fixture.position ?? UNKNOWN);
 }
 
-function element(name, text) {
-  const node = document.createElement(name);
-  node.textContent = text;
-  return node;
-}
-
 function renderUnits() {
   const serials = new Set(status.units.map((unit) => unit.serial));
   for (const [serial, card] of unitCards) {
@@ -200,13 +190,18 @@ function renderUnit(card, unit) {
   say(part("samples"), count(unit.samples));
   say(part("lost"), count(unit.lost));
   part("lost").classList.toggle("bad", unit.lost > 0);
-  fillAxes(part("gyro"), unit.gyro_dps);
-  fillAxes(part("accel"), unit.accel_mps2);
+  const reading = (value) => number(value, 3);
+  fillAxes(part("gyro"), unit.gyro_dps, reading);
+  fillAxes(part("accel"), unit.accel_mps2, reading);
+  say(part("tau"), significant(unit.noise.tau_s, 2));
+  const noiseOf = (kind) => (value) => significant(value === undefined ? null : value * KINDS[kind].factor, 3);
+  fillAxes(part("gyro-noise"), unit.noise.gyro_dps, noiseOf("gyro"));
+  fillAxes(part("accel-noise"), unit.noise.accel_mps2, noiseOf("accel"));
   say(part("about"), unit.type + (unit.simulated ? " · simulated" : ""));
 }
 
-function fillAxes(row, values) {
-  row.querySelectorAll("td").forEach((cell, axis) => say(cell, number(values?.[axis], 3)));
+function fillAxes(row, values, text) {
+  row.querySelectorAll("td").forEach((cell, axis) => say(cell, text(values?.[axis])));
 }
 
 // ---- events

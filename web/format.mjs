@@ -10,6 +10,12 @@ export function number(value, decimals) {
   return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
 }
 
+/** A number with so many significant digits, never in powers of ten. */
+export function significant(value, digits) {
+  if (!value) return number(value, 0);
+  return number(value, Math.max(0, digits - 1 - Math.floor(Math.log10(Math.abs(value)))));
+}
+
 /** "35 h 10 min", "4 min 20 s", "12 s". */
 export function duration(seconds) {
   if (seconds === null || seconds === undefined) return UNKNOWN;

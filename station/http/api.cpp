@@ -26,6 +26,8 @@ Result<json> history(const LabService& lab, const Parameter& after_s, std::int64
   return lab.history(*value);
 }
 
+Result<json> noise(const LabService& lab, const Parameter& unit, std::int64_t) { return lab.noise(unit.value_or("")); }
+
 Result<json> log(const LabService& lab, const Parameter& after, std::int64_t newest_log) {
   const auto value = base::parse_int(after.value_or("0"));
   if (!value) return base::bad_input("'" + *after + "' is not the number of a log entry", "after");
@@ -148,8 +150,11 @@ Result<json> confirm(LabService& lab, const json& body) {
 }  // namespace
 
 const std::vector<ApiQuestion>& api_questions() {
-  static const std::vector<ApiQuestion> questions = {
-      {"status", "", status}, {"plan", "", plan}, {"history", "after_s", history}, {"log", "after", log}};
+  static const std::vector<ApiQuestion> questions = {{"status", "", status},
+                                                     {"plan", "", plan},
+                                                     {"history", "after_s", history},
+                                                     {"noise", "unit", noise},
+                                                     {"log", "after", log}};
   return questions;
 }
 

@@ -101,6 +101,9 @@ void Engine::make_units(const CheckedStart& checked) {
     lab_->units.push_back(std::make_unique<UnitChannel>(unit.slot, unit.serial, unit.type,
                                                         hal::make_xsens_imu(unit.slot.address), settings));
   }
+  const std::lock_guard lock(status_mutex_);
+  noise_.clear();
+  for (const auto& unit : lab_->units) noise_[unit->serial()] = unit->noise;
 }
 
 // --- the loop ---------------------------------------------------------------------------------------------------
@@ -386,6 +389,22 @@ nlohmann::json Engine::status() const {
 nlohmann::json Engine::plan() const {
   const std::lock_guard lock(status_mutex_);
   return plan_document_;
+}
+
+base::Result<nlohmann::json> Engine::noise(const std::string& unit) const {
+  std::shared_ptr<const NoiseWatch> watch;
+  std::vector<std::string> known;
+  {
+    const std::lock_guard lock(status_mutex_);
+    for (const auto& [serial, of] : noise_) {
+      if (serial == unit) watch = of;
+      known.push_back(serial);
+    }
+  }
+  if (watch) return watch->document(unit);
+  const std::string there_are =
+      known.empty() ? "there was no campaign yet" : fmt::format("the campaign has {}", fmt::join(known, ", "));
+  return base::bad_input(fmt::format("there is no unit '{}': {}", unit, there_are), "unit");
 }
 
 }  // namespace soak::station

@@ -66,6 +66,7 @@ class Engine : public LabService {
   [[nodiscard]] std::uint64_t status_version() const override { return status_version_; }
   [[nodiscard]] nlohmann::json plan() const override;
   [[nodiscard]] nlohmann::json history(double after_s) const override { return history_.document(after_s); }
+  [[nodiscard]] base::Result<nlohmann::json> noise(const std::string& unit) const override;
   [[nodiscard]] nlohmann::json log(std::int64_t after) const override { return log_.document(after); }
 
  private:
@@ -148,6 +149,7 @@ class Engine : public LabService {
   mutable std::mutex status_mutex_;
   nlohmann::json status_;
   nlohmann::json plan_document_;
+  std::map<std::string, std::shared_ptr<const NoiseWatch>> noise_;  ///< of the campaign's units
   std::atomic<std::uint64_t> status_version_ = 0;
   std::chrono::steady_clock::time_point published_{};
 };

@@ -46,6 +46,7 @@ base::Status Lab::poll() {
   for (const auto& unit : units) {
     if (const auto at_s = take_fresh(*unit)) furthest_s = std::max(furthest_s.value_or(*at_s), *at_s);
     if (const auto status = record(*unit); !status) stored = status;
+    unit->noise->refresh(std::chrono::steady_clock::now());
   }
   time.advance(std::chrono::steady_clock::now(), furthest_s);
   if (chamber.poll(now_s())) {
@@ -105,6 +106,7 @@ base::Status Lab::add_rows(UnitChannel& unit, std::span<const hal::ImuSample> sa
     labels.position = moving_ ? "" : unit.position().label;
     const auto added = recorder_->add(unit.recorder_index, samples.subspan(first, last - first), labels);
     if (!added) return added;
+    if (in_segment[first]) unit.noise->add(samples.subspan(first, last - first));
     first = last;
   }
   return {};
@@ -168,7 +170,7 @@ base::Status Lab::open_recorder(const PlannedRun& run) {
   std::vector<RecordedUnit> recorded;
   for (UnitChannel* unit : active_units()) {
     unit->recorder_index = recorded.size();
-    recorded.push_back({unit->serial(), unit->type().name});
+    recorded.push_back({unit->serial(), unit->type().name, unit->type()});
   }
   const Purpose purpose = run.preflight ? Purpose::diagnosis : procedure().purpose;
   auto recorder = RunRecorder::begin(catalog, info, std::string(name_of(purpose)), std::move(recorded));
@@ -188,6 +190,7 @@ base::Status Lab::begin_run(const PlannedRun& run) {
   flushed_ = std::chrono::steady_clock::now();
   for (UnitChannel* unit : active_units()) {
     run_power_on_[unit->serial()] = unit->power_on();
+    unit->noise->begin_run();
     if (auto status = add_rows(*unit, kept_[unit->serial()]); !status) return status;
   }
   kept_.clear();
@@ -222,7 +225,10 @@ base::Result<hal::FixtureReading> Lab::ask_fixture() {
 }
 
 void Lab::begin_segment(double seconds) {
-  for (UnitChannel* unit : active_units()) unit->capture.emplace(seconds);
+  for (UnitChannel* unit : active_units()) {
+    unit->capture.emplace(seconds);
+    unit->noise->begin_recording();
+  }
 }
 
 int& Lab::attempts(const UnitChannel& unit) { return attempts_[{unit.serial(), labels_.visit, unit.position().label}]; }

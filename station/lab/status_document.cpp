@@ -37,6 +37,14 @@ json three(const std::array<float, 3>& values, double factor) {
   return list;
 }
 
+json three_or_null(const std::optional<std::array<double, 3>>& values) { return values ? json(*values) : json(); }
+
+json noise_part(const NoiseFigures& noise) {
+  return {{"tau_s", noise.tau_s},
+          {"gyro_dps", three_or_null(noise.gyro_dps)},
+          {"accel_mps2", three_or_null(noise.accel_mps2)}};
+}
+
 json campaign_part(const StatusInput& input) {
   const Plan& plan = input.lab.campaign.plan;
   if (plan.steps.empty()) return nullptr;
@@ -103,7 +111,8 @@ json unit_part(const UnitChannel& unit) {
           {"samples", unit.imu().statistics().packets},
           {"lost", unit.imu().statistics().lost_packets},
           {"gyro_dps", streaming && latest ? three(latest->rate_rps, base::kDegPerRad) : json()},
-          {"accel_mps2", streaming && latest ? three(latest->accel_mps2, 1.0) : json()}};
+          {"accel_mps2", streaming && latest ? three(latest->accel_mps2, 1.0) : json()},
+          {"noise", noise_part(unit.noise->figures())}};
 }
 
 std::string shown_state(const StatusInput& input) {

@@ -20,7 +20,8 @@ constexpr float kHighestCredible_c = 300.0F;
 
 UnitChannel::UnitChannel(Slot slot, std::string serial, calib::UnitType type, std::unique_ptr<hal::Imu> imu,
                          const hal::Imu::Settings& settings)
-    : slot_(std::move(slot)),
+    : noise(std::make_shared<NoiseWatch>(settings.rate_hz)),
+      slot_(std::move(slot)),
       serial_(std::move(serial)),
       type_(std::move(type)),
       imu_(std::move(imu)),

@@ -16,6 +16,7 @@
 #include "hal/imu.h"
 #include "station/lab/attitude_watch.h"
 #include "station/lab/lab_time.h"
+#include "station/lab/noise_watch.h"
 #include "station/lab/segment_capture.h"
 #include "station/station_config.h"
 
@@ -78,6 +79,7 @@ class UnitChannel {
   std::optional<SegmentCapture> capture;  ///< while a segment is recorded
   std::size_t recorder_index = 0;         ///< in the open run file
   UnitTime time;
+  const std::shared_ptr<NoiseWatch> noise;  ///< shared with those who ask from other threads
 
  private:
   void reopen();

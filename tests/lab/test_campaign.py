@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A whole campaign as a user runs it: what it leaves behind, and what others see of it meanwhile."""
+import json
 import re
 import subprocess
+import tomllib
 import unittest
+import urllib.error
+import urllib.request
 
 from bench import AUTO, ROOT, LabTest, short_procedure
 from lab_session import end
@@ -34,6 +38,7 @@ class Campaign(LabTest):
         self.assertEqual(self.query("SELECT unit, count(*) FROM segment JOIN run USING (run_id, unit) WHERE purpose = "
                                     "'calibration' GROUP BY unit"), [("0380A001", 36), ("0380A002", 36)])
         self.check_positions()
+        self.check_noise()
         self.check_models()
 
     def check_positions(self):
@@ -44,6 +49,37 @@ class Campaign(LabTest):
             expected = [(1 if position[0] == "+" else -1) * 9.81 if axis == position[1] else 0.0 for axis in "XYZ"]
             for value, right in zip(force, expected):
                 self.assertAlmostEqual(value, right, delta=0.5, msg=f"{unit} {position}")
+
+    def check_noise(self):
+        """The deviations of the last run at 1 s are the white noise that the simulated laboratory is told to have."""
+        told = tomllib.loads((ROOT / "hal" / "sim" / "lab.toml").read_text(encoding="utf-8"))["lab_noise"]
+        # One unit of random walk per square root of an hour is 1/60 of it per second, averaged over 1 s.
+        expected = {"gyro": told["gyro_angle_random_walk_deg_per_sqrt_h"] / 60,
+                    "accel": told["accel_velocity_random_walk_mps_per_sqrt_h"] / 60}
+        shown = self.wait("noise", lambda s: all(unit["noise"]["gyro_dps"] for unit in s["units"]))
+        self.check_schema(shown, "campaign-status")
+        for unit in shown["units"]:
+            noise = self.noise(unit["serial"])
+            # 18 positions of 30 s at 10 Hz, less the one row that stays between two.
+            self.assertAlmostEqual(noise["samples"], 18 * 300, delta=36)
+            at = noise["tau_s"].index(1.0)
+            self.assertEqual(unit["noise"]["tau_s"], 1.0)
+            for sensor, values in noise["sensors"].items():
+                kind, axis = sensor.split("_")
+                # 18 times 1.5 * 30 - 2 degrees of freedom (NIST SP 1065, table 5): 1 / sqrt(2 * 774) = 2.5 %; slow
+                # noise and the output step add less.
+                self.assertAlmostEqual(values["oadev"][at] / expected[kind], 1.0, delta=0.2, msg=f"{unit['serial']} {sensor}")
+                in_status = unit["noise"]["gyro_dps" if kind == "gyro" else "accel_mps2"]
+                self.assertAlmostEqual(in_status["xyz".index(axis)] / expected[kind], 1.0, delta=0.2)
+        with self.assertRaises(urllib.error.HTTPError) as refused:
+            self.noise("nobody")
+        self.assertEqual(refused.exception.code, 400)
+        message = json.load(refused.exception)["error"]["message"]
+        self.assertIn("0380A001, 0380A002", message)
+
+    def noise(self, serial):
+        with urllib.request.urlopen(f"{self.lab.page}api/v1/noise?unit={serial}", timeout=30) as answer:
+            return json.load(answer)
 
     def check_models(self):
         truth = {u["unit"]: u["sensors"] for u in self.lab.truth()["units"]}

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -30,10 +31,12 @@ class ScriptedLab : public LabService {
       "units": [
         {"slot": "A", "serial": "SN0042", "type": "xsens-mti", "state": "recording", "powered": true, "simulated": true,
          "temp_c": -19.31, "slope_kpmin": 0.004, "slope_half_width_kpmin": 0.006, "stable": true, "position": "+X",
-         "samples": 123456, "lost": 0, "gyro_dps": [0.12, -0.03, 0.4], "accel_mps2": [9.79, 0.02, -0.11]},
+         "samples": 123456, "lost": 0, "gyro_dps": [0.12, -0.03, 0.4], "accel_mps2": [9.79, 0.02, -0.11],
+         "noise": {"tau_s": 0.96, "gyro_dps": [0.0375, 0.0381, 0.0369], "accel_mps2": [0.00167, 0.00171, 0.00166]}},
         {"slot": "B", "serial": "SN0043", "type": "xsens-mti", "state": "settling", "powered": true, "simulated": true,
          "temp_c": null, "slope_kpmin": null, "slope_half_width_kpmin": null, "stable": false, "position": null,
-         "samples": 0, "lost": 7, "gyro_dps": null, "accel_mps2": null}],
+         "samples": 0, "lost": 7, "gyro_dps": null, "accel_mps2": null,
+         "noise": {"tau_s": 0.96, "gyro_dps": null, "accel_mps2": null}}],
       "clock": {"rate": 60.0, "process_s": 39000.0}, "simulated": true, "version": "0.1.0"})");
   }
 
@@ -42,6 +45,16 @@ class ScriptedLab : public LabService {
     status["state"] = "idle";
     status["campaign"] = nullptr;
     return status;
+  }
+
+  /// Of a unit that has recorded nothing yet.
+  static json no_noise(const std::string& unit) {
+    json sensors;
+    for (const char* axis : {"x", "y", "z"}) {
+      sensors[std::string("gyro_") + axis] = {{"unit", "deg/s"}, {"oadev", json::array()}, {"mdev", json::array()}};
+      sensors[std::string("accel_") + axis] = {{"unit", "m/s2"}, {"oadev", json::array()}, {"mdev", json::array()}};
+    }
+    return {{"unit", unit}, {"rate_hz", 100.0}, {"samples", 0}, {"tau_s", json::array()}, {"sensors", sensors}};
   }
 
   void set_status(json status) {
@@ -73,6 +86,18 @@ class ScriptedLab : public LabService {
   void set_history(json history) {
     const std::lock_guard lock(mutex_);
     history_ = std::move(history);
+  }
+
+  /// What the question for the noise of that document's unit answers.
+  void set_noise(json noise) {
+    const std::lock_guard lock(mutex_);
+    const auto unit = noise.at("unit").get<std::string>();
+    noise_[unit] = std::move(noise);
+  }
+
+  [[nodiscard]] std::size_t noise_calls() const {
+    const std::lock_guard lock(mutex_);
+    return noise_calls_;
   }
 
   [[nodiscard]] std::vector<std::string> commands() const {
@@ -121,6 +146,13 @@ class ScriptedLab : public LabService {
     answer["after_s"] = after_s;
     return answer;
   }
+  base::Result<json> noise(const std::string& unit) const override {
+    const std::lock_guard lock(mutex_);
+    ++noise_calls_;
+    const auto found = noise_.find(unit);
+    if (found == noise_.end()) return base::bad_input("there is no unit '" + unit + "'", "unit");
+    return found->second;
+  }
   json log(std::int64_t after) const override {
     const std::lock_guard lock(mutex_);
     const auto begin = log_.begin() + std::min<std::ptrdiff_t>(after, std::ssize(log_));
@@ -146,6 +178,8 @@ class ScriptedLab : public LabService {
   json status_ = running_status();
   json history_ = {
       {"t_s", json::array()}, {"chamber_c", json::array()}, {"set_point_c", json::array()}, {"units", json::object()}};
+  std::map<std::string, json> noise_ = {{"SN0042", no_noise("SN0042")}, {"SN0043", no_noise("SN0043")}};
+  mutable std::size_t noise_calls_ = 0;
   std::uint64_t version_ = 1;
   std::vector<json> log_;
   std::vector<std::string> commands_;

@@ -70,6 +70,19 @@ TEST_F(Http, HandsHistoryAndLogTheirParameters) {
   }
 }
 
+TEST_F(Http, HandsTheNoiseOfTheUnitThatIsAskedFor) {
+  json noise = ScriptedLab::no_noise("SN0043");
+  noise["samples"] = 1200;
+  lab.set_noise(noise);
+  EXPECT_EQ(json::parse(body_of(get("/api/v1/noise?unit=SN0043"))), noise);
+  EXPECT_EQ(json::parse(body_of(get("/api/v1/noise?unit=SN0042"))), ScriptedLab::no_noise("SN0042"));
+  for (const char* path : {"/api/v1/noise?unit=SN9", "/api/v1/noise?unit=", "/api/v1/noise"}) {
+    const std::string answer = get(path);
+    EXPECT_EQ(status_of(answer), 400) << path;
+    EXPECT_EQ(json::parse(body_of(answer))["error"]["where"], "unit");
+  }
+}
+
 TEST_F(Http, LogAfterANegativeNumberCountsFromTheNewest) {
   for (int i = 0; i < 700; ++i) lab.add_log("entry");
   RawConnection events = open_events("Last-Event-ID: 0\r\n");

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// Allan deviation over averaging time of three sensors of a unit, both axes logarithmic.
+
+import { significant } from "./format.mjs";
+import { Plot, svg } from "./plot.mjs";
+
+const MARGIN = { top: 24, right: 14, bottom: 44, left: 52 };
+const AXES = ["x", "y", "z"];
+const ROOM = 1.25; // factor left above and below the lines
+const FEW_DECADES = 1.7; // with no more of them 2 and 5 are marked too
+const RESTING_S = 1;
+
+/** What is shown of each kind of sensor: the document's numbers are too small to read. */
+export const KINDS = {
+  gyro: { name: "gyros", unit: "m°/s", factor: 1000 },
+  accel: { name: "accelerometers", unit: "mm/s²", factor: 1000 },
+};
+
+function logTicks(low, high) {
+  const mantissas = Math.log10(high / low) > FEW_DECADES ? [1] : [1, 2, 5];
+  const found = [];
+  for (let k = Math.floor(Math.log10(low)); k <= Math.log10(high); ++k) {
+    found.push(...mantissas.map((m) => Number(`${m}e${k}`)).filter((v) => v >= low && v <= high));
+  }
+  return found;
+}
+
+/** From `low`…`high` to `from`…`to` pixels. */
+function logScale([low, high], from, to) {
+  return (value) => from + (Math.log(value / low) / Math.log(high / low)) * (to - from);
+}
+
+export class AllanChart extends Plot {
+  #tau_s = [];
+  #kind = "gyro";
+  #lines = [];
+
+  /** `host` holds the drawing, `legend` (a list) the names and values. */
+  constructor(host, legend) {
+    super(host, legend, MARGIN);
+    this.show(null, "gyro");
+  }
+
+  /** The document of GET /noise, or null; `kind`: "gyro" or "accel". */
+  show(noise, kind) {
+    this.#tau_s = noise?.tau_s ?? [];
+    this.#kind = kind;
+    this.#lines = AXES.map((axis, i) => {
+      const values = noise?.sensors[`${kind}_${axis}`].oadev ?? [];
+      const shown = values.map((value) => (value > 0 ? value * KINDS[kind].factor : null));
+      return { name: axis, style: `unit-${i}`, values: shown };
+    });
+    if (this.cursor >= this.#tau_s.length) this.moveCursor(null);
+    this.redraw();
+  }
+
+  /** Whether there is nothing to show. */
+  get empty() {
+    return this.#lines.every(({ values }) => values.every((value) => value === null));
+  }
+
+  get title() {
+    return `Allan deviation of the ${KINDS[this.#kind].name} over averaging time`;
+  }
+
+  get abscissae() {
+    return this.#tau_s;
+  }
+
+  get lines() {
+    return this.#lines;
+  }
+
+  /** The averaging time nearest to 1 s. */
+  get resting() {
+    const distance = (tau_s) => Math.abs(tau_s - RESTING_S);
+    return this.#tau_s.reduce((best, tau_s, i) => (distance(tau_s) < distance(this.#tau_s[best]) ? i : best), 0);
+  }
+
+  text(value) {
+    return `${significant(value, 3)} ${KINDS[this.#kind].unit}`;
+  }
+
+  where(index) {
+    return `at ${significant(this.#tau_s[index], 3)} s`;
+  }
+
+  scales(box) {
+    return { x: logScale(this.#times(), box.left, box.right), y: logScale(this.#range(), box.bottom, box.top) };
+  }
+
+  grid(box, x, y) {
+    if (this.empty) return [];
+    const nodes = this.#guides(x, y);
+    for (const value of logTicks(...this.#range())) {
+      nodes.push(svg("line", { x1: box.left, x2: box.right, y1: y(value), y2: y(value) }));
+      nodes.push(svg("text", { x: box.left - 8, y: y(value) + 4, "text-anchor": "end" }, String(value)));
+    }
+    for (const tau_s of logTicks(...this.#times())) {
+      nodes.push(svg("line", { x1: x(tau_s), x2: x(tau_s), y1: box.top, y2: box.bottom + 5 }));
+      nodes.push(svg("text", { x: x(tau_s), y: box.bottom + 20, "text-anchor": "middle" }, String(tau_s)));
+    }
+    nodes.push(svg("text", { x: 4, y: 10, class: "axis" }, `Allan deviation, ${KINDS[this.#kind].unit}`));
+    const middle = (box.left + box.right) / 2;
+    nodes.push(svg("text", { x: middle, y: box.bottom + 38, "text-anchor": "middle" }, "averaging time τ, s"));
+    return nodes;
+  }
+
+  /** σ = c / √τ for each power of ten c, as far as the chart reaches. */
+  #guides(x, y) {
+    const [t0, t1] = this.#times();
+    const [low, high] = this.#range();
+    const nodes = [];
+    const last = Math.floor(Math.log10(high * Math.sqrt(t1)));
+    for (let k = Math.ceil(Math.log10(low * Math.sqrt(t0))); k <= last; ++k) {
+      const c = 10 ** k;
+      const [from, to] = [Math.max(t0, (c / high) ** 2), Math.min(t1, (c / low) ** 2)];
+      const [y1, y2] = [from, to].map((tau_s) => y(c / Math.sqrt(tau_s)));
+      nodes.push(svg("line", { x1: x(from), x2: x(to), y1, y2, class: "guide" }));
+    }
+    return nodes;
+  }
+
+  #times() {
+    const t0 = this.#tau_s[0] ?? 1;
+    return [t0, Math.max(this.#tau_s.at(-1) ?? 1, 10 * t0)];
+  }
+
+  /** One decade at least. */
+  #range() {
+    const values = this.#lines.flatMap((line) => line.values).filter((value) => value !== null);
+    if (values.length === 0) return [1, 10];
+    const [low, high] = [Math.min(...values) / ROOM, Math.max(...values) * ROOM];
+    const widen = Math.max(1, Math.sqrt((10 * low) / high));
+    return [low / widen, high * widen];
+  }
+}

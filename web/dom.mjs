@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// The few things that are done to the page over and over.
+
+export const $ = (id) => document.getElementById(id);
+
+export function show(node, visible) {
+  node.hidden = !visible;
+}
+
+export function say(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+export function element(name, text) {
+  const node = document.createElement(name);
+  node.textContent = text;
+  return node;
+}
