@@ -46,10 +46,11 @@ double incomplete_beta(double a, double b, double x) {
 
 double median(std::span<const double> values) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::vector<double> sorted(values.begin(), values.end());
-  std::sort(sorted.begin(), sorted.end());
-  const std::size_t half = sorted.size() / 2;
-  return sorted.size() % 2 == 1 ? sorted[half] : 0.5 * (sorted[half - 1] + sorted[half]);
+  std::vector<double> copy(values.begin(), values.end());
+  const auto upper = copy.begin() + static_cast<std::ptrdiff_t>(copy.size() / 2);
+  std::nth_element(copy.begin(), upper, copy.end());
+  if (copy.size() % 2 == 1) return *upper;
+  return 0.5 * (*std::max_element(copy.begin(), upper) + *upper);
 }
 
 double student_t_two_sided(double probability, double degrees_of_freedom) {

@@ -5,7 +5,7 @@
 
 namespace soak::base {
 
-/// Middle value (mean of the two middle ones for an even count). NaN for no values.
+/// Middle value (mean of the two middle ones for an even count). NaN for no values. O(n).
 [[nodiscard]] double median(std::span<const double> values);
 
 /// Value t with P(|X| < t) = `probability` for Student's distribution with `degrees_of_freedom` > 0 (need not be

@@ -17,8 +17,9 @@ struct SignalRecord {
   std::string column;  ///< what it is called where it comes from
   std::string unit;    ///< "deg/s", "m/s2"...; empty where nobody said
   double rate_hz = 0.0;
-  std::vector<double> t_s;     ///< one per value
-  std::vector<double> values;  ///< NaN = missing
+  std::vector<double> t_s;           ///< one per value
+  std::vector<double> values;        ///< NaN = missing
+  std::vector<std::string> remarks;  ///< what a reader must know of how the samples were found
 };
 
 /// What to ask of the Allan family.
@@ -68,6 +69,7 @@ struct WmraResult {
   std::vector<double> sigma;       ///< noise level of each level's details in the longest stretch, finest first
   std::vector<double> thresholds;  ///< those of the longest stretch
   std::size_t stretches = 0;
+  std::size_t useful_levels = 0;  ///< that the longest stretch carries
 };
 
 /// Denoises each stretch without a gap on its own (gaps of up to 5 samples are bridged by a straight line first, and

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/number_text.h"
+#include "calib/data_gate.h"
 #include "calib/sensor.h"
 #include "calib/signal/sample_grid.h"
 #include "db/run_file.h"
@@ -20,6 +21,7 @@
 #include "station/csv/text_file.h"
 #include "station/data_folder.h"
 #include "station/header_name.h"
+#include "station/output.h"
 #include "station/run_streams.h"
 
 namespace soak::station {
@@ -27,20 +29,32 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr double kRateTolerance = 0.01;
+constexpr double kLargest = 1e100;
+constexpr double kRemarkableShare = 0.001;
+constexpr double kRemarkableScatter = 0.1;
 
-/// A header's unit as results print it; empty where it says none.
+/// A unit of our headers as results print it; empty where it is none.
 std::string printed_unit_of(std::string_view unit) {
   if (unit == "dps") return "deg/s";
   if (unit == "rps") return "rad/s";
   if (unit == "degph") return "deg/h";
   if (unit == "mps2") return "m/s2";
   if (unit == "c") return "K";
-  return std::string(unit);
+  if (unit == "deg" || unit == "rad" || unit == "g" || unit == "mg" || unit == "v") return std::string(unit);
+  if (unit == "mps") return "m/s";
+  return {};
 }
 
-/// Samples with the lines that they stand in.
+/// What the suffix of a header says: "gx_dps", "rate_dps".
+std::string unit_of_header(std::string_view header) {
+  const std::size_t underscore = header.rfind('_');
+  return underscore == std::string_view::npos ? std::string() : printed_unit_of(header.substr(underscore + 1));
+}
+
+/// A column of values, with their times.
 struct TimedColumn {
-  std::vector<double> t_s;  ///< empty: the file has no time column
+  bool timed = false;
+  std::vector<double> t_s;  ///< empty where the file has no time column
   std::vector<double> values;
 };
 
@@ -57,7 +71,8 @@ class ColumnReader {
     while (true) {
       const auto more = scanner_.next(cells_);
       if (!more) return base::bad_input(more.error().message, path_ + ", " + more.error().where);
-      if (!*more) return std::move(result_);
+      if (!*more) return finished();
+      if (interrupted()) return base::fail(base::ErrorKind::internal, "interrupted", path_);
       if (auto status = read_row(); !status) return base::forward_error(status);
     }
   }
@@ -72,6 +87,7 @@ class ColumnReader {
     if (!more) return base::bad_input(more.error().message, path_ + ", " + more.error().where);
     if (!*more) return base::bad_input("the file is empty: it must begin with a header line such as t_s,gx_dps", path_);
     cell_count_ = cells_.size();
+    line_ = scanner_.line();
     std::vector<std::string> names;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       names.emplace_back(trimmed(cells_[i]));
@@ -81,15 +97,29 @@ class ColumnReader {
         time_header_ = names.back();
         time_scale_ = meaning->scale;
       }
-      if (names.back() == column_) value_ = i;
+      if (names.back() != column_) continue;
+      if (value_)
+        return base::bad_input(fmt::format("there are two columns '{}': name one of them differently", column_), path_);
+      value_ = i;
     }
+    result_.timed = time_.has_value();
     if (value_) return {};
     return base::bad_input(fmt::format("there is no column '{}': the file has {}", column_, fmt::join(names, ", ")),
                            path_);
   }
 
+  [[nodiscard]] base::Result<TimedColumn> finished() {
+    if (!result_.values.empty()) return std::move(result_);
+    return base::bad_input("the file has a header line and no rows", path_);
+  }
+
   base::Result<double> number(std::string_view cell, std::string_view column) const {
-    if (const auto value = base::parse_double(cell)) return *value;
+    const auto value = base::parse_double(cell);
+    if (value && std::abs(*value) > kLargest) {
+      return base::bad_input(fmt::format("{:g} is no reading of a sensor: at most 1e100 is taken", *value),
+                             place(column));
+    }
+    if (value) return *value;
     return base::bad_input(
         fmt::format("'{}' is no number: write a decimal number with a dot, or leave the cell empty", cell),
         place(column));
@@ -100,6 +130,12 @@ class ColumnReader {
       return base::bad_input(fmt::format("the line has {} cells where the header has {}", cells_.size(), cell_count_),
                              fmt::format("{}, line {}", path_, scanner_.line()));
     }
+    // In a file of one column an empty cell is an empty line, which the scanner passes over.
+    if (cell_count_ == 1) {
+      result_.values.insert(result_.values.end(), scanner_.line() - line_ - 1,
+                            std::numeric_limits<double>::quiet_NaN());
+    }
+    line_ = scanner_.line();
     const std::string_view cell = trimmed(cells_[*value_]);
     double value = std::numeric_limits<double>::quiet_NaN();
     if (!cell.empty()) {
@@ -127,6 +163,7 @@ class ColumnReader {
   std::string path_;
   std::string column_;
   std::size_t cell_count_ = 0;
+  std::size_t line_ = 0;  ///< of the last row
   std::optional<std::size_t> time_;
   std::string time_header_;
   double time_scale_ = 1.0;
@@ -135,8 +172,28 @@ class ColumnReader {
   TimedColumn result_;
 };
 
+/// What must be said of samples that are not as even as analyses take them to be.
+std::vector<std::string> remarks_on(const calib::signal::SampleGrid& grid) {
+  std::vector<std::string> remarks;
+  const auto missing = std::count_if(grid.values.begin(), grid.values.end(), [](double v) { return std::isnan(v); });
+  const double share = static_cast<double>(missing) / static_cast<double>(grid.values.size());
+  if (share > kRemarkableShare) {
+    remarks.push_back(
+        fmt::format("{} of {} samples are missing ({:.1f} %)", missing, grid.values.size(), 100.0 * share));
+  }
+  if (grid.scatter > kRemarkableScatter) {
+    remarks.push_back(
+        fmt::format("the times scatter by {:.0f} % of a step (RMS) about an even {:.6g} Hz, which the analysis "
+                    "takes them to be",
+                    100.0 * grid.scatter, grid.rate_hz));
+  }
+  return remarks;
+}
+
 calib::SignalRecord record_of(std::string column, std::string unit, calib::signal::SampleGrid grid) {
-  return {std::move(column), std::move(unit), grid.rate_hz, std::move(grid.t_s), std::move(grid.values)};
+  std::vector<std::string> remarks = remarks_on(grid);
+  return {std::move(column),   std::move(unit),        grid.rate_hz,
+          std::move(grid.t_s), std::move(grid.values), std::move(remarks)};
 }
 
 /// Row by row at the rate that the user gives.
@@ -170,26 +227,46 @@ base::Result<std::size_t> channel_named(const std::vector<db::ChannelInfo>& chan
                          "--column");
 }
 
-base::Result<std::vector<calib::Segment>> matching_segments(const db::Catalog& catalog, const db::RunRow& run,
-                                                            const RunPart& part) {
+/// Segments to analyse, and how many of those asked for the data gate has rejected.
+struct Selection {
+  std::vector<calib::Segment> segments;
+  std::size_t rejected = 0;
+};
+
+bool gate_rejects(const calib::Segment& segment, std::optional<calib::Sensor> sensor) {
+  return sensor ? calib::is_rejected(segment, *sensor) : calib::is_rejected(segment);
+}
+
+base::Status explain_empty(const Selection& selection, bool run_is_empty, const std::string& run) {
+  if (selection.rejected > 0) {
+    return base::bad_input("the data gate rejected every segment that was asked for ('soak runs show' says why)", run);
+  }
+  if (run_is_empty) return base::bad_input("the run has no segments: all of it is ramps, moves or void", run);
+  return base::bad_input("no segment of the run is of this visit and position ('soak runs show' lists them)", run);
+}
+
+base::Result<Selection> matching_segments(const db::Catalog& catalog, const db::RunRow& run, const RunPart& part,
+                                          std::optional<calib::Sensor> sensor) {
   auto all = catalog.segments(run.run_id, run.unit, false);
   if (!all) return base::forward_error(all);
-  std::vector<calib::Segment> matching;
+  Selection selection;
   for (calib::Segment& segment : *all) {
     const bool wanted =
         (!part.visit || segment.key.visit == *part.visit) && (!part.position || segment.key.position == *part.position);
-    if (wanted) matching.push_back(std::move(segment));
+    if (!wanted) continue;
+    if (gate_rejects(segment, sensor)) {
+      ++selection.rejected;
+    } else {
+      selection.segments.push_back(std::move(segment));
+    }
   }
-  if (!matching.empty()) return matching;
-  if (all->empty()) return base::bad_input("the run has no segments: all of it is ramps, moves or void", run.label);
-  return base::bad_input("no segment of the run is of this visit and position ('soak runs show' lists them)",
-                         run.label);
+  if (!selection.segments.empty()) return selection;
+  return base::forward_error(explain_empty(selection, all->empty(), run.label));
 }
 
 std::string unit_of_channel(const db::ChannelInfo& channel) {
   if (const auto sensor = calib::sensor_named(channel.name)) return std::string(calib::printed_unit(*sensor));
-  if (channel.name.ends_with("_c")) return "K";
-  return printed_unit_of(channel.unit);
+  return channel.name.ends_with("_c") ? "K" : printed_unit_of(channel.unit);
 }
 
 }  // namespace
@@ -200,9 +277,8 @@ base::Result<calib::SignalRecord> read_csv_signal(const std::filesystem::path& p
   if (!text) return base::forward_error(text);
   auto read = ColumnReader(*text, path.string(), column).read();
   if (!read) return base::forward_error(read);
-  const auto meaning = meaning_of_header(column);
-  std::string unit = meaning ? printed_unit_of(meaning->unit) : std::string();
-  if (read->t_s.empty()) {
+  std::string unit = unit_of_header(column);
+  if (!read->timed) {
     if (!rate_hz) return base::bad_input("the file has no time column (t_s, t_ms or t_us): give the rate", "--rate-hz");
     return record_of(column, std::move(unit), grid_at(*rate_hz, std::move(read->values)));
   }
@@ -229,15 +305,15 @@ base::Result<calib::SignalRecord> read_run_signal(const db::Catalog& catalog, co
   const auto& channels = file->streams()[*stream].channels;
   const auto channel = channel_named(channels, channel_name);
   if (!channel) return base::forward_error(channel);
-  const auto segments = matching_segments(catalog, *run, part);
-  if (!segments) return base::forward_error(segments);
+  const auto selection = matching_segments(catalog, *run, part, calib::sensor_named(channels[*channel].name));
+  if (!selection) return base::forward_error(selection);
   const auto all_t_s = read_values(*file, *stream, 0, 0, file->rows(*stream));
   if (!all_t_s) return base::forward_error(all_t_s);
 
   std::vector<double> t_s;
   std::vector<double> values;
   std::vector<std::size_t> breaks;
-  for (const calib::Segment& segment : *segments) {
+  for (const calib::Segment& segment : selection->segments) {
     const auto first = std::lower_bound(all_t_s->begin(), all_t_s->end(), segment.t_start_s);
     const auto last = std::upper_bound(first, all_t_s->end(), segment.t_end_s);
     const auto rows = read_values(*file, *stream, *channel, static_cast<std::uint64_t>(first - all_t_s->begin()),
@@ -249,7 +325,12 @@ base::Result<calib::SignalRecord> read_run_signal(const db::Catalog& catalog, co
   }
   auto grid = calib::signal::equally_spaced(t_s, values, breaks);
   if (!grid) return base::bad_input(grid.error().message, fmt::format("run {}, {}", run->label, channel_name));
-  return record_of(channels[*channel].name, unit_of_channel(channels[*channel]), *std::move(grid));
+  auto record = record_of(channels[*channel].name, unit_of_channel(channels[*channel]), *std::move(grid));
+  if (selection->rejected > 0) {
+    record.remarks.push_back(fmt::format(
+        "{} segments are left out: the data gate rejected them ('soak runs show' says why)", selection->rejected));
+  }
+  return record;
 }
 
 }  // namespace soak::station

@@ -14,15 +14,23 @@ struct SampleGrid {
   double rate_hz = 0.0;
   std::vector<double> t_s;  ///< time of each sample; of a missing one, where it would have been
   std::vector<double> values;
+  double scatter = 0.0;  ///< of the times about even steps: root mean square, in steps
 };
 
-/// Puts timed samples on a grid of equal steps. The step is the mean distance of neighbours that are no more than 1.5
-/// times the median distance apart; a longer distance is a gap, and the samples that it lacks come in as NaN.
-/// Neighbours are counted one by one, so that a clock whose rate is slightly off leaves no false gaps. Rows without a
-/// value (NaN) are passed over first: a slow channel among fast ones comes out at its own rate. At each index in
-/// `breaks` (rising) a new stretch begins however close it follows: at least kBreak missing samples go before it.
-/// Refuses lengths that differ, times that do not rise (naming the row), fewer than two samples, and a time axis with
-/// more than 20 missing samples for each present one.
+/// Puts timed samples on a grid of equal steps.
+///
+/// The step is the one that makes the distances of neighbours whole numbers of steps: it starts from the median
+/// distance and is refined over all distances of up to ten of these, so that lost samples, times that were printed
+/// coarsely and jitter leave it right. Where most steps would then be missing and twenty distances together are always
+/// much the same, samples arrive in bursts, and their mean distance is the step. Each sample lies at the whole number
+/// of steps (one at least) that a clock which follows the times slowly makes of its distance; steps between are missing
+/// samples.
+///
+/// Rows without a value (NaN) are passed over first: a slow channel among fast ones comes out at its own rate. At each
+/// index in `breaks` (rising) a new stretch begins however close it follows: at least kBreak missing samples go before
+/// it. Refuses lengths that differ, times that do not rise (naming the sample), fewer than two samples, a time axis
+/// with more than 20 missing samples for each present one, and a rate that changes by more than a tenth between the
+/// halves.
 inline constexpr std::size_t kBreak = 16;
 [[nodiscard]] base::Result<SampleGrid> equally_spaced(std::span<const double> t_s, std::span<const double> values,
                                                       std::span<const std::size_t> breaks = {});

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 
+#include "calib/signal/spectral_lines.h"
 #include "calib/signal_json/common.h"
+#include "calib/signal_json/record_checks.h"
 
 namespace soak::calib {
 namespace {
@@ -29,17 +31,23 @@ json spectrum_json(const signal::Spectrum& spectrum, const std::string& unit) {
   const double spacing_hz = spectrum.frequency_hz.size() > 1 ? spectrum.frequency_hz[1] : 0.0;
   double variance = 0.0;
   for (const double density : spectrum.density) variance += density * spacing_hz;
+  json lines = json::array();
+  for (const signal::SpectralLine& line : signal::spectral_lines(spectrum)) {
+    lines.push_back({{"frequency_hz", line.frequency_hz}, {"amplitude", line.amplitude}});
+  }
   return {{"frequency_hz", spectrum.frequency_hz},
           {"psd", spectrum.density},
           {"psd_unit", squared_per_hz(unit)},
           {"sections", spectrum.sections},
           {"degrees_of_freedom", spectrum.degrees_of_freedom},
-          {"variance", variance}};
+          {"variance", variance},
+          {"lines", std::move(lines)}};
 }
 
 }  // namespace
 
 base::Result<json> psd_json(const SignalRecord& record, const PsdRequest& request) {
+  if (auto status = check_changes(record.values); !status) return base::forward_error(status);
   const std::vector<double> values = bridged_values(record);
   const std::size_t room = longest_stretch(values);
   if (room < 8) return base::bad_input(fmt::format("the longest stretch has {} samples: at least 8 are needed", room));
@@ -52,7 +60,7 @@ base::Result<json> psd_json(const SignalRecord& record, const PsdRequest& reques
   if (!spectrum) return base::forward_error(spectrum);
   json document = header(record);
   document.update(spectrum_json(*spectrum, record.unit));
-  document["section"] = options.section;
+  document["section"] = std::min(options.section, values.size());
   document["after_wmra"] = nullptr;
   if (!request.after) return document;
   const auto denoised = denoised_values(record, *request.after);

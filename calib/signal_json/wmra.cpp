@@ -26,6 +26,7 @@ base::Result<WmraResult> wmra(const SignalRecord& record, const WmraRequest& req
     }
     if (range.count() > longest) {
       longest = range.count();
+      result.useful_levels = signal::useful_levels(longest, *wavelet);
       result.sigma = std::move(split->sigma);
       result.thresholds = std::move(split->thresholds);
     }

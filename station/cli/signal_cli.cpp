@@ -77,8 +77,8 @@ struct WmraOptions {
   }
 };
 
-void add_wavelet(CLI::App& command, calib::WmraRequest& request) {
-  command.add_option("--wavelet", request.wavelet, "db1 to db10 or sym2 to sym10")
+CLI::Option* add_wavelet(CLI::App& command, calib::WmraRequest& request) {
+  return command.add_option("--wavelet", request.wavelet, "db1 to db10 or sym2 to sym10")
       ->capture_default_str()
       ->type_name("W");
 }
@@ -117,13 +117,14 @@ struct AfterOptions {
 };
 
 void add_after(CLI::App& command, AfterOptions& after) {
-  add_wavelet(command, after.request);
-  command
-      .add_option("--level", after.request.options.levels,
-                  "Also of the signal denoised by wavelets down to this level (soft threshold)")
-      ->check(CLI::Range(1, 40))
-      ->type_name("L")
-      ->each([&after](const std::string&) { after.wanted = true; });
+  CLI::Option* wavelet = add_wavelet(command, after.request);
+  CLI::Option* level = command
+                           .add_option("--level", after.request.options.levels,
+                                       "Also of the signal denoised by wavelets down to this level (soft threshold)")
+                           ->check(CLI::Range(1, 40))
+                           ->type_name("L")
+                           ->each([&after](const std::string&) { after.wanted = true; });
+  wavelet->needs(level);
 }
 
 void register_allan(CLI::App& group, Request& request) {

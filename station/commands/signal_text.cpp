@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -36,20 +37,33 @@ std::string warning_lines(const json& document) {
   return lines;
 }
 
-/// The same coefficient as data sheets print it; empty where there is no such custom.
-std::string customary(std::string_view name, const json& coefficient) {
-  const std::string unit = coefficient["unit"];
-  const double value = coefficient["value"];
-  if (name == "angle_random_walk" && unit == "deg/s/sqrt(Hz)") return fmt::format("{:.4g} deg/sqrt(h)", 60.0 * value);
-  if (name == "angle_random_walk" && unit == "m/s2/sqrt(Hz)") return fmt::format("{:.4g} m/s/sqrt(h)", 60.0 * value);
-  if (name == "bias_instability" && unit == "deg/s") return fmt::format("{:.4g} deg/h", 3600.0 * value);
-  if (name == "bias_instability" && unit == "m/s2") {
-    return fmt::format("{:.4g} mg", 1000.0 * value / base::kStandardGravity_mps2);
-  }
-  return {};
+/// deg/s or m/s² of one unit of a rate, and which of the two it is.
+struct RateUnit {
+  bool is_gyro;
+  double factor;
+};
+std::optional<RateUnit> rate_unit(std::string_view unit) {
+  if (unit == "deg/s") return RateUnit{true, 1.0};
+  if (unit == "rad/s") return RateUnit{true, base::kDegPerRad};
+  if (unit == "deg/h") return RateUnit{true, 1.0 / 3600.0};
+  if (unit == "m/s2") return RateUnit{false, 1.0};
+  if (unit == "g") return RateUnit{false, base::kStandardGravity_mps2};
+  if (unit == "mg") return RateUnit{false, base::kStandardGravity_mps2 / 1000.0};
+  return std::nullopt;
 }
 
-std::string coefficient_table(const json& coefficients) {
+/// The same coefficient as data sheets print it; empty where there is no such custom.
+std::string customary(std::string_view name, const json& coefficient, std::string_view unit) {
+  const auto rate = rate_unit(unit);
+  if (!rate) return {};
+  const double value = coefficient["value"].get<double>() * rate->factor;
+  if (name == "angle_random_walk") return fmt::format("{:.4g} {}/sqrt(h)", 60.0 * value, rate->is_gyro ? "deg" : "m/s");
+  if (name != "bias_instability") return {};
+  if (rate->is_gyro) return fmt::format("{:.4g} deg/h", 3600.0 * value);
+  return fmt::format("{:.4g} mg", 1000.0 * value / base::kStandardGravity_mps2);
+}
+
+std::string coefficient_table(const json& coefficients, const std::string& unit) {
   constexpr std::array<std::pair<const char*, const char*>, 7> names = {{{"quantization", "quantisation Q"},
                                                                          {"angle_random_walk", "random walk N"},
                                                                          {"bias_instability", "bias instability B"},
@@ -63,46 +77,75 @@ std::string coefficient_table(const json& coefficients) {
     if (!c["found"].get<bool>() && std::string_view(key).starts_with("markov")) continue;
     table.push_back({title, c["found"].get<bool>() ? short_number(c["value"]) : "not seen", short_number(c["ci95"][0]),
                      short_number(c["ci95"][1]), c["unit"].get<std::string>(),
-                     c["found"].get<bool>() ? customary(key, c) : ""});
+                     c["found"].get<bool>() ? customary(key, c, unit) : ""});
   }
   return text_table(table);
 }
 
 std::string process_line(std::string_view order, const json& process) {
   if (process.is_null()) return fmt::format("Gauss-Markov, {} order: none seen\n", order);
-  return fmt::format("Gauss-Markov, {} order: sigma {:.4g}, correlation time {:.4g} s, white beside it {:.4g}\n", order,
-                     process["sigma"].get<double>(), process["correlation_s"].get<double>(),
-                     process["white_sigma"].get<double>());
+  return fmt::format(
+      "Gauss-Markov, {} order: sigma {:.4g}, correlation time {:.4g} s, white beside it {:.4g}; misses the correlation "
+      "by "
+      "{:.2g} RMS\n",
+      order, process["sigma"].get<double>(), process["correlation_s"].get<double>(),
+      process["white_sigma"].get<double>(), process["rms_misfit"].get<double>());
+}
+
+std::string correlation_time_text(const json& time_s, double step_s) {
+  if (time_s.is_null()) return "beyond the longest lag";
+  if (time_s.get<double>() < step_s) return "within one sample";
+  return fmt::format("at {:.4g} s", time_s.get<double>());
 }
 
 std::string correlation_lines(const json& document) {
-  const json& time = document["correlation_time_s"];
-  return fmt::format(
-             "standard deviation {:.6g}; correlation falls to 1/e at {}\n",
-             std::sqrt(document["variance"].get<double>()),
-             time.is_null() ? std::string("no lag of the table") : fmt::format("{:.4g} s", time.get<double>())) +
+  return fmt::format("standard deviation {:.6g}; correlation falls to 1/e {}\n",
+                     std::sqrt(document["variance"].get<double>()),
+                     correlation_time_text(document["correlation_time_s"], document["lag_s"][1])) +
          process_line("first", document["gauss_markov_1"]) + process_line("second", document["gauss_markov_2"]);
 }
 
-/// Indices from 0 to `count` - 1 on a scale that is even up to 10 and then grows by a tenth of a decade.
-std::vector<std::size_t> thinned(std::size_t count) {
-  std::vector<std::size_t> indices;
-  for (double next = 0.0; next < static_cast<double>(count); next = std::max(next + 1.0, next * 1.25)) {
-    indices.push_back(static_cast<std::size_t>(next));
+/// Where the bands of a table begin among `count` rows, and the end: one row each up to five, then a fifth wider each.
+std::vector<std::size_t> band_edges(std::size_t count) {
+  std::vector<std::size_t> edges;
+  for (double next = 0.0; next < static_cast<double>(count); next = std::max(next + 1.0, next * 1.2)) {
+    edges.push_back(static_cast<std::size_t>(next));
   }
-  return indices;
+  edges.push_back(count);
+  return edges;
 }
 
-/// A table of some rows of two lists, and of a third one from the analysis after denoising.
-std::string list_table(const json& document, const char* x, const char* y, const std::string& unit) {
+std::string mean_of(const json& values, std::size_t first, std::size_t last) {
+  double sum = 0.0;
+  for (std::size_t i = first; i < last; ++i) sum += values[i].is_null() ? 0.0 : values[i].get<double>();
+  return fmt::format("{:.4g}", sum / static_cast<double>(last - first));
+}
+
+/// Bands of a list: where each begins and ends, and its mean, also that after denoising.
+std::string band_table(const json& document, const char* x, const char* y, const std::string& x_unit,
+                       const std::string& y_title) {
   const json& after = document["after_wmra"];
-  std::vector<std::vector<std::string>> table = {{x, y + (unit.empty() ? "" : " " + unit)}};
+  std::vector<std::vector<std::string>> table = {{"from " + x_unit, "to " + x_unit, y_title}};
   if (!after.is_null()) table.front().emplace_back("after WMRA");
-  for (const std::size_t i : thinned(document[x].size())) {
-    table.push_back({short_number(document[x][i]), short_number(document[y][i])});
-    if (!after.is_null()) table.back().push_back(short_number(after[y][i]));
+  const std::vector<std::size_t> edges = band_edges(document[x].size());
+  for (std::size_t band = 0; band + 1 < edges.size(); ++band) {
+    const std::size_t first = edges[band];
+    const std::size_t last = edges[band + 1];
+    table.push_back(
+        {short_number(document[x][first]), short_number(document[x][last - 1]), mean_of(document[y], first, last)});
+    if (!after.is_null()) table.back().push_back(mean_of(after[y], first, last));
   }
   return text_table(table);
+}
+
+std::string lines_text(const json& lines, const std::string& unit) {
+  if (lines.empty()) return "no line stands out of the noise\n";
+  std::string text;
+  for (const json& line : lines) {
+    text += fmt::format("line at {:.5g} Hz, amplitude {:.4g} {}\n", line["frequency_hz"].get<double>(),
+                        line["amplitude"].get<double>(), unit);
+  }
+  return text;
 }
 
 }  // namespace
@@ -117,7 +160,7 @@ std::string allan_text(const json& document) {
                      short_number(document["mdev"][i]), short_number(document["ohdev"][i])});
   }
   std::string text = header_line(document) + text_table(table);
-  if (!document["coefficients"].empty()) text += "\n" + coefficient_table(document["coefficients"]);
+  if (!document["coefficients"].empty()) text += "\n" + coefficient_table(document["coefficients"], unit);
   return text + warning_lines(document);
 }
 
@@ -126,13 +169,14 @@ std::string psd_text(const json& document) {
          fmt::format("{} sections, {:.0f} degrees of freedom; integrates to a standard deviation of {:.6g} {}\n",
                      document["sections"].get<std::size_t>(), document["degrees_of_freedom"].get<double>(),
                      std::sqrt(document["variance"].get<double>()), document["unit"].get<std::string>()) +
-         list_table(document, "frequency_hz", "psd", document["psd_unit"]);
+         lines_text(document["lines"], document["unit"]) +
+         band_table(document, "frequency_hz", "psd", "Hz", "mean " + document["psd_unit"].get<std::string>());
 }
 
 std::string acf_text(const json& document) {
   std::string text = header_line(document) + correlation_lines(document);
   if (!document["after_wmra"].is_null()) text += "after WMRA: " + correlation_lines(document["after_wmra"]);
-  return text + list_table(document, "lag_s", "acf", "");
+  return text + band_table(document, "lag_s", "acf", "s", "mean correlation");
 }
 
 }  // namespace soak::station

@@ -3,7 +3,10 @@
 import csv
 import json
 import math
+import pathlib
 import random
+import signal
+import subprocess
 import unittest
 
 from soak_cli import ROOT, SoakTest, recording, shared_data
@@ -133,7 +136,58 @@ class Allan(Signal):
         error = self.refused("allan", self.write("fall.csv", "t_s,gx_dps\n0,1\n0,2\n"), "--column", "gx_dps")
         self.assertIn("line 3, column 't_s'", error["where"])
         timed = self.csv_of(self.white, rate_hz=50, name="timed.csv")
+        self.assertIn("no rows", self.refused("allan", self.write("h.csv", "t_s,gx_dps\n"), "--column", "gx_dps")["message"])
+        self.assertIn("two columns", self.refused("allan", self.write("d.csv", "gx_dps,gx_dps\n1,2\n"), "--column", "gx_dps", "--rate-hz", "1")["message"])
+        self.assertIn("1e100", self.refused("allan", self.write("b.csv", "gx_dps\n1e200\n"), "--column", "gx_dps", "--rate-hz", "1")["message"])
+        half = [f"{i * 0.01 if i < 2000 else 20 + (i - 2000) * 0.02:.2f},{v}" for i, v in enumerate(self.white)]
+        self.assertIn("rate changes", self.refused("allan", self.write("c.csv", "t_s,y\n" + "\n".join(half) + "\n"), "--column", "y")["message"])
         self.assertIn("50 Hz", self.refused("allan", timed, "--column", "gx_dps", "--rate-hz", "100")["message"])
+
+
+    def test_jitter_and_lost_rows_leave_rate_and_coefficient_right(self):
+        noise = random.Random(6)
+        lines = []
+        for i, v in enumerate(self.white):
+            if noise.random() < 0.002:
+                continue
+            lines.append(f"{(i + noise.uniform(-0.35, 0.35)) / 100:.6f},{v:.9g}")
+        done = self.soak("signal", "allan", self.write("j.csv", "t_s,rate_dps\n" + "\n".join(lines) + "\n"), "--column", "rate_dps", "--json")
+        document = json.loads(done.stdout)
+        self.assertAlmostEqual(document["rate_hz"], 100.0, delta=0.02)
+        self.assertEqual(document["samples"] + document["missing"], 4000)
+        self.assertEqual(document["unit"], "deg/s")
+        self.assertIn("scatter", done.stderr)
+        self.assertAlmostEqual(document["coefficients"]["angle_random_walk"]["value"], 0.05, delta=0.05 * 0.056)
+
+    def test_an_empty_line_of_a_single_column_is_a_missing_sample(self):
+        path = self.write("one.csv", "gx_dps\n" + "\n".join("" if i % 100 == 50 else f"{v:.9g}" for i, v in enumerate(self.white)) + "\n\n")
+        document = self.soak_json("signal-allan", "signal", "allan", path, "--column", "gx_dps", "--rate-hz", "100")
+        self.assertEqual((document["samples"], document["missing"]), (3960, 40))
+
+    def test_segments_that_the_gate_rejected_are_left_out(self):
+        text = recording(seconds=60)
+        lines = text.split("\n")
+        first = next(i for i, line in enumerate(lines) if ",+Y," in line)
+        for i in range(first + 60, first + 120):  # the second half of one segment, turned by 17 degrees
+            cells = lines[i].split(",")
+            cells[11:13] = f"{float(cells[11]) + 2.9:.6f}", f"{float(cells[12]) - 0.4:.6f}"
+            lines[i] = ",".join(cells)
+        self.imported("m.csv", "\n".join(lines))
+        done = self.soak("signal", "allan", "--run", "r1", "--column", "accel_y", "--json")
+        self.assertEqual(json.loads(done.stdout)["samples"], 1320)
+        self.assertIn("data gate", done.stderr)
+
+    def test_an_interrupt_ends_it_without_output(self):
+        path = self.csv_of(self.white * 100, rate_hz=100)
+        process = subprocess.Popen(self.command("signal", "wmra", path, "--column", "gx_dps", "-o", self.folder / "o.csv"),
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        while pathlib.Path(f"/proc/{process.pid}/status").read_text().split("SigCgt:")[1].split()[0][-1] not in "2367abef":
+            self.assertIsNone(process.poll(), "it ended before it could be interrupted")
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+        self.assertEqual((process.returncode, out), (1, ""))
+        self.assertIn("interrupted", err)
+        self.assertFalse((self.folder / "o.csv").exists())
 
 
 class Spectrum(Signal):
@@ -151,11 +205,16 @@ class Spectrum(Signal):
         values = [0.3 * math.sin(2 * math.pi * 40 * i / 200) + noise.gauss(0.0, 0.1) for i in range(16384)]
         path = self.csv_of(values, rate_hz=200)
         document = self.soak_json("signal-psd", "signal", "psd", path, "--column", "gx_dps", "--section", "1024", "--level", "6")
+        line = document["lines"][0]
+        self.assertAlmostEqual(line["frequency_hz"], 40.0, delta=0.1)
+        self.assertAlmostEqual(line["amplitude"], 0.3, delta=0.015)
         peak = max(range(len(document["psd"])), key=document["psd"].__getitem__)
         self.assertAlmostEqual(document["frequency_hz"][peak], 40.0, delta=200 / 1024)
         self.assertIsNotNone(document["after_wmra"])
         self.assertLess(document["after_wmra"]["variance"], document["variance"])
-        self.assertIn("after WMRA", self.soak("signal", "psd", path, "--column", "gx_dps", "--level", "6").stdout)
+        text = self.soak("signal", "psd", path, "--column", "gx_dps", "--level", "6").stdout
+        self.assertIn("after WMRA", text)
+        self.assertIn("line at 40", text)
 
 
 class Correlation(Signal):
@@ -210,6 +269,18 @@ class Wmra(Signal):
             error = self.refused("wmra", path, "--column", "gx_dps", "--rate-hz", "1", *arguments, *out)
             self.assertIn(words, error["message"] + error["where"], arguments)
         self.assertFalse((self.folder / "o.csv").exists())
+
+    def test_the_file_that_is_read_is_never_written_over(self):
+        path = self.csv_of([float(i % 7) for i in range(64)])
+        before = path.read_bytes()
+        error = self.refused("wmra", path, "--column", "gx_dps", "--rate-hz", "1", "-o", path)
+        self.assertIn("another name", error["message"])
+        self.assertEqual(path.read_bytes(), before)
+
+    def test_too_deep_a_level_is_told(self):
+        path = self.csv_of([float(i % 7) for i in range(64)])
+        done = self.soak("signal", "wmra", path, "--column", "gx_dps", "--rate-hz", "1", "--level", "20", "-o", self.folder / "o.csv")
+        self.assertIn("carries 2 levels of db8", done.stderr)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,10 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
+
+#include "base/random.h"
 
 namespace soak::calib::signal {
 namespace {
@@ -52,6 +55,80 @@ TEST(SampleGrid, TimesThatWerePrintedCoarselyLeaveNoFalseGaps) {
   ASSERT_TRUE(grid);
   EXPECT_EQ(grid->values.size(), 3000U);
   EXPECT_NEAR(grid->rate_hz, 300.0, 0.05);
+}
+
+/// `count` samples at 200 Hz whose times scatter uniformly by up to `share` of a step, some of them lost.
+struct Arrivals {
+  std::vector<double> t_s;
+  std::size_t lost = 0;
+
+  Arrivals(std::size_t count, double share, double loss) {
+    base::Random random(11);
+    for (std::size_t i = 0; i < count; ++i) {
+      const double t = 0.005 * (static_cast<double>(i) + share * random.uniform(-1.0, 1.0));
+      const bool is_lost = i > 0 && i + 1 < count && random.uniform() < loss;
+      if (is_lost) {
+        ++lost;
+      } else {
+        t_s.push_back(t);
+      }
+    }
+  }
+};
+
+TEST(SampleGrid, LostRowsAreCountedAndLeaveTheRateRight) {
+  for (const double loss : {0.001, 0.02, 0.05, 0.2}) {
+    const Arrivals arrivals(20000, 0.0, loss);
+    const auto grid = equally_spaced(arrivals.t_s, std::vector<double>(arrivals.t_s.size(), 1.0));
+    ASSERT_TRUE(grid);
+    EXPECT_NEAR(grid->rate_hz, 200.0, 1e-6) << loss;
+    EXPECT_EQ(grid->values.size(), 20000U) << loss;
+  }
+}
+
+TEST(SampleGrid, JitterMakesNeitherGapsNorAnotherRate) {
+  for (const double share : {0.1, 0.3, 0.4}) {
+    const Arrivals arrivals(20000, share, 0.0);
+    const auto grid = equally_spaced(arrivals.t_s, std::vector<double>(arrivals.t_s.size(), 1.0));
+    ASSERT_TRUE(grid);
+    // The ends of 20,000 steps are off by a step at most.
+    EXPECT_NEAR(grid->rate_hz, 200.0, 200.0 * 2e-4) << share;
+    EXPECT_EQ(grid->values.size(), 20000U) << share;
+    EXPECT_NEAR(grid->scatter, share / std::sqrt(3.0), 0.1 * share) << share;
+  }
+}
+
+TEST(SampleGrid, JitterAndLostRowsTogetherStayApart) {
+  const Arrivals arrivals(20000, 0.2, 0.02);
+  const auto grid = equally_spaced(arrivals.t_s, std::vector<double>(arrivals.t_s.size(), 1.0));
+  ASSERT_TRUE(grid);
+  EXPECT_EQ(grid->values.size(), 20000U);
+}
+
+TEST(SampleGrid, BurstsHaveTheirMeanRateAndNoGaps) {
+  std::vector<double> t;
+  for (int i = 0; i < 20000; ++i) t.push_back(0.020 * (i / 4) + 0.0005 * (i % 4));
+  const auto grid = equally_spaced(t, std::vector<double>(t.size(), 1.0));
+  ASSERT_TRUE(grid);
+  EXPECT_NEAR(grid->rate_hz, 200.0, 0.1);
+  EXPECT_EQ(grid->values.size(), t.size());
+}
+
+TEST(SampleGrid, ARateThatChangesIsRefusedWithBoth) {
+  std::vector<double> t = {0.0};
+  for (int i = 0; i < 10000; ++i) t.push_back(t.back() + (i < 5000 ? 0.005 : 0.010));
+  const auto grid = equally_spaced(t, std::vector<double>(t.size(), 1.0));
+  ASSERT_FALSE(grid);
+  EXPECT_NE(grid.error().message.find("from 200 to 100 Hz"), std::string::npos) << grid.error().message;
+}
+
+TEST(SampleGrid, AClockThatRunsOffSlowlyLeavesNoFalseGaps) {
+  // 199.9 Hz called 200, then drifting by 100 ppm over the record.
+  std::vector<double> t = {0.0};
+  for (int i = 0; i < 100000; ++i) t.push_back(t.back() + (1.0 + 1e-4 * i / 100000.0) / 199.9);
+  const auto grid = equally_spaced(t, std::vector<double>(t.size(), 1.0));
+  ASSERT_TRUE(grid);
+  EXPECT_EQ(grid->values.size(), t.size());
 }
 
 TEST(SampleGrid, ABreakSeparatesStretchesThatFollowClosely) {
