@@ -21,7 +21,9 @@ struct AllanCurve {
 };
 
 /// A coefficient with its two-sided 95 % interval (never below 0). `found` false: the curve shows no trace of the term;
-/// `value` is then 0 and `high` what could have stayed hidden.
+/// `value` is then 0 (but see AllanFit::bias_instability) and `high` what could have stayed hidden. Where a term was
+/// not found or the fit misfits, `high` is no more than lets the term's own curve stay below the upper ends of
+/// AllanFit::ci95.
 struct AllanCoefficient {
   double value = 0.0;
   double low = 0.0;
@@ -38,15 +40,19 @@ struct AllanFit {
   AllanCoefficient flicker;            ///< B of the flat term in U
   AllanCoefficient rate_random_walk;   ///< K in U/sqrt(s)
   AllanCoefficient rate_ramp;          ///< R in U/s
-  AllanCoefficient markov_sigma;       ///< standard deviation of the first-order Gauss-Markov term in U
-  AllanCoefficient markov_time_s;      ///< its correlation time
+  /// Standard deviation of the first-order Gauss-Markov term in U. Not found: `high` is for the least restrictive
+  /// correlation time between the shortest and the longest averaging time.
+  AllanCoefficient markov_sigma;
+  AllanCoefficient markov_time_s;  ///< its correlation time; not found: 0 to infinity
   /// Least value of the fitted curve within the averaging times divided by 0.664, with its interval: what data sheets
   /// call bias instability. `found` only if the curve has turned up again or is flat at its end; else an upper bound:
   /// `value` is what the falling curve has reached, `low` 0.
   AllanCoefficient bias_instability;
-  double bias_instability_tau_s = 0.0;      ///< averaging time of that least value
-  std::vector<double> deviation;            ///< of the fitted model at each averaging time
-  std::vector<double> degrees_of_freedom;   ///< effective, of each measured variance under the fitted model
+  double bias_instability_tau_s = 0.0;  ///< averaging time of that least value
+  std::vector<double> deviation;        ///< of the fitted model at each averaging time
+  /// Effective, of each measured variance under the fitted model, at least 1. Where the model misfits (p_value < 0.01)
+  /// no more than white noise, flicker or a random walk alone would have, nor than 2 over the squared relative misfit.
+  std::vector<double> degrees_of_freedom;
   std::vector<std::array<double, 2>> ci95;  ///< of each measured deviation (chi-squared at these degrees of freedom)
   double p_value = 1.0;                     ///< of the misfit: small = the six terms cannot make this curve
 };
@@ -56,7 +62,8 @@ struct AllanFit {
 /// does not need are left out (their share of belief stays in the intervals of the others); if the curve misfits,
 /// outlying averaging times (a vibration line, a temperature cycle) count less and all variances are inflated by what
 /// is left: a weak rise at the longest times then passes unnoticed, only the upper limits tell. Refuses fewer than 5
-/// averaging times, times without a difference, lengths that differ, deviations that are not finite and positive.
+/// averaging times, times without a difference, lengths that differ, deviations that are not finite and positive (and
+/// normal numbers), coefficients that no double holds.
 [[nodiscard]] base::Result<AllanFit> fit_allan(const AllanCurve& curve);
 
 }  // namespace soak::calib::signal

@@ -23,7 +23,8 @@ Eigen::VectorXd curve(const Eigen::MatrixXd& curves, const PerTerm& theta) {
   return curves.leftCols(kTerms) * Eigen::Map<const Eigen::VectorXd>(theta.data(), kTerms);
 }
 
-/// Models with independent errors of s sqrt(2/edf), edf about n/m, outliers bounded (Huber's weights).
+/// Models with independent errors of s sqrt(2/edf), edf about n/m, outliers bounded (Huber's weights). None where no
+/// choice of terms is positive.
 std::vector<Model> starting_models(const Points& points, const PairCounts& counts, const Eigen::MatrixXd& curves) {
   Eigen::VectorXd sigma(points.variance.size());
   for (Eigen::Index i = 0; i < sigma.size(); ++i) {
@@ -35,6 +36,7 @@ std::vector<Model> starting_models(const Points& points, const PairCounts& count
   for (int i = 0; i < kStartIterations; ++i) {
     const Eigen::VectorXd scale = weight.cwiseSqrt().cwiseQuotient(sigma);
     models = positive_models({scale.asDiagonal() * curves, scale.cwiseProduct(points.variance)});
+    if (models.empty()) break;
     const Eigen::VectorXd residual = points.variance - curve(curves, models.front().theta());
     weight = residual.cwiseQuotient(sigma).unaryExpr([](double r) { return 1.0 / std::max(1.0, std::abs(r)); });
   }
@@ -127,6 +129,7 @@ std::optional<Solution> solve(const Points& points, const PairCounts& counts, co
   Solution s;
   s.curves = term_curves(points.multiples, table.markov_time());
   s.models = start ? std::vector<Model>{*start} : starting_models(points, counts, s.curves);
+  if (s.models.empty()) return std::nullopt;
   for (int i = 0; i < kIterations; ++i) {
     if (!improve(points, table, outliers == Outliers::weighed_down, s)) return std::nullopt;
   }
