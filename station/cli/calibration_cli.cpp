@@ -2,9 +2,15 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "base/number_text.h"
+#include "calib/table_form.h"
 #include "station/cli/frame.h"
 #include "station/cli/number_list.h"
 #include "station/commands/calibration_commands.h"
@@ -33,6 +39,10 @@ void add_fit(CLI::App& program, Request& request) {
   command->add_option("--jobs", options->jobs, "Threads (else one per core)")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
+  command
+      ->add_flag("--chamber-time", options->chamber_time,
+                 "Also: what fewer runs, plateaus or one sweep would have given, in how many hours")
+      ->needs(unit);
   command->callback([options, rules, unit, all, &request] {
     if (unit->count() + all->count() == 0) throw CLI::RequiredError("--unit SN or --all");
     options->data = request.data;
@@ -41,22 +51,47 @@ void add_fit(CLI::App& program, Request& request) {
   });
 }
 
+/// The device ids that PX4 calls the accelerometer and the gyro of a unit; one number is both.
+void parse_device_ids(const std::string& list, ExportCommand& options) {
+  static constexpr double kLargest = 2147483647.0;
+  static const std::string kMustBe = "one or two whole numbers from 1 to 2147483647: ACCEL_ID or ACCEL_ID,GYRO_ID";
+  const std::vector<double> ids = parse_number_list("--device-id", list, 1.0, kLargest, kMustBe);
+  const bool whole = std::all_of(ids.begin(), ids.end(), [](double id) { return id == std::floor(id); });
+  if (!whole || ids.size() > 2) throw CLI::ValidationError("--device-id", "must be " + kMustBe);
+  options.accel_id = static_cast<std::int32_t>(ids.front());
+  options.gyro_id = static_cast<std::int32_t>(ids.back());
+}
+
 void add_export(CLI::App& program, Request& request) {
   const auto options = std::make_shared<ExportCommand>();
+  const auto device_ids = std::make_shared<std::string>();
   CLI::App* command = add_command(program, request, "export", "Write a unit's calibration file",
                                   "soak export --unit SN0042 --format blob -o SN0042.soakcal", true);
   command->add_option("--unit", options->unit, "Serial number of the unit")->required()->type_name("SN");
   command
       ->add_option("--format", options->format,
-                   "blob: for the deployment runtime; c: the same as a C header; json: for people and scripts")
+                   "blob: for the deployment runtime; c: the same as a C header; json: for people and scripts; px4, "
+                   "ardupilot: parameters of an autopilot; kalibr: noise values of an imu.yaml")
       ->required()
-      ->check(CLI::IsMember({"blob", "c", "json"}))
+      ->check(CLI::IsMember({"blob", "c", "json", "px4", "ardupilot", "kalibr"}))
       ->type_name("");
   command->add_option("-o,--output", options->file, "File to write")->required()->type_name("FILE");
   command->add_option("--model", options->model, "Model version (else the newest)")->type_name("V");
   command->add_flag("--simulated", options->simulated, "Export a model made from simulated data all the same");
-  command->callback([options, &request] {
+  command
+      ->add_option("--table", options->table,
+                   "blob, c: every curve as a table of at most N points, for small controllers")
+      ->check(CLI::Range(calib::kFewestTablePoints, calib::kMostTablePoints))
+      ->type_name("N");
+  command->add_option("--sign", options->sign, "blob: sign with this secret key ('soak key new' makes one)")
+      ->type_name("KEY");
+  command->add_option("--instance", options->instance, "px4, ardupilot: which of the vehicle's units, from 0 (else 0)")
+      ->type_name("N");
+  command->add_option("--device-id", *device_ids, "px4: CAL_ACCn_ID of the unit, and CAL_GYROn_ID where it is another")
+      ->type_name("ACCEL[,GYRO]");
+  command->callback([options, device_ids, &request] {
     options->data = request.data;
+    if (!device_ids->empty()) parse_device_ids(*device_ids, *options);
     request.action = [options](Output& output) { return run_export(*options, output); };
   });
 }

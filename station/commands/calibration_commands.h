@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,14 +11,19 @@
 
 namespace soak::station {
 
-/// soak export --unit SN --format blob|c|json -o FILE
+/// soak export --unit SN --format blob|c|json|px4|ardupilot|kalibr -o FILE
 struct ExportCommand {
   std::string data;
   std::string unit;
   std::string format;
   std::string file;
-  std::optional<int> model;  ///< version; absent = the newest
-  bool simulated = false;    ///< the user knows that the model comes from simulated data
+  std::optional<int> model;              ///< version; absent = the newest
+  bool simulated = false;                ///< the user knows that the model comes from simulated data
+  std::optional<int> instance;           ///< px4, ardupilot: which of the vehicle's units, from 0; absent = 0
+  std::optional<std::int32_t> accel_id;  ///< px4: device ids; absent = left to the user
+  std::optional<std::int32_t> gyro_id;
+  std::optional<int> table;  ///< blob, c: curves as tables of at most so many points; absent = as fitted
+  std::string sign;          ///< blob: secret key file to sign with; empty = unsigned
 };
 
 /// soak eval FILE.blob --temp-c T[,T...]

@@ -3,33 +3,56 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "base/sha256.h"
 #include "calib/calibration_file.h"
+#include "calib/export_ardupilot.h"
 #include "calib/export_c.h"
 #include "calib/export_json.h"
+#include "calib/export_px4.h"
 #include "calib/model_document.h"
+#include "calib/table_form.h"
 #include "station/commands/calibration_commands.h"
+#include "station/commands/export_noise.h"
+#include "station/commands/export_text.h"
 #include "station/csv/text_file.h"
 #include "station/data_folder.h"
 #include "station/identity.h"
+#include "station/key_file.h"
+#include "station/signing.h"
 
 namespace soak::station {
 namespace {
 
-base::Result<std::string> render(const calib::Calibration& calibration, const std::string& format) {
-  if (format == "json") return calib::export_json(calibration);
-  if (format == "c") return calib::export_c(calibration);
-  if (format != "blob") {
-    return base::bad_input(fmt::format("unknown format '{}'; known: blob, c, json", format), "--format");
+/// What an export makes: the file's content, and what the command says of it.
+struct Export {
+  std::string content;
+  std::optional<std::int32_t> model;  ///< version; absent: made of runs
+  bool simulated = false;
+  nlohmann::json members = nlohmann::json::object();  ///< of the document beyond those of every format
+  std::string text;
+};
+
+struct LoadedModel {
+  calib::Calibration calibration;
+  bool relative_accel = false;
+};
+
+/// Whether the model says of an accelerometer that its bias has no level of its own.
+bool has_relative_accel(const std::string& document) {
+  const auto json = nlohmann::json::parse(document, nullptr, false);
+  const nlohmann::json::json_pointer sensors("/fit/sensors");
+  if (json.is_discarded() || !json.contains(sensors)) return false;
+  for (const auto& [name, sensor] : json[sensors].items()) {
+    if (name.starts_with("accel") && sensor.value("relative", false)) return true;
   }
-  const auto bytes = calib::encode(calibration);
-  if (!bytes) return base::forward_error(bytes);
-  return std::string(bytes->begin(), bytes->end());
+  return false;
 }
 
-base::Result<calib::Calibration> load_model(const db::Catalog& catalog, const ExportCommand& command) {
+base::Result<LoadedModel> load_model(const db::Catalog& catalog, const ExportCommand& command) {
   const auto unit = catalog.unit(command.unit);
   if (!unit) return base::forward_error(unit);
   if (!*unit)
@@ -52,38 +75,128 @@ base::Result<calib::Calibration> load_model(const db::Catalog& catalog, const Ex
         fmt::format("model {} of unit {} comes from SIMULATED data; --simulated exports it all the same",
                     (*row)->version, command.unit));
   }
-  return calibration;
+  return LoadedModel{*std::move(calibration), has_relative_accel((*row)->document)};
+}
+
+base::Result<calib::Calibration> in_form(const calib::Calibration& calibration, const ExportCommand& command) {
+  if (!command.table) return calibration;
+  return calib::table_form(calibration, *command.table);
+}
+
+base::Result<base::Bytes> blob(const calib::Calibration& calibration, const std::string& key_path) {
+  auto bytes = calib::encode(calibration);
+  if (!bytes || key_path.empty()) return bytes;
+  const auto key = read_secret_key(key_path);
+  if (!key) return base::forward_error(key);
+  return signed_file(*bytes, key->key);
+}
+
+base::Result<std::string> render(const calib::Calibration& calibration, const ExportCommand& command) {
+  if (command.format == "json") return calib::export_json(calibration);
+  if (command.format == "c") return calib::export_c(calibration);
+  const auto bytes = blob(calibration, command.sign);
+  if (!bytes) return base::forward_error(bytes);
+  return std::string(bytes->begin(), bytes->end());
+}
+
+base::Result<calib::AutopilotFile> render_autopilot(const LoadedModel& model, const ExportCommand& command) {
+  if (command.format == "px4") {
+    return calib::export_px4(model.calibration,
+                             {command.instance.value_or(0), command.accel_id, command.gyro_id, model.relative_accel});
+  }
+  return calib::export_ardupilot(model.calibration, {command.instance.value_or(0), model.relative_accel});
+}
+
+base::Result<Export> export_model(const db::Catalog& catalog, const ExportCommand& command) {
+  const auto model = load_model(catalog, command);
+  if (!model) return base::forward_error(model);
+  Export made;
+  made.model = model->calibration.model_version;
+  made.simulated = model->calibration.simulated;
+  if (command.format == "px4" || command.format == "ardupilot") {
+    auto file = render_autopilot(*model, command);
+    if (!file) return base::forward_error(file);
+    made.content = file->text;
+    made.members = losses_document(*file);
+    made.text = losses_text(*file);
+    return made;
+  }
+  const auto calibration = in_form(model->calibration, command);
+  if (!calibration) return base::forward_error(calibration);
+  auto content = render(*calibration, command);
+  if (!content) return base::forward_error(content);
+  made.content = *std::move(content);
+  return made;
+}
+
+base::Result<Export> export_noise(const db::Catalog& catalog, const ExportCommand& command) {
+  const auto noise = unit_noise(catalog, command.unit, command.simulated);
+  if (!noise) return base::forward_error(noise);
+  const auto file = calib::export_kalibr(noise->source, noise->axes);
+  if (!file) return base::forward_error(file);
+  return Export{file->text, std::nullopt, noise->source.simulated, noise_document(noise->source, *file),
+                noise_text(noise->source, *file)};
+}
+
+/// Refuses formats that are none and options that mean nothing to the format.
+base::Status check(const ExportCommand& command) {
+  static constexpr std::string_view kFormats = " blob c json px4 ardupilot kalibr ";
+  if (kFormats.find(" " + command.format + " ") == std::string_view::npos) {
+    return base::bad_input(
+        fmt::format("unknown format '{}'; known: blob, c, json, px4, ardupilot, kalibr", command.format), "--format");
+  }
+  const bool px4 = command.format == "px4";
+  if (command.instance && !px4 && command.format != "ardupilot") {
+    return base::bad_input("only px4 and ardupilot number their sensors", "--instance");
+  }
+  if (!command.sign.empty() && command.format != "blob") {
+    return base::bad_input("only blob carries a signature", "--sign");
+  }
+  if (command.table && command.format != "blob" && command.format != "c") {
+    return base::bad_input("only blob and c have a table form", "--table");
+  }
+  if (command.accel_id && !px4) return base::bad_input("only px4 binds parameters to device ids", "--device-id");
+  if (command.model && command.format == "kalibr") {
+    return base::bad_input("kalibr's noise comes from the runs, not from a model: leave the option out", "--model");
+  }
+  return {};
+}
+
+base::Status record(db::Catalog& catalog, const ExportCommand& command, const Export& made, const std::string& sha256,
+                    const std::string& path) {
+  if (made.model) {
+    return catalog.add_calibration({command.unit, *made.model, now_utc_s(), command.format, sha256, path});
+  }
+  return catalog.log_event({now_utc_s(), "noise_exported", command.unit, command.format + " to " + path});
 }
 
 }  // namespace
 
 base::Status run_export(const ExportCommand& command, Output& output) {
+  if (const auto known = check(command); !known) return known;
   auto catalog = open_existing_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);
-  const auto calibration = load_model(*catalog, command);
-  if (!calibration) return base::forward_error(calibration);
-  const auto content = render(*calibration, command.format);
-  if (!content) return base::forward_error(content);
-  if (const auto written = write_text_file(command.file, *content); !written) return written;
+  const auto made = command.format == "kalibr" ? export_noise(*catalog, command) : export_model(*catalog, command);
+  if (!made) return base::forward_error(made);
+  if (const auto written = write_text_file(command.file, made->content); !written) return written;
 
   base::Sha256 hash;
-  hash.update(*content);
+  hash.update(made->content);
   const std::string sha256 = base::to_hex(hash.finish());
   const std::string path = std::filesystem::absolute(command.file).string();
-  auto recorded =
-      catalog->add_calibration({command.unit, calibration->model_version, now_utc_s(), command.format, sha256, path});
-  if (!recorded) return recorded;
+  if (auto recorded = record(*catalog, command, *made, sha256, path); !recorded) return recorded;
   if (output.json()) {
-    return output.print_json({{"unit", command.unit},
-                              {"model", calibration->model_version},
-                              {"format", command.format},
-                              {"file", path},
-                              {"bytes", content->size()},
-                              {"sha256", sha256},
-                              {"simulated", calibration->simulated}});
+    nlohmann::json document = {
+        {"unit", command.unit},          {"model", made->model ? nlohmann::json(*made->model) : nlohmann::json()},
+        {"format", command.format},      {"file", path},
+        {"bytes", made->content.size()}, {"sha256", sha256},
+        {"simulated", made->simulated}};
+    document.update(made->members);
+    return output.print_json(document);
   }
-  output.print(fmt::format("{}: unit {}, model {}, {} bytes{}\n", command.file, command.unit,
-                           calibration->model_version, content->size(), calibration->simulated ? ", SIMULATED" : ""));
+  output.print(fmt::format("{}: unit {}, {}{} bytes{}\n{}", command.file, command.unit,
+                           made->model ? fmt::format("model {}, ", *made->model) : "", made->content.size(),
+                           made->simulated ? ", SIMULATED" : "", made->text));
   return {};
 }
 

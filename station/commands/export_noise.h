@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/export_kalibr.h"
+#include "db/catalog.h"
+
+namespace soak::station {
+
+/// What a kalibr file is made of.
+struct UnitNoise {
+  calib::KalibrSource source;
+  std::vector<calib::AxisNoise> axes;
+};
+
+/// The noise of a unit's sensors in its longest segment at rest: of all sealed, unvoided runs of its current epoch,
+/// whatever their purpose, without segments that the data gate rejected. Refuses a unit whose longest segment is
+/// shorter than calib::kKalibrLeastStill_s, saying what to record, and simulated data unless `simulated`.
+[[nodiscard]] base::Result<UnitNoise> unit_noise(const db::Catalog& catalog, const std::string& unit, bool simulated);
+
+}  // namespace soak::station
