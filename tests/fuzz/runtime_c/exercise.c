@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "tests/fuzz/runtime_c/exercise.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "calib/runtime/soak_runtime.h"
+
+static int same_bits(float a, float b) {
+  uint32_t bits_of_a, bits_of_b;
+  memcpy(&bits_of_a, &a, sizeof a);
+  memcpy(&bits_of_b, &b, sizeof b);
+  return bits_of_a == bits_of_b;
+}
+
+static int has_value(soak_status status) { return status == SOAK_OK || status == SOAK_CLAMPED; }
+
+static const char* check_sensor(const soak_cal* cal, int sensor, float temp_c) {
+  float value, low, high, ci95, pi95;
+  soak_status status = soak_bias(cal, sensor, temp_c, &value);
+  if (status < 0) return "soak_bias refuses no sensor of a loaded file";
+  if (has_value(status) != soak_is_finite(value)) return "a bias is finite exactly if the status says so";
+  if (soak_temp_range(cal, sensor, &low, &high) == SOAK_OK) {
+    if (!(low <= high)) return "the valid range is not empty";
+    if (status == SOAK_OK && !(temp_c >= low && temp_c <= high)) return "a clamped temperature is reported";
+    if (status == SOAK_ABSENT) return "a sensor of the file has a bias curve";
+  } else if (status != SOAK_ABSENT) {
+    return "a sensor that is not in the file is absent";
+  }
+  status = soak_scale_ppm(cal, sensor, temp_c, &value);
+  if (has_value(status) != soak_is_finite(value)) return "a scale error is finite exactly if the status says so";
+  status = soak_uncertainty(cal, sensor, temp_c, &ci95, &pi95);
+  if (has_value(status) && !(ci95 >= 0.0f)) return "a stated uncertainty is not negative";
+  return NULL;
+}
+
+static const char* check_sample(const soak_cal* cal, float temp_c, const float raw[6]) {
+  float out[6];
+  uint32_t flags, i;
+  const soak_status status = soak_apply(cal, temp_c, raw, out, &flags);
+  if ((status == SOAK_OK) != (flags == 0U)) return "soak_apply is OK exactly if no flag is set";
+  for (i = 0; i < 6U; ++i) {
+    const int uncorrected = (flags & (SOAK_FLAG_ABSENT(i) | SOAK_FLAG_INVALID(i))) != 0U;
+    if (uncorrected && !same_bits(out[i], raw[i])) return "an uncorrected sensor passes unchanged";
+    if (!uncorrected && !soak_is_finite(out[i])) return "a corrected sensor is finite";
+    if (!soak_is_finite(raw[i]) && (flags & SOAK_FLAG_INVALID(i)) == 0U)
+      return "a raw value that is not finite has its flag";
+  }
+  return NULL;
+}
+
+static const char* check_temperature(const soak_cal* cal, float temp_c) {
+  static const float samples[3][6] = {{0.1f, -0.2f, 0.3f, 1.0f, -2.0f, 9.8f},
+                                      {0.0f, NAN, 1e30f, 0.0f, -INFINITY, 9.8f},
+                                      {FLT_MAX, -FLT_MAX, FLT_MIN, FLT_MAX, FLT_MAX, -FLT_MAX}};
+  const char* broken = NULL;
+  uint32_t i;
+  for (i = 0; i < 6U && broken == NULL; ++i) broken = check_sensor(cal, (int)i, temp_c);
+  for (i = 0; i < 3U && broken == NULL; ++i) broken = check_sample(cal, temp_c, samples[i]);
+  return broken;
+}
+
+static const char* check_everything(const soak_cal* cal) {
+  static const float fixed[] = {-300.0f, -29.9f, 0.0f, 20.0f, 1e-40f, 1e9f, -FLT_MAX, NAN, INFINITY};
+  const char* broken = NULL;
+  uint32_t i, k;
+  for (i = 0; i < sizeof fixed / sizeof fixed[0] && broken == NULL; ++i) broken = check_temperature(cal, fixed[i]);
+  for (i = 0; i < 6U; ++i) {
+    const float low = cal->sensor[i].temp_min_c, high = cal->sensor[i].temp_max_c;
+    if (i > 0U && low == cal->sensor[i - 1U].temp_min_c && high == cal->sensor[i - 1U].temp_max_c) continue;
+    for (k = 0; k <= 4U && broken == NULL; ++k) broken = check_temperature(cal, low + (high - low) * 0.25f * (float)k);
+  }
+  return broken;
+}
+
+int runtime_exercise(const uint8_t* file, size_t size, const char** broken) {
+  soak_cal cal;
+  const soak_status status = soak_load(&cal, file, size);
+  *broken = check_everything(&cal);
+  if (*broken == NULL && status != SOAK_OK) {
+    uint32_t i;
+    for (i = 0; i < 6U; ++i) {
+      if (cal.sensor[i].present) *broken = "a refused file leaves every sensor absent";
+    }
+  }
+  if (*broken == NULL && cal.error_offset > size) *broken = "the place of an error lies in the file";
+  return status;
+}
