@@ -27,6 +27,9 @@ struct TableCurve {
   double first_c = 0.0;
   double step_c = 1.0;
   std::vector<double> values;
+  /// Where the table stands for another curve: largest difference between the two over the valid range, in the unit of
+  /// the curve (table_form.h).
+  std::optional<double> bound = std::nullopt;
 };
 
 /// A function of temperature in °C, in SI (bias: rad/s, m/s²) or ppm (scale). A model has temperature as its only

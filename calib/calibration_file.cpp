@@ -47,6 +47,7 @@ base::Status add_curve(Draft& draft, const SensorCalibration& sensor, Quantity q
   if (!checked) return base::forward_error(checked);
   draft.sections.push_back(std::move(checked->curve));
   draft.bounds.push_back(std::move(checked->bound));
+  if (auto bound = file::table_bound_section(sensor.sensor, quantity, curve)) draft.bounds.push_back(*std::move(bound));
   return {};
 }
 
@@ -181,6 +182,12 @@ void take_curve(Calibration& calibration, std::uint32_t type, const std::uint8_t
   }
 }
 
+void take_table_bound(Calibration& calibration, const std::uint8_t* payload) {
+  SensorCalibration& sensor = sensor_of(calibration, payload[0]);
+  Curve& curve = payload[1] == 0 ? sensor.bias : *sensor.scale_ppm;
+  std::get<TableCurve>(curve).bound = static_cast<double>(soak_f32(payload + 4));
+}
+
 void take_uncertainty(Calibration& calibration, const std::uint8_t* payload) {
   SensorCalibration& sensor = sensor_of(calibration, payload[0]);
   if (payload[1] == 0) {
@@ -206,6 +213,9 @@ base::Status take_section(Calibration& calibration, std::uint32_t type, std::spa
       break;
     case SOAK_SECTION_UNCERTAINTY:
       take_uncertainty(calibration, payload.data());
+      break;
+    case SOAK_SECTION_TABLE_BOUND:
+      take_table_bound(calibration, payload.data());
       break;
     case SOAK_SECTION_MISALIGNMENT:
       calibration.accel_misalignment = file::read_matrix(payload.data());

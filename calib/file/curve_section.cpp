@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,13 @@ bool is_temperature(double temp_c) {
 
 double centre_c(const anfis::Model& model, const anfis::CurveRule& rule) {
   return model.inputs[0].scale.unscaled(rule.centre);
+}
+
+/// The least float32 number that is not below a number.
+double rounded_up(double value) {
+  const auto nearest = static_cast<float>(value);
+  const bool below = static_cast<double>(nearest) < value;
+  return static_cast<double>(below ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest);
 }
 
 base::Status check(const anfis::Model& model, const std::string& where) {
@@ -67,6 +75,9 @@ base::Status check(const TableCurve& table, const std::string& where) {
                       static_cast<std::uint32_t>(table.values.size())) == 0) {
     return base::bad_input("the step must be positive and all points within -273.15 ... 1000 °C, in float32 too",
                            where);
+  }
+  if (table.bound && !(*table.bound >= 0.0 && fits_float(rounded_up(*table.bound)))) {
+    return base::bad_input("the bound of a table must be a finite number that is not negative", where);
   }
   return {};
 }
@@ -199,7 +210,7 @@ SplineCurve read_spline(const std::uint8_t* payload) {
 
 TableCurve read_table(const std::uint8_t* payload) {
   const auto numbers = read_floats(payload + 4, 4);
-  TableCurve table{numbers[2], numbers[3], read_floats(payload + 20, soak_u16(payload + 2))};
+  TableCurve table{numbers[2], numbers[3], read_floats(payload + 20, soak_u16(payload + 2)), std::nullopt};
   for (double& value : table.values) value = numbers[0] + numbers[1] * value;
   return table;
 }
@@ -214,6 +225,15 @@ base::Result<Section> curve_section(Sensor sensor, Quantity quantity, const Curv
   return std::visit(
       [&](const auto& kind) { return section_of(payload_of(sensor, quantity), kind, scale, place(sensor, quantity)); },
       curve);
+}
+
+std::optional<Section> table_bound_section(Sensor sensor, Quantity quantity, const Curve& curve) {
+  const auto* table = std::get_if<TableCurve>(&curve);
+  if (table == nullptr || !table->bound) return std::nullopt;
+  base::ByteWriter out = payload_of(sensor, quantity);
+  out.write(std::uint16_t{0});
+  write_floats(out, {rounded_up(*table->bound)});
+  return Section{SOAK_SECTION_TABLE_BOUND, false, out.take()};
 }
 
 Curve read_curve(std::uint32_t type, const std::uint8_t* payload) {

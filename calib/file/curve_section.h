@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "base/result.h"
 #include "calib/calibration.h"
@@ -24,6 +25,10 @@ struct OutputScale {
 /// that coincide there.
 [[nodiscard]] base::Result<Section> curve_section(Sensor sensor, Quantity quantity, const Curve& curve,
                                                   const OutputScale& scale);
+
+/// What a table that stands for another curve says of its difference from it (docs/blob-format.md 0x0031); nothing for
+/// all other curves. Rounded up.
+[[nodiscard]] std::optional<Section> table_bound_section(Sensor sensor, Quantity quantity, const Curve& curve);
 
 /// The curve in a payload that soak_load() has accepted; `type` is its section's.
 [[nodiscard]] Curve read_curve(std::uint32_t type, const std::uint8_t* payload);

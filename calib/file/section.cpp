@@ -13,13 +13,18 @@ namespace {
 
 constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'S', 'O', 'A', 'K', 0x0D, 0x0A, 0x1A};
 constexpr std::uint16_t kMajorVersion = 1;
-constexpr std::uint16_t kMinorVersion = 0;
 constexpr std::uint8_t kSectionVersion = 1;
 constexpr std::uint32_t kHeaderSize = 24;
 constexpr std::size_t kSectionHeadSize = 8;
 constexpr std::size_t kCheckSize = 4;
 
 std::size_t padded(std::size_t size) { return (size + 3) / 4 * 4; }
+
+/// The least minor version that has all these sections.
+std::uint16_t minor_version(const std::vector<Section>& sections) {
+  const auto is_of_1_1 = [](const Section& section) { return section.type == SOAK_SECTION_TABLE_BOUND; };
+  return std::any_of(sections.begin(), sections.end(), is_of_1_1) ? 1 : 0;
+}
 
 }  // namespace
 
@@ -54,7 +59,7 @@ base::Bytes assemble(const std::vector<Section>& sections) {
   base::ByteWriter out;
   out.write(kMagic);
   out.write(kMajorVersion);
-  out.write(kMinorVersion);
+  out.write(minor_version(sections));
   out.write(static_cast<std::uint32_t>(size));
   out.write(kHeaderSize);
   out.write(static_cast<std::uint32_t>(sections.size()));

@@ -2,10 +2,12 @@
 /*
  * Reader of Soak calibration files (docs/blob-format.md, version 1) for microcontrollers.
  *
- * One header, C99 or C++. No allocation, no input or output, no global state (thread-safe), float32 only; of the C
- * library it uses fabsf, expf, powf and memcpy. The file stays where it is, for instance in flash, and must stay there
- * unchanged as long as the soak_cal that was loaded from it is used. Temperatures in °C of the unit's own thermometer,
- * rates in rad/s, accelerations in m/s².
+ * One header, C99 or C++, freestanding: it needs no C library and no mathematical function (a compiler may put in calls
+ * of memcpy and memset of its own). No allocation, no input or output, no variable outside the caller's soak_cal, which
+ * only soak_load writes: any number of threads may evaluate one calibration. float32 only; where a * b + c is not
+ * contracted (gcc, clang: -ffp-contract=off) every machine gets the same bits. The file stays where it is, for instance
+ * in flash, at any address, and must stay there unchanged as long as the soak_cal that was loaded from it is used.
+ * Temperatures in °C of the unit's own thermometer, rates in rad/s, accelerations in m/s².
  *
  *     static soak_cal cal;
  *     if (soak_load(&cal, file, file_size) != SOAK_OK) { ... no calibration: fly uncorrected, and say so ... }
@@ -18,10 +20,8 @@
 #define SOAK_RUNTIME_H_
 
 #include <float.h>
-#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <string.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -71,6 +71,7 @@ typedef struct soak_sensor {
   soak_curve curve[2];           /* bias, scale_ppm */
   const uint8_t* uncertainty[2]; /* payload of the uncertainty table, or null */
   const uint8_t* error_bound[2]; /* payload of the float32 error bound, or null */
+  const uint8_t* table_bound[2]; /* payload of the table's bound, or null */
 } soak_sensor;
 
 typedef struct soak_cal {
@@ -95,7 +96,8 @@ enum {
   SOAK_SECTION_MISALIGNMENT = 0x0020,
   SOAK_SECTION_G_SENSITIVITY = 0x0021,
   SOAK_SECTION_TERM = 0x0022,
-  SOAK_SECTION_ERROR_BOUND = 0x0030
+  SOAK_SECTION_ERROR_BOUND = 0x0030,
+  SOAK_SECTION_TABLE_BOUND = 0x0031
 };
 
 enum {
@@ -111,6 +113,7 @@ enum {
 
 #define SOAK_MAX_CENTRE 10000.0f
 #define SOAK_MAX_MISALIGNMENT 0.2f
+#define SOAK_MAX_WHOLE_SLOPE 16.0f /* up to here z^(2 slope) is multiplied out where 2 slope is a whole number */
 #define SOAK_TEMP_LOWEST (-273.15f)
 #define SOAK_TEMP_HIGHEST 1000.0f
 
@@ -118,19 +121,32 @@ static inline uint32_t soak_u16(const uint8_t* p) { return (uint32_t)p[0] | ((ui
 
 static inline uint32_t soak_u32(const uint8_t* p) { return soak_u16(p) | (soak_u16(p + 2) << 16); }
 
-static inline float soak_f32(const uint8_t* p) {
-  const uint32_t bits = soak_u32(p);
+/* A float32 and its bits. */
+typedef union soak_word {
+  uint32_t bits;
   float value;
-  memcpy(&value, &bits, sizeof value);
-  return value;
+} soak_word;
+
+static inline float soak_float_of(uint32_t bits) {
+  soak_word word;
+  word.bits = bits;
+  return word.value;
 }
 
-/* By its bits: comparisons with NaN do not survive -ffast-math. */
-static inline int soak_is_finite(float value) {
-  uint32_t bits;
-  memcpy(&bits, &value, sizeof bits);
-  return (bits & 0x7F800000U) != 0x7F800000U;
+static inline uint32_t soak_bits_of(float value) {
+  soak_word word;
+  word.value = value;
+  return word.bits;
 }
+
+static inline float soak_f32(const uint8_t* p) { return soak_float_of(soak_u32(p)); }
+
+/* By its bits: comparisons with NaN do not survive -ffast-math. */
+static inline int soak_is_finite(float value) { return (soak_bits_of(value) & 0x7F800000U) != 0x7F800000U; }
+
+static inline float soak_nan(void) { return soak_float_of(0x7FC00000U); }
+
+static inline float soak_magnitude(float value) { return soak_float_of(soak_bits_of(value) & 0x7FFFFFFFU); }
 
 static inline uint32_t soak_crc32c(const uint8_t* data, size_t size) {
   /* CRC of the 16 values of four bits */
@@ -194,9 +210,9 @@ static inline int soak_check_sensor(const uint8_t* p, uint32_t length) {
 }
 
 static inline int soak_check_rule(const uint8_t* p, uint32_t membership, uint32_t order) {
-  return soak_all_finite(p, 6U) && fabsf(soak_f32(p)) <= SOAK_MAX_CENTRE && fabsf(soak_f32(p + 4)) <= SOAK_MAX_CENTRE &&
-         soak_f32(p + 8) > 0.0f && (membership == 1U || soak_f32(p + 12) > 0.0f) &&
-         (order == 1U || soak_f32(p + 20) == 0.0f);
+  return soak_all_finite(p, 6U) && soak_magnitude(soak_f32(p)) <= SOAK_MAX_CENTRE &&
+         soak_magnitude(soak_f32(p + 4)) <= SOAK_MAX_CENTRE && soak_f32(p + 8) > 0.0f &&
+         (membership == 1U || soak_f32(p + 12) > 0.0f) && (order == 1U || soak_f32(p + 20) == 0.0f);
 }
 
 static inline int soak_check_fis(const uint8_t* p, uint32_t length) {
@@ -296,6 +312,13 @@ static inline int soak_take_error_bound(soak_cal* cal, const uint8_t* p, uint32_
          soak_note(&sensor->error_bound[p[1]], p);
 }
 
+/* Comes after the table that it belongs to. */
+static inline int soak_take_table_bound(soak_cal* cal, const uint8_t* p, uint32_t length) {
+  soak_sensor* sensor = soak_owner(cal, p, length);
+  return sensor != NULL && sensor->curve[p[1]].kind == SOAK_SECTION_TABLE && length == 8U &&
+         soak_all_between(p + 4, 1U, 0.0f, FLT_MAX) && soak_note(&sensor->table_bound[p[1]], p);
+}
+
 static inline int soak_take_provenance(soak_cal* cal, const uint8_t* p, uint32_t length) {
   if (!soak_check_provenance(p, length)) return 0;
   cal->simulated = soak_u32(p + 24) & 1U;
@@ -332,6 +355,9 @@ static inline soak_status soak_take_section(soak_cal* cal, const uint8_t* head) 
       break;
     case SOAK_SECTION_ERROR_BOUND:
       good = soak_take_error_bound(cal, p, length);
+      break;
+    case SOAK_SECTION_TABLE_BOUND:
+      good = soak_take_table_bound(cal, p, length);
       break;
     case SOAK_SECTION_TERM: /* for those who know its name and have its input */
       good = length >= 4U;
@@ -375,8 +401,10 @@ static inline soak_status soak_take_sections(soak_cal* cal, const uint8_t* data,
 
 static inline soak_status soak_load_checked(soak_cal* cal, const uint8_t* data, size_t size) {
   static const uint8_t magic[8] = {0x89, 0x53, 0x4F, 0x41, 0x4B, 0x0D, 0x0A, 0x1A};
-  uint32_t header, count;
-  if (size < 8U || memcmp(data, magic, 8U) != 0) return SOAK_E_MAGIC;
+  uint32_t header, count, i;
+  for (i = 0; i < 8U; ++i) {
+    if (size < 8U || data[i] != magic[i]) return SOAK_E_MAGIC;
+  }
   if (size < 28U || size > SOAK_MAX_FILE || soak_u32(data + 12) != size) return SOAK_E_CHECK;
   if (soak_crc32c(data, size - 4U) != soak_u32(data + size - 4U)) return SOAK_E_CHECK;
   if (soak_u16(data + 8) != 1U) return SOAK_E_VERSION;
@@ -389,6 +417,12 @@ static inline soak_status soak_load_checked(soak_cal* cal, const uint8_t* data, 
   return soak_take_sections(cal, data, header, (uint32_t)size - 4U, count);
 }
 
+static inline void soak_clear(soak_cal* cal) {
+  uint8_t* bytes = (uint8_t*)cal;
+  size_t i;
+  for (i = 0; i < sizeof *cal; ++i) bytes[i] = 0U;
+}
+
 /* ---- loading ---- */
 
 /* Checks the whole file, byte for byte, and notes where things lie in it. On anything but SOAK_OK the calibration is
@@ -397,12 +431,12 @@ SOAK_NODISCARD static inline soak_status soak_load(soak_cal* cal, const void* da
   soak_status status;
   uint32_t offset;
   if (cal == NULL) return SOAK_E_ARGUMENT;
-  memset(cal, 0, sizeof *cal);
+  soak_clear(cal);
   if (data == NULL) return SOAK_E_ARGUMENT;
   status = soak_load_checked(cal, (const uint8_t*)data, size);
   if (status != SOAK_OK) {
     offset = cal->error_offset;
-    memset(cal, 0, sizeof *cal);
+    soak_clear(cal);
     cal->error_offset = offset;
   }
   return status;
@@ -414,29 +448,91 @@ static inline float soak_clamp(float value, float low, float high) {
   return value < low ? low : value > high ? high : value;
 }
 
+/* 2^y, relative error 1.2e-7 at most; 0 for y <= -126. y at most 126. */
+static inline float soak_exp2(float y) {
+  int32_t whole;
+  float f, p;
+  if (!(y > -126.0f)) return 0.0f;
+  whole = (int32_t)(y + 256.5f) - 256;
+  f = y - (float)whole; /* in -0.5..0.5 */
+  p = 1.0f +
+      f * (0.693147182f +
+           f * (0.240226477f + f * (0.0555033237f + f * (0.00961843692f + f * (0.0013398875f + f * 0.00015353362f)))));
+  return p * soak_float_of((uint32_t)(whole + 127) << 23);
+}
+
+/* log2 x for FLT_MIN <= x <= FLT_MAX, error at most 1.2e-7 of the larger of |log2 x| and 1. */
+static inline float soak_log2(float x) {
+  const uint32_t bits = soak_bits_of(x);
+  const int32_t whole = (int32_t)((bits + (0x3F800000U - 0x3F3504F3U)) >> 23) - 127;
+  const float m = soak_float_of(bits - ((uint32_t)whole << 23)); /* from sqrt(1/2) to sqrt(2) */
+  const float s = (m - 1.0f) / (m + 1.0f);                       /* log2 m = 2/ln 2 (s + s^3/3 + s^5/5 ...) */
+  const float q = s * s;
+  return (float)whole + s * (2.88539004f + q * (0.961798847f + q * (0.576714218f + q * 0.431741714f)));
+}
+
+static inline float soak_whole_power(float base, uint32_t exponent) {
+  float power = (exponent & 1U) != 0U ? base : 1.0f;
+  for (exponent >>= 1; exponent != 0U; exponent >>= 1) {
+    base *= base;
+    if ((exponent & 1U) != 0U) power *= base;
+  }
+  return power;
+}
+
+/* mu = 1 / (1 + z^(2 slope)), z >= 0 */
+static inline float soak_bell(float z, float slope) {
+  const uint32_t twice = slope <= SOAK_MAX_WHOLE_SLOPE ? (uint32_t)(2.0f * slope) : 0U;
+  float exponent;
+  if (twice != 0U && (float)twice == 2.0f * slope) return 1.0f / (1.0f + soak_whole_power(z, twice));
+  if (z < FLT_MIN) return 1.0f;
+  if (z > FLT_MAX) return 0.0f;
+  exponent = 2.0f * (slope * soak_log2(z));
+  return exponent > 126.0f ? 0.0f : 1.0f / (1.0f + soak_exp2(exponent));
+}
+
+/* mu = exp(-z^2 / 2) */
+static inline float soak_gaussian(float z) { return soak_exp2(-0.72134752f * (z * z)); }
+
+/* T - c of a rule; the centre is in two parts, so that the first difference is exact near the centre */
+static inline float soak_rule_distance(const uint8_t* rule, float t) {
+  return (t - soak_f32(rule)) - soak_f32(rule + 4);
+}
+
+/* v + g d of a rule */
+static inline float soak_rule_value(const uint8_t* rule, float distance) {
+  return soak_f32(rule + 16) + soak_f32(rule + 20) * distance;
+}
+
+/* All strengths underflow: the value of the rule that is nearest in units of its width, the first of equals. */
+static inline float soak_nearest_rule(const uint8_t* rules, uint32_t count, float t) {
+  float nearest = 0.0f, least = 0.0f;
+  uint32_t i;
+  for (i = 0; i < count; ++i) {
+    const float d = soak_rule_distance(rules + 24U * i, t);
+    const float z = soak_magnitude(d / soak_f32(rules + 24U * i + 8));
+    if (i != 0U && !(z < least)) continue;
+    least = z;
+    nearest = soak_rule_value(rules + 24U * i, d);
+  }
+  return nearest;
+}
+
 /* r(T) = sum mu_i (v_i + g_i d_i) / sum mu_i */
 static inline float soak_eval_fis(const uint8_t* p, float temp_c) {
   const uint32_t count = soak_u16(p + 4);
   const float t = soak_clamp(temp_c, soak_f32(p + 8), soak_f32(p + 12));
-  float numerator = 0.0f, denominator = 0.0f, nearest = 0.0f, nearest_distance = 0.0f;
+  float numerator = 0.0f, denominator = 0.0f;
   uint32_t i;
   for (i = 0; i < count; ++i) {
     const uint8_t* rule = p + 24U + 24U * i;
-    /* centre in two parts: the first difference is exact near the centre */
-    const float d = (t - soak_f32(rule)) - soak_f32(rule + 4);
-    const float distance = fabsf(d / soak_f32(rule + 8));
-    const float f = soak_f32(rule + 16) + soak_f32(rule + 20) * d;
-    const float mu =
-        p[2] == 0U ? 1.0f / (1.0f + powf(distance, 2.0f * soak_f32(rule + 12))) : expf(-0.5f * distance * distance);
-    numerator += mu * f;
+    const float d = soak_rule_distance(rule, t);
+    const float z = soak_magnitude(d / soak_f32(rule + 8));
+    const float mu = p[2] == 0U ? soak_bell(z, soak_f32(rule + 12)) : soak_gaussian(z);
+    numerator += mu * soak_rule_value(rule, d);
     denominator += mu;
-    if (i == 0U || distance < nearest_distance) {
-      nearest_distance = distance;
-      nearest = f;
-    }
   }
-  /* all strengths underflow: the nearest rule, in units of its width, decides */
-  return denominator > 0.0f ? numerator / denominator : nearest;
+  return denominator > 0.0f ? numerator / denominator : soak_nearest_rule(p + 24, count, t);
 }
 
 /* Index of the interval of the rising numbers at p[0..intervals] that holds t; p[0] <= t. */
@@ -467,18 +563,18 @@ static inline float soak_eval_spline(const uint8_t* p, float temp_c) {
 }
 
 static inline float soak_eval_table(const uint8_t* p, float temp_c) {
-  const uint32_t count = soak_u16(p + 2);
-  const float first = soak_f32(p + 12), step = soak_f32(p + 16);
+  const int32_t last = (int32_t)soak_u16(p + 2) - 1;
+  const float step = soak_f32(p + 16), per_step = 1.0f / step;
+  const float offset = temp_c - soak_f32(p + 12);
   const uint8_t* values = p + 20;
-  const float offset = temp_c - first;
-  uint32_t j;
+  const float steps = offset * per_step;
+  int32_t j;
   float low;
-  if (count == 1U || !(offset > 0.0f)) return soak_f32(values);
-  if (offset >= (float)(count - 1U) * step) return soak_f32(values + 4U * (count - 1U));
-  j = (uint32_t)(offset / step);
-  if (j > count - 2U) j = count - 2U;
-  low = soak_f32(values + 4U * j);
-  return low + (soak_f32(values + 4U * j + 4U) - low) * ((offset - (float)j * step) / step);
+  if (!(offset > 0.0f)) return soak_f32(values);
+  if (offset >= (float)last * step) return soak_f32(values + 4 * last);
+  j = steps < (float)last ? (int32_t)steps : last - 1;
+  low = soak_f32(values + 4 * j);
+  return low + (soak_f32(values + 4 * j + 4) - low) * ((offset - (float)j * step) * per_step);
 }
 
 /* y = C + H r(T) */
@@ -513,13 +609,13 @@ static inline soak_status soak_limit_temperature(const soak_sensor* sensor, floa
 static inline soak_status soak_quantity(const soak_cal* cal, int sensor, int quantity, float temp_c, float* value) {
   soak_status status;
   if (cal == NULL || value == NULL || sensor < 0 || sensor >= SOAK_SENSORS) return SOAK_E_ARGUMENT;
-  *value = NAN;
+  *value = soak_nan();
   if (cal->sensor[sensor].curve[quantity].payload == NULL) return SOAK_ABSENT;
   status = soak_limit_temperature(&cal->sensor[sensor], &temp_c);
   if (status == SOAK_INVALID) return SOAK_INVALID;
   *value = soak_eval_curve(&cal->sensor[sensor].curve[quantity], temp_c);
   if (soak_is_finite(*value)) return status;
-  *value = NAN;
+  *value = soak_nan();
   return SOAK_INVALID;
 }
 
@@ -544,8 +640,8 @@ SOAK_NODISCARD static inline soak_status soak_uncertainty(const soak_cal* cal, i
   uint32_t count;
   soak_status status;
   if (cal == NULL || ci95 == NULL || pi95 == NULL || sensor < 0 || sensor >= SOAK_SENSORS) return SOAK_E_ARGUMENT;
-  *ci95 = NAN;
-  *pi95 = NAN;
+  *ci95 = soak_nan();
+  *pi95 = soak_nan();
   p = cal->sensor[sensor].uncertainty[0];
   if (p == NULL) return SOAK_ABSENT;
   status = soak_limit_temperature(&cal->sensor[sensor], &temp_c);
@@ -554,6 +650,22 @@ SOAK_NODISCARD static inline soak_status soak_uncertainty(const soak_cal* cal, i
   *ci95 = soak_interpolate(p + 8, p + 8U + 4U * count, count, temp_c);
   if ((soak_u32(p + 4) & 1U) != 0U) *pi95 = soak_interpolate(p + 8, p + 8U + 8U * count, count, temp_c);
   return status;
+}
+
+/* Largest difference over the valid range of soak_bias (quantity 0) or soak_scale_ppm (quantity 1) from the curve that
+ * the laboratory fitted, in the unit of the value: what float32 costs (the largest found on a fine grid), and where the
+ * file has the table form what that costs (proven). SOAK_ABSENT, and NaN: the file does not say. */
+SOAK_NODISCARD static inline soak_status soak_curve_error(const soak_cal* cal, int sensor, int quantity, float* bound) {
+  const soak_sensor* owner;
+  if (cal == NULL || bound == NULL || sensor < 0 || sensor >= SOAK_SENSORS || quantity < 0 || quantity > 1) {
+    return SOAK_E_ARGUMENT;
+  }
+  *bound = soak_nan();
+  owner = &cal->sensor[sensor];
+  if (owner->error_bound[quantity] == NULL) return SOAK_ABSENT;
+  *bound = soak_f32(owner->error_bound[quantity] + 4);
+  if (owner->table_bound[quantity] != NULL) *bound += soak_f32(owner->table_bound[quantity] + 4);
+  return SOAK_OK;
 }
 
 /* The valid range of a sensor in °C. */
@@ -582,7 +694,7 @@ static inline int soak_prepare(const soak_cal* cal, uint32_t i, float temp_c, fl
   if (!soak_is_finite(raw) || status == SOAK_ABSENT || status == SOAK_INVALID) return 0;
   scale_status = soak_scale_ppm(cal, (int)i, temp_c, &scale_ppm);
   if (scale_status == SOAK_ABSENT) scale_ppm = 0.0f;
-  if (scale_status == SOAK_INVALID || fabsf(scale_ppm) > 500000.0f) {
+  if (scale_status == SOAK_INVALID || soak_magnitude(scale_ppm) > 500000.0f) {
     *flags |= SOAK_FLAG_INVALID(i);
     return 0;
   }
@@ -665,10 +777,10 @@ static inline void soak_apply_gyros(const soak_cal* cal, float temp_c, const flo
 SOAK_NODISCARD static inline soak_status soak_apply(const soak_cal* cal, float temp_c, const float raw[6], float out[6],
                                                     uint32_t* flags) {
   float given[6];
-  uint32_t usable;
+  uint32_t usable, i;
   if (cal == NULL || raw == NULL || out == NULL || flags == NULL) return SOAK_E_ARGUMENT;
-  memcpy(given, raw, sizeof given);
-  memcpy(out, given, sizeof given);
+  for (i = 0; i < 6U; ++i) given[i] = raw[i];
+  for (i = 0; i < 6U; ++i) out[i] = given[i];
   *flags = 0U;
   usable = soak_apply_accels(cal, temp_c, given, out, flags);
   if (usable != 7U && (cal->misalignment != NULL || cal->g_sensitivity != NULL)) *flags |= SOAK_FLAG_UNCOUPLED;

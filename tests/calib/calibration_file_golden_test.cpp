@@ -22,7 +22,9 @@ struct Golden {
   Calibration calibration;
 };
 
-std::vector<Golden> goldens() { return {{"fis", golden_fis()}, {"mixed", golden_mixed()}}; }
+std::vector<Golden> goldens() {
+  return {{"fis", golden_fis()}, {"mixed", golden_mixed()}, {"whole", golden_whole()}, {"table", golden_table()}};
+}
 
 base::Bytes blob_of(const Golden& golden) { return read_file(data_file(std::string(golden.name) + ".soakcal")); }
 

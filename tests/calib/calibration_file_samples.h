@@ -12,6 +12,7 @@
 #include "anfis/one_input.h"
 #include "base/bytes.h"
 #include "calib/calibration.h"
+#include "calib/table_form.h"
 
 namespace soak::calib::samples {
 
@@ -150,6 +151,26 @@ inline Calibration golden_fis() {
   return calibration;
 }
 
+/// Golden file "whole": as "fis", but for bells whose exponents 2b are whole numbers, odd and even.
+inline Calibration golden_whole() {
+  Calibration calibration = golden_fis();
+  calibration.unit = "SN-0004";
+  for (SensorCalibration& sensor : calibration.sensors) {
+    if (!is_gyro(sensor.sensor)) continue;
+    auto rules = anfis::curve_rules(std::get<anfis::Model>(sensor.bias));
+    for (std::size_t k = 0; k < rules.size(); ++k) rules[k].slope = 1.0 + 0.5 * static_cast<double>(k);
+    sensor.bias = fis_of(anfis::Shape::bell, rules, {20.0, 50.0}, {0.01, 0.004});
+  }
+  return calibration;
+}
+
+/// Golden file "table": the table form of "fis", a point at each whole °C.
+inline Calibration golden_table() {
+  Calibration calibration = *table_form(golden_fis(), 101);
+  calibration.unit = "SN-0005";
+  return calibration;
+}
+
 /// Golden file "mixed": splines and tables, misalignment, g-sensitivity, an accepted term; simulated; no gyro_y.
 inline Calibration golden_mixed() {
   Calibration calibration = provenance("SN-0002");
@@ -193,7 +214,7 @@ inline Calibration with_bias(const Curve& curve, Sensor sensor = Sensor::gyro_x)
   return calibration;
 }
 
-inline std::string data_file(const std::string& name) { return std::string(SOAK_TEST_FOLDER) + "/data/golden/" + name; }
+inline std::string data_file(const std::string& name) { return SOAK_TEST_FOLDER "/data/golden/" + name; }
 
 inline base::Bytes read_file(const std::string& path) {
   std::ifstream in(path, std::ios::binary);

@@ -116,6 +116,29 @@ anfis::Model hostile_model(base::Random& random) {
   return frame.with(rules);
 }
 
+// The runtime's own functions, by its header 1.2e-7: two steps of float32 (2^-24 each).
+TEST(RuntimeAccuracy, PowersOfTwoAreThoseOfDoublePrecision) {
+  double worst = 0.0;
+  for (double y = -125.99; y < 126.0; y += 0.00137) {
+    const auto x = static_cast<float>(y);
+    worst = std::max(worst, std::abs(static_cast<double>(soak_exp2(x)) / std::exp2(static_cast<double>(x)) - 1.0));
+  }
+  EXPECT_LE(worst, 1.2e-7);
+  EXPECT_EQ(soak_exp2(-126.0F), 0.0F);
+  EXPECT_EQ(soak_exp2(126.0F), 0x1p126F);
+}
+
+TEST(RuntimeAccuracy, LogarithmsAreThoseOfDoublePrecision) {
+  double worst = 0.0;
+  for (std::uint32_t bits = 0x00800000U; bits < 0x7F800000U; bits += 10007U) {
+    const float x = soak_float_of(bits);
+    const double truth = std::log2(static_cast<double>(x));
+    const double error = std::abs(static_cast<double>(soak_log2(x)) - truth);
+    worst = std::max(worst, error / std::max(1.0, std::abs(truth)));
+  }
+  EXPECT_LE(worst, 1.2e-7);
+}
+
 TEST(RuntimeAccuracy, UsualModelsStayWithinAMillionthOfTheirSpan) {
   base::Random random(1);
   double worst = 0.0;
@@ -197,9 +220,9 @@ TEST(RuntimeAccuracy, StatedErrorBoundIsTheMeasuredOne) {
     const double span = static_cast<double>(soak_f32(cal.sensor[0].error_bound[0] + 8));
     const auto d = deviation(bytes, [&](double t) { return plain_fis(model, t); }, random);
     EXPECT_GE(span, (1.0 - 1e-6) * d.span);
-    EXPECT_LE(span, 1.05 * d.span);      // the random temperatures do not reach the ends
-    EXPECT_LE(d.largest, 1.25 * bound);  // two grids
-    EXPECT_GE(d.largest, bound / 4.0);   // rounded up by a factor of 2 at most
+    EXPECT_LE(span, 1.05 * d.span);     // the random temperatures do not reach the ends
+    EXPECT_LE(d.largest, 1.5 * bound);  // rounding noise on two different grids
+    EXPECT_GE(d.largest, bound / 4.0);  // rounded up by a factor of 2 at most
   }
 }
 

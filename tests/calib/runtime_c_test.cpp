@@ -32,20 +32,33 @@ TEST(RuntimeAsC, GivesTheSameBitsAsInCpp) {
   }
 }
 
-TEST(RuntimeAsC, CompilesWithoutWarningInStrictC99) {
-  const std::string flags = " -std=c99 -Wall -Wextra -Wconversion -pedantic -Werror -O2 -o /dev/null -I";
+/// Exit status of a shell command.
+int run(const std::string& command) { return std::system(command.c_str()); }
+
+/// Compiles the runtime as strict C99 with every warning an error.
+int compile_strictly(const std::string& compiler, const std::string& options) {
   const std::string tests = SOAK_TEST_FOLDER;
+  std::string command = compiler + " -std=c99 -Wall -Wextra -Wconversion -Wdouble-promotion -pedantic -Werror -O2 ";
+  command += options + " -o /dev/null -I" + tests + "/.. -c " + tests + "/calib/runtime_c/runtime_as_c.c";
+  return run(command);
+}
+
+TEST(RuntimeAsC, CompilesWithoutWarningInStrictC99) {
   int compilers = 0;
-  for (const char* compiler : {"gcc", "clang", "clang-19"}) {
-    std::string command = "command -v ";
-    command.append(compiler).append(" > /dev/null");
-    if (std::system(command.c_str()) != 0) continue;
+  for (const std::string compiler : {"gcc", "clang", "clang-19"}) {
+    if (run("command -v " + compiler + " > /dev/null") != 0) continue;
     ++compilers;
-    command = compiler;
-    command.append(flags).append(tests).append("/.. -c ").append(tests).append("/calib/runtime_c/runtime_as_c.c");
-    EXPECT_EQ(std::system(command.c_str()), 0) << command;
+    EXPECT_EQ(compile_strictly(compiler, ""), 0) << compiler;
   }
   EXPECT_GT(compilers, 0);
+}
+
+TEST(RuntimeAsC, CompilesWithTheHeadersOfAFreestandingCompilerAlone) {
+  // without a C library: <string.h> and <math.h> are not found
+  EXPECT_EQ(compile_strictly("gcc", "-ffreestanding -nostdinc -isystem $(gcc -print-file-name=include)"), 0);
+  if (run("command -v clang-19 > /dev/null") == 0) {
+    EXPECT_EQ(compile_strictly("clang-19", "-ffreestanding -nostdlibinc"), 0);
+  }
 }
 
 }  // namespace

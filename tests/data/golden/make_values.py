@@ -9,13 +9,13 @@ SENSORS = ["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]
 HERE = os.path.dirname(os.path.abspath(__file__))
 
 
-def fis(i, bell, centre, half_range):
+def fis(i, bell, centre, half_range, slopes=(1.5, 0.25)):
     """Six rules over u = (T - 20) / 50; the parameters are those of calibration_file_samples.h."""
     def value(t):
         u = (t - 20.0) / 50.0
         top = bottom = 0.0
         for k in range(6):
-            width, slope, c = 0.15 + 0.02 * k, 1.5 + 0.25 * k, -1.0 + 0.4 * k
+            width, slope, c = 0.15 + 0.02 * k, slopes[0] + slopes[1] * k, -1.0 + 0.4 * k
             z = abs(u - c) / width
             mu = 1.0 / (1.0 + z ** (2.0 * slope)) if bell else math.exp(-z * z / 2.0)
             top += mu * (0.3 * (k - i) * u + 0.8 - 0.1 * k * k + 0.05 * i)
@@ -45,13 +45,21 @@ def table(amplitude):
     return value
 
 
-def fis_calibration():
+def whole_degrees(curve):
+    """Linear between the whole degrees."""
+    def value(t):
+        j = min(math.floor(t), 69)
+        return curve(j) + (curve(j + 1) - curve(j)) * (t - j)
+    return value
+
+
+def fis_calibration(slopes=(1.5, 0.25), form=lambda curve: curve):
     curves = {}
     for i, name in enumerate(SENSORS):
         if i < 3:
-            curves[name] = (fis(i, True, 0.01, 0.004), None)
+            curves[name] = (form(fis(i, True, 0.01, 0.004, slopes)), None)
         else:
-            curves[name] = (fis(i, False, -0.2, 0.1), fis(i, False, 1500.0, 400.0))
+            curves[name] = (form(fis(i, False, -0.2, 0.1)), form(fis(i, False, 1500.0, 400.0)))
     return curves, (-30.0, 70.0), None, None
 
 
@@ -118,7 +126,9 @@ def document(calibration):
 
 
 def main():
-    for name, calibration in (("fis", fis_calibration()), ("mixed", mixed_calibration())):
+    for name, calibration in (("fis", fis_calibration()), ("mixed", mixed_calibration()),
+                              ("whole", fis_calibration(slopes=(1.0, 0.5))),
+                              ("table", fis_calibration(form=whole_degrees))):
         with open(os.path.join(HERE, name + ".values.json"), "w", encoding="utf-8") as f:
             json.dump(document(calibration), f, indent=1)
             f.write("\n")

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+// The deployment runtime against what autopilots evaluate today: a cubic polynomial per sensor, its coefficients in
+// memory, the temperature clamped to its range. "ns" is the least processor time per value of many short stretches in
+// which peer and runtime take turns; "per_cubic" is that over the peer's.
+//
+// Two loops. In turn: a value is asked for when the one before is there, as in a control loop or on a processor that
+// executes in order; the limits of the project (table <= 2, whole exponents <= 4, general bells <= 20) are for this
+// one. Streamed: nothing waits, so that a large processor works at many samples at once; of a cubic, more of them.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <ctime>
+#include <vector>
+
+#include "anfis/one_input.h"
+#include "calib/calibration_file.h"
+#include "calib/runtime/soak_runtime.h"
+#include "calib/table_form.h"
+
+namespace soak::calib {
+namespace {
+
+constexpr int kRules = 5;
+constexpr int kPoints = 256;
+constexpr std::size_t kTemperatures = 1024;
+constexpr int kStretches = 400;
+
+double now_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
+}
+
+/// As a fit of a thermal curve gives it: rules that overlap. slope 0: Gaussians.
+Curve model(int rules, double slope) {
+  std::vector<anfis::CurveRule> list;
+  const double spacing = 2.0 / (rules - 1);
+  for (int k = 0; k < rules; ++k) {
+    list.push_back({0.6 * spacing, slope, -1.0 + spacing * k, 0.3 * k - 0.5, 0.2 * k - 0.1 * k * k});
+  }
+  anfis::Model result = anfis::curve_model(slope > 0.0 ? anfis::Shape::bell : anfis::Shape::gaussian, list);
+  result.inputs[0].scale = {20.0, 50.0};
+  result.inputs[0].min = -30.0;
+  result.inputs[0].max = 70.0;
+  result.output = {0.01, 0.004};
+  return result;
+}
+
+/// All six sensors with this bias curve.
+Calibration with(const Curve& curve) {
+  Calibration calibration;
+  calibration.unit = "bench";
+  for (const Sensor sensor : kSensors) {
+    SensorCalibration one;
+    one.sensor = sensor;
+    one.temp_min_c = -30.0;
+    one.temp_max_c = 70.0;
+    one.bias = curve;
+    calibration.sensors.push_back(one);
+  }
+  return calibration;
+}
+
+/// Temperatures of the valid range in no order.
+std::vector<float> temperatures() {
+  std::vector<float> temps;
+  for (std::size_t i = 0; i < kTemperatures; ++i) {
+    temps.push_back(-28.0F + 96.0F * static_cast<float>(i * 37 % kTemperatures) / static_cast<float>(kTemperatures));
+  }
+  return temps;
+}
+
+struct Cubic {
+  float min_c, max_c, reference_c, c[4];
+};
+
+float value_of(const Cubic& cubic, float temp_c) {
+  const float d = soak_clamp(temp_c, cubic.min_c, cubic.max_c) - cubic.reference_c;
+  return cubic.c[0] + d * (cubic.c[1] + d * (cubic.c[2] + d * cubic.c[3]));
+}
+
+float value_of(const soak_cal& cal, float temp_c) {
+  float value = 0.0F;
+  return soak_bias(&cal, SOAK_GYRO_X, temp_c, &value) == SOAK_OK ? value : 0.0F;
+}
+
+/// Nanoseconds per value of one stretch; in_turn: each temperature waits for the value before (which it hardly
+/// changes).
+template <class Source>
+double stretch_ns(const Source& source, const std::vector<float>& temps, bool in_turn) {
+  float value = 0.0F;
+  const double start = now_ns();
+  for (const float temp_c : temps) {
+    benchmark::ClobberMemory();
+    value = value_of(source, in_turn ? temp_c + value : temp_c);
+    benchmark::DoNotOptimize(value);
+  }
+  return (now_ns() - start) / static_cast<double>(temps.size());
+}
+
+void compare(benchmark::State& state, const Calibration& calibration, bool in_turn) {
+  const auto bytes = encode(calibration);
+  soak_cal cal;
+  if (!bytes || soak_load(&cal, bytes->data(), bytes->size()) != SOAK_OK) return state.SkipWithError("no file");
+  Cubic cubic{-30.0F, 70.0F, 25.0F, {0.01F, 1e-4F, 1e-6F, 1e-8F}};
+  benchmark::DoNotOptimize(&cubic);
+  benchmark::DoNotOptimize(&cal);
+  const std::vector<float> temps = temperatures();
+  double own_ns = 1e9;
+  double cubic_ns = 1e9;
+  for (auto _ : state) {
+    for (int i = 0; i < kStretches; ++i) {
+      cubic_ns = std::min(cubic_ns, stretch_ns(cubic, temps, in_turn));
+      own_ns = std::min(own_ns, stretch_ns(cal, temps, in_turn));
+    }
+  }
+  state.counters["ns"] = own_ns;
+  state.counters["cubic_ns"] = cubic_ns;
+  state.counters["per_cubic"] = own_ns / cubic_ns;
+}
+
+const char* loop_name(const benchmark::State& state) { return state.range(0) != 0 ? "in turn" : "streamed"; }
+
+void Table(benchmark::State& state) {
+  state.SetLabel(loop_name(state));
+  compare(state, *table_form(with(model(kRules, 1.7)), kPoints), state.range(0) != 0);
+}
+
+void WholeExponents(benchmark::State& state) {
+  state.SetLabel(loop_name(state));
+  compare(state, with(model(kRules, 2.0)), state.range(0) != 0);
+}
+
+void GeneralBells(benchmark::State& state) {
+  state.SetLabel(loop_name(state));
+  compare(state, with(model(kRules, 1.7)), state.range(0) != 0);
+}
+
+void Gaussians(benchmark::State& state) {
+  state.SetLabel(loop_name(state));
+  compare(state, with(model(kRules, 0.0)), state.range(0) != 0);
+}
+
+/// A whole sample of six sensors with nine rules each, the most that a fit of ours has chosen so far.
+void Sample(benchmark::State& state) {
+  const Curve curve = model(9, state.range(0) != 0 ? 1.7 : 0.0);
+  state.SetLabel(state.range(0) != 0 ? "general bells" : "Gaussians");
+  const auto bytes = encode(with(curve));
+  soak_cal cal;
+  if (!bytes || soak_load(&cal, bytes->data(), bytes->size()) != SOAK_OK) return state.SkipWithError("no file");
+  const std::vector<float> temps = temperatures();
+  const float raw[6] = {0.1F, -0.2F, 0.3F, 1.0F, -2.0F, 9.8F};
+  for (auto _ : state) {
+    for (const float temp_c : temps) {
+      float out[6];
+      std::uint32_t flags = 0;
+      const soak_status status = soak_apply(&cal, temp_c, raw, out, &flags);
+      benchmark::DoNotOptimize(status);
+      benchmark::DoNotOptimize(out);
+    }
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(temps.size()));
+}
+
+BENCHMARK(Table)->ArgName("in_turn")->Arg(1)->Arg(0)->Iterations(1);
+BENCHMARK(WholeExponents)->ArgName("in_turn")->Arg(1)->Arg(0)->Iterations(1);
+BENCHMARK(GeneralBells)->ArgName("in_turn")->Arg(1)->Arg(0)->Iterations(1);
+BENCHMARK(Gaussians)->ArgName("in_turn")->Arg(1)->Arg(0)->Iterations(1);
+BENCHMARK(Sample)->ArgName("bells")->Arg(1)->Arg(0)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace soak::calib

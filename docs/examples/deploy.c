@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What docs/deployment.md shows, as one program; every line of code on that page stands here. */
+#include "SN-0001.h"
+
+static soak_cal cal;
+
+static void report_fault(const char* what) { (void)what; }
+
+/* [load] */
+int calibration_start(void) {
+  if (soak_load(&cal, soak_calibration_SN_0001, sizeof soak_calibration_SN_0001) != SOAK_OK) {
+    report_fault("calibration refused: flying uncorrected");
+    return 0;
+  }
+  if (cal.simulated != 0U) {
+    report_fault("calibration made from simulated data");
+    return 0;
+  }
+  return 1;
+}
+/* [load] */
+
+/* [apply] */
+soak_status correct(float temp_c, const float raw[6], float out[6]) {
+  uint32_t flags;
+  const soak_status status = soak_apply(&cal, temp_c, raw, out, &flags);
+  if (status == SOAK_OK) return status;
+  if ((flags & SOAK_FLAG_CLAMPED(SOAK_GYRO_X)) != 0U) report_fault("gyro x: temperature out of range");
+  if ((flags & SOAK_FLAG_ABSENT(SOAK_GYRO_X)) != 0U) report_fault("gyro x: not calibrated, raw");
+  if ((flags & SOAK_FLAG_INVALID(SOAK_GYRO_X)) != 0U) report_fault("gyro x: not usable, raw");
+  return status;
+}
+/* [apply] */
+
+/* [uncertainty] */
+float gyro_x_sigma(float temp_c) {
+  float ci95, pi95;
+  const soak_status status = soak_uncertainty(&cal, SOAK_GYRO_X, temp_c, &ci95, &pi95);
+  if (status != SOAK_OK) return 0.02f; /* rad/s: what the data sheet says of an uncalibrated unit */
+  return pi95 / 1.96f;
+}
+/* [uncertainty] */
+
+/* [vectors] */
+static const struct {
+  float temp_c, bias_dps;
+} kVectors[] = {{-29.5f, 0.750908f}, {25.0f, 0.582280f}};
+
+int self_test(void) {
+  unsigned i;
+  for (i = 0; i < sizeof kVectors / sizeof kVectors[0]; ++i) {
+    float bias;
+    if (soak_bias(&cal, SOAK_GYRO_X, kVectors[i].temp_c, &bias) != SOAK_OK) return 0;
+    const float difference = bias * 57.29578f - kVectors[i].bias_dps;
+    if (difference > 1e-5f || difference < -1e-5f) return 0;
+  }
+  return 1;
+}
+/* [vectors] */
+
+/* [error] */
+int is_exact_enough(float limit) {
+  float bound;
+  return soak_curve_error(&cal, SOAK_GYRO_X, 0, &bound) == SOAK_OK && bound <= limit;
+}
+/* [error] */
+
+int main(void) {
+  const float raw[6] = {0.01f, 0.0f, 0.0f, 0.1f, 0.0f, 9.8f};
+  float out[6];
+  if (!calibration_start() || !self_test()) return 1;
+  if (correct(25.0f, raw, out) != SOAK_OK || correct(90.0f, raw, out) != SOAK_CLAMPED) return 2;
+  if (!(gyro_x_sigma(25.0f) < 0.02f) || !is_exact_enough(1e-6f)) return 3;
+  return 0;
+}

@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The runtime on an emulated Cortex-M4F gives the bits that it gives here; prints instructions per call."""
+import os
+import shutil
+import subprocess
+import sys
+
+FILES = ["fis", "whole", "mixed", "table"]
+TEMPERATURES = 347  # -45 to 85 °C in steps of 3/8
+# soak_apply per sample may cost this many instructions; docs/deployment.md states fewer.
+LIMITS = {"fis_apply": 8000, "table_apply": 2000, "table_bias": 150, "hundred_more": 101}
+
+
+def run(*command):
+    result = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+    assert result.returncode == 0, result.stdout[-500:] + result.stderr[-500:]
+    return (result.stdout + result.stderr).splitlines()
+
+
+def on_microcontroller(program):
+    """-icount shift=0: one instruction is one nanosecond of the emulated timer, whatever the host does."""
+    return run("qemu-system-arm", "-machine", "mps2-an386", "-nographic", "-monitor", "none", "-serial", "none",
+               "-icount", "shift=0", "-semihosting-config", "enable=on,target=native", "-kernel", program)
+
+
+def on_host():
+    arguments = []
+    for name in FILES:
+        arguments += [name, os.path.join(os.environ["GOLDEN"], name + ".soakcal")]
+    return run(os.environ["MCU_HOST"], *arguments)
+
+
+def counts(lines):
+    """{name: instructions} of the lines `count NAME n`."""
+    return {line.split()[1]: int(line.split()[2]) for line in lines if line.startswith("count ")}
+
+
+def check_counts(found):
+    assert found["hundred_more"] in (100, 101), found  # the counter counts instructions
+    for name, limit in LIMITS.items():
+        assert found[name] <= limit, (name, found[name])
+
+
+def main():
+    program = os.environ["MCU_PROGRAM"]
+    if not os.path.exists(program) or not shutil.which("qemu-system-arm"):
+        print("skipped: needs the Debian packages gcc-arm-none-eabi and qemu-system-arm")
+        return 0
+    lines = on_microcontroller(program)
+    values = [line for line in lines if line.split()[0] in FILES]
+    expected = on_host()
+    assert len(expected) == TEMPERATURES * len(FILES), len(expected)
+    assert len(values) == len(expected), lines[-3:]
+    different = [(a, b) for a, b in zip(values, expected) if a != b]
+    assert not different, different[:2]
+    check_counts(counts(lines))
+    print(f"{len(values)} lines of 18 values each: the same bits")
+    print("\n".join(line for line in lines if line.startswith(("count ", "load "))))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
