@@ -5,9 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
+#include <optional>
 
 #include "calib/six_position/joint_fit.h"
+#include "calib/six_position/missing.h"
 
 namespace soak::calib {
 namespace {
@@ -41,44 +42,65 @@ void carry_to_mean_temperature(Problem& problem, const Solution& first_pass) {
     const double off_c = row.temp_c - problem.visits[row.visit].temp_c;
     row.value -= off_c * local_slope(problem, first_pass, row.visit, kBias);
     if (problem.visits[row.visit].with_scale) {
-      row.value -= off_c * row.up[axis_of(problem.sensor)] * local_slope(problem, first_pass, row.visit, kScale);
+      row.value -= off_c * row.scale_input * local_slope(problem, first_pass, row.visit, kScale);
     }
   }
 }
 
-void read_couplings(const Problem& problem, const Solution& solution, double inflation, SensorEstimate& estimate) {
+/// A combination of the shared unknowns with its standard error; nothing where the segments do not show it.
+std::optional<Estimate> combination(const Solution& solution, const Eigen::VectorXd& weights, double inflation) {
+  if (!six_position::shows(solution, weights)) return std::nullopt;
+  const double variance = weights.dot(solution.shared_covariance * weights);
+  return Estimate{weights.dot(solution.shared), std::sqrt(std::max(0.0, variance)) * inflation};
+}
+
+Eigen::VectorXd unit_weight(const Solution& solution, Eigen::Index i) {
+  return Eigen::VectorXd::Unit(solution.shared.size(), i);
+}
+
+/// Half the difference of a gyro's constants for axis j up and down; empty where one of the positions is missing.
+Eigen::VectorXd up_minus_down(const Problem& problem, const Solution& solution, std::size_t j) {
+  std::optional<Eigen::Index> up;
+  std::optional<Eigen::Index> down;
+  for (const Row& row : problem.rows) {
+    const auto found = std::find(problem.nuisance.begin(), problem.nuisance.end(), row.label);
+    if (found == problem.nuisance.end()) continue;
+    const Eigen::Index column = 1 + (found - problem.nuisance.begin());
+    if (row.up[j] > kOnAxis) up = column;
+    if (row.up[j] < -kOnAxis) down = column;
+  }
+  if (!up || !down) return {};
+  return 0.5 * (unit_weight(solution, *up) - unit_weight(solution, *down));
+}
+
+/// Weights of the shared unknowns that make the response to specific force along j, in units of g; empty: not shown.
+Eigen::VectorXd coupling_weights(const Problem& problem, const Solution& solution, std::size_t j) {
   const std::size_t axis = axis_of(problem.sensor);
-  const double g = problem.gravity_mps2;
-  const auto set = [&](std::size_t j, double value, double variance) {
-    if (variance <= 0.0) return;
-    estimate.coupling[j] = value / g;
-    estimate.coupling_se[j] = std::sqrt(variance) * inflation / std::abs(g);
-  };
+  if (is_gyro(problem.sensor)) {
+    return j == axis ? unit_weight(solution, 0) : up_minus_down(problem, solution, j);
+  }
+  return unit_weight(solution, j == (axis + 1) % 3 ? 0 : 1);
+}
+
+void read_shared(const Problem& problem, const Solution& solution, double inflation, SensorEstimate& estimate) {
   if (solution.shared.size() == 0) return;
-  if (!is_gyro(problem.sensor)) {
-    estimate.coupling[axis] = 0.0;
-    set((axis + 1) % 3, solution.shared[0], solution.shared_variance[0]);
-    set((axis + 2) % 3, solution.shared[1], solution.shared_variance[1]);
-    return;
-  }
-  set(axis, solution.shared[0], solution.shared_variance[0]);
+  const bool accel = !is_gyro(problem.sensor);
+  const double g = problem.gravity_mps2;
   for (std::size_t j = 0; j < 3; ++j) {
-    if (j == axis) continue;
-    std::optional<std::size_t> up;
-    std::optional<std::size_t> down;
-    for (const Row& row : problem.rows) {
-      const auto found = std::find(problem.nuisance.begin(), problem.nuisance.end(), row.label);
-      if (found == problem.nuisance.end()) continue;
-      const auto column = static_cast<std::size_t>(1 + (found - problem.nuisance.begin()));
-      if (row.up[j] > kOnAxis) up = column;
-      if (row.up[j] < -kOnAxis) down = column;
+    if (accel && j == axis_of(problem.sensor)) {
+      estimate.coupling[j] = 0.0;
+      continue;
     }
-    if (!up || !down) continue;
-    const auto u = static_cast<Eigen::Index>(*up);
-    const auto d = static_cast<Eigen::Index>(*down);
-    set(j, 0.5 * (solution.shared[u] - solution.shared[d]),
-        0.25 * (solution.shared_variance[u] + solution.shared_variance[d]));
+    const Eigen::VectorXd weights = coupling_weights(problem, solution, j);
+    if (weights.size() == 0) continue;
+    const auto value = combination(solution, weights, inflation);
+    if (!value) continue;
+    estimate.coupling[j] = value->value / g;
+    estimate.coupling_se[j] = value->standard_error / std::abs(g);
   }
+  if (!problem.with_even) return;
+  const auto even = combination(solution, unit_weight(solution, six_position::kEven), inflation);
+  if (even) estimate.even_order = Estimate{even->value / (g * g), even->standard_error / (g * g)};
 }
 
 SensorEstimate read_solution(const Problem& problem, const Solution& solution) {
@@ -96,39 +118,33 @@ SensorEstimate read_solution(const Problem& problem, const Solution& solution) {
     plateau.t_s = visit.t_s;
     plateau.bias = solution.local[v][kBias];
     plateau.bias_se = std::sqrt(solution.local_variance[v][kBias]) * inflation;
-    if (visit.with_scale) {
-      // The column was up_i, so the unknown is S·g.
-      plateau.scale_ppm = 1e6 * solution.local[v][kScale] / problem.gravity_mps2;
-      plateau.scale_se_ppm =
-          1e6 * std::sqrt(solution.local_variance[v][kScale]) * inflation / std::abs(problem.gravity_mps2);
+    if (solution.scale_known[v]) {
+      // The column was f/g or rate over reference rate, so the unknown is S times that unit.
+      const double ppm = 1e6 / six_position::scale_unit(problem);
+      plateau.scale_ppm = ppm * solution.local[v][kScale];
+      plateau.scale_se_ppm = std::abs(ppm) * std::sqrt(solution.local_variance[v][kScale]) * inflation;
     }
     estimate.plateaus.push_back(plateau);
   }
-  read_couplings(problem, solution, inflation, estimate);
+  read_shared(problem, solution, inflation, estimate);
   return estimate;
 }
 
-void warn(const Problem& problem, const SensorEstimate& estimate, std::vector<Warning>& warnings) {
-  const std::string_view name = name_of(problem.sensor);
-  if (problem.with_position && is_gyro(problem.sensor) && problem.nuisance.empty()) {
-    warnings.push_back(
-        {"missing_position",
-         fmt::format("{}: its axis was never both up and down, so g-sensitivity and the Earth's rotation "
-                     "stay in its bias",
-                     name)});
-  }
-  if (problem.with_position && !is_gyro(problem.sensor) &&
-      std::any_of(problem.visits.begin(), problem.visits.end(), [](const VisitInfo& v) { return !v.with_scale; })) {
-    warnings.push_back(
-        {"missing_position",
-         fmt::format("{}: at some plateaus its axis was not turned, so bias holds the scale error there", name)});
-  }
-  const std::size_t lost = problem.visits.size() - estimate.plateaus.size();
-  if (lost > 0) {
-    warnings.push_back(
-        {"missing_position",
-         fmt::format("{}: {} plateau visits were left out: their positions do not show the bias", name, lost)});
-  }
+/// Solves with the even-order term where the segments show it, else without: bias is then not lost with it.
+Solution solve_observable(Problem& problem) {
+  Solution solution = six_position::solve(problem);
+  if (!problem.with_even || six_position::shows(solution, unit_weight(solution, six_position::kEven))) return solution;
+  problem.with_even = false;
+  return six_position::solve(problem);
+}
+
+void warn_of_rates(std::span<const Segment> segments, std::vector<Warning>& warnings) {
+  const auto turning = std::count_if(segments.begin(), segments.end(), six_position::turns);
+  if (turning == 0) return;
+  warnings.push_back(
+      {"rate_positions", fmt::format("accelerometers: {} segments in which the fixture turns were left out, as the "
+                                     "centripetal acceleration of an unknown lever arm is in them",
+                                     turning)});
 }
 
 }  // namespace
@@ -141,12 +157,13 @@ SixPositionEstimate estimate_six_positions(std::span<const Segment> segments, co
   for (const Sensor sensor : kSensors) {
     Problem problem = six_position::pose(segments, sensor, circumstances);
     if (problem.rows.empty()) continue;
-    carry_to_mean_temperature(problem, six_position::solve(problem));
+    carry_to_mean_temperature(problem, solve_observable(problem));
     const Solution solution = six_position::solve(problem);
     SensorEstimate& estimate = result.sensor[index_of(sensor)];
     estimate = read_solution(problem, solution);
-    warn(problem, estimate, result.warnings);
+    six_position::warn_of_missing(problem, estimate, result.warnings);
   }
+  warn_of_rates(segments, result.warnings);
   return result;
 }
 

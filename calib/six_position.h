@@ -23,8 +23,16 @@ struct PlateauEstimate {
   double t_s = 0.0;                 ///< middle of the visit, device time
   double bias = 0.0;
   double bias_se = 0.0;
-  std::optional<double> scale_ppm;  ///< accelerometers whose axis pointed up and down; never gyros at rest
+  /// Accelerometers whose axis was turned against gravity; gyros about whose axis the fixture turned at known rates,
+  /// never gyros at rest.
+  std::optional<double> scale_ppm;
   std::optional<double> scale_se_ppm;
+};
+
+/// A number and its standard error.
+struct Estimate {
+  double value = 0.0;
+  double standard_error = 0.0;
 };
 
 /// What one run says of one sensor.
@@ -35,6 +43,9 @@ struct SensorEstimate {
   /// not removed, the entries off its own axis hold that too. Absent where the positions do not show it.
   std::array<std::optional<double>, 3> coupling;
   std::array<double, 3> coupling_se{};
+  /// Even-order term K₂ of an accelerometer, 1/(m/s²): the reading holds K₂·f². Absent where the positions do not show
+  /// it. Faces that are not square to the others by ε look like K₂ = ε/g: a type B contribution not in its error.
+  std::optional<Estimate> even_order;
   double reduced_chi_squared = 0.0;  ///< of the joint fit; 0 where nothing is left over
 };
 
@@ -49,15 +60,26 @@ struct SixPositionEstimate {
 /// Per plateau visit p the unknowns are bias b_p, for accelerometers the scale error S_p, and a linear drift in plateau
 /// time (random, zero mean, its variance estimated); shared by the run are the couplings. With specific force f = g·up:
 ///
-///     accelerometer i: y = b_p + (1 + S_p) f_i + Σ_{j≠i} M_ij f_j + d_p τ + e
-///     gyro i:          y = b_p + Ω_v up_i + G_ii f_i + h(position) + d_p τ + e
+///     accelerometer i: y = b_p + (1 + S_p) f_i + Σ_{j≠i} M_ij f_j + K₂ (f_i² − g²) + d_p τ + e
+///     gyro i:          y = b_p + (1 + S_p) ω up_i + Ω_v up_i + G_ii f_i + h(position) + d_p τ + e
+///
+/// **Which bias.** b_p is (up + down)/2 for both kinds. For accelerometers it is the bias at ±g: that at 0 g is
+/// b_p − K₂ g². So its level comes from readings along gravity, which feel a tilt of the fixture in second order only;
+/// horizontal positions, where a tilt of 0.05° is 9 mm/s², only sharpen its shape and show K₂ and M. Where positions do
+/// not show K₂ (a warning says so) it counts as 0, and b_p is what all positions agree on.
 ///
 /// h, one constant for each position in which axis i is not vertical, takes up g-sensitivity and the horizontal part of
 /// the Earth's rotation, which nobody knows without every position's full rotation; so the level of b comes from the
 /// axis' own up/down pair, in which the vertical part cancels [AH05 eq. 6.7-6.8, signs corrected: bias = (up + down)/2,
 /// scale error = (up − down)/(2g) − 1], and the other positions only sharpen it. Ω_v is subtracted where the latitude
 /// is known. Each segment is first carried to the visit's mean temperature along the local slope of the curve itself
-/// (second pass). Standard errors are pooled over the run, then inflated where the fit's residuals ask for it.
+/// (second pass).
+///
+/// ω is the rate of positions in which the fixture turns about the vertical (Position::rate_dps), 0 elsewhere. They
+/// show S_p of the gyro along the vertical where its visit has two rates (±ω, or ω and rest) and enter for no other
+/// sensor: accelerometers read a centripetal acceleration of unknown lever arm, gyros across the axis their
+/// misalignment. An error of the fixture's rate is an error of S: type B, not in its standard error. Standard errors
+/// are pooled over the run, then inflated where the fit's residuals ask for it.
 ///
 /// Segments without plateau are not used. Without positions (one attitude) b_p is the mean reading. A missing position
 /// costs accuracy, or the visit where its bias can then not be told apart: a warning says so.

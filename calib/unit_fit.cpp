@@ -7,10 +7,12 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "base/statistics.h"
 #include "calib/fit/branches.h"
 #include "calib/fit/gated_input.h"
+#include "calib/six_position/problem.h"
 #include "calib/statistics.h"
 
 namespace soak::calib {
@@ -20,7 +22,8 @@ constexpr double kReferenceTemp_c = 25.0;
 constexpr double kLargestReading = 1e6;  ///< deg/s or m/s²
 /// No inertial unit is that far from its nominal scale; a swapped position or sign is off by 2.
 constexpr double kLargestScaleError = 0.2;
-constexpr double kOnAxis = 0.9;  ///< cosine beyond which an axis counts as pointing up or down
+constexpr double kSignificant = 4.0;  ///< standard errors from which an even-order term is told
+constexpr double kOnAxis = 0.9;       ///< cosine beyond which an axis counts as pointing up or down
 
 bool has_plateaus(const RunInput& run) {
   return std::any_of(run.segments.begin(), run.segments.end(),
@@ -92,7 +95,8 @@ class RowCollector {
     const SixPositionEstimate estimate = estimate_six_positions(run.segments, run.site, type);
     add_gravity(estimate.gravity);
     for (const Warning& warning : estimate.warnings) {
-      rows_.warnings.push_back({warning.code, fmt::format("run {}: {}", name(index), warning.text)});
+      ++seen_in_[{warning.code, warning.text}];
+      if (seen_in_[{warning.code, warning.text}] == 1) first_seen_.push_back({warning, name(index)});
     }
     for (const Sensor sensor : kSensors) {
       const std::size_t s = index_of(sensor);
@@ -136,6 +140,17 @@ class RowCollector {
     }
   }
 
+  /// What the runs' estimates warn of; the same words of several runs once.
+  void state_warnings() const {
+    for (const auto& [warning, run] : first_seen_) {
+      const std::size_t more = seen_in_.at({warning.code, warning.text}) - 1;
+      rows_.warnings.push_back(
+          {warning.code, fmt::format("run {}: {}{}", run, warning.text,
+                                     more > 0 ? fmt::format(" (and so in {} more runs)", more) : "")});
+    }
+    for (const Sensor sensor : {Sensor::accel_x, Sensor::accel_y, Sensor::accel_z}) warn_of_even_order(sensor);
+  }
+
   /// Mean over runs of one kind of sensor's couplings, weighted; absent unless all three sensors have all entries.
   [[nodiscard]] std::optional<Coupling> mean_coupling(bool gyros) const {
     Coupling mean;
@@ -143,7 +158,14 @@ class RowCollector {
       const auto& runs = couplings_[gyros ? i : i + 3];
       for (std::size_t j = 0; j < 3; ++j) {
         if (!gyros && i == j) continue;
-        if (!average(runs, j, mean.value[i][j], mean.standard_error[i][j])) return std::nullopt;
+        std::vector<Estimate> entries;
+        for (const SensorEstimate& run : runs) {
+          if (run.coupling[j]) entries.push_back({*run.coupling[j], run.coupling_se[j]});
+        }
+        const auto entry = average(entries);
+        if (!entry) return std::nullopt;
+        mean.value[i][j] = entry->value;
+        mean.standard_error[i][j] = entry->standard_error;
       }
     }
     return mean;
@@ -182,6 +204,7 @@ class RowCollector {
     const double vertical = run.site.latitude_deg ? vertical_earth_rate_rps(*run.site.latitude_deg) : 0.0;
     std::vector<CurveRow> rows;
     for (const Segment& segment : run.segments) {
+      if (six_position::turns(segment)) continue;
       double known = 0.0;
       if (segment.position) known = (is_gyro(sensor) ? vertical : g) * segment.position->up[axis_of(sensor)];
       for (const Block& block : segment.blocks) {
@@ -193,33 +216,51 @@ class RowCollector {
     return rows;
   }
 
-  static bool average(const std::vector<SensorEstimate>& runs, std::size_t j, double& value, double& standard_error) {
+  /// Weighted mean, its error inflated where the estimates scatter by more than theirs; nothing of nothing.
+  static std::optional<Estimate> average(std::vector<Estimate> estimates) {
+    std::erase_if(estimates, [](const Estimate& estimate) { return estimate.standard_error <= 0.0; });
+    if (estimates.empty()) return std::nullopt;
     double weight = 0.0;
     double sum = 0.0;
-    for (const SensorEstimate& run : runs) {
-      if (!run.coupling[j] || run.coupling_se[j] <= 0.0) continue;
-      const double w = 1.0 / (run.coupling_se[j] * run.coupling_se[j]);
+    for (const Estimate& estimate : estimates) {
+      const double w = std::pow(estimate.standard_error, -2);
       weight += w;
-      sum += w * *run.coupling[j];
+      sum += w * estimate.value;
     }
-    if (weight <= 0.0) return false;
-    value = sum / weight;
+    const double mean = sum / weight;
     double scatter = 0.0;
-    double count = 0.0;
-    for (const SensorEstimate& run : runs) {
-      if (!run.coupling[j] || run.coupling_se[j] <= 0.0) continue;
-      scatter += std::pow((*run.coupling[j] - value) / run.coupling_se[j], 2);
-      count += 1.0;
+    for (const Estimate& estimate : estimates) {
+      scatter += std::pow((estimate.value - mean) / estimate.standard_error, 2);
     }
-    const double inflation = count > 1.0 ? std::max(1.0, scatter / (count - 1.0)) : 1.0;
-    standard_error = std::sqrt(inflation / weight);
-    return true;
+    const auto freedoms = static_cast<double>(estimates.size()) - 1.0;
+    const double inflation = freedoms > 0.0 ? std::max(1.0, scatter / freedoms) : 1.0;
+    return Estimate{mean, std::sqrt(inflation / weight)};
+  }
+
+  /// Tells a significant even-order term, mean over runs: it is the difference between bias at ±g and at 0 g.
+  void warn_of_even_order(Sensor sensor) const {
+    std::vector<Estimate> terms;
+    for (const SensorEstimate& run : couplings_[index_of(sensor)]) {
+      if (run.even_order) terms.push_back(*run.even_order);
+    }
+    const auto term = average(terms);
+    if (!term || std::abs(term->value) < kSignificant * term->standard_error) return;
+    constexpr double kPerG = 1e6 * base::kStandardGravity_mps2;  // 1/(m/s²) to µg/g²
+    const double g = rows_.gravity.mps2;
+    rows_.warnings.push_back(
+        {"even_order",
+         fmt::format("{}: even-order term of {:.4g} ± {:.2g} µg/g² (one standard error); its bias is that at ±1 g, and "
+                     "that at 0 g is {:.3g} m/s2 {}. Faces of the fixture that are not square look the same",
+                     name_of(sensor), kPerG * term->value, kPerG * term->standard_error, std::abs(term->value) * g * g,
+                     term->value > 0.0 ? "lower" : "higher")});
   }
 
   UnitRows& rows_;
   std::vector<std::string> names_;
   bool by_plateau_;
   double gravity_count_ = 0.0;
+  std::map<std::pair<std::string, std::string>, std::size_t> seen_in_;  ///< runs by code and text of their warnings
+  std::vector<std::pair<Warning, std::string>> first_seen_;             ///< in order, with the run's name
   std::array<std::vector<SensorEstimate>, kSensorCount> couplings_;
 };
 
@@ -243,7 +284,8 @@ void drop_empty_runs(std::optional<CurveData>& data) {
 double typical_reading(const RunInput& run, Sensor sensor, double sign) {
   std::vector<double> means;
   for (const Segment& segment : run.segments) {
-    const bool plateau = segment.plateau_c && segment.phase == Phase::soak && segment.position;
+    const bool plateau =
+        segment.plateau_c && segment.phase == Phase::soak && segment.position && !six_position::turns(segment);
     if (!plateau || segment.sensor[index_of(sensor)].count == 0) continue;
     if (sign * segment.position->up[axis_of(sensor)] > kOnAxis) means.push_back(segment.sensor[index_of(sensor)].mean);
   }
@@ -361,6 +403,7 @@ base::Result<UnitRows> make_rows(const UnitInput& recorded) {
   rows.accel_misalignment = collector.mean_coupling(false);
   rows.g_sensitivity = collector.mean_coupling(true);
   rows.relative_accel = !any_position(used);
+  collector.state_warnings();
   warn(input, used, rows);
   return rows;
 }

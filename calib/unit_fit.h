@@ -45,7 +45,8 @@ struct Coupling {
 /// The rows of a unit's thermal fits, ready to be fitted sensor by sensor.
 struct UnitRows {
   std::array<std::optional<CurveData>, kSensorCount> bias;
-  std::array<std::optional<CurveData>, kSensorCount> scale;  ///< accelerometers turned up and down
+  std::array<std::optional<CurveData>, kSensorCount>
+      scale;                    ///< accelerometers turned up and down, gyros turned at rates
   bool relative_accel = false;  ///< one attitude: accelerometer bias has no level of its own
   Gravity gravity;
   std::optional<Coupling> accel_misalignment;

@@ -12,10 +12,13 @@ constexpr int kDriftIterations = 15;
 
 using LocalMatrix = Eigen::Matrix<double, kLocalCount, kLocalCount>;
 
-/// Number of shared unknowns. Accelerometer: couplings to the two other axes. Gyro: to its own, then the nuisances.
+constexpr double kOpen = 1e-6;  ///< share of an open direction from which an unknown counts as open
+
+/// Number of shared unknowns. Accelerometer: couplings to the two other axes, then the even-order term. Gyro: to its
+/// own, then the nuisances.
 Eigen::Index shared_count(const Problem& problem) {
   if (!problem.with_position) return 0;
-  if (!is_gyro(problem.sensor)) return 2;
+  if (!is_gyro(problem.sensor)) return problem.with_even ? 3 : 2;
   return problem.nuisance.empty() ? 0 : 1 + static_cast<Eigen::Index>(problem.nuisance.size());
 }
 
@@ -24,7 +27,7 @@ LocalVector local_row(const Problem& problem, const Row& row) {
   a[kBias] = 1.0;
   a[kDrift] = row.tau;
   // Columns are in units of g, so that all unknowns have the size of a reading.
-  if (problem.visits[row.visit].with_scale) a[kScale] = row.up[axis_of(problem.sensor)];
+  if (problem.visits[row.visit].with_scale) a[kScale] = row.scale_input;
   return a;
 }
 
@@ -35,6 +38,9 @@ Eigen::VectorXd shared_row(const Problem& problem, const Row& row) {
   if (!is_gyro(problem.sensor)) {
     a[0] = row.up[(axis + 1) % 3];
     a[1] = row.up[(axis + 2) % 3];
+    // K₂(f² − g²): 0 where the axis is vertical, so that b stays (up + down)/2 and no tilt of the horizontal faces
+    // reaches it.
+    if (problem.with_even) a[kEven] = row.up[axis] * row.up[axis] - 1.0;
     return a;
   }
   a[0] = std::abs(row.up[axis]) > kOnAxis ? row.up[axis] : 0.0;
@@ -107,16 +113,16 @@ Solution solve_with(const Problem& problem, const Normal& normal, double drift_v
     right -= normal.local[v].cross.transpose() * inverse[v] * normal.local[v].right;
   }
   Solution solution;
-  Eigen::MatrixXd null;
-  const Eigen::MatrixXd shared_covariance = pseudo_inverse(schur, null);
+  const Eigen::MatrixXd shared_covariance = pseudo_inverse(schur, solution.open);
   solution.shared = shared_covariance * right;
-  solution.shared_variance = shared_covariance.diagonal();
+  solution.shared_covariance = shared_covariance;
   for (std::size_t v = 0; v < n; ++v) {
     const Eigen::MatrixXd carry = inverse[v] * normal.local[v].cross;
     solution.local.push_back(inverse[v] * normal.local[v].right - carry * solution.shared);
     solution.local_variance.push_back(
         (LocalMatrix(inverse[v]) + LocalMatrix(carry * shared_covariance * carry.transpose())).diagonal());
-    solution.bias_known.push_back(null.size() == 0 || (carry.row(kBias) * null).cwiseAbs().maxCoeff() < 1e-6);
+    solution.bias_known.push_back(shows(solution, carry.row(kBias).transpose()));
+    solution.scale_known.push_back(problem.visits[v].with_scale && shows(solution, carry.row(kScale).transpose()));
   }
   return solution;
 }
@@ -139,6 +145,10 @@ void judge_residuals(const Problem& problem, Solution& solution, double drift_va
 }
 
 }  // namespace
+
+bool shows(const Solution& solution, const Eigen::VectorXd& weights) {
+  return solution.open.size() == 0 || (weights.transpose() * solution.open).cwiseAbs().maxCoeff() < kOpen;
+}
 
 Solution solve(const Problem& problem) {
   const Normal normal = assemble(problem);

@@ -18,10 +18,18 @@ struct Solution {
   std::vector<LocalVector> local;
   std::vector<LocalVector> local_variance;  ///< diagonal of the covariance
   std::vector<bool> bias_known;
+  std::vector<bool> scale_known;
   Eigen::VectorXd shared;
-  Eigen::VectorXd shared_variance;
+  Eigen::MatrixXd shared_covariance;
+  Eigen::MatrixXd open;  ///< one column per direction of `shared` that the segments do not show
   double reduced_chi_squared = 0.0;
 };
+
+/// Index of the even-order term among the shared unknowns, K₂·g².
+inline constexpr Eigen::Index kEven = 2;
+
+/// Whether the segments show the combination `weights`·shared.
+[[nodiscard]] bool shows(const Solution& solution, const Eigen::VectorXd& weights);
 
 /// Weighted least squares over all segments of the run, each visit's drift a random quantity of zero mean whose
 /// variance is estimated from the run (expectation-maximisation). Cost linear in the number of segments.

@@ -3,20 +3,58 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
 #include "base/statistics.h"
+#include "base/units.h"
 #include "calib/statistics.h"
 
 namespace soak::calib::six_position {
 namespace {
 
-constexpr double kScaleSpan = 0.5;         ///< spread of up_i within a visit from which its scale is observable
+constexpr double kScaleSpan = 0.5;         ///< spread of scale_input within a visit that makes its scale observable
 constexpr double kPoolingStrength = 20.0;  ///< prior degrees of freedom of the run's typical standard error
 
+/// Accelerometers of a turning unit read the centripetal acceleration of an unknown lever arm too; gyros across the
+/// axis of rotation their misalignment, which is not among the unknowns.
 bool usable(const Segment& segment, Sensor sensor) {
-  return segment.plateau_c && segment.phase == Phase::soak && segment.sensor[index_of(sensor)].count > 0;
+  const bool recorded = segment.plateau_c && segment.phase == Phase::soak && segment.sensor[index_of(sensor)].count > 0;
+  if (!recorded || !turns(segment)) return recorded;
+  return is_gyro(sensor) && std::abs(segment.position->up[axis_of(sensor)]) > kOnAxis;
+}
+
+/// Fixture's rate along the sensor's axis.
+double rate_rps(const Segment& segment, Sensor sensor) {
+  if (!turns(segment)) return 0.0;
+  return *segment.position->rate_dps * base::kRadPerDeg * segment.position->up[axis_of(sensor)];
+}
+
+double largest_rate_rps(std::span<const Segment> segments, Sensor sensor) {
+  double largest = 0.0;
+  for (const Segment& segment : segments) largest = std::max(largest, std::abs(rate_rps(segment, sensor)));
+  return largest;
+}
+
+/// Range of values, empty at first.
+struct Range {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+  void add(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  [[nodiscard]] double span() const { return high > low ? high - low : 0.0; }
+};
+
+/// Leaves out turning segments of visits in which no other rate tells scale error from bias.
+void drop_lone_rates(std::vector<Segment>& segments, Sensor sensor, double reference_rate_rps) {
+  std::map<std::int32_t, Range> rates;
+  for (const Segment& segment : segments) rates[segment.key.visit].add(rate_rps(segment, sensor));
+  std::erase_if(segments, [&](const Segment& segment) {
+    return turns(segment) && rates[segment.key.visit].span() < kScaleSpan * reference_rate_rps;
+  });
 }
 
 /// Standard error for weighting: that of 30 samples is itself uncertain, so it leans on the run's median.
@@ -67,39 +105,63 @@ double known_part(const Problem& problem, const Vector3& up, double vertical_rat
   return is_gyro(problem.sensor) ? vertical_rate_rps * up_i : problem.gravity_mps2 * up_i;
 }
 
-/// Decides which unknowns the positions of the run can show.
-void choose_unknowns(Problem& problem) {
+/// Constants for the positions in which a gyro's axis is not vertical, where its own up/down pair gives the level.
+void choose_nuisances(Problem& problem) {
   const std::size_t axis = axis_of(problem.sensor);
-  if (!problem.with_position) return;
-  if (is_gyro(problem.sensor)) {
-    bool up = false;
-    bool down = false;
-    for (const Row& row : problem.rows) {
-      up = up || row.up[axis] > kOnAxis;
-      down = down || row.up[axis] < -kOnAxis;
-    }
-    if (!up || !down) return;
-    for (const Row& row : problem.rows) {
-      const bool vertical = std::abs(row.up[axis]) > kOnAxis;
-      const bool listed =
-          std::find(problem.nuisance.begin(), problem.nuisance.end(), row.label) != problem.nuisance.end();
-      if (!vertical && !listed) problem.nuisance.push_back(row.label);
-    }
-    return;
+  bool up = false;
+  bool down = false;
+  for (const Row& row : problem.rows) {
+    up = up || row.up[axis] > kOnAxis;
+    down = down || row.up[axis] < -kOnAxis;
   }
-  for (std::size_t v = 0; v < problem.visits.size(); ++v) {
-    double low = 1.0;
-    double high = -1.0;
-    for (const Row& row : problem.rows) {
-      if (row.visit != v) continue;
-      low = std::min(low, row.up[axis]);
-      high = std::max(high, row.up[axis]);
-    }
-    problem.visits[v].with_scale = high - low >= kScaleSpan;
+  if (!up || !down) return;
+  for (const Row& row : problem.rows) {
+    const bool vertical = std::abs(row.up[axis]) > kOnAxis;
+    const bool listed =
+        std::find(problem.nuisance.begin(), problem.nuisance.end(), row.label) != problem.nuisance.end();
+    if (!vertical && !listed) problem.nuisance.push_back(row.label);
   }
 }
 
+void choose_scales(Problem& problem) {
+  std::vector<Range> inputs(problem.visits.size());
+  for (const Row& row : problem.rows) inputs[row.visit].add(row.scale_input);
+  for (std::size_t v = 0; v < inputs.size(); ++v) problem.visits[v].with_scale = inputs[v].span() >= kScaleSpan;
+}
+
+Row row_of(const Segment& segment, const Problem& problem, std::size_t visit, double vertical_rate_rps) {
+  const Sensor sensor = problem.sensor;
+  const SensorStatistics& statistics = segment.sensor[index_of(sensor)];
+  const double se = pooled_se(statistics, problem.typical_se);
+  Row row{.visit = visit,
+          .value = statistics.mean,
+          .weight = 1.0 / (se * se),
+          .temp_c = segment.sensor_temp_c[index_of(sensor)],
+          .tau = 0.5 * (segment.t_start_s + segment.t_end_s) - problem.visits[visit].t_s,
+          .up = {},
+          .label = segment.key.position,
+          .scale_input = 0.0};
+  if (!segment.position) return row;
+  const double rate = rate_rps(segment, sensor);
+  row.up = segment.position->up;
+  row.value -= known_part(problem, row.up, vertical_rate_rps) + (is_gyro(sensor) ? rate : 0.0);
+  row.scale_input = is_gyro(sensor) ? (rate == 0.0 ? 0.0 : rate / problem.reference_rate_rps) : row.up[axis_of(sensor)];
+  return row;
+}
+
+/// Times from the middles of the visits in units of the longest.
+void normalise_times(Problem& problem) {
+  double longest = 0.0;
+  for (const Row& row : problem.rows) longest = std::max(longest, std::abs(row.tau));
+  if (longest == 0.0) return;
+  for (Row& row : problem.rows) row.tau /= longest;
+}
+
 }  // namespace
+
+bool turns(const Segment& segment) {
+  return segment.position && segment.position->rate_dps && *segment.position->rate_dps != 0.0;
+}
 
 Problem pose(std::span<const Segment> segments, Sensor sensor, const Circumstances& circumstances) {
   Problem problem;
@@ -112,33 +174,17 @@ Problem pose(std::span<const Segment> segments, Sensor sensor, const Circumstanc
   for (const Segment& segment : segments) {
     if (usable(segment, sensor) && segment.position.has_value() == problem.with_position) kept.push_back(segment);
   }
+  problem.reference_rate_rps = is_gyro(sensor) ? largest_rate_rps(kept, sensor) : 0.0;
+  drop_lone_rates(kept, sensor, problem.reference_rate_rps);
   std::map<std::int32_t, std::size_t> index;
   problem.visits = collect_visits(kept, sensor, index);
-
-  double longest_half_s = 0.0;
   for (const Segment& segment : kept) {
-    const double middle_s = 0.5 * (segment.t_start_s + segment.t_end_s);
-    longest_half_s = std::max(longest_half_s, std::abs(middle_s - problem.visits[index[segment.key.visit]].t_s));
+    problem.rows.push_back(row_of(segment, problem, index[segment.key.visit], circumstances.vertical_rate_rps));
   }
-  for (const Segment& segment : kept) {
-    const std::size_t visit = index[segment.key.visit];
-    const SensorStatistics& statistics = segment.sensor[index_of(sensor)];
-    const double se = pooled_se(statistics, problem.typical_se);
-    const double from_middle_s = 0.5 * (segment.t_start_s + segment.t_end_s) - problem.visits[visit].t_s;
-    Row row{visit,
-            statistics.mean,
-            1.0 / (se * se),
-            segment.sensor_temp_c[index_of(sensor)],
-            longest_half_s > 0.0 ? from_middle_s / longest_half_s : 0.0,
-            {},
-            segment.key.position};
-    if (segment.position) {
-      row.up = segment.position->up;
-      row.value -= known_part(problem, row.up, circumstances.vertical_rate_rps);
-    }
-    problem.rows.push_back(std::move(row));
-  }
-  choose_unknowns(problem);
+  normalise_times(problem);
+  choose_scales(problem);
+  if (problem.with_position && is_gyro(sensor)) choose_nuisances(problem);
+  problem.with_even = problem.with_position && !is_gyro(sensor);
   return problem;
 }
 

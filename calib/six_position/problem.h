@@ -23,6 +23,7 @@ struct Row {
   double tau;  ///< time from the middle of the visit in units of the longest half visit of the run
   Vector3 up;
   std::string label;
+  double scale_input;  ///< what the scale error multiplies: specific force in g, rate in the reference rate; signed
 };
 
 /// A plateau visit of the run.
@@ -40,9 +41,11 @@ struct VisitInfo {
 struct Problem {
   Sensor sensor = Sensor::gyro_x;
   double gravity_mps2 = 0.0;
+  double reference_rate_rps = 0.0;  ///< largest rate about the gyro's axis; 0 where nothing turns
   std::vector<Row> rows;
   std::vector<VisitInfo> visits;
   std::vector<std::string> nuisance;  ///< labels with their own constant (gyros)
+  bool with_even = false;             ///< an even-order term is among the shared unknowns (accelerometers)
   bool with_position = false;
   double typical_se = 0.0;
 };
@@ -54,7 +57,17 @@ struct Circumstances {
   int sign_at_rest = 1;
 };
 
-/// Poses the fit of one sensor: its rows, visits, and the unknowns that the positions of the run can show.
+/// Reading per unit of scale error and of scale_input: m/s² or rad/s.
+[[nodiscard]] inline double scale_unit(const Problem& problem) {
+  return is_gyro(problem.sensor) ? problem.reference_rate_rps : problem.gravity_mps2;
+}
+
+/// Whether the fixture turns in the segment at a known rate other than 0.
+[[nodiscard]] bool turns(const Segment& segment);
+
+/// Poses the fit of one sensor: its rows, visits, and the unknowns that the positions of the run can show. Segments in
+/// which the fixture turns enter for the gyro along the axis of rotation alone, and there where the visit has another
+/// rate to tell scale error from bias.
 [[nodiscard]] Problem pose(std::span<const Segment> segments, Sensor sensor, const Circumstances& circumstances);
 
 }  // namespace soak::calib::six_position
