@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "calib/chamber_time.h"
+#include "calib/chamber_time_json.h"
 #include "calib/fit_json.h"
 #include "station/data_folder.h"
 #include "station/fit_unit.h"
@@ -51,6 +53,64 @@ void note_warnings(const calib::UnitModel& model, Output& output) {
       few_runs_noted = few_runs_noted || few_runs;
     }
   }
+}
+
+/// The sensor that an option serves worst, measured by the whole campaign.
+std::optional<calib::Sensor> worst_sensor(const calib::ChamberTimeOption& option,
+                                          const calib::ChamberTimeOption& whole) {
+  std::optional<calib::Sensor> worst;
+  double largest = 0.0;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const auto& error = option.sensors[calib::index_of(sensor)];
+    const auto& reference = whole.sensors[calib::index_of(sensor)];
+    if (!error || !reference || error->rmse_shape <= largest * reference->rmse_shape) continue;
+    largest = error->rmse_shape / reference->rmse_shape;
+    worst = sensor;
+  }
+  return worst;
+}
+
+std::vector<std::string> describe(const calib::ChamberTimeOption& option, const calib::ChamberTimeOption& whole) {
+  std::vector<std::string> row = {fmt::format("{:.1f}", option.hours), fmt::format("{:.1f}", option.hours_at_least),
+                                  std::to_string(option.runs), std::to_string(option.plateaus_c.size()),
+                                  std::string(name_of(option.sweeps))};
+  const auto sensor = worst_sensor(option, whole);
+  if (!sensor) {
+    row.insert(row.end(), {"-", "-", "-", "-", "-", "-"});
+    return row;
+  }
+  const auto s = calib::index_of(*sensor);
+  const double factor = calib::printed_per_si(*sensor);
+  const calib::ExpectedError& error = *option.sensors[s];
+  row.insert(
+      row.end(),
+      {std::string(calib::name_of(*sensor)), std::string(calib::printed_unit(*sensor)), figure(error.error_rms, factor),
+       fmt::format("{}..{}", figure(error.error_low, factor), figure(error.error_high, factor)),
+       figure(error.rmse_shape, factor), fmt::format("{:.2f}", error.rmse_shape / whole.sensors[s]->rmse_shape)});
+  return row;
+}
+
+std::string describe(const calib::ChamberTime& study) {
+  const std::string title = fmt::format("chamber time: {} runs, {:.1f} hours\n", study.runs, study.hours);
+  if (study.options.empty()) return title + "nothing can be said: " + study.reason + "\n";
+  std::vector<std::vector<std::string>> table = {{"hours", "at least", "runs", "plateaus", "sweeps", "worst sensor",
+                                                  "unit", "curve error", "95 %", "shape", "of whole"}};
+  for (const calib::ChamberTimeOption& option : study.options) {
+    table.push_back(describe(option, study.options.back()));
+  }
+  return fmt::format("{}{}{}: {}\n", title, text_table(table), study.recommended ? "recommended" : "no recommendation",
+                     study.reason);
+}
+
+/// Adds what parts of the unit's campaign would have given to its document and its text.
+base::Status add_chamber_time(const calib::UnitInput& input, const calib::UnitModel& model, nlohmann::json& document,
+                              std::string& text) {
+  const auto rows = calib::make_rows(input);
+  if (!rows) return base::forward_error(rows);
+  const calib::ChamberTime study = calib::study_chamber_time(input, *rows, model.sensors);
+  document["chamber_time"] = calib::chamber_time_json(study);
+  text += "\n" + describe(study);
+  return {};
 }
 
 base::Result<std::vector<std::string>> units_to_fit(const db::Catalog& catalog, const FitCommand& command) {
@@ -100,6 +160,9 @@ base::Status run_fit(const FitCommand& command, Output& output) {
     }
     documents.push_back(calib::fit_json(*model));
     text += (text.empty() ? "" : "\n") + describe(*model);
+    if (command.chamber_time) {
+      if (auto added = add_chamber_time(*input, *model, documents.back(), text); !added) return added;
+    }
     if (!output.json()) note_warnings(*model, output);
   }
   output.end_progress();

@@ -9,14 +9,15 @@
 
 namespace soak::station {
 
-/// soak fit (--unit SN | --all) [--campaign NAME] [--rules auto|N] [--jobs N]
+/// soak fit (--unit SN | --all) [--campaign NAME] [--rules auto|N] [--jobs N] [--chamber-time]
 struct FitCommand {
   std::string data;
   std::string unit;  ///< empty with `all`
   bool all = false;
   std::optional<std::string> campaign;
-  std::optional<int> rules;  ///< absent = auto
-  int jobs = 0;              ///< threads; 0 = one per core
+  std::optional<int> rules;   ///< absent = auto
+  int jobs = 0;               ///< threads; 0 = one per core
+  bool chamber_time = false;  ///< also what a shorter campaign would have given
 };
 
 [[nodiscard]] base::Status run_fit(const FitCommand& command, Output& output);
