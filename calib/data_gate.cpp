@@ -47,11 +47,12 @@ void withdraw(Segment& segment, Sensor sensor) {
 
 std::vector<std::vector<Finding>> examine(const Recording& recording, std::span<const Segment> segments,
                                           const UnitType& type, const GateLimits& limits) {
-  const gate::Facts facts = gate::collect_facts(recording, segments);
+  const gate::Facts facts = gate::collect_facts(recording, segments, type);
   std::vector<std::vector<Finding>> findings;
   for (const Segment& segment : segments) {
     const auto [first, last] = gate::rows_of(recording, segment);
-    const gate::View view{recording, segment, type, limits, facts, first, last};
+    gate::View view{recording, segments, segment, type, limits, facts, first, last};
+    gate::prepare(view);
     auto& found = findings.emplace_back();
     for (const gate::Check check : gate::kChecks) check(view, found);
   }

@@ -13,14 +13,18 @@
 ///
 /// | code | severity | what it means |
 /// | --- | --- | --- |
-/// | `moved` | segment rejected | the unit was turned within the segment |
+/// | `moved` | segment rejected, or warning | the unit was turned within the segment |
 /// | `knocked` | segment rejected, or warning | a burst far outside the noise in several sensors at once |
-/// | `wrong_position` | segment rejected | gravity points elsewhere than the position's label says |
+/// | `wrong_position` | segment rejected, or warning | gravity points elsewhere than the position's label says |
 /// | `saturated` | sensor rejected, or warning | samples at the end of the sensor's range |
 /// | `stuck` | sensor rejected, or warning | one number repeated for longer than noise and resolution explain |
 /// | `dropouts` | sensor rejected, or warning | samples are missing |
 /// | `irregular_sampling` | warning | the distances in time between samples scatter |
 /// | `coarse_thermometer` | warning | the thermometer moves in steps of half a kelvin or more |
+///
+/// What it cannot see: a turn about the vertical within a quarter of a second (it looks like a knock), one at a steady
+/// rate in a run of less than four positions per visit, or of less than 0.5 deg/s; a move that goes in proportion with
+/// the temperature; a sensor with less than 0.35 steps of noise that sticks for part of a segment.
 namespace soak::calib {
 
 /// Where the data gate draws its lines. Shares are of a segment's samples of one sensor.
@@ -29,7 +33,9 @@ struct GateLimits {
   /// rest; 0.25° is 43 mm/s² on a horizontal axis, as much as many units drift over their whole temperature range.
   double tilt_deg = 0.25;
   /// What temperature may add to the apparent tilt: 0.05°/K is a bias that moves by 8.6 mm/s² per kelvin, three times
-  /// the 0.3 m/s² over 100 K of a poor unit. A slow thermal drift is not motion.
+  /// the 0.3 m/s² over 100 K of a poor unit. A slow thermal drift is not motion: what each accelerometer does in
+  /// proportion to the temperature, up to 30 mm/s² per kelvin, is taken off before (where that changes by 2 K or more
+  /// within a quarter of the segment).
   double tilt_per_k_deg = 0.05;
   /// Angle that a gyro turns through within one block of 10 s, beyond its rate in the neighbouring blocks.
   double turn_deg = 2.0;
@@ -40,7 +46,9 @@ struct GateLimits {
   double knock_sigmas = 10.0;  ///< a sample so far from the median of its block belongs to a knock
   int knock_sensors = 2;       ///< that are hit within 50 ms (or neighbouring samples); one alone is an outlier
 
-  double position_deg = 20.0;  ///< fixtures are true to 1-2°, and a bias of 1 m/s² looks like 6°
+  /// Fixtures are true to 1-2°, and a bias of 1 m/s² looks like 6°: the bias common to the positions is taken off
+  /// first, where a run has four of the six or more. Beyond the limit, but nearest to the label of all six: a warning.
+  double position_deg = 20.0;
 
   /// More samples than this share at the end of the range, or stuck: the sensor is rejected. 1 % of 60,000 samples
   /// moves a mean by no more than a few of its standard errors.
@@ -59,8 +67,7 @@ struct GateLimits {
 
 /// Examines the samples of each segment of a recording: one list of findings per segment, in their order. `segments`
 /// are those of segment() for this recording. Facts of the unit's type (range, output step, sign) are used where they
-/// are known. A segment of fewer than 12 samples is too short to tell motion or knocks. Cost linear in rows (times
-/// their logarithm for medians of blocks).
+/// are known. A segment of fewer than 12 samples is too short to tell motion or knocks. Cost linear in rows.
 [[nodiscard]] std::vector<std::vector<Finding>> examine(const Recording& recording, std::span<const Segment> segments,
                                                         const UnitType& type, const GateLimits& limits = {});
 

@@ -103,7 +103,25 @@ Line temperature_line(const std::vector<double>& t_s, const std::vector<double>&
   return line;
 }
 
-std::array<SensorStatistics, kSensorCount> describe_sensors(const Recording& r, std::size_t first, std::size_t last) {
+/// Coarser output steps are none: a simulation without noise shows few numbers, gravity apart.
+constexpr double kCoarsestAccel_mps2 = 0.5;
+constexpr double kCoarsestGyro_dps = 5.0;
+
+/// Output step of each sensor: a segment may show one number only, the whole recording shows more.
+using Steps = std::array<double, kSensorCount>;
+
+Steps output_steps(const Recording& r) {
+  Steps steps{};
+  for (const Sensor sensor : kSensors) {
+    const double step = output_step(r.sensor[index_of(sensor)]);
+    const double coarsest = is_gyro(sensor) ? kCoarsestGyro_dps / printed_per_si(sensor) : kCoarsestAccel_mps2;
+    steps[index_of(sensor)] = step <= coarsest ? step : 0.0;
+  }
+  return steps;
+}
+
+std::array<SensorStatistics, kSensorCount> describe_sensors(const Recording& r, const Steps& steps, std::size_t first,
+                                                            std::size_t last) {
   std::array<SensorStatistics, kSensorCount> statistics;
   for (std::size_t s = 0; s < kSensorCount; ++s) {
     if (r.sensor[s].empty()) continue;
@@ -114,7 +132,7 @@ std::array<SensorStatistics, kSensorCount> describe_sensors(const Recording& r, 
     for (std::size_t i = first; i < last; ++i) {
       if (std::isnan(temp_c[i])) samples[i - first] = kNone;
     }
-    statistics[s] = describe(samples);
+    statistics[s] = describe(samples, steps[s]);
   }
   return statistics;
 }
@@ -132,7 +150,7 @@ std::array<double, kSensorCount> sensor_temperatures(const Recording& r, std::si
   return temps_c;
 }
 
-std::vector<Block> make_blocks(const Recording& r, const Piece& piece, double length_s) {
+std::vector<Block> make_blocks(const Recording& r, const Steps& steps, const Piece& piece, double length_s) {
   std::vector<Block> blocks;
   const double start_s = r.t_s[piece.first];
   const double total_s = r.t_s[piece.last - 1] - start_s;
@@ -147,7 +165,7 @@ std::vector<Block> make_blocks(const Recording& r, const Piece& piece, double le
       if (!std::isnan(temp.mean_y)) {
         blocks.push_back({0.5 * (r.t_s[first] + r.t_s[last - 1]), std::min(length_s, std::max(covered_s, 0.0)),
                           temp.mean_y, temp.slope, sensor_temperatures(r, first, last, temp.mean_y),
-                          describe_sensors(r, first, last)});
+                          describe_sensors(r, steps, first, last)});
       }
     }
     first = last;
@@ -197,7 +215,7 @@ class Visits {
   double previous_temp_c_ = 0.0;
 };
 
-Segment describe_piece(const Recording& r, const Piece& piece, bool with_plateaus) {
+Segment describe_piece(const Recording& r, const Steps& steps, const Piece& piece, bool with_plateaus) {
   Segment segment;
   segment.key.run_id = r.run_id;
   segment.key.unit = r.unit;
@@ -213,7 +231,7 @@ Segment describe_piece(const Recording& r, const Piece& piece, bool with_plateau
   segment.temp_c = temp.mean_y;
   segment.temp_rate_kpmin = temp.slope;
   segment.sensor_temp_c = sensor_temperatures(r, piece.first, piece.last, segment.temp_c);
-  segment.sensor = describe_sensors(r, piece.first, piece.last);
+  segment.sensor = describe_sensors(r, steps, piece.first, piece.last);
   return segment;
 }
 
@@ -225,17 +243,18 @@ base::Result<Segmentation> segment(const Recording& r) {
   const std::vector<double> plateau_c = given ? r.plateau_c : found_plateaus(r);
   const bool with_plateaus = given || has_value(plateau_c);
 
+  const Steps steps = output_steps(r);
   Segmentation result;
   Visits visits(r);
   std::size_t without_temperature = 0;
   for (const Piece& piece : cut(r, plateau_c, with_plateaus)) {
-    Segment segment = describe_piece(r, piece, with_plateaus);
+    Segment segment = describe_piece(r, steps, piece, with_plateaus);
     if (std::isnan(segment.temp_c)) {
       ++without_temperature;
       continue;
     }
     visits.assign(piece, segment);
-    segment.blocks = make_blocks(r, piece, with_plateaus ? kBlock_s : kBlockWithoutPlateau_s);
+    segment.blocks = make_blocks(r, steps, piece, with_plateaus ? kBlock_s : kBlockWithoutPlateau_s);
     result.segments.push_back(std::move(segment));
   }
   if (!with_plateaus) {

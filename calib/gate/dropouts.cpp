@@ -18,7 +18,7 @@ struct Loss {
 
 /// What an interval has beyond the usual one is lost; so is the time before the first and after the last value. Bursts
 /// make such gaps without a loss: no more can be missing than the number of values is short of.
-Loss loss_of(std::span<const double> t_s, const std::vector<double>& times, double interval_s) {
+Loss loss_of(std::span<const double> t_s, std::span<const double> times, double interval_s) {
   Loss loss;
   const double total_s = t_s.back() - t_s.front() + interval_s;
   double last_s = t_s.front() - interval_s;
@@ -37,10 +37,18 @@ Loss loss_of(std::span<const double> t_s, const std::vector<double>& times, doub
 }  // namespace
 
 void dropouts(const View& view, std::vector<Finding>& findings) {
+  Loss loss;
+  std::span<const double> judged;  // sensors without missing samples share their times
+  double judged_interval_s = 0.0;
   for (const Sensor sensor : kSensors) {
     const double interval_s = view.facts_of(sensor).interval_s;
     if (view.values(sensor).empty() || interval_s <= 0.0) continue;
-    const Loss loss = loss_of(view.t_s(), times_of(view.t_s(), view.values(sensor)), interval_s);
+    const std::span<const double> times = view.present_of(sensor).t_s();
+    if (times.data() != judged.data() || times.size() != judged.size() || interval_s != judged_interval_s) {
+      loss = loss_of(view.t_s(), times, interval_s);
+    }
+    judged = times;
+    judged_interval_s = interval_s;
     if (loss.share <= view.limits.missing_warn_share) continue;
     const bool rejected = loss.share > view.limits.missing_reject_share;
     findings.push_back({"dropouts", rejected ? Severity::reject : Severity::warn, sensor,

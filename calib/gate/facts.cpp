@@ -4,20 +4,25 @@
 #include <numbers>
 
 #include "base/statistics.h"
+#include "calib/gate/scan.h"
 #include "calib/gate/view.h"
 
 namespace soak::calib::gate {
 namespace {
 
-constexpr std::size_t kStretch = 20;  ///< samples, or intervals between them  ///< samples
+constexpr std::size_t kStretch = 20;               ///< samples, or intervals between them
+constexpr std::size_t kStretchesPerSegment = 500;  ///< whose noise stands for all
+constexpr double kRareRepeats = 0.005;             ///< share up to which 99 % of the runs are single samples
 constexpr std::size_t kIntervalsLooked = 100000;
 constexpr std::size_t kLongestRunCounted = 4096;
 constexpr double kUsualRunShare = 0.99;
+constexpr double kManyCodes = 1.5;  ///< steps between extremes: three codes or more
 /// A thermometer that stands in thermal mass cannot jump further between two samples; a larger jump is a gap.
 constexpr double kLargestJump_c = 3.0;
 constexpr double kLongestJump_s = 10.0;
 constexpr int kFewestJumps = 3;
 constexpr double kOffLattice = 0.02;
+constexpr std::size_t kJumpsLooked = 10000;
 
 /// Standard deviation of white noise from the differences of neighbours, which pass over drift; 0 for a constant.
 double noise_of(std::span<const double> x) {
@@ -32,74 +37,91 @@ double noise_of(std::span<const double> x) {
   return std::sqrt(std::max(0.0, (squares - sum * sum / n) / (n - 1.0))) / std::numbers::sqrt2;
 }
 
+/// The median of intervals; but where a typical stretch seems to have lost more than half of its samples, they come in
+/// bursts, and the stretch's mean stands.
+double usual_interval_s(const std::vector<double>& intervals) {
+  if (intervals.empty()) return 0.0;
+  const double middle_s = base::median(intervals);
+  std::vector<double> means;
+  for (std::size_t first = 0; first + kStretch <= intervals.size(); first += kStretch) {
+    means.push_back(mean_of({intervals.data() + first, kStretch}));
+  }
+  if (means.empty()) return middle_s;
+  const double mean_s = base::median(means);
+  return mean_s > 2.0 * middle_s ? mean_s : middle_s;
+}
+
+/// Gathers intervals of times, segment by segment.
+class Intervals {
+ public:
+  void add(std::span<const double> times) {
+    for (std::size_t i = 1; i < times.size() && intervals_.size() < kIntervalsLooked; ++i) {
+      intervals_.push_back(times[i] - times[i - 1]);
+    }
+  }
+  [[nodiscard]] double usual_s() const { return usual_interval_s(intervals_); }
+
+ private:
+  std::vector<double> intervals_;
+};
+
 /// Gathers one sensor's facts segment by segment.
 class Gatherer {
  public:
-  void add(std::span<const double> t_s, std::span<const double> values) {
-    const std::vector<double> x = present(values);
+  void add(const Present& present, std::span<const double> t_s) {
+    const std::span<const double> x = present.values();
+    complete_ = complete_ && present.t_s().data() == t_s.data();
     if (x.empty()) return;
     first_ = any_ ? first_ : x.front();
     any_ = true;
-    add_intervals(times_of(t_s, values));
     add_noise(x);
     add_runs(x);
   }
 
-  [[nodiscard]] SensorFacts facts() {
+  /// Whether no sample is missing in any segment.
+  [[nodiscard]] bool complete() const { return complete_; }
+
+  /// All but the interval.
+  [[nodiscard]] SensorFacts facts() const {
     SensorFacts facts;
-    facts.interval_s = usual_interval_s();
     facts.step = step_;
     facts.noise = noises_.empty() ? 0.0 : base::median(noises_);
+    facts.many_codes =
+        2 * std::count_if(ranges_.begin(), ranges_.end(), [&](double range) { return range > kManyCodes * step_; }) >=
+        static_cast<std::ptrdiff_t>(ranges_.size());
     facts.usual_run = usual_run();
     facts.one_number = any_ && !varies_;
     return facts;
   }
 
  private:
-  void add_intervals(const std::vector<double>& times) {
-    for (std::size_t i = 1; i < times.size() && intervals_.size() < kIntervalsLooked; ++i) {
-      intervals_.push_back(times[i] - times[i - 1]);
-    }
-  }
-
-  /// The median; but where a typical stretch seems to have lost more than half of its samples, they come in bursts, and
-  /// the stretch's mean stands.
-  [[nodiscard]] double usual_interval_s() const {
-    if (intervals_.empty()) return 0.0;
-    const double middle_s = base::median(intervals_);
-    std::vector<double> means;
-    for (std::size_t first = 0; first + kStretch <= intervals_.size(); first += kStretch) {
-      means.push_back(mean_of({intervals_.data() + first, kStretch}));
-    }
-    if (means.empty()) return middle_s;
-    const double mean_s = base::median(means);
-    return mean_s > 2.0 * middle_s ? mean_s : middle_s;
-  }
-
   void add_noise(std::span<const double> x) {
     const std::size_t length = std::min(kStretch, x.size());
     if (length < 5) return;
-    for (std::size_t first = 0; first + length <= x.size(); first += length) {
+    const std::size_t stride = length * (x.size() / (length * kStretchesPerSegment) + 1);
+    for (std::size_t first = 0; first + length <= x.size(); first += stride) {
       const auto stretch = x.subspan(first, length);
-      if (std::adjacent_find(stretch.begin(), stretch.end(), std::not_equal_to<>()) == stretch.end()) continue;
+      const auto [low, high] = std::minmax_element(stretch.begin(), stretch.end());
+      if (*low == *high) continue;
       noises_.push_back(noise_of(stretch));
+      ranges_.push_back(*high - *low);
     }
   }
 
   void add_runs(std::span<const double> x) {
-    std::size_t run = 1;
-    for (std::size_t i = 1; i <= x.size(); ++i) {
-      if (i < x.size() && x[i] == x[i - 1]) {
-        ++run;
-        continue;
-      }
-      ++runs_[std::min(run, kLongestRunCounted)];
-      run = 1;
-      if (i == x.size()) break;
-      const double difference = std::abs(x[i] - x[i - 1]);
-      step_ = step_ > 0.0 ? std::min(step_, difference) : difference;
-    }
+    const Changes changes = changes_of(x);
+    if (changes.smallest > 0.0) step_ = step_ > 0.0 ? std::min(step_, changes.smallest) : changes.smallest;
     varies_ = varies_ || step_ > 0.0 || x.front() != first_;
+    if (static_cast<double>(changes.none) <= kRareRepeats * static_cast<double>(x.size())) {
+      runs_[1] += x.size();
+      return;
+    }
+    for (std::size_t first = 0; first < x.size();) {
+      std::size_t last = first + 1;
+      while (last < x.size() && x[last] == x[first]) ++last;
+      ++runs_[std::min(last - first, kLongestRunCounted)];
+      first = last;
+    }
   }
 
   [[nodiscard]] std::size_t usual_run() const {
@@ -117,15 +139,16 @@ class Gatherer {
   bool varies_ = false;
   double first_ = 0.0;
   double step_ = 0.0;
-  std::vector<double> intervals_;
+  bool complete_ = true;
   std::vector<double> noises_;
+  std::vector<double> ranges_;
   std::vector<std::size_t> runs_ = std::vector<std::size_t>(kLongestRunCounted + 1, 0);
 };
 
 /// Jumps of a thermometer between neighbouring rows.
 std::vector<double> jumps_of(std::span<const double> t_s, const std::vector<double>& temp_c) {
   std::vector<double> jumps;
-  for (std::size_t i = 1; i < temp_c.size(); ++i) {
+  for (std::size_t i = 1; i < temp_c.size() && jumps.size() < kJumpsLooked; ++i) {
     const double jump = std::abs(temp_c[i] - temp_c[i - 1]);
     if (jump > 0.0 && jump <= kLargestJump_c && t_s[i] - t_s[i - 1] <= kLongestJump_s) jumps.push_back(jump);
   }
@@ -143,25 +166,45 @@ double lattice_step(std::span<const double> t_s, const std::vector<double>& temp
   return lattice ? step : 0.0;
 }
 
+/// Facts of one sensor but its interval, which is `row_interval_s` where no sample is missing.
+SensorFacts sensor_facts(const Recording& recording, std::span<const Segment> segments, Sensor sensor,
+                         double row_interval_s) {
+  const std::vector<double>& values = recording.sensor[index_of(sensor)];
+  Gatherer gatherer;
+  Intervals intervals;
+  for (const Segment& segment : segments) {
+    const auto [first, last] = rows_of(recording, segment);
+    const std::span<const double> t_s(recording.t_s.data() + first, last - first);
+    const Present present(t_s, {values.data() + first, last - first});
+    gatherer.add(present, t_s);
+    intervals.add(present.t_s());
+  }
+  SensorFacts facts = gatherer.facts();
+  facts.interval_s = gatherer.complete() ? row_interval_s : intervals.usual_s();
+  return facts;
+}
+
 }  // namespace
 
-Facts collect_facts(const Recording& recording, std::span<const Segment> segments) {
+Facts collect_facts(const Recording& recording, std::span<const Segment> segments, const UnitType& type) {
   Facts facts;
-  for (std::size_t s = 0; s < kSensorCount; ++s) {
-    const std::vector<double>& values = recording.sensor[s];
-    facts.sensor_temp_step_c[s] = lattice_step(recording.t_s, recording.sensor_temp_c[s]);
-    if (values.empty()) continue;
-    Gatherer gatherer;
-    for (const Segment& segment : segments) {
-      const auto [first, last] = rows_of(recording, segment);
-      gatherer.add({recording.t_s.data() + first, last - first}, {values.data() + first, last - first});
-    }
-    facts.sensor[s] = gatherer.facts();
+  Intervals rows;
+  for (const Segment& segment : segments) {
+    const auto [first, last] = rows_of(recording, segment);
+    rows.add({recording.t_s.data() + first, last - first});
   }
-  facts.circumstances_differ = std::any_of(segments.begin(), segments.end(), [&](const Segment& segment) {
-    return segment.key.position != segments.front().key.position || segment.plateau_c != segments.front().plateau_c;
-  });
+  const double row_interval_s = rows.usual_s();
+  for (const Sensor sensor : kSensors) {
+    const std::size_t s = index_of(sensor);
+    facts.sensor_temp_step_c[s] = lattice_step(recording.t_s, recording.sensor_temp_c[s]);
+    if (!recording.sensor[s].empty()) facts.sensor[s] = sensor_facts(recording, segments, sensor, row_interval_s);
+  }
+  for (const Segment& segment : segments) {
+    facts.positions_differ = facts.positions_differ || segment.key.position != segments.front().key.position;
+    facts.plateaus_differ = facts.plateaus_differ || segment.plateau_c != segments.front().plateau_c;
+  }
   facts.temp_step_c = lattice_step(recording.t_s, recording.temp_c);
+  facts.attitude = attitude_facts(segments, type);
   return facts;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "calib/gate/checks.h"
+#include "calib/gate/scan.h"
 
 namespace soak::calib::gate {
 namespace {
@@ -24,7 +25,7 @@ std::optional<double> range_of(const View& view, Sensor sensor) {
   return *view.type.gyro_range_dps / printed_per_si(sensor);
 }
 
-std::size_t beyond(const std::vector<double>& x, double range) {
+std::size_t beyond(std::span<const double> x, double range) {
   return static_cast<std::size_t>(
       std::count_if(x.begin(), x.end(), [&](double value) { return std::abs(value) >= kAtRange * range; }));
 }
@@ -54,8 +55,8 @@ std::size_t returns_to(std::span<const double> x, double extreme, double next) {
 ///
 /// Noise that is not cut off has, at its extreme value, no more samples than at the next one. So of P samples there and
 /// B beside them, stretch by stretch, P is at most a fair coin's share: (P − B)/√(P + B) is a standard normal number.
-std::size_t pinned_at(const std::vector<double>& x, double extreme) {
-  const auto pinned = static_cast<double>(std::count(x.begin(), x.end(), extreme));
+std::size_t pinned_at(std::span<const double> x, double extreme) {
+  const auto pinned = static_cast<double>(count_of(x, extreme));
   if (pinned < kPileUp * kPileUp) return 0;
   std::size_t beside = 0;
   std::size_t returns = 0;
@@ -81,15 +82,15 @@ void report(const View& view, Sensor sensor, std::size_t hits, std::size_t sampl
 }
 
 void judge(const View& view, Sensor sensor, std::vector<Finding>& findings) {
-  const std::vector<double> x = present(view.values(sensor));
+  const std::span<const double> x = view.present_of(sensor).values();
   if (x.empty()) return;
   const auto range = range_of(view, sensor);
   if (const std::size_t hits = range ? beyond(x, *range) : 0; hits > 0) {
     report(view, sensor, hits, x.size(), "reach the range of", *range, findings);
     return;
   }
-  const auto [low, high] = std::minmax_element(x.begin(), x.end());
-  for (const double extreme : {*low, *high}) {
+  const Extremes extremes = extremes_of(x);
+  for (const double extreme : {extremes.low, extremes.high}) {
     const std::size_t hits = pinned_at(x, extreme);
     if (hits == 0) continue;
     report(view, sensor, hits, x.size(), "are cut off at", extreme, findings);

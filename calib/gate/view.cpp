@@ -5,13 +5,32 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/gate/scan.h"
+
 namespace soak::calib::gate {
-namespace {
 
-constexpr double kStretch_s = 10.0;
-constexpr std::size_t kFewestStretches = 6;
+Present::Present(std::span<const double> t_s, std::span<const double> values) : values_(values), t_s_(t_s) {
+  // One NaN makes the sum NaN; infinities may too, and then there is nothing to leave out.
+  if (!std::isnan(deviation_from(values, 0.0).sum)) return;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::isnan(values[i])) continue;
+    own_values_.push_back(values[i]);
+    own_t_s_.push_back(t_s[i]);
+  }
+  values_ = own_values_;
+  t_s_ = own_t_s_;
+}
 
-}  // namespace
+void prepare(View& view) {
+  view.stretches = stretches(view.t_s());
+  for (const Sensor sensor : kSensors) {
+    if (view.values(sensor).empty()) continue;
+    view.present[index_of(sensor)] = Present(view.t_s(), view.values(sensor));
+    const SensorFacts& facts = view.facts_of(sensor);
+    view.levels[index_of(sensor)] = levels_of(view.t_s(), view.values(sensor), view.stretches,
+                                              std::max(facts.noise, facts.step), view.limits.knock_sigmas);
+  }
+}
 
 std::pair<std::size_t, std::size_t> rows_of(const Recording& recording, const Segment& segment) {
   const auto& t_s = recording.t_s;
@@ -20,8 +39,10 @@ std::pair<std::size_t, std::size_t> rows_of(const Recording& recording, const Se
   return {static_cast<std::size_t>(first - t_s.begin()), static_cast<std::size_t>(last - t_s.begin())};
 }
 
-bool has(const std::vector<Finding>& findings, std::string_view code) {
-  return std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) { return finding.code == code; });
+bool rejected_as(const std::vector<Finding>& findings, std::string_view code) {
+  return std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) {
+    return finding.code == code && finding.severity == Severity::reject;
+  });
 }
 
 bool has(const std::vector<Finding>& findings, std::string_view code, Sensor sensor) {
@@ -29,21 +50,9 @@ bool has(const std::vector<Finding>& findings, std::string_view code, Sensor sen
                      [&](const Finding& finding) { return finding.code == code && finding.sensor == sensor; });
 }
 
-std::vector<double> present(std::span<const double> values) {
-  std::vector<double> result;
-  std::copy_if(values.begin(), values.end(), std::back_inserter(result), [](double v) { return !std::isnan(v); });
-  return result;
-}
-
-std::vector<double> times_of(std::span<const double> t_s, std::span<const double> values) {
-  std::vector<double> result;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!std::isnan(values[i])) result.push_back(t_s[i]);
-  }
-  return result;
-}
-
 double mean_of(std::span<const double> values) {
+  const double sum_of_all = deviation_from(values, 0.0).sum;
+  if (!std::isnan(sum_of_all) && !values.empty()) return sum_of_all / static_cast<double>(values.size());
   double sum = 0.0;
   double count = 0.0;
   for (const double value : values) {
@@ -54,20 +63,10 @@ double mean_of(std::span<const double> values) {
   return count > 0.0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::vector<Stretch> stretches(std::span<const double> t_s) {
-  const std::size_t rows = t_s.size();
-  if (rows < 2 * kFewestStretches) return {};
-  const double total_s = t_s.back() - t_s.front();
-  const auto wanted = static_cast<std::size_t>(total_s / kStretch_s);
-  const std::size_t count = std::clamp(wanted, kFewestStretches, rows / 2);
-  const double row_s = total_s / static_cast<double>(rows - 1);
-  std::vector<Stretch> result;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t first = i * rows / count;
-    const std::size_t last = (i + 1) * rows / count;
-    result.push_back({first, last, t_s[last - 1] - t_s[first] + row_s});
-  }
-  return result;
+double step_of(const View& view, Sensor sensor) {
+  const double stated = is_gyro(sensor) ? view.type.gyro_lsb_dps.value_or(0.0) / printed_per_si(sensor)
+                                        : view.type.accel_lsb_mps2.value_or(0.0);
+  return std::max(stated, view.facts_of(sensor).step);
 }
 
 }  // namespace soak::calib::gate

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "base/instruction_set.h"
@@ -16,38 +17,49 @@ namespace {
 
 constexpr std::size_t kMaxGroups = 512;
 
-/// Sums of values less an origin, and of their squares.
+/// Sums of values less an origin, of their squares, and of their products with the index less its middle.
 struct Sums {
   double first = 0.0;
   double second = 0.0;
+  double moment = 0.0;
 };
 
 SOAK_CLONES
-Sums sums_above(const double* values, std::size_t n, double origin) {
+Sums sums_above(const double* values, std::size_t n, double origin, double middle) {
   return {lane_sum(n, [&](std::size_t i) { return values[i] - origin; }),
-          lane_sum(n, [&](std::size_t i) { return (values[i] - origin) * (values[i] - origin); })};
+          lane_sum(n, [&](std::size_t i) { return (values[i] - origin) * (values[i] - origin); }),
+          lane_sum(n, [&](std::size_t i) { return (values[i] - origin) * (static_cast<double>(i) - middle); })};
 }
 
-/// Means of consecutive groups of one size, less the first sample; a rest shorter than a group is only in `variance`.
+/// Means of consecutive groups of one size, less the first sample; a rest shorter than a group is only in `total`.
 struct Groups {
   std::vector<double> means;
-  double variance = 0.0;  ///< of the single samples
+  Sums total;  ///< of all single samples
 };
 
 Groups group(std::span<const double> samples) {
   const std::size_t size = (samples.size() + kMaxGroups - 1) / kMaxGroups;
+  const double middle = 0.5 * (static_cast<double>(samples.size()) - 1.0);
   Groups groups;
-  Sums total;
   for (std::size_t first = 0; first < samples.size(); first += size) {
     const std::size_t count = std::min(size, samples.size() - first);
-    const Sums sums = sums_above(samples.data() + first, count, samples.front());
-    total.first += sums.first;
-    total.second += sums.second;
+    const Sums sums = sums_above(samples.data() + first, count, samples.front(), middle - static_cast<double>(first));
+    groups.total.first += sums.first;
+    groups.total.second += sums.second;
+    groups.total.moment += sums.moment;
     if (count == size) groups.means.push_back(sums.first / static_cast<double>(size));
   }
-  const auto n = static_cast<double>(samples.size());
-  groups.variance = std::max(0.0, total.second - total.first * total.first / n) / (n - 1.0);
   return groups;
+}
+
+double variance_about_mean(const Sums& sums, double n) {
+  return std::max(0.0, sums.second - sums.first * sums.first / n) / (n - 1.0);
+}
+
+/// About the least-squares line, of n >= 3 samples.
+double variance_about_line(const Sums& sums, double n) {
+  const double along = sums.moment * sums.moment / (n * (n * n - 1.0) / 12.0);
+  return std::max(0.0, sums.second - sums.first * sums.first / n - along) / (n - 2.0);
 }
 
 /// Least-squares line over the index taken off.
@@ -70,17 +82,18 @@ double lagged_products(const double* z, std::size_t n, std::size_t lag) {
   return product_sum({z, n - lag}, {z + lag, n - lag});
 }
 
-/// Factor 1 + 2 sum_k (1 - k/n) rho_k by which correlation raises the variance of the mean over that of white noise.
+/// Factor 1 + 2 sum_k (1 - k/n) rho_k by which correlation raises the variance of the mean over that of white noise,
+/// over Geyer's pairs rho_0 + rho_1, rho_2 + rho_3, .. as long as they are positive.
 double variance_inflation(const std::vector<double>& z, double squares) {
   if (z.size() < 8 || squares <= 0.0) return 1.0;
   const auto n = static_cast<double>(z.size());
-  double inflation = 1.0;
-  for (std::size_t lag = 1; lag + 1 < z.size() / 2; lag += 2) {
-    const double odd = lagged_products(z.data(), z.size(), lag) / squares;
-    const double even = lagged_products(z.data(), z.size(), lag + 1) / squares;
-    if (odd + even <= 0.0) break;
+  double inflation = -1.0;
+  for (std::size_t lag = 0; lag + 1 < z.size() / 2; lag += 2) {
+    const double even = lagged_products(z.data(), z.size(), lag) / squares;
+    const double odd = lagged_products(z.data(), z.size(), lag + 1) / squares;
+    if (even + odd <= 0.0) break;
     const auto k = static_cast<double>(lag);
-    inflation += 2.0 * (odd * (1.0 - k / n) + even * (1.0 - (k + 1.0) / n));
+    inflation += 2.0 * (even * (1.0 - k / n) + odd * (1.0 - (k + 1.0) / n));
   }
   return std::max(1.0, inflation);
 }
@@ -113,24 +126,44 @@ double allan_at_length(std::span<const double> means) {
   return finest.allan_deviation(part_means(means, finest.parts()));
 }
 
-}  // namespace
-
-MeanError standard_error_of_mean(std::span<const double> samples) {
+MeanError errors_of(std::span<const double> samples, Groups groups) {
+  const auto n = static_cast<double>(samples.size());
+  const double variance = variance_about_mean(groups.total, n);
   MeanError error;
-  if (samples.size() < 2) return error;
-  Groups groups = group(samples);
-  if (groups.means.size() < 3) {
-    error.from_correlation = std::sqrt(groups.variance / static_cast<double>(samples.size()));
-  } else {
+  error.from_white = std::sqrt((samples.size() < 3 ? variance : variance_about_line(groups.total, n)) / n);
+  if (groups.means.size() >= 3) {
     remove_line(groups.means);
     error.from_correlation = error_by_correlation(groups.means);
     error.from_allan = allan_at_length(groups.means);
   }
-  error.standard_error = std::max(error.from_correlation, error.from_allan);
-  if (error.standard_error > 0.0) {
-    error.effective_samples = groups.variance / (error.standard_error * error.standard_error);
+  error.standard_error = std::max({error.from_white, error.from_correlation, error.from_allan});
+  if (error.standard_error > 0.0) error.effective_samples = variance / (error.standard_error * error.standard_error);
+  return error;
+}
+
+/// For samples whose squares leave the range of numbers: measured in a unit of their own size.
+MeanError errors_of_scaled(std::span<const double> samples) {
+  double largest = 0.0;
+  for (const double v : samples) largest = std::max(largest, std::abs(v));
+  if (largest <= 0.0) return {};
+  const int exponent = std::ilogb(largest);
+  std::vector<double> scaled(samples.begin(), samples.end());
+  for (double& v : scaled) v = std::ldexp(v, -exponent);
+  MeanError error = errors_of(scaled, group(scaled));
+  for (double* e : {&error.standard_error, &error.from_white, &error.from_correlation, &error.from_allan}) {
+    *e = std::ldexp(*e, exponent);
   }
   return error;
+}
+
+}  // namespace
+
+MeanError standard_error_of_mean(std::span<const double> samples) {
+  constexpr double kSmallestSquare = 1e-250;
+  if (samples.size() < 2) return {};
+  Groups groups = group(samples);
+  const bool measurable = std::isfinite(groups.total.second) && groups.total.second > kSmallestSquare;
+  return measurable ? errors_of(samples, std::move(groups)) : errors_of_scaled(samples);
 }
 
 }  // namespace soak::calib::signal

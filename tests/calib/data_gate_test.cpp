@@ -242,8 +242,187 @@ TEST(DataGate, ToleratesAFixtureThatIsNotTrue) {
   Recording r = still({}, 9);
   tilt(r, 0, r.rows(), 15.0);
   expect_clean(r);
-  tilt(r, 0, r.rows(), 10.0);
+  tilt(r, 0, r.rows(), 10.0);  // 25 degrees: no other position is nearer
   EXPECT_EQ(only(findings_of(r)).code, "wrong_position");
+  EXPECT_EQ(only(findings_of(r)).severity, Severity::warn);
+  tilt(r, 0, r.rows(), 25.0);
+  EXPECT_EQ(only(findings_of(r)).severity, Severity::reject);
+}
+
+/// A run of one visit with several positions in turn; `change` may alter each before it is appended.
+template <class Change>
+Recording positions_in_turn(const std::vector<std::string>& labels, const Still& how, const Change& change) {
+  Recording all;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    Still here = how;
+    here.position = labels[i];
+    Recording r = still(here, 100 + i);
+    change(r, i);
+    std::fill(r.position.begin(), r.position.end(), static_cast<std::int32_t>(i));
+    if (i == 0) {
+      all = std::move(r);
+    } else {
+      append(all, r);
+      all.positions.push_back(r.positions[0]);
+    }
+  }
+  return all;
+}
+
+const std::vector<std::string> kSix = {"+X", "-X", "+Y", "-Y", "+Z", "-Z"};
+
+TEST(DataGate, TakesALargeBiasForNoWrongLabel) {
+  const Still how{.seconds = 20.0};
+  for (const Vector3& bias : {Vector3{3.0, -3.0, 2.0}, Vector3{2.5, 2.5, 0.0}}) {
+    const auto add_bias = [&](Recording& r, std::size_t) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (double& value : r.sensor[3 + axis]) value += bias[axis];
+      }
+    };
+    expect_clean(positions_in_turn(kSix, how, add_bias));
+    // One position alone does not tell the bias; -Z is nearest all the same.
+    for (const Finding& finding : findings_of(positions_in_turn({"-Z"}, how, add_bias))) {
+      EXPECT_EQ(finding.code, "wrong_position");
+      EXPECT_EQ(finding.severity, Severity::warn) << finding.text;
+    }
+  }
+}
+
+TEST(DataGate, FindsTwoSwappedLabelsUnderALargeBias) {
+  Recording r = positions_in_turn(kSix, {.seconds = 20.0}, [](Recording& one, std::size_t) {
+    for (double& value : sensor(one, Sensor::accel_x)) value += 3.0;
+  });
+  std::swap(r.positions[0], r.positions[3]);  // +X and -Y
+  const auto findings = findings_of(r);
+  ASSERT_EQ(findings.size(), 2U) << listed(findings);
+  for (const Finding& finding : findings) EXPECT_EQ(finding.severity, Severity::reject) << finding.text;
+  EXPECT_NE(findings[0].text.find("looks like +X"), std::string::npos) << findings[0].text;
+  EXPECT_NE(findings[1].text.find("looks like -Y"), std::string::npos) << findings[1].text;
+}
+
+TEST(DataGate, NamesTheRemedyOnceWhereAUnitReadsMinusGUp) {
+  const Recording r = positions_in_turn(kSix, {.seconds = 20.0}, [](Recording& one, std::size_t) {
+    for (std::size_t s = 3; s < 6; ++s) {
+      for (double& value : one.sensor[s]) value = -value;
+    }
+  });
+  const auto findings = findings_of(r);
+  ASSERT_EQ(findings.size(), 6U) << listed(findings);
+  int named = 0;
+  for (const Finding& finding : findings) {
+    EXPECT_EQ(finding.severity, Severity::reject);
+    named += finding.text.find("sign_at_rest = -1") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_EQ(named, 1) << listed(findings);
+  EXPECT_NE(findings[0].text.find("scale = -1"), std::string::npos) << findings[0].text;
+  UnitType type;
+  type.sign_at_rest = -1;
+  expect_clean(r, type);
+}
+
+TEST(DataGate, WarnsOfASteadyTurnAboutTheVertical) {
+  const auto findings = findings_of(positions_in_turn(kSix, {.seconds = 20.0}, [](Recording& one, std::size_t i) {
+    if (i != 4) return;
+    for (double& value : sensor(one, Sensor::gyro_z)) value += 0.8 * base::kRadPerDeg;
+  }));
+  const Finding finding = only(findings);
+  EXPECT_EQ(finding.code, "moved");
+  EXPECT_EQ(finding.severity, Severity::warn);
+  EXPECT_NE(finding.text.find("gyro_z reads 0.80 deg/s away"), std::string::npos) << finding.text;
+}
+
+TEST(DataGate, TakesABadSampleOrAKnockForNoMotion) {
+  const Still how{.rate_hz = 50.0};
+  Recording gyro = still(how, 40);
+  sensor(gyro, Sensor::gyro_x)[1500] = 200.0 * base::kRadPerDeg;
+  expect_clean(gyro);
+  Recording accel = still(how, 41);
+  sensor(accel, Sensor::accel_x)[1500] = 150.0;
+  expect_clean(accel);
+  Recording knock = still(how, 42);
+  for (std::size_t i = 1500; i < 1510; ++i) {
+    for (const Sensor s : kSensors) sensor(knock, s)[i] += i % 2 == 0 ? 20.0 : -15.0;
+  }
+  EXPECT_EQ(only(findings_of(knock)).code, "knocked");
+}
+
+/// 80 K in 80 minutes in one attitude, without plateaus; accelerometers drift by 1.2 mg/K, and not in a straight line.
+Recording ramp(double curvature) {
+  Still how;
+  how.seconds = 4800.0;
+  how.rate_hz = 5.0;
+  how.temp_rate_kpmin = 1.0;
+  how.bias_per_k_mps2 = 1.2e-3 * kG;
+  Recording r = still(how, 43);
+  for (std::size_t i = 0; i < r.rows(); ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(r.rows());
+    for (std::size_t s = 3; s < 6; ++s) r.sensor[s][i] += curvature * kG * share * share;
+  }
+  return r;
+}
+
+TEST(DataGate, TakesAPoorUnitOnALongRampForUnmoved) {
+  expect_clean(ramp(0.0));
+  expect_clean(ramp(0.02));
+}
+
+TEST(DataGate, FindsAMoveOnALongRamp) {
+  for (const double share : {0.2, 0.5, 0.8}) {
+    Recording r = ramp(0.0);
+    tilt(r, static_cast<std::size_t>(share * static_cast<double>(r.rows())), r.rows(), 1.0);
+    EXPECT_EQ(only(findings_of(r)).code, "moved") << share;
+  }
+}
+
+TEST(DataGate, FindsMotionWithoutAllThreeAccelerometers) {
+  for (const bool with_x : {false, true}) {
+    Recording r = still({}, 44);
+    tilt(r, 3000, r.rows(), 60.0);
+    sensor(r, Sensor::accel_y).clear();
+    if (!with_x) sensor(r, Sensor::accel_x).clear();
+    const auto found = findings_of(r);  // and a warning of the mean direction where two of them see it
+    ASSERT_FALSE(found.empty()) << with_x;
+    EXPECT_EQ(found.front().code, "moved") << with_x;
+    Recording rest = still({}, 45);
+    sensor(rest, Sensor::accel_y).clear();
+    if (!with_x) sensor(rest, Sensor::accel_x).clear();
+    expect_clean(rest);
+  }
+}
+
+TEST(DataGate, FindsAStuckSensorWhoseNoiseIsBelowItsStep) {
+  Recording r = still({.seconds = 15.0, .accel_noise_mps2 = 0.008, .accel_lsb_mps2 = 0.01}, 46);
+  std::fill(sensor(r, Sensor::accel_y).begin() + 500, sensor(r, Sensor::accel_y).begin() + 1100, 0.1);
+  const Finding finding = only(findings_of(r));
+  EXPECT_EQ(finding.code, "stuck");
+  EXPECT_EQ(finding.severity, Severity::reject);
+}
+
+TEST(DataGate, FindsASensorThatIsFrozenInHalfOfTheSegments) {
+  for (const double noise_steps : {0.5, 2.0, 20.0}) {
+    const Still how{.seconds = 20.0, .gyro_noise_rps = 1e-3, .gyro_lsb_rps = 1e-3 / noise_steps};
+    const auto findings = findings_of(positions_in_turn(kSix, how, [](Recording& one, std::size_t i) {
+      if (i >= 3) std::fill(sensor(one, Sensor::gyro_y).begin(), sensor(one, Sensor::gyro_y).end(), 0.01);
+    }));
+    EXPECT_EQ(findings.size(), 3U) << noise_steps << listed(findings);
+    for (const Finding& finding : findings) {
+      EXPECT_EQ(finding.code, "stuck");
+      EXPECT_EQ(finding.severity, Severity::reject);
+    }
+  }
+}
+
+TEST(DataGate, FindsAQuietCoarseAccelerometerThatIsFrozen) {
+  // Noise of a tenth of a step: one number per segment is usual, the same at +g and -g is not.
+  const Still how{.seconds = 20.0, .accel_noise_mps2 = 0.001, .accel_lsb_mps2 = 0.01};
+  expect_clean(positions_in_turn(kSix, how, [](Recording&, std::size_t) {}));
+  const auto findings = findings_of(positions_in_turn(kSix, how, [](Recording& one, std::size_t i) {
+    if (i >= 3) std::fill(sensor(one, Sensor::accel_z).begin(), sensor(one, Sensor::accel_z).end(), 0.13);
+  }));
+  const auto stuck = std::count_if(findings.begin(), findings.end(), [](const Finding& finding) {
+    return finding.code == "stuck" && finding.severity == Severity::reject && finding.sensor == Sensor::accel_z;
+  });
+  EXPECT_EQ(stuck, 3) << listed(findings);
 }
 
 TEST(DataGate, JudgesAPositionByTheAccelerometersThatWereRecorded) {
@@ -338,6 +517,23 @@ TEST(DataGate, RejectsASensorThatGivesOneNumberThroughoutAndWarnsWhereResolution
 TEST(DataGate, TakesNoQuietSensorOnCoarseStepsForStuck) {
   // Noise of a tenth of a step: for seconds on end there is one number, then another.
   expect_clean(still({.gyro_noise_rps = 1e-5, .gyro_lsb_rps = 1e-4, .temp_rate_kpmin = 1.0}, 18));
+}
+
+TEST(DataGate, TakesAQuietCoarseGyroThatShowsOneNumberInAllPositionsAsItIs) {
+  // Gravity does not turn a gyro; at one temperature its one code may explain the one number.
+  const Still how{.seconds = 20.0, .gyro_noise_rps = 1e-4, .gyro_lsb_rps = 2e-3};
+  const auto findings = findings_of(positions_in_turn(kSix, how, [](Recording&, std::size_t) {}));
+  ASSERT_FALSE(findings.empty());
+  for (const Finding& finding : findings) EXPECT_EQ(finding.severity, Severity::warn) << finding.text;
+}
+
+TEST(DataGate, TakesACodeOfACoarseGyroForNoTurn) {
+  // One code is 0.5 deg/s, 5 degrees in ten seconds.
+  Recording r = still({.gyro_noise_rps = 1e-4}, 47);
+  for (std::size_t i = 0; i < r.rows(); ++i) {
+    sensor(r, Sensor::gyro_z)[i] = (i < 2200 || i >= 3300 ? 0.5 : 1.0) * base::kRadPerDeg;
+  }
+  expect_clean(r);
 }
 
 TEST(DataGate, TakesASimulationWithoutNoiseAsItIs) {
