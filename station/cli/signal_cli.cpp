@@ -44,7 +44,7 @@ void add_input(CLI::App& command, SignalInput& input) {
 /// Makes `perform(options, output)` what the command does, once a file or a run is given and `complete(options)` has
 /// turned the texts of the command line into what they mean.
 template <class Options, class Complete>
-void set_action(CLI::App& command, Request& request, std::shared_ptr<Options> options, Complete complete,
+void set_action(CLI::App& command, Request& request, std::shared_ptr<Options> options, const Complete& complete,
                 base::Status (*perform)(const Options&, Output&)) {
   command.callback([options = std::move(options), complete, perform, &request] {
     if (options->input.file.empty() && !options->input.part.run.run) {
