@@ -125,7 +125,9 @@ TEST(NoiseWatch, AnyStepInsideARecordingShows) {
   std::vector<double> step(1000, 0.25);
   std::fill(step.begin() + 500, step.end(), -0.5);
   record(watch, 0.0, step);
-  for (const json& value : gyro_x(watch)["oadev"]) EXPECT_GT(value, 0.0);
+  const json deviations = gyro_x(watch)["oadev"];
+  ASSERT_FALSE(deviations.empty());
+  for (const json& value : deviations) EXPECT_GT(value, 0.0);
 }
 
 // A rate that rises evenly has its deviation from the slope alone. Were the missing samples left out without a trace,
