@@ -69,6 +69,7 @@ void UnitChannel::take(const hal::ImuSample& sample) {
     advance_s_ = 0.0;
     power_on_ = sample.power_on;
     first_sample_s_ = sample.t_s;
+    first_heard_ = std::chrono::steady_clock::now();
     judge_.disturb();
   } else {
     advance_s_ += sample.t_s - latest_->t_s;

@@ -65,6 +65,8 @@ class UnitChannel {
   [[nodiscard]] std::uint32_t power_on() const { return power_on_; }
   /// Device time of the first sample since the last power-on.
   [[nodiscard]] const std::optional<double>& first_sample_s() const { return first_sample_s_; }
+  /// When the host heard it.
+  [[nodiscard]] std::chrono::steady_clock::time_point first_heard() const { return first_heard_; }
 
   void judge_by(const calib::StabilityCriterion& criterion);
   void disturb() { judge_.disturb(); }
@@ -101,6 +103,7 @@ class UnitChannel {
   double temp_s_ = 0.0;  ///< device time of it
   std::uint32_t power_on_ = 0;
   std::optional<double> first_sample_s_;
+  std::chrono::steady_clock::time_point first_heard_{};
   bool active_ = false;
   bool closed_ = false;
   calib::StabilityJudge judge_;

@@ -10,7 +10,7 @@ namespace soak::station {
 namespace {
 
 constexpr double kShortestOff_s = 1.0;
-constexpr double kYoung_s = 60.0;     ///< device time of a unit that has just been switched on
+constexpr double kYoung_s = 60.0;     ///< what the clock of a unit that was just switched on may show too much
 constexpr double kPatience_s = 60.0;  ///< host time for all units to come up
 
 using std::chrono::steady_clock;
@@ -122,7 +122,7 @@ class PowerOn : public StepTask {
       if (unit->streaming() && unit->imu().identity()) {
         if (auto wrong = wrong_identity(lab, *unit)) return StepProgress::failed(*std::move(wrong));
       }
-      if (!is_up(*unit)) missing += missing.empty() ? unit->serial() : ", " + unit->serial();
+      if (!is_up(lab, *unit)) missing += missing.empty() ? unit->serial() : ", " + unit->serial();
     }
     if (missing.empty()) return open_run(lab);
     if (std::chrono::duration<double>(steady_clock::now() - since_).count() < kPatience_s)
@@ -136,10 +136,10 @@ class PowerOn : public StepTask {
 
   /// Goes on without the units that do not come up; false where that would be all of them.
   bool leave_out_missing(Lab& lab) {
-    const auto up = [&](const auto& unit) { return is_up(*unit); };
+    const auto up = [&](const auto& unit) { return is_up(lab, *unit); };
     if (std::none_of(lab.units.begin(), lab.units.end(), up)) return false;
     for (const auto& unit : lab.units) {
-      if (is_up(*unit)) continue;
+      if (is_up(lab, *unit)) continue;
       lab.log.add("unit", unit->serial(),
                   fmt::format("left out of {}: no proof within {:.0f} s that it was switched on; {}", run_.label,
                               kPatience_s, unit->trouble()));
@@ -150,12 +150,14 @@ class PowerOn : public StepTask {
   }
 
   /// A unit has proved that it restarted if its own count of power-ons rose, or if it was never heard before and its
-  /// clock is young.
-  [[nodiscard]] bool is_up(const UnitChannel& unit) const {
+  /// clock cannot have begun long before it was switched on.
+  [[nodiscard]] bool is_up(const Lab& lab, const UnitChannel& unit) const {
     if (!unit.streaming() || !unit.first_sample_s()) return false;
     const Before& before = before_.at(unit.serial());
-    if (before.heard) return unit.power_on() != before.power_on;
-    return *unit.first_sample_s() < kYoung_s || unit.power_on() != before.power_on;
+    if (unit.power_on() != before.power_on) return true;
+    const std::chrono::duration<double> on = unit.first_heard() - since_;
+    const double since_switch_s = std::max(on.count(), 0.0) * lab.config.clock_rate;
+    return !before.heard && *unit.first_sample_s() < since_switch_s + kYoung_s;
   }
 
   static std::optional<base::Error> wrong_identity(const Lab& lab, const UnitChannel& unit) {
