@@ -11,6 +11,7 @@
 
 #include "anfis/model.h"
 #include "calib/position.h"
+#include "calib/reference.h"
 #include "calib/sensor.h"
 
 namespace soak::calib {
@@ -80,7 +81,8 @@ struct Calibration {
   bool simulated = false;
   double gravity_mps2 = 0.0;
   bool gravity_assumed = true;
-  std::vector<std::string> run_hashes;  ///< content SHA-256 (hex) of every run that the fit used
+  std::vector<ReferenceUse> references;  ///< that its campaigns were measured with
+  std::vector<std::string> run_hashes;   ///< content SHA-256 (hex) of every run that the fit used
   std::vector<SensorCalibration> sensors;
   /// Row i: response of accelerometer i to specific force along x, y, z beyond its own scale; diagonal 0. Constant.
   std::optional<std::array<Vector3, 3>> accel_misalignment;

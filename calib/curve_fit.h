@@ -12,6 +12,7 @@
 #include "base/result.h"
 #include "calib/calibration.h"
 #include "calib/curve_data.h"
+#include "calib/uncertainty_budget.h"
 #include "calib/warning.h"
 
 namespace soak::calib {
@@ -70,8 +71,9 @@ struct CurveFit {
   double temp_min_c = 0.0;
   double temp_max_c = 0.0;
   Family deployed = Family::anfis;
-  Curve curve;                     ///< the deployed one
-  std::vector<CurvePoint> points;  ///< every 1 °C from temp_min_c, and temp_max_c
+  Curve curve;                       ///< the deployed one
+  std::vector<CurvePoint> points;    ///< every 1 °C from temp_min_c, and temp_max_c
+  std::vector<Contribution> budget;  ///< what the bands of the points are made of
   std::vector<Warning> warnings;
 };
 

@@ -10,6 +10,7 @@
 #include "calib/curve_data.h"
 #include "calib/curve_fit.h"
 #include "calib/gravity.h"
+#include "calib/reference.h"
 #include "calib/segment.h"
 #include "calib/six_position.h"
 #include "calib/unit_type.h"
@@ -34,6 +35,7 @@ struct UnitInput {
   UnitType type;
   std::int32_t epoch = 0;
   std::vector<RunInput> runs;
+  std::vector<ReferenceUse> references;  ///< of the campaigns of its runs
 };
 
 /// Constant response to specific force, averaged over runs: row i is sensor i of its kind, columns x, y, z.

@@ -30,6 +30,7 @@ UnitModel make_model(const UnitInput& input, const UnitRows& rows,
     model.runs.push_back({run.run_id, run.label, run.campaign, run.content_sha256});
     model.simulated = model.simulated || run.simulated;
   }
+  model.references = input.references;
   model.sensors = std::move(sensors);
   model.accel_misalignment = rows.accel_misalignment;
   model.g_sensitivity = rows.g_sensitivity;
@@ -47,6 +48,7 @@ Calibration make_calibration(const UnitModel& model) {
   calibration.simulated = model.simulated;
   calibration.gravity_mps2 = model.gravity.mps2;
   calibration.gravity_assumed = model.gravity.assumed;
+  calibration.references = model.references;
   for (const RunReference& run : model.runs) calibration.run_hashes.push_back(run.content_sha256);
   for (const Sensor sensor : kSensors) {
     const auto& fit = model.sensors[index_of(sensor)];

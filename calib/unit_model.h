@@ -30,6 +30,7 @@ struct UnitModel {
   bool simulated = false;
   Gravity gravity;
   std::vector<RunReference> runs;
+  std::vector<ReferenceUse> references;
   std::array<std::optional<SensorFit>, kSensorCount> sensors;
   std::optional<Coupling> accel_misalignment;
   std::optional<Coupling> g_sensitivity;  ///< estimated beside the model; enters it only by `gap accept`
