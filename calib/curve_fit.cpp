@@ -7,10 +7,10 @@
 #include <cmath>
 #include <map>
 
-#include "base/statistics.h"
 #include "calib/fit/families.h"
 #include "calib/fit/hysteresis.h"
 #include "calib/statistics.h"
+#include "calib/uncertainty/curve_budget.h"
 
 namespace soak::calib {
 namespace {
@@ -185,50 +185,30 @@ Family choose_winner(const std::vector<FamilySums>& folds, const CurveFit& fit) 
   return winner;
 }
 
-/// Variance with its degrees of freedom; parts add up by Welch and Satterthwaite (GUM G.4).
-struct Part {
-  double variance = 0.0;
-  double degrees = 1.0;
-};
-
-double half_width(std::initializer_list<Part> parts) {
-  double variance = 0.0;
-  double denominator = 0.0;
-  for (const Part& part : parts) {
-    variance += part.variance;
-    denominator += part.variance * part.variance / std::max(1.0, part.degrees);
-  }
-  if (variance <= 0.0) return 0.0;
-  return base::student_t_two_sided(0.95, std::max(1.0, variance * variance / denominator)) * std::sqrt(variance);
+/// Every 1 °C from the least temperature, and the largest.
+std::vector<double> temperatures_of(const CurveFit& fit) {
+  std::vector<double> temps_c;
+  for (int i = 0; fit.temp_min_c + i <= fit.temp_max_c; ++i) temps_c.push_back(fit.temp_min_c + i);
+  if (temps_c.back() < fit.temp_max_c) temps_c.push_back(fit.temp_max_c);
+  return temps_c;
 }
 
-CurvePoint point_at(double temp_c, const FittedCurve& fitted, const VarianceComponents& components, double runs) {
-  const double between =
-      components.run_to_run_sigma ? *components.run_to_run_sigma * *components.run_to_run_sigma : 0.0;
-  const double lack = components.lack_of_fit_sigma * components.lack_of_fit_sigma;
-  const double mean_variance = fitted.variance(temp_c);
-  const double level = std::min(mean_variance, between / runs);
-  const Part within{mean_variance - level, components.degrees_of_freedom};
-  CurvePoint point{temp_c, evaluate(fitted.curve, temp_c), half_width({{level, runs - 1.0}, within}), std::nullopt};
-  if (components.run_to_run_sigma) {
-    point.pi95 = half_width({{level + between, runs - 1.0}, within, {lack, components.degrees_of_freedom}});
-  }
-  return point;
-}
-
-void trace_curve(const TrainedFamilies& trained, CurveFit& fit) {
+void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::span<const TypeBInput> type_b,
+                 const std::optional<SweepGap>& gap, CurveFit& fit) {
   const FittedCurve& fitted = *trained[fit.deployed];
   fit.curve = fitted.curve;
-  const double runs = static_cast<double>(fit.runs.size());
-  double last = fit.temp_min_c;
-  for (int i = 0; fit.temp_min_c + i <= fit.temp_max_c; ++i) {
-    last = fit.temp_min_c + i;
-    fit.points.push_back(point_at(last, fitted, trained.components, runs));
+  const std::vector<double> temps_c = temperatures_of(fit);
+  const auto runs = static_cast<double>(fit.runs.size());
+  fit.budget = curve_budget({data, fitted.curve, fitted.variance, trained.components, runs, gap, type_b}, temps_c);
+  for (std::size_t i = 0; i < temps_c.size(); ++i) {
+    CurvePoint point{temps_c[i], evaluate(fit.curve, temps_c[i]), expanded_uncertainty(fit.budget, Band::mean, i),
+                     std::nullopt};
+    if (fit.run_to_run_sigma) point.pi95 = expanded_uncertainty(fit.budget, Band::fresh_power_on, i);
+    fit.points.push_back(point);
   }
-  if (last < fit.temp_max_c) fit.points.push_back(point_at(fit.temp_max_c, fitted, trained.components, runs));
 }
 
-void warn(const CurveData& data, const CurveSubject& subject, CurveFit& fit) {
+void warn(const std::optional<SweepGap>& gap, const CurveSubject& subject, CurveFit& fit) {
   if (fit.runs.size() < kRunsForHoldout) {
     fit.warnings.push_back({"few_runs", fit.runs.size() == 1
                                             ? "one run only: no held-out error can be given, the run-to-run scatter is "
@@ -248,7 +228,6 @@ void warn(const CurveData& data, const CurveSubject& subject, CurveFit& fit) {
                      "deployed",
                      subject.name, name_of(fit.deployed))});
   }
-  const auto gap = find_sweep_gap(data, fit.curve);
   if (gap && gap->p_value < kHysteresisP && gap->largest > kHysteresisRatio * gap->noise) {
     fit.warnings.push_back(
         {"hysteresis",
@@ -261,7 +240,8 @@ void warn(const CurveData& data, const CurveSubject& subject, CurveFit& fit) {
 
 }  // namespace
 
-base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options, const CurveSubject& subject) {
+base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options, const CurveSubject& subject,
+                                 std::span<const TypeBInput> type_b) {
   if (const auto checked = check_rows(data, subject); !checked) return base::forward_error(checked);
   auto trained = train_families(data, options);
   if (!trained) {
@@ -291,13 +271,14 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
   }
   const FoldSums train = judge((*trained)[fit.rules > 0 ? Family::anfis : fit.deployed]->curve, data);
   fit.train_rmse = std::sqrt(train.absolute / train.count);
-  trace_curve(*trained, fit);
+  const auto gap = find_sweep_gap(data, (*trained)[fit.deployed]->curve);
+  trace_curve(data, *trained, type_b, gap, fit);
   for (const CurvePoint& point : fit.points) {
     if (std::isfinite(point.value) && std::isfinite(point.ci95)) continue;
     return base::bad_input("the curve is not finite: check the unit of the column and void the runs that are wrong",
                            subject.name);
   }
-  warn(data, subject, fit);
+  warn(gap, subject, fit);
   return fit;
 }
 

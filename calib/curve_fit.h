@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "base/result.h"
 #include "calib/calibration.h"
 #include "calib/curve_data.h"
+#include "calib/type_b_input.h"
 #include "calib/uncertainty_budget.h"
 #include "calib/warning.h"
 
@@ -84,8 +86,8 @@ struct CurveFit {
 /// seen the rows it is computed from. With fewer than three runs the outer folds are branches of the temperature
 /// history, or blocks of time; they are reported as checks only, and the ANFIS is deployed. With too few temperatures
 /// for an ANFIS of two rules the spline is deployed, with a warning. Refuses rows that do not vary, non-finite values
-/// and fewer than three distinct temperatures.
+/// and fewer than three distinct temperatures. `type_b`: contributions to the uncertainty that the rows do not show.
 [[nodiscard]] base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options,
-                                               const CurveSubject& subject);
+                                               const CurveSubject& subject, std::span<const TypeBInput> type_b = {});
 
 }  // namespace soak::calib

@@ -103,10 +103,17 @@ void read_shared(const Problem& problem, const Solution& solution, double inflat
   if (even) estimate.even_order = Estimate{even->value / (g * g), even->standard_error / (g * g)};
 }
 
+/// What standard errors are multiplied by: residuals larger than the segments' own errors promise inflate them; where
+/// those are not known, the residuals alone are the measure.
+double inflation_of(const Problem& problem, const Solution& solution) {
+  const double least = problem.typical_se > 0.0 ? 1.0 : 0.0;
+  return std::sqrt(std::max(least, solution.reduced_chi_squared));
+}
+
 SensorEstimate read_solution(const Problem& problem, const Solution& solution) {
   SensorEstimate estimate;
   estimate.reduced_chi_squared = solution.reduced_chi_squared;
-  const double inflation = std::sqrt(std::max(1.0, solution.reduced_chi_squared));
+  const double inflation = inflation_of(problem, solution);
   for (std::size_t v = 0; v < problem.visits.size(); ++v) {
     if (!solution.bias_known[v]) continue;
     const VisitInfo& visit = problem.visits[v];

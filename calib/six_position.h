@@ -60,13 +60,17 @@ struct SixPositionEstimate {
 /// Per plateau visit p the unknowns are bias b_p, for accelerometers the scale error S_p, and a linear drift in plateau
 /// time (random, zero mean, its variance estimated); shared by the run are the couplings. With specific force f = g·up:
 ///
-///     accelerometer i: y = b_p + (1 + S_p) f_i + Σ_{j≠i} M_ij f_j + K₂ (f_i² − g²) + d_p τ + e
+///     accelerometer i: y = b_p + (1 + S_p) f_i + Σ_{j≠i} M_ij f_j + K₂ (f_i² − g²) + C (up_j² − up_k²) + d_p τ + e
 ///     gyro i:          y = b_p + (1 + S_p) ω up_i + Ω_v up_i + G_ii f_i + h(position) + d_p τ + e
 ///
 /// **Which bias.** b_p is (up + down)/2 for both kinds. For accelerometers it is the bias at ±g: that at 0 g is
 /// b_p − K₂ g². So its level comes from readings along gravity, which feel a tilt of the fixture in second order only;
 /// horizontal positions, where a tilt of 0.05° is 9 mm/s², only sharpen its shape and show K₂ and M. Where positions do
 /// not show K₂ (a warning says so) it counts as 0, and b_p is what all positions agree on.
+///
+/// C is what four horizontal faces that are not square leave once M and K₂ have had theirs. Without it that would pass
+/// for a drift, the same in every visit, and reach the level of b: 14 mm/s² for faces 0.1° off. It is among the
+/// unknowns where all four are there.
 ///
 /// h, one constant for each position in which axis i is not vertical, takes up g-sensitivity and the horizontal part of
 /// the Earth's rotation, which nobody knows without every position's full rotation; so the level of b comes from the
@@ -79,7 +83,8 @@ struct SixPositionEstimate {
 /// show S_p of the gyro along the vertical where its visit has two rates (±ω, or ω and rest) and enter for no other
 /// sensor: accelerometers read a centripetal acceleration of unknown lever arm, gyros across the axis their
 /// misalignment. An error of the fixture's rate is an error of S: type B, not in its standard error. Standard errors
-/// are pooled over the run, then inflated where the fit's residuals ask for it.
+/// are pooled over the run, then inflated where the fit's residuals ask for it. Where no segment states one (0), the
+/// residuals alone make them; 0 where those leave nothing over: not known.
 ///
 /// Segments without plateau are not used. Without positions (one attitude) b_p is the mean reading. A missing position
 /// costs accuracy, or the visit where its bias can then not be told apart: a warning says so.

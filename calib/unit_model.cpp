@@ -17,6 +17,14 @@ UncertaintyTable uncertainty_of(const CurveFit& fit, bool with_prediction) {
   return table;
 }
 
+std::array<Vector3, 3> values_of(const Coupling& coupling) {
+  std::array<Vector3, 3> values{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) values[i][j] = coupling[i][j].value;
+  }
+  return values;
+}
+
 }  // namespace
 
 UnitModel make_model(const UnitInput& input, const UnitRows& rows,
@@ -34,6 +42,7 @@ UnitModel make_model(const UnitInput& input, const UnitRows& rows,
   model.sensors = std::move(sensors);
   model.accel_misalignment = rows.accel_misalignment;
   model.g_sensitivity = rows.g_sensitivity;
+  model.even_order = rows.even_order;
   model.warnings = rows.warnings;
   return model;
 }
@@ -66,7 +75,7 @@ Calibration make_calibration(const UnitModel& model) {
     }
     calibration.sensors.push_back(std::move(out));
   }
-  if (model.accel_misalignment) calibration.accel_misalignment = model.accel_misalignment->value;
+  if (model.accel_misalignment) calibration.accel_misalignment = values_of(*model.accel_misalignment);
   return calibration;
 }
 

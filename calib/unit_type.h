@@ -2,14 +2,29 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+
+#include "calib/sensor.h"
 
 namespace soak::calib {
 
 /// `one` for the whole unit, or one beside each sensor.
 enum class Thermometers : std::uint8_t { one, per_sensor };
+
+/// Largest absolute errors that a calibration may have against the unit as it is; absent = no limit.
+struct Limits {
+  std::array<std::optional<double>, kSensorCount> bias;  ///< SI
+  std::array<std::optional<double>, kSensorCount> scale_ppm;
+
+  /// Of the bias.
+  std::optional<double>& operator[](std::size_t sensor) { return bias[sensor]; }
+  std::optional<double> operator[](std::size_t sensor) const { return bias[sensor]; }
+
+  bool operator==(const Limits&) const = default;
+};
 
 /// What all units of one make have in common. Values that are not known are absent, never guessed.
 struct UnitType {
@@ -23,6 +38,9 @@ struct UnitType {
   std::optional<double> accel_lsb_mps2;
   std::optional<Thermometers> thermometers;
   std::optional<double> temp_lsb_c;  ///< output step of the thermometers
+  /// Standard uncertainty with which the same reading means the same temperature of the sensors, in the chamber and in
+  /// use.
+  std::optional<double> temp_repeatability_c;
   /// +1 where the accelerometer of the axis that points up reads +g at rest (specific force), −1 where it reads −g.
   int sign_at_rest = +1;
   /// Body directions ("+X" ... "-Z") of the axes x, y, z that the device sends, right-handed; absent = the body's own.
@@ -36,6 +54,8 @@ struct UnitType {
   std::optional<double> accel_noise_max_mps2_rthz;
   std::optional<double> gyro_bias_max_dps;  ///< at the temperature of the room
   std::optional<double> accel_bias_max_mps2;
+
+  Limits limits;  ///< of `soak verify`
 };
 
 }  // namespace soak::calib

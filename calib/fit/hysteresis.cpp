@@ -108,13 +108,16 @@ std::optional<SweepGap> find_sweep_gap(const CurveData& data, const Curve& curve
   const double variance = variance_of_one(bins);
   SweepGap gap;
   double chi_squared = 0.0;
+  double mean_square = 0.0;
   for (const Bin& bin : bins) {
     chi_squared += bin.mean() * bin.mean() * bin.count() / variance;
+    mean_square += (bin.mean() * bin.mean() - variance / bin.count()) / static_cast<double>(bins.size());
     if (std::abs(bin.mean()) <= gap.largest) continue;
     gap.largest = std::abs(bin.mean());
     gap.at_temp_c = bin.temp_c;
     gap.noise = std::sqrt(variance / bin.count());
   }
+  gap.half_sigma = 0.5 * std::sqrt(std::max(0.0, mean_square));
   gap.p_value = base::chi_squared_upper_tail(chi_squared, static_cast<double>(bins.size()));
   return gap;
 }

@@ -14,11 +14,11 @@ using LocalMatrix = Eigen::Matrix<double, kLocalCount, kLocalCount>;
 
 constexpr double kOpen = 1e-6;  ///< share of an open direction from which an unknown counts as open
 
-/// Number of shared unknowns. Accelerometer: couplings to the two other axes, then the even-order term. Gyro: to its
-/// own, then the nuisances.
+/// Number of shared unknowns. Accelerometer: couplings to the two other axes, then the even-order term, then the
+/// contrast of the horizontal faces. Gyro: to its own, then the nuisances.
 Eigen::Index shared_count(const Problem& problem) {
   if (!problem.with_position) return 0;
-  if (!is_gyro(problem.sensor)) return problem.with_even ? 3 : 2;
+  if (!is_gyro(problem.sensor)) return 2 + (problem.with_even ? 1 : 0) + (problem.with_contrast ? 1 : 0);
   return problem.nuisance.empty() ? 0 : 1 + static_cast<Eigen::Index>(problem.nuisance.size());
 }
 
@@ -41,6 +41,9 @@ Eigen::VectorXd shared_row(const Problem& problem, const Row& row) {
     // K₂(f² − g²): 0 where the axis is vertical, so that b stays (up + down)/2 and no tilt of the horizontal faces
     // reaches it.
     if (problem.with_even) a[kEven] = row.up[axis] * row.up[axis] - 1.0;
+    // What is left of four faces that are not square once M and K₂ have had theirs: it would pass for a drift, the same
+    // in every visit, which reaches the level of b.
+    if (problem.with_contrast) a[a.size() - 1] = a[0] * a[0] - a[1] * a[1];
     return a;
   }
   a[0] = std::abs(row.up[axis]) > kOnAxis ? row.up[axis] : 0.0;

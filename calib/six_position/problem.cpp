@@ -57,7 +57,8 @@ void drop_lone_rates(std::vector<Segment>& segments, Sensor sensor, double refer
   });
 }
 
-/// Standard error for weighting: that of 30 samples is itself uncertain, so it leans on the run's median.
+/// Standard error for weighting: that of 30 samples is itself uncertain, so it leans on the run's median. Where the run
+/// states none at all, all segments weigh the same, in a unit that says nothing of their size (Problem::typical_se).
 double pooled_se(const SensorStatistics& statistics, double typical_se) {
   if (typical_se <= 0.0) return 1.0;
   const double white_variance = statistics.variance / static_cast<double>(std::max<std::size_t>(1, statistics.count));
@@ -123,6 +124,14 @@ void choose_nuisances(Problem& problem) {
   }
 }
 
+/// Whether the positions turn axis `a` both up and down.
+bool both_ways(const Problem& problem, std::size_t a) {
+  const auto there = [&](double sign) {
+    return std::ranges::any_of(problem.rows, [&](const Row& row) { return sign * row.up[a] > kOnAxis; });
+  };
+  return there(1.0) && there(-1.0);
+}
+
 void choose_scales(Problem& problem) {
   std::vector<Range> inputs(problem.visits.size());
   for (const Row& row : problem.rows) inputs[row.visit].add(row.scale_input);
@@ -185,6 +194,8 @@ Problem pose(std::span<const Segment> segments, Sensor sensor, const Circumstanc
   choose_scales(problem);
   if (problem.with_position && is_gyro(sensor)) choose_nuisances(problem);
   problem.with_even = problem.with_position && !is_gyro(sensor);
+  const std::size_t axis = axis_of(sensor);
+  problem.with_contrast = problem.with_even && both_ways(problem, (axis + 1) % 3) && both_ways(problem, (axis + 2) % 3);
   return problem;
 }
 

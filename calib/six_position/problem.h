@@ -46,7 +46,10 @@ struct Problem {
   std::vector<VisitInfo> visits;
   std::vector<std::string> nuisance;  ///< labels with their own constant (gyros)
   bool with_even = false;             ///< an even-order term is among the shared unknowns (accelerometers)
+  bool with_contrast = false;         ///< as is the contrast of the horizontal faces (accelerometers)
   bool with_position = false;
+  /// Median standard error of the segments. 0: none is known, the weights are relative and only the residuals say how
+  /// far the estimates can be trusted.
   double typical_se = 0.0;
 };
 

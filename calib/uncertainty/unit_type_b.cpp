@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/uncertainty/unit_type_b.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/units.h"
+#include "calib/six_position/problem.h"
+#include "calib/uncertainty/type_b_inputs.h"
+#include "calib/uncertainty_budget.h"
+
+namespace soak::calib {
+namespace {
+
+/// Whether some run has the axis pointing up and down at rest.
+bool turned_both_ways(const std::vector<const RunInput*>& runs, std::size_t axis) {
+  bool up = false;
+  bool down = false;
+  for (const RunInput* run : runs) {
+    for (const Segment& segment : run->segments) {
+      if (!segment.position || six_position::turns(segment)) continue;
+      up = up || segment.position->up[axis] > six_position::kOnAxis;
+      down = down || segment.position->up[axis] < -six_position::kOnAxis;
+    }
+  }
+  return up && down;
+}
+
+bool any_position(const std::vector<const RunInput*>& runs) {
+  return std::ranges::any_of(runs, [](const RunInput* run) {
+    return std::ranges::any_of(run->segments, [](const Segment& s) { return s.position.has_value(); });
+  });
+}
+
+/// The runs' latitude where all have one; the least, which leaves the most of the Earth's rotation horizontal.
+std::optional<double> latitude_of(const std::vector<const RunInput*>& runs) {
+  std::optional<double> least;
+  for (const RunInput* run : runs) {
+    if (!run->site.latitude_deg) return std::nullopt;
+    const double latitude_deg = std::abs(*run->site.latitude_deg);
+    least = std::min(least.value_or(latitude_deg), latitude_deg);
+  }
+  return least;
+}
+
+Gravity with_reference_uncertainty(Gravity gravity, const std::vector<ReferenceUse>& references) {
+  for (const ReferenceUse& use : references) {
+    if (use.reference.kind != ReferenceKind::gravity || gravity.standard_uncertainty_mps2) continue;
+    gravity.standard_uncertainty_mps2 = use.reference.standard_uncertainty;
+    gravity.basis = "local gravity (references)";
+  }
+  return gravity;
+}
+
+/// |G⊥| of a gyro: the response to force across its axis, which is what tilts turn into it.
+double cross_sensitivity(const UnitRows& rows, Sensor sensor) {
+  if (!is_gyro(sensor) || !rows.g_sensitivity) return 0.0;
+  const std::size_t i = axis_of(sensor);
+  const auto& row = (*rows.g_sensitivity)[i];
+  return std::hypot(row[(i + 1) % 3].value, row[(i + 2) % 3].value);
+}
+
+/// Half-width from both kinds at effective degrees of freedom; the runs' mean has one less than there are runs.
+void state(StatedValue& value, const std::optional<double>& type_b, std::size_t runs) {
+  value.type_b = type_b;
+  std::vector<Contribution> budget = {{.name = "readings", .u = {value.standard_error}}};
+  if (runs > 1) budget[0].degrees_of_freedom = static_cast<double>(runs) - 1.0;
+  if (type_b) budget.push_back({.name = "type_b", .type = 'B', .u = {*type_b}});
+  value.ci95 = expanded_uncertainty(budget, Band::mean, 0);
+}
+
+/// Misalignment: half the difference of the tilts of two opposite faces about one axis.
+void state_misalignment(const Circumstances& circumstances, std::size_t runs, Coupling& coupling) {
+  auto type_b = attitude_uncertainty_rad(circumstances);
+  if (type_b) *type_b /= std::numbers::sqrt2;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (i != j) state(coupling[i][j], type_b, runs);
+    }
+  }
+}
+
+/// g-sensitivity, in (rad/s)/(m/s²): along the axis what is not known of the vertical rotation of the Earth, across it
+/// the horizontal rotation under an unknown heading (arcsine distribution).
+void state_g_sensitivity(const Circumstances& circumstances, std::size_t runs, Coupling& coupling) {
+  const double g = circumstances.gravity.mps2;
+  const auto& latitude_deg = circumstances.latitude_deg;
+  const double across = base::kEarthRate_rps * (latitude_deg ? std::cos(*latitude_deg * base::kRadPerDeg) : 1.0);
+  // sin φ of a place anywhere on the Earth is rectangular on [-1, 1].
+  const double along = latitude_deg ? across * attitude_uncertainty_rad(circumstances).value_or(0.0)
+                                    : base::kEarthRate_rps / std::numbers::sqrt3;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      state(coupling[i][j], (i == j ? along : across / std::numbers::sqrt2) / g, runs);
+    }
+  }
+}
+
+}  // namespace
+
+void state_type_b(const UnitInput& input, const std::vector<const RunInput*>& used, UnitRows& rows) {
+  Circumstances circumstances;
+  circumstances.gravity = with_reference_uncertainty(rows.gravity, input.references);
+  circumstances.latitude_deg = latitude_of(used);
+  circumstances.thermometer_lsb_c = input.type.temp_lsb_c;
+  circumstances.thermometer_repeatability_c = input.type.temp_repeatability_c;
+  circumstances.references = input.references;
+  circumstances.positions = any_position(used);
+  rows.gravity = circumstances.gravity;
+  const std::size_t runs = used.size();
+  if (rows.accel_misalignment) state_misalignment(circumstances, runs, *rows.accel_misalignment);
+  if (rows.g_sensitivity) state_g_sensitivity(circumstances, runs, *rows.g_sensitivity);
+  // The four horizontal faces lean to one side by u/√4 on average.
+  auto lean = attitude_uncertainty_rad(circumstances);
+  if (lean) *lean /= 2.0 * circumstances.gravity.mps2;
+  for (auto& even_order : rows.even_order) {
+    if (even_order) state(*even_order, lean, runs);
+  }
+  for (const Sensor sensor : kSensors) {
+    const std::size_t s = index_of(sensor);
+    rows.bias_type_b[s] =
+        bias_inputs(circumstances, sensor, turned_both_ways(used, axis_of(sensor)), cross_sensitivity(rows, sensor));
+    rows.scale_type_b[s] = scale_inputs(circumstances, sensor);
+  }
+}
+
+}  // namespace soak::calib

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/unit_rows.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "calib/fit/gated_input.h"
+#include "calib/fit/readings_check.h"
+#include "calib/fit/row_collector.h"
+#include "calib/uncertainty/unit_type_b.h"
+
+namespace soak::calib {
+namespace {
+
+bool has_plateaus(const RunInput& run) {
+  return std::any_of(run.segments.begin(), run.segments.end(),
+                     [](const Segment& s) { return s.plateau_c.has_value(); });
+}
+
+/// Labels for messages and JSON; runs of several campaigns may share a label.
+std::vector<std::string> run_names(const std::vector<const RunInput*>& runs) {
+  std::set<std::string> seen;
+  bool clash = false;
+  for (const RunInput* run : runs) clash = clash || !seen.insert(run->label).second;
+  std::vector<std::string> names;
+  for (const RunInput* run : runs) names.push_back(clash ? run->campaign + "/" + run->label : run->label);
+  return names;
+}
+
+bool any_position(const std::vector<const RunInput*>& runs) {
+  for (const RunInput* run : runs) {
+    for (const Segment& segment : run->segments) {
+      if (segment.position) return true;
+    }
+  }
+  return false;
+}
+
+void warn(const UnitInput& input, const std::vector<const RunInput*>& used, UnitRows& rows) {
+  if (used.size() < input.runs.size()) {
+    rows.warnings.push_back({"runs_without_plateaus", fmt::format("{} of {} runs have no plateaus and were left out",
+                                                                  input.runs.size() - used.size(), input.runs.size())});
+  }
+  if (rows.gravity.assumed && !rows.relative_accel) {
+    rows.warnings.push_back(
+        {"gravity_assumed",
+         fmt::format(
+             "gravity was assumed to be {} m/s2; give --gravity-mps2, or --latitude-deg and --height-m, at import",
+             rows.gravity.mps2)});
+  }
+  if (rows.relative_accel) {
+    rows.warnings.push_back({"one_attitude",
+                             "one attitude throughout: gyro bias holds the Earth's rotation and g-sensitivity, "
+                             "accelerometer bias is relative to that at 25 °C, and no scale factor can be given"});
+  }
+}
+
+UnitInput at_known_gravity(UnitInput input) {
+  for (RunInput& run : input.runs) run.site = with_reference_gravity(run.site, input.references);
+  return input;
+}
+
+}  // namespace
+
+base::Result<UnitRows> make_rows(const UnitInput& stored) {
+  const UnitInput recorded = at_known_gravity(stored);
+  if (const auto sound = check_readings(recorded); !sound) return base::forward_error(sound);
+  const auto [input, findings] = leave_out_rejected(recorded);
+  if (input.runs.empty()) {
+    return base::bad_input(fmt::format("the data gate rejects every segment of unit {}: {} {}", input.unit,
+                                       findings.front().code, findings.front().text));
+  }
+  const bool by_plateau = std::any_of(input.runs.begin(), input.runs.end(), has_plateaus);
+  std::vector<const RunInput*> used;
+  for (const RunInput& run : input.runs) {
+    if (!by_plateau || has_plateaus(run)) used.push_back(&run);
+  }
+  UnitRows rows;
+  rows.warnings = findings;
+  RowCollector collector(rows, run_names(used), by_plateau);
+  for (std::size_t r = 0; r < used.size(); ++r) {
+    if (by_plateau) {
+      collector.add_plateaus(*used[r], static_cast<int>(r), input.type);
+    } else {
+      collector.add_blocks(*used[r], static_cast<int>(r), input.type);
+    }
+  }
+  collector.finish();
+  if (std::none_of(rows.bias.begin(), rows.bias.end(), [](const auto& data) { return data.has_value(); })) {
+    return base::bad_input(
+        fmt::format("the runs of unit {} give no row to fit: all samples are of ramps or moves, or have no "
+                    "temperature; 'soak runs show' lists the segments and what the data gate found",
+                    input.unit));
+  }
+  rows.relative_accel = !any_position(used);
+  state_type_b(input, used, rows);
+  warn(input, used, rows);
+  return rows;
+}
+
+}  // namespace soak::calib

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether the stated intervals hold the truth as often as they say, on campaigns whose type B errors are drawn anew for
+// each. `tools/prove/gum` runs it on 1000 campaigns.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <numbers>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base/random.h"
+#include "calib/fit/families.h"
+#include "calib/unit_fit.h"
+#include "tests/calib/campaign_simulation.h"
+
+namespace soak::calib {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int kSample = 6;
+#else
+constexpr int kSample = 48;
+#endif
+
+int campaigns() {
+  const char* asked = std::getenv("SOAK_COVERAGE_CAMPAIGNS");
+  return asked != nullptr ? std::atoi(asked) : kSample;
+}
+
+ReferenceUse reference(ReferenceKind kind, double standard_uncertainty, std::optional<double> correction = {}) {
+  ReferenceUse use;
+  use.reference.kind = kind;
+  use.reference.standard_uncertainty = standard_uncertainty;
+  use.reference.correction = correction;
+  return use;
+}
+
+/// How often one quantity was inside, at each whole temperature.
+struct Count {
+  std::map<long, int> mean;
+  std::map<long, int> fresh;
+  std::map<long, int> tried;
+
+  void add(double temp_c, bool in_mean, bool in_fresh) {
+    const long at = std::lround(temp_c);
+    mean[at] += in_mean ? 1 : 0;
+    fresh[at] += in_fresh ? 1 : 0;
+    ++tried[at];
+  }
+  [[nodiscard]] double share(const std::map<long, int>& inside, std::size_t campaigns) const {
+    double sum = 0.0;
+    double count = 0.0;
+    for (const auto& [at, n] : tried) {
+      // The ends of the range are not reached in every campaign.
+      if (static_cast<std::size_t>(n) < campaigns) continue;
+      sum += static_cast<double>(inside.at(at)) / n;
+      count += 1.0;
+    }
+    return sum / count;
+  }
+};
+
+/// All that is judged, by name.
+using Counts = std::map<std::string, Count>;
+
+void judge(const CurveFit& fit, const simulated::ThermalCurve& truth, double fresh, Count& count) {
+  for (const CurvePoint& point : fit.points) {
+    const double error = point.value - truth.at(point.temp_c);
+    count.add(point.temp_c, std::abs(error) <= point.ci95, point.pi95 && std::abs(error - fresh) <= *point.pi95);
+  }
+}
+
+/// One campaign: what nature draws, what the fit states.
+void run(int runs, int number, std::mutex& mutex, Counts& counts) {
+  base::Random random(static_cast<std::uint64_t>(1000 * runs + number));
+  const simulated::Scatter scatter;
+  const Sensor gyro = kSensors[static_cast<std::size_t>(number % 3)];
+  const Sensor accel = kSensors[axis_of(gyro) + 3];
+  const auto truth = simulated::Truth::draw(random, gyro);
+  UnitInput input = simulated::campaign(truth, gyro, runs, scatter, random);
+  input.type.temp_repeatability_c = scatter.thermometer_c;
+  input.references = {reference(ReferenceKind::fixture_squareness, scatter.face_tilt_rad),
+                      reference(ReferenceKind::gravity, scatter.gravity_mps2, simulated::kGravity_mps2)};
+  const auto fresh = [&](double run, double visit) { return run * random.gaussian() + visit * random.gaussian(); };
+  const double fresh_gyro = fresh(scatter.gyro_run_rps, scatter.gyro_visit_rps);
+  const double fresh_accel = fresh(scatter.accel_run_mps2, scatter.accel_visit_mps2);
+  const auto rows = make_rows(input);
+  ASSERT_TRUE(rows) << rows.error().message;
+  const auto gyro_fit = fit_sensor(*rows, gyro, {});
+  const auto accel_fit = fit_sensor(*rows, accel, {});
+  ASSERT_TRUE(gyro_fit && accel_fit && accel_fit->scale);
+  const std::lock_guard lock(mutex);
+  judge(gyro_fit->bias, truth.gyro_bias, fresh_gyro, counts["gyro bias"]);
+  judge(accel_fit->bias, truth.accel_bias, fresh_accel, counts["accel bias"]);
+  judge(*accel_fit->scale, truth.accel_scale, 0.0, counts["accel scale"]);
+}
+
+Counts run_all(int runs) {
+  std::mutex mutex;
+  Counts counts;
+  std::atomic<int> next = 0;
+  const auto work = [&] {
+    for (int i = next++; i < campaigns(); i = next++) run(runs, i, mutex, counts);
+  };
+  std::vector<std::jthread> pool;
+  for (unsigned t = 1; t < std::max(1U, std::thread::hardware_concurrency()); ++t) pool.emplace_back(work);
+  work();
+  pool.clear();
+  return counts;
+}
+
+/// Mean over the temperatures of the pointwise coverage: 93 to 97 %, and three standard errors of so few campaigns,
+/// whose points are as good as one where the runs' offset or a type B error dominates.
+void expect_nominal(const Counts& counts, int runs) {
+  const auto n = static_cast<std::size_t>(campaigns());
+  const double slack = n >= 1000 ? 0.0 : 3.0 * std::sqrt(0.05 * 0.95 / static_cast<double>(n));
+  for (const auto& [name, count] : counts) {
+    const double mean = count.share(count.mean, n);
+    std::printf("%2d runs, %zu campaigns, %-11s ci95 holds %.1f %%", runs, n, name.c_str(), 100.0 * mean);
+    EXPECT_GE(mean, 0.93 - slack) << name;
+    EXPECT_LE(mean, 0.97 + slack) << name;
+    if (name != "accel scale") {
+      const double fresh = count.share(count.fresh, n);
+      std::printf(", pi95 %.1f %%", 100.0 * fresh);
+      EXPECT_GE(fresh, 0.93 - slack) << name;
+      EXPECT_LE(fresh, 0.97 + slack) << name;
+    }
+    std::printf("\n");
+  }
+}
+
+TEST(UncertaintyCoverage, FourRuns) { expect_nominal(run_all(4), 4); }
+
+TEST(UncertaintyCoverage, TwentyRuns) {
+  // Twenty runs take ten times as long as four.
+  if (std::getenv("SOAK_COVERAGE_CAMPAIGNS") == nullptr) GTEST_SKIP() << "skipped: ./run prove gum";
+  expect_nominal(run_all(20), 20);
+}
+
+}  // namespace
+}  // namespace soak::calib
