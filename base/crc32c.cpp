@@ -31,9 +31,25 @@ constexpr std::array<Table, 8> make_tables() {
 
 constexpr auto kTables = make_tables();
 
+#if defined(__x86_64__)
+/// The processor's own instruction, eight bytes at a time.
+__attribute__((target("sse4.2"))) std::uint32_t by_instruction(std::span<const std::uint8_t> bytes, std::uint32_t crc) {
+  std::uint64_t wide = crc;
+  std::size_t i = 0;
+  for (; i + 8 <= bytes.size(); i += 8) {
+    std::uint64_t word;
+    std::memcpy(&word, bytes.data() + i, sizeof word);
+    wide = __builtin_ia32_crc32di(wide, word);
+  }
+  crc = static_cast<std::uint32_t>(wide);
+  for (; i < bytes.size(); ++i) crc = __builtin_ia32_crc32qi(crc, bytes[i]);
+  return crc;
+}
+#endif
+
 }  // namespace
 
-std::uint32_t crc32c(std::span<const std::uint8_t> bytes, std::uint32_t previous) {
+std::uint32_t crc32c_by_tables(std::span<const std::uint8_t> bytes, std::uint32_t previous) {
   std::uint32_t crc = ~previous;
   std::size_t i = 0;
   for (; i + 8 <= bytes.size(); i += 8) {
@@ -45,6 +61,14 @@ std::uint32_t crc32c(std::span<const std::uint8_t> bytes, std::uint32_t previous
   }
   for (; i < bytes.size(); ++i) crc = (crc >> 8) ^ kTables[0][(crc ^ bytes[i]) & 0xFFU];
   return ~crc;
+}
+
+std::uint32_t crc32c(std::span<const std::uint8_t> bytes, std::uint32_t previous) {
+#if defined(__x86_64__)
+  static const bool has_instruction = __builtin_cpu_supports("sse4.2") != 0;
+  if (has_instruction) return ~by_instruction(bytes, ~previous);
+#endif
+  return crc32c_by_tables(bytes, previous);
 }
 
 }  // namespace soak::base

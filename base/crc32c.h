@@ -10,4 +10,7 @@ namespace soak::base {
 /// B.4. `previous` continues the CRC of the bytes before. Detects every burst of up to 32 bits. Linear in the length.
 [[nodiscard]] std::uint32_t crc32c(std::span<const std::uint8_t> bytes, std::uint32_t previous = 0);
 
+/// The same by tables, for processors without an instruction for it (crc32c() chooses).
+[[nodiscard]] std::uint32_t crc32c_by_tables(std::span<const std::uint8_t> bytes, std::uint32_t previous = 0);
+
 }  // namespace soak::base

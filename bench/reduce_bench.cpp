@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // A 20-hour run of one unit at 200 Hz, 14.4 million rows of six sensors and a thermometer, from its run file to segment
-// statistics with the data gate: the time of each stage, and that of a plain read of as many doubles in the same run.
+// statistics with the data gate: the time of each stage (the best of a few passes: the first finds memory that nobody
+// has touched before), and that of a plain read of as many doubles in the same run.
 // The first argument is another number of hours.
 #include <fmt/format.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -129,29 +132,73 @@ void report(const char* stage, double seconds, std::size_t samples) {
   fmt::print("{:<34} {:7.3f} s  {:6.2f} ns per sample\n", stage, seconds, 1e9 * seconds / static_cast<double>(samples));
 }
 
+/// Processor time of each stage.
+struct Stages {
+  double read_s = 0.0;
+  double segment_s = 0.0;
+  double gate_s = 0.0;
+  std::size_t segments = 0;
+  std::size_t findings = 0;
+
+  [[nodiscard]] double total_s() const { return read_s + segment_s + gate_s; }
+};
+
+/// As soakd enters a run: one sensor in memory at a time.
+Stages reduce(const std::filesystem::path& path) {
+  Stages stages;
+  Stopwatch watch;
+  const auto file = must(db::RunFileReader::open(path));
+  const auto axes = must(station::read_axes(file, "SN1"));
+  stages.read_s += watch.lap_s();
+  auto segmenter = must(calib::Segmenter::begin(axes));
+  const calib::Segmentation& segmentation = segmenter.result();
+  stages.segment_s += watch.lap_s();
+  calib::Examination examination(axes, segmentation.segments, {});
+  stages.gate_s += watch.lap_s();
+  std::vector<double> samples;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    if (!station::read_sensor(file, "SN1", sensor, samples)) std::exit(1);
+    stages.read_s += watch.lap_s();
+    segmenter.describe(sensor, samples);
+    stages.segment_s += watch.lap_s();
+    examination.add(sensor, samples);
+    stages.gate_s += watch.lap_s();
+  }
+  for (const auto& list : examination.findings()) stages.findings += list.size();
+  stages.gate_s += watch.lap_s();
+  stages.segments = segmentation.segments.size();
+  return stages;
+}
+
+double most_memory_mb() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
 int run(double hours) {
+  constexpr int kPasses = 5;
   const auto count = static_cast<std::size_t>(hours * 3600.0 * kRate_hz);
   const std::size_t samples = 7 * count;
   const std::filesystem::path path =
       std::filesystem::temp_directory_path() /
       fmt::format("soak-reduce-{}.soakrun", std::chrono::steady_clock::now().time_since_epoch().count());
   write_run(path, count);
-  Stopwatch watch;
-  const auto file = must(db::RunFileReader::open(path));
-  const auto recording = must(station::read_recording(file, "SN1"));
-  const double read_s = watch.lap_s();
-  const auto segmentation = must(calib::segment(recording));
-  const double segment_s = watch.lap_s();
-  const auto findings = calib::examine(recording, segmentation.segments, {});
-  const double gate_s = watch.lap_s();
-  std::size_t found = 0;
-  for (const auto& list : findings) found += list.size();
-  fmt::print("{} rows, {} segments, {} findings, {} MB\n", count, segmentation.segments.size(), found,
-             std::filesystem::file_size(path) / 1000000);
-  report("read and convert", read_s, samples);
-  report("segments and their statistics", segment_s, samples);
-  report("data gate", gate_s, samples);
-  report("all of it", read_s + segment_s + gate_s, samples);
+  std::vector<Stages> passes;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    passes.push_back(reduce(path));
+    fmt::print("pass {}: {:.3f} s\n", pass + 1, passes.back().total_s());
+  }
+  const Stages best = *std::min_element(passes.begin(), passes.end(),
+                                        [](const Stages& a, const Stages& b) { return a.total_s() < b.total_s(); });
+  fmt::print("{} rows, {} segments, {} findings, file of {} MB, {:.0f} MB of memory at most; the best of {} passes:\n",
+             count, best.segments, best.findings, std::filesystem::file_size(path) / 1000000, most_memory_mb(),
+             kPasses);
+  report("read and convert", best.read_s, samples);
+  report("segments and their statistics", best.segment_s, samples);
+  report("from the file to statistics", best.read_s + best.segment_s, samples);
+  report("data gate", best.gate_s, samples);
+  report("all of it", best.total_s(), samples);
   report("a sum over as many doubles", read_doubles_s(samples), samples);
   std::filesystem::remove(path);
   return 0;

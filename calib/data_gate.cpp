@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "calib/gate/checks.h"
 
@@ -38,6 +39,27 @@ void count(std::vector<Tally>& tallies, const Segment& segment, const Finding& f
   same->last = &segment;
 }
 
+/// What the times of a segment's rows say, for the sensors of which no sample is missing.
+struct KnownTimes {
+  double interval_s = 0.0;  ///< usual one that they were judged by
+  gate::Loss loss;
+  std::optional<double> share_off;
+};
+
+/// Dropouts and irregular sampling. `rows`: what is known of the rows' times, or becomes known now.
+void judge_times(const gate::Samples& samples, KnownTimes& rows, gate::SensorSummary& summary) {
+  const double interval_s = samples.facts().interval_s;
+  KnownTimes times = rows;
+  if (!summary.complete || rows.interval_s != interval_s) {
+    const auto t_s = samples.present.t_s();
+    times = {interval_s, gate::loss_of(samples.view.t_s(), t_s, interval_s), gate::share_off(t_s, interval_s)};
+    if (summary.complete) rows = times;
+  }
+  summary.dropouts = gate::dropouts(samples, times.loss);
+  summary.sampling_judged = !summary.dropouts && times.share_off;
+  if (summary.sampling_judged) summary.irregular_sampling = gate::irregular_sampling(samples, *times.share_off);
+}
+
 void withdraw(Segment& segment, Sensor sensor) {
   segment.sensor[index_of(sensor)] = {};
   for (Block& block : segment.blocks) block.sensor[index_of(sensor)] = {};
@@ -45,18 +67,85 @@ void withdraw(Segment& segment, Sensor sensor) {
 
 }  // namespace
 
-std::vector<std::vector<Finding>> examine(const Recording& recording, std::span<const Segment> segments,
-                                          const UnitType& type, const GateLimits& limits) {
-  const gate::Facts facts = gate::collect_facts(recording, segments, type);
-  std::vector<std::vector<Finding>> findings;
+struct Examination::Impl {
+  const Recording& recording;
+  std::span<const Segment> segments;
+  UnitType type;
+  GateLimits limits;
+  gate::Facts facts;
+  double row_interval_s = 0.0;
+  std::vector<gate::SegmentState> states;
+  std::vector<KnownTimes> known;
+
+  [[nodiscard]] gate::View view(std::size_t index) const {
+    return {recording, segments, segments[index], type, limits, facts, states[index]};
+  }
+  void summarise(std::size_t index, Sensor sensor, const gate::Present& present, std::span<const double> values);
+};
+
+Examination::Examination(const Recording& recording, std::span<const Segment> segments, const UnitType& type,
+                         const GateLimits& limits)
+    : impl_(new Impl{recording, segments, type, limits, gate::run_facts(recording, segments), 0.0, {}, {}}) {
   for (const Segment& segment : segments) {
     const auto [first, last] = gate::rows_of(recording, segment);
-    gate::View view{recording, segments, segment, type, limits, facts, first, last};
-    gate::prepare(view);
+    const std::span<const double> t_s(recording.t_s.data() + first, last - first);
+    impl_->states.push_back({first, last, gate::stretches(t_s), {}});
+  }
+  impl_->known.resize(segments.size());
+  impl_->row_interval_s = gate::row_interval_s(recording, impl_->states);
+}
+
+Examination::~Examination() = default;
+
+void Examination::add(Sensor sensor, std::span<const double> samples) {
+  const auto rows_of = [&](const gate::SegmentState& state) {
+    return samples.subspan(state.first, state.last - state.first);
+  };
+  std::vector<gate::Present> presents;
+  for (std::size_t i = 0; i < impl_->states.size(); ++i) {
+    const gate::View view = impl_->view(i);
+    const bool complete = view.segment.sensor[index_of(sensor)].count == view.rows();
+    presents.emplace_back(view.t_s(), rows_of(impl_->states[i]), complete);
+  }
+  impl_->facts.sensor[index_of(sensor)] = gate::sensor_facts(presents, impl_->row_interval_s);
+  for (std::size_t i = 0; i < impl_->states.size(); ++i) {
+    impl_->summarise(i, sensor, presents[i], rows_of(impl_->states[i]));
+  }
+}
+
+void Examination::Impl::summarise(std::size_t index, Sensor sensor, const gate::Present& present,
+                                  std::span<const double> values) {
+  const gate::View segment = view(index);
+  const gate::Samples samples{segment, sensor, present};
+  gate::SensorSummary& summary = states[index].sensor[index_of(sensor)];
+  summary.recorded = true;
+  summary.complete = present.complete();
+  summary.samples = present.values().size();
+  summary.levels = gate::levels_of(segment.t_s(), values, segment.state.stretches,
+                                   std::max(samples.facts().noise, samples.facts().step), limits.knock_sigmas);
+  summary.saturated = gate::saturated(samples);
+  if (!summary.saturated) summary.stuck = gate::stuck(samples);
+  if (samples.facts().interval_s > 0.0) judge_times(samples, known[index], summary);
+}
+
+std::vector<std::vector<Finding>> Examination::findings() const {
+  impl_->facts.attitude = gate::attitude_facts(impl_->segments, impl_->type);
+  std::vector<std::vector<Finding>> findings;
+  for (std::size_t i = 0; i < impl_->states.size(); ++i) {
     auto& found = findings.emplace_back();
-    for (const gate::Check check : gate::kChecks) check(view, found);
+    for (const gate::Check check : gate::kChecks) check(impl_->view(i), found);
   }
   return findings;
+}
+
+std::vector<std::vector<Finding>> examine(const Recording& recording, std::span<const Segment> segments,
+                                          const UnitType& type, const GateLimits& limits) {
+  Examination examination(recording, segments, type, limits);
+  for (const Sensor sensor : kSensors) {
+    const std::vector<double>& samples = recording.sensor[index_of(sensor)];
+    if (!samples.empty()) examination.add(sensor, samples);
+  }
+  return examination.findings();
 }
 
 bool is_rejected(const Segment& segment) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -70,6 +71,27 @@ struct GateLimits {
 /// are known. A segment of fewer than 12 samples is too short to tell motion or knocks. Cost linear in rows.
 [[nodiscard]] std::vector<std::vector<Finding>> examine(const Recording& recording, std::span<const Segment> segments,
                                                         const UnitType& type, const GateLimits& limits = {});
+
+/// The same for sensors that are in memory one at a time. `recording` (whose own samples nobody looks at) and
+/// `segments` must stay where they are.
+class Examination {
+ public:
+  Examination(const Recording& recording, std::span<const Segment> segments, const UnitType& type,
+              const GateLimits& limits = {});
+  Examination(const Examination&) = delete;
+  Examination& operator=(const Examination&) = delete;
+  ~Examination();
+
+  /// Looks at one sensor: one sample per row, NaN = missing. Each sensor once at most, when its statistics stand in the
+  /// segments.
+  void add(Sensor sensor, std::span<const double> samples);
+  /// After all sensors. Visits may have been numbered anew since.
+  [[nodiscard]] std::vector<std::vector<Finding>> findings() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 /// Whether a fit may not use the segment, or not this sensor of it.
 [[nodiscard]] bool is_rejected(const Segment& segment);

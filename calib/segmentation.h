@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,5 +28,25 @@ struct Segmentation {
 /// 2 K. Sweep: as recorded, else the sign of the last change of plateau, unknown at the first.
 /// Refuses a recording without rows. Cost linear in rows.
 [[nodiscard]] base::Result<Segmentation> segment(const Recording& recording);
+
+/// The same for sensors that are in memory one at a time.
+class Segmenter {
+ public:
+  /// Finds the segments and their temperatures. Nobody looks at the recording's own samples; it must stay where it is.
+  [[nodiscard]] static base::Result<Segmenter> begin(const Recording& recording);
+  Segmenter(Segmenter&&) noexcept;
+  Segmenter& operator=(Segmenter&&) noexcept;
+  ~Segmenter();
+
+  /// Puts the statistics of one sensor into all segments: one sample per row, NaN = missing.
+  void describe(Sensor sensor, std::span<const double> samples);
+  /// Sensors that were not described have count 0. The segments stay where they are in memory.
+  [[nodiscard]] Segmentation& result();
+
+ private:
+  struct Impl;
+  explicit Segmenter(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace soak::calib

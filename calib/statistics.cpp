@@ -2,7 +2,6 @@
 #include "calib/statistics.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "calib/signal/mean_error.h"
+#include "calib/statistics/kernels.h"
 
 namespace soak::calib {
 namespace {
@@ -21,24 +21,15 @@ constexpr std::size_t kSamplesLooked = 100000;
 constexpr double kRareShare = 0.01;
 constexpr double kOffLattice = 0.02;  ///< of a step; numbers are rounded to float32 and converted
 
-/// Sum of f(v) over the values in eight interleaved partial sums, so that one addition need not wait for the last.
-template <class Function>
-double sum_of(std::span<const double> values, const Function& f) {
-  std::array<double, 8> partial{};
-  for (std::size_t i = 0; i < values.size(); ++i) partial[i % 8] += f(values[i]);
-  return std::accumulate(partial.begin(), partial.end(), 0.0);
-}
-
-SensorStatistics describe_present(std::span<const double> samples, double step) {
+/// `sum`: of the samples less the first one.
+SensorStatistics describe_present(std::span<const double> samples, double sum, double step) {
   SensorStatistics result;
   result.count = samples.size();
-  if (samples.empty()) return result;
   const double n = static_cast<double>(samples.size());
   // Two passes about a first value: readings near 9.8 with a spread of 1e-3 keep their digits.
-  const double origin = samples.front();
-  result.mean = origin + sum_of(samples, [&](double v) { return v - origin; }) / n;
+  result.mean = samples.front() + sum / n;
   if (samples.size() < 2) return result;
-  result.variance = sum_of(samples, [&](double v) { return (v - result.mean) * (v - result.mean); }) / (n - 1.0);
+  result.variance = squares_about(samples, result.mean) / (n - 1.0);
   result.standard_error =
       std::hypot(signal::standard_error_of_mean(samples).standard_error,
                  rounding_error(std::max(step, kFloatStep * std::abs(result.mean)), result.variance));
@@ -82,11 +73,7 @@ double error_of_rounded_gaussian(double squares) {
 Line fit_line(std::span<const double> x, std::span<const double> y) {
   Line line;
   if (x.empty()) return line;
-  const double n = static_cast<double>(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    line.mean_x += x[i] / n;
-    line.mean_y += y[i] / n;
-  }
+  add_quotients(x, y, static_cast<double>(x.size()), line.mean_x, line.mean_y);
   double sxx = 0.0;
   double sxy = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -116,12 +103,15 @@ double rounding_error(double step, double variance) {
 }
 
 SensorStatistics describe(std::span<const double> samples, double step) {
-  const auto is_missing = [](double v) { return std::isnan(v); };
-  if (std::none_of(samples.begin(), samples.end(), is_missing)) return describe_present(samples, step);
+  if (samples.empty()) return {};
+  // One NaN makes the sum NaN. Infinities may too, and then nothing is left out.
+  const double sum = sum_above(samples, samples.front());
+  if (!std::isnan(sum)) return describe_present(samples, sum, step);
   std::vector<double> present;
   present.reserve(samples.size());
-  std::remove_copy_if(samples.begin(), samples.end(), std::back_inserter(present), is_missing);
-  return describe_present(present, step);
+  std::remove_copy_if(samples.begin(), samples.end(), std::back_inserter(present),
+                      [](double v) { return std::isnan(v); });
+  return present.empty() ? SensorStatistics{} : describe_present(present, sum_above(present, present.front()), step);
 }
 
 }  // namespace soak::calib

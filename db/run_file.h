@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -113,6 +115,11 @@ class RunFileReader {
   /// absent.
   [[nodiscard]] base::Result<Column> read(std::size_t stream, std::size_t channel, std::uint64_t first_row = 0,
                                           std::uint64_t count = UINT64_MAX) const;
+  /// Rows of one channel in order, a chunk at a time: `take` is given their values as values_of() says, scale and
+  /// offset of the channel applied. The memory of one chunk, used again. Fails as read() does; then `take` has been
+  /// given the rows before.
+  [[nodiscard]] base::Status scan(std::size_t stream, std::size_t channel,
+                                  const std::function<void(std::span<const double>)>& take) const;
   /// At most about `max_bins` bins that cover [from_s, to_s]: the coarsest level of the pyramid that is fine enough,
   /// with adjacent bins joined; where no level is, bins made of the samples themselves.
   [[nodiscard]] base::Result<std::vector<PyramidBin>> pyramid(std::size_t stream, std::size_t channel, double from_s,

@@ -20,18 +20,17 @@ constexpr std::array<TypeEntry, 9> kTypes = {
 const TypeEntry& entry_of(SampleType type) { return kTypes.at(static_cast<std::size_t>(type)); }
 
 template <class T>
-std::vector<double> converted(const Column& column, double scale, double offset) {
-  std::vector<double> values(column.rows());
+void convert(const Column& column, std::size_t first, double scale, double offset, std::span<double> values) {
+  const std::uint8_t* raw = column.raw.data() + first * sizeof(T);
   for (std::size_t row = 0; row < values.size(); ++row) {
-    if (!column.present.empty() && column.present[row] == 0) {
-      values[row] = std::numeric_limits<double>::quiet_NaN();
-      continue;
-    }
     T number;
-    std::memcpy(&number, column.raw.data() + row * sizeof(T), sizeof(T));
+    std::memcpy(&number, raw + row * sizeof(T), sizeof(T));
     values[row] = scale * static_cast<double>(number) + offset;
   }
-  return values;
+  if (column.present.empty()) return;
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    if (column.present[first + row] == 0) values[row] = std::numeric_limits<double>::quiet_NaN();
+  }
 }
 
 }  // namespace
@@ -47,28 +46,33 @@ std::optional<SampleType> sample_type_named(std::string_view name) {
   return std::nullopt;
 }
 
-std::vector<double> values_of(const Column& column, double scale, double offset) {
+void put_values(const Column& column, std::size_t first, double scale, double offset, std::span<double> values) {
   switch (column.type) {
     case SampleType::i8:
-      return converted<std::int8_t>(column, scale, offset);
+      return convert<std::int8_t>(column, first, scale, offset, values);
     case SampleType::u8:
-      return converted<std::uint8_t>(column, scale, offset);
+      return convert<std::uint8_t>(column, first, scale, offset, values);
     case SampleType::i16:
-      return converted<std::int16_t>(column, scale, offset);
+      return convert<std::int16_t>(column, first, scale, offset, values);
     case SampleType::u16:
-      return converted<std::uint16_t>(column, scale, offset);
+      return convert<std::uint16_t>(column, first, scale, offset, values);
     case SampleType::i32:
-      return converted<std::int32_t>(column, scale, offset);
+      return convert<std::int32_t>(column, first, scale, offset, values);
     case SampleType::u32:
-      return converted<std::uint32_t>(column, scale, offset);
+      return convert<std::uint32_t>(column, first, scale, offset, values);
     case SampleType::i64:
-      return converted<std::int64_t>(column, scale, offset);
+      return convert<std::int64_t>(column, first, scale, offset, values);
     case SampleType::f32:
-      return converted<float>(column, scale, offset);
+      return convert<float>(column, first, scale, offset, values);
     case SampleType::f64:
-      return converted<double>(column, scale, offset);
+      return convert<double>(column, first, scale, offset, values);
   }
-  return {};
+}
+
+std::vector<double> values_of(const Column& column, double scale, double offset) {
+  std::vector<double> values(column.rows());
+  put_values(column, 0, scale, offset, values);
+  return values;
 }
 
 }  // namespace soak::db

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -44,5 +45,7 @@ struct Column {
 
 /// The column's numbers as doubles, scale and offset applied; NaN where no value is present.
 [[nodiscard]] std::vector<double> values_of(const Column& column, double scale, double offset);
+/// The same of rows first ... first + values.size() - 1, in the caller's memory.
+void put_values(const Column& column, std::size_t first, double scale, double offset, std::span<double> values);
 
 }  // namespace soak::db

@@ -13,25 +13,34 @@
 
 #include "calib/sensor.h"
 #include "station/channel_units.h"
+#include "station/fixture_rates.h"
 #include "station/header_name.h"
 #include "station/run_streams.h"
 
 namespace soak::station {
 namespace {
 
-/// Median distance in time between neighbouring values that are present; 0 where there are fewer than two.
-double median_spacing_s(std::span<const double> t_s, const std::vector<double>& values) {
-  std::vector<double> spacing;
+/// How long a channel's value holds: kHold_s, or 1.5 times the median distance in time between neighbouring values that
+/// are present where that is longer.
+double hold_limit_s(std::span<const double> t_s, std::span<const double> values) {
+  std::vector<double> long_s;  // distances that hold for longer than kHold_s
+  std::size_t distances = 0;
   std::optional<double> last;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isnan(values[i])) continue;
-    if (last) spacing.push_back(t_s[i] - *last);
+    if (last) {
+      ++distances;
+      if (!(1.5 * (t_s[i] - *last) <= kHold_s)) long_s.push_back(t_s[i] - *last);
+    }
     last = t_s[i];
   }
-  if (spacing.empty()) return 0.0;
-  const auto middle = spacing.begin() + static_cast<std::ptrdiff_t>(spacing.size() / 2);
-  std::nth_element(spacing.begin(), middle, spacing.end());
-  return *middle;
+  // The median of all, if it is among the long ones: those are the last in order.
+  const std::size_t middle = distances / 2;
+  const std::size_t others = distances - long_s.size();
+  if (distances == 0 || middle < others) return kHold_s;
+  const auto median = long_s.begin() + static_cast<std::ptrdiff_t>(middle - others);
+  std::nth_element(long_s.begin(), median, long_s.end());
+  return std::max(kHold_s, 1.5 * *median);
 }
 
 /// Fills empty rows so that the difference to `t_s` stays that of the nearest value before, or of the first one.
@@ -48,59 +57,73 @@ void run_on_with_time(std::span<const double> t_s, std::vector<double>& values) 
   }
 }
 
-/// The numbered label of each row; -1 where the cell is empty.
-std::vector<std::int32_t> label_numbers(const db::Column& column) {
-  std::vector<std::int32_t> numbers;
-  numbers.reserve(column.rows());
-  for (const double value : db::values_of(column, 1.0, 0.0)) {
-    numbers.push_back(std::isnan(value) ? -1 : static_cast<std::int32_t>(value));
-  }
-  return numbers;
+/// Reads one channel, converted to SI, into `values`, whose memory is used again.
+base::Status read_channel(const db::RunFileReader& file, std::size_t stream, std::size_t channel,
+                          std::vector<double>& values) {
+  const Conversion convert = conversion_to_si(file.streams()[stream].channels[channel].unit);
+  const bool is_si = convert == conversion_to_si("");  // nothing to call for each value
+  values.clear();
+  values.reserve(file.rows(stream));
+  return file.scan(stream, channel, [&](std::span<const double> chunk) {
+    const auto last = values.insert(values.end(), chunk.begin(), chunk.end());
+    if (!is_si) std::transform(last, values.end(), last, convert);
+  });
 }
 
-/// Maps each row's label to a value; `table` has one entry per label, `empty` is for rows without one.
-template <class T>
-std::vector<T> by_label(const std::vector<std::int32_t>& numbers, const std::vector<T>& table, T empty) {
-  std::vector<T> result(numbers.size(), empty);
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    if (numbers[i] >= 0 && static_cast<std::size_t>(numbers[i]) < table.size()) {
-      result[i] = table[static_cast<std::size_t>(numbers[i])];
+/// Reads a channel of labels: for each row what `value` makes of the number of its label, -1 where the cell is empty.
+template <class T, class Value>
+base::Status read_labels(const db::RunFileReader& file, std::size_t stream, std::size_t channel, std::vector<T>& values,
+                         const Value& value) {
+  values.clear();
+  values.reserve(file.rows(stream));
+  return file.scan(stream, channel, [&](std::span<const double> chunk) {
+    for (auto first = chunk.begin(); first != chunk.end();) {
+      const double number = *first;  // labels stay the same for long
+      const auto last = std::find_if(first + 1, chunk.end(), [&](double other) { return !(other == number); });
+      const T meaning = value(std::isnan(number) ? std::int32_t{-1} : static_cast<std::int32_t>(number));
+      values.insert(values.end(), static_cast<std::size_t>(last - first), meaning);
+      first = last;
     }
-  }
-  return result;
+  });
 }
 
-class RecordingReader {
+/// The same, by a table of one value per label; `empty` where there is none.
+template <class T>
+base::Status read_labels(const db::RunFileReader& file, std::size_t stream, std::size_t channel, std::vector<T>& values,
+                         const std::vector<T>& table, T empty) {
+  return read_labels(file, stream, channel, values, [&](std::int32_t number) {
+    const bool known = number >= 0 && static_cast<std::size_t>(number) < table.size();
+    return known ? table[static_cast<std::size_t>(number)] : empty;
+  });
+}
+
+/// All but the sensors.
+class AxesReader {
  public:
-  RecordingReader(const db::RunFileReader& file, std::string_view unit) : file_(file), unit_(unit) {}
+  AxesReader(const db::RunFileReader& file, std::string_view unit, std::size_t stream)
+      : file_(file), unit_(unit), stream_(stream) {}
 
   base::Result<calib::Recording> read() {
-    const auto stream = imu_stream(file_, unit_);
-    if (!stream) return base::forward_error(stream);
     recording_.run_id = file_.info().run_id;
     recording_.unit = unit_;
-    const auto& channels = file_.streams()[*stream].channels;
+    const auto& channels = file_.streams()[stream_].channels;
     for (std::size_t i = 0; i < channels.size(); ++i) {
-      const auto column = file_.read(*stream, i);
-      if (!column) return base::forward_error(column);
-      if (auto status = add_channel(channels[i], *column); !status) return base::forward_error(status);
+      if (auto status = add_channel(channels[i], i); !status) return base::forward_error(status);
     }
+    const auto split = split_by_rate(recording_, std::move(rate_rps_), file_.info().label);
+    if (!split) return base::forward_error(split);
     return std::move(recording_);
   }
 
  private:
-  base::Status add_channel(const db::ChannelInfo& channel, const db::Column& column) {
-    if (channel.unit == "label") return add_labels(channel, column);
-    std::vector<double> values = db::values_of(column, channel.scale, channel.offset);
-    const Conversion convert = conversion_to_si(channel.unit);
-    for (double& value : values) value = convert(value);
-    if (channel.name == "t_s") {
-      recording_.t_s = std::move(values);
-    } else if (const auto sensor = calib::sensor_named(channel.name)) {
-      recording_.sensor[calib::index_of(*sensor)] = std::move(values);
-    } else {
-      add_slow_channel(channel.name, std::move(values));
-    }
+  base::Status add_channel(const db::ChannelInfo& channel, std::size_t index) {
+    if (channel.unit == "label") return add_labels(channel, index);
+    if (calib::sensor_named(channel.name)) return {};
+    if (channel.name == "t_s") return read_channel(file_, stream_, index, recording_.t_s);
+    if (is_fixture_rate(channel)) return read_channel(file_, stream_, index, rate_rps_);
+    std::vector<double> values;
+    if (auto status = read_channel(file_, stream_, index, values); !status) return status;
+    add_slow_channel(channel.name, std::move(values));
     return {};
   }
 
@@ -130,32 +153,43 @@ class RecordingReader {
     return std::nullopt;
   }
 
-  base::Status add_labels(const db::ChannelInfo& channel, const db::Column& column) {
-    const std::vector<std::int32_t> numbers = label_numbers(column);
+  base::Status add_labels(const db::ChannelInfo& channel, std::size_t index) {
     if (channel.name == "phase") {
       std::vector<calib::Phase> table;
       for (const std::string& label : channel.labels) {
         table.push_back(label == "ramp" ? calib::Phase::ramp : calib::Phase::soak);
       }
-      recording_.phase = by_label(numbers, table, calib::Phase::soak);
-    } else if (channel.name == "sweep") {
+      return read_labels(file_, stream_, index, recording_.phase, table, calib::Phase::soak);
+    }
+    if (channel.name == "sweep") {
       std::vector<calib::Sweep> table;
       for (const std::string& label : channel.labels) table.push_back(calib::sweep_named(label));
-      recording_.sweep = by_label(numbers, table, calib::Sweep::unknown);
-    } else if (channel.name == "position") {
-      return add_position(channel.labels, numbers);
+      return read_labels(file_, stream_, index, recording_.sweep, table, calib::Sweep::unknown);
+    }
+    return channel.name == "position" ? add_position(channel.labels, index) : base::Status();
+  }
+
+  base::Status add_position(const std::vector<std::string>& labels, std::size_t index) {
+    std::vector<bool> occurs(labels.size(), false);
+    auto read = read_labels(file_, stream_, index, recording_.position, [&](std::int32_t number) {
+      const bool known = number >= 0 && static_cast<std::size_t>(number) < labels.size();
+      if (known) occurs[static_cast<std::size_t>(number)] = true;
+      return known ? number : -1;
+    });
+    if (!read) return read;
+    const auto table = position_table(labels, occurs);
+    if (!table) return base::forward_error(table);
+    for (std::int32_t& position : recording_.position) {
+      if (position >= 0) position = (*table)[static_cast<std::size_t>(position)];
     }
     return {};
   }
 
-  base::Status add_position(const std::vector<std::string>& labels, const std::vector<std::int32_t>& numbers) {
+  /// Index into the recording's positions of each label that occurs.
+  base::Result<std::vector<std::int32_t>> position_table(const std::vector<std::string>& labels,
+                                                         const std::vector<bool>& occurs) {
     const auto defined = read_positions(file_, unit_);
     if (!defined) return base::forward_error(defined);
-    std::vector<bool> occurs(labels.size(), false);
-    for (const std::int32_t number : numbers) {
-      if (number >= 0 && static_cast<std::size_t>(number) < labels.size())
-        occurs[static_cast<std::size_t>(number)] = true;
-    }
     std::vector<std::int32_t> table;
     for (std::size_t i = 0; i < labels.size(); ++i) {
       if (!occurs[i]) {
@@ -174,19 +208,21 @@ class RecordingReader {
       table.push_back(static_cast<std::int32_t>(same - recording_.positions.begin()));
       if (same == recording_.positions.end()) recording_.positions.push_back(*std::move(position));
     }
-    recording_.position = by_label(numbers, table, -1);
-    return {};
+    return table;
   }
 
   const db::RunFileReader& file_;
   std::string unit_;
+  std::size_t stream_;
   calib::Recording recording_;
+  std::vector<double> rate_rps_;
 };
 
 }  // namespace
 
 void hold_slow_channel(std::span<const double> t_s, std::vector<double>& values) {
-  const double limit_s = std::max(kHold_s, 1.5 * median_spacing_s(t_s, values));
+  if (std::none_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) return;
+  const double limit_s = hold_limit_s(t_s, values);
   double last = std::numeric_limits<double>::quiet_NaN();
   double last_t_s = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -199,8 +235,29 @@ void hold_slow_channel(std::span<const double> t_s, std::vector<double>& values)
   }
 }
 
+base::Result<calib::Recording> read_axes(const db::RunFileReader& file, std::string_view unit) {
+  const auto stream = imu_stream(file, unit);
+  if (!stream) return base::forward_error(stream);
+  return AxesReader(file, unit, *stream).read();
+}
+
+base::Status read_sensor(const db::RunFileReader& file, std::string_view unit, calib::Sensor sensor,
+                         std::vector<double>& values) {
+  const auto stream = imu_stream(file, unit);
+  if (!stream) return base::forward_error(stream);
+  values.clear();
+  const auto channel = find_channel(file.streams()[*stream].channels, calib::name_of(sensor));
+  return channel ? read_channel(file, *stream, *channel, values) : base::Status();
+}
+
 base::Result<calib::Recording> read_recording(const db::RunFileReader& file, std::string_view unit) {
-  return RecordingReader(file, unit).read();
+  auto recording = read_axes(file, unit);
+  if (!recording) return recording;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    auto status = read_sensor(file, unit, sensor, recording->sensor[calib::index_of(sensor)]);
+    if (!status) return base::forward_error(status);
+  }
+  return recording;
 }
 
 }  // namespace soak::station

@@ -21,6 +21,8 @@ db::Column column_of(const std::vector<double>& values) {
   return column;
 }
 
+constexpr std::string_view kRateChannel = "rate_dps";
+
 struct PlacedPosition {
   double t_s;
   const calib::Position* position;
@@ -43,6 +45,33 @@ std::vector<PlacedPosition> placed(const std::vector<calib::Position>& positions
   }
   std::sort(result.begin(), result.end(), [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
   return result;
+}
+
+/// The rates of the positions, no value where the fixture rests; nothing where it rests in all of them.
+std::optional<db::Column> rate_column(const std::vector<PlacedPosition>& rows) {
+  std::vector<double> rates;
+  std::vector<std::uint8_t> present;
+  for (const PlacedPosition& row : rows) {
+    rates.push_back(row.position->rate_dps.value_or(0.0));
+    present.push_back(row.position->rate_dps ? 1 : 0);
+  }
+  const auto turning = std::count(present.begin(), present.end(), 1);
+  if (turning == 0) return std::nullopt;
+  db::Column column = column_of(rates);
+  if (static_cast<std::size_t>(turning) < rows.size()) column.present = std::move(present);
+  return column;
+}
+
+base::Status read_rates(const db::RunFileReader& file, std::size_t stream, std::vector<calib::Position>& positions) {
+  const auto channel = find_channel(file.streams()[stream].channels, kRateChannel);
+  if (!channel) return {};
+  const auto column = file.read(stream, *channel);
+  if (!column) return base::forward_error(column);
+  const std::vector<double> rates = db::values_of(*column, 1.0, 0.0);
+  for (std::size_t row = 0; row < positions.size() && row < rates.size(); ++row) {
+    if (!std::isnan(rates[row])) positions[row].rate_dps = rates[row];
+  }
+  return {};
 }
 
 }  // namespace
@@ -96,6 +125,11 @@ base::Status write_positions(db::RunFileWriter& file, std::string_view unit,
                                .labels = {}});
     table.push_back(column_of(up[axis]));
   }
+  if (auto rates = rate_column(rows)) {
+    stream.channels.push_back(
+        {.name = std::string(kRateChannel), .source_name = std::string(kRateChannel), .unit = "dps", .labels = {}});
+    table.push_back(*std::move(rates));
+  }
   const auto index = file.add_stream(stream);
   if (!index) return base::forward_error(index);
   return file.append(*index, table);
@@ -128,6 +162,7 @@ base::Result<std::vector<calib::Position>> read_positions(const db::RunFileReade
     for (std::size_t row = 0; row < positions.size() && row < values.size(); ++row)
       positions[row].up[axis] = values[row];
   }
+  if (const auto read = read_rates(file, *stream, positions); !read) return base::forward_error(read);
   return positions;
 }
 

@@ -13,7 +13,8 @@
 namespace soak::station {
 
 /// Names of the streams of a run file: a unit's samples, and the positions beyond the six named ones that occur in them
-/// (one row per position, at the time of its first row: label and up vector).
+/// (one row per position, at the time of its first row: label, up vector and, where the fixture turns in one of them,
+/// rate).
 inline constexpr std::string_view kImuStream = "imu";
 inline constexpr std::string_view kPositionsStream = "positions";
 

@@ -10,11 +10,7 @@ namespace {
 
 constexpr double kGapIntervals = 1.5;
 
-/// Time without values, of a segment.
-struct Loss {
-  double share = 0.0;
-  double longest_s = 0.0;
-};
+}  // namespace
 
 /// What an interval has beyond the usual one is lost; so is the time before the first and after the last value. Bursts
 /// make such gaps without a loss: no more can be missing than the number of values is short of.
@@ -34,29 +30,15 @@ Loss loss_of(std::span<const double> t_s, std::span<const double> times, double 
   return loss;
 }
 
-}  // namespace
-
-void dropouts(const View& view, std::vector<Finding>& findings) {
-  Loss loss;
-  std::span<const double> judged;  // sensors without missing samples share their times
-  double judged_interval_s = 0.0;
-  for (const Sensor sensor : kSensors) {
-    const double interval_s = view.facts_of(sensor).interval_s;
-    if (view.values(sensor).empty() || interval_s <= 0.0) continue;
-    const std::span<const double> times = view.present_of(sensor).t_s();
-    if (times.data() != judged.data() || times.size() != judged.size() || interval_s != judged_interval_s) {
-      loss = loss_of(view.t_s(), times, interval_s);
-    }
-    judged = times;
-    judged_interval_s = interval_s;
-    if (loss.share <= view.limits.missing_warn_share) continue;
-    const bool rejected = loss.share > view.limits.missing_reject_share;
-    findings.push_back({"dropouts", rejected ? Severity::reject : Severity::warn, sensor,
-                        fmt::format("{}: {:.1f} % of the samples are missing, for up to {:.3g} s (one every {:.3g} s "
-                                    "would be right; more than {:.0f} % missing are not used)",
-                                    name_of(sensor), 100.0 * loss.share, loss.longest_s, interval_s,
-                                    100.0 * view.limits.missing_reject_share)});
-  }
+std::optional<Finding> dropouts(const Samples& samples, const Loss& loss) {
+  const GateLimits& limits = samples.view.limits;
+  if (loss.share <= limits.missing_warn_share) return std::nullopt;
+  const bool rejected = loss.share > limits.missing_reject_share;
+  return Finding{"dropouts", rejected ? Severity::reject : Severity::warn, samples.sensor,
+                 fmt::format("{}: {:.1f} % of the samples are missing, for up to {:.3g} s (one every {:.3g} s "
+                             "would be right; more than {:.0f} % missing are not used)",
+                             name_of(samples.sensor), 100.0 * loss.share, loss.longest_s, samples.facts().interval_s,
+                             100.0 * limits.missing_reject_share)};
 }
 
 }  // namespace soak::calib::gate

@@ -68,18 +68,14 @@ class Intervals {
 /// Gathers one sensor's facts segment by segment.
 class Gatherer {
  public:
-  void add(const Present& present, std::span<const double> t_s) {
+  void add(const Present& present) {
     const std::span<const double> x = present.values();
-    complete_ = complete_ && present.t_s().data() == t_s.data();
     if (x.empty()) return;
     first_ = any_ ? first_ : x.front();
     any_ = true;
     add_noise(x);
     add_runs(x);
   }
-
-  /// Whether no sample is missing in any segment.
-  [[nodiscard]] bool complete() const { return complete_; }
 
   /// All but the interval.
   [[nodiscard]] SensorFacts facts() const {
@@ -101,10 +97,15 @@ class Gatherer {
     const std::size_t stride = length * (x.size() / (length * kStretchesPerSegment) + 1);
     for (std::size_t first = 0; first + length <= x.size(); first += stride) {
       const auto stretch = x.subspan(first, length);
-      const auto [low, high] = std::minmax_element(stretch.begin(), stretch.end());
-      if (*low == *high) continue;
+      double low = stretch.front();
+      double high = stretch.front();
+      for (const double value : stretch) {
+        low = std::min(low, value);
+        high = std::max(high, value);
+      }
+      if (low == high) continue;
       noises_.push_back(noise_of(stretch));
-      ranges_.push_back(*high - *low);
+      ranges_.push_back(high - low);
     }
   }
 
@@ -139,7 +140,6 @@ class Gatherer {
   bool varies_ = false;
   double first_ = 0.0;
   double step_ = 0.0;
-  bool complete_ = true;
   std::vector<double> noises_;
   std::vector<double> ranges_;
   std::vector<std::size_t> runs_ = std::vector<std::size_t>(kLongestRunCounted + 1, 0);
@@ -166,45 +166,41 @@ double lattice_step(std::span<const double> t_s, const std::vector<double>& temp
   return lattice ? step : 0.0;
 }
 
-/// Facts of one sensor but its interval, which is `row_interval_s` where no sample is missing.
-SensorFacts sensor_facts(const Recording& recording, std::span<const Segment> segments, Sensor sensor,
-                         double row_interval_s) {
-  const std::vector<double>& values = recording.sensor[index_of(sensor)];
+}  // namespace
+
+double row_interval_s(const Recording& recording, std::span<const SegmentState> states) {
+  Intervals rows;
+  for (const SegmentState& state : states) {
+    rows.add({recording.t_s.data() + state.first, state.last - state.first});
+  }
+  return rows.usual_s();
+}
+
+SensorFacts sensor_facts(std::span<const Present> presents, double row_interval_s) {
   Gatherer gatherer;
   Intervals intervals;
-  for (const Segment& segment : segments) {
-    const auto [first, last] = rows_of(recording, segment);
-    const std::span<const double> t_s(recording.t_s.data() + first, last - first);
-    const Present present(t_s, {values.data() + first, last - first});
-    gatherer.add(present, t_s);
+  bool complete = true;
+  for (const Present& present : presents) {
+    gatherer.add(present);
     intervals.add(present.t_s());
+    complete = complete && present.complete();
   }
   SensorFacts facts = gatherer.facts();
-  facts.interval_s = gatherer.complete() ? row_interval_s : intervals.usual_s();
+  facts.interval_s = complete ? row_interval_s : intervals.usual_s();
   return facts;
 }
 
-}  // namespace
-
-Facts collect_facts(const Recording& recording, std::span<const Segment> segments, const UnitType& type) {
+Facts run_facts(const Recording& recording, std::span<const Segment> segments) {
   Facts facts;
-  Intervals rows;
-  for (const Segment& segment : segments) {
-    const auto [first, last] = rows_of(recording, segment);
-    rows.add({recording.t_s.data() + first, last - first});
-  }
-  const double row_interval_s = rows.usual_s();
   for (const Sensor sensor : kSensors) {
     const std::size_t s = index_of(sensor);
     facts.sensor_temp_step_c[s] = lattice_step(recording.t_s, recording.sensor_temp_c[s]);
-    if (!recording.sensor[s].empty()) facts.sensor[s] = sensor_facts(recording, segments, sensor, row_interval_s);
   }
   for (const Segment& segment : segments) {
     facts.positions_differ = facts.positions_differ || segment.key.position != segments.front().key.position;
     facts.plateaus_differ = facts.plateaus_differ || segment.plateau_c != segments.front().plateau_c;
   }
   facts.temp_step_c = lattice_step(recording.t_s, recording.temp_c);
-  facts.attitude = attitude_facts(segments, type);
   return facts;
 }
 

@@ -23,8 +23,8 @@ struct Knocks {
 /// Rows that are hit in any sensor, rising.
 std::vector<std::size_t> rows_hit(const View& view) {
   std::vector<std::size_t> rows;
-  for (const Levels& levels : view.levels) {
-    for (const Hit& hit : levels.hits) rows.push_back(hit.row);
+  for (const SensorSummary& summary : view.state.sensor) {
+    for (const Hit& hit : summary.levels.hits) rows.push_back(hit.row);
   }
   std::sort(rows.begin(), rows.end());
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
@@ -43,7 +43,9 @@ std::vector<std::size_t> burst_from(const View& view, const std::vector<std::siz
 }
 
 int sensors_hit(const View& view, const std::vector<std::size_t>& burst) {
-  return static_cast<int>(std::count_if(view.levels.begin(), view.levels.end(), [&](const Levels& levels) {
+  const auto& sensors = view.state.sensor;
+  return static_cast<int>(std::count_if(sensors.begin(), sensors.end(), [&](const SensorSummary& summary) {
+    const Levels& levels = summary.levels;
     const auto hit = std::lower_bound(levels.hits.begin(), levels.hits.end(), burst.front(),
                                       [](const Hit& h, std::size_t row) { return h.row < row; });
     return hit != levels.hits.end() && hit->row <= burst.back();
@@ -72,7 +74,7 @@ double shift_of(const View& view, const std::vector<std::size_t>& rows) {
     for (const Hit& hit : levels.hits) {
       if (std::binary_search(rows.begin(), rows.end(), hit.row)) sum += hit.residual;
     }
-    const auto samples = static_cast<double>(view.present_of(sensor).values().size());
+    const auto samples = static_cast<double>(view.summary_of(sensor).samples);
     if (sum != 0.0) largest = std::max(largest, std::abs(sum) / (levels.sigma * std::sqrt(samples)));
   }
   return largest;

@@ -64,7 +64,7 @@ double angle_deg(const Vector3& a, const Vector3& b) {
   return base::kDegPerRad * std::atan2(norm_of(cross), a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
 }
 
-bool recorded(const View& view, Sensor sensor) { return !view.values(sensor).empty(); }
+bool recorded(const View& view, Sensor sensor) { return view.summary_of(sensor).recorded; }
 
 bool all_recorded(const View& view) {
   return std::all_of(kAccels.begin(), kAccels.end(), [&](Sensor sensor) { return recorded(view, sensor); });
@@ -72,7 +72,7 @@ bool all_recorded(const View& view) {
 
 /// Axes that are not recorded read 0.
 std::optional<Rest> rest_in(const View& view, std::size_t index) {
-  const Stretch& stretch = view.stretches[index];
+  const Stretch& stretch = view.state.stretches[index];
   Rest rest{view.t_s()[stretch.first], {}, 0.0};
   for (std::size_t i = 0; i < 3; ++i) {
     if (recorded(view, kAccels[i])) rest.force[i] = view.levels_of(kAccels[i]).mean[index];
@@ -86,7 +86,7 @@ std::optional<Rest> rest_in(const View& view, std::size_t index) {
 
 std::vector<Rest> rests_of(const View& view) {
   std::vector<Rest> rests;
-  for (std::size_t i = 0; i < view.stretches.size(); ++i) {
+  for (std::size_t i = 0; i < view.state.stretches.size(); ++i) {
     if (const auto rest = rest_in(view, i)) rests.push_back(*rest);
   }
   return rests;
@@ -233,7 +233,7 @@ std::optional<Turn> worst_turn(const View& view) {
   for (const Sensor sensor : kGyros) {
     const std::vector<double>& rates = view.levels_of(sensor).mean;
     for (std::size_t i = 0; i < rates.size(); ++i) {
-      const Turn turn = turn_in(view, sensor, view.stretches, rates, i);
+      const Turn turn = turn_in(view, sensor, view.state.stretches, rates, i);
       if (turn.excess_deg > worst.excess_deg) worst = turn;
     }
   }

@@ -65,13 +65,6 @@ void add_extremes(const double* x, std::size_t n, Lanes& low, Lanes& high) {
   high = h;
 }
 
-SOAK_CLONES
-void add_equal(const double* x, std::size_t n, double value, Lanes& count) {
-  Lanes c{};
-  for_lanes(n, [&](std::size_t i, std::size_t lane) { c[lane] += x[i] == value ? 1.0 : 0.0; });
-  count = c;
-}
-
 double total(const Lanes& lanes) { return std::accumulate(lanes.begin(), lanes.end(), 0.0); }
 double least(const Lanes& lanes) { return *std::min_element(lanes.begin(), lanes.end()); }
 double most(const Lanes& lanes) { return *std::max_element(lanes.begin(), lanes.end()); }
@@ -101,12 +94,6 @@ Extremes extremes_of(std::span<const double> values) {
   Lanes high = low;
   add_extremes(values.data(), values.size(), low, high);
   return {least(low), most(high)};
-}
-
-std::size_t count_of(std::span<const double> values, double value) {
-  Lanes count{};
-  add_equal(values.data(), values.size(), value, count);
-  return static_cast<std::size_t>(total(count));
 }
 
 }  // namespace soak::calib::gate

@@ -28,6 +28,4 @@ struct Extremes {
 };
 [[nodiscard]] Extremes extremes_of(std::span<const double> values);
 
-[[nodiscard]] std::size_t count_of(std::span<const double> values, double value);
-
 }  // namespace soak::calib::gate

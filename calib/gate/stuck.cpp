@@ -100,36 +100,26 @@ bool ignores_gravity(const View& view, Sensor sensor) {
   });
 }
 
-void judge(const View& view, Sensor sensor, std::span<const double> x, std::vector<Finding>& findings) {
-  if (view.facts_of(sensor).one_number) {
-    findings.push_back(throughout(view, sensor, x.front()));
-    return;
-  }
-  if (ignores_gravity(view, sensor)) {
-    findings.push_back(
-        {"stuck", Severity::reject, sensor,
-         fmt::format("{} gives {:.6g} {} all through this segment, as in another position, where gravity "
-                     "along its axis is another",
-                     name_of(sensor), x.front() * printed_per_si(sensor), printed_unit(sensor))});
-    return;
-  }
-  const std::size_t shortest = shortest_stuck(view, sensor, x.size());
-  if (shortest == 0) return;
-  const Runs runs = long_runs(x, shortest);
-  if (runs.samples == 0) return;
-  const double share = static_cast<double>(runs.samples) / static_cast<double>(x.size());
-  findings.push_back({"stuck", share > view.limits.pinned_share ? Severity::reject : Severity::warn, sensor,
-                      text_of(sensor, runs, x.size(), shortest)});
-}
-
 }  // namespace
 
-void stuck(const View& view, std::vector<Finding>& findings) {
-  for (const Sensor sensor : kSensors) {
-    const std::span<const double> x = view.present_of(sensor).values();
-    if (x.size() < static_cast<std::size_t>(view.limits.stuck_samples) || has(findings, "saturated", sensor)) continue;
-    judge(view, sensor, x, findings);
+std::optional<Finding> stuck(const Samples& samples) {
+  const auto& [view, sensor, present] = samples;
+  const std::span<const double> x = present.values();
+  if (x.size() < static_cast<std::size_t>(view.limits.stuck_samples)) return std::nullopt;
+  if (samples.facts().one_number) return throughout(view, sensor, x.front());
+  if (ignores_gravity(view, sensor)) {
+    return Finding{"stuck", Severity::reject, sensor,
+                   fmt::format("{} gives {:.6g} {} all through this segment, as in another position, where gravity "
+                               "along its axis is another",
+                               name_of(sensor), x.front() * printed_per_si(sensor), printed_unit(sensor))};
   }
+  const std::size_t shortest = shortest_stuck(view, sensor, x.size());
+  if (shortest == 0) return std::nullopt;
+  const Runs runs = long_runs(x, shortest);
+  if (runs.samples == 0) return std::nullopt;
+  const double share = static_cast<double>(runs.samples) / static_cast<double>(x.size());
+  return Finding{"stuck", share > view.limits.pinned_share ? Severity::reject : Severity::warn, sensor,
+                 text_of(sensor, runs, x.size(), shortest)};
 }
 
 }  // namespace soak::calib::gate

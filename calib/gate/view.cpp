@@ -9,27 +9,18 @@
 
 namespace soak::calib::gate {
 
-Present::Present(std::span<const double> t_s, std::span<const double> values) : values_(values), t_s_(t_s) {
+Present::Present(std::span<const double> t_s, std::span<const double> values, bool complete)
+    : values_(values), t_s_(t_s) {
   // One NaN makes the sum NaN; infinities may too, and then there is nothing to leave out.
-  if (!std::isnan(deviation_from(values, 0.0).sum)) return;
+  if (complete || !std::isnan(deviation_from(values, 0.0).sum)) return;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isnan(values[i])) continue;
     own_values_.push_back(values[i]);
     own_t_s_.push_back(t_s[i]);
   }
+  complete_ = own_values_.size() == values.size();
   values_ = own_values_;
   t_s_ = own_t_s_;
-}
-
-void prepare(View& view) {
-  view.stretches = stretches(view.t_s());
-  for (const Sensor sensor : kSensors) {
-    if (view.values(sensor).empty()) continue;
-    view.present[index_of(sensor)] = Present(view.t_s(), view.values(sensor));
-    const SensorFacts& facts = view.facts_of(sensor);
-    view.levels[index_of(sensor)] = levels_of(view.t_s(), view.values(sensor), view.stretches,
-                                              std::max(facts.noise, facts.step), view.limits.knock_sigmas);
-  }
 }
 
 std::pair<std::size_t, std::size_t> rows_of(const Recording& recording, const Segment& segment) {
@@ -43,11 +34,6 @@ bool rejected_as(const std::vector<Finding>& findings, std::string_view code) {
   return std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) {
     return finding.code == code && finding.severity == Severity::reject;
   });
-}
-
-bool has(const std::vector<Finding>& findings, std::string_view code, Sensor sensor) {
-  return std::any_of(findings.begin(), findings.end(),
-                     [&](const Finding& finding) { return finding.code == code && finding.sensor == sensor; });
 }
 
 double mean_of(std::span<const double> values) {

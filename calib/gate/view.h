@@ -39,15 +39,11 @@ struct Facts {
   std::array<double, kSensorCount> sensor_temp_step_c{};
 };
 
-/// `segments` and their rows are those of examine().
-[[nodiscard]] Facts collect_facts(const Recording& recording, std::span<const Segment> segments, const UnitType& type);
-[[nodiscard]] AttitudeFacts attitude_facts(std::span<const Segment> segments, const UnitType& type);
-
 /// The samples of one sensor that are there, with their times. No copies where none is missing.
 class Present {
  public:
-  Present() = default;
-  Present(std::span<const double> t_s, std::span<const double> values);
+  /// `complete`: none is known to be missing; nobody looks then.
+  Present(std::span<const double> t_s, std::span<const double> values, bool complete);
   Present(const Present&) = delete;
   Present& operator=(const Present&) = delete;
   Present(Present&&) = default;
@@ -55,53 +51,81 @@ class Present {
 
   [[nodiscard]] std::span<const double> values() const { return values_; }
   [[nodiscard]] std::span<const double> t_s() const { return t_s_; }
+  [[nodiscard]] bool complete() const { return complete_; }
 
  private:
   std::vector<double> own_values_;
   std::vector<double> own_t_s_;
   std::span<const double> values_;
   std::span<const double> t_s_;
+  bool complete_ = true;
+};
+
+/// What stays of one sensor's samples in one segment.
+struct SensorSummary {
+  bool recorded = false;
+  bool complete = false;    ///< no sample is missing
+  std::size_t samples = 0;  ///< that are there
+  Levels levels;            ///< empty without stretches
+  std::optional<Finding> saturated;
+  std::optional<Finding> stuck;
+  std::optional<Finding> dropouts;
+  bool sampling_judged = false;  ///< whether anything can be said of the next one
+  std::optional<Finding> irregular_sampling;
+};
+
+/// Rows [first, last) of a segment, and what stays of its samples.
+struct SegmentState {
+  std::size_t first = 0;
+  std::size_t last = 0;
+  std::vector<Stretch> stretches;
+  std::array<SensorSummary, kSensorCount> sensor;
 };
 
 /// One segment as the checks see it.
 struct View {
-  const Recording& recording;
+  const Recording& recording;         ///< without the samples of its sensors
   std::span<const Segment> segments;  ///< of the whole recording
   const Segment& segment;
   const UnitType& type;
   const GateLimits& limits;
   const Facts& facts;
-  std::size_t first = 0;  ///< rows [first, last) of the recording
-  std::size_t last = 0;
-  std::vector<Stretch> stretches = {};
-  std::array<Present, kSensorCount> present = {};
-  std::array<Levels, kSensorCount> levels = {};  ///< without stretches, or of a sensor that was not recorded: empty
+  const SegmentState& state;
 
-  [[nodiscard]] std::size_t rows() const { return last - first; }
-  [[nodiscard]] std::span<const double> t_s() const { return {recording.t_s.data() + first, rows()}; }
-  /// Empty where the sensor was not recorded.
-  [[nodiscard]] std::span<const double> values(Sensor sensor) const {
-    const std::vector<double>& all = recording.sensor[index_of(sensor)];
-    return all.empty() ? std::span<const double>() : std::span<const double>(all.data() + first, rows());
-  }
+  [[nodiscard]] std::size_t rows() const { return state.last - state.first; }
+  [[nodiscard]] std::span<const double> t_s() const { return {recording.t_s.data() + state.first, rows()}; }
   [[nodiscard]] std::span<const double> temp_c() const {
     return recording.temp_c.empty() ? std::span<const double>()
-                                    : std::span<const double>(recording.temp_c.data() + first, rows());
+                                    : std::span<const double>(recording.temp_c.data() + state.first, rows());
   }
   [[nodiscard]] const SensorFacts& facts_of(Sensor sensor) const { return facts.sensor[index_of(sensor)]; }
-  [[nodiscard]] const Present& present_of(Sensor sensor) const { return present[index_of(sensor)]; }
-  [[nodiscard]] const Levels& levels_of(Sensor sensor) const { return levels[index_of(sensor)]; }
+  [[nodiscard]] const SensorSummary& summary_of(Sensor sensor) const { return state.sensor[index_of(sensor)]; }
+  [[nodiscard]] const Levels& levels_of(Sensor sensor) const { return summary_of(sensor).levels; }
 };
 
-/// Fills in what the checks share: stretches, samples and levels.
-void prepare(View& view);
+/// One sensor's samples in a segment, as long as they are in memory.
+struct Samples {
+  const View& view;
+  Sensor sensor;
+  const Present& present;
+
+  [[nodiscard]] const SensorFacts& facts() const { return view.facts_of(sensor); }
+};
+
+/// What the recording and its segments show without the sensors. `sensor` and `attitude` are left empty.
+[[nodiscard]] Facts run_facts(const Recording& recording, std::span<const Segment> segments);
+/// Usual distance in time between rows.
+[[nodiscard]] double row_interval_s(const Recording& recording, std::span<const SegmentState> states);
+/// `presents`: the sensor's samples in each segment; their interval is that of the rows where none is missing.
+[[nodiscard]] SensorFacts sensor_facts(std::span<const Present> presents, double row_interval_s);
+/// `segments` with the statistics of all sensors.
+[[nodiscard]] AttitudeFacts attitude_facts(std::span<const Segment> segments, const UnitType& type);
 
 /// Rows [first, last) of a recording in which the segment lies, by its device times.
 [[nodiscard]] std::pair<std::size_t, std::size_t> rows_of(const Recording& recording, const Segment& segment);
 
-/// Whether a code stands among the findings: as a rejection of anything, or for this sensor.
+/// Whether a code stands among the findings as a rejection of anything.
 [[nodiscard]] bool rejected_as(const std::vector<Finding>& findings, std::string_view code);
-[[nodiscard]] bool has(const std::vector<Finding>& findings, std::string_view code, Sensor sensor);
 
 /// Mean of the values that are not NaN; NaN without any.
 [[nodiscard]] double mean_of(std::span<const double> values);

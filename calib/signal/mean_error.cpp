@@ -24,11 +24,36 @@ struct Sums {
   double moment = 0.0;
 };
 
+/// The three sums of lane_sum() in one pass. The index is counted in floating point, which is exact and needs no
+/// conversion.
 SOAK_CLONES
-Sums sums_above(const double* values, std::size_t n, double origin, double middle) {
-  return {lane_sum(n, [&](std::size_t i) { return values[i] - origin; }),
-          lane_sum(n, [&](std::size_t i) { return (values[i] - origin) * (values[i] - origin); }),
-          lane_sum(n, [&](std::size_t i) { return (values[i] - origin) * (static_cast<double>(i) - middle); })};
+void sums_above(const double* values, std::size_t n, double origin, double middle, Sums& sums) {
+  std::array<double, kSumLanes> first{};
+  std::array<double, kSumLanes> second{};
+  std::array<double, kSumLanes> moment{};
+  std::array<double, kSumLanes> index{};
+  for (std::size_t lane = 0; lane < kSumLanes; ++lane) index[lane] = static_cast<double>(lane);
+  std::size_t i = 0;
+  for (; i + kSumLanes <= n; i += kSumLanes) {
+    for (std::size_t lane = 0; lane < kSumLanes; ++lane) {
+      const double d = values[i + lane] - origin;
+      first[lane] += d;
+      second[lane] += d * d;
+      moment[lane] += d * (index[lane] - middle);
+      index[lane] += static_cast<double>(kSumLanes);
+    }
+  }
+  for (; i < n; ++i) {
+    const double d = values[i] - origin;
+    first[0] += d;
+    second[0] += d * d;
+    moment[0] += d * (static_cast<double>(i) - middle);
+  }
+  for (std::size_t lane = 0; lane < kSumLanes; ++lane) {
+    sums.first += first[lane];
+    sums.second += second[lane];
+    sums.moment += moment[lane];
+  }
 }
 
 /// Means of consecutive groups of one size, less the first sample; a rest shorter than a group is only in `total`.
@@ -43,7 +68,8 @@ Groups group(std::span<const double> samples) {
   Groups groups;
   for (std::size_t first = 0; first < samples.size(); first += size) {
     const std::size_t count = std::min(size, samples.size() - first);
-    const Sums sums = sums_above(samples.data() + first, count, samples.front(), middle - static_cast<double>(first));
+    Sums sums;
+    sums_above(samples.data() + first, count, samples.front(), middle - static_cast<double>(first), sums);
     groups.total.first += sums.first;
     groups.total.second += sums.second;
     groups.total.moment += sums.moment;

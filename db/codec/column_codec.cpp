@@ -114,15 +114,14 @@ base::Bytes packed(const Column& column) {
 }
 
 /// Undoes packed(): the values in the rows that have one, zeros in the others.
-base::Bytes spread(const base::Bytes& values, const std::vector<std::uint8_t>& present, std::size_t size) {
-  base::Bytes raw(present.size() * size, 0);
+void spread(const base::Bytes& values, const std::vector<std::uint8_t>& present, std::size_t size, base::Bytes& raw) {
+  raw.assign(present.size() * size, 0);
   std::size_t next = 0;
   for (std::size_t row = 0; row < present.size(); ++row) {
     if (present[row] == 0) continue;
     std::memcpy(raw.data() + row * size, values.data() + next, size);
     next += size;
   }
-  return raw;
 }
 
 base::Bytes bitmap_of(const std::vector<std::uint8_t>& present) {
@@ -150,58 +149,60 @@ std::optional<ParsedCodec> parse_codec(std::string_view codec) {
   return std::nullopt;
 }
 
-/// Words from planes and footer; `footer` starts at the reference word.
+/// Words from planes and footer, in their buffer; `footer` starts at the reference word.
 template <class Word>
-std::vector<Word> words_of(std::span<const std::uint8_t> planes, std::size_t count, Transform transform,
-                           std::span<const std::uint8_t> footer) {
-  auto words = unshuffled<Word>(planes, count);
+std::span<const Word> words_of(std::span<const std::uint8_t> planes, Transform transform,
+                               std::span<const std::uint8_t> footer, WordBuffers& buffers) {
+  auto& words = std::get<std::vector<Word>>(buffers);
+  words.resize(planes.size() / sizeof(Word));
+  unshuffle(planes, std::span(words));
   const Word reference = base::ByteReader(footer).read<Word>().value_or(0);
   undo(transform, std::span(words), reference);
   return words;
 }
 
 template <class T>
-base::Bytes bytes_of(const std::vector<T>& numbers) {
-  base::Bytes bytes(numbers.size() * sizeof(T));
-  if (!bytes.empty()) std::memcpy(bytes.data(), numbers.data(), bytes.size());
-  return bytes;
+void put(std::span<const T> numbers, base::Bytes& raw) {
+  raw.resize(numbers.size_bytes());
+  if (!numbers.empty()) std::memcpy(raw.data(), numbers.data(), numbers.size_bytes());
 }
 
 template <class Number>
-base::Bytes decimal_bytes(const std::vector<std::uint64_t>& mantissas, unsigned digits) {
-  std::vector<Number> numbers(mantissas.size());
-  std::transform(mantissas.begin(), mantissas.end(), numbers.begin(),
-                 [digits](std::uint64_t mantissa) { return decimal_value<Number>(mantissa, digits); });
-  return bytes_of(numbers);
+void put_decimals(std::span<const std::uint64_t> mantissas, unsigned digits, base::Bytes& raw) {
+  raw.resize(mantissas.size() * sizeof(Number));
+  for (std::size_t i = 0; i < mantissas.size(); ++i) {
+    const auto number = decimal_value<Number>(mantissas[i], digits);
+    std::memcpy(raw.data() + i * sizeof(Number), &number, sizeof(Number));
+  }
 }
 
 /// Values from the content of a data frame whose length has been checked.
-base::Result<base::Bytes> values_from(const base::Bytes& content, std::size_t count, const ParsedCodec& codec,
-                                      SampleType type) {
+base::Status put_values(const base::Bytes& content, std::size_t count, const ParsedCodec& codec, SampleType type,
+                        WordBuffers& buffers, base::Bytes& raw) {
   const std::size_t width = codec.decimal ? sizeof(std::uint64_t) : size_of(type);
   const auto planes = std::span(content).first(count * width);
-  auto footer = std::span(content).subspan(count * width);
+  const auto footer = std::span(content).subspan(count * width);
   if (codec.decimal) {
     const unsigned digits = footer.front();
     if (digits > kMaxDecimalDigits) return base::corrupt("a number of decimals is out of range");
-    const auto mantissas = words_of<std::uint64_t>(planes, count, codec.transform, footer.subspan(1));
-    return type == SampleType::f32 ? decimal_bytes<float>(mantissas, digits) : decimal_bytes<double>(mantissas, digits);
+    const auto mantissas = words_of<std::uint64_t>(planes, codec.transform, footer.subspan(1), buffers);
+    type == SampleType::f32 ? put_decimals<float>(mantissas, digits, raw)
+                            : put_decimals<double>(mantissas, digits, raw);
+  } else if (width == 1) {
+    put(words_of<std::uint8_t>(planes, codec.transform, footer, buffers), raw);
+  } else if (width == 2) {
+    put(words_of<std::uint16_t>(planes, codec.transform, footer, buffers), raw);
+  } else if (width == 4) {
+    put(words_of<std::uint32_t>(planes, codec.transform, footer, buffers), raw);
+  } else {
+    put(words_of<std::uint64_t>(planes, codec.transform, footer, buffers), raw);
   }
-  switch (width) {
-    case 1:
-      return bytes_of(words_of<std::uint8_t>(planes, count, codec.transform, footer));
-    case 2:
-      return bytes_of(words_of<std::uint16_t>(planes, count, codec.transform, footer));
-    case 4:
-      return bytes_of(words_of<std::uint32_t>(planes, count, codec.transform, footer));
-    default:
-      return bytes_of(words_of<std::uint64_t>(planes, count, codec.transform, footer));
-  }
+  return {};
 }
 
 }  // namespace
 
-std::uint32_t checksum_of(const EncodedColumn& encoded, std::int64_t channel_id, std::uint64_t first_row) {
+std::uint32_t checksum_of(const StoredColumn& encoded, std::int64_t channel_id, std::uint64_t first_row) {
   base::ByteWriter header;
   header.write(channel_id);
   header.write(first_row);
@@ -224,43 +225,49 @@ EncodedColumn ColumnEncoder::encode(const Column& column) {
   return encoded;
 }
 
-base::Result<std::vector<std::uint8_t>> ColumnDecoder::presence_of(const EncodedColumn& encoded) {
+base::Status ColumnDecoder::decode_presence(const StoredColumn& encoded, std::vector<std::uint8_t>& present) {
+  present.clear();
   if (encoded.presence.empty()) {
     if (encoded.values != encoded.rows) return base::corrupt("values are missing without a bitmap that says which");
-    return std::vector<std::uint8_t>{};
+    return {};
   }
-  auto bitmap = decompressor_.decompress(encoded.presence, (encoded.rows + 7) / 8);
-  if (!bitmap) return base::forward_error(bitmap);
-  std::vector<std::uint8_t> present(encoded.rows);
+  auto unpacked = decompressor_.decompress(encoded.presence, (encoded.rows + 7) / 8, content_);
+  if (!unpacked) return unpacked;
+  present.resize(encoded.rows);
   std::uint64_t count = 0;
   for (std::size_t row = 0; row < present.size(); ++row) {
-    present[row] = static_cast<std::uint8_t>(((*bitmap)[row / 8] >> (row % 8)) & 1U);
+    present[row] = static_cast<std::uint8_t>((content_[row / 8] >> (row % 8)) & 1U);
     count += present[row];
   }
   if (count != encoded.values) return base::corrupt("the bitmap of present values does not fit their number");
-  return present;
+  return {};
 }
 
-base::Result<Column> ColumnDecoder::decode(const EncodedColumn& encoded, SampleType type) {
+base::Status ColumnDecoder::decode(const StoredColumn& encoded, SampleType type, Column& column) {
   if (encoded.rows == 0 || encoded.rows > kMaxChunkRows || encoded.values > encoded.rows) {
     return base::corrupt("the number of rows or values is out of range");
   }
   const auto codec = parse_codec(encoded.codec);
   if (!codec || (codec->decimal && !is_float(type))) {
-    return base::corrupt("unknown codec '" + encoded.codec + "'; a newer program may have written it");
+    return base::corrupt("unknown codec '" + std::string(encoded.codec) + "'; a newer program may have written it");
   }
-  auto present = presence_of(encoded);
-  if (!present) return base::forward_error(present);
+  column.type = type;
+  if (const auto decoded = decode_presence(encoded, column.present); !decoded) return decoded;
   const std::size_t width = codec->decimal ? sizeof(std::uint64_t) : size_of(type);
   const std::size_t footer =
       (codec->decimal ? 1U : 0U) + (codec->transform == Transform::offset ? width : std::size_t{0});
-  const auto content = decompressor_.decompress(encoded.data, encoded.values * width + footer);
-  if (!content) return base::forward_error(content);
-  auto values = values_from(*content, encoded.values, *codec, type);
-  if (!values) return base::forward_error(values);
-  if (present->empty()) return Column{type, std::move(*values), {}};
-  base::Bytes raw = spread(*values, *present, size_of(type));
-  return Column{type, std::move(raw), std::move(*present)};
+  auto unpacked = decompressor_.decompress(encoded.data, encoded.values * width + footer, content_);
+  if (!unpacked) return unpacked;
+  base::Bytes& values = column.present.empty() ? column.raw : packed_;
+  if (auto put = put_values(content_, encoded.values, *codec, type, words_, values); !put) return put;
+  if (!column.present.empty()) spread(packed_, column.present, size_of(type), column.raw);
+  return {};
+}
+
+base::Result<Column> ColumnDecoder::decode(const StoredColumn& encoded, SampleType type) {
+  Column column;
+  if (const auto decoded = decode(encoded, type, column); !decoded) return base::forward_error(decoded);
+  return column;
 }
 
 }  // namespace soak::db::codec

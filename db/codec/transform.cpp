@@ -8,9 +8,6 @@
 namespace soak::db::codec {
 namespace {
 
-constexpr std::array<double, kMaxDecimalDigits + 1> kPowersOfTen = {1e0, 1e1, 1e2, 1e3,  1e4,  1e5, 1e6,
-                                                                    1e7, 1e8, 1e9, 1e10, 1e11, 1e12};
-
 /// Decimals that are tried: a float32 that needs more of them than this is noise, not text.
 template <class Number>
 constexpr unsigned kTriedDigits = sizeof(Number) == 4 ? 6 : kMaxDecimalDigits;
@@ -50,11 +47,6 @@ double entropy_bytes(std::span<const std::uint8_t> planes, std::size_t plane_siz
 }
 
 template <class Number>
-Number decimal_value(std::uint64_t mantissa, unsigned digits) {
-  return static_cast<Number>(static_cast<double>(static_cast<std::int64_t>(mantissa)) / kPowersOfTen[digits]);
-}
-
-template <class Number>
 std::optional<Decimals> decimals_of(std::span<const Number> numbers) {
   Decimals decimals;
   decimals.mantissas.reserve(numbers.size());
@@ -75,8 +67,6 @@ std::optional<Decimals> decimals_of(std::span<const Number> numbers) {
   return decimals;
 }
 
-template float decimal_value<float>(std::uint64_t, unsigned);
-template double decimal_value<double>(std::uint64_t, unsigned);
 template std::optional<Decimals> decimals_of<float>(std::span<const float>);
 template std::optional<Decimals> decimals_of<double>(std::span<const double>);
 

@@ -106,17 +106,18 @@ base::Bytes shuffled(std::span<const Word> words) {
   return planes;
 }
 
-/// Undoes shuffled(); `planes` holds count · sizeof(Word) bytes.
+/// Undoes shuffled(); `planes` holds words.size() · sizeof(Word) bytes.
 template <class Word>
-std::vector<Word> unshuffled(std::span<const std::uint8_t> planes, std::size_t count) {
-  std::vector<Word> words(count, 0);
-  for (std::size_t byte = 0; byte < sizeof(Word); ++byte) {
-    const std::uint8_t* plane = planes.data() + byte * count;
-    for (std::size_t i = 0; i < count; ++i) {
-      words[i] = static_cast<Word>(words[i] | static_cast<Word>(static_cast<Word>(plane[i]) << (8 * byte)));
+void unshuffle(std::span<const std::uint8_t> planes, std::span<Word> words) {
+  const std::size_t count = words.size();
+  const std::uint8_t* lowest = planes.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    Word word = 0;
+    for (std::size_t byte = 0; byte < sizeof(Word); ++byte) {
+      word = static_cast<Word>(word | static_cast<Word>(static_cast<Word>(lowest[byte * count + i]) << (8 * byte)));
     }
+    words[i] = word;
   }
-  return words;
 }
 
 /// Bytes that an ideal order-0 coder with one table per plane of `plane_size` bytes would need.
@@ -136,8 +137,13 @@ inline constexpr unsigned kMaxDecimalDigits = 12;
 template <class Number>
 [[nodiscard]] std::optional<Decimals> decimals_of(std::span<const Number> numbers);
 
+inline constexpr std::array<double, kMaxDecimalDigits + 1> kPowersOfTen = {1e0, 1e1, 1e2, 1e3,  1e4,  1e5, 1e6,
+                                                                           1e7, 1e8, 1e9, 1e10, 1e11, 1e12};
+
 /// The number that a mantissa stands for; `digits` is at most kMaxDecimalDigits.
 template <class Number>
-[[nodiscard]] Number decimal_value(std::uint64_t mantissa, unsigned digits);
+[[nodiscard]] Number decimal_value(std::uint64_t mantissa, unsigned digits) {
+  return static_cast<Number>(static_cast<double>(static_cast<std::int64_t>(mantissa)) / kPowersOfTen[digits]);
+}
 
 }  // namespace soak::db::codec

@@ -53,21 +53,21 @@ ZstdDecompressor::ZstdDecompressor() : context_(ZSTD_createDCtx()) {
   if (!context_) throw std::bad_alloc();
 }
 
-base::Result<base::Bytes> ZstdDecompressor::decompress(std::span<const std::uint8_t> frame, std::size_t size) {
+base::Status ZstdDecompressor::decompress(std::span<const std::uint8_t> frame, std::size_t size, base::Bytes& content) {
   if (ZSTD_findFrameCompressedSize(frame.data(), frame.size()) != frame.size()) {
     return base::corrupt("the compressed data are not exactly one zstd frame");
   }
   if (ZSTD_getFrameContentSize(frame.data(), frame.size()) != size) {
     return base::corrupt("the compressed data do not hold " + std::to_string(size) + " bytes");
   }
-  base::Bytes content(size);
+  content.resize(size);
   const std::size_t written =
       ZSTD_decompressDCtx(context_.get(), content.data(), content.size(), frame.data(), frame.size());
   if (ZSTD_isError(written) != 0U) {
     return base::corrupt(std::string("the compressed data do not decode: ") + ZSTD_getErrorName(written));
   }
   if (written != size) return base::corrupt("the compressed data end early");
-  return content;
+  return {};
 }
 
 }  // namespace soak::db::codec

@@ -33,9 +33,9 @@ class ZstdCompressor {
 class ZstdDecompressor {
  public:
   ZstdDecompressor();
-  /// The content of `frame`, which must be one whole frame of exactly `size` bytes of content; corrupt otherwise.
-  /// Memory is bounded by `size` whatever the frame claims.
-  [[nodiscard]] base::Result<base::Bytes> decompress(std::span<const std::uint8_t> frame, std::size_t size);
+  /// Replaces `content` by that of `frame`, which must be one whole frame of exactly `size` bytes of content; corrupt
+  /// otherwise. Memory is bounded by `size` whatever the frame claims; that of `content` is used again.
+  [[nodiscard]] base::Status decompress(std::span<const std::uint8_t> frame, std::size_t size, base::Bytes& content);
 
  private:
   struct Free {

@@ -14,34 +14,36 @@
 namespace soak::db::run {
 namespace {
 
+/// A row of the table; the statement owns the bytes, this the name of the codec.
 struct StoredChunk {
   std::uint64_t first_row = 0;
   std::uint32_t crc32c = 0;
-  codec::EncodedColumn encoded;
+  std::string codec;
+  codec::StoredColumn encoded;
 };
 
 std::string place_of(const sqlite::Connection& connection, const StoredChannel& channel, std::uint64_t row) {
   return connection.path().string() + ", channel " + channel.title + ", chunk at row " + std::to_string(row);
 }
 
-StoredChunk chunk_from(SQLite::Statement& query) {
+void take_chunk(SQLite::Statement& query, StoredChunk& chunk) {
   sqlite::Fields fields(query);
-  StoredChunk chunk;
   chunk.first_row = static_cast<std::uint64_t>(fields.integer());
   chunk.encoded.rows = static_cast<std::uint64_t>(fields.integer());
   chunk.encoded.values = static_cast<std::uint64_t>(fields.integer());
-  chunk.encoded.codec = fields.text();
+  chunk.codec = fields.text();
+  chunk.encoded.codec = chunk.codec;
   chunk.crc32c = static_cast<std::uint32_t>(fields.integer());
   chunk.encoded.presence = fields.blob();
   chunk.encoded.data = fields.blob();
-  return chunk;
 }
 
-base::Result<Column> decoded(codec::ColumnDecoder& decoder, const StoredChannel& channel, const StoredChunk& chunk) {
+base::Status decode(codec::ColumnDecoder& decoder, const StoredChannel& channel, const StoredChunk& chunk,
+                    Column& column) {
   if (codec::checksum_of(chunk.encoded, channel.id, chunk.first_row) != chunk.crc32c) {
     return base::corrupt("the stored bytes fail their checksum");
   }
-  return decoder.decode(chunk.encoded, channel.info.type);
+  return decoder.decode(chunk.encoded, channel.info.type, column);
 }
 
 }  // namespace
@@ -86,35 +88,48 @@ base::Result<std::uint64_t> stored_rows(const sqlite::Connection& connection, co
   });
 }
 
-base::Result<Column> read_rows(const sqlite::Connection& connection, codec::ColumnDecoder& decoder,
-                               const StoredChannel& channel, std::uint64_t first_row, std::uint64_t count) {
-  return connection.run("read samples", [&]() -> base::Result<Column> {
+base::Status for_each_chunk(const sqlite::Connection& connection, codec::ColumnDecoder& decoder,
+                            const StoredChannel& channel, std::uint64_t first_row, std::uint64_t count,
+                            const ChunkRows& use) {
+  return connection.run("read samples", [&]() -> base::Status {
     SQLite::Statement query(connection.database(),
                             "SELECT first_row, row_count, value_count, codec, crc32c, presence, data FROM chunk "
                             "WHERE channel_id = ? AND first_row > ? AND first_row < ? ORDER BY first_row");
     // The chunk that holds first_row starts less than kMaxChunkRows before it.
     const auto lowest = static_cast<std::int64_t>(first_row) - static_cast<std::int64_t>(codec::kMaxChunkRows);
     sqlite::bind_all(query, channel.id, lowest, first_row + count);
-    Column rows{channel.info.type, {}, {}};
+    StoredChunk chunk;
+    Column column;
     std::uint64_t next = first_row;
     const std::uint64_t end = first_row + count;
     while (next < end && query.executeStep()) {
-      const StoredChunk chunk = chunk_from(query);
+      take_chunk(query, chunk);
       const std::uint64_t chunk_end = chunk.first_row + chunk.encoded.rows;
       if (next == first_row && chunk_end <= next) continue;
       if (chunk.first_row > next || chunk_end <= next || (next > first_row && chunk.first_row != next)) break;
-      const auto column = decoded(decoder, channel, chunk);
-      if (!column) return base::corrupt(column.error().message, place_of(connection, channel, chunk.first_row));
+      if (const auto decoded = decode(decoder, channel, chunk, column); !decoded) {
+        return base::corrupt(decoded.error().message, place_of(connection, channel, chunk.first_row));
+      }
       const std::uint64_t taken = std::min(end, chunk_end) - next;
-      append_rows(rows, *column, next - chunk.first_row, taken);
+      use(column, next - chunk.first_row, taken);
       next += taken;
     }
     if (next < end) {
       return base::corrupt("rows from " + std::to_string(next) + " on are missing",
                            place_of(connection, channel, next));
     }
-    return rows;
+    return {};
   });
+}
+
+base::Result<Column> read_rows(const sqlite::Connection& connection, codec::ColumnDecoder& decoder,
+                               const StoredChannel& channel, std::uint64_t first_row, std::uint64_t count) {
+  Column rows{channel.info.type, {}, {}};
+  const auto read = for_each_chunk(
+      connection, decoder, channel, first_row, count,
+      [&](const Column& column, std::size_t first, std::size_t taken) { append_rows(rows, column, first, taken); });
+  if (!read) return base::forward_error(read);
+  return rows;
 }
 
 }  // namespace soak::db::run

@@ -61,6 +61,20 @@ base::Result<Column> RunFileReader::read(std::size_t stream, std::size_t channel
                         std::min(count, stored.rows - first));
 }
 
+base::Status RunFileReader::scan(std::size_t stream, std::size_t channel,
+                                 const std::function<void(std::span<const double>)>& take) const {
+  if (auto valid = impl_->check_place(stream, channel); !valid) return valid;
+  const run::StoredStream& stored = impl_->streams[stream];
+  const ChannelInfo& info = stored.channels[channel].info;
+  std::vector<double> values;
+  return run::for_each_chunk(impl_->file.connection, impl_->decoder, stored.channels[channel], 0, stored.rows,
+                             [&](const Column& chunk, std::size_t first, std::size_t count) {
+                               values.resize(count);
+                               put_values(chunk, first, info.scale, info.offset, values);
+                               take(values);
+                             });
+}
+
 base::Result<std::vector<PyramidBin>> RunFileReader::pyramid(std::size_t stream, std::size_t channel, double from_s,
                                                              double to_s, std::size_t max_bins) const {
   if (const auto valid = impl_->check_place(stream, channel); !valid) return base::forward_error(valid);

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -89,11 +90,12 @@ class Fields {
     const SQLite::Column column = next();
     return column.isNull() ? std::nullopt : std::optional(column.getString());
   }
-  /// No bytes for NULL.
-  base::Bytes blob() {
+  /// No bytes for NULL; valid until the statement goes on.
+  std::span<const std::uint8_t> blob() {
     const SQLite::Column column = next();
     const auto* first = static_cast<const std::uint8_t*>(column.getBlob());
-    return first == nullptr ? base::Bytes{} : base::Bytes(first, first + column.getBytes());
+    if (first == nullptr) return {};
+    return {first, static_cast<std::size_t>(column.getBytes())};
   }
 
  private:

@@ -48,29 +48,45 @@ void number_visits(const calib::Recording& recording, const std::vector<double>&
 }
 
 /// Stores what the data gate finds in each segment.
-void pass_gate(const calib::Recording& recording, const calib::UnitType& type, RunRecord& record) {
-  auto findings = calib::examine(recording, record.segments, type);
-  for (std::size_t i = 0; i < findings.size(); ++i) record.segments[i].findings = std::move(findings[i]);
-  for (calib::Warning& warning : calib::summarise(record.segments)) {
-    record.warnings.push_back(fmt::format("{} {}", warning.code, warning.text));
+void store_findings(const calib::Examination& examination, std::vector<calib::Segment>& segments) {
+  auto findings = examination.findings();
+  for (std::size_t i = 0; i < findings.size(); ++i) segments[i].findings = std::move(findings[i]);
+}
+
+/// Statistics and data gate, with the samples of one sensor in memory at a time.
+base::Status look_at_sensors(const db::RunFileReader& file, const calib::Recording& axes, calib::Segmenter& segmenter,
+                             calib::Examination& examination) {
+  std::vector<double> samples;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    if (auto read = read_sensor(file, axes.unit, sensor, samples); !read) return read;
+    if (samples.empty()) continue;
+    segmenter.describe(sensor, samples);
+    examination.add(sensor, samples);
   }
+  return {};
 }
 
 base::Result<RunRecord> describe(const db::RunFileReader& file, std::string_view unit, const calib::UnitType& type,
                                  bool with_visits) {
-  const auto recording = read_recording(file, unit);
-  if (!recording) return base::forward_error(recording);
-  auto segmentation = calib::segment(*recording);
-  if (!segmentation) return base::forward_error(segmentation);
-  for (const calib::AuxiliaryChannel& channel : recording->auxiliary) {
+  const auto axes = read_axes(file, unit);
+  if (!axes) return base::forward_error(axes);
+  auto segmenter = calib::Segmenter::begin(*axes);
+  if (!segmenter) return base::forward_error(segmenter);
+  calib::Segmentation& segmentation = segmenter->result();
+  calib::Examination examination(*axes, segmentation.segments, type);
+  if (auto looked = look_at_sensors(file, *axes, *segmenter, examination); !looked) return base::forward_error(looked);
+  for (const calib::AuxiliaryChannel& channel : axes->auxiliary) {
     if (!with_visits || channel.name != kVisitChannel) continue;
-    number_visits(*recording, channel.values, segmentation->segments);
+    number_visits(*axes, channel.values, segmentation.segments);
   }
-  RunRecord record{row_of(file.info()), std::move(segmentation->segments), std::move(segmentation->warnings)};
-  pass_gate(*recording, type, record);
+  store_findings(examination, segmentation.segments);
+  RunRecord record{row_of(file.info()), std::move(segmentation.segments), std::move(segmentation.warnings)};
+  for (const calib::Warning& warning : calib::summarise(record.segments)) {
+    record.warnings.push_back(fmt::format("{} {}", warning.code, warning.text));
+  }
   record.row.unit = unit;
-  record.row.rows = recording->rows();
-  record.row.duration_s = recording->t_s.back() - recording->t_s.front();
+  record.row.rows = axes->rows();
+  record.row.duration_s = axes->t_s.back() - axes->t_s.front();
   return record;
 }
 

@@ -37,6 +37,28 @@ TEST(Crc32c, ContinuesWhereAnEarlierPartEnded) {
   }
 }
 
+/// The remainder bit by bit, as RFC 3720 defines it.
+std::uint32_t crc32c_by_bits(std::span<const std::uint8_t> bytes) {
+  std::uint32_t crc = 0xFFFFFFFFU;
+  for (const std::uint8_t byte : bytes) {
+    crc ^= byte;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1U) != 0 ? 0x82F63B78U : 0U);
+  }
+  return ~crc;
+}
+
+TEST(Crc32c, IsTheSameWithAndWithoutTheInstructionAtEveryLengthAndAlignment) {
+  std::vector<std::uint8_t> bytes(100);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * i + 7);
+  for (std::size_t first = 0; first < 9; ++first) {
+    for (std::size_t count = 0; first + count <= bytes.size(); ++count) {
+      const auto part = std::span(bytes).subspan(first, count);
+      EXPECT_EQ(crc32c(part), crc32c_by_bits(part));
+      EXPECT_EQ(crc32c_by_tables(part), crc32c_by_bits(part));
+    }
+  }
+}
+
 TEST(Sha256, MatchesTheExamplesOfFips180) {
   EXPECT_EQ(to_hex(sha256(bytes_of(""))), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(to_hex(sha256(bytes_of("abc"))), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");

@@ -22,6 +22,38 @@ using testing::TempFolder;
 using testing::times;
 using testing::write_noise_file;
 
+TEST(RunFile, ScansAChannelChunkByChunkAsItIsReadAtOnce) {
+  const TempFolder folder;
+  constexpr std::size_t kRows = 40'000;  // two full chunks and a part
+  StreamInfo stream{"imu", "SN1", {channel("t_s", SampleType::f64, "s"), channel("a", SampleType::i16)}};
+  stream.channels[1].scale = 0.25;
+  stream.channels[1].offset = -3.0;
+  std::vector<std::int16_t> numbers(kRows);
+  std::vector<std::uint8_t> present(kRows);
+  for (std::size_t i = 0; i < kRows; ++i) {
+    numbers[i] = static_cast<std::int16_t>(i * 7919);
+    present[i] = i % 3 == 0 ? 0 : 1;
+  }
+  auto writer = RunFileWriter::create(folder / "a.soakrun", run_info());
+  ASSERT_TRUE(writer && writer->add_stream(stream));
+  ASSERT_TRUE(writer->append(0, {column_of(times(kRows, 0.005)), column_of(numbers, present)}));
+  ASSERT_TRUE(writer->seal());
+  const auto reader = RunFileReader::open(folder / "a.soakrun");
+  ASSERT_TRUE(reader) << reader.error().message;
+  std::vector<double> scanned;
+  std::size_t longest = 0;
+  ASSERT_TRUE(reader->scan(0, 1, [&](std::span<const double> values) {
+    scanned.insert(scanned.end(), values.begin(), values.end());
+    longest = std::max(longest, values.size());
+  }));
+  EXPECT_LT(longest, kRows);
+  ASSERT_EQ(scanned.size(), kRows);
+  for (std::size_t i = 0; i < kRows; ++i) {
+    ASSERT_TRUE(present[i] != 0 ? scanned[i] == 0.25 * numbers[i] - 3.0 : std::isnan(scanned[i])) << i;
+  }
+  EXPECT_FALSE(reader->scan(0, 2, [](std::span<const double>) {}));
+}
+
 TEST(RunFile, KeepsEveryTypeBitExactOverManyAppends) {
   const TempFolder folder;
   base::Random random(11);

@@ -63,10 +63,11 @@ std::vector<double> covariance_of_means(double (*phase)(double, double), double 
 }
 
 /// sum_ij c_i c_j R(|i - j|)
-double expected_square(std::span<const double> c, std::span<const double> covariance) {
-  double power = covariance[0] * product_sum(c, c);
-  for (std::size_t lag = 1; lag < c.size(); ++lag) {
-    power += 2.0 * covariance[lag] * product_sum(c.first(c.size() - lag), c.subspan(lag));
+SOAK_CLONES
+double expected_square(const double* c, const double* covariance, std::size_t n) {
+  double power = covariance[0] * product_sum({c, n}, {c, n});
+  for (std::size_t lag = 1; lag < n; ++lag) {
+    power += 2.0 * covariance[lag] * product_sum({c, n - lag}, {c + lag, n - lag});
   }
   return power;
 }
@@ -135,7 +136,7 @@ NoiseShape NoiseModels::shape_of(double (*phase)(double t, double time), double 
   for (const Band& band : bands_) {
     double power = 0.0;
     for (std::size_t row = band.first; row < band.first + band.count; ++row) {
-      power += expected_square(cosine(row), covariance);
+      power += expected_square(cosine(row).data(), covariance.data(), parts_);
     }
     shape.band.push_back(power / static_cast<double>(band.count));
   }

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/recording.h"
+#include "db/run_file.h"
+
+namespace soak::station {
+
+/// Whether a channel gives the rate of the fixture; a foreign column of that name without a unit does not.
+[[nodiscard]] bool is_fixture_rate(const db::ChannelInfo& channel);
+
+/// Makes rows of one position at different rates different positions: "+Z at 30 deg/s". `rate_rps` has one value per
+/// row and holds as slow channels do; a row at rest (0) keeps its position, one without a rate is "moving". Nothing
+/// happens without rates or positions. Refuses (bad_input, naming `run`) more than 100 rates.
+[[nodiscard]] base::Status split_by_rate(calib::Recording& recording, std::vector<double> rate_rps,
+                                         const std::string& run);
+
+}  // namespace soak::station
