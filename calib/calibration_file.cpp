@@ -12,6 +12,7 @@
 #include "calib/file/curve_section.h"
 #include "calib/file/float32_check.h"
 #include "calib/file/record_section.h"
+#include "calib/file/reference_section.h"
 #include "calib/file/section.h"
 #include "calib/file/spline_form.h"
 #include "calib/runtime/soak_runtime.h"
@@ -92,6 +93,17 @@ base::Status add_cross_terms(Draft& draft, const Calibration& calibration) {
   }
   for (const AcceptedTerm& term : calibration.terms) {
     if (auto status = draft.add(file::term_section(term)); !status) return status;
+  }
+  return {};
+}
+
+base::Status add_references(Draft& draft, const Calibration& calibration) {
+  if (calibration.references.size() > file::kMaxReferences) {
+    return base::bad_input("the file carries at most " + std::to_string(file::kMaxReferences) + " references",
+                           "references");
+  }
+  for (const ReferenceUse& use : calibration.references) {
+    if (auto status = draft.add(file::reference_section(use)); !status) return status;
   }
   return {};
 }
@@ -197,6 +209,30 @@ void take_uncertainty(Calibration& calibration, const std::uint8_t* payload) {
   }
 }
 
+base::Status take_reference(Calibration& calibration, std::span<const std::uint8_t> payload) {
+  if (calibration.references.size() == file::kMaxReferences) {
+    return base::corrupt(
+        "the calibration file has more than " + std::to_string(file::kMaxReferences) + " references; export it again",
+        "references");
+  }
+  auto use = file::read_reference(payload);
+  if (!use) return base::forward_error(use);
+  calibration.references.push_back(*std::move(use));
+  return {};
+}
+
+base::Status take_term(Calibration& calibration, std::span<const std::uint8_t> payload) {
+  if (calibration.terms.size() == SOAK_MAX_TERMS) {
+    return base::corrupt(
+        "the calibration file has more than " + std::to_string(SOAK_MAX_TERMS) + " accepted terms; export it again",
+        "terms");
+  }
+  auto term = file::read_term(payload);
+  if (!term) return base::forward_error(term);
+  calibration.terms.push_back(*std::move(term));
+  return {};
+}
+
 /// Takes over one section of a file that soak_load() has accepted.
 base::Status take_section(Calibration& calibration, std::uint32_t type, std::span<const std::uint8_t> payload) {
   switch (type) {
@@ -223,17 +259,10 @@ base::Status take_section(Calibration& calibration, std::uint32_t type, std::spa
     case SOAK_SECTION_G_SENSITIVITY:
       calibration.g_sensitivity = file::read_matrix(payload.data());
       break;
-    case SOAK_SECTION_TERM: {
-      if (calibration.terms.size() == SOAK_MAX_TERMS) {
-        return base::corrupt(
-            "the calibration file has more than " + std::to_string(SOAK_MAX_TERMS) + " accepted terms; export it again",
-            "terms");
-      }
-      auto term = file::read_term(payload);
-      if (!term) return base::forward_error(term);
-      calibration.terms.push_back(*std::move(term));
-      break;
-    }
+    case SOAK_SECTION_TERM:
+      return take_term(calibration, payload);
+    case file::kReferenceSection:
+      return take_reference(calibration, payload);
     default:
       break;
   }
@@ -245,6 +274,7 @@ base::Status take_section(Calibration& calibration, std::uint32_t type, std::spa
 base::Result<base::Bytes> encode(const Calibration& calibration) {
   Draft draft;
   if (auto status = draft.add(file::provenance_section(calibration)); !status) return base::forward_error(status);
+  if (auto status = add_references(draft, calibration); !status) return base::forward_error(status);
   if (auto status = add_sensors(draft, calibration); !status) return base::forward_error(status);
   if (auto status = add_cross_terms(draft, calibration); !status) return base::forward_error(status);
   draft.sections.insert(draft.sections.end(), draft.bounds.begin(), draft.bounds.end());

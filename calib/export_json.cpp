@@ -7,6 +7,7 @@
 
 #include "anfis/one_input.h"
 #include "calib/file/utc_text.h"
+#include "calib/reference_json.h"
 
 namespace soak::calib {
 namespace {
@@ -167,6 +168,7 @@ base::Result<std::string> export_json(const Calibration& calibration) {
                          {"simulated", calibration.simulated},
                          {"gravity_mps2", calibration.gravity_mps2},
                          {"gravity", calibration.gravity_assumed ? "assumed" : "known"},
+                         {"references", references_json(calibration.references)},
                          {"runs", calibration.run_hashes},
                          {"sensors", std::move(sensors)},
                          {"accel_misalignment", matrix(calibration.accel_misalignment, 1.0)},

@@ -7,6 +7,7 @@
 
 #include "anfis/model_json.h"
 #include "calib/fit_json.h"
+#include "calib/reference_json.h"
 
 namespace soak::calib {
 namespace {
@@ -120,6 +121,7 @@ base::Result<json> calibration_to_json(const Calibration& calibration) {
                    {"run_hashes", calibration.run_hashes},
                    {"sensors", std::move(sensors)}};
   if (calibration.accel_misalignment) document["accel_misalignment"] = *calibration.accel_misalignment;
+  if (!calibration.references.empty()) document["references"] = stored_references(calibration.references);
   return document;
 }
 
@@ -141,6 +143,11 @@ base::Result<Calibration> calibration_from_json(const json& document) {
   }
   if (document.contains("accel_misalignment")) {
     calibration.accel_misalignment = document["accel_misalignment"].get<std::array<Vector3, 3>>();
+  }
+  if (document.contains("references")) {
+    auto references = references_of(document["references"]);
+    if (!references) return base::forward_error(references);
+    calibration.references = *std::move(references);
   }
   return calibration;
 }

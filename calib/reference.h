@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/units.h"
+
 namespace soak::calib {
 
 /// What a reference of the laboratory is good for.
@@ -15,11 +17,26 @@ inline constexpr std::array<std::string_view, 6> kReferenceKindNames = {
     "chamber_probe", "fixture_squareness", "level", "gravity", "supply", "rate"};
 constexpr std::string_view name_of(ReferenceKind kind) { return kReferenceKindNames[static_cast<std::size_t>(kind)]; }
 
+/// The kind of that name; nothing for a name that is none.
+constexpr std::optional<ReferenceKind> reference_kind_named(std::string_view name) {
+  for (std::size_t i = 0; i < kReferenceKindNames.size(); ++i) {
+    if (kReferenceKindNames[i] == name) return static_cast<ReferenceKind>(i);
+  }
+  return std::nullopt;
+}
+
+/// Unit in which people give the numbers of a kind, and how many of it make one of the units below.
+constexpr std::string_view printed_unit(ReferenceKind kind) {
+  constexpr std::array<std::string_view, kReferenceKindNames.size()> kUnits = {"K", "deg", "deg", "m/s2", "V", "ppm"};
+  return kUnits[static_cast<std::size_t>(kind)];
+}
+constexpr double printed_per_si(ReferenceKind kind) { return printed_unit(kind) == "deg" ? base::kDegPerRad : 1.0; }
+
 /// One calibrated reference of the laboratory, as its certificate has it. Units by kind: chamber_probe K,
 /// fixture_squareness rad (angle of a face to the nominal one), level rad, gravity m/s², supply V, rate ppm of the
 /// rate.
 struct Reference {
-  std::string record_id;  ///< of this entry of the register; a new certificate is a new entry
+  std::string record_id;  ///< UUIDv7 of this entry of the register; a new certificate is a new entry
   ReferenceKind kind = ReferenceKind::chamber_probe;
   std::string name;  ///< what the laboratory calls it, unique within the kind: "probe 3", serial number
   std::string certificate;
@@ -30,14 +47,15 @@ struct Reference {
   double due_utc_s = 0.0;  ///< expired from then on
 };
 
-/// A person's signed word that an expired reference may be used nevertheless.
+/// A person's signed word that an expired reference may be used nevertheless. docs/records.md says what is signed.
 struct Waiver {
-  std::string waiver_id;
+  std::string waiver_id;  ///< UUIDv7
   std::string record_id;  ///< of the reference
   std::string reason;
   std::string signer;          ///< name
   std::string public_key_hex;  ///< Ed25519
-  double utc_s = 0.0;
+  double utc_s = 0.0;          ///< whole seconds
+  std::string signature_hex;   ///< Ed25519 by `public_key_hex`
 };
 
 /// A reference that a campaign was measured with.

@@ -13,6 +13,7 @@
 #include "base/result.h"
 #include "calib/run.h"
 #include "calib/segment.h"
+#include "db/record_rows.h"
 
 namespace soak::db {
 
@@ -127,7 +128,7 @@ class Catalog {
   ~Catalog();
 
   /// Schema version that this program writes.
-  static constexpr int kSchemaVersion = 3;
+  static constexpr int kSchemaVersion = 4;
 
   [[nodiscard]] const std::filesystem::path& data_folder() const;
   [[nodiscard]] std::filesystem::path run_file_path(const RunRow& run) const;
@@ -140,8 +141,10 @@ class Catalog {
   [[nodiscard]] base::Result<UnitRow> ensure_unit(std::string_view serial, std::string_view type);
   [[nodiscard]] base::Result<std::optional<UnitRow>> unit(std::string_view serial) const;
   [[nodiscard]] base::Result<std::vector<UnitRow>> units() const;
-  /// Starts the unit's next epoch (after a repair or re-flash) and logs `reason`.
-  [[nodiscard]] base::Result<UnitRow> begin_epoch(std::string_view serial, std::string_view reason);
+  /// Starts the unit's next epoch (after a repair or re-flash) and logs who did it and why. Refuses (bad_input) an
+  /// unknown unit, and no reason or user.
+  [[nodiscard]] base::Result<UnitRow> begin_epoch(std::string_view serial, std::string_view reason,
+                                                  std::string_view user);
 
   /// The campaign's procedure; adds the campaign where it is new. Refuses another procedure for an existing one.
   [[nodiscard]] base::Status ensure_campaign(std::string_view name, std::string_view procedure);
@@ -183,6 +186,34 @@ class Catalog {
   /// A version, or the newest where `version` is absent.
   [[nodiscard]] base::Result<std::optional<ModelRow>> model(std::string_view unit,
                                                             std::optional<std::int32_t> version = {}) const;
+  /// Enters a certificate into the register and returns its record id; the row's own id is not read. Refuses
+  /// (bad_input) an empty text, numbers that are not finite or negative, a due date that is not after the issue, and an
+  /// entry that stands there already, word for word.
+  [[nodiscard]] base::Result<std::string> add_reference(const ReferenceRow& row);
+  /// All entries in the order in which they were made, superseded and retired ones too.
+  [[nodiscard]] base::Result<std::vector<ReferenceRow>> references() const;
+  /// Refuses (bad_input) an unknown entry, one that is retired already, and no reason or user.
+  [[nodiscard]] base::Status retire_reference(std::string_view record_id, const EndRecord& end);
+  /// Stores a waiver as it was signed; its signature is the caller's to check. Refuses an unknown entry.
+  [[nodiscard]] base::Status add_waiver(const calib::Waiver& waiver);
+  /// In the order in which they were stored.
+  [[nodiscard]] base::Result<std::vector<calib::Waiver>> waivers() const;
+  /// Notes which entries a campaign, which must exist, is measured with. What is noted already is not noted again.
+  [[nodiscard]] base::Status add_campaign_references(std::string_view campaign,
+                                                     const std::vector<calib::ReferenceUse>& uses);
+  /// Each entry once, in the order of the first note, with the waiver that was noted last, if there is one.
+  [[nodiscard]] base::Result<std::vector<calib::ReferenceUse>> campaign_references(std::string_view campaign) const;
+  /// Names of the campaigns that an entry was noted for.
+  [[nodiscard]] base::Result<std::vector<std::string>> campaigns_of_reference(std::string_view record_id) const;
+
+  /// Makes a unit a check standard and returns the record's id; the row's own id and end are not read. Refuses
+  /// (bad_input) an unknown unit, one that is a check standard, and no reason or user.
+  [[nodiscard]] base::Result<std::string> add_check_standard(const CheckStandardRow& row);
+  /// Refuses (bad_input) an unknown or ended record, and no reason or user.
+  [[nodiscard]] base::Status end_check_standard(std::string_view check_standard_id, const EndRecord& end);
+  /// All records in the order in which they were made, ended ones too.
+  [[nodiscard]] base::Result<std::vector<CheckStandardRow>> check_standards() const;
+
   [[nodiscard]] base::Status add_calibration(const CalibrationRow& calibration);
   [[nodiscard]] base::Status log_event(const EventRow& event);
   [[nodiscard]] base::Result<std::vector<EventRow>> events() const;

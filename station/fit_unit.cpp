@@ -14,6 +14,8 @@
 #include "calib/model_document.h"
 #include "station/identity.h"
 #include "station/output.h"
+#include "station/reference_rule.h"
+#include "station/unit_type_file.h"
 
 namespace soak::station {
 namespace {
@@ -83,7 +85,9 @@ base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::
   if (!runs) return base::forward_error(runs);
   calib::UnitInput input;
   input.unit = unit;
-  input.type.name = (*row)->type;
+  auto type = known_unit_type((*row)->type);
+  if (!type) return base::forward_error(type);
+  input.type = *std::move(type);
   input.epoch = (*row)->epoch;
   for (const db::RunRow& run : *runs) {
     if (!run.sealed || run.voided || run.epoch != input.epoch || run.purpose != kCalibration) continue;
@@ -92,11 +96,17 @@ base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::
     input.runs.push_back(*std::move(loaded));
   }
   if (input.runs.empty()) return base::bad_input(reason_without_runs(unit, campaign, *runs));
+  std::vector<std::string> campaigns;
+  for (const calib::RunInput& run : input.runs) campaigns.push_back(run.campaign);
+  auto references = references_of_campaigns(catalog, campaigns);
+  if (!references) return base::forward_error(references);
+  input.references = *std::move(references);
   return input;
 }
 
 base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitInput& input,
-                                        const calib::CurveFitOptions& options, int jobs) {
+                                        const calib::CurveFitOptions& options, int jobs,
+                                        const std::vector<calib::Warning>& station_warnings) {
   const auto rows = calib::make_rows(input);
   if (!rows) return base::forward_error(rows);
   auto fits = fit_sensors(*rows, options, jobs);
@@ -116,6 +126,7 @@ base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitI
   }
   calib::UnitModel model = calib::make_model(input, *rows, std::move(sensors));
   model.created_utc_s = now_utc_s();
+  model.warnings.insert(model.warnings.end(), station_warnings.begin(), station_warnings.end());
   // Whether the model can be stored does not depend on its number, which is known only inside the transaction.
   if (const auto document = calib::model_document(model); !document) return base::forward_error(document);
   const auto version = catalog.add_model(input.unit, input.epoch, model.created_utc_s, [&](std::int32_t number) {

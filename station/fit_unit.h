@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "calib/unit_model.h"
@@ -11,8 +12,9 @@
 namespace soak::station {
 
 /// Sealed, unvoided runs of the unit's current epoch that are for calibration (not for verification, no pre-flight),
-/// with the statistics of their segments; of one campaign only, where that is given. Refuses an unknown unit, and one
-/// without such runs, saying which runs there are and why they do not count.
+/// with the statistics of their segments and the references of their campaigns; of one campaign only, where that is
+/// given. Refuses an unknown unit, and one without such runs, saying which runs there are and why they do not count;
+/// fails (corrupt) for a damaged waiver.
 [[nodiscard]] base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::string& unit,
                                                        const std::optional<std::string>& campaign);
 
@@ -20,8 +22,10 @@ namespace soak::station {
 [[nodiscard]] base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run);
 
 /// Fits all sensors of a unit on `jobs` threads (0: one per core) and stores the model as the unit's next version.
-/// Nothing is stored where a sensor cannot be fitted. The result does not depend on the number of threads.
+/// `station_warnings`: what else is to be told of the model. Nothing is stored where a sensor cannot be fitted. The
+/// result does not depend on the number of threads.
 [[nodiscard]] base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitInput& input,
-                                                      const calib::CurveFitOptions& options, int jobs);
+                                                      const calib::CurveFitOptions& options, int jobs,
+                                                      const std::vector<calib::Warning>& station_warnings);
 
 }  // namespace soak::station

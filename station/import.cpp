@@ -4,12 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <system_error>
 #include <utility>
 
 #include "db/run_file.h"
 #include "station/identity.h"
 #include "station/lab/run_records.h"
+#include "station/reference_rule.h"
 #include "station/run_streams.h"
 #include "station/unit_type_file.h"
 
@@ -47,6 +50,24 @@ class NewFiles {
   std::vector<fs::path> paths_;
 };
 
+/// When the recording was made: what its channel utc_s says, else now.
+MeasurementTime measurement_time(const CsvRecording& recording) {
+  MeasurementTime time{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (const CsvRun& run : recording.runs) {
+    const auto channel = find_channel(run.channels, "utc_s");
+    if (!channel) continue;
+    for (const double utc_s :
+         db::values_of(run.columns[*channel], run.channels[*channel].scale, run.channels[*channel].offset)) {
+      if (!std::isfinite(utc_s)) continue;
+      time.begin_utc_s = std::min(time.begin_utc_s, utc_s);
+      time.end_utc_s = std::max(time.end_utc_s, utc_s);
+    }
+  }
+  if (std::isfinite(time.begin_utc_s)) return time;
+  const double now_s = now_utc_s();
+  return {now_s, now_s};
+}
+
 /// A run that is written and sealed under a temporary name but not yet recorded.
 struct StagedRun {
   db::RunRow row;
@@ -65,6 +86,7 @@ class Importer {
 
   base::Result<ImportSummary> run() {
     if (auto status = look_up_unit(); !status) return base::forward_error(status);
+    if (auto status = look_up_references(); !status) return base::forward_error(status);
     auto stored = catalog_.runs({.unit = options_.unit, .campaign = {}, .run = {}});
     if (!stored) return base::forward_error(stored);
     stored_ = *std::move(stored);
@@ -98,6 +120,15 @@ class Importer {
                              "--type");
     }
     return look_up_type((*unit)->type);
+  }
+
+  base::Status look_up_references() {
+    if (!options_.references) return {};
+    auto judged = judge_references(catalog_, measurement_time(recording_));
+    if (!judged) return base::forward_error(judged);
+    summary_.references = std::move(judged->uses);
+    for (std::string& note : judged->notes) summary_.warnings.push_back(std::move(note));
+    return {};
   }
 
   base::Status look_up_type(const std::string& name) {
@@ -215,7 +246,7 @@ class Importer {
 
   /// Gives the files their names and enters them into the catalog.
   base::Status record() {
-    if (staged_.empty()) return {};
+    if (staged_.empty()) return catalog_.add_campaign_references(options_.campaign, summary_.references);
     for (const StagedRun& staged : staged_) {
       const fs::path path = catalog_.run_file_path(staged.row);
       std::error_code error;
@@ -231,7 +262,7 @@ class Importer {
       for (const StagedRun& staged : staged_) {
         if (auto status = catalog_.add_run(staged.row, staged.segments); !status) return status;
       }
-      return {};
+      return catalog_.add_campaign_references(options_.campaign, summary_.references);
     });
     if (!recorded) return recorded;
     for (const StagedRun& staged : staged_) files_.forget(catalog_.run_file_path(staged.row));

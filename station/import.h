@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "calib/reference.h"
 #include "calib/run.h"
 #include "db/catalog.h"
 #include "station/csv_recording.h"
@@ -23,6 +24,7 @@ struct ImportOptions {
   std::string procedure = "import";  ///< of a campaign that is new
   calib::Site site;
   bool simulated = false;
+  bool references = false;               ///< the station's references are those that the recording was made with
   std::optional<std::string> unit_type;  ///< of a unit that is new; absent = "generic"
   /// Called now and then with the share that is stored (0..1); returning false stops the import.
   std::function<bool(double)> progress;
@@ -42,13 +44,16 @@ struct ImportedRun {
 struct ImportSummary {
   std::vector<ImportedRun> runs;
   std::vector<std::string> warnings;
+  std::vector<calib::ReferenceUse> references;  ///< that were noted for the campaign
 };
 
 /// Stores every run of a recording as a sealed run file of its own and records it, with its segments, in the catalog.
 /// Nothing is recorded before all runs are written, sealed and segmented; on a failure the files are removed again.
 ///
 /// A run whose label the campaign already holds for this unit is refused (bad_input) if its samples, its site or its
-/// being simulated differ; if they are the same nothing is done. Refuses a unit of another type.
+/// being simulated differ; if they are the same nothing is done. Refuses a unit of another type. With
+/// `references`, refuses as judge_references() does at the times in the channel utc_s, where there is none at the time
+/// of the import.
 [[nodiscard]] base::Result<ImportSummary> store_recording(db::Catalog& catalog, const CsvRecording& recording,
                                                           const std::filesystem::path& source,
                                                           const ImportOptions& options);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "base/hex.h"
 #include "base/sha256.h"
 #include "calib/runtime/soak_runtime.h"
 
@@ -15,34 +16,6 @@ constexpr std::uint32_t kSimulated = 1;
 constexpr std::uint32_t kGravityAssumed = 2;
 constexpr std::uint32_t kHasPi95 = 1;
 constexpr std::uint8_t kLabOnly = 1;
-
-std::string text_at(const std::uint8_t* first, std::size_t length) { return {first, first + length}; }
-
-void write_text(base::ByteWriter& out, const std::string& text) {
-  out.write(std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
-}
-
-base::Status check_text(const std::string& text, const std::string& what) {
-  if (text.size() <= kMaxText) return {};
-  return base::bad_input(what + " is longer than " + std::to_string(kMaxText) + " bytes", what);
-}
-
-int hex_digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
-}
-
-std::optional<base::Sha256Digest> parse_hash(const std::string& hex) {
-  base::Sha256Digest digest{};
-  if (hex.size() != 2 * digest.size()) return std::nullopt;
-  for (std::size_t i = 0; i < digest.size(); ++i) {
-    const int high = hex_digit(hex[2 * i]);
-    const int low = hex_digit(hex[2 * i + 1]);
-    if (high < 0 || low < 0) return std::nullopt;
-    digest[i] = static_cast<std::uint8_t>(16 * high + low);
-  }
-  return digest;
-}
 
 base::Status check_provenance(const Calibration& calibration) {
   if (calibration.unit.empty()) return base::bad_input("the calibration names no unit", "unit");
@@ -94,7 +67,7 @@ base::Result<Section> provenance_section(const Calibration& calibration) {
   out.write(static_cast<std::uint8_t>(calibration.unit.size()));
   out.write(static_cast<std::uint8_t>(calibration.unit_type.size()));
   for (const std::string& hex : calibration.run_hashes) {
-    const auto digest = parse_hash(hex);
+    const auto digest = base::bytes_of_hex<32>(hex);
     if (!digest)
       return base::bad_input("a run hash must be 64 lower-case hexadecimal digits, not '" + hex + "'", "run_hashes");
     out.write(*digest);

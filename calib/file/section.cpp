@@ -20,10 +20,17 @@ constexpr std::size_t kCheckSize = 4;
 
 std::size_t padded(std::size_t size) { return (size + 3) / 4 * 4; }
 
+/// The minor version that a type of section came with.
+std::uint16_t minor_version_of(std::uint16_t type) {
+  if (type == kReferenceSection) return 2;
+  return type == SOAK_SECTION_TABLE_BOUND ? 1 : 0;
+}
+
 /// The least minor version that has all these sections.
 std::uint16_t minor_version(const std::vector<Section>& sections) {
-  const auto is_of_1_1 = [](const Section& section) { return section.type == SOAK_SECTION_TABLE_BOUND; };
-  return std::any_of(sections.begin(), sections.end(), is_of_1_1) ? 1 : 0;
+  std::uint16_t version = 0;
+  for (const Section& section : sections) version = std::max(version, minor_version_of(section.type));
+  return version;
 }
 
 }  // namespace
@@ -51,6 +58,17 @@ std::vector<double> read_floats(const std::uint8_t* payload, std::size_t count) 
   std::vector<double> values(count);
   for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<double>(soak_f32(payload + 4 * i));
   return values;
+}
+
+void write_text(base::ByteWriter& out, const std::string& text) {
+  out.write(std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+std::string text_at(const std::uint8_t* first, std::size_t length) { return {first, first + length}; }
+
+base::Status check_text(const std::string& text, const std::string& what) {
+  if (text.size() <= kMaxText) return {};
+  return base::bad_input(what + " is longer than " + std::to_string(kMaxText) + " bytes", what);
 }
 
 base::Bytes assemble(const std::vector<Section>& sections) {

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/bytes.h"
+#include "base/result.h"
 #include "calib/sensor.h"
 
 namespace soak::calib::file {
@@ -17,6 +19,9 @@ struct Section {
   bool critical = true;
   base::Bytes payload;  ///< its length is made a multiple of 4 when the file is put together
 };
+
+/// Type of the section of a reference; the runtime, which has no use for it, passes over it.
+inline constexpr std::uint16_t kReferenceSection = 0x0002;
 
 /// Longest text that the format carries, in bytes.
 inline constexpr std::size_t kMaxText = 255;
@@ -41,6 +46,13 @@ void write_floats(base::ByteWriter& out, const std::vector<double>& values);
 
 /// `count` float32 numbers from `payload`, which holds them all.
 [[nodiscard]] std::vector<double> read_floats(const std::uint8_t* payload, std::size_t count);
+
+/// The bytes of a text, without its length.
+void write_text(base::ByteWriter& out, const std::string& text);
+[[nodiscard]] std::string text_at(const std::uint8_t* first, std::size_t length);
+
+/// Refuses a text that is longer than the format carries; `what` names it.
+[[nodiscard]] base::Status check_text(const std::string& text, const std::string& what);
 
 /// The whole file: header, sections, CRC.
 [[nodiscard]] base::Bytes assemble(const std::vector<Section>& sections);

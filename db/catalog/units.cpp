@@ -71,8 +71,10 @@ base::Result<std::vector<UnitRow>> Catalog::units() const {
   });
 }
 
-base::Result<UnitRow> Catalog::begin_epoch(std::string_view serial, std::string_view reason) {
-  if (reason.empty()) return base::bad_input("a new epoch needs a reason", impl_->connection.path().string());
+base::Result<UnitRow> Catalog::begin_epoch(std::string_view serial, std::string_view reason, std::string_view user) {
+  if (reason.empty() || user.empty()) {
+    return base::bad_input("a new epoch needs a reason and a user", impl_->connection.path().string());
+  }
   return impl_->connection.transact("begin an epoch", [&]() -> base::Result<UnitRow> {
     const auto epoch = catalog::epoch_of(impl_->connection, serial);
     if (!epoch) return base::forward_error(epoch);
@@ -80,7 +82,8 @@ base::Result<UnitRow> Catalog::begin_epoch(std::string_view serial, std::string_
     sqlite::bind_all(update, *epoch + 1, serial);
     update.exec();
     catalog::insert_event(impl_->database(), {catalog::now_utc_s(), "epoch_begun", std::string(serial),
-                                              "epoch " + std::to_string(*epoch + 1) + ": " + std::string(reason)});
+                                              "epoch " + std::to_string(*epoch + 1) + ", by " + std::string(user) +
+                                                  ": " + std::string(reason)});
     return *find_unit(impl_->database(), serial);
   });
 }

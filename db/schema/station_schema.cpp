@@ -251,7 +251,100 @@ CREATE TABLE finding (
 ) WITHOUT ROWID;
 )sql";
 
-constexpr std::array kStationSteps = {Step{1, kStationV1}, Step{2, kStationV2}, Step{3, kStationV3}};
+constexpr const char* kStationV4 = R"sql(
+-- The register of references: a row is a certificate. The newest one of a kind and name stands for it. Units by kind:
+-- chamber_probe K, fixture_squareness rad, level rad, gravity m/s2, supply V, rate ppm.
+CREATE TABLE reference (
+  record_id            TEXT PRIMARY KEY,    -- UUIDv7
+  kind                 TEXT NOT NULL CHECK (kind IN ('chamber_probe', 'fixture_squareness', 'level', 'gravity', 'supply', 'rate')),
+  name                 TEXT NOT NULL CHECK (name <> ''),
+  certificate          TEXT NOT NULL CHECK (certificate <> ''),
+  correction           REAL,                -- added to what the reference says; gravity: the value itself
+  standard_uncertainty REAL NOT NULL CHECK (standard_uncertainty >= 0),
+  issued_utc_s         REAL NOT NULL,
+  due_utc_s            REAL NOT NULL CHECK (due_utc_s > issued_utc_s),
+  user                 TEXT NOT NULL CHECK (user <> ''),
+  entered_utc_s        REAL NOT NULL
+);
+
+-- References that are not used any more.
+CREATE TABLE reference_retirement (
+  record_id TEXT PRIMARY KEY REFERENCES reference (record_id),
+  reason    TEXT NOT NULL CHECK (reason <> ''),
+  user      TEXT NOT NULL CHECK (user <> ''),
+  utc_s     REAL NOT NULL
+);
+
+-- Signed permissions to use an expired reference; docs/records.md says what is signed.
+CREATE TABLE waiver (
+  waiver_id  TEXT PRIMARY KEY,              -- UUIDv7
+  record_id  TEXT NOT NULL REFERENCES reference (record_id),
+  reason     TEXT NOT NULL CHECK (reason <> ''),
+  signer     TEXT NOT NULL CHECK (signer <> ''),
+  public_key TEXT NOT NULL,                 -- Ed25519, 64 hexadecimal digits
+  signature  TEXT NOT NULL,                 -- 128 hexadecimal digits
+  utc_s      REAL NOT NULL
+);
+
+-- Which references a campaign was measured with.
+CREATE TABLE campaign_reference (
+  ordinal   INTEGER PRIMARY KEY,            -- order of arrival
+  campaign  TEXT NOT NULL REFERENCES campaign (name),
+  record_id TEXT NOT NULL REFERENCES reference (record_id),
+  waiver_id TEXT REFERENCES waiver (waiver_id),
+  utc_s     REAL NOT NULL                   -- of this note
+);
+CREATE INDEX campaign_reference_by_campaign ON campaign_reference (campaign);
+
+-- Units by which the station itself is judged.
+CREATE TABLE check_standard (
+  check_standard_id TEXT PRIMARY KEY,       -- UUIDv7
+  unit        TEXT NOT NULL REFERENCES unit (serial),
+  since_utc_s REAL NOT NULL,
+  reason      TEXT NOT NULL CHECK (reason <> ''),
+  user        TEXT NOT NULL CHECK (user <> '')
+);
+CREATE TABLE check_standard_end (
+  check_standard_id TEXT PRIMARY KEY REFERENCES check_standard (check_standard_id),
+  reason TEXT NOT NULL CHECK (reason <> ''),
+  user   TEXT NOT NULL CHECK (user <> ''),
+  utc_s  REAL NOT NULL
+);
+
+CREATE TRIGGER reference_keeps_rows BEFORE UPDATE ON reference BEGIN SELECT raise(ABORT, 'reference is append-only'); END;
+CREATE TRIGGER reference_keeps_all BEFORE DELETE ON reference BEGIN SELECT raise(ABORT, 'reference is append-only'); END;
+CREATE TRIGGER reference_replaces_none BEFORE INSERT ON reference
+WHEN EXISTS (SELECT 1 FROM reference WHERE record_id = NEW.record_id OR rowid = NEW.rowid)
+BEGIN SELECT raise(ABORT, 'reference is append-only'); END;
+CREATE TRIGGER reference_retirement_keeps_rows BEFORE UPDATE ON reference_retirement BEGIN SELECT raise(ABORT, 'reference_retirement is append-only'); END;
+CREATE TRIGGER reference_retirement_keeps_all BEFORE DELETE ON reference_retirement BEGIN SELECT raise(ABORT, 'reference_retirement is append-only'); END;
+CREATE TRIGGER reference_retirement_replaces_none BEFORE INSERT ON reference_retirement
+WHEN EXISTS (SELECT 1 FROM reference_retirement WHERE record_id = NEW.record_id OR rowid = NEW.rowid)
+BEGIN SELECT raise(ABORT, 'reference_retirement is append-only'); END;
+CREATE TRIGGER waiver_keeps_rows BEFORE UPDATE ON waiver BEGIN SELECT raise(ABORT, 'waiver is append-only'); END;
+CREATE TRIGGER waiver_keeps_all BEFORE DELETE ON waiver BEGIN SELECT raise(ABORT, 'waiver is append-only'); END;
+CREATE TRIGGER waiver_replaces_none BEFORE INSERT ON waiver
+WHEN EXISTS (SELECT 1 FROM waiver WHERE waiver_id = NEW.waiver_id OR rowid = NEW.rowid)
+BEGIN SELECT raise(ABORT, 'waiver is append-only'); END;
+CREATE TRIGGER campaign_reference_keeps_rows BEFORE UPDATE ON campaign_reference BEGIN SELECT raise(ABORT, 'campaign_reference is append-only'); END;
+CREATE TRIGGER campaign_reference_keeps_all BEFORE DELETE ON campaign_reference BEGIN SELECT raise(ABORT, 'campaign_reference is append-only'); END;
+CREATE TRIGGER campaign_reference_replaces_none BEFORE INSERT ON campaign_reference
+WHEN EXISTS (SELECT 1 FROM campaign_reference WHERE ordinal = NEW.ordinal)
+BEGIN SELECT raise(ABORT, 'campaign_reference is append-only'); END;
+CREATE TRIGGER check_standard_keeps_rows BEFORE UPDATE ON check_standard BEGIN SELECT raise(ABORT, 'check_standard is append-only'); END;
+CREATE TRIGGER check_standard_keeps_all BEFORE DELETE ON check_standard BEGIN SELECT raise(ABORT, 'check_standard is append-only'); END;
+CREATE TRIGGER check_standard_replaces_none BEFORE INSERT ON check_standard
+WHEN EXISTS (SELECT 1 FROM check_standard WHERE check_standard_id = NEW.check_standard_id OR rowid = NEW.rowid)
+BEGIN SELECT raise(ABORT, 'check_standard is append-only'); END;
+CREATE TRIGGER check_standard_end_keeps_rows BEFORE UPDATE ON check_standard_end BEGIN SELECT raise(ABORT, 'check_standard_end is append-only'); END;
+CREATE TRIGGER check_standard_end_keeps_all BEFORE DELETE ON check_standard_end BEGIN SELECT raise(ABORT, 'check_standard_end is append-only'); END;
+CREATE TRIGGER check_standard_end_replaces_none BEFORE INSERT ON check_standard_end
+WHEN EXISTS (SELECT 1 FROM check_standard_end WHERE check_standard_id = NEW.check_standard_id OR rowid = NEW.rowid)
+BEGIN SELECT raise(ABORT, 'check_standard_end is append-only'); END;
+)sql";
+
+constexpr std::array kStationSteps = {Step{1, kStationV1}, Step{2, kStationV2}, Step{3, kStationV3},
+                                      Step{4, kStationV4}};
 static_assert(kStationSteps.back().to_version == Catalog::kSchemaVersion);
 
 }  // namespace

@@ -31,7 +31,8 @@ class LabService {
   LabService& operator=(const LabService&) = delete;
   virtual ~LabService() = default;
 
-  /// Checks everything (procedure, ratings, slots, devices) and begins; {"campaign", "runs", "steps", "estimate_s"}.
+  /// Checks everything (procedure, ratings, slots, references, devices) and begins; {"campaign", "runs", "steps",
+  /// "estimate_s", "notes"}.
   [[nodiscard]] virtual base::Result<nlohmann::json> start(const StartRequest& request) = 0;
   [[nodiscard]] virtual base::Status pause(const std::string& user) = 0;
   [[nodiscard]] virtual base::Status resume(const std::string& user) = 0;

@@ -152,13 +152,20 @@ base::Status check_chamber(const CheckedStart& checked, const hal::Chamber& cham
   return check_ratings(procedure, types_of(checked.units), chamber.min_set_point_c(), chamber.max_set_point_c());
 }
 
-nlohmann::json start_document(const StartRequest& request, const CheckedStart& checked) {
+base::Result<JudgedReferences> check_references(const db::Catalog& catalog, const CheckedStart& checked,
+                                                std::size_t first_step, double utc_s, double clock_rate) {
+  return judge_references(catalog, {utc_s, utc_s + checked.plan.remaining_s(first_step) / clock_rate});
+}
+
+nlohmann::json start_document(const StartRequest& request, const CheckedStart& checked,
+                              const std::vector<std::string>& notes) {
   nlohmann::json units = nlohmann::json::object();
   for (const CheckedUnit& unit : checked.units) units[unit.slot.name] = unit.serial;
   return {{"procedure_file", request.procedure_file},
           {"procedure_text", request.procedure_text},
           {"units", std::move(units)},
           {"user", request.user},
+          {"notes", notes},
           {"plan_sha256", fingerprint(checked.plan)}};
 }
 

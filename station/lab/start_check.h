@@ -13,6 +13,7 @@
 #include "hal/chamber.h"
 #include "station/lab/lab_service.h"
 #include "station/procedure/plan.h"
+#include "station/reference_rule.h"
 #include "station/station_config.h"
 
 namespace soak::station {
@@ -44,8 +45,14 @@ struct CheckedStart {
 /// A pre-flight is done at the temperature of the room: refuses (state) a chamber that is far from it.
 [[nodiscard]] base::Status check_room(const CheckedStart& checked, std::size_t first_step, double room_c, double air_c);
 
-/// What the journal keeps of a campaign, and back.
-[[nodiscard]] nlohmann::json start_document(const StartRequest& request, const CheckedStart& checked);
+/// The references of the station for what the plan does from step `first_step` on, if it begins at `utc_s`. Refuses as
+/// judge_references() does.
+[[nodiscard]] base::Result<JudgedReferences> check_references(const db::Catalog& catalog, const CheckedStart& checked,
+                                                              std::size_t first_step, double utc_s, double clock_rate);
+
+/// What the journal keeps of a campaign, and back. `notes` says what was remarkable at the start.
+[[nodiscard]] nlohmann::json start_document(const StartRequest& request, const CheckedStart& checked,
+                                            const std::vector<std::string>& notes);
 [[nodiscard]] base::Result<StartRequest> request_of(const db::CampaignRow& row);
 
 /// The first step of the first run that did not come to its end. Refuses (state) a campaign whose procedure compiles to

@@ -200,12 +200,14 @@ TEST_F(CatalogTest, NumbersModelsPerUnitAndKeepsTheOldOnes) {
 
 TEST_F(CatalogTest, CountsEpochsAndLogsTheReason) {
   fill(*catalog_);
-  EXPECT_EQ(catalog_->begin_epoch("SN1", "gyro replaced")->epoch, 1);
+  EXPECT_EQ(catalog_->begin_epoch("SN1", "gyro replaced", "ann")->epoch, 1);
   EXPECT_EQ(catalog_->ensure_unit("SN1", "other")->epoch, 1);
   EXPECT_EQ((*catalog_->unit("SN1"))->type, "generic");
   EXPECT_FALSE(*catalog_->unit("SN2"));
-  EXPECT_EQ(catalog_->events()->back().text, "epoch 1: gyro replaced");
-  EXPECT_TRUE(is_bad_input(catalog_->begin_epoch("SN2", "x")));
+  EXPECT_EQ(catalog_->events()->back().text, "epoch 1, by ann: gyro replaced");
+  EXPECT_TRUE(is_bad_input(catalog_->begin_epoch("SN2", "x", "ann")));
+  EXPECT_TRUE(is_bad_input(catalog_->begin_epoch("SN1", "", "ann")));
+  EXPECT_TRUE(is_bad_input(catalog_->begin_epoch("SN1", "x", "")));
   EXPECT_TRUE(is_bad_input(catalog_->ensure_campaign("c1", "ramp")));
   EXPECT_TRUE(catalog_->ensure_campaign("c1", "soak"));
   EXPECT_EQ(*catalog_->campaigns(), std::vector<std::string>{"c1"});
@@ -236,12 +238,12 @@ TEST_F(CatalogTest, ShowsRatesInDegreesPerSecond) {
 
 TEST_F(CatalogTest, RefusesAFileOfANewerVersion) {
   fill(*catalog_);
-  raw().exec("PRAGMA user_version = 4");
+  raw().exec("PRAGMA user_version = 5");
   const auto newer = Catalog::open(folder_.path());
   ASSERT_TRUE(is_bad_input(newer));
   EXPECT_EQ(newer.error().where, (folder_ / "station.db").string());
-  EXPECT_NE(newer.error().message.find("version 4"), std::string::npos);
-  EXPECT_NE(newer.error().message.find("up to version 3"), std::string::npos);
+  EXPECT_NE(newer.error().message.find("version 5"), std::string::npos);
+  EXPECT_NE(newer.error().message.find("up to version 4"), std::string::npos);
   EXPECT_NE(newer.error().message.find("newer soak"), std::string::npos);
 }
 

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "db/catalog.h"
+
+namespace soak::station {
+
+/// How an entry of the register stands today.
+enum class Standing : std::uint8_t { valid, due_soon, expired, superseded, retired };
+
+[[nodiscard]] std::string_view name_of(Standing standing);
+
+/// A waiver, and whether its signature is good.
+struct ShownWaiver {
+  calib::Waiver waiver;
+  bool good = false;
+};
+
+/// An entry with all that is known of it.
+struct ShownReference {
+  db::ReferenceRow row;
+  Standing standing = Standing::valid;
+  int days_left = 0;  ///< whole days until it is due, negative once it has expired
+  std::vector<ShownWaiver> waivers;
+  std::vector<std::string> campaigns;
+};
+
+/// The whole register at `utc_s`, in the order of kinds and names, the newest entry of each first.
+[[nodiscard]] base::Result<std::vector<ShownReference>> shown_register(const db::Catalog& catalog, double utc_s);
+
+/// docs/schema/reference-list.schema.json
+[[nodiscard]] nlohmann::json references_document(const std::vector<ShownReference>& shown);
+
+/// A table with a line per entry.
+[[nodiscard]] std::string references_table(const std::vector<ShownReference>& shown);
+
+/// All of one entry, over several lines.
+[[nodiscard]] std::string reference_text(const ShownReference& shown);
+
+}  // namespace soak::station

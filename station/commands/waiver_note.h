@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "calib/reference.h"
+#include "station/output.h"
+
+namespace soak::station {
+
+/// One line on standard error where a reference was used by a waiver; nothing where none was.
+void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& output);
+
+}  // namespace soak::station

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/result.h"
+#include "calib/reference.h"
+#include "station/signing.h"
+
+namespace soak::station {
+
+/// The waiver with key and signature filled in; what is signed is calib::waiver_text(). Refuses texts of several lines.
+[[nodiscard]] base::Result<calib::Waiver> signed_waiver(calib::Waiver waiver, const calib::Reference& reference,
+                                                        const SecretKey& key);
+
+/// Refuses (corrupt) a waiver whose signature is not that of its own key over its own text and this entry of the
+/// register. Whether that key may sign waivers is for whoever reads the record to judge.
+[[nodiscard]] base::Status check_waiver(const calib::Waiver& waiver, const calib::Reference& reference);
+
+}  // namespace soak::station

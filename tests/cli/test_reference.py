@@ -1,0 +1,301 @@
+# SPDX-License-Identifier: Apache-2.0
+"""soak reference: the register, waivers, and their way with a campaign through fit and export. Waivers are verified here
+from docs/records.md alone, with an Ed25519 of our own (ed25519.py)."""
+import datetime
+import json
+import math
+import pathlib
+import sqlite3
+import unittest
+
+import ed25519
+from blob_reader import Calibration
+from soak_cli import ROOT, SoakTest, check_schema
+from soak_cli import recording as recording_of
+
+GOLDEN = ROOT / "tests" / "data" / "golden"
+DAY_S = 86400
+
+
+def day(offset):
+    return (datetime.datetime.now(datetime.timezone.utc) + datetime.timedelta(days=offset)).strftime("%Y-%m-%d")
+
+
+def recording(**options):
+    """Enough temperatures for a fit."""
+    return recording_of(plateaus=tuple(float(t) for t in range(-20, 60, 5)), seconds=40, **options)
+
+
+class ReferenceTest(SoakTest):
+    def add(self, kind="chamber_probe", name="probe 3", certificate="D-K-15048", issued=-400, due=100, uncertainty=0.05, *more):
+        return self.soak_json("reference-list", "reference", "add", "--kind", kind, "--name", name, "--certificate", certificate,
+                              "--issued", day(issued), "--due", day(due), "--uncertainty", uncertainty, *more)["references"][0]
+
+    def entries(self, *arguments):
+        return self.soak_json("reference-list", "reference", *arguments)["references"]
+
+    def key(self, name="head.key"):
+        self.soak("key", "new", "-o", self.folder / name)
+        return self.folder / name
+
+    def waive(self, key, *more, kind="chamber_probe", name="probe 3"):
+        return self.soak_json("reference-list", "reference", "waive", "--kind", kind, "--name", name, "--reason",
+                              "the new one is ordered", "--signer", "Ann Example", "--key", key, *more)["references"][0]
+
+    def execute(self, sql):
+        database = sqlite3.connect(self.data / "station.db")
+        with database:
+            database.execute(sql)
+        database.close()
+
+
+class Register(ReferenceTest):
+    def test_an_entry_comes_back_in_the_units_of_people(self):
+        entry = self.add("fixture_squareness", "cube", "7/2026", -10, 355, 0.02, "--user", "bob")
+        self.assertEqual((entry["unit"], entry["user"], entry["standing"]), ("deg", "bob", "valid"))
+        self.assertAlmostEqual(entry["standard_uncertainty"], 0.01, delta=1e-15)
+        self.assertEqual((entry["issued"], entry["due"]), (day(-10), day(355)))
+        self.assertIn(entry["days_left"], (353, 354))
+        probe = self.add("chamber_probe", "probe 3", "D-K", -10, 355, 0.06, "--k", 3, "--correction", "-0.02")
+        self.assertAlmostEqual(probe["standard_uncertainty"], 0.02, delta=1e-15)
+        self.assertEqual(probe["correction"], -0.02)
+        self.assertEqual(self.entries("list"), [probe, entry])
+        self.assertIn("0.01 deg", self.soak("reference", "list").stdout)
+
+    def test_the_catalog_holds_si(self):
+        self.add("level", "level 1", "L-1", -10, 355, 0.1, "--correction", 0.5)
+        database = sqlite3.connect(self.data / "station.db")
+        uncertainty, correction = database.execute("SELECT standard_uncertainty, correction FROM reference").fetchone()
+        database.close()
+        self.assertAlmostEqual(uncertainty, math.radians(0.05), delta=1e-17)
+        self.assertAlmostEqual(correction, math.radians(0.5), delta=1e-16)
+
+    def test_list_shows_one_line_per_reference_and_what_is_due(self):
+        self.add(name="old", due=-3)
+        self.add(name="soon", due=20)
+        self.add(name="good", due=200)
+        self.add(name="good", certificate="older", issued=-800, due=-500)
+        self.add(name="lost")
+        self.soak("reference", "retire", "--kind", "chamber_probe", "--name", "lost", "--reason", "lost")
+        standing = {e["name"]: (e["standing"], e["certificate"]) for e in self.entries("list")}
+        self.assertEqual(standing, {"old": ("expired", "D-K-15048"), "soon": ("due_soon", "D-K-15048"),
+                                    "good": ("valid", "D-K-15048"), "lost": ("retired", "D-K-15048")})
+        text = self.soak("reference", "list").stdout
+        self.assertEqual(len(text.splitlines()), 5)
+        self.assertRegex(text, r"old .*EXPIRED 3 days ago")
+        self.assertRegex(text, r"soon .*DUE in 19 days")
+
+    def test_show_gives_the_history(self):
+        self.add(certificate="A", issued=-800, due=-400)
+        self.add(certificate="B", issued=-420, due=20)
+        self.assertEqual([(e["certificate"], e["standing"]) for e in self.entries("show", "--kind", "chamber_probe", "--name", "probe 3")],
+                         [("B", "due_soon"), ("A", "superseded")])
+        self.assertIn("has no", self.refusal("reference", "show", "--kind", "level", "--name", "probe 3")["message"])
+
+    def test_retire_keeps_reason_and_user(self):
+        self.add()
+        arguments = ("reference", "retire", "--kind", "chamber_probe", "--name", "probe 3", "--reason", "dropped", "--user", "bob")
+        entry = self.soak_json("reference-list", *arguments)["references"][0]
+        self.assertEqual((entry["retired"]["reason"], entry["retired"]["user"]), ("dropped", "bob"))
+        self.assertIn("retired already", self.refusal(*arguments)["message"])
+
+    def test_nonsense_is_refused_and_leaves_nothing(self):
+        good = {"--kind": "chamber_probe", "--name": "p", "--certificate": "c", "--issued": day(-10), "--due": day(300),
+                "--uncertainty": "0.1"}
+        cases = [("--kind", "hourglass", "chamber_probe, fixture_squareness"), ("--name", " ", "empty"), ("--name", "a\nb", "one line"),
+                 ("--name", "\udcff", "UTF-8"), ("--certificate", "x" * 256, "256 bytes"), ("--issued", "yesterday", "2027-03-01"), ("--issued", "2026-02-30", "2027-03-01"),
+                 ("--issued", day(3), "after today"), ("--due", day(-10), "not after the day of issue"), ("--due", "", "2027-03-01"),
+                 ("--uncertainty", "0", "more than 0"), ("--uncertainty", "-1", "more than 0"), ("--uncertainty", "nan", "more than 0"),
+                 ("--uncertainty", "50", "up to 10 K"), ("--k", "0.5", "coverage factor"), ("--k", "nan", "coverage factor"),
+                 ("--correction", "300", "cannot be right"), ("--correction", "inf", "cannot be right"), ("--user", "a\nb", "one line")]
+        for option, value, expected in cases:
+            with self.subTest(option=option, value=value):
+                arguments = [x for pair in {**good, option: value}.items() for x in pair]
+                error = self.refusal("reference", "add", *arguments)
+                self.assertIn(expected, error["message"])
+                self.assertEqual(error["where"], option)
+        for kind, more, expected in (("gravity", [], "local gravity"), ("gravity", ["--correction", "9.2"], "9.7 to 9.9"),
+                                     ("fixture_squareness", ["--correction", "0"], "leave the correction out")):
+            arguments = [x for pair in {**good, "--kind": kind}.items() for x in pair]
+            self.assertIn(expected, self.refusal("reference", "add", *arguments, *more)["message"])
+        self.refusal("reference", "add", "--kind", "level")
+        self.assertIsNone(self.state(), "not even a data folder")
+
+    def test_the_same_entry_twice_is_refused(self):
+        self.add()
+        arguments = ("--kind", "chamber_probe", "--name", "probe 3", "--certificate", "D-K-15048", "--issued", day(-400), "--due", day(100))
+        self.assertIn("already", self.refusal("reference", "add", *arguments, "--uncertainty", 0.05)["message"])
+        self.soak("reference", "add", *arguments, "--uncertainty", 0.06)
+
+    def test_an_expired_certificate_may_be_entered_and_is_remarked_upon(self):
+        done = self.soak("reference", "add", "--kind", "level", "--name", "l", "--certificate", "c", "--issued", day(-500), "--due", day(-1),
+                         "--uncertainty", 0.1)
+        self.assertIn("expired already", done.stderr)
+
+
+class Waivers(ReferenceTest):
+    def test_a_waiver_is_what_the_documentation_says(self):
+        key = self.key()
+        entry = self.add(due=-3)
+        entry = self.waive(key)
+        waiver = entry["waivers"][0]
+        self.assertTrue(waiver["good"])
+        self.assertEqual(waiver["utc_s"], int(waiver["utc_s"]))
+        signed = datetime.datetime.fromtimestamp(waiver["utc_s"], datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+        text = (f"soak-waiver-1\nwaiver {waiver['waiver_id']}\nreference {entry['record_id']}\nkind chamber_probe\nname probe 3\n"
+                f"certificate D-K-15048\ndue {entry['due']}T00:00:00Z\nreason the new one is ordered\nsigner Ann Example\nsigned {signed}\n")
+        public = bytes.fromhex(pathlib.Path(f"{key}.pub").read_text(encoding="utf-8").splitlines()[1])
+        self.assertEqual(waiver["public_key"], public.hex())
+        self.assertTrue(ed25519.verify(public, text.encode(), bytes.fromhex(waiver["signature"])))
+        self.assertIn("waived by Ann Example", self.soak("reference", "list").stdout)
+
+    def test_the_waiver_in_the_golden_file_is_signed(self):
+        first, second = Calibration.load((GOLDEN / "referenced.soakcal").read_bytes()).references
+        self.assertEqual((first.kind, first.name, first.standard_uncertainty, first.correction, first.waiver),
+                         ("chamber_probe", "probe 3", 0.025, -0.02, None))
+        self.assertEqual((second.kind, second.correction, second.waiver.signer), ("fixture_squareness", None, "Ann Example"))
+        self.assertTrue(ed25519.verify(second.waiver.public_key, second.waiver_text(), second.waiver.signature))
+        self.assertFalse(ed25519.verify(second.waiver.public_key, second.waiver_text() + b" ", second.waiver.signature))
+
+    def test_what_needs_none_gets_none(self):
+        key = self.key()
+        self.add(due=100)
+        arguments = ("reference", "waive", "--kind", "chamber_probe", "--name", "probe 3", "--reason", "x", "--key", key)
+        self.assertIn("is good until", self.refusal(*arguments)["message"])
+        self.assertIn("no certificate", self.refusal(*arguments, "--certificate", "Z")["message"])
+        self.add(certificate="old", issued=-900, due=-500)
+        self.assertEqual(self.waive(key, "--certificate", "old")["certificate"], "old")
+        self.soak("reference", "retire", "--kind", "chamber_probe", "--name", "probe 3", "--reason", "lost")
+        self.assertIn("retired", self.refusal(*arguments)["message"])
+
+    def test_it_takes_a_secret_key_and_a_reason(self):
+        key = self.key()
+        self.add(due=-3)
+        arguments = ("reference", "waive", "--kind", "chamber_probe", "--name", "probe 3")
+        self.refusal(*arguments, "--reason", "x", "--key", f"{key}.pub")
+        self.refusal(*arguments, "--reason", " ", "--key", key)
+        self.refusal(*arguments, "--reason", "two\nlines", "--key", key)
+        self.refusal(*arguments, "--key", key)
+        self.assertEqual(self.entries("list")[0]["waivers"], [])
+
+    def test_a_damaged_one_is_shown_as_such(self):
+        self.add(due=-3)
+        self.waive(self.key())
+        self.execute("DROP TRIGGER waiver_keeps_rows")
+        self.execute("UPDATE waiver SET reason = 'because'")
+        self.assertFalse(self.entries("list")[0]["waivers"][0]["good"])
+        self.assertIn("DAMAGED", self.soak("reference", "list").stdout)
+
+
+class OnTheWayToTheFile(ReferenceTest):
+    def fitted(self):
+        return self.soak_json("fit", "fit", "--unit", "SN1", "--rules", 2)
+
+    def exported(self, *arguments):
+        path = self.folder / "SN1.soakcal"
+        done = self.soak("export", "--unit", "SN1", "--format", "blob", "-o", path, *arguments)
+        return path, done.stderr
+
+    def test_an_import_takes_references_only_when_asked(self):
+        self.add()
+        self.imported("a.csv", recording())
+        self.assertEqual(self.fitted()["references"], [])
+        path, _ = self.exported()
+        self.assertEqual(Calibration.load(path.read_bytes()).references, [])
+        again = self.soak_json("import", "import", self.folder / "a.csv", "--unit", "SN1", "--references")
+        self.assertEqual(again["runs"][0]["status"], "unchanged")
+        self.assertEqual([r["name"] for r in again["references"]], ["probe 3"])
+        self.assertEqual(self.entries("list")[0]["campaigns"], ["default"])
+        self.assertEqual([r["certificate"] for r in self.fitted()["references"]], ["D-K-15048"])
+
+    def test_an_expired_one_blocks_the_import_unless_somebody_signs(self):
+        self.add(due=-3)
+        path = self.write("a.csv", recording())
+        error = self.refusal("import", path, "--unit", "SN1", "--references")
+        for part in ("probe 3", "D-K-15048", day(-3), "soak reference add", "soak reference waive"):
+            self.assertIn(part, error["message"])
+        self.assertEqual(list((self.data / "runs").glob("*")), [])
+        self.waive(self.key())
+        document = self.soak_json("import", "import", path, "--unit", "SN1", "--references")
+        self.assertEqual(document["references"][0]["waiver"]["signer"], "Ann Example")
+        self.assertTrue(any("waiver of Ann Example" in w for w in document["warnings"]))
+
+    def test_the_time_of_the_measurement_decides_where_the_file_knows_it(self):
+        self.add(issued=-800, due=-400)
+        lines = recording().splitlines()
+        start = datetime.datetime.now(datetime.timezone.utc).timestamp() - 500 * DAY_S
+        rows = [lines[0] + ",utc_s"] + [f"{line},{start + float(line.split(',')[0]):.3f}" for line in lines[1:]]
+        path = self.write("old.csv", "\n".join(rows) + "\n")
+        self.refusal("import", self.write("now.csv", recording()), "--unit", "SN1", "--references")
+        document = self.soak_json("import", "import", path, "--unit", "SN1", "--references")
+        self.assertEqual([(r["name"], r["waiver"]) for r in document["references"]], [("probe 3", None)])
+
+    def test_the_file_carries_them_and_says_so(self):
+        self.add()
+        self.add("fixture_squareness", "cube", "7/2025", -400, -3, 0.02)
+        key = self.key()
+        self.waive(key, kind="fixture_squareness", name="cube")
+        self.soak("import", self.write("a.csv", recording()), "--unit", "SN1", "--references")
+        document = self.fitted()
+        path, said = self.exported()
+        self.assertEqual(said.count("\n"), 1)
+        for part in ("warning", "cube", day(-3), "Ann Example", "the new one is ordered"):
+            self.assertIn(part, said)
+        for arguments in (("eval", path, "--temp-c", "20"), ("eval", path, "--temp-c", "20", "--json")):
+            self.assertEqual(self.soak(*arguments).stderr, said)
+        probe, cube = Calibration.load(path.read_bytes()).references
+        self.assertEqual((probe.kind, probe.certificate, probe.waiver), ("chamber_probe", "D-K-15048", None))
+        self.assertAlmostEqual(cube.standard_uncertainty, math.radians(0.01), delta=1e-17)
+        self.assertTrue(ed25519.verify(cube.waiver.public_key, cube.waiver_text(), cube.waiver.signature))
+        self.soak("export", "--unit", "SN1", "--format", "json", "-o", self.folder / "SN1.json")
+        calibration = json.loads((self.folder / "SN1.json").read_text(encoding="utf-8"))
+        check_schema(calibration, "calibration")
+        self.assertEqual(calibration["references"], document["references"])
+        self.soak("key", "sign", path, "--key", key)
+        self.assertIn(said, self.soak("key", "verify", path, "--key", f"{key}.pub").stderr)
+        self.assertEqual(len(Calibration.load(path.read_bytes()).references), 2)
+
+    def test_a_damaged_waiver_stops_the_fit(self):
+        self.add(due=-3)
+        self.waive(self.key())
+        self.soak("import", self.write("a.csv", recording()), "--unit", "SN1", "--references")
+        self.execute("DROP TRIGGER waiver_keeps_rows")
+        self.execute("UPDATE waiver SET signer = 'Bob'")
+        self.assertIn("good signature", self.refusal("fit", "--unit", "SN1", "--rules", 2, status=4)["message"])
+        self.refusal("import", self.write("b.csv", recording(seed=2, run="r2")), "--unit", "SN1", "--references", status=4)
+
+    def test_a_later_certificate_changes_nothing_of_an_older_campaign(self):
+        self.add(certificate="A")
+        self.soak("import", self.write("a.csv", recording()), "--unit", "SN1", "--references")
+        self.add(certificate="B", issued=-1)
+        self.assertEqual([r["certificate"] for r in self.fitted()["references"]], ["A"])
+        self.soak("import", self.write("b.csv", recording(seed=2, run="r2")), "--unit", "SN1", "--references", "--campaign", "second")
+        self.assertEqual([r["certificate"] for r in self.fitted()["references"]], ["A", "B"])
+
+
+class EpochsAndVoids(ReferenceTest):
+    """What else decides which runs a fit takes (docs/records.md)."""
+
+    def labels(self, document):
+        return sorted({label for sensor in document["sensors"].values() for label in sensor["runs"]})
+
+    def fitted(self):
+        return self.soak_json("fit", "fit", "--unit", "SN1", "--rules", 2)
+
+    def test_a_fit_takes_the_runs_of_the_present_epoch_that_nobody_withdrew(self):
+        for seed in (1, 2):
+            self.imported(f"{seed}.csv", recording(seed=seed, run=f"r{seed}"))
+        self.assertEqual(self.labels(self.fitted()), ["r1", "r2"])
+        self.soak("runs", "void", "r1", "--reason", "fixture was loose")
+        self.assertEqual(self.labels(self.fitted()), ["r2"])
+        self.soak("unit", "add", "SN1", "--begin-epoch", "gyro replaced")
+        self.assertIn("of an earlier epoch", self.refusal("fit", "--unit", "SN1")["message"])
+        export = ("export", "--unit", "SN1", "--format", "blob", "-o", self.folder / "x.soakcal")
+        self.assertIn("belongs to epoch 0", self.refusal(*export)["message"])
+        self.imported("3.csv", recording(seed=3, run="r3"))
+        self.assertEqual(self.labels(self.fitted()), ["r3"])
+        self.soak(*export)
+
+
+if __name__ == "__main__":
+    unittest.main()
