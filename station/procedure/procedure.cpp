@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "calib/position.h"
+#include "calib/reference_plateau.h"
 #include "hal/settings_reader.h"
 #include "station/procedure/rating_check.h"
 
@@ -22,6 +23,8 @@ constexpr double kShortest_s = 0.1;
 constexpr double kDay_s = 86400.0;
 constexpr hal::Limits kSetPoint_c = {-200.0, 300.0};
 constexpr double kMaxVisits = 2000.0;
+constexpr hal::Limits kReference_c = {calib::kReferencePlateau_c - calib::kReferenceReach_c,
+                                      calib::kReferencePlateau_c + calib::kReferenceReach_c};
 /// The slope of a temperature is taken from the means of so many blocks (calib::StabilityJudge::kBlocks): each needs a
 /// reading.
 constexpr double kSlopeBlocks = 12.0;
@@ -92,6 +95,29 @@ void read_temperatures(const SettingsTable& root, Procedure& p) {
   }
   p.ramp_rate_kpmin = table->optional_number("ramp_rate_kpmin", {0.01, 100.0});
   p.overshoot_c = table->number("overshoot_c", {0.0, 50.0}, p.overshoot_c);
+}
+
+/// The reference plateau as the first and the last visit of a run; an end of the course that is there already stays.
+void read_reference(const SettingsTable& table, Procedure& p) {
+  const double reference_c = table.number("temp_c", kReference_c);
+  if (p.kind != ProcedureKind::soak) {
+    table.refuse("temp_c", "a reference plateau goes with kind 'soak' only");
+    return;
+  }
+  auto& points = p.set_points_c;
+  if (!table.has("temp_c") || points.empty()) return;
+  const auto is_there = [reference_c](double temp_c) {
+    return std::abs(temp_c - reference_c) <= calib::kSameSetPoint_c;
+  };
+  if (std::ranges::all_of(points, is_there)) {
+    table.refuse("temp_c", fmt::format("no set point is farther than {} K from the reference plateau: nothing lies "
+                                       "between its two visits",
+                                       calib::kSameSetPoint_c));
+    return;
+  }
+  p.reference_c = reference_c;
+  if (points.front() != reference_c) points.insert(points.begin(), reference_c);
+  if (points.back() != reference_c) points.push_back(reference_c);
 }
 
 /// What is wrong with a position after those before it; empty = nothing.
@@ -192,6 +218,7 @@ void refuse_too_many_steps(const SettingsTable& root, const Procedure& p) {
 
 void read_sections(const SettingsTable& root, Procedure& p) {
   read_temperatures(root, p);
+  read_section(root, "reference", [&](const SettingsTable& t) { read_reference(t, p); });
   read_positions(root, p);
   read_section(root, "stability", [&](const SettingsTable& t) { read_stability(t, p.stability); });
   read_section(root, "segment", [&](const SettingsTable& t) {

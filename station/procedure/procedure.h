@@ -50,7 +50,8 @@ struct Procedure {
   Purpose purpose = Purpose::calibration;
   ProcedureKind kind = ProcedureKind::soak;
   int runs = 1;
-  std::vector<double> set_points_c;       ///< of one run, in order, each a visit
+  std::vector<double> set_points_c;       ///< of one run, in order, each a visit; reference plateaus included
+  std::optional<double> reference_c;      ///< where each run begins and ends, so that runs can be compared
   std::optional<double> ramp_rate_kpmin;  ///< asked of the controller; absent = as fast as it can
   double overshoot_c = 2.0;               ///< by which the air may pass a set point: counted against ratings
   std::vector<std::string> positions;     ///< fixture positions in the order of the first run
