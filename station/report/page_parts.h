@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+namespace soak::station {
+
+// Parts of the page, each from one section of the document; HTML.
+
+/// Name, verdict, what it is of.
+[[nodiscard]] std::string head_part(const nlohmann::json& document);
+/// Warnings with their remedies; empty without warnings.
+[[nodiscard]] std::string warnings_part(const nlohmann::json& summary);
+/// One line per sensor.
+[[nodiscard]] std::string overview_part(const nlohmann::json& sensors);
+/// Curves, residuals, baselines, uncertainty of one sensor.
+[[nodiscard]] std::string sensor_part(std::string_view name, const nlohmann::json& sensor);
+/// Misalignment and g-sensitivity.
+[[nodiscard]] std::string couplings_part(const nlohmann::json& couplings);
+/// Allan deviation and noise coefficients.
+[[nodiscard]] std::string noise_part(const nlohmann::json& noise);
+/// References of the laboratory.
+[[nodiscard]] std::string records_part(const nlohmann::json& records);
+/// Runs, hashes, what is void.
+[[nodiscard]] std::string provenance_part(const nlohmann::json& document);
+
+}  // namespace soak::station

@@ -1,0 +1,337 @@
+# SPDX-License-Identifier: Apache-2.0
+"""soak report, as a user calls it: the page against the fit's own numbers, the deployed file and the records."""
+import html.parser
+import json
+import math
+import random
+import sqlite3
+import unittest
+
+import test_fit
+from soak_cli import HEADER, ROOT, SoakTest, check_schema, shared_data
+from test_fit import SENSORS, SERIAL
+
+tearDownModule = test_fit.tearDownModule
+VOID = {"meta", "link", "br"}
+FAMILIES = ["anfis", "poly3", "poly5", "spline"]
+
+
+class Page(html.parser.HTMLParser):
+    """What a page holds: tables by caption, as rows of cells; a cell is its text, or the number of its <data> element."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.source, self.open, self.tags, self.ids, self.tables, self.text = text, [], [], [], {}, ""
+        self.attributes = []
+        self.caption = self.cell = None
+        self.feed(text)
+        self.close()
+        assert not self.open, f"never closed: {self.open}"
+
+    def handle_starttag(self, tag, attrs):
+        attributes = dict(attrs)
+        self.tags.append(tag)
+        self.attributes.extend(attributes.items())
+        if "id" in attributes:
+            self.ids.append(attributes["id"])
+        if tag in VOID:
+            return
+        self.open.append(tag)
+        if tag == "caption":
+            self.caption = ""
+        elif tag == "tr" and "tbody" in self.open:
+            self.tables[self.caption].append([])
+        elif tag in ("td", "th") and "tbody" in self.open:
+            self.cell = []
+        elif tag == "data" and self.cell is not None:
+            self.cell.append(float(attributes["value"]))
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+        self.open.pop()
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open[-1] == tag, f"</{tag}> closes {self.open}"
+        self.open.pop()
+        if tag == "caption":
+            while self.caption in self.tables:  # six sensors have tables of one caption
+                self.caption += "'"
+            self.tables[self.caption] = []
+        elif tag in ("td", "th") and self.cell is not None:
+            numbers = [part for part in self.cell if isinstance(part, float)]
+            text = "".join(part for part in self.cell if isinstance(part, str))
+            self.tables[self.caption][-1].append(numbers[0] if len(numbers) == 1 else numbers or text)
+            self.cell = None
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] == "caption":
+            self.caption += data
+        if "style" not in self.open:
+            self.text += data
+        if self.cell is not None:
+            self.cell.append(data)
+
+    def named(self, beginning):
+        """The tables whose caption begins so, in their order."""
+        return [rows for caption, rows in self.tables.items() if caption.startswith(beginning)]
+
+
+def still_recording(seconds=3600, rate_hz=10, sigma=0.02, run="still"):
+    """An hour at rest: white noise of gyro_x that is known: N = sigma / sqrt(rate)."""
+    noise = random.Random(5)
+    lines = [HEADER]
+    for i in range(seconds * rate_hz):
+        gyro = [0.1 + noise.gauss(0, sigma) for _ in range(3)]
+        force = [noise.gauss(0, 0.005), noise.gauss(0, 0.005), 9.80665 + noise.gauss(0, 0.005)]
+        lines.append(f"{i / rate_hz:.1f},{run},soak,up,25,+Z,25,{25 + noise.gauss(0, 0.01):.4f}," +
+                     ",".join(f"{x:.6f}" for x in gyro + force))
+    return "\n".join(lines) + "\n"
+
+
+class Report(test_fit.FittedTest):
+    def report(self, *arguments, status=0, name="page.html"):
+        path = self.folder / name
+        document = self.soak_json("report", "report", "--unit", SERIAL, "-o", path, *arguments, status=status)
+        return document, Page(path.read_text(encoding="utf-8"))
+
+    def limits(self, gyro, accel):
+        return self.write("limits.toml", f"[limits]\ngyro = {gyro}\naccel = {accel}\n")
+
+    def test_page_is_whole_and_needs_nothing_else(self):
+        document, page = self.report()
+        self.assertEqual(document["bytes"], (self.folder / "page.html").stat().st_size)
+        self.assertEqual(len(page.ids), len(set(page.ids)))
+        self.assertNotIn("script", page.tags)
+        for name, value in page.attributes:
+            self.assertFalse(name.startswith("on"), name)
+            self.assertNotIn("://", value or "")
+        targets = [value for name, value in page.attributes if name == "href" and value.startswith("#")]
+        self.assertGreater(len(targets), 8)
+        self.assertLessEqual({target[1:] for target in targets}, set(page.ids))
+        figures = page.tags.count("svg")
+        self.assertEqual(page.tags.count("desc"), figures)
+        self.assertGreaterEqual(figures, 15)  # two of each sensor, three of accelerometers
+
+    def test_tables_hold_the_numbers_of_the_fit(self):
+        _, page = self.report()
+        for name, errors, folds in zip(SENSORS, page.named("Held-out errors"), page.named("Each fold"), strict=True):
+            fit = self.fit["sensors"][name]
+            expected = [["anfis", fit["check_rmse"], fit["check_rmse_shape"]]]
+            expected += [[k, fit["baselines"][k]["rmse_abs"], fit["baselines"][k]["rmse_shape"]] for k in FAMILIES[1:]]
+            self.assertEqual([row[:3] for row in errors], expected)
+            self.assertEqual([row[0] for row in errors if "in the file" in row[3]], [fit["deployed"]])
+            self.assertEqual(folds, [[check["held_out"], *(check[k] for k in FAMILIES)] for check in fit["checks"]])
+        overview = {row[0]: row for row in page.tables["All sensors"]}
+        for name, fit in self.fit["sensors"].items():
+            self.assertEqual(overview[name][6:9], [fit["run_to_run_sigma"], max(p["ci95"] for p in fit["curve"]),
+                                                   max(p["pi95"] for p in fit["curve"])])
+        value, error = (self.fit["accel_misalignment_rad"][k] for k in ("value", "standard_error"))
+        cells = page.named("Accelerometer misalignment")[0]
+        self.assertAlmostEqual(cells[0][2][0], 1000 * value[0][1], places=12)
+        self.assertAlmostEqual(cells[0][2][1], 1000 * error[0][1], places=12)
+
+    def test_budgets_are_those_of_the_fit(self):
+        _, page = self.report()
+        for name, rows in zip(SENSORS, page.named("Uncertainty budget of the bias"), strict=True):
+            budget = self.fit["sensors"][name]["uncertainty"]
+            self.assertEqual([row[:2] for row in rows], [[part["name"], part["type"]] for part in budget])
+            for row, part in zip(rows, budget):
+                for cell, value in zip(row[3:7], [part[band][key] for band in ("curve", "fresh_power_on") for key in ("max", "at_25c")]):
+                    self.assertEqual(cell, value if value is not None else "–" if part["stated"] else "not stated")
+                self.assertEqual(row[7], part["basis"])
+
+    def test_residuals_are_those_of_the_file_that_is_deployed(self):
+        document, _ = self.report()
+        path = self.blob()
+        for name, sensor in document["sections"]["sensors"].items():
+            points = sensor["rows"]["points"]
+            self.assertEqual(len(points), 3 * 41)  # runs times visits of the made-up campaign
+            curve = [p["bias"][name] for p in self.eval(path, [p["temp_c"] for p in points])]
+            span = max(curve) - min(curve)
+            for point, bias in zip(points, curve):
+                # The runtime is float32, and the temperature that it is given is rounded to that too.
+                self.assertAlmostEqual(point["value"] - point["residual"], bias, delta=1e-5 * span)
+            squares = [p["residual"] ** 2 for p in points]
+            self.assertAlmostEqual(sensor["rows"]["rmse_abs"], math.sqrt(sum(squares) / len(squares)), delta=1e-12)
+
+    def test_the_training_error_of_a_deployed_anfis_is_that_of_its_rows(self):
+        document, _ = self.report()
+        deployed = [name for name, fit in self.fit["sensors"].items() if fit["deployed"] == "anfis"]
+        self.assertTrue(deployed)
+        for name in deployed:
+            self.assertAlmostEqual(document["sections"]["sensors"][name]["rows"]["rmse_abs"],
+                                   self.fit["sensors"][name]["train_rmse"], delta=1e-9)
+
+    def test_without_limits_nothing_passes(self):
+        document, page = self.report()
+        self.assertEqual(document["sections"]["summary"]["verdict"], "info")
+        self.assertIn("Not judged: no limits were given", page.text)
+        self.assertEqual({row[-1] for row in page.tables["All sensors"]}, {"no limit"})
+
+    def test_limits_are_judged_on_fresh_runs_as_verify_does(self):
+        wide = self.limits(1.0, 1.0)
+        document, page = self.report("--limits", wide)
+        verified = self.soak_json("verify", "verify", self.blob(), "--campaign", "verification", "--limits", wide)
+        self.assertEqual(document["sections"]["summary"]["verdict"], "pass")
+        self.assertIn("PASS", page.text)
+        for name, sensor in document["sections"]["sensors"].items():
+            # verify reads the file in float32
+            self.assertAlmostEqual(sensor["verification"]["bias"]["worst_abs"], verified["sensors"][name]["worst_abs"], places=6)
+        document, page = self.report("--limits", self.limits(0.0001, 1.0), status=5)
+        self.assertEqual(document["sections"]["summary"]["verdict"], "fail")
+        self.assertIn("The unit fails in 1 fresh run (V01): gyro_", page.text)
+
+    def test_limits_without_fresh_runs_are_not_measured(self):
+        self.soak("runs", "void", "V01", "--reason", "test")
+        document, page = self.report("--limits", self.limits(1.0, 1.0))
+        self.assertEqual(document["sections"]["summary"]["verdict"], "not_measured")
+        self.assertIn("NOT MEASURED", page.text)
+        self.assertIsNone(document["sections"]["sensors"]["gyro_x"]["fresh"])
+
+    def test_a_run_entered_later_is_named_and_not_shown_as_fitted(self):
+        before, _ = self.report()
+        path = test_fit.fitted_folder() / "lab" / "verification" / f"{SERIAL}.csv"
+        self.soak("import", path, "--unit", SERIAL, "--campaign", "later", "--simulated")
+        document, page = self.report()
+        for name, sensor in document["sections"]["sensors"].items():
+            self.assertEqual(sensor["rows"], before["sections"]["sensors"][name]["rows"])
+        self.assertIn("not_in_model", [w["code"] for w in document["sections"]["summary"]["warnings"]])
+        uses = {(run["campaign"], run["label"]): run["use"] for run in document["sections"]["provenance"]["runs"]}
+        self.assertEqual(uses[("later", "V01")], "not_used")
+        self.assertEqual(uses[("verification", "V01")], "fresh")
+        self.assertEqual(uses[("campaign", "R01")], "fitted")
+        self.assertIn("not in this model", page.text)
+
+    def test_what_was_withdrawn_since_the_fit_is_told_with_reason_and_user(self):
+        self.soak("runs", "void", "R02", "--reason", "loose <b>fixture</b>", "--user", "Mo & Jo")
+        document, page = self.report()
+        self.assertEqual(document["sections"]["sensors"]["gyro_x"]["rows"]["runs"], ["R01", "R03"])
+        self.assertIn("voided_since", [w["code"] for w in document["sections"]["summary"]["warnings"]])
+        (row,) = page.tables["Withdrawn, with reason"]
+        self.assertEqual(row[:4], ["R02", "the whole run", "loose <b>fixture</b>", "Mo & Jo"])
+        self.assertNotIn("<b>fixture", page.source)
+        for run in ("R01", "R03"):
+            self.soak("runs", "void", run, "--reason", "test")
+        document, page = self.report()
+        self.assertIsNone(document["sections"]["sensors"]["gyro_x"]["rows"])
+        self.assertIn("cannot be shown", page.text)
+
+    def test_provenance_names_the_runs_by_their_content(self):
+        document, page = self.report()
+        stored = {run["run"]: run for run in self.soak_json("runs-list", "runs", "list", "--unit", SERIAL)["runs"]}
+        for run in document["sections"]["provenance"]["runs"]:
+            self.assertEqual(run["content_sha256"], stored[run["label"]]["content_sha256"])
+            self.assertIn(run["content_sha256"], page.source)
+            self.assertEqual(run["source"], f"import {SERIAL}.csv")
+        database = sqlite3.connect(self.data / "station.db")
+        ((digest,),) = database.execute("SELECT sha256 FROM model").fetchall()
+        database.close()
+        self.assertEqual(document["sections"]["provenance"]["model_sha256"], digest)
+
+    def test_simulated_data_cannot_be_missed(self):
+        _, page = self.report()
+        self.assertIn("SIMULATED DATA: not measured on a real unit", page.text)
+        self.assertIn("<title>SIMULATED: ", page.source)
+
+    def test_noise_is_that_of_soak_signal_from_the_longest_segment(self):
+        self.soak("import", self.write("still.csv", still_recording()), "--unit", SERIAL, "--campaign", "noise", "--simulated")
+        document, page = self.report()
+        noise = document["sections"]["noise"]
+        self.assertEqual((noise["segment"]["run"], noise["segment"]["position"]), ("still", "+Z"))
+        self.assertAlmostEqual(noise["segment"]["duration_s"], 3600, delta=1)
+        alone = self.soak_json("signal-allan", "signal", "allan", "--run", "still", "--unit", SERIAL, "--column", "gyro_x")
+        self.assertEqual(noise["sensors"]["gyro_x"], alone)
+        coefficient = noise["sensors"]["gyro_x"]["coefficients"]["angle_random_walk"]
+        self.assertLess(coefficient["ci95"][0], 0.02 / math.sqrt(10) * 1.02)
+        self.assertGreater(coefficient["ci95"][1], 0.02 / math.sqrt(10) * 0.98)
+        self.assertIn(["random walk of the integral (N)"], [row[:1] for row in page.named("Noise coefficients")[0]])
+
+    def test_a_model_of_an_older_version_has_its_page(self):
+        database = sqlite3.connect(self.data / "station.db")
+        ((text,),) = database.execute("SELECT document FROM model").fetchall()
+        model = json.loads(text)
+        model["fit"].pop("references", None)
+        for sensor in model["fit"]["sensors"].values():
+            for key in ("uncertainty", "scale_uncertainty", "lack_of_fit_sigma", "scale_deployed"):
+                sensor.pop(key, None)
+        model["calibration"].pop("references", None)
+        database.execute("UPDATE model SET document = ?", (json.dumps(model),))
+        database.commit()
+        database.close()
+        _, page = self.report()
+        self.assertIn("kept no budget", page.text)
+        self.assertIn("kept no register of references", page.text)
+
+    def test_an_older_version_says_that_it_is_not_the_newest(self):
+        self.soak("fit", "--unit", SERIAL, "--rules", "3")
+        document, _ = self.report("--model", "1")
+        self.assertEqual(document["model"], 1)
+        self.assertIn("older_model", [w["code"] for w in document["sections"]["summary"]["warnings"]])
+        self.assertEqual(self.report()[0]["model"], 2)
+
+    def test_a_model_from_before_a_repair_says_so(self):
+        self.soak("unit", "add", SERIAL, "--begin-epoch", "board repaired")
+        document, _ = self.report()
+        self.assertIn("older_epoch", [w["code"] for w in document["sections"]["summary"]["warnings"]])
+        self.assertEqual(len(document["sections"]["provenance"]["runs"]), 4)  # of the epoch of the model
+
+    def test_what_cannot_be_reported_is_refused_and_no_file_written(self):
+        path = self.folder / "none.html"
+        self.assertIn("no unit 'NOBODY'", self.refusal("report", "--unit", "NOBODY", "-o", path)["message"])
+        self.assertIn("no model version 9", self.refusal("report", "--unit", SERIAL, "-o", path, "--model", "9")["message"])
+        self.soak("unit", "add", "NEW")
+        self.assertIn("has no model yet", self.refusal("report", "--unit", "NEW", "-o", path)["message"])
+        self.refusal("report", "--unit", SERIAL, "-o", path, "--limits", self.write("bad.toml", "[limits]\ngyro = -1\n"))
+        self.assertFalse(path.exists())
+        self.soak("report", "--unit", SERIAL, "-o", self.folder / "no" / "such.html", status=2)
+
+    def test_a_missing_run_file_is_damage(self):
+        next((self.data / "runs").glob("*.soakrun")).unlink()
+        self.refusal("report", "--unit", SERIAL, "-o", self.folder / "page.html", status=4)
+
+    def test_text_on_the_terminal_says_the_verdict(self):
+        done = self.soak("report", "--unit", SERIAL, "-o", self.folder / "page.html")
+        self.assertIn("SIMULATED", done.stdout)
+        self.assertIn("info: Not judged", done.stdout)
+
+
+class OneRunOfOneAttitude(SoakTest):
+    def test_has_a_page_that_says_what_is_not_known(self):
+        folder = shared_data("thermal_chamber_cycle")
+        if folder is None:
+            self.skipTest("the chamber recording is not here (SOAK_TEST_DATA)")
+        columns = ROOT / "procedures" / "columns" / "thermal-chamber-cycle.toml"
+        self.soak("import", folder / "imu_raw_data.csv", "--columns", columns, "--unit", "C1", "--gravity-mps2", "9.806")
+        self.soak("fit", "--unit", "C1")
+        path = self.folder / "page.html"
+        document = self.soak_json("report", "report", "--unit", "C1", "-o", path)
+        page = Page(path.read_text(encoding="utf-8"))
+        for words in ("not known: one run", "relative to that at 25 °C", "The temperature was not held", "one attitude",
+                      "g-sensitivity: not known", "how far a fresh power-on is from the curves is not known"):
+            self.assertIn(words, page.text)
+        self.assertNotIn("SIMULATED", page.text)
+        for name in SENSORS[3:]:  # relative: rows are shifted to the curve
+            points = document["sections"]["sensors"][name]["rows"]["points"]
+            self.assertAlmostEqual(sum(p["residual"] for p in points) / len(points), 0, delta=1e-9)
+
+
+class HostileNames(test_fit.FittedTest):
+    SERIAL = "<script>alert(1)</script>"
+
+    def test_stay_text(self):
+        path = test_fit.fitted_folder() / "lab" / "campaign" / f"{SERIAL}.csv"
+        text = path.read_text(encoding="utf-8").replace(",R01,", ",<img src=x onerror=alert(2)>,")
+        self.soak("import", self.write("a.csv", text), "--unit", self.SERIAL, "--campaign", '"><svg onload=alert(3)>')
+        self.soak("fit", "--unit", self.SERIAL)
+        page = self.folder / "page.html"
+        document = json.loads(self.soak("report", "--unit", self.SERIAL, "-o", page, "--json").stdout)
+        check_schema(document, "report")
+        read = Page(page.read_text(encoding="utf-8"))
+        self.assertNotIn("script", read.tags)
+        self.assertNotIn("img", read.tags)
+        self.assertNotIn("onload", [name for name, _ in read.attributes])
+        self.assertIn(self.SERIAL, read.text)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page alone, from documents made up here; tests/cli/test_report.py makes it from a catalog.
+#include "station/report/page.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "station/report/html.h"
+#include "station/report/svg.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+TEST(HtmlTest, EscapesWhatHasAMeaning) {
+  EXPECT_EQ(html::escaped("a<b>&\"'c"), "a&lt;b&gt;&amp;&quot;&#39;c");
+  EXPECT_EQ(html::escaped(std::string_view("x\0y\x1by", 5)), "x\uFFFDy\uFFFDy");
+}
+
+TEST(HtmlTest, WritesThreeDigitsForPeople) {
+  EXPECT_EQ(html::number_text(0.0), "0");
+  EXPECT_EQ(html::number_text(0.0000123456), "0.0000123");
+  EXPECT_EQ(html::number_text(-1.234e-7), "−1.23×10⁻⁷");
+  EXPECT_EQ(html::number_text(-1234.5), "−1234");
+  EXPECT_EQ(html::number_text(9.80665), "9.81");
+}
+
+TEST(HtmlTest, KeepsEveryDigitForScripts) {
+  EXPECT_EQ(html::number(0.1 + 0.2), "<data value=\"0.30000000000000004\">0.300</data>");
+  EXPECT_EQ(html::number(json()), "–");
+}
+
+TEST(SvgTest, TicksAreRoundAndInside) {
+  EXPECT_EQ(svg::ticks(-30.0, 70.0, 10), (std::vector<double>{-30, -20, -10, 0, 10, 20, 30, 40, 50, 60, 70}));
+  for (const double span : {1e-6, 0.37, 12.0, 9e4}) {
+    const auto found = svg::ticks(-0.3 * span, 0.7 * span, 5);
+    EXPECT_GE(found.size(), 3u) << span;
+    EXPECT_LE(found.size(), 12u) << span;
+    EXPECT_GE(found.front(), -0.3 * span * (1 + 1e-9));
+    EXPECT_LE(found.back(), 0.7 * span * (1 + 1e-9));
+  }
+}
+
+TEST(SvgTest, WhatLiesOutsideIsDrawnAtTheEdge) {
+  const svg::Scale scale{0.0, 10.0, 100.0, 200.0};
+  EXPECT_EQ(scale(5.0), 150.0);
+  EXPECT_EQ(scale(-5.0), 100.0);
+  EXPECT_EQ(scale(50.0), 200.0);
+  const svg::Scale decades{0.01, 100.0, 0.0, 400.0, true};
+  EXPECT_NEAR(decades(1.0), 200.0, 1e-9);
+}
+
+/// Tags that stand open at the end, or the first that closes what is not open; void elements of HTML left out.
+std::string unbalanced(const std::string& page) {
+  static const std::set<std::string> kVoid = {"meta", "link", "br", "!DOCTYPE"};
+  std::vector<std::string> open;
+  for (std::size_t at = page.find('<'); at != std::string::npos; at = page.find('<', at + 1)) {
+    const std::size_t end = page.find('>', at);
+    std::string tag = page.substr(at + 1, end - at - 1);
+    const bool closes = tag.starts_with('/');
+    const bool empty = tag.ends_with('/');
+    tag = tag.substr(closes ? 1 : 0, tag.find_first_of(" \n/", 1) - (closes ? 1 : 0));
+    if (kVoid.contains(tag) || empty) continue;
+    if (!closes) {
+      open.push_back(tag);
+    } else if (open.empty() || open.back() != tag) {
+      return "</" + tag + "> closes " + (open.empty() ? "nothing" : open.back());
+    } else {
+      open.pop_back();
+    }
+  }
+  return open.empty() ? "" : open.back() + " is not closed";
+}
+
+json rows(std::size_t runs, std::size_t count) {
+  json points = json::array();
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = static_cast<double>(i);
+    points.push_back({{"run", i % runs},
+                      {"sweep", i % 2 == 0 ? "up" : "down"},
+                      {"temp_c", std::fmod(x * 7.13, 100.0) - 30.0},
+                      {"value", std::sin(x)},
+                      {"standard_error", 0.001},
+                      {"residual", 0.01 * std::cos(x)},
+                      {"shape_residual", 0.001 * std::cos(x)}});
+  }
+  json labels = json::array();
+  for (std::size_t r = 0; r < runs; ++r) labels.push_back("R" + std::to_string(r + 1));
+  return {{"runs", labels},    {"total", count},       {"rmse_abs", 0.01},  {"rmse_shape", 0.001},
+          {"worst_abs", 0.02}, {"worst_temp_c", 12.0}, {"worst_run", "R1"}, {"points", points}};
+}
+
+json curve() {
+  json points = json::array();
+  for (int t = -30; t <= 70; ++t) {
+    points.push_back({{"temp_c", t},
+                      {"bias", std::sin(0.05 * t)},
+                      {"ci95", 0.01},
+                      {"pi95", 0.04},
+                      {"scale_ppm", 100.0 + t},
+                      {"scale_ci95_ppm", 5.0}});
+  }
+  return points;
+}
+
+/// One sensor of a model from before there was an uncertainty budget.
+json sensor(std::size_t runs, std::size_t count) {
+  json checks = json::array();
+  for (std::size_t r = 0; r < runs; ++r) {
+    checks.push_back({{"held_out", "R" + std::to_string(r)},
+                      {"anfis", 0.01},
+                      {"poly3", 0.02},
+                      {"poly5", 0.03},
+                      {"spline", nullptr}});
+  }
+  const json baseline = {{"rmse_abs", 0.02}, {"rmse_shape", 0.01}};
+  const json fit = {{"rules", 6},
+                    {"membership", "bell"},
+                    {"deployed", "anfis"},
+                    {"scale_deployed", "poly3"},
+                    {"check_rmse", 0.01},
+                    {"check_rmse_shape", 0.001},
+                    {"run_to_run_sigma", 0.02},
+                    {"lack_of_fit_sigma", 0.001},
+                    {"holdout", "run"},
+                    {"runs", json::array()},
+                    {"checks", checks},
+                    {"temp_min_c", -30.0},
+                    {"temp_max_c", 70.0},
+                    {"curve", curve()},
+                    {"relative", false},
+                    {"baselines", {{"poly3", baseline}, {"poly5", baseline}, {"spline", baseline}}}};
+  return {{"unit", "deg/s"},  {"fit", fit},       {"rows", rows(runs, count)},  {"scale_rows", rows(runs, count)},
+          {"fresh", nullptr}, {"limit", nullptr}, {"scale_limit_ppm", nullptr}, {"verification", nullptr}};
+}
+
+json run(const std::string& label) {
+  return {{"label", label},
+          {"campaign", "c"},
+          {"procedure", "p"},
+          {"use", "fitted"},
+          {"created_utc_s", 1.8e9},
+          {"duration_s", 80000.0},
+          {"source", "import a.csv"},
+          {"clock_rate", 1.0},
+          {"simulated", false},
+          {"gravity_mps2", 9.81},
+          {"gravity", "known"},
+          {"latitude_deg", 48.1},
+          {"content_sha256", std::string(64, 'a')},
+          {"voids", json::array()}};
+}
+
+json document(const std::string& text, std::size_t runs, std::size_t count) {
+  json sensors;
+  for (const char* name : {"gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"}) {
+    sensors[name] = sensor(runs, count);
+  }
+  const json warning = {{"code", "few_runs"}, {"text", text}, {"remedy", text}, {"sensors", {"gyro_x"}}};
+  const json summary = {{"unit_type", text},    {"epoch", 0},           {"model_created_utc_s", 1.8e9},
+                        {"simulated", true},    {"gravity_mps2", 9.81}, {"gravity", "known"},
+                        {"verdict", "info"},    {"sentence", text},     {"limits", text},
+                        {"warnings", {warning}}};
+  json list = json::array();
+  for (std::size_t r = 0; r < runs; ++r) list.push_back(run(text));
+  const json couplings = {{"accel_misalignment_rad", nullptr}, {"g_sensitivity_dps_per_g", nullptr}};
+  const json reference = {{"kind", "level"},
+                          {"name", text},
+                          {"certificate", text},
+                          {"standard_uncertainty", 0.1},
+                          {"unit", "deg"},
+                          {"due_utc", "2027-01-01"},
+                          {"waiver", {{"signer", text}, {"reason", text}, {"signed_utc", "2026-11-22"}}}};
+  return {{"unit", text},
+          {"model", 3},
+          {"created_utc_s", 1.8e9},
+          {"software", "soak"},
+          {"sections",
+           {{"summary", summary},
+            {"sensors", sensors},
+            {"couplings", couplings},
+            {"noise", {{"segment", nullptr}, {"sensors", json::object()}, {"reason", text}}},
+            {"records", {{"references", {reference}}}},
+            {"provenance", {{"model_sha256", std::string(64, 'b')}, {"runs", list}}}}}};
+}
+
+TEST(ReportPageTest, IsBalancedAndLoadsNothing) {
+  const std::string page = report_page(document("SN1", 3, 40));
+  EXPECT_EQ(unbalanced(page), "");
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_EQ(page.find("://"), std::string::npos);  // no address anywhere
+  EXPECT_NE(page.find("SIMULATED DATA"), std::string::npos);
+  EXPECT_NE(page.find("<title>SIMULATED: "), std::string::npos);
+}
+
+TEST(ReportPageTest, TextsFromOutsideStayText) {
+  const std::string hostile = "</title><script>alert(1)</script><img src=x onerror=alert(2)>\"'&";
+  const std::string page = report_page(document(hostile, 2, 5));
+  EXPECT_EQ(unbalanced(page), "");
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_EQ(page.find("<img"), std::string::npos);
+  EXPECT_NE(page.find("&lt;script&gt;alert(1)"), std::string::npos);
+}
+
+TEST(ReportPageTest, StaysSmallWithTwentyRuns) {
+  // 1000 rows of bias and of scale for each of six sensors: the most that a document holds.
+  EXPECT_LT(report_page(document("SN1", 20, 1000)).size(), 1'500'000u);
+}
+
+TEST(ReportPageTest, OlderModelsDoNotStateABudget) {
+  EXPECT_NE(report_page(document("SN1", 3, 10)).find("Not stated: the model was stored by a version of Soak"),
+            std::string::npos);
+}
+
+TEST(ReportPageTest, DrawsTheUncertaintyBudget) {
+  json with = document("SN1", 3, 10);
+  const json spread = {{"max", 0.0123}, {"at_25c", 0.0111}};
+  const json none = {{"max", nullptr}, {"at_25c", nullptr}};
+  with["sections"]["sensors"]["gyro_x"]["fit"]["uncertainty"] = {{{"name", "run_to_run"},
+                                                                  {"type", "A"},
+                                                                  {"degrees_of_freedom", 2.0},
+                                                                  {"stated", true},
+                                                                  {"curve", spread},
+                                                                  {"fresh_power_on", spread},
+                                                                  {"basis", "scatter of 3 runs"}},
+                                                                 {{"name", "fixture"},
+                                                                  {"type", "B"},
+                                                                  {"degrees_of_freedom", nullptr},
+                                                                  {"stated", false},
+                                                                  {"curve", none},
+                                                                  {"fresh_power_on", none},
+                                                                  {"basis", "no reference <entered>"}}};
+  const std::string page = report_page(with);
+  EXPECT_NE(page.find("<data value=\"0.0123\">0.0123</data>"), std::string::npos);
+  EXPECT_NE(page.find("scatter of 3 runs"), std::string::npos);
+  EXPECT_NE(page.find("∞"), std::string::npos);
+  EXPECT_NE(page.find("<td class=\"nowrap\">not stated</td>"), std::string::npos);
+  EXPECT_NE(page.find("no reference &lt;entered&gt;"), std::string::npos);
+  EXPECT_EQ(unbalanced(page), "");
+}
+
+}  // namespace
+}  // namespace soak::station
