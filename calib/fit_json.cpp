@@ -3,12 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
+
+#include "calib/reference_json.h"
 
 namespace soak::calib {
 namespace {
 
 using nlohmann::json;
+
+constexpr double kReferenceTemp_c = 25.0;
 
 json number(const std::optional<double>& value, double factor = 1.0) {
   return value && std::isfinite(*value) ? json(*value * factor) : json();
@@ -64,6 +69,29 @@ json curve_json(const SensorFit& fit, double factor) {
   return list;
 }
 
+/// Largest of the uncertainties at the points, and that at the point nearest to 25 °C; null where not stated.
+json spread_json(const CurveFit& fit, const std::vector<double>& u, double factor) {
+  if (u.empty()) return {{"max", nullptr}, {"at_25c", nullptr}};
+  const auto nearest = std::ranges::min_element(
+      fit.points, {}, [](const CurvePoint& point) { return std::abs(point.temp_c - kReferenceTemp_c); });
+  return {{"max", factor * *std::ranges::max_element(u)},
+          {"at_25c", factor * u[static_cast<std::size_t>(nearest - fit.points.begin())]}};
+}
+
+json budget_json(const CurveFit& fit, double factor) {
+  json list = json::array();
+  for (const Contribution& part : fit.budget) {
+    list.push_back({{"name", part.name},
+                    {"type", std::string(1, part.type)},
+                    {"degrees_of_freedom", number(part.degrees_of_freedom)},
+                    {"stated", part.stated()},
+                    {"curve", spread_json(fit, part.u, factor)},
+                    {"fresh_power_on", spread_json(fit, part.u_fresh, factor)},
+                    {"basis", part.basis}});
+  }
+  return list;
+}
+
 json sensor_json(Sensor sensor, const SensorFit& fit) {
   const double factor = printed_per_si(sensor);
   const CurveFit& bias = fit.bias;
@@ -84,27 +112,48 @@ json sensor_json(Sensor sensor, const SensorFit& fit) {
           {"temp_min_c", bias.temp_min_c},
           {"temp_max_c", bias.temp_max_c},
           {"curve", curve_json(fit, factor)},
+          {"uncertainty", budget_json(bias, factor)},
+          {"scale_uncertainty", fit.scale ? budget_json(*fit.scale, 1.0) : json()},
           {"baselines", baselines_json(bias, factor)},
           {"deployed", name_of(bias.deployed)},
           {"scale_deployed", fit.scale ? json(name_of(fit.scale->deployed)) : json()},
           {"warnings", warnings_json(fit.warnings)}};
 }
 
+/// One member of the stated values of a matrix, row by row.
+template <class Member>
+json matrix_json(const Coupling& coupling, double factor, Member member) {
+  json matrix = json::array();
+  for (const auto& row : coupling) {
+    json list = json::array();
+    for (const StatedValue& entry : row) list.push_back(number(std::invoke(member, entry), factor));
+    matrix.push_back(std::move(list));
+  }
+  return matrix;
+}
+
 json coupling_json(const std::optional<Coupling>& coupling, double factor) {
   if (!coupling) return {};
-  json value = json::array();
-  json error = json::array();
-  for (std::size_t i = 0; i < 3; ++i) {
-    json row = json::array();
-    json row_error = json::array();
-    for (std::size_t j = 0; j < 3; ++j) {
-      row.push_back(coupling->value[i][j] * factor);
-      row_error.push_back(coupling->standard_error[i][j] * factor);
+  return {{"value", matrix_json(*coupling, factor, &StatedValue::value)},
+          {"standard_error", matrix_json(*coupling, factor, &StatedValue::standard_error)},
+          {"type_b", matrix_json(*coupling, factor, &StatedValue::type_b)},
+          {"ci95", matrix_json(*coupling, factor, &StatedValue::ci95)}};
+}
+
+json even_order_json(const std::array<std::optional<StatedValue>, 3>& terms) {
+  json list = json::array();
+  for (const auto& term : terms) {
+    if (!term) {
+      list.push_back(nullptr);
+      continue;
     }
-    value.push_back(std::move(row));
-    error.push_back(std::move(row_error));
+    constexpr double kPerG = base::kStandardGravity_mps2;
+    list.push_back({{"value", term->value * kPerG},
+                    {"standard_error", term->standard_error * kPerG},
+                    {"type_b", number(term->type_b, kPerG)},
+                    {"ci95", term->ci95 * kPerG}});
   }
-  return {{"value", std::move(value)}, {"standard_error", std::move(error)}};
+  return list;
 }
 
 }  // namespace
@@ -122,9 +171,11 @@ json fit_json(const UnitModel& model) {
           {"simulated", model.simulated},
           {"gravity_mps2", model.gravity.mps2},
           {"gravity", model.gravity.assumed ? "assumed" : "known"},
+          {"references", references_json(model.references)},
           {"sensors", std::move(sensors)},
           {"accel_misalignment_rad", coupling_json(model.accel_misalignment, 1.0)},
           {"g_sensitivity_dps_per_g", coupling_json(model.g_sensitivity, kDegPerSecPerG)},
+          {"accel_even_order_g_per_g2", even_order_json(model.even_order)},
           {"warnings", warnings_json(model.warnings)}};
 }
 

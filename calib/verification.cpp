@@ -5,81 +5,243 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "calib/verification/row_errors.h"
+#include "calib/verification/stated_band.h"
 
 namespace soak::calib {
 namespace {
 
-constexpr double kGuardFactor = 1.96;
-/// Share of a sensor's valid range that fresh rows must span before it can pass.
-constexpr double kCoverage = 0.8;
+using verification::RowError;
 
-struct RowError {
-  int run;
-  double temp_c;
-  double error;
-  double guard;
+/// A curve of the file with what it is to be compared with.
+struct CurveTask {
+  std::string name;  ///< "gyro_x", "accel_z scale"
+  const Curve* curve = nullptr;
+  const UncertaintyTable* table = nullptr;  ///< absent = the file states none
+  double temp_min_c = 0.0;
+  double temp_max_c = 0.0;
+  const CurveData* data = nullptr;  ///< absent = the runs do not give it
+  std::optional<double> limit;
+  double common_u = 0.0;
+  bool relative = false;
+  std::size_t file_runs = 0;
 };
 
-void remove_run_means(std::vector<RowError>& rows) {
-  std::map<int, std::pair<double, double>> sums;
-  for (const RowError& row : rows) {
-    sums[row.run].first += row.error;
-    sums[row.run].second += 1.0;
-  }
-  for (RowError& row : rows) row.error -= sums[row.run].first / sums[row.run].second;
+/// Standard uncertainty that all rows share: gravity and fixture. What the thermometer adds (the slope of the curve) is
+/// part of the error in use, not of the measurement.
+double common_u(const std::vector<TypeBInput>& inputs) {
+  double variance = 0.0;
+  for (const TypeBInput& input : inputs) variance += input.constant * input.constant;
+  return std::sqrt(variance);
 }
 
-double rms(const std::vector<RowError>& rows) {
-  double squares = 0.0;
-  for (const RowError& row : rows) squares += row.error * row.error;
-  return std::sqrt(squares / static_cast<double>(rows.size()));
+double guard_of(const RowError& row, double common_u) {
+  return kGuardFactor * std::hypot(row.standard_error, common_u);
 }
 
-Verdict judge(const std::vector<RowError>& rows, double limit) {
+/// The decision rule (JCGM 106 §8.3.2, §8.3.3) on rows that span enough of the range.
+Verdict judge(const std::vector<RowError>& rows, double limit, double common_u, bool covered) {
   bool passes = true;
   for (const RowError& row : rows) {
-    if (std::abs(row.error) - row.guard > limit) return Verdict::fail;
-    passes = passes && std::abs(row.error) + row.guard <= limit;
+    const double guard = guard_of(row, common_u);
+    if (std::abs(row.error) - guard > limit) return Verdict::fail;
+    passes = passes && std::abs(row.error) + guard <= limit;
   }
+  if (!covered) return Verdict::not_measured;
   return passes ? Verdict::pass : Verdict::marginal;
 }
 
-std::optional<SensorVerification> verify_sensor(const SensorCalibration& sensor, const CurveData& data, bool relative,
-                                                const std::optional<double>& limit) {
-  SensorVerification result;
-  result.limit = limit;
-  // Estimates at the very ends of the range scatter across it by the thermometer's noise.
-  const double slack_c = 0.5;
-  std::vector<RowError> rows;
-  for (const CurveRow& row : data.rows) {
-    if (row.temp_c < sensor.temp_min_c - slack_c || row.temp_c > sensor.temp_max_c + slack_c) {
-      ++result.out_of_range;
-      continue;
-    }
-    rows.push_back(
-        {row.run, row.temp_c, row.value - evaluate(sensor.bias, row.temp_c), kGuardFactor * row.standard_error});
-  }
-  if (rows.empty()) return std::nullopt;
+double covered_share(const std::vector<RowError>& rows, const CurveTask& task) {
   const auto [coldest, warmest] = std::minmax_element(
       rows.begin(), rows.end(), [](const RowError& a, const RowError& b) { return a.temp_c < b.temp_c; });
-  const double range_c = sensor.temp_max_c - sensor.temp_min_c;
-  result.covered = range_c > 0.0 ? std::min(1.0, (warmest->temp_c - coldest->temp_c) / range_c) : 1.0;
-  if (relative) remove_run_means(rows);
+  const double range_c = task.temp_max_c - task.temp_min_c;
+  return range_c > 0.0 ? std::min(1.0, (warmest->temp_c - coldest->temp_c) / range_c) : 1.0;
+}
+
+void describe_errors(std::vector<RowError> rows, const CurveTask& task, CurveVerification& result) {
   result.rows = rows.size();
-  result.rmse_abs = rms(rows);
+  result.covered = covered_share(rows, task);
+  result.rmse_abs = verification::rms(rows);
   const auto worst = std::max_element(rows.begin(), rows.end(), [](const RowError& a, const RowError& b) {
     return std::abs(a.error) < std::abs(b.error);
   });
   result.worst_abs = std::abs(worst->error);
   result.worst_temp_c = worst->temp_c;
-  if (limit) result.verdict = judge(rows, *limit);
-  remove_run_means(rows);
-  result.rmse_shape = rms(rows);
+  for (const RowError& row : rows) result.guard = std::max(result.guard, guard_of(row, task.common_u));
+  for (const verification::Cell& cell : verification::cells_of(rows)) result.temps_c.push_back(cell.temp_c);
+  verification::remove_run_means(rows);
+  result.rmse_shape = verification::rms(rows);
+}
+
+CurveVerification verify_curve(const CurveTask& task) {
+  CurveVerification result;
+  result.limit = task.limit;
+  if (task.limit) result.verdict = Verdict::not_measured;
+  if (task.curve == nullptr || task.data == nullptr) return result;
+  auto [rows, out_of_range] = verification::errors_of(*task.curve, task.temp_min_c, task.temp_max_c, *task.data);
+  result.out_of_range = out_of_range;
+  if (rows.empty()) return result;
+  if (task.relative) verification::remove_run_means(rows);
+  describe_errors(rows, task, result);
+  if (task.limit) result.verdict = judge(rows, *task.limit, task.common_u, result.covered >= kNeededCoverage);
+  if (task.table == nullptr) return result;
+  // Without a level of its own an error says nothing of the band of a fresh power-on, only of the shape.
+  if (!task.relative) result.fresh_band = verification::compare_fresh(rows, *task.table, task.file_runs);
+  result.shape_band = verification::compare_shape(std::move(rows), *task.table, task.file_runs);
   return result;
 }
+
+/// How much a verdict counts against a sensor.
+int severity_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::fail:
+      return 4;
+    case Verdict::not_measured:
+      return 3;
+    case Verdict::marginal:
+      return 2;
+    case Verdict::info:
+      return 1;
+    case Verdict::pass:
+      break;
+  }
+  return 0;
+}
+
+Verdict sensor_verdict(const SensorVerification& sensor) {
+  // A scale curve that nobody set a limit for takes nothing from the verdict on bias.
+  if (!sensor.scale || !sensor.scale->limit) return sensor.bias_verdict;
+  const Verdict scale = sensor.scale->verdict;
+  return severity_of(scale) > severity_of(sensor.bias_verdict) ? scale : sensor.bias_verdict;
+}
+
+CurveTask bias_task(Sensor sensor, const SensorCalibration* stated, const UnitRows& rows) {
+  const auto& data = rows.bias[index_of(sensor)];
+  CurveTask task;
+  task.name = name_of(sensor);
+  if (stated != nullptr) task.curve = &stated->bias;
+  if (stated != nullptr) task.table = &stated->bias_uncertainty;
+  if (data) task.data = &*data;
+  task.common_u = common_u(rows.bias_type_b[index_of(sensor)]);
+  task.relative = rows.relative_accel && !is_gyro(sensor);
+  return task;
+}
+
+CurveTask scale_task(Sensor sensor, const SensorCalibration* stated, const UnitRows& rows) {
+  const auto& data = rows.scale[index_of(sensor)];
+  CurveTask task;
+  task.name = std::string(name_of(sensor)) + " scale";
+  if (stated != nullptr && stated->scale_ppm) task.curve = &*stated->scale_ppm;
+  if (stated != nullptr && stated->scale_uncertainty) task.table = &*stated->scale_uncertainty;
+  if (data) task.data = &*data;
+  task.common_u = common_u(rows.scale_type_b[index_of(sensor)]);
+  return task;
+}
+
+void warn_of_rows(const CurveTask& task, const CurveVerification& result, std::vector<Warning>& warnings) {
+  if (task.curve == nullptr) {
+    warnings.push_back({"not_verified", fmt::format("{}: a limit stands, but the file says nothing of it", task.name)});
+    return;
+  }
+  if (task.data == nullptr) {
+    warnings.push_back({"not_verified", fmt::format("{}: the runs do not give it", task.name)});
+    return;
+  }
+  if (result.covered < kNeededCoverage) {
+    warnings.push_back({"partial_range", fmt::format("{}: the runs cover {:.0f} % of the valid range {:.1f}..{:.1f} "
+                                                     "°C; a pass needs {:.0f} %",
+                                                     task.name, 100.0 * result.covered, task.temp_min_c,
+                                                     task.temp_max_c, 100.0 * kNeededCoverage)});
+  }
+  if (result.out_of_range > 0) {
+    warnings.push_back({"out_of_range", fmt::format("{}: {} rows outside {:.1f}..{:.1f} °C were not counted", task.name,
+                                                    result.out_of_range, task.temp_min_c, task.temp_max_c)});
+  }
+}
+
+void warn_of_band(const std::string& name, std::string_view what, const std::optional<BandComparison>& band,
+                  std::vector<Warning>& warnings) {
+  if (!band || !band->too_narrow()) return;
+  warnings.push_back(
+      {"band_too_narrow",
+       fmt::format("{}: {} {:.2f} times the 95 % band that the file states, in the root mean square; a right band "
+                   "lets {:.2f} happen once in a hundred files ({:.0f} % are inside)",
+                   name, what, band->ratio, band->ratio_max, 100.0 * band->inside)});
+}
+
+/// Verifies the curves of one file against the rows of fresh runs.
+class Verifier {
+ public:
+  Verifier(const Calibration& calibration, const Limits& limits, const UnitRows& rows)
+      : calibration_(calibration), limits_(limits), rows_(rows) {
+    result_.warnings = rows.warnings;
+  }
+
+  Verification verify() {
+    for (const Sensor sensor : kSensors) {
+      const std::size_t s = index_of(sensor);
+      const SensorCalibration* stated = stated_of(sensor);
+      if (stated != nullptr || limits_.bias[s] || limits_.scale_ppm[s]) add(sensor, stated);
+    }
+    result_.verdict = overall();
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] const SensorCalibration* stated_of(Sensor sensor) const {
+    const auto found = std::find_if(calibration_.sensors.begin(), calibration_.sensors.end(),
+                                    [&](const SensorCalibration& s) { return s.sensor == sensor; });
+    return found == calibration_.sensors.end() ? nullptr : &*found;
+  }
+
+  void add(Sensor sensor, const SensorCalibration* stated) {
+    const std::size_t s = index_of(sensor);
+    CurveTask bias = bias_task(sensor, stated, rows_);
+    SensorVerification verified;
+    static_cast<CurveVerification&>(verified) = run(bias, stated, limits_.bias[s]);
+    verified.bias_verdict = verified.verdict;
+    verified.relative = bias.relative;
+    CurveTask scale = scale_task(sensor, stated, rows_);
+    if (limits_.scale_ppm[s] || (scale.curve != nullptr && scale.data != nullptr)) {
+      verified.scale = run(scale, stated, limits_.scale_ppm[s]);
+    }
+    verified.verdict = sensor_verdict(verified);
+    result_.sensors[s] = std::move(verified);
+  }
+
+  CurveVerification run(CurveTask& task, const SensorCalibration* stated, const std::optional<double>& limit) {
+    task.limit = limit;
+    task.file_runs = calibration_.run_hashes.size();
+    if (stated != nullptr) task.temp_min_c = stated->temp_min_c;
+    if (stated != nullptr) task.temp_max_c = stated->temp_max_c;
+    CurveVerification verified = verify_curve(task);
+    warn_of_rows(task, verified, result_.warnings);
+    warn_of_band(task.name, "errors of a fresh power-on are", verified.fresh_band, result_.warnings);
+    warn_of_band(task.name, "errors of the shape are", verified.shape_band, result_.warnings);
+    return verified;
+  }
+
+  /// A pass only where every sensor of the file has a limit and passes.
+  [[nodiscard]] Verdict overall() const {
+    Verdict worst = Verdict::pass;
+    for (const auto& sensor : result_.sensors) {
+      if (!sensor) continue;
+      if (sensor->verdict == Verdict::fail) return Verdict::fail;
+      if (sensor->verdict == Verdict::marginal) worst = Verdict::marginal;
+      if (sensor->verdict != Verdict::pass && worst == Verdict::pass) worst = Verdict::info;
+    }
+    return worst;
+  }
+
+  const Calibration& calibration_;
+  const Limits& limits_;
+  const UnitRows& rows_;
+  Verification result_;
+};
 
 base::Status refuse_seen_runs(const Calibration& calibration, const UnitInput& runs) {
   for (const RunInput& run : runs.runs) {
@@ -95,17 +257,9 @@ base::Status refuse_seen_runs(const Calibration& calibration, const UnitInput& r
   return {};
 }
 
-/// The worst of the sensors; a pass only where every sensor of the file was judged, over nearly all of its range.
-Verdict overall(const Verification& verification, bool complete) {
-  Verdict worst = Verdict::pass;
-  bool every_limit = complete;
-  for (const auto& sensor : verification.sensors) {
-    if (!sensor) continue;
-    every_limit = every_limit && sensor->limit.has_value();
-    if (sensor->verdict == Verdict::fail) worst = Verdict::fail;
-    if (sensor->verdict == Verdict::marginal && worst == Verdict::pass) worst = Verdict::marginal;
-  }
-  return worst == Verdict::pass && !every_limit ? Verdict::info : worst;
+bool says_nothing(const Verification& verification) {
+  return std::none_of(verification.sensors.begin(), verification.sensors.end(),
+                      [](const auto& sensor) { return sensor && sensor->rows > 0; });
 }
 
 }  // namespace
@@ -114,37 +268,10 @@ base::Result<Verification> verify(const Calibration& calibration, const UnitInpu
   if (const auto fresh = refuse_seen_runs(calibration, runs); !fresh) return base::forward_error(fresh);
   const auto rows = make_rows(runs);
   if (!rows) return base::forward_error(rows);
-  Verification result;
-  result.warnings = rows->warnings;
-  bool any = false;
-  bool complete = true;
-  for (const SensorCalibration& sensor : calibration.sensors) {
-    const std::size_t s = index_of(sensor.sensor);
-    if (!rows->bias[s]) {
-      result.warnings.push_back(
-          {"not_verified", fmt::format("{}: the runs do not give this sensor", name_of(sensor.sensor))});
-      complete = false;
-      continue;
-    }
-    result.sensors[s] =
-        verify_sensor(sensor, *rows->bias[s], rows->relative_accel && !is_gyro(sensor.sensor), limits[s]);
-    any = any || result.sensors[s];
-    if (!result.sensors[s] || result.sensors[s]->covered < kCoverage) {
-      complete = false;
-      result.warnings.push_back(
-          {"partial_range",
-           fmt::format("{}: the runs cover {:.0f} % of the valid range {:.1f}..{:.1f} °C; a pass needs {:.0f} %",
-                       name_of(sensor.sensor), 100.0 * (result.sensors[s] ? result.sensors[s]->covered : 0.0),
-                       sensor.temp_min_c, sensor.temp_max_c, 100.0 * kCoverage)});
-    }
-    if (result.sensors[s] && result.sensors[s]->out_of_range > 0) {
-      result.warnings.push_back(
-          {"out_of_range", fmt::format("{}: {} rows outside {:.1f}..{:.1f} °C were not counted", name_of(sensor.sensor),
-                                       result.sensors[s]->out_of_range, sensor.temp_min_c, sensor.temp_max_c)});
-    }
+  Verification result = Verifier(calibration, limits, *rows).verify();
+  if (says_nothing(result)) {
+    return base::bad_input("the runs say nothing inside the file's valid temperature range", runs.unit);
   }
-  if (!any) return base::bad_input("the runs say nothing inside the file's valid temperature range", runs.unit);
-  result.verdict = overall(result, complete);
   return result;
 }
 

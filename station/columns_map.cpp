@@ -203,8 +203,29 @@ class MapParser {
     if (calib::position_named(label)) {
       return mistake(node, fmt::format("position '{}' is one of the six fixed ones: give yours another label", label));
     }
-    const toml::array* list = node.as_array();
     calib::Position position{.label = std::string(label), .up = {}, .azimuth_deg = {}, .rate_dps = {}};
+    if (const toml::table* table = node.as_table()) return position_table(std::move(position), *table, node);
+    up_vector(position, node, node.as_array());
+    map_.positions.push_back(std::move(position));
+  }
+
+  void position_table(calib::Position position, const toml::table& table, const toml::node& node) {
+    const toml::array* list = nullptr;
+    for (const auto& [key, entry] : table) {
+      if (key == "up") {
+        list = entry.as_array();
+      } else if (key == "rate_dps") {
+        position.rate_dps = finite_number(entry, "rate_dps");
+      } else {
+        mistake(entry, fmt::format("position '{}' has the unknown key '{}': known are up, rate_dps", position.label,
+                                   key.str()));
+      }
+    }
+    up_vector(position, node, list);
+    map_.positions.push_back(std::move(position));
+  }
+
+  void up_vector(calib::Position& position, const toml::node& node, const toml::array* list) {
     bool valid = list != nullptr && list->size() == 3;
     for (std::size_t i = 0; valid && i < 3; ++i) {
       const auto number = list->get(i)->value<double>();
@@ -214,14 +235,13 @@ class MapParser {
     const double norm = std::hypot(position.up[0], position.up[1], position.up[2]);
     if (!valid || norm == 0.0) {
       return mistake(node, fmt::format("position '{}' must be the direction up in body axes, three numbers not all 0: "
-                                       "[0, 0, 1]",
-                                       label));
+                                       "[0, 0, 1], or {{ up = [0, 0, 1], rate_dps = 30 }} where the fixture turns",
+                                       position.label));
     }
     // A unit vector stays as it is, to the bit: a map that was written from stored positions must give them back.
     if (std::abs(norm - 1.0) > 1e-12) {
       for (double& component : position.up) component /= norm;
     }
-    map_.positions.push_back(std::move(position));
   }
 
   double finite_number(const toml::node& node, std::string_view name) {
@@ -304,8 +324,11 @@ std::string columns_map_text(const ColumnsMap& map) {
     text += fmt::format("{} = {}\n", toml_string(header), toml_string(cell));
   if (!map.positions.empty()) text += "\n[positions]\n";
   for (const calib::Position& position : map.positions) {
-    text += fmt::format("{} = [{}, {}, {}]\n", toml_string(position.label), toml_number(position.up[0]),
-                        toml_number(position.up[1]), toml_number(position.up[2]));
+    const std::string up = fmt::format("[{}, {}, {}]", toml_number(position.up[0]), toml_number(position.up[1]),
+                                       toml_number(position.up[2]));
+    const std::string value =
+        position.rate_dps ? fmt::format("{{ up = {}, rate_dps = {} }}", up, toml_number(*position.rate_dps)) : up;
+    text += fmt::format("{} = {}\n", toml_string(position.label), value);
   }
   return text;
 }

@@ -144,8 +144,8 @@ std::string table_text(const Samples& samples, const std::vector<std::size_t>& o
 
 /// Channels in the order of canonical headers, unknown ones behind them.
 std::vector<std::size_t> canonical_order(const std::vector<db::ChannelInfo>& channels) {
-  constexpr std::array<std::string_view, 7> kLeading = {"t_s",      "phase",     "sweep", "plateau_c",
-                                                        "position", "chamber_c", "temp_c"};
+  constexpr std::array<std::string_view, 8> kLeading = {"t_s",      "phase",    "sweep",     "plateau_c",
+                                                        "position", "rate_dps", "chamber_c", "temp_c"};
   std::vector<std::string_view> names(kLeading.begin(), kLeading.end());
   names.insert(names.end(), calib::kSensorNames.begin(), calib::kSensorNames.end());
   std::vector<std::size_t> order;

@@ -11,6 +11,7 @@
 
 #include "calib/position.h"
 #include "hal/settings_reader.h"
+#include "station/limits_file.h"
 
 namespace soak::station {
 namespace {
@@ -64,6 +65,7 @@ void read_thermometers(const SettingsTable& table, calib::UnitType& type) {
         "kind", {{"one", calib::Thermometers::one}, {"per_sensor", calib::Thermometers::per_sensor}});
   }
   type.temp_lsb_c = table.optional_number("lsb_c", kPositive);
+  type.temp_repeatability_c = table.optional_number("repeatability_c", kPositive);
 }
 
 void read_type(const SettingsTable& root, const std::string& stem, calib::UnitType& type) {
@@ -80,6 +82,7 @@ void read_type(const SettingsTable& root, const std::string& stem, calib::UnitTy
   read_section(root, "gyro", [&](const SettingsTable& t) { read_gyro(t, type); });
   read_section(root, "accel", [&](const SettingsTable& t) { read_accel(t, type); });
   read_section(root, "thermometers", [&](const SettingsTable& t) { read_thermometers(t, type); });
+  read_section(root, "limits", [&](const SettingsTable& t) { type.limits = read_limits_table(t); });
 }
 
 calib::Vector3 cross(const calib::Vector3& a, const calib::Vector3& b) {

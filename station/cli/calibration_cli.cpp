@@ -118,7 +118,9 @@ void add_verify(CLI::App& program, Request& request) {
                   "soak verify SN0042.soakcal --campaign check-2027 --limits limits.toml", true);
   command->add_option("file", options->file, "Calibration file")->required()->type_name("FILE.blob");
   command->add_option("--campaign", options->campaign, "Campaign of the fresh runs")->required()->type_name("NAME");
-  command->add_option("--limits", options->limits, "Limits per sensor (TOML); without them the verdict is info")
+  command
+      ->add_option("--limits", options->limits,
+                   "Limits per sensor (TOML), in place of those of the unit's type; without any the verdict is info")
       ->type_name("FILE");
   command->callback([options, &request] {
     options->data = request.data;

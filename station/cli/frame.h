@@ -32,6 +32,9 @@ void register_campaign(CLI::App& program, Request& request);
 void register_procedure(CLI::App& program, Request& request);
 void register_signal(CLI::App& program, Request& request);
 void register_key(CLI::App& program, Request& request);
+void register_reference(CLI::App& program, Request& request);
+void register_check_standard(CLI::App& program, Request& request);
+void register_report(CLI::App& program, Request& request);
 
 /// Adds a subcommand with its one example, and --data; `prints_result` adds --json.
 CLI::App* add_command(CLI::App& parent, Request& request, const std::string& name, const std::string& description,

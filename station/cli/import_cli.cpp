@@ -51,6 +51,8 @@ void register_import(CLI::App& program, Request& request) {
       ->type_name("FILE.toml");
   command->add_flag("--skip-bad", options->skip_bad, "Leave bad rows out and list them");
   command->add_flag("--simulated", options->import.simulated, "Mark the runs as simulated");
+  command->add_flag("--references", options->import.references,
+                    "It was made with this station's references (docs/records.md): an expired one refuses it");
   command->callback([options, &request] {
     options->data = request.data;
     request.action = [options](Output& output) { return run_import(*options, output); };

@@ -60,7 +60,7 @@ void register_runs_export(CLI::App& group, Request& request) {
 void register_runs_void(CLI::App& group, Request& request) {
   const auto options = std::make_shared<RunsVoidCommand>();
   CLI::App* command = add_command(group, request, "void", "Withdraw a run, a visit or a segment; nothing is deleted",
-                                  "soak runs void soak_run_1 --visit 3 --position +X --reason 'door was open'", false);
+                                  "soak runs void soak_run_1 --visit 3 --position +X --reason 'door was open'", true);
   add_run_and_filter(*command, options->filter);
   command->add_option("--visit", options->visit, "Only this visit (ordinal of the plateau in the run)")->type_name("N");
   command->add_option("--position", options->position, "Only this position of the visit")->type_name("P");

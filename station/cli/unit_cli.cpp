@@ -35,6 +35,7 @@ void register_unit_add(CLI::App& group, Request& request) {
   command
       ->add_option("--begin-epoch", options->begin_epoch, "Begin the unit's next epoch: why it is another from now on")
       ->type_name("REASON");
+  command->add_option("--user", options->user, "Who begins it (else whoever is logged in)")->type_name("NAME");
   command->callback([options, &request] {
     options->data = request.data;
     request.action = [options](Output& output) { return run_unit_add(*options, output); };

@@ -44,6 +44,7 @@ base::Status run_campaign_start(const CampaignStartCommand& command, Output& out
                                                 {"user", user_of(command.station)}});
   if (!answer) return base::forward_error(answer);
   if (output.json()) return output.print_json(*answer);
+  for (const json& note : answer->value("notes", json::array())) output.note("note: " + note.get<std::string>());
   output.print(fmt::format(
       "campaign {} has started: {} runs, {} steps, about {} of process time\n'soak campaign watch' follows it\n",
       command.name, answer->value("runs", 0), answer->value("steps", 0),

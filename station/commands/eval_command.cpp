@@ -6,6 +6,7 @@
 #include "calib/runtime/soak_runtime.h"
 #include "station/calibration_reader.h"
 #include "station/commands/calibration_commands.h"
+#include "station/commands/waiver_note.h"
 
 namespace soak::station {
 namespace {
@@ -69,6 +70,7 @@ base::Status run_eval(const EvalCommand& command, Output& output) {
     return base::corrupt(fmt::format("the deployment runtime refuses the file (status {})", static_cast<int>(status)),
                          command.file);
   }
+  note_waivers(loaded->calibration.references, output);
   nlohmann::json points = nlohmann::json::array();
   for (const double temp_c : command.temps_c) points.push_back(evaluate_at(runtime, temp_c));
   if (output.json()) {

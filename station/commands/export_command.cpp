@@ -18,6 +18,7 @@
 #include "station/commands/calibration_commands.h"
 #include "station/commands/export_noise.h"
 #include "station/commands/export_text.h"
+#include "station/commands/waiver_note.h"
 #include "station/csv/text_file.h"
 #include "station/data_folder.h"
 #include "station/identity.h"
@@ -34,6 +35,7 @@ struct Export {
   bool simulated = false;
   nlohmann::json members = nlohmann::json::object();  ///< of the document beyond those of every format
   std::string text;
+  std::vector<calib::ReferenceUse> references;  ///< that the model rests on
 };
 
 struct LoadedModel {
@@ -113,6 +115,7 @@ base::Result<Export> export_model(const db::Catalog& catalog, const ExportComman
   Export made;
   made.model = model->calibration.model_version;
   made.simulated = model->calibration.simulated;
+  made.references = model->calibration.references;
   if (command.format == "px4" || command.format == "ardupilot") {
     auto file = render_autopilot(*model, command);
     if (!file) return base::forward_error(file);
@@ -134,8 +137,12 @@ base::Result<Export> export_noise(const db::Catalog& catalog, const ExportComman
   if (!noise) return base::forward_error(noise);
   const auto file = calib::export_kalibr(noise->source, noise->axes);
   if (!file) return base::forward_error(file);
-  return Export{file->text, std::nullopt, noise->source.simulated, noise_document(noise->source, *file),
-                noise_text(noise->source, *file)};
+  return Export{file->text,
+                std::nullopt,
+                noise->source.simulated,
+                noise_document(noise->source, *file),
+                noise_text(noise->source, *file),
+                {}};
 }
 
 /// Refuses formats that are none and options that mean nothing to the format.
@@ -184,6 +191,7 @@ base::Status run_export(const ExportCommand& command, Output& output) {
   hash.update(made->content);
   const std::string sha256 = base::to_hex(hash.finish());
   const std::string path = std::filesystem::absolute(command.file).string();
+  note_waivers(made->references, output);
   if (auto recorded = record(*catalog, command, *made, sha256, path); !recorded) return recorded;
   if (output.json()) {
     nlohmann::json document = {

@@ -3,12 +3,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <tuple>
 #include <vector>
 
 #include "calib/chamber_time.h"
 #include "calib/chamber_time_json.h"
 #include "calib/fit_json.h"
+#include "station/check_warnings.h"
 #include "station/data_folder.h"
 #include "station/fit_unit.h"
 
@@ -90,16 +95,46 @@ std::vector<std::string> describe(const calib::ChamberTimeOption& option, const 
   return row;
 }
 
+/// Error of the sensor that an option serves worst, in that of the whole campaign; infinite where nothing is known.
+double worst_ratio(const calib::ChamberTimeOption& option, const calib::ChamberTimeOption& whole) {
+  const auto sensor = worst_sensor(option, whole);
+  if (!sensor) return std::numeric_limits<double>::infinity();
+  const auto s = calib::index_of(*sensor);
+  return option.sensors[s]->rmse_shape / whole.sensors[s]->rmse_shape;
+}
+
+/// Choices without another that is both shorter and better (Pareto front), and always the recommended one and the whole
+/// campaign. Indices, rising.
+std::set<std::size_t> useful_options(const calib::ChamberTime& study) {
+  const auto& options = study.options;
+  std::vector<std::tuple<double, double, std::size_t>> by_hours;  // hours, error, index
+  for (std::size_t i = 0; i < options.size(); ++i) {
+    by_hours.emplace_back(options[i].hours, worst_ratio(options[i], options.back()), i);
+  }
+  std::sort(by_hours.begin(), by_hours.end());
+  std::set<std::size_t> useful = {options.size() - 1};
+  if (study.recommended) useful.insert(*study.recommended);
+  double best = std::numeric_limits<double>::infinity();
+  for (const auto& [hours, ratio, i] : by_hours) {
+    if (ratio >= best) continue;
+    best = ratio;
+    useful.insert(i);
+  }
+  return useful;
+}
+
 std::string describe(const calib::ChamberTime& study) {
   const std::string title = fmt::format("chamber time: {} runs, {:.1f} hours\n", study.runs, study.hours);
   if (study.options.empty()) return title + "nothing can be said: " + study.reason + "\n";
   std::vector<std::vector<std::string>> table = {{"hours", "at least", "runs", "plateaus", "sweeps", "worst sensor",
                                                   "unit", "curve error", "95 %", "shape", "of whole"}};
-  for (const calib::ChamberTimeOption& option : study.options) {
-    table.push_back(describe(option, study.options.back()));
-  }
-  return fmt::format("{}{}{}: {}\n", title, text_table(table), study.recommended ? "recommended" : "no recommendation",
-                     study.reason);
+  const std::set<std::size_t> useful = useful_options(study);
+  for (const std::size_t i : useful) table.push_back(describe(study.options[i], study.options.back()));
+  return fmt::format(
+      "{}{}{} of {} choices: those without another that is both shorter and better, and the campaign as "
+      "it was; --json has all\n{}: {}\n",
+      title, text_table(table), useful.size(), study.options.size(),
+      study.recommended ? "recommended" : "no recommendation", study.reason);
 }
 
 /// Adds what parts of the unit's campaign would have given to its document and its text.
@@ -123,6 +158,14 @@ base::Result<std::vector<std::string>> units_to_fit(const db::Catalog& catalog, 
   return serials;
 }
 
+base::Result<calib::UnitModel> fit_one(db::Catalog& catalog, const base::Result<calib::UnitInput>& input,
+                                       const FitCommand& command, CheckWarnings& check_warnings) {
+  if (!input) return base::forward_error(input);
+  const auto warnings = check_warnings.of(*input);
+  if (!warnings) return base::forward_error(warnings);
+  return fit_unit(catalog, *input, {command.rules}, command.jobs, *warnings);
+}
+
 base::Status all_failures(const std::vector<base::Error>& failures, std::size_t units) {
   std::string message = fmt::format("{} of {} units could not be fitted:", failures.size(), units);
   for (const base::Error& error : failures) {
@@ -139,6 +182,7 @@ base::Status run_fit(const FitCommand& command, Output& output) {
   const auto units = units_to_fit(*catalog, command);
   if (!units) return base::forward_error(units);
 
+  CheckWarnings check_warnings(*catalog);
   const auto progress = output.progress("fitting");
   nlohmann::json documents = nlohmann::json::array();
   std::string text;
@@ -148,8 +192,7 @@ base::Status run_fit(const FitCommand& command, Output& output) {
       return base::fail(base::ErrorKind::internal, "interrupted; the models of the units before are stored", "fit");
     }
     const auto input = load_unit(*catalog, (*units)[i], command.campaign);
-    const auto model = input ? fit_unit(*catalog, *input, {command.rules}, command.jobs)
-                             : base::Result<calib::UnitModel>(base::forward_error(input));
+    const auto model = fit_one(*catalog, input, command, check_warnings);
     if (!model) {
       if (!command.all) {
         output.end_progress();

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <nlohmann/json.hpp>
 
+#include "calib/reference_json.h"
 #include "station/data_folder.h"
 
 namespace soak::station {
@@ -48,6 +49,7 @@ nlohmann::json document(const ImportCommand& command, const CsvRecording& record
           {"campaign", command.import.campaign},
           {"file", command.file},
           {"runs", runs},
+          {"references", calib::references_json(summary.references)},
           {"bad_rows", bad},
           {"warnings", warnings}};
 }

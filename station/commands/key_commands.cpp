@@ -13,6 +13,7 @@
 
 #include "base/sha256.h"
 #include "station/calibration_reader.h"
+#include "station/commands/waiver_note.h"
 #include "station/csv/text_file.h"
 #include "station/key_file.h"
 
@@ -130,6 +131,7 @@ base::Status run_key_verify(const KeyVerifyCommand& command, Output& output) {
   });
   if (key == keys->end()) return tl::unexpected<base::Error>(refusal(loaded->bytes, *keys, command.file));
 
+  note_waivers(loaded->calibration.references, output);
   if (output.json()) {
     return output.print_json({{"file", std::filesystem::absolute(command.file).string()},
                               {"unit", loaded->calibration.unit},

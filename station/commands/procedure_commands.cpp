@@ -35,6 +35,7 @@ nlohmann::json check_document(const Procedure& procedure, const Plan& plan, cons
           {"steps", plan.steps.size()},
           {"estimate_h", plan.estimate_s() / kSecondsPerHour},
           {"set_points_c", procedure.set_points_c},
+          {"reference_c", number_or_null(procedure.reference_c)},
           {"types", names_of(types)},
           {"mistakes", nlohmann::json::array()}};
 }
@@ -74,6 +75,11 @@ std::string step_list(const Plan& plan) {
   return text;
 }
 
+std::string reference_line(const Procedure& procedure) {
+  if (!procedure.reference_c) return "no reference plateau\n";
+  return fmt::format("reference plateau: each run begins and ends at {:g} °C\n", *procedure.reference_c);
+}
+
 std::string rating_line(const std::vector<calib::UnitType>& types) {
   if (types.empty()) return "no unit type was checked for its rating\n";
   return fmt::format("within the rating of {}\n", fmt::join(names_of(types), ", "));
@@ -82,9 +88,9 @@ std::string rating_line(const std::vector<calib::UnitType>& types) {
 std::string summary(const Procedure& procedure, const Plan& plan, const std::vector<calib::UnitType>& types) {
   const auto [coldest, warmest] = std::minmax_element(procedure.set_points_c.begin(), procedure.set_points_c.end());
   const double hours = plan.estimate_s() / kSecondsPerHour;
-  return fmt::format("{}: {}, kind {}, {} set points from {:g} to {:g} °C\n{}estimated {:.1f} h ({:.1f} days)\n",
+  return fmt::format("{}: {}, kind {}, {} set points from {:g} to {:g} °C\n{}{}estimated {:.1f} h ({:.1f} days)\n",
                      procedure.name, name_of(procedure.purpose), name_of(procedure.kind), procedure.set_points_c.size(),
-                     *coldest, *warmest, rating_line(types), hours, hours / 24.0);
+                     *coldest, *warmest, reference_line(procedure), rating_line(types), hours, hours / 24.0);
 }
 
 /// The types that the user named; a type that states no rating is among them, to be refused.

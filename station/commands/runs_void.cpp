@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <nlohmann/json.hpp>
 
 #include "station/commands/runs_command.h"
 #include "station/data_folder.h"
@@ -24,6 +26,26 @@ std::string listed(const std::vector<calib::Segment>& segments) {
   return text.empty() ? "none" : text;
 }
 
+template <class T>
+nlohmann::json value_or_null(const std::optional<T>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json();
+}
+
+nlohmann::json document(const db::RunRow& run, const db::VoidRecord& record, std::ptrdiff_t withdrawn,
+                        std::size_t counted) {
+  return {{"run", run.label},
+          {"run_id", run.run_id},
+          {"unit", run.unit},
+          {"visit", value_or_null(record.visit)},
+          {"position", value_or_null(record.position)},
+          {"attempt", value_or_null(record.attempt)},
+          {"reason", record.reason},
+          {"user", record.user},
+          {"utc_s", record.utc_s},
+          {"segments_withdrawn", withdrawn},
+          {"segments_before", counted}};
+}
+
 base::Status check(const RunsVoidCommand& command) {
   if (command.reason.empty()) return base::bad_input("a void record needs a reason", "--reason");
   if (command.position && !command.visit) return base::bad_input("--position needs --visit", "--position");
@@ -39,6 +61,9 @@ base::Status run_runs_void(const RunsVoidCommand& command, Output& output) {
   if (!catalog) return base::forward_error(catalog);
   const auto run = find_run(*catalog, command.filter);
   if (!run) return base::forward_error(run);
+  if (run->voided) {
+    return base::bad_input("the whole run is voided already: there is nothing left to withdraw", run->run_id);
+  }
   const auto segments = catalog->segments(run->run_id, run->unit, false);
   if (!segments) return base::forward_error(segments);
   const auto withdrawn =
@@ -50,9 +75,10 @@ base::Status run_runs_void(const RunsVoidCommand& command, Output& output) {
         run->run_id);
   }
   const std::string user = command.user.empty() ? user_name() : command.user;
-  auto status = catalog->add_void(
-      {run->run_id, run->unit, command.visit, command.position, command.attempt, command.reason, user, now_utc_s()});
-  if (!status) return status;
+  const db::VoidRecord record{run->run_id,     run->unit,      command.visit, command.position,
+                              command.attempt, command.reason, user,          now_utc_s()};
+  if (auto status = catalog->add_void(record); !status) return status;
+  if (output.json()) return output.print_json(document(*run, record, withdrawn, segments->size()));
   output.print(
       fmt::format("run {} ({}): {} of {} segments withdrawn\n", run->label, run->run_id, withdrawn, segments->size()));
   return {};

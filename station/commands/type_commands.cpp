@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "station/limits_file.h"
 #include "station/unit_type_file.h"
 
 namespace soak::station {
@@ -44,6 +45,7 @@ nlohmann::json type_document(const calib::UnitType& type) {
           {"warm_up_s", number_or_null(type.warm_up_s)},
           {"thermometers", thermometers_document(type)},
           {"temp_lsb_c", number_or_null(type.temp_lsb_c)},
+          {"temp_repeatability_c", number_or_null(type.temp_repeatability_c)},
           {"gyro_range_dps", number_or_null(type.gyro_range_dps)},
           {"gyro_lsb_dps", number_or_null(type.gyro_lsb_dps)},
           {"gyro_noise_max_dps_rthz", number_or_null(type.gyro_noise_max_dps_rthz)},
@@ -51,7 +53,8 @@ nlohmann::json type_document(const calib::UnitType& type) {
           {"accel_range_mps2", number_or_null(type.accel_range_mps2)},
           {"accel_lsb_mps2", number_or_null(type.accel_lsb_mps2)},
           {"accel_noise_max_mps2_rthz", number_or_null(type.accel_noise_max_mps2_rthz)},
-          {"accel_bias_max_mps2", number_or_null(type.accel_bias_max_mps2)}};
+          {"accel_bias_max_mps2", number_or_null(type.accel_bias_max_mps2)},
+          {"limits", stated_limits(type.limits)}};
 }
 
 std::string rating_text(const calib::UnitType& type) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "station/data_folder.h"
+#include "station/identity.h"
 
 namespace soak::station {
 namespace {
@@ -59,7 +60,8 @@ base::Status run_unit_add(const UnitAddCommand& command, Output& output) {
         "--type");
   }
   if (command.begin_epoch) {
-    unit = catalog->begin_epoch(command.serial, *command.begin_epoch);
+    unit =
+        catalog->begin_epoch(command.serial, *command.begin_epoch, command.user.empty() ? user_name() : command.user);
     if (!unit) return base::forward_error(unit);
   }
   return print_units(*catalog, {*unit}, output);

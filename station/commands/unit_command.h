@@ -26,6 +26,7 @@ struct UnitAddCommand {
   std::string serial;
   std::optional<std::string> type;         ///< of a unit that is new
   std::optional<std::string> begin_epoch;  ///< why the unit is another from now on: repaired, re-flashed
+  std::string user;                        ///< who begins it; empty = whoever is logged in
 };
 
 [[nodiscard]] base::Status run_unit_list(const UnitListCommand& command, Output& output);

@@ -1,14 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "calib/verification.h"
 #include "station/calibration_reader.h"
 #include "station/commands/calibration_commands.h"
+#include "station/commands/waiver_note.h"
 #include "station/data_folder.h"
 #include "station/fit_unit.h"
 #include "station/limits_file.h"
+#include "station/unit_type_file.h"
 
 namespace soak::station {
 namespace {
@@ -19,7 +27,9 @@ base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const c
   if (!runs) return base::forward_error(runs);
   calib::UnitInput input;
   input.unit = calibration.unit;
-  input.type.name = calibration.unit_type;
+  auto type = known_unit_type(calibration.unit_type);
+  if (!type) return base::forward_error(type);
+  input.type = *std::move(type);
   input.epoch = calibration.epoch;
   for (const db::RunRow& run : *runs) {
     // A pre-flight records units that have not settled.
@@ -37,21 +47,77 @@ base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const c
   return input;
 }
 
-nlohmann::json document_of(const calib::Calibration& calibration, const calib::Verification& verification) {
+/// Limits and where they stand.
+struct KnownLimits {
+  calib::Limits limits;
+  std::optional<std::string> source;
+};
+
+/// Those of the file that the user names, else of the unit's type.
+base::Result<KnownLimits> limits_for(const VerifyCommand& command, const calib::Calibration& calibration) {
+  if (!command.limits.empty()) {
+    const auto limits = read_limits(command.limits);
+    if (!limits) return base::forward_error(limits);
+    return KnownLimits{*limits, command.limits};
+  }
+  const auto type = known_unit_type(calibration.unit_type);
+  if (!type) return base::forward_error(type);
+  if (type->limits == calib::Limits{}) return KnownLimits{};
+  return KnownLimits{type->limits, "unit type " + type->name};
+}
+
+std::string decision_rule() {
+  return fmt::format(
+      "guard band w = U = {} u of each estimate (JCGM 106:2012 8.3.2, 8.3.3): pass where |error| + U <= limit at every "
+      "temperature, fail where |error| - U > limit at one, else marginal; an error beyond its limit passes with a "
+      "chance of at most {:g} %",
+      calib::kGuardFactor, 100.0 * calib::kFalseAcceptance);
+}
+
+nlohmann::json band_document(const std::optional<calib::BandComparison>& band) {
+  if (!band) return {};
+  return {{"inside", band->inside},
+          {"ratio", band->ratio},
+          {"ratio_max", band->ratio_max},
+          {"too_narrow", band->too_narrow()}};
+}
+
+/// A number that is known only where rows are.
+nlohmann::json known(const calib::CurveVerification& curve, double value) {
+  return curve.rows > 0 ? nlohmann::json(value) : nlohmann::json();
+}
+
+/// Of bias (in printed units) or scale; `factor` from the inside unit to that of the document.
+nlohmann::json curve_document(const calib::CurveVerification& curve, double factor) {
+  return {{"verdict", calib::name_of(curve.verdict)},
+          {"worst_abs", known(curve, curve.worst_abs * factor)},
+          {"worst_temp_c", known(curve, curve.worst_temp_c)},
+          {"rmse_abs", known(curve, curve.rmse_abs * factor)},
+          {"rmse_shape", known(curve, curve.rmse_shape * factor)},
+          {"guard", known(curve, curve.guard * factor)},
+          {"limit", curve.limit ? nlohmann::json(*curve.limit * factor) : nlohmann::json()},
+          {"rows", curve.rows},
+          {"covered", curve.covered},
+          {"temps_c", curve.temps_c},
+          {"shape_against_ci95", band_document(curve.shape_band)}};
+}
+
+nlohmann::json sensor_document(calib::Sensor sensor, const calib::SensorVerification& result) {
+  nlohmann::json document = curve_document(result, calib::printed_per_si(sensor));
+  document["fresh_against_pi95"] = band_document(result.fresh_band);
+  document["bias_verdict"] = calib::name_of(result.bias_verdict);
+  document["relative"] = result.relative;
+  document["scale"] = result.scale ? curve_document(*result.scale, 1.0) : nlohmann::json();
+  return document;
+}
+
+nlohmann::json document_of(const calib::Calibration& calibration, const KnownLimits& limits,
+                           const calib::Verification& verification) {
   nlohmann::json sensors = nlohmann::json::object();
   nlohmann::json warnings = nlohmann::json::array();
   for (const calib::Sensor sensor : calib::kSensors) {
     const auto& result = verification.sensors[calib::index_of(sensor)];
-    if (!result) continue;
-    const double factor = calib::printed_per_si(sensor);
-    sensors[std::string(calib::name_of(sensor))] = {
-        {"verdict", calib::name_of(result->verdict)},
-        {"worst_abs", result->worst_abs * factor},
-        {"worst_temp_c", result->worst_temp_c},
-        {"rmse_abs", result->rmse_abs * factor},
-        {"rmse_shape", result->rmse_shape * factor},
-        {"rows", result->rows},
-        {"limit", result->limit ? nlohmann::json(*result->limit * factor) : nlohmann::json()}};
+    if (result) sensors[std::string(calib::name_of(sensor))] = sensor_document(sensor, *result);
   }
   for (const calib::Warning& warning : verification.warnings) {
     warnings.push_back({{"code", warning.code}, {"text", warning.text}});
@@ -59,26 +125,68 @@ nlohmann::json document_of(const calib::Calibration& calibration, const calib::V
   return {{"unit", calibration.unit},
           {"model", calibration.model_version},
           {"verdict", calib::name_of(verification.verdict)},
+          {"decision_rule",
+           {{"guard_factor", calib::kGuardFactor},
+            {"false_acceptance_max", calib::kFalseAcceptance},
+            {"text", decision_rule()}}},
+          {"limits", limits.source ? nlohmann::json(*limits.source) : nlohmann::json()},
           {"sensors", std::move(sensors)},
           {"warnings", std::move(warnings)}};
 }
 
-std::string describe(const calib::Calibration& calibration, const calib::Verification& verification) {
+/// Share of errors inside the stated band: that of a fresh power-on, else of the shape.
+std::string inside_text(const calib::CurveVerification& curve) {
+  const auto& band = curve.fresh_band ? curve.fresh_band : curve.shape_band;
+  if (!band) return "-";
+  return fmt::format("{:.0f} %{}", 100.0 * band->inside, band->too_narrow() ? " (!)" : "");
+}
+
+std::vector<std::string> table_row(const std::string& name, std::string_view unit,
+                                   const calib::CurveVerification& curve, double factor, int digits) {
+  const auto number = [&](double value) {
+    return curve.rows > 0 ? fmt::format("{:.{}f}", value * factor, digits) : std::string("-");
+  };
+  return {name,
+          std::string(unit),
+          std::string(calib::name_of(curve.verdict)),
+          number(curve.worst_abs),
+          curve.rows > 0 ? fmt::format("{:.1f}", curve.worst_temp_c) : "-",
+          number(curve.guard),
+          curve.limit ? fmt::format("{:.{}f}", *curve.limit * factor, digits) : "-",
+          number(curve.rmse_abs),
+          number(curve.rmse_shape),
+          inside_text(curve),
+          std::to_string(curve.rows)};
+}
+
+/// The temperatures of the first sensor that has some; those of the others differ where thermometers do.
+std::string temperatures_text(const calib::Verification& verification) {
+  for (const auto& sensor : verification.sensors) {
+    if (!sensor || sensor->temps_c.empty()) continue;
+    if (sensor->temps_c.size() > 60) {
+      return fmt::format("verified from {:.1f} to {:.1f} °C\n", sensor->temps_c.front(), sensor->temps_c.back());
+    }
+    return fmt::format("verified at {:.1f} °C\n", fmt::join(sensor->temps_c, ", "));
+  }
+  return {};
+}
+
+std::string describe(const calib::Calibration& calibration, const KnownLimits& limits,
+                     const calib::Verification& verification) {
   std::vector<std::vector<std::string>> table = {
-      {"sensor", "unit", "verdict", "worst", "at °C", "rmse", "shape", "limit", "rows"}};
+      {"sensor", "unit", "verdict", "worst", "at °C", "U", "limit", "rmse", "shape", "in band", "rows"}};
   for (const calib::Sensor sensor : calib::kSensors) {
     const auto& result = verification.sensors[calib::index_of(sensor)];
     if (!result) continue;
-    const double factor = calib::printed_per_si(sensor);
-    table.push_back({std::string(calib::name_of(sensor)), std::string(calib::printed_unit(sensor)),
-                     std::string(calib::name_of(result->verdict)), fmt::format("{:.5f}", result->worst_abs * factor),
-                     fmt::format("{:.1f}", result->worst_temp_c), fmt::format("{:.5f}", result->rmse_abs * factor),
-                     fmt::format("{:.5f}", result->rmse_shape * factor),
-                     result->limit ? fmt::format("{:.5f}", *result->limit * factor) : "-",
-                     std::to_string(result->rows)});
+    const std::string name(calib::name_of(sensor));
+    calib::CurveVerification bias = *result;
+    bias.verdict = result->bias_verdict;
+    table.push_back(table_row(name, calib::printed_unit(sensor), bias, calib::printed_per_si(sensor), 5));
+    if (result->scale) table.push_back(table_row(name + " scale", "ppm", *result->scale, 1.0, 1));
   }
-  return fmt::format("unit {}, model {}: {}\n{}", calibration.unit, calibration.model_version,
-                     calib::name_of(verification.verdict), text_table(table));
+  return fmt::format("unit {}, model {}: {}\nlimits: {}\n{}{}rule: {}\n", calibration.unit, calibration.model_version,
+                     calib::name_of(verification.verdict), limits.source.value_or("none"), text_table(table),
+                     temperatures_text(verification), decision_rule());
 }
 
 }  // namespace
@@ -86,21 +194,22 @@ std::string describe(const calib::Calibration& calibration, const calib::Verific
 base::Status run_verify(const VerifyCommand& command, Output& output) {
   const auto loaded = read_calibration(command.file);
   if (!loaded) return base::forward_error(loaded);
-  const auto limits = command.limits.empty() ? base::Result<calib::Limits>() : read_limits(command.limits);
+  const auto limits = limits_for(command, loaded->calibration);
   if (!limits) return base::forward_error(limits);
   const auto catalog = open_existing_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);
   const auto runs = load_campaign(*catalog, loaded->calibration, command.campaign);
   if (!runs) return base::forward_error(runs);
-  const auto verification = calib::verify(loaded->calibration, *runs, *limits);
+  const auto verification = calib::verify(loaded->calibration, *runs, limits->limits);
   if (!verification) return base::forward_error(verification);
 
+  note_waivers(loaded->calibration.references, output);
   if (output.json()) {
-    if (const auto printed = output.print_json(document_of(loaded->calibration, *verification)); !printed)
+    if (const auto printed = output.print_json(document_of(loaded->calibration, *limits, *verification)); !printed)
       return printed;
   } else {
     for (const calib::Warning& warning : verification->warnings) output.note("warning: " + warning.text);
-    output.print(describe(loaded->calibration, *verification));
+    output.print(describe(loaded->calibration, *limits, *verification));
   }
   if (verification->verdict == calib::Verdict::fail) {
     return base::fail(base::ErrorKind::limits, "the unit fails its limits", loaded->calibration.unit);

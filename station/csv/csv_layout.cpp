@@ -128,6 +128,30 @@ base::Status check_required(const CsvLayout& layout, const std::vector<std::stri
                   fmt::join(missing, ", "), fmt::join(header, ", ")));
 }
 
+/// The rate of a position stands in a column or beside the position's direction, not in both, and never alone.
+base::Status check_rate(const CsvLayout& layout, const ColumnsMap& map) {
+  const auto find = [&](std::string_view name) {
+    return std::find_if(layout.columns.begin(), layout.columns.end(),
+                        [&](const ColumnPlan& plan) { return plan.channel.name == name; });
+  };
+  const auto rate = find("rate_dps");
+  if (rate == layout.columns.end()) return {};
+  if (find("position") == layout.columns.end()) {
+    return bad_input(
+        fmt::format("column '{}' gives the rate at which the fixture turns about the vertical, but no "
+                    "column says which axis points up: add 'position'",
+                    rate->header));
+  }
+  for (const calib::Position& position : map.positions) {
+    if (!position.rate_dps) continue;
+    return bad_input(
+        fmt::format("the columns map states a rate of position '{}', and column '{}' gives one too: keep "
+                    "one of them",
+                    position.label, rate->header));
+  }
+  return {};
+}
+
 base::Status check_map_is_used(const ColumnsMap& map, const std::vector<std::string_view>& header) {
   for (const MappedColumn& column : map.columns) {
     if (std::find(header.begin(), header.end(), column.source) != header.end()) continue;
@@ -173,6 +197,7 @@ base::Result<CsvLayout> layout_of_csv(const std::vector<std::string_view>& raw_h
   if (auto status = add_constants(layout, map); !status) return base::forward_error(status);
   if (auto status = check_given_once(layout); !status) return base::forward_error(status);
   if (auto status = check_required(layout, header); !status) return base::forward_error(status);
+  if (auto status = check_rate(layout, map); !status) return base::forward_error(status);
   const auto time = std::find_if(layout.columns.begin(), layout.columns.end(),
                                  [](const ColumnPlan& plan) { return plan.role == ColumnRole::time; });
   std::rotate(layout.columns.begin(), time, time + 1);

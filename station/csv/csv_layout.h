@@ -21,7 +21,8 @@ struct CsvLayout {
   std::vector<ColumnPlan> columns;  ///< the time first, then in the order of the file, then constants
 };
 
-/// Refuses nameless, doubled and missing columns, quantities that are given twice, and map entries without a column.
+/// Refuses nameless, doubled and missing columns, quantities that are given twice, map entries without a column,
+/// and a rate of the fixture without a position or with another one in the map.
 /// Errors have no place yet: it is the header line of the file. `map` must outlive the layout.
 [[nodiscard]] base::Result<CsvLayout> layout_of_csv(const std::vector<std::string_view>& header, const ColumnsMap& map);
 

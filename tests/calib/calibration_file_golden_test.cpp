@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of format version 1.0 kept in tests/data/golden: every later version must read them, to the same values.
+// Files of format versions 1.0 to 1.2 kept in tests/data/golden: every later version must read them, to the same
+// values.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +24,11 @@ struct Golden {
 };
 
 std::vector<Golden> goldens() {
-  return {{"fis", golden_fis()}, {"mixed", golden_mixed()}, {"whole", golden_whole()}, {"table", golden_table()}};
+  return {{"fis", golden_fis()},
+          {"mixed", golden_mixed()},
+          {"whole", golden_whole()},
+          {"table", golden_table()},
+          {"referenced", golden_referenced()}};
 }
 
 base::Bytes blob_of(const Golden& golden) { return read_file(data_file(std::string(golden.name) + ".soakcal")); }

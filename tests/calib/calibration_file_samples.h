@@ -201,6 +201,43 @@ inline Calibration golden_mixed() {
   return calibration;
 }
 
+/// A reference that is good, and one that was used by a waiver. It is signed with the key that RFC 8032 prints.
+inline std::vector<ReferenceUse> references() {
+  const Reference probe{"01890a5d-ac96-774b-bcce-b302099a8057",
+                        ReferenceKind::chamber_probe,
+                        "probe 3",
+                        "D-K-15048-2026-07",
+                        -0.02,
+                        0.025,
+                        1767225600.0,
+                        1798761600.0};
+  const Reference cube{"018cc251-f400-7c3e-8000-0000000000c2",
+                       ReferenceKind::fixture_squareness,
+                       "cube 7",
+                       "PTB 5.31-4012",
+                       std::nullopt,
+                       1e-4,
+                       1704067200.0,
+                       1735689600.0};
+  const Waiver waiver{"019ada3c-9e00-7a10-8000-00000000a11e",
+                      cube.record_id,
+                      "a new cube is ordered; its faces were compared on 2025-11-28",
+                      "Ann Example",
+                      "d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a",
+                      1764590400.0,
+                      "ea7e2f2f430fa5fa282d72ef553a9fb320587e880291e1bc63e70937a36ea899"
+                      "57923163777f8b993a67cec3f8e3b3f01eaa3d5275c89a444d36be2254fb5f0c"};
+  return {{probe, std::nullopt}, {cube, waiver}};
+}
+
+/// Golden file "referenced": as "fis", with references.
+inline Calibration golden_referenced() {
+  Calibration calibration = golden_fis();
+  calibration.unit = "SN-0006";
+  calibration.references = references();
+  return calibration;
+}
+
 /// One sensor with the given bias curve, valid from -30 to 70 °C.
 inline Calibration with_bias(const Curve& curve, Sensor sensor = Sensor::gyro_x) {
   Calibration calibration = provenance("SN-0003");

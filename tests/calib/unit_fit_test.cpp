@@ -276,7 +276,7 @@ TEST_F(VerificationTest, WithoutLimitsItInformsAndNeverPasses) {
 
 TEST_F(VerificationTest, JudgesWithAGuardBandOfTheRowsOwnUncertainty) {
   Limits limits;
-  limits.fill(1.0);
+  limits.bias.fill(1.0);
   limits[0] = 5e-4;
   EXPECT_EQ(verify(calibration, fresh(0.0), limits)->verdict, Verdict::pass);
   EXPECT_EQ(verify(calibration, fresh(2e-3), limits)->sensors[0]->verdict, Verdict::fail);

@@ -7,9 +7,11 @@ Everything is computed in double precision from the float32 numbers of the file,
 
 from __future__ import annotations
 
+import datetime
 import enum
 import math
 import struct
+import uuid
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -34,6 +36,7 @@ MAX_TABLE_POINTS = 4096
 MAX_UNCERTAINTY_POINTS = 1024
 MAX_RUN_HASHES = 4096
 MAX_TERMS = 32
+MAX_REFERENCES = 64
 
 MIN_TEMP_C = -273.15
 MAX_TEMP_C = 1000.0
@@ -61,9 +64,10 @@ class BlobError(Exception):
 
 
 class SectionType(enum.IntEnum):
-    """Section types with a layout in version 1.0."""
+    """Section types that this reader looks into: those of version 1.0, and references of 1.2."""
 
     PROVENANCE = 0x0001
+    REFERENCE = 0x0002
     SENSOR = 0x0010
     FIS = 0x0011
     SPLINE = 0x0012
@@ -380,6 +384,43 @@ class Term:
     parameters: tuple[tuple[str, float], ...]
 
 
+REFERENCE_KINDS = ("chamber_probe", "fixture_squareness", "level", "gravity", "supply", "rate")
+
+
+@dataclass(frozen=True)
+class Waiver:
+    identifier: uuid.UUID
+    signed_unix_s: float
+    public_key: bytes
+    signature: bytes
+    signer: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Reference:
+    kind: str
+    name: str
+    certificate: str
+    standard_uncertainty: float
+    correction: float | None
+    issued_unix_s: float
+    due_unix_s: float
+    record: uuid.UUID
+    waiver: Waiver | None
+
+    def waiver_text(self) -> bytes:
+        """What the signature of the waiver is over, after docs/records.md."""
+        def utc(unix_s: float) -> str:
+            return datetime.datetime.fromtimestamp(int(unix_s), datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+        assert self.waiver is not None
+        lines = ("soak-waiver-1", f"waiver {self.waiver.identifier}", f"reference {self.record}", f"kind {self.kind}",
+                 f"name {self.name}", f"certificate {self.certificate}", f"due {utc(self.due_unix_s)}",
+                 f"reason {self.waiver.reason}", f"signer {self.waiver.signer}", f"signed {utc(self.waiver.signed_unix_s)}")
+        return "".join(line + "\n" for line in lines).encode()
+
+
 def interpolate(xs: Vector, ys: Vector, x: float) -> float:
     """Linear between the points, held beyond them."""
     if x <= xs[0]:
@@ -442,6 +483,7 @@ class Calibration:
         self.misalignment: Matrix | None = None
         self.g_sensitivity: Matrix | None = None
         self.terms: list[Term] = []
+        self.references: list[Reference] = []
 
     @classmethod
     def load(cls, data: bytes) -> Calibration:
@@ -577,6 +619,8 @@ class Calibration:
             self._read_term(payload)
         elif section.kind == SectionType.ERROR_BOUND:
             self._read_error_bound(payload)
+        elif section.kind == SectionType.REFERENCE:
+            self._read_reference(payload)
         else:
             raise BlobError("a second provenance section")
         payload.finish()
@@ -659,6 +703,24 @@ class Calibration:
         bound, span = payload.floats(2)
         require(bound >= 0 and span >= 0, "an error bound or its span is negative")
         self.error_bounds[key] = ErrorBound(bound, span)
+
+    def _read_reference(self, payload: Payload) -> None:
+        require(len(self.references) < MAX_REFERENCES, "too many references")
+        kind, flags, name_size, certificate_size = payload.integers("BBBB")
+        require(kind < len(REFERENCE_KINDS), "unknown kind of reference")
+        require(name_size >= 1 and certificate_size >= 1, "a reference without name or certificate")
+        uncertainty, correction, issued, due = payload.floats(4, "d")
+        require(uncertainty >= 0 and due > issued, "a reference's numbers are impossible")
+        record = uuid.UUID(bytes=payload.take(16))
+        head = None
+        if flags & 2:
+            head = (uuid.UUID(bytes=payload.take(16)), payload.floats(1, "d")[0], payload.take(32), payload.take(64))
+            signer_size, reason_size, _zero = payload.integers("BBH")
+            require(signer_size >= 1 and reason_size >= 1, "a waiver without signer or reason")
+        name, certificate = payload.text(name_size), payload.text(certificate_size)
+        waiver = Waiver(*head, payload.text(signer_size), payload.text(reason_size)) if head else None
+        self.references.append(Reference(REFERENCE_KINDS[kind], name, certificate, uncertainty,
+                                         correction if flags & 1 else None, issued, due, record, waiver))
 
     def _check_complete(self) -> None:
         require(bool(self.sensor_info), "the file has no sensor")

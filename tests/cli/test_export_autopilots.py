@@ -312,6 +312,18 @@ class Logs(SoakTest):
         for key, rad in (("gx_dps", 0.5), ("gy_dps", -0.25), ("gz_dps", 0.125)):
             self.assertAlmostEqual(float(row[key]), rad / RADIANS, places=9)
 
+    def test_px4_rows_before_the_first_temperature_are_left_out_on_demand(self):
+        # Newer logs have range and scale too, and "nan" until the sensor has told its temperature.
+        lines = ["timestamp,timestamp_sample,device_id,temperature,scale,dynamic_range,error_count,clip_counter[0],clip_counter[1],"
+                 "clip_counter[2],samples,x,y,z"]
+        lines += [f"{5000500 + 2500 * i},{5000000 + 2500 * i},1311244,{'nan' if i < 3 else 41.5},16.384,2000.0,0,0,0,0,8,0.5,-0.25,0.125"
+                  for i in range(400)]
+        path = self.write("gyro.csv", "\n".join(lines) + "\n")
+        arguments = ("import", path, "--unit", SERIAL, "--columns", ROOT / "procedures/columns/px4-ulog2csv-gyro.toml")
+        self.assertIn("--skip-bad", self.refusal(*arguments)["message"])
+        document = self.soak_json("import", *arguments, "--skip-bad")
+        self.assertEqual(document["runs"][0]["rows"], 397)
+
     def ardupilot(self, instances):
         lines = ["timestamp,TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,EG,EA,T,GH,AH,GHz,AHz"]
         for i in range(400):

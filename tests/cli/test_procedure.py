@@ -47,7 +47,24 @@ class ProcedureCheck(SoakTest):
         steps = self.soak_json("procedure-check", "procedure", "check", path)["steps"]
         listed = self.soak("procedure", "check", path, "--steps").stdout.splitlines()
         self.assertEqual(sum(": " in line and line[:6].strip().isdigit() for line in listed), steps)
-        self.assertIn("R01 visit 20, +70 °C up: record 600 s at -Z", "\n".join(listed))
+        self.assertIn("R01 visit 21, +70 °C up: record 600 s at -Z", "\n".join(listed))
+
+    def test_a_reference_plateau_is_shown_and_counted(self):
+        plain = self.soak_json("procedure-check", "procedure", "check", self.write("p.toml", SHORT))
+        self.assertIsNone(plain["reference_c"])
+        path = self.write("r.toml", SHORT.replace("[positions]", "[reference]\ntemp_c = 25\n[positions]"))
+        document = self.soak_json("procedure-check", "procedure", "check", path)
+        self.assertEqual((document["reference_c"], document["visits"]), (25, 4))
+        self.assertEqual(document["set_points_c"], [25, 0, 80, 25])
+        # Two visits more: 10 min to settle, 2 x 15 min recorded, two turns of 10 s, 30 s after one of them. The way is
+        # as before, since each run ends at 25 degrees.
+        self.assertAlmostEqual(document["estimate_h"] - plain["estimate_h"], 2 * (600 + 1800 + 20 + 30) / 3600, places=9)
+        text = self.soak("procedure", "check", path, "--steps").stdout
+        self.assertIn("reference plateau: each run begins and ends at 25 °C", text)
+        self.assertIn("D01 visit 3, +25 °C down: record 900 s at -X", text)
+        for name in ("six-position-soak", "six-position-both-ways"):
+            shipped = self.soak_json("procedure-check", "procedure", "check", PROCEDURES / f"{name}.toml")
+            self.assertEqual(shipped["reference_c"], 25)
 
     def test_every_mistake_is_named_with_its_line(self):
         path = self.write("bad.toml", SHORT.replace("dwell_s = 900", "dwell_s = -1").replace('"-X"', '"-Q"') + "colour = 3\n")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """soak runs list, show, void, verify; soak unit; the frame of the command line."""
 import os
+import sqlite3
 import subprocess
 import unittest
 
@@ -40,7 +41,9 @@ class Runs(SoakTest):
         self.assertEqual(counted(), 11)
         self.soak("runs", "void", "a", "--visit", "1", "--reason", "heater")
         self.assertEqual(counted(), 5)
-        self.soak("runs", "void", "a", "--reason", "wrong unit")
+        record = self.soak_json("runs-void", "runs", "void", "a", "--reason", "wrong unit", "--user", "bob")
+        self.assertEqual((record["visit"], record["user"], record["segments_withdrawn"], record["segments_before"]), (None, "bob", 5, 5))
+        self.assertIn("voided already", self.refusal("runs", "void", "a", "--reason", "once more")["message"])
         shown = self.soak_json("runs-show", "runs", "show", "a")
         self.assertEqual(shown["segments"], [])
         self.assertTrue(shown["run"]["voided"])
@@ -93,7 +96,10 @@ class Units(SoakTest):
         self.soak("unit", "add", "SN1", "--type", "mpu6050")
         self.assertEqual(self.soak_json("unit-list", "unit", "list")["units"], [{"unit": "SN1", "type": "mpu6050", "epoch": 0, "runs": 0}])
         self.assertIn("mpu6050", self.refusal("unit", "add", "SN1", "--type", "other")["message"])
-        self.soak("unit", "add", "SN1", "--begin-epoch", "re-flashed")
+        self.soak("unit", "add", "SN1", "--begin-epoch", "re-flashed", "--user", "eva")
+        database = sqlite3.connect(self.data / "station.db")
+        self.assertEqual(database.execute("SELECT text FROM event WHERE kind = 'epoch_begun'").fetchall(), [("epoch 1, by eva: re-flashed",)])
+        database.close()
         self.imported("a.csv", recording(seconds=10))
         self.assertEqual(self.soak_json("unit-list", "unit", "show", "SN1")["units"], [{"unit": "SN1", "type": "mpu6050", "epoch": 1, "runs": 1}])
         self.assertEqual(self.soak_json("runs-list", "runs", "list")["runs"][0]["epoch"], 1)
@@ -114,6 +120,7 @@ class Frame(SoakTest):
 
     def test_every_command_has_an_example_of_its_own(self):
         commands = [("import",), ("unit", "add"), ("unit", "list"), ("unit", "show")]
+        commands += [("reference", name) for name in ("add", "list", "show", "waive", "retire")]
         commands += [("runs", name) for name in ("list", "show", "export", "void", "verify")]
         for command in commands:
             self.assertIn("Example:\n  soak " + " ".join(command), self.run_bare(*command, "--help").stdout)

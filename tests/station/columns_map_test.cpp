@@ -21,6 +21,7 @@ phase = "ramp"
 plateau_c = 25
 [positions]
 tilt = [0, 3, 4]
+left = { up = [0, 0, 2], rate_dps = 30 }
 )",
                                      "m.toml");
   ASSERT_TRUE(map) << map.error().message;
@@ -37,8 +38,12 @@ tilt = [0, 3, 4]
   EXPECT_EQ(map->columns[1].meaning.unit, "k");
   EXPECT_TRUE(map->columns[2].is_label);
   EXPECT_EQ(map->constants, (std::vector<std::pair<std::string, std::string>>{{"phase", "ramp"}, {"plateau_c", "25"}}));
-  ASSERT_EQ(map->positions.size(), 1U);
-  EXPECT_EQ(map->positions[0].up, (calib::Vector3{0.0, 0.6, 0.8}));
+  ASSERT_EQ(map->positions.size(), 2U);
+  EXPECT_EQ(map->positions[0].label, "left");
+  EXPECT_EQ(map->positions[0].up, (calib::Vector3{0.0, 0.0, 1.0}));
+  EXPECT_EQ(map->positions[0].rate_dps, 30.0);
+  EXPECT_EQ(map->positions[1].up, (calib::Vector3{0.0, 0.6, 0.8}));
+  EXPECT_FALSE(map->positions[1].rate_dps);
 }
 
 TEST(ColumnsMap, ReportsEveryMistakeWithItsLine) {
@@ -62,12 +67,18 @@ TEST(ColumnsMap, ReportsEveryMistakeWithItsLine) {
       "\"+X\" = [1, 0, 0]\n"
       "P2 = [0, 0, 0]\n"
       "[constants]\n"
-      "t_s = 1\n",
+      "t_s = 1\n"
+      "[positions.P3]\n"
+      "rate_dps = 5\n"
+      "[positions.P4]\n"
+      "up = [0, 0, 1]\n"
+      "rate_dps = nan\n"
+      "rate_rps = 1\n",
       "m.toml");
   ASSERT_FALSE(map);
   EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(map.error().where, "m.toml");
-  for (const int line : {1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 17, 18, 20}) {
+  for (const int line : {1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 17, 18, 20, 21, 25, 26}) {
     EXPECT_NE(("\n" + map.error().message).find("\nline " + std::to_string(line) + ": "), std::string::npos)
         << "line " << line << " in\n"
         << map.error().message;
@@ -90,6 +101,8 @@ skip_rows = 1
 "text" = { as = "text", type = "u16", labels = ["x, y", "\u0007\"z\""] }
 [positions]
 P1 = [1, 1, 1]
+P2 = { up = [1, 2, 3], rate_dps = -0.1 }
+P3 = { up = [0, 0, 1], rate_dps = 1e300 }
 )",
                                      "m.toml");
   ASSERT_TRUE(map) << map.error().message;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -207,6 +208,43 @@ TEST(Plan, VisitsAreTheSetPointsAndSweepsTheSignOfTheirChange) {
       EXPECT_EQ(visit, plan.procedure.set_points_c.size());
     }
   }
+}
+
+TEST(Plan, AReferencePlateauIsRecordedInAllPositionsAtBothEndsOfEachRun) {
+  const auto procedure = parse_procedure(
+      "name = \"n\"\npurpose = \"calibration\"\nkind = \"soak\"\nruns = 2\n[temperatures]\nlist_c = [-10, 50]\n"
+      "[reference]\ntemp_c = 25\n[positions]\norder = [\"+X\", \"-X\", \"+Z\"]\n",
+      "p.toml");
+  ASSERT_TRUE(procedure) << procedure.error().message;
+  const Plan plan = compile_plan(*procedure);
+  ASSERT_EQ(plan.runs.size(), 3u);  // with the pre-flight
+  for (std::size_t r = 1; r < plan.runs.size(); ++r) {
+    std::vector<std::pair<double, Sweep>> recorded;
+    for (std::size_t i = plan.runs[r].first_step; i <= plan.runs[r].last_step; ++i) {
+      const Step& step = plan.steps[i];
+      if (step.kind == StepKind::record) recorded.emplace_back(step.temp_c, step.sweep);
+    }
+    std::vector<std::pair<double, Sweep>> expected(3, {25.0, Sweep::unknown});  // the room's own temperature
+    expected.insert(expected.end(), 3, {-10.0, Sweep::down});
+    expected.insert(expected.end(), 3, {50.0, Sweep::up});
+    expected.insert(expected.end(), 3, {25.0, Sweep::down});
+    EXPECT_EQ(recorded, expected);
+    EXPECT_EQ(recorded_order(plan, plan.runs[r], 0), recorded_order(plan, plan.runs[r], 3));
+  }
+  // A colder room is warmed up to it.
+  const Plan cold = compile_plan(*procedure, 20.0);
+  const auto first = std::find_if(cold.steps.begin(), cold.steps.end(), [](const Step& s) { return s.visit == 0; });
+  EXPECT_EQ(first->sweep, Sweep::up);
+}
+
+TEST(Plan, AReferencePlateauCostsItsTwoVisitsAndTheWayToThem) {
+  Procedure with = two_positions();
+  with.set_points_c = {25.0, 5.0, 45.0, 25.0};
+  const Procedure without = two_positions();
+  // Each visit settles, records twice, turns back before and once between. 5 → 45 → 25 → end at 25 °C is the way that
+  // the run goes anyway.
+  const double visit_s = with.estimate_settle_s + 2 * with.dwell_s + 2 * 10.0 + with.stability.after_turn_s;
+  EXPECT_NEAR(compile_plan(with).estimate_s() - compile_plan(without).estimate_s(), 2 * visit_s, 1e-6);
 }
 
 TEST(Plan, TheTurningPlateauKeepsItsArrivalDirection) {

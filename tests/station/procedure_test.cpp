@@ -47,11 +47,13 @@ base::Error refusal(int after, const std::string& line) {
 }
 
 TEST(Procedure, TheThesisProcedureHasTheThesisNumbers) {
-  // Seed notes, chapter 6: 21 plateaus from -30 to +70 °C, six positions of ten minutes, 20 runs.
+  // Seed notes, chapter 6: 21 plateaus from -30 to +70 °C, six positions of ten minutes, 20 runs. Ours begin and end at
+  // the reference plateau.
   const Procedure p = shipped("six-position-soak");
-  ASSERT_EQ(p.set_points_c.size(), 21u);
-  for (std::size_t i = 0; i < p.set_points_c.size(); ++i)
-    EXPECT_EQ(p.set_points_c[i], -30.0 + 5.0 * static_cast<double>(i));
+  ASSERT_EQ(p.set_points_c.size(), 23u);
+  for (std::size_t i = 0; i < 21; ++i) EXPECT_EQ(p.set_points_c[i + 1], -30.0 + 5.0 * static_cast<double>(i));
+  EXPECT_EQ(p.set_points_c.front(), 25.0);
+  EXPECT_EQ(p.set_points_c.back(), 25.0);
   EXPECT_EQ(p.runs, 20);
   EXPECT_EQ(p.positions.size(), 6u);
   EXPECT_EQ(p.dwell_s, 600.0);
@@ -60,9 +62,44 @@ TEST(Procedure, TheThesisProcedureHasTheThesisNumbers) {
 
 TEST(Procedure, UpAndDownVisitsTheTurningPlateauOnce) {
   const Procedure p = shipped("six-position-both-ways");
-  ASSERT_EQ(p.set_points_c.size(), 41u);
+  ASSERT_EQ(p.set_points_c.size(), 43u);
   EXPECT_EQ(std::count(p.set_points_c.begin(), p.set_points_c.end(), 70.0), 1);
-  for (std::size_t i = 0; i < 41; ++i) EXPECT_EQ(p.set_points_c[i], p.set_points_c[40 - i]);
+  for (std::size_t i = 0; i < 43; ++i) EXPECT_EQ(p.set_points_c[i], p.set_points_c[42 - i]);
+}
+
+/// The set points of a procedure with the list and a reference plateau, or what it is refused for.
+base::Result<std::vector<double>> with_reference(const std::string& list, const std::string& reference,
+                                                 const std::string& kind = "soak") {
+  const auto p = parse_procedure(fmt::format("name = \"n\"\npurpose = \"calibration\"\nkind = \"{}\"\n[temperatures]\n"
+                                             "list_c = {}\n[reference]\n{}\n[positions]\norder = [\"+Z\"]\n",
+                                             kind, list, reference),
+                                 "p.toml");
+  if (!p) return base::forward_error(p);
+  EXPECT_EQ(p->reference_c.has_value(), true);
+  return p->set_points_c;
+}
+
+TEST(Procedure, AReferencePlateauStandsAtBothEndsOfARun) {
+  using Points = std::vector<double>;
+  EXPECT_EQ(with_reference("[0, 40]", "temp_c = 25").value(), (Points{25, 0, 40, 25}));
+  EXPECT_EQ(with_reference("[-10, 25, 50]", "temp_c = 25.0").value(), (Points{25, -10, 25, 50, 25}));
+  // An end that is there already is not visited twice.
+  EXPECT_EQ(with_reference("[24, 0, 40]", "temp_c = 24").value(), (Points{24, 0, 40, 24}));
+  EXPECT_EQ(with_reference("[24, 0, 24]", "temp_c = 24").value(), (Points{24, 0, 24}));
+  EXPECT_FALSE(parse_procedure(kShort, "p.toml")->reference_c);
+}
+
+TEST(Procedure, AReferencePlateauIsNear25DegreesAndOfASoakWithOtherSetPoints) {
+  for (const auto& refused :
+       {with_reference("[0, 40]", "temp_c = 22.4"), with_reference("[0, 40]", "temp_c = 27.6"),
+        with_reference("[0, 40]", "temp_c = \"room\""), with_reference("[25, 24]", "temp_c = 25"),
+        with_reference("[0, 40]", "temp_c = 25", "ramp"), with_reference("[0]", "temp_c = 25", "rest")}) {
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().where, "p.toml:7") << refused.error().message;
+  }
+  const auto missing = with_reference("[0, 40]", "");
+  ASSERT_FALSE(missing);
+  EXPECT_NE(missing.error().message.find("temp_c"), std::string::npos) << missing.error().message;
 }
 
 TEST(Procedure, VerificationStandsBetweenThePlateaus) {

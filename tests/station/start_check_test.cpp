@@ -203,7 +203,7 @@ TEST_F(StartCheck, ADiskThatIsTooSmallForWhatIsLeftIsRefused) {
 TEST_F(StartCheck, TheJournalGivesBackTheRequest) {
   db::CampaignRow row;
   row.name = request.campaign;
-  row.document = start_document(request, checked()).dump();
+  row.document = start_document(request, checked(), {"a note"}).dump();
   const auto back = request_of(row);
   ASSERT_TRUE(back) << back.error().message;
   EXPECT_EQ(back->procedure_text, request.procedure_text);
@@ -226,7 +226,7 @@ class Resume : public StartCheck {
     start = checked();
     row.name = "c1";
     row.procedure = "short";
-    row.document = start_document(request, start).dump();
+    row.document = start_document(request, start, {}).dump();
     row.created_utc_s = 1700000000.0;
     ASSERT_TRUE(catalog->begin_campaign(row));
   }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "base/units.h"
 #include "station/unit_type_file.h"
 
 namespace soak::station {
@@ -35,6 +36,13 @@ bias_max_mps2 = 0.4
 [thermometers]
 kind = "per_sensor"
 lsb_c = 0.0625
+repeatability_c = 0.125
+[limits]
+gyro = 0.1
+gyro_y = 0.2
+accel_z = 0.3
+accel_scale_ppm = 400
+accel_x_scale_ppm = 500
 )",
                                     "units/x1.toml");
   ASSERT_TRUE(type) << type.error().message;
@@ -55,6 +63,13 @@ lsb_c = 0.0625
   EXPECT_EQ(type->accel_bias_max_mps2, 0.4);
   EXPECT_EQ(type->thermometers, calib::Thermometers::per_sensor);
   EXPECT_EQ(type->temp_lsb_c, 0.0625);
+  EXPECT_EQ(type->temp_repeatability_c, 0.125);
+  const double deg = base::kRadPerDeg;
+  EXPECT_NEAR(*type->limits[0], 0.1 * deg, 1e-15);
+  EXPECT_NEAR(*type->limits[1], 0.2 * deg, 1e-15);
+  EXPECT_FALSE(type->limits[3] || type->limits[4]);
+  EXPECT_EQ(type->limits[5], 0.3);
+  EXPECT_EQ(type->limits.scale_ppm, (std::array<std::optional<double>, 6>{{{}, {}, {}, 500.0, 400.0, 400.0}}));
 }
 
 TEST(UnitTypeFile, WhatIsNotSaidIsAbsent) {
@@ -66,6 +81,7 @@ TEST(UnitTypeFile, WhatIsNotSaidIsAbsent) {
                type->gyro_noise_max_dps_rthz || type->accel_noise_max_mps2_rthz || type->gyro_bias_max_dps ||
                type->accel_bias_max_mps2);
   EXPECT_FALSE(type->axes || type->thermometers);
+  EXPECT_EQ(type->limits, calib::Limits{});
 }
 
 TEST(UnitTypeFile, EveryMistakeIsReportedWithItsLine) {

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "calib/calibration.h"
+#include "calib/verification.h"
+#include "calib/verification/row_errors.h"
+
+namespace soak::calib::verification {
+
+/// Errors against pi95 and the rows' own uncertainty in quadrature; nothing where the file states no such band.
+[[nodiscard]] std::optional<BandComparison> compare_fresh(const std::vector<RowError>& rows,
+                                                          const UncertaintyTable& table, std::size_t file_runs);
+
+/// Means per temperature, run offsets removed, against ci95 and their own uncertainty in quadrature; nothing with fewer
+/// than two temperatures.
+[[nodiscard]] std::optional<BandComparison> compare_shape(std::vector<RowError> rows, const UncertaintyTable& table,
+                                                          std::size_t file_runs);
+
+}  // namespace soak::calib::verification

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How often the intervals that a fit states hold the truth of soaksim-campaign: what tests and tools/prove/parameters share.
+
+One campaign per seed goes through the programs as a user runs them: soaksim-campaign, soak import, soak fit --json. Each
+interval is asked for at one temperature per curve, drawn from the seed: points of one curve are not independent, but the
+draws of different units are, and their count is binomial.
+"""
+import json
+import math
+import os
+import pathlib
+import random
+import subprocess
+import tempfile
+
+GYROS = ("gyro_x", "gyro_y", "gyro_z")
+ACCELS = ("accel_x", "accel_y", "accel_z")
+# Two-sided normal: the fit states standard errors of its constants, from some hundred degrees of freedom.
+NORMAL_95 = 1.959964
+
+
+def upper_tail(n, k, p):
+    """P(X >= k) of a binomial."""
+    if k <= 0:
+        return 1.0
+    terms = [math.lgamma(n + 1) - math.lgamma(i + 1) - math.lgamma(n - i + 1) + i * math.log(p) + (n - i) * math.log1p(-p)
+             for i in range(k, n + 1)]
+    return min(1.0, sum(map(math.exp, terms)))
+
+
+def clopper_pearson(n, k, level=0.95):
+    """Exact interval of a share of which k of n were seen."""
+    tail = (1.0 - level) / 2.0
+
+    def solve(goal, reached):
+        low, high = 1e-12, 1.0 - 1e-12
+        for _ in range(200):
+            middle = (low + high) / 2.0
+            low, high = (middle, high) if reached(middle) < goal else (low, middle)
+        return low
+
+    lower = 0.0 if k == 0 else solve(tail, lambda p: upper_tail(n, k, p))
+    upper = 1.0 if k == n else solve(1.0 - tail, lambda p: upper_tail(n, k + 1, p))
+    return lower, upper
+
+
+class Coverage:
+    """Counts, by kind of interval."""
+
+    def __init__(self):
+        self.seen = {}
+
+    def add(self, kind, error, half_width):
+        inside, count, squares = self.seen.get(kind, (0, 0, 0.0))
+        self.seen[kind] = (inside + (abs(error) <= half_width), count + 1, squares + (error / half_width) ** 2)
+
+    def merge(self, other):
+        for kind, (inside, count, squares) in other.seen.items():
+            mine = self.seen.get(kind, (0, 0, 0.0))
+            self.seen[kind] = (mine[0] + inside, mine[1] + count, mine[2] + squares)
+
+
+def interpolate(x, y, at):
+    i = min(max(sum(value <= at for value in x) - 1, 0), len(x) - 2)
+    return y[i] + (y[i + 1] - y[i]) * (at - x[i]) / (x[i + 1] - x[i])
+
+
+def run(*arguments, **options):
+    return subprocess.run(list(map(str, arguments)), check=True, capture_output=True, text=True, **options).stdout
+
+
+def fitted(folder, seed, runs, units, rows):
+    """Truth and the fits of a campaign, by serial number."""
+    soak, data = os.environ["SOAK_BIN"], ["--data", folder / "data"]
+    run(os.environ["SOAK_SIM_BIN"], "--out", folder / "lab", "--units", units, "--runs", runs, "--seed", seed,
+        "--rows-per-position", rows)
+    truth = json.loads((folder / "lab" / "truth.json").read_text(encoding="utf-8"))
+    fits = {}
+    for unit in truth["units"]:
+        serial = unit["unit"]
+        run(soak, "import", folder / "lab" / "campaign" / f"{serial}.csv", "--unit", serial, "--simulated", "--gravity-mps2",
+            repr(truth["gravity_mps2"]), *data)
+        fits[serial] = json.loads(run(soak, "fit", "--unit", serial, "--json", *data))
+    return truth, fits
+
+
+def count_curves(coverage, truth, unit, fit, draw):
+    for name, sensor in unit["sensors"].items():
+        kind = name.split("_")[0]
+        point = draw.choice(fit["sensors"][name]["curve"])
+        error = point["bias"] - interpolate(truth["temp_c"], sensor["bias"], point["temp_c"])
+        coverage.add(f"{kind} bias, ci95", error, point["ci95"])
+        # The verification run's power-on is one that the fit has not seen.
+        coverage.add(f"{kind} bias, pi95", error - sensor["verification_power_on_offset"], point["pi95"])
+        if sensor["scale_ppm"] is not None:
+            error = point["scale_ppm"] - interpolate(truth["temp_c"], sensor["scale_ppm"], point["temp_c"])
+            coverage.add(f"{kind} scale, ci95", error, point["scale_ci95_ppm"])
+
+
+def count_constants(coverage, unit, fit, draw):
+    """One entry per sensor: those of a row come from the same segments."""
+    for key, field, sensors in (("accel_misalignment_rad", "misalignment_rad", ACCELS),
+                                ("g_sensitivity_dps_per_g", "g_sensitivity_dps_per_g", GYROS)):
+        for i, name in enumerate(sensors):
+            own = draw.random() < 0.5
+            j = i if sensors is GYROS and own else (i + draw.choice((1, 2))) % 3
+            kind = "misalignment" if sensors is ACCELS else "g-sensitivity, own axis" if j == i else "g-sensitivity, others"
+            coverage.add(kind, fit[key]["value"][i][j] - unit["sensors"][name][field][j],
+                         NORMAL_95 * fit[key]["standard_error"][i][j])
+
+
+def coverage_of(seed, runs, units=1, rows=10):
+    """Counts of one simulated campaign."""
+    coverage = Coverage()
+    draw = random.Random(seed)
+    with tempfile.TemporaryDirectory(prefix="soak-truth-") as folder:
+        truth, fits = fitted(pathlib.Path(folder), seed, runs, units, rows)
+    for unit in truth["units"]:
+        count_curves(coverage, truth, unit, fits[unit["unit"]], draw)
+        count_constants(coverage, unit, fits[unit["unit"]], draw)
+    return coverage

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A short sample of tools/prove/parameters: what the fit states against what was simulated."""
+import unittest
+
+from simulated_truth import Coverage, clopper_pearson, coverage_of, upper_tail
+
+
+class Statistics(unittest.TestCase):
+    def test_exact_bounds_are_those_of_the_tables(self):
+        # Clopper and Pearson 1934; values by scipy.stats.beta.ppf.
+        for n, k, low, high in ((20, 18, 0.6830173, 0.9876515), (10, 10, 0.6915029, 1.0), (30, 0, 0.0, 0.1157033)):
+            bounds = clopper_pearson(n, k)
+            self.assertAlmostEqual(bounds[0], low, places=6)
+            self.assertAlmostEqual(bounds[1], high, places=6)
+        self.assertAlmostEqual(upper_tail(3, 2, 0.5), 0.5)
+
+
+class Truth(unittest.TestCase):
+    def test_intervals_hold_the_truth_about_as_often_as_they_say(self):
+        total = Coverage()
+        for seed in (101, 102):
+            total.merge(coverage_of(seed, runs=4, units=2))
+        self.assertEqual(len(total.seen), 8)
+        for kind, (inside, count, _) in total.seen.items():
+            if kind.startswith("g-sensitivity"):
+                continue  # drawn by chance which of the two: 12 in all
+            self.assertEqual(count, 12, kind)
+        inside = sum(i for i, _, _ in total.seen.values())
+        count = sum(c for _, c, _ in total.seen.values())
+        self.assertEqual(count, 12 * 7)
+        # Were they intervals of 90 % and not of 95 %, 84 independent ones would hold fewer than 64 once in 10,000 times.
+        # tools/prove/parameters counts enough of them to judge each kind.
+        self.assertGreaterEqual(inside, 64, total.seen)
+
+
+if __name__ == "__main__":
+    unittest.main()
