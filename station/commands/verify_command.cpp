@@ -142,13 +142,14 @@ std::string inside_text(const calib::CurveVerification& curve) {
 }
 
 std::vector<std::string> table_row(const std::string& name, std::string_view unit,
-                                   const calib::CurveVerification& curve, double factor, int digits) {
+                                   const calib::CurveVerification& curve, calib::Verdict verdict, double factor,
+                                   int digits) {
   const auto number = [&](double value) {
     return curve.rows > 0 ? fmt::format("{:.{}f}", value * factor, digits) : std::string("-");
   };
   return {name,
           std::string(unit),
-          std::string(calib::name_of(curve.verdict)),
+          std::string(calib::name_of(verdict)),
           number(curve.worst_abs),
           curve.rows > 0 ? fmt::format("{:.1f}", curve.worst_temp_c) : "-",
           number(curve.guard),
@@ -179,10 +180,10 @@ std::string describe(const calib::Calibration& calibration, const KnownLimits& l
     const auto& result = verification.sensors[calib::index_of(sensor)];
     if (!result) continue;
     const std::string name(calib::name_of(sensor));
-    calib::CurveVerification bias = *result;
-    bias.verdict = result->bias_verdict;
-    table.push_back(table_row(name, calib::printed_unit(sensor), bias, calib::printed_per_si(sensor), 5));
-    if (result->scale) table.push_back(table_row(name + " scale", "ppm", *result->scale, 1.0, 1));
+    const calib::Verdict bias = result->bias_verdict;
+    table.push_back(table_row(name, calib::printed_unit(sensor), *result, bias, calib::printed_per_si(sensor), 5));
+    if (result->scale)
+      table.push_back(table_row(name + " scale", "ppm", *result->scale, result->scale->verdict, 1.0, 1));
   }
   return fmt::format("unit {}, model {}: {}\nlimits: {}\n{}{}rule: {}\n", calibration.unit, calibration.model_version,
                      calib::name_of(verification.verdict), limits.source.value_or("none"), text_table(table),
