@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <utility>
 
+#include "base/statistics.h"
 #include "calib/fit/gated_input.h"
 #include "calib/fit/readings_check.h"
 #include "calib/fit/row_collector.h"
@@ -58,6 +60,45 @@ void warn(const UnitInput& input, const std::vector<const RunInput*>& used, Unit
   }
 }
 
+/// Refuses gyros whose scale error no inertial unit has: a rate of the fixture with the wrong sign is off by 2.
+base::Status check_gyro_scale(const UnitRows& rows) {
+  constexpr double kLargest_ppm = 2e5;
+  for (const Sensor sensor : {Sensor::gyro_x, Sensor::gyro_y, Sensor::gyro_z}) {
+    const auto& scale = rows.scale[index_of(sensor)];
+    if (!scale) continue;
+    std::vector<double> values;
+    for (const CurveRow& row : scale->rows) values.push_back(row.value);
+    const double middle_ppm = base::median(values);
+    if (std::abs(middle_ppm) <= kLargest_ppm) continue;
+    return base::bad_input(
+        fmt::format("{} reads {:.3g} times the rate of the fixture: check the sign and the unit of 'rate_dps' "
+                    "(counter-clockwise seen from above is positive), then void the runs and import them again",
+                    name_of(sensor), 1.0 + 1e-6 * middle_ppm),
+        std::string(name_of(sensor)));
+  }
+  return {};
+}
+
+/// Refuses runs that need gravity of the register where that names several.
+base::Status check_reference_gravity(const UnitInput& input) {
+  const auto needs = [](const RunInput& run) { return !run.site.gravity_mps2; };
+  if (std::ranges::none_of(input.runs, needs)) return {};
+  const Reference* first = nullptr;
+  for (const ReferenceUse& use : input.references) {
+    const Reference& reference = use.reference;
+    if (reference.kind != ReferenceKind::gravity || !reference.correction) continue;
+    if (first == nullptr) first = &reference;
+    const double apart = std::abs(*reference.correction - *first->correction);
+    if (apart <= 2.0 * std::hypot(reference.standard_uncertainty, first->standard_uncertainty)) continue;
+    return base::bad_input(
+        fmt::format("the references of these runs name different gravities, {} m/s2 ('{}') and {} m/s2 ('{}'): give "
+                    "--gravity-mps2 at import, or fit one --campaign at a time",
+                    *first->correction, first->name, *reference.correction, reference.name),
+        input.unit);
+  }
+  return {};
+}
+
 UnitInput at_known_gravity(UnitInput input) {
   for (RunInput& run : input.runs) run.site = with_reference_gravity(run.site, input.references);
   return input;
@@ -66,6 +107,7 @@ UnitInput at_known_gravity(UnitInput input) {
 }  // namespace
 
 base::Result<UnitRows> make_rows(const UnitInput& stored) {
+  if (const auto one = check_reference_gravity(stored); !one) return base::forward_error(one);
   const UnitInput recorded = at_known_gravity(stored);
   if (const auto sound = check_readings(recorded); !sound) return base::forward_error(sound);
   const auto [input, findings] = leave_out_rejected(recorded);
@@ -89,6 +131,7 @@ base::Result<UnitRows> make_rows(const UnitInput& stored) {
     }
   }
   collector.finish();
+  if (const auto sane = check_gyro_scale(rows); !sane) return base::forward_error(sane);
   if (std::none_of(rows.bias.begin(), rows.bias.end(), [](const auto& data) { return data.has_value(); })) {
     return base::bad_input(
         fmt::format("the runs of unit {} give no row to fit: all samples are of ramps or moves, or have no "

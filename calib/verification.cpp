@@ -17,6 +17,8 @@ namespace {
 
 using verification::RowError;
 
+constexpr double kSameGravity = 1e-5;  ///< relative: 10 ppm of scale
+
 /// A curve of the file with what it is to be compared with.
 struct CurveTask {
   std::string name;  ///< "gyro_x", "accel_z scale"
@@ -271,6 +273,14 @@ base::Result<Verification> verify(const Calibration& calibration, const UnitInpu
   Verification result = Verifier(calibration, limits, *rows).verify();
   if (says_nothing(result)) {
     return base::bad_input("the runs say nothing inside the file's valid temperature range", runs.unit);
+  }
+  const double apart = rows->gravity.mps2 - calibration.gravity_mps2;
+  if (calibration.gravity_mps2 > 0.0 && std::abs(apart) > kSameGravity * calibration.gravity_mps2) {
+    result.warnings.push_back(
+        {"gravity_differs",
+         fmt::format("these runs take gravity as {:.6g} m/s2, the file as {:.6g} m/s2: that alone is "
+                     "{:.3g} ppm of the accelerometers' scale",
+                     rows->gravity.mps2, calibration.gravity_mps2, 1e6 * std::abs(apart) / calibration.gravity_mps2)});
   }
   return result;
 }

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/units.h"
+#include "base/utf8.h"
 #include "calib/sensor.h"
 #include "station/channel_units.h"
 #include "station/csv/column_builder.h"
@@ -156,6 +157,10 @@ class RecordingParser {
                              place(scanner_.line(), layout_.run_header));
     }
     if (auto status = close_run(); !status) return status;
+    if (!base::is_utf8(label)) {
+      return base::bad_input("the run's label is not UTF-8 text: save the file as UTF-8",
+                             place(scanner_.line(), layout_.run_header));
+    }
     open_run(std::string(label));
     return {};
   }

@@ -41,6 +41,7 @@ constexpr std::array kRemedies = {
     Remedy{"runs_without_plateaus", "Give plateau_c in those recordings, or fit them in a campaign of their own."},
     // of a verification
     Remedy{"not_verified", "Record or import the verification runs with that sensor."},
+    Remedy{"gravity_differs", "Import the verification runs with the gravity that the file was made with."},
     Remedy{"partial_range", "Verify over the whole temperature range."},
     Remedy{"out_of_range", "Verify inside the valid range."},
     Remedy{"band_too_narrow",

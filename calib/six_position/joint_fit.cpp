@@ -19,7 +19,7 @@ constexpr double kOpen = 1e-6;  ///< share of an open direction from which an un
 Eigen::Index shared_count(const Problem& problem) {
   if (!problem.with_position) return 0;
   if (!is_gyro(problem.sensor)) return 2 + (problem.with_even ? 1 : 0) + (problem.with_contrast ? 1 : 0);
-  return problem.nuisance.empty() ? 0 : 1 + static_cast<Eigen::Index>(problem.nuisance.size());
+  return problem.with_coupling ? 1 + static_cast<Eigen::Index>(problem.nuisance.size()) : 0;
 }
 
 LocalVector local_row(const Problem& problem, const Row& row) {

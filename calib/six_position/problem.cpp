@@ -115,7 +115,8 @@ void choose_nuisances(Problem& problem) {
     up = up || row.up[axis] > kOnAxis;
     down = down || row.up[axis] < -kOnAxis;
   }
-  if (!up || !down) return;
+  problem.with_coupling = up && down;
+  if (!problem.with_coupling) return;
   for (const Row& row : problem.rows) {
     const bool vertical = std::abs(row.up[axis]) > kOnAxis;
     const bool listed =

@@ -45,6 +45,7 @@ struct Problem {
   std::vector<Row> rows;
   std::vector<VisitInfo> visits;
   std::vector<std::string> nuisance;  ///< labels with their own constant (gyros)
+  bool with_coupling = false;         ///< g-sensitivity along the axis is among the shared unknowns (gyros)
   bool with_even = false;             ///< an even-order term is among the shared unknowns (accelerometers)
   bool with_contrast = false;         ///< as is the contrast of the horizontal faces (accelerometers)
   bool with_position = false;

@@ -97,7 +97,7 @@ std::vector<Contribution> curve_budget(const CurveEvidence& evidence, std::span<
   fill(noise, at, fresh, of_noise, of_noise);
 
   Contribution runs{.name = "run_to_run", .degrees_of_freedom = evidence.runs - 1.0};
-  runs.basis = fmt::format("scatter of the offsets of {} runs; it hides in one run alone", evidence.runs);
+  runs.basis = "not stated: one run alone hides its own offset";
   if (fresh) {
     runs.basis = fmt::format("scatter of the offsets of {} runs", evidence.runs);
     fill(

@@ -14,12 +14,14 @@ namespace {
 
 constexpr double kPpm = 1e6;
 
-/// The largest standard uncertainty of the references of a kind: a unit's runs may have seen several.
+/// The largest standard uncertainty of the references of a kind: a unit's runs may have seen several. A correction that
+/// nobody applies is part of it.
 std::optional<double> uncertainty_of(const Circumstances& circumstances, ReferenceKind kind) {
   std::optional<double> largest;
   for (const ReferenceUse& use : circumstances.references) {
     if (use.reference.kind != kind) continue;
-    largest = std::max(largest.value_or(0.0), use.reference.standard_uncertainty);
+    const double u = std::hypot(use.reference.standard_uncertainty, use.reference.correction.value_or(0.0));
+    largest = std::max(largest.value_or(0.0), u);
   }
   return largest;
 }
@@ -51,8 +53,8 @@ TypeBInput not_stated_fixture() {
 }
 
 std::string of_faces(double u_rad, std::string_view what) {
-  return fmt::format("faces and level of the fixture known to {:.2g}° (references): {}", u_rad * base::kDegPerRad,
-                     what);
+  return fmt::format("faces of the fixture, and its level where that is stated, known to {:.2g}° (references): {}",
+                     u_rad * base::kDegPerRad, what);
 }
 
 /// Rotation of the Earth across the vertical; all of it where nobody knows the latitude.

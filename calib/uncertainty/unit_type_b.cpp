@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/uncertainty/unit_type_b.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -13,18 +15,20 @@
 namespace soak::calib {
 namespace {
 
-/// Whether some run has the axis pointing up and down at rest.
+/// Whether a run has the axis pointing up and down at rest.
+bool turned_both_ways(const RunInput& run, std::size_t axis) {
+  const auto there = [&](double sign) {
+    return std::ranges::any_of(run.segments, [&](const Segment& segment) {
+      return segment.position && !six_position::turns(segment) &&
+             sign * segment.position->up[axis] > six_position::kOnAxis;
+    });
+  };
+  return there(1.0) && there(-1.0);
+}
+
+/// Whether every run has: one that has not brings its error of the first order into the mean.
 bool turned_both_ways(const std::vector<const RunInput*>& runs, std::size_t axis) {
-  bool up = false;
-  bool down = false;
-  for (const RunInput* run : runs) {
-    for (const Segment& segment : run->segments) {
-      if (!segment.position || six_position::turns(segment)) continue;
-      up = up || segment.position->up[axis] > six_position::kOnAxis;
-      down = down || segment.position->up[axis] < -six_position::kOnAxis;
-    }
-  }
-  return up && down;
+  return std::ranges::all_of(runs, [axis](const RunInput* run) { return turned_both_ways(*run, axis); });
 }
 
 bool any_position(const std::vector<const RunInput*>& runs) {
@@ -44,11 +48,21 @@ std::optional<double> latitude_of(const std::vector<const RunInput*>& runs) {
   return least;
 }
 
+/// A reference's uncertainty is that of the gravity used only where the two are the same number.
 Gravity with_reference_uncertainty(Gravity gravity, const std::vector<ReferenceUse>& references) {
+  if (gravity.standard_uncertainty_mps2) return gravity;
   for (const ReferenceUse& use : references) {
-    if (use.reference.kind != ReferenceKind::gravity || gravity.standard_uncertainty_mps2) continue;
-    gravity.standard_uncertainty_mps2 = use.reference.standard_uncertainty;
+    const Reference& reference = use.reference;
+    if (reference.kind != ReferenceKind::gravity) continue;
+    const double apart = reference.correction ? *reference.correction - gravity.mps2 : 0.0;
+    if (std::abs(apart) > 2.0 * reference.standard_uncertainty) {
+      gravity.basis = fmt::format("not stated: {} m/s2 is not the {} m/s2 of the reference '{}'", gravity.mps2,
+                                  *reference.correction, reference.name);
+      continue;
+    }
+    gravity.standard_uncertainty_mps2 = reference.standard_uncertainty;
     gravity.basis = "local gravity (references)";
+    return gravity;
   }
   return gravity;
 }

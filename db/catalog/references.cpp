@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <SQLiteCpp/Column.h>
 #include <SQLiteCpp/Statement.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -228,6 +229,15 @@ base::Status Catalog::add_campaign_references(std::string_view campaign, const s
 
 base::Result<std::vector<calib::ReferenceUse>> Catalog::campaign_references(std::string_view campaign) const {
   return impl_->connection.run("read the references", [&]() -> base::Result<std::vector<calib::ReferenceUse>> {
+    SQLite::Statement lost(impl_->database(),
+                           "SELECT count(*) FROM campaign_reference WHERE campaign = ? AND (record_id NOT IN "
+                           "(SELECT record_id FROM reference) OR (waiver_id IS NOT NULL AND waiver_id NOT IN "
+                           "(SELECT waiver_id FROM waiver)))");
+    sqlite::bind_all(lost, campaign);
+    if (lost.executeStep() && lost.getColumn(0).getInt() > 0) {
+      return base::corrupt("an entry of the register, or a waiver, that the campaign was measured with is gone",
+                           fmt::format("campaign {}", campaign));
+    }
     SQLite::Statement query(impl_->database(),
                             std::string("SELECT ") + kEntryColumns + ", waiver.waiver_id IS NOT NULL, " +
                                 kWaiverColumns +

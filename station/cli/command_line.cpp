@@ -3,6 +3,8 @@
 
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -11,6 +13,7 @@
 #include <iostream>
 #include <string_view>
 
+#include "base/utf8.h"
 #include "station/cli/frame.h"
 
 namespace soak::station::cli {
@@ -82,10 +85,22 @@ int run_checked(int argc, char** argv) {
   return perform(request, output);
 }
 
+/// The option that an argument is the value of, else its number.
+std::string place_of(char** argv, int i) {
+  const std::string_view before = i > 1 ? argv[i - 1] : "";
+  return before.starts_with("-") ? std::string(before) : fmt::format("argument {}", i);
+}
+
 }  // namespace
 
 int run(int argc, char** argv) {
   try {
+    for (int i = 1; i < argc; ++i) {
+      if (base::is_utf8(argv[i])) continue;
+      Output(std::cout, std::cerr, asks_for_json(argc, argv), false)
+          .print_error({base::ErrorKind::bad_input, "the argument is not UTF-8 text", place_of(argv, i)});
+      return static_cast<int>(base::ErrorKind::bad_input);
+    }
     return run_checked(argc, argv);
   } catch (const std::exception& error) {
     Output(std::cout, std::cerr, asks_for_json(argc, argv), false)

@@ -5,6 +5,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
+#include <array>
 #include <cerrno>
 #include <cstddef>
 #include <system_error>
@@ -41,6 +44,22 @@ base::Status check_text(std::string_view text, const std::string& where) {
     return base::bad_input("the lines end with CR alone: save the file with LF or CRLF line ends", where);
   }
   return {};
+}
+
+/// Refuses to replace what nothing can bring back: a catalog or a run file, a secret key.
+base::Status check_replaceable(const std::filesystem::path& path) {
+  constexpr std::string_view kDatabase{"SQLite format 3\0", 16};
+  constexpr std::string_view kSecretKey = "soak-secret-key-";
+  static_assert(kDatabase.size() == kSecretKey.size());
+  std::array<char, kDatabase.size()> head{};
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.number() < 0 || ::read(file.number(), head.data(), head.size()) != static_cast<ssize_t>(head.size()))
+    return {};
+  const std::string_view found(head.data(), head.size());
+  if (found != kDatabase && found != kSecretKey) return {};
+  return base::bad_input(fmt::format("the file that is there is a {}, which is never replaced; give another name",
+                                     found == kDatabase ? "database (a catalog or a run file)" : "secret key"),
+                         path.string());
 }
 
 bool write_all(int descriptor, std::string_view text) {
@@ -93,6 +112,7 @@ base::Status write_text_file(const std::filesystem::path& given, std::string_vie
   if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
     return write_into(path, text);
   }
+  if (auto replaceable = check_replaceable(path); !replaceable) return replaceable;
   const std::filesystem::path temporary = path.string() + ".tmp" + std::to_string(::getpid());
   int error = 0;
   {

@@ -47,6 +47,19 @@ TEST(SixPositionRate, AtRestThereIsNoScale) {
   EXPECT_TRUE(e.warnings.empty());
 }
 
+TEST(SixPositionRate, OneSenseInEveryPositionShowsNoScaleEither) {
+  // No position is at rest: the horizontal ones say nothing of the gyro, and g-sensitivity has no constants beside it.
+  Bench bench;
+  bench.stops = {{"+X", 30.0}, {"-X", 30.0}, {"+Y", 30.0}, {"-Y", 30.0}, {"+Z", 30.0}, {"-Z", 30.0}};
+  const auto e = test::estimate(bench);
+  for (std::size_t s = 0; s < 3; ++s) {
+    for (const PlateauEstimate& p : e.sensor[s].plateaus) {
+      EXPECT_FALSE(p.scale_ppm);
+      EXPECT_NEAR(p.bias, bench.gyro_bias(p.temp_c), 1e-12);
+    }
+  }
+}
+
 TEST(SixPositionRate, IsHalfTheDifferenceOfAPairOfRates) {
   // One plateau, one pair: S = (y(+ω) − y(−ω))/(2 ω) − 1, whatever the noise. The joint fit
   // gives the drift between the two, ten minutes apart, a share of what they differ by: no more than the noise of 41

@@ -189,5 +189,55 @@ TEST(UncertaintyBudget, TheRegistersGravityStandsInWhereTheSiteKnowsNone) {
   EXPECT_EQ(rows->gravity.standard_uncertainty_mps2, 2e-5);
 }
 
+ReferenceUse gravity_of(double mps2, double standard_uncertainty) {
+  ReferenceUse use;
+  use.reference.kind = ReferenceKind::gravity;
+  use.reference.name = "pillar";
+  use.reference.correction = mps2;
+  use.reference.standard_uncertainty = standard_uncertainty;
+  return use;
+}
+
+TEST(UncertaintyBudget, AReferencesUncertaintyIsNotThatOfAnotherNumber) {
+  base::Random random(8);
+  UnitInput input = small_campaign(random, 3);  // sites say 9.81
+  input.references = {gravity_of(9.81, 1e-5)};
+  EXPECT_EQ(make_rows(input)->gravity.standard_uncertainty_mps2, 1e-5);
+  input.references = {gravity_of(9.78, 1e-5)};
+  EXPECT_FALSE(make_rows(input)->gravity.standard_uncertainty_mps2);
+}
+
+TEST(UncertaintyBudget, TwoGravitiesOfTheRegisterAreRefusedWhereOneIsNeeded) {
+  base::Random random(9);
+  UnitInput input = small_campaign(random, 3);
+  input.references = {gravity_of(9.81, 1e-5), gravity_of(9.78, 1e-5)};
+  EXPECT_TRUE(make_rows(input));
+  input.runs[1].site.gravity_mps2.reset();
+  EXPECT_FALSE(make_rows(input));
+}
+
+TEST(UncertaintyBudget, OneRunWithoutAPairBringsTheFirstOrderOfItsFaces) {
+  base::Random random(10);
+  UnitInput input = small_campaign(random, 4);
+  ReferenceUse squareness;
+  squareness.reference.kind = ReferenceKind::fixture_squareness;
+  squareness.reference.standard_uncertainty = 1e-3;
+  input.references = {squareness};
+  const auto fixture = [&] { return named(make_rows(input)->bias_type_b[3], "fixture").constant; };
+  EXPECT_NEAR(fixture(), 9.81e-6 / std::numbers::sqrt2, 1e-9);
+  std::erase_if(input.runs[2].segments, [](const Segment& s) { return s.key.position == "-X"; });
+  EXPECT_NEAR(fixture(), 9.81e-3, 1e-8);
+}
+
+TEST(UncertaintyBudget, ACorrectionThatNobodyAppliesCounts) {
+  Circumstances of = circumstances();
+  ReferenceUse rate;
+  rate.reference.kind = ReferenceKind::rate;
+  rate.reference.standard_uncertainty = 30.0;
+  rate.reference.correction = -400.0;
+  of.references = {rate};
+  EXPECT_NEAR(named(scale_inputs(of, Sensor::gyro_x), "fixture").constant, std::hypot(30.0, 400.0), 1e-9);
+}
+
 }  // namespace
 }  // namespace soak::calib

@@ -30,6 +30,15 @@ class BadRecording(SoakTest):
         self.assertEqual(plain.stdout, "")
         self.assertIn(error["message"], plain.stderr)
 
+    def test_arguments_and_run_labels_that_are_not_utf8_are_refused(self):
+        done = subprocess.run([os.environ["SOAK_BIN"].encode(), b"unit", b"add", b"x\x9b", b"--data", str(self.data).encode()],
+                              capture_output=True)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn(b"argument 3", done.stderr)
+        path = self.folder / "label.csv"
+        path.write_bytes(b"t_s,run,temp_c,gx_dps\n0,R\xe9,20,1\n1,R\xe9,20,2\n")
+        self.assertIn("UTF-8", self.refusal("import", path, "--unit", "U")["message"])
+
     def test_truncated_line(self):
         self.refused(HEAD + "1,bad,25", ", line 3", "3 cells where the header has 5", "truncated", "--skip-bad")
 

@@ -264,6 +264,15 @@ class OnTheWayToTheFile(ReferenceTest):
         self.assertIn("good signature", self.refusal("fit", "--unit", "SN1", "--rules", 2, status=4)["message"])
         self.refusal("import", self.write("b.csv", recording(seed=2, run="r2")), "--unit", "SN1", "--references", status=4)
 
+    def test_a_waiver_that_is_gone_stops_the_fit(self):
+        self.add(due=-3)
+        self.waive(self.key())
+        self.soak("import", self.write("a.csv", recording()), "--unit", "SN1", "--references")
+        self.execute("PRAGMA foreign_keys = OFF")
+        self.execute("DROP TRIGGER waiver_keeps_all")
+        self.execute("DELETE FROM waiver")
+        self.assertIn("gone", self.refusal("fit", "--unit", "SN1", "--rules", 2, status=4)["message"])
+
     def test_a_later_certificate_changes_nothing_of_an_older_campaign(self):
         self.add(certificate="A")
         self.soak("import", self.write("a.csv", recording()), "--unit", "SN1", "--references")

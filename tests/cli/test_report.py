@@ -97,6 +97,14 @@ class Report(test_fit.FittedTest):
     def limits(self, gyro, accel):
         return self.write("limits.toml", f"[limits]\ngyro = {gyro}\naccel = {accel}\n")
 
+    def test_a_catalog_a_run_file_and_a_secret_key_are_never_replaced(self):
+        key = self.folder / "station.key"
+        self.soak("key", "new", "-o", key)
+        for path in (self.data / "station.db", next((self.data / "runs").iterdir()), key):
+            before = path.read_bytes()
+            self.assertIn("never replaced", self.refusal("report", "--unit", SERIAL, "-o", path)["message"])
+            self.assertEqual(path.read_bytes(), before)
+
     def test_page_is_whole_and_needs_nothing_else(self):
         document, page = self.report()
         self.assertEqual(document["bytes"], (self.folder / "page.html").stat().st_size)
