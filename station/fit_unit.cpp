@@ -63,6 +63,16 @@ std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> f
 
 }  // namespace
 
+base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration) {
+  auto type = known_unit_type(calibration.unit_type);
+  if (!type) return base::forward_error(type);
+  calib::UnitInput input;
+  input.unit = calibration.unit;
+  input.type = *std::move(type);
+  input.epoch = calibration.epoch;
+  return input;
+}
+
 base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run) {
   // Statistics without the samples they came from could not be checked any more ('soak runs verify' checks every byte).
   if (!std::filesystem::exists(catalog.run_file_path(run))) {

@@ -18,6 +18,9 @@ namespace soak::station {
 [[nodiscard]] base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::string& unit,
                                                        const std::optional<std::string>& campaign);
 
+/// The unit of a calibration with what its type's file says, in the calibration's epoch; no runs yet.
+[[nodiscard]] base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration);
+
 /// A run of the catalog as input of a fit or a verification.
 [[nodiscard]] base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run);
 

@@ -16,6 +16,7 @@
 #include "station/data_folder.h"
 #include "station/fit_unit.h"
 #include "station/limits_file.h"
+#include "station/reference_rule.h"
 #include "station/unit_type_file.h"
 
 namespace soak::station {
@@ -25,25 +26,24 @@ base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const c
                                              const std::string& campaign) {
   const auto runs = catalog.runs({.unit = calibration.unit, .campaign = campaign, .run = {}});
   if (!runs) return base::forward_error(runs);
-  calib::UnitInput input;
-  input.unit = calibration.unit;
-  auto type = known_unit_type(calibration.unit_type);
-  if (!type) return base::forward_error(type);
-  input.type = *std::move(type);
-  input.epoch = calibration.epoch;
+  auto input = unit_of(calibration);
+  if (!input) return base::forward_error(input);
   for (const db::RunRow& run : *runs) {
     // A pre-flight records units that have not settled.
     if (!run.sealed || run.voided || run.epoch != calibration.epoch || run.purpose == "diagnosis") continue;
     auto loaded = load_run(catalog, run);
     if (!loaded) return base::forward_error(loaded);
-    input.runs.push_back(*std::move(loaded));
+    input->runs.push_back(*std::move(loaded));
   }
-  if (input.runs.empty()) {
+  if (input->runs.empty()) {
     return base::bad_input(
         fmt::format("campaign '{}' has no sealed, unvoided run of unit {} in epoch {} but for diagnosis ({} runs of "
                     "it in all); 'soak runs list' shows what there is",
                     campaign, calibration.unit, calibration.epoch, runs->size()));
   }
+  auto references = references_of_campaigns(catalog, {campaign});
+  if (!references) return base::forward_error(references);
+  input->references = *std::move(references);
   return input;
 }
 

@@ -10,7 +10,6 @@
 
 #include "station/fit_unit.h"
 #include "station/reference_rule.h"
-#include "station/unit_type_file.h"
 
 namespace soak::station {
 namespace {
@@ -88,27 +87,23 @@ base::Result<std::vector<calib::ReferenceUse>> references_of(const db::Catalog& 
 
 base::Result<calib::UnitInput> input_of(const db::Catalog& catalog, const calib::Calibration& calibration,
                                         const RunsOfModel& runs, RunUse use) {
-  calib::UnitInput input;
-  input.unit = calibration.unit;
-  auto type = known_unit_type(calibration.unit_type);
-  if (!type) return base::forward_error(type);
-  input.type = *std::move(type);
-  input.epoch = calibration.epoch;
+  auto input = unit_of(calibration);
+  if (!input) return base::forward_error(input);
   std::vector<std::string> campaigns;
   for (const UsedRun& used : runs.runs) {
     if (used.use != use || used.run.voided) continue;
     auto loaded = load_run(catalog, used.run);
     if (!loaded) return base::forward_error(loaded);
     campaigns.push_back(loaded->campaign);
-    input.runs.push_back(*std::move(loaded));
+    input->runs.push_back(*std::move(loaded));
   }
   if (use == RunUse::fitted) {
-    input.references = calibration.references;
+    input->references = calibration.references;
     return input;
   }
   auto references = references_of_campaigns(catalog, campaigns);
   if (!references) return base::forward_error(references);
-  input.references = *std::move(references);
+  input->references = *std::move(references);
   return input;
 }
 

@@ -43,6 +43,17 @@ class Verify(FittedTest):
         self.soak("import", self.write(f"{name}.csv", text), "--unit", SERIAL, "--campaign", name, "--procedure", "verification",
                   "--simulated", "--gravity-mps2", "9.80665")
 
+    def test_references_of_the_fresh_campaign_are_in_the_guard_band(self):
+        before = self.verify()["sensors"]["accel_x"]["scale"]["guard"]
+        self.soak("reference", "add", "--kind", "gravity", "--name", "pillar", "--certificate", "C1", "--issued", "2020-01-01",
+                  "--due", "2099-01-01", "--correction", "9.80665", "--uncertainty", "0.02", "--k", "2")
+        path = fitted_folder() / "lab" / "verification" / f"{SERIAL}.csv"
+        self.soak("import", path, "--unit", SERIAL, "--campaign", "known", "--procedure", "verification", "--simulated",
+                  "--references")
+        after = self.verify(campaign="known")["sensors"]["accel_x"]["scale"]["guard"]
+        # u(g)/g = 0.01/9.80665, 1020 ppm, beside the rows' own.
+        self.assertAlmostEqual(after, (before**2 + (1.96 * 1e6 * 0.01 / 9.80665) ** 2) ** 0.5, delta=20)
+
     def test_limits_of_the_unit_type_hold_and_a_file_replaces_them(self):
         self.type_file.write_text(TYPE, encoding="utf-8")
         document = self.verify()
