@@ -93,6 +93,11 @@ double chi_squared_upper_tail(double x, double degrees_of_freedom) {
   return front * value;
 }
 
+double f_upper_tail(double x, double numerator, double denominator) {
+  if (x <= 0.0) return 1.0;
+  return incomplete_beta(0.5 * denominator, 0.5 * numerator, denominator / (denominator + numerator * x));
+}
+
 double chi_squared_quantile(double probability, double degrees_of_freedom) {
   double low = 0.0;
   double high = std::max(1.0, degrees_of_freedom);

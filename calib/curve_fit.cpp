@@ -193,13 +193,26 @@ std::vector<double> temperatures_of(const CurveFit& fit) {
   return temps_c;
 }
 
+/// Variance of the deployed curve. A family that won on held-out runs was chosen by the same data, and what it states
+/// of itself leaves out that another may be right: the ANFIS, of which the data do not know less, counts for half.
+std::function<double(double)> variance_of(const TrainedFamilies& trained, Family deployed) {
+  const auto& winner = trained[deployed];
+  const auto& anfis = trained[Family::anfis];
+  if (deployed == Family::anfis || !anfis) return winner->variance;
+  return [&winner, &anfis](double temp_c) {
+    const double own = winner->variance(temp_c);
+    return 0.5 * (own + std::max(own, anfis->variance(temp_c)));
+  };
+}
+
 void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::span<const TypeBInput> type_b,
                  const std::optional<SweepGap>& gap, CurveFit& fit) {
   const FittedCurve& fitted = *trained[fit.deployed];
   fit.curve = fitted.curve;
+  const std::function<double(double)> variance = variance_of(trained, fit.deployed);
   const std::vector<double> temps_c = temperatures_of(fit);
   const auto runs = static_cast<double>(fit.runs.size());
-  fit.budget = curve_budget({data, fitted.curve, fitted.variance, trained.components, runs, gap, type_b}, temps_c);
+  fit.budget = curve_budget({data, fitted.curve, variance, trained.components, runs, gap, type_b}, temps_c);
   for (std::size_t i = 0; i < temps_c.size(); ++i) {
     CurvePoint point{temps_c[i], evaluate(fit.curve, temps_c[i]), expanded_uncertainty(fit.budget, Band::mean, i),
                      std::nullopt};

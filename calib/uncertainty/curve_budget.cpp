@@ -32,6 +32,12 @@ double noise_share(const CurveEvidence& evidence) {
   return both > 0.0 ? noise / both : 1.0;
 }
 
+/// Whether every row has a standard error of its own: each comes from hundreds of samples, all together from so many
+/// that their degrees of freedom do not matter.
+bool rows_state_errors(const CurveData& data) {
+  return std::all_of(data.rows.begin(), data.rows.end(), [](const CurveRow& row) { return row.standard_error > 0.0; });
+}
+
 Shares shares_at(const CurveEvidence& evidence, double noise_share, double temp_c) {
   const double all = evidence.variance(temp_c);
   const double between = std::pow(evidence.components.run_to_run_sigma.value_or(0.0), 2);
@@ -92,7 +98,8 @@ std::vector<Contribution> curve_budget(const CurveEvidence& evidence, std::span<
   for (const double temp_c : temps_c) at.push_back(shares_at(evidence, share, temp_c));
 
   const double within = components.degrees_of_freedom;
-  Contribution noise{.name = "noise", .degrees_of_freedom = within, .basis = "standard errors of the segments' means"};
+  Contribution noise{.name = "noise", .basis = "standard errors of the segments' means"};
+  if (!rows_state_errors(evidence.data)) noise.degrees_of_freedom = within;
   const auto of_noise = [](const Shares& s) { return s.noise; };
   fill(noise, at, fresh, of_noise, of_noise);
 

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/unit_rows.h"
+
+/// The gap workflow: what a simulation of the campaign does not explain of the measurement, and which effect that is.
+namespace soak::calib::gap {
+
+/// Course of a run from its first row to its last, ramps included: means over bins of equal length in device time. All
+/// vectors have the length of `t_s`; NaN where a channel gave no value, and a channel that nobody recorded is empty.
+struct RunLog {
+  std::vector<double> t_s;              ///< middle of the bin
+  std::vector<double> temp_c;           ///< the unit's own thermometer
+  std::vector<double> t_since_power_s;  ///< time since power-on
+  std::vector<double> chamber_c;        ///< air
+  std::vector<double> compressor;       ///< duty, 0 to 1
+  std::vector<double> supply_v;
+};
+
+/// A run with what the station logged between its segments.
+struct LoggedRun {
+  RunInput run;
+  RunLog log;
+  std::optional<double> start_utc_s;  ///< Unix time of device time 0
+};
+
+/// All runs of one unit that a gap is looked for in.
+struct LoggedCampaign {
+  std::string unit;
+  UnitType type;
+  std::vector<LoggedRun> runs;
+};
+
+}  // namespace soak::calib::gap

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/gap/campaign_model.h"
+
+#include <limits>
+
+namespace soak::calib::gap {
+
+CampaignModel::CampaignModel(const Observations& observations, const Courses& courses, std::optional<int> without_run)
+    : observations_(observations), courses_(courses) {
+  terms_.fill(Eigen::MatrixXd(static_cast<Eigen::Index>(observations.rows.size()), 0));
+  for (const Observation& row : observations.rows) {
+    keep_.push_back(row.run != without_run);
+    residuals_.run_fold.push_back(row.run);
+    residuals_.level_fold.push_back(row.level);
+    for (std::size_t s = 0; s < kSensorCount; ++s) temp_c_[s].push_back(row.sensor_temp_c[s]);
+  }
+  residuals_.runs = observations.run_count();
+  residuals_.levels = observations.level_count();
+  fit();
+}
+
+void CampaignModel::take_in(const Candidate& candidate, const std::vector<Sensor>& sensors,
+                            const Eigen::VectorXd& common) {
+  for (const Sensor sensor : sensors) {
+    const std::size_t s = index_of(sensor);
+    const Eigen::MatrixXd joined =
+        candidate.shared ? Eigen::MatrixXd(candidate.columns[s] * common) : candidate.columns[s];
+    Eigen::MatrixXd all(joined.rows(), terms_[s].cols() + joined.cols());
+    all << terms_[s], joined;
+    terms_[s] = std::move(all);
+  }
+  fit();
+}
+
+Eigen::VectorXd CampaignModel::remainder(Sensor sensor) const {
+  const std::size_t s = index_of(sensor);
+  Eigen::VectorXd residual = -(columns_[s] * residuals_.sensor[s]->coefficients());
+  for (Eigen::Index i = 0; i < residual.size(); ++i) {
+    const SensorStatistics& statistics = observations_.rows[static_cast<std::size_t>(i)].sensor[s];
+    residual(i) = statistics.count > 0 ? residual(i) + statistics.mean : std::numeric_limits<double>::quiet_NaN();
+  }
+  return residual;
+}
+
+Eigen::VectorXd CampaignModel::prediction_variance(Sensor sensor) const {
+  const std::size_t s = index_of(sensor);
+  Eigen::MatrixXd columns = columns_[s];
+  // Offsets are the runs' own: levels about their mean say what is predicted.
+  columns.rightCols(terms_[s].cols() + observations_.run_count() - 1).leftCols(observations_.run_count() - 1).setZero();
+  const Eigen::MatrixXd factor = residuals_.sensor[s]->coefficient_factor();
+  Eigen::MatrixXd spread = columns * factor;
+  spread.rowwise() -= spread.colwise().mean().eval();
+  return spread.rowwise().squaredNorm();
+}
+
+void CampaignModel::fit() {
+  for (const Sensor sensor : kSensors) fit(sensor);
+}
+
+/// Noise is estimated first as if all rows were alike, then from what the fit under that noise leaves.
+void CampaignModel::fit(Sensor sensor) {
+  const std::size_t s = index_of(sensor);
+  const BaseDesign design = base_design(observations_, sensor, temp_c_[s]);
+  columns_[s].resize(design.columns.rows(), design.columns.cols() + terms_[s].cols());
+  columns_[s] << design.columns, terms_[s];
+  NoiseComponents noise;
+  noise.block = 1.0;
+  for (int pass = 0; pass < 3; ++pass) {
+    residuals_.sensor[s].emplace(observations_, sensor, columns_[s], noise, keep_);
+    if (residuals_.sensor[s]->rows().empty()) return residuals_.sensor[s].reset();
+    if (pass == 2) break;
+    Eigen::VectorXd left = remainder(sensor);
+    for (std::size_t i = 0; i < keep_.size(); ++i) {
+      if (!keep_[i]) left(static_cast<Eigen::Index>(i)) = std::numeric_limits<double>::quiet_NaN();
+    }
+    noise = noise_components(observations_, left);
+  }
+  residuals_.noise[s] = noise;
+  slope_[s] = base_slope(observations_, sensor, temp_c_[s], residuals_.sensor[s]->coefficients());
+}
+
+}  // namespace soak::calib::gap

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "calib/gap/effect.h"
+#include "calib/gap/evaluation.h"
+
+namespace soak::calib::gap {
+
+/// The saturated base of all sensors with the terms taken in so far, fitted to the blocks of a campaign: what
+/// candidates are tested against. One run may be left out of every fit, to be judged later. Observations and courses
+/// must outlive it.
+class CampaignModel {
+ public:
+  CampaignModel(const Observations& observations, const Courses& courses, std::optional<int> without_run = {});
+
+  [[nodiscard]] const Residuals& residuals() const { return residuals_; }
+  [[nodiscard]] Circumstances circumstances() const { return {observations_, courses_, slope_}; }
+  /// Adds a term to the base of the given sensors and fits anew. Sensors with parameters of their own get the term's
+  /// columns; of a shared term they get one column that carries `common`.
+  void take_in(const Candidate& candidate, const std::vector<Sensor>& sensors, const Eigen::VectorXd& common);
+  /// Readings less base and terms in SI, one per observation, those of the run left out too; NaN where the sensor has
+  /// no reading.
+  [[nodiscard]] Eigen::VectorXd remainder(Sensor sensor) const;
+  /// Variance of what the base and the terms predict at each observation but for the run's offset, SI squared.
+  [[nodiscard]] Eigen::VectorXd prediction_variance(Sensor sensor) const;
+
+ private:
+  void fit();
+  void fit(Sensor sensor);
+
+  const Observations& observations_;
+  const Courses& courses_;
+  std::vector<bool> keep_;
+  std::array<std::vector<double>, kSensorCount> temp_c_;
+  std::array<Eigen::MatrixXd, kSensorCount> terms_;
+  std::array<Eigen::MatrixXd, kSensorCount> columns_;
+  std::array<Eigen::VectorXd, kSensorCount> slope_;
+  Residuals residuals_;
+};
+
+}  // namespace soak::calib::gap

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/gap/campaign.h"
+#include "calib/gap/observations.h"
+
+namespace soak::calib::gap {
+
+/// What the runs' logs say at each observation, and functionals of the temperature's whole course. Cost of each call:
+/// linear in the logs.
+class Courses {
+ public:
+  Courses(const LoggedCampaign& campaign, const Observations& observations);
+
+  /// Whether the logs cover the time between the plateaus: nowhere a hole of more than five minutes.
+  [[nodiscard]] bool continuous() const { return continuous_; }
+  /// Slope of the unit's thermometer over four minutes about each observation, K/s.
+  [[nodiscard]] const std::vector<double>& rate() const { return rate_; }
+  /// Temperature at each observation that a first-order lag makes of the course, less the temperature itself, kelvin.
+  /// It starts each run at rest.
+  [[nodiscard]] std::vector<double> lag(double tau_s) const;
+  /// Memory of the branch, −1 to 1: dh = (sign(dT) − h)(1 − e^{−|dT|/w}) along the course, whose turns of less than
+  /// 0.5 K do not count. Each run starts on the branch that leads from room temperature to its first plateau.
+  [[nodiscard]] std::vector<double> branch_memory(double width_c) const;
+  /// Seconds since power-on.
+  [[nodiscard]] const std::vector<double>& since_power_s() const { return since_power_; }
+  /// Mean over each block; empty where a run has none.
+  [[nodiscard]] const std::vector<double>& compressor() const { return compressor_; }
+  [[nodiscard]] const std::vector<double>& supply_v() const { return supply_; }
+  [[nodiscard]] const std::vector<double>& chamber_c() const { return chamber_; }
+  /// Unix time; empty where a run has none.
+  [[nodiscard]] const std::vector<double>& utc_s() const { return utc_; }
+
+ private:
+  struct Course {
+    std::vector<double> t_s;
+    std::vector<double> temp_c;
+  };
+  [[nodiscard]] std::vector<double> at_observations(const std::vector<std::vector<double>>& of_runs) const;
+
+  const Observations& observations_;
+  std::vector<Course> courses_;
+  bool continuous_ = true;
+  std::vector<double> rate_;
+  std::vector<double> since_power_;
+  std::vector<double> compressor_;
+  std::vector<double> supply_;
+  std::vector<double> chamber_;
+  std::vector<double> utc_;
+};
+
+}  // namespace soak::calib::gap

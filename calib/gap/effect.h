@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/gap/courses.h"
+#include "calib/gap/observations.h"
+
+namespace soak::calib::gap {
+
+/// What runs must agree on for a term to be believed: most effects are the same in each run; one that is drawn anew
+/// with every mounting must agree between the plateaus instead.
+enum class Folds { runs, levels };
+
+/// One shape of a term: its regressors in every sensor that it can act on. Sensors have parameters of their own, or,
+/// where `shared`, one set for all.
+struct Candidate {
+  std::string shape = {};                 ///< "tau 120 s", "" where the effect has one shape only
+  std::vector<double> shape_values = {};  ///< the numbers in `shape`
+  bool shared = false;
+  Folds folds = Folds::runs;
+  std::array<Eigen::MatrixXd, kSensorCount> columns = {};  ///< one row per observation; empty = does not act on it
+};
+
+/// All that an effect may look at to make its regressors.
+struct Circumstances {
+  const Observations& observations;
+  const Courses& courses;
+  /// Slope of the present model against temperature at each observation, SI per kelvin: what a wrong temperature costs.
+  const std::array<Eigen::VectorXd, kSensorCount>& slope;
+};
+
+/// Size of an effect as the design page names it.
+struct Magnitude {
+  double value = 0.0;
+  std::string unit;
+};
+
+/// An entry of the library: a mechanism with its physics, its regressors, what it can be confused with, and the
+/// experiment that would tell. The list grows by adding one file.
+struct Effect {
+  std::string_view name;
+  std::string_view physics;
+  std::vector<std::string_view> twins;
+  std::string_view experiment;  ///< what tells it from its twins
+  /// Why this campaign cannot show the effect; nothing where it can.
+  std::function<std::optional<std::string>(const Circumstances&)> missing;
+  std::function<std::vector<Candidate>(const Circumstances&)> candidates;
+  /// Whether a mechanism of this kind can have such parameters (of one sensor, of all where shared) with that
+  /// covariance; absent = any.
+  std::function<bool(const Candidate&, const Eigen::VectorXd& parameters, const Eigen::MatrixXd& covariance)> plausible;
+  /// From the parameters of one sensor (of all, where shared), SI.
+  std::function<Magnitude(const Circumstances&, const Candidate&, Sensor, const Eigen::VectorXd& parameters)> magnitude;
+};
+
+/// The effects that show in the mean of blocks, in the order of design.
+[[nodiscard]] const std::vector<Effect>& library();
+
+}  // namespace soak::calib::gap

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "base/units.h"
+#include "calib/gap/effects/columns.h"
+#include "calib/gap/effects/list.h"
+
+namespace soak::calib::gap {
+namespace {
+
+/// A small rotation of the unit on its fixture, three angles per run but the first: what all runs share is
+/// misalignment. f becomes f + f × angle.
+std::vector<Candidate> candidates(const Circumstances& c) {
+  const auto n = static_cast<Eigen::Index>(c.observations.rows.size());
+  const Eigen::Index mountings = c.observations.run_count() - 1;
+  Candidate candidate{.shared = true, .folds = Folds::levels};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n, 3 * mountings);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Observation& row = c.observations.rows[static_cast<std::size_t>(i)];
+      if (row.run == 0) continue;
+      const Eigen::Index first = 3 * (row.run - 1);
+      const double g = c.observations.gravity_mps2;
+      const auto next = (axis + 1) % 3;
+      const auto last = (axis + 2) % 3;
+      columns(i, first + static_cast<Eigen::Index>(last)) = g * c.observations.force_g(row, next);
+      columns(i, first + static_cast<Eigen::Index>(next)) = -g * c.observations.force_g(row, last);
+    }
+    candidate.columns[axis + 3] = columns;
+  }
+  return {candidate};
+}
+
+}  // namespace
+
+Effect fixture_tilt() {
+  Effect effect;
+  effect.name = "fixture_tilt";
+  effect.physics =
+      "each mounting sets the unit a little askew: one small rotation for all sensors, constant over "
+      "temperature, another one in the next run";
+  effect.twins = {"cross_axis"};
+  effect.experiment = "the unit taken out and mounted again between two runs";
+  effect.missing = [](const Circumstances& c) -> std::optional<std::string> {
+    if (!c.observations.has_positions()) return "one attitude only";
+    if (c.observations.run_count() < 2) return "one run only: a constant tilt is misalignment";
+    if (c.observations.level_count() < 3) return "fewer than three temperatures";
+    return std::nullopt;
+  };
+  effect.candidates = candidates;
+  effect.magnitude = [](const Circumstances& c, const Candidate&, Sensor, const Eigen::VectorXd& theta) {
+    // Root mean square angle of the runs about their mean, that of the first run being 0 by convention.
+    const Eigen::Index runs = c.observations.run_count();
+    Eigen::MatrixXd angles = Eigen::MatrixXd::Zero(3, runs);
+    angles.rightCols(runs - 1) = theta.reshaped(3, runs - 1);
+    angles.colwise() -= angles.rowwise().mean().eval();
+    return Magnitude{std::sqrt(angles.squaredNorm() / static_cast<double>(runs - 1)) * base::kDegPerRad, "deg"};
+  };
+  return effect;
+}
+
+}  // namespace soak::calib::gap

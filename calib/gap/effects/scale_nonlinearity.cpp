@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "calib/gap/effects/columns.h"
+#include "calib/gap/effects/list.h"
+
+namespace soak::calib::gap {
+namespace {
+
+std::vector<Candidate> candidates(const Circumstances& c) {
+  Candidate candidate;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    Eigen::VectorXd column(static_cast<Eigen::Index>(c.observations.rows.size()));
+    for (Eigen::Index i = 0; i < column.size(); ++i) {
+      const double f = c.observations.force_g(c.observations.rows[static_cast<std::size_t>(i)], axis);
+      column(i) = f * f;
+    }
+    candidate.columns[axis + 3] = column;
+  }
+  return {candidate};
+}
+
+}  // namespace
+
+Effect scale_nonlinearity() {
+  Effect effect;
+  effect.name = "scale_nonlinearity";
+  effect.physics =
+      "an accelerometer's output bends: both ends of its range are off to the same side. Odd orders look "
+      "like scale in six positions";
+  effect.twins = {"fixture_tilt"};
+  effect.experiment = "positions at 45 degrees";
+  effect.missing = [](const Circumstances& c) -> std::optional<std::string> {
+    if (!c.observations.has_positions()) return "one attitude only";
+    return std::nullopt;
+  };
+  effect.candidates = candidates;
+  effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
+    return linear_magnitude(sensor, theta, 1.0, "/g2");
+  };
+  return effect;
+}
+
+}  // namespace soak::calib::gap

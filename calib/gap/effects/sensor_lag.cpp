@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "calib/gap/effects/columns.h"
+#include "calib/gap/effects/list.h"
+
+namespace soak::calib::gap {
+namespace {
+
+constexpr std::array kTaus_s = {10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0, 1280.0};
+
+/// A lag of tau moves the temperature by what its course says, not by a tenth of it: what fits a long tau with a small
+/// factor is a memory of another kind. Wide enough for the steps of the grid.
+constexpr double kLeastFactor = 0.35;
+constexpr double kMostFactor = 2.8;
+
+std::vector<Candidate> candidates(const Circumstances& c) {
+  std::vector<Candidate> list;
+  for (const double tau_s : kTaus_s) {
+    Candidate candidate{.shape = fmt::format("tau {:g} s", tau_s), .shape_values = {tau_s}, .shared = true};
+    const Eigen::VectorXd behind = as_vector(c.courses.lag(tau_s));
+    for (std::size_t s = 0; s < kSensorCount; ++s) candidate.columns[s] = c.slope[s].cwiseProduct(behind);
+    list.push_back(std::move(candidate));
+  }
+  return list;
+}
+
+}  // namespace
+
+Effect sensor_lag() {
+  Effect effect;
+  effect.name = "sensor_lag";
+  effect.physics =
+      "the sensing elements follow the air behind the thermometer by a time constant: every curve is read "
+      "at another temperature, so that a sensor feels it as much as its curve is steep";
+  effect.twins = {"temperature_rate"};
+  effect.experiment = "a fast and a slow ramp, with the chamber's air logged";
+  effect.missing = [](const Circumstances& c) -> std::optional<std::string> {
+    if (!c.courses.continuous()) return "the temperature between the plateaus was not logged";
+    return std::nullopt;
+  };
+  effect.candidates = candidates;
+  effect.plausible = [](const Candidate&, const Eigen::VectorXd& theta, const Eigen::MatrixXd&) {
+    return std::abs(theta(0)) > kLeastFactor && std::abs(theta(0)) < kMostFactor;
+  };
+  effect.magnitude = [](const Circumstances&, const Candidate& candidate, Sensor, const Eigen::VectorXd& theta) {
+    return Magnitude{candidate.shape_values.front() * theta(0), "s"};
+  };
+  return effect;
+}
+
+}  // namespace soak::calib::gap

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/gap/gap_json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace soak::calib::gap {
+namespace {
+
+nlohmann::json names_of(const std::vector<Sensor>& sensors) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Sensor sensor : sensors) list.push_back(name_of(sensor));
+  return list;
+}
+
+nlohmann::json effect_json(const NamedEffect& effect, std::string_view status) {
+  nlohmann::json rivals = nlohmann::json::array();
+  for (const Effect* rival : effect.rivals) rivals.push_back(rival->name);
+  return {{"name", effect.effect->name},
+          {"status", status},
+          {"sensors", names_of(effect.sensors)},
+          {"shape", effect.candidate.shape},
+          {"magnitude", {{"value", effect.magnitude.value}, {"unit", effect.magnitude.unit}}},
+          {"evidence",
+           {{"delta_bic", effect.delta_bic}, {"p_adjusted", effect.p_adjusted}, {"heldout_gain", effect.heldout_gain}}},
+          {"physics", effect.effect->physics},
+          {"confusable_with", std::move(rivals)},
+          {"next_experiment", effect.rivals.empty() ? nlohmann::json() : nlohmann::json(effect.effect->experiment)}};
+}
+
+nlohmann::json effects_json(const std::vector<NamedEffect>& effects, std::string_view status) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const NamedEffect& effect : effects) list.push_back(effect_json(effect, status));
+  return list;
+}
+
+nlohmann::json gap_of(const SensorGap& gap, double factor) {
+  nlohmann::json interval;
+  if (gap.closed_ci95) interval = {gap.closed_ci95->first, gap.closed_ci95->second};
+  return {{"before_rms", gap.before_rms * factor},
+          {"after_rms", gap.after_rms * factor},
+          {"floor_rms", gap.floor_rms * factor},
+          {"closed_fraction", gap.closed_fraction ? nlohmann::json(*gap.closed_fraction) : nlohmann::json()},
+          {"closed_ci95", std::move(interval)}};
+}
+
+}  // namespace
+
+nlohmann::json gap_json(const GapReport& report) {
+  nlohmann::json not_testable = nlohmann::json::array();
+  for (const NotTestable& entry : report.not_testable)
+    not_testable.push_back({{"name", entry.name}, {"why", entry.why}});
+  nlohmann::json limits = nlohmann::json::object();
+  nlohmann::json gaps = nlohmann::json::object();
+  for (const Sensor sensor : kSensors) {
+    const std::size_t s = index_of(sensor);
+    const double factor = printed_per_si(sensor);
+    if (report.detection_limit[s]) limits[std::string(name_of(sensor))] = *report.detection_limit[s] * factor;
+    if (report.gap[s]) gaps[std::string(name_of(sensor))] = gap_of(*report.gap[s], factor);
+  }
+  nlohmann::json leftover;
+  if (report.leftover) {
+    leftover = {{"axis", report.leftover->axis},
+                {"p_adjusted", report.leftover->p_adjusted},
+                {"sensors", names_of(report.leftover->sensors)}};
+  }
+  return {{"unit", report.unit},
+          {"model", report.model},
+          {"verdict", name_of(report.verdict)},
+          {"reason", report.reason},
+          {"effects", effects_json(report.effects, "named")},
+          {"suspects", effects_json(report.suspects, "suspected")},
+          {"leftover", std::move(leftover)},
+          {"not_testable", std::move(not_testable)},
+          {"detection_limit", std::move(limits)},
+          {"gap", std::move(gaps)}};
+}
+
+}  // namespace soak::calib::gap

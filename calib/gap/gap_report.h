@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/gap/held_out.h"
+#include "calib/gap/search.h"
+
+namespace soak::calib::gap {
+
+/// none: nothing beyond the scatter between runs. named: the library explains it. unknown: structure that no effect of
+/// the library explains. cannot_judge: the data cannot tell effect from scatter.
+enum class Verdict { none, named, unknown, cannot_judge };
+
+constexpr std::string_view name_of(Verdict verdict) {
+  return verdict == Verdict::none      ? "none"
+         : verdict == Verdict::named   ? "named"
+         : verdict == Verdict::unknown ? "unknown"
+                                       : "cannot_judge";
+}
+
+struct NotTestable {
+  std::string name;
+  std::string why;
+};
+
+/// What `soak gap find` says of a campaign.
+struct GapReport {
+  std::string unit;
+  std::int32_t model = 0;
+  Verdict verdict = Verdict::none;
+  std::string reason;                 ///< a sentence
+  std::vector<NamedEffect> effects;   ///< strongest first; empty but for verdict `named`
+  std::vector<NamedEffect> suspects;  ///< what the search took in before a leftover forbade names
+  std::optional<Leftover> leftover;
+  std::vector<NotTestable> not_testable;
+  /// RMS of a term of one parameter, changing from visit to visit, that would have been named; SI.
+  std::array<std::optional<double>, kSensorCount> detection_limit;
+  std::array<std::optional<SensorGap>, kSensorCount> gap;
+};
+
+/// Compares the campaign with its saturated base, searches the library and gives a verdict. With one run: cannot_judge.
+[[nodiscard]] GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model);
+
+}  // namespace soak::calib::gap

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "calib/gap/search.h"
+
+namespace soak::calib::gap {
+
+/// The gap of one sensor on runs that neither base nor terms saw, SI.
+struct SensorGap {
+  double before_rms = 0.0;                ///< of the blocks about the base, each run's own offset taken off
+  double after_rms = 0.0;                 ///< with the terms
+  double floor_rms = 0.0;                 ///< what noise and the scatter of the training runs alone would leave
+  std::optional<double> closed_fraction;  ///< (before − after)/(before − floor)
+  std::optional<std::pair<double, double>> closed_ci95;  ///< t interval over the runs
+};
+
+/// Leaves out one run after the other: base, shapes and parameters of `effects` from the others, judged on that run.
+/// The fraction is absent where before − floor is under two standard errors (over the runs). Cost: as many fits of the
+/// campaign as there are runs.
+[[nodiscard]] std::array<std::optional<SensorGap>, kSensorCount> held_out_gap(const Observations& observations,
+                                                                              const Courses& courses,
+                                                                              const std::vector<NamedEffect>& effects);
+
+}  // namespace soak::calib::gap

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/gap/search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "base/statistics.h"
+#include "calib/gap/leftover.h"
+
+namespace soak::calib::gap {
+namespace {
+
+constexpr std::size_t kMostTerms = 3;
+constexpr double kLeastShare = 0.05;
+constexpr double kRival = 0.8;
+
+/// One shape of an effect, tested.
+struct Contender {
+  const Effect* effect = nullptr;
+  Candidate candidate;
+  CandidateTest test;
+  Standing standing;
+};
+
+bool enough_folds(const Standing& standing) {
+  return standing.judged_folds >= 2 && standing.supporting_folds >= standing.judged_folds - 1;
+}
+
+/// What a parameter costs: that of the Bayesian information criterion, with visits as what is independent.
+double price_of(const Observations& observations) {
+  std::size_t visits = 0;
+  for (std::size_t i = 0; i < observations.rows.size(); ++i) {
+    const auto& row = observations.rows[i];
+    if (i == 0 || row.visit != observations.rows[i - 1].visit || row.run != observations.rows[i - 1].run) ++visits;
+  }
+  return std::log(static_cast<double>(std::max<std::size_t>(8, visits)));
+}
+
+std::vector<Contender> contenders_of(const CampaignModel& model, const Effect& effect) {
+  std::vector<Contender> list;
+  if (effect.missing(model.circumstances())) return list;
+  for (Candidate& candidate : effect.candidates(model.circumstances())) {
+    Contender contender;
+    contender.effect = &effect;
+    contender.test = test_candidate(model.residuals(), candidate);
+    contender.candidate = std::move(candidate);
+    list.push_back(std::move(contender));
+  }
+  return list;
+}
+
+double typical_heterogeneity(const std::vector<Contender>& list) {
+  std::vector<double> values;
+  for (const Contender& contender : list) {
+    for (const auto& test : contender.test.sensor) {
+      if (test && test->heterogeneity_dof > 0.0) values.push_back(test->heterogeneity);
+    }
+  }
+  return values.empty() ? 1.0 : base::median(values);
+}
+
+bool plausible(const Contender& contender, double typical) {
+  if (!contender.effect->plausible) return true;
+  const auto can_be = [&](const TermTest& test) {
+    return test.dof <= 0.0 || contender.effect->plausible(contender.candidate, test.parameters,
+                                                          test.covariance * moderated_heterogeneity(test, typical));
+  };
+  if (contender.test.shared) return can_be(*contender.test.shared);
+  return std::all_of(contender.test.sensor.begin(), contender.test.sensor.end(),
+                     [&](const auto& test) { return !test || can_be(*test); });
+}
+
+/// Judges all shapes and keeps the best of each effect, in the order of merit.
+std::vector<Contender> ranked(std::vector<Contender> list, double typical, double price) {
+  std::vector<Contender> best;
+  for (Contender& contender : list) {
+    contender.standing = standing(contender.test, contender.candidate, typical, price);
+    if (!plausible(contender, typical)) contender.standing.merit = -std::numeric_limits<double>::infinity();
+    if (best.empty() || best.back().effect != contender.effect) {
+      best.push_back(std::move(contender));
+    } else if (contender.standing.merit > best.back().standing.merit) {
+      best.back() = std::move(contender);
+    }
+  }
+  std::stable_sort(best.begin(), best.end(),
+                   [](const Contender& a, const Contender& b) { return a.standing.merit > b.standing.merit; });
+  return best;
+}
+
+/// Share of the RMS in the effect's sensors that parameters from the other folds take away.
+double heldout_gain(const CampaignModel& model, const Contender& winner) {
+  double gained = 0.0;
+  double squares = 0.0;
+  const auto add = [&](const TermTest& test) {
+    for (const auto& fold : test.fold_gain) gained += fold.value_or(0.0);
+  };
+  if (winner.test.shared) add(*winner.test.shared);
+  for (const Sensor sensor : winner.standing.sensors) {
+    if (!winner.test.shared) add(*winner.test.sensor[index_of(sensor)]);
+    squares += model.residuals().sensor[index_of(sensor)]->residual().squaredNorm();
+  }
+  return squares > 0.0 ? 1.0 - std::sqrt(std::max(0.0, 1.0 - gained / squares)) : 0.0;
+}
+
+NamedEffect describe(const CampaignModel& model, const Contender& winner, double typical, double price) {
+  NamedEffect effect;
+  effect.effect = winner.effect;
+  effect.candidate = winner.candidate;
+  effect.sensors = winner.standing.sensors;
+  effect.merit = winner.standing.merit;
+  effect.heldout_gain = heldout_gain(model, winner);
+  double strongest = -1.0;
+  double dof = winner.test.shared ? winner.test.shared->dof : 0.0;
+  double gain = winner.test.shared ? winner.test.shared->gain : 0.0;
+  for (const Sensor sensor : effect.sensors) {
+    const std::size_t s = index_of(sensor);
+    const TermTest& test = winner.test.shared ? *winner.test.shared : *winner.test.sensor[s];
+    effect.parameters[s] = test.parameters;
+    effect.covariance[s] = test.covariance * moderated_heterogeneity(test, typical);
+    if (!winner.test.shared) {
+      gain += test.gain;
+      dof += test.dof;
+    }
+    if (winner.test.sensor[s]->gain <= strongest) continue;
+    strongest = winner.test.sensor[s]->gain;
+    effect.magnitude = winner.effect->magnitude(model.circumstances(), winner.candidate, sensor, test.parameters);
+  }
+  effect.delta_bic = gain - price * dof;
+  return effect;
+}
+
+class Search {
+ public:
+  explicit Search(CampaignModel& model) : model_(model), price_(price_of(model.circumstances().observations)) {}
+
+  SearchResult run() {
+    while (result_.effects.size() < kMostTerms) {
+      auto effect = next_effect();
+      if (!effect) break;
+      const Eigen::VectorXd common = effect->parameters[index_of(effect->sensors.front())];
+      model_.take_in(effect->candidate, effect->sensors, common);
+      result_.effects.push_back(*std::move(effect));
+    }
+    find_leftover();
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] bool taken(const Effect& effect) const {
+    return std::any_of(result_.effects.begin(), result_.effects.end(),
+                       [&](const NamedEffect& named) { return named.effect == &effect; });
+  }
+
+  std::optional<NamedEffect> next_effect() {
+    std::vector<Contender> list;
+    for (const Effect& effect : library()) {
+      if (taken(effect)) continue;
+      for (Contender& contender : contenders_of(model_, effect)) list.push_back(std::move(contender));
+    }
+    if (list.empty()) return std::nullopt;
+    typical_ = typical_heterogeneity(list);
+    const auto tests = static_cast<double>(list.size());
+    if (result_.effects.empty()) {
+      result_.candidates = list.size();
+      result_.typical_heterogeneity = typical_;
+    }
+    const std::vector<Contender> best = ranked(std::move(list), typical_, price_);
+    const Contender& winner = best.front();
+    const double p = std::min(1.0, winner.standing.p * tests);
+    if (p > kGate || winner.standing.merit <= 0.0 || !enough_folds(winner.standing)) return std::nullopt;
+    if (result_.effects.empty()) {
+      first_gain_ = winner.standing.gain;
+    } else if (winner.standing.gain < kLeastShare * first_gain_) {
+      return std::nullopt;
+    }
+    NamedEffect effect = describe(model_, winner, typical_, price_);
+    effect.p_adjusted = p;
+    for (std::size_t k = 1; k < best.size(); ++k) {
+      if (best[k].standing.merit >= kRival * winner.standing.merit) effect.rivals.push_back(best[k].effect);
+    }
+    return effect;
+  }
+
+  void find_leftover() {
+    const auto axes = leftover_axes(model_.circumstances());
+    for (const Axis& axis : axes) {
+      const CandidateTest test = test_candidate(model_.residuals(), axis.candidate);
+      const Standing stands = standing(test, axis.candidate, typical_, price_);
+      const double p = std::min(1.0, stands.p * static_cast<double>(axes.size()));
+      if (p > kGate || !enough_folds(stands) || stands.merit <= 0.0) continue;
+      if (result_.leftover && result_.leftover->merit >= stands.merit) continue;
+      result_.leftover = Leftover{axis.name, p, stands.merit, stands.sensors};
+    }
+  }
+
+  CampaignModel& model_;
+  SearchResult result_;
+  double price_ = 1.0;
+  double typical_ = 1.0;
+  double first_gain_ = 0.0;
+};
+
+}  // namespace
+
+SearchResult search(CampaignModel& model) { return Search(model).run(); }
+
+std::optional<NamedEffect> best_shape(const CampaignModel& model, const Effect& effect) {
+  const double price = price_of(model.circumstances().observations);
+  std::vector<Contender> list = contenders_of(model, effect);
+  if (list.empty()) return std::nullopt;
+  const double typical = typical_heterogeneity(list);
+  const std::vector<Contender> best = ranked(std::move(list), typical, price);
+  if (best.front().standing.sensors.empty()) return std::nullopt;
+  return describe(model, best.front(), typical, price);
+}
+
+}  // namespace soak::calib::gap

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/gap/gap_json.h"
+#include "calib/gap/gap_report.h"
+#include "station/commands/gap_commands.h"
+#include "station/data_folder.h"
+#include "station/logged_campaign.h"
+
+namespace soak::station {
+namespace {
+
+using calib::gap::GapReport;
+using calib::gap::NamedEffect;
+
+std::string sensors_text(const std::vector<calib::Sensor>& sensors) {
+  std::vector<std::string_view> names;
+  for (const calib::Sensor sensor : sensors) names.push_back(calib::name_of(sensor));
+  return sensors.size() == calib::kSensorCount ? "all sensors" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::string effect_text(const NamedEffect& effect) {
+  std::string text = fmt::format("  {}: {:.3g} {}{}{}, {}\n    {}\n    chance that scatter looks like it: {:.2g}\n",
+                                 effect.effect->name, effect.magnitude.value, effect.magnitude.unit,
+                                 effect.candidate.shape.empty() ? "" : ", ", effect.candidate.shape,
+                                 sensors_text(effect.sensors), effect.effect->physics, effect.p_adjusted);
+  if (!effect.rivals.empty()) {
+    std::vector<std::string_view> names;
+    for (const auto* rival : effect.rivals) names.push_back(rival->name);
+    text +=
+        fmt::format("    nearly as good: {}. What would tell: {}\n", fmt::join(names, ", "), effect.effect->experiment);
+  }
+  return text;
+}
+
+std::string gap_table(const GapReport& report) {
+  std::vector<std::vector<std::string>> table = {
+      {"sensor", "unit", "before", "after", "floor", "closed", "95 %", "could have been seen"}};
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const auto& gap = report.gap[calib::index_of(sensor)];
+    const auto& limit = report.detection_limit[calib::index_of(sensor)];
+    if (!gap) continue;
+    const double factor = calib::printed_per_si(sensor);
+    table.push_back(
+        {std::string(calib::name_of(sensor)), std::string(calib::printed_unit(sensor)),
+         fmt::format("{:.3g}", gap->before_rms * factor), fmt::format("{:.3g}", gap->after_rms * factor),
+         fmt::format("{:.3g}", gap->floor_rms * factor),
+         gap->closed_fraction ? fmt::format("{:.0f} %", 100.0 * *gap->closed_fraction) : "too small to tell",
+         gap->closed_ci95
+             ? fmt::format("{:.0f}..{:.0f} %", 100.0 * gap->closed_ci95->first, 100.0 * gap->closed_ci95->second)
+             : "-",
+         limit ? fmt::format("{:.2g}", *limit * factor) : "-"});
+  }
+  return text_table(table);
+}
+
+std::string describe(const GapReport& report) {
+  std::string text = fmt::format("unit {}, model {}: {}\n{}\n", report.unit, report.model,
+                                 calib::gap::name_of(report.verdict), report.reason);
+  for (const NamedEffect& effect : report.effects) text += effect_text(effect);
+  if (!report.suspects.empty()) {
+    text += "named until the rest turned up:\n";
+    for (const NamedEffect& effect : report.suspects) text += effect_text(effect);
+  }
+  if (report.verdict != calib::gap::Verdict::cannot_judge) {
+    text += "\ngap on runs that neither model nor effect has seen (RMS of one-minute means):\n" + gap_table(report);
+  }
+  for (const auto& entry : report.not_testable) text += fmt::format("not testable: {}: {}\n", entry.name, entry.why);
+  return text;
+}
+
+}  // namespace
+
+base::Status run_gap_find(const GapFindCommand& command, Output& output) {
+  const auto catalog = open_existing_catalog(command.data);
+  if (!catalog) return base::forward_error(catalog);
+  const auto model = catalog->model(command.unit);
+  if (!model) return base::forward_error(model);
+  if (!*model) {
+    return base::bad_input(
+        fmt::format("unit {} has no model yet; 'soak fit --unit {}' makes one", command.unit, command.unit));
+  }
+  const auto campaign = load_logged_campaign(*catalog, command.unit, command.campaign);
+  if (!campaign) return base::forward_error(campaign);
+  const GapReport report = calib::gap::find_gap(*campaign, (*model)->version);
+  if (output.json()) return output.print_json(calib::gap::gap_json(report));
+  output.print(describe(report));
+  return {};
+}
+
+}  // namespace soak::station

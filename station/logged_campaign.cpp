@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/logged_campaign.h"
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "base/statistics.h"
+#include "calib/gap/run_log.h"
+#include "db/run_file.h"
+#include "station/fit_unit.h"
+#include "station/recording_reader.h"
+
+namespace soak::station {
+namespace {
+
+/// Unix time of device time 0: the median over all rows that have both.
+std::optional<double> start_utc_s(const calib::Recording& recording) {
+  std::vector<double> starts;
+  for (const calib::AuxiliaryChannel& channel : recording.auxiliary) {
+    if (channel.name != "utc_s") continue;
+    for (std::size_t i = 0; i < recording.t_s.size(); ++i) {
+      if (std::isfinite(channel.values[i])) starts.push_back(channel.values[i] - recording.t_s[i]);
+    }
+  }
+  if (starts.empty()) return std::nullopt;
+  return base::median(starts);
+}
+
+}  // namespace
+
+base::Result<calib::gap::LoggedCampaign> load_logged_campaign(const db::Catalog& catalog, const std::string& unit,
+                                                              const std::optional<std::string>& campaign) {
+  auto input = load_unit(catalog, unit, campaign);
+  if (!input) return base::forward_error(input);
+  calib::gap::LoggedCampaign logged;
+  logged.unit = unit;
+  logged.type = input->type;
+  const auto rows = catalog.runs({.unit = unit, .campaign = campaign, .run = {}});
+  if (!rows) return base::forward_error(rows);
+  for (calib::RunInput& run : input->runs) {
+    for (const db::RunRow& row : *rows) {
+      if (row.run_id != run.run_id) continue;
+      const auto file = db::RunFileReader::open(catalog.run_file_path(row));
+      if (!file) return base::forward_error(file);
+      const auto recording = read_axes(*file, unit);
+      if (!recording) return base::forward_error(recording);
+      calib::gap::LoggedRun entry;
+      entry.log = calib::gap::make_run_log(*recording);
+      entry.start_utc_s = start_utc_s(*recording);
+      entry.run = std::move(run);
+      logged.runs.push_back(std::move(entry));
+      break;
+    }
+  }
+  return logged;
+}
+
+}  // namespace soak::station
