@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/base_design.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "calib/gap/level_spline.h"
 
 namespace soak::calib::gap {
@@ -8,6 +11,10 @@ namespace {
 
 bool with_scale(const Observations& observations, Sensor sensor) {
   return !is_gyro(sensor) && observations.has_positions();
+}
+
+double off_level(const Observations& observations, const Observation& row, double temp_c) {
+  return temp_c - observations.level_c[static_cast<std::size_t>(row.level)];
 }
 
 }  // namespace
@@ -21,21 +28,40 @@ BaseDesign base_design(const Observations& observations, Sensor sensor, const st
   BaseDesign design;
   design.levels = levels;
   design.offsets = offsets;
-  design.columns = Eigen::MatrixXd::Zero(n, levels + (scale ? levels + 2 : 0) + offsets);
+  design.columns = Eigen::MatrixXd::Zero(n, 2 * levels + (scale ? levels + 2 : 0) + offsets);
   const Eigen::Index first_offset = design.columns.cols() - offsets;
   const std::size_t axis = axis_of(sensor);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Observation& row = observations.rows[static_cast<std::size_t>(i)];
     const Eigen::RowVectorXd weights = spline.weights(temp_c[static_cast<std::size_t>(i)]);
     design.columns.row(i).head(levels) = weights;
+    design.columns(i, levels + row.level) = off_level(observations, row, temp_c[static_cast<std::size_t>(i)]);
     if (scale) {
-      design.columns.row(i).segment(levels, levels) = observations.force_g(row, axis) * weights;
-      design.columns(i, 2 * levels) = observations.force_g(row, (axis + 1) % 3);
-      design.columns(i, 2 * levels + 1) = observations.force_g(row, (axis + 2) % 3);
+      design.columns.row(i).segment(2 * levels, levels) = observations.force_g(row, axis) * weights;
+      design.columns(i, 3 * levels) = observations.force_g(row, (axis + 1) % 3);
+      design.columns(i, 3 * levels + 1) = observations.force_g(row, (axis + 2) % 3);
     }
     if (row.run > 0) design.columns(i, first_offset + row.run - 1) = 1.0;
   }
   return design;
+}
+
+std::optional<double> slope_sigma(const std::vector<double>& level_c, const Eigen::VectorXd& levels) {
+  const std::size_t count = level_c.size();
+  if (count < 2) return std::nullopt;
+  const double spacing_c = (level_c.back() - level_c.front()) / static_cast<double>(count - 1);
+  if (count == 2) return std::abs(levels(1) - levels(0)) / spacing_c;
+  double largest = 0.0;
+  for (std::size_t k = 1; k + 1 < count; ++k) {
+    std::vector<double> others = level_c;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    Eigen::VectorXd values(levels.size() - 1);
+    const auto at = static_cast<Eigen::Index>(k);
+    values << levels.head(at), levels.tail(levels.size() - 1 - at);
+    const double off = levels(at) - LevelSpline(others).weights(level_c[k]).dot(values);
+    largest = std::max(largest, std::abs(off));
+  }
+  return largest / spacing_c;
 }
 
 Eigen::VectorXd base_slope(const Observations& observations, Sensor sensor, const std::vector<double>& temp_c,
@@ -48,9 +74,9 @@ Eigen::VectorXd base_slope(const Observations& observations, Sensor sensor, cons
   for (Eigen::Index i = 0; i < n; ++i) {
     const Observation& row = observations.rows[static_cast<std::size_t>(i)];
     const Eigen::RowVectorXd weights = spline.slope_weights(temp_c[static_cast<std::size_t>(i)]);
-    slope(i) = weights.dot(coefficients.head(levels));
+    slope(i) = weights.dot(coefficients.head(levels)) + coefficients(levels + row.level);
     if (scale) {
-      slope(i) += observations.force_g(row, axis_of(sensor)) * weights.dot(coefficients.segment(levels, levels));
+      slope(i) += observations.force_g(row, axis_of(sensor)) * weights.dot(coefficients.segment(2 * levels, levels));
     }
   }
   return slope;

@@ -4,6 +4,12 @@
 #include <limits>
 
 namespace soak::calib::gap {
+namespace {
+
+constexpr int kPasses = 3;
+constexpr double kNoSlope = 1e12;  ///< prior that keeps a slope at that of the spline
+
+}  // namespace
 
 CampaignModel::CampaignModel(const Observations& observations, const Courses& courses, std::optional<int> without_run)
     : observations_(observations), courses_(courses) {
@@ -57,7 +63,8 @@ void CampaignModel::fit() {
   for (const Sensor sensor : kSensors) fit(sensor);
 }
 
-/// Noise is estimated first as if all rows were alike, then from what the fit under that noise leaves.
+/// Noise is estimated first as if all rows were alike, then from what the fit under that noise leaves; so is how far
+/// the curve's slope may be off.
 void CampaignModel::fit(Sensor sensor) {
   const std::size_t s = index_of(sensor);
   const BaseDesign design = base_design(observations_, sensor, temp_c_[s]);
@@ -65,10 +72,14 @@ void CampaignModel::fit(Sensor sensor) {
   columns_[s] << design.columns, terms_[s];
   NoiseComponents noise;
   noise.block = 1.0;
-  for (int pass = 0; pass < 3; ++pass) {
-    residuals_.sensor[s].emplace(observations_, sensor, columns_[s], noise, keep_);
+  Eigen::VectorXd prior = Eigen::VectorXd::Zero(columns_[s].cols());
+  prior.segment(design.levels, design.levels).setConstant(kNoSlope);
+  for (int pass = 0; pass < kPasses; ++pass) {
+    residuals_.sensor[s].emplace(observations_, sensor, columns_[s], noise, keep_, prior);
     if (residuals_.sensor[s]->rows().empty()) return residuals_.sensor[s].reset();
-    if (pass == 2) break;
+    if (pass + 1 == kPasses) break;
+    const auto sigma = slope_sigma(observations_.level_c, residuals_.sensor[s]->coefficients().head(design.levels));
+    prior.segment(design.levels, design.levels).setConstant(!sigma ? 0.0 : *sigma > 0.0 ? 1.0 / *sigma : kNoSlope);
     Eigen::VectorXd left = remainder(sensor);
     for (std::size_t i = 0; i < keep_.size(); ++i) {
       if (!keep_[i]) left(static_cast<Eigen::Index>(i)) = std::numeric_limits<double>::quiet_NaN();

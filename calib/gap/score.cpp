@@ -49,17 +49,23 @@ Eigen::VectorXd readings(const Observations& observations, Sensor sensor) {
 }  // namespace
 
 SensorResidual::SensorResidual(const Observations& observations, Sensor sensor, const Eigen::MatrixXd& base,
-                               const NoiseComponents& noise, const std::vector<bool>& keep)
+                               const NoiseComponents& noise, const std::vector<bool>& keep,
+                               const Eigen::VectorXd& prior)
     : whitening_(observations, sensor, noise, keep) {
-  const Eigen::MatrixXd white = whitening_.apply(base);
-  const Eigen::VectorXd y = whitening_.apply(readings(observations, sensor));
-  if (white.rows() == 0) return;
+  const Eigen::Index rows = static_cast<Eigen::Index>(whitening_.rows().size());
+  if (rows == 0) return;
+  // A prior about 0 is one more reading of 0 for each column.
+  Eigen::MatrixXd white = Eigen::MatrixXd::Zero(rows + base.cols(), base.cols());
+  white.topRows(rows) = whitening_.apply(base);
+  white.bottomRows(base.cols()) = prior.asDiagonal();
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(white.rows());
+  y.head(rows) = whitening_.apply(readings(observations, sensor));
   const anfis::LeastSquaresFit fit = anfis::solve_least_squares(white, y, kRankTolerance);
   coefficients_ = fit.coefficients;
   coefficient_factor_ = fit.covariance_factor;
-  // X F has orthonormal columns, as F Fᵀ is the pseudo-inverse of XᵀX.
-  basis_ = white * coefficient_factor_;
-  residual_ = y - basis_ * (basis_.transpose() * y);
+  // X F has orthonormal columns, as F Fᵀ is the pseudo-inverse of XᵀX. Nothing else has a part in the prior's rows.
+  basis_ = white.topRows(rows) * coefficient_factor_;
+  residual_ = y.head(rows) - basis_ * (basis_.transpose() * y.head(rows));
 }
 
 Eigen::MatrixXd SensorResidual::project(Eigen::MatrixXd white) const {

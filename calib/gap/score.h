@@ -16,9 +16,10 @@ namespace soak::calib::gap {
 class SensorResidual {
  public:
   /// `base`: columns of the base and of accepted terms, one row per observation; they may depend on each other. `keep`:
-  /// observations that take part.
+  /// observations that take part. `prior`: per column the reciprocal standard deviation that its coefficient has about
+  /// 0; 0 = free.
   SensorResidual(const Observations& observations, Sensor sensor, const Eigen::MatrixXd& base,
-                 const NoiseComponents& noise, const std::vector<bool>& keep);
+                 const NoiseComponents& noise, const std::vector<bool>& keep, const Eigen::VectorXd& prior);
 
   [[nodiscard]] Eigen::MatrixXd whiten(const Eigen::MatrixXd& columns) const { return whitening_.apply(columns); }
   /// Whitened columns freed of what the base takes up.
@@ -33,7 +34,8 @@ class SensorResidual {
 
  private:
   Whitening whitening_;
-  Eigen::MatrixXd basis_;  ///< orthonormal, of the whitened base
+  /// Orthonormal, of the whitened base and, below it, the prior's rows; a column's part of the former.
+  Eigen::MatrixXd basis_;
   Eigen::VectorXd coefficients_;
   Eigen::MatrixXd coefficient_factor_;
   Eigen::VectorXd residual_;
