@@ -71,6 +71,24 @@ struct AcceptedTerm {
   std::vector<std::pair<std::string, double>> parameters;
 };
 
+/// Standard uncertainties (k = 1) of a matrix of couplings, entry by entry, in the matrix's unit; each at least 0.
+struct CouplingUncertainty {
+  std::array<Vector3, 3> standard{};
+  bool readings_only = false;  ///< from the scatter of the readings; what they do not show (fixture) was not stated
+
+  friend bool operator==(const CouplingUncertainty&, const CouplingUncertainty&) = default;
+};
+
+/// Even-order term K₂ of an accelerometer in 1/(m/s²): the reading holds K₂·(f² − g²) along its axis, which no
+/// correction takes away.
+struct EvenOrderTerm {
+  double value = 0.0;
+  double standard_uncertainty = 0.0;  ///< k = 1
+  bool readings_only = false;         ///< as in CouplingUncertainty
+
+  friend bool operator==(const EvenOrderTerm&, const EvenOrderTerm&) = default;
+};
+
 /// All that leaves the lab for one unit.
 struct Calibration {
   std::string unit;  ///< serial number
@@ -88,6 +106,9 @@ struct Calibration {
   std::optional<std::array<Vector3, 3>> accel_misalignment;
   /// Row i: bias of gyro i per specific force along x, y, z, in (rad/s)/(m/s²). Only where accepted.
   std::optional<std::array<Vector3, 3>> g_sensitivity;
+  std::optional<CouplingUncertainty> misalignment_uncertainty;   ///< only beside accel_misalignment; diagonal 0
+  std::optional<CouplingUncertainty> g_sensitivity_uncertainty;  ///< only beside g_sensitivity
+  std::array<std::optional<EvenOrderTerm>, 3> even_order;        ///< of the accelerometers x, y, z
   std::vector<AcceptedTerm> terms;
 };
 

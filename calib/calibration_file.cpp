@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/file/coupling_section.h"
 #include "calib/file/curve_section.h"
 #include "calib/file/float32_check.h"
 #include "calib/file/record_section.h"
@@ -88,6 +89,9 @@ base::Status add_cross_terms(Draft& draft, const Calibration& calibration) {
   if (calibration.g_sensitivity) {
     if (auto status = draft.add(file::g_sensitivity_section(*calibration.g_sensitivity)); !status) return status;
   }
+  auto couplings = file::coupling_section(calibration);
+  if (!couplings) return base::forward_error(couplings);
+  if (*couplings) draft.sections.push_back(**std::move(couplings));
   if (calibration.terms.size() > SOAK_MAX_TERMS) {
     return base::bad_input("the file carries at most " + std::to_string(SOAK_MAX_TERMS) + " accepted terms", "terms");
   }
@@ -258,6 +262,9 @@ base::Status take_section(Calibration& calibration, std::uint32_t type, std::spa
       break;
     case SOAK_SECTION_G_SENSITIVITY:
       calibration.g_sensitivity = file::read_matrix(payload.data());
+      break;
+    case SOAK_SECTION_COUPLINGS:
+      file::read_couplings(payload.data(), calibration);
       break;
     case SOAK_SECTION_TERM:
       return take_term(calibration, payload);

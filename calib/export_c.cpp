@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <vector>
 
 #include "base/number_text.h"
 #include "base/sha256.h"
@@ -31,6 +32,23 @@ std::string comment_text(std::string text) {
   return text;
 }
 
+/// What the campaigns were measured with, a line for each reference and one for its waiver.
+std::string reference_comment(const std::vector<ReferenceUse>& uses) {
+  std::string text;
+  for (const auto& [reference, waiver] : uses) {
+    text.append(" * reference: ").append(name_of(reference.kind)).append(" ").append(comment_text(reference.name));
+    text += ", certificate " + comment_text(reference.certificate) + ", issued " +
+            file::utc_text(reference.issued_utc_s) + ", due " + file::utc_text(reference.due_utc_s) +
+            ", standard uncertainty " +
+            base::shortest(printed_per_si(reference.kind) * reference.standard_uncertainty) + " ";
+    text.append(printed_unit(reference.kind)).append("\n");
+    if (!waiver) continue;
+    text += " *   WAIVER, signed " + file::utc_text(waiver->utc_s) + " by " + comment_text(waiver->signer) + ": " +
+            comment_text(waiver->reason) + "\n";
+  }
+  return text;
+}
+
 std::string provenance_comment(const Calibration& calibration) {
   std::string text = "/*\n";
   const auto line = [&](std::string_view name, const std::string& value) {
@@ -51,7 +69,7 @@ std::string provenance_comment(const Calibration& calibration) {
                                      (sensor.scale_ppm ? ", with scale" : ", scale unknown"));
   }
   for (const std::string& hash : calibration.run_hashes) line("run", hash);
-  return text;
+  return text + reference_comment(calibration.references);
 }
 
 std::string usage_comment(const std::string& symbol) {

@@ -103,6 +103,24 @@ Json matrix(const std::optional<std::array<Vector3, 3>>& rows, double factor) {
   return out;
 }
 
+Json coupling_uncertainty(const std::optional<CouplingUncertainty>& stated, double factor) {
+  if (!stated) return {};
+  return {{"standard_uncertainty", matrix(stated->standard, factor)}, {"readings_only", stated->readings_only}};
+}
+
+/// By accelerometer, null where the file does not state it.
+Json even_order(const Calibration& calibration) {
+  Json terms = Json::object();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto& term = calibration.even_order[axis];
+    terms[std::string(name_of(kSensors[3 + axis]))] = term ? Json{{"value", term->value},
+                                                                  {"standard_uncertainty", term->standard_uncertainty},
+                                                                  {"readings_only", term->readings_only}}
+                                                           : Json();
+  }
+  return terms;
+}
+
 Json term_document(const AcceptedTerm& term) {
   Json sensors = Json::array();
   for (const Sensor sensor : term.sensors) sensors.push_back(name_of(sensor));
@@ -158,22 +176,27 @@ base::Result<std::string> export_json(const Calibration& calibration) {
   }
   Json terms = Json::array();
   for (const AcceptedTerm& term : calibration.terms) terms.push_back(term_document(term));
-  const Json document = {{"format", "soak-calibration-1"},
-                         {"unit", calibration.unit},
-                         {"unit_type", calibration.unit_type},
-                         {"epoch", calibration.epoch},
-                         {"model", calibration.model_version},
-                         {"created_utc", file::utc_text(calibration.created_utc_s)},
-                         {"created_utc_s", calibration.created_utc_s},
-                         {"simulated", calibration.simulated},
-                         {"gravity_mps2", calibration.gravity_mps2},
-                         {"gravity", calibration.gravity_assumed ? "assumed" : "known"},
-                         {"references", references_json(calibration.references)},
-                         {"runs", calibration.run_hashes},
-                         {"sensors", std::move(sensors)},
-                         {"accel_misalignment", matrix(calibration.accel_misalignment, 1.0)},
-                         {"g_sensitivity_dps_per_mps2", matrix(calibration.g_sensitivity, base::kDegPerRad)},
-                         {"terms", std::move(terms)}};
+  const Json document = {
+      {"format", "soak-calibration-1"},
+      {"unit", calibration.unit},
+      {"unit_type", calibration.unit_type},
+      {"epoch", calibration.epoch},
+      {"model", calibration.model_version},
+      {"created_utc", file::utc_text(calibration.created_utc_s)},
+      {"created_utc_s", calibration.created_utc_s},
+      {"simulated", calibration.simulated},
+      {"gravity_mps2", calibration.gravity_mps2},
+      {"gravity", calibration.gravity_assumed ? "assumed" : "known"},
+      {"references", references_json(calibration.references)},
+      {"runs", calibration.run_hashes},
+      {"sensors", std::move(sensors)},
+      {"accel_misalignment", matrix(calibration.accel_misalignment, 1.0)},
+      {"g_sensitivity_dps_per_mps2", matrix(calibration.g_sensitivity, base::kDegPerRad)},
+      {"accel_misalignment_uncertainty", coupling_uncertainty(calibration.misalignment_uncertainty, 1.0)},
+      {"g_sensitivity_uncertainty_dps_per_mps2",
+       coupling_uncertainty(calibration.g_sensitivity_uncertainty, base::kDegPerRad)},
+      {"accel_even_order_per_mps2", even_order(calibration)},
+      {"terms", std::move(terms)}};
   const std::string where = not_finite(document, "");
   if (!where.empty()) return base::bad_input("the number is not finite, which JSON cannot carry", where);
   return document.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';

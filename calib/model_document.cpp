@@ -103,6 +103,37 @@ base::Result<SensorCalibration> sensor_from_json(const json& document) {
   return calibration;
 }
 
+/// What is stated of the couplings, into the document and back; documents of older programs have none of it.
+void couplings_to_json(const Calibration& calibration, json& document) {
+  if (const auto& stated = calibration.misalignment_uncertainty) {
+    document["misalignment_uncertainty"] = {{"standard", stated->standard}, {"readings_only", stated->readings_only}};
+  }
+  json terms = json::object();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto& term = calibration.even_order[axis];
+    if (!term) continue;
+    terms[std::string(name_of(kSensors[3 + axis]))] = {{"value", term->value},
+                                                       {"standard_uncertainty", term->standard_uncertainty},
+                                                       {"readings_only", term->readings_only}};
+  }
+  if (!terms.empty()) document["even_order"] = std::move(terms);
+}
+
+void couplings_from_json(const json& document, Calibration& calibration) {
+  if (document.contains("misalignment_uncertainty")) {
+    const json& stated = document["misalignment_uncertainty"];
+    calibration.misalignment_uncertainty = {stated.at("standard").get<std::array<Vector3, 3>>(),
+                                            stated.at("readings_only").get<bool>()};
+  }
+  const json terms = document.value("even_order", json::object());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto found = terms.find(std::string(name_of(kSensors[3 + axis])));
+    if (found == terms.end()) continue;
+    calibration.even_order[axis] = {found->at("value").get<double>(), found->at("standard_uncertainty").get<double>(),
+                                    found->at("readings_only").get<bool>()};
+  }
+}
+
 base::Result<json> calibration_to_json(const Calibration& calibration) {
   json sensors = json::array();
   for (const SensorCalibration& sensor : calibration.sensors) {
@@ -121,6 +152,7 @@ base::Result<json> calibration_to_json(const Calibration& calibration) {
                    {"run_hashes", calibration.run_hashes},
                    {"sensors", std::move(sensors)}};
   if (calibration.accel_misalignment) document["accel_misalignment"] = *calibration.accel_misalignment;
+  couplings_to_json(calibration, document);
   if (!calibration.references.empty()) document["references"] = stored_references(calibration.references);
   return document;
 }
@@ -144,6 +176,7 @@ base::Result<Calibration> calibration_from_json(const json& document) {
   if (document.contains("accel_misalignment")) {
     calibration.accel_misalignment = document["accel_misalignment"].get<std::array<Vector3, 3>>();
   }
+  couplings_from_json(document, calibration);
   if (document.contains("references")) {
     auto references = references_of(document["references"]);
     if (!references) return base::forward_error(references);

@@ -2,6 +2,7 @@
 #include "calib/unit_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace soak::calib {
@@ -23,6 +24,27 @@ std::array<Vector3, 3> values_of(const Coupling& coupling) {
     for (std::size_t j = 0; j < 3; ++j) values[i][j] = coupling[i][j].value;
   }
   return values;
+}
+
+double standard_uncertainty(const StatedValue& stated) {
+  return std::hypot(stated.standard_error, stated.type_b.value_or(0.0));
+}
+
+CouplingUncertainty uncertainty_of(const Coupling& coupling) {
+  CouplingUncertainty uncertainty;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (i == j) continue;
+      uncertainty.standard[i][j] = standard_uncertainty(coupling[i][j]);
+      uncertainty.readings_only = uncertainty.readings_only || !coupling[i][j].type_b;
+    }
+  }
+  return uncertainty;
+}
+
+std::optional<EvenOrderTerm> even_order_of(const std::optional<StatedValue>& stated) {
+  if (!stated) return std::nullopt;
+  return EvenOrderTerm{stated->value, standard_uncertainty(*stated), !stated->type_b};
 }
 
 }  // namespace
@@ -75,7 +97,11 @@ Calibration make_calibration(const UnitModel& model) {
     }
     calibration.sensors.push_back(std::move(out));
   }
-  if (model.accel_misalignment) calibration.accel_misalignment = values_of(*model.accel_misalignment);
+  if (model.accel_misalignment) {
+    calibration.accel_misalignment = values_of(*model.accel_misalignment);
+    calibration.misalignment_uncertainty = uncertainty_of(*model.accel_misalignment);
+  }
+  std::transform(model.even_order.begin(), model.even_order.end(), calibration.even_order.begin(), even_order_of);
   return calibration;
 }
 

@@ -15,6 +15,7 @@
 
 #include "base/number_text.h"
 #include "station/csv/text_file.h"
+#include "station/fixture_rates.h"
 
 namespace soak::station {
 namespace {
@@ -216,6 +217,10 @@ class MapParser {
         list = entry.as_array();
       } else if (key == "rate_dps") {
         position.rate_dps = finite_number(entry, "rate_dps");
+        if (std::abs(*position.rate_dps) > kFastestFixture_dps) {
+          mistake(entry, fmt::format("position '{}': rate_dps is {}, but a fixture turns at up to {} deg/s",
+                                     position.label, *position.rate_dps, kFastestFixture_dps));
+        }
       } else {
         mistake(entry, fmt::format("position '{}' has the unknown key '{}': known are up, rate_dps", position.label,
                                    key.str()));

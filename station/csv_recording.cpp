@@ -17,6 +17,7 @@
 #include "station/csv/csv_layout.h"
 #include "station/csv/csv_scanner.h"
 #include "station/csv/text_file.h"
+#include "station/fixture_rates.h"
 
 namespace soak::station {
 namespace {
@@ -24,14 +25,20 @@ namespace {
 constexpr double kWarmest_c = 1000.0;
 constexpr double kLargestTime_s = 1e11;  // Unix time in seconds is 1.8e9
 
-/// Why the value read last cannot be a time or a temperature; nothing where it can. Sensors may say what they like: the
-/// fit judges them.
+/// Why the value read last cannot be a time, a temperature or the rate of a fixture; nothing where it can. Sensors may
+/// say what they like: the fit judges them.
 std::optional<std::string> implausible(const db::ChannelInfo& channel, const ColumnBuilder& builder) {
   const bool temperature = channel.name.starts_with("temp_");
-  if (!temperature && channel.name != "t_s") return std::nullopt;
+  const bool rate = is_fixture_rate(channel);
+  if (!temperature && !rate && channel.name != "t_s") return std::nullopt;
   const double value = conversion_to_csv(channel.unit)(builder.pending_value());
   if (temperature && (value < -base::kZeroCelsius_k || value > kWarmest_c)) {
     return fmt::format("{} °C is no temperature of a unit: check the unit in the column's name", value);
+  }
+  if (rate && std::abs(value) > kFastestFixture_dps) {
+    return fmt::format(
+        "{} deg/s is no rate of a fixture, which turns at up to {} deg/s: check the unit in the column's name", value,
+        kFastestFixture_dps);
   }
   if (channel.name == "t_s" && std::abs(value) > kLargestTime_s) {
     return fmt::format("{} s is no time of a recording: check the unit of the time", value);

@@ -10,6 +10,10 @@
 
 namespace soak::station {
 
+/// Fastest that a fixture may be said to turn: 3333 turns a minute, several times what rate tables do. At 1 m from the
+/// axis that is 12,000 g.
+inline constexpr double kFastestFixture_dps = 20000.0;
+
 /// Whether a channel gives the rate of the fixture; a foreign column of that name without a unit does not.
 [[nodiscard]] bool is_fixture_rate(const db::ChannelInfo& channel);
 

@@ -36,6 +36,9 @@ extern "C" {
 /* Sensors, and the order of raw[6] and out[6]. */
 enum { SOAK_GYRO_X, SOAK_GYRO_Y, SOAK_GYRO_Z, SOAK_ACCEL_X, SOAK_ACCEL_Y, SOAK_ACCEL_Z, SOAK_SENSORS };
 
+/* Couplings between the sensors, for soak_coupling_sigma. */
+enum { SOAK_MISALIGNMENT, SOAK_G_SENSITIVITY };
+
 /* What the functions return. Above 0: the output is defined, but not what a full calibration gives; the worst of
  * several is returned. Below 0: the file or the arguments are refused; outputs are not written. */
 typedef enum soak_status {
@@ -62,7 +65,7 @@ typedef enum soak_status {
 /* The members are the runtime's own. */
 typedef struct soak_curve {
   const uint8_t* payload; /* null: no such curve */
-  uint32_t kind;          /* section type */
+  uint32_t kind;          /* section type, or SOAK_KIND_WHOLE_BELLS */
 } soak_curve;
 
 typedef struct soak_sensor {
@@ -78,6 +81,7 @@ typedef struct soak_cal {
   soak_sensor sensor[SOAK_SENSORS];
   const uint8_t* misalignment;  /* 9 float32, or null */
   const uint8_t* g_sensitivity; /* 9 float32, or null */
+  const uint8_t* couplings;     /* payload of the couplings' uncertainties, or null */
   const uint8_t* provenance;    /* payload of the provenance section */
   uint32_t sections[2];         /* first byte of the first section, end of the last */
   uint32_t simulated;           /* not 0: made from simulated data; do not deploy */
@@ -96,9 +100,13 @@ enum {
   SOAK_SECTION_MISALIGNMENT = 0x0020,
   SOAK_SECTION_G_SENSITIVITY = 0x0021,
   SOAK_SECTION_TERM = 0x0022,
+  SOAK_SECTION_COUPLINGS = 0x0023,
   SOAK_SECTION_ERROR_BOUND = 0x0030,
   SOAK_SECTION_TABLE_BOUND = 0x0031
 };
+
+/* A FIS of bells in each of which z^(2 slope) is multiplied out: found at loading, so that no evaluation asks again. */
+enum { SOAK_KIND_WHOLE_BELLS = 0x10000 | SOAK_SECTION_FIS };
 
 enum {
   SOAK_MAX_FILE = 1048576,
@@ -266,6 +274,40 @@ static inline int soak_check_misalignment(const uint8_t* p, uint32_t length) {
          soak_f32(p) == 0.0f && soak_f32(p + 16) == 0.0f && soak_f32(p + 32) == 0.0f;
 }
 
+/* Blocks of the couplings' uncertainties: the matrices of SOAK_MISALIGNMENT and SOAK_G_SENSITIVITY, then value and
+ * uncertainty of the even-order term of each accelerometer. Bit k of the payload's first word: block k is there. */
+enum { SOAK_BLOCK_EVEN_ORDER = 2, SOAK_BLOCKS = 5 };
+
+/* Bytes of the payload before this block. */
+static inline uint32_t soak_bytes_before(const uint8_t* p, uint32_t block) {
+  uint32_t k, bytes = 4U;
+  for (k = 0; k < block; ++k) {
+    if ((soak_u32(p) >> k & 1U) != 0U) bytes += k < SOAK_BLOCK_EVEN_ORDER ? 36U : 8U;
+  }
+  return bytes;
+}
+
+static inline const uint8_t* soak_coupling_block(const uint8_t* p, uint32_t block) {
+  return (soak_u32(p) >> block & 1U) != 0U ? p + soak_bytes_before(p, block) : NULL;
+}
+
+static inline int soak_check_couplings(const uint8_t* p, uint32_t length) {
+  const uint8_t* block;
+  uint32_t k;
+  if (length < 4U || length != soak_bytes_before(p, SOAK_BLOCKS)) return 0;
+  for (k = 0; k < SOAK_BLOCKS; ++k) {
+    block = soak_coupling_block(p, k);
+    if (block == NULL) continue;
+    if (k < SOAK_BLOCK_EVEN_ORDER && !soak_all_between(block, 9U, 0.0f, FLT_MAX)) return 0;
+    if (k >= SOAK_BLOCK_EVEN_ORDER &&
+        (!soak_all_finite(block, 1U) || !soak_all_between(block + 4, 1U, 0.0f, FLT_MAX))) {
+      return 0;
+    }
+  }
+  block = soak_coupling_block(p, SOAK_MISALIGNMENT);
+  return block == NULL || (soak_f32(block) == 0.0f && soak_f32(block + 16) == 0.0f && soak_f32(block + 32) == 0.0f);
+}
+
 /* ---- private: taking a section into the calibration; each returns 1 if it keeps the format ---- */
 
 /* The place that a payload of its own kind is noted in: it must still be empty. */
@@ -291,13 +333,27 @@ static inline int soak_take_sensor(soak_cal* cal, const uint8_t* p, uint32_t len
   return 1;
 }
 
+/* Whether 2 slope is a whole number small enough to multiply out; slope > 0. */
+static inline int soak_is_whole(float slope) {
+  return slope <= SOAK_MAX_WHOLE_SLOPE && (float)(int32_t)(2.0f * slope) == 2.0f * slope;
+}
+
+static inline uint32_t soak_kind_of_fis(const uint8_t* p) {
+  const uint32_t count = soak_u16(p + 4);
+  uint32_t i;
+  for (i = 0; i < count; ++i) {
+    if (p[2] != 0U || !soak_is_whole(soak_f32(p + 24U + 24U * i + 12U))) return SOAK_SECTION_FIS;
+  }
+  return SOAK_KIND_WHOLE_BELLS;
+}
+
 static inline int soak_take_curve(soak_cal* cal, uint32_t type, const uint8_t* p, uint32_t length) {
   soak_sensor* sensor = soak_owner(cal, p, length);
   if (sensor == NULL) return 0;
   if (type == SOAK_SECTION_FIS && !soak_check_fis(p, length)) return 0;
   if (type == SOAK_SECTION_SPLINE && !soak_check_spline(p, length)) return 0;
   if (type == SOAK_SECTION_TABLE && !soak_check_table(p, length)) return 0;
-  sensor->curve[p[1]].kind = type;
+  sensor->curve[p[1]].kind = type == SOAK_SECTION_FIS ? soak_kind_of_fis(p) : type;
   return soak_note(&sensor->curve[p[1]].payload, p);
 }
 
@@ -317,6 +373,14 @@ static inline int soak_take_table_bound(soak_cal* cal, const uint8_t* p, uint32_
   soak_sensor* sensor = soak_owner(cal, p, length);
   return sensor != NULL && sensor->curve[p[1]].kind == SOAK_SECTION_TABLE && length == 8U &&
          soak_all_between(p + 4, 1U, 0.0f, FLT_MAX) && soak_note(&sensor->table_bound[p[1]], p);
+}
+
+/* Comes after the matrices that it speaks of. */
+static inline int soak_take_couplings(soak_cal* cal, const uint8_t* p, uint32_t length) {
+  if (!soak_check_couplings(p, length)) return 0;
+  if (soak_coupling_block(p, SOAK_MISALIGNMENT) != NULL && cal->misalignment == NULL) return 0;
+  if (soak_coupling_block(p, SOAK_G_SENSITIVITY) != NULL && cal->g_sensitivity == NULL) return 0;
+  return soak_note(&cal->couplings, p);
 }
 
 static inline int soak_take_provenance(soak_cal* cal, const uint8_t* p, uint32_t length) {
@@ -352,6 +416,9 @@ static inline soak_status soak_take_section(soak_cal* cal, const uint8_t* head) 
       break;
     case SOAK_SECTION_G_SENSITIVITY:
       good = length == 36U && soak_all_finite(p, 9U) && soak_note(&cal->g_sensitivity, p);
+      break;
+    case SOAK_SECTION_COUPLINGS:
+      good = soak_take_couplings(cal, p, length);
       break;
     case SOAK_SECTION_ERROR_BOUND:
       good = soak_take_error_bound(cal, p, length);
@@ -471,20 +538,31 @@ static inline float soak_log2(float x) {
   return (float)whole + s * (2.88539004f + q * (0.961798847f + q * (0.576714218f + q * 0.431741714f)));
 }
 
-static inline float soak_whole_power(float base, uint32_t exponent) {
-  float power = (exponent & 1U) != 0U ? base : 1.0f;
-  for (exponent >>= 1; exponent != 0U; exponent >>= 1) {
-    base *= base;
-    if ((exponent & 1U) != 0U) power *= base;
+/* |z|^exponent, exponent at least 1; the small ones without a loop */
+static inline float soak_whole_power(float z, uint32_t exponent) {
+  float power = (exponent & 1U) != 0U ? soak_magnitude(z) : 1.0f;
+  float square = z * z;
+  if ((exponent & 2U) != 0U) power *= square;
+  if (exponent < 4U) return power;
+  square *= square;
+  if ((exponent & 4U) != 0U) power *= square;
+  for (exponent >>= 3; exponent != 0U; exponent >>= 1) {
+    square *= square;
+    if ((exponent & 1U) != 0U) power *= square;
   }
   return power;
 }
 
-/* mu = 1 / (1 + z^(2 slope)), z >= 0 */
+/* mu = 1 / (1 + |z|^(2 slope)), soak_is_whole(slope) */
+static inline float soak_whole_bell(float z, float slope) {
+  return 1.0f / (1.0f + soak_whole_power(z, (uint32_t)(int32_t)(2.0f * slope)));
+}
+
+/* mu = 1 / (1 + |z|^(2 slope)) */
 static inline float soak_bell(float z, float slope) {
-  const uint32_t twice = slope <= SOAK_MAX_WHOLE_SLOPE ? (uint32_t)(2.0f * slope) : 0U;
   float exponent;
-  if (twice != 0U && (float)twice == 2.0f * slope) return 1.0f / (1.0f + soak_whole_power(z, twice));
+  if (soak_is_whole(slope)) return soak_whole_bell(z, slope);
+  z = soak_magnitude(z);
   if (z < FLT_MIN) return 1.0f;
   if (z > FLT_MAX) return 0.0f;
   exponent = 2.0f * (slope * soak_log2(z));
@@ -518,8 +596,13 @@ static inline float soak_nearest_rule(const uint8_t* rules, uint32_t count, floa
   return nearest;
 }
 
-/* r(T) = sum mu_i (v_i + g_i d_i) / sum mu_i */
-static inline float soak_eval_fis(const uint8_t* p, float temp_c) {
+static inline float soak_strength(const uint8_t* rule, uint32_t kind, uint32_t membership, float z) {
+  if (kind == SOAK_KIND_WHOLE_BELLS) return soak_whole_bell(z, soak_f32(rule + 12));
+  return membership == 0U ? soak_bell(z, soak_f32(rule + 12)) : soak_gaussian(z);
+}
+
+/* r(T) = sum mu_i (v_i + g_i d_i) / sum mu_i; `kind` is a constant at each call, which gives each its own loop */
+static inline float soak_eval_rules(const uint8_t* p, uint32_t kind, float temp_c) {
   const uint32_t count = soak_u16(p + 4);
   const float t = soak_clamp(temp_c, soak_f32(p + 8), soak_f32(p + 12));
   float numerator = 0.0f, denominator = 0.0f;
@@ -527,12 +610,16 @@ static inline float soak_eval_fis(const uint8_t* p, float temp_c) {
   for (i = 0; i < count; ++i) {
     const uint8_t* rule = p + 24U + 24U * i;
     const float d = soak_rule_distance(rule, t);
-    const float z = soak_magnitude(d / soak_f32(rule + 8));
-    const float mu = p[2] == 0U ? soak_bell(z, soak_f32(rule + 12)) : soak_gaussian(z);
+    const float mu = soak_strength(rule, kind, p[2], d / soak_f32(rule + 8));
     numerator += mu * soak_rule_value(rule, d);
     denominator += mu;
   }
   return denominator > 0.0f ? numerator / denominator : soak_nearest_rule(p + 24, count, t);
+}
+
+static inline float soak_eval_fis(const uint8_t* p, uint32_t kind, float temp_c) {
+  return kind == SOAK_KIND_WHOLE_BELLS ? soak_eval_rules(p, SOAK_KIND_WHOLE_BELLS, temp_c)
+                                       : soak_eval_rules(p, SOAK_SECTION_FIS, temp_c);
 }
 
 /* Index of the interval of the rising numbers at p[0..intervals] that holds t; p[0] <= t. */
@@ -580,9 +667,9 @@ static inline float soak_eval_table(const uint8_t* p, float temp_c) {
 /* y = C + H r(T) */
 static inline float soak_eval_curve(const soak_curve* curve, float temp_c) {
   const uint8_t* p = curve->payload;
-  if (curve->kind == SOAK_SECTION_FIS) return soak_f32(p + 16) + soak_f32(p + 20) * soak_eval_fis(p, temp_c);
   if (curve->kind == SOAK_SECTION_SPLINE) return soak_f32(p + 4) + soak_f32(p + 8) * soak_eval_spline(p, temp_c);
-  return soak_f32(p + 4) + soak_f32(p + 8) * soak_eval_table(p, temp_c);
+  if (curve->kind == SOAK_SECTION_TABLE) return soak_f32(p + 4) + soak_f32(p + 8) * soak_eval_table(p, temp_c);
+  return soak_f32(p + 16) + soak_f32(p + 20) * soak_eval_fis(p, curve->kind, temp_c);
 }
 
 /* Linear between the points at `temps`, held beyond them. */
@@ -666,6 +753,35 @@ SOAK_NODISCARD static inline soak_status soak_curve_error(const soak_cal* cal, i
   *bound = soak_f32(owner->error_bound[quantity] + 4);
   if (owner->table_bound[quantity] != NULL) *bound += soak_f32(owner->table_bound[quantity] + 4);
   return SOAK_OK;
+}
+
+/* Standard uncertainties (k = 1) of the entries of a coupling, row by row: SOAK_MISALIGNMENT (row: accelerometer,
+ * column: specific force; the diagonal is 0), SOAK_G_SENSITIVITY (row: gyro; (rad/s)/(m/s²)). SOAK_ABSENT, and NaN: the
+ * file does not say. */
+SOAK_NODISCARD static inline soak_status soak_coupling_sigma(const soak_cal* cal, int coupling, float sigma[9]) {
+  const uint8_t* block;
+  uint32_t i;
+  if (cal == NULL || sigma == NULL || (coupling != SOAK_MISALIGNMENT && coupling != SOAK_G_SENSITIVITY)) {
+    return SOAK_E_ARGUMENT;
+  }
+  block = cal->couplings != NULL ? soak_coupling_block(cal->couplings, (uint32_t)coupling) : NULL;
+  for (i = 0; i < 9U; ++i) sigma[i] = block != NULL ? soak_f32(block + 4U * i) : soak_nan();
+  return block != NULL ? SOAK_OK : SOAK_ABSENT;
+}
+
+/* Even-order term of an accelerometer and its standard uncertainty, 1/(m/s²): its reading holds value * (f² - g²), f
+ * the specific force along its axis. soak_apply leaves that in. SOAK_ABSENT, and NaN: the file does not say. */
+SOAK_NODISCARD static inline soak_status soak_even_order(const soak_cal* cal, int sensor, float* value, float* sigma) {
+  const uint8_t* block;
+  if (cal == NULL || value == NULL || sigma == NULL || sensor < SOAK_ACCEL_X || sensor >= SOAK_SENSORS) {
+    return SOAK_E_ARGUMENT;
+  }
+  block = cal->couplings == NULL
+              ? NULL
+              : soak_coupling_block(cal->couplings, (uint32_t)(SOAK_BLOCK_EVEN_ORDER + sensor - SOAK_ACCEL_X));
+  *value = block != NULL ? soak_f32(block) : soak_nan();
+  *sigma = block != NULL ? soak_f32(block + 4) : soak_nan();
+  return block != NULL ? SOAK_OK : SOAK_ABSENT;
 }
 
 /* The valid range of a sensor in °C. */

@@ -39,6 +39,19 @@ float gyro_x_sigma(float temp_c) {
   if (status != SOAK_OK) return 0.02f; /* rad/s: what the data sheet says of an uncalibrated unit */
   return pi95 / 1.96f;
 }
+
+float misalignment_sigma(int row, int column) {
+  float sigma[9];
+  if (soak_coupling_sigma(&cal, SOAK_MISALIGNMENT, sigma) != SOAK_OK) return 0.01f; /* rad: what the data sheet says */
+  return sigma[3 * row + column];
+}
+
+float accel_x_left_over(float force_mps2) {
+  float value, sigma;
+  if (soak_even_order(&cal, SOAK_ACCEL_X, &value, &sigma) != SOAK_OK) return 0.0f;
+  const float excess = force_mps2 * force_mps2 - 9.80665f * 9.80665f;
+  return ((value < 0.0f ? -value : value) + sigma) * (excess < 0.0f ? -excess : excess);
+}
 /* [uncertainty] */
 
 /* [vectors] */
@@ -71,5 +84,6 @@ int main(void) {
   if (!calibration_start() || !self_test()) return 1;
   if (correct(25.0f, raw, out) != SOAK_OK || correct(90.0f, raw, out) != SOAK_CLAMPED) return 2;
   if (!(gyro_x_sigma(25.0f) < 0.02f) || !is_exact_enough(1e-6f)) return 3;
+  if (!(misalignment_sigma(0, 1) <= 0.01f) || !(accel_x_left_over(29.4f) >= 0.0f)) return 4;
   return 0;
 }

@@ -3,52 +3,22 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <optional>
 
 #include "station/identity.h"
 #include "station/signal_source.h"
+#include "station/still_segment.h"
 
 namespace soak::station {
 namespace {
 
-struct StillStretch {
-  db::RunRow run;
-  calib::Segment segment;
-};
-
-double length_s(const calib::Segment& segment) { return segment.t_end_s - segment.t_start_s; }
-
-bool rejected(const calib::Segment& segment) {
-  return std::any_of(segment.findings.begin(), segment.findings.end(), [](const calib::Finding& finding) {
-    return finding.severity == calib::Severity::reject && !finding.sensor;
-  });
-}
-
-/// The longest segment of the unit's runs of this epoch; absent where there is none.
-base::Result<std::optional<StillStretch>> longest_segment(const db::Catalog& catalog, const db::UnitRow& unit) {
-  const auto runs = catalog.runs({.unit = unit.serial, .campaign = {}, .run = {}});
-  if (!runs) return base::forward_error(runs);
-  std::optional<StillStretch> longest;
-  for (const db::RunRow& run : *runs) {
-    if (!run.sealed || run.voided || run.epoch != unit.epoch) continue;
-    const auto segments = catalog.segments(run.run_id, run.unit, false);
-    if (!segments) return base::forward_error(segments);
-    for (const calib::Segment& segment : *segments) {
-      if (rejected(segment) || (longest && length_s(segment) <= length_s(longest->segment))) continue;
-      longest = StillStretch{run, segment};
-    }
-  }
-  return longest;
-}
-
-base::Result<StillStretch> still_stretch(const db::Catalog& catalog, const std::string& serial) {
+base::Result<StillSegment> still_segment(const db::Catalog& catalog, const std::string& serial) {
   const auto unit = catalog.unit(serial);
   if (!unit) return base::forward_error(unit);
   if (!*unit) {
     return base::bad_input(fmt::format("no unit '{}' in this data folder; 'soak unit list' shows them", serial));
   }
-  auto longest = longest_segment(catalog, **unit);
+  auto longest = longest_still_segment(catalog, serial, (*unit)->epoch);
   if (!longest) return base::forward_error(longest);
   const double seconds = *longest ? length_s((*longest)->segment) : 0.0;
   if (seconds >= calib::kKalibrLeastStill_s * 0.99) return **std::move(longest);
@@ -58,7 +28,7 @@ base::Result<StillStretch> still_stretch(const db::Catalog& catalog, const std::
       serial, seconds, calib::kKalibrLeastStill_s / 60.0));
 }
 
-calib::KalibrSource source_of(const StillStretch& still, const db::UnitRow& unit) {
+calib::KalibrSource source_of(const StillSegment& still, const db::UnitRow& unit) {
   return {.unit = unit.serial,
           .unit_type = unit.type,
           .run = still.run.label,
@@ -73,7 +43,7 @@ calib::KalibrSource source_of(const StillStretch& still, const db::UnitRow& unit
 }  // namespace
 
 base::Result<UnitNoise> unit_noise(const db::Catalog& catalog, const std::string& serial, bool simulated) {
-  const auto still = still_stretch(catalog, serial);
+  const auto still = still_segment(catalog, serial);
   if (!still) return base::forward_error(still);
   if (still->run.simulated && !simulated) {
     return base::bad_input(fmt::format(

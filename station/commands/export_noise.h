@@ -16,9 +16,9 @@ struct UnitNoise {
   std::vector<calib::AxisNoise> axes;
 };
 
-/// The noise of a unit's sensors in its longest segment at rest: of all sealed, unvoided runs of its current epoch,
-/// whatever their purpose, without segments that the data gate rejected. Refuses a unit whose longest segment is
-/// shorter than calib::kKalibrLeastStill_s, saying what to record, and simulated data unless `simulated`.
+/// The noise of a unit's sensors in its longest segment at rest of its current epoch (still_segment.h). Refuses a unit
+/// whose longest segment is shorter than calib::kKalibrLeastStill_s, saying what to record, and simulated data unless
+/// `simulated`.
 [[nodiscard]] base::Result<UnitNoise> unit_noise(const db::Catalog& catalog, const std::string& unit, bool simulated);
 
 }  // namespace soak::station

@@ -8,43 +8,15 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/data_gate.h"
 #include "calib/signal_json.h"
 #include "station/output.h"
 #include "station/signal_source.h"
+#include "station/still_segment.h"
 
 namespace soak::station {
 namespace {
 
 using nlohmann::json;
-
-struct StillSegment {
-  db::RunRow run;
-  calib::Segment segment;
-};
-
-double length_s(const calib::Segment& segment) { return segment.t_end_s - segment.t_start_s; }
-
-bool turns(const calib::Segment& segment) {
-  return segment.position && segment.position->rate_dps.value_or(0.0) != 0.0;
-}
-
-base::Result<std::optional<StillSegment>> longest_segment(const db::Catalog& catalog, const std::string& unit,
-                                                          std::int32_t epoch) {
-  const auto runs = catalog.runs({.unit = unit, .campaign = {}, .run = {}});
-  if (!runs) return base::forward_error(runs);
-  std::optional<StillSegment> longest;
-  for (const db::RunRow& run : *runs) {
-    if (!run.sealed || run.voided || run.epoch != epoch) continue;
-    const auto segments = catalog.segments(run.run_id, run.unit, false);
-    if (!segments) return base::forward_error(segments);
-    for (const calib::Segment& segment : *segments) {
-      if (calib::is_rejected(segment) || turns(segment)) continue;
-      if (!longest || length_s(segment) > length_s(longest->segment)) longest = StillSegment{run, segment};
-    }
-  }
-  return longest;
-}
 
 /// The Allan document of one sensor, or {"reason"} where there is none.
 json sensor_noise(const db::Catalog& catalog, const StillSegment& still, calib::Sensor sensor) {
@@ -78,7 +50,7 @@ json segment_json(const StillSegment& still) {
 
 base::Result<json> noise_json(const db::Catalog& catalog, const std::string& unit, std::int32_t epoch,
                               const std::function<bool(double)>& progress) {
-  const auto longest = longest_segment(catalog, unit, epoch);
+  const auto longest = longest_still_segment(catalog, unit, epoch);
   if (!longest) return base::forward_error(longest);
   if (!*longest) {
     return json{{"segment", json()},

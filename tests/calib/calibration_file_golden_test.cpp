@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of format versions 1.0 to 1.2 kept in tests/data/golden: every later version must read them, to the same
+// Files of format versions 1.0 to 1.3 kept in tests/data/golden: every later version must read them, to the same
 // values.
 #include <gtest/gtest.h>
 
@@ -24,11 +24,8 @@ struct Golden {
 };
 
 std::vector<Golden> goldens() {
-  return {{"fis", golden_fis()},
-          {"mixed", golden_mixed()},
-          {"whole", golden_whole()},
-          {"table", golden_table()},
-          {"referenced", golden_referenced()}};
+  return {{"fis", golden_fis()},     {"mixed", golden_mixed()},           {"whole", golden_whole()},
+          {"table", golden_table()}, {"referenced", golden_referenced()}, {"couplings", golden_couplings()}};
 }
 
 base::Bytes blob_of(const Golden& golden) { return read_file(data_file(std::string(golden.name) + ".soakcal")); }

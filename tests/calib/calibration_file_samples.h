@@ -238,6 +238,20 @@ inline Calibration golden_referenced() {
   return calibration;
 }
 
+/// Golden file "couplings": as "mixed", with all that can be stated of couplings but the even-order term of accel_y.
+/// The numbers are exact in float32.
+inline Calibration golden_couplings() {
+  Calibration calibration = golden_mixed();
+  calibration.unit = "SN-0007";
+  calibration.misalignment_uncertainty = {
+      {{{0.0, 0x1p-13, 0x1p-14}, {0x1.8p-13, 0.0, 0x1p-13}, {0x1p-14, 0x1p-13, 0.0}}}, false};
+  calibration.g_sensitivity_uncertainty = {
+      {{{0x1p-17, 0x1p-18, 0x1p-18}, {0x1p-18, 0x1p-17, 0x1p-18}, {0x1p-18, 0x1p-18, 0x1p-17}}}, true};
+  calibration.even_order = {EvenOrderTerm{-0x1p-18, 0x1p-20, false}, std::nullopt,
+                            EvenOrderTerm{0x1p-19, 0x1p-19, true}};
+  return calibration;
+}
+
 /// One sensor with the given bias curve, valid from -30 to 70 °C.
 inline Calibration with_bias(const Curve& curve, Sensor sensor = Sensor::gyro_x) {
   Calibration calibration = provenance("SN-0003");

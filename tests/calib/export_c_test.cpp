@@ -79,6 +79,30 @@ TEST(ExportC, CommentSaysWhereTheNumbersComeFrom) {
   EXPECT_EQ(header.find("SIMULATED"), std::string::npos);
 }
 
+TEST(ExportC, CommentNamesTheReferencesAndTheirWaivers) {
+  const std::string header = *export_c(golden_referenced());
+  for (const char* part :
+       {" * reference: chamber_probe probe 3, certificate D-K-15048-2026-07, issued 2026-01-01T00:00:00Z, due "
+        "2027-01-01T00:00:00Z, standard uncertainty 0.025 K\n",
+        " * reference: fixture_squareness cube 7, certificate PTB 5.31-4012, issued 2024-01-01T00:00:00Z, due "
+        "2025-01-01T00:00:00Z, standard uncertainty 0.00572957795130823",
+        " deg\n *   WAIVER, signed 2025-12-01T12:00:00Z by Ann Example: a new cube is ordered; its faces were compared "
+        "on "
+        "2025-11-28\n"}) {
+    EXPECT_NE(header.find(part), std::string::npos) << part << header.substr(0, 2000);
+  }
+  EXPECT_EQ(export_c(golden_fis())->find("reference"), std::string::npos);
+}
+
+TEST(ExportC, ReferenceCannotBreakOutOfTheComment) {
+  Calibration calibration = golden_referenced();
+  calibration.references[1].reference.name = "*/\n#error";
+  calibration.references[1].waiver->reason = "*/\n#error";
+  const std::string header = *export_c(calibration);
+  EXPECT_EQ(header.find("\n#error"), std::string::npos);
+  EXPECT_EQ(header.find("*/"), header.find("*/\n#ifndef"));
+}
+
 TEST(ExportC, SerialNumberCannotBreakOutOfTheComment) {
   Calibration calibration = golden_fis();
   calibration.unit = "*/\n#error \"out\" /*\\";

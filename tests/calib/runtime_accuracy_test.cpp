@@ -139,6 +139,42 @@ TEST(RuntimeAccuracy, LogarithmsAreThoseOfDoublePrecision) {
   EXPECT_LE(worst, 1.2e-7);
 }
 
+TEST(RuntimeAccuracy, WholePowersAreThoseOfDoublePrecision) {
+  for (std::uint32_t exponent = 1; exponent <= 32; ++exponent) {
+    for (double y = -3.0; y < 3.0; y += 0.0137) {
+      const auto z = static_cast<float>(y);
+      const double truth = std::pow(std::abs(static_cast<double>(z)), static_cast<double>(exponent));
+      // A power of e takes e - 1 products at most, however they are arranged, each of 2^-24.
+      const double error = std::abs(static_cast<double>(soak_whole_power(z, exponent)) - truth);
+      ASSERT_LE(error, (exponent - 1) * 0x1p-24 * truth + 0x1p-149) << z << '^' << exponent;
+    }
+  }
+}
+
+/// Bells that overlap, with these slopes.
+anfis::Model bells(const std::vector<double>& slopes) {
+  std::vector<anfis::CurveRule> rules;
+  for (std::size_t k = 0; k < slopes.size(); ++k) {
+    const auto n = static_cast<double>(k);
+    rules.push_back({0.3, slopes[k], -1.0 + 0.5 * n, 0.3 * n - 0.5, 0.2 * n - 0.1 * n * n});
+  }
+  return samples::fis_of(anfis::Shape::bell, rules, {20.0, 50.0}, {0.01, 0.004});
+}
+
+TEST(RuntimeAccuracy, RulesOfWholeExponentsAloneAreEvaluatedAsAmongOthers) {
+  base::Random random(6);
+  for (double slope = 0.5; slope <= 17.0; slope += 0.5) {
+    // Files differ in the last rule only: once all exponents are whole, once not all are.
+    for (const double last : {slope, 1.7}) {
+      const anfis::Model model = bells({slope, slope, 2.0, slope, last});
+      const auto bytes = encode(with_bias(model));
+      ASSERT_TRUE(bytes) << bytes.error().message;
+      const auto d = deviation(*bytes, [&](double t) { return plain_fis(model, t); }, random);
+      EXPECT_LE(d.largest, 1e-6 * d.span) << slope << ", " << last;
+    }
+  }
+}
+
 TEST(RuntimeAccuracy, UsualModelsStayWithinAMillionthOfTheirSpan) {
   base::Random random(1);
   double worst = 0.0;

@@ -268,6 +268,19 @@ class Kalibr(SoakTest):
         self.assertIn("# longest averaging time: 1200 s", text)
         self.assertIsNone(document["model"])
 
+    def test_a_longer_segment_in_which_the_fixture_turns_is_not_at_rest(self):
+        noise = random.Random(7)
+        lines = ["t_s,run,plateau_c,position,rate_dps,temp_c,gz_dps,az_mps2"]
+        for i in range(9000):
+            rate = 0 if i < 3800 else 30
+            lines.append(f"{i / 2},table,25,+Z,{rate},25,{noise.gauss(rate, 0.02):.6f},{noise.gauss(9.80665, 0.004):.6f}")
+        self.imported("table.csv", "\n".join(lines) + "\n")
+        path = self.folder / "imu.yaml"
+        self.soak("export", "--unit", SERIAL, "--format", "kalibr", "-o", path)
+        density = float(self.yaml(path.read_text(encoding="ascii"))["gyroscope_noise_density"])
+        self.assertAlmostEqual(density / (0.02 * RADIANS / math.sqrt(2)), 1, delta=0.05)
+        self.assertIn("# longest averaging time: 6", path.read_text(encoding="ascii"))
+
     def test_simulated_runs_need_the_flag(self):
         self.still("--simulated", seconds=1860)
         path = self.folder / "imu.yaml"

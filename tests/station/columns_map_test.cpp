@@ -73,12 +73,15 @@ TEST(ColumnsMap, ReportsEveryMistakeWithItsLine) {
       "[positions.P4]\n"
       "up = [0, 0, 1]\n"
       "rate_dps = nan\n"
-      "rate_rps = 1\n",
+      "rate_rps = 1\n"
+      "[positions.P5]\n"
+      "up = [0, 0, 1]\n"
+      "rate_dps = -20001\n",
       "m.toml");
   ASSERT_FALSE(map);
   EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(map.error().where, "m.toml");
-  for (const int line : {1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 17, 18, 20, 21, 25, 26}) {
+  for (const int line : {1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 17, 18, 20, 21, 25, 26, 29}) {
     EXPECT_NE(("\n" + map.error().message).find("\nline " + std::to_string(line) + ": "), std::string::npos)
         << "line " << line << " in\n"
         << map.error().message;
@@ -102,7 +105,7 @@ skip_rows = 1
 [positions]
 P1 = [1, 1, 1]
 P2 = { up = [1, 2, 3], rate_dps = -0.1 }
-P3 = { up = [0, 0, 1], rate_dps = 1e300 }
+P3 = { up = [0, 0, 1], rate_dps = 1e-300 }
 )",
                                      "m.toml");
   ASSERT_TRUE(map) << map.error().message;

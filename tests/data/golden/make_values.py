@@ -129,7 +129,7 @@ def main():
     for name, calibration in (("fis", fis_calibration()), ("mixed", mixed_calibration()),
                               ("whole", fis_calibration(slopes=(1.0, 0.5))),
                               ("table", fis_calibration(form=whole_degrees)),
-                              ("referenced", fis_calibration())):
+                              ("referenced", fis_calibration()), ("couplings", mixed_calibration())):
         with open(os.path.join(HERE, name + ".values.json"), "w", encoding="utf-8") as f:
             json.dump(document(calibration), f, indent=1)
             f.write("\n")

@@ -60,9 +60,29 @@ static const char* check_temperature(const soak_cal* cal, float temp_c) {
   return broken;
 }
 
+static const char* check_couplings(const soak_cal* cal) {
+  float sigma[9], value;
+  int i, k;
+  for (k = SOAK_MISALIGNMENT; k <= SOAK_G_SENSITIVITY; ++k) {
+    const soak_status status = soak_coupling_sigma(cal, k, sigma);
+    for (i = 0; i < 9; ++i) {
+      if ((status == SOAK_OK) != (sigma[i] >= 0.0f)) return "a coupling has a sigma exactly if the status says so";
+    }
+    if (status == SOAK_OK && (k == SOAK_MISALIGNMENT ? cal->misalignment : cal->g_sensitivity) == NULL) {
+      return "a stated sigma has its coupling";
+    }
+  }
+  for (i = SOAK_ACCEL_X; i <= SOAK_ACCEL_Z; ++i) {
+    const soak_status status = soak_even_order(cal, i, &value, sigma);
+    if ((status == SOAK_OK) != soak_is_finite(value)) return "an even-order term is finite exactly if it is stated";
+    if ((status == SOAK_OK) != (sigma[0] >= 0.0f)) return "an even-order term has a sigma exactly if it is stated";
+  }
+  return NULL;
+}
+
 static const char* check_everything(const soak_cal* cal) {
   static const float fixed[] = {-300.0f, -29.9f, 0.0f, 20.0f, 1e-40f, 1e9f, -FLT_MAX, NAN, INFINITY};
-  const char* broken = NULL;
+  const char* broken = check_couplings(cal);
   uint32_t i, k;
   for (i = 0; i < sizeof fixed / sizeof fixed[0] && broken == NULL; ++i) broken = check_temperature(cal, fixed[i]);
   for (i = 0; i < 6U; ++i) {

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The reader written from docs/blob-format.md over the golden files, and what it refuses."""
+import json
+import math
+import struct
+import unittest
+
+from blob_reader import BlobError, Calibration, crc32c, read_sections
+from soak_cli import ROOT
+
+GOLDEN = ROOT / "tests" / "data" / "golden"
+
+
+def golden(name):
+    return (GOLDEN / f"{name}.soakcal").read_bytes()
+
+
+def sealed(data):
+    """With size and CRC made right again."""
+    data = bytearray(data)
+    struct.pack_into("<I", data, 12, len(data))
+    struct.pack_into("<I", data, len(data) - 4, crc32c(bytes(data[:-4])))
+    return bytes(data)
+
+
+def with_section(data, kind, payload):
+    count = struct.unpack_from("<I", data, 20)[0] + 1
+    body = data[:20] + struct.pack("<I", count) + data[24:-4]
+    return sealed(body + struct.pack("<HBBI", kind, 1, 0, len(payload)) + payload + bytes(4))
+
+
+class Golden(unittest.TestCase):
+    def test_values_are_those_computed_elsewhere(self):
+        for path in sorted(GOLDEN.glob("*.values.json")):
+            name = path.name.removesuffix(".values.json")
+            values = json.loads(path.read_text(encoding="utf-8"))
+            calibration = Calibration.load(golden(name))
+            self.assertEqual(calibration.sensors, list(values["sensors"]), name)
+            for sensor, points in values["sensors"].items():
+                span = max(p["bias"] for p in points) - min(p["bias"] for p in points)
+                for point in points:
+                    bias, in_range = calibration.bias(sensor, point["temp_c"])
+                    self.assertEqual(in_range, point["in_range"], (name, sensor, point))
+                    self.assertAlmostEqual(bias, point["bias"], delta=5e-7 * span)
+
+    def test_couplings_are_those_that_the_file_was_made_from(self):
+        stated = Calibration.load(golden("couplings")).couplings
+        self.assertEqual(stated.misalignment, ((0.0, 2 ** -13, 2 ** -14), (1.5 * 2 ** -13, 0.0, 2 ** -13), (2 ** -14, 2 ** -13, 0.0)))
+        self.assertEqual([row[i] for i, row in enumerate(stated.g_sensitivity)], [2 ** -17] * 3)
+        self.assertEqual(stated.even_order, {"accel_x": (-(2 ** -18), 2 ** -20), "accel_z": (2 ** -19, 2 ** -19)})
+        self.assertEqual(stated.readings_only, {"g_sensitivity", "accel_z"})
+        self.assertIsNone(Calibration.load(golden("mixed")).couplings)
+
+    def test_each_table_has_the_bound_of_its_curve(self):
+        calibration = Calibration.load(golden("table"))
+        self.assertEqual(set(calibration.table_bounds), set(calibration.curves))
+        plain = Calibration.load(golden("fis"))
+        for key, bound in calibration.table_bounds.items():
+            # both files hold their numbers in float32: 2^-23 of the value and of the half range
+            curve, table = plain.curves[key], calibration.curves[key]
+            rounding = 2 ** -22 * (abs(curve.centre) + curve.half_range)
+            for i in range(-300, 701, 7):
+                self.assertLessEqual(abs(curve.value(i / 10) - table.value(i / 10)), bound + rounding, (key, i))
+
+
+class Refusals(unittest.TestCase):
+    def refused(self, data, words):
+        with self.assertRaisesRegex(BlobError, words):
+            Calibration.load(data)
+
+    def test_bounds_of_tables(self):
+        bound = struct.pack("<BBHf", 0, 0, 0, 1e-6)
+        self.refused(with_section(golden("table"), 0x0031, bound), "two table bounds")
+        self.refused(with_section(golden("fis"), 0x0031, bound), "before it, or of none")
+        self.refused(with_section(golden("fis"), 0x0031, struct.pack("<BBHf", 0, 0, 0, math.nan)), "not finite|of none")
+
+    def test_couplings(self):
+        (payload,) = [s.payload for s in read_sections(golden("couplings")) if s.kind == 0x0023]
+        self.refused(with_section(golden("couplings"), 0x0023, payload), "two sections of couplings")
+        self.refused(with_section(golden("fis"), 0x0023, payload), "of no misalignment")
+        self.refused(with_section(golden("mixed"), 0x0023, payload[:-8]), "too short")
+        negative = payload[:8] + struct.pack("<f", -1.0) + payload[12:]
+        self.refused(with_section(golden("mixed"), 0x0023, negative), "negative")
+        Calibration.load(with_section(golden("mixed"), 0x0023, payload))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs that a killed process left behind.
+#include <gtest/gtest.h>
+
+#include <sys/wait.h>
+#include <unistd.h>
+#include <csignal>
+#include <filesystem>
+
+#include "db/orphans.h"
+#include "station/lab/event_log.h"
+#include "station/lab/lost_runs.h"
+#include "station/lab/run_recorder.h"
+#include "station/lab/run_source.h"
+#include "tests/station/run_recorder_bench.h"
+
+namespace soak::station {
+namespace {
+
+using namespace recorder_bench;
+using LostRuns = RunRecorderTest;
+
+/// What the log says of runs.
+std::vector<std::string> told_of_runs(const db::Catalog& catalog) {
+  std::vector<std::string> texts;
+  const auto events = catalog.events();
+  for (const db::EventRow& event : *events) {
+    if (event.kind == "run") texts.push_back(event.text);
+  }
+  return texts;
+}
+
+/// Records as soakd does in a process of its own, which is killed: `rows` rows of SN1 are flushed, some more are not.
+void record_and_die(const fs::path& data_folder, const db::RunInfo& info, std::size_t rows) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    auto catalog = db::Catalog::open(data_folder);
+    auto recorder = RunRecorder::begin(*catalog, info, "verification", {{"SN1", "mti"}, {"SN2", "mti"}});
+    Unit unit(1);
+    // Nothing of this is checked here: a failure shows as rows that are missing.
+    static_cast<void>(recorder->add(0, unit.samples(rows, 20.0F), soak(20.0, "+X")));
+    static_cast<void>(recorder->flush());
+    static_cast<void>(recorder->add(0, unit.samples(50, 20.0F), soak(20.0, "+X")));
+    ::raise(SIGKILL);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+}
+
+TEST_F(LostRuns, AreEnteredVoidedWithEveryRowThatWasFlushed) {
+  db::RunInfo lost = info();
+  lost.source = kRunSource;
+  record_and_die(folder_, lost, 20'000);
+  ASSERT_FALSE(db::orphan_run_files(*catalog_)->empty());
+  EventLog log(*catalog_);
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 1U) << "SN2 gave no row";
+  const db::RunRow& run = runs->front();
+  EXPECT_EQ(run.run_id, lost.run_id);
+  EXPECT_EQ(run.rows, 20'000U);
+  EXPECT_EQ(run.purpose, "verification");
+  EXPECT_TRUE(run.sealed);
+  EXPECT_TRUE(run.voided);
+  EXPECT_EQ((*catalog_->unit("SN1"))->type, "mti") << "known since the run began";
+  const auto file = db::RunFileReader::open(catalog_->run_file_path(run));
+  EXPECT_TRUE(file->sealed());
+  EXPECT_TRUE(file->verify());
+  EXPECT_EQ(file->events()->back().kind, "interrupted");
+  EXPECT_TRUE(db::orphan_run_files(*catalog_)->empty());
+  ASSERT_EQ(told_of_runs(*catalog_).size(), 1U);
+  EXPECT_NE(told_of_runs(*catalog_).front().find("voided"), std::string::npos);
+}
+
+TEST_F(LostRuns, WithoutSamplesAreToldOfOnce) {
+  db::RunInfo lost = info();
+  lost.source = kRunSource;
+  record_and_die(folder_, lost, 0);
+  EventLog log(*catalog_);
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
+  EXPECT_TRUE(catalog_->runs({})->empty());
+  EXPECT_TRUE(db::orphan_run_files(*catalog_)->front().sealed);
+  EXPECT_EQ(told_of_runs(*catalog_).size(), 1U);
+}
+
+TEST_F(LostRuns, LeavesTheFilesOfOthersAlone) {
+  record_and_die(folder_, info(), 100);  // says that it is no file of soakd's
+  EventLog log(*catalog_);
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
+  EXPECT_FALSE(db::orphan_run_files(*catalog_)->front().sealed);
+  EXPECT_TRUE(told_of_runs(*catalog_).empty());
+}
+
+}  // namespace
+}  // namespace soak::station
