@@ -110,6 +110,8 @@ base::Result<CampaignConfig> parse_campaign_config(std::string_view text, const 
   config.noise.slow_correlation_times_s = reader.numbers("noise.slow_correlation_times_s", kDuration_s);
   read_site(reader, config);
   config.lab = read_lab_magnitudes(reader);
+  config.design = read_design(reader);
+  config.hidden = read_hidden(reader);
   if (const base::Status status = reader.finish(); !status) return base::forward_error(status);
   return config;
 }

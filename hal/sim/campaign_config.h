@@ -9,6 +9,8 @@
 
 #include "base/result.h"
 #include "calib/sensor.h"
+#include "hal/sim/design_config.h"
+#include "hal/sim/hidden_config.h"
 #include "hal/sim/lab_magnitudes.h"
 #include "hal/sim/range.h"
 
@@ -90,6 +92,8 @@ struct CampaignConfig {
   NoiseMagnitudes noise;
   std::optional<EarthFrame> earth;  ///< absent = the Earth stands still
   LabMagnitudes lab;
+  std::optional<DesignConfig> design;  ///< absent = the recordings of [campaign]
+  std::vector<HiddenSpec> hidden;      ///< effects beyond the measurement equation
 
   [[nodiscard]] const SensorMagnitudes& magnitudes(calib::Sensor sensor) const {
     return calib::is_gyro(sensor) ? gyro : accel;

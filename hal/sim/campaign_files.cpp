@@ -2,11 +2,10 @@
 #include "hal/sim/campaign_files.h"
 
 #include <filesystem>
-#include <fstream>
-#include <system_error>
 #include <vector>
 
 #include "hal/sim/csv_writer.h"
+#include "hal/sim/output_files.h"
 #include "hal/sim/simulated_run.h"
 #include "hal/sim/simulated_unit.h"
 #include "hal/sim/truth_writer.h"
@@ -15,21 +14,6 @@ namespace soak::hal::sim {
 namespace {
 
 namespace fs = std::filesystem;
-
-base::Status make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) return base::bad_input("cannot make this folder (" + error.message() + ")", folder.string());
-  return {};
-}
-
-base::Status write_file(const fs::path& path, const std::string& text) {
-  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
-  stream.write(text.data(), static_cast<std::streamsize>(text.size()));
-  stream.close();
-  if (!stream) return base::fail(base::ErrorKind::internal, "cannot write this file", path.string());
-  return {};
-}
 
 std::string campaign_csv(const CampaignConfig& config, const SimulatedUnit& unit) {
   std::string csv(kCsvHeader);

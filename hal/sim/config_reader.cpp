@@ -47,16 +47,26 @@ struct ConfigReader::Document {
     if (value != std::floor(value)) refuse_at(fmt::format("'{}' must be whole", key), node.source());
   }
 
+  void refuse_unknown_keys_of(const std::string& table_name, const toml::table& table) {
+    for (const auto& [name, value] : table) {
+      const std::string key = fmt::format("{}.{}", table_name, name.str());
+      if (!asked.contains(key)) refuse_at(fmt::format("unknown key '{}'", key), name.source());
+    }
+  }
+
   void refuse_unknown_keys() {
-    for (const auto& [table_name, content] : root) {
-      const toml::table* table = content.as_table();
-      if (!table) {
-        refuse_at(fmt::format("'{}' is not a table of this format", table_name.str()), content.source());
-        continue;
-      }
-      for (const auto& [name, value] : *table) {
-        const std::string key = fmt::format("{}.{}", table_name.str(), name.str());
-        if (!asked.contains(key)) refuse_at(fmt::format("unknown key '{}'", key), name.source());
+    for (const auto& [name, content] : root) {
+      const std::string table_name(name.str());
+      const toml::array* array = content.as_array();
+      if (const toml::table* table = content.as_table()) {
+        refuse_unknown_keys_of(table_name, *table);
+      } else if (array && asked.contains(table_name)) {
+        for (std::size_t i = 0; i < array->size(); ++i) {
+          const toml::table* table = array->get(i)->as_table();
+          if (table) refuse_unknown_keys_of(fmt::format("{}[{}]", table_name, i), *table);
+        }
+      } else {
+        refuse_at(fmt::format("'{}' is not a table of this format", table_name), content.source());
       }
     }
   }
@@ -145,6 +155,43 @@ std::optional<double> ConfigReader::optional_number(std::string_view key, Limits
   const toml::node* node = document_->find(key);
   if (!node) return std::nullopt;
   return document_->checked_number(key, *node, limits);
+}
+
+std::string ConfigReader::text(std::string_view key) {
+  if (!document_->require(key)) return {};
+  return optional_text(key).value_or(std::string());
+}
+
+std::optional<std::string> ConfigReader::optional_text(std::string_view key) {
+  const toml::node* node = document_->find(key);
+  if (!node) return std::nullopt;
+  const auto value = node->value_exact<std::string>();
+  if (!value) document_->refuse_at(fmt::format("'{}' must be a text", key), node->source());
+  return value.value_or(std::string());
+}
+
+std::optional<bool> ConfigReader::optional_flag(std::string_view key) {
+  const toml::node* node = document_->find(key);
+  if (!node) return std::nullopt;
+  const auto value = node->value_exact<bool>();
+  if (!value) document_->refuse_at(fmt::format("'{}' must be true or false", key), node->source());
+  return value.value_or(false);
+}
+
+std::vector<std::string> ConfigReader::optional_texts(std::string_view key) {
+  return document_->find(key) ? texts(key) : std::vector<std::string>{};
+}
+
+bool ConfigReader::has(std::string_view table) const { return document_->root.at_path(table).is_table(); }
+
+std::size_t ConfigReader::table_count(std::string_view name) {
+  const toml::node* node = document_->find(name);
+  if (!node) return 0;
+  if (!node->is_array_of_tables()) {
+    document_->refuse_at(fmt::format("'{}' must be written as tables [[{}]]", name, name), node->source());
+    return 0;
+  }
+  return node->as_array()->size();
 }
 
 void ConfigReader::refuse(std::string_view key, std::string message) {

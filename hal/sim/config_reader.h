@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -38,7 +39,16 @@ class ConfigReader {
   [[nodiscard]] std::vector<double> numbers(std::string_view key, Limits limits);
   /// At least one text.
   [[nodiscard]] std::vector<std::string> texts(std::string_view key);
+  [[nodiscard]] std::string text(std::string_view key);
   [[nodiscard]] std::optional<double> optional_number(std::string_view key, Limits limits);
+  [[nodiscard]] std::optional<std::string> optional_text(std::string_view key);
+  [[nodiscard]] std::optional<bool> optional_flag(std::string_view key);
+  /// As texts(), but empty where the key is absent.
+  [[nodiscard]] std::vector<std::string> optional_texts(std::string_view key);
+  /// Whether there is a table of that name.
+  [[nodiscard]] bool has(std::string_view table) const;
+  /// Tables in an array [[name]], whose keys are written "name[0].key"; 0 where it is absent.
+  [[nodiscard]] std::size_t table_count(std::string_view name);
 
   /// Records a mistake in the value of a key that was read.
   void refuse(std::string_view key, std::string message);

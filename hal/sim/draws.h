@@ -3,8 +3,10 @@
 
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 #include "base/random.h"
+#include "calib/position.h"
 #include "hal/sim/range.h"
 
 namespace soak::hal::sim {
@@ -27,6 +29,20 @@ enum class Purpose : std::uint64_t {
   lab_thermometer = 14,
   lab_chamber_sensor = 15,
   lab_unit = 16,
+  hidden_sensors = 17,
+  hidden_shape = 18,
+  hidden_chance = 19,
+  hidden_strength = 20,
+  design_profile = 21,
+  design_visit = 22,
+  design_noise = 23,
+  design_placement = 24,
+  design_visit_scatter = 25,
+  design_thermometer = 26,
+  design_chamber = 27,
+  design_mistake = 28,
+  compressor = 29,
+  supply = 30,
 };
 
 /// Stream number of the `member`-th (below 2^32) sensor, process... that a purpose has.
@@ -39,6 +55,14 @@ inline double drawn_from(base::Random& random, Range range) { return random.unif
 inline double drawn_within(base::Random& random, double half_width) { return random.uniform(-half_width, half_width); }
 
 inline double drawn_sign(base::Random& random) { return random.uniform() < 0.5 ? -1.0 : 1.0; }
+
+/// Unit vector, the same chance for every direction.
+inline calib::Vector3 drawn_direction(base::Random& random) {
+  const double height = random.uniform(-1.0, 1.0);
+  const double angle = random.uniform(0.0, 2.0 * std::numbers::pi);
+  const double radius = std::sqrt(1.0 - height * height);
+  return {radius * std::cos(angle), radius * std::sin(angle), height};
+}
 
 /// Whole number from `range.low` to `range.high`, both possible.
 inline int drawn_count(base::Random& random, Range range) {

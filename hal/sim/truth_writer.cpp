@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "hal/sim/effects/effect_text.h"
 #include "hal/sim/thermal_curve.h"
 
 namespace soak::hal::sim {
@@ -57,7 +58,7 @@ std::string sensor_json(const CampaignConfig& config, const SimulatedUnit& unit,
       number_list(bias, 7), scale);
 }
 
-std::string unit_json(const CampaignConfig& config, const SimulatedUnit& unit, const ListedRuns& listed) {
+std::string unit_json(const CampaignConfig& config, const SimulatedUnit& unit, int number, const ListedRuns& listed) {
   std::string text = fmt::format("  {{\"unit\": \"{}\", \"sensors\": {{", unit.serial);
   std::string_view separator = "\n";
   for (const calib::Sensor sensor : calib::kSensors) {
@@ -65,7 +66,9 @@ std::string unit_json(const CampaignConfig& config, const SimulatedUnit& unit, c
         fmt::format("{}    \"{}\": {}", separator, calib::name_of(sensor), sensor_json(config, unit, listed, sensor));
     separator = ",\n";
   }
-  return text + "}}";
+  text += "}";
+  if (!config.hidden.empty()) text += ",\n   \"hidden\": " + lab_effects_json(config, number);
+  return text + "}";
 }
 
 std::string run_labels(const ListedRuns& listed) {
@@ -99,9 +102,10 @@ std::string truth_json(const CampaignConfig& config, const std::vector<Simulated
       config.seed, base::kStandardGravity_mps2, run_labels(listed), verification_label(listed),
       number_list(dense_grid_c(config.curve), 2));
   std::string_view separator = "\n";
+  int number = 0;
   for (const SimulatedUnit& unit : units) {
     text += separator;
-    text += unit_json(config, unit, listed);
+    text += unit_json(config, unit, ++number, listed);
     separator = ",\n";
   }
   return text + "]}\n";

@@ -25,7 +25,8 @@ struct ListedRuns {
 /// All runs of a campaign and its verification run.
 [[nodiscard]] ListedRuns campaign_runs(const CampaignConfig& config);
 
-/// JSON text of what is true of the units, for judging what was found out about them. Its format stands in README.md.
+/// JSON text of what is true of the units, the first of which is number 1, for judging what was found out about them.
+/// Its format stands in README.md.
 [[nodiscard]] std::string truth_json(const CampaignConfig& config, const std::vector<SimulatedUnit>& units,
                                      const ListedRuns& listed);
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A forbidden include of each kind must fail the compilation; an allowed one must pass."""
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -21,6 +22,17 @@ def compile_in_room(room, text):
             [sys.executable, os.path.join(ROOT, "tools", "room_check.py"), "--room", room, "--", "g++", *FLAGS, "-MD",
              "-MT", target, "-MF", target + ".d", "-o", target, "-c", source], capture_output=True, text=True)
         return result.returncode, result.stderr, os.path.exists(target)
+
+
+def includes_below(folder):
+    """(source, what it includes) of every quoted or angled include of C and C++ files below `folder`."""
+    for path, _, names in os.walk(os.path.join(ROOT, folder)):
+        for name in sorted(names):
+            if name.endswith((".h", ".hpp", ".c", ".cpp")):
+                source = os.path.join(path, name)
+                with open(source, encoding="utf-8") as f:
+                    for include in re.findall(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', f.read(), re.M):
+                        yield os.path.relpath(source, ROOT), include
 
 
 class RoomCheck(unittest.TestCase):
@@ -49,6 +61,17 @@ class RoomCheck(unittest.TestCase):
     def test_more_than_the_vocabulary(self):
         self.refuse("db", '"calib/six_position.h"', "only the vocabulary of 'calib'")
         self.refuse("hal/sim", '"calib/curve_fit.h"', "only the vocabulary of 'calib'")
+
+    def test_simulation_and_estimation_share_nothing_but_the_vocabulary(self):
+        with open(os.path.join(ROOT, "cmake", "rooms.toml"), "rb") as f:
+            table = tomllib.load(f)
+        self.assertEqual(set(table["room"]["hal/sim"]["rooms"]), {"base", "calib:vocabulary"})
+        for folder, foreign, allowed in (("hal/sim", ("calib/", "anfis/", "nav/"), set(table["vocabulary"])),
+                                         ("calib", ("hal/",), set()), ("anfis", ("hal/",), set())):
+            for source, include in includes_below(folder):
+                self.assertTrue(not include.startswith(foreign) or include in allowed, f"{source} includes {include}")
+        self.refuse("calib", '"hal/sim/effects/conditions.h"', "does not depend on 'hal/sim'")
+        self.refuse("hal/sim", '"calib/six_position.h"', "only the vocabulary of 'calib'")
 
     def test_private_part_of_another_room(self):
         self.refuse("station", '"calib/fit/families.h"', "private part of 'calib'")

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <sstream>
+#include <utility>
 
 #include "tests/sim/support.h"
 
@@ -55,6 +57,66 @@ TEST(CampaignConfig, NamesEveryMistakeWithItsLine) {
     const std::string& marker = mistake.said.starts_with("unknown") ? "humidity" : mistake.replacement;
     EXPECT_EQ(config.error().where, line_of(text, marker)) << mistake.replacement;
   }
+}
+
+TEST(CampaignConfig, NamesEveryMistakeInHiddenEffectsAndDesigns) {
+  const std::pair<std::string, std::string> mistakes[] = {
+      {"[[hidden]]\neffect = \"gremlins\"\nmagnitude = 1.0\nseed = 1", "none of the effects thermal_hysteresis"},
+      {"[[hidden]]\neffect = \"sensor_lag\"\nseed = 1", "either 'magnitude' or 'amplitude'"},
+      {"[[hidden]]\neffect = \"sensor_lag\"\nmagnitude = 1.0\namplitude = 1.0\nseed = 1", "either"},
+      {"[[hidden]]\neffect = \"sensor_lag\"\nmagnitude = 0.0\nseed = 1", "hidden[0].magnitude"},
+      {"[[hidden]]\neffect = \"sensor_lag\"\namplitude = -5.0\nseed = 1", "above 0"},
+      {"[[hidden]]\neffect = \"sensor_lag\"\namplitude = 5.0", "'hidden[0].seed' is missing"},
+      {"[[hidden]]\neffect = \"sensor_lag\"\namplitude = 5.0\nseed = 1\nsensors = [\"gyro_x\"]", "all sensors alike"},
+      {"[[hidden]]\neffect = \"g_sensitivity\"\namplitude = 5.0\nseed = 1\nsensors = [\"accel_x\"]", "acts on gyros"},
+      {"[[hidden]]\neffect = \"g_sensitivity\"\namplitude = 5.0\nseed = 1\nsensors = [\"gyro\"]", "no sensor"},
+      {"[[hidden]]\neffect = \"g_sensitivity\"\namplitude = 5.0\nseed = 1\nsize = 3", "unknown key 'hidden[0].size'"},
+      {"[hidden]\neffect = \"g_sensitivity\"", "tables [[hidden]]"},
+      {"[design]\nkind = \"seven\"", "identical | mixed"},
+      {"[design]\nruns = 0", "design.runs"},
+      {"[design]\nruns = 2.5", "whole"},
+      {"[design]\ngyro_block_sigma_dps = 0.0", "gyro_block_sigma_dps"},
+      {"[design]\ndropped_visit = 1", "true or false"},
+      {"[design]\nvisits = 3", "unknown key 'design.visits'"},
+  };
+  for (const auto& [added, said] : mistakes) {
+    const auto config = parse_campaign_config(test::content_of(test::kShippedConfig) + "\n" + added + "\n", "lab.toml");
+    ASSERT_FALSE(config) << added;
+    EXPECT_EQ(config.error().kind, base::ErrorKind::bad_input);
+    EXPECT_NE(config.error().message.find(said), std::string::npos) << config.error().message;
+  }
+}
+
+TEST(CampaignConfig, ListsEveryKeyOfADesignWithItsDefaultInTheShippedFile) {
+  std::istringstream shipped(test::content_of(test::kShippedConfig));
+  std::string text;
+  bool in_design = false;
+  int keys = 0;
+  for (std::string line; std::getline(shipped, line);) {
+    if (line == "# [design]") in_design = true;
+    if (line.empty()) in_design = false;
+    text += (in_design ? line.substr(2) : line) + "\n";
+    keys += in_design ? 1 : 0;
+  }
+  const auto config = parse_campaign_config(text, "lab.toml");
+  ASSERT_TRUE(config) << config.error().message;
+  ASSERT_TRUE(config->design);
+  EXPECT_EQ(*config->design, default_design(DesignKind::identical));
+  EXPECT_EQ(keys, 1 + 24);
+}
+
+TEST(CampaignConfig, NamesTheLineOfAMistakeInAHiddenEffect) {
+  const std::string text = test::content_of(test::kShippedConfig) +
+                           "\n[[hidden]]\neffect = \"sensor_lag\"\nseed = 1\namplitude = 5.0\n"
+                           "[[hidden]]\neffect = \"supply_sensitivity\"\nseed = 1\nmagnitude = -5.0\n";
+  const auto config = parse_campaign_config(text, "lab.toml");
+  ASSERT_FALSE(config);
+  EXPECT_EQ(config.error().where, line_of(text, "magnitude = -5.0"));
+}
+
+TEST(CampaignConfig, HidesNothingAndDesignsNothingUnlessAsked) {
+  EXPECT_TRUE(test::shipped_config().hidden.empty());
+  EXPECT_FALSE(test::shipped_config().design);
 }
 
 TEST(CampaignConfig, NamesAMissingKeyAndTheFile) {

@@ -5,14 +5,21 @@
 #include <cmath>
 
 namespace soak::hal::sim {
+namespace {
+
+/// Share of full power below which the compressor rests.
+constexpr double kIdleRefrigeration = 0.01;
+
+}  // namespace
 
 ChamberPlant::ChamberPlant(const PlantMagnitudes& magnitudes)
     : magnitudes_(magnitudes), air_c_(magnitudes.room_c), load_c_(magnitudes.room_c) {}
 
 double ChamberPlant::compressor_cycle() const {
-  const bool runs = compressor_s_ < 0.5 * magnitudes_.compressor_period_s;
-  return runs ? 1.0 + magnitudes_.compressor_depth : 1.0 - magnitudes_.compressor_depth;
+  return in_running_half() ? 1.0 + magnitudes_.compressor_depth : 1.0 - magnitudes_.compressor_depth;
 }
+
+bool ChamberPlant::compressor_runs() const { return in_running_half() && refrigeration_ > kIdleRefrigeration; }
 
 void ChamberPlant::step(double dt_s, double output) {
   const PlantMagnitudes& m = magnitudes_;

@@ -23,10 +23,13 @@ class ChamberPlant {
 
   [[nodiscard]] double air_c() const { return air_c_; }
   [[nodiscard]] double load_c() const { return load_c_; }
+  /// Whether the compressor is in the running half of its cycle while there is something to cool.
+  [[nodiscard]] bool compressor_runs() const;
 
  private:
   /// Cooling relative to its mean at this moment of the compressor's cycle.
   [[nodiscard]] double compressor_cycle() const;
+  [[nodiscard]] bool in_running_half() const { return compressor_s_ < 0.5 * magnitudes_.compressor_period_s; }
 
   PlantMagnitudes magnitudes_;
   double air_c_;

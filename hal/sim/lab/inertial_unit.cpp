@@ -9,6 +9,7 @@
 #include "base/random.h"
 #include "base/units.h"
 #include "hal/sim/draws.h"
+#include "hal/sim/effects/lab_effects.h"
 
 namespace soak::hal::sim {
 namespace {
@@ -54,13 +55,33 @@ InertialUnit::InertialUnit(const CampaignConfig& config, int number)
       truth_(draw_lab_unit(config, number)),
       mounting_(config.lab.mounting(number)),
       heat_(drawn_heat(config, truth_)),
-      noise_(config.lab) {
+      noise_(config.lab),
+      supply_(truth_.seed) {
+  for (const LabEffect& effect : lab_effects(config, number)) {
+    hidden_.add(effect.drawn, effect.amplitude, lab_surroundings(config));
+  }
   follow_temperature();
+}
+
+void InertialUnit::advance_effects(const ChamberPlant& chamber, const Attitude& fixture) {
+  Conditions now;
+  now.time_s = kStep_s * static_cast<double>(step_);
+  now.utc_s = kFirstUtc_s + now.time_s;
+  now.powered = powered_;
+  now.since_power_on_s = powered_ ? now.time_s - start_s_ : 0.0;
+  now.run = now.mounting = std::max(starts_ - 1, 0);
+  now.thermometer_c = heat_.temp_c();
+  now.air_c = chamber.air_c();
+  now.up = in_unit_axes(mounting_, fixture.up, 1.0);
+  now.compressor = chamber.compressor_runs() ? 1.0 : 0.0;
+  now.supply_v = supply_.at(now.time_s, now.run);
+  hidden_.advance_to(now);
 }
 
 void InertialUnit::start() {
   const int ordinal = starts_++;
   powered_ = true;
+  start_s_ = kStep_s * static_cast<double>(step_);
   run_seed_ = run_seed(truth_, ordinal);
   noise_.start(run_seed_);
   follow_temperature();
@@ -70,11 +91,14 @@ void InertialUnit::start() {
 }
 
 void InertialUnit::follow_temperature() {
-  for (std::size_t i = 0; i < state_.size(); ++i) state_[i] = at_temperature(truth_.sensors[i], heat_.temp_c());
+  const double element_c = hidden_.empty() || step_ == 0 ? heat_.temp_c() : hidden_.element_c();
+  for (std::size_t i = 0; i < state_.size(); ++i) state_[i] = at_temperature(truth_.sensors[i], element_c);
 }
 
-void InertialUnit::step(const ChamberPlant& chamber) {
+void InertialUnit::step(const ChamberPlant& chamber, const Attitude& fixture) {
+  ++step_;
   heat_.step(kStep_s, chamber, powered_);
+  if (!hidden_.empty()) advance_effects(chamber, fixture);
   if (powered_) follow_temperature();
 }
 
@@ -87,10 +111,12 @@ SensedVector InertialUnit::sense(std::size_t first_sensor, const Attitude& fixtu
     const std::size_t i = first_sensor + axis;
     const Sensor sensor = calib::kSensors[i];
     const OutputMagnitudes& output = calib::is_gyro(sensor) ? config_.lab.gyro : config_.lab.accel;
-    const double value = reading_of(truth_.sensors[i], state_[i], sensor, force_mps2, rate_rps) + offset_[i] +
-                         noise_.at(sensor, index, rate_hz);
+    const double value =
+        hidden_.sensed(sensor, reading_of(truth_.sensors[i], state_[i], sensor, force_mps2, rate_rps) + offset_[i],
+                       noise_.at(sensor, index, rate_hz));
     sensed.clipped[axis] = std::abs(value) > output.range;
-    sensed.value[axis] = static_cast<float>(quantised(std::clamp(value, -output.range, output.range), output.lsb));
+    const double word = quantised(std::clamp(value, -output.range, output.range), output.lsb);
+    sensed.value[axis] = static_cast<float>(hidden_.output(sensor, word));
   }
   return sensed;
 }

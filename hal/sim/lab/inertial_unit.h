@@ -6,6 +6,8 @@
 
 #include "hal/sim/attitude.h"
 #include "hal/sim/campaign_config.h"
+#include "hal/sim/effects/hidden_effects.h"
+#include "hal/sim/effects/supply_voltage.h"
 #include "hal/sim/lab/chamber_plant.h"
 #include "hal/sim/lab/device_time.h"
 #include "hal/sim/lab/unit_noise.h"
@@ -26,7 +28,8 @@ struct SensedVector {
 /// Device identification of the `number`-th unit.
 [[nodiscard]] std::uint32_t device_id_of(int number);
 
-/// What the sensors of a unit in the chamber read.
+/// What the sensors of a unit in the chamber read. Hidden effects, which must state an amplitude, take every power-on
+/// for a new mounting.
 class InertialUnit {
  public:
   InertialUnit(const CampaignConfig& config, int number);
@@ -38,8 +41,8 @@ class InertialUnit {
   void start();
   void stop() { powered_ = false; }
 
-  /// Advances the temperature by kStep_s.
-  void step(const ChamberPlant& chamber);
+  /// Advances the temperature by kStep_s, and the hidden effects with it.
+  void step(const ChamberPlant& chamber, const Attitude& fixture);
 
   /// Goes on to internal sample `index` since the start, the one that the following are asked for.
   void advance_to(std::uint64_t index) { noise_.advance_to(index); }
@@ -52,6 +55,7 @@ class InertialUnit {
   [[nodiscard]] SensedVector sense(std::size_t first_sensor, const Attitude& fixture, std::uint64_t index,
                                    double rate_hz) const;
   void follow_temperature();
+  void advance_effects(const ChamberPlant& chamber, const Attitude& fixture);
 
   CampaignConfig config_;
   int number_;
@@ -59,6 +63,10 @@ class InertialUnit {
   Mounting mounting_;
   UnitHeat heat_;
   UnitNoise noise_;
+  HiddenEffects hidden_;
+  SupplyVoltage supply_;
+  std::uint64_t step_ = 0;
+  double start_s_ = 0.0;  ///< time of the last step before the start
   bool powered_ = false;
   int starts_ = 0;
   std::uint64_t run_seed_ = 0;

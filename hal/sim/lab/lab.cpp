@@ -24,11 +24,11 @@ Tick Lab::next_due() const {
 void Lab::advance_to(Tick next) {
   now_ = next;
   fixture_.advance_to(now_);
+  const Attitude attitude = fixture_.attitude();
   if (now_ % kTicksPerStep == 0) {
     chamber_.step(kStep_s);
-    for (XbusDevice& device : devices_) device.unit().step(chamber_.plant());
+    for (XbusDevice& device : devices_) device.unit().step(chamber_.plant(), attitude);
   }
-  const Attitude attitude = fixture_.attitude();
   for (XbusDevice& device : devices_) device.advance_to(now_, attitude);
 }
 

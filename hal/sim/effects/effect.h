@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "calib/sensor.h"
+#include "hal/sim/campaign_config.h"
+#include "hal/sim/effects/conditions.h"
+#include "hal/sim/effects/shape_draws.h"
+
+namespace soak::hal::sim {
+
+/// One hidden mechanism of one unit. It is told the conditions moment by moment and keeps what it remembers of them;
+/// then it says what it does to the sensors at that moment. A mechanism overrides only what it acts by.
+class Effect {
+ public:
+  virtual ~Effect() = default;
+
+  /// Goes on to `now`, the first call included; conditions change linearly in between.
+  virtual void advance_to(const Conditions& now) = 0;
+
+  /// Kelvin by which the sensing elements are warmer than the thermometer.
+  [[nodiscard]] virtual double element_shift_c() const { return 0.0; }
+  /// What is added to the reading of a sensor, per unit of its amplitude.
+  [[nodiscard]] virtual double response(calib::Sensor) const { return 0.0; }
+  /// What the noise of a sensor that is hit is multiplied by.
+  [[nodiscard]] virtual double noise_factor() const { return 1.0; }
+  /// What becomes of the output word of a sensor that is hit.
+  [[nodiscard]] virtual double output(calib::Sensor, double value) const { return value; }
+};
+
+/// What a mechanism is made from.
+struct EffectOrder {
+  /// SI per unit of response; of a sensor that is not hit 0. Read by those that act on output words.
+  std::array<double, calib::kSensorCount> gain{};
+  /// In the unit of the mechanism: read by those that are not proportional to an amplitude.
+  double amplitude = 0.0;
+  std::uint64_t seed = 0;            ///< of everything that happens by chance while time passes
+  std::optional<EarthFrame> earth;   ///< where the lab lies, if the configuration says so
+  std::vector<double> set_points_c;  ///< of the campaign, or the ends of the range of temperature
+};
+
+/// Makes a mechanism; draws its shape from `shape`. Each is declared, with its physics and the ranges of its shape, in
+/// the file of its name.
+using EffectMaker = std::unique_ptr<Effect> (*)(const EffectOrder& order, ShapeDraws& shape);
+
+}  // namespace soak::hal::sim
