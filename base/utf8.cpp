@@ -19,33 +19,56 @@ struct Form {
 constexpr std::array<Form, 4> kForms = {
     {{0x80, 0x00, 0, 0x0}, {0xE0, 0xC0, 1, 0x80}, {0xF0, 0xE0, 2, 0x800}, {0xF8, 0xF0, 3, 0x10000}}};
 
-/// Bytes of the sequence at the beginning of the text; 0 where that is none.
-std::size_t sequence(std::string_view text) {
+/// The code point at the beginning of a text, and its bytes; 0 bytes where there is none.
+struct Sequence {
+  std::size_t length = 0;
+  std::uint32_t point = 0;
+};
+Sequence sequence(std::string_view text) {
   const auto lead = static_cast<std::uint8_t>(text.front());
   for (const Form& form : kForms) {
     if ((lead & form.mask) != form.bits) continue;
-    if (text.size() <= form.more) return 0;
+    if (text.size() <= form.more) return {};
     auto point = static_cast<std::uint32_t>(lead & static_cast<std::uint8_t>(~form.mask));
     for (std::size_t i = 1; i <= form.more; ++i) {
       const auto byte = static_cast<std::uint8_t>(text[i]);
-      if ((byte & 0xC0U) != 0x80U) return 0;
+      if ((byte & 0xC0U) != 0x80U) return {};
       point = point << 6U | (byte & 0x3FU);
     }
     const bool surrogate = point >= 0xD800 && point <= 0xDFFF;
-    return point < form.least || surrogate || point > 0x10FFFF ? 0 : 1 + form.more;
+    if (point < form.least || surrogate || point > 0x10FFFF) return {};
+    return {1 + form.more, point};
   }
-  return 0;
+  return {};
+}
+
+constexpr bool is_control(std::uint32_t point) { return point < 0x20 || (point >= 0x7F && point <= 0x9F); }
+constexpr bool ends_a_line(std::uint32_t point) { return point == 0x2028 || point == 0x2029; }
+constexpr bool turns_direction(std::uint32_t point) {
+  return point == 0x061C || point == 0x200E || point == 0x200F || (point >= 0x202A && point <= 0x202E) ||
+         (point >= 0x2066 && point <= 0x2069);
+}
+
+/// Whether the text is UTF-8 of code points that `allowed` takes.
+template <class Allowed>
+bool all_points(std::string_view text, Allowed allowed) {
+  while (!text.empty()) {
+    const auto [length, point] = sequence(text);
+    if (length == 0 || !allowed(point)) return false;
+    text.remove_prefix(length);
+  }
+  return true;
 }
 
 }  // namespace
 
 bool is_utf8(std::string_view text) {
-  while (!text.empty()) {
-    const std::size_t length = sequence(text);
-    if (length == 0) return false;
-    text.remove_prefix(length);
-  }
-  return true;
+  return all_points(text, [](std::uint32_t) { return true; });
+}
+
+bool is_plain_line(std::string_view text) {
+  return all_points(
+      text, [](std::uint32_t point) { return !is_control(point) && !ends_a_line(point) && !turns_direction(point); });
 }
 
 }  // namespace soak::base

@@ -103,7 +103,10 @@ base::Status add_cross_terms(Draft& draft, const Calibration& calibration) {
 
 base::Status add_references(Draft& draft, const Calibration& calibration) {
   if (calibration.references.size() > file::kMaxReferences) {
-    return base::bad_input("the file carries at most " + std::to_string(file::kMaxReferences) + " references",
+    return base::bad_input("the runs were measured with " + std::to_string(calibration.references.size()) +
+                               " entries of the register of references, a file carries at most " +
+                               std::to_string(file::kMaxReferences) +
+                               "; fit fewer campaigns together ('soak fit --campaign NAME')",
                            "references");
   }
   for (const ReferenceUse& use : calibration.references) {

@@ -8,21 +8,23 @@
 #include <string_view>
 #include <vector>
 
-/// Shewhart chart of individual values with moving ranges of two [Montgomery, Introduction to Statistical Quality
-/// Control, 6.4; ISO 7870-2:2023, 6.5; NIST/SEMATECH e-Handbook 6.3.2.2].
+#include "calib/sensor.h"
+
+/// Chart of individual values [Montgomery, Introduction to Statistical Quality Control, 6.4; ISO 7870-2:2023, 6.5;
+/// NIST/SEMATECH e-Handbook 6.3.2.2] with prediction limits instead of three-sigma limits: these know how little a few
+/// earlier values say [Hahn, Meeker and Escobar, Statistical Intervals, 4.8].
 namespace soak::calib {
 
-/// Mean of the range of two values of a standard normal distribution: E|X − Y| = 2/√π.
-inline constexpr double kD2 = 1.1283791670955126;
-/// Upper limit of a moving range in units of the mean one: 1 + 3 d3/d2, d3² = Var|X − Y| = 2 − 4/π.
+/// Upper limit of a moving range in units of the mean one: 1 + 3 d3/d2, d2 = E|X − Y| = 2/√π and d3² = Var|X − Y| =
+/// 2 − 4/π of two values of a standard normal distribution.
 inline constexpr double kD4 = 3.2665320;
-/// Width of the limits in standard deviations.
-inline constexpr double kControlSigmas = 3.0;
-/// So many values in a row on one side of the centre are a signal (the fourth rule of the Western Electric handbook,
-/// 1956).
-inline constexpr std::size_t kControlRun = 8;
-/// Fewer earlier values make no limits: with 10, one value in 40 from a process in control lies beyond them, with 5 one
-/// in 17 (docs/check-standard.md).
+/// Largest chance that a campaign in which nothing has changed is found out of control.
+inline constexpr double kFalseAlarmPerCampaign = 0.01;
+/// The same of one test: a campaign is judged by the charts of all sensors, and each chart by two tests.
+inline constexpr double kFalseAlarmPerTest = kFalseAlarmPerCampaign / (2.0 * kSensorCount);
+/// So many last values are looked at together.
+inline constexpr std::size_t kShiftValues = 8;
+/// Fewer earlier values make no limits: those of 5 would be 10 standard deviations from the centre.
 inline constexpr std::size_t kFewestForLimits = 10;
 /// From so many on, limits stay as they are: else a slow drift would take them along.
 inline constexpr std::size_t kMostForLimits = 25;
@@ -39,15 +41,22 @@ constexpr std::string_view name_of(ControlVerdict verdict) {
                                                      : "not_established";
 }
 
-/// What earlier values say of a process.
+/// What earlier values say of a process, and where the mean of `of` later ones must lie:
+/// centre ± t(1 − kFalseAlarmPerTest, n − 1) · sigma · √(1/of + 1/n), two-sided. Exact for independent normal values.
 struct ControlLimits {
-  std::size_t values = 0;          ///< that these come from
-  double centre = 0.0;             ///< mean
-  double mean_moving_range = 0.0;  ///< of neighbours among these values
-  double sigma = 0.0;              ///< mean moving range / d2
-  double lower = 0.0;              ///< centre − 3 sigma
-  double upper = 0.0;              ///< centre + 3 sigma
-  double moving_range_upper = 0.0;
+  std::size_t values = 0;  ///< n, that these come from
+  double centre = 0.0;     ///< mean
+  double sigma = 0.0;      ///< standard deviation, n − 1 degrees of freedom
+  double lower = 0.0;
+  double upper = 0.0;
+  double moving_range_upper = 0.0;  ///< kD4 times the mean distance of neighbours
+};
+
+/// The mean of the last eight values against the values before them.
+struct ControlShift {
+  double mean = 0.0;
+  ControlLimits limits;
+  [[nodiscard]] bool beyond_limits() const { return mean < limits.lower || mean > limits.upper; }
 };
 
 /// One value of a chart and what was said of it when it came.
@@ -55,21 +64,23 @@ struct ControlPoint {
   double value = 0.0;
   std::optional<double> moving_range;   ///< |value − the one before|; none for the first
   std::optional<ControlLimits> limits;  ///< that it was judged by; none where it was not
+  std::optional<ControlShift> shift;    ///< none where there were too few values before the last eight
   ControlVerdict verdict = ControlVerdict::not_established;
-  bool beyond_limits = false;  ///< farther than 3 sigma from the centre
-  bool run = false;            ///< the eighth or later in a row on its side of the centre
+
+  [[nodiscard]] bool beyond_limits() const { return limits && (value < limits->lower || value > limits->upper); }
+  [[nodiscard]] bool shifted() const { return shift && shift->beyond_limits(); }
 };
 
-/// Limits from values in the order of time; none for fewer than kFewestForLimits, or values that are all the same.
-[[nodiscard]] std::optional<ControlLimits> control_limits(std::span<const double> values);
-
-/// Judges the last of `values` (one at least) by given limits; those before it only tell whether it ends a run.
-[[nodiscard]] ControlPoint judge(const ControlLimits& limits, std::span<const double> values);
+/// Limits for the mean of `of` (1 at least) later values, from values in the order of time; none for fewer than
+/// kFewestForLimits, or values that are all the same.
+[[nodiscard]] std::optional<ControlLimits> control_limits(std::span<const double> values, std::size_t of);
 
 /// A chart of values in the order of time. Each is judged by limits from accepted values before it, never by itself or
 /// what followed: the first kMostForLimits accepted ones, fewer while there are fewer. Accepted is what was not found
-/// out of control. A later value changes nothing that was said before. The moving range has its limit for people to
-/// look at and no verdict: neighbouring ranges share a value, and a jump shows in the values themselves.
+/// out of control. So is the mean of the last eight values, by limits from accepted values before these eight; values
+/// beyond their own limits are none of the eight, as they have been told. A later value changes nothing that was said
+/// before. The moving range has its limit for people to look at and no verdict: neighbouring ranges share a value, and
+/// a jump shows in the values themselves.
 [[nodiscard]] std::vector<ControlPoint> control_chart(std::span<const double> values);
 
 }  // namespace soak::calib

@@ -113,8 +113,8 @@ void add_drift(const SensorEstimate& estimate, std::int32_t first_visit, std::in
 
 }  // namespace
 
-RunReference reference_plateau(const RunInput& run, const UnitType& type) {
-  RunReference result;
+RunAtReference reference_plateau(const RunInput& run, const UnitType& type) {
+  RunAtReference result;
   const std::vector<Visit> visits = visits_of(run);
   result.at_both_ends = begins_and_ends_there(visits);
   result.visits =

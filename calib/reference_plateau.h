@@ -34,7 +34,7 @@ struct SensorReference {
   std::optional<Estimate> drift;
 };
 
-struct RunReference {
+struct RunAtReference {
   /// Whether the run began and ended at the reference plateau.
   bool at_both_ends = false;
   std::vector<std::int32_t> visits;  ///< that the biases come from; empty = the run was never near there
@@ -46,7 +46,7 @@ struct RunReference {
 /// its reference visits. Otherwise all visits at the set point nearest to 25 °C within 2.5 K are taken, and there is no
 /// drift. The biases are those of estimate_six_positions() over the whole run without what the data gate rejected; of
 /// two visits their standard errors count as independent. Void segments must not be among the run's.
-[[nodiscard]] RunReference reference_plateau(const RunInput& run, const UnitType& type);
+[[nodiscard]] RunAtReference reference_plateau(const RunInput& run, const UnitType& type);
 
 /// The bias carried to another temperature along the slope; without a slope, over 0.5 K at most and unchanged. None
 /// where it cannot be.

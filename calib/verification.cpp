@@ -29,6 +29,7 @@ struct CurveTask {
   const CurveData* data = nullptr;  ///< absent = the runs do not give it
   std::optional<double> limit;
   double common_u = 0.0;
+  std::vector<std::string> not_stated;
   bool relative = false;
   std::size_t file_runs = 0;
 };
@@ -41,15 +42,20 @@ double common_u(const std::vector<TypeBInput>& inputs) {
   return std::sqrt(variance);
 }
 
-double guard_of(const RowError& row, double common_u) {
-  return kGuardFactor * std::hypot(row.standard_error, common_u);
+/// Those of the same inputs that are not stated.
+std::vector<std::string> not_stated(const std::vector<TypeBInput>& inputs) {
+  std::vector<std::string> names;
+  for (const TypeBInput& input : inputs) {
+    if (!input.stated && input.name != "thermometer") names.push_back(input.name);
+  }
+  return names;
 }
 
 /// The decision rule (JCGM 106 §8.3.2, §8.3.3) on rows that span enough of the range.
 Verdict judge(const std::vector<RowError>& rows, double limit, double common_u, bool covered) {
   bool passes = true;
   for (const RowError& row : rows) {
-    const double guard = guard_of(row, common_u);
+    const double guard = verification::expanded(row, common_u);
     if (std::abs(row.error) - guard > limit) return Verdict::fail;
     passes = passes && std::abs(row.error) + guard <= limit;
   }
@@ -73,7 +79,12 @@ void describe_errors(std::vector<RowError> rows, const CurveTask& task, CurveVer
   });
   result.worst_abs = std::abs(worst->error);
   result.worst_temp_c = worst->temp_c;
-  for (const RowError& row : rows) result.guard = std::max(result.guard, guard_of(row, task.common_u));
+  for (const RowError& row : rows) {
+    const double guard = verification::expanded(row, task.common_u);
+    if (guard <= result.guard) continue;
+    result.guard = guard;
+    result.guard_factor = guard / std::hypot(row.standard_error, task.common_u);
+  }
   for (const verification::Cell& cell : verification::cells_of(rows)) result.temps_c.push_back(cell.temp_c);
   verification::remove_run_means(rows);
   result.rmse_shape = verification::rms(rows);
@@ -82,6 +93,7 @@ void describe_errors(std::vector<RowError> rows, const CurveTask& task, CurveVer
 CurveVerification verify_curve(const CurveTask& task) {
   CurveVerification result;
   result.limit = task.limit;
+  result.not_stated = task.not_stated;
   if (task.limit) result.verdict = Verdict::not_measured;
   if (task.curve == nullptr || task.data == nullptr) return result;
   auto [rows, out_of_range] = verification::errors_of(*task.curve, task.temp_min_c, task.temp_max_c, *task.data);
@@ -129,6 +141,7 @@ CurveTask bias_task(Sensor sensor, const SensorCalibration* stated, const UnitRo
   if (stated != nullptr) task.table = &stated->bias_uncertainty;
   if (data) task.data = &*data;
   task.common_u = common_u(rows.bias_type_b[index_of(sensor)]);
+  task.not_stated = not_stated(rows.bias_type_b[index_of(sensor)]);
   task.relative = rows.relative_accel && !is_gyro(sensor);
   return task;
 }
@@ -141,6 +154,7 @@ CurveTask scale_task(Sensor sensor, const SensorCalibration* stated, const UnitR
   if (stated != nullptr && stated->scale_uncertainty) task.table = &*stated->scale_uncertainty;
   if (data) task.data = &*data;
   task.common_u = common_u(rows.scale_type_b[index_of(sensor)]);
+  task.not_stated = not_stated(rows.scale_type_b[index_of(sensor)]);
   return task;
 }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -21,8 +22,8 @@ enum class Verdict : std::uint8_t { info, pass, marginal, fail, not_measured };
 inline constexpr std::array<std::string_view, 5> kVerdictNames = {"info", "pass", "marginal", "fail", "not_measured"};
 constexpr std::string_view name_of(Verdict verdict) { return kVerdictNames[static_cast<std::size_t>(verdict)]; }
 
-/// Coverage factor of U in the decision rule: 95 % two-sided, 2.5 % on the one side that a limit lies on.
-inline constexpr double kGuardFactor = 1.96;
+/// Coverage of U in the decision rule: two-sided, half of the rest on the one side that a limit lies on.
+inline constexpr double kGuardCoverage = 0.95;
 /// Largest chance that an error beyond its limit is measured as a pass (JCGM 106 §9.3: specific consumer's risk).
 inline constexpr double kFalseAcceptance = 0.025;
 /// Share of a sensor's valid range that fresh rows must span before it can pass.
@@ -52,9 +53,11 @@ struct CurveVerification {
   double worst_abs = 0.0;
   double worst_temp_c = 0.0;
   double rmse_abs = 0.0;
-  double rmse_shape = 0.0;  ///< each run's own mean error removed
-  double guard = 0.0;       ///< largest U of a row
-  double covered = 0.0;     ///< share of the file's valid range that the rows span
+  double rmse_shape = 0.0;              ///< each run's own mean error removed
+  double guard = 0.0;                   ///< largest U of a row
+  double guard_factor = 0.0;            ///< that U over its standard uncertainty
+  std::vector<std::string> not_stated;  ///< what U leaves out, as nobody has said how large it is: "gravity", "fixture"
+  double covered = 0.0;                 ///< share of the file's valid range that the rows span
   std::size_t out_of_range = 0;
   std::vector<double> temps_c;  ///< rising: where it was verified, rows within 1.5 K as one
   /// Absolute errors against pi95, the band of a fresh power-on; bias only.
@@ -79,12 +82,12 @@ struct Verification {
 
 /// Compares a calibration with the plateau (or block) estimates of fresh runs of its unit.
 ///
-/// **Decision rule** (guarded acceptance and rejection, JCGM 106:2012 §8.3.2 and §8.3.3, guard band w = U): U = 1.96 u,
-/// u² = the row's standard error² + the variance of the rows from visit to visit beyond that (from second differences,
-/// verification/row_errors.h) + what is common to all rows:
-/// the type B inputs of make_rows(), gravity and fixture: u(g)/g in the scale error of accelerometers, the rate of the
-/// fixture in that of gyros, tilted faces; in bias gravity cancels between up and down. Of what is not stated nothing
-/// is added.
+/// **Decision rule** (guarded acceptance and rejection, JCGM 106:2012 §8.3.2 and §8.3.3, guard band w = U): U = t u,
+/// Student's t for 95 % at effective degrees of freedom (calib/uncertainty_budget.h), u² = the row's standard error² +
+/// the variance of the rows from visit to visit beyond that (from second differences, verification/row_errors.h) + what
+/// is common to all rows: the type B inputs of make_rows(), gravity and fixture: u(g)/g in the scale error of
+/// accelerometers, the rate of the fixture in that of gyros, tilted faces; in bias gravity cancels between up and down.
+/// Of what is not stated nothing is added: `not_stated` names it.
 ///
 /// Pass: |error| + U ≤ limit on every row, over at least 80 % of the valid range. Fail: |error| − U > limit on some
 /// row. Marginal: neither. So a curve that breaks its limit at any temperature verified passes with a chance of 2.5 %

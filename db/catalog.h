@@ -128,7 +128,7 @@ class Catalog {
   ~Catalog();
 
   /// Schema version that this program writes.
-  static constexpr int kSchemaVersion = 4;
+  static constexpr int kSchemaVersion = 5;
 
   [[nodiscard]] const std::filesystem::path& data_folder() const;
   [[nodiscard]] std::filesystem::path run_file_path(const RunRow& run) const;
@@ -172,6 +172,9 @@ class Catalog {
   /// Refuses a second run with the same campaign, unit and label.
   [[nodiscard]] base::Status add_run(const RunRow& run, const std::vector<calib::Segment>& segments);
   [[nodiscard]] base::Result<std::vector<RunRow>> runs(const RunFilter& filter) const;
+  /// Whether the file of a sealed run is there and holds, byte for byte, what was sealed; fails (corrupt), naming the
+  /// file. Reads all of it, of the runs of several units in one file once.
+  [[nodiscard]] base::Status check_run_file(const RunRow& run) const;
   /// Segments of one unit's run that no void record withdraws, in the order of time, with their findings; with their
   /// blocks if asked. Those with findings that reject them are among them.
   [[nodiscard]] base::Result<std::vector<calib::Segment>> segments(std::string_view run_id, std::string_view unit,
@@ -188,12 +191,15 @@ class Catalog {
                                                             std::optional<std::int32_t> version = {}) const;
   /// Enters a certificate into the register and returns its record id; the row's own id is not read. Refuses
   /// (bad_input) an empty text, numbers that are not finite or negative, a due date that is not after the issue, and an
-  /// entry that stands there already, word for word.
+  /// entry that stands there already, word for word, neither withdrawn nor retired.
   [[nodiscard]] base::Result<std::string> add_reference(const ReferenceRow& row);
   /// All entries in the order in which they were made, superseded and retired ones too.
   [[nodiscard]] base::Result<std::vector<ReferenceRow>> references() const;
   /// Refuses (bad_input) an unknown entry, one that is retired already, and no reason or user.
   [[nodiscard]] base::Status retire_reference(std::string_view record_id, const EndRecord& end);
+  /// Notes that an entry is wrong. Refuses (bad_input) an unknown entry, one that is withdrawn already, and no reason
+  /// or user.
+  [[nodiscard]] base::Status withdraw_reference(std::string_view record_id, const EndRecord& end);
   /// Stores a waiver as it was signed; its signature is the caller's to check. Refuses an unknown entry.
   [[nodiscard]] base::Status add_waiver(const calib::Waiver& waiver);
   /// In the order in which they were stored.
@@ -201,7 +207,9 @@ class Catalog {
   /// Notes which entries a campaign, which must exist, is measured with. What is noted already is not noted again.
   [[nodiscard]] base::Status add_campaign_references(std::string_view campaign,
                                                      const std::vector<calib::ReferenceUse>& uses);
-  /// Each entry once, in the order of the first note, with the waiver that was noted last, if there is one.
+  /// Each entry once, in the order of the first note, with the waiver that was noted last, if there is one. Of a waiver
+  /// that is gone from its table nothing is left but its number. Fails (corrupt) where an entry of the register is
+  /// gone.
   [[nodiscard]] base::Result<std::vector<calib::ReferenceUse>> campaign_references(std::string_view campaign) const;
   /// Names of the campaigns that an entry was noted for.
   [[nodiscard]] base::Result<std::vector<std::string>> campaigns_of_reference(std::string_view record_id) const;

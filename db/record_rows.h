@@ -20,7 +20,8 @@ struct ReferenceRow {
   calib::Reference reference;
   std::string user;  ///< who entered it
   double entered_utc_s = 0.0;
-  std::optional<EndRecord> retired = std::nullopt;
+  std::optional<EndRecord> retired = std::nullopt;    ///< the reference is not used any more
+  std::optional<EndRecord> withdrawn = std::nullopt;  ///< the entry is wrong: it counts as never made
 };
 
 /// A unit that is measured in every campaign, so that the station itself can be judged by it.

@@ -157,15 +157,17 @@ base::Result<CheckChart> chart_of(const db::Catalog& catalog, const Declared& de
 
 std::string finding(calib::Sensor sensor, const calib::ControlPoint& point) {
   const double factor = calib::printed_per_si(sensor);
-  const std::string reading =
-      fmt::format("{} reads {:.5g} {}", calib::name_of(sensor), point.value * factor, calib::printed_unit(sensor));
-  const std::string before = fmt::format("{} campaigns before", point.limits->values);
-  if (!point.beyond_limits) {
-    return fmt::format("{}, the eighth or later campaign in a row on one side of the mean {:.5g} of {}", reading,
-                       point.limits->centre * factor, before);
+  const auto unit = calib::printed_unit(sensor);
+  if (!point.beyond_limits()) {
+    const calib::ControlShift& shift = *point.shift;
+    return fmt::format(
+        "{} reads {:.5g} {} in the mean of the last {} campaigns, outside {:.5g} to {:.5g} of {} campaigns before",
+        calib::name_of(sensor), shift.mean * factor, unit, calib::kShiftValues, shift.limits.lower * factor,
+        shift.limits.upper * factor, shift.limits.values);
   }
-  return fmt::format("{}, outside {:.5g} to {:.5g} of {}", reading, point.limits->lower * factor,
-                     point.limits->upper * factor, before);
+  return fmt::format("{} reads {:.5g} {}, outside {:.5g} to {:.5g} of {} campaigns before", calib::name_of(sensor),
+                     point.value * factor, unit, point.limits->lower * factor, point.limits->upper * factor,
+                     point.limits->values);
 }
 
 CheckVerdict verdict_on(const CheckChart& chart, const CheckCampaign& campaign) {
@@ -210,21 +212,49 @@ base::Result<std::vector<CheckChart>> check_charts(const db::Catalog& catalog, c
   return charts;
 }
 
-base::Result<std::vector<CheckVerdict>> check_standard_of(const db::Catalog& catalog, std::string_view campaign) {
+base::Result<std::vector<CheckChart>> check_charts_of(const db::Catalog& catalog,
+                                                      const std::set<std::string>& campaigns) {
   const auto records = catalog.check_standards();
   if (!records) return base::forward_error(records);
-  const std::string name(campaign);
-  std::vector<CheckVerdict> verdicts;
+  std::vector<CheckChart> charts;
   for (const Declared& declared : declared_of(*records)) {
-    const auto runs = catalog.runs({.unit = declared.unit, .campaign = name, .run = {}});
+    const auto runs = catalog.runs({.unit = declared.unit, .campaign = {}, .run = {}});
     if (!runs) return base::forward_error(runs);
-    if (runs->empty()) continue;
-    const auto chart = chart_of(catalog, declared);
+    if (std::ranges::none_of(*runs, [&](const db::RunRow& run) { return campaigns.contains(run.campaign); })) continue;
+    auto chart = chart_of(catalog, declared);
     if (!chart) return base::forward_error(chart);
-    const auto charted = std::ranges::find(chart->campaigns, name, &CheckCampaign::name);
-    if (charted != chart->campaigns.end()) verdicts.push_back(verdict_on(*chart, *charted));
+    const auto is_one = [&](const CheckCampaign& campaign) { return campaigns.contains(campaign.name); };
+    if (std::ranges::any_of(chart->campaigns, is_one)) charts.push_back(*std::move(chart));
+  }
+  return charts;
+}
+
+base::Result<std::vector<CheckVerdict>> check_standard_of(const db::Catalog& catalog, std::string_view campaign) {
+  const std::string name(campaign);
+  const auto charts = check_charts_of(catalog, {name});
+  if (!charts) return base::forward_error(charts);
+  std::vector<CheckVerdict> verdicts;
+  for (const CheckChart& chart : *charts) {
+    verdicts.push_back(verdict_on(chart, *std::ranges::find(chart.campaigns, name, &CheckCampaign::name)));
   }
   return verdicts;
+}
+
+base::Result<std::optional<std::string>> missing_check_standard(const db::Catalog& catalog,
+                                                                const std::vector<std::string>& units) {
+  const auto records = catalog.check_standards();
+  if (!records) return base::forward_error(records);
+  std::vector<std::string> standards;
+  for (const db::CheckStandardRow& record : *records) {
+    if (record.ended) continue;
+    if (std::ranges::find(units, record.unit) != units.end()) return std::nullopt;
+    standards.push_back(record.unit);
+  }
+  if (standards.empty()) return std::nullopt;
+  return fmt::format(
+      "no check standard is among the units: whether the station has changed cannot be told from this campaign; the "
+      "station's is {}",
+      fmt::join(standards, ", "));
 }
 
 std::optional<calib::Warning> warning_of(const CheckVerdict& verdict) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,7 +22,7 @@ namespace soak::station {
 /// One run of a check standard.
 struct CheckRun {
   std::string label;
-  calib::RunReference reference;
+  calib::RunAtReference reference;
 };
 
 /// What a campaign says of one sensor of a check standard, SI.
@@ -60,6 +61,10 @@ struct CheckChart {
 [[nodiscard]] base::Result<std::vector<CheckChart>> check_charts(const db::Catalog& catalog,
                                                                  const std::optional<std::string>& unit);
 
+/// The charts, as check_charts() makes them, of the check standards that are or were in one of these campaigns.
+[[nodiscard]] base::Result<std::vector<CheckChart>> check_charts_of(const db::Catalog& catalog,
+                                                                    const std::set<std::string>& campaigns);
+
 /// What a check standard says of a campaign in which it was.
 struct CheckVerdict {
   std::string unit;
@@ -72,6 +77,11 @@ struct CheckVerdict {
 /// them) the campaign is. Empty: it has none.
 [[nodiscard]] base::Result<std::vector<CheckVerdict>> check_standard_of(const db::Catalog& catalog,
                                                                         std::string_view campaign);
+
+/// What to say when a campaign for calibration starts with these units: a sentence where the station has a check
+/// standard now and none of the units is one, else nothing.
+[[nodiscard]] base::Result<std::optional<std::string>> missing_check_standard(const db::Catalog& catalog,
+                                                                              const std::vector<std::string>& units);
 
 /// What must be told of any unit of that campaign: `check_standard_out_of_control`, or nothing.
 [[nodiscard]] std::optional<calib::Warning> warning_of(const CheckVerdict& verdict);

@@ -168,6 +168,12 @@ class RecordingParser {
       return base::bad_input("the run's label is not UTF-8 text: save the file as UTF-8",
                              place(scanner_.line(), layout_.run_header));
     }
+    if (!base::is_plain_line(label)) {
+      return base::bad_input(
+          "the run's label must be plain text: no control characters, line separators or marks that "
+          "turn its direction",
+          place(scanner_.line(), layout_.run_header));
+    }
     open_run(std::string(label));
     return {};
   }

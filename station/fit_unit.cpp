@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <filesystem>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -74,12 +73,8 @@ base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration) {
 }
 
 base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run) {
-  // Statistics without the samples they came from could not be checked any more ('soak runs verify' checks every byte).
-  if (!std::filesystem::exists(catalog.run_file_path(run))) {
-    return base::corrupt(
-        fmt::format("the run file of run '{}' is missing; restore it from a copy, or void the run", run.label),
-        catalog.run_file_path(run).string());
-  }
+  // Statistics without the samples they came from could not be checked any more.
+  if (auto sound = catalog.check_run_file(run); !sound) return base::forward_error(sound);
   auto segments = catalog.segments(run.run_id, run.unit, true);
   if (!segments) return base::forward_error(segments);
   return calib::RunInput{run.run_id,    run.label, run.campaign,        run.content_sha256,

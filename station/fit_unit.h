@@ -14,14 +14,14 @@ namespace soak::station {
 /// Sealed, unvoided runs of the unit's current epoch that are for calibration (not for verification, no pre-flight),
 /// with the statistics of their segments and the references of their campaigns; of one campaign only, where that is
 /// given. Refuses an unknown unit, and one without such runs, saying which runs there are and why they do not count;
-/// fails (corrupt) for a damaged waiver.
+/// fails (corrupt) for a damaged waiver and a damaged or missing run file.
 [[nodiscard]] base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::string& unit,
                                                        const std::optional<std::string>& campaign);
 
 /// The unit of a calibration with what its type's file says, in the calibration's epoch; no runs yet.
 [[nodiscard]] base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration);
 
-/// A run of the catalog as input of a fit or a verification.
+/// A run of the catalog as input of a fit or a verification. Fails (corrupt) where its file is missing or damaged.
 [[nodiscard]] base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run);
 
 /// Fits all sensors of a unit on `jobs` threads (0: one per core) and stores the model as the unit's next version.

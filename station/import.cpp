@@ -14,6 +14,7 @@
 #include "station/lab/run_records.h"
 #include "station/reference_rule.h"
 #include "station/run_streams.h"
+#include "station/text_line.h"
 #include "station/unit_type_file.h"
 
 namespace soak::station {
@@ -50,12 +51,10 @@ class NewFiles {
   std::vector<fs::path> paths_;
 };
 
-/// When the recording was made: what its channel utc_s says, else now.
-MeasurementTime measurement_time(const CsvRecording& recording) {
+/// When a run was made: what its channel utc_s says, else now.
+MeasurementTime measurement_time(const CsvRun& run) {
   MeasurementTime time{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-  for (const CsvRun& run : recording.runs) {
-    const auto channel = find_channel(run.channels, "utc_s");
-    if (!channel) continue;
+  if (const auto channel = find_channel(run.channels, "utc_s")) {
     for (const double utc_s :
          db::values_of(run.columns[*channel], run.channels[*channel].scale, run.channels[*channel].offset)) {
       if (!std::isfinite(utc_s)) continue;
@@ -122,13 +121,38 @@ class Importer {
     return look_up_type((*unit)->type);
   }
 
+  /// Each run is judged by the certificates of its own time.
   base::Status look_up_references() {
     if (!options_.references) return {};
-    auto judged = judge_references(catalog_, measurement_time(recording_));
-    if (!judged) return base::forward_error(judged);
-    summary_.references = std::move(judged->uses);
-    for (std::string& note : judged->notes) summary_.warnings.push_back(std::move(note));
+    for (const CsvRun& run : recording_.runs) {
+      auto judged = judge_references(catalog_, measurement_time(run));
+      if (!judged) {
+        judged.error().message = fmt::format("run '{}': {}", run.label, judged.error().message);
+        return base::forward_error(judged);
+      }
+      for (calib::ReferenceUse& use : judged->uses) add_reference(std::move(use));
+      for (std::string& note : judged->notes) add_note(std::move(note));
+    }
     return {};
+  }
+
+  /// Each entry once; with a waiver where a run needs one.
+  void add_reference(calib::ReferenceUse use) {
+    const auto same = std::ranges::find_if(summary_.references, [&](const calib::ReferenceUse& other) {
+      return other.reference.record_id == use.reference.record_id;
+    });
+    if (same == summary_.references.end()) {
+      summary_.references.push_back(std::move(use));
+    } else if (use.waiver) {
+      same->waiver = std::move(use.waiver);
+    }
+  }
+
+  /// Most runs have the same to say.
+  void add_note(std::string note) {
+    if (std::ranges::find(summary_.warnings, note) == summary_.warnings.end()) {
+      summary_.warnings.push_back(std::move(note));
+    }
   }
 
   base::Status look_up_type(const std::string& name) {
@@ -287,6 +311,8 @@ base::Result<ImportSummary> store_recording(db::Catalog& catalog, const CsvRecor
                                             const ImportOptions& options) {
   if (options.unit.empty()) return base::bad_input("the serial number of the unit is empty", "--unit");
   if (options.campaign.empty()) return base::bad_input("the name of the campaign is empty", "--campaign");
+  if (auto plain = check_text_line(options.unit, "--unit"); !plain) return base::forward_error(plain);
+  if (auto plain = check_text_line(options.campaign, "--campaign"); !plain) return base::forward_error(plain);
   return Importer(catalog, recording, source, options).run();
 }
 

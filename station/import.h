@@ -52,8 +52,8 @@ struct ImportSummary {
 ///
 /// A run whose label the campaign already holds for this unit is refused (bad_input) if its samples, its site or its
 /// being simulated differ; if they are the same nothing is done. Refuses a unit of another type. With
-/// `references`, refuses as judge_references() does at the times in the channel utc_s, where there is none at the time
-/// of the import.
+/// `references`, refuses as judge_references() does for each run at the times in its channel utc_s, where there is none
+/// at the time of the import. Refuses names that are no plain line of text.
 [[nodiscard]] base::Result<ImportSummary> store_recording(db::Catalog& catalog, const CsvRecording& recording,
                                                           const std::filesystem::path& source,
                                                           const ImportOptions& options);

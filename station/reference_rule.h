@@ -7,6 +7,7 @@
 
 #include "base/result.h"
 #include "calib/reference.h"
+#include "calib/warning.h"
 #include "db/catalog.h"
 
 namespace soak::station {
@@ -27,7 +28,8 @@ struct JudgedReferences {
 };
 
 /// The entries that stand for their references at a time: of each kind and name the one that was issued last by then
-/// (of the same day: entered last), unless the reference is retired, which its newest entry says.
+/// (of the same day: entered last). A withdrawn entry stands for nothing. From its retirement on a reference is out,
+/// with all entries that were made before it; a later entry brings it back.
 [[nodiscard]] std::vector<db::ReferenceRow> active_references(const std::vector<db::ReferenceRow>& entries,
                                                               double utc_s);
 
@@ -38,13 +40,20 @@ struct JudgedReferences {
 
 /// The references of the station for a measurement. Refuses (bad_input) where one has expired when it begins and nobody
 /// has signed for it, naming each and the two remedies; fails (corrupt) for a damaged waiver. Notes an empty register,
-/// a reference that expires before the end, one whose first certificate is younger, and each waiver that is used.
+/// a reference that expires before the end, one whose first certificate is younger, one that was retired since, and
+/// each waiver that is used.
 [[nodiscard]] base::Result<JudgedReferences> judge_references(const db::Catalog& catalog, const MeasurementTime& time);
 
-/// What the campaigns were measured with, each entry of the register once, with its newest waiver. Fails (corrupt) for
-/// a damaged waiver.
+/// What the campaigns were measured with, each entry of the register once, with its newest waiver. In the place of a
+/// withdrawn entry stands the one that corrects it, if there is one: of the same kind, name and certificate. In the
+/// place of a waiver that is damaged or gone stands the newest good one for the same entry; where there is none, fails
+/// (corrupt).
 [[nodiscard]] base::Result<std::vector<calib::ReferenceUse>> references_of_campaigns(
     const db::Catalog& catalog, const std::vector<std::string>& campaigns);
+
+/// What has become of these references since: `reference_retired`, `reference_withdrawn`.
+[[nodiscard]] base::Result<std::vector<calib::Warning>> reference_warnings(
+    const db::Catalog& catalog, const std::vector<calib::ReferenceUse>& uses);
 
 /// "chamber_probe 'probe 3' (certificate D-K-15048)".
 [[nodiscard]] std::string describe(const calib::Reference& reference);

@@ -38,12 +38,32 @@ base::Result<calib::Waiver> signed_waiver(calib::Waiver waiver, const calib::Ref
 
 base::Status check_waiver(const calib::Waiver& waiver, const calib::Reference& reference) {
   if (is_good(waiver, reference)) return {};
+  if (waiver.signature_hex.empty()) {
+    return base::corrupt(
+        fmt::format("the waiver by which {} '{}' was used is gone; restore the catalog from a copy, or sign a new "
+                    "waiver ('soak reference waive --certificate \"{}\"')",
+                    calib::name_of(reference.kind), reference.name, reference.certificate),
+        "waiver " + waiver.waiver_id);
+  }
   return base::corrupt(
       fmt::format("the waiver of {} for {} '{}' does not carry a good signature: it, or the entry of the register, was "
                   "changed after it was signed; restore the catalog from a copy, or sign a new waiver ('soak reference "
                   "waive')",
                   waiver.signer, calib::name_of(reference.kind), reference.name),
       "waiver " + waiver.waiver_id);
+}
+
+std::vector<calib::Warning> waiver_warnings(const std::vector<calib::ReferenceUse>& references) {
+  std::vector<calib::Warning> warnings;
+  for (const auto& [reference, waiver] : references) {
+    if (!waiver || is_good(*waiver, reference)) continue;
+    warnings.push_back(
+        {"waiver_signature",
+         fmt::format("the waiver of {} for {} '{}' (certificate {}) does not carry a good signature: it, "
+                     "or what is said of the reference, was changed after it was signed",
+                     waiver->signer, calib::name_of(reference.kind), reference.name, reference.certificate)});
+  }
+  return warnings;
 }
 
 }  // namespace soak::station

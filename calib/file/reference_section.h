@@ -11,8 +11,8 @@
 
 namespace soak::calib::file {
 
-/// Most references that a file carries.
-inline constexpr std::size_t kMaxReferences = 64;
+/// Most references that a file carries: beside them, 256 sections hold all else that there can be.
+inline constexpr std::size_t kMaxReferences = 160;
 
 /// Section 0x0002 (docs/blob-format.md §4). Refuses what the format cannot carry, naming the reference.
 [[nodiscard]] base::Result<Section> reference_section(const ReferenceUse& use);

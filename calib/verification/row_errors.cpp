@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/statistics.h"
+#include "calib/uncertainty_budget.h"
 
 namespace soak::calib::verification {
 namespace {
@@ -52,8 +53,12 @@ double scatter_about(const std::vector<Cell>& cells, const std::vector<Rows>& gr
   return freedoms > 0.0 ? squares / freedoms : 0.0;
 }
 
-/// Variance from visit to visit beyond the rows' standard errors; 0 where there is none, or it cannot be told.
-double slow_variance(const Rows& rows) {
+/// What wanders from visit to visit beyond the rows' standard errors; 0 where there is nothing, or it cannot be told.
+struct SlowScatter {
+  double variance = 0.0;
+  double freedoms = 0.0;
+};
+SlowScatter slow_scatter(const Rows& rows) {
   std::vector<double> differences;
   double own = 0.0;
   for (const RowError& row : rows) {
@@ -63,10 +68,10 @@ double slow_variance(const Rows& rows) {
     if (rows[i - 2].run != rows[i].run || rows[i - 1].run != rows[i].run) continue;
     differences.push_back(std::abs(rows[i - 2].error - 2.0 * rows[i - 1].error + rows[i].error));
   }
-  if (differences.size() < kFewestDifferences) return 0.0;
+  if (differences.size() < kFewestDifferences) return {};
   // A second difference of independent errors has six times their variance; of Gaussian ones median |d| = 0.6745 σ_d.
   const double sigma = base::median(differences) / (0.6745 * std::sqrt(6.0));
-  return std::max(0.0, sigma * sigma - own);
+  return {std::max(0.0, sigma * sigma - own), 0.5 * static_cast<double>(differences.size())};
 }
 
 }  // namespace
@@ -80,9 +85,21 @@ RowErrors errors_of(const Curve& curve, double temp_min_c, double temp_max_c, co
     }
     result.rows.push_back({row.run, row.temp_c, row.value - evaluate(curve, row.temp_c), row.standard_error});
   }
-  const double slow = slow_variance(result.rows);
-  for (RowError& row : result.rows) row.standard_error = std::sqrt(row.standard_error * row.standard_error + slow);
+  const SlowScatter slow = slow_scatter(result.rows);
+  for (RowError& row : result.rows) {
+    row.slow_error = std::sqrt(slow.variance);
+    row.slow_freedoms = slow.freedoms;
+    row.standard_error = std::hypot(row.standard_error, row.slow_error);
+  }
   return result;
+}
+
+double expanded(const RowError& row, double common_u) {
+  const double noise_variance = row.standard_error * row.standard_error - row.slow_error * row.slow_error;
+  return expanded_uncertainty({{.degrees_of_freedom = kNoiseFreedoms, .u = {std::sqrt(std::max(0.0, noise_variance))}},
+                               {.degrees_of_freedom = row.slow_freedoms, .u = {row.slow_error}},
+                               {.type = 'B', .u = {common_u}}},
+                              Band::mean, 0);
 }
 
 void remove_run_means(std::vector<RowError>& rows) {

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kBand = 0.95;
 constexpr double kJudgement = 0.99;
+constexpr double kNormalBand = 1.96;  ///< kBand of a normal distribution, two-sided
 
 double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at) {
   const auto above = std::upper_bound(x.begin(), x.end(), at);
@@ -27,7 +28,7 @@ struct Ratio {
   double half_width;
 };
 
-double half_width(double band, double standard_error) { return std::hypot(band, kGuardFactor * standard_error); }
+double half_width(double band, double standard_error) { return std::hypot(band, kNormalBand * standard_error); }
 
 BandComparison compare(const std::vector<Ratio>& ratios, std::size_t file_runs) {
   BandComparison result;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -20,6 +21,7 @@ struct Catalog::Impl {
 
   std::filesystem::path data_folder;
   sqlite::Connection connection;
+  std::map<std::string, std::string> file_sha256;  ///< of the run files that check_run_file() has read, by name
 };
 
 namespace catalog {

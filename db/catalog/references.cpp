@@ -68,7 +68,9 @@ base::Status check_entry(const ReferenceRow& row, const std::string& where) {
 base::Status refuse_same(const sqlite::Connection& connection, const calib::Reference& reference) {
   SQLite::Statement same(connection.database(),
                          "SELECT 1 FROM reference WHERE kind = ? AND name = ? AND certificate = ? AND correction IS ? "
-                         "AND standard_uncertainty = ? AND issued_utc_s = ? AND due_utc_s = ?");
+                         "AND standard_uncertainty = ? AND issued_utc_s = ? AND due_utc_s = ? "
+                         "AND record_id NOT IN (SELECT record_id FROM reference_withdrawal) "
+                         "AND record_id NOT IN (SELECT record_id FROM reference_retirement)");
   sqlite::bind_all(same, calib::name_of(reference.kind), reference.name, reference.certificate, reference.correction,
                    reference.standard_uncertainty, reference.issued_utc_s, reference.due_utc_s);
   if (!same.executeStep()) return {};
@@ -91,10 +93,55 @@ base::Result<std::string> require_entry(const sqlite::Connection& connection, st
   return base::bad_input("the register has no entry " + std::string(record_id), connection.path().string());
 }
 
-bool is_retired(const SQLite::Database& database, std::string_view record_id) {
-  SQLite::Statement query(database, "SELECT 1 FROM reference_retirement WHERE record_id = ?");
+/// What can be put to an end in an entry of the register: the table that tells of it, and its words.
+struct Ending {
+  const char* table;
+  const char* doing;  ///< "retire the reference"
+  const char* noun;   ///< "retiring"
+  const char* event;  ///< kind of the log's line
+  const char* past;   ///< "retired"
+};
+constexpr Ending kRetirement = {"reference_retirement", "retire the reference", "retiring", "reference_retired",
+                                "retired"};
+constexpr Ending kWithdrawal = {"reference_withdrawal", "withdraw the entry", "withdrawing", "reference_withdrawn",
+                                "withdrawn"};
+
+bool has_ended(const SQLite::Database& database, const Ending& ending, std::string_view record_id) {
+  SQLite::Statement query(database, fmt::format("SELECT 1 FROM {} WHERE record_id = ?", ending.table));
   sqlite::bind_all(query, record_id);
   return query.executeStep();
+}
+
+base::Status end_entry(const sqlite::Connection& connection, const Ending& ending, std::string_view record_id,
+                       const EndRecord& end) {
+  return connection.transact(ending.doing, [&]() -> base::Status {
+    const std::string where = connection.path().string();
+    if (end.reason.empty() || end.user.empty()) {
+      return base::bad_input(fmt::format("{} needs a reason and a user", ending.noun), where);
+    }
+    const auto label = require_entry(connection, record_id);
+    if (!label) return base::forward_error(label);
+    if (has_ended(connection.database(), ending, record_id)) {
+      return base::bad_input(fmt::format("{} is {} already", *label, ending.past), where);
+    }
+    SQLite::Statement insert(
+        connection.database(),
+        fmt::format("INSERT INTO {} (record_id, reason, user, utc_s) VALUES (?, ?, ?, ?)", ending.table));
+    sqlite::bind_all(insert, record_id, end.reason, end.user, end.utc_s);
+    insert.exec();
+    catalog::insert_event(connection.database(), {end.utc_s, ending.event, std::string(record_id),
+                                                  *label + ", by " + end.user + ": " + end.reason});
+    return {};
+  });
+}
+
+/// Reads what end_entry() has written; nothing where it has not.
+std::optional<EndRecord> ending_from(sqlite::Fields& fields) {
+  const auto reason = fields.optional_text();
+  const auto user = fields.optional_text();
+  const auto utc_s = fields.optional_real();
+  if (!reason) return std::nullopt;
+  return EndRecord{*reason, user.value_or(""), utc_s.value_or(0.0)};
 }
 
 bool is_noted(const SQLite::Database& database, std::string_view campaign, const calib::ReferenceUse& use) {
@@ -144,8 +191,9 @@ base::Result<std::vector<ReferenceRow>> Catalog::references() const {
   return impl_->connection.run("read the register", [&]() -> base::Result<std::vector<ReferenceRow>> {
     SQLite::Statement query(impl_->database(),
                             std::string("SELECT ") + kEntryColumns +
-                                ", reference.user, entered_utc_s, r.reason, r.user, r.utc_s FROM reference "
-                                "LEFT JOIN reference_retirement AS r USING (record_id) ORDER BY reference.rowid");
+                                ", reference.user, entered_utc_s, r.reason, r.user, r.utc_s, w.reason, w.user, w.utc_s "
+                                "FROM reference LEFT JOIN reference_retirement AS r USING (record_id) "
+                                "LEFT JOIN reference_withdrawal AS w USING (record_id) ORDER BY reference.rowid");
     std::vector<ReferenceRow> rows;
     while (query.executeStep()) {
       sqlite::Fields fields(query);
@@ -153,30 +201,19 @@ base::Result<std::vector<ReferenceRow>> Catalog::references() const {
       row.reference = reference_from(fields);
       row.user = fields.text();
       row.entered_utc_s = fields.real();
-      const auto reason = fields.optional_text();
-      if (!reason) continue;
-      row.retired = EndRecord{*reason, fields.text(), 0.0};
-      row.retired->utc_s = fields.real();
+      row.retired = ending_from(fields);
+      row.withdrawn = ending_from(fields);
     }
     return rows;
   });
 }
 
 base::Status Catalog::retire_reference(std::string_view record_id, const EndRecord& end) {
-  return impl_->connection.transact("retire the reference", [&]() -> base::Status {
-    const std::string where = impl_->connection.path().string();
-    if (end.reason.empty() || end.user.empty()) return base::bad_input("retiring needs a reason and a user", where);
-    const auto label = require_entry(impl_->connection, record_id);
-    if (!label) return base::forward_error(label);
-    if (is_retired(impl_->database(), record_id)) return base::bad_input(*label + " is retired already", where);
-    SQLite::Statement insert(impl_->database(),
-                             "INSERT INTO reference_retirement (record_id, reason, user, utc_s) VALUES (?, ?, ?, ?)");
-    sqlite::bind_all(insert, record_id, end.reason, end.user, end.utc_s);
-    insert.exec();
-    catalog::insert_event(impl_->database(), {end.utc_s, "reference_retired", std::string(record_id),
-                                              *label + ", by " + end.user + ": " + end.reason});
-    return {};
-  });
+  return end_entry(impl_->connection, kRetirement, record_id, end);
+}
+
+base::Status Catalog::withdraw_reference(std::string_view record_id, const EndRecord& end) {
+  return end_entry(impl_->connection, kWithdrawal, record_id, end);
 }
 
 base::Status Catalog::add_waiver(const calib::Waiver& waiver) {
@@ -230,16 +267,15 @@ base::Status Catalog::add_campaign_references(std::string_view campaign, const s
 base::Result<std::vector<calib::ReferenceUse>> Catalog::campaign_references(std::string_view campaign) const {
   return impl_->connection.run("read the references", [&]() -> base::Result<std::vector<calib::ReferenceUse>> {
     SQLite::Statement lost(impl_->database(),
-                           "SELECT count(*) FROM campaign_reference WHERE campaign = ? AND (record_id NOT IN "
-                           "(SELECT record_id FROM reference) OR (waiver_id IS NOT NULL AND waiver_id NOT IN "
-                           "(SELECT waiver_id FROM waiver)))");
+                           "SELECT count(*) FROM campaign_reference WHERE campaign = ? AND record_id NOT IN "
+                           "(SELECT record_id FROM reference)");
     sqlite::bind_all(lost, campaign);
     if (lost.executeStep() && lost.getColumn(0).getInt() > 0) {
-      return base::corrupt("an entry of the register, or a waiver, that the campaign was measured with is gone",
+      return base::corrupt("an entry of the register that the campaign was measured with is gone",
                            fmt::format("campaign {}", campaign));
     }
     SQLite::Statement query(impl_->database(),
-                            std::string("SELECT ") + kEntryColumns + ", waiver.waiver_id IS NOT NULL, " +
+                            std::string("SELECT ") + kEntryColumns + ", c.waiver_id, waiver.waiver_id IS NOT NULL, " +
                                 kWaiverColumns +
                                 " FROM campaign_reference AS c JOIN reference USING (record_id) "
                                 "LEFT JOIN waiver ON waiver.waiver_id = c.waiver_id WHERE campaign = ? "
@@ -249,6 +285,12 @@ base::Result<std::vector<calib::ReferenceUse>> Catalog::campaign_references(std:
     while (query.executeStep()) {
       sqlite::Fields fields(query);
       calib::ReferenceUse use{reference_from(fields), std::nullopt};
+      const auto noted = fields.optional_text();
+      if (noted) {
+        use.waiver.emplace();
+        use.waiver->waiver_id = *noted;
+        use.waiver->record_id = use.reference.record_id;
+      }
       if (fields.flag()) use.waiver = waiver_from(fields);
       merge(uses, std::move(use));
     }

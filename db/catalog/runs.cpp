@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <SQLiteCpp/Column.h>
 #include <SQLiteCpp/Statement.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
 
 #include "db/catalog/impl.h"
+#include "db/sqlite/durable_file.h"
 #include "db/sqlite/fields.h"
 
 namespace soak::db {
@@ -148,6 +153,25 @@ base::Status Catalog::add_run(const RunRow& run, const std::vector<calib::Segmen
                                                   run.label + "', " + std::to_string(segments.size()) + " segments"});
     return {};
   });
+}
+
+base::Status Catalog::check_run_file(const RunRow& run) const {
+  const std::filesystem::path path = run_file_path(run);
+  constexpr std::string_view kRemedy = "restore it from a copy, or void the run ('soak runs verify' says more)";
+  auto known = impl_->file_sha256.find(run.file_name);
+  if (known == impl_->file_sha256.end()) {
+    std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored)) {
+      return base::corrupt(fmt::format("the run file of run '{}' is missing; {}", run.label, kRemedy), path.string());
+    }
+    auto sha256 = sqlite::sha256_of_file(path);
+    if (!sha256) return base::forward_error(sha256);
+    known = impl_->file_sha256.emplace(run.file_name, *std::move(sha256)).first;
+  }
+  if (known->second == run.file_sha256) return {};
+  return base::corrupt(fmt::format("the run file of run '{}' is damaged: its SHA-256 is {}, the catalog says {}; {}",
+                                   run.label, known->second, run.file_sha256, kRemedy),
+                       path.string());
 }
 
 base::Result<std::vector<RunRow>> Catalog::runs(const RunFilter& filter) const {

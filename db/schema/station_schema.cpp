@@ -343,8 +343,23 @@ WHEN EXISTS (SELECT 1 FROM check_standard_end WHERE check_standard_id = NEW.chec
 BEGIN SELECT raise(ABORT, 'check_standard_end is append-only'); END;
 )sql";
 
+constexpr const char* kStationV5 = R"sql(
+-- Entries of the register that are wrong: they count as never made.
+CREATE TABLE reference_withdrawal (
+  record_id TEXT PRIMARY KEY REFERENCES reference (record_id),
+  reason    TEXT NOT NULL CHECK (reason <> ''),
+  user      TEXT NOT NULL CHECK (user <> ''),
+  utc_s     REAL NOT NULL
+);
+CREATE TRIGGER reference_withdrawal_keeps_rows BEFORE UPDATE ON reference_withdrawal BEGIN SELECT raise(ABORT, 'reference_withdrawal is append-only'); END;
+CREATE TRIGGER reference_withdrawal_keeps_all BEFORE DELETE ON reference_withdrawal BEGIN SELECT raise(ABORT, 'reference_withdrawal is append-only'); END;
+CREATE TRIGGER reference_withdrawal_replaces_none BEFORE INSERT ON reference_withdrawal
+WHEN EXISTS (SELECT 1 FROM reference_withdrawal WHERE record_id = NEW.record_id OR rowid = NEW.rowid)
+BEGIN SELECT raise(ABORT, 'reference_withdrawal is append-only'); END;
+)sql";
+
 constexpr std::array kStationSteps = {Step{1, kStationV1}, Step{2, kStationV2}, Step{3, kStationV3},
-                                      Step{4, kStationV4}};
+                                      Step{4, kStationV4}, Step{5, kStationV5}};
 static_assert(kStationSteps.back().to_version == Catalog::kSchemaVersion);
 
 }  // namespace

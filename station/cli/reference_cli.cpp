@@ -83,6 +83,22 @@ void register_retire(CLI::App& group, Request& request) {
   });
 }
 
+void register_withdraw(CLI::App& group, Request& request) {
+  const auto options = std::make_shared<ReferenceWithdrawCommand>();
+  CLI::App* command = add_command(
+      group, request, "withdraw", "Take back a wrong entry; then enter the certificate again",
+      "soak reference withdraw --kind chamber_probe --name 'probe 3' --reason 'day of issue mistyped'", true);
+  add_name(*command, options->reference);
+  command->add_option("--certificate", options->certificate, "Another entry than the one that counts now")
+      ->type_name("TEXT");
+  command->add_option("--reason", options->reason, "What is wrong")->required()->type_name("TEXT");
+  add_user(*command, options->user);
+  command->callback([options, &request] {
+    options->data = request.data;
+    request.action = [options](Output& output) { return run_reference_withdraw(*options, output); };
+  });
+}
+
 void register_waive(CLI::App& group, Request& request) {
   const auto options = std::make_shared<ReferenceWaiveCommand>();
   CLI::App* command = add_command(group, request, "waive", "Sign for the use of an expired reference",
@@ -112,6 +128,7 @@ void register_reference(CLI::App& program, Request& request) {
   register_show(*group, request);
   register_waive(*group, request);
   register_retire(*group, request);
+  register_withdraw(*group, request);
 }
 
 }  // namespace soak::station::cli

@@ -6,10 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "station/check_document.h"
 #include "station/check_standard.h"
-#include "station/commands/check_document.h"
+#include "station/commands/check_text.h"
 #include "station/data_folder.h"
 #include "station/identity.h"
+#include "station/text_line.h"
 
 namespace soak::station {
 namespace {
@@ -41,6 +43,7 @@ base::Result<db::CheckStandardRow> open_record(const db::Catalog& catalog, const
 
 base::Status run_check_declare(const CheckRecordCommand& command, Output& output) {
   if (command.reason.empty()) return base::bad_input("a check standard needs a reason", "--reason");
+  if (auto plain = check_text_line(command.reason, "--reason"); !plain) return plain;
   auto catalog = open_existing_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);
   db::CheckStandardRow row;
@@ -57,6 +60,7 @@ base::Status run_check_declare(const CheckRecordCommand& command, Output& output
 
 base::Status run_check_end(const CheckRecordCommand& command, Output& output) {
   if (command.reason.empty()) return base::bad_input("the end of a check standard needs a reason", "--reason");
+  if (auto plain = check_text_line(command.reason, "--reason"); !plain) return plain;
   auto catalog = open_existing_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);
   auto record = open_record(*catalog, command.unit);

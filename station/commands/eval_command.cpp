@@ -7,6 +7,7 @@
 #include "station/calibration_reader.h"
 #include "station/commands/calibration_commands.h"
 #include "station/commands/waiver_note.h"
+#include "station/waiver.h"
 
 namespace soak::station {
 namespace {
@@ -74,9 +75,14 @@ base::Status run_eval(const EvalCommand& command, Output& output) {
   nlohmann::json points = nlohmann::json::array();
   for (const double temp_c : command.temps_c) points.push_back(evaluate_at(runtime, temp_c));
   if (output.json()) {
+    nlohmann::json warnings = nlohmann::json::array();
+    for (const calib::Warning& warning : waiver_warnings(loaded->calibration.references)) {
+      warnings.push_back({{"code", warning.code}, {"text", warning.text}});
+    }
     return output.print_json({{"unit", loaded->calibration.unit},
                               {"model", loaded->calibration.model_version},
-                              {"points", std::move(points)}});
+                              {"points", std::move(points)},
+                              {"warnings", std::move(warnings)}});
   }
   output.print(fmt::format("unit {}, model {}{}\n{}", loaded->calibration.unit, loaded->calibration.model_version,
                            loaded->calibration.simulated ? " (SIMULATED)" : "", describe(points)));

@@ -16,6 +16,7 @@
 #include "station/check_warnings.h"
 #include "station/data_folder.h"
 #include "station/fit_unit.h"
+#include "station/reference_rule.h"
 
 namespace soak::station {
 namespace {
@@ -161,8 +162,11 @@ base::Result<std::vector<std::string>> units_to_fit(const db::Catalog& catalog, 
 base::Result<calib::UnitModel> fit_one(db::Catalog& catalog, const base::Result<calib::UnitInput>& input,
                                        const FitCommand& command, CheckWarnings& check_warnings) {
   if (!input) return base::forward_error(input);
-  const auto warnings = check_warnings.of(*input);
+  auto warnings = check_warnings.of(*input);
   if (!warnings) return base::forward_error(warnings);
+  const auto since = reference_warnings(catalog, input->references);
+  if (!since) return base::forward_error(since);
+  warnings->insert(warnings->end(), since->begin(), since->end());
   return fit_unit(catalog, *input, {command.rules}, command.jobs, *warnings);
 }
 

@@ -18,6 +18,7 @@
 #include "station/iso_date.h"
 #include "station/key_file.h"
 #include "station/reference_rule.h"
+#include "station/text_line.h"
 #include "station/waiver.h"
 
 namespace soak::station {
@@ -48,18 +49,9 @@ KindLimits limits_of(ReferenceKind kind) {
   return kLimits[static_cast<std::size_t>(kind)];
 }
 
-/// Whether JSON documents can hold the text: what is no UTF-8 does not survive the way there and back.
-bool is_utf8(const std::string& text) {
-  using nlohmann::json;
-  return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::ignore)).get<std::string>() == text;
-}
-
-/// One line of text that is not blank and that a calibration file can carry.
+/// One line of text that a calibration file can carry.
 base::Status check_line(const std::string& text, const std::string& option) {
-  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
-  if (text.find_first_not_of(' ') == std::string::npos) return base::bad_input("is empty", option);
-  if (std::any_of(text.begin(), text.end(), is_control)) return base::bad_input("must be one line of text", option);
-  if (!is_utf8(text)) return base::bad_input("is not UTF-8 text", option);
+  if (auto plain = check_text_line(text, option); !plain) return plain;
   if (text.size() <= kLongestText) return {};
   return base::bad_input(fmt::format("has {} bytes, {} are allowed", text.size(), kLongestText), option);
 }
@@ -170,29 +162,38 @@ base::Status print_entry(const db::Catalog& catalog, const std::string& record_i
   return {};
 }
 
+/// The entry with that certificate, or the first, of entries_of().
+base::Result<ShownReference> entry_with(const std::vector<ShownReference>& entries, const ReferenceName& name,
+                                        const std::string& certificate) {
+  const auto found = std::find_if(entries.begin(), entries.end(), [&](const ShownReference& one) {
+    return certificate.empty() || one.row.reference.certificate == certificate;
+  });
+  if (found != entries.end()) return *found;
+  return base::bad_input(fmt::format("{} '{}' has no certificate '{}'", name.kind, name.name, certificate),
+                         "--certificate");
+}
+
 /// The entry that a waiver is for.
 base::Result<calib::Reference> entry_to_waive(const db::Catalog& catalog, const ReferenceWaiveCommand& command) {
   const auto entries = entries_of(catalog, command.reference);
   if (!entries) return base::forward_error(entries);
-  const auto found = std::find_if(entries->begin(), entries->end(), [&](const ShownReference& one) {
-    return command.certificate.empty() || one.row.reference.certificate == command.certificate;
-  });
-  if (found == entries->end()) {
-    return base::bad_input(fmt::format("{} '{}' has no certificate '{}'", command.reference.kind,
-                                       command.reference.name, command.certificate),
-                           "--certificate");
+  const auto found = entry_with(*entries, command.reference, command.certificate);
+  if (!found) return base::forward_error(found);
+  const calib::Reference& reference = found->row.reference;
+  if (found->standing == Standing::withdrawn) {
+    return base::bad_input(fmt::format("the entry of {} is withdrawn", describe(reference)), "--name");
   }
-  if (entries->front().standing == Standing::retired) {
-    return base::bad_input(fmt::format("{} is retired: it is not used any more", describe(found->row.reference)),
-                           "--name");
+  // A waiver for an older certificate is for older recordings, whatever has become of the reference since.
+  if (found->standing == Standing::retired && command.certificate.empty()) {
+    return base::bad_input(fmt::format("{} is retired: it is not used any more", describe(reference)), "--name");
   }
-  if (found->row.reference.due_utc_s - now_utc_s() > kDueSoon_s) {
+  if (reference.due_utc_s - now_utc_s() > kDueSoon_s) {
     return base::bad_input(fmt::format("{} is good until {}: a waiver is signed when it is needed, at most 30 days "
                                        "before",
-                                       describe(found->row.reference), iso_date(found->row.reference.due_utc_s)),
+                                       describe(reference), iso_date(reference.due_utc_s)),
                            "--name");
   }
-  return found->row.reference;
+  return reference;
 }
 
 }  // namespace
@@ -205,7 +206,7 @@ base::Status run_reference_add(const ReferenceAddCommand& command, Output& outpu
   if (auto status = check_line(user, "--user"); !status) return status;
   auto catalog = open_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);
-  const auto record_id = catalog->add_reference({*reference, user, now_s, std::nullopt});
+  const auto record_id = catalog->add_reference({*reference, user, now_s});
   if (!record_id) return base::forward_error(record_id);
   if (reference->due_utc_s <= now_s) output.note("warning: this certificate has expired already");
   return print_entry(*catalog, *record_id, output);
@@ -216,7 +217,7 @@ base::Status run_reference_list(const ReferenceListCommand& command, Output& out
   if (!catalog) return base::forward_error(catalog);
   auto shown = shown_register(*catalog, now_utc_s());
   if (!shown) return base::forward_error(shown);
-  // The newest entry of each reference comes first and stands for it.
+  // The entry that stands for a reference comes first.
   const auto is_older = [](const ShownReference& newer, const ShownReference& older) {
     return newer.row.reference.kind == older.row.reference.kind && newer.row.reference.name == older.row.reference.name;
   };
@@ -245,6 +246,20 @@ base::Status run_reference_retire(const ReferenceRetireCommand& command, Output&
   if (!entries) return base::forward_error(entries);
   const std::string record_id = entries->front().row.reference.record_id;
   if (auto status = catalog->retire_reference(record_id, {command.reason, user, now_utc_s()}); !status) return status;
+  return print_entry(*catalog, record_id, output);
+}
+
+base::Status run_reference_withdraw(const ReferenceWithdrawCommand& command, Output& output) {
+  const std::string user = command.user.empty() ? user_name() : command.user;
+  if (auto status = check_lines({{command.reason, "--reason"}, {user, "--user"}}); !status) return status;
+  auto catalog = open_existing_catalog(command.data);
+  if (!catalog) return base::forward_error(catalog);
+  const auto entries = entries_of(*catalog, command.reference);
+  if (!entries) return base::forward_error(entries);
+  const auto found = entry_with(*entries, command.reference, command.certificate);
+  if (!found) return base::forward_error(found);
+  const std::string record_id = found->row.reference.record_id;
+  if (auto status = catalog->withdraw_reference(record_id, {command.reason, user, now_utc_s()}); !status) return status;
   return print_entry(*catalog, record_id, output);
 }
 

@@ -47,6 +47,15 @@ struct ReferenceRetireCommand {
   std::string user;
 };
 
+/// soak reference withdraw
+struct ReferenceWithdrawCommand {
+  std::string data;
+  ReferenceName reference;
+  std::string certificate;  ///< of the entry; empty = the one that stands for the reference now
+  std::string reason;
+  std::string user;
+};
+
 /// soak reference waive
 struct ReferenceWaiveCommand {
   std::string data;
@@ -63,6 +72,8 @@ struct ReferenceWaiveCommand {
 /// All entries of one reference with waivers and campaigns.
 [[nodiscard]] base::Status run_reference_show(const ReferenceShowCommand& command, Output& output);
 [[nodiscard]] base::Status run_reference_retire(const ReferenceRetireCommand& command, Output& output);
+/// Takes back an entry that was wrong.
+[[nodiscard]] base::Status run_reference_withdraw(const ReferenceWithdrawCommand& command, Output& output);
 /// Refuses an entry that is good for more than 30 days yet: nobody can know what speaks for it then.
 [[nodiscard]] base::Status run_reference_waive(const ReferenceWaiveCommand& command, Output& output);
 

@@ -25,15 +25,18 @@ using nlohmann::json;
 
 constexpr double kSecondsPerDay = 86400.0;
 
-bool is_same_reference(const db::ReferenceRow& a, const db::ReferenceRow& b) {
-  return a.reference.kind == b.reference.kind && a.reference.name == b.reference.name;
-}
-
-Standing standing_of(const db::ReferenceRow& row, bool is_newest, double utc_s) {
-  if (row.retired) return Standing::retired;
-  if (!is_newest) return Standing::superseded;
+Standing standing_of(const db::ReferenceRow& row, bool is_active, double utc_s) {
+  if (row.withdrawn) return Standing::withdrawn;
+  if (!is_active) return row.retired ? Standing::retired : Standing::superseded;
   if (row.reference.due_utc_s <= utc_s) return Standing::expired;
   return row.reference.due_utc_s - utc_s <= kDueSoon_s ? Standing::due_soon : Standing::valid;
+}
+
+/// Place among the entries of one reference.
+int rank_of(Standing standing) {
+  if (standing == Standing::withdrawn) return 3;
+  if (standing == Standing::superseded) return 2;
+  return standing == Standing::retired ? 1 : 0;
 }
 
 std::vector<ShownWaiver> shown_waivers(const std::vector<calib::Waiver>& waivers, const calib::Reference& reference) {
@@ -53,24 +56,28 @@ std::string correction_text(const calib::Reference& reference) {
   return reference.correction ? number_text(*reference.correction, reference.kind) : "-";
 }
 
+std::string days_text(int days) { return days == 1 ? "1 day" : fmt::format("{} days", days); }
+
+std::string expired_text(const ShownReference& shown) {
+  std::string text =
+      shown.days_left == 0 ? std::string("EXPIRED today") : fmt::format("EXPIRED {} ago", days_text(-shown.days_left));
+  if (shown.waivers.empty()) return text;
+  const ShownWaiver& newest = shown.waivers.back();
+  return text + (newest.good ? ", waived by " + newest.waiver.signer : ", its waiver is DAMAGED");
+}
+
 /// "valid for 120 days", "EXPIRED 3 days ago, waived by Ann".
 std::string state_text(const ShownReference& shown) {
   switch (shown.standing) {
     case Standing::valid:
-      return fmt::format("valid for {} days", shown.days_left);
+      return "valid for " + days_text(shown.days_left);
     case Standing::due_soon:
-      return fmt::format("DUE in {} days", shown.days_left);
-    case Standing::superseded:
-      return "superseded";
-    case Standing::retired:
-      return "retired";
+      return "DUE in " + days_text(shown.days_left);
     case Standing::expired:
-      break;
+      return expired_text(shown);
+    default:
+      return std::string(name_of(shown.standing));
   }
-  std::string text = fmt::format("EXPIRED {} days ago", -shown.days_left - 1);
-  if (shown.waivers.empty()) return text;
-  const ShownWaiver& newest = shown.waivers.back();
-  return text + (newest.good ? ", waived by " + newest.waiver.signer : ", its waiver is DAMAGED");
 }
 
 json waiver_document(const ShownWaiver& shown) {
@@ -83,7 +90,7 @@ json waiver_document(const ShownWaiver& shown) {
           {"good", shown.good}};
 }
 
-json retirement_document(const std::optional<db::EndRecord>& end) {
+json ending_document(const std::optional<db::EndRecord>& end) {
   if (!end) return {};
   return {{"reason", end->reason}, {"user", end->user}, {"utc_s", end->utc_s}};
 }
@@ -106,7 +113,8 @@ json reference_document(const ShownReference& shown) {
           {"days_left", shown.days_left},
           {"user", shown.row.user},
           {"entered_utc_s", shown.row.entered_utc_s},
-          {"retired", retirement_document(shown.row.retired)},
+          {"retired", ending_document(shown.row.retired)},
+          {"withdrawn", ending_document(shown.row.withdrawn)},
           {"waivers", std::move(waivers)},
           {"campaigns", shown.campaigns}};
 }
@@ -114,31 +122,36 @@ json reference_document(const ShownReference& shown) {
 }  // namespace
 
 std::string_view name_of(Standing standing) {
-  constexpr std::array<std::string_view, 5> kNames = {"valid", "due_soon", "expired", "superseded", "retired"};
+  constexpr std::array<std::string_view, 6> kNames = {"valid",      "due_soon", "expired",
+                                                      "superseded", "retired",  "withdrawn"};
   return kNames[static_cast<std::size_t>(standing)];
 }
 
+int days_until(double due_utc_s, double utc_s) {
+  return static_cast<int>(std::floor(due_utc_s / kSecondsPerDay) - std::floor(utc_s / kSecondsPerDay));
+}
+
 base::Result<std::vector<ShownReference>> shown_register(const db::Catalog& catalog, double utc_s) {
-  auto entries = catalog.references();
+  const auto entries = catalog.references();
   if (!entries) return base::forward_error(entries);
   const auto waivers = catalog.waivers();
   if (!waivers) return base::forward_error(waivers);
-  // The newest first: issued last, of the same day entered last.
-  std::reverse(entries->begin(), entries->end());
-  std::stable_sort(entries->begin(), entries->end(), [](const db::ReferenceRow& a, const db::ReferenceRow& b) {
-    return std::tuple(a.reference.kind, a.reference.name, -a.reference.issued_utc_s) <
-           std::tuple(b.reference.kind, b.reference.name, -b.reference.issued_utc_s);
-  });
+  std::set<std::string> active;
+  for (const db::ReferenceRow& row : active_references(*entries, utc_s)) active.insert(row.reference.record_id);
   std::vector<ShownReference> shown;
-  for (db::ReferenceRow& row : *entries) {
-    const bool is_newest = shown.empty() || !is_same_reference(shown.back().row, row);
-    auto campaigns = catalog.campaigns_of_reference(row.reference.record_id);
+  for (auto row = entries->rbegin(); row != entries->rend(); ++row) {
+    const calib::Reference& reference = row->reference;
+    auto campaigns = catalog.campaigns_of_reference(reference.record_id);
     if (!campaigns) return base::forward_error(campaigns);
-    const int days_left = static_cast<int>(std::floor((row.reference.due_utc_s - utc_s) / kSecondsPerDay));
-    const Standing standing = standing_of(row, is_newest, utc_s);
-    auto of_row = shown_waivers(*waivers, row.reference);
-    shown.push_back({std::move(row), standing, days_left, std::move(of_row), *std::move(campaigns)});
+    shown.push_back({*row, standing_of(*row, active.contains(reference.record_id), utc_s),
+                     days_until(reference.due_utc_s, utc_s), shown_waivers(*waivers, reference),
+                     *std::move(campaigns)});
   }
+  // What was entered last comes first already: of one day it stays so.
+  std::ranges::stable_sort(shown, {}, [](const ShownReference& one) {
+    const calib::Reference& reference = one.row.reference;
+    return std::tuple(reference.kind, reference.name, rank_of(one.standing), -reference.issued_utc_s);
+  });
   return shown;
 }
 
@@ -170,6 +183,9 @@ std::string reference_text(const ShownReference& shown) {
       reference.record_id);
   if (const auto& end = shown.row.retired) {
     text += fmt::format("  retired on {} by {}: {}\n", iso_date(end->utc_s), end->user, end->reason);
+  }
+  if (const auto& end = shown.row.withdrawn) {
+    text += fmt::format("  withdrawn on {} by {}: {}\n", iso_date(end->utc_s), end->user, end->reason);
   }
   for (const ShownWaiver& waiver : shown.waivers) {
     text += fmt::format("  waived on {} by {}, key {}: {}{}\n", iso_date(waiver.waiver.utc_s), waiver.waiver.signer,

@@ -13,7 +13,7 @@
 namespace soak::station {
 
 /// How an entry of the register stands today.
-enum class Standing : std::uint8_t { valid, due_soon, expired, superseded, retired };
+enum class Standing : std::uint8_t { valid, due_soon, expired, superseded, retired, withdrawn };
 
 [[nodiscard]] std::string_view name_of(Standing standing);
 
@@ -27,12 +27,17 @@ struct ShownWaiver {
 struct ShownReference {
   db::ReferenceRow row;
   Standing standing = Standing::valid;
-  int days_left = 0;  ///< whole days until it is due, negative once it has expired
+  int days_left = 0;  ///< days_until() its due day
   std::vector<ShownWaiver> waivers;
   std::vector<std::string> campaigns;
 };
 
-/// The whole register at `utc_s`, in the order of kinds and names, the newest entry of each first.
+/// Days of the calendar (UTC) from `utc_s` to a due day: 1 on the day before, 0 on the day itself, on which the
+/// certificate is not good any more, negative after it.
+[[nodiscard]] int days_until(double due_utc_s, double utc_s);
+
+/// The whole register at `utc_s`, in the order of kinds and names: of each first the entry that stands for it, then
+/// those of a retired reference, superseded and withdrawn ones, each the newest first.
 [[nodiscard]] base::Result<std::vector<ShownReference>> shown_register(const db::Catalog& catalog, double utc_s);
 
 /// docs/schema/reference-list.schema.json

@@ -8,6 +8,7 @@
 #include "station/commands/runs_command.h"
 #include "station/data_folder.h"
 #include "station/identity.h"
+#include "station/text_line.h"
 
 namespace soak::station {
 namespace {
@@ -48,6 +49,7 @@ nlohmann::json document(const db::RunRow& run, const db::VoidRecord& record, std
 
 base::Status check(const RunsVoidCommand& command) {
   if (command.reason.empty()) return base::bad_input("a void record needs a reason", "--reason");
+  if (auto plain = check_text_line(command.reason, "--reason"); !plain) return plain;
   if (command.position && !command.visit) return base::bad_input("--position needs --visit", "--position");
   if (command.attempt && !command.position) return base::bad_input("--attempt needs --position", "--attempt");
   return {};

@@ -8,6 +8,7 @@
 
 #include "station/data_folder.h"
 #include "station/identity.h"
+#include "station/text_line.h"
 
 namespace soak::station {
 namespace {
@@ -50,6 +51,10 @@ base::Status run_unit_show(const UnitShowCommand& command, Output& output) {
 
 base::Status run_unit_add(const UnitAddCommand& command, Output& output) {
   if (command.serial.empty()) return base::bad_input("the serial number is empty", "SN");
+  if (auto plain = check_text_line(command.serial, "SN"); !plain) return plain;
+  if (command.begin_epoch) {
+    if (auto plain = check_text_line(*command.begin_epoch, "--begin-epoch"); !plain) return plain;
+  }
   auto catalog = open_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);
   auto unit = catalog->ensure_unit(command.serial, command.type.value_or("generic"));

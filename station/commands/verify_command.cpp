@@ -2,6 +2,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -18,6 +21,7 @@
 #include "station/limits_file.h"
 #include "station/reference_rule.h"
 #include "station/unit_type_file.h"
+#include "station/waiver.h"
 
 namespace soak::station {
 namespace {
@@ -68,10 +72,11 @@ base::Result<KnownLimits> limits_for(const VerifyCommand& command, const calib::
 
 std::string decision_rule() {
   return fmt::format(
-      "guard band w = U = {} u of each estimate (JCGM 106:2012 8.3.2, 8.3.3): pass where |error| + U <= limit at every "
-      "temperature, fail where |error| - U > limit at one, else marginal; an error beyond its limit passes with a "
-      "chance of at most {:g} %",
-      calib::kGuardFactor, 100.0 * calib::kFalseAcceptance);
+      "guard band w = U = t u of each estimate, Student's t for {:g} % at effective degrees of freedom (JCGM 106:2012 "
+      "8.3.2, 8.3.3; JCGM 100:2008 G.4): pass where |error| + U <= limit at every temperature, fail where |error| - U "
+      "> "
+      "limit at one, else marginal; an error beyond its limit passes with a chance of at most {:g} %",
+      100.0 * calib::kGuardCoverage, 100.0 * calib::kFalseAcceptance);
 }
 
 nlohmann::json band_document(const std::optional<calib::BandComparison>& band) {
@@ -95,6 +100,8 @@ nlohmann::json curve_document(const calib::CurveVerification& curve, double fact
           {"rmse_abs", known(curve, curve.rmse_abs * factor)},
           {"rmse_shape", known(curve, curve.rmse_shape * factor)},
           {"guard", known(curve, curve.guard * factor)},
+          {"guard_factor", known(curve, curve.guard_factor)},
+          {"not_stated", curve.not_stated},
           {"limit", curve.limit ? nlohmann::json(*curve.limit * factor) : nlohmann::json()},
           {"rows", curve.rows},
           {"covered", curve.covered},
@@ -126,7 +133,7 @@ nlohmann::json document_of(const calib::Calibration& calibration, const KnownLim
           {"model", calibration.model_version},
           {"verdict", calib::name_of(verification.verdict)},
           {"decision_rule",
-           {{"guard_factor", calib::kGuardFactor},
+           {{"guard_coverage", calib::kGuardCoverage},
             {"false_acceptance_max", calib::kFalseAcceptance},
             {"text", decision_rule()}}},
           {"limits", limits.source ? nlohmann::json(*limits.source) : nlohmann::json()},
@@ -172,6 +179,24 @@ std::string temperatures_text(const calib::Verification& verification) {
   return {};
 }
 
+/// What U leaves out, and of which curves.
+std::string not_stated_text(const calib::Verification& verification) {
+  std::map<std::string, std::vector<std::string>> curves;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const auto& result = verification.sensors[calib::index_of(sensor)];
+    if (!result) continue;
+    const std::string name(calib::name_of(sensor));
+    for (const std::string& what : result->not_stated) curves[what].push_back(name);
+    if (!result->scale) continue;
+    for (const std::string& what : result->scale->not_stated) curves[what].push_back(name + " scale");
+  }
+  std::string text;
+  for (const auto& [what, of] : curves) {
+    text += fmt::format("not stated, and not in U: {} ({})\n", what, fmt::join(of, ", "));
+  }
+  return text;
+}
+
 std::string describe(const calib::Calibration& calibration, const KnownLimits& limits,
                      const calib::Verification& verification) {
   std::vector<std::vector<std::string>> table = {
@@ -185,9 +210,9 @@ std::string describe(const calib::Calibration& calibration, const KnownLimits& l
     if (result->scale)
       table.push_back(table_row(name + " scale", "ppm", *result->scale, result->scale->verdict, 1.0, 1));
   }
-  return fmt::format("unit {}, model {}: {}\nlimits: {}\n{}{}rule: {}\n", calibration.unit, calibration.model_version,
+  return fmt::format("unit {}, model {}: {}\nlimits: {}\n{}{}{}rule: {}\n", calibration.unit, calibration.model_version,
                      calib::name_of(verification.verdict), limits.source.value_or("none"), text_table(table),
-                     temperatures_text(verification), decision_rule());
+                     temperatures_text(verification), not_stated_text(verification), decision_rule());
 }
 
 }  // namespace
@@ -201,15 +226,21 @@ base::Status run_verify(const VerifyCommand& command, Output& output) {
   if (!catalog) return base::forward_error(catalog);
   const auto runs = load_campaign(*catalog, loaded->calibration, command.campaign);
   if (!runs) return base::forward_error(runs);
-  const auto verification = calib::verify(loaded->calibration, *runs, limits->limits);
+  auto verification = calib::verify(loaded->calibration, *runs, limits->limits);
   if (!verification) return base::forward_error(verification);
-
+  const auto since = reference_warnings(*catalog, runs->references);
+  if (!since) return base::forward_error(since);
+  std::ranges::copy(*since, std::back_inserter(verification->warnings));
+  std::ranges::copy(waiver_warnings(loaded->calibration.references), std::back_inserter(verification->warnings));
   note_waivers(loaded->calibration.references, output);
   if (output.json()) {
     if (const auto printed = output.print_json(document_of(loaded->calibration, *limits, *verification)); !printed)
       return printed;
   } else {
-    for (const calib::Warning& warning : verification->warnings) output.note("warning: " + warning.text);
+    for (const calib::Warning& warning : verification->warnings) {
+      // note_waivers() has told it.
+      if (warning.code != "waiver_signature") output.note("warning: " + warning.text);
+    }
     output.print(describe(loaded->calibration, *limits, *verification));
   }
   if (verification->verdict == calib::Verdict::fail) {

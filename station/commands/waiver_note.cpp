@@ -8,6 +8,7 @@
 
 #include "station/iso_date.h"
 #include "station/reference_rule.h"
+#include "station/waiver.h"
 
 namespace soak::station {
 
@@ -19,6 +20,7 @@ void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& ou
                                 iso_date(reference.due_utc_s), waiver->signer, waiver->reason));
   }
   if (!texts.empty()) output.note(fmt::format("warning: measured with {}", fmt::join(texts, "; ")));
+  for (const calib::Warning& warning : waiver_warnings(references)) output.note("warning: " + warning.text);
 }
 
 }  // namespace soak::station

@@ -8,7 +8,8 @@
 
 namespace soak::station {
 
-/// One line on standard error where a reference was used by a waiver; nothing where none was.
+/// One line on standard error where a reference was used by a waiver, and one for each waiver without a good signature;
+/// nothing where none was.
 void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& output);
 
 }  // namespace soak::station

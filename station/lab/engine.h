@@ -100,7 +100,8 @@ class Engine : public LabService {
   [[nodiscard]] base::Status ready_for_start() const;
   /// Enters a campaign that begins, and what it is measured with from now on, into the catalog.
   [[nodiscard]] base::Status keep_start(const StartRequest& request, const CheckedStart& checked,
-                                        const JudgedReferences& judged, bool is_resumed);
+                                        const std::vector<calib::ReferenceUse>& references,
+                                        const std::vector<std::string>& notes, bool is_resumed);
   [[nodiscard]] base::Status connect_devices();
   void begin_campaign(const StartRequest& request, CheckedStart checked, std::optional<std::size_t> resume_at);
 

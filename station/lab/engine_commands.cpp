@@ -73,6 +73,8 @@ base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::
   const std::size_t first_step = resume_at.value_or(0);
   const auto judged = check_references(catalog_, *checked, first_step, now_utc_s(), config_.clock_rate);
   if (!judged) return base::forward_error(judged);
+  const auto standards = note_on_check_standards(catalog_, *checked);
+  if (!standards) return base::forward_error(standards);
   if (auto connected = connect_devices(); !connected) return base::forward_error(connected);
   const double air_c = lab_->chamber.reading()->air_c;
   for (const base::Status& able :
@@ -84,30 +86,35 @@ base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::
   if (checked->plan.runs[static_cast<std::size_t>(checked->plan.steps[first_step].run)].preflight) {
     if (auto off = chamber_->stop(); !off) return base::forward_error(off);
   }
-  if (auto kept = keep_start(request, *checked, *judged, resume_at.has_value()); !kept)
+  std::vector<std::string> notes = judged->notes;
+  if (*standards) notes.push_back(**standards);
+  if (auto kept = keep_start(request, *checked, judged->uses, notes, resume_at.has_value()); !kept) {
     return base::forward_error(kept);
+  }
   nlohmann::json answer = {{"campaign", request.campaign},
                            {"runs", checked->plan.runs.size()},
                            {"steps", checked->plan.steps.size()},
                            {"estimate_s", checked->plan.remaining_s(first_step)},
-                           {"notes", judged->notes}};
+                           {"notes", std::move(notes)}};
   begin_campaign(request, *std::move(checked), resume_at);
   for (const std::string& note : judged->notes) log_.add("reference", request.campaign, note);
+  if (*standards) log_.add("check_standard", request.campaign, **standards);
   return answer;
 }
 
 base::Status Engine::keep_start(const StartRequest& request, const CheckedStart& checked,
-                                const JudgedReferences& judged, bool is_resumed) {
+                                const std::vector<calib::ReferenceUse>& references,
+                                const std::vector<std::string>& notes, bool is_resumed) {
   db::CampaignRow row;
   row.name = request.campaign;
   row.procedure = checked.plan.procedure.name;
-  row.document = start_document(request, checked, judged.notes).dump();
+  row.document = start_document(request, checked, notes).dump();
   row.created_utc_s = row.updated_utc_s = now_utc_s();
   return catalog_.all_or_nothing([&]() -> base::Status {
     if (!is_resumed) {
       if (auto begun = catalog_.begin_campaign(row); !begun) return begun;
     }
-    return catalog_.add_campaign_references(request.campaign, judged.uses);
+    return catalog_.add_campaign_references(request.campaign, references);
   });
 }
 

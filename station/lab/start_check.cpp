@@ -14,8 +14,10 @@
 #include <utility>
 
 #include "base/sha256.h"
+#include "station/check_standard.h"
 #include "station/lab/preflight.h"
 #include "station/procedure/rating_check.h"
+#include "station/text_line.h"
 #include "station/unit_type_file.h"
 
 namespace soak::station {
@@ -37,6 +39,7 @@ base::Result<std::map<std::string, std::string>> serials(const StartRequest& req
   std::map<std::string, std::string> slot_of;
   for (const auto& [slot, serial] : by_slot) {
     if (serial.empty()) return base::bad_input(fmt::format("slot {}: the serial number is empty", slot), "--unit");
+    if (auto plain = check_text_line(serial, "--unit"); !plain) return base::forward_error(plain);
     const auto [other, is_new] = slot_of.emplace(serial, slot);
     if (!is_new) {
       return base::bad_input(
@@ -113,6 +116,7 @@ std::string fingerprint(const Plan& plan) {
 base::Result<CheckedStart> check_start(const StartRequest& request, const StationConfig& config,
                                        const db::Catalog& catalog) {
   if (request.campaign.empty()) return base::bad_input("the name of the campaign is empty", "--name");
+  if (auto plain = check_text_line(request.campaign, "--name"); !plain) return base::forward_error(plain);
   const auto procedure = parse_procedure(request.procedure_text, request.procedure_file);
   if (!procedure) return base::forward_error(procedure);
   auto units = check_units(request, config, catalog);
@@ -155,6 +159,14 @@ base::Status check_chamber(const CheckedStart& checked, const hal::Chamber& cham
 base::Result<JudgedReferences> check_references(const db::Catalog& catalog, const CheckedStart& checked,
                                                 std::size_t first_step, double utc_s, double clock_rate) {
   return judge_references(catalog, {utc_s, utc_s + checked.plan.remaining_s(first_step) / clock_rate});
+}
+
+base::Result<std::optional<std::string>> note_on_check_standards(const db::Catalog& catalog,
+                                                                 const CheckedStart& checked) {
+  if (checked.plan.procedure.purpose != Purpose::calibration) return std::nullopt;
+  std::vector<std::string> serials;
+  for (const CheckedUnit& unit : checked.units) serials.push_back(unit.serial);
+  return missing_check_standard(catalog, serials);
 }
 
 nlohmann::json start_document(const StartRequest& request, const CheckedStart& checked,

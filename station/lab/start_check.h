@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,10 @@ struct CheckedStart {
 /// judge_references() does.
 [[nodiscard]] base::Result<JudgedReferences> check_references(const db::Catalog& catalog, const CheckedStart& checked,
                                                               std::size_t first_step, double utc_s, double clock_rate);
+
+/// What there is to say of check standards: nothing of a plan that is not for calibration, which no chart holds.
+[[nodiscard]] base::Result<std::optional<std::string>> note_on_check_standards(const db::Catalog& catalog,
+                                                                               const CheckedStart& checked);
 
 /// What the journal keeps of a campaign, and back. `notes` says what was remarkable at the start.
 [[nodiscard]] nlohmann::json start_document(const StartRequest& request, const CheckedStart& checked,

@@ -18,13 +18,16 @@ namespace {
 
 using nlohmann::json;
 
-/// The Allan document of one sensor, or {"reason"} where there is none.
-json sensor_noise(const db::Catalog& catalog, const StillSegment& still, calib::Sensor sensor) {
+/// The Allan document of one sensor, or {"reason"} where there is none. Damage of the run file is a failure.
+base::Result<json> sensor_noise(const db::Catalog& catalog, const StillSegment& still, calib::Sensor sensor) {
   const RunPart part{{.unit = still.run.unit, .campaign = still.run.campaign, .run = still.run.run_id},
                      still.segment.key.visit,
                      still.segment.key.position};
   auto record = read_run_signal(catalog, part, std::string(calib::name_of(sensor)));
-  if (!record) return {{"reason", record.error().message}};
+  if (!record) {
+    if (record.error().kind == base::ErrorKind::corrupt) return base::forward_error(record);
+    return json{{"reason", record.error().message}};
+  }
   if (record->values.size() > kMostNoiseSamples) {
     record->values.resize(kMostNoiseSamples);
     record->t_s.resize(kMostNoiseSamples);
@@ -63,7 +66,9 @@ base::Result<json> noise_json(const db::Catalog& catalog, const std::string& uni
       return base::fail(base::ErrorKind::internal, "interrupted; no report was written");
     }
     if ((*longest)->segment.sensor[calib::index_of(sensor)].count == 0) continue;
-    sensors[std::string(calib::name_of(sensor))] = sensor_noise(catalog, **longest, sensor);
+    auto document = sensor_noise(catalog, **longest, sensor);
+    if (!document) return base::forward_error(document);
+    sensors[std::string(calib::name_of(sensor))] = *std::move(document);
   }
   return json{{"segment", segment_json(**longest)}, {"sensors", std::move(sensors)}, {"reason", json()}};
 }

@@ -35,7 +35,7 @@ std::string navigation(const json& sensors) {
   for (const std::string_view name : kOrder) {
     if (sensors.contains(name)) html += fmt::format("<li><a href=\"#{0}\">{0}</a></li>\n", name);
   }
-  for (const char* id : {"couplings", "noise", "records", "provenance", "reading"}) {
+  for (const char* id : {"couplings", "noise", "check", "records", "provenance", "reading"}) {
     html += fmt::format("<li><a href=\"#{0}\">{0}</a></li>\n", id);
   }
   return html + "</ul></nav>\n";
@@ -56,7 +56,8 @@ std::string body(const json& document) {
     const json& sensor = html::member(sensors, name);
     if (!sensor.is_null()) html += sensor_part(name, sensor);
   }
-  html += couplings_part(sections["couplings"]) + noise_part(sections["noise"]) + records_part(sections["records"]);
+  html += couplings_part(sections["couplings"]) + noise_part(sections["noise"]);
+  html += check_part(sections["check_standards"]) + records_part(sections["records"]);
   return html + provenance_part(document) + std::string(kHowToRead);
 }
 

@@ -48,12 +48,22 @@ const json& deployed_error(const json& fit, const char* of_anfis, const char* of
   return deployed == "anfis" ? member(fit, of_anfis) : member(member(member(fit, "baselines"), deployed), of_baseline);
 }
 
-html::Cell verdict_cell(const json& sensor) {
-  const json& verdict = member(sensor["verification"], "verdict");
-  const bool limited = !sensor["limit"].is_null() || !sensor["scale_limit_ppm"].is_null();
-  if (!verdict.is_string() || verdict == "not_measured") return {.html = limited ? "not measured" : "no limit"};
-  if (verdict == "info") return {.html = "no limit"};
+/// `verdict` null: no fresh run said anything; `limited`: there is a limit to be judged by.
+html::Cell verdict_cell(const json& verdict, bool limited) {
+  if (!verdict.is_string() || verdict == "not_measured")
+    return {.html = limited ? "not measured" : "no limit", .style = "nowrap"};
+  if (verdict == "info") return {.html = "no limit", .style = "nowrap"};
   return {.html = html::escaped(verdict.get<std::string>()), .style = verdict.get<std::string>()};
+}
+
+html::Cell bias_verdict_cell(const json& sensor) {
+  return verdict_cell(member(member(sensor["verification"], "bias"), "verdict"), !sensor["limit"].is_null());
+}
+
+/// The worst of bias and scale.
+html::Cell sensor_verdict_cell(const json& sensor) {
+  const bool limited = !sensor["limit"].is_null() || !sensor["scale_limit_ppm"].is_null();
+  return verdict_cell(member(sensor["verification"], "verdict"), limited);
 }
 
 }  // namespace
@@ -91,9 +101,9 @@ std::string warnings_part(const json& summary) {
 }
 
 std::string overview_part(const json& sensors) {
-  html::Table table("All sensors",
-                    {"sensor", "unit", "in the file", "range, °C", "held-out, absolute", "held-out, shape",
-                     "run-to-run", "widest ci95", "widest pi95", "limit", "worst fresh error", "verdict"});
+  html::Table table("All sensors", {"sensor", "unit", "in the file", "range, °C", "held-out, absolute",
+                                    "held-out, shape", "run-to-run", "widest ci95", "widest pi95", "limit of bias",
+                                    "worst fresh error of bias", "verdict on bias", "on the sensor"});
   for (const char* name : {"gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"}) {
     const json& sensor = member(sensors, name);
     if (sensor.is_null()) continue;
@@ -107,11 +117,13 @@ std::string overview_part(const json& sensors) {
                html::number_cell(deployed_error(fit, "check_rmse_shape", "rmse_shape")),
                html::number_cell(member(fit, "run_to_run_sigma")), html::number_cell(largest(fit["curve"], "ci95")),
                html::number_cell(largest(fit["curve"], "pi95")), html::number_cell(sensor["limit"]),
-               html::number_cell(member(member(sensor["verification"], "bias"), "worst_abs")), verdict_cell(sensor)});
+               html::number_cell(member(member(sensor["verification"], "bias"), "worst_abs")),
+               bias_verdict_cell(sensor), sensor_verdict_cell(sensor)});
   }
   return "<section id=\"overview\"><h2>At a glance</h2>\n" + table.html() +
-         "<p class=\"soft\">A limit is judged on fresh runs that no fit has seen, with a guard band of 1.96 standard "
-         "errors of each estimate (JCGM 106). Without a limit nothing passes.</p></section>\n";
+         "<p class=\"soft\">A limit is judged on fresh runs that no fit has seen, with a guard band of the 95 % "
+         "uncertainty of each estimate (JCGM 106). The verdict on the sensor is the worst of bias and scale. "
+         "Without a limit nothing passes.</p></section>\n";
 }
 
 }  // namespace soak::station

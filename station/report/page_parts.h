@@ -21,6 +21,8 @@ namespace soak::station {
 [[nodiscard]] std::string couplings_part(const nlohmann::json& couplings);
 /// Allan deviation and noise coefficients.
 [[nodiscard]] std::string noise_part(const nlohmann::json& noise);
+/// Charts of the check standards that were in the campaigns of the model.
+[[nodiscard]] std::string check_part(const nlohmann::json& check_standards);
 /// References of the laboratory.
 [[nodiscard]] std::string records_part(const nlohmann::json& records);
 /// Runs, hashes, what is void.

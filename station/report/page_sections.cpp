@@ -158,14 +158,15 @@ std::string waiver_text(const json& reference) {
 
 std::string references_table(const json& references) {
   html::Table table("References that the campaigns were measured with",
-                    {"kind", "name", "certificate", "standard uncertainty", "due", "waiver"});
+                    {"kind", "name", "certificate", "standard uncertainty", "due", "waiver", "since then"});
   for (const json& reference : references) {
     table.row({html::html_cell(html::text_of(reference, "kind")), html::html_cell(html::text_of(reference, "name")),
                html::html_cell(html::text_of(reference, "certificate")),
                html::html_cell(html::number(member(reference, "standard_uncertainty")) + " " +
                                    html::unit_text(reference.value("unit", "")),
                                true),
-               html::html_cell(html::text_of(reference, "due_utc")), html::html_cell(waiver_text(reference))});
+               html::html_cell(html::text_of(reference, "due_utc")), html::html_cell(waiver_text(reference)),
+               html::html_cell(member(reference, "since").is_string() ? html::text_of(reference, "since") : "–")});
   }
   return table.html();
 }

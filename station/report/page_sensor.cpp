@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -57,17 +58,18 @@ std::string folds_table(const json& sensor) {
   return table.html();
 }
 
-/// Largest standard uncertainty of a contribution to one band, and that at 25 °C.
-void add_spread(std::vector<html::Cell>& cells, const json& part, std::string_view band) {
-  const bool stated = part.value("stated", true);
+/// Largest standard uncertainty of a contribution to one band, and that at 25 °C; dashes where the curve has no such
+/// band.
+void add_spread(std::vector<html::Cell>& cells, const json& part, std::string_view band, bool has_band) {
+  const bool is_missing = has_band && !part.value("stated", true);
   for (const char* key : {"max", "at_25c"}) {
     const json& value = member(member(part, band), key);
     cells.push_back(value.is_number() ? html::number_cell(value)
-                                      : html::Cell{.html = stated ? "–" : "not stated", .style = "nowrap"});
+                                      : html::Cell{.html = is_missing ? "not stated" : "–", .style = "nowrap"});
   }
 }
 
-std::string budget_rows(const std::string& caption, const json& budget) {
+std::string budget_rows(const std::string& caption, const json& budget, bool has_pi95) {
   html::Table table(caption, {"contribution", "type", "degrees of freedom", "mean curve, largest", "at 25 °C",
                               "fresh power-on, largest", "at 25 °C", "basis"});
   for (const json& part : budget) {
@@ -75,12 +77,16 @@ std::string budget_rows(const std::string& caption, const json& budget) {
     std::vector<html::Cell> cells = {html::row_heading(part.value("name", "")),
                                      html::html_cell(html::text_of(part, "type")),
                                      html::html_cell(freedom.is_number() ? html::number(freedom) : "∞")};
-    add_spread(cells, part, "curve");
-    add_spread(cells, part, "fresh_power_on");
+    add_spread(cells, part, "curve", true);
+    add_spread(cells, part, "fresh_power_on", has_pi95);
     cells.push_back({.html = html::text_of(part, "basis"), .style = "basis"});
     table.row(cells);
   }
   return table.html();
+}
+
+bool has_pi95(const json& fit) {
+  return std::ranges::any_of(fit["curve"], [](const json& point) { return member(point, "pi95").is_number(); });
 }
 
 /// The uncertainty budget; models from before there was one do not state it.
@@ -90,10 +96,10 @@ std::string budget_table(const json& sensor) {
     return "<h3>Uncertainty budget</h3><p>Not stated: the model was stored by a version of Soak that kept no budget. "
            "Fit again to have one.</p>\n";
   }
-  std::string html =
-      budget_rows("Uncertainty budget of the bias: standard uncertainties (k = 1), " + unit_of(sensor), budget);
+  std::string html = budget_rows("Uncertainty budget of the bias: standard uncertainties (k = 1), " + unit_of(sensor),
+                                 budget, has_pi95(sensor["fit"]));
   const json& scale = member(sensor["fit"], "scale_uncertainty");
-  if (scale.is_array()) html += budget_rows("Uncertainty budget of the scale, ppm", scale);
+  if (scale.is_array()) html += budget_rows("Uncertainty budget of the scale, ppm", scale, false);
   return html;
 }
 

@@ -4,14 +4,22 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "calib/model_document.h"
 #include "calib/report_json.h"
+#include "station/check_document.h"
+#include "station/check_standard.h"
+#include "station/iso_date.h"
+#include "station/reference_rule.h"
 #include "station/report/noise.h"
 #include "station/report/provenance.h"
 #include "station/report/runs_of_model.h"
 #include "station/unit_type_file.h"
+#include "station/waiver.h"
 
 namespace soak::station {
 namespace {
@@ -73,6 +81,55 @@ json records_json(const std::string& document) {
   return {{"references", stored.contains(references) ? stored[references] : json()}};
 }
 
+/// What has become of each reference since: "retired on 2026-05-01 by ann: dropped", or null.
+base::Status add_endings(const db::Catalog& catalog, json& records) {
+  if (!records["references"].is_array()) return {};
+  const auto entries = catalog.references();
+  if (!entries) return base::forward_error(entries);
+  for (json& reference : records["references"]) {
+    reference["since"] = nullptr;
+    for (const db::ReferenceRow& row : *entries) {
+      if (reference["record_id"] != row.reference.record_id || !(row.withdrawn || row.retired)) continue;
+      const db::EndRecord& end = row.withdrawn ? *row.withdrawn : *row.retired;
+      reference["since"] = fmt::format("{} on {} by {}: {}", row.withdrawn ? "withdrawn" : "retired",
+                                       iso_date(end.utc_s), end.user, end.reason);
+    }
+  }
+  return {};
+}
+
+std::set<std::string> campaigns_of(const calib::UnitInput& input) {
+  std::set<std::string> campaigns;
+  for (const calib::RunInput& run : input.runs) campaigns.insert(run.campaign);
+  return campaigns;
+}
+
+/// The charts of the check standards that were in the campaigns of the model, and which campaigns these are.
+base::Result<json> check_standards_json(const db::Catalog& catalog, const std::set<std::string>& campaigns) {
+  const auto charts = check_charts_of(catalog, campaigns);
+  if (!charts) return base::forward_error(charts);
+  json document = check_document(*charts);
+  for (json& unit : document["units"]) {
+    for (json& campaign : unit["campaigns"]) campaign.erase("runs");
+  }
+  document["campaigns"] = campaigns;
+  return document;
+}
+
+/// What must be told beside what fit and verification say.
+base::Result<std::vector<calib::Warning>> station_warnings(const db::Catalog& catalog, const db::UnitRow& unit,
+                                                           const db::ModelRow& model, const RunsOfModel& runs,
+                                                           const calib::Calibration& calibration) {
+  auto warnings = age_warnings(catalog, unit, model);
+  if (!warnings) return warnings;
+  const auto since = reference_warnings(catalog, calibration.references);
+  if (!since) return base::forward_error(since);
+  for (const auto& more : {runs.warnings, *since, waiver_warnings(calibration.references)}) {
+    warnings->insert(warnings->end(), more.begin(), more.end());
+  }
+  return warnings;
+}
+
 }  // namespace
 
 base::Result<json> report_document(const db::Catalog& catalog, const ReportRequest& request) {
@@ -88,9 +145,8 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   if (!fitted) return base::forward_error(fitted);
   const auto fresh = input_of(catalog, *calibration, *runs, RunUse::fresh);
   if (!fresh) return base::forward_error(fresh);
-  auto warnings = age_warnings(catalog, *unit, *model);
+  auto warnings = station_warnings(catalog, *unit, *model, *runs, *calibration);
   if (!warnings) return base::forward_error(warnings);
-  warnings->insert(warnings->end(), runs->warnings.begin(), runs->warnings.end());
 
   const auto limits = limits_for(request, *calibration);
   if (!limits) return base::forward_error(limits);
@@ -101,8 +157,13 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   if (!noise) return base::forward_error(noise);
   auto provenance = provenance_json(catalog, *model, *calibration, *runs);
   if (!provenance) return base::forward_error(provenance);
+  auto check_standards = check_standards_json(catalog, campaigns_of(*fitted));
+  if (!check_standards) return base::forward_error(check_standards);
+  json records = records_json(model->document);
+  if (auto added = add_endings(catalog, records); !added) return base::forward_error(added);
   (*sections)["noise"] = *std::move(noise);
-  (*sections)["records"] = records_json(model->document);
+  (*sections)["check_standards"] = *std::move(check_standards);
+  (*sections)["records"] = std::move(records);
   (*sections)["provenance"] = *std::move(provenance);
   return json{{"unit", request.unit},
               {"model", model->version},

@@ -87,6 +87,7 @@ figcaption b { color: var(--text); }
 .curve { --series: var(--text); }
 .limit { --series: var(--bad); stroke-dasharray: 6 4; }
 .fresh { --series: var(--text); }
+.out { --series: var(--bad); }
 .c0 { --series: var(--c0); } .c1 { --series: var(--c1); } .c2 { --series: var(--c2); } .c3 { --series: var(--c3); }
 .c4 { --series: var(--c4); } .c5 { --series: var(--c5); } .c6 { --series: var(--c6); } .c7 { --series: var(--c7); }
 .band { fill: var(--series); }
@@ -100,6 +101,7 @@ figcaption b { color: var(--text); }
 .swatch.band { height: .7rem; background: var(--series); }
 .swatch.run { width: .6rem; height: .6rem; border-radius: 50%; background: var(--series); }
 .swatch.square { width: .55rem; height: .55rem; border: 1px solid var(--series); }
+.swatch.ring { width: .7rem; height: .7rem; border: 1px solid var(--series); border-radius: 50%; }
 .swatch.none { display: none; }
 footer { padding: 0 0 1.5rem; text-align: center; color: var(--soft); font-size: .8125rem; }
 @media screen and (max-width: 40rem) { .grid text { font-size: 15px; } }

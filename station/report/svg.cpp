@@ -68,6 +68,8 @@ std::string mark_path(Mark mark) {
       return "m0 3.4l3-5.4h-6z";
     case Mark::square:
       return "m-2.6-2.6h5.2v5.2h-5.2z";
+    case Mark::ring:
+      return "m-6 0a6 6 0 1 0 12 0a6 6 0 1 0-12 0z";
     default:
       return "m-2.4 0a2.4 2.4 0 1 0 4.8 0a2.4 2.4 0 1 0-4.8 0z";
   }

@@ -29,7 +29,7 @@ struct Scale {
 /// Powers of ten within low...high; with 2 and 5 times those where there are few.
 [[nodiscard]] std::vector<double> log_ticks(double low, double high);
 
-enum class Mark { dot, up, down, square };
+enum class Mark { dot, up, down, square, ring };
 
 struct Box {
   double left = 0.0;

@@ -30,5 +30,22 @@ TEST(Utf8, RefusesEverythingElse) {
   }
 }
 
+TEST(Utf8, APlainLineHoldsNothingThatPeopleCannotSee) {
+  for (const std::string_view text :
+       {""sv, "probe 3"sv, "Prüfstand −40 °C"sv, "عربي"sv, "校正"sv, "\xc2\xa0"sv, "😀"sv}) {
+    EXPECT_TRUE(is_plain_line(text)) << text;
+  }
+  // First and last of each range of the Unicode tables, in UTF-8.
+  for (const std::string_view text :
+       {"a\0b"sv, "a\x1f"sv, "a\nb"sv, "\t"sv, "\x7f"sv, "\xc2\x80"sv, "\xc2\x85"sv, "\xc2\x9f"sv, "\xe2\x80\xa8"sv,
+        "\xe2\x80\xa9"sv, "\xd8\x9c"sv, "\xe2\x80\x8e"sv, "\xe2\x80\x8f"sv, "\xe2\x80\xaa"sv, "a\xe2\x80\xae"sv,
+        "\xe2\x81\xa6"sv, "\xe2\x81\xa9"sv, "caf\xe9"sv}) {
+    EXPECT_FALSE(is_plain_line(text)) << text;
+  }
+  for (const std::string_view text : {"\x20\x7e"sv, "\xc2\xa0"sv, "\xe2\x80\x90"sv, "\xe2\x81\xaa"sv}) {
+    EXPECT_TRUE(is_plain_line(text)) << "beside the ranges";
+  }
+}
+
 }  // namespace
 }  // namespace soak::base

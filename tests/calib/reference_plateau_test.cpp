@@ -30,7 +30,7 @@ RunInput run_of(const test::Bench& bench) {
   return run;
 }
 
-RunReference reference_of(const RunInput& run) { return reference_plateau(run, {}); }
+RunAtReference reference_of(const RunInput& run) { return reference_plateau(run, {}); }
 
 /// Adds to every reading of a sensor during a visit.
 void shift(RunInput& run, std::int32_t visit, std::size_t sensor, double by) {
@@ -43,7 +43,7 @@ TEST(ReferencePlateau, ARunThatBeginsAndEndsThereHasItsDrift) {
   RunInput run = run_of(bench_with_references());
   shift(run, 5, kGyro, 2e-4);
   shift(run, 5, kAccel, -0.03);
-  const RunReference reference = reference_of(run);
+  const RunAtReference reference = reference_of(run);
   EXPECT_TRUE(reference.at_both_ends);
   EXPECT_EQ(reference.visits, (std::vector<std::int32_t>{0, 5}));
   const SensorReference& gyro = reference.sensor[kGyro].value();
@@ -67,7 +67,7 @@ TEST(ReferencePlateau, StandardErrorOfADriftIsItsScatterOverRuns) {
   double accel = 0.0;
   for (int i = 1; i <= kRuns; ++i) {
     bench.seed = static_cast<std::uint64_t>(i);
-    const RunReference reference = reference_of(run_of(bench));
+    const RunAtReference reference = reference_of(run_of(bench));
     const Estimate& g = reference.sensor[kGyro]->drift.value();
     const Estimate& a = reference.sensor[kAccel]->drift.value();
     gyro += std::pow(g.value / g.standard_error, 2) / kRuns;
@@ -88,7 +88,7 @@ TEST(ReferencePlateau, ADifferenceOfTemperatureIsNoDrift) {
   for (Segment& segment : run.segments) {
     if (segment.key.visit == 4) segment.plateau_c = 25.0;
   }
-  const RunReference reference = reference_of(run);
+  const RunAtReference reference = reference_of(run);
   ASSERT_TRUE(reference.at_both_ends);
   EXPECT_NEAR(reference.sensor[kGyro]->slope_per_k.value(), 1e-4, 1e-9);
   EXPECT_NEAR(reference.sensor[kGyro]->drift->value, 0.0, 1e-9);
@@ -98,7 +98,7 @@ TEST(ReferencePlateau, ADifferenceOfTemperatureIsNoDrift) {
 TEST(ReferencePlateau, WithoutReferenceVisitsTheNearestSetPointStandsIn) {
   test::Bench bench;
   bench.plateaus_c = {-20, 0, 23, 46, 23, 0, -20};
-  const RunReference reference = reference_of(run_of(bench));
+  const RunAtReference reference = reference_of(run_of(bench));
   EXPECT_FALSE(reference.at_both_ends);
   EXPECT_EQ(reference.visits, (std::vector<std::int32_t>{2, 4}));
   const SensorReference& gyro = reference.sensor[kGyro].value();
@@ -112,7 +112,7 @@ TEST(ReferencePlateau, WithoutReferenceVisitsTheNearestSetPointStandsIn) {
 TEST(ReferencePlateau, ARunThatStaysAwayHasNone) {
   test::Bench bench;
   bench.plateaus_c = {-20, 0, 22.4, 27.6, 40, -20};
-  const RunReference reference = reference_of(run_of(bench));
+  const RunAtReference reference = reference_of(run_of(bench));
   EXPECT_FALSE(reference.at_both_ends);
   EXPECT_TRUE(reference.visits.empty());
   EXPECT_TRUE(std::ranges::none_of(reference.sensor, [](const auto& sensor) { return sensor.has_value(); }));
@@ -145,7 +145,7 @@ TEST(ReferencePlateau, OrderIsThatOfTimeNotOfTheList) {
   RunInput run = run_of(bench_with_references());
   shift(run, 5, kGyro, 2e-4);
   std::ranges::reverse(run.segments);
-  const RunReference reference = reference_of(run);
+  const RunAtReference reference = reference_of(run);
   ASSERT_TRUE(reference.at_both_ends);
   EXPECT_NEAR(reference.sensor[kGyro]->drift->value, 2e-4, 1e-12);
 }
@@ -153,7 +153,7 @@ TEST(ReferencePlateau, OrderIsThatOfTimeNotOfTheList) {
 TEST(ReferencePlateau, AVoidFirstVisitLeavesARunWithoutDrift) {
   RunInput run = run_of(bench_with_references());
   std::erase_if(run.segments, [](const Segment& segment) { return segment.key.visit == 0; });
-  const RunReference reference = reference_of(run);
+  const RunAtReference reference = reference_of(run);
   EXPECT_FALSE(reference.at_both_ends);
   EXPECT_EQ(reference.visits, (std::vector<std::int32_t>{3, 5}));
 }
@@ -165,7 +165,7 @@ TEST(ReferencePlateau, ASensorThatTheDataGateRejectsAtOneEndHasTheOtherEndOnly) 
     segment.sensor[kGyro].mean = 5.0;
     segment.findings.push_back({"saturated", Severity::reject, Sensor::gyro_x, "pinned"});
   }
-  const RunReference reference = reference_of(run);
+  const RunAtReference reference = reference_of(run);
   EXPECT_TRUE(reference.at_both_ends);
   const SensorReference& gyro = reference.sensor[kGyro].value();
   EXPECT_FALSE(gyro.first || gyro.drift);

@@ -92,7 +92,7 @@ TEST(ReferencesInTheFile, AreRefusedWhereTheFormatCannotCarryThem) {
       {"short key", [](auto& uses) { uses[1].waiver->public_key_hex.pop_back(); }},
       {"foreign digit", [](auto& uses) { uses[1].waiver->signature_hex[0] = 'g'; }},
       {"waiver's time", [](auto& uses) { uses[1].waiver->utc_s = NAN; }},
-      {"65 references", [](auto& uses) { uses.assign(65, uses[0]); }},
+      {"161 references", [](auto& uses) { uses.assign(161, uses[0]); }},
   };
   for (const auto& [what, change] : cases) {
     Calibration calibration = golden_referenced();
@@ -102,8 +102,10 @@ TEST(ReferencesInTheFile, AreRefusedWhereTheFormatCannotCarryThem) {
     EXPECT_EQ(bytes.error().kind, base::ErrorKind::bad_input) << what;
   }
   Calibration full = golden_referenced();
-  full.references.assign(64, full.references[1]);
-  EXPECT_TRUE(encode(full));
+  full.references.assign(160, full.references[1]);
+  const auto bytes = encode(full);
+  ASSERT_TRUE(bytes) << bytes.error().message;
+  EXPECT_EQ(decode(*bytes)->references.size(), 160U);
 }
 
 /// Offsets of the payloads of references in a file.

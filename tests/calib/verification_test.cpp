@@ -177,14 +177,15 @@ TEST(Verification, WhatWandersFromVisitToVisitIsPartOfTheUncertainty) {
     }
     const auto errors = verification::errors_of(TableCurve{-40.0, 100.0, {0.0, 0.0}}, -30.0, 40.0, data);
     for (std::size_t i = 0; i < 20; ++i) {
-      inside += std::abs(wander[i]) <= kGuardFactor * errors.rows[i].standard_error ? 1.0 : 0.0;
+      inside += std::abs(wander[i]) <= verification::expanded(errors.rows[i], 0.0) ? 1.0 : 0.0;
       ++count;
     }
   }
-  // The median of 18 second differences that overlap is a rough estimate, which costs coverage: 93.3 % in a simulation
-  // of that alone (4000 times, in Python). The smooth error adds (3.5/25)²·1e-3 = 2e-5 to differences of 2.4e-4:
-  // nothing. 200 estimates of one variance each know the share to 0.5 %; four of those.
-  EXPECT_NEAR(inside / count, 0.933, 0.02);
+  // The median of 18 second differences that overlap is a rough estimate: 1.96 standard errors would hold 93.3 %,
+  // Student's t with nine degrees of freedom holds 96.0 %, as each error is among those that the estimate comes from
+  // (simulation of that alone, 20,000 times, with NumPy). The smooth error adds (3.5/25)²·1e-3 = 2e-5 to differences
+  // of 2.4e-4: nothing. 200 estimates of one variance each know the share to 0.5 %; four of those.
+  EXPECT_NEAR(inside / count, 0.960, 0.02);
 }
 
 TEST(Verification, GravityEntersTheUncertaintyOfScaleAndNotOfBias) {
@@ -198,12 +199,49 @@ TEST(Verification, GravityEntersTheUncertaintyOfScaleAndNotOfBias) {
   const auto normal = verify(true_file({}), runs_of(bench, latitude), limits);
   const auto assumed = verify(true_file({}), runs_of(bench, {}), limits);
   ASSERT_TRUE(given && normal && assumed);
-  const auto scale_u = [](const auto& result) { return result->sensors[3]->scale->guard / kGuardFactor; };
+  const auto scale_u = [](const auto& result) {
+    return result->sensors[3]->scale->guard / result->sensors[3]->scale->guard_factor;
+  };
   // 5e-4 m/s² of anomalies; 9.80665 for anything from 9.7803 to 9.8322, rectangular: 0.0263/√3.
   const double noise = scale_u(given);
   EXPECT_NEAR(scale_u(normal), std::hypot(noise, 5e-4 / 9.80665 * 1e6), 2.0);
   EXPECT_NEAR(scale_u(assumed), std::hypot(noise, 0.01520 / 9.80665 * 1e6), 2.0);
   EXPECT_NEAR(given->sensors[3]->guard, assumed->sensors[3]->guard, 1e-9);
+}
+
+TEST(Verification, TheGuardBandIsStudentsAtEffectiveDegreesOfFreedom) {
+  // t for 95 %, two-sided, from the table of JCGM 100:2008, G.2: 2.09 at 20, 4.30 at 2, 2.57 at 5, 1.96 at infinity.
+  const RowError noise{0, 25.0, 0.0, 2.0};
+  EXPECT_NEAR(verification::expanded(noise, 0.0) / 2.0, 2.09, 5e-3);
+  const RowError slow{0, 25.0, 0.0, 3.0, 3.0, 2.0};
+  EXPECT_NEAR(verification::expanded(slow, 0.0) / 3.0, 4.30, 5e-3);
+  EXPECT_NEAR(verification::expanded(RowError{0, 25.0, 0.0, 0.0}, 7.0) / 7.0, 1.96, 5e-3);
+  // Welch-Satterthwaite, G.4.2: 1 of 2 degrees of freedom beside 0.58 that is known: ν = (1 + 0.58²)²·2 = 3.57; with
+  // 0.7622 it is 5.0.
+  const RowError one{0, 25.0, 0.0, 1.0, 1.0, 2.0};
+  EXPECT_NEAR(verification::expanded(one, 0.7622) / std::hypot(1.0, 0.7622), 2.57, 5e-3);
+  EXPECT_EQ(verification::expanded(RowError{0, 25.0, 0.0, 0.0}, 0.0), 0.0);
+}
+
+TEST(Verification, NamesWhatItsGuardBandLeavesOut) {
+  UnitInput runs = runs_of(fresh_bench());
+  const auto bare = verify(true_file({}), runs, wide_limits());
+  ASSERT_TRUE(bare);
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(bare->sensors[0]->not_stated, Names{"fixture"});
+  EXPECT_EQ(bare->sensors[4]->not_stated, Names{"fixture"});
+  EXPECT_EQ(bare->sensors[4]->scale->not_stated, (Names{"gravity", "fixture"})) << "a gravity given by hand";
+  Reference cube;
+  cube.kind = ReferenceKind::fixture_squareness;
+  cube.standard_uncertainty = 1e-4;
+  Reference gravimeter;
+  gravimeter.kind = ReferenceKind::gravity;
+  gravimeter.standard_uncertainty = 0.01;
+  runs.references = {{cube, {}}, {gravimeter, {}}};
+  const auto stated = verify(true_file({}), runs, wide_limits());
+  ASSERT_TRUE(stated);
+  EXPECT_EQ(stated->sensors[0]->not_stated, Names{});
+  EXPECT_EQ(stated->sensors[4]->scale->not_stated, Names{});
 }
 
 TEST(Verification, AReferenceOfTheCampaignStatesGravity) {

@@ -5,6 +5,7 @@ import os
 import pathlib
 import random
 import shutil
+import statistics
 import subprocess
 import tempfile
 import unittest
@@ -63,11 +64,12 @@ def tearDownModule():
         shutil.rmtree(folder_in_control(), ignore_errors=True)
 
 
-def individuals_limits(values):
-    """Second implementation: centre ± 2.66 times the mean moving range."""
-    centre = sum(values) / len(values)
-    mean_range = sum(abs(b - a) for a, b in zip(values, values[1:])) / (len(values) - 1)
-    return centre, centre - 2.6587 * mean_range, centre + 2.6587 * mean_range
+def prediction_limits(values):
+    """Second implementation: mean ± t s sqrt(1 + 1/n), t for 1/1200 in both tails (SciPy's stats.t.isf(1/2400, n - 1))."""
+    n = len(values)
+    half = {10: 4.912355190, 11: 4.706482565}[n] * statistics.stdev(values) * (1 + 1 / n) ** 0.5
+    centre = statistics.mean(values)
+    return centre, centre - half, centre + half
 
 
 class CheckStandard(SoakTest):
@@ -102,7 +104,7 @@ class CheckStandard(SoakTest):
             # the error of temperatures carried: 0.02 / sqrt(12) K at 0.002 per K: below 2e-4, four times that.
             self.assertAlmostEqual(point["bias"], 0.35 + 0.01 + SCATTER_DPS * level, delta=8e-4)
             if number >= 10:
-                centre, lower, upper = individuals_limits(biases)
+                centre, lower, upper = prediction_limits(biases)
                 self.assertEqual(point["limits"]["campaigns"], number)
                 self.assertAlmostEqual(point["limits"]["centre"], centre, places=9)
                 self.assertAlmostEqual(point["limits"]["lower"], lower, delta=1e-5 * (upper - lower))
@@ -143,11 +145,11 @@ class CheckStandard(SoakTest):
         self.add("bad", campaign(0.2))
         found, point = self.last()
         self.assertEqual((found["verdict"], point["verdict"]), ("out_of_control", "out_of_control"))
-        self.assertEqual((point["beyond_limits"], point["run_of_eight"]), (True, False))
+        self.assertEqual((point["beyond_limits"], point["shifted"]), (True, False))
         self.assertEqual(found["sensors"]["gyro_y"]["verdict"], "in_control")
         text = self.soak("check", "chart").stdout
         self.assertIn("the last one OUT OF CONTROL", text)
-        line, = [line for line in text.splitlines() if line.strip().startswith("bad") and "beyond 3 sigma" in line]
+        line, = [line for line in text.splitlines() if line.strip().startswith("bad") and "beyond the limits" in line]
         self.assertIn("OUT OF CONTROL", line)
         self.add("after", campaign(0.0, seed=50))
         after, point = self.last()
@@ -163,15 +165,17 @@ class CheckStandard(SoakTest):
             codes = [w["code"] for w in self.soak_json("fit", "fit", "--unit", unit)["warnings"]]
             self.assertEqual("check_standard_out_of_control" in codes, warned, unit)
 
-    def test_eight_campaigns_on_one_side_are_out_of_control_within_the_limits(self):
+    def test_a_shift_within_the_limits_is_found_by_the_last_eight(self):
         self.with_history()
-        # The last of the twelve is below the centre; the limits are 3 sigma and more from it.
         for i in range(8):
-            self.add(f"shift{i}", campaign(1.2 * SCATTER_DPS, 1.2 * SCATTER_MPS2, seed=100 + i))
-        verdicts = [c["sensors"]["gyro_x"]["verdict"] for c in self.chart()["campaigns"][GOOD:]]
-        self.assertEqual(verdicts, ["in_control"] * 7 + ["out_of_control"])
-        _, point = self.last()
-        self.assertEqual((point["beyond_limits"], point["run_of_eight"]), (False, True))
+            self.add(f"shift{i}", campaign(3.0 * SCATTER_DPS, 3.0 * SCATTER_MPS2, seed=100 + i))
+        points = [c["sensors"]["gyro_x"] for c in self.chart()["campaigns"][GOOD:]]
+        self.assertEqual({point["beyond_limits"] for point in points}, {False})
+        self.assertIsNone(points[4]["last_eight"])  # nine campaigns before the last eight
+        self.assertEqual(points[5]["last_eight"]["campaigns"], 10)
+        self.assertEqual((points[7]["shifted"], points[7]["verdict"]), (True, "out_of_control"))
+        self.assertAlmostEqual(points[7]["last_eight"]["mean"], statistics.mean(point["bias"] for point in points), places=9)
+        self.assertIn("the last eight have shifted", self.soak("check", "chart").stdout)
 
     def test_a_voided_run_is_off_the_chart(self):
         self.with_history()

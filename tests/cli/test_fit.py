@@ -230,6 +230,19 @@ class MissingRunFile(FittedTest):
         self.assertIn("missing", self.refusal("fit", "--unit", SERIAL, status=4)["message"])
 
 
+    def test_one_that_was_changed_is_damage_too_and_named(self):
+        path = sorted((self.data / "runs").glob("*.soakrun"))[0]
+        content = bytearray(path.read_bytes())
+        content[len(content) // 2] ^= 1
+        path.chmod(0o600)
+        path.write_bytes(bytes(content))
+        before = self.state()
+        error = self.refusal("fit", "--unit", SERIAL, status=4)
+        self.assertIn("damaged", error["message"])
+        self.assertEqual(error["where"], str(path))
+        self.assertEqual(self.state(), before)
+
+
 class CalibrationFile(FittedTest):
     def test_a_stranger_reading_the_specification_gets_what_eval_says(self):
         path = self.blob()

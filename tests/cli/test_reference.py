@@ -6,10 +6,11 @@ import json
 import math
 import pathlib
 import sqlite3
+import struct
 import unittest
 
 import ed25519
-from blob_reader import Calibration
+from blob_reader import Calibration, crc32c
 from soak_cli import ROOT, SoakTest, check_schema
 from soak_cli import recording as recording_of
 
@@ -19,6 +20,11 @@ DAY_S = 86400
 
 def day(offset):
     return (datetime.datetime.now(datetime.timezone.utc) + datetime.timedelta(days=offset)).strftime("%Y-%m-%d")
+
+
+def with_crc(content):
+    """A calibration file whose content was changed, with the checksum that fits it."""
+    return bytes(content[:-4]) + struct.pack("<I", crc32c(bytes(content[:-4])))
 
 
 def recording(**options):
@@ -55,7 +61,7 @@ class Register(ReferenceTest):
         self.assertEqual((entry["unit"], entry["user"], entry["standing"]), ("deg", "bob", "valid"))
         self.assertAlmostEqual(entry["standard_uncertainty"], 0.01, delta=1e-15)
         self.assertEqual((entry["issued"], entry["due"]), (day(-10), day(355)))
-        self.assertIn(entry["days_left"], (353, 354))
+        self.assertIn(entry["days_left"], (354, 355))  # midnight may pass
         probe = self.add("chamber_probe", "probe 3", "D-K", -10, 355, 0.06, "--k", 3, "--correction", "-0.02")
         self.assertAlmostEqual(probe["standard_uncertainty"], 0.02, delta=1e-15)
         self.assertEqual(probe["correction"], -0.02)
@@ -83,7 +89,7 @@ class Register(ReferenceTest):
         text = self.soak("reference", "list").stdout
         self.assertEqual(len(text.splitlines()), 5)
         self.assertRegex(text, r"old .*EXPIRED 3 days ago")
-        self.assertRegex(text, r"soon .*DUE in 19 days")
+        self.assertRegex(text, r"soon .*DUE in 20 days")
 
     def test_show_gives_the_history(self):
         self.add(certificate="A", issued=-800, due=-400)
@@ -99,11 +105,48 @@ class Register(ReferenceTest):
         self.assertEqual((entry["retired"]["reason"], entry["retired"]["user"]), ("dropped", "bob"))
         self.assertIn("retired already", self.refusal(*arguments)["message"])
 
+    def test_a_wrong_entry_is_withdrawn_and_the_certificate_entered_again(self):
+        self.add(certificate="C", issued=-10, due=-3)
+        name = ("--kind", "chamber_probe", "--name", "probe 3")
+        self.add(certificate="C", issued=-100, due=100)
+        self.assertEqual(self.entries("list")[0]["standing"], "expired")  # the later day of issue counts
+        entry = self.soak_json("reference-list", "reference", "withdraw", *name, "--reason", "day of issue mistyped",
+                               "--user", "bob")["references"][0]
+        self.assertEqual((entry["standing"], entry["withdrawn"]["user"], entry["withdrawn"]["reason"]),
+                         ("withdrawn", "bob", "day of issue mistyped"))
+        self.assertEqual([(e["issued"], e["standing"]) for e in self.entries("show", *name)],
+                         [(day(-100), "valid"), (day(-10), "withdrawn")])
+        self.assertEqual([e["standing"] for e in self.entries("list")], ["valid"])
+        self.assertIn("withdrawn on", self.soak("reference", "show", *name).stdout)
+        self.assertIn("has no certificate", self.refusal("reference", "withdraw", *name, "--certificate", "Z", "--reason", "x")["message"])
+        self.assertIn("one line", self.refusal("reference", "withdraw", *name, "--reason", "a\u2029b")["message"])
+
+    def test_an_entry_after_the_retirement_brings_the_reference_back(self):
+        self.add()
+        name = ("--kind", "chamber_probe", "--name", "probe 3")
+        self.soak("reference", "retire", *name, "--reason", "lost")
+        self.assertEqual(self.entries("list")[0]["standing"], "retired")
+        self.add()
+        self.assertEqual([e["standing"] for e in self.entries("show", *name)], ["valid", "retired"])
+        self.assertEqual(self.entries("list")[0]["standing"], "valid")
+
+    def test_the_due_day_itself_has_expired(self):
+        self.add(name="yesterday", due=-1)
+        self.add(name="today", due=0)
+        self.add(name="tomorrow", due=1)
+        self.assertEqual({e["name"]: (e["days_left"], e["standing"]) for e in self.entries("list")},
+                         {"yesterday": (-1, "expired"), "today": (0, "expired"), "tomorrow": (1, "due_soon")})
+        text = self.soak("reference", "list").stdout
+        self.assertRegex(text, r"yesterday .*EXPIRED 1 day ago")
+        self.assertRegex(text, r"today .*EXPIRED today")
+        self.assertRegex(text, r"tomorrow .*DUE in 1 day")
+
     def test_nonsense_is_refused_and_leaves_nothing(self):
         good = {"--kind": "chamber_probe", "--name": "p", "--certificate": "c", "--issued": day(-10), "--due": day(300),
                 "--uncertainty": "0.1"}
         cases = [("--kind", "hourglass", "chamber_probe, fixture_squareness"), ("--name", " ", "empty"), ("--name", "a\nb", "one line"),
-                 ("--name", "\udcff", "UTF-8"), ("--certificate", "x" * 256, "256 bytes"), ("--issued", "yesterday", "2027-03-01"), ("--issued", "2026-02-30", "2027-03-01"),
+                 ("--name", "a\u2028b", "one line"), ("--name", "a\u202eb", "one line"),
+                 ("--certificate", "a\u0085b", "one line"), ("--name", "\udcff", "UTF-8"), ("--certificate", "x" * 256, "256 bytes"), ("--issued", "yesterday", "2027-03-01"), ("--issued", "2026-02-30", "2027-03-01"),
                  ("--issued", day(3), "after today"), ("--due", day(-10), "not after the day of issue"), ("--due", "", "2027-03-01"),
                  ("--uncertainty", "0", "more than 0"), ("--uncertainty", "-1", "more than 0"), ("--uncertainty", "nan", "more than 0"),
                  ("--uncertainty", "50", "up to 10 K"), ("--k", "0.5", "coverage factor"), ("--k", "nan", "coverage factor"),
@@ -272,6 +315,65 @@ class OnTheWayToTheFile(ReferenceTest):
         self.execute("DROP TRIGGER waiver_keeps_all")
         self.execute("DELETE FROM waiver")
         self.assertIn("gone", self.refusal("fit", "--unit", "SN1", "--rules", 2, status=4)["message"])
+
+    def test_a_new_waiver_heals_what_a_damaged_one_stopped(self):
+        self.add(due=-3)
+        self.waive(self.key())
+        self.soak("import", self.write("a.csv", recording()), "--unit", "SN1", "--references")
+        self.execute("DROP TRIGGER waiver_keeps_rows")
+        self.execute("UPDATE waiver SET signer = 'Bob'")
+        self.refusal("fit", "--unit", "SN1", "--rules", 2, status=4)
+        self.waive(self.key("other.key"))
+        self.assertEqual(self.fitted()["references"][0]["waiver"]["signer"], "Ann Example")
+
+    def test_a_waiver_in_the_file_whose_signature_does_not_fit_is_told(self):
+        self.add(due=-3)
+        self.waive(self.key())
+        self.soak("import", self.write("a.csv", recording()), "--unit", "SN1", "--references")
+        self.soak("import", self.write("v.csv", recording(seed=9, run="v")), "--unit", "SN1", "--campaign", "v",
+                  "--procedure", "verification")
+        self.fitted()
+        path, _ = self.exported()
+        good = self.soak_json("eval", "eval", path, "--temp-c", "20")
+        self.assertEqual(good["warnings"], [])
+        content = bytearray(path.read_bytes())
+        at = content.index(b"the new one is ordered")
+        content[at:at + 3] = b"THE"
+        path.write_bytes(with_crc(content))
+        for name, arguments in (("eval", ("eval", path, "--temp-c", "20")), ("verify", ("verify", path, "--campaign", "v"))):
+            done = self.soak(*arguments, "--json")
+            document = json.loads(done.stdout)
+            check_schema(document, name)
+            warning, = [w for w in document["warnings"] if w["code"] == "waiver_signature"]
+            self.assertIn("Ann Example", warning["text"])
+            self.assertIn("good signature", done.stderr)
+            self.assertEqual(self.soak(*arguments).stderr.count("good signature"), 1)
+
+    def test_each_run_of_a_file_is_judged_by_the_certificate_of_its_own_time(self):
+        self.add(certificate="A", issued=-800, due=-400)
+        self.add(certificate="B", issued=-390, due=100)
+        now = datetime.datetime.now(datetime.timezone.utc).timestamp()
+        rows = []
+        for label, offset in (("r1", -500), ("r2", -300)):
+            lines = recording(seed=offset, run=label).splitlines()
+            rows = rows or [lines[0] + ",utc_s"]
+            rows += [f"{line},{now + offset * DAY_S + float(line.split(',')[0]):.3f}" for line in lines[1:]]
+        document = self.soak_json("import", "import", self.write("two.csv", "\n".join(rows) + "\n"), "--unit", "SN1", "--references")
+        self.assertEqual([r["certificate"] for r in document["references"]], ["A", "B"])
+
+    def test_a_retired_or_withdrawn_reference_of_an_old_campaign_is_told_with_its_status(self):
+        self.add()
+        self.soak("import", self.write("a.csv", recording()), "--unit", "SN1", "--references")
+        self.soak("reference", "retire", "--kind", "chamber_probe", "--name", "probe 3", "--reason", "dropped in May")
+        document = self.fitted()
+        self.assertEqual([r["certificate"] for r in document["references"]], ["D-K-15048"])
+        warning, = [w for w in document["warnings"] if w["code"] == "reference_retired"]
+        self.assertIn("dropped in May", warning["text"])
+        page = self.folder / "page.html"
+        report = self.soak_json("report", "report", "--unit", "SN1", "-o", page)
+        reference, = report["sections"]["records"]["references"]
+        self.assertRegex(reference["since"], "^retired on .* dropped in May$")
+        self.assertIn("dropped in May", page.read_text(encoding="utf-8"))
 
     def test_a_later_certificate_changes_nothing_of_an_older_campaign(self):
         self.add(certificate="A")

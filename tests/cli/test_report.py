@@ -297,6 +297,32 @@ class Report(test_fit.FittedTest):
         next((self.data / "runs").glob("*.soakrun")).unlink()
         self.refusal("report", "--unit", SERIAL, "-o", self.folder / "page.html", status=4)
 
+    def test_a_changed_run_file_is_damage(self):
+        path = next((self.data / "runs").glob("*.soakrun"))
+        content = bytearray(path.read_bytes())
+        content[len(content) // 2] ^= 1
+        path.chmod(0o600)
+        path.write_bytes(bytes(content))
+        error = self.refusal("report", "--unit", SERIAL, "-o", self.folder / "page.html", status=4)
+        self.assertEqual(error["where"], str(path))
+        self.assertFalse((self.folder / "page.html").exists())
+
+    def test_the_check_standards_of_its_campaigns_are_on_the_page(self):
+        document, page = self.report()
+        self.assertEqual(document["sections"]["check_standards"]["units"], [])
+        self.assertIn("None was in the campaigns of this model", page.text)
+        self.soak("check", "declare", SERIAL, "--reason", "test")
+        document, page = self.report()
+        chart, = document["sections"]["check_standards"]["units"]
+        self.assertEqual(chart["unit"], SERIAL)
+        campaigns = document["sections"]["check_standards"]["campaigns"]
+        self.assertEqual([c["campaign"] for c in chart["campaigns"]], campaigns)
+        self.assertIn(f"Campaign {campaigns[0]}: not established", page.text)
+        rows = page.tables["The campaigns of this model on the charts"]
+        self.assertEqual([row[1] for row in rows], SENSORS)
+        for row in rows:
+            self.assertEqual(row[3], chart["campaigns"][0]["sensors"][row[1]]["bias"])
+
     def test_text_on_the_terminal_says_the_verdict(self):
         done = self.soak("report", "--unit", SERIAL, "-o", self.folder / "page.html")
         self.assertIn("SIMULATED", done.stdout)

@@ -96,6 +96,45 @@ TEST_F(Register, RetiresAnEntryOnceWithReasonAndUser) {
   EXPECT_EQ(row.retired->utc_s, 1.75e9);
 }
 
+TEST_F(Register, WithdrawsAWrongEntryOnceAndItCanBeEnteredAgain) {
+  const std::string id = added(probe_row());
+  EXPECT_TRUE(is_bad_input(catalog_->withdraw_reference(id, {"", "ann", 1.0})));
+  EXPECT_TRUE(is_bad_input(catalog_->withdraw_reference("nobody", {"mistyped", "ann", 1.0})));
+  ASSERT_TRUE(catalog_->withdraw_reference(id, {"mistyped", "bob", 1.75e9}));
+  EXPECT_TRUE(is_bad_input(catalog_->withdraw_reference(id, {"mistyped", "ann", 1.0})));
+  EXPECT_EQ(catalog_->events()->back().kind, "reference_withdrawn");
+  static_cast<void>(added(probe_row()));
+  const auto rows = catalog_->references();
+  ASSERT_EQ(rows->size(), 2U);
+  ASSERT_TRUE((*rows)[0].withdrawn);
+  EXPECT_EQ((*rows)[0].withdrawn->reason, "mistyped");
+  EXPECT_EQ((*rows)[0].withdrawn->user, "bob");
+  EXPECT_EQ((*rows)[0].withdrawn->utc_s, 1.75e9);
+  EXPECT_FALSE((*rows)[0].retired);
+  EXPECT_FALSE((*rows)[1].withdrawn);
+}
+
+TEST_F(Register, ARetiredEntryCanBeEnteredAgainWordForWord) {
+  ASSERT_TRUE(catalog_->retire_reference(added(probe_row()), {"dropped", "ann", 1.75e9}));
+  static_cast<void>(added(probe_row()));
+  EXPECT_TRUE(is_bad_input(catalog_->add_reference(probe_row()))) << "but not twice";
+}
+
+TEST_F(Register, OfAWaiverThatIsGoneTheNumberIsLeft) {
+  const std::string probe = added(probe_row());
+  ASSERT_TRUE(catalog_->add_waiver(waiver_of(probe)));
+  ASSERT_TRUE(catalog_->add_campaign_references("c1", {use(0, waiver_of(probe))}));
+  SQLite::Database raw((folder_ / "station.db").string(), SQLite::OPEN_READWRITE);
+  raw.exec("DROP TRIGGER waiver_keeps_all");
+  raw.exec("DELETE FROM waiver");
+  const auto uses = catalog_->campaign_references("c1");
+  ASSERT_TRUE(uses) << uses.error().message;
+  ASSERT_TRUE(uses->at(0).waiver);
+  EXPECT_EQ(uses->at(0).waiver->waiver_id, waiver_of(probe).waiver_id);
+  EXPECT_EQ(uses->at(0).waiver->record_id, probe);
+  EXPECT_EQ(uses->at(0).waiver->signature_hex, "");
+}
+
 TEST_F(Register, StoresAWaiverAsItWasSigned) {
   EXPECT_TRUE(is_bad_input(catalog_->add_waiver(waiver_of("nobody"))));
   const std::string id = added(probe_row());
@@ -188,12 +227,13 @@ TEST_F(Register, NoRowOfTheRecordsCanBeChangedOrTakenAway) {
   ASSERT_TRUE(catalog_->add_waiver(waiver_of(probe)));
   ASSERT_TRUE(catalog_->add_campaign_references("c1", {use(0)}));
   ASSERT_TRUE(catalog_->retire_reference(probe, {"dropped", "ann", 1.8e9}));
+  ASSERT_TRUE(catalog_->withdraw_reference(probe, {"mistyped", "ann", 1.8e9}));
   const auto id =
       catalog_->add_check_standard({.unit = "SN1", .since_utc_s = 1.7e9, .reason = "stable", .user = "ann"});
   ASSERT_TRUE(catalog_->end_check_standard(*id, {"broken", "bob", 1.71e9}));
   SQLite::Database raw((folder_ / "station.db").string(), SQLite::OPEN_READWRITE);
-  for (const std::string table :
-       {"reference", "reference_retirement", "waiver", "campaign_reference", "check_standard", "check_standard_end"}) {
+  for (const std::string table : {"reference", "reference_retirement", "reference_withdrawal", "waiver",
+                                  "campaign_reference", "check_standard", "check_standard_end"}) {
     ASSERT_EQ(raw.execAndGet("SELECT count(*) FROM " + table).getInt(), 1) << table;
     const bool has_time = table == "check_standard";
     const std::string column = table == "reference" ? "due_utc_s" : has_time ? "since_utc_s" : "utc_s";

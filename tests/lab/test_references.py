@@ -76,6 +76,17 @@ class References(LabTest):
         self.assertEqual(self.noted()[2:], [("e", "probe 3", 0), ("e", "level 1", 0)])
         self.abort()
 
+    def test_a_campaign_without_the_check_standard_of_the_station_is_noted(self):
+        self.start_lab()
+        self.add("probe 3", 200)
+        self.lab.soak("unit", "add", "CS1")
+        self.lab.soak("check", "declare", "CS1", "--reason", "test")
+        document = self.start()
+        note, = document["notes"]
+        self.assertIn("no check standard is among the units", note)
+        self.assertIn(("check_standard", "c", note), self.events())
+        self.abort()
+
     def test_one_that_expires_before_the_end_is_noted_and_used(self):
         self.start_lab(rate=1)  # the estimate counts the clock of the host
         self.add("probe 3", 1)

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "station/commands/reference_text.h"
 #include "station/iso_date.h"
 #include "station/waiver.h"
 
@@ -105,6 +106,135 @@ TEST_F(ReferenceRule, ARetiredReferenceDoesNotComeBackWithAnOlderCertificate) {
   EXPECT_TRUE(certificates("2025-11-22").empty());
   add(ReferenceKind::chamber_probe, "probe 3", "repaired", "2026-02-01", "2031-01-01");
   EXPECT_EQ(certificates("2026-11-22"), Texts{"repaired"});
+}
+
+TEST_F(ReferenceRule, ARetiredReferenceCountsForWhatWasMeasuredBeforeAndIsNoted) {
+  const auto probe = add(ReferenceKind::chamber_probe, "probe 3", "A", "2025-01-01", "2030-01-01");
+  ASSERT_TRUE(catalog->retire_reference(probe.record_id, {"dropped", "ann", day("2026-05-01")}));
+  EXPECT_EQ(certificates("2026-04-30"), Texts{"A"});
+  EXPECT_TRUE(certificates("2026-05-01").empty());
+  const auto judged = judge("2026-04-01");
+  ASSERT_EQ(judged->notes.size(), 1U);
+  EXPECT_TRUE(holds(judged->notes[0], "was retired since, on 2026-05-01 by ann: dropped")) << judged->notes[0];
+  EXPECT_TRUE(judge("2026-06-01")->notes.empty());
+}
+
+TEST_F(ReferenceRule, AnEntryAfterTheRetirementBringsTheReferenceBackWhateverItsDayOfIssue) {
+  const auto probe = add(ReferenceKind::chamber_probe, "probe 3", "A", "2025-06-01", "2030-01-01");
+  ASSERT_TRUE(catalog->retire_reference(probe.record_id, {"lost", "ann", day("2026-05-01")}));
+  db::ReferenceRow again{probe, "ann", day("2026-07-01")};
+  again.reference.certificate = "older";
+  again.reference.issued_utc_s = day("2025-01-01");
+  ASSERT_TRUE(catalog->add_reference(again));
+  EXPECT_EQ(certificates("2026-08-01"), Texts{"older"});
+  EXPECT_EQ(certificates("2026-04-01"), Texts{"A"}) << "what counted then";
+  again = {probe, "ann", day("2026-07-02")};
+  ASSERT_TRUE(catalog->add_reference(again)) << "word for word";
+  EXPECT_EQ(certificates("2026-08-01"), Texts{"A"});
+}
+
+TEST_F(ReferenceRule, AWithdrawnEntryCountsAsNeverMade) {
+  add(ReferenceKind::level, "level 1", "right", "2026-01-11", "2027-01-11");
+  const auto mistyped = add(ReferenceKind::level, "level 1", "typo", "2026-11-01", "2026-11-02");
+  EXPECT_FALSE(judge("2026-11-22")) << "the entry with the later day of issue stands for it";
+  ASSERT_TRUE(catalog->withdraw_reference(mistyped.record_id, {"mistyped", "ann", day("2026-11-20")}));
+  EXPECT_EQ(certificates("2026-11-22"), Texts{"right"});
+  EXPECT_EQ(certificates("2026-11-01"), Texts{"right"});
+}
+
+TEST_F(ReferenceRule, ACampaignWithAWithdrawnEntryTakesTheOneThatCorrectsIt) {
+  const auto wrong = add(ReferenceKind::level, "level 1", "L-7", "2026-01-01", "2027-01-01");
+  ASSERT_TRUE(catalog->ensure_campaign("c1", "soak"));
+  ASSERT_TRUE(catalog->add_campaign_references("c1", {{wrong, std::nullopt}}));
+  ASSERT_TRUE(catalog->withdraw_reference(wrong.record_id, {"u mistyped", "ann", day("2026-02-01")}));
+  const auto kept = references_of_campaigns(*catalog, {"c1"});
+  ASSERT_EQ(kept->size(), 1U);
+  EXPECT_EQ(kept->at(0).reference.record_id, wrong.record_id);
+  const auto warnings = reference_warnings(*catalog, *kept);
+  ASSERT_EQ(warnings->size(), 1U);
+  EXPECT_EQ(warnings->at(0).code, "reference_withdrawn");
+  EXPECT_TRUE(holds(warnings->at(0).text, "on 2026-02-01 by ann: u mistyped")) << warnings->at(0).text;
+
+  db::ReferenceRow corrected{wrong, "ann", day("2026-02-01")};
+  corrected.reference.standard_uncertainty = 0.01;
+  ASSERT_TRUE(catalog->add_reference(corrected));
+  const auto healed = references_of_campaigns(*catalog, {"c1"});
+  ASSERT_EQ(healed->size(), 1U);
+  EXPECT_EQ(healed->at(0).reference.standard_uncertainty, 0.01);
+  EXPECT_TRUE(reference_warnings(*catalog, *healed)->empty());
+}
+
+TEST_F(ReferenceRule, AReferenceThatWasRetiredSinceIsToldOfAndKept) {
+  const auto probe = add(ReferenceKind::chamber_probe, "probe 3", "A", "2025-01-01", "2030-01-01");
+  ASSERT_TRUE(catalog->ensure_campaign("c1", "soak"));
+  ASSERT_TRUE(catalog->add_campaign_references("c1", {{probe, std::nullopt}}));
+  EXPECT_TRUE(reference_warnings(*catalog, *references_of_campaigns(*catalog, {"c1"}))->empty());
+  ASSERT_TRUE(catalog->retire_reference(probe.record_id, {"dropped", "ann", day("2026-05-01")}));
+  const auto uses = references_of_campaigns(*catalog, {"c1"});
+  ASSERT_EQ(uses->size(), 1U);
+  const auto warnings = reference_warnings(*catalog, *uses);
+  ASSERT_EQ(warnings->size(), 1U);
+  EXPECT_EQ(warnings->at(0).code, "reference_retired");
+  EXPECT_TRUE(holds(warnings->at(0).text, "'probe 3'") && holds(warnings->at(0).text, "dropped"));
+}
+
+TEST_F(ReferenceRule, ANewWaiverHealsTheNoteOfACampaignWhoseWaiverIsDamagedOrGone) {
+  const auto probe = add(ReferenceKind::chamber_probe, "probe 3", "A", "2025-01-01", "2026-01-01");
+  const auto waiver = waive(probe, "01890a5d-ac96-774b-bcce-0000000000a1");
+  ASSERT_TRUE(catalog->ensure_campaign("c1", "soak"));
+  ASSERT_TRUE(catalog->add_campaign_references("c1", {{probe, waiver}}));
+  SQLite::Database raw((folder / "station.db").string(), SQLite::OPEN_READWRITE);
+  raw.exec("DROP TRIGGER waiver_keeps_rows");
+  raw.exec("DROP TRIGGER waiver_keeps_all");
+  raw.exec("UPDATE waiver SET reason = 'because'");
+  EXPECT_EQ(references_of_campaigns(*catalog, {"c1"}).error().kind, base::ErrorKind::corrupt);
+  waive(probe, "01890a5d-ac96-774b-bcce-0000000000a2", "signed again");
+  EXPECT_EQ(references_of_campaigns(*catalog, {"c1"})->at(0).waiver->reason, "signed again");
+  raw.exec("DELETE FROM waiver");
+  const auto gone = references_of_campaigns(*catalog, {"c1"});
+  ASSERT_FALSE(gone);
+  EXPECT_EQ(gone.error().kind, base::ErrorKind::corrupt);
+  EXPECT_TRUE(holds(gone.error().message, "gone")) << gone.error().message;
+  waive(probe, "01890a5d-ac96-774b-bcce-0000000000a3", "and again");
+  EXPECT_EQ(references_of_campaigns(*catalog, {"c1"})->at(0).waiver->reason, "and again");
+}
+
+TEST(WaiverWarnings, NameEachWaiverWhoseSignatureDoesNotFit) {
+  const calib::Reference reference{"018cc251-f400-7c3e-8000-0000000000c2",
+                                   ReferenceKind::level,
+                                   "level 1",
+                                   "L",
+                                   {},
+                                   0.1,
+                                   day("2025-01-01"),
+                                   day("2026-01-01")};
+  const calib::Waiver good =
+      signed_waiver({"01890a5d-ac96-774b-bcce-0000000000a1", reference.record_id, "ordered", "Ann", "", 1.75e9, ""},
+                    reference, SecretKey({1, 2, 3}))
+          .value();
+  calib::Waiver bad = good;
+  bad.reason = "because";
+  EXPECT_TRUE(waiver_warnings({{reference, good}, {reference, std::nullopt}}).empty());
+  const auto warnings = waiver_warnings({{reference, good}, {reference, bad}});
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_EQ(warnings[0].code, "waiver_signature");
+  EXPECT_TRUE(holds(warnings[0].text, "Ann") && holds(warnings[0].text, "'level 1'"));
+}
+
+TEST(DaysUntil, CountTheCalendarOfUtc) {
+  struct Case {
+    const char* today;
+    double hours;
+    int days;
+  };
+  // Due on 2027-03-01: from the beginning of that day it has expired.
+  for (const auto& [today, hours, days] :
+       {Case{"2027-02-27", 0.0, 2}, Case{"2027-02-28", 0.0, 1}, Case{"2027-02-28", 12.0, 1},
+        Case{"2027-02-28", 23.99, 1}, Case{"2027-03-01", 0.0, 0}, Case{"2027-03-01", 23.99, 0},
+        Case{"2027-03-02", 0.0, -1}, Case{"2027-03-02", 12.0, -1}, Case{"2027-03-31", 1.0, -30},
+        Case{"2026-03-01", 5.0, 365}}) {
+    EXPECT_EQ(days_until(day("2027-03-01"), day(today) + 3600.0 * hours), days) << today << " " << hours;
+  }
 }
 
 TEST_F(ReferenceRule, OnesThatWereNotCalibratedYetAreLeftOutAndNoted) {

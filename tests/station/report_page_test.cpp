@@ -157,6 +157,27 @@ json run(const std::string& label) {
           {"voids", json::array()}};
 }
 
+/// A check standard with twelve campaigns, the last one out of control and of the model.
+json check_standards(const std::string& text) {
+  json campaigns = json::array();
+  for (int i = 0; i < 12; ++i) {
+    const json limits = {{"campaigns", i}, {"centre", 0.1}, {"sigma", 0.01}, {"lower", 0.05}, {"upper", 0.15}};
+    const bool is_out = i == 11;
+    const char* verdict = is_out ? "out_of_control" : i < 10 ? "not_established" : "in_control";
+    const json gyro = {{"bias", is_out ? 0.2 : 0.1 + 0.001 * i},
+                       {"bias_se", 0.001},
+                       {"verdict", verdict},
+                       {"limits", i < 10 ? json() : limits},
+                       {"last_eight", nullptr}};
+    campaigns.push_back({{"campaign", is_out ? text : "c" + std::to_string(i)},
+                         {"simulated", false},
+                         {"verdict", verdict},
+                         {"sensors", {{"gyro_x", gyro}}}});
+  }
+  const json unit = {{"unit", text}, {"ended", false}, {"campaigns", campaigns}};
+  return {{"reference_c", 25.0}, {"campaigns", {text}}, {"units", {unit}}};
+}
+
 json document(const std::string& text, std::size_t runs, std::size_t count) {
   json sensors;
   for (const char* name : {"gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"}) {
@@ -176,6 +197,7 @@ json document(const std::string& text, std::size_t runs, std::size_t count) {
                           {"standard_uncertainty", 0.1},
                           {"unit", "deg"},
                           {"due_utc", "2027-01-01"},
+                          {"since", "retired: " + text},
                           {"waiver", {{"signer", text}, {"reason", text}, {"signed_utc", "2026-11-22"}}}};
   return {{"unit", text},
           {"model", 3},
@@ -186,6 +208,7 @@ json document(const std::string& text, std::size_t runs, std::size_t count) {
             {"sensors", sensors},
             {"couplings", couplings},
             {"noise", {{"segment", nullptr}, {"sensors", json::object()}, {"reason", text}}},
+            {"check_standards", check_standards(text)},
             {"records", {{"references", {reference}}}},
             {"provenance", {{"model_sha256", std::string(64, 'b')}, {"runs", list}}}}}};
 }
@@ -218,6 +241,31 @@ TEST(ReportPageTest, OlderModelsDoNotStateABudget) {
             std::string::npos);
 }
 
+TEST(ReportPageTest, ShowsTheCheckStandardsOfItsCampaigns) {
+  json with = document("SN1", 3, 10);
+  const std::string page = report_page(with);
+  EXPECT_NE(page.find("<p>Campaign SN1: <b>OUT OF CONTROL</b>"), std::string::npos);
+  EXPECT_NE(page.find("12 campaigns, 1 of them out of control"), std::string::npos);
+  EXPECT_NE(page.find("<path class=\"line limit\""), std::string::npos);
+  EXPECT_NE(page.find("at most 1 % of campaigns"), std::string::npos);
+  with["sections"]["check_standards"]["units"] = json::array();
+  const std::string without = report_page(with);
+  EXPECT_NE(without.find("None was in the campaigns of this model"), std::string::npos);
+  EXPECT_EQ(unbalanced(without), "");
+}
+
+TEST(ReportPageTest, KeepsTheVerdictOnTheBiasApartFromThatOfTheSensor) {
+  json with = document("SN1", 3, 10);
+  json& gyro = with["sections"]["sensors"]["gyro_x"];
+  const json bias = {{"verdict", "pass"},      {"limit", 0.1},          {"rows", 11},         {"worst_abs", 0.01},
+                     {"worst_temp_c", 20.0},   {"rmse_abs", 0.01},      {"rmse_shape", 0.01}, {"guard", 0.01},
+                     {"inside_pi95", nullptr}, {"inside_ci95", nullptr}};
+  gyro["limit"] = 0.1;
+  gyro["scale_limit_ppm"] = 100.0;
+  gyro["verification"] = {{"verdict", "fail"}, {"bias", bias}, {"scale", nullptr}};
+  EXPECT_NE(report_page(with).find("<td class=\"pass\">pass</td><td class=\"fail\">fail</td>"), std::string::npos);
+}
+
 TEST(ReportPageTest, DrawsTheUncertaintyBudget) {
   json with = document("SN1", 3, 10);
   const json spread = {{"max", 0.0123}, {"at_25c", 0.0111}};
@@ -242,6 +290,19 @@ TEST(ReportPageTest, DrawsTheUncertaintyBudget) {
   EXPECT_NE(page.find("∞"), std::string::npos);
   EXPECT_NE(page.find("<td class=\"nowrap\">not stated</td>"), std::string::npos);
   EXPECT_NE(page.find("no reference &lt;entered&gt;"), std::string::npos);
+  with["sections"]["sensors"]["gyro_x"]["fit"]["scale_uncertainty"] = {{{"name", "gravity"},
+                                                                        {"type", "B"},
+                                                                        {"degrees_of_freedom", nullptr},
+                                                                        {"stated", false},
+                                                                        {"curve", none},
+                                                                        {"fresh_power_on", none},
+                                                                        {"basis", "of the scale"}}};
+  const std::string scale = report_page(with);
+  const std::string cell = "<td class=\"nowrap\">";
+  EXPECT_NE(scale.find(cell + "not stated</td>" + cell + "not stated</td>" + cell + "–</td>" + cell +
+                       "–</td><td class=\"basis\">of the scale"),
+            std::string::npos)
+      << "the scale has no band of a fresh power-on";
   EXPECT_EQ(unbalanced(page), "");
 }
 

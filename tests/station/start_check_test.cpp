@@ -200,6 +200,25 @@ TEST_F(StartCheck, ADiskThatIsTooSmallForWhatIsLeftIsRefused) {
   EXPECT_TRUE(check_disk(start, 1, folder)) << "that step is done";
 }
 
+TEST_F(StartCheck, ACampaignWithoutTheStationsCheckStandardIsNoted) {
+  const auto note = [&] { return note_on_check_standards(*catalog, checked()).value(); };
+  EXPECT_FALSE(note()) << "the station has none";
+  ASSERT_TRUE(catalog->ensure_unit("CS1", "plain"));
+  const std::string id =
+      catalog->add_check_standard({.unit = "CS1", .since_utc_s = 1.0, .reason = "test", .user = "eva"}).value();
+  ASSERT_TRUE(note());
+  EXPECT_TRUE(holds(*note(), "no check standard is among the units")) << *note();
+  EXPECT_TRUE(holds(*note(), "CS1")) << *note();
+  request.units["B"] = "CS1";
+  EXPECT_FALSE(note());
+  request.units.erase("B");
+  request.procedure_text.replace(request.procedure_text.find("calibration"), 11, "verification");
+  EXPECT_FALSE(note()) << "no chart holds it";
+  request.procedure_text = kProcedure;
+  ASSERT_TRUE(catalog->end_check_standard(id, {.reason = "dropped", .user = "eva", .utc_s = 2.0}));
+  EXPECT_FALSE(note()) << "it has ended";
+}
+
 TEST_F(StartCheck, TheJournalGivesBackTheRequest) {
   db::CampaignRow row;
   row.name = request.campaign;

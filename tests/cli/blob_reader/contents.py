@@ -12,7 +12,7 @@ from .records import QUANTITIES, SENSORS
 
 MAX_RUN_HASHES = 4096
 MAX_TERMS = 32
-MAX_REFERENCES = 64
+MAX_REFERENCES = 160
 
 CurveKey = tuple[str, str]
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-#include <string>
 #include <vector>
 
 #include "station/check_standard.h"
@@ -11,8 +10,5 @@ namespace soak::station {
 
 /// docs/schema/check-chart.schema.json
 [[nodiscard]] nlohmann::json check_document(const std::vector<CheckChart>& charts);
-
-/// The charts as text: one table per sensor, one line per campaign.
-[[nodiscard]] std::string check_text(const std::vector<CheckChart>& charts);
 
 }  // namespace soak::station
