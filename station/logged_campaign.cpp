@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/logged_campaign.h"
 
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -27,6 +28,16 @@ std::optional<double> start_utc_s(const calib::Recording& recording) {
   return base::median(starts);
 }
 
+base::Status look_at_samples(const db::RunFileReader& file, const std::string& unit,
+                             std::array<calib::gap::SampleFacts, calib::kSensorCount>& facts) {
+  std::vector<double> values;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    if (const auto read = read_sensor(file, unit, sensor, values); !read) return read;
+    facts[calib::index_of(sensor)].add(calib::gap::sample_facts(values));
+  }
+  return {};
+}
+
 }  // namespace
 
 base::Result<calib::gap::LoggedCampaign> load_logged_campaign(const db::Catalog& catalog, const std::string& unit,
@@ -48,6 +59,7 @@ base::Result<calib::gap::LoggedCampaign> load_logged_campaign(const db::Catalog&
       calib::gap::LoggedRun entry;
       entry.log = calib::gap::make_run_log(*recording);
       entry.start_utc_s = start_utc_s(*recording);
+      if (const auto looked = look_at_samples(*file, unit, logged.samples); !looked) return base::forward_error(looked);
       entry.run = std::move(run);
       logged.runs.push_back(std::move(entry));
       break;

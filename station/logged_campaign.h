@@ -11,7 +11,8 @@
 namespace soak::station {
 
 /// The runs that a fit of the unit takes (load_unit()), each with what its file logged between the segments. Fails as
-/// load_unit() does, and where a run file cannot be read (corrupt). Reads no sensor's samples.
+/// load_unit() does, and where a run file cannot be read (corrupt). Samples are looked at for what means do not show,
+/// sensor by sensor.
 [[nodiscard]] base::Result<calib::gap::LoggedCampaign> load_logged_campaign(const db::Catalog& catalog,
                                                                             const std::string& unit,
                                                                             const std::optional<std::string>& campaign);

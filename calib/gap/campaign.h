@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calib/gap/sample_facts.h"
+#include "calib/sensor.h"
 #include "calib/unit_rows.h"
 
 /// The gap workflow: what a simulation of the campaign does not explain of the measurement, and which effect that is.
@@ -33,6 +36,7 @@ struct LoggedCampaign {
   std::string unit;
   UnitType type;
   std::vector<LoggedRun> runs;
+  std::array<SampleFacts, kSensorCount> samples{};  ///< of all runs; count 0 = nobody looked
 };
 
 }  // namespace soak::calib::gap

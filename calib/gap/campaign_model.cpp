@@ -59,6 +59,15 @@ Eigen::VectorXd CampaignModel::prediction_variance(Sensor sensor) const {
   return spread.rowwise().squaredNorm();
 }
 
+std::vector<double> CampaignModel::run_offsets(Sensor sensor) const {
+  const Eigen::VectorXd& coefficients = residuals_.sensor[index_of(sensor)]->coefficients();
+  const Eigen::Index offsets = observations_.run_count() - 1;
+  const Eigen::Index first = coefficients.size() - terms_[index_of(sensor)].cols() - offsets;
+  std::vector<double> values = {0.0};
+  for (Eigen::Index r = 0; r < offsets; ++r) values.push_back(coefficients(first + r));
+  return values;
+}
+
 void CampaignModel::fit() {
   for (const Sensor sensor : kSensors) fit(sensor);
 }

@@ -27,6 +27,8 @@ class CampaignModel {
   [[nodiscard]] Eigen::VectorXd remainder(Sensor sensor) const;
   /// Variance of what the base and the terms predict at each observation but for the run's offset, SI squared.
   [[nodiscard]] Eigen::VectorXd prediction_variance(Sensor sensor) const;
+  /// Offsets of the runs, the first being 0, SI. Only of a model that leaves no run out.
+  [[nodiscard]] std::vector<double> run_offsets(Sensor sensor) const;
 
  private:
   void fit();

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "base/statistics.h"
 
@@ -58,7 +59,8 @@ std::string list_of(const std::vector<NamedEffect>& effects) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-void decide(SearchResult found, GapReport& report) {
+/// `beside`: effects that the means do not show; they are named whatever else is there.
+void decide(SearchResult found, std::vector<NamedEffect> beside, GapReport& report) {
   double merit = 0.0;
   for (const NamedEffect& effect : found.effects) merit = std::max(merit, effect.merit);
   report.leftover = std::move(found.leftover);
@@ -72,6 +74,7 @@ void decide(SearchResult found, GapReport& report) {
   std::stable_sort(found.effects.begin(), found.effects.end(),
                    [](const auto& a, const auto& b) { return a.merit > b.merit; });
   report.effects = std::move(found.effects);
+  std::move(beside.begin(), beside.end(), std::back_inserter(report.effects));
   report.verdict = report.effects.empty() ? Verdict::none : Verdict::named;
   report.reason = report.effects.empty() ? "nothing beyond the scatter between runs and the detection limit"
                                          : fmt::format("explained by {}", list_of(report.effects));
@@ -101,7 +104,13 @@ GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
   }
   SearchResult found = search(model);
   for (std::size_t s = 0; s < kSensorCount; ++s) report.detection_limit[s] = detection_limit(model, s, found);
-  decide(std::move(found), report);
+  BesideTheMean beside = look_beside_the_mean(campaign, model);
+  std::move(beside.not_testable.begin(), beside.not_testable.end(), std::back_inserter(report.not_testable));
+  report.not_testable.push_back(
+      {"narrow_bump",
+       "the base is free at every plateau and takes up a feature of one; look at the fit's residuals, or "
+       "record a grid of 5 K about it"});
+  decide(std::move(found), std::move(beside.effects), report);
   report.gap = held_out_gap(observations, courses, report.effects);
   return report;
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/gap/beside_the_mean.h"
 #include "calib/gap/held_out.h"
 #include "calib/gap/search.h"
 
@@ -23,11 +24,6 @@ constexpr std::string_view name_of(Verdict verdict) {
          : verdict == Verdict::unknown ? "unknown"
                                        : "cannot_judge";
 }
-
-struct NotTestable {
-  std::string name;
-  std::string why;
-};
 
 /// What `soak gap find` says of a campaign.
 struct GapReport {

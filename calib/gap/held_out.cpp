@@ -120,6 +120,7 @@ std::array<std::optional<SensorGap>, kSensorCount> held_out_gap(const Observatio
     const CampaignModel plain(observations, courses, run);
     CampaignModel with = plain;
     for (const NamedEffect& named : effects) {
+      if (!named.effect->candidates) continue;  // nothing that a mean shows
       const auto again = best_shape(with, *named.effect);
       if (!again) continue;
       with.take_in(again->candidate, named.sensors, again->parameters[index_of(again->sensors.front())]);

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/gap/beside_the_mean.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <string>
+
+#include "base/statistics.h"
+#include "calib/gap/effects/columns.h"
+
+namespace soak::calib::gap {
+namespace {
+
+constexpr int kLeastRuns = 4;
+constexpr double kHours = 3600.0;
+constexpr double kPer1000h = 1000.0;
+constexpr double kCoarseStep = 0.1;  ///< of the noise, from which a lattice matters
+/// Sets of sensors times effects that are looked at here.
+constexpr double kTests = 9.0 * 2.0;
+
+Effect described(std::string_view name, std::string_view physics, std::vector<std::string_view> twins,
+                 std::string_view experiment) {
+  Effect effect;
+  effect.name = name;
+  effect.physics = physics;
+  effect.twins = std::move(twins);
+  effect.experiment = experiment;
+  return effect;
+}
+
+const Effect& aging() {
+  static const Effect effect =
+      described("aging_drift", "the bias moves on from run to run, with age and not by chance", {"supply_sensitivity"},
+                "a reference plateau at the start and the end of each run, over weeks");
+  return effect;
+}
+
+const Effect& noise_slope() {
+  static const Effect effect = described("noise_vs_temperature", "the noise itself grows or shrinks with temperature",
+                                         {"saturation"}, "an hour at rest at both ends of the range");
+  return effect;
+}
+
+const Effect& quantization() {
+  static const Effect effect = described("quantization", "the output moves in steps that its noise does not blur", {},
+                                         "a finer output format, or dither");
+  return effect;
+}
+
+const Effect& saturation() {
+  static const Effect effect = described("saturation", "the output stops at the end of its range", {},
+                                         "a wider range, or a position with less input");
+  return effect;
+}
+
+/// A slope that runs (or their offsets) agree on, by sensor.
+struct Slope {
+  Sensor sensor = Sensor::gyro_x;
+  double value = 0.0;
+  double variance = 0.0;
+  double f = 0.0;
+  double dof = 0.0;
+};
+
+/// The set of sensors with the least chance, and that chance, adjusted.
+struct Chosen {
+  std::vector<Slope> slopes;
+  double p = 1.0;
+};
+
+double chance(std::span<const Slope> slopes) {
+  double f = 0.0;
+  double dof = 0.0;
+  for (const Slope& slope : slopes) {
+    f += slope.f / static_cast<double>(slopes.size());
+    dof += slope.dof;
+  }
+  return slopes.empty() ? 1.0 : base::f_upper_tail(f, static_cast<double>(slopes.size()), dof);
+}
+
+Chosen choose(const std::vector<Slope>& all) {
+  std::vector<std::vector<Slope>> sets(2);
+  for (const Slope& slope : all) {
+    sets[is_gyro(slope.sensor) ? 0 : 1].push_back(slope);
+    sets.push_back({slope});
+  }
+  sets.push_back(all);
+  Chosen best;
+  for (const auto& set : sets) {
+    const double p = std::min(1.0, chance(set) * kTests);
+    if (p < best.p) best = {set, p};
+  }
+  return best;
+}
+
+NamedEffect named(const Effect& effect, const Chosen& chosen, double unit_factor, std::string per) {
+  NamedEffect result;
+  result.effect = &effect;
+  result.p_adjusted = chosen.p;
+  double strongest = 0.0;
+  for (const Slope& slope : chosen.slopes) {
+    result.sensors.push_back(slope.sensor);
+    result.parameters[index_of(slope.sensor)] = Eigen::VectorXd::Constant(1, slope.value);
+    result.covariance[index_of(slope.sensor)] = Eigen::MatrixXd::Constant(1, 1, slope.variance);
+    if (slope.f <= strongest) continue;
+    strongest = slope.f;
+    result.magnitude = {slope.value * unit_factor, per};
+  }
+  return result;
+}
+
+/// Straight line through `y` over `x`.
+Slope line(std::span<const double> x, std::span<const double> y) {
+  const auto n = static_cast<double>(x.size());
+  double mean_x = 0.0;
+  double mean_y = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    mean_x += x[i] / n;
+    mean_y += y[i] / n;
+  }
+  double xx = 0.0;
+  double xy = 0.0;
+  double yy = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    xx += (x[i] - mean_x) * (x[i] - mean_x);
+    xy += (x[i] - mean_x) * (y[i] - mean_y);
+    yy += (y[i] - mean_y) * (y[i] - mean_y);
+  }
+  Slope slope;
+  slope.dof = n - 2.0;
+  if (xx <= 0.0 || slope.dof <= 0.0) return slope;
+  slope.value = xy / xx;
+  slope.variance = std::max(0.0, yy - slope.value * xy) / slope.dof / xx;
+  slope.f = slope.variance > 0.0 ? slope.value * slope.value / slope.variance : 0.0;
+  return slope;
+}
+
+void look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model, BesideTheMean& result) {
+  if (static_cast<int>(campaign.runs.size()) < kLeastRuns) {
+    result.not_testable.push_back({"aging_drift", "fewer than four runs"});
+    return;
+  }
+  std::vector<double> hours;
+  for (const LoggedRun& run : campaign.runs) {
+    if (!run.start_utc_s) {
+      result.not_testable.push_back({"aging_drift", "the time of the runs is not known (utc_s)"});
+      return;
+    }
+    hours.push_back(*run.start_utc_s / kHours);
+  }
+  std::vector<Slope> slopes;
+  for (const Sensor sensor : kSensors) {
+    if (!model.residuals().sensor[index_of(sensor)]) continue;
+    const std::vector<double> offsets = model.run_offsets(sensor);
+    slopes.push_back(line(hours, offsets));
+    slopes.back().sensor = sensor;
+  }
+  const Chosen chosen = choose(slopes);
+  if (chosen.p > kGate) return;
+  const Sensor first = chosen.slopes.front().sensor;
+  result.effects.push_back(
+      named(aging(), chosen, kPer1000h * printed_per_si(first), std::string(printed_unit(first)) + " per 1000 h"));
+}
+
+/// Slope of the logarithm of the blocks' variances against temperature, its error from the scatter of the runs' own
+/// slopes.
+std::optional<Slope> noise_slope_of(const Observations& observations, Sensor sensor) {
+  std::vector<double> of_runs;
+  for (int run = 0; run < observations.run_count(); ++run) {
+    std::vector<double> temp_c;
+    std::vector<double> log_variance;
+    for (const Observation& row : observations.rows) {
+      const SensorStatistics& statistics = row.sensor[index_of(sensor)];
+      if (row.run != run || statistics.count < 3 || statistics.variance <= 0.0) continue;
+      temp_c.push_back(row.temp_c);
+      log_variance.push_back(std::log(statistics.variance));
+    }
+    if (temp_c.size() < 10) return std::nullopt;
+    of_runs.push_back(line(temp_c, log_variance).value);
+  }
+  const auto n = static_cast<double>(of_runs.size());
+  if (n < 3.0) return std::nullopt;
+  Slope slope;
+  slope.sensor = sensor;
+  for (const double value : of_runs) slope.value += value / n;
+  double squares = 0.0;
+  for (const double value : of_runs) squares += (value - slope.value) * (value - slope.value);
+  slope.dof = n - 1.0;
+  slope.variance = squares / slope.dof / n;
+  slope.f = slope.variance > 0.0 ? slope.value * slope.value / slope.variance : 0.0;
+  return slope;
+}
+
+void look_for_noise_slope(const Observations& observations, BesideTheMean& result) {
+  std::vector<Slope> slopes;
+  for (const Sensor sensor : kSensors) {
+    if (const auto slope = noise_slope_of(observations, sensor)) slopes.push_back(*slope);
+  }
+  if (slopes.empty()) {
+    result.not_testable.push_back(
+        {"noise_vs_temperature", "fewer than three runs with ten blocks of three samples or more"});
+    return;
+  }
+  const Chosen chosen = choose(slopes);
+  // Half the slope of the logarithm of the variance is that of the standard deviation.
+  if (chosen.p <= kGate) result.effects.push_back(named(noise_slope(), chosen, 0.5, "relative per K"));
+}
+
+void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
+  NamedEffect coarse;
+  coarse.effect = &quantization();
+  coarse.p_adjusted = 0.0;
+  NamedEffect clipped;
+  clipped.effect = &saturation();
+  clipped.p_adjusted = 0.0;
+  bool looked = false;
+  for (const Sensor sensor : kSensors) {
+    const SampleFacts& facts = campaign.samples[index_of(sensor)];
+    if (facts.count == 0) continue;
+    looked = true;
+    if (facts.step && facts.noise > 0.0 && *facts.step > kCoarseStep * facts.noise) {
+      coarse.sensors.push_back(sensor);
+      coarse.magnitude = {*facts.step * printed_per_si(sensor), std::string(printed_unit(sensor))};
+    }
+    const double share = static_cast<double>(facts.at_rails) / static_cast<double>(facts.count);
+    if (facts.at_rails == 0) continue;
+    clipped.sensors.push_back(sensor);
+    clipped.magnitude = {std::max(clipped.magnitude.value, share), "share of the samples"};
+  }
+  if (!looked) {
+    for (const char* name : {"quantization", "saturation"}) {
+      result.not_testable.push_back({name, "no samples, only means, are at hand"});
+    }
+  }
+  if (!coarse.sensors.empty()) result.effects.push_back(std::move(coarse));
+  if (!clipped.sensors.empty()) result.effects.push_back(std::move(clipped));
+}
+
+}  // namespace
+
+BesideTheMean look_beside_the_mean(const LoggedCampaign& campaign, const CampaignModel& model) {
+  BesideTheMean result;
+  look_for_aging(campaign, model, result);
+  look_for_noise_slope(model.circumstances().observations, result);
+  look_at_samples(campaign, result);
+  return result;
+}
+
+}  // namespace soak::calib::gap

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "calib/gap/search.h"
+
+namespace soak::calib::gap {
+
+struct NotTestable {
+  std::string name;
+  std::string why;
+};
+
+/// Effects that leave the means within a run alone: the gap in the mean cannot close by them.
+struct BesideTheMean {
+  std::vector<NamedEffect> effects;
+  std::vector<NotTestable> not_testable;
+};
+
+/// Looks, each under the gate of the search, for
+/// - `aging_drift`: the runs' offsets against the time of the runs (at least four runs, R − 2 degrees of freedom);
+/// - `noise_vs_temperature`: the logarithm of the blocks' variances against temperature, run by run;
+/// - `quantization`: samples on a lattice of more than a tenth of their noise;
+/// - `saturation`: samples that stick at the ends.
+[[nodiscard]] BesideTheMean look_beside_the_mean(const LoggedCampaign& campaign, const CampaignModel& model);
+
+}  // namespace soak::calib::gap
