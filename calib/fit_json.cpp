@@ -140,20 +140,26 @@ json coupling_json(const std::optional<Coupling>& coupling, double factor) {
           {"ci95", matrix_json(*coupling, factor, &StatedValue::ci95)}};
 }
 
+json stated_json(const StatedValue& value, double factor) {
+  return {{"value", value.value * factor},
+          {"standard_error", value.standard_error * factor},
+          {"type_b", number(value.type_b, factor)},
+          {"ci95", value.ci95 * factor}};
+}
+
 json even_order_json(const std::array<std::optional<StatedValue>, 3>& terms) {
   json list = json::array();
   for (const auto& term : terms) {
-    if (!term) {
-      list.push_back(nullptr);
-      continue;
-    }
-    constexpr double kPerG = base::kStandardGravity_mps2;
-    list.push_back({{"value", term->value * kPerG},
-                    {"standard_error", term->standard_error * kPerG},
-                    {"type_b", number(term->type_b, kPerG)},
-                    {"ci95", term->ci95 * kPerG}});
+    list.push_back(term ? stated_json(*term, base::kStandardGravity_mps2) : json());
   }
   return list;
+}
+
+json level_json(const LevelStatement& level) {
+  const auto& known = level.to_north_east;
+  return {{"north_rad", known ? stated_json((*known)[0], 1.0) : json()},
+          {"east_rad", known ? stated_json((*known)[1], 1.0) : json()},
+          {"reason", known ? json() : json(level.reason)}};
 }
 
 }  // namespace
@@ -175,7 +181,9 @@ json fit_json(const UnitModel& model) {
           {"sensors", std::move(sensors)},
           {"accel_misalignment_rad", coupling_json(model.accel_misalignment, 1.0)},
           {"g_sensitivity_dps_per_g", coupling_json(model.g_sensitivity, kDegPerSecPerG)},
+          {"earth_rate_subtracted", name_of(model.earth_removed)},
           {"accel_even_order_g_per_g2", even_order_json(model.even_order)},
+          {"level_error", level_json(model.level)},
           {"warnings", warnings_json(model.warnings)}};
 }
 

@@ -13,10 +13,14 @@ using Vector3 = std::array<double, 3>;
 
 /// An attitude in which a unit rests (or turns). `up` is the unit vector that points up, in the unit's body axes: `+Z`
 /// means that the z accelerometer reads about +g (specific force).
+///
+/// A **heading** is that of the body axis which follows, cyclically, the one nearest the vertical (x after z; of two as
+/// near, after the first), projected to the horizontal: clockwise from north, seen from above. With `up` it is the full
+/// rotation. `azimuth_deg` is relative to the fixture: heading of the position = Site::azimuth_deg + azimuth_deg.
 struct Position {
   std::string label;
   Vector3 up{};
-  std::optional<double> azimuth_deg;  ///< heading of the full rotation, clockwise from north, where it is known
+  std::optional<double> azimuth_deg;  ///< relative to the fixture's heading, where it is known
   std::optional<double> rate_dps;     ///< rotation rate about `up`, where the fixture turns
 
   bool operator==(const Position&) const = default;

@@ -25,7 +25,8 @@ constexpr Sweep sweep_named(std::string_view name) {
 struct Site {
   std::optional<double> latitude_deg;  ///< north positive
   std::optional<double> height_m;
-  std::optional<double> azimuth_deg;  ///< heading of the fixture, clockwise from north
+  std::optional<double>
+      azimuth_deg;  ///< heading of the fixture, clockwise from true north; Position::azimuth_deg adds to it
   std::optional<double> gravity_mps2;
 
   bool operator==(const Site&) const = default;

@@ -3,24 +3,33 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "base/units.h"
 #include "calib/six_position/joint_fit.h"
+#include "calib/six_position/level_fit.h"
 #include "calib/six_position/missing.h"
 
 namespace soak::calib {
 namespace {
 
+using six_position::Circumstances;
 using six_position::kBias;
+using six_position::known_earth_rate;
 using six_position::kOnAxis;
 using six_position::kScale;
+using six_position::LevelFit;
 using six_position::Local;
 using six_position::Problem;
 using six_position::Row;
 using six_position::Solution;
 using six_position::VisitInfo;
+
+constexpr int kLevelPasses = 3;
+constexpr double kLargestTilt_rad = 2.0 * base::kRadPerDeg;  ///< from 2.5° on no axis would count as vertical (kOnAxis)
 
 /// Slope of unknown `which` against temperature at visit v, from its neighbours in the order of visits.
 double local_slope(const Problem& problem, const Solution& solution, std::size_t v, Local which) {
@@ -103,13 +112,6 @@ void read_shared(const Problem& problem, const Solution& solution, double inflat
   if (even) estimate.even_order = Estimate{even->value / (g * g), even->standard_error / (g * g)};
 }
 
-/// What standard errors are multiplied by: residuals larger than the segments' own errors promise inflate them; where
-/// those are not known, the residuals alone are the measure.
-double inflation_of(const Problem& problem, const Solution& solution) {
-  const double least = problem.typical_se > 0.0 ? 1.0 : 0.0;
-  return std::sqrt(std::max(least, solution.reduced_chi_squared));
-}
-
 SensorEstimate read_solution(const Problem& problem, const Solution& solution) {
   SensorEstimate estimate;
   estimate.reduced_chi_squared = solution.reduced_chi_squared;
@@ -145,6 +147,86 @@ Solution solve_observable(Problem& problem) {
   return six_position::solve(problem);
 }
 
+/// The fit of a sensor, its rows carried to the temperatures of their visits.
+Problem carried(std::span<const Segment> segments, Sensor sensor, const Circumstances& circumstances) {
+  Problem problem = six_position::pose(segments, sensor, circumstances);
+  if (!problem.rows.empty()) carry_to_mean_temperature(problem, solve_observable(problem));
+  return problem;
+}
+
+/// Estimates the level error and leaves it in `circumstances` and `result`. The fit is linear in the tilts: the later
+/// passes find what the accelerometers' scale errors make of the first.
+std::optional<LevelFit> find_level(std::span<const Segment> segments, const Site& site, Circumstances& circumstances,
+                                   SixPositionEstimate& result) {
+  const auto headings = six_position::headings_of(segments, site);
+  result.with_headings = headings.complete;
+  result.no_level_error = headings.missing;
+  if (!headings.complete) {
+    if (headings.begun) {
+      result.warnings.push_back(
+          {"heading_incomplete", fmt::format("the azimuths of positions were not used: {}", headings.missing)});
+    }
+    return std::nullopt;
+  }
+  circumstances.azimuth_deg = site.azimuth_deg;
+  Circumstances tilted = circumstances;
+  LevelFit last;
+  for (int pass = 0; pass < kLevelPasses; ++pass) {
+    std::vector<Problem> accelerometers;
+    for (const Sensor sensor : {Sensor::accel_x, Sensor::accel_y, Sensor::accel_z}) {
+      accelerometers.push_back(carried(segments, sensor, tilted));
+    }
+    auto answer = six_position::fit_level(accelerometers);
+    result.no_level_error = answer.reason;
+    if (!answer.fit) return std::nullopt;
+    last = *answer.fit;
+    tilted.tilt.north_rad += last.tilt[0];
+    tilted.tilt.east_rad += last.tilt[1];
+    const double size_rad = std::hypot(tilted.tilt.north_rad, tilted.tilt.east_rad);
+    if (size_rad < kLargestTilt_rad) continue;
+    result.no_level_error = fmt::format(
+        "the readings ask for a level error of {:.3g}°, more than 2°: check the azimuths", size_rad * base::kDegPerRad);
+    return std::nullopt;
+  }
+  circumstances = tilted;
+  result.level_error = LevelError{{tilted.tilt.north_rad, std::sqrt(last.covariance(0, 0))},
+                                  {tilted.tilt.east_rad, std::sqrt(last.covariance(1, 1))},
+                                  {last.per_face_tilt[0], last.per_face_tilt[1]}};
+  return last;
+}
+
+void add_change(double& standard_error, double changed, double value) {
+  standard_error = std::hypot(standard_error, changed - value);
+}
+
+/// Adds to standard errors what one standard error of the tilt changes, along both axes of its error ellipse.
+void widen(SensorEstimate& estimate, const SensorEstimate& other) {
+  for (std::size_t p = 0; p < std::min(estimate.plateaus.size(), other.plateaus.size()); ++p) {
+    PlateauEstimate& plateau = estimate.plateaus[p];
+    add_change(plateau.bias_se, other.plateaus[p].bias, plateau.bias);
+    if (!plateau.scale_ppm || !other.plateaus[p].scale_ppm) continue;
+    add_change(*plateau.scale_se_ppm, *other.plateaus[p].scale_ppm, *plateau.scale_ppm);
+  }
+  for (std::size_t j = 0; j < 3; ++j) {
+    if (!estimate.coupling[j] || !other.coupling[j]) continue;
+    add_change(estimate.coupling_se[j], *other.coupling[j], *estimate.coupling[j]);
+  }
+  if (!estimate.even_order || !other.even_order) return;
+  add_change(estimate.even_order->standard_error, other.even_order->value, estimate.even_order->value);
+}
+
+void widen_by_level(std::span<const Segment> segments, Sensor sensor, const Circumstances& circumstances,
+                    const Eigen::Matrix2d& covariance, SensorEstimate& estimate) {
+  const Eigen::Matrix2d root = covariance.llt().matrixL();
+  for (int k = 0; k < 2; ++k) {
+    Circumstances shifted = circumstances;
+    shifted.tilt.north_rad += root(0, k);
+    shifted.tilt.east_rad += root(1, k);
+    const Problem problem = carried(segments, sensor, shifted);
+    widen(estimate, read_solution(problem, six_position::solve(problem)));
+  }
+}
+
 void warn_of_rates(std::span<const Segment> segments, std::vector<Warning>& warnings) {
   const auto turning = std::count_if(segments.begin(), segments.end(), six_position::turns);
   if (turning == 0) return;
@@ -159,15 +241,16 @@ void warn_of_rates(std::span<const Segment> segments, std::vector<Warning>& warn
 SixPositionEstimate estimate_six_positions(std::span<const Segment> segments, const Site& site, const UnitType& type) {
   SixPositionEstimate result;
   result.gravity = gravity_at(site);
-  const six_position::Circumstances circumstances{
-      result.gravity.mps2, site.latitude_deg ? vertical_earth_rate_rps(*site.latitude_deg) : 0.0, type.sign_at_rest};
+  Circumstances circumstances{.gravity_mps2 = result.gravity.mps2,
+                              .earth = known_earth_rate(segments, site),
+                              .sign_at_rest = type.sign_at_rest};
+  const auto level = find_level(segments, site, circumstances, result);
   for (const Sensor sensor : kSensors) {
-    Problem problem = six_position::pose(segments, sensor, circumstances);
+    const Problem problem = carried(segments, sensor, circumstances);
     if (problem.rows.empty()) continue;
-    carry_to_mean_temperature(problem, solve_observable(problem));
-    const Solution solution = six_position::solve(problem);
     SensorEstimate& estimate = result.sensor[index_of(sensor)];
-    estimate = read_solution(problem, solution);
+    estimate = read_solution(problem, six_position::solve(problem));
+    if (level && !is_gyro(sensor)) widen_by_level(segments, sensor, circumstances, level->covariance, estimate);
     six_position::warn_of_missing(problem, estimate, result.warnings);
   }
   warn_of_rates(segments, result.warnings);

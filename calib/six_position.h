@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "calib/gravity.h"
@@ -35,6 +36,16 @@ struct Estimate {
   double standard_error = 0.0;
 };
 
+/// How far the true vertical leans from the fixture's ideal up, rad: the level error of the chamber's side, common to
+/// all positions. Positive to north: the fixture's north side stands too high.
+struct LevelError {
+  Estimate north;
+  Estimate east;
+  /// Standard uncertainty of north and of east per that of the fixture's faces (each tilted by its own about two axes);
+  /// not in their standard errors.
+  std::array<double, 2> per_face_tilt{};
+};
+
 /// What one run says of one sensor.
 struct SensorEstimate {
   std::vector<PlateauEstimate> plateaus;
@@ -52,6 +63,9 @@ struct SensorEstimate {
 struct SixPositionEstimate {
   std::array<SensorEstimate, kSensorCount> sensor;
   Gravity gravity;
+  std::optional<LevelError> level_error;
+  std::string no_level_error;  ///< why there is none, in a sentence; empty where there is one
+  bool with_headings = false;  ///< those of all positions at rest are known
   std::vector<Warning> warnings;
 };
 
@@ -73,11 +87,18 @@ struct SixPositionEstimate {
 /// unknowns where all four are there.
 ///
 /// h, one constant for each position in which axis i is not vertical, takes up g-sensitivity and the horizontal part of
-/// the Earth's rotation, which nobody knows without every position's full rotation; so the level of b comes from the
+/// the Earth's rotation, unless that is known and subtracted (below); so the level of b comes from the
 /// axis' own up/down pair, in which the vertical part cancels [AH05 eq. 6.7-6.8, signs corrected: bias = (up + down)/2,
 /// scale error = (up − down)/(2g) − 1], and the other positions only sharpen it. Ω_v is subtracted where the latitude
 /// is known. Each segment is first carried to the visit's mean temperature along the local slope of the curve itself
 /// (second pass).
+///
+/// **Headings.** Where the site's azimuth and that of every position at rest are known, so are north and east in body
+/// axes. With the latitude the horizontal part of the Earth's rotation is then subtracted from the gyros too. And the
+/// level error is estimated from all accelerometers together (six_position/level_fit.h), where the headings separate it
+/// from misalignment, which turns with the body; `up` of every position is then tilted by it, and what its standard
+/// error does to the accelerometers' is added to theirs. Warns (`heading_incomplete`) of azimuths that are of no use as
+/// others are missing.
 ///
 /// ω is the rate of positions in which the fixture turns about the vertical (Position::rate_dps), 0 elsewhere. They
 /// show S_p of the gyro along the vertical where its visit has two rates (±ω, or ω and rest) and enter for no other

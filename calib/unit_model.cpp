@@ -64,7 +64,9 @@ UnitModel make_model(const UnitInput& input, const UnitRows& rows,
   model.sensors = std::move(sensors);
   model.accel_misalignment = rows.accel_misalignment;
   model.g_sensitivity = rows.g_sensitivity;
+  model.earth_removed = rows.earth_removed;
   model.even_order = rows.even_order;
+  model.level = rows.level;
   model.warnings = rows.warnings;
   return model;
 }

@@ -33,8 +33,10 @@ struct UnitModel {
   std::vector<ReferenceUse> references;
   std::array<std::optional<SensorFit>, kSensorCount> sensors;
   std::optional<Coupling> accel_misalignment;
-  std::optional<Coupling> g_sensitivity;                 ///< estimated beside the model; enters it only by `gap accept`
+  std::optional<Coupling> g_sensitivity;  ///< estimated beside the model; enters it only by `gap accept`
+  EarthRemoval earth_removed = EarthRemoval::none;
   std::array<std::optional<StatedValue>, 3> even_order;  ///< of the accelerometers, 1/(m/s²)
+  LevelStatement level;                                  ///< of the chamber's side; concerns no unit
   std::vector<Warning> warnings;
 };
 

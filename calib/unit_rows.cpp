@@ -12,6 +12,7 @@
 #include "calib/fit/gated_input.h"
 #include "calib/fit/readings_check.h"
 #include "calib/fit/row_collector.h"
+#include "calib/six_position/frame.h"
 #include "calib/uncertainty/unit_type_b.h"
 
 namespace soak::calib {
@@ -39,6 +40,19 @@ bool any_position(const std::vector<const RunInput*>& runs) {
     }
   }
   return false;
+}
+
+/// The least that was subtracted in any run.
+EarthRemoval earth_removed(const std::vector<const RunInput*>& runs) {
+  EarthRemoval least = EarthRemoval::whole;
+  for (const RunInput* run : runs) {
+    const bool whole = run->site.latitude_deg && six_position::headings_of(run->segments, run->site).complete;
+    const auto removed = whole                    ? EarthRemoval::whole
+                         : run->site.latitude_deg ? EarthRemoval::vertical
+                                                  : EarthRemoval::none;
+    least = std::min(least, removed);
+  }
+  return least;
 }
 
 void warn(const UnitInput& input, const std::vector<const RunInput*>& used, UnitRows& rows) {
@@ -139,6 +153,7 @@ base::Result<UnitRows> make_rows(const UnitInput& stored) {
                     input.unit));
   }
   rows.relative_accel = !any_position(used);
+  rows.earth_removed = rows.relative_accel ? EarthRemoval::none : earth_removed(used);
   state_type_b(input, used, rows);
   warn(input, used, rows);
   return rows;

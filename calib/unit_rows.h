@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
@@ -49,6 +51,21 @@ struct StatedValue {
 /// Constant response to specific force, averaged over runs: row i is sensor i of its kind, columns x, y, z.
 using Coupling = std::array<std::array<StatedValue, 3>, 3>;
 
+/// What of the Earth's rotation was subtracted from the gyros.
+enum class EarthRemoval : std::uint8_t { none, vertical, whole };
+
+constexpr std::string_view name_of(EarthRemoval removal) {
+  return removal == EarthRemoval::whole ? "whole" : removal == EarthRemoval::vertical ? "vertical" : "none";
+}
+
+/// Level error of the chamber's side (LevelError) over all runs.
+struct LevelStatement {
+  std::optional<std::array<StatedValue, 2>> to_north_east;  ///< rad; mean over the runs that show it
+  std::array<double, 2> per_face_tilt{};                    ///< as in LevelError, the largest of the runs
+  std::string reason;                                       ///< why there is none; empty where there is one
+  bool with_headings = false;                               ///< some run knows the headings of all its positions
+};
+
 /// The rows of a unit's thermal fits, ready to be fitted sensor by sensor.
 struct UnitRows {
   std::array<std::optional<CurveData>, kSensorCount> bias;
@@ -58,8 +75,10 @@ struct UnitRows {
   std::array<std::vector<TypeBInput>, kSensorCount> scale_type_b;
   bool relative_accel = false;  ///< one attitude: accelerometer bias has no level of its own
   Gravity gravity;
-  std::optional<Coupling> accel_misalignment;  ///< rad; diagonal 0
-  std::optional<Coupling> g_sensitivity;  ///< holds the horizontal part of the Earth's rotation where that is unknown
+  std::optional<Coupling> accel_misalignment;       ///< rad; diagonal 0
+  std::optional<Coupling> g_sensitivity;            ///< holds what of the Earth's rotation was not subtracted
+  EarthRemoval earth_removed = EarthRemoval::none;  ///< in every run
+  LevelStatement level;
   std::array<std::optional<StatedValue>, 3> even_order;  ///< K₂ of the accelerometers (SensorEstimate), 1/(m/s²)
   std::vector<Warning> warnings;
 };

@@ -98,6 +98,7 @@ struct RegisterMap {
   std::vector<AlarmRule> alarms;
   WritePolicy write_policy;
   std::vector<std::string> positions;  ///< of a fixture: label of position code 1, 2, ...
+  std::vector<double> azimuths_deg;    ///< of those positions, as calib::Position says; empty = not known
 };
 
 /// Reads a register map. All mistakes at once, one per line of the message, each with "`file`:line" (a syntax error:

@@ -55,9 +55,9 @@ class MapParser {
   void top_level(std::string_view key, const toml::node& node) {
     if (key == "separator") return separator(node);
     if (key == "skip_rows") return skip_rows(node);
-    if (key != "columns" && key != "constants" && key != "positions") {
+    if (key != "columns" && key != "constants" && key != "positions" && key != "azimuths_deg") {
       return mistake(node, fmt::format("unknown key '{}': known are separator, skip_rows, [columns], [constants], "
-                                       "[positions]",
+                                       "[positions], [azimuths_deg]",
                                        key));
     }
     const toml::table* table = node.as_table();
@@ -66,6 +66,7 @@ class MapParser {
       if (key == "columns") column(name.str(), entry);
       if (key == "constants") constant(name.str(), entry);
       if (key == "positions") position(name.str(), entry);
+      if (key == "azimuths_deg") named_azimuth(name.str(), entry);
     }
   }
 
@@ -202,7 +203,9 @@ class MapParser {
   void position(std::string_view label, const toml::node& node) {
     if (label.empty()) return mistake(node, "a position needs a label");
     if (calib::position_named(label)) {
-      return mistake(node, fmt::format("position '{}' is one of the six fixed ones: give yours another label", label));
+      return mistake(node, fmt::format("position '{}' is one of the six fixed ones: give yours another label, or its "
+                                       "azimuth in [azimuths_deg]",
+                                       label));
     }
     calib::Position position{.label = std::string(label), .up = {}, .azimuth_deg = {}, .rate_dps = {}};
     if (const toml::table* table = node.as_table()) return position_table(std::move(position), *table, node);
@@ -221,13 +224,37 @@ class MapParser {
           mistake(entry, fmt::format("position '{}': rate_dps is {}, but a fixture turns at up to {} deg/s",
                                      position.label, *position.rate_dps, kFastestFixture_dps));
         }
+      } else if (key == "azimuth_deg") {
+        position.azimuth_deg = azimuth(entry);
       } else {
-        mistake(entry, fmt::format("position '{}' has the unknown key '{}': known are up, rate_dps", position.label,
-                                   key.str()));
+        mistake(entry, fmt::format("position '{}' has the unknown key '{}': known are up, azimuth_deg, rate_dps",
+                                   position.label, key.str()));
       }
     }
     up_vector(position, node, list);
     map_.positions.push_back(std::move(position));
+  }
+
+  /// The azimuth of one of the six.
+  void named_azimuth(std::string_view label, const toml::node& node) {
+    auto position = calib::position_named(label);
+    if (!position) {
+      return mistake(node, fmt::format("'{}' is none of the six named positions: those of [positions] have their "
+                                       "azimuth_deg there",
+                                       label));
+    }
+    position->azimuth_deg = azimuth(node);
+    const auto given = [&](const calib::Position& other) { return other.label == position->label; };
+    if (std::any_of(map_.positions.begin(), map_.positions.end(), given)) {
+      return mistake(node, fmt::format("the azimuth of '{}' stands there twice", position->label));
+    }
+    map_.positions.push_back(*std::move(position));
+  }
+
+  double azimuth(const toml::node& node) {
+    const double azimuth_deg = finite_number(node, "azimuth_deg");
+    if (std::abs(azimuth_deg) > 360.0) mistake(node, "azimuth_deg must lie between -360 and 360");
+    return azimuth_deg;
   }
 
   void up_vector(calib::Position& position, const toml::node& node, const toml::array* list) {
@@ -302,6 +329,33 @@ std::string column_text(const MappedColumn& column) {
   return text + " }\n";
 }
 
+std::string positions_text(const std::vector<calib::Position>& positions) {
+  std::string text;
+  for (const calib::Position& position : positions) {
+    if (calib::position_named(position.label)) continue;
+    const std::string up = fmt::format("[{}, {}, {}]", toml_number(position.up[0]), toml_number(position.up[1]),
+                                       toml_number(position.up[2]));
+    std::string more;
+    if (position.azimuth_deg) more += ", azimuth_deg = " + toml_number(*position.azimuth_deg);
+    if (position.rate_dps) more += ", rate_dps = " + toml_number(*position.rate_dps);
+    const std::string value = more.empty() ? up : fmt::format("{{ up = {}{} }}", up, more);
+    text += fmt::format("{} = {}\n", toml_string(position.label), value);
+  }
+  return text.empty() ? text : "\n[positions]\n" + text;
+}
+
+/// Two spellings of one of the six ("+x", "+X") are one position.
+std::string azimuths_text(const std::vector<calib::Position>& positions) {
+  std::string text;
+  std::set<std::string> written;
+  for (const calib::Position& position : positions) {
+    const auto named = calib::position_named(position.label);
+    if (!named || !position.azimuth_deg || !written.insert(named->label).second) continue;
+    text += fmt::format("{} = {}\n", toml_string(named->label), toml_number(*position.azimuth_deg));
+  }
+  return text.empty() ? text : "\n[azimuths_deg]\n" + text;
+}
+
 }  // namespace
 
 base::Result<ColumnsMap> parse_columns_map(std::string_view toml, const std::string& where) {
@@ -327,15 +381,7 @@ std::string columns_map_text(const ColumnsMap& map) {
   if (!map.constants.empty()) text += "\n[constants]\n";
   for (const auto& [header, cell] : map.constants)
     text += fmt::format("{} = {}\n", toml_string(header), toml_string(cell));
-  if (!map.positions.empty()) text += "\n[positions]\n";
-  for (const calib::Position& position : map.positions) {
-    const std::string up = fmt::format("[{}, {}, {}]", toml_number(position.up[0]), toml_number(position.up[1]),
-                                       toml_number(position.up[2]));
-    const std::string value =
-        position.rate_dps ? fmt::format("{{ up = {}, rate_dps = {} }}", up, toml_number(*position.rate_dps)) : up;
-    text += fmt::format("{} = {}\n", toml_string(position.label), value);
-  }
-  return text;
+  return text + positions_text(map.positions) + azimuths_text(map.positions);
 }
 
 }  // namespace soak::station

@@ -35,7 +35,7 @@ struct ColumnsMap {
   std::size_t skip_rows = 0;  ///< rows after the header that are left out
   std::vector<MappedColumn> columns;
   std::vector<std::pair<std::string, std::string>> constants;  ///< header in our grammar, cell of every row
-  std::vector<calib::Position> positions;                      ///< beyond the six named ones
+  std::vector<calib::Position> positions;  ///< beyond the six named ones, and those of the six with an azimuth
 };
 
 /// Reads a columns map. Refuses the first syntax error, or all semantic mistakes at once, each with its line.

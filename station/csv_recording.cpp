@@ -214,8 +214,11 @@ class RecordingParser {
     for (const db::ChannelInfo& channel : run.channels) {
       if (channel.name != "position") continue;
       for (const std::string& label : channel.labels) {
+        const auto named = calib::position_named(label);
         for (const calib::Position& position : options_.map.positions) {
-          if (position.label == label) run.positions.push_back(position);
+          if (position.label != (named ? named->label : label)) continue;
+          run.positions.push_back(position);
+          run.positions.back().label = label;
         }
       }
     }

@@ -38,7 +38,7 @@ struct CsvRun {
   std::size_t first_line = 0;
   std::vector<db::ChannelInfo> channels;
   std::vector<db::Column> columns;
-  std::vector<calib::Position> positions;  ///< of the map, those that occur in this run
+  std::vector<calib::Position> positions;  ///< of the map, those that occur in this run, labels as they are spelt there
 
   [[nodiscard]] std::size_t rows() const { return columns.empty() ? 0 : columns.front().rows(); }
 };

@@ -199,7 +199,11 @@ class AxesReader {
       const std::string& label = labels[i];
       auto position = calib::position_named(label);
       const auto own = std::find_if(defined->begin(), defined->end(), [&](const auto& p) { return p.label == label; });
-      if (own != defined->end()) position = *own;
+      if (own != defined->end()) {
+        const std::string canonical = position ? position->label : label;
+        position = *own;
+        position->label = canonical;
+      }
       if (!position) {
         return base::corrupt(fmt::format("the run file does not define its position '{}'", label), file_.info().run_id);
       }

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -15,13 +17,26 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kUpChannels = {"up_x", "up_y", "up_z"};
 
-db::Column column_of(const std::vector<double>& values) {
-  db::Column column{db::SampleType::f64, base::Bytes(values.size() * sizeof(double)), {}};
-  std::memcpy(column.raw.data(), values.data(), column.raw.size());
-  return column;
+/// What a position may have besides its direction; the channel is there if any of them has it.
+struct OptionalChannel {
+  std::string_view name;
+  std::string_view unit;
+  std::optional<double> calib::Position::* member;
+};
+constexpr std::array<OptionalChannel, 2> kOptionalChannels = {
+    {{"rate_dps", "dps", &calib::Position::rate_dps}, {"azimuth_deg", "deg", &calib::Position::azimuth_deg}}};
+
+bool occurs(const OptionalChannel& optional, std::span<const calib::Position> positions) {
+  return std::any_of(positions.begin(), positions.end(),
+                     [&](const calib::Position& position) { return (position.*optional.member).has_value(); });
 }
 
-constexpr std::string_view kRateChannel = "rate_dps";
+/// A column of one row; zero bytes where there is no value.
+db::Column one_row(std::optional<double> value) {
+  db::Column column{db::SampleType::f64, base::Bytes(sizeof(double)), {static_cast<std::uint8_t>(value ? 1 : 0)}};
+  if (value) std::memcpy(column.raw.data(), &*value, sizeof(double));
+  return column;
+}
 
 struct PlacedPosition {
   double t_s;
@@ -47,31 +62,21 @@ std::vector<PlacedPosition> placed(const std::vector<calib::Position>& positions
   return result;
 }
 
-/// The rates of the positions, no value where the fixture rests; nothing where it rests in all of them.
-std::optional<db::Column> rate_column(const std::vector<PlacedPosition>& rows) {
-  std::vector<double> rates;
-  std::vector<std::uint8_t> present;
-  for (const PlacedPosition& row : rows) {
-    rates.push_back(row.position->rate_dps.value_or(0.0));
-    present.push_back(row.position->rate_dps ? 1 : 0);
-  }
-  const auto turning = std::count(present.begin(), present.end(), 1);
-  if (turning == 0) return std::nullopt;
-  db::Column column = column_of(rates);
-  if (static_cast<std::size_t>(turning) < rows.size()) column.present = std::move(present);
-  return column;
-}
-
-base::Status read_rates(const db::RunFileReader& file, std::size_t stream, std::vector<calib::Position>& positions) {
-  const auto channel = find_channel(file.streams()[stream].channels, kRateChannel);
+base::Status read_optional(const db::RunFileReader& file, std::size_t stream, const OptionalChannel& optional,
+                           std::vector<calib::Position>& positions) {
+  const auto channel = find_channel(file.streams()[stream].channels, optional.name);
   if (!channel) return {};
   const auto column = file.read(stream, *channel);
   if (!column) return base::forward_error(column);
-  const std::vector<double> rates = db::values_of(*column, 1.0, 0.0);
-  for (std::size_t row = 0; row < positions.size() && row < rates.size(); ++row) {
-    if (!std::isnan(rates[row])) positions[row].rate_dps = rates[row];
+  const std::vector<double> values = db::values_of(*column, 1.0, 0.0);
+  for (std::size_t row = 0; row < positions.size() && row < values.size(); ++row) {
+    if (!std::isnan(values[row])) positions[row].*optional.member = values[row];
   }
   return {};
+}
+
+db::ChannelInfo real_channel(std::string_view name, std::string_view unit) {
+  return {.name = std::string(name), .source_name = std::string(name), .unit = std::string(unit), .labels = {}};
 }
 
 }  // namespace
@@ -96,43 +101,48 @@ base::Result<std::size_t> imu_stream(const db::RunFileReader& file, std::string_
   return base::bad_input(fmt::format("the run file holds no samples of unit '{}'", unit), file.info().run_id);
 }
 
+base::Result<std::size_t> add_position_stream(db::RunFileWriter& file, std::string_view unit,
+                                              std::span<const calib::Position> positions) {
+  db::StreamInfo stream{std::string(kPositionsStream), std::string(unit), {}};
+  stream.channels.push_back(real_channel("t_s", "s"));
+  db::ChannelInfo label{
+      .name = "position", .source_name = "position", .type = db::SampleType::u32, .unit = "label", .labels = {}};
+  for (const calib::Position& position : positions) label.labels.push_back(position.label);
+  stream.channels.push_back(std::move(label));
+  for (const std::string_view name : kUpChannels) stream.channels.push_back(real_channel(name, ""));
+  for (const OptionalChannel& optional : kOptionalChannels) {
+    if (occurs(optional, positions)) stream.channels.push_back(real_channel(optional.name, optional.unit));
+  }
+  return file.add_stream(stream);
+}
+
+base::Status append_position(db::RunFileWriter& file, std::size_t stream, std::span<const calib::Position> positions,
+                             std::size_t index, double t_s) {
+  const calib::Position& position = positions[index];
+  const auto number = static_cast<std::uint32_t>(index);
+  db::Column label{db::SampleType::u32, base::Bytes(sizeof(number)), {}};
+  std::memcpy(label.raw.data(), &number, sizeof(number));
+  std::vector<db::Column> row = {one_row(t_s), std::move(label)};
+  for (const double component : position.up) row.push_back(one_row(component));
+  for (const OptionalChannel& optional : kOptionalChannels) {
+    if (occurs(optional, positions)) row.push_back(one_row(position.*optional.member));
+  }
+  return file.append(stream, row);
+}
+
 base::Status write_positions(db::RunFileWriter& file, std::string_view unit,
                              const std::vector<calib::Position>& positions,
                              const std::vector<db::ChannelInfo>& channels, const std::vector<db::Column>& columns) {
   const std::vector<PlacedPosition> rows = placed(positions, channels, columns);
   if (rows.empty()) return {};
-  db::StreamInfo stream{std::string(kPositionsStream), std::string(unit), {}};
-  stream.channels.push_back({.name = "t_s", .source_name = "t_s", .unit = "s", .labels = {}});
-  db::ChannelInfo label{
-      .name = "position", .source_name = "position", .type = db::SampleType::u32, .unit = "label", .labels = {}};
-  std::vector<double> t_s;
-  std::vector<std::uint32_t> number;
-  std::array<std::vector<double>, 3> up;
-  for (const PlacedPosition& row : rows) {
-    t_s.push_back(row.t_s);
-    number.push_back(static_cast<std::uint32_t>(label.labels.size()));
-    label.labels.push_back(row.position->label);
-    for (std::size_t axis = 0; axis < 3; ++axis) up[axis].push_back(row.position->up[axis]);
+  std::vector<calib::Position> in_order;
+  for (const PlacedPosition& row : rows) in_order.push_back(*row.position);
+  const auto stream = add_position_stream(file, unit, in_order);
+  if (!stream) return base::forward_error(stream);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (auto status = append_position(file, *stream, in_order, i, rows[i].t_s); !status) return status;
   }
-  stream.channels.push_back(std::move(label));
-  db::Column labels{db::SampleType::u32, base::Bytes(number.size() * sizeof(std::uint32_t)), {}};
-  std::memcpy(labels.raw.data(), number.data(), labels.raw.size());
-  std::vector<db::Column> table = {column_of(t_s), std::move(labels)};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    stream.channels.push_back({.name = std::string(kUpChannels[axis]),
-                               .source_name = std::string(kUpChannels[axis]),
-                               .unit = "",
-                               .labels = {}});
-    table.push_back(column_of(up[axis]));
-  }
-  if (auto rates = rate_column(rows)) {
-    stream.channels.push_back(
-        {.name = std::string(kRateChannel), .source_name = std::string(kRateChannel), .unit = "dps", .labels = {}});
-    table.push_back(*std::move(rates));
-  }
-  const auto index = file.add_stream(stream);
-  if (!index) return base::forward_error(index);
-  return file.append(*index, table);
+  return {};
 }
 
 base::Result<std::vector<calib::Position>> read_positions(const db::RunFileReader& file, std::string_view unit) {
@@ -162,7 +172,9 @@ base::Result<std::vector<calib::Position>> read_positions(const db::RunFileReade
     for (std::size_t row = 0; row < positions.size() && row < values.size(); ++row)
       positions[row].up[axis] = values[row];
   }
-  if (const auto read = read_rates(file, *stream, positions); !read) return base::forward_error(read);
+  for (const OptionalChannel& optional : kOptionalChannels) {
+    if (const auto read = read_optional(file, *stream, optional, positions); !read) return base::forward_error(read);
+  }
   return positions;
 }
 

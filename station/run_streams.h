@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -12,9 +13,9 @@
 
 namespace soak::station {
 
-/// Names of the streams of a run file: a unit's samples, and the positions beyond the six named ones that occur in them
-/// (one row per position, at the time of its first row: label, up vector and, where the fixture turns in one of them,
-/// rate).
+/// Names of the streams of a run file: a unit's samples, and of the positions that occur in them those beyond the six
+/// named ones, or of known azimuth (one row per position, at the time of its first row: label, up vector and, where one
+/// of them has it, the rate that the fixture turns at, and the azimuth).
 inline constexpr std::string_view kImuStream = "imu";
 inline constexpr std::string_view kPositionsStream = "positions";
 
@@ -33,7 +34,13 @@ inline constexpr std::string_view kPositionsStream = "positions";
                                            const std::vector<calib::Position>& positions,
                                            const std::vector<db::ChannelInfo>& channels,
                                            const std::vector<db::Column>& columns);
-/// The positions that write_positions() wrote; none where there is no such stream.
+/// Adds that stream for `positions`, without a row. Refuses as RunFileWriter::add_stream() does.
+[[nodiscard]] base::Result<std::size_t> add_position_stream(db::RunFileWriter& file, std::string_view unit,
+                                                            std::span<const calib::Position> positions);
+/// Appends the row of positions[index], which occurs from `t_s` on, to the stream that was added for `positions`.
+[[nodiscard]] base::Status append_position(db::RunFileWriter& file, std::size_t stream,
+                                           std::span<const calib::Position> positions, std::size_t index, double t_s);
+/// The positions that were written so; none where there is no such stream.
 [[nodiscard]] base::Result<std::vector<calib::Position>> read_positions(const db::RunFileReader& file,
                                                                         std::string_view unit);
 

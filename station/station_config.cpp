@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <set>
 #include <utility>
 
 #include "base/number_text.h"
+#include "base/units.h"
 #include "hal/settings_reader.h"
 #include "station/unit_type_file.h"
 
@@ -206,6 +208,16 @@ void read_controllers(const SettingsTable& root, const std::filesystem::path& fo
   if (const auto table = root.table("power")) config.power = read_controller(*table, "power", folder);
 }
 
+/// Heading of a horizontal axis of the fixture that stands with `up` upwards, clockwise from the axis after the
+/// vertical one, degrees.
+double heading_on_fixture(const calib::Vector3& up, const calib::Vector3& axis) {
+  const calib::Vector3 forward = {std::abs(up[2]), std::abs(up[0]), std::abs(up[1])};
+  const calib::Vector3 left = {up[1] * forward[2] - up[2] * forward[1], up[2] * forward[0] - up[0] * forward[2],
+                               up[0] * forward[1] - up[1] * forward[0]};
+  const auto along = [&](const calib::Vector3& d) { return axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2]; };
+  return std::atan2(-along(left), along(forward)) * base::kDegPerRad;
+}
+
 }  // namespace
 
 base::Result<StationConfig> read_station_config(const std::filesystem::path& file) {
@@ -227,7 +239,7 @@ base::Result<StationConfig> read_station_config(const std::filesystem::path& fil
   return config;
 }
 
-calib::Position unit_position(const Slot& slot, std::string_view fixture_up) {
+calib::Position unit_position(const Slot& slot, std::string_view fixture_up, std::optional<double> azimuth_deg) {
   const auto up = calib::position_named(fixture_up);
   if (!up || !is_right_handed(slot.axes)) return {};
   calib::Position position;
@@ -235,9 +247,23 @@ calib::Position unit_position(const Slot& slot, std::string_view fixture_up) {
     const calib::Vector3 direction = calib::position_named(slot.axes[axis])->up;
     const double part = direction[0] * up->up[0] + direction[1] * up->up[1] + direction[2] * up->up[2];
     position.up[axis] = part;
-    if (part != 0.0) position.label = {part > 0.0 ? '+' : '-', static_cast<char>('X' + axis)};
+    if (part == 0.0) continue;
+    position.label = {part > 0.0 ? '+' : '-', static_cast<char>('X' + axis)};
+    const auto next = calib::position_named(slot.axes[(axis + 1) % 3])->up;
+    if (azimuth_deg) position.azimuth_deg = *azimuth_deg + heading_on_fixture(up->up, next);
   }
   return position;
+}
+
+std::vector<calib::Position> positions_of(const Slot& slot, const StationConfig& config) {
+  std::vector<calib::Position> positions;
+  if (!config.fixture) return positions;
+  const hal::RegisterMap& map = *config.fixture;
+  for (std::size_t i = 0; i < map.azimuths_deg.size(); ++i) {
+    calib::Position position = unit_position(slot, map.positions[i], map.azimuths_deg[i]);
+    if (!position.label.empty()) positions.push_back(std::move(position));
+  }
+  return positions;
 }
 
 }  // namespace soak::station

@@ -51,7 +51,12 @@ struct StationConfig {
 [[nodiscard]] base::Result<StationConfig> read_station_config(const std::filesystem::path& file);
 
 /// The unit's position when the fixture stands with `fixture_up` (a label of the six) upwards: label and up vector in
-/// the unit's own axes; both empty where the label is none of the six.
-[[nodiscard]] calib::Position unit_position(const Slot& slot, std::string_view fixture_up);
+/// the unit's own axes; both empty where the label is none of the six. `azimuth_deg`: the fixture's own in that
+/// position; the unit's is that of its own axis after the vertical one.
+[[nodiscard]] calib::Position unit_position(const Slot& slot, std::string_view fixture_up,
+                                            std::optional<double> azimuth_deg = {});
+
+/// The positions of a unit in the slot whose azimuth the fixture's register map gives.
+[[nodiscard]] std::vector<calib::Position> positions_of(const Slot& slot, const StationConfig& config);
 
 }  // namespace soak::station

@@ -8,7 +8,7 @@
 
 #include "base/units.h"
 #include "calib/fit/branches.h"
-#include "calib/six_position/problem.h"
+#include "calib/six_position/frame.h"
 
 namespace soak::calib {
 namespace {
@@ -32,19 +32,24 @@ void drop_empty_runs(std::optional<CurveData>& data) {
 }
 
 /// What a sensor reads at rest beyond its bias in a segment whose position is known.
-double known_input(const Segment& segment, Sensor sensor, const Site& site, const UnitType& type) {
+double known_input(const Segment& segment, Sensor sensor, const Site& site, const six_position::EarthRate& earth,
+                   const UnitType& type) {
   if (!segment.position) return 0.0;
-  const double up = segment.position->up[axis_of(sensor)];
+  const std::size_t axis = axis_of(sensor);
+  const double up = segment.position->up[axis];
   if (!is_gyro(sensor)) return gravity_at(site).mps2 * type.sign_at_rest * up;
-  return site.latitude_deg ? vertical_earth_rate_rps(*site.latitude_deg) * up : 0.0;
+  const double vertical = earth.vertical_rps * up;
+  if (earth.horizontal_rps == 0.0) return vertical;
+  return vertical + earth.horizontal_rps * six_position::frame_of(*segment.position, *site.azimuth_deg).north[axis];
 }
 
 std::vector<CurveRow> block_rows(const RunInput& run, int index, Sensor sensor, const UnitType& type) {
   const std::size_t s = index_of(sensor);
+  const auto earth = six_position::known_earth_rate(run.segments, run.site);
   std::vector<CurveRow> rows;
   for (const Segment& segment : run.segments) {
     if (six_position::turns(segment)) continue;
-    const double known = known_input(segment, sensor, run.site, type);
+    const double known = known_input(segment, sensor, run.site, earth, type);
     for (const Block& block : segment.blocks) {
       if (block.sensor[s].count == 0) continue;
       rows.push_back({index, 0, Sweep::unknown, block.t_s, block.sensor_temp_c[s], block.sensor[s].mean - known,
@@ -96,6 +101,7 @@ void RowCollector::finish() {
   rows_.accel_misalignment = shared_.coupling(false);
   rows_.g_sensitivity = shared_.coupling(true);
   for (std::size_t i = 0; i < 3; ++i) rows_.even_order[i] = shared_.even_order(kSensors[i + 3]);
+  rows_.level = shared_.level();
   state_warnings();
 }
 

@@ -34,6 +34,12 @@ std::optional<StatedValue> average(std::vector<Estimate> estimates) {
 
 void SharedTerms::add(const SixPositionEstimate& run) {
   for (std::size_t s = 0; s < kSensorCount; ++s) runs_[s].push_back(run.sensor[s]);
+  if (run.level_error) {
+    levels_.push_back(*run.level_error);
+  } else {
+    no_level_.push_back(run.no_level_error);
+  }
+  with_headings_ = with_headings_ || run.with_headings;
 }
 
 std::optional<Coupling> SharedTerms::coupling(bool gyros) const {
@@ -59,6 +65,31 @@ std::optional<StatedValue> SharedTerms::even_order(Sensor accel) const {
     if (run.even_order) terms.push_back(*run.even_order);
   }
   return average(terms);
+}
+
+LevelStatement SharedTerms::level() const {
+  LevelStatement level;
+  level.with_headings = with_headings_;
+  std::vector<Estimate> north;
+  std::vector<Estimate> east;
+  for (const LevelError& run : levels_) {
+    north.push_back(run.north);
+    east.push_back(run.east);
+    // The faces are the same in all runs: no mean lessens what they do.
+    for (std::size_t k = 0; k < 2; ++k) {
+      level.per_face_tilt[k] = std::max(level.per_face_tilt[k], run.per_face_tilt[k]);
+    }
+  }
+  const auto to_north = average(north);
+  const auto to_east = average(east);
+  if (to_north && to_east) {
+    level.to_north_east = {*to_north, *to_east};
+  } else {
+    level.reason = !no_level_.empty() ? no_level_.front()
+                   : levels_.empty()  ? "no run has plateaus"
+                                      : "the readings have no error that it could be judged by";
+  }
+  return level;
 }
 
 }  // namespace soak::calib

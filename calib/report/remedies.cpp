@@ -34,6 +34,7 @@ constexpr std::array kRemedies = {
     Remedy{"hysteresis", "Use slower ramps, a longer soak or a better placed thermometer; expect errors of that size."},
     Remedy{"missing_position", "Record the missing positions."},
     Remedy{"even_order", "Check that the fixture's faces are square to each other: a crooked one looks the same."},
+    Remedy{"heading_incomplete", "Give the missing azimuths and import into a new campaign, or do without them."},
     Remedy{"rate_positions", kNothing},
     Remedy{"check_standard_out_of_control", "Find what changed in the station ('soak check chart') before you ship."},
     Remedy{"reference_retired", "See whether the reason speaks against what was measured with it before."},

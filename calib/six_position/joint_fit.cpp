@@ -14,11 +14,16 @@ using LocalMatrix = Eigen::Matrix<double, kLocalCount, kLocalCount>;
 
 constexpr double kOpen = 1e-6;  ///< share of an open direction from which an unknown counts as open
 
+Eigen::Index contrast_index(const Problem& problem) { return problem.with_even ? 3 : 2; }
+
 /// Number of shared unknowns. Accelerometer: couplings to the two other axes, then the even-order term, then the
-/// contrast of the horizontal faces. Gyro: to its own, then the nuisances.
+/// contrast of the horizontal faces, then the tilts of the vertical to north and east. Gyro: to its own, then the
+/// nuisances.
 Eigen::Index shared_count(const Problem& problem) {
   if (!problem.with_position) return 0;
-  if (!is_gyro(problem.sensor)) return 2 + (problem.with_even ? 1 : 0) + (problem.with_contrast ? 1 : 0);
+  if (!is_gyro(problem.sensor)) {
+    return contrast_index(problem) + (problem.with_contrast ? 1 : 0) + (problem.with_level ? kLevelCount : 0);
+  }
   return problem.with_coupling ? 1 + static_cast<Eigen::Index>(problem.nuisance.size()) : 0;
 }
 
@@ -43,7 +48,8 @@ Eigen::VectorXd shared_row(const Problem& problem, const Row& row) {
     if (problem.with_even) a[kEven] = row.up[axis] * row.up[axis] - 1.0;
     // What is left of four faces that are not square once M and K₂ have had theirs: it would pass for a drift, the same
     // in every visit, which reaches the level of b.
-    if (problem.with_contrast) a[a.size() - 1] = a[0] * a[0] - a[1] * a[1];
+    if (problem.with_contrast) a[contrast_index(problem)] = a[0] * a[0] - a[1] * a[1];
+    if (problem.with_level) a.tail<kLevelCount>() << row.north[axis], row.east[axis];
     return a;
   }
   a[0] = std::abs(row.up[axis]) > kOnAxis ? row.up[axis] : 0.0;
@@ -100,24 +106,33 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& matrix, Eigen::MatrixXd& n
   return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
 }
 
-/// Weighted least squares with a drift of variance `drift_variance` per visit: each visit's own unknowns are eliminated
-/// (Schur complement), the shared ones solved, the rest substituted back.
-Solution solve_with(const Problem& problem, const Normal& normal, double drift_variance) {
+/// The normal equations of the shared unknowns once each visit's own are eliminated (Schur complement).
+SharedNormal eliminate_visits(const Problem& problem, const Normal& normal, double drift_variance,
+                              std::vector<LocalMatrix>& inverse) {
   const std::size_t n = problem.visits.size();
-  std::vector<LocalMatrix> inverse(n);
-  Eigen::MatrixXd schur = normal.shared;
-  Eigen::VectorXd right = normal.shared_right;
+  inverse.resize(n);
+  SharedNormal reduced{normal.shared, normal.shared_right};
   for (std::size_t v = 0; v < n; ++v) {
     LocalMatrix own = normal.local[v].own;
     own(kDrift, kDrift) += 1.0 / drift_variance;
     if (!problem.visits[v].with_scale) own(kScale, kScale) = own(kBias, kBias);
     inverse[v] = own.inverse();
-    schur -= normal.local[v].cross.transpose() * inverse[v] * normal.local[v].cross;
-    right -= normal.local[v].cross.transpose() * inverse[v] * normal.local[v].right;
+    reduced.matrix -= normal.local[v].cross.transpose() * inverse[v] * normal.local[v].cross;
+    reduced.right -= normal.local[v].cross.transpose() * inverse[v] * normal.local[v].right;
   }
+  return reduced;
+}
+
+/// Weighted least squares with a drift of variance `drift_variance` per visit: each visit's own unknowns are
+/// eliminated, the shared ones solved, the rest substituted back.
+Solution solve_with(const Problem& problem, const Normal& normal, double drift_variance) {
+  const std::size_t n = problem.visits.size();
+  std::vector<LocalMatrix> inverse;
+  const SharedNormal reduced = eliminate_visits(problem, normal, drift_variance, inverse);
   Solution solution;
-  const Eigen::MatrixXd shared_covariance = pseudo_inverse(schur, solution.open);
-  solution.shared = shared_covariance * right;
+  solution.drift_variance = drift_variance;
+  const Eigen::MatrixXd shared_covariance = pseudo_inverse(reduced.matrix, solution.open);
+  solution.shared = shared_covariance * reduced.right;
   solution.shared_covariance = shared_covariance;
   for (std::size_t v = 0; v < n; ++v) {
     const Eigen::MatrixXd carry = inverse[v] * normal.local[v].cross;
@@ -151,6 +166,16 @@ void judge_residuals(const Problem& problem, Solution& solution, double drift_va
 
 bool shows(const Solution& solution, const Eigen::VectorXd& weights) {
   return solution.open.size() == 0 || (weights.transpose() * solution.open).cwiseAbs().maxCoeff() < kOpen;
+}
+
+double inflation_of(const Problem& problem, const Solution& solution) {
+  const double least = problem.typical_se > 0.0 ? 1.0 : 0.0;
+  return std::sqrt(std::max(least, solution.reduced_chi_squared));
+}
+
+SharedNormal shared_normal(const Problem& problem, double drift_variance) {
+  std::vector<LocalMatrix> inverse;
+  return eliminate_visits(problem, assemble(problem), drift_variance, inverse);
 }
 
 Solution solve(const Problem& problem) {

@@ -100,10 +100,22 @@ std::vector<VisitInfo> collect_visits(std::span<const Segment> segments, Sensor 
   return visits;
 }
 
-/// What is known of the reading beforehand: gravity on accelerometers, the vertical part of the Earth's rate on gyros.
-double known_part(const Problem& problem, const Vector3& up, double vertical_rate_rps) {
-  const double up_i = up[axis_of(problem.sensor)];
-  return is_gyro(problem.sensor) ? vertical_rate_rps * up_i : problem.gravity_mps2 * up_i;
+/// What is known of the reading beforehand: gravity on accelerometers, the Earth's rate on gyros.
+double known_part(const Problem& problem, const Row& row, const EarthRate& earth) {
+  const std::size_t axis = axis_of(problem.sensor);
+  if (!is_gyro(problem.sensor)) return problem.gravity_mps2 * row.up[axis];
+  return earth.vertical_rps * row.up[axis] + earth.horizontal_rps * row.north[axis];
+}
+
+/// Where the axes of the unit point: as the position says, tilted and with north and east where the headings are known.
+/// A unit that turns sees the tilts of whole turns cancel.
+void orient(Row& row, const Segment& segment, const Circumstances& circumstances) {
+  row.up = segment.position->up;
+  if (!circumstances.azimuth_deg || turns(segment)) return;
+  const Frame frame = frame_of(*segment.position, *circumstances.azimuth_deg, circumstances.tilt);
+  row.up = frame.up;
+  row.north = frame.north;
+  row.east = frame.east;
 }
 
 /// Constants for the positions in which a gyro's axis is not vertical, where its own up/down pair gives the level.
@@ -139,7 +151,7 @@ void choose_scales(Problem& problem) {
   for (std::size_t v = 0; v < inputs.size(); ++v) problem.visits[v].with_scale = inputs[v].span() >= kScaleSpan;
 }
 
-Row row_of(const Segment& segment, const Problem& problem, std::size_t visit, double vertical_rate_rps) {
+Row row_of(const Segment& segment, const Problem& problem, std::size_t visit, const Circumstances& circumstances) {
   const Sensor sensor = problem.sensor;
   const SensorStatistics& statistics = segment.sensor[index_of(sensor)];
   const double se = pooled_se(statistics, problem.typical_se);
@@ -149,12 +161,14 @@ Row row_of(const Segment& segment, const Problem& problem, std::size_t visit, do
           .temp_c = segment.sensor_temp_c[index_of(sensor)],
           .tau = 0.5 * (segment.t_start_s + segment.t_end_s) - problem.visits[visit].t_s,
           .up = {},
+          .north = {},
+          .east = {},
           .label = segment.key.position,
           .scale_input = 0.0};
   if (!segment.position) return row;
   const double rate = rate_rps(segment, sensor);
-  row.up = segment.position->up;
-  row.value -= known_part(problem, row.up, vertical_rate_rps) + (is_gyro(sensor) ? rate : 0.0);
+  orient(row, segment, circumstances);
+  row.value -= known_part(problem, row, circumstances.earth) + (is_gyro(sensor) ? rate : 0.0);
   row.scale_input = is_gyro(sensor) ? (rate == 0.0 ? 0.0 : rate / problem.reference_rate_rps) : row.up[axis_of(sensor)];
   return row;
 }
@@ -168,10 +182,6 @@ void normalise_times(Problem& problem) {
 }
 
 }  // namespace
-
-bool turns(const Segment& segment) {
-  return segment.position && segment.position->rate_dps && *segment.position->rate_dps != 0.0;
-}
 
 Problem pose(std::span<const Segment> segments, Sensor sensor, const Circumstances& circumstances) {
   Problem problem;
@@ -189,7 +199,7 @@ Problem pose(std::span<const Segment> segments, Sensor sensor, const Circumstanc
   std::map<std::int32_t, std::size_t> index;
   problem.visits = collect_visits(kept, sensor, index);
   for (const Segment& segment : kept) {
-    problem.rows.push_back(row_of(segment, problem, index[segment.key.visit], circumstances.vertical_rate_rps));
+    problem.rows.push_back(row_of(segment, problem, index[segment.key.visit], circumstances));
   }
   normalise_times(problem);
   choose_scales(problem);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calib/segment.h"
+#include "calib/six_position/frame.h"
 
 namespace soak::calib::six_position {
 
@@ -22,6 +23,8 @@ struct Row {
   double temp_c;
   double tau;  ///< time from the middle of the visit in units of the longest half visit of the run
   Vector3 up;
+  Vector3 north;  ///< zero where the headings are not known
+  Vector3 east;
   std::string label;
   double scale_input;  ///< what the scale error multiplies: specific force in g, rate in the reference rate; signed
 };
@@ -48,6 +51,7 @@ struct Problem {
   bool with_coupling = false;         ///< g-sensitivity along the axis is among the shared unknowns (gyros)
   bool with_even = false;             ///< an even-order term is among the shared unknowns (accelerometers)
   bool with_contrast = false;         ///< as is the contrast of the horizontal faces (accelerometers)
+  bool with_level = false;            ///< as are two tilts of the vertical, in units of g (accelerometers)
   bool with_position = false;
   /// Median standard error of the segments. 0: none is known, the weights are relative and only the residuals say how
   /// far the estimates can be trusted.
@@ -57,17 +61,16 @@ struct Problem {
 /// What stays the same for all sensors of a run.
 struct Circumstances {
   double gravity_mps2 = 0.0;
-  double vertical_rate_rps = 0.0;  ///< of the Earth; 0 where the latitude is not known
+  EarthRate earth;
   int sign_at_rest = 1;
+  std::optional<double> azimuth_deg = std::nullopt;  ///< of the fixture; absent where not all headings are known
+  Tilt tilt{};                                       ///< of the vertical against the positions' up vectors
 };
 
 /// Reading per unit of scale error and of scale_input: m/s² or rad/s.
 [[nodiscard]] inline double scale_unit(const Problem& problem) {
   return is_gyro(problem.sensor) ? problem.reference_rate_rps : problem.gravity_mps2;
 }
-
-/// Whether the fixture turns in the segment at a known rate other than 0.
-[[nodiscard]] bool turns(const Segment& segment);
 
 /// Poses the fit of one sensor: its rows, visits, and the unknowns that the positions of the run can show. Segments in
 /// which the fixture turns enter for the gyro along the axis of rotation alone, and there where the visit has another

@@ -57,12 +57,6 @@ std::string of_faces(double u_rad, std::string_view what) {
                      u_rad * base::kDegPerRad, what);
 }
 
-/// Rotation of the Earth across the vertical; all of it where nobody knows the latitude.
-double horizontal_earth_rate(const Circumstances& circumstances) {
-  if (!circumstances.latitude_deg) return base::kEarthRate_rps;
-  return base::kEarthRate_rps * std::abs(std::cos(*circumstances.latitude_deg * base::kRadPerDeg));
-}
-
 TypeBInput gravity_in_bias(const Circumstances& circumstances, Sensor sensor, bool turned) {
   TypeBInput input{.name = "gravity"};
   if (is_gyro(sensor)) {
@@ -93,7 +87,7 @@ TypeBInput fixture_in_bias(const Circumstances& circumstances, Sensor sensor, bo
   TypeBInput input{.name = "fixture"};
   const double pair = turned ? std::numbers::sqrt2 : 1.0;
   if (is_gyro(sensor)) {
-    input.constant = std::hypot(horizontal_earth_rate(circumstances), g * cross_sensitivity) * *u_rad / pair;
+    input.constant = std::hypot(horizontal_earth_rate_rps(circumstances), g * cross_sensitivity) * *u_rad / pair;
     input.basis = of_faces(*u_rad, "what tilts turn into the axis of the Earth's rotation and of g-sensitivity");
   } else {
     input.constant = turned ? g * *u_rad * *u_rad / pair : g * *u_rad;
@@ -130,8 +124,17 @@ TypeBInput fixture_in_scale(const Circumstances& circumstances, Sensor sensor) {
 
 }  // namespace
 
+std::optional<double> face_uncertainty_rad(const Circumstances& circumstances) {
+  return uncertainty_of(circumstances, ReferenceKind::fixture_squareness);
+}
+
+double horizontal_earth_rate_rps(const Circumstances& circumstances) {
+  if (!circumstances.latitude_deg) return base::kEarthRate_rps;
+  return base::kEarthRate_rps * std::abs(std::cos(*circumstances.latitude_deg * base::kRadPerDeg));
+}
+
 std::optional<double> attitude_uncertainty_rad(const Circumstances& circumstances) {
-  const auto faces = uncertainty_of(circumstances, ReferenceKind::fixture_squareness);
+  const auto faces = face_uncertainty_rad(circumstances);
   if (!faces) return std::nullopt;
   return std::hypot(*faces, uncertainty_of(circumstances, ReferenceKind::level).value_or(0.0));
 }

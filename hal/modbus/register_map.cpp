@@ -135,6 +135,14 @@ std::vector<std::string> read_positions(const SettingsTable& root, const std::st
   return labels;
 }
 
+std::vector<double> read_azimuths(const SettingsTable& root, const RegisterMap& map) {
+  std::vector<double> azimuths = root.numbers("azimuths_deg", {-360.0, 360.0});
+  if (root.has("azimuths_deg") && azimuths.size() != map.positions.size()) {
+    root.refuse("azimuths_deg", "'azimuths_deg' must have one number for each of 'positions'");
+  }
+  return azimuths;
+}
+
 void read_actions(const SettingsTable& root, RegisterMap& map) {
   const auto actions = root.table("action");
   if (!actions) return;
@@ -195,6 +203,7 @@ RegisterMap read_map(const SettingsTable& root) {
   map.alarms = read_alarms(root);
   map.write_policy = read_policy(root);
   map.positions = read_positions(root, map.kind);
+  map.azimuths_deg = read_azimuths(root, map);
   return map;
 }
 

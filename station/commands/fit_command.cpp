@@ -10,6 +10,7 @@
 #include <tuple>
 #include <vector>
 
+#include "base/units.h"
 #include "calib/chamber_time.h"
 #include "calib/chamber_time_json.h"
 #include "calib/fit_json.h"
@@ -23,6 +24,18 @@ namespace {
 
 std::string figure(const std::optional<double>& value, double factor) {
   return value ? fmt::format("{:.3g}", *value * factor) : "-";
+}
+
+/// A line on the level error where headings were given; else it concerns nobody.
+std::string describe(const calib::LevelStatement& level) {
+  if (!level.with_headings) return {};
+  if (!level.to_north_east) return fmt::format("level error: not known, {}\n", level.reason);
+  const auto& [north, east] = *level.to_north_east;
+  const auto in_deg = [](const calib::StatedValue& value) {
+    return fmt::format("{:+.3g}° ± {:.2g}°", value.value * base::kDegPerRad, value.ci95 * base::kDegPerRad);
+  };
+  return fmt::format("level error (subtracted): the true vertical leans {} to north, {} to east (95 %{})\n",
+                     in_deg(north), in_deg(east), north.type_b ? "" : ", without the fixture's faces: not stated");
 }
 
 std::string describe(const calib::UnitModel& model) {
@@ -43,8 +56,8 @@ std::string describe(const calib::UnitModel& model) {
                      error ? figure(error->rmse_shape, factor) : "-", figure(fit->bias.run_to_run_sigma, factor),
                      figure(widest, factor)});
   }
-  return fmt::format("unit {}, model {}{}\n{}", model.unit, model.version, model.simulated ? " (SIMULATED)" : "",
-                     text_table(table));
+  return fmt::format("unit {}, model {}{}\n{}{}", model.unit, model.version, model.simulated ? " (SIMULATED)" : "",
+                     text_table(table), describe(model.level));
 }
 
 void note_warnings(const calib::UnitModel& model, Output& output) {

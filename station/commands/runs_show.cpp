@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "calib/sensor.h"
 #include "db/run_file.h"
@@ -45,6 +46,7 @@ nlohmann::json segment_document(const calib::Segment& segment) {
   for (const calib::Finding& finding : segment.findings) findings.push_back(finding_document(finding));
   return {{"visit", segment.key.visit},
           {"position", segment.key.position},
+          {"azimuth_deg", number_or_null(segment.position ? segment.position->azimuth_deg : std::nullopt)},
           {"attempt", segment.key.attempt},
           {"phase", segment.phase == calib::Phase::ramp ? "ramp" : "soak"},
           {"sweep", calib::name_of(segment.sweep)},

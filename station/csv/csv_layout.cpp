@@ -40,7 +40,7 @@ std::optional<std::string> refuse_position(const ColumnsMap& map, std::string_vi
   std::vector<std::string_view> known(calib::kSixPositionLabels.begin(), calib::kSixPositionLabels.end());
   for (const calib::Position& position : map.positions) {
     if (position.label == label) return std::nullopt;
-    known.push_back(position.label);
+    if (!calib::position_named(position.label)) known.push_back(position.label);
   }
   return fmt::format("unknown position '{}': known are {}; give others in [positions] of a columns map", label,
                      fmt::join(known, ", "));

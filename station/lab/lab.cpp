@@ -170,7 +170,7 @@ base::Status Lab::open_recorder(const PlannedRun& run) {
   std::vector<RecordedUnit> recorded;
   for (UnitChannel* unit : active_units()) {
     unit->recorder_index = recorded.size();
-    recorded.push_back({unit->serial(), unit->type().name, unit->type()});
+    recorded.push_back({unit->serial(), unit->type().name, unit->type(), positions_of(unit->slot(), config)});
   }
   const Purpose purpose = run.preflight ? Purpose::diagnosis : procedure().purpose;
   auto recorder = RunRecorder::begin(catalog, info, std::string(name_of(purpose)), std::move(recorded));

@@ -32,6 +32,8 @@ struct Attempt {
 struct UnitState {
   RecordedUnit unit;
   std::size_t stream = 0;
+  std::optional<std::size_t> position_stream;  ///< where azimuths are known
+  std::set<std::string> placed;                ///< labels of the rows in it
   std::uint64_t rows = 0;
   double last_t_s = kNever_s;
   std::optional<double> new_chamber_c;  ///< for the next row
@@ -120,6 +122,7 @@ struct RunRecorder::Impl {
   [[nodiscard]] base::Status add_streams(const std::vector<RecordedUnit>& added);
   [[nodiscard]] base::Status check_rows(const UnitState& unit, std::span<const hal::ImuSample> samples,
                                         const RowLabels& labels) const;
+  [[nodiscard]] base::Status place(UnitState& unit, const std::string& label, double t_s);
   [[nodiscard]] base::Status seal();
   [[nodiscard]] const Attempt* attempt_of(const Rejected& rejected) const;
   [[nodiscard]] double last_t_s() const;
@@ -146,6 +149,11 @@ base::Status RunRecorder::Impl::add_streams(const std::vector<RecordedUnit>& add
     UnitState state;
     state.unit = unit;
     state.stream = *stream;
+    if (!unit.positions.empty()) {
+      const auto positions = add_position_stream(file, unit.serial, unit.positions);
+      if (!positions) return base::forward_error(positions);
+      state.position_stream = *positions;
+    }
     units.push_back(std::move(state));
   }
   const auto stream = file.add_stream({std::string(kChamberStream), "", chamber_channels()});
@@ -193,6 +201,16 @@ base::Status RunRecorder::Impl::check_rows(const UnitState& unit, std::span<cons
   return {};
 }
 
+/// Notes a position of known azimuth where it occurs for the first time.
+base::Status RunRecorder::Impl::place(UnitState& unit, const std::string& label, double t_s) {
+  if (!unit.position_stream || label.empty() || !unit.placed.insert(label).second) return {};
+  const auto& positions = unit.unit.positions;
+  const auto found = std::ranges::find(positions, label, &calib::Position::label);
+  if (found == positions.end()) return {};
+  return append_position(file, *unit.position_stream, positions, static_cast<std::size_t>(found - positions.begin()),
+                         t_s);
+}
+
 base::Status RunRecorder::add(std::size_t unit, std::span<const hal::ImuSample> samples, const RowLabels& labels) {
   if (unit >= impl_->units.size()) return base::bad_input(fmt::format("the run has no unit number {}", unit));
   UnitState& state = impl_->units[unit];
@@ -202,6 +220,7 @@ base::Status RunRecorder::add(std::size_t unit, std::span<const hal::ImuSample> 
   auto added = impl_->file.append(state.stream, imu_columns(samples, labels, visit, state.new_chamber_c));
   // Every other error leaves the rows in the writer's memory.
   if (!added && added.error().kind == base::ErrorKind::bad_input) return added;
+  if (const auto noted = impl_->place(state, labels.position, samples.front().t_s); added && !noted) added = noted;
   state.follow_attempts(labels, visit, samples.front().t_s, samples.back().t_s);
   state.rows += samples.size();
   state.last_t_s = samples.back().t_s;

@@ -33,8 +33,9 @@ struct RunRecord {
 
 struct RecordedUnit {
   std::string serial;
-  std::string type = "generic";  ///< of a unit that is new to the catalog
-  calib::UnitType facts{};       ///< what is known of the type: for the data gate
+  std::string type = "generic";              ///< of a unit that is new to the catalog
+  calib::UnitType facts{};                   ///< what is known of the type: for the data gate
+  std::vector<calib::Position> positions{};  ///< of the six, those whose azimuth is known: for a run's recorder
 };
 
 /// Rows of a unit whose segments shall not be used.

@@ -70,6 +70,21 @@ std::string even_order_table(const json& terms) {
   return table.html();
 }
 
+/// How far the chamber was out of level; nothing for models from before that was estimated.
+std::string level_words(const json& level) {
+  if (!level.is_object()) return {};
+  if (!level.at("north_rad").is_object()) {
+    return "<p>Level error of the chamber's side: not known; " + html::text_of(level, "reason") + ".</p>\n";
+  }
+  const auto lean = [&](const char* key) {
+    const json& stated = level.at(key);
+    return html::number(stated["value"].get<double>() * kMillirad) + " ± " +
+           html::number(stated["ci95"].get<double>() * kMillirad) + " mrad";
+  };
+  return "<p>Level error of the chamber's side, subtracted (95 %): the true vertical leans " + lean("north_rad") +
+         " to north and " + lean("east_rad") + " to east of the fixture's.</p>\n";
+}
+
 struct Term {
   const char* key;
   const char* name;
@@ -191,9 +206,13 @@ std::string couplings_part(const json& couplings) {
                     type_b_words(misalignment) + "</p>\n"
               : "<p>Misalignment: not known, the positions do not show all of it.</p>\n";
   html += sensitivity.is_object()
-              ? "<p>g-sensitivity stands beside the model and is not in the file; off its diagonal it holds the "
-                "horizontal part of the Earth's rotation too.</p>\n"
+              ? "<p>g-sensitivity stands beside the model and is not in the file" +
+                    std::string(member(couplings, "earth_rate_subtracted") == "whole"
+                                    ? "; the whole rotation of the Earth was subtracted.</p>\n"
+                                    : "; off its diagonal it holds the horizontal part of the Earth's rotation "
+                                      "too.</p>\n")
               : "<p>g-sensitivity: not known, the positions do not show all of it.</p>\n";
+  html += level_words(member(couplings, "level_error"));
   return html + "</section>\n";
 }
 

@@ -28,6 +28,16 @@ TEST(ChiSquared, MatchesPublishedCriticalValues) {
   EXPECT_DOUBLE_EQ(chi_squared_upper_tail(0.0, 5), 1.0);
 }
 
+// SciPy 1.10, stats.f.sf.
+TEST(FDistribution, TailsKeepTheirRelativeAccuracy) {
+  EXPECT_NEAR(f_upper_tail(3.708, 3, 10), 0.050008781604542425, 1e-12);
+  EXPECT_NEAR(f_upper_tail(0.5, 7, 3.5), 0.7991544250016287, 1e-12);
+  EXPECT_NEAR(f_upper_tail(40.0, 2, 15) / 9.722039992477878e-07, 1.0, 1e-10);
+  EXPECT_NEAR(f_upper_tail(150.5, 1, 17) / 7.173200360616076e-10, 1.0, 1e-10);
+  EXPECT_NEAR(f_upper_tail(1200.0, 6, 17) / 2.2847263995338358e-21, 1.0, 1e-10);
+  EXPECT_EQ(f_upper_tail(0.0, 2, 5), 1.0);
+}
+
 TEST(ChiSquared, QuantilesMatchPublishedCriticalValues) {
   // NIST/SEMATECH e-Handbook, table 1.3.6.7.4: upper 5 % and lower 5 % points, printed to three digits.
   EXPECT_NEAR(chi_squared_quantile(0.95, 10), 18.307, 5e-4);

@@ -38,7 +38,7 @@ def configuration(lab, design, hidden):
     return text
 
 
-def judge(programs, seed, design, hidden):
+def judge(programs, seed, design, hidden, rules=3):
     """What `soak gap find --json` says of a campaign of that seed, and what was hidden in it."""
     with tempfile.TemporaryDirectory(prefix="soak-blind-") as name:
         folder = pathlib.Path(name)
@@ -50,7 +50,7 @@ def judge(programs, seed, design, hidden):
         csv = next((folder / "csv" / "campaign").glob("*.csv"))
         programs.run("soak", "import", csv, "--unit", UNIT, "--gravity-mps2", "9.80665", env=env)
         shutil.rmtree(folder / "csv")
-        programs.run("soak", "fit", "--unit", UNIT, "--rules", 3, "--jobs", 1, env=env)
+        programs.run("soak", "fit", "--unit", UNIT, "--rules", rules, "--jobs", 1, env=env)
         report = json.loads(programs.run("soak", "gap", "find", "--unit", UNIT, "--json", env=env))
         truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
     return report, truth

@@ -130,7 +130,7 @@ class Rates(SoakTest):
             self.assertIn(f"bad.csv, line 3, column '{header}'", error["where"])
         for value, words in (("{ up = [1, 0, 0], rate_dps = 20000.1 }", "up to 20000 deg/s"),
                              ("{ up = [1, 0, 0], rate_dps = \"fast\" }", "finite number"),
-                             ("{ up = [1, 0, 0], speed = 3 }", "known are up, rate_dps"), ("{ rate_dps = 3 }", "three numbers")):
+                             ("{ up = [1, 0, 0], speed = 3 }", "known are up, azimuth_deg, rate_dps"), ("{ rate_dps = 3 }", "three numbers")):
             self.assertIn(words, self.refused("t_s,temp_c,gx_dps\n0,25,1\n", f"[positions]\nP = {value}\n"))
 
 

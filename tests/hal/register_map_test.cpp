@@ -299,6 +299,8 @@ TEST(RegisterMap, OnlyAFixtureHasPositionsAndEachOnce) {
             "m.toml:3: 'positions' names no position");
   EXPECT_EQ(refusal("name = \"f\"\nkind = \"power\"\npositions = [\"+X\"]\n" + rest),
             "m.toml:3: 'positions' belongs to kind \"fixture\"");
+  EXPECT_EQ(refusal("name = \"f\"\nkind = \"fixture\"\npositions = [\"+X\", \"-X\"]\nazimuths_deg = [5]\n" + rest),
+            "m.toml:4: 'azimuths_deg' must have one number for each of 'positions'");
 }
 
 TEST(RegisterMap, OutputsOfARelayAreNumbered) {

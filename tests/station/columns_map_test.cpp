@@ -22,6 +22,9 @@ plateau_c = 25
 [positions]
 tilt = [0, 3, 4]
 left = { up = [0, 0, 2], rate_dps = 30 }
+north = { up = [0, 0, 1], azimuth_deg = -15.5 }
+[azimuths_deg]
+"-x" = 90
 )",
                                      "m.toml");
   ASSERT_TRUE(map) << map.error().message;
@@ -38,12 +41,17 @@ left = { up = [0, 0, 2], rate_dps = 30 }
   EXPECT_EQ(map->columns[1].meaning.unit, "k");
   EXPECT_TRUE(map->columns[2].is_label);
   EXPECT_EQ(map->constants, (std::vector<std::pair<std::string, std::string>>{{"phase", "ramp"}, {"plateau_c", "25"}}));
-  ASSERT_EQ(map->positions.size(), 2U);
-  EXPECT_EQ(map->positions[0].label, "left");
-  EXPECT_EQ(map->positions[0].up, (calib::Vector3{0.0, 0.0, 1.0}));
-  EXPECT_EQ(map->positions[0].rate_dps, 30.0);
-  EXPECT_EQ(map->positions[1].up, (calib::Vector3{0.0, 0.6, 0.8}));
-  EXPECT_FALSE(map->positions[1].rate_dps);
+  ASSERT_EQ(map->positions.size(), 4U);
+  calib::Position named = *calib::position_named("-X");
+  named.azimuth_deg = 90.0;
+  EXPECT_EQ(map->positions[0], named);
+  EXPECT_EQ(map->positions[1].label, "left");
+  EXPECT_EQ(map->positions[1].up, (calib::Vector3{0.0, 0.0, 1.0}));
+  EXPECT_EQ(map->positions[1].rate_dps, 30.0);
+  EXPECT_EQ(map->positions[2].azimuth_deg, -15.5);
+  EXPECT_FALSE(map->positions[2].rate_dps);
+  EXPECT_EQ(map->positions[3].up, (calib::Vector3{0.0, 0.6, 0.8}));
+  EXPECT_FALSE(map->positions[3].rate_dps || map->positions[3].azimuth_deg);
 }
 
 TEST(ColumnsMap, ReportsEveryMistakeWithItsLine) {
@@ -76,12 +84,18 @@ TEST(ColumnsMap, ReportsEveryMistakeWithItsLine) {
       "rate_rps = 1\n"
       "[positions.P5]\n"
       "up = [0, 0, 1]\n"
-      "rate_dps = -20001\n",
+      "rate_dps = -20001\n"
+      "[azimuths_deg]\n"
+      "P1 = 3\n"
+      "\"+Y\" = \"north\"\n"
+      "\"+Z\" = 361\n"
+      "\"+x\" = 5\n"
+      "\"+X\" = 5\n",
       "m.toml");
   ASSERT_FALSE(map);
   EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(map.error().where, "m.toml");
-  for (const int line : {1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 17, 18, 20, 21, 25, 26, 29}) {
+  for (const int line : {1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 17, 18, 20, 21, 25, 26, 29, 31, 32, 33, 34}) {
     EXPECT_NE(("\n" + map.error().message).find("\nline " + std::to_string(line) + ": "), std::string::npos)
         << "line " << line << " in\n"
         << map.error().message;
@@ -106,6 +120,10 @@ skip_rows = 1
 P1 = [1, 1, 1]
 P2 = { up = [1, 2, 3], rate_dps = -0.1 }
 P3 = { up = [0, 0, 1], rate_dps = 1e-300 }
+P4 = { up = [0, 0, 1], rate_dps = 1, azimuth_deg = 0.1 }
+[azimuths_deg]
+"+X" = 0
+"-Z" = -359.9
 )",
                                      "m.toml");
   ASSERT_TRUE(map) << map.error().message;

@@ -21,6 +21,40 @@ using namespace recorder_bench;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
+TEST_F(RunRecorderTest, KeepsTheAzimuthsOfThePositionsThatOccur) {
+  const auto at = [](std::string_view label, double azimuth_deg) {
+    calib::Position position = *calib::position_named(label);
+    position.azimuth_deg = azimuth_deg;
+    return position;
+  };
+  RecordedUnit turned{"SN1", "mti"};
+  turned.positions = {at("+X", 10.0), at("-X", 20.0), at("-Z", 30.0)};
+  RunRecorder recorder = begin(info(), {turned, {"SN2", "mti"}});
+  Unit units[] = {Unit(1), Unit(2)};
+  for (const char* label : {"-Z", "", "+X", "", "-Z"}) {
+    for (std::size_t unit = 0; unit < 2; ++unit) {
+      ASSERT_TRUE(recorder.add(unit, units[unit].samples(30, 25.0F), soak(25.0, label)));
+    }
+  }
+  const auto runs = recorder.finish({});
+  ASSERT_TRUE(runs) << runs.error().message;
+  for (const db::RunRow& run : *runs) {
+    const auto segments = catalog_->segments(run.run_id, run.unit, false);
+    ASSERT_TRUE(segments);
+    ASSERT_EQ(segments->size(), 3U);
+    const bool known = run.unit == "SN1";
+    EXPECT_EQ((*segments)[0].position->azimuth_deg, known ? std::optional(30.0) : std::nullopt);
+    EXPECT_EQ((*segments)[1].position->azimuth_deg, known ? std::optional(10.0) : std::nullopt);
+    EXPECT_EQ((*segments)[1].position->label, "+X");
+    const auto file = db::RunFileReader::open(catalog_->run_file_path(run));
+    ASSERT_TRUE(file);
+    EXPECT_EQ(read_positions(*file, run.unit)->size(), known ? 2U : 0U);
+    const auto native = native_csv(*file, run.unit);
+    ASSERT_TRUE(native) << native.error().message;
+    EXPECT_EQ(native->columns_map->find("\"-Z\" = 30.0") != std::string::npos, known);
+  }
+}
+
 TEST_F(RunRecorderTest, GivesBackEveryNumberThatWentIn) {
   RunRecorder recorder = begin(info());
   std::vector<hal::ImuSample> sent;

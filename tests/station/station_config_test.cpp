@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -246,6 +247,52 @@ TEST(UnitPosition, AgreesWithTheRotationMatrixInAll24Mountings) {
       for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(position.up[i], up[i]);
     }
   }
+}
+
+/// Rows: fixture axes in east, north, up, for axis `row` up (sign) and the next one at a heading.
+std::array<std::array<double, 3>, 3> fixture_axes(std::size_t row, int sign, double heading_rad) {
+  std::array<std::array<double, 3>, 3> axes{};
+  axes[row] = {0.0, 0.0, static_cast<double>(sign)};
+  axes[(row + 1) % 3] = {std::sin(heading_rad), std::cos(heading_rad), 0.0};
+  axes[(row + 2) % 3] = {-sign * std::cos(heading_rad), sign * std::sin(heading_rad), 0.0};
+  return axes;
+}
+
+TEST(UnitPosition, TurnsTheHeadingWithTheSlotInAll24Mountings) {
+  constexpr double kAzimuth_deg = 35.0;
+  for (const Matrix& r : mountings()) {
+    Slot slot;
+    for (std::size_t axis = 0; axis < 3; ++axis) slot.axes[axis] = label_of(r[0][axis], r[1][axis], r[2][axis]);
+    for (std::size_t k = 0; k < 6; ++k) {
+      const calib::Position position = unit_position(slot, calib::kSixPositionLabels[k], kAzimuth_deg);
+      ASSERT_TRUE(position.azimuth_deg);
+      const auto axes = fixture_axes(k / 2, k % 2 == 0 ? 1 : -1, kAzimuth_deg * 3.14159265358979 / 180.0);
+      // The unit's axis after its vertical one, in fixture axes a column of R, in east and north of the place.
+      const auto next = static_cast<std::size_t>(position.label[1] - 'X' + 1) % 3;
+      double east = 0.0;
+      double north = 0.0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        east += r[i][next] * axes[i][0];
+        north += r[i][next] * axes[i][1];
+      }
+      const double heading = *position.azimuth_deg * 3.14159265358979 / 180.0;
+      EXPECT_NEAR(std::sin(heading), east, 1e-9) << slot.axes[0] << slot.axes[1] << " " << position.label;
+      EXPECT_NEAR(std::cos(heading), north, 1e-9);
+    }
+  }
+}
+
+TEST(UnitPosition, HeadingsComeFromTheFixturesMap) {
+  StationConfig config;
+  EXPECT_TRUE(positions_of(Slot{}, config).empty());
+  config.fixture.emplace();
+  config.fixture->positions = {"+X", "-X", "between"};
+  EXPECT_TRUE(positions_of(Slot{}, config).empty());
+  config.fixture->azimuths_deg = {10.0, 20.0, 30.0};
+  const auto positions = positions_of(Slot{}, config);
+  ASSERT_EQ(positions.size(), 2U);
+  EXPECT_EQ(positions[1].label, "-X");
+  EXPECT_EQ(positions[1].azimuth_deg, 20.0);
 }
 
 TEST(UnitPosition, AnUnknownLabelGivesNone) { EXPECT_TRUE(unit_position(Slot{}, "up").label.empty()); }

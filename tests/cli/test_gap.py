@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`soak gap find` on campaigns with a hidden effect, seen as CSV: a short blind benchmark, with bounds that a namer which
+guesses, or finds nothing, or always finds something, cannot pass. `./run bench gap` prints the tables."""
+import os
+import pathlib
+import sys
+import unittest
+
+from soak_cli import ROOT, SoakTest, check_schema
+
+sys.path.insert(0, str(ROOT / "tests" / "blind"))
+from blind_campaign import Programs, judge  # noqa: E402
+
+EFFECTS = ("thermal_hysteresis", "temperature_rate", "sensor_lag", "warmup_transient", "g_sensitivity", "cross_axis", "fixture_tilt",
+           "scale_nonlinearity", "vibration_rectification", "supply_sensitivity")
+
+
+def programs():
+    return Programs(pathlib.Path(os.environ["SOAK_BIN"]).parent, ROOT / "hal" / "sim" / "lab.toml")
+
+
+def names(report):
+    return [effect["name"] for effect in report["effects"]]
+
+
+class Blind(unittest.TestCase):
+    def test_each_effect_is_named(self):
+        right = 0
+        for number, effect in enumerate(EFFECTS):
+            report, truth = judge(programs(), 500 + number, {}, [{"effect": effect, "magnitude": 1.2, "seed": number}])
+            check_schema(report, "gap-find")
+            hidden = truth["units"][0]["effects"][0]
+            self.assertEqual(hidden["name"], effect)
+            if report["verdict"] == "named" and names(report)[0] == effect:
+                right += 1
+                self.assertLess(report["effects"][0]["evidence"]["p_adjusted"], 0.003)
+            else:
+                print(f"{effect}: {report['verdict']} {names(report)}: {report['reason']}", file=sys.stderr)
+        self.assertGreaterEqual(right, len(EFFECTS) - 1)
+
+    def test_nothing_is_named_where_nothing_is_hidden(self):
+        for number, kind in enumerate(("identical", "mixed", "three", "missing_logs", "identical", "mixed")):
+            report, truth = judge(programs(), 700 + number, {"kind": kind}, [])
+            check_schema(report, "gap-find")
+            self.assertEqual(truth["units"][0]["effects"], [])
+            self.assertEqual((report["verdict"], names(report)), ("none", []), kind)
+
+    def test_one_run_cannot_be_judged(self):
+        report, _ = judge(programs(), 800, {"kind": "one"}, [{"effect": "thermal_hysteresis", "magnitude": 2.4, "seed": 1}], rules=2)
+        check_schema(report, "gap-find")
+        self.assertEqual((report["verdict"], names(report)), ("cannot_judge", []))
+        self.assertIn("one run only", report["reason"])
+
+    def test_a_memory_of_the_time_of_day_is_unknown(self):
+        report, _ = judge(programs(), 900, {}, [{"effect": "daily_wave", "magnitude": 2.4, "seed": 5}])
+        check_schema(report, "gap-find")
+        self.assertNotEqual(report["verdict"], "named", names(report))
+
+
+class Find(SoakTest):
+    def test_a_unit_without_model_is_refused(self):
+        csv = "t_s,temp_c,gx_dps\n" + "".join(f"{i},25,{i % 7}\n" for i in range(100))
+        self.soak("import", self.write("a.csv", csv), "--unit", "SN1")
+        error = self.refusal("gap", "find", "--unit", "SN1")
+        self.assertIn("has no model yet", error["message"])
+        error = self.refusal("gap", "find", "--unit", "SN2")
+        self.assertIn("SN2", error["message"])
+
+
+if __name__ == "__main__":
+    unittest.main()

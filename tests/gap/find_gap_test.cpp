@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `find_gap` says of campaigns with an effect of the test's own in them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "calib/gap/gap_report.h"
+#include "tests/gap/made_up_campaign.h"
+
+namespace soak::calib::gap {
+namespace {
+
+using made_up::Hidden;
+using made_up::Moment;
+using made_up::Plan;
+
+double unit_of(const Plan& plan, Sensor sensor) { return is_gyro(sensor) ? plan.gyro_block : plan.accel_block; }
+
+/// A rod with play: follows the temperature 15 K behind on both sides.
+Hidden hysteresis(const Plan& plan) {
+  auto rods = std::make_shared<std::array<double, kSensorCount>>();
+  auto runs = std::make_shared<std::array<int, kSensorCount>>();
+  runs->fill(-1);
+  return [=](Sensor sensor, const Moment& moment) {
+    double& rod = rods->at(index_of(sensor));
+    int& run = runs->at(index_of(sensor));
+    if (run != moment.run) rod = moment.temp_c + 15.0;
+    run = moment.run;
+    rod = std::clamp(rod, moment.temp_c - 15.0, moment.temp_c + 15.0);
+    return unit_of(plan, sensor) * (moment.temp_c - rod) / 15.0;
+  };
+}
+
+GapReport report_of(const Plan& plan, const Hidden& hidden) { return find_gap(made_up::campaign(plan, hidden), 3); }
+
+void expect_named(const GapReport& report, std::string_view name) {
+  EXPECT_EQ(name_of(report.verdict), "named") << name << ": " << report.reason;
+  ASSERT_EQ(report.effects.size(), 1U) << name << ": " << report.reason;
+  EXPECT_EQ(report.effects[0].effect->name, name);
+  EXPECT_LT(report.effects[0].p_adjusted, kGate);
+  EXPECT_GT(report.effects[0].delta_bic, 0.0);
+  EXPECT_GT(report.effects[0].heldout_gain, 0.0);
+}
+
+TEST(FindGap, SaysNoneWhereNothingIsHidden) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    Plan plan;
+    plan.seed = seed;
+    plan.runs = seed % 2 == 0 ? 6 : 3;
+    const GapReport report = report_of(plan, made_up::nothing());
+    EXPECT_EQ(report.verdict, Verdict::none) << "seed " << seed << ": " << report.reason;
+    EXPECT_TRUE(report.effects.empty());
+    ASSERT_TRUE(report.detection_limit[0]);
+    EXPECT_GT(*report.detection_limit[0], 0.0);
+  }
+}
+
+TEST(FindGap, NamesHysteresis) {
+  const Plan plan;
+  const GapReport report = report_of(plan, hysteresis(plan));
+  expect_named(report, "thermal_hysteresis");
+  // The rod's half gap is one block's noise; the largest of the sensors' estimates.
+  const auto& gap = report.gap[0];
+  ASSERT_TRUE(gap && gap->closed_fraction);
+  EXPECT_GT(*gap->closed_fraction, 0.7);
+  EXPECT_LT(gap->after_rms, gap->before_rms);
+}
+
+TEST(FindGap, NamesWarmUp) {
+  const Plan plan;
+  expect_named(
+      report_of(plan, [&](Sensor sensor,
+                          const Moment& m) { return 8.0 * unit_of(plan, sensor) * std::exp(-m.t_s / 1500.0); }),
+      "warmup_transient");
+}
+
+TEST(FindGap, NamesWhatFollowsTheRateOfTheTemperature) {
+  Plan plan;
+  plan.soak_s = 600.0;
+  expect_named(
+      report_of(plan, [&](Sensor sensor, const Moment& m) { return 3.0 * unit_of(plan, sensor) * m.rate_kps / 0.005; }),
+      "temperature_rate");
+}
+
+TEST(FindGap, NamesASupplyThatOneSensorFeels) {
+  const Plan plan;
+  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
+    return sensor == Sensor::accel_y ? 2.0 * plan.accel_block * (m.supply_v - 5.0) / 0.05 : 0.0;
+  });
+  expect_named(report, "supply_sensitivity");
+  ASSERT_EQ(report.effects[0].sensors.size(), 1U);
+  EXPECT_EQ(report.effects[0].sensors[0], Sensor::accel_y);
+  EXPECT_NEAR(report.effects[0].magnitude.value, 2.0 * plan.accel_block / 0.05, 0.2 * 2.0 * plan.accel_block / 0.05);
+}
+
+TEST(FindGap, NamesTheCompressor) {
+  const Plan plan;
+  expect_named(report_of(plan, [&](Sensor sensor, const Moment& m) { return 1.5 * unit_of(plan, sensor) * m.duty; }),
+               "vibration_rectification");
+}
+
+TEST(FindGap, NamesGSensitivity) {
+  const Plan plan;
+  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
+    return sensor == Sensor::gyro_z ? plan.gyro_block * (2.0 * m.up[0] - 1.0 * m.up[1] + 2.0 * m.up[2]) : 0.0;
+  });
+  expect_named(report, "g_sensitivity");
+  EXPECT_EQ(report.effects[0].sensors, std::vector<Sensor>{Sensor::gyro_z});
+}
+
+TEST(FindGap, NamesTheEvenOrderOfAnAccelerometer) {
+  const Plan plan;
+  expect_named(report_of(plan,
+                         [&](Sensor sensor, const Moment& m) {
+                           const double f = m.up[axis_of(sensor)];
+                           return is_gyro(sensor) ? 0.0 : 1.5 * plan.accel_block * f * f;
+                         }),
+               "scale_nonlinearity");
+}
+
+TEST(FindGap, NamesMisalignmentThatMovesWithTemperature) {
+  const Plan plan;
+  expect_named(report_of(plan,
+                         [&](Sensor sensor, const Moment& m) {
+                           const double f = m.up[(axis_of(sensor) + 1) % 3];
+                           return is_gyro(sensor) ? 0.0 : 3.0 * plan.accel_block * f * (m.temp_c - 25.0) / 45.0;
+                         }),
+               "cross_axis");
+}
+
+TEST(FindGap, NamesMountingsThatLean) {
+  const Plan plan;
+  base::Random random(8);
+  std::array<Vector3, 6> lean{};
+  for (Vector3& angles : lean) {
+    for (double& angle : angles) angle = 4e-4 * random.gaussian();
+  }
+  expect_named(report_of(plan,
+                         [&](Sensor sensor, const Moment& m) {
+                           if (is_gyro(sensor)) return 0.0;
+                           const Vector3& a = lean.at(static_cast<std::size_t>(m.run));
+                           const std::size_t i = axis_of(sensor);
+                           return 9.81 * (m.up[(i + 1) % 3] * a[(i + 2) % 3] - m.up[(i + 2) % 3] * a[(i + 1) % 3]);
+                         }),
+               "fixture_tilt");
+}
+
+TEST(FindGap, SaysUnknownOfCreepAfterEachTurn) {
+  const Plan plan;
+  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
+    return 2.0 * unit_of(plan, sensor) * std::exp(-m.in_placement_s / 60.0);
+  });
+  EXPECT_EQ(report.verdict, Verdict::unknown);
+  EXPECT_TRUE(report.effects.empty());
+  ASSERT_TRUE(report.leftover);
+  EXPECT_EQ(report.leftover->axis, "time since the fixture turned");
+}
+
+TEST(FindGap, OfOneRunCannotJudge) {
+  Plan plan;
+  plan.runs = 1;
+  const GapReport report = report_of(plan, hysteresis(plan));
+  EXPECT_EQ(report.verdict, Verdict::cannot_judge);
+  EXPECT_NE(report.reason.find("one run only"), std::string::npos);
+}
+
+TEST(FindGap, OfNoRunCannotJudge) { EXPECT_EQ(find_gap({}, 1).verdict, Verdict::cannot_judge); }
+
+TEST(FindGap, SurvivesAConstantSensorAndReadingsThatAreNoNumbers) {
+  const Plan plan;
+  LoggedCampaign campaign = made_up::campaign(plan, made_up::nothing());
+  for (LoggedRun& run : campaign.runs) {
+    for (Segment& segment : run.run.segments) {
+      for (Block& block : segment.blocks) {
+        block.sensor[0].mean = 0.001;
+        block.sensor[4].mean = std::numeric_limits<double>::quiet_NaN();
+        block.sensor[5].count = 0;
+      }
+    }
+  }
+  const GapReport report = find_gap(campaign, 1);
+  EXPECT_EQ(report.verdict, Verdict::none) << report.reason;
+  EXPECT_FALSE(report.gap[4]);
+  EXPECT_FALSE(report.gap[5]);
+}
+
+TEST(FindGap, SurvivesADroppedVisitAndPositionsThatWereMixedUp) {
+  const Plan plan;
+  LoggedCampaign campaign = made_up::campaign(plan, made_up::nothing());
+  auto& segments = campaign.runs[2].run.segments;
+  std::erase_if(segments, [](const Segment& segment) { return segment.key.visit == 4; });
+  for (Segment& segment : campaign.runs[3].run.segments) {
+    if (segment.key.visit == 2) segment.position = position_named("+Z");
+  }
+  const GapReport report = find_gap(campaign, 1);
+  EXPECT_TRUE(report.verdict == Verdict::none || report.verdict == Verdict::unknown) << report.reason;
+}
+
+TEST(FindGap, WithoutLogsSaysWhatCannotBeTested) {
+  const Plan plan;
+  LoggedCampaign campaign = made_up::campaign(plan, made_up::nothing());
+  for (LoggedRun& run : campaign.runs) {
+    run.log.compressor.clear();
+    run.log.supply_v.clear();
+    run.start_utc_s.reset();
+  }
+  const GapReport report = find_gap(campaign, 1);
+  std::vector<std::string> names;
+  for (const NotTestable& entry : report.not_testable) names.push_back(entry.name);
+  for (const char* name : {"vibration_rectification", "supply_sensitivity", "aging_drift", "quantization"}) {
+    EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
+  }
+}
+
+}  // namespace
+}  // namespace soak::calib::gap
