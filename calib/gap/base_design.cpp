@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "calib/gap/level_spline.h"
 
@@ -46,22 +47,29 @@ BaseDesign base_design(const Observations& observations, Sensor sensor, const st
   return design;
 }
 
-std::optional<double> slope_sigma(const std::vector<double>& level_c, const Eigen::VectorXd& levels) {
-  const std::size_t count = level_c.size();
-  if (count < 2) return std::nullopt;
+Eigen::VectorXd slope_sigmas(const std::vector<double>& level_c, const Eigen::VectorXd& levels) {
+  const Eigen::Index count = levels.size();
+  if (count < 2) return Eigen::VectorXd::Constant(count, std::numeric_limits<double>::infinity());
   const double spacing_c = (level_c.back() - level_c.front()) / static_cast<double>(count - 1);
-  if (count == 2) return std::abs(levels(1) - levels(0)) / spacing_c;
+  if (count == 2) return Eigen::VectorXd::Constant(2, std::abs(levels(1) - levels(0)) / spacing_c);
   double largest = 0.0;
-  for (std::size_t k = 1; k + 1 < count; ++k) {
+  for (Eigen::Index k = 1; k + 1 < count; ++k) {
     std::vector<double> others = level_c;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    Eigen::VectorXd values(levels.size() - 1);
-    const auto at = static_cast<Eigen::Index>(k);
-    values << levels.head(at), levels.tail(levels.size() - 1 - at);
-    const double off = levels(at) - LevelSpline(others).weights(level_c[k]).dot(values);
+    others.erase(others.begin() + k);
+    Eigen::VectorXd values(count - 1);
+    values << levels.head(k), levels.tail(count - 1 - k);
+    const double off = levels(k) - LevelSpline(others).weights(level_c[static_cast<std::size_t>(k)]).dot(values);
     largest = std::max(largest, std::abs(off));
   }
-  return largest / spacing_c;
+  constexpr double kNaturalEnd = 0.3;
+  const auto at_end = [&](Eigen::Index end, Eigen::Index inwards) {
+    const double second = levels(end) - 2.0 * levels(end + inwards) + levels(end + 2 * inwards);
+    return std::max(largest, kNaturalEnd * std::abs(second));
+  };
+  Eigen::VectorXd sigmas = Eigen::VectorXd::Constant(count, largest);
+  sigmas(0) = at_end(0, 1);
+  sigmas(count - 1) = at_end(count - 1, -1);
+  return sigmas / spacing_c;
 }
 
 Eigen::VectorXd base_slope(const Observations& observations, Sensor sensor, const std::vector<double>& temp_c,

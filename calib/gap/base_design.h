@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
 #include "calib/gap/observations.h"
@@ -27,10 +26,12 @@ struct BaseDesign {
 [[nodiscard]] BaseDesign base_design(const Observations& observations, Sensor sensor,
                                      const std::vector<double>& temp_c);
 
-/// Standard deviation of what the spline's slope is off at its knots, per kelvin: the largest distance of an inner
-/// level from the spline through all others, over the distance of the levels (features are local: a mean would not do).
-/// Nothing where a single level says nothing of it.
-[[nodiscard]] std::optional<double> slope_sigma(const std::vector<double>& level_c, const Eigen::VectorXd& levels);
+/// Standard deviation of what the spline's slope is off at each knot, per kelvin, over the distance h of the levels:
+/// inside, the largest distance of an inner level from the spline through all others, over h (features are local: a
+/// mean would not do); at the ends, where a natural spline takes the curve for straight, 0.3 of the last second
+/// difference over h if that is more (the error of its slope for a parabola is h f''·0.29). Infinite where a single
+/// level says nothing.
+[[nodiscard]] Eigen::VectorXd slope_sigmas(const std::vector<double>& level_c, const Eigen::VectorXd& levels);
 
 /// Slope against temperature of what `coefficients` of the base say, at each observation: per kelvin.
 [[nodiscard]] Eigen::VectorXd base_slope(const Observations& observations, Sensor sensor,

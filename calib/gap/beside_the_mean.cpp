@@ -16,7 +16,8 @@ namespace {
 constexpr int kLeastRuns = 4;
 constexpr double kHours = 3600.0;
 constexpr double kPer1000h = 1000.0;
-constexpr double kCoarseStep = 0.1;  ///< of the noise, from which a lattice matters
+constexpr double kLeastChange = 0.02;  ///< of the variance over the range of temperature, relative
+constexpr double kCoarseStep = 0.1;    ///< of the noise, from which a lattice matters
 /// Sets of sensors times effects that are looked at here.
 constexpr double kTests = 9.0 * 2.0;
 
@@ -203,6 +204,8 @@ void look_for_noise_slope(const Observations& observations, BesideTheMean& resul
         {"noise_vs_temperature", "fewer than three runs with ten blocks of three samples or more"});
     return;
   }
+  const double range_c = observations.level_c.back() - observations.level_c.front();
+  std::erase_if(slopes, [&](const Slope& slope) { return std::abs(slope.value) * range_c < kLeastChange; });
   const Chosen chosen = choose(slopes);
   // Half the slope of the logarithm of the variance is that of the standard deviation.
   if (chosen.p <= kGate) result.effects.push_back(named(noise_slope(), chosen, 0.5, "relative per K"));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/campaign_model.h"
 
+#include <cmath>
 #include <limits>
 
 namespace soak::calib::gap {
@@ -8,6 +9,12 @@ namespace {
 
 constexpr int kPasses = 3;
 constexpr double kNoSlope = 1e12;  ///< prior that keeps a slope at that of the spline
+
+/// Whether a sensor has any noise: one that is stuck at a number says nothing.
+bool scatters(const NoiseComponents& noise) {
+  constexpr double kLeast = 1e-12;  ///< far below the resolution of any output, deg/s or m/s²
+  return std::hypot(noise.block, noise.placement, noise.visit) > kLeast;
+}
 
 }  // namespace
 
@@ -87,13 +94,15 @@ void CampaignModel::fit(Sensor sensor) {
     residuals_.sensor[s].emplace(observations_, sensor, columns_[s], noise, keep_, prior);
     if (residuals_.sensor[s]->rows().empty()) return residuals_.sensor[s].reset();
     if (pass + 1 == kPasses) break;
-    const auto sigma = slope_sigma(observations_.level_c, residuals_.sensor[s]->coefficients().head(design.levels));
-    prior.segment(design.levels, design.levels).setConstant(!sigma ? 0.0 : *sigma > 0.0 ? 1.0 / *sigma : kNoSlope);
+    const Eigen::VectorXd sigmas =
+        slope_sigmas(observations_.level_c, residuals_.sensor[s]->coefficients().head(design.levels));
+    prior.segment(design.levels, design.levels) = sigmas.cwiseMax(1.0 / kNoSlope).cwiseInverse();
     Eigen::VectorXd left = remainder(sensor);
     for (std::size_t i = 0; i < keep_.size(); ++i) {
       if (!keep_[i]) left(static_cast<Eigen::Index>(i)) = std::numeric_limits<double>::quiet_NaN();
     }
     noise = noise_components(observations_, left);
+    if (!scatters(noise)) return residuals_.sensor[s].reset();
   }
   residuals_.noise[s] = noise;
   slope_[s] = base_slope(observations_, sensor, temp_c_[s], residuals_.sensor[s]->coefficients());

@@ -12,7 +12,7 @@ namespace soak::calib::gap {
 
 /// The saturated base of all sensors with the terms taken in so far, fitted to the blocks of a campaign: what
 /// candidates are tested against. One run may be left out of every fit, to be judged later. Observations and courses
-/// must outlive it.
+/// must outlive it. A sensor without readings, or whose readings never scatter, has no residual.
 class CampaignModel {
  public:
   CampaignModel(const Observations& observations, const Courses& courses, std::optional<int> without_run = {});

@@ -34,6 +34,7 @@ struct Circumstances {
   const Observations& observations;
   const Courses& courses;
   /// Slope of the present model against temperature at each observation, SI per kelvin: what a wrong temperature costs.
+  /// Empty for a sensor without readings.
   const std::array<Eigen::VectorXd, kSensorCount>& slope;
 };
 

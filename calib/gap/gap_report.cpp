@@ -18,7 +18,6 @@ constexpr int kLeastRuns = 2;
 constexpr double kStrange = 0.25;
 /// Sets of sensors among which a term may be named: all, gyros, accelerometers, each alone.
 constexpr double kSets = 9.0;
-constexpr double kPriorDof = 12.0;
 
 /// F of one and the given degrees of freedom whose upper tail is `p`.
 double f_quantile(double p, double dof) {

@@ -14,8 +14,6 @@ namespace {
 constexpr double kRankTolerance = 1e-9;
 /// Columns of which the base leaves less than this share of their squares cannot be told from it.
 constexpr double kInvisible = 1e-4;
-/// Degrees of freedom that the library's median heterogeneity counts for.
-constexpr double kPriorDof = 12.0;
 
 /// Pseudo-inverse of a symmetric matrix of small size, with its rank.
 struct Inverse {

@@ -80,8 +80,11 @@ struct TermTest {
 /// Estimates the parameters and how evenly the folds bear them out. A term that the base absorbs has dof 0.
 [[nodiscard]] TermTest test_term(const TermScore& score);
 
+/// Degrees of freedom that the library's median heterogeneity counts for.
+inline constexpr double kPriorDof = 12.0;
+
 /// Upper tail of F = (gain/dof)/max(1, λ) with λ drawn towards `typical`, the median over the library, as few folds
-/// hardly tell it: `kPriorDof` degrees of freedom count for `typical`.
+/// hardly tell it.
 [[nodiscard]] double p_value(const TermTest& test, double typical);
 /// λ so drawn, at least 1.
 [[nodiscard]] double moderated_heterogeneity(const TermTest& test, double typical);

@@ -78,14 +78,6 @@ TEST(FindGap, NamesWarmUp) {
       "warmup_transient");
 }
 
-TEST(FindGap, NamesWhatFollowsTheRateOfTheTemperature) {
-  Plan plan;
-  plan.soak_s = 600.0;
-  expect_named(
-      report_of(plan, [&](Sensor sensor, const Moment& m) { return 3.0 * unit_of(plan, sensor) * m.rate_kps / 0.005; }),
-      "temperature_rate");
-}
-
 TEST(FindGap, NamesASupplyThatOneSensorFeels) {
   const Plan plan;
   const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {

@@ -34,7 +34,7 @@ TEST(NoiseComponents, AreThoseOfTheCampaign) {
 TEST(NoiseComponents, LeaveOutWhatTheRunsShare) {
   made_up::Plan plan;
   const auto shared = [&](Sensor sensor, const made_up::Moment& moment) {
-    return (is_gyro(sensor) ? plan.gyro_block : plan.accel_block) * 20.0 * std::sin(1.7 * moment.visit);
+    return (is_gyro(sensor) ? plan.gyro_block : plan.accel_block) * 5.0 * std::sin(1.7 * moment.visit);
   };
   const auto campaign = made_up::campaign(plan, shared);
   const Observations observations = observe(campaign);

@@ -21,7 +21,9 @@ std::vector<Candidate> candidates(const Circumstances& c) {
   for (const double tau_s : kTaus_s) {
     Candidate candidate{.shape = fmt::format("tau {:g} s", tau_s), .shape_values = {tau_s}, .shared = true};
     const Eigen::VectorXd behind = as_vector(c.courses.lag(tau_s));
-    for (std::size_t s = 0; s < kSensorCount; ++s) candidate.columns[s] = c.slope[s].cwiseProduct(behind);
+    for (std::size_t s = 0; s < kSensorCount; ++s) {
+      if (c.slope[s].size() > 0) candidate.columns[s] = c.slope[s].cwiseProduct(behind);
+    }
     list.push_back(std::move(candidate));
   }
   return list;
