@@ -18,7 +18,6 @@ namespace {
 
 using six_position::Circumstances;
 using six_position::kBias;
-using six_position::known_earth_rate;
 using six_position::kOnAxis;
 using six_position::kScale;
 using six_position::LevelFit;
@@ -158,7 +157,7 @@ Problem carried(std::span<const Segment> segments, Sensor sensor, const Circumst
 /// passes find what the accelerometers' scale errors make of the first.
 std::optional<LevelFit> find_level(std::span<const Segment> segments, const Site& site, Circumstances& circumstances,
                                    SixPositionEstimate& result) {
-  const auto headings = six_position::headings_of(segments, site);
+  const auto headings = headings_of(segments, site);
   result.with_headings = headings.complete;
   result.no_level_error = headings.missing;
   if (!headings.complete) {
@@ -228,7 +227,7 @@ void widen_by_level(std::span<const Segment> segments, Sensor sensor, const Circ
 }
 
 void warn_of_rates(std::span<const Segment> segments, std::vector<Warning>& warnings) {
-  const auto turning = std::count_if(segments.begin(), segments.end(), six_position::turns);
+  const auto turning = std::count_if(segments.begin(), segments.end(), turns);
   if (turning == 0) return;
   warnings.push_back(
       {"rate_positions", fmt::format("accelerometers: {} segments in which the fixture turns were left out, as the "

@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "base/statistics.h"
+#include "calib/body_frame.h"
 #include "calib/fit/gated_input.h"
 #include "calib/fit/readings_check.h"
 #include "calib/fit/row_collector.h"
-#include "calib/six_position/frame.h"
 #include "calib/uncertainty/unit_type_b.h"
 
 namespace soak::calib {
@@ -46,7 +46,7 @@ bool any_position(const std::vector<const RunInput*>& runs) {
 EarthRemoval earth_removed(const std::vector<const RunInput*>& runs) {
   EarthRemoval least = EarthRemoval::whole;
   for (const RunInput* run : runs) {
-    const bool whole = run->site.latitude_deg && six_position::headings_of(run->segments, run->site).complete;
+    const bool whole = run->site.latitude_deg && headings_of(run->segments, run->site).complete;
     const auto removed = whole                    ? EarthRemoval::whole
                          : run->site.latitude_deg ? EarthRemoval::vertical
                                                   : EarthRemoval::none;

@@ -58,6 +58,7 @@ base::Result<calib::gap::LoggedCampaign> load_logged_campaign(const db::Catalog&
       if (!recording) return base::forward_error(recording);
       calib::gap::LoggedRun entry;
       entry.log = calib::gap::make_run_log(*recording);
+      logged.thermometer.add(calib::gap::sample_facts(recording->temp_c));
       entry.start_utc_s = start_utc_s(*recording);
       if (const auto looked = look_at_samples(*file, unit, logged.samples); !looked) return base::forward_error(looked);
       entry.run = std::move(run);

@@ -29,7 +29,7 @@ base::Status check_magnitude(const UnitInput& input) {
         if (statistics.count == 0 || std::abs(mean) <= kLargestReading) continue;
         return base::bad_input(
             fmt::format("{} of unit {} reads {:.3g} {} in run '{}': check the unit in the column's name, "
-                        "void the run and import it again",
+                        "void the run and import it again into another campaign",
                         name_of(sensor), input.unit, mean, printed_unit(sensor), run.label),
             std::string(name_of(sensor)));
       }
@@ -68,8 +68,7 @@ base::Status check_stuck(const UnitInput& input) {
 double typical_reading(const RunInput& run, Sensor sensor, double sign) {
   std::vector<double> means;
   for (const Segment& segment : run.segments) {
-    const bool plateau =
-        segment.plateau_c && segment.phase == Phase::soak && segment.position && !six_position::turns(segment);
+    const bool plateau = segment.plateau_c && segment.phase == Phase::soak && segment.position && !turns(segment);
     if (!plateau || segment.sensor[index_of(sensor)].count == 0) continue;
     if (sign * segment.position->up[axis_of(sensor)] > kOnAxis) means.push_back(segment.sensor[index_of(sensor)].mean);
   }

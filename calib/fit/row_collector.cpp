@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "base/units.h"
+#include "calib/body_frame.h"
 #include "calib/fit/branches.h"
-#include "calib/six_position/frame.h"
 
 namespace soak::calib {
 namespace {
@@ -32,7 +32,7 @@ void drop_empty_runs(std::optional<CurveData>& data) {
 }
 
 /// What a sensor reads at rest beyond its bias in a segment whose position is known.
-double known_input(const Segment& segment, Sensor sensor, const Site& site, const six_position::EarthRate& earth,
+double known_input(const Segment& segment, Sensor sensor, const Site& site, const EarthRate& earth,
                    const UnitType& type) {
   if (!segment.position) return 0.0;
   const std::size_t axis = axis_of(sensor);
@@ -40,15 +40,15 @@ double known_input(const Segment& segment, Sensor sensor, const Site& site, cons
   if (!is_gyro(sensor)) return gravity_at(site).mps2 * type.sign_at_rest * up;
   const double vertical = earth.vertical_rps * up;
   if (earth.horizontal_rps == 0.0) return vertical;
-  return vertical + earth.horizontal_rps * six_position::frame_of(*segment.position, *site.azimuth_deg).north[axis];
+  return vertical + earth.horizontal_rps * frame_of(*segment.position, *site.azimuth_deg).north[axis];
 }
 
 std::vector<CurveRow> block_rows(const RunInput& run, int index, Sensor sensor, const UnitType& type) {
   const std::size_t s = index_of(sensor);
-  const auto earth = six_position::known_earth_rate(run.segments, run.site);
+  const auto earth = known_earth_rate(run.segments, run.site);
   std::vector<CurveRow> rows;
   for (const Segment& segment : run.segments) {
-    if (six_position::turns(segment)) continue;
+    if (turns(segment)) continue;
     const double known = known_input(segment, sensor, run.site, earth, type);
     for (const Block& block : segment.blocks) {
       if (block.sensor[s].count == 0) continue;

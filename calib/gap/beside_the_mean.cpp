@@ -18,8 +18,8 @@ constexpr double kHours = 3600.0;
 constexpr double kPer1000h = 1000.0;
 constexpr double kLeastChange = 0.02;  ///< of the variance over the range of temperature, relative
 constexpr double kCoarseStep = 0.1;    ///< of the noise, from which a lattice matters
-/// Sets of sensors times effects that are looked at here.
-constexpr double kTests = 9.0 * 2.0;
+/// Sensors times effects that are looked at here.
+constexpr double kTests = 6.0 * 2.0;
 
 Effect described(std::string_view name, std::string_view physics, std::vector<std::string_view> twins,
                  std::string_view experiment) {
@@ -65,38 +65,27 @@ struct Slope {
   double dof = 0.0;
 };
 
-/// The set of sensors with the least chance, and that chance, adjusted.
+/// Sensors whose slope stands out by itself. With so few runs a set of sensors cannot be judged by pooled F ratios: one
+/// small residual by chance decides such a mean.
 struct Chosen {
   std::vector<Slope> slopes;
-  double p = 1.0;
+  double p = 1.0;  ///< least chance, adjusted for all that are looked at
 };
 
-double chance(std::span<const Slope> slopes) {
-  double f = 0.0;
-  double dof = 0.0;
-  for (const Slope& slope : slopes) {
-    f += slope.f / static_cast<double>(slopes.size());
-    dof += slope.dof;
-  }
-  return slopes.empty() ? 1.0 : base::f_upper_tail(f, static_cast<double>(slopes.size()), dof);
-}
-
 Chosen choose(const std::vector<Slope>& all) {
-  std::vector<std::vector<Slope>> sets(2);
+  Chosen chosen;
   for (const Slope& slope : all) {
-    sets[is_gyro(slope.sensor) ? 0 : 1].push_back(slope);
-    sets.push_back({slope});
+    if (slope.dof <= 0.0) continue;
+    const double p = std::min(1.0, base::f_upper_tail(slope.f, 1.0, slope.dof) * kTests);
+    chosen.p = std::min(chosen.p, p);
+    if (p <= kGate) chosen.slopes.push_back(slope);
   }
-  sets.push_back(all);
-  Chosen best;
-  for (const auto& set : sets) {
-    const double p = std::min(1.0, chance(set) * kTests);
-    if (p < best.p) best = {set, p};
-  }
-  return best;
+  return chosen;
 }
 
-NamedEffect named(const Effect& effect, const Chosen& chosen, double unit_factor, std::string per) {
+/// `factor` and `unit` of the magnitude by sensor.
+template <class Factor, class Unit>
+NamedEffect named(const Effect& effect, const Chosen& chosen, Factor factor, Unit unit) {
   NamedEffect result;
   result.effect = &effect;
   result.p_adjusted = chosen.p;
@@ -107,7 +96,7 @@ NamedEffect named(const Effect& effect, const Chosen& chosen, double unit_factor
     result.covariance[index_of(slope.sensor)] = Eigen::MatrixXd::Constant(1, 1, slope.variance);
     if (slope.f <= strongest) continue;
     strongest = slope.f;
-    result.magnitude = {slope.value * unit_factor, per};
+    result.magnitude = {slope.value * factor(slope.sensor), unit(slope.sensor)};
   }
   return result;
 }
@@ -139,17 +128,24 @@ Slope line(std::span<const double> x, std::span<const double> y) {
 }
 
 void look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model, BesideTheMean& result) {
-  if (static_cast<int>(campaign.runs.size()) < kLeastRuns) {
+  const Observations& observations = model.circumstances().observations;
+  if (observations.run_count() < kLeastRuns) {
     result.not_testable.push_back({"aging_drift", "fewer than four runs"});
     return;
   }
   std::vector<double> hours;
-  for (const LoggedRun& run : campaign.runs) {
+  for (const std::size_t number : observations.logged) {
+    const LoggedRun& run = campaign.runs[number];
     if (!run.start_utc_s) {
       result.not_testable.push_back({"aging_drift", "the time of the runs is not known (utc_s)"});
       return;
     }
     hours.push_back(*run.start_utc_s / kHours);
+  }
+  const auto [first, last] = std::minmax_element(hours.begin(), hours.end());
+  if (*last - *first < 1.0) {
+    result.not_testable.push_back({"aging_drift", "all runs have the same time (utc_s)"});
+    return;
   }
   std::vector<Slope> slopes;
   for (const Sensor sensor : kSensors) {
@@ -160,9 +156,9 @@ void look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model, 
   }
   const Chosen chosen = choose(slopes);
   if (chosen.p > kGate) return;
-  const Sensor first = chosen.slopes.front().sensor;
-  result.effects.push_back(
-      named(aging(), chosen, kPer1000h * printed_per_si(first), std::string(printed_unit(first)) + " per 1000 h"));
+  result.effects.push_back(named(
+      aging(), chosen, [](Sensor sensor) { return kPer1000h * printed_per_si(sensor); },
+      [](Sensor sensor) { return std::string(printed_unit(sensor)) + " per 1000 h"; }));
 }
 
 /// Slope of the logarithm of the blocks' variances against temperature, its error from the scatter of the runs' own
@@ -208,13 +204,16 @@ void look_for_noise_slope(const Observations& observations, BesideTheMean& resul
   std::erase_if(slopes, [&](const Slope& slope) { return std::abs(slope.value) * range_c < kLeastChange; });
   const Chosen chosen = choose(slopes);
   // Half the slope of the logarithm of the variance is that of the standard deviation.
-  if (chosen.p <= kGate) result.effects.push_back(named(noise_slope(), chosen, 0.5, "relative per K"));
+  if (chosen.p > kGate) return;
+  result.effects.push_back(
+      named(noise_slope(), chosen, [](Sensor) { return 0.5; }, [](Sensor) { return std::string("relative per K"); }));
 }
 
 void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
   NamedEffect coarse;
   coarse.effect = &quantization();
   coarse.p_adjusted = 0.0;
+  double coarsest = 0.0;
   NamedEffect clipped;
   clipped.effect = &saturation();
   clipped.p_adjusted = 0.0;
@@ -225,7 +224,10 @@ void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
     looked = true;
     if (facts.step && facts.noise > 0.0 && *facts.step > kCoarseStep * facts.noise) {
       coarse.sensors.push_back(sensor);
-      coarse.magnitude = {*facts.step * printed_per_si(sensor), std::string(printed_unit(sensor))};
+      const double ratio = *facts.step / facts.noise;
+      if (ratio > coarsest)
+        coarse.magnitude = {*facts.step * printed_per_si(sensor), std::string(printed_unit(sensor))};
+      coarsest = std::max(coarsest, ratio);
     }
     const double share = static_cast<double>(facts.at_rails) / static_cast<double>(facts.count);
     if (facts.at_rails == 0) continue;

@@ -36,6 +36,7 @@ struct LoggedCampaign {
   std::string unit;
   UnitType type;
   std::vector<LoggedRun> runs;
+  SampleFacts thermometer;                          ///< of the unit's own
   std::array<SampleFacts, kSensorCount> samples{};  ///< of all runs; count 0 = nobody looked
 };
 

@@ -55,14 +55,21 @@ Eigen::VectorXd CampaignModel::remainder(Sensor sensor) const {
   return residual;
 }
 
-Eigen::VectorXd CampaignModel::prediction_variance(Sensor sensor) const {
+Eigen::VectorXd CampaignModel::prediction_variance(Sensor sensor, int run) const {
   const std::size_t s = index_of(sensor);
   Eigen::MatrixXd columns = columns_[s];
   // Offsets are the runs' own: levels about their mean say what is predicted.
   columns.rightCols(terms_[s].cols() + observations_.run_count() - 1).leftCols(observations_.run_count() - 1).setZero();
   const Eigen::MatrixXd factor = residuals_.sensor[s]->coefficient_factor();
   Eigen::MatrixXd spread = columns * factor;
-  spread.rowwise() -= spread.colwise().mean().eval();
+  Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(spread.cols());
+  double count = 0.0;
+  for (Eigen::Index i = 0; i < spread.rows(); ++i) {
+    if (observations_.rows[static_cast<std::size_t>(i)].run != run) continue;
+    mean += spread.row(i);
+    count += 1.0;
+  }
+  if (count > 0.0) spread.rowwise() -= mean / count;
   return spread.rowwise().squaredNorm();
 }
 

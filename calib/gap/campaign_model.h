@@ -25,8 +25,8 @@ class CampaignModel {
   /// Readings less base and terms in SI, one per observation, those of the run left out too; NaN where the sensor has
   /// no reading.
   [[nodiscard]] Eigen::VectorXd remainder(Sensor sensor) const;
-  /// Variance of what the base and the terms predict at each observation but for the run's offset, SI squared.
-  [[nodiscard]] Eigen::VectorXd prediction_variance(Sensor sensor) const;
+  /// Variance of what base and terms predict at each observation, less their mean over `run`, SI squared.
+  [[nodiscard]] Eigen::VectorXd prediction_variance(Sensor sensor, int run) const;
   /// Offsets of the runs, the first being 0, SI. Only of a model that leaves no run out.
   [[nodiscard]] std::vector<double> run_offsets(Sensor sensor) const;
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/courses.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,6 +15,9 @@ constexpr double kHalfWindow_s = 120.0;  ///< of the slope of the temperature
 constexpr double kHalfBlock_s = 30.0;
 constexpr double kTurn_c = 0.5;  ///< noise and drift of a plateau are no turn of the course
 constexpr double kRoom_c = 23.0;
+constexpr double kCoarseStep_c = 0.1;
+constexpr std::size_t kLeastLevels = 5;
+constexpr double kWidest_c = 20.0;
 
 /// Linear between the samples, constant beyond the ends.
 double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at) {
@@ -24,7 +29,7 @@ double interpolate(const std::vector<double>& x, const std::vector<double>& y, d
   return y[k - 1] + share * (y[k] - y[k - 1]);
 }
 
-/// Mean of the values within `half_s` of `at`; the nearest one where there is none; NaN for a channel without values.
+/// Mean of the values within `half_s` of `at`; NaN where there is none.
 double mean_about(const RunLog& log, const std::vector<double>& values, double at, double half_s) {
   const auto first = std::lower_bound(log.t_s.begin(), log.t_s.end(), at - half_s);
   const auto last = std::upper_bound(log.t_s.begin(), log.t_s.end(), at + half_s);
@@ -65,7 +70,7 @@ template <class Channel>
 std::vector<double> at_blocks(const LoggedCampaign& campaign, const Observations& observations, Channel channel) {
   std::vector<double> values;
   for (const Observation& row : observations.rows) {
-    const RunLog& log = campaign.runs[static_cast<std::size_t>(row.run)].log;
+    const RunLog& log = campaign.runs[observations.logged[static_cast<std::size_t>(row.run)]].log;
     const std::vector<double>& logged = channel(log);
     if (logged.empty()) return {};
     const double value = mean_about(log, logged, row.t_s, kHalfBlock_s);
@@ -78,11 +83,33 @@ std::vector<double> at_blocks(const LoggedCampaign& campaign, const Observations
 std::vector<double> unix_times(const LoggedCampaign& campaign, const Observations& observations) {
   std::vector<double> values;
   for (const Observation& row : observations.rows) {
-    const auto& start = campaign.runs[static_cast<std::size_t>(row.run)].start_utc_s;
+    const auto& start = campaign.runs[observations.logged[static_cast<std::size_t>(row.run)]].start_utc_s;
     if (!start) return {};
     values.push_back(*start + row.t_s);
   }
   return values;
+}
+
+/// Whether a run's log reaches from its first observation to its last.
+bool covers(const std::vector<double>& t_s, const Observations& observations, std::size_t run) {
+  return std::all_of(observations.rows.begin(), observations.rows.end(), [&](const Observation& row) {
+    return static_cast<std::size_t>(row.run) != run ||
+           (!t_s.empty() && row.t_s > t_s.front() - kHole_s && row.t_s < t_s.back() + kHole_s);
+  });
+}
+
+std::optional<std::string> why_blurred(const LoggedCampaign& campaign, const Observations& observations) {
+  const auto& step_c = campaign.thermometer.step;
+  if (step_c && *step_c >= kCoarseStep_c) return fmt::format("the thermometer moves in steps of {:.2g} K", *step_c);
+  const auto& levels = observations.level_c;
+  if (levels.size() < kLeastLevels) return "fewer than five plateaus: the slope of the curve is not known well enough";
+  for (std::size_t k = 1; k < levels.size(); ++k) {
+    if (levels[k] - levels[k - 1] > kWidest_c) {
+      return fmt::format("plateaus {:.0f} K apart: the slope of the curve is not known well enough",
+                         levels[k] - levels[k - 1]);
+    }
+  }
+  return std::nullopt;
 }
 
 std::vector<double> memory_of(const std::vector<double>& temp_c, double width_c) {
@@ -102,8 +129,10 @@ std::vector<double> memory_of(const std::vector<double>& temp_c, double width_c)
 
 }  // namespace
 
-Courses::Courses(const LoggedCampaign& campaign, const Observations& observations) : observations_(observations) {
-  for (const LoggedRun& run : campaign.runs) {
+Courses::Courses(const LoggedCampaign& campaign, const Observations& observations)
+    : observations_(observations), blurred_(why_blurred(campaign, observations)) {
+  for (const std::size_t number : observations.logged) {
+    const LoggedRun& run = campaign.runs[number];
     Course course;
     for (std::size_t k = 0; k < run.log.t_s.size(); ++k) {
       if (!std::isfinite(run.log.temp_c[k])) continue;
@@ -112,6 +141,7 @@ Courses::Courses(const LoggedCampaign& campaign, const Observations& observation
       course.temp_c.push_back(run.log.temp_c[k]);
     }
     courses_.push_back(std::move(course));
+    continuous_ = continuous_ && covers(courses_.back().t_s, observations, courses_.size() - 1);
   }
   for (const Observation& row : observations.rows) {
     const auto r = static_cast<std::size_t>(row.run);

@@ -18,6 +18,9 @@ class Courses {
 
   /// Whether the logs cover the time between the plateaus: nowhere a hole of more than five minutes.
   [[nodiscard]] bool continuous() const { return continuous_; }
+  /// Why what follows the course of the temperature cannot be told from the curve: a thermometer in steps of 0.1 K or
+  /// more, fewer than five plateaus, or plateaus more than 20 K apart. Nothing where it can.
+  [[nodiscard]] const std::optional<std::string>& blurred() const { return blurred_; }
   /// Slope of the unit's thermometer over four minutes about each observation, K/s.
   [[nodiscard]] const std::vector<double>& rate() const { return rate_; }
   /// Temperature at each observation that a first-order lag makes of the course, less the temperature itself, kelvin.
@@ -45,6 +48,7 @@ class Courses {
   const Observations& observations_;
   std::vector<Course> courses_;
   bool continuous_ = true;
+  std::optional<std::string> blurred_;
   std::vector<double> rate_;
   std::vector<double> since_power_;
   std::vector<double> compressor_;

@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
+#include <string_view>
+#include <utility>
 
 #include "base/statistics.h"
 
@@ -58,7 +61,7 @@ std::string list_of(const std::vector<NamedEffect>& effects) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// `beside`: effects that the means do not show; they are named whatever else is there.
+/// `beside`: effects that the means do not show.
 void decide(SearchResult found, std::vector<NamedEffect> beside, GapReport& report) {
   double merit = 0.0;
   for (const NamedEffect& effect : found.effects) merit = std::max(merit, effect.merit);
@@ -79,29 +82,122 @@ void decide(SearchResult found, std::vector<NamedEffect> beside, GapReport& repo
                                          : fmt::format("explained by {}", list_of(report.effects));
 }
 
+/// Whether runs repeat each other enough to say how they scatter.
+bool replicated(const CampaignModel& model) {
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    if (model.residuals().sensor[s] && !model.residuals().noise[s].replicated) return false;
+  }
+  return true;
+}
+
+/// Two runs with the very same readings, in words; nothing where all differ.
+std::optional<std::string> same_readings(const Observations& observations) {
+  std::map<std::vector<double>, int> seen;
+  for (int run = 0; run < observations.run_count(); ++run) {
+    std::vector<double> means;
+    for (const Observation& row : observations.rows) {
+      if (row.run != run) continue;
+      for (const SensorStatistics& statistics : row.sensor)
+        means.push_back(statistics.count > 0 ? statistics.mean : 0.0);
+    }
+    const auto [other, fresh] = seen.try_emplace(std::move(means), run);
+    if (!fresh) {
+      return fmt::format("runs {} and {} hold the same readings: void one of them",
+                         observations.runs[static_cast<std::size_t>(other->second)],
+                         observations.runs[static_cast<std::size_t>(run)]);
+    }
+  }
+  return std::nullopt;
+}
+
+/// A run that is off by more than four times the RMS of the others in most sensors, in words.
+std::optional<std::string> odd_run(const CampaignModel& model) {
+  constexpr double kOdd = 16.0;  // of the mean square
+  const Observations& observations = model.circumstances().observations;
+  if (observations.run_count() < 3) return std::nullopt;
+  std::vector<int> votes(observations.runs.size(), 0);
+  int sensors = 0;
+  for (const Sensor sensor : kSensors) {
+    if (!model.residuals().sensor[index_of(sensor)]) continue;
+    ++sensors;
+    std::vector<double> squares;
+    for (int run = 0; run < observations.run_count(); ++run) {
+      squares.push_back(mean_square(observations, model.remainder(sensor), run).value_or(0.0));
+    }
+    const auto largest = std::max_element(squares.begin(), squares.end());
+    if (*largest > kOdd * base::median(squares)) ++votes[static_cast<std::size_t>(largest - squares.begin())];
+  }
+  const auto most = std::max_element(votes.begin(), votes.end());
+  if (2 * *most <= sensors) return std::nullopt;
+  return fmt::format(
+      "run {} differs from the others in most sensors: is it of this unit, mounted and labelled as the others? Void "
+      "it, "
+      "or record it again",
+      observations.runs[static_cast<std::size_t>(most - votes.begin())]);
+}
+
+GapReport cannot_judge(GapReport report, std::string reason) {
+  report.verdict = Verdict::cannot_judge;
+  report.reason = std::move(reason);
+  return report;
+}
+
+/// Sensors of the campaign that the search had to leave out, in words; empty where there are none.
+std::string left_out(const Observations& observations, const CampaignModel& model) {
+  std::vector<std::string_view> names;
+  for (const Sensor sensor : kSensors) {
+    const bool recorded = std::any_of(observations.rows.begin(), observations.rows.end(),
+                                      [&](const Observation& row) { return row.sensor[index_of(sensor)].count > 0; });
+    if (recorded && !model.residuals().sensor[index_of(sensor)]) names.push_back(name_of(sensor));
+  }
+  return names.empty() ? "" : fmt::format("; not judged, as their readings do not scatter: {}", fmt::join(names, ", "));
+}
+
+/// Clipped readings say nothing of what the unit would have read: their sensors stay out of the search.
+void leave_out_clipped(const LoggedCampaign& campaign, Observations& observations) {
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    if (campaign.samples[s].at_rails == 0) continue;
+    for (Observation& row : observations.rows) row.sensor[s].count = 0;
+  }
+}
+
 }  // namespace
 
 GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
   GapReport report;
   report.unit = campaign.unit;
   report.model = model_version;
-  const Observations observations = observe(campaign);
-  if (observations.rows.empty() || observations.run_count() < kLeastRuns) {
-    report.verdict = Verdict::cannot_judge;
-    report.reason = observations.rows.empty()
-                        ? "no run has a plateau with readings of one-minute blocks"
-                        : "one run only: what an effect repeats and what runs scatter cannot be told apart; record a "
-                          "second run of the same procedure";
-    return report;
+  Observations observations = observe(campaign);
+  if (observations.rows.empty()) {
+    return cannot_judge(std::move(report),
+                        "no run has a plateau with readings of one-minute blocks; record a soak procedure");
   }
+  if (observations.run_count() < kLeastRuns) {
+    return cannot_judge(std::move(report),
+                        "one run only: what an effect repeats and what runs scatter cannot be told apart; record a "
+                        "second run of the same procedure");
+  }
+  if (auto same = same_readings(observations)) return cannot_judge(std::move(report), *std::move(same));
+  leave_out_clipped(campaign, observations);
   const Courses courses(campaign, observations);
   CampaignModel model(observations, courses);
+  if (!replicated(model)) {
+    return cannot_judge(std::move(report),
+                        "the runs do not repeat each other's plateaus, so that their scatter is not known; record two "
+                        "runs of one procedure");
+  }
+  if (auto odd = odd_run(model)) return cannot_judge(std::move(report), *std::move(odd));
   for (const Effect& effect : library()) {
     if (auto why = effect.missing(model.circumstances())) {
       report.not_testable.push_back({std::string(effect.name), *std::move(why)});
     }
   }
   SearchResult found = search(model);
+  for (const Effect* effect : found.absorbed) {
+    report.not_testable.push_back(
+        {std::string(effect->name),
+         "no sensor that feels it was recorded, or in this campaign the thermal model takes it up"});
+  }
   for (std::size_t s = 0; s < kSensorCount; ++s) report.detection_limit[s] = detection_limit(model, s, found);
   BesideTheMean beside = look_beside_the_mean(campaign, model);
   std::move(beside.not_testable.begin(), beside.not_testable.end(), std::back_inserter(report.not_testable));
@@ -110,6 +206,7 @@ GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
        "the base is free at every plateau and takes up a feature of one; look at the fit's residuals, or "
        "record a grid of 5 K about it"});
   decide(std::move(found), std::move(beside.effects), report);
+  report.reason += left_out(observations, model);
   report.gap = held_out_gap(observations, courses, report.effects);
   return report;
 }

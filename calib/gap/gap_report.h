@@ -35,7 +35,8 @@ struct GapReport {
   std::vector<NamedEffect> suspects;  ///< what the search took in before a leftover forbade names
   std::optional<Leftover> leftover;
   std::vector<NotTestable> not_testable;
-  /// RMS of a term of one parameter, changing from visit to visit, that would have been named; SI.
+  /// RMS of a term of one parameter, changing from visit to visit, that stands at the gate (scatter then decides, half
+  /// to half); SI.
   std::array<std::optional<double>, kSensorCount> detection_limit;
   std::array<std::optional<SensorGap>, kSensorCount> gap;
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "base/statistics.h"
 
@@ -11,21 +12,22 @@ namespace {
 
 constexpr double kProbability = 0.95;
 
-/// Mean square of a sensor's readings in one run, their mean taken off.
-std::optional<double> mean_square(const Observations& observations, const Eigen::VectorXd& remainder, int run) {
-  double count = 0.0;
-  double mean = 0.0;
-  double squares = 0.0;
-  for (std::size_t i = 0; i < observations.rows.size(); ++i) {
-    const double value = remainder(static_cast<Eigen::Index>(i));
-    if (observations.rows[i].run != run || !std::isfinite(value)) continue;
-    count += 1.0;
-    const double off = value - mean;
-    mean += off / count;
-    squares += off * (value - mean);
+/// Expected mean square of noise about its own mean over a run.
+double expected_noise(const Observations& observations, const NoiseComponents& noise, int run) {
+  std::map<int, double> placement;
+  std::map<int, double> visit;
+  double rows = 0.0;
+  for (const Observation& row : observations.rows) {
+    if (row.run != run) continue;
+    rows += 1.0;
+    placement[row.placement] += 1.0;
+    visit[row.visit] += 1.0;
   }
-  if (count < 2.0) return std::nullopt;
-  return squares / count;
+  // Variance of the mean: each group's variance counts with the square of its share of the rows.
+  double of_mean = noise.block * noise.block / rows;
+  for (const auto& [id, count] : placement) of_mean += std::pow(noise.placement * count / rows, 2);
+  for (const auto& [id, count] : visit) of_mean += std::pow(noise.visit * count / rows, 2);
+  return noise.block * noise.block + noise.placement * noise.placement + noise.visit * noise.visit - of_mean;
 }
 
 double mean_over_run(const Observations& observations, const Eigen::VectorXd& values, int run) {
@@ -67,7 +69,16 @@ Spread spread_of(const std::vector<double>& values) {
   return spread;
 }
 
-SensorGap summarise(const Judged& judged) {
+/// Whether effects that act on a sensor could close its gap in a run that they have not seen: one that is drawn anew
+/// with every mounting cannot.
+bool can_close(const std::vector<NamedEffect>& effects, Sensor sensor) {
+  return std::any_of(effects.begin(), effects.end(), [&](const NamedEffect& named) {
+    return named.effect->candidates && named.candidate.folds == Folds::runs &&
+           std::find(named.sensors.begin(), named.sensors.end(), sensor) != named.sensors.end();
+  });
+}
+
+SensorGap summarise(const Judged& judged, bool closing) {
   SensorGap gap{.before_rms = root_mean(judged.before),
                 .after_rms = root_mean(judged.after),
                 .floor_rms = root_mean(judged.floor),
@@ -81,7 +92,7 @@ SensorGap summarise(const Judged& judged) {
     closed.push_back(before - std::sqrt(judged.after[r]));
   }
   const Spread size = spread_of(open);
-  if (open.size() < 2 || size.mean <= 2.0 * size.standard_error || size.mean <= 0.0) return gap;
+  if (!closing || open.size() < 2 || size.mean <= 2.0 * size.standard_error || size.mean <= 0.0) return gap;
   // A ratio of means: runs with a small gap of their own would make a mean of ratios wild.
   const double fraction = spread_of(closed).mean / size.mean;
   std::vector<double> off;
@@ -104,13 +115,28 @@ void judge(const Observations& observations, const CampaignModel& plain, const C
     const NoiseComponents& noise = with.residuals().noise[s];
     judged[s].before.push_back(*before);
     judged[s].after.push_back(*after);
-    judged[s].floor.push_back(noise.block * noise.block + noise.placement * noise.placement +
-                              noise.visit * noise.visit +
-                              mean_over_run(observations, with.prediction_variance(sensor), run));
+    judged[s].floor.push_back(expected_noise(observations, noise, run) +
+                              mean_over_run(observations, with.prediction_variance(sensor, run), run));
   }
 }
 
 }  // namespace
+
+std::optional<double> mean_square(const Observations& observations, const Eigen::VectorXd& remainder, int run) {
+  double count = 0.0;
+  double mean = 0.0;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < observations.rows.size(); ++i) {
+    const double value = remainder(static_cast<Eigen::Index>(i));
+    if (observations.rows[i].run != run || !std::isfinite(value)) continue;
+    count += 1.0;
+    const double off = value - mean;
+    mean += off / count;
+    squares += off * (value - mean);
+  }
+  if (count < 2.0) return std::nullopt;
+  return squares / count;
+}
 
 std::array<std::optional<SensorGap>, kSensorCount> held_out_gap(const Observations& observations,
                                                                 const Courses& courses,
@@ -129,7 +155,7 @@ std::array<std::optional<SensorGap>, kSensorCount> held_out_gap(const Observatio
   }
   std::array<std::optional<SensorGap>, kSensorCount> gaps;
   for (std::size_t s = 0; s < kSensorCount; ++s) {
-    if (!judged[s].before.empty()) gaps[s] = summarise(judged[s]);
+    if (!judged[s].before.empty()) gaps[s] = summarise(judged[s], can_close(effects, kSensors[s]));
   }
   return gaps;
 }

@@ -19,9 +19,15 @@ struct SensorGap {
   std::optional<std::pair<double, double>> closed_ci95;  ///< t interval over the runs
 };
 
+/// Mean square of values in one run about their own mean; nothing where fewer than two are numbers.
+[[nodiscard]] std::optional<double> mean_square(const Observations& observations, const Eigen::VectorXd& values,
+                                                int run);
+
 /// Leaves out one run after the other: base, shapes and parameters of `effects` from the others, judged on that run.
-/// The fraction is absent where before − floor is under two standard errors (over the runs). Cost: as many fits of the
-/// campaign as there are runs.
+/// Which effects
+/// act on which sensors was chosen on all runs. The fraction (of means over the runs of their own RMS) is absent where
+/// before − floor is under two standard errors, and where no effect could close it: those beside the mean, and those
+/// that are drawn anew with each mounting. Cost: as many fits of the campaign as there are runs.
 [[nodiscard]] std::array<std::optional<SensorGap>, kSensorCount> held_out_gap(const Observations& observations,
                                                                               const Courses& courses,
                                                                               const std::vector<NamedEffect>& effects);

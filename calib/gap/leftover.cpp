@@ -68,8 +68,9 @@ void add_times(const Circumstances& c, std::vector<Axis>& axes) {
 std::vector<Axis> leftover_axes(const Circumstances& c) {
   const Observations& o = c.observations;
   std::vector<Axis> axes;
-  add(axes, "temperature and direction of the sweep",
-      by(o, [](const Observation& row) { return 2 * row.level + (row.sweep == Sweep::down ? 1 : 0); }));
+  if (!c.courses.blurred())
+    add(axes, "temperature and direction of the sweep",
+        by(o, [](const Observation& row) { return 2 * row.level + (row.sweep == Sweep::down ? 1 : 0); }));
   add(axes, "time since the fixture turned",
       by(o, [](const Observation& row) { return static_cast<int>(row.t_in_placement_s / 60.0); }));
   add(axes, "order of the positions in a visit", by(o, [](const Observation& row) { return row.order; }));

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <tuple>
+#include <utility>
+
+#include "calib/body_frame.h"
+#include "calib/gravity.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -49,13 +52,16 @@ class Collector {
     rows_.sign_at_rest = campaign.type.sign_at_rest;
   }
 
-  void add(const LoggedRun& run) {
-    const int index = rows_.run_count();
-    rows_.runs.push_back(run.run.label);
+  void add(const LoggedRun& run, std::size_t number) {
     std::vector<const Segment*> segments;
     for (const Segment& segment : run.run.segments) {
       if (usable(segment)) segments.push_back(&segment);
     }
+    if (segments.empty()) return;
+    const int index = rows_.run_count();
+    rows_.runs.push_back(run.run.label);
+    rows_.logged.push_back(number);
+    earth_ = known_earth_rate(run.run.segments, run.run.site);
     std::sort(segments.begin(), segments.end(),
               [](const Segment* a, const Segment* b) { return a->t_start_s < b->t_start_s; });
     occurrences_.clear();
@@ -85,7 +91,7 @@ class Collector {
   int position_of(const Segment& segment) {
     if (!segment.position) return -1;
     const auto found = std::find_if(rows_.positions.begin(), rows_.positions.end(),
-                                    [&](const Position& p) { return p.label == segment.position->label; });
+                                    [&](const Position& p) { return p == *segment.position; });
     if (found != rows_.positions.end()) return static_cast<int>(found - rows_.positions.begin());
     rows_.positions.push_back(*segment.position);
     return static_cast<int>(rows_.positions.size()) - 1;
@@ -107,20 +113,30 @@ class Collector {
     if (segment.position) row.up = segment.position->up;
     const Gravity gravity = gravity_at(run.run.site);
     rows_.gravity_mps2 = gravity.mps2;
-    rows_.latitude_deg = run.run.site.latitude_deg;
-    const double vertical = run.run.site.latitude_deg ? vertical_earth_rate_rps(*run.run.site.latitude_deg) : 0.0;
+    const Vector3 earth_rps = rotation_of_the_earth(segment, run.run.site);
     for (const Block& block : segment.blocks) {
       row.t_s = block.t_s;
       row.t_in_placement_s = block.t_s - segment.t_start_s;
       row.temp_c = block.temp_c;
       row.sensor_temp_c = block.sensor_temp_c;
       row.sensor = block.sensor;
-      for (std::size_t axis = 0; axis < 3; ++axis) row.sensor[axis].mean -= vertical * row.up[axis];
+      for (std::size_t axis = 0; axis < 3; ++axis) row.sensor[axis].mean -= earth_rps[axis];
       reject(segment, row);
       rows_.rows.push_back(row);
       ++row.block;
     }
     return row.position;
+  }
+
+  /// What is known of it, along the body axes.
+  [[nodiscard]] Vector3 rotation_of_the_earth(const Segment& segment, const Site& site) const {
+    Vector3 rate{};
+    if (!segment.position) return rate;
+    const Frame frame = frame_of(*segment.position, site.azimuth_deg.value_or(0.0));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      rate[axis] = earth_.vertical_rps * frame.up[axis] + earth_.horizontal_rps * frame.north[axis];
+    }
+    return rate;
   }
 
   static void reject(const Segment& segment, Observation& row) {
@@ -131,6 +147,7 @@ class Collector {
 
   std::vector<double> levels_;
   Observations rows_;
+  EarthRate earth_;
   int placements_ = 0;
   std::map<std::pair<int, Sweep>, int> occurrences_;
   std::map<std::tuple<int, Sweep, int, int>, int> cells_;
@@ -140,7 +157,7 @@ class Collector {
 
 Observations observe(const LoggedCampaign& campaign) {
   Collector collector(campaign);
-  for (const LoggedRun& run : campaign.runs) collector.add(run);
+  for (std::size_t r = 0; r < campaign.runs.size(); ++r) collector.add(campaign.runs[r], r);
   return collector.finish();
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <array>
-#include <optional>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -35,13 +35,13 @@ struct Observation {
 
 /// The blocks of a campaign in soak phases at plateaus, in the order of runs and time.
 struct Observations {
-  std::vector<std::string> runs;  ///< labels
-  std::vector<double> level_c;    ///< mean temperature of the rows at each set point, rising
+  std::vector<std::string> runs;    ///< labels
+  std::vector<std::size_t> logged;  ///< index of each run in LoggedCampaign::runs
+  std::vector<double> level_c;      ///< mean temperature of the rows at each set point, rising
   std::vector<Position> positions;
   std::vector<Observation> rows;
   double gravity_mps2 = 0.0;
   int sign_at_rest = 1;
-  std::optional<double> latitude_deg;
 
   [[nodiscard]] bool has_positions() const { return positions.size() > 1; }
   [[nodiscard]] int run_count() const { return static_cast<int>(runs.size()); }
@@ -53,8 +53,9 @@ struct Observations {
 };
 
 /// Segments of all runs as rows. Segments that the data gate rejected are left out, as are those in which the fixture
-/// turns and those of phase ramp. Where the latitude is known, the vertical part of the Earth's rotation is taken off
-/// the gyros, as the fit does.
+/// turns and those of phase ramp. What is known of the Earth's rotation (its vertical part by the latitude, all of it
+/// where every heading is known too) is taken off the gyros, as the fit does. Runs without any such row are left out
+/// and the others numbered anew (`logged`).
 [[nodiscard]] Observations observe(const LoggedCampaign& campaign);
 
 }  // namespace soak::calib::gap

@@ -20,10 +20,10 @@ struct SampleFacts {
   void add(const SampleFacts& other);
 };
 
-/// Facts of one sensor's samples in the order of time; NaN = missing. A lattice is seen where all distances between
-/// distinct values are multiples of the smallest one; rails where at least 10 samples are the very lowest (highest)
-/// value and ten times as many as the value next to it has. Up to 20000 samples, evenly chosen, are looked at for the
-/// lattice; all for the rails.
+/// Facts of one sensor's samples in the order of time; NaN = missing. A lattice is seen where distances between
+/// neighbouring distinct values are multiples of one step, coarser than the digits that the values have; rails where at
+/// least 10 samples are the very lowest (highest) value and ten times as many as the value next to it has. Up to 20000
+/// samples, evenly chosen, are looked at for the lattice; all for the rails.
 [[nodiscard]] SampleFacts sample_facts(std::span<const double> samples);
 
 }  // namespace soak::calib::gap

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "base/statistics.h"
 #include "calib/gap/leftover.h"
@@ -89,6 +88,21 @@ std::vector<Contender> ranked(std::vector<Contender> list, double typical, doubl
   return best;
 }
 
+/// Effects of which no shape leaves anything beside the base.
+std::vector<const Effect*> absorbed(const std::vector<Contender>& list) {
+  std::vector<const Effect*> all;
+  std::vector<const Effect*> shown;
+  for (const Contender& contender : list) {
+    if (all.empty() || all.back() != contender.effect) all.push_back(contender.effect);
+    const auto shows = [](const auto& test) { return test && test->dof > 0.0; };
+    if (std::any_of(contender.test.sensor.begin(), contender.test.sensor.end(), shows))
+      shown.push_back(contender.effect);
+  }
+  std::erase_if(all,
+                [&](const Effect* effect) { return std::find(shown.begin(), shown.end(), effect) != shown.end(); });
+  return all;
+}
+
 /// Share of the RMS in the effect's sensors that parameters from the other folds take away.
 double heldout_gain(const CampaignModel& model, const Contender& winner) {
   double gained = 0.0;
@@ -166,10 +180,15 @@ class Search {
       result_.candidates = list.size();
       result_.typical_heterogeneity = typical_;
     }
+    if (result_.effects.empty()) result_.absorbed = absorbed(list);
     const std::vector<Contender> best = ranked(std::move(list), typical_, price_);
-    const Contender& winner = best.front();
+    const auto found = std::find_if(best.begin(), best.end(), [&](const Contender& contender) {
+      return contender.standing.p * tests <= kGate && contender.standing.merit > 0.0 &&
+             enough_folds(contender.standing);
+    });
+    if (found == best.end()) return std::nullopt;
+    const Contender& winner = *found;
     const double p = std::min(1.0, winner.standing.p * tests);
-    if (p > kGate || winner.standing.merit <= 0.0 || !enough_folds(winner.standing)) return std::nullopt;
     if (result_.effects.empty()) {
       first_gain_ = winner.standing.gain;
     } else if (winner.standing.gain < kLeastShare * first_gain_) {
@@ -177,8 +196,10 @@ class Search {
     }
     NamedEffect effect = describe(model_, winner, typical_, price_);
     effect.p_adjusted = p;
-    for (std::size_t k = 1; k < best.size(); ++k) {
-      if (best[k].standing.merit >= kRival * winner.standing.merit) effect.rivals.push_back(best[k].effect);
+    for (const Contender& other : best) {
+      if (&other != &winner && other.standing.merit >= kRival * winner.standing.merit) {
+        effect.rivals.push_back(other.effect);
+      }
     }
     return effect;
   }

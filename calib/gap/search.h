@@ -18,11 +18,13 @@ struct NamedEffect {
   std::vector<Sensor> sensors;
   std::array<Eigen::VectorXd, kSensorCount> parameters;  ///< SI; of a shared term the same in every sensor
   std::array<Eigen::MatrixXd, kSensorCount> covariance;
-  Magnitude magnitude;                ///< of the sensor in which it stands out most
-  double delta_bic = 0.0;             ///< BIC without the term less BIC with it
-  double p_adjusted = 1.0;            ///< for the whole library and all sets of sensors
-  double merit = 0.0;                 ///< gain over heterogeneity less the price of the parameters
-  double heldout_gain = 0.0;          ///< fraction of the RMS in its sensors that parameters from other folds take away
+  Magnitude magnitude;      ///< of the sensor in which it stands out most
+  double delta_bic = 0.0;   ///< BIC without the term less BIC with it
+  double p_adjusted = 1.0;  ///< for the whole library and all sets of sensors
+  double merit = 0.0;       ///< gain over heterogeneity less the price of the parameters
+  /// Fraction of the RMS of the whitened blocks in its sensors that its parameters from the other folds take away; base
+  /// and noise are those of all runs.
+  double heldout_gain = 0.0;
   std::vector<const Effect*> rivals;  ///< effects of at least 80 % of its merit
 };
 
@@ -38,7 +40,8 @@ struct Leftover {
 struct SearchResult {
   std::vector<NamedEffect> effects;  ///< in the order in which they were taken in
   std::optional<Leftover> leftover;
-  std::size_t candidates = 0;  ///< that the first step tested
+  std::vector<const Effect*> absorbed;  ///< effects that the base takes up in this campaign
+  std::size_t candidates = 0;           ///< that the first step tested
   double typical_heterogeneity = 1.0;
 };
 

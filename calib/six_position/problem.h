@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "calib/body_frame.h"
 #include "calib/segment.h"
-#include "calib/six_position/frame.h"
 
 namespace soak::calib::six_position {
 

@@ -19,8 +19,7 @@ namespace {
 bool turned_both_ways(const RunInput& run, std::size_t axis) {
   const auto there = [&](double sign) {
     return std::ranges::any_of(run.segments, [&](const Segment& segment) {
-      return segment.position && !six_position::turns(segment) &&
-             sign * segment.position->up[axis] > six_position::kOnAxis;
+      return segment.position && !turns(segment) && sign * segment.position->up[axis] > six_position::kOnAxis;
     });
   };
   return there(1.0) && there(-1.0);

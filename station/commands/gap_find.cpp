@@ -41,7 +41,7 @@ std::string effect_text(const NamedEffect& effect) {
 
 std::string gap_table(const GapReport& report) {
   std::vector<std::vector<std::string>> table = {
-      {"sensor", "unit", "before", "after", "floor", "closed", "95 %", "could have been seen"}};
+      {"sensor", "unit", "before", "after", "floor", "closed", "95 %", "at the gate"}};
   for (const calib::Sensor sensor : calib::kSensors) {
     const auto& gap = report.gap[calib::index_of(sensor)];
     const auto& limit = report.detection_limit[calib::index_of(sensor)];
@@ -69,7 +69,7 @@ std::string describe(const GapReport& report) {
     for (const NamedEffect& effect : report.suspects) text += effect_text(effect);
   }
   if (report.verdict != calib::gap::Verdict::cannot_judge) {
-    text += "\ngap on runs that neither model nor effect has seen (RMS of one-minute means):\n" + gap_table(report);
+    text += "\ngap on runs that neither base nor parameters have seen (RMS of one-minute means):\n" + gap_table(report);
   }
   for (const auto& entry : report.not_testable) text += fmt::format("not testable: {}: {}\n", entry.name, entry.why);
   return text;
@@ -80,11 +80,21 @@ std::string describe(const GapReport& report) {
 base::Status run_gap_find(const GapFindCommand& command, Output& output) {
   const auto catalog = open_existing_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);
+  const auto unit = catalog->unit(command.unit);
+  if (!unit) return base::forward_error(unit);
+  if (!*unit) {
+    return base::bad_input(fmt::format("no unit '{}' in this data folder; 'soak unit list' shows them", command.unit));
+  }
   const auto model = catalog->model(command.unit);
   if (!model) return base::forward_error(model);
   if (!*model) {
     return base::bad_input(
         fmt::format("unit {} has no model yet; 'soak fit --unit {}' makes one", command.unit, command.unit));
+  }
+  if ((*model)->epoch != (*unit)->epoch) {
+    return base::bad_input(
+        fmt::format("model {} of unit {} is of epoch {}, the unit is in epoch {}: 'soak fit --unit {}'",
+                    (*model)->version, command.unit, (*model)->epoch, (*unit)->epoch, command.unit));
   }
   const auto campaign = load_logged_campaign(*catalog, command.unit, command.campaign);
   if (!campaign) return base::forward_error(campaign);

@@ -27,6 +27,7 @@ struct Course {
     }
     campaign.runs.push_back(run);
     observations.runs = {"R1"};
+    observations.logged = {0};
     for (double t_s = 60.0; t_s < seconds; t_s += 60.0) {
       Observation row;
       row.t_s = t_s;

@@ -3,43 +3,25 @@
 #include <cmath>
 
 #include "base/units.h"
+#include "calib/body_frame.h"
 #include "calib/gap/effects/columns.h"
 #include "calib/gap/effects/list.h"
 
 namespace soak::calib::gap {
 namespace {
 
-Vector3 cross(const Vector3& a, const Vector3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-/// The body axis that follows, cyclically, the one nearest to the vertical, made horizontal.
-Vector3 reference_axis(const Vector3& up) {
-  std::size_t vertical = 0;
-  for (std::size_t axis = 1; axis < 3; ++axis) {
-    if (std::abs(up[axis]) > std::abs(up[vertical])) vertical = axis;
-  }
-  Vector3 forward{};
-  forward[(vertical + 1) % 3] = 1.0;
-  const double along = forward[0] * up[0] + forward[1] * up[1] + forward[2] * up[2];
-  for (std::size_t axis = 0; axis < 3; ++axis) forward[axis] -= along * up[axis];
-  const double norm = std::hypot(forward[0], forward[1], forward[2]);
-  for (double& component : forward) component /= norm;
-  return forward;
-}
-
-/// Vertical part, and the two horizontal ones along the reference axis and across it, for one heading of all positions.
+/// Vertical part, and the horizontal one to north and to east: of the heading that the positions have on the fixture, 0
+/// where that is not known.
 std::vector<Candidate> candidates(const Circumstances& c) {
   Candidate candidate{.shared = true};
   const auto n = static_cast<Eigen::Index>(c.observations.rows.size());
   for (std::size_t gyro = 0; gyro < 3; ++gyro) candidate.columns[gyro] = Eigen::MatrixXd::Zero(n, 3);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Vector3& up = c.observations.rows[static_cast<std::size_t>(i)].up;
-    if (std::hypot(up[0], up[1], up[2]) < 0.5) continue;
-    const Vector3 forward = reference_axis(up);
-    const Vector3 side = cross(up, forward);
+    const int position = c.observations.rows[static_cast<std::size_t>(i)].position;
+    if (position < 0) continue;
+    const Frame frame = frame_of(c.observations.positions[static_cast<std::size_t>(position)], 0.0);
     for (std::size_t gyro = 0; gyro < 3; ++gyro) {
-      candidate.columns[gyro].row(i) << up[gyro], forward[gyro], side[gyro];
+      candidate.columns[gyro].row(i) << frame.up[gyro], frame.north[gyro], frame.east[gyro];
     }
   }
   return {candidate};

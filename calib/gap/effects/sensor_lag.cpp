@@ -41,7 +41,7 @@ Effect sensor_lag() {
   effect.experiment = "a fast and a slow ramp, with the chamber's air logged";
   effect.missing = [](const Circumstances& c) -> std::optional<std::string> {
     if (!c.courses.continuous()) return "the temperature between the plateaus was not logged";
-    return std::nullopt;
+    return c.courses.blurred();
   };
   effect.candidates = candidates;
   effect.plausible = [](const Candidate&, const Eigen::VectorXd& theta, const Eigen::MatrixXd&) {

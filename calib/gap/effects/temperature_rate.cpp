@@ -26,7 +26,7 @@ Effect temperature_rate() {
       "once the plateau is settled";
   effect.twins = {"sensor_lag", "warmup_transient"};
   effect.experiment = "two ramp rates, watched during the ramp and at the start of the soak";
-  effect.missing = [](const Circumstances&) -> std::optional<std::string> { return std::nullopt; };
+  effect.missing = [](const Circumstances& c) { return c.courses.blurred(); };
   effect.candidates = candidates;
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, kPerMinute, "/(K/min)");

@@ -52,7 +52,7 @@ Effect thermal_hysteresis() {
       "the soak";
   effect.twins = {"temperature_rate", "sensor_lag", "warmup_transient"};
   effect.experiment = "a longer soak (memory stays, what follows the rate dies) and a minor loop that turns halfway";
-  effect.missing = [](const Circumstances&) -> std::optional<std::string> { return std::nullopt; };
+  effect.missing = [](const Circumstances& c) { return c.courses.blurred(); };
   effect.candidates = candidates;
   effect.magnitude = magnitude;
   return effect;

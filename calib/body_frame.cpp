@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/six_position/frame.h"
+#include "calib/body_frame.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "base/units.h"
 #include "calib/gravity.h"
 
-namespace soak::calib::six_position {
+namespace soak::calib {
 namespace {
 
 constexpr double kTie = 1e-9;  ///< two axes as near to the vertical as each other
@@ -97,4 +97,4 @@ EarthRate known_earth_rate(std::span<const Segment> segments, const Site& site) 
   return rate;
 }
 
-}  // namespace soak::calib::six_position
+}  // namespace soak::calib

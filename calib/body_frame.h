@@ -7,7 +7,7 @@
 
 #include "calib/segment.h"
 
-namespace soak::calib::six_position {
+namespace soak::calib {
 
 /// Directions of the place on Earth in a unit's body axes: orthogonal unit vectors.
 struct Frame {
@@ -47,4 +47,4 @@ struct EarthRate {
 /// Whether the fixture turns in the segment at a known rate other than 0.
 [[nodiscard]] bool turns(const Segment& segment);
 
-}  // namespace soak::calib::six_position
+}  // namespace soak::calib
