@@ -3,7 +3,8 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
+#include <cstddef>
+#include <utility>
 
 namespace soak::calib::gap {
 namespace {
@@ -27,20 +28,33 @@ Eigen::MatrixXd second_derivatives(const std::vector<double>& knots) {
   return left.partialPivLu().solve(right);
 }
 
+/// Where a temperature lies among the knots.
+struct Place {
+  Eigen::Index piece = 0;
+  double inside = 0.0;  ///< the temperature, clamped to the knots
+  double h = 1.0;       ///< length of the piece
+  double a = 1.0;       ///< weight of its lower knot
+  double b = 0.0;       ///< weight of its upper knot
+};
+
+Place place_of(const std::vector<double>& knots, double x) {
+  Place place;
+  place.inside = std::clamp(x, knots.front(), knots.back());
+  place.piece = std::upper_bound(knots.begin() + 1, knots.end() - 1, place.inside) - knots.begin() - 1;
+  const double low = knots[static_cast<std::size_t>(place.piece)];
+  place.h = knots[static_cast<std::size_t>(place.piece) + 1] - low;
+  place.b = (place.inside - low) / place.h;
+  place.a = 1.0 - place.b;
+  return place;
+}
+
 }  // namespace
 
 LevelSpline::LevelSpline(std::vector<double> knots) : knots_(std::move(knots)), second_(second_derivatives(knots_)) {}
 
 Eigen::RowVectorXd LevelSpline::weights(double x) const {
-  const auto n = static_cast<Eigen::Index>(knots_.size());
-  if (n == 1) return Eigen::RowVectorXd::Ones(1);
-  const double inside = std::clamp(x, knots_.front(), knots_.back());
-  const auto upper = std::upper_bound(knots_.begin() + 1, knots_.end() - 1, inside);
-  const Eigen::Index k = upper - knots_.begin() - 1;
-  const double low = knots_[static_cast<std::size_t>(k)];
-  const double h = knots_[static_cast<std::size_t>(k) + 1] - low;
-  const double b = (inside - low) / h;
-  const double a = 1.0 - b;
+  if (knots_.size() == 1) return Eigen::RowVectorXd::Ones(1);
+  const auto [k, inside, h, a, b] = place_of(knots_, x);
   Eigen::RowVectorXd result = h * h / 6.0 * ((a * a * a - a) * second_.row(k) + (b * b * b - b) * second_.row(k + 1));
   result(k) += a;
   result(k + 1) += b;
@@ -49,15 +63,8 @@ Eigen::RowVectorXd LevelSpline::weights(double x) const {
 }
 
 Eigen::RowVectorXd LevelSpline::slope_weights(double x) const {
-  const auto n = static_cast<Eigen::Index>(knots_.size());
-  if (n == 1) return Eigen::RowVectorXd::Zero(1);
-  const double inside = std::clamp(x, knots_.front(), knots_.back());
-  const auto upper = std::upper_bound(knots_.begin() + 1, knots_.end() - 1, inside);
-  const Eigen::Index k = upper - knots_.begin() - 1;
-  const double low = knots_[static_cast<std::size_t>(k)];
-  const double h = knots_[static_cast<std::size_t>(k) + 1] - low;
-  const double b = (inside - low) / h;
-  const double a = 1.0 - b;
+  if (knots_.size() == 1) return Eigen::RowVectorXd::Zero(1);
+  const auto [k, inside, h, a, b] = place_of(knots_, x);
   Eigen::RowVectorXd result =
       h / 6.0 * ((1.0 - 3.0 * a * a) * second_.row(k) + (3.0 * b * b - 1.0) * second_.row(k + 1));
   result(k) -= 1.0 / h;

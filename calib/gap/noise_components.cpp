@@ -81,7 +81,6 @@ Nest nest(const Observations& observations, const Eigen::VectorXd& residual) {
     result.visit_of[row.placement] = {row.run, row.visit};
     result.cell_of[row.placement] = row.cell;
   }
-  std::map<std::pair<int, int>, int> first_cell;
   for (const auto& [id, mean] : result.placement) result.visit[result.visit_of[id]].add(mean.value);
   for (const auto& [id, mean] : result.visit) result.run[id.first].add(mean.value);
   // The cell of a visit: that of its placement with the smallest number, whatever the order of the positions.
@@ -149,11 +148,6 @@ NoiseComponents noise_components(const Observations& observations, const Eigen::
   noise.block = std::sqrt(of_block);
   noise.placement = std::sqrt(of_placement);
   noise.visit = std::sqrt(of_visit);
-  Mean all;
-  for (const auto& [id, mean] : nested.run) all.add(mean.value);
-  double squares = 0.0;
-  for (const auto& [id, mean] : nested.run) squares += (mean.value - all.value) * (mean.value - all.value);
-  if (all.count > 1.0) noise.run_sigma = std::sqrt(squares / (all.count - 1.0));
   return noise;
 }
 

@@ -16,7 +16,6 @@ struct NoiseComponents {
   double block_dof = 0.0;
   double placement_dof = 0.0;
   double visit_dof = 0.0;
-  double run_sigma = 0.0;   ///< of the runs' mean residuals before offsets are taken off; 0 with one run
   bool replicated = false;  ///< whether runs repeat each other enough to say so
 };
 

@@ -61,7 +61,7 @@ struct TermScore {
 /// Result of the test of one term.
 struct TermTest {
   Eigen::VectorXd parameters;
-  Eigen::MatrixXd covariance;  ///< of the parameters, under the noise times the heterogeneity
+  Eigen::MatrixXd covariance;  ///< of the parameters under the noise alone: a heterogeneity is the caller's to multiply
   double gain = 0.0;           ///< squares that the term takes out of the whitened residual
   double dof = 0.0;            ///< of the gain: parameters that the rows show
   double heterogeneity = 1.0;  ///< λ: scatter of the folds about the common parameters, 1 by noise alone

@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "calib/gap/effects/columns.h"
 #include "calib/gap/effects/list.h"
