@@ -151,7 +151,8 @@ TEST(HiddenLab, IsToldByTheTruthOfTheLaboratory) {
                         << test::hidden("warmup_transient", "amplitude = 0.5\nsensors = [\"gyro_x\"]");
   const ProgramOutcome outcome = run_soaksim_truth({"--config", config.string()});
   ASSERT_EQ(outcome.exit_status, 0) << outcome.errors;
-  for (const auto& unit : nlohmann::json::parse(outcome.output)["units"]) {
+  const auto truth = nlohmann::json::parse(outcome.output);
+  for (const auto& unit : truth["units"]) {
     ASSERT_EQ(unit["hidden"].size(), 1U);
     EXPECT_EQ(unit["hidden"][0]["name"], "warmup_transient");
     EXPECT_EQ(unit["hidden"][0]["sensors"]["gyro_x"]["amplitude"], 0.5);
