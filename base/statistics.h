@@ -15,8 +15,8 @@ namespace soak::base {
 /// Upper tail P(X > x) of the chi-squared distribution with `degrees_of_freedom` > 0 (need not be whole).
 [[nodiscard]] double chi_squared_upper_tail(double x, double degrees_of_freedom);
 
-/// Upper tail P(X > x) of the F distribution with `numerator` and `denominator` degrees of freedom, both > 0 (need not be
-/// whole). Keeps its relative accuracy far out in the tail.
+/// Upper tail P(X > x) of the F distribution with `numerator` and `denominator` degrees of freedom, both > 0 (need not
+/// be whole). Keeps its relative accuracy far out in the tail.
 [[nodiscard]] double f_upper_tail(double x, double numerator, double denominator);
 
 /// Value x with P(X < x) = `probability`, in (0, 1), for the chi-squared distribution.
