@@ -13,6 +13,7 @@
 #include <numbers>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "base/random.h"
@@ -114,12 +115,33 @@ void run(int runs, int number, std::mutex& mutex, Counts& counts) {
   judge(*accel_fit->scale, truth.accel_scale, 0.0, counts["accel scale"]);
 }
 
+void print(const Counts& counts, int runs, std::size_t campaigns) {
+  for (const auto& [name, count] : counts) {
+    const Count::Share mean = count.share(count.mean, campaigns);
+    std::printf("%2d runs, %zu campaigns, %-11s ci95 holds %.1f %% (by temperature %.1f to %.1f)", runs, campaigns,
+                name.c_str(), 100.0 * mean.mean, 100.0 * mean.least, 100.0 * mean.most);
+    if (name != "accel scale") {
+      const Count::Share fresh = count.share(count.fresh, campaigns);
+      std::printf(", pi95 %.1f %% (%.1f to %.1f)", 100.0 * fresh.mean, 100.0 * fresh.least, 100.0 * fresh.most);
+    }
+    std::printf("\n");
+  }
+  std::fflush(stdout);
+}
+
+/// Prints what is known after each hundred: a thousand campaigns of 20 runs take hours.
 Counts run_all(int runs) {
+  constexpr std::size_t kStep = 100;
   std::mutex mutex;
   Counts counts;
   std::atomic<int> next = 0;
+  std::size_t done = 0;
   const auto work = [&] {
-    for (int i = next++; i < campaigns(runs); i = next++) run(runs, i, mutex, counts);
+    for (int i = next++; i < campaigns(runs); i = next++) {
+      run(runs, i, mutex, counts);
+      const std::lock_guard lock(mutex);
+      if (++done % kStep == 0 && std::cmp_less(done, campaigns(runs))) print(counts, runs, done);
+    }
   };
   std::vector<std::jthread> pool;
   for (unsigned t = 1; t < std::max(1U, std::thread::hardware_concurrency()); ++t) pool.emplace_back(work);
@@ -133,19 +155,16 @@ Counts run_all(int runs) {
 void expect_nominal(const Counts& counts, int runs) {
   const auto n = static_cast<std::size_t>(campaigns(runs));
   const double slack = n >= 1000 ? 0.0 : 3.0 * std::sqrt(0.05 * 0.95 / static_cast<double>(n));
+  print(counts, runs, n);
   for (const auto& [name, count] : counts) {
     const Count::Share mean = count.share(count.mean, n);
-    std::printf("%2d runs, %zu campaigns, %-11s ci95 holds %.1f %% (by temperature %.1f to %.1f)", runs, n,
-                name.c_str(), 100.0 * mean.mean, 100.0 * mean.least, 100.0 * mean.most);
     EXPECT_GE(mean.mean, 0.93 - slack) << name;
     EXPECT_LE(mean.mean, 0.97 + slack) << name;
     if (name != "accel scale") {
       const Count::Share fresh = count.share(count.fresh, n);
-      std::printf(", pi95 %.1f %% (%.1f to %.1f)", 100.0 * fresh.mean, 100.0 * fresh.least, 100.0 * fresh.most);
       EXPECT_GE(fresh.mean, 0.93 - slack) << name;
       EXPECT_LE(fresh.mean, 0.97 + slack) << name;
     }
-    std::printf("\n");
   }
 }
 
