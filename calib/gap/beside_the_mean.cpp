@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/beside_the_mean.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -9,6 +8,7 @@
 
 #include "base/statistics.h"
 #include "calib/gap/effects/columns.h"
+#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -83,9 +83,9 @@ Chosen choose(const std::vector<Slope>& all) {
   return chosen;
 }
 
-/// `factor` and `unit` of the magnitude by sensor.
-template <class Factor, class Unit>
-NamedEffect named(const Effect& effect, const Chosen& chosen, Factor factor, Unit unit) {
+/// `factor` and `unit` of the magnitude by sensor; `meaning` of the slope.
+template <class Factor, class Unit, class Means>
+NamedEffect named(const Effect& effect, const Chosen& chosen, Factor factor, Unit unit, Means meaning) {
   NamedEffect result;
   result.effect = &effect;
   result.p_adjusted = chosen.p;
@@ -94,6 +94,7 @@ NamedEffect named(const Effect& effect, const Chosen& chosen, Factor factor, Uni
     result.sensors.push_back(slope.sensor);
     result.parameters[index_of(slope.sensor)] = Eigen::VectorXd::Constant(1, slope.value);
     result.covariance[index_of(slope.sensor)] = Eigen::MatrixXd::Constant(1, 1, slope.variance);
+    result.meaning[index_of(slope.sensor)] = meaning(slope.sensor);
     if (slope.f <= strongest) continue;
     strongest = slope.f;
     result.magnitude = {slope.value * factor(slope.sensor), unit(slope.sensor)};
@@ -158,7 +159,11 @@ void look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model, 
   if (chosen.p > kGate) return;
   result.effects.push_back(named(
       aging(), chosen, [](Sensor sensor) { return kPer1000h * printed_per_si(sensor); },
-      [](Sensor sensor) { return std::string(printed_unit(sensor)) + " per 1000 h"; }));
+      [](Sensor sensor) { return std::string(printed_unit(sensor)) + " per 1000 h"; },
+      [&](Sensor sensor) {
+        return Meaning{{{"per_s", si_unit(sensor) + "/s", 1.0 / kHours}},
+                       {{"reference_utc_s", 0.5 * (*first + *last) * kHours, "s"}}};
+      }));
 }
 
 /// Slope of the logarithm of the blocks' variances against temperature, its error from the scatter of the runs' own
@@ -205,8 +210,11 @@ void look_for_noise_slope(const Observations& observations, BesideTheMean& resul
   const Chosen chosen = choose(slopes);
   // Half the slope of the logarithm of the variance is that of the standard deviation.
   if (chosen.p > kGate) return;
-  result.effects.push_back(
-      named(noise_slope(), chosen, [](Sensor) { return 0.5; }, [](Sensor) { return std::string("relative per K"); }));
+  result.effects.push_back(named(
+      noise_slope(), chosen, [](Sensor) { return 0.5; }, [](Sensor) { return std::string("relative per K"); },
+      [&](Sensor) {
+        return Meaning{{{"relative_per_c", "1/K", 0.5}}, {{"reference_c", middle_c(observations), "degC"}}};
+      }));
 }
 
 void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
@@ -224,6 +232,7 @@ void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
     looked = true;
     if (facts.step && facts.noise > 0.0 && *facts.step > kCoarseStep * facts.noise) {
       coarse.sensors.push_back(sensor);
+      coarse.meaning[index_of(sensor)].given = {{"step", *facts.step, si_unit(sensor)}};
       const double ratio = *facts.step / facts.noise;
       if (ratio > coarsest)
         coarse.magnitude = {*facts.step * printed_per_si(sensor), std::string(printed_unit(sensor))};
@@ -232,6 +241,8 @@ void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
     const double share = static_cast<double>(facts.at_rails) / static_cast<double>(facts.count);
     if (facts.at_rails == 0) continue;
     clipped.sensors.push_back(sensor);
+    clipped.meaning[index_of(sensor)].given = {{"low_rail", facts.low_rail, si_unit(sensor)},
+                                               {"high_rail", facts.high_rail, si_unit(sensor)}};
     clipped.magnitude = {std::max(clipped.magnitude.value, share), "share of the samples"};
   }
   if (!looked) {

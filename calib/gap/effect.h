@@ -12,6 +12,7 @@
 
 #include "calib/gap/courses.h"
 #include "calib/gap/observations.h"
+#include "calib/model_term.h"
 
 namespace soak::calib::gap {
 
@@ -44,6 +45,17 @@ struct Magnitude {
   std::string unit;
 };
 
+/// What the parameters of a candidate say whatever the campaign: how `gap accept` keeps them.
+struct Meaning {
+  struct Estimated {
+    std::string name;
+    std::string unit;
+    double per_parameter = 1.0;  ///< value in `unit` = parameter times this
+  };
+  std::vector<Estimated> estimated;  ///< in the order of the columns
+  std::vector<TermParameter> given;  ///< numbers of the shape, and the point that others are relative to
+};
+
 /// An entry of the library: a mechanism with its physics, its regressors, what it can be confused with, and the
 /// experiment that would tell. The list grows by adding one file.
 struct Effect {
@@ -59,7 +71,13 @@ struct Effect {
   std::function<bool(const Candidate&, const Eigen::VectorXd& parameters, const Eigen::MatrixXd& covariance)> plausible;
   /// From the parameters of one sensor (of all, where shared), SI.
   std::function<Magnitude(const Circumstances&, const Candidate&, Sensor, const Eigen::VectorXd& parameters)> magnitude;
+  /// Of the parameters of one sensor (of all, where shared).
+  std::function<Meaning(const Circumstances&, const Candidate&, Sensor)> meaning;
+  bool lab_only = true;  ///< cannot be evaluated from the unit's temperature and its rate alone
 };
+
+/// Version of the library: rises when what an effect's name or parameters mean changes.
+inline constexpr std::string_view kLibraryVersion = "1";
 
 /// The effects that show in the mean of blocks, in the order of design.
 [[nodiscard]] const std::vector<Effect>& library();

@@ -60,6 +60,7 @@ class Collector {
     if (segments.empty()) return;
     const int index = rows_.run_count();
     rows_.runs.push_back(run.run.label);
+    rows_.run_ids.push_back(run.run.run_id);
     rows_.logged.push_back(number);
     earth_ = known_earth_rate(run.run.segments, run.run.site);
     std::sort(segments.begin(), segments.end(),

@@ -35,7 +35,8 @@ struct Observation {
 
 /// The blocks of a campaign in soak phases at plateaus, in the order of runs and time.
 struct Observations {
-  std::vector<std::string> runs;    ///< labels
+  std::vector<std::string> runs;  ///< labels
+  std::vector<std::string> run_ids;
   std::vector<std::size_t> logged;  ///< index of each run in LoggedCampaign::runs
   std::vector<double> level_c;      ///< mean temperature of the rows at each set point, rising
   std::vector<Position> positions;

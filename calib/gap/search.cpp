@@ -133,6 +133,7 @@ NamedEffect describe(const CampaignModel& model, const Contender& winner, double
     const TermTest& test = winner.test.shared ? *winner.test.shared : *winner.test.sensor[s];
     effect.parameters[s] = test.parameters;
     effect.covariance[s] = test.covariance * moderated_heterogeneity(test, typical);
+    effect.meaning[s] = winner.effect->meaning(model.circumstances(), winner.candidate, sensor);
     if (!winner.test.shared) {
       gain += test.gain;
       dof += test.dof;

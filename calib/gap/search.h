@@ -18,10 +18,11 @@ struct NamedEffect {
   std::vector<Sensor> sensors;
   std::array<Eigen::VectorXd, kSensorCount> parameters;  ///< SI; of a shared term the same in every sensor
   std::array<Eigen::MatrixXd, kSensorCount> covariance;
-  Magnitude magnitude;      ///< of the sensor in which it stands out most
-  double delta_bic = 0.0;   ///< BIC without the term less BIC with it
-  double p_adjusted = 1.0;  ///< for the whole library and all sets of sensors
-  double merit = 0.0;       ///< gain over heterogeneity less the price of the parameters
+  std::array<Meaning, kSensorCount> meaning;  ///< of the parameters
+  Magnitude magnitude;                        ///< of the sensor in which it stands out most
+  double delta_bic = 0.0;                     ///< BIC without the term less BIC with it
+  double p_adjusted = 1.0;                    ///< for the whole library and all sets of sensors
+  double merit = 0.0;                         ///< gain over heterogeneity less the price of the parameters
   /// Fraction of the RMS of the whitened blocks in its sensors that its parameters from the other folds take away; base
   /// and noise are those of all runs.
   double heldout_gain = 0.0;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "calib/gap/effects/meaning.h"
+
 namespace soak::calib::gap {
 
 double half_range_c(const Observations& observations) {
@@ -11,7 +13,7 @@ double half_range_c(const Observations& observations) {
 }
 
 Eigen::VectorXd reduced_temperature(const Observations& observations) {
-  const double middle = 0.5 * (observations.level_c.back() + observations.level_c.front());
+  const double middle = middle_c(observations);
   const double half = half_range_c(observations);
   Eigen::VectorXd z(static_cast<Eigen::Index>(observations.rows.size()));
   for (Eigen::Index i = 0; i < z.size(); ++i) {

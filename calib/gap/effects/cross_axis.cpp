@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/effects/columns.h"
 #include "calib/gap/effects/list.h"
+#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -38,6 +39,12 @@ Effect cross_axis() {
   effect.magnitude = [](const Circumstances& c, const Candidate&, Sensor, const Eigen::VectorXd& theta) {
     return Magnitude{theta.norm() / half_range_c(c.observations), "rad/K"};
   };
+  effect.meaning = [](const Circumstances& c, const Candidate&, Sensor sensor) {
+    const double per_c = 1.0 / half_range_c(c.observations);
+    return Meaning{{{axis_name(axis_of(sensor) + 1), "1/K", per_c}, {axis_name(axis_of(sensor) + 2), "1/K", per_c}},
+                   {{"reference_c", middle_c(c.observations), "degC"}}};
+  };
+  effect.lab_only = false;
   return effect;
 }
 

@@ -54,6 +54,9 @@ Effect earth_rate() {
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor, const Eigen::VectorXd& theta) {
     return Magnitude{theta.norm() * base::kDegPerRad, "deg/s"};
   };
+  effect.meaning = [](const Circumstances&, const Candidate&, Sensor) {
+    return Meaning{{{"up", "rad/s"}, {"north", "rad/s"}, {"east", "rad/s"}}, {}};
+  };
   return effect;
 }
 

@@ -4,6 +4,7 @@
 #include "base/units.h"
 #include "calib/gap/effects/columns.h"
 #include "calib/gap/effects/list.h"
+#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -55,6 +56,15 @@ Effect fixture_tilt() {
     angles.rightCols(runs - 1) = theta.reshaped(3, runs - 1);
     angles.colwise() -= angles.rowwise().mean().eval();
     return Magnitude{std::sqrt(angles.squaredNorm() / static_cast<double>(runs - 1)) * base::kDegPerRad, "deg"};
+  };
+  effect.meaning = [](const Circumstances& c, const Candidate&, Sensor) {
+    Meaning meaning;
+    for (std::size_t run = 1; run < c.observations.run_ids.size(); ++run) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        meaning.estimated.push_back({axis_name(axis) + "@" + c.observations.run_ids[run], "rad"});
+      }
+    }
+    return meaning;
   };
   return effect;
 }

@@ -36,6 +36,13 @@ Effect g_sensitivity() {
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return Magnitude{theta.norm() * printed_per_si(sensor), std::string(printed_unit(sensor)) + "/g"};
   };
+  effect.meaning = [](const Circumstances& c, const Candidate&, Sensor) {
+    const double per_force = 1.0 / c.observations.gravity_mps2;
+    return Meaning{
+        {{"x", "(rad/s)/(m/s2)", per_force}, {"y", "(rad/s)/(m/s2)", per_force}, {"z", "(rad/s)/(m/s2)", per_force}},
+        {}};
+  };
+  effect.lab_only = false;
   return effect;
 }
 

@@ -38,6 +38,11 @@ Effect scale_nonlinearity() {
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0, "/g2");
   };
+  effect.meaning = [](const Circumstances& c, const Candidate&, Sensor) {
+    const double g = c.observations.gravity_mps2;
+    return Meaning{{{"even_order", "1/(m/s2)", 1.0 / (g * g)}}, {{"gravity", g, "m/s2"}}};
+  };
+  effect.lab_only = false;
   return effect;
 }
 

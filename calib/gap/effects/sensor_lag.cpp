@@ -51,6 +51,10 @@ Effect sensor_lag() {
   effect.magnitude = [](const Circumstances&, const Candidate& candidate, Sensor, const Eigen::VectorXd& theta) {
     return Magnitude{candidate.shape_values.front() * theta(0), "s"};
   };
+  effect.meaning = [](const Circumstances&, const Candidate& candidate, Sensor) {
+    return Meaning{{{"factor", "1"}}, {{"tau_s", candidate.shape_values.front(), "s"}}};
+  };
+  effect.lab_only = false;
   return effect;
 }
 

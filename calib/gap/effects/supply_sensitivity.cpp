@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/effects/columns.h"
 #include "calib/gap/effects/list.h"
+#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -31,6 +32,9 @@ Effect supply_sensitivity() {
   };
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0, "/V");
+  };
+  effect.meaning = [](const Circumstances& c, const Candidate&, Sensor sensor) {
+    return Meaning{{{"per_v", si_unit(sensor) + "/V"}}, {{"reference_v", as_vector(c.courses.supply_v()).mean(), "V"}}};
   };
   return effect;
 }

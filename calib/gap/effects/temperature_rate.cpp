@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/effects/columns.h"
 #include "calib/gap/effects/list.h"
+#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -31,6 +32,10 @@ Effect temperature_rate() {
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, kPerMinute, "/(K/min)");
   };
+  effect.meaning = [](const Circumstances& c, const Candidate& candidate, Sensor sensor) {
+    return temperature_shaped(c, candidate, sensor, "per_kps", "/(K/s)");
+  };
+  effect.lab_only = false;
   return effect;
 }
 

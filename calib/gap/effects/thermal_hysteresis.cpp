@@ -8,6 +8,7 @@
 
 #include "calib/gap/effects/columns.h"
 #include "calib/gap/effects/list.h"
+#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -57,6 +58,11 @@ Effect thermal_hysteresis() {
   effect.missing = [](const Circumstances& c) { return c.courses.blurred(); };
   effect.candidates = candidates;
   effect.magnitude = magnitude;
+  effect.meaning = [](const Circumstances& c, const Candidate& candidate, Sensor sensor) {
+    Meaning meaning = temperature_shaped(c, candidate, sensor, "amplitude", "");
+    meaning.given.push_back({"width_c", candidate.shape_values.front(), "K"});
+    return meaning;
+  };
   return effect;
 }
 

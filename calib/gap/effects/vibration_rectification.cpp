@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/effects/columns.h"
 #include "calib/gap/effects/list.h"
+#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -29,6 +30,9 @@ Effect vibration_rectification() {
   };
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0, " per unit duty");
+  };
+  effect.meaning = [](const Circumstances&, const Candidate&, Sensor sensor) {
+    return Meaning{{{"per_duty", si_unit(sensor)}}, {}};
   };
   return effect;
 }

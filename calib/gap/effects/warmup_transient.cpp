@@ -7,6 +7,7 @@
 
 #include "calib/gap/effects/columns.h"
 #include "calib/gap/effects/list.h"
+#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -39,6 +40,9 @@ Effect warmup_transient() {
   effect.candidates = candidates;
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0, "");
+  };
+  effect.meaning = [](const Circumstances&, const Candidate& candidate, Sensor sensor) {
+    return Meaning{{{"amplitude", si_unit(sensor)}}, {{"tau_s", candidate.shape_values.front(), "s"}}};
   };
   return effect;
 }
