@@ -6,6 +6,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "calib/model_term_json.h"
 #include "calib/reference_json.h"
 
 namespace soak::calib {
@@ -184,6 +185,7 @@ json fit_json(const UnitModel& model) {
           {"earth_rate_subtracted", name_of(model.earth_removed)},
           {"accel_even_order_g_per_g2", even_order_json(model.even_order)},
           {"level_error", level_json(model.level)},
+          {"terms", terms_json(model.terms)},
           {"warnings", warnings_json(model.warnings)}};
 }
 

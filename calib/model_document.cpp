@@ -7,6 +7,7 @@
 
 #include "anfis/model_json.h"
 #include "calib/fit_json.h"
+#include "calib/model_term_json.h"
 #include "calib/reference_json.h"
 
 namespace soak::calib {
@@ -108,6 +109,9 @@ void couplings_to_json(const Calibration& calibration, json& document) {
   if (const auto& stated = calibration.misalignment_uncertainty) {
     document["misalignment_uncertainty"] = {{"standard", stated->standard}, {"readings_only", stated->readings_only}};
   }
+  if (const auto& stated = calibration.g_sensitivity_uncertainty) {
+    document["g_sensitivity_uncertainty"] = {{"standard", stated->standard}, {"readings_only", stated->readings_only}};
+  }
   json terms = json::object();
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto& term = calibration.even_order[axis];
@@ -125,6 +129,11 @@ void couplings_from_json(const json& document, Calibration& calibration) {
     calibration.misalignment_uncertainty = {stated.at("standard").get<std::array<Vector3, 3>>(),
                                             stated.at("readings_only").get<bool>()};
   }
+  if (document.contains("g_sensitivity_uncertainty")) {
+    const json& stated = document["g_sensitivity_uncertainty"];
+    calibration.g_sensitivity_uncertainty = {stated.at("standard").get<std::array<Vector3, 3>>(),
+                                             stated.at("readings_only").get<bool>()};
+  }
   const json terms = document.value("even_order", json::object());
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto found = terms.find(std::string(name_of(kSensors[3 + axis])));
@@ -132,6 +141,39 @@ void couplings_from_json(const json& document, Calibration& calibration) {
     calibration.even_order[axis] = {found->at("value").get<double>(), found->at("standard_uncertainty").get<double>(),
                                     found->at("readings_only").get<bool>()};
   }
+}
+
+/// Accepted terms as the file carries them.
+void accepted_to_json(const Calibration& calibration, json& document) {
+  json list = json::array();
+  for (const AcceptedTerm& term : calibration.terms) {
+    json sensors = json::array();
+    for (const Sensor sensor : term.sensors) sensors.push_back(name_of(sensor));
+    list.push_back({{"name", term.name},
+                    {"lab_only", term.lab_only},
+                    {"sensors", std::move(sensors)},
+                    {"parameters", term.parameters}});
+  }
+  if (!list.empty()) document["terms"] = std::move(list);
+}
+
+base::Status accepted_from_json(const json& document, Calibration& calibration) {
+  const json list = document.value("terms", json::array());
+  for (const json& entry : list) {
+    AcceptedTerm term;
+    term.name = entry.at("name").get<std::string>();
+    term.lab_only = entry.at("lab_only").get<bool>();
+    term.parameters = entry.at("parameters").get<std::vector<std::pair<std::string, double>>>();
+    for (const json& name : entry.at("sensors")) {
+      const auto sensor = sensor_named(name.get<std::string>());
+      if (!sensor) {
+        return base::corrupt(fmt::format("unknown sensor '{}' of a term", name.get<std::string>()), "model document");
+      }
+      term.sensors.push_back(*sensor);
+    }
+    calibration.terms.push_back(std::move(term));
+  }
+  return {};
 }
 
 base::Result<json> calibration_to_json(const Calibration& calibration) {
@@ -152,6 +194,8 @@ base::Result<json> calibration_to_json(const Calibration& calibration) {
                    {"run_hashes", calibration.run_hashes},
                    {"sensors", std::move(sensors)}};
   if (calibration.accel_misalignment) document["accel_misalignment"] = *calibration.accel_misalignment;
+  if (calibration.g_sensitivity) document["g_sensitivity"] = *calibration.g_sensitivity;
+  accepted_to_json(calibration, document);
   couplings_to_json(calibration, document);
   if (!calibration.references.empty()) document["references"] = stored_references(calibration.references);
   return document;
@@ -176,7 +220,11 @@ base::Result<Calibration> calibration_from_json(const json& document) {
   if (document.contains("accel_misalignment")) {
     calibration.accel_misalignment = document["accel_misalignment"].get<std::array<Vector3, 3>>();
   }
+  if (document.contains("g_sensitivity")) {
+    calibration.g_sensitivity = document["g_sensitivity"].get<std::array<Vector3, 3>>();
+  }
   couplings_from_json(document, calibration);
+  if (auto accepted = accepted_from_json(document, calibration); !accepted) return base::forward_error(accepted);
   if (document.contains("references")) {
     auto references = references_of(document["references"]);
     if (!references) return base::forward_error(references);
@@ -185,19 +233,9 @@ base::Result<Calibration> calibration_from_json(const json& document) {
   return calibration;
 }
 
-}  // namespace
-
-base::Result<std::string> model_document(const UnitModel& model) {
-  auto calibration = calibration_to_json(make_calibration(model));
-  if (!calibration) return base::forward_error(calibration);
-  const json document = {{"format", "soak-model"},
-                         {"format_version", kFormatVersion},
-                         {"fit", fit_json(model)},
-                         {"calibration", *std::move(calibration)}};
-  return document.dump();
-}
-
-base::Result<Calibration> calibration_of(std::string_view text) {
+/// What `read` makes of a stored document; throws nothing.
+template <class Read>
+auto read_document(std::string_view text, Read read) -> decltype(read(json())) {
   try {
     const json document = json::parse(text);
     if (document.at("format") != "soak-model") return base::corrupt("not a model document", "station.db");
@@ -208,10 +246,31 @@ base::Result<Calibration> calibration_of(std::string_view text) {
                       kFormatVersion),
           "station.db");
     }
-    return calibration_from_json(document.at("calibration"));
+    return read(document);
   } catch (const json::exception& error) {
     return base::corrupt(fmt::format("the stored model cannot be read: {}", error.what()), "station.db");
   }
+}
+
+}  // namespace
+
+base::Result<std::string> model_document(const UnitModel& model) {
+  auto calibration = calibration_to_json(make_calibration(model));
+  if (!calibration) return base::forward_error(calibration);
+  const json document = {{"format", "soak-model"},
+                         {"format_version", kFormatVersion},
+                         {"fit", fit_json(model)},
+                         {"calibration", *std::move(calibration)},
+                         {"terms", terms_json(model.terms)}};
+  return document.dump();
+}
+
+base::Result<Calibration> calibration_of(std::string_view text) {
+  return read_document(text, [](const json& document) { return calibration_from_json(document.at("calibration")); });
+}
+
+base::Result<std::vector<ModelTerm>> model_terms_of(std::string_view text) {
+  return read_document(text, [](const json& document) { return terms_of(document.value("terms", json::array())); });
 }
 
 }  // namespace soak::calib

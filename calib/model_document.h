@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/result.h"
 #include "calib/unit_model.h"
@@ -16,5 +17,8 @@ namespace soak::calib {
 /// The calibration of a stored model. Refuses (corrupt) a document that is not one, naming what is missing; (bad_input)
 /// one of a newer format.
 [[nodiscard]] base::Result<Calibration> calibration_of(std::string_view document);
+
+/// The accepted terms of a stored model; none in a document of a program that knew none. Refuses as calibration_of().
+[[nodiscard]] base::Result<std::vector<ModelTerm>> model_terms_of(std::string_view document);
 
 }  // namespace soak::calib

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 namespace soak::calib {
@@ -47,6 +48,50 @@ std::optional<EvenOrderTerm> even_order_of(const std::optional<StatedValue>& sta
   return EvenOrderTerm{stated->value, standard_uncertainty(*stated), !stated->type_b};
 }
 
+/// Terms that concern the mounting or the lab's procedure and not the unit.
+bool of_the_lab(const ModelTerm& term) { return term.name == "fixture_tilt" || term.name == "earth_rate"; }
+
+void add_g_sensitivity(const ModelTerm& term, Calibration& calibration) {
+  constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
+  calibration.g_sensitivity.emplace();
+  calibration.g_sensitivity_uncertainty.emplace();
+  calibration.g_sensitivity_uncertainty->readings_only = true;
+  for (const Sensor gyro : kSensors) {
+    const TermPart* part = is_gyro(gyro) ? term.part_of(gyro) : nullptr;
+    if (part == nullptr) continue;
+    for (std::size_t j = 0; j < 3; ++j) {
+      (*calibration.g_sensitivity)[axis_of(gyro)][j] = part->value(kAxes[j]).value_or(0.0);
+      if (part->covariance.size() != 9) continue;
+      calibration.g_sensitivity_uncertainty->standard[axis_of(gyro)][j] = std::sqrt(part->covariance[4 * j]);
+    }
+  }
+}
+
+/// The readings were freed of the term, so that what the rows still show is beside it.
+void add_even_order(const ModelTerm& term, Calibration& calibration) {
+  for (const TermPart& part : term.parts) {
+    for (const Sensor sensor : part.sensors) {
+      auto& total = calibration.even_order.at(axis_of(sensor));
+      if (!total) total.emplace();
+      total->value += part.value("even_order").value_or(0.0);
+      if (!part.covariance.empty()) {
+        total->standard_uncertainty = std::hypot(total->standard_uncertainty, std::sqrt(part.covariance.front()));
+      }
+    }
+  }
+}
+
+void add_term(const ModelTerm& term, Calibration& calibration) {
+  if (of_the_lab(term)) return;
+  if (term.name == "g_sensitivity") return add_g_sensitivity(term, calibration);
+  if (term.name == "scale_nonlinearity") return add_even_order(term, calibration);
+  for (const TermPart& part : term.parts) {
+    AcceptedTerm out{term.name, term.lab_only, part.sensors, {}};
+    for (const TermParameter& parameter : part.parameters) out.parameters.emplace_back(parameter.name, parameter.value);
+    calibration.terms.push_back(std::move(out));
+  }
+}
+
 }  // namespace
 
 UnitModel make_model(const UnitInput& input, const UnitRows& rows,
@@ -67,6 +112,7 @@ UnitModel make_model(const UnitInput& input, const UnitRows& rows,
   model.earth_removed = rows.earth_removed;
   model.even_order = rows.even_order;
   model.level = rows.level;
+  model.terms = input.terms;
   model.warnings = rows.warnings;
   return model;
 }
@@ -104,6 +150,7 @@ Calibration make_calibration(const UnitModel& model) {
     calibration.misalignment_uncertainty = uncertainty_of(*model.accel_misalignment);
   }
   std::transform(model.even_order.begin(), model.even_order.end(), calibration.even_order.begin(), even_order_of);
+  for (const ModelTerm& term : model.terms) add_term(term, calibration);
   return calibration;
 }
 

@@ -37,6 +37,7 @@ struct UnitModel {
   EarthRemoval earth_removed = EarthRemoval::none;
   std::array<std::optional<StatedValue>, 3> even_order;  ///< of the accelerometers, 1/(m/s²)
   LevelStatement level;                                  ///< of the chamber's side; concerns no unit
+  std::vector<ModelTerm> terms;                          ///< that the readings were freed of before the fit
   std::vector<Warning> warnings;
 };
 

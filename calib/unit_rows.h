@@ -11,6 +11,7 @@
 #include "base/result.h"
 #include "calib/curve_data.h"
 #include "calib/gravity.h"
+#include "calib/model_term.h"
 #include "calib/reference.h"
 #include "calib/segment.h"
 #include "calib/six_position.h"
@@ -38,6 +39,7 @@ struct UnitInput {
   std::int32_t epoch = 0;
   std::vector<RunInput> runs;
   std::vector<ReferenceUse> references;  ///< of the campaigns of its runs
+  std::vector<ModelTerm> terms;          ///< accepted for the unit and already taken off the segments
 };
 
 /// A constant estimated from all runs, with what is known of its error.

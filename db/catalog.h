@@ -75,6 +75,14 @@ struct ModelRow {
   std::string document;
 };
 
+/// What was found missing in a model: the JSON that `soak gap find` printed.
+struct GapReportRow {
+  std::string unit;
+  std::int32_t model_version = 0;
+  double created_utc_s = 0.0;
+  std::string document;
+};
+
 /// An exported calibration file.
 struct CalibrationRow {
   std::string unit;
@@ -128,7 +136,7 @@ class Catalog {
   ~Catalog();
 
   /// Schema version that this program writes.
-  static constexpr int kSchemaVersion = 5;
+  static constexpr int kSchemaVersion = 6;
 
   [[nodiscard]] const std::filesystem::path& data_folder() const;
   [[nodiscard]] std::filesystem::path run_file_path(const RunRow& run) const;
@@ -221,6 +229,11 @@ class Catalog {
   [[nodiscard]] base::Status end_check_standard(std::string_view check_standard_id, const EndRecord& end);
   /// All records in the order in which they were made, ended ones too.
   [[nodiscard]] base::Result<std::vector<CheckStandardRow>> check_standards() const;
+
+  /// Refuses (bad_input) a report on a model that the catalog does not have.
+  [[nodiscard]] base::Status add_gap_report(const GapReportRow& report);
+  /// All reports of a unit in the order in which they were stored.
+  [[nodiscard]] base::Result<std::vector<GapReportRow>> gap_reports(std::string_view unit) const;
 
   [[nodiscard]] base::Status add_calibration(const CalibrationRow& calibration);
   [[nodiscard]] base::Status log_event(const EventRow& event);

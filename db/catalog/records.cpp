@@ -53,6 +53,14 @@ VoidRecord void_from(SQLite::Statement& query) {
   return record;
 }
 
+base::Status require_model(const sqlite::Connection& connection, std::string_view unit, std::int32_t version) {
+  SQLite::Statement known(connection.database(), "SELECT 1 FROM model WHERE unit = ? AND version = ?");
+  sqlite::bind_all(known, unit, version);
+  if (known.executeStep()) return {};
+  return base::bad_input("unit '" + std::string(unit) + "' has no model version " + std::to_string(version),
+                         connection.path().string());
+}
+
 }  // namespace
 
 namespace catalog {
@@ -133,15 +141,42 @@ base::Result<std::optional<ModelRow>> Catalog::model(std::string_view unit, std:
   });
 }
 
+base::Status Catalog::add_gap_report(const GapReportRow& report) {
+  return impl_->connection.transact("store the gap report", [&]() -> base::Status {
+    if (const auto known = require_model(impl_->connection, report.unit, report.model_version); !known) return known;
+    SQLite::Statement insert(impl_->database(),
+                             "INSERT INTO gap_report (gap_report_id, unit, model_version, created_utc_s, document) "
+                             "VALUES (?, ?, ?, ?, ?)");
+    sqlite::bind_all(insert, catalog::new_uuid(report.created_utc_s), report.unit, report.model_version,
+                     report.created_utc_s, report.document);
+    insert.exec();
+    return {};
+  });
+}
+
+base::Result<std::vector<GapReportRow>> Catalog::gap_reports(std::string_view unit) const {
+  return impl_->connection.run("read the gap reports", [&]() -> base::Result<std::vector<GapReportRow>> {
+    SQLite::Statement query(impl_->database(),
+                            "SELECT unit, model_version, created_utc_s, document FROM gap_report WHERE unit = ? "
+                            "ORDER BY rowid");
+    sqlite::bind_all(query, unit);
+    std::vector<GapReportRow> reports;
+    while (query.executeStep()) {
+      sqlite::Fields fields(query);
+      GapReportRow& report = reports.emplace_back();
+      report.unit = fields.text();
+      report.model_version = fields.integer32();
+      report.created_utc_s = fields.real();
+      report.document = fields.text();
+    }
+    return reports;
+  });
+}
+
 base::Status Catalog::add_calibration(const CalibrationRow& calibration) {
   return impl_->connection.transact("record the exported file", [&]() -> base::Status {
-    SQLite::Statement known(impl_->database(), "SELECT 1 FROM model WHERE unit = ? AND version = ?");
-    sqlite::bind_all(known, calibration.unit, calibration.model_version);
-    if (!known.executeStep()) {
-      return base::bad_input(
-          "unit '" + calibration.unit + "' has no model version " + std::to_string(calibration.model_version),
-          impl_->connection.path().string());
-    }
+    const auto known = require_model(impl_->connection, calibration.unit, calibration.model_version);
+    if (!known) return known;
     SQLite::Statement insert(impl_->database(),
                              "INSERT INTO calibration (calibration_id, unit, model_version, created_utc_s, format, "
                              "sha256, path) VALUES (?, ?, ?, ?, ?, ?, ?)");

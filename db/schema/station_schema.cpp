@@ -358,8 +358,26 @@ WHEN EXISTS (SELECT 1 FROM reference_withdrawal WHERE record_id = NEW.record_id 
 BEGIN SELECT raise(ABORT, 'reference_withdrawal is append-only'); END;
 )sql";
 
+constexpr const char* kStationV6 = R"sql(
+-- What was found missing in a model, as `soak gap find` said it.
+CREATE TABLE gap_report (
+  gap_report_id TEXT PRIMARY KEY,
+  unit          TEXT NOT NULL,
+  model_version INTEGER NOT NULL,
+  created_utc_s REAL NOT NULL,
+  document      TEXT NOT NULL,
+  FOREIGN KEY (unit, model_version) REFERENCES model (unit, version)
+);
+CREATE INDEX gap_report_of_unit ON gap_report (unit);
+CREATE TRIGGER gap_report_keeps_rows BEFORE UPDATE ON gap_report BEGIN SELECT raise(ABORT, 'gap_report is append-only'); END;
+CREATE TRIGGER gap_report_keeps_all BEFORE DELETE ON gap_report BEGIN SELECT raise(ABORT, 'gap_report is append-only'); END;
+CREATE TRIGGER gap_report_replaces_none BEFORE INSERT ON gap_report
+WHEN EXISTS (SELECT 1 FROM gap_report WHERE gap_report_id = NEW.gap_report_id OR rowid = NEW.rowid)
+BEGIN SELECT raise(ABORT, 'gap_report is append-only'); END;
+)sql";
+
 constexpr std::array kStationSteps = {Step{1, kStationV1}, Step{2, kStationV2}, Step{3, kStationV3},
-                                      Step{4, kStationV4}, Step{5, kStationV5}};
+                                      Step{4, kStationV4}, Step{5, kStationV5}, Step{6, kStationV6}};
 static_assert(kStationSteps.back().to_version == Catalog::kSchemaVersion);
 
 }  // namespace

@@ -238,12 +238,12 @@ TEST_F(CatalogTest, ShowsRatesInDegreesPerSecond) {
 
 TEST_F(CatalogTest, RefusesAFileOfANewerVersion) {
   fill(*catalog_);
-  raw().exec("PRAGMA user_version = 6");
+  raw().exec("PRAGMA user_version = 7");
   const auto newer = Catalog::open(folder_.path());
   ASSERT_TRUE(is_bad_input(newer));
   EXPECT_EQ(newer.error().where, (folder_ / "station.db").string());
-  EXPECT_NE(newer.error().message.find("version 6"), std::string::npos);
-  EXPECT_NE(newer.error().message.find("up to version 5"), std::string::npos);
+  EXPECT_NE(newer.error().message.find("version 7"), std::string::npos);
+  EXPECT_NE(newer.error().message.find("up to version 6"), std::string::npos);
   EXPECT_NE(newer.error().message.find("newer soak"), std::string::npos);
 }
 

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/forward/mechanisms.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "calib/body_frame.h"
+#include "calib/gravity.h"
+
+namespace soak::calib::forward {
+
+namespace {
+
+/// All that a mechanism may look at.
+struct Inputs {
+  const TermPart& part;
+  const gap::LoggedRun& run;
+  const Moment& moment;
+  Vector3 force{};  ///< m/s²
+  double course = 0.0;
+  std::size_t axis = 0;
+
+  [[nodiscard]] double number(std::string_view name, double otherwise = 0.0) const {
+    return part.value(name).value_or(otherwise);
+  }
+  /// A parameter that may have a slope against temperature.
+  [[nodiscard]] double at_temperature(std::string_view name) const {
+    const double slope = number(std::string(name) + "_per_c");
+    return number(name) + slope * (moment.temp_c - number("reference_c", moment.temp_c));
+  }
+};
+
+constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
+
+Series temperature(const gap::LoggedRun& run) { return series_of(run.log, run.log.temp_c); }
+
+double even_order(const Inputs& in) {
+  const double f = in.force[in.axis];
+  const double g = in.number("gravity");
+  return in.number("even_order") * (f * f - g * g);
+}
+
+double g_sensitivity(const Inputs& in) {
+  double sum = 0.0;
+  for (std::size_t j = 0; j < 3; ++j) sum += in.number(kAxes[j]) * in.force[j];
+  return sum;
+}
+
+/// A rotation of the unit on its fixture turns the force that it feels: f + f × angle.
+double fixture_tilt(const Inputs& in) {
+  const auto angle = [&](std::size_t axis) { return in.number(std::string(kAxes[axis]) + "@" + in.run.run.run_id); };
+  const std::size_t next = (in.axis + 1) % 3;
+  const std::size_t last = (in.axis + 2) % 3;
+  return in.force[next] * angle(last) - in.force[last] * angle(next);
+}
+
+double earth_rate(const Inputs& in) {
+  if (!in.moment.segment->position) return 0.0;
+  const Frame frame = frame_of(*in.moment.segment->position, 0.0);
+  return in.number("up") * frame.up[in.axis] + in.number("north") * frame.north[in.axis] +
+         in.number("east") * frame.east[in.axis];
+}
+
+double aging(const Inputs& in) {
+  return in.number("per_s") * (*in.run.start_utc_s + in.moment.t_s - in.number("reference_utc_s"));
+}
+
+}  // namespace
+
+/// What an effect's name means.
+struct Mechanism {
+  std::string_view name;
+  std::string_view needs;  ///< what must have been logged, for people; empty = nothing
+  bool (*missing)(const gap::LoggedRun&);
+  Series (*course)(const TermPart&, const gap::LoggedRun&);
+  double (*contribution)(const Inputs&);
+};
+
+namespace {
+
+constexpr std::string_view kCourse = "the temperature between the plateaus was not logged";
+
+bool nothing_missing(const gap::LoggedRun&) { return false; }
+bool no_temperature(const gap::LoggedRun& run) { return temperature(run).empty(); }
+Series no_course(const TermPart&, const gap::LoggedRun&) { return {}; }
+double nothing(const Inputs&) { return 0.0; }
+
+const std::array kMechanisms = {
+    Mechanism{"thermal_hysteresis", kCourse, no_temperature,
+              [](const TermPart& part, const gap::LoggedRun& run) {
+                return branch_memory_of(temperature(run), part.value("width_c").value_or(1.0));
+              },
+              [](const Inputs& in) { return in.at_temperature("amplitude") * in.course; }},
+    Mechanism{"temperature_rate", kCourse, no_temperature,
+              [](const TermPart&, const gap::LoggedRun& run) { return rate_of(temperature(run)); },
+              [](const Inputs& in) { return in.at_temperature("per_kps") * in.course; }},
+    Mechanism{"sensor_lag", kCourse, no_temperature,
+              [](const TermPart& part, const gap::LoggedRun& run) {
+                Series behind = temperature(run);
+                const Series element = follower_of(behind, part.value("tau_s").value_or(1.0));
+                for (std::size_t k = 0; k < behind.values.size(); ++k)
+                  behind.values[k] = element.values[k] - behind.values[k];
+                return behind;
+              },
+              nothing},
+    Mechanism{"warmup_transient", "the time since power-on is not known",
+              [](const gap::LoggedRun& run) { return series_of(run.log, run.log.t_since_power_s).empty(); },
+              [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.t_since_power_s); },
+              [](const Inputs& in) { return in.number("amplitude") * std::exp(-in.course / in.number("tau_s", 1.0)); }},
+    Mechanism{"vibration_rectification", "the compressor's duty was not logged",
+              [](const gap::LoggedRun& run) { return series_of(run.log, run.log.compressor).empty(); },
+              [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.compressor); },
+              [](const Inputs& in) { return in.number("per_duty") * in.course; }},
+    Mechanism{"supply_sensitivity", "the supply voltage was not logged",
+              [](const gap::LoggedRun& run) { return series_of(run.log, run.log.supply_v).empty(); },
+              [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.supply_v); },
+              [](const Inputs& in) { return in.number("per_v") * (in.course - in.number("reference_v")); }},
+    Mechanism{"aging_drift", "the time of the run is not known (utc_s)",
+              [](const gap::LoggedRun& run) { return !run.start_utc_s; }, no_course, aging},
+    Mechanism{"g_sensitivity", "", nothing_missing, no_course, g_sensitivity},
+    Mechanism{"earth_rate", "", nothing_missing, no_course, earth_rate},
+    Mechanism{"cross_axis", "", nothing_missing, no_course,
+              [](const Inputs& in) { return g_sensitivity(in) * (in.moment.temp_c - in.number("reference_c")); }},
+    Mechanism{"fixture_tilt", "", nothing_missing, no_course, fixture_tilt},
+    Mechanism{"scale_nonlinearity", "", nothing_missing, no_course, even_order},
+    Mechanism{"noise_vs_temperature", "", nothing_missing, no_course, nothing},
+    Mechanism{"quantization", "", nothing_missing, no_course, nothing},
+    Mechanism{"saturation", "", nothing_missing, no_course, nothing},
+};
+
+}  // namespace
+
+Mechanisms::Mechanisms(const std::vector<ModelTerm>& terms, const gap::LoggedRun& run, int sign_at_rest)
+    : run_(run), sign_at_rest_(sign_at_rest), gravity_mps2_(gravity_at(run.run.site).mps2) {
+  for (const ModelTerm& term : terms) {
+    const auto found = std::find_if(kMechanisms.begin(), kMechanisms.end(),
+                                    [&](const Mechanism& mechanism) { return mechanism.name == term.name; });
+    if (found == kMechanisms.end() || found->missing(run)) {
+      left_out_.push_back(fmt::format("{} is not evaluated in run {}: {}", term.name, run.run.label,
+                                      found == kMechanisms.end() ? "this program does not know it" : found->needs));
+      continue;
+    }
+    for (const TermPart& part : term.parts) prepared_.push_back({&*found, &part, found->course(part, run)});
+  }
+}
+
+double Mechanisms::contribution(Sensor sensor, const Moment& moment) const {
+  double sum = 0.0;
+  for (const Prepared& prepared : prepared_) {
+    if (!prepared.part->acts_on(sensor)) continue;
+    Inputs in{*prepared.part, run_, moment};
+    in.force = force_mps2(*moment.segment, gravity_mps2_, sign_at_rest_);
+    in.axis = axis_of(sensor);
+    if (!prepared.course.empty()) {
+      in.course = prepared.course.mean(moment.t_s - moment.half_s, moment.t_s + moment.half_s);
+    }
+    sum += prepared.mechanism->contribution(in);
+  }
+  return sum;
+}
+
+double Mechanisms::element_temp_c(Sensor sensor, const Moment& moment) const {
+  double temp_c = moment.temp_c;
+  for (const Prepared& prepared : prepared_) {
+    if (prepared.mechanism->name != "sensor_lag" || !prepared.part->acts_on(sensor)) continue;
+    const double behind_c = prepared.course.mean(moment.t_s - moment.half_s, moment.t_s + moment.half_s);
+    temp_c += prepared.part->value("factor").value_or(1.0) * behind_c;
+  }
+  return temp_c;
+}
+
+Vector3 force_mps2(const Segment& segment, double gravity_mps2, int sign_at_rest) {
+  Vector3 force{};
+  if (!segment.position) return force;
+  for (std::size_t axis = 0; axis < 3; ++axis) force[axis] = sign_at_rest * gravity_mps2 * segment.position->up[axis];
+  return force;
+}
+
+}  // namespace soak::calib::forward

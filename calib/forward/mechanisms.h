@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/forward/thermal_history.h"
+#include "calib/gap/campaign.h"
+#include "calib/model_term.h"
+#include "calib/sensor.h"
+
+namespace soak::calib::forward {
+
+/// When and where a term is asked what it adds.
+struct Moment {
+  const Segment* segment = nullptr;
+  double t_s = 0.0;     ///< middle of the stretch, device time
+  double half_s = 0.0;  ///< half the length of the stretch
+  double temp_c = 0.0;  ///< of the sensor's thermometer
+};
+
+struct Mechanism;
+
+/// The accepted terms of a model in one run: what each mechanism adds to a reading, from the run's logged course. On
+/// its own code path: the regressors that named an effect are not used. Terms that leave the mean alone (noise, steps,
+/// rails) add nothing.
+class Mechanisms {
+ public:
+  /// `terms` and `run` must outlive it. `sign_at_rest`: UnitType::sign_at_rest.
+  Mechanisms(const std::vector<ModelTerm>& terms, const gap::LoggedRun& run, int sign_at_rest);
+
+  /// What all terms add to the mean of a sensor, SI.
+  [[nodiscard]] double contribution(Sensor sensor, const Moment& moment) const;
+  /// Temperature of the sensing element, where a term says that it lags behind its thermometer; else that of `moment`.
+  [[nodiscard]] double element_temp_c(Sensor sensor, const Moment& moment) const;
+  /// Terms that this run cannot evaluate and why, a sentence each.
+  [[nodiscard]] const std::vector<std::string>& left_out() const { return left_out_; }
+
+ private:
+  struct Prepared {
+    const Mechanism* mechanism;
+    const TermPart* part;
+    Series course;
+  };
+
+  const gap::LoggedRun& run_;
+  int sign_at_rest_;
+  double gravity_mps2_;
+  std::vector<Prepared> prepared_;
+  std::vector<std::string> left_out_;
+};
+
+/// Specific force of a unit at rest in a segment's position, along its axes, m/s², signed as the unit reads it; zero
+/// where the position is not known.
+[[nodiscard]] Vector3 force_mps2(const Segment& segment, double gravity_mps2, int sign_at_rest);
+
+}  // namespace soak::calib::forward

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/forward/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "calib/body_frame.h"
+#include "calib/forward/mechanisms.h"
+#include "calib/gravity.h"
+
+namespace soak::calib::forward {
+namespace {
+
+constexpr double kPpm = 1e-6;
+
+bool usable(const Segment& segment) {
+  if (segment.phase != Phase::soak || !segment.plateau_c || turns(segment)) return false;
+  return std::none_of(segment.findings.begin(), segment.findings.end(),
+                      [](const Finding& finding) { return finding.severity == Severity::reject && !finding.sensor; });
+}
+
+bool rejected(const Segment& segment, Sensor sensor) {
+  return std::any_of(segment.findings.begin(), segment.findings.end(), [&](const Finding& finding) {
+    return finding.severity == Severity::reject && finding.sensor == sensor;
+  });
+}
+
+/// A model in one run.
+class RunSimulation {
+ public:
+  RunSimulation(const SimulatedModel& model, const gap::LoggedRun& run, int sign_at_rest)
+      : model_(model),
+        run_(run),
+        sign_at_rest_(sign_at_rest),
+        gravity_mps2_(gravity_at(run.run.site).mps2),
+        earth_(known_earth_rate(run.run.segments, run.run.site)),
+        mechanisms_(model.terms, run, sign_at_rest) {}
+
+  [[nodiscard]] const std::vector<std::string>& left_out() const { return mechanisms_.left_out(); }
+
+  [[nodiscard]] double reading(const SensorCalibration& sensor, const Moment& moment) const {
+    const double temp_c = mechanisms_.element_temp_c(sensor.sensor, moment);
+    const double truth = is_gyro(sensor.sensor) ? rotation_rps(sensor.sensor, *moment.segment)
+                                                : force(*moment.segment)[axis_of(sensor.sensor)];
+    const double scale = sensor.scale_ppm ? kPpm * evaluate(*sensor.scale_ppm, temp_c) : 0.0;
+    return (1.0 + scale) * truth + evaluate(sensor.bias, temp_c) + coupling(sensor.sensor, *moment.segment) +
+           mechanisms_.contribution(sensor.sensor, moment);
+  }
+
+ private:
+  [[nodiscard]] Vector3 force(const Segment& segment) const {
+    return force_mps2(segment, gravity_mps2_, sign_at_rest_);
+  }
+
+  [[nodiscard]] double rotation_rps(Sensor gyro, const Segment& segment) const {
+    if (!segment.position) return 0.0;
+    const Frame frame = frame_of(*segment.position, run_.run.site.azimuth_deg.value_or(0.0));
+    return earth_.vertical_rps * frame.up[axis_of(gyro)] + earth_.horizontal_rps * frame.north[axis_of(gyro)];
+  }
+
+  [[nodiscard]] double coupling(Sensor sensor, const Segment& segment) const {
+    if (is_gyro(sensor) || !model_.calibration.accel_misalignment) return 0.0;
+    const Vector3& row = (*model_.calibration.accel_misalignment)[axis_of(sensor)];
+    const Vector3 f = force(segment);
+    return row[0] * f[0] + row[1] * f[1] + row[2] * f[2];
+  }
+
+  const SimulatedModel& model_;
+  const gap::LoggedRun& run_;
+  int sign_at_rest_;
+  double gravity_mps2_;
+  EarthRate earth_;
+  Mechanisms mechanisms_;
+};
+
+SimulatedBlock simulate_block(const RunSimulation& simulation, const Calibration& calibration, const Segment& segment,
+                              const Block& block) {
+  SimulatedBlock result;
+  result.t_s = block.t_s;
+  result.temp_c = block.temp_c;
+  result.sweep = segment.sweep;
+  for (const SensorCalibration& sensor : calibration.sensors) {
+    const std::size_t s = index_of(sensor.sensor);
+    const Moment moment{&segment, block.t_s, 0.5 * block.duration_s, block.sensor_temp_c[s]};
+    result.simulated[s] = simulation.reading(sensor, moment);
+    if (block.sensor[s].count == 0 || rejected(segment, sensor.sensor)) continue;
+    result.measured[s] = block.sensor[s].mean;
+    result.noise[s] = block.sensor[s].standard_error;
+  }
+  return result;
+}
+
+/// Sums over one run of one sensor.
+struct Sums {
+  double count = 0.0;
+  double sum = 0.0;
+  double squares = 0.0;
+  double noise_squares = 0.0;
+
+  [[nodiscard]] double about_mean() const { return std::max(0.0, squares - sum * sum / count); }
+};
+
+}  // namespace
+
+SimulatedCampaign simulate(const SimulatedModel& model, const gap::LoggedCampaign& campaign) {
+  SimulatedCampaign result;
+  for (std::size_t r = 0; r < campaign.runs.size(); ++r) {
+    const gap::LoggedRun& run = campaign.runs[r];
+    const RunSimulation simulation(model, run, campaign.type.sign_at_rest);
+    result.left_out.insert(result.left_out.end(), simulation.left_out().begin(), simulation.left_out().end());
+    for (std::size_t k = 0; k < run.run.segments.size(); ++k) {
+      const Segment& segment = run.run.segments[k];
+      if (!usable(segment)) continue;
+      for (const Block& block : segment.blocks) {
+        result.blocks.push_back(simulate_block(simulation, model.calibration, segment, block));
+        result.blocks.back().run = static_cast<int>(r);
+        result.blocks.back().segment = k;
+      }
+    }
+  }
+  return result;
+}
+
+std::array<std::optional<Disagreement>, kSensorCount> compare(const SimulatedCampaign& campaign) {
+  std::array<std::optional<Disagreement>, kSensorCount> result;
+  if (campaign.blocks.empty()) return result;
+  const auto runs = static_cast<std::size_t>(campaign.blocks.back().run) + 1;
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    std::vector<Sums> sums(runs);
+    for (const SimulatedBlock& block : campaign.blocks) {
+      if (!block.measured[s] || !block.simulated[s]) continue;
+      const double off = *block.measured[s] - *block.simulated[s];
+      Sums& run = sums[static_cast<std::size_t>(block.run)];
+      run.count += 1.0;
+      run.sum += off;
+      run.squares += off * off;
+      run.noise_squares += block.noise[s] * block.noise[s];
+    }
+    Sums all;
+    Disagreement disagreement;
+    double squares = 0.0;
+    for (const Sums& run : sums) {
+      disagreement.runs.push_back(run.count > 0.0 ? std::sqrt(run.about_mean() / run.count)
+                                                  : std::numeric_limits<double>::quiet_NaN());
+      if (run.count == 0.0) continue;
+      all.count += run.count;
+      all.noise_squares += run.noise_squares;
+      squares += run.about_mean();
+    }
+    if (all.count == 0.0) continue;
+    disagreement.rms = std::sqrt(squares / all.count);
+    disagreement.noise_rms = std::sqrt(all.noise_squares / all.count);
+    result[s] = disagreement;
+  }
+  return result;
+}
+
+}  // namespace soak::calib::forward

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/forward/thermal_history.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace soak::calib::forward {
+namespace {
+
+constexpr double kReach_s = 120.0;
+constexpr double kDeadBand_c = 0.5;
+constexpr double kRoom_c = 23.0;
+
+/// Sums that make the slope of a line through a moving stretch of a series.
+class MovingLine {
+ public:
+  explicit MovingLine(double origin_s) : origin_s_(origin_s) {}
+
+  void add(double t_s, double value, double sign) {
+    const double t = t_s - origin_s_;
+    count_ += sign;
+    t_ += sign * t;
+    v_ += sign * value;
+    tt_ += sign * t * t;
+    tv_ += sign * t * value;
+  }
+  [[nodiscard]] double slope() const {
+    const double spread = tt_ - t_ * t_ / count_;
+    return count_ < 3.0 || spread <= 0.0 ? 0.0 : (tv_ - t_ * v_ / count_) / spread;
+  }
+
+ private:
+  double origin_s_;
+  double count_ = 0.0;
+  double t_ = 0.0;
+  double v_ = 0.0;
+  double tt_ = 0.0;
+  double tv_ = 0.0;
+};
+
+/// Follows a temperature through a dead band and remembers the way it came.
+class BranchMemory {
+ public:
+  BranchMemory(double first_c, double width_c)
+      : followed_c_(first_c), width_c_(width_c), memory_(first_c < kRoom_c ? -1.0 : 1.0) {}
+
+  double advance(double temp_c) {
+    const double above = temp_c - kDeadBand_c / 2 - followed_c_;
+    const double below = followed_c_ - temp_c - kDeadBand_c / 2;
+    if (above > 0.0) {
+      memory_ = 1.0 - (1.0 - memory_) * std::exp(-above / width_c_);
+      followed_c_ += above;
+    } else if (below > 0.0) {
+      memory_ = (1.0 + memory_) * std::exp(-below / width_c_) - 1.0;
+      followed_c_ -= below;
+    }
+    return memory_;
+  }
+
+ private:
+  double followed_c_;
+  double width_c_;
+  double memory_;
+};
+
+}  // namespace
+
+double Series::at(double t_s_wanted) const {
+  if (t_s_wanted <= t_s.front()) return values.front();
+  if (t_s_wanted >= t_s.back()) return values.back();
+  const auto above = std::upper_bound(t_s.begin(), t_s.end(), t_s_wanted) - t_s.begin();
+  const auto k = static_cast<std::size_t>(above);
+  return std::lerp(values[k - 1], values[k], (t_s_wanted - t_s[k - 1]) / (t_s[k] - t_s[k - 1]));
+}
+
+double Series::mean(double from_s, double to_s) const {
+  const auto first = std::lower_bound(t_s.begin(), t_s.end(), from_s) - t_s.begin();
+  const auto end = std::upper_bound(t_s.begin(), t_s.end(), to_s) - t_s.begin();
+  if (end <= first) return at(0.5 * (from_s + to_s));
+  double sum = 0.0;
+  for (auto k = first; k < end; ++k) sum += values[static_cast<std::size_t>(k)];
+  return sum / static_cast<double>(end - first);
+}
+
+Series series_of(const gap::RunLog& log, const std::vector<double>& channel) {
+  Series series;
+  for (std::size_t k = 0; k < channel.size(); ++k) {
+    if (!std::isfinite(channel[k])) continue;
+    series.t_s.push_back(log.t_s[k]);
+    series.values.push_back(channel[k]);
+  }
+  return series;
+}
+
+Series rate_of(const Series& temp_c) {
+  Series rate{temp_c.t_s, {}};
+  if (temp_c.empty()) return rate;
+  std::size_t first = 0;
+  std::size_t end = 0;
+  // Sums of differences from the stretch's own middle would cancel less; an origin per series is exact enough for days.
+  MovingLine line(temp_c.t_s.front());
+  for (const double middle_s : temp_c.t_s) {
+    for (; end < temp_c.t_s.size() && temp_c.t_s[end] <= middle_s + kReach_s; ++end) {
+      line.add(temp_c.t_s[end], temp_c.values[end], 1.0);
+    }
+    for (; temp_c.t_s[first] < middle_s - kReach_s; ++first) line.add(temp_c.t_s[first], temp_c.values[first], -1.0);
+    rate.values.push_back(line.slope());
+  }
+  return rate;
+}
+
+Series follower_of(const Series& temp_c, double tau_s) {
+  Series element{temp_c.t_s, {}};
+  if (temp_c.empty()) return element;
+  element.values.push_back(temp_c.values.front());
+  for (std::size_t k = 1; k < temp_c.t_s.size(); ++k) {
+    const double dt_s = temp_c.t_s[k] - temp_c.t_s[k - 1];
+    const double slope = (temp_c.values[k] - temp_c.values[k - 1]) / dt_s;
+    // Behind a straight course an element settles at a distance of τ times the slope.
+    const double settled = temp_c.values[k - 1] - slope * tau_s;
+    const double off = element.values.back() - settled;
+    element.values.push_back(settled + slope * dt_s + off * std::exp(-dt_s / tau_s));
+  }
+  return element;
+}
+
+Series branch_memory_of(const Series& temp_c, double width_c) {
+  Series memory{temp_c.t_s, {}};
+  if (temp_c.empty()) return memory;
+  BranchMemory branch(temp_c.values.front(), width_c);
+  for (const double c : temp_c.values) memory.values.push_back(branch.advance(c));
+  return memory;
+}
+
+}  // namespace soak::calib::forward
