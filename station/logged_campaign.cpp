@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/logged_campaign.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -40,33 +41,39 @@ base::Status look_at_samples(const db::RunFileReader& file, const std::string& u
 
 }  // namespace
 
+base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, calib::UnitInput input,
+                                                   bool with_samples) {
+  calib::gap::LoggedCampaign logged;
+  logged.unit = input.unit;
+  logged.type = input.type;
+  const auto rows = catalog.runs({.unit = input.unit, .campaign = {}, .run = {}});
+  if (!rows) return base::forward_error(rows);
+  for (calib::RunInput& run : input.runs) {
+    const auto row =
+        std::find_if(rows->begin(), rows->end(), [&](const db::RunRow& r) { return r.run_id == run.run_id; });
+    if (row == rows->end()) continue;
+    const auto file = db::RunFileReader::open(catalog.run_file_path(*row));
+    if (!file) return base::forward_error(file);
+    const auto recording = read_axes(*file, input.unit);
+    if (!recording) return base::forward_error(recording);
+    calib::gap::LoggedRun entry;
+    entry.log = calib::gap::make_run_log(*recording);
+    logged.thermometer.add(calib::gap::sample_facts(recording->temp_c));
+    entry.start_utc_s = start_utc_s(*recording);
+    if (with_samples) {
+      if (auto looked = look_at_samples(*file, input.unit, logged.samples); !looked) return base::forward_error(looked);
+    }
+    entry.run = std::move(run);
+    logged.runs.push_back(std::move(entry));
+  }
+  return logged;
+}
+
 base::Result<calib::gap::LoggedCampaign> load_logged_campaign(const db::Catalog& catalog, const std::string& unit,
                                                               const std::optional<std::string>& campaign) {
   auto input = load_unit(catalog, unit, campaign);
   if (!input) return base::forward_error(input);
-  calib::gap::LoggedCampaign logged;
-  logged.unit = unit;
-  logged.type = input->type;
-  const auto rows = catalog.runs({.unit = unit, .campaign = campaign, .run = {}});
-  if (!rows) return base::forward_error(rows);
-  for (calib::RunInput& run : input->runs) {
-    for (const db::RunRow& row : *rows) {
-      if (row.run_id != run.run_id) continue;
-      const auto file = db::RunFileReader::open(catalog.run_file_path(row));
-      if (!file) return base::forward_error(file);
-      const auto recording = read_axes(*file, unit);
-      if (!recording) return base::forward_error(recording);
-      calib::gap::LoggedRun entry;
-      entry.log = calib::gap::make_run_log(*recording);
-      logged.thermometer.add(calib::gap::sample_facts(recording->temp_c));
-      entry.start_utc_s = start_utc_s(*recording);
-      if (const auto looked = look_at_samples(*file, unit, logged.samples); !looked) return base::forward_error(looked);
-      entry.run = std::move(run);
-      logged.runs.push_back(std::move(entry));
-      break;
-    }
-  }
-  return logged;
+  return with_logs(catalog, *std::move(input), true);
 }
 
 }  // namespace soak::station

@@ -35,7 +35,7 @@ void add(std::vector<Shared>& all, const RunInput& run) {
 }  // namespace
 
 GatedInput leave_out_rejected(const UnitInput& input) {
-  GatedInput gated{{input.unit, input.type, input.epoch, {}, input.references}, {}};
+  GatedInput gated{{input.unit, input.type, input.epoch, {}, input.references, input.terms}, {}};
   std::vector<Shared> shared;
   for (const RunInput& run : input.runs) {
     add(shared, run);

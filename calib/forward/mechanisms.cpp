@@ -78,6 +78,7 @@ struct Mechanism {
   bool (*missing)(const gap::LoggedRun&);
   Series (*course)(const TermPart&, const gap::LoggedRun&);
   double (*contribution)(const Inputs&);
+  bool mean = false;  ///< the course counts by its mean over the stretch, not by its value in the middle
 };
 
 namespace {
@@ -114,11 +115,11 @@ const std::array kMechanisms = {
     Mechanism{"vibration_rectification", "the compressor's duty was not logged",
               [](const gap::LoggedRun& run) { return series_of(run.log, run.log.compressor).empty(); },
               [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.compressor); },
-              [](const Inputs& in) { return in.number("per_duty") * in.course; }},
+              [](const Inputs& in) { return in.number("per_duty") * in.course; }, true},
     Mechanism{"supply_sensitivity", "the supply voltage was not logged",
               [](const gap::LoggedRun& run) { return series_of(run.log, run.log.supply_v).empty(); },
               [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.supply_v); },
-              [](const Inputs& in) { return in.number("per_v") * (in.course - in.number("reference_v")); }},
+              [](const Inputs& in) { return in.number("per_v") * (in.course - in.number("reference_v")); }, true},
     Mechanism{"aging_drift", "the time of the run is not known (utc_s)",
               [](const gap::LoggedRun& run) { return !run.start_utc_s; }, no_course, aging},
     Mechanism{"g_sensitivity", "", nothing_missing, no_course, g_sensitivity},
@@ -133,6 +134,10 @@ const std::array kMechanisms = {
 };
 
 }  // namespace
+
+double Mechanisms::Prepared::at(const Moment& moment) const {
+  return mechanism->mean ? course.mean(moment.t_s - moment.half_s, moment.t_s + moment.half_s) : course.at(moment.t_s);
+}
 
 Mechanisms::Mechanisms(const std::vector<ModelTerm>& terms, const gap::LoggedRun& run, int sign_at_rest)
     : run_(run), sign_at_rest_(sign_at_rest), gravity_mps2_(gravity_at(run.run.site).mps2) {
@@ -155,9 +160,7 @@ double Mechanisms::contribution(Sensor sensor, const Moment& moment) const {
     Inputs in{*prepared.part, run_, moment};
     in.force = force_mps2(*moment.segment, gravity_mps2_, sign_at_rest_);
     in.axis = axis_of(sensor);
-    if (!prepared.course.empty()) {
-      in.course = prepared.course.mean(moment.t_s - moment.half_s, moment.t_s + moment.half_s);
-    }
+    if (!prepared.course.empty()) in.course = prepared.at(moment);
     sum += prepared.mechanism->contribution(in);
   }
   return sum;
@@ -167,8 +170,7 @@ double Mechanisms::element_temp_c(Sensor sensor, const Moment& moment) const {
   double temp_c = moment.temp_c;
   for (const Prepared& prepared : prepared_) {
     if (prepared.mechanism->name != "sensor_lag" || !prepared.part->acts_on(sensor)) continue;
-    const double behind_c = prepared.course.mean(moment.t_s - moment.half_s, moment.t_s + moment.half_s);
-    temp_c += prepared.part->value("factor").value_or(1.0) * behind_c;
+    temp_c += prepared.part->value("factor").value_or(1.0) * prepared.at(moment);
   }
   return temp_c;
 }

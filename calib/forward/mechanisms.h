@@ -41,6 +41,8 @@ class Mechanisms {
     const Mechanism* mechanism;
     const TermPart* part;
     Series course;
+
+    [[nodiscard]] double at(const Moment& moment) const;
   };
 
   const gap::LoggedRun& run_;

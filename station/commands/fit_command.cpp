@@ -2,11 +2,13 @@
 #include "station/commands/fit_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -14,16 +16,25 @@
 #include "calib/chamber_time.h"
 #include "calib/chamber_time_json.h"
 #include "calib/fit_json.h"
+#include "station/accepted_terms.h"
 #include "station/check_warnings.h"
 #include "station/data_folder.h"
+#include "station/fit_job.h"
 #include "station/fit_unit.h"
-#include "station/reference_rule.h"
 
 namespace soak::station {
 namespace {
 
 std::string figure(const std::optional<double>& value, double factor) {
   return value ? fmt::format("{:.3g}", *value * factor) : "-";
+}
+
+/// A line on what was taken off the readings.
+std::string describe(const std::vector<calib::ModelTerm>& terms) {
+  if (terms.empty()) return {};
+  std::vector<std::string_view> names;
+  for (const calib::ModelTerm& term : terms) names.push_back(term.name);
+  return fmt::format("accepted effects (taken off the readings): {}\n", fmt::join(names, ", "));
 }
 
 /// A line on the level error where headings were given; else it concerns nobody.
@@ -56,8 +67,8 @@ std::string describe(const calib::UnitModel& model) {
                      error ? figure(error->rmse_shape, factor) : "-", figure(fit->bias.run_to_run_sigma, factor),
                      figure(widest, factor)});
   }
-  return fmt::format("unit {}, model {}{}\n{}{}", model.unit, model.version, model.simulated ? " (SIMULATED)" : "",
-                     text_table(table), describe(model.level));
+  return fmt::format("unit {}, model {}{}\n{}{}{}", model.unit, model.version, model.simulated ? " (SIMULATED)" : "",
+                     text_table(table), describe(model.terms), describe(model.level));
 }
 
 void note_warnings(const calib::UnitModel& model, Output& output) {
@@ -172,15 +183,12 @@ base::Result<std::vector<std::string>> units_to_fit(const db::Catalog& catalog, 
   return serials;
 }
 
-base::Result<calib::UnitModel> fit_one(db::Catalog& catalog, const base::Result<calib::UnitInput>& input,
+base::Result<calib::UnitModel> fit_one(db::Catalog& catalog, base::Result<calib::UnitInput>& input,
                                        const FitCommand& command, CheckWarnings& check_warnings) {
   if (!input) return base::forward_error(input);
-  auto warnings = check_warnings.of(*input);
-  if (!warnings) return base::forward_error(warnings);
-  const auto since = reference_warnings(catalog, input->references);
-  if (!since) return base::forward_error(since);
-  warnings->insert(warnings->end(), since->begin(), since->end());
-  return fit_unit(catalog, *input, {command.rules}, command.jobs, *warnings);
+  const auto terms = accepted_terms(catalog, input->unit, input->epoch);
+  if (!terms) return base::forward_error(terms);
+  return fit_with_terms(catalog, *input, *terms, {command.rules}, command.jobs, check_warnings);
 }
 
 base::Status all_failures(const std::vector<base::Error>& failures, std::size_t units) {
@@ -208,7 +216,7 @@ base::Status run_fit(const FitCommand& command, Output& output) {
     if (!progress(static_cast<double>(i) / static_cast<double>(units->size()))) {
       return base::fail(base::ErrorKind::internal, "interrupted; the models of the units before are stored", "fit");
     }
-    const auto input = load_unit(*catalog, (*units)[i], command.campaign);
+    auto input = load_unit(*catalog, (*units)[i], command.campaign);
     const auto model = fit_one(*catalog, input, command, check_warnings);
     if (!model) {
       if (!command.all) {

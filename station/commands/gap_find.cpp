@@ -11,7 +11,8 @@
 #include "calib/gap/gap_report.h"
 #include "station/commands/gap_commands.h"
 #include "station/data_folder.h"
-#include "station/logged_campaign.h"
+#include "station/gap_search.h"
+#include "station/identity.h"
 
 namespace soak::station {
 namespace {
@@ -78,29 +79,18 @@ std::string describe(const GapReport& report) {
 }  // namespace
 
 base::Status run_gap_find(const GapFindCommand& command, Output& output) {
-  const auto catalog = open_existing_catalog(command.data);
+  auto catalog = open_existing_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);
-  const auto unit = catalog->unit(command.unit);
-  if (!unit) return base::forward_error(unit);
-  if (!*unit) {
-    return base::bad_input(fmt::format("no unit '{}' in this data folder; 'soak unit list' shows them", command.unit));
+  const auto search = search_gap(*catalog, command.unit, command.campaign);
+  if (!search) return base::forward_error(search);
+  const nlohmann::json document = calib::gap::gap_json(search->report);
+  if (auto stored = catalog->add_gap_report({command.unit, search->model.version, now_utc_s(), document.dump()});
+      !stored) {
+    return stored;
   }
-  const auto model = catalog->model(command.unit);
-  if (!model) return base::forward_error(model);
-  if (!*model) {
-    return base::bad_input(
-        fmt::format("unit {} has no model yet; 'soak fit --unit {}' makes one", command.unit, command.unit));
-  }
-  if ((*model)->epoch != (*unit)->epoch) {
-    return base::bad_input(
-        fmt::format("model {} of unit {} is of epoch {}, the unit is in epoch {}: 'soak fit --unit {}'",
-                    (*model)->version, command.unit, (*model)->epoch, (*unit)->epoch, command.unit));
-  }
-  const auto campaign = load_logged_campaign(*catalog, command.unit, command.campaign);
-  if (!campaign) return base::forward_error(campaign);
-  const GapReport report = calib::gap::find_gap(*campaign, (*model)->version);
-  if (output.json()) return output.print_json(calib::gap::gap_json(report));
-  output.print(describe(report));
+  for (const std::string& sentence : search->not_taken_off) output.note("warning: " + sentence);
+  if (output.json()) return output.print_json(document);
+  output.print(describe(search->report));
   return {};
 }
 

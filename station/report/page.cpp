@@ -30,11 +30,13 @@ Numbers show three digits; the page's source has all of them (<code>&lt;data val
 /// The sensors in their usual order, whatever the order of the document.
 constexpr std::string_view kOrder[] = {"gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"};
 
-std::string navigation(const json& sensors) {
+std::string navigation(const json& sections) {
+  const json& sensors = sections["sensors"];
   std::string html = "<nav aria-label=\"Sections\"><ul>\n";
   for (const std::string_view name : kOrder) {
     if (sensors.contains(name)) html += fmt::format("<li><a href=\"#{0}\">{0}</a></li>\n", name);
   }
+  if (!sections["terms"].empty()) html += "<li><a href=\"#terms\">accepted effects</a></li>\n";
   for (const char* id : {"couplings", "noise", "check", "records", "provenance", "reading"}) {
     html += fmt::format("<li><a href=\"#{0}\">{0}</a></li>\n", id);
   }
@@ -51,11 +53,12 @@ std::string body(const json& document) {
   const json& sections = document["sections"];
   const json& sensors = sections["sensors"];
   std::string html = head_part(document) + warnings_part(sections["summary"]) + overview_part(sensors);
-  html += navigation(sensors);
+  html += navigation(sections);
   for (const std::string_view name : kOrder) {
     const json& sensor = html::member(sensors, name);
     if (!sensor.is_null()) html += sensor_part(name, sensor);
   }
+  html += terms_part(sections["terms"]);
   html += couplings_part(sections["couplings"]) + noise_part(sections["noise"]);
   html += check_part(sections["check_standards"]) + records_part(sections["records"]);
   return html + provenance_part(document) + std::string(kHowToRead);

@@ -17,6 +17,8 @@ namespace soak::station {
 [[nodiscard]] std::string overview_part(const nlohmann::json& sensors);
 /// Curves, residuals, baselines, uncertainty of one sensor.
 [[nodiscard]] std::string sensor_part(std::string_view name, const nlohmann::json& sensor);
+/// Accepted effects and the gap that they closed; empty without any.
+[[nodiscard]] std::string terms_part(const nlohmann::json& terms);
 /// Misalignment and g-sensitivity.
 [[nodiscard]] std::string couplings_part(const nlohmann::json& couplings);
 /// Allan deviation and noise coefficients.

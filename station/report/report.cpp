@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "calib/model_document.h"
+#include "calib/model_term_json.h"
 #include "calib/report_json.h"
+#include "station/accepted_terms.h"
 #include "station/check_document.h"
 #include "station/check_standard.h"
 #include "station/iso_date.h"
@@ -130,6 +132,16 @@ base::Result<std::vector<calib::Warning>> station_warnings(const db::Catalog& ca
   return warnings;
 }
 
+base::Result<calib::UnitInput> input_less_terms(const db::Catalog& catalog, const calib::Calibration& calibration,
+                                                const RunsOfModel& runs, RunUse use,
+                                                const std::vector<calib::ModelTerm>& terms,
+                                                std::vector<calib::Warning>& warnings) {
+  auto input = input_of(catalog, calibration, runs, use);
+  if (!input) return input;
+  if (auto taken = take_terms_off(catalog, terms, *input, warnings); !taken) return base::forward_error(taken);
+  return input;
+}
+
 }  // namespace
 
 base::Result<json> report_document(const db::Catalog& catalog, const ReportRequest& request) {
@@ -141,12 +153,15 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   if (!calibration) return base::forward_error(calibration);
   const auto runs = runs_of_model(catalog, *calibration);
   if (!runs) return base::forward_error(runs);
-  const auto fitted = input_of(catalog, *calibration, *runs, RunUse::fitted);
-  if (!fitted) return base::forward_error(fitted);
-  const auto fresh = input_of(catalog, *calibration, *runs, RunUse::fresh);
-  if (!fresh) return base::forward_error(fresh);
   auto warnings = station_warnings(catalog, *unit, *model, *runs, *calibration);
   if (!warnings) return base::forward_error(warnings);
+  const auto terms = calib::model_terms_of(model->document);
+  if (!terms) return base::forward_error(terms);
+  // Rows are shown as the curve was fitted: less the accepted terms.
+  const auto fitted = input_less_terms(catalog, *calibration, *runs, RunUse::fitted, *terms, *warnings);
+  if (!fitted) return base::forward_error(fitted);
+  const auto fresh = input_less_terms(catalog, *calibration, *runs, RunUse::fresh, *terms, *warnings);
+  if (!fresh) return base::forward_error(fresh);
 
   const auto limits = limits_for(request, *calibration);
   if (!limits) return base::forward_error(limits);
@@ -161,6 +176,7 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   if (!check_standards) return base::forward_error(check_standards);
   json records = records_json(model->document);
   if (auto added = add_endings(catalog, records); !added) return base::forward_error(added);
+  (*sections)["terms"] = calib::terms_json(*terms);
   (*sections)["noise"] = *std::move(noise);
   (*sections)["check_standards"] = *std::move(check_standards);
   (*sections)["records"] = std::move(records);

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/accepted_terms.h"
+
+#include <utility>
+
+#include "calib/forward/take_off.h"
+#include "calib/model_document.h"
+#include "station/logged_campaign.h"
+
+namespace soak::station {
+
+base::Result<std::vector<calib::ModelTerm>> accepted_terms(const db::Catalog& catalog, const std::string& unit,
+                                                           std::int32_t epoch) {
+  const auto model = catalog.model(unit);
+  if (!model) return base::forward_error(model);
+  if (!*model || (*model)->epoch != epoch) return std::vector<calib::ModelTerm>();
+  return calib::model_terms_of((*model)->document);
+}
+
+base::Status take_terms_off(const db::Catalog& catalog, const std::vector<calib::ModelTerm>& terms,
+                            calib::UnitInput& input, std::vector<calib::Warning>& warnings) {
+  if (terms.empty()) return {};
+  auto logged = with_logs(catalog, input, false);
+  if (!logged) return base::forward_error(logged);
+  for (std::string& sentence : calib::forward::take_off(terms, *logged)) {
+    warnings.push_back({"term_not_evaluated", std::move(sentence)});
+  }
+  input.runs.clear();
+  for (calib::gap::LoggedRun& run : logged->runs) input.runs.push_back(std::move(run.run));
+  input.terms = terms;
+  return {};
+}
+
+}  // namespace soak::station

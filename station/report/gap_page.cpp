@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/report/gap_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "calib/model_term_json.h"
+#include "station/report/html.h"
+#include "station/report/page_parts.h"
+#include "station/report/style.h"
+#include "station/report/svg.h"
+
+namespace soak::station {
+namespace {
+
+using calib::forward::SimulatedCampaign;
+using svg::Mark;
+using svg::Point;
+
+constexpr double kWidth = 520.0;
+constexpr double kPanel = 190.0;
+constexpr double kLeft = 66.0;
+constexpr double kTop = 26.0;
+constexpr double kGap = 36.0;
+
+/// What was read beyond the simulation, one point per segment, less the run's own mean.
+struct Residuals {
+  std::vector<Point> up;
+  std::vector<Point> down;
+  std::vector<Point> other;
+  std::vector<Point> fresh;
+
+  [[nodiscard]] double largest() const {
+    double most = 0.0;
+    for (const auto* points : {&up, &down, &other, &fresh}) {
+      for (const Point& point : *points) most = std::max(most, std::abs(point.y));
+    }
+    return most;
+  }
+};
+
+struct Mean {
+  double count = 0.0;
+  double value = 0.0;
+  double temp_c = 0.0;
+  calib::Sweep sweep = calib::Sweep::unknown;
+
+  void add(double v, double c) {
+    count += 1.0;
+    value += (v - value) / count;
+    temp_c += (c - temp_c) / count;
+  }
+};
+
+Residuals residuals_of(const SimulatedCampaign& campaign, const std::vector<ComparedRun>& runs, std::size_t s,
+                       double factor) {
+  std::map<std::pair<int, std::size_t>, Mean> segments;
+  std::map<int, Mean> of_run;
+  for (const auto& block : campaign.blocks) {
+    if (!block.measured[s] || !block.simulated[s]) continue;
+    const double off = factor * (*block.measured[s] - *block.simulated[s]);
+    Mean& segment = segments[{block.run, block.segment}];
+    segment.sweep = block.sweep;
+    segment.add(off, block.temp_c);
+    of_run[block.run].add(off, block.temp_c);
+  }
+  Residuals result;
+  for (const auto& [key, segment] : segments) {
+    const Point point{segment.temp_c, segment.value - of_run[key.first].value};
+    if (!runs[static_cast<std::size_t>(key.first)].fitted) {
+      result.fresh.push_back(point);
+    } else {
+      (segment.sweep == calib::Sweep::up     ? result.up
+       : segment.sweep == calib::Sweep::down ? result.down
+                                             : result.other)
+          .push_back(point);
+    }
+  }
+  return result;
+}
+
+void draw(svg::Panel& panel, const Residuals& residuals) {
+  panel.level(0.0, "curve");
+  panel.marks(residuals.other, Mark::dot, "c2");
+  panel.marks(residuals.up, Mark::up, "c0");
+  panel.marks(residuals.down, Mark::down, "c1");
+  panel.marks(residuals.fresh, Mark::square, "fresh");
+}
+
+std::pair<double, double> temperature_range(const SimulatedCampaign& campaign) {
+  double low = campaign.blocks.front().temp_c;
+  double high = low;
+  for (const auto& block : campaign.blocks) {
+    low = std::min(low, block.temp_c);
+    high = std::max(high, block.temp_c);
+  }
+  return {low - 2.0, high + 2.0};
+}
+
+std::string chart(const GapComparison& comparison, calib::Sensor sensor) {
+  const std::size_t s = calib::index_of(sensor);
+  const double factor = calib::printed_per_si(sensor);
+  const Residuals before = residuals_of(comparison.simulated_before, comparison.runs, s, factor);
+  const Residuals after = residuals_of(comparison.simulated_after, comparison.runs, s, factor);
+  const double most = std::max({1.05 * before.largest(), 1.05 * after.largest(), 1e-12});
+  const auto [low_c, high_c] = temperature_range(comparison.simulated_before);
+  const svg::Scale x{low_c, high_c};
+  const svg::Scale y{-most, most};
+  const double second = kTop + kPanel + kGap;
+  svg::Panel upper({kLeft, kTop, kWidth - 12.0, kTop + kPanel}, x, y);
+  svg::Panel lower({kLeft, second, kWidth - 12.0, second + kPanel}, x, y);
+  const std::string unit = html::unit_text(calib::printed_unit(sensor));
+  upper.axes("", fmt::format("model {}, before ({})", comparison.before, unit));
+  lower.axes("temperature (°C)", fmt::format("model {}, after ({})", comparison.model, unit));
+  draw(upper, before);
+  draw(lower, after);
+  svg::Drawing drawing;
+  drawing.id = fmt::format("gap-{}", calib::name_of(sensor));
+  drawing.title = fmt::format("{}: read beyond the simulation", calib::name_of(sensor));
+  drawing.description = fmt::format(
+      "Measured less simulated over temperature, one mark per position and visit, each run's own mean taken off; above "
+      "with model {}, below with model {}.",
+      comparison.before, comparison.model);
+  drawing.width = kWidth;
+  drawing.height = second + kPanel + 42.0;
+  drawing.content = upper.svg() + lower.svg();
+  drawing.legend = {{"run c0", "heating"}, {"run c1", "cooling"}};
+  if (!before.other.empty()) drawing.legend.push_back({"run c2", "first plateau"});
+  if (!before.fresh.empty()) drawing.legend.push_back({"square fresh", "fresh runs"});
+  return svg::figure(drawing);
+}
+
+html::Cell closed_cell(const std::optional<double>& fraction) {
+  if (!fraction) return html::text_cell("too small to tell");
+  return html::html_cell(html::number(100.0 * *fraction, 0) + " %", true);
+}
+
+std::string figures(const GapComparison& comparison) {
+  html::Table table("RMS of what was read beyond the simulation, about each run's own mean",
+                    {"Sensor", "Unit", "Runs", "Before", "After", "Floor", "Noise alone", "Closed"});
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const std::size_t s = calib::index_of(sensor);
+    const double factor = calib::printed_per_si(sensor);
+    for (const auto& [part, name] :
+         {std::pair(&comparison.fitted[s], "fitted"), std::pair(&comparison.fresh[s], "fresh")}) {
+      if (!*part) continue;
+      const SensorComparison& row = **part;
+      table.row({html::row_heading(calib::name_of(sensor)),
+                 html::text_cell(html::unit_text(calib::printed_unit(sensor))), html::text_cell(name),
+                 html::number_cell(row.before_rms * factor), html::number_cell(row.after_rms * factor),
+                 row.floor_rms ? html::number_cell(*row.floor_rms * factor) : html::text_cell("–"),
+                 html::number_cell(row.noise_rms * factor), closed_cell(row.closed_fraction)});
+    }
+  }
+  return table.html();
+}
+
+std::string introduction(const GapComparison& comparison) {
+  std::size_t fresh = 0;
+  for (const ComparedRun& run : comparison.runs) fresh += run.fitted ? 0 : 1;
+  return fmt::format(
+      "<h1>Simulation and measurement, unit {}</h1>\n<p>Each run was simulated from its own log of temperature, "
+      "positions and place: with model {} (before) and with model {} (after its accepted effects). What the unit read "
+      "beyond that is the gap. {} runs, {} of them fresh: neither model was fitted to those. <b>Floor</b> is what "
+      "noise "
+      "and the scatter between runs would leave of a perfect model, <b>noise alone</b> what the samples' noise "
+      "leaves.</p>\n",
+      html::escaped(comparison.unit), comparison.before, comparison.model, comparison.runs.size(), fresh);
+}
+
+}  // namespace
+
+std::string gap_page(const GapComparison& comparison, const std::string& software, double created_utc_s) {
+  std::string body = introduction(comparison) + "<section id=\"figures\"><h2>Figures</h2>\n" + figures(comparison) +
+                     "</section>\n<section id=\"pictures\"><h2>Pictures</h2>\n";
+  if (!comparison.simulated_before.blocks.empty()) {
+    for (const calib::Sensor sensor : calib::kSensors) {
+      const std::size_t s = calib::index_of(sensor);
+      if (comparison.fitted[s] || comparison.fresh[s]) body += chart(comparison, sensor);
+    }
+  }
+  body += "</section>\n" + terms_part(calib::terms_json(comparison.terms));
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
+      "img-src data:\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<link rel=\"icon\" href=\"data:,\">\n"
+      "<title>Gap of unit {}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n{}<footer>{}, {}</footer>\n</main>\n"
+      "</body>\n</html>\n",
+      html::escaped(comparison.unit), report_style(), body, html::escaped(software),
+      html::date_time(nlohmann::json(created_utc_s)));
+}
+
+}  // namespace soak::station

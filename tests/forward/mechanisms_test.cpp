@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// Terms that `calib/gap` found with its regressors, evaluated by mechanism: two codes that must mean the same.
+#include "calib/forward/mechanisms.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "calib/forward/take_off.h"
+#include "calib/gap/acceptance.h"
+#include "calib/gap/campaign_model.h"
+#include "tests/gap/made_up_campaign.h"
+
+namespace soak::calib::forward {
+namespace {
+
+using gap::LoggedCampaign;
+namespace made_up = gap::made_up;
+
+/// The effect with its first or last shape and parameters of a test's own, as `gap accept` would keep it.
+ModelTerm term_of(const LoggedCampaign& campaign, const gap::Effect& effect, const gap::Circumstances& circumstances,
+                  const gap::Candidate& candidate) {
+  gap::GapReport report;
+  report.verdict = gap::Verdict::named;
+  gap::NamedEffect named;
+  named.effect = &effect;
+  named.candidate = candidate;
+  for (const Sensor sensor : kSensors) {
+    const std::size_t s = index_of(sensor);
+    const Eigen::Index count = candidate.columns[s].cols();
+    if (count == 0) continue;
+    named.sensors.push_back(sensor);
+    named.parameters[s] = Eigen::VectorXd::LinSpaced(count, 1.0, 2.0);
+    if (!candidate.shared) named.parameters[s] *= 1.0 + 0.1 * static_cast<double>(s);
+    named.covariance[s] = Eigen::MatrixXd::Identity(count, count);
+    named.meaning[s] = effect.meaning(circumstances, candidate, sensor);
+  }
+  report.effects.push_back(named);
+  const auto terms = gap::accepted_terms(campaign, report, {});
+  EXPECT_TRUE(terms) << effect.name;
+  return terms ? terms->front() : ModelTerm{};
+}
+
+/// Largest difference between what regressors and mechanism say at the blocks, each less its mean over the run (offsets
+/// are the runs' own), over the largest value.
+double disagreement(const LoggedCampaign& campaign, const gap::Observations& rows, const gap::Candidate& candidate,
+                    const ModelTerm& term) {
+  double worst = 0.0;
+  double largest = 0.0;
+  for (const Sensor sensor : kSensors) {
+    const std::size_t s = index_of(sensor);
+    if (candidate.columns[s].cols() == 0) continue;
+    Eigen::VectorXd parameters = Eigen::VectorXd::LinSpaced(candidate.columns[s].cols(), 1.0, 2.0);
+    if (!candidate.shared) parameters *= 1.0 + 0.1 * static_cast<double>(s);
+    const Eigen::VectorXd expected = candidate.columns[s] * parameters;
+    std::size_t i = 0;
+    for (const gap::LoggedRun& run : campaign.runs) {
+      const std::vector<ModelTerm> terms = {term};
+      const Mechanisms mechanisms(terms, run, 1);
+      EXPECT_TRUE(mechanisms.left_out().empty());
+      std::vector<double> off;
+      for (const Segment& segment : run.run.segments) {
+        for (const Block& block : segment.blocks) {
+          const Moment moment{&segment, block.t_s, 0.5 * block.duration_s, block.temp_c};
+          off.push_back(mechanisms.contribution(sensor, moment) - expected(static_cast<Eigen::Index>(i)));
+          largest = std::max(largest, std::abs(expected(static_cast<Eigen::Index>(i))));
+          ++i;
+        }
+      }
+      double mean = 0.0;
+      for (const double value : off) mean += value / static_cast<double>(off.size());
+      for (const double value : off) worst = std::max(worst, std::abs(value - mean));
+    }
+    EXPECT_EQ(i, rows.rows.size());
+  }
+  return worst / largest;
+}
+
+TEST(Mechanisms, SayWhatTheRegressorsSaidThatFoundThem) {
+  const LoggedCampaign campaign = made_up::campaign({}, made_up::nothing());
+  const gap::Observations rows = gap::observe(campaign);
+  const gap::Courses courses(campaign, rows);
+  const gap::CampaignModel model(rows, courses);
+  int compared = 0;
+  for (const gap::Effect& effect : gap::library()) {
+    // A lag moves the temperature that curves are read at: LagsMoveTemperatures.
+    if (effect.name == "sensor_lag") continue;
+    ASSERT_FALSE(effect.missing(model.circumstances())) << effect.name;
+    for (const gap::Candidate& candidate : effect.candidates(model.circumstances())) {
+      const ModelTerm term = term_of(campaign, effect, model.circumstances(), candidate);
+      EXPECT_LT(disagreement(campaign, rows, candidate, term), 2e-3) << effect.name << ' ' << candidate.shape;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 20);
+}
+
+TEST(Mechanisms, LagsMoveTemperatures) {
+  const LoggedCampaign campaign = made_up::campaign({}, made_up::nothing());
+  const gap::Observations rows = gap::observe(campaign);
+  const gap::Courses courses(campaign, rows);
+  ModelTerm term;
+  term.name = "sensor_lag";
+  term.parts = {{{Sensor::gyro_x}, {{"factor", 0.8, "1"}, {"tau_s", 160.0, "s"}}, {}}};
+  const std::vector<double> behind = courses.lag(160.0);
+  const std::vector<ModelTerm> terms = {term};
+  const Mechanisms mechanisms(terms, campaign.runs.front(), 1);
+  std::size_t i = 0;
+  double largest = 0.0;
+  for (const Segment& segment : campaign.runs.front().run.segments) {
+    for (const Block& block : segment.blocks) {
+      const Moment moment{&segment, block.t_s, 0.0, block.temp_c};
+      EXPECT_NEAR(mechanisms.element_temp_c(Sensor::gyro_x, moment) - block.temp_c, 0.8 * behind[i], 1e-6);
+      EXPECT_EQ(mechanisms.element_temp_c(Sensor::gyro_y, moment), block.temp_c);
+      EXPECT_EQ(mechanisms.contribution(Sensor::gyro_x, moment), 0.0);
+      largest = std::max(largest, std::abs(behind[i]));
+      ++i;
+    }
+  }
+  EXPECT_GT(largest, 0.1);
+}
+
+TEST(Mechanisms, SayWhyARunCannotBeEvaluated) {
+  LoggedCampaign campaign = made_up::campaign({.runs = 1}, made_up::nothing());
+  campaign.runs.front().log.supply_v.clear();
+  ModelTerm supply;
+  supply.name = "supply_sensitivity";
+  supply.parts = {{{Sensor::gyro_x}, {{"per_v", 1.0, "rad/s/V"}, {"reference_v", 5.0, "V"}}, {}}};
+  ModelTerm newer;
+  newer.name = "magic";
+  newer.parts = supply.parts;
+  const auto left_out = take_off({supply, newer}, campaign);
+  ASSERT_EQ(left_out.size(), 2U);
+  EXPECT_NE(left_out[0].find("supply voltage was not logged"), std::string::npos) << left_out[0];
+  EXPECT_NE(left_out[1].find("does not know it"), std::string::npos) << left_out[1];
+}
+
+TEST(Mechanisms, AgeingRunsThroughTheCalendar) {
+  const LoggedCampaign campaign = made_up::campaign({.runs = 2}, made_up::nothing());
+  ModelTerm aging;
+  aging.name = "aging_drift";
+  aging.parts = {{{Sensor::accel_x}, {{"per_s", 1e-9, "m/s2/s"}, {"reference_utc_s", 1.7e9, "s"}}, {}}};
+  const std::vector<ModelTerm> terms = {aging};
+  const Mechanisms second(terms, campaign.runs[1], 1);
+  const Segment& segment = campaign.runs[1].run.segments.front();
+  EXPECT_NEAR(second.contribution(Sensor::accel_x, {&segment, 500.0, 0.0, 20.0}), 1e-9 * (100000.0 + 500.0), 1e-15);
+}
+
+}  // namespace
+}  // namespace soak::calib::forward
