@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -18,7 +19,7 @@ namespace {
 using calib::forward::SimulatedCampaign;
 using calib::forward::SimulatedModel;
 
-/// A gap less than this above the floor says nothing of how much of it was closed.
+/// What one run alone must read above the floor for its gap to be more than its own scatter.
 constexpr double kLeastOverFloor = 1.1;
 
 base::Result<db::ModelRow> model_row(const db::Catalog& catalog, const std::string& unit,
@@ -79,6 +80,27 @@ SimulatedCampaign part_of(const SimulatedCampaign& whole, const std::vector<Comp
   return part;
 }
 
+/// (before − after)/(before − floor) over runs; nothing where before − floor is under two standard errors.
+std::optional<double> closed_fraction(const std::vector<double>& before, const std::vector<double>& after,
+                                      double floor) {
+  double open = 0.0;
+  double closed = 0.0;
+  double squares = 0.0;
+  double runs = 0.0;
+  for (std::size_t r = 0; r < before.size(); ++r) {
+    if (!std::isfinite(before[r]) || !std::isfinite(after[r])) continue;
+    runs += 1.0;
+    open += before[r] - floor;
+    closed += before[r] - after[r];
+    squares += (before[r] - floor) * (before[r] - floor);
+  }
+  const double mean = open / runs;
+  const double least = runs > 1.0 ? 2.0 * std::sqrt(std::max(0.0, squares / runs - mean * mean) / (runs - 1.0))
+                                  : (kLeastOverFloor - 1.0) * floor;
+  if (runs == 0.0 || mean <= 0.0 || mean < least) return std::nullopt;
+  return closed / open;
+}
+
 std::array<std::optional<SensorComparison>, calib::kSensorCount> figures(const GapComparison& comparison, bool fitted) {
   const auto before = calib::forward::compare(part_of(comparison.simulated_before, comparison.runs, fitted));
   const auto after = calib::forward::compare(part_of(comparison.simulated_after, comparison.runs, fitted));
@@ -88,9 +110,8 @@ std::array<std::optional<SensorComparison>, calib::kSensorCount> figures(const G
     SensorComparison sensor{before[s]->rms, after[s]->rms, after[s]->noise_rms, {}, {}};
     if (!comparison.terms.empty() && comparison.terms.back().gap[s]) {
       sensor.floor_rms = comparison.terms.back().gap[s]->floor_rms;
-      if (sensor.before_rms > kLeastOverFloor * *sensor.floor_rms) {
-        sensor.closed_fraction = (sensor.before_rms - sensor.after_rms) / (sensor.before_rms - *sensor.floor_rms);
-      }
+      // The floor is that of runs that were left out: fitted runs lie below it by what the fit took of their noise.
+      if (!fitted) sensor.closed_fraction = closed_fraction(before[s]->runs, after[s]->runs, *sensor.floor_rms);
     }
     result[s] = sensor;
   }
@@ -126,6 +147,7 @@ base::Result<GapComparison> compare_gap(const db::Catalog& catalog, const std::s
 
   GapComparison comparison;
   comparison.unit = unit;
+  comparison.simulated = after->calibration.simulated;
   comparison.model = row->version;
   comparison.before = row_before->version;
   comparison.terms = after->terms;
@@ -158,6 +180,7 @@ nlohmann::json comparison_json(const GapComparison& comparison) {
                                                     {"fresh", sensor_json(comparison.fresh[s], factor)}};
   }
   return {{"unit", comparison.unit},
+          {"simulated", comparison.simulated},
           {"model", comparison.model},
           {"before", comparison.before},
           {"terms", calib::terms_json(comparison.terms)},

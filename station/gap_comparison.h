@@ -29,12 +29,14 @@ struct SensorComparison {
   double after_rms = 0.0;
   double noise_rms = 0.0;           ///< what the samples' noise alone leaves
   std::optional<double> floor_rms;  ///< noise and scatter between runs, as the report that was accepted states them
-  std::optional<double> closed_fraction;  ///< (before − after)/(before − floor); absent: too small to tell
+  /// (before − after)/(before − floor) on fresh runs; absent: too small to tell, or runs that were fitted.
+  std::optional<double> closed_fraction;
 };
 
 /// A unit's model against the measurement, before and after.
 struct GapComparison {
   std::string unit;
+  bool simulated = false;  ///< the model was made from simulated data
   std::int32_t model = 0;
   std::int32_t before = 0;  ///< version without the effects; that of `model` where it carries none
   std::vector<calib::ModelTerm> terms;

@@ -80,6 +80,7 @@ SimulatedBlock simulate_block(const RunSimulation& simulation, const Calibration
   result.t_s = block.t_s;
   result.temp_c = block.temp_c;
   result.sweep = segment.sweep;
+  result.visit = segment.key.visit;
   for (const SensorCalibration& sensor : calibration.sensors) {
     const std::size_t s = index_of(sensor.sensor);
     const Moment moment{&segment, block.t_s, 0.5 * block.duration_s, block.sensor_temp_c[s]};

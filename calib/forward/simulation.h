@@ -21,6 +21,7 @@ struct SimulatedModel {
 /// One block of one segment: what was read, and what the model says should have been.
 struct SimulatedBlock {
   int run = 0;              ///< index into LoggedCampaign::runs
+  int visit = 0;            ///< ordinal of the plateau in the run
   std::size_t segment = 0;  ///< index into the run's segments
   double t_s = 0.0;
   double temp_c = 0.0;

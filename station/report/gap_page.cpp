@@ -13,7 +13,6 @@
 #include "calib/model_term_json.h"
 #include "station/report/html.h"
 #include "station/report/page_parts.h"
-#include "station/report/style.h"
 #include "station/report/svg.h"
 
 namespace soak::station {
@@ -29,8 +28,10 @@ constexpr double kLeft = 66.0;
 constexpr double kTop = 26.0;
 constexpr double kGap = 36.0;
 
-/// What was read beyond the simulation, one point per segment, less the run's own mean.
+/// What was read beyond the simulation, less the run's own mean: one faint point per segment, and the mean of each
+/// visit by the way it was reached.
 struct Residuals {
+  std::vector<Point> segments;
   std::vector<Point> up;
   std::vector<Point> down;
   std::vector<Point> other;
@@ -38,7 +39,7 @@ struct Residuals {
 
   [[nodiscard]] double largest() const {
     double most = 0.0;
-    for (const auto* points : {&up, &down, &other, &fresh}) {
+    for (const auto* points : {&segments, &up, &down, &other, &fresh}) {
       for (const Point& point : *points) most = std::max(most, std::abs(point.y));
     }
     return most;
@@ -61,24 +62,29 @@ struct Mean {
 Residuals residuals_of(const SimulatedCampaign& campaign, const std::vector<ComparedRun>& runs, std::size_t s,
                        double factor) {
   std::map<std::pair<int, std::size_t>, Mean> segments;
+  std::map<std::pair<int, int>, Mean> visits;
   std::map<int, Mean> of_run;
   for (const auto& block : campaign.blocks) {
     if (!block.measured[s] || !block.simulated[s]) continue;
     const double off = factor * (*block.measured[s] - *block.simulated[s]);
-    Mean& segment = segments[{block.run, block.segment}];
-    segment.sweep = block.sweep;
-    segment.add(off, block.temp_c);
+    segments[{block.run, block.segment}].add(off, block.temp_c);
+    Mean& visit = visits[{block.run, block.visit}];
+    visit.sweep = block.sweep;
+    visit.add(off, block.temp_c);
     of_run[block.run].add(off, block.temp_c);
   }
   Residuals result;
   for (const auto& [key, segment] : segments) {
-    const Point point{segment.temp_c, segment.value - of_run[key.first].value};
+    result.segments.push_back({segment.temp_c, segment.value - of_run[key.first].value});
+  }
+  for (const auto& [key, visit] : visits) {
+    const Point point{visit.temp_c, visit.value - of_run[key.first].value};
     if (!runs[static_cast<std::size_t>(key.first)].fitted) {
       result.fresh.push_back(point);
     } else {
-      (segment.sweep == calib::Sweep::up     ? result.up
-       : segment.sweep == calib::Sweep::down ? result.down
-                                             : result.other)
+      (visit.sweep == calib::Sweep::up     ? result.up
+       : visit.sweep == calib::Sweep::down ? result.down
+                                           : result.other)
           .push_back(point);
     }
   }
@@ -86,6 +92,7 @@ Residuals residuals_of(const SimulatedCampaign& campaign, const std::vector<Comp
 }
 
 void draw(svg::Panel& panel, const Residuals& residuals) {
+  panel.marks(residuals.segments, Mark::dot, "faint");
   panel.level(0.0, "curve");
   panel.marks(residuals.other, Mark::dot, "c2");
   panel.marks(residuals.up, Mark::up, "c0");
@@ -124,16 +131,31 @@ std::string chart(const GapComparison& comparison, calib::Sensor sensor) {
   drawing.id = fmt::format("gap-{}", calib::name_of(sensor));
   drawing.title = fmt::format("{}: read beyond the simulation", calib::name_of(sensor));
   drawing.description = fmt::format(
-      "Measured less simulated over temperature, one mark per position and visit, each run's own mean taken off; above "
+      "Measured less simulated over temperature, faint marks per position, full ones per visit, each run's own mean "
+      "taken off; above "
       "with model {}, below with model {}.",
       comparison.before, comparison.model);
   drawing.width = kWidth;
   drawing.height = second + kPanel + 42.0;
   drawing.content = upper.svg() + lower.svg();
-  drawing.legend = {{"run c0", "heating"}, {"run c1", "cooling"}};
+  drawing.legend = {{"run faint", "one position"}, {"run c0", "heating"}, {"run c1", "cooling"}};
   if (!before.other.empty()) drawing.legend.push_back({"run c2", "first plateau"});
   if (!before.fresh.empty()) drawing.legend.push_back({"square fresh", "fresh runs"});
   return svg::figure(drawing);
+}
+
+/// Sensors that an accepted effect acts on, then the others.
+std::vector<calib::Sensor> in_order_of_interest(const GapComparison& comparison) {
+  std::vector<calib::Sensor> sensors;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const std::size_t s = calib::index_of(sensor);
+    if (comparison.fitted[s] || comparison.fresh[s]) sensors.push_back(sensor);
+  }
+  std::stable_partition(sensors.begin(), sensors.end(), [&](calib::Sensor sensor) {
+    return std::any_of(comparison.terms.begin(), comparison.terms.end(),
+                       [&](const calib::ModelTerm& term) { return term.part_of(sensor) != nullptr; });
+  });
+  return sensors;
 }
 
 html::Cell closed_cell(const std::optional<double>& fraction) {
@@ -155,7 +177,8 @@ std::string figures(const GapComparison& comparison) {
                  html::text_cell(html::unit_text(calib::printed_unit(sensor))), html::text_cell(name),
                  html::number_cell(row.before_rms * factor), html::number_cell(row.after_rms * factor),
                  row.floor_rms ? html::number_cell(*row.floor_rms * factor) : html::text_cell("–"),
-                 html::number_cell(row.noise_rms * factor), closed_cell(row.closed_fraction)});
+                 html::number_cell(row.noise_rms * factor),
+                 part == &comparison.fitted[s] ? html::text_cell("–") : closed_cell(row.closed_fraction)});
     }
   }
   return table.html();
@@ -180,21 +203,14 @@ std::string gap_page(const GapComparison& comparison, const std::string& softwar
   std::string body = introduction(comparison) + "<section id=\"figures\"><h2>Figures</h2>\n" + figures(comparison) +
                      "</section>\n<section id=\"pictures\"><h2>Pictures</h2>\n";
   if (!comparison.simulated_before.blocks.empty()) {
-    for (const calib::Sensor sensor : calib::kSensors) {
-      const std::size_t s = calib::index_of(sensor);
-      if (comparison.fitted[s] || comparison.fresh[s]) body += chart(comparison, sensor);
-    }
+    body += "<div class=\"figures\">\n";
+    for (const calib::Sensor sensor : in_order_of_interest(comparison)) body += chart(comparison, sensor);
+    body += "</div>\n";
   }
   body += "</section>\n" + terms_part(calib::terms_json(comparison.terms));
-  return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
-      "img-src data:\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<link rel=\"icon\" href=\"data:,\">\n"
-      "<title>Gap of unit {}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n{}<footer>{}, {}</footer>\n</main>\n"
-      "</body>\n</html>\n",
-      html::escaped(comparison.unit), report_style(), body, html::escaped(software),
-      html::date_time(nlohmann::json(created_utc_s)));
+  const std::string title = fmt::format("{}Gap of unit {}, models {} and {}", comparison.simulated ? "SIMULATED: " : "",
+                                        comparison.unit, comparison.before, comparison.model);
+  return page_frame(title, body, software, nlohmann::json(created_utc_s), comparison.simulated);
 }
 
 }  // namespace soak::station

@@ -7,16 +7,11 @@
 
 #include "station/report/html.h"
 #include "station/report/page_parts.h"
-#include "station/report/style.h"
 
 namespace soak::station {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::string_view kSimulatedBar =
-    "<div class=\"simulated-bar\" role=\"note\">SIMULATED DATA: not measured on a real unit</div>\n"
-    "<div class=\"watermark\" aria-hidden=\"true\">SIMULATED</div>\n";
 
 constexpr std::string_view kHowToRead = R"html(<section id="reading"><h2>How to read this page</h2>
 <p>A <b>row</b> is what one run says of a sensor at one plateau, estimated jointly from all six positions. The
@@ -46,7 +41,7 @@ std::string navigation(const json& sections) {
 std::string title_of(const json& document) {
   return fmt::format("{}Calibration report, unit {}, model {}",
                      document["sections"]["summary"]["simulated"].get<bool>() ? "SIMULATED: " : "",
-                     html::text_of(document, "unit"), html::text_of(document, "model"));
+                     document["unit"].get<std::string>(), document["model"].get<int>());
 }
 
 std::string body(const json& document) {
@@ -67,16 +62,8 @@ std::string body(const json& document) {
 }  // namespace
 
 std::string report_page(const json& document) {
-  const bool simulated = document["sections"]["summary"]["simulated"];
-  return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
-      "img-src data:\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<link rel=\"icon\" href=\"data:,\">\n"
-      "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n{}<main>\n{}<footer>{}, {}</footer>\n</main>\n</body>\n"
-      "</html>\n",
-      title_of(document), report_style(), simulated ? kSimulatedBar : "", body(document),
-      html::text_of(document, "software"), html::date_time(document["created_utc_s"]));
+  return page_frame(title_of(document), body(document), document["software"].get<std::string>(),
+                    document["created_utc_s"], document["sections"]["summary"]["simulated"].get<bool>());
 }
 
 }  // namespace soak::station

@@ -7,6 +7,11 @@
 
 namespace soak::station {
 
+/// A whole page that needs nothing else: no script, no font, no picture from elsewhere; a content security policy
+/// forbids them. `title` is escaped here, `body` is HTML. `simulated`: a bar and a watermark say so.
+[[nodiscard]] std::string page_frame(std::string_view title, std::string_view body, std::string_view software,
+                                     const nlohmann::json& created_utc_s, bool simulated);
+
 // Parts of the page, each from one section of the document; HTML.
 
 /// Name, verdict, what it is of.

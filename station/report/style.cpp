@@ -88,12 +88,14 @@ figcaption b { color: var(--text); }
 .limit { --series: var(--bad); stroke-dasharray: 6 4; }
 .fresh { --series: var(--text); }
 .out { --series: var(--bad); }
+.faint { --series: var(--soft); }
 .c0 { --series: var(--c0); } .c1 { --series: var(--c1); } .c2 { --series: var(--c2); } .c3 { --series: var(--c3); }
 .c4 { --series: var(--c4); } .c5 { --series: var(--c5); } .c6 { --series: var(--c6); } .c7 { --series: var(--c7); }
 .band { fill: var(--series); }
 .band.c0, .band.c1, .band.c2 { fill-opacity: .22; }
 .line { fill: none; stroke: var(--series); stroke-width: 1.6; stroke-linejoin: round; }
 .mark { fill: var(--series); fill-opacity: .8; }
+.mark.faint { fill-opacity: .3; }
 .mark.fresh { fill: none; stroke: var(--series); stroke-width: 1; }
 .swatch { display: inline-block; width: 1rem; margin-right: .35rem; vertical-align: middle; background: none; }
 .swatch.line { border-top: 3px solid var(--series); }

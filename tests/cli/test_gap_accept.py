@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`soak gap accept`, `withdraw` and `show`: an effect that soaksim-campaign hid is named, added to the model, and the gap is
+smaller on runs that nothing was fitted to; file, report and later fits know of it."""
+import csv
+import json
+import os
+import pathlib
+import sqlite3
+import sys
+import unittest
+
+from soak_cli import ROOT, SoakTest, check_schema
+
+sys.path.insert(0, str(ROOT / "tests" / "blind"))
+from blind_campaign import Programs, configuration  # noqa: E402
+
+FRESH = ("R05", "R06")
+
+
+def hidden(effect):
+    return {"effect": effect, "magnitude": 2.4, "seed": 3}
+
+
+class Accept(SoakTest):
+    def campaign(self, seed, effects):
+        """Six runs as CSV: four to fit, two that no fit sees."""
+        programs = Programs(pathlib.Path(os.environ["SOAK_BIN"]).parent, ROOT / "hal" / "sim" / "lab.toml")
+        config = self.write("lab.toml", configuration(programs.lab, {"kind": "identical"}, effects))
+        programs.run("soaksim-campaign", "--out", self.folder / "csv", "--seed", seed, "--units", 1, "--config", config)
+        with open(next((self.folder / "csv" / "campaign").glob("*.csv")), encoding="utf-8", newline="") as file:
+            head, *rows = csv.reader(file)
+        run = head.index("run")
+        for name, fresh in (("fit.csv", False), ("fresh.csv", True)):
+            with open(self.folder / name, "w", encoding="utf-8", newline="") as file:
+                csv.writer(file).writerows([head] + [row for row in rows if (row[run] in FRESH) == fresh])
+        place = ("--unit", "SN1", "--gravity-mps2", "9.80665")
+        self.soak("import", self.folder / "fit.csv", *place)
+        self.soak("import", self.folder / "fresh.csv", *place, "--procedure", "verification", "--campaign", "fresh")
+        self.soak("fit", "--unit", "SN1", "--rules", 3)
+
+    def json(self, *arguments):
+        return json.loads(self.soak(*arguments, "--json").stdout)
+
+    def test_an_accepted_effect_closes_the_gap_on_fresh_runs(self):
+        self.campaign(77, [hidden("thermal_hysteresis")])
+        found = self.json("gap", "find", "--unit", "SN1")
+        self.assertEqual(found["effects"][0]["name"], "thermal_hysteresis")
+        accepted = self.json("gap", "accept", "--unit", "SN1")
+        check_schema(accepted, "gap-accept")
+        self.assertEqual((accepted["parent"], accepted["model"]), (1, 2))
+        term = accepted["terms"][0]
+        self.assertEqual((term["name"], term["parent_version"], term["lab_only"]), ("thermal_hysteresis", 1, True))
+        self.assertEqual(len(term["run_hashes"]), 4)
+        hit = found["effects"][0]["sensors"]
+        self.assertEqual(sorted(sensor for part in term["parts"] for sensor in part["sensors"]), sorted(hit))
+
+        page = self.folder / "gap.html"
+        shown = self.json("gap", "show", "--unit", "SN1", "-o", page)
+        check_schema(shown, "gap-show")
+        self.assertEqual((shown["before"], shown["model"]), (1, 2))
+        self.assertEqual([run["use"] for run in shown["runs"]].count("fresh"), 2)
+        for sensor in hit:
+            fresh = shown["sensors"][sensor]["fresh"]
+            self.assertLess(fresh["after_rms"], fresh["before_rms"])
+            self.assertGreater(fresh["closed_fraction"], 0.5, sensor)
+        text = page.read_text(encoding="utf-8")
+        self.assertIn("thermal_hysteresis", text)
+        self.assertIn("Content-Security-Policy", text)
+        self.assertNotIn("<script", text)
+
+        self.assertEqual(self.json("gap", "find", "--unit", "SN1")["verdict"], "none")
+        fitted = self.json("fit", "--unit", "SN1")
+        check_schema(fitted, "fit")
+        self.assertEqual([(t["name"], t["parent_version"]) for t in fitted["terms"]], [("thermal_hysteresis", 1)])
+        report = self.json("report", "--unit", "SN1", "-o", self.folder / "report.html")
+        check_schema(report, "report")
+        self.assertIn("Accepted effects", (self.folder / "report.html").read_text(encoding="utf-8"))
+        self.assertEqual(self.kept_reports(), ["named", "named", "none"])
+
+        withdrawn = self.json("gap", "withdraw", "--unit", "SN1", "--effect", "thermal_hysteresis", "--reason", "test",
+                              "--user", "ann")
+        check_schema(withdrawn, "gap-accept")
+        self.assertEqual(withdrawn["terms"], [])
+        self.assertEqual(self.json("gap", "find", "--unit", "SN1")["effects"][0]["name"], "thermal_hysteresis")
+        error = self.refusal("gap", "withdraw", "--unit", "SN1", "--effect", "thermal_hysteresis", "--reason", "again")
+        self.assertIn("carries no accepted effect 'thermal_hysteresis'", error["message"])
+
+    def test_accepted_g_sensitivity_reaches_file_and_reading(self):
+        self.campaign(81, [hidden("g_sensitivity")])
+        self.assertIsNone(self.exported()["g_sensitivity_dps_per_mps2"])
+        found = self.json("gap", "find", "--unit", "SN1")
+        effect = found["effects"][0]
+        self.assertEqual(effect["name"], "g_sensitivity")
+        self.json("gap", "accept", "--unit", "SN1", "--effect", "g_sensitivity")
+        matrix = self.exported()["g_sensitivity_dps_per_mps2"]
+        norms = [sum(x * x for x in row) ** 0.5 for row in matrix]
+        # The magnitude is that of the gyro in which it stands out most.
+        self.assertTrue(any(abs(norm * 9.80665 / effect["magnitude"]["value"] - 1.0) < 1e-6 for norm in norms), norms)
+
+    def test_nothing_is_accepted_that_was_not_named(self):
+        self.campaign(90, [])
+        error = self.refusal("gap", "accept", "--unit", "SN1")
+        self.assertIn("nothing to accept: the verdict is 'none'", error["message"])
+
+    def exported(self):
+        target = self.folder / "out.json"
+        self.soak("export", "--unit", "SN1", "--format", "json", "-o", target, "--simulated")
+        document = json.loads(target.read_text(encoding="utf-8"))
+        check_schema(document, "calibration")
+        return document
+
+    def kept_reports(self):
+        with sqlite3.connect(self.data / "station.db") as catalog:
+            rows = catalog.execute("SELECT document FROM gap_report ORDER BY rowid").fetchall()
+        return [json.loads(row[0])["verdict"] for row in rows]
+
+
+if __name__ == "__main__":
+    unittest.main()
