@@ -14,6 +14,10 @@ extern "C" {
 int runtime_as_c_apply(const uint8_t* file, size_t size, float temp_c, const float raw[6], float out[6],
                        uint32_t* flags);
 
+/* The same with the accepted effects of the file, at a rate of temperature. */
+int runtime_as_c_apply_moving(const uint8_t* file, size_t size, float temp_c, float temp_rate_kps, const float raw[6],
+                              float out[6], uint32_t* flags);
+
 #ifdef __cplusplus
 }
 #endif

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "calib/runtime/soak_runtime.h"
+#include "calib/runtime/soak_terms.h"
 
 static int same_bits(float a, float b) {
   uint32_t bits_of_a, bits_of_b;
@@ -80,10 +80,33 @@ static const char* check_couplings(const soak_cal* cal) {
   return NULL;
 }
 
+static const char* check_moving(const soak_cal* cal) {
+  static const float samples[2][6] = {{0.1f, -0.2f, 0.3f, 1.0f, -2.0f, 9.8f},
+                                      {FLT_MAX, NAN, 1e30f, 0.0f, -INFINITY, 9.8f}};
+  static const float rates[] = {0.0f, 0.01f, -1.0f, 5.0f, NAN};
+  soak_terms terms;
+  float out[6];
+  uint32_t flags, i, k, n;
+  if (soak_load_terms(&terms, cal) < 0 && terms.count != 0U) return "refused effects are not taken";
+  for (n = 0; n < 2U; ++n) {
+    for (k = 0; k < 5U; ++k) {
+      const soak_status status = soak_apply_moving(cal, &terms, 20.0f, rates[k], samples[n], out, &flags);
+      if (k > 2U && status != SOAK_INVALID) return "a rate that cannot be is told";
+      for (i = 0; i < 6U; ++i) {
+        const int uncorrected = (flags & (SOAK_FLAG_ABSENT(i) | SOAK_FLAG_INVALID(i))) != 0U;
+        if (uncorrected && !same_bits(out[i], samples[n][i])) return "a sensor without correction passes unchanged";
+        if (!uncorrected && !soak_is_finite(out[i])) return "a sensor with correction is finite";
+      }
+    }
+  }
+  return NULL;
+}
+
 static const char* check_everything(const soak_cal* cal) {
   static const float fixed[] = {-300.0f, -29.9f, 0.0f, 20.0f, 1e-40f, 1e9f, -FLT_MAX, NAN, INFINITY};
   const char* broken = check_couplings(cal);
   uint32_t i, k;
+  if (broken == NULL && cal->provenance != NULL) broken = check_moving(cal);
   for (i = 0; i < sizeof fixed / sizeof fixed[0] && broken == NULL; ++i) broken = check_temperature(cal, fixed[i]);
   for (i = 0; i < 6U; ++i) {
     const float low = cal->sensor[i].temp_min_c, high = cal->sensor[i].temp_max_c;
