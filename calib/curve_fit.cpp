@@ -221,7 +221,7 @@ void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::spa
   }
 }
 
-void warn(const std::optional<SweepGap>& gap, const CurveSubject& subject, CurveFit& fit) {
+void warn(const CurveSubject& subject, CurveFit& fit) {
   if (fit.runs.size() < kRunsForHoldout) {
     fit.warnings.push_back({"few_runs", fit.runs.size() == 1
                                             ? "one run only: no held-out error can be given, the run-to-run scatter is "
@@ -241,6 +241,7 @@ void warn(const std::optional<SweepGap>& gap, const CurveSubject& subject, Curve
                      "deployed",
                      subject.name, name_of(fit.deployed))});
   }
+  const auto& gap = fit.sweeps;
   if (gap && gap->p_value < kHysteresisP && gap->largest > kHysteresisRatio * gap->noise) {
     fit.warnings.push_back(
         {"hysteresis",
@@ -284,14 +285,14 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
   }
   const FoldSums train = judge((*trained)[fit.rules > 0 ? Family::anfis : fit.deployed]->curve, data);
   fit.train_rmse = std::sqrt(train.absolute / train.count);
-  const auto gap = find_sweep_gap(data, (*trained)[fit.deployed]->curve);
-  trace_curve(data, *trained, type_b, gap, fit);
+  fit.sweeps = find_sweep_gap(data, (*trained)[fit.deployed]->curve);
+  trace_curve(data, *trained, type_b, fit.sweeps, fit);
   for (const CurvePoint& point : fit.points) {
     if (std::isfinite(point.value) && std::isfinite(point.ci95)) continue;
     return base::bad_input("the curve is not finite: check the unit of the column and void the runs that are wrong",
                            subject.name);
   }
-  warn(gap, subject, fit);
+  warn(subject, fit);
   return fit;
 }
 

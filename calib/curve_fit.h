@@ -13,6 +13,7 @@
 #include "base/result.h"
 #include "calib/calibration.h"
 #include "calib/curve_data.h"
+#include "calib/sweep_gap.h"
 #include "calib/type_b_input.h"
 #include "calib/uncertainty_budget.h"
 #include "calib/warning.h"
@@ -70,6 +71,7 @@ struct CurveFit {
   std::array<std::optional<HeldOutError>, kFamilyCount> held_out;
   std::optional<double> run_to_run_sigma;
   double lack_of_fit_sigma = 0.0;
+  std::optional<SweepGap> sweeps;  ///< absent: no temperature was visited both ways in one run
   double temp_min_c = 0.0;
   double temp_max_c = 0.0;
   Family deployed = Family::anfis;

@@ -93,6 +93,16 @@ json budget_json(const CurveFit& fit, double factor) {
   return list;
 }
 
+/// Heating against cooling.
+json sweeps_json(const CurveFit& fit, double factor) {
+  if (!fit.sweeps) return {};
+  return {{"largest", fit.sweeps->largest * factor},
+          {"at_temp_c", fit.sweeps->at_temp_c},
+          {"noise", fit.sweeps->noise * factor},
+          {"half_rms", fit.sweeps->half_sigma * factor},
+          {"p", fit.sweeps->p_value}};
+}
+
 json sensor_json(Sensor sensor, const SensorFit& fit) {
   const double factor = printed_per_si(sensor);
   const CurveFit& bias = fit.bias;
@@ -106,6 +116,7 @@ json sensor_json(Sensor sensor, const SensorFit& fit) {
           {"check_rmse_shape", error ? number(error->rmse_shape, factor) : json()},
           {"run_to_run_sigma", number(bias.run_to_run_sigma, factor)},
           {"lack_of_fit_sigma", bias.lack_of_fit_sigma * factor},
+          {"sweeps", sweeps_json(bias, factor)},
           {"relative", fit.relative},
           {"runs", bias.runs},
           {"holdout", bias.holdout},
