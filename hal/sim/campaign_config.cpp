@@ -111,7 +111,8 @@ base::Result<CampaignConfig> parse_campaign_config(std::string_view text, const 
   read_site(reader, config);
   config.lab = read_lab_magnitudes(reader);
   config.design = read_design(reader);
-  config.hidden = read_hidden(reader);
+  config.hidden = read_hidden(reader, "hidden");
+  config.candidates = read_hidden(reader, "candidate");
   if (const base::Status status = reader.finish(); !status) return base::forward_error(status);
   return config;
 }

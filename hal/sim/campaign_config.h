@@ -94,6 +94,7 @@ struct CampaignConfig {
   LabMagnitudes lab;
   std::optional<DesignConfig> design;  ///< absent = the recordings of [campaign]
   std::vector<HiddenSpec> hidden;      ///< effects beyond the measurement equation
+  std::vector<HiddenSpec> candidates;  ///< effects that act on nothing: the truth says what they would do
 
   [[nodiscard]] const SensorMagnitudes& magnitudes(calib::Sensor sensor) const {
     return calib::is_gyro(sensor) ? gyro : accel;

@@ -20,7 +20,7 @@ constexpr std::string_view kUsage =
 Writes the recordings of a made-up soak campaign as CSV, and the truth about its units as JSON, into DIR.
 
   --design KIND  a campaign of the blind benchmark instead: identical, mixed, three, one or missing_logs; in place of
-                 design.kind of the configuration. Also with [design] or [[hidden]] in the configuration.
+                 design.kind of the configuration. Also with [design], [[hidden]] or [[candidate]] there.
   --truth FILE   what is hidden in such a campaign goes there and nowhere else
 )";
 
@@ -51,7 +51,8 @@ base::Status choose_design(const ProgramOptions& options, CampaignConfig& config
     if (config.design->kind != *kind) config.design->runs = usual_runs(*kind);
     config.design->kind = *kind;
   }
-  if (!config.design && !config.hidden.empty()) config.design = default_design(DesignKind::identical);
+  const bool effects = !config.hidden.empty() || !config.candidates.empty();
+  if (!config.design && effects) config.design = default_design(DesignKind::identical);
   return {};
 }
 

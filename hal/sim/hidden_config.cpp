@@ -61,10 +61,10 @@ HiddenSpec read_one(ConfigReader& reader, const std::string& table) {
 
 }  // namespace
 
-std::vector<HiddenSpec> read_hidden(ConfigReader& reader) {
+std::vector<HiddenSpec> read_hidden(ConfigReader& reader, const std::string& table) {
   std::vector<HiddenSpec> specs;
-  const std::size_t count = reader.table_count("hidden");
-  for (std::size_t i = 0; i < count; ++i) specs.push_back(read_one(reader, fmt::format("hidden[{}]", i)));
+  const std::size_t count = reader.table_count(table);
+  for (std::size_t i = 0; i < count; ++i) specs.push_back(read_one(reader, fmt::format("{}[{}]", table, i)));
   return specs;
 }
 

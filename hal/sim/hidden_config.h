@@ -12,7 +12,7 @@ namespace soak::hal::sim {
 
 class ConfigReader;
 
-/// One effect that [[hidden]] asks for. Exactly one of `magnitude` and `amplitude` is given.
+/// One effect that [[hidden]] or [[candidate]] asks for. Exactly one of `magnitude` and `amplitude` is given.
 struct HiddenSpec {
   std::string effect;                  ///< a name of the catalogue (effects/catalogue.h)
   std::optional<double> magnitude;     ///< how hard it is to see in the planned campaign (blind/effect_size.h), above 0
@@ -21,7 +21,7 @@ struct HiddenSpec {
   std::vector<calib::Sensor> sensors;  ///< that are hit; empty = drawn
 };
 
-/// Reads the tables [[hidden]], none where there are none; mistakes stay in `reader`.
-[[nodiscard]] std::vector<HiddenSpec> read_hidden(ConfigReader& reader);
+/// Reads the tables [[`table`]], hidden or candidate, none where there are none; mistakes stay in `reader`.
+[[nodiscard]] std::vector<HiddenSpec> read_hidden(ConfigReader& reader, const std::string& table);
 
 }  // namespace soak::hal::sim

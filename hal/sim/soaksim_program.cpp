@@ -69,8 +69,11 @@ base::Result<LabServerOptions> server_options(const ProgramOptions& options, int
   return server;
 }
 
-/// Here is no planned campaign by which a magnitude could be counted.
-base::Status refuse_magnitudes(const CampaignConfig& config) {
+/// Here is no planned campaign by which a magnitude could be counted, or a candidate's blocks be listed.
+base::Status refuse_what_needs_a_plan(const CampaignConfig& config) {
+  if (!config.candidates.empty()) {
+    return base::bad_input("[[candidate]] needs a planned campaign: soaksim-campaign reads it; [[hidden]] acts here");
+  }
   for (const HiddenSpec& spec : config.hidden) {
     if (spec.amplitude) continue;
     return base::bad_input(
@@ -101,7 +104,7 @@ base::Result<Order> parse_order(const std::vector<std::string>& arguments) {
     return base::bad_input(
         fmt::format("the laboratory has room for 1 to {} units, not {}", kRelayOutputs, config->units));
   }
-  if (const base::Status stated = refuse_magnitudes(*config); !stated) return base::forward_error(stated);
+  if (const base::Status stated = refuse_what_needs_a_plan(*config); !stated) return base::forward_error(stated);
   auto server = server_options(*options, config->units);
   if (!server) return base::forward_error(server);
   return Order{*folder, options->text("--maps").value_or(SOAK_SIM_MAPS), *std::move(config), *std::move(server)};
@@ -124,7 +127,7 @@ base::Result<std::string> truth_text(const std::vector<std::string>& arguments) 
   if (!options) return base::forward_error(options);
   const auto config = configured(*options, kRelayOutputs);
   if (!config) return base::forward_error(config);
-  if (const base::Status stated = refuse_magnitudes(*config); !stated) return base::forward_error(stated);
+  if (const base::Status stated = refuse_what_needs_a_plan(*config); !stated) return base::forward_error(stated);
   std::vector<SimulatedUnit> units;
   for (int number = 1; number <= config->units; ++number) units.push_back(draw_lab_unit(*config, number));
   ListedRuns listed;

@@ -244,6 +244,35 @@ TEST(HiddenCampaign, HidesAPairAsTheSumOfBoth) {
 }
 
 // The bytes before there were hidden effects. Decimals are fixed, far above the rounding of different libraries.
+TEST(HiddenCampaign, SaysWhatCandidatesWouldDoAndLeavesTheRecordingAlone) {
+  const std::string design = "[design]\nkind = \"three\"\ncontributions = true\n";
+  const std::string size = "magnitude = 0.3";
+  const std::string table = hidden("warmup_transient", size, 5);
+  const auto with = designed_files(design + table);
+  const auto without = designed_files(design);
+  std::string candidates = "[[candidate]]" + table.substr(table.find('\n'));
+  candidates += "[[candidate]]\neffect = \"sensor_lag\"\n" + size + "\nseed = 5\n";
+  const auto both = designed_files(design + table + candidates);
+  const auto only_candidates = designed_files(design + candidates);
+  ASSERT_EQ(both.outcome.exit_status, 0) << both.outcome.errors;
+  EXPECT_EQ(both.csv, with.csv);
+  EXPECT_EQ(only_candidates.csv, without.csv);
+  EXPECT_TRUE(only_candidates.truth["units"][0]["effects"].empty());
+  const json& listed = only_candidates.truth["units"][0]["candidates"];
+  ASSERT_EQ(listed.size(), 2u);
+  EXPECT_EQ(listed[0], with.truth["units"][0]["effects"][0]);
+  EXPECT_EQ(listed[1]["name"], "sensor_lag");
+  EXPECT_EQ(listed, both.truth["units"][0]["candidates"]);
+}
+
+TEST(HiddenCampaign, StatesTheNoiseWithItsDriftFactor) {
+  const json noise = designed_files("[design]\nkind = \"one\"\ndrift_factor = 3\n").truth["noise"];
+  EXPECT_EQ(noise["gyro"], json::parse(R"({"unit": "deg/s", "block_sigma": 0.004, "placement_sigma": 0.006,
+                                           "visit_sigma": 0.006, "run_sigma": 0.02})"));
+  EXPECT_EQ(noise["accel"], json::parse(R"({"unit": "m/s2", "block_sigma": 0.002, "placement_sigma": 0.003,
+                                            "visit_sigma": 0.003, "run_sigma": 0.01})"));
+}
+
 TEST(HiddenCampaign, LeavesOrdinaryCampaignsAsTheyWere) {
   const test::TemporaryFolder folder;
   ASSERT_EQ(run_campaign_program({"--out", folder.path().string(), "--units", "2", "--runs", "2", "--rows-per-position",

@@ -171,5 +171,16 @@ TEST(HiddenLab, RefusesAMagnitudeSinceThereIsNoPlan) {
   EXPECT_NE(outcome.errors.find("give its 'amplitude'"), std::string::npos) << outcome.errors;
 }
 
+TEST(HiddenLab, RefusesACandidateSinceThereIsNoPlan) {
+  const test::TemporaryFolder folder;
+  const auto config = folder.path() / "lab.toml";
+  std::ofstream(config) << test::content_of(test::kShippedConfig)
+                        << "[[candidate]]\neffect = \"sensor_lag\"\namplitude = 300\nseed = 1\n";
+  const ProgramOutcome outcome =
+      run_soaksim({"--out", folder.path().string(), "--config", config.string()}, -1, [](const std::string&) {});
+  EXPECT_EQ(outcome.exit_status, 2);
+  EXPECT_NE(outcome.errors.find("[[candidate]] needs a planned campaign"), std::string::npos) << outcome.errors;
+}
+
 }  // namespace
 }  // namespace soak::hal::sim

@@ -94,13 +94,26 @@ std::string effect_json(const CampaignConfig& config, const CampaignCourse& cour
 }
 
 std::string unit_json(const CampaignConfig& config, const CampaignCourse& course, const DesignedUnit& designed) {
-  return fmt::format("\n  {{\"unit\": \"{}\", \"effects\": {}}}", designed.unit.serial,
-                     list_of(designed.effects, [&](const SizedEffect& effect) {
-                       return "\n    " + effect_json(config, course, designed, effect);
-                     }));
+  const auto list = [&](const std::vector<SizedEffect>& effects) {
+    return list_of(effects,
+                   [&](const SizedEffect& effect) { return "\n    " + effect_json(config, course, designed, effect); });
+  };
+  return fmt::format("\n  {{\"unit\": \"{}\", \"effects\": {},\n   \"candidates\": {}}}", designed.unit.serial,
+                     list(designed.effects), list(designed.candidates));
 }
 
-/// Run, visit, position as it is and ordinal of each block that is written.
+/// What scatters in the recording of one kind of sensor, printed units; visits and placements with their drift factor.
+std::string noise_json(const DesignConfig& design, Sensor sensor) {
+  const DesignNoise& noise = design.noise(sensor);
+  const double printed = calib::printed_per_si(sensor);
+  return fmt::format(
+      "{{\"unit\": \"{}\", \"block_sigma\": {:.6g}, \"placement_sigma\": {:.6g}, \"visit_sigma\": {:.6g}, "
+      "\"run_sigma\": {:.6g}}}",
+      calib::printed_unit(sensor), printed * noise.block_sigma, printed * design.drift_factor * noise.placement_sigma,
+      printed * design.drift_factor * noise.visit_sigma, printed * noise.run_sigma);
+}
+
+/// Run, visit, position as it is, ordinal and true temperature of each block that is written.
 std::string blocks_json(const CampaignConfig& config, const CampaignCourse& course,
                         const std::vector<PlannedBlock>& blocks) {
   std::string text = "[";
@@ -108,9 +121,9 @@ std::string blocks_json(const CampaignConfig& config, const CampaignCourse& cour
     const Moment& moment = course.moments[block.first_moment];
     if (!is_written(course, *config.design, moment)) continue;
     const auto& positions = course.passes[static_cast<std::size_t>(moment.conditions.mounting)].positions;
-    fmt::format_to(std::back_inserter(text), "{}[\"{}\", {}, \"{}\", {}]", text.size() > 1 ? ", " : "",
+    fmt::format_to(std::back_inserter(text), "{}[\"{}\", {}, \"{}\", {}, {:.4f}]", text.size() > 1 ? ", " : "",
                    course.runs[static_cast<std::size_t>(block.run)].label, moment.visit,
-                   positions[static_cast<std::size_t>(moment.position)].label, moment.block);
+                   positions[static_cast<std::size_t>(moment.position)].label, moment.block, block.temp_c);
   }
   return text + "]";
 }
@@ -147,6 +160,8 @@ std::string design_truth_json(const CampaignConfig& config, const CampaignCourse
       "\"thermometer_step_c\": {},\n \"dropped_visit\": {}, \"wrong_position\": {},\n",
       config.seed, name_of(design.kind), design.drift_factor, design.amplitude_spread, design.thermometer_step_c,
       visit_json(course, course.mistakes.dropped), visit_json(course, course.mistakes.wrongly_labelled));
+  text += fmt::format(" \"noise\": {{\"gyro\": {}, \"accel\": {}}},\n", noise_json(design, Sensor::gyro_x),
+                      noise_json(design, Sensor::accel_x));
   text += fmt::format(" \"runs\": {},\n", list_of(course.runs, [](const CourseRun& run) {
                         return fmt::format("{{\"run\": \"{}\", \"pass\": {}, \"utc_s\": {:.0f}}}", run.label, run.pass,
                                            run.utc_s);

@@ -99,6 +99,11 @@ base::Result<DesignedUnit> simulate_designed_unit(const CampaignConfig& config, 
     effects.add(effect->drawn, effect->amplitude, design_surroundings(config));
     designed.effects.push_back(*std::move(effect));
   }
+  for (const HiddenSpec& spec : config.candidates) {
+    auto effect = sizer.sized(spec, number);
+    if (!effect) return base::forward_error(effect);
+    designed.candidates.push_back(*std::move(effect));
+  }
   const DesignReadout readout(config, designed.unit);
   for (std::size_t i = 0; i < course.moments.size(); ++i) {
     const Moment& moment = course.moments[i];

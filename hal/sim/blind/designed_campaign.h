@@ -22,7 +22,8 @@ struct DesignedRow {
 /// One unit in a designed campaign.
 struct DesignedUnit {
   SimulatedUnit unit;
-  std::vector<SizedEffect> effects;  ///< in the order of the configuration
+  std::vector<SizedEffect> effects;     ///< in the order of the configuration
+  std::vector<SizedEffect> candidates;  ///< likewise; not in `rows`
   std::vector<PlannedBlock> blocks;
   std::vector<DesignedRow> rows;  ///< those that are written
 };
