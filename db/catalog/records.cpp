@@ -175,7 +175,7 @@ base::Result<std::vector<GapReportRow>> Catalog::gap_reports(std::string_view un
 
 base::Status Catalog::add_calibration(const CalibrationRow& calibration) {
   return impl_->connection.transact("record the exported file", [&]() -> base::Status {
-    const auto known = require_model(impl_->connection, calibration.unit, calibration.model_version);
+    auto known = require_model(impl_->connection, calibration.unit, calibration.model_version);
     if (!known) return known;
     SQLite::Statement insert(impl_->database(),
                              "INSERT INTO calibration (calibration_id, unit, model_version, created_utc_s, format, "

@@ -102,7 +102,7 @@ base::Status run_gap_accept(const GapAcceptCommand& command, Output& output) {
   for (const calib::ModelTerm& term : *found) names += (names.empty() ? "" : ", ") + term.name;
   std::vector<calib::ModelTerm> terms = search->terms;
   std::move(found->begin(), found->end(), std::back_inserter(terms));
-  const auto stored = catalog->add_gap_report(
+  auto stored = catalog->add_gap_report(
       {command.unit, search->model.version, now_utc_s(), calib::gap::gap_json(search->report).dump()});
   if (!stored) return stored;
   const auto model =
