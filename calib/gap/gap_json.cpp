@@ -12,7 +12,20 @@ nlohmann::json names_of(const std::vector<Sensor>& sensors) {
   return list;
 }
 
-nlohmann::json effect_json(const NamedEffect& effect, std::string_view status) {
+nlohmann::json experiments_json(const NextExperiment& next) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Experiment& experiment : next.experiments) {
+    list.push_back(
+        {{"action", experiment.action},
+         {"procedure", experiment.procedure.empty() ? nlohmann::json() : nlohmann::json(experiment.procedure)},
+         {"hours", experiment.hours},
+         {"sigma", experiment.sigma},
+         {"needs", experiment.needs.empty() ? nlohmann::json() : nlohmann::json(experiment.needs)}});
+  }
+  return list;
+}
+
+nlohmann::json effect_json(const NamedEffect& effect, std::string_view status, const NextExperiment& next) {
   nlohmann::json rivals = nlohmann::json::array();
   for (const Effect* rival : effect.rivals) rivals.push_back(rival->name);
   return {{"name", effect.effect->name},
@@ -24,12 +37,22 @@ nlohmann::json effect_json(const NamedEffect& effect, std::string_view status) {
            {{"delta_bic", effect.delta_bic}, {"p_adjusted", effect.p_adjusted}, {"heldout_gain", effect.heldout_gain}}},
           {"physics", effect.effect->physics},
           {"confusable_with", std::move(rivals)},
-          {"next_experiment", effect.rivals.empty() ? nlohmann::json() : nlohmann::json(effect.effect->experiment)}};
+          {"next_experiment", next.text.empty() ? nlohmann::json() : nlohmann::json(next.text)},
+          {"experiments", experiments_json(next)}};
 }
 
-nlohmann::json effects_json(const std::vector<NamedEffect>& effects, std::string_view status) {
+nlohmann::json effects_json(const GapReport& report) {
   nlohmann::json list = nlohmann::json::array();
-  for (const NamedEffect& effect : effects) list.push_back(effect_json(effect, status));
+  for (std::size_t e = 0; e < report.effects.size(); ++e) {
+    list.push_back(effect_json(report.effects[e], "named", report.next.at(e)));
+  }
+  return list;
+}
+
+/// What was named on the way to another verdict is not worth a run of its own.
+nlohmann::json suspects_json(const GapReport& report) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const NamedEffect& suspect : report.suspects) list.push_back(effect_json(suspect, "suspected", {}));
   return list;
 }
 
@@ -67,8 +90,8 @@ nlohmann::json gap_json(const GapReport& report) {
           {"model", report.model},
           {"verdict", name_of(report.verdict)},
           {"reason", report.reason},
-          {"effects", effects_json(report.effects, "named")},
-          {"suspects", effects_json(report.suspects, "suspected")},
+          {"effects", effects_json(report)},
+          {"suspects", suspects_json(report)},
           {"leftover", std::move(leftover)},
           {"not_testable", std::move(not_testable)},
           {"detection_limit", std::move(limits)},

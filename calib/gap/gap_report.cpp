@@ -204,9 +204,12 @@ GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
   report.not_testable.push_back(
       {"narrow_bump",
        "the base is free at every plateau and takes up a feature of one; look at the fit's residuals, or "
-       "record a grid of 5 K about it"});
+       "record a grid of 5 K about it (procedure fine-grid)"});
   decide(std::move(found), std::move(beside.effects), report);
   report.reason += left_out(observations, model);
+  for (std::size_t e = 0; e < report.effects.size(); ++e) {
+    report.next.push_back(next_experiment(campaign, observations, courses, report.effects, e));
+  }
   report.gap = held_out_gap(observations, courses, report.effects);
   return report;
 }

@@ -10,6 +10,7 @@
 
 #include "calib/gap/beside_the_mean.h"
 #include "calib/gap/held_out.h"
+#include "calib/gap/next_experiment.h"
 #include "calib/gap/search.h"
 
 namespace soak::calib::gap {
@@ -32,6 +33,7 @@ struct GapReport {
   Verdict verdict = Verdict::none;
   std::string reason;                 ///< a sentence
   std::vector<NamedEffect> effects;   ///< strongest first; empty but for verdict `named`
+  std::vector<NextExperiment> next;   ///< of each of `effects`, what would tell it from its rivals
   std::vector<NamedEffect> suspects;  ///< what the search took in before a leftover forbade names
   std::optional<Leftover> leftover;
   std::vector<NotTestable> not_testable;

@@ -26,7 +26,7 @@ std::string sensors_text(const std::vector<calib::Sensor>& sensors) {
   return sensors.size() == calib::kSensorCount ? "all sensors" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-std::string effect_text(const NamedEffect& effect) {
+std::string effect_text(const NamedEffect& effect, const std::string& next_experiment) {
   std::string text = fmt::format("  {}: {:.3g} {}{}{}, {}\n    {}\n    chance that scatter looks like it: {:.2g}\n",
                                  effect.effect->name, effect.magnitude.value, effect.magnitude.unit,
                                  effect.candidate.shape.empty() ? "" : ", ", effect.candidate.shape,
@@ -34,8 +34,10 @@ std::string effect_text(const NamedEffect& effect) {
   if (!effect.rivals.empty()) {
     std::vector<std::string_view> names;
     for (const auto* rival : effect.rivals) names.push_back(rival->name);
-    text +=
-        fmt::format("    nearly as good: {}. What would tell: {}\n", fmt::join(names, ", "), effect.effect->experiment);
+    text += fmt::format("    nearly as good: {}\n", fmt::join(names, ", "));
+  }
+  if (!next_experiment.empty()) {
+    text += fmt::format("    next experiment: {}\n", next_experiment);
   }
   return text;
 }
@@ -64,10 +66,12 @@ std::string gap_table(const GapReport& report) {
 std::string describe(const GapReport& report) {
   std::string text = fmt::format("unit {}, model {}: {}\n{}\n", report.unit, report.model,
                                  calib::gap::name_of(report.verdict), report.reason);
-  for (const NamedEffect& effect : report.effects) text += effect_text(effect);
+  for (std::size_t e = 0; e < report.effects.size(); ++e) {
+    text += effect_text(report.effects[e], report.next.at(e).text);
+  }
   if (!report.suspects.empty()) {
     text += "named until the rest turned up:\n";
-    for (const NamedEffect& effect : report.suspects) text += effect_text(effect);
+    for (const NamedEffect& effect : report.suspects) text += effect_text(effect, "");
   }
   if (report.verdict != calib::gap::Verdict::cannot_judge) {
     text += "\ngap on runs that neither base nor parameters have seen (RMS of one-minute means):\n" + gap_table(report);

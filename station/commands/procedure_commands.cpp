@@ -30,7 +30,7 @@ nlohmann::json check_document(const Procedure& procedure, const Plan& plan, cons
   return {{"file", procedure.file},
           {"name", procedure.name},
           {"purpose", name_of(procedure.purpose)},
-          {"runs", procedure.runs},
+          {"runs", std::ranges::count(plan.runs, false, &PlannedRun::preflight)},
           {"visits", procedure.set_points_c.size()},
           {"steps", plan.steps.size()},
           {"estimate_h", plan.estimate_s() / kSecondsPerHour},
@@ -77,7 +77,8 @@ std::string step_list(const Plan& plan) {
 
 std::string reference_line(const Procedure& procedure) {
   if (!procedure.reference_c) return "no reference plateau\n";
-  return fmt::format("reference plateau: each run begins and ends at {:g} °C\n", *procedure.reference_c);
+  return fmt::format("reference plateau: each {} begins and ends at {:g} °C\n",
+                     procedure.cycle_at_visit ? "pass of two runs" : "run", *procedure.reference_c);
 }
 
 std::string rating_line(const std::vector<calib::UnitType>& types) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "station/identity.h"
@@ -14,6 +15,12 @@ namespace {
 
 constexpr double kLost_s = 15.0;  ///< host time without a sample after which a unit is given up
 constexpr std::chrono::seconds kFlushEvery{5};
+
+/// The position as it stands on a fixture that is turned about the vertical.
+void turn(calib::Position& position, double turned_deg) {
+  if (!position.azimuth_deg || turned_deg == 0.0) return;
+  position.azimuth_deg = std::fmod(*position.azimuth_deg + turned_deg, 360.0);
+}
 
 }  // namespace
 
@@ -170,7 +177,9 @@ base::Status Lab::open_recorder(const PlannedRun& run) {
   std::vector<RecordedUnit> recorded;
   for (UnitChannel* unit : active_units()) {
     unit->recorder_index = recorded.size();
-    recorded.push_back({unit->serial(), unit->type().name, unit->type(), positions_of(unit->slot(), config)});
+    auto positions = positions_of(unit->slot(), config);
+    for (calib::Position& position : positions) turn(position, procedure().turned_deg);
+    recorded.push_back({unit->serial(), unit->type().name, unit->type(), std::move(positions)});
   }
   const Purpose purpose = run.preflight ? Purpose::diagnosis : procedure().purpose;
   auto recorder = RunRecorder::begin(catalog, info, std::string(name_of(purpose)), std::move(recorded));

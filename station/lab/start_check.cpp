@@ -105,6 +105,15 @@ std::vector<calib::UnitType> types_of(const std::vector<CheckedUnit>& units) {
   return types;
 }
 
+/// A turn of the fixture tells nothing where the run file cannot say it.
+base::Status check_headings(const Procedure& procedure, const StationConfig& config) {
+  if (procedure.turned_deg == 0.0 || (config.fixture && !config.fixture->azimuths_deg.empty())) return {};
+  return base::bad_input(
+      "the procedure turns the fixture about the vertical, but its headings are not known: give "
+      "azimuths_deg in the fixture's register map",
+      procedure.file);
+}
+
 /// Tells one plan from another.
 std::string fingerprint(const Plan& plan) {
   const std::string text = plan_document(plan).dump();
@@ -119,6 +128,7 @@ base::Result<CheckedStart> check_start(const StartRequest& request, const Statio
   if (auto plain = check_text_line(request.campaign, "--name"); !plain) return base::forward_error(plain);
   const auto procedure = parse_procedure(request.procedure_text, request.procedure_file);
   if (!procedure) return base::forward_error(procedure);
+  if (auto headings = check_headings(*procedure, config); !headings) return base::forward_error(headings);
   auto units = check_units(request, config, catalog);
   if (!units) return base::forward_error(units);
   if (auto rated = check_ratings(*procedure, types_of(*units), {}, {}); !rated) return base::forward_error(rated);
@@ -217,7 +227,10 @@ base::Result<std::size_t> first_step_to_resume(const db::Catalog& catalog, const
         "state");
   }
   for (const PlannedRun& run : plan.runs) {
-    if (!ended.contains(run.last_step)) return run.first_step;
+    if (ended.contains(run.last_step)) continue;
+    // Of a run that is over nothing but the fixture's way back is left.
+    const bool over = plan.steps[run.last_step].kind == StepKind::turn_fixture && ended.contains(run.last_step - 1);
+    return over ? run.last_step : run.first_step;
   }
   return base::bad_input(fmt::format("all runs of campaign '{}' are done", row.name), "state");
 }

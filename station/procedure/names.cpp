@@ -30,6 +30,8 @@ std::string_view name_of(ProcedureKind kind) {
 
 std::string_view name_of(StepKind kind) {
   switch (kind) {
+    case StepKind::turn_fixture:
+      return "turn_fixture";
     case StepKind::power_on:
       return "power_on";
     case StepKind::move:

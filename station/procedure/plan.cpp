@@ -17,6 +17,10 @@ double sum_from(const std::vector<Step>& steps, std::size_t first) {
 /// What is done in a step, without when and where.
 std::string action_text(const Step& step) {
   switch (step.kind) {
+    case StepKind::turn_fixture:
+      return step.heading_deg == 0.0
+                 ? "turn the whole fixture back to its usual heading, by hand"
+                 : fmt::format("turn the whole fixture to {:+g}° of its usual heading, by hand", step.heading_deg);
     case StepKind::power_on:
       return "units on";
     case StepKind::move:

@@ -16,6 +16,7 @@
 namespace soak::station {
 
 enum class StepKind : std::uint8_t {
+  turn_fixture,     ///< the operator turns the whole fixture about the vertical to `heading_deg`
   power_on,         ///< opens the run's file; switches the units on; each proves that it restarted and who it is
   move,             ///< turns the fixture to `position`; the units' accelerometers prove it
   set_temperature,  ///< gives the set point `temp_c` and waits until the air is there
@@ -33,7 +34,8 @@ struct Step {
   int visit = -1;  ///< ordinal of the plateau in the run, -1 = none
   double temp_c = 0.0;
   calib::Sweep sweep = calib::Sweep::unknown;
-  std::string position;  ///< fixture position
+  std::string position;      ///< fixture position
+  double heading_deg = 0.0;  ///< turn_fixture: against the usual heading, clockwise seen from above
   double seconds = 0.0;
   bool after_turn = false;  ///< wait_stable: the short check after a turn
   double estimate_s = 0.0;  ///< expected process time

@@ -14,6 +14,7 @@ namespace soak::station {
 namespace {
 
 constexpr double kTurn_s = 10.0;
+constexpr double kByHand_s = 300.0;
 constexpr double kSecondsPerMinute = 60.0;
 
 calib::Sweep sweep_of(double from_c, double to_c, calib::Sweep before) {
@@ -39,9 +40,10 @@ class Compiler {
 
   Plan compile() {
     if (procedure().preflight_position_s > 0.0) add_preflight();
-    for (int run = 0; run < procedure().runs; ++run) add_run(run);
+    for (int pass = 0; pass < procedure().runs; ++pass) add_pass(pass);
     plan_.steps.back().seconds = 0.0;  // nothing follows: no need to stay off
     plan_.steps.back().estimate_s = 0.0;
+    if (procedure().turned_deg != 0.0) turn_fixture(0.0);
     return std::move(plan_);
   }
 
@@ -58,19 +60,41 @@ class Compiler {
     power_off();
   }
 
-  void add_run(int number) {
-    begin_run(fmt::format("{}{:02}", label_letter(procedure().purpose), number + 1), false);
+  /// Once over all set points: one run, or two with a power cycle between.
+  void add_pass(int number) {
+    begin_run(next_label(), false);
     const auto order = positions_of_run(procedure(), number);
-    for (const double temp_c : procedure().set_points_c) {
-      begin_visit(temp_c);
-      if (visit_ == 0 || position_ != order.front()) move_to(order.front());
-      set_temperature();
-      if (procedure().kind != ProcedureKind::ramp) visit_positions(order);
+    const auto& set_points_c = procedure().set_points_c;
+    for (std::size_t k = 0; k < set_points_c.size(); ++k) {
+      add_visit(set_points_c[k], order);
+      if (procedure().cycle_at_visit != static_cast<int>(k)) continue;
+      cycle_power();
+      add_visit(set_points_c[k], order);
     }
     end_visits();
     warm_end();
     power_off();
   }
+
+  void add_visit(double temp_c, const std::vector<std::string>& order) {
+    begin_visit(temp_c);
+    if (visit_ == 0 || position_ != order.front()) move_to(order.front());
+    set_temperature();
+    if (procedure().kind != ProcedureKind::ramp) visit_positions(order);
+  }
+
+  /// The chamber stays where it is; the visit that follows at this set point keeps its sweep.
+  void cycle_power() {
+    const double set_point_c = set_point_c_;
+    const calib::Sweep sweep = sweep_;
+    end_visits();
+    power_off();
+    begin_run(next_label(), false);
+    set_point_c_ = set_point_c;
+    sweep_ = sweep;
+  }
+
+  std::string next_label() { return fmt::format("{}{:02}", label_letter(procedure().purpose), ++labels_); }
 
   void visit_positions(const std::vector<std::string>& order) {
     for (const std::string& position : order) {
@@ -85,6 +109,7 @@ class Compiler {
     end_visits();
     position_.clear();
     plan_.runs.push_back({std::move(label), preflight, plan_.steps.size(), plan_.steps.size()});
+    if (plan_.runs.size() == 1 && procedure().turned_deg != 0.0) turn_fixture(procedure().turned_deg);
     Step& step = add(StepKind::power_on);
     step.seconds = procedure().warm_up_s;
     step.estimate_s = procedure().warm_up_s;
@@ -113,6 +138,12 @@ class Compiler {
     step.position = position_;
     plan_.runs.back().last_step = plan_.steps.size();
     return plan_.steps.emplace_back(std::move(step));
+  }
+
+  void turn_fixture(double heading_deg) {
+    Step& step = add(StepKind::turn_fixture);
+    step.heading_deg = heading_deg;
+    step.estimate_s = kByHand_s;
   }
 
   void move_to(const std::string& position) {
@@ -162,6 +193,7 @@ class Compiler {
   double room_c_;
   double air_c_;              ///< where the plan has driven the air
   double set_point_c_ = 0.0;  ///< of the current visit, else the room's temperature
+  int labels_ = 0;            ///< runs that have one, but for the pre-flight
   int visit_ = -1;
   calib::Sweep sweep_ = calib::Sweep::unknown;
   std::string position_;

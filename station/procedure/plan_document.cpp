@@ -24,6 +24,7 @@ nlohmann::json step_document(const Step& step) {
                              {"temp_c", step.temp_c},         {"sweep", calib::name_of(step.sweep)},
                              {"position", step.position},     {"seconds", step.seconds},
                              {"after_turn", step.after_turn}, {"estimate_s", step.estimate_s}};
+  if (step.kind == StepKind::turn_fixture) document["heading_deg"] = step.heading_deg;
   document["visit"] = step.visit >= 0 ? nlohmann::json(step.visit) : nlohmann::json();
   return document;
 }

@@ -172,6 +172,7 @@ void read_positions(const SettingsTable& root, Procedure& p) {
                                                      {"rotate_and_reverse", PositionChange::rotate_and_reverse}},
                                                     p.position_change);
   p.dwell_s = table->number("dwell_s", {1.0, 30 * kDay_s}, p.dwell_s);
+  p.turned_deg = table->number("turned_deg", {-180.0, 180.0}, p.turned_deg);
 }
 
 void read_stability(const SettingsTable& table, StabilitySettings& s) {
@@ -216,6 +217,22 @@ void refuse_too_many_steps(const SettingsTable& root, const Procedure& p) {
                                   steps, kMostSteps));
 }
 
+void read_power(const SettingsTable& table, Procedure& p) {
+  constexpr std::string_view kCycle = "cycle_at_visit";
+  p.power_off_s = table.number("off_s", {0.0, kDay_s}, p.power_off_s);
+  p.warm_up_s = table.number("warm_up_s", {0.0, kDay_s}, p.warm_up_s);
+  if (!table.has(kCycle)) return;
+  p.cycle_at_visit = table.whole(kCycle, {0, static_cast<int>(kMaxVisits)}, 0);
+  const auto last = static_cast<int>(p.set_points_c.size()) - 1;
+  if (p.kind != ProcedureKind::soak) {
+    table.refuse(kCycle, "'power.cycle_at_visit' goes with kind 'soak' only");
+  } else if (last >= 0 && *p.cycle_at_visit >= last) {
+    table.refuse(kCycle, fmt::format("visit {} has none after it: the course has the visits 0 to {}, reference plateau "
+                                     "included",
+                                     *p.cycle_at_visit, last));
+  }
+}
+
 void read_sections(const SettingsTable& root, Procedure& p) {
   read_temperatures(root, p);
   read_section(root, "reference", [&](const SettingsTable& t) { read_reference(t, p); });
@@ -226,10 +243,7 @@ void read_sections(const SettingsTable& root, Procedure& p) {
     p.segment_attempts = t.whole("attempts", {1, 20}, p.segment_attempts);
   });
   read_section(root, "units", [&](const SettingsTable& t) { read_units(t, p); });
-  read_section(root, "power", [&](const SettingsTable& t) {
-    p.power_off_s = t.number("off_s", {0.0, kDay_s}, p.power_off_s);
-    p.warm_up_s = t.number("warm_up_s", {0.0, kDay_s}, p.warm_up_s);
-  });
+  read_section(root, "power", [&](const SettingsTable& t) { read_power(t, p); });
   read_section(root, "preflight", [&](const SettingsTable& t) {
     p.preflight_position_s = t.number("position_s", {0.0, kDay_s}, p.preflight_position_s);
   });

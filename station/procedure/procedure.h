@@ -56,6 +56,7 @@ struct Procedure {
   double overshoot_c = 2.0;               ///< by which the air may pass a set point: counted against ratings
   std::vector<std::string> positions;     ///< fixture positions in the order of the first run
   PositionChange position_change = PositionChange::rotate_and_reverse;
+  double turned_deg = 0.0;        ///< of the whole fixture about the vertical, clockwise seen from above, while it runs
   double dwell_s = 600.0;         ///< recorded in each position
   double segment_change_c = 0.1;  ///< a segment in which a unit's temperature moved more is repeated
   int segment_attempts = 3;       ///< before the last one is kept and marked
@@ -64,6 +65,7 @@ struct Procedure {
   double temp_rate_hz = 10.0;
   double power_off_s = 60.0;            ///< between runs
   double warm_up_s = 0.0;               ///< after power-on, before anything else
+  std::optional<int> cycle_at_visit;    ///< after it units go off and on: a run ends and another begins there
   double preflight_position_s = 100.0;  ///< six of them; 0 = no pre-flight
   double end_c = 25.0;                  ///< where a run ends; at least 25
   double estimate_rate_kpmin = 2.0;     ///< for the estimate of hours: how fast this lab's chamber changes

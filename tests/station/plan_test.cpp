@@ -126,17 +126,73 @@ TEST(Plan, RunsCoverAllStepsAndFollowEachOther) {
   }
 }
 
+/// Whether a power cycle follows the run.
+bool is_cycled(const Plan& plan, std::size_t run) {
+  const std::size_t first = plan.runs.front().preflight ? 1 : 0;
+  return plan.procedure.cycle_at_visit && run >= first && (run - first) % 2 == 0;
+}
+
 TEST(Plan, EveryRunBeginsWithPowerOnAndEndsWarmAndOff) {
   for (const Plan& plan : plans()) {
-    for (const PlannedRun& run : plan.runs) {
-      EXPECT_EQ(plan.steps[run.first_step].kind, StepKind::power_on);
-      EXPECT_EQ(plan.steps[run.last_step].kind, StepKind::power_off);
-      const StepKind before = plan.steps[run.last_step - 1].kind;
-      EXPECT_EQ(before, run.preflight ? StepKind::check : StepKind::warm_end);
-      const bool is_last = run.last_step + 1 == plan.steps.size();
-      EXPECT_EQ(plan.steps[run.last_step].seconds, is_last ? 0.0 : plan.procedure.power_off_s);
+    const bool turned = plan.procedure.turned_deg != 0.0;
+    for (std::size_t r = 0; r < plan.runs.size(); ++r) {
+      const PlannedRun& run = plan.runs[r];
+      const bool is_last = r + 1 == plan.runs.size();
+      const std::size_t last = run.last_step - (is_last && turned ? 1 : 0);
+      EXPECT_EQ(plan.steps[run.first_step + (r == 0 && turned ? 1 : 0)].kind, StepKind::power_on);
+      EXPECT_EQ(plan.steps[last].kind, StepKind::power_off);
+      EXPECT_EQ(plan.steps[last - 1].kind, run.preflight        ? StepKind::check
+                                           : is_cycled(plan, r) ? StepKind::record
+                                                                : StepKind::warm_end);
+      EXPECT_EQ(plan.steps[last].seconds, is_last ? 0.0 : plan.procedure.power_off_s);
     }
   }
+}
+
+TEST(Plan, APowerCycleEndsARunAndBeginsAnotherAtTheSamePlateauWithItsSweep) {
+  Procedure p = two_positions();
+  p.positions = {"+X"};
+  p.set_points_c = {5.0, 45.0, 5.0};
+  p.runs = 2;
+  p.cycle_at_visit = 1;
+  const Plan plan = compile_plan(p);
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i <= plan.runs.at(1).last_step; ++i) lines.push_back(describe(plan, i));
+  EXPECT_EQ(lines, (std::vector<std::string>{
+                       "R01: units on",
+                       "R01 visit 0, +5 °C down: turn to +X",
+                       "R01 visit 0, +5 °C down: drive the chamber there",
+                       "R01 visit 0, +5 °C down: wait until settled, at most 7200 s",
+                       "R01 visit 0, +5 °C down: record 600 s at +X",
+                       "R01 visit 1, +45 °C up: drive the chamber there",
+                       "R01 visit 1, +45 °C up: wait until settled, at most 7200 s",
+                       "R01 visit 1, +45 °C up: record 600 s at +X",
+                       "R01: units off for 60 s",
+                       "R02: units on",
+                       "R02 visit 0, +45 °C up: turn to +X",
+                       "R02 visit 0, +45 °C up: drive the chamber there",
+                       "R02 visit 0, +45 °C up: wait until settled, at most 7200 s",
+                       "R02 visit 0, +45 °C up: record 600 s at +X",
+                       "R02 visit 1, +5 °C down: drive the chamber there",
+                       "R02 visit 1, +5 °C down: wait until settled, at most 7200 s",
+                       "R02 visit 1, +5 °C down: record 600 s at +X",
+                       "R02: warm to +25 °C, then chamber off",
+                       "R02: units off for 60 s",
+                   }));
+  EXPECT_EQ(plan.runs.size(), 4u);
+}
+
+TEST(Plan, ATurnOfTheFixtureIsAskedForBeforeThePreflightAndTakenBackAtTheEnd) {
+  Procedure p = two_positions();
+  p.preflight_position_s = 20.0;
+  p.turned_deg = 90.0;
+  const Plan plan = compile_plan(p);
+  EXPECT_EQ(describe(plan, 0), "P00: turn the whole fixture to +90° of its usual heading, by hand");
+  EXPECT_EQ(describe(plan, plan.steps.size() - 1), "R01: turn the whole fixture back to its usual heading, by hand");
+  const auto turns = std::count_if(plan.steps.begin(), plan.steps.end(),
+                                   [](const Step& step) { return step.kind == StepKind::turn_fixture; });
+  EXPECT_EQ(turns, 2);
+  EXPECT_EQ(plan_document(plan)["steps"][0]["heading_deg"], 90.0);
 }
 
 TEST(Plan, PreflightComesFirstAndNeverDrivesTheChamber) {
@@ -190,6 +246,7 @@ TEST(Plan, UnitsRampInTheFirstPositionOfTheirRun) {
 
 TEST(Plan, VisitsAreTheSetPointsAndSweepsTheSignOfTheirChange) {
   for (const Plan& plan : plans()) {
+    if (plan.procedure.cycle_at_visit) continue;  // a test of its own
     for (const PlannedRun& run : plan.runs) {
       if (run.preflight) continue;
       double before_c = 25.0;

@@ -121,6 +121,16 @@ TEST_F(StartCheck, RefusesWhatNoLaboratoryCouldDo) {
   EXPECT_TRUE(holds(refusal(), "short.toml:1")) << refusal();
 }
 
+TEST_F(StartCheck, RefusesATurnOfTheFixtureThatTheRunFilesCouldNotSay) {
+  request.procedure_text = kProcedure;
+  request.procedure_text.replace(request.procedure_text.find("[preflight]"), 0, "turned_deg = 90\n");
+  EXPECT_TRUE(holds(refusal(), "azimuths_deg")) << refusal();
+  config.fixture.emplace();
+  EXPECT_TRUE(holds(refusal(), "azimuths_deg")) << refusal();
+  config.fixture->azimuths_deg = {0, 90, 90, 90, 270, 90};
+  EXPECT_EQ(checked().plan.procedure.turned_deg, 90.0);
+}
+
 TEST_F(StartCheck, RefusesAUnitThatCannotBearTheTemperatures) {
   add_type("tender", "[rating]\ntemp_min_c = 5\ntemp_max_c = 60\n");
   config.slots[0].unit_type = "tender";
@@ -242,6 +252,7 @@ class Resume : public StartCheck {
  protected:
   void SetUp() override {
     StartCheck::SetUp();
+    prepare();
     start = checked();
     row.name = "c1";
     row.procedure = "short";
@@ -265,9 +276,30 @@ class Resume : public StartCheck {
     return first_step_to_resume(*catalog, row, room_c);
   }
 
+  /// Changes the request before it is checked.
+  virtual void prepare() {}
+
   CheckedStart start;
   db::CampaignRow row;
 };
+
+class TurnedResume : public Resume {
+ protected:
+  void prepare() override {
+    request.procedure_text.replace(request.procedure_text.find("[preflight]"), 0, "turned_deg = 90\n");
+    config.fixture.emplace().azimuths_deg = {0, 90, 90, 90, 270, 90};
+  }
+};
+
+TEST_F(TurnedResume, OfACampaignThatIsOverButForTheFixtureMeasuresNothingAgain) {
+  const std::size_t last = start.plan.steps.size() - 1;
+  complete(0, last - 2);
+  EXPECT_EQ(first_step(), start.plan.runs.back().first_step);
+  complete(last - 1, last - 1);
+  EXPECT_EQ(first_step(), last);
+  complete(last, last);
+  EXPECT_FALSE(first_step());
+}
 
 TEST_F(Resume, GoesOnWithTheFirstRunThatDidNotComeToItsEnd) {
   const auto& runs = start.plan.runs;

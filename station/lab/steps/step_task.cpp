@@ -6,6 +6,8 @@ namespace soak::station {
 std::unique_ptr<StepTask> make_task(const Plan& plan, std::size_t index) {
   const Step& step = plan.steps[index];
   switch (step.kind) {
+    case StepKind::turn_fixture:
+      return make_turn_fixture(step);
     case StepKind::power_on:
       return make_power_on(plan, step);
     case StepKind::move:

@@ -46,6 +46,7 @@ class StepTask {
 [[nodiscard]] std::unique_ptr<StepTask> make_task(const Plan& plan, std::size_t step);
 
 /// What each kind of step does; one source file each.
+[[nodiscard]] std::unique_ptr<StepTask> make_turn_fixture(const Step& step);
 [[nodiscard]] std::unique_ptr<StepTask> make_power_on(const Plan& plan, const Step& step);
 [[nodiscard]] std::unique_ptr<StepTask> make_move(const Step& step);
 [[nodiscard]] std::unique_ptr<StepTask> make_set_temperature(const Plan& plan, const Step& step);
