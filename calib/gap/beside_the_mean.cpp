@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "base/statistics.h"
 #include "calib/gap/effects/columns.h"
 #include "calib/gap/effects/meaning.h"
+#include "calib/gap/sensor_sets.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -18,8 +21,8 @@ constexpr double kHours = 3600.0;
 constexpr double kPer1000h = 1000.0;
 constexpr double kLeastChange = 0.02;  ///< of the variance over the range of temperature, relative
 constexpr double kCoarseStep = 0.1;    ///< of the noise, from which a lattice matters
-/// Sensors times effects that are looked at here.
-constexpr double kTests = 6.0 * 2.0;
+constexpr double kEffects = 2.0;       ///< that are looked for in slopes
+constexpr double kSensorGate = 0.05;   ///< chance from which a sensor of a set that stands out is counted in
 
 Effect described(std::string_view name, std::string_view physics, std::vector<std::string_view> twins,
                  std::string_view experiment) {
@@ -65,20 +68,32 @@ struct Slope {
   double dof = 0.0;
 };
 
-/// Sensors whose slope stands out by itself. With so few runs a set of sensors cannot be judged by pooled F ratios: one
-/// small residual by chance decides such a mean.
+/// Sensors of the set whose slopes stand out together. With so few runs a set cannot be judged by pooled F ratios, of
+/// which one small residual by chance decides the mean: chances are pooled instead.
 struct Chosen {
   std::vector<Slope> slopes;
-  double p = 1.0;  ///< least chance, adjusted for all that are looked at
+  double p = 1.0;  ///< least chance, adjusted for all sets that are looked at
 };
 
 Chosen choose(const std::vector<Slope>& all) {
-  Chosen chosen;
+  std::map<Sensor, std::pair<Slope, double>> known;
+  std::vector<Sensor> sensors;
   for (const Slope& slope : all) {
     if (slope.dof <= 0.0) continue;
-    const double p = std::min(1.0, base::f_upper_tail(slope.f, 1.0, slope.dof) * kTests);
-    chosen.p = std::min(chosen.p, p);
-    if (p <= kGate) chosen.slopes.push_back(slope);
+    known[slope.sensor] = {slope, base::f_upper_tail(slope.f, 1.0, slope.dof)};
+    sensors.push_back(slope.sensor);
+  }
+  const auto sets = sensor_sets(sensors);
+  Chosen chosen;
+  for (const auto& set : sets) {
+    std::vector<double> chances;
+    for (const Sensor sensor : set) chances.push_back(known.at(sensor).second);
+    const double p = std::min(1.0, chance_together(chances) * static_cast<double>(sets.size()) * kEffects);
+    if (p >= chosen.p) continue;
+    chosen = {{}, p};
+    for (const Sensor sensor : set) {
+      if (known.at(sensor).second <= kSensorGate) chosen.slopes.push_back(known.at(sensor).first);
+    }
   }
   return chosen;
 }
@@ -128,25 +143,28 @@ Slope line(std::span<const double> x, std::span<const double> y) {
   return slope;
 }
 
-void look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model, BesideTheMean& result) {
+}  // namespace
+
+BesideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model) {
+  BesideTheMean result;
   const Observations& observations = model.circumstances().observations;
   if (observations.run_count() < kLeastRuns) {
     result.not_testable.push_back({"aging_drift", "fewer than four runs"});
-    return;
+    return result;
   }
   std::vector<double> hours;
   for (const std::size_t number : observations.logged) {
     const LoggedRun& run = campaign.runs[number];
     if (!run.start_utc_s) {
       result.not_testable.push_back({"aging_drift", "the time of the runs is not known (utc_s)"});
-      return;
+      return result;
     }
     hours.push_back(*run.start_utc_s / kHours);
   }
   const auto [first, last] = std::minmax_element(hours.begin(), hours.end());
   if (*last - *first < 1.0) {
     result.not_testable.push_back({"aging_drift", "all runs have the same time (utc_s)"});
-    return;
+    return result;
   }
   std::vector<Slope> slopes;
   for (const Sensor sensor : kSensors) {
@@ -156,7 +174,7 @@ void look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model, 
     slopes.back().sensor = sensor;
   }
   const Chosen chosen = choose(slopes);
-  if (chosen.p > kGate) return;
+  if (chosen.p > kGate || chosen.slopes.empty()) return result;
   result.effects.push_back(named(
       aging(), chosen, [](Sensor sensor) { return kPer1000h * printed_per_si(sensor); },
       [](Sensor sensor) { return std::string(printed_unit(sensor)) + " per 1000 h"; },
@@ -164,7 +182,12 @@ void look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model, 
         return Meaning{{{"per_s", si_unit(sensor) + "/s", 1.0 / kHours}},
                        {{"reference_utc_s", 0.5 * (*first + *last) * kHours, "s"}}};
       }));
+  const Eigen::ArrayXd utc_s = as_vector(model.circumstances().courses.utc_s()).array();
+  set_all(result.effects.back().candidate, ((utc_s - utc_s.mean()) / kHours).matrix());
+  return result;
 }
+
+namespace {
 
 /// Slope of the logarithm of the blocks' variances against temperature, its error from the scatter of the runs' own
 /// slopes.
@@ -209,7 +232,7 @@ void look_for_noise_slope(const Observations& observations, BesideTheMean& resul
   std::erase_if(slopes, [&](const Slope& slope) { return std::abs(slope.value) * range_c < kLeastChange; });
   const Chosen chosen = choose(slopes);
   // Half the slope of the logarithm of the variance is that of the standard deviation.
-  if (chosen.p > kGate) return;
+  if (chosen.p > kGate || chosen.slopes.empty()) return;
   result.effects.push_back(named(
       noise_slope(), chosen, [](Sensor) { return 0.5; }, [](Sensor) { return std::string("relative per K"); },
       [&](Sensor) {
@@ -258,7 +281,6 @@ void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
 
 BesideTheMean look_beside_the_mean(const LoggedCampaign& campaign, const CampaignModel& model) {
   BesideTheMean result;
-  look_for_aging(campaign, model, result);
   look_for_noise_slope(model.circumstances().observations, result);
   look_at_samples(campaign, result);
   return result;

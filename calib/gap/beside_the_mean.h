@@ -18,8 +18,12 @@ struct BesideTheMean {
   std::vector<NotTestable> not_testable;
 };
 
+/// Looks for `aging_drift`, under the gate of the search: the runs' offsets against the time of the runs (at least four
+/// runs, R − 2 degrees of freedom). Its candidate has the time of each observation in hours as its column: what ages
+/// also drifts a little within a run.
+[[nodiscard]] BesideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model);
+
 /// Looks, each under the gate of the search, for
-/// - `aging_drift`: the runs' offsets against the time of the runs (at least four runs, R − 2 degrees of freedom);
 /// - `noise_vs_temperature`: the logarithm of the blocks' variances against temperature, run by run;
 /// - `quantization`: samples on a lattice of more than a tenth of their noise;
 /// - `saturation`: samples that stick at the ends.

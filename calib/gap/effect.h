@@ -66,9 +66,13 @@ struct Effect {
   /// Why this campaign cannot show the effect; nothing where it can.
   std::function<std::optional<std::string>(const Circumstances&)> missing;
   std::function<std::vector<Candidate>(const Circumstances&)> candidates;
+  /// The candidates of one value of the shape, for a value between those of the grid; absent = there is no such number.
+  std::function<std::vector<Candidate>(const Circumstances&, double shape_value)> of_shape;
   /// Whether a mechanism of this kind can have such parameters (of one sensor, of all where shared) with that
   /// covariance; absent = any.
-  std::function<bool(const Candidate&, const Eigen::VectorXd& parameters, const Eigen::MatrixXd& covariance)> plausible;
+  std::function<bool(const Circumstances&, const Candidate&, const Eigen::VectorXd& parameters,
+                     const Eigen::MatrixXd& covariance)>
+      plausible;
   /// From the parameters of one sensor (of all, where shared), SI.
   std::function<Magnitude(const Circumstances&, const Candidate&, Sensor, const Eigen::VectorXd& parameters)> magnitude;
   /// Of the parameters of one sensor (of all, where shared).
@@ -81,5 +85,8 @@ inline constexpr std::string_view kLibraryVersion = "1";
 
 /// The effects that show in the mean of blocks, in the order of design.
 [[nodiscard]] const std::vector<Effect>& library();
+
+/// Whether one of the two names the other as its twin.
+[[nodiscard]] bool are_twins(const Effect& a, const Effect& b);
 
 }  // namespace soak::calib::gap

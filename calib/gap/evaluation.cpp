@@ -83,6 +83,10 @@ CandidateTest test_candidate(const Residuals& residuals, const Candidate& candid
   return result;
 }
 
+bool enough_folds(const Standing& standing) {
+  return standing.judged_folds >= 2 && standing.supporting_folds >= standing.judged_folds - 1;
+}
+
 Standing standing(const CandidateTest& test, const Candidate& candidate, double typical, double price) {
   Standing result;
   if (candidate.shared) {

@@ -39,6 +39,9 @@ struct Standing {
   int judged_folds = 0;
 };
 
+/// Whether parameters from the other folds make all folds but one better, of at least two.
+[[nodiscard]] bool enough_folds(const Standing& standing);
+
 /// `typical`: median heterogeneity of the library. `price`: of one parameter, in units of the whitened gain; a free
 /// number in the shape costs one more.
 [[nodiscard]] Standing standing(const CandidateTest& test, const Candidate& candidate, double typical, double price);

@@ -66,6 +66,15 @@ nlohmann::json gap_of(const SensorGap& gap, double factor) {
           {"closed_ci95", std::move(interval)}};
 }
 
+nlohmann::json gaps_json(const std::array<std::optional<SensorGap>, kSensorCount>& gaps) {
+  nlohmann::json object = nlohmann::json::object();
+  for (const Sensor sensor : kSensors) {
+    const auto& gap = gaps[index_of(sensor)];
+    if (gap) object[std::string(name_of(sensor))] = gap_of(*gap, printed_per_si(sensor));
+  }
+  return object;
+}
+
 }  // namespace
 
 nlohmann::json gap_json(const GapReport& report) {
@@ -73,12 +82,10 @@ nlohmann::json gap_json(const GapReport& report) {
   for (const NotTestable& entry : report.not_testable)
     not_testable.push_back({{"name", entry.name}, {"why", entry.why}});
   nlohmann::json limits = nlohmann::json::object();
-  nlohmann::json gaps = nlohmann::json::object();
   for (const Sensor sensor : kSensors) {
     const std::size_t s = index_of(sensor);
     const double factor = printed_per_si(sensor);
     if (report.detection_limit[s]) limits[std::string(name_of(sensor))] = *report.detection_limit[s] * factor;
-    if (report.gap[s]) gaps[std::string(name_of(sensor))] = gap_of(*report.gap[s], factor);
   }
   nlohmann::json leftover;
   if (report.leftover) {
@@ -86,6 +93,8 @@ nlohmann::json gap_json(const GapReport& report) {
                 {"p_adjusted", report.leftover->p_adjusted},
                 {"sensors", names_of(report.leftover->sensors)}};
   }
+  nlohmann::json locked;
+  if (report.locked) locked = {{"run", report.locked->label}, {"gap", gaps_json(report.locked->gap)}};
   return {{"unit", report.unit},
           {"model", report.model},
           {"verdict", name_of(report.verdict)},
@@ -95,7 +104,8 @@ nlohmann::json gap_json(const GapReport& report) {
           {"leftover", std::move(leftover)},
           {"not_testable", std::move(not_testable)},
           {"detection_limit", std::move(limits)},
-          {"gap", std::move(gaps)}};
+          {"gap", gaps_json(report.gap)},
+          {"locked_run", std::move(locked)}};
 }
 
 }  // namespace soak::calib::gap

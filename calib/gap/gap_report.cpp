@@ -12,13 +12,13 @@
 #include <utility>
 
 #include "base/statistics.h"
+#include "calib/gap/narrow_bump.h"
 
 namespace soak::calib::gap {
 namespace {
 
 constexpr int kLeastRuns = 2;
-/// Share of the strongest named merit from which a leftover forbids names.
-constexpr double kStrange = 0.25;
+constexpr std::size_t kMostOpenRuns = 8;  ///< of more, one is locked away before the search
 /// Sets of sensors among which a term may be named: all, gyros, accelerometers, each alone.
 constexpr double kSets = 9.0;
 
@@ -51,7 +51,7 @@ std::optional<double> detection_limit(const CampaignModel& model, std::size_t s,
       noise.visit * noise.visit +
       (noise.placement * noise.placement + noise.block * noise.block / blocks) / (placements / visits);
   const double p = kGate / (static_cast<double>(found.candidates) * kSets);
-  const double f = f_quantile(p, kPriorDof + observations.run_count() - 1);
+  const double f = f_quantile(p, kScatterDof + observations.run_count() - 1);
   return std::sqrt(f * std::max(1.0, found.typical_heterogeneity) * of_visit / visits);
 }
 
@@ -63,10 +63,8 @@ std::string list_of(const std::vector<NamedEffect>& effects) {
 
 /// `beside`: effects that the means do not show.
 void decide(SearchResult found, std::vector<NamedEffect> beside, GapReport& report) {
-  double merit = 0.0;
-  for (const NamedEffect& effect : found.effects) merit = std::max(merit, effect.merit);
   report.leftover = std::move(found.leftover);
-  if (report.leftover && report.leftover->merit >= kStrange * merit) {
+  if (report.leftover && report.leftover->forbids_names) {
     report.verdict = Verdict::unknown;
     report.suspects = std::move(found.effects);
     report.reason =
@@ -161,9 +159,29 @@ void leave_out_clipped(const LoggedCampaign& campaign, Observations& observation
   }
 }
 
-}  // namespace
+/// Index of the last run by time, by order where a run's time is not known.
+std::size_t last_run(const std::vector<LoggedRun>& runs) {
+  const auto timed = [](const LoggedRun& run) { return run.start_utc_s.has_value(); };
+  if (!std::all_of(runs.begin(), runs.end(), timed)) return runs.size() - 1;
+  const auto last = std::max_element(
+      runs.begin(), runs.end(), [](const LoggedRun& a, const LoggedRun& b) { return *a.start_utc_s < *b.start_utc_s; });
+  return static_cast<std::size_t>(last - runs.begin());
+}
 
-GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
+/// What the effects of `report` do for run `number` of the campaign, which they have not seen; nothing where it has no
+/// readings.
+std::optional<LockedRun> judged(const LoggedCampaign& campaign, std::size_t number, const GapReport& report) {
+  Observations observations = observe(campaign);
+  const auto found = std::find(observations.logged.begin(), observations.logged.end(), number);
+  if (found == observations.logged.end()) return std::nullopt;
+  leave_out_clipped(campaign, observations);
+  const Courses courses(campaign, observations);
+  const auto run = static_cast<int>(found - observations.logged.begin());
+  return LockedRun{observations.runs[static_cast<std::size_t>(run)],
+                   gap_of_run(observations, courses, report.effects, run)};
+}
+
+GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   GapReport report;
   report.unit = campaign.unit;
   report.model = model_version;
@@ -192,6 +210,9 @@ GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
       report.not_testable.push_back({std::string(effect.name), *std::move(why)});
     }
   }
+  // First: what moves on from run to run does so within a run, where it would pass for a slow warm-up.
+  BesideTheMean aging = look_for_aging(campaign, model);
+  for (const NamedEffect& effect : aging.effects) model.take_in(effect.candidate, effect.sensors, {});
   SearchResult found = search(model);
   for (const Effect* effect : found.absorbed) {
     report.not_testable.push_back(
@@ -200,17 +221,30 @@ GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
   }
   for (std::size_t s = 0; s < kSensorCount; ++s) report.detection_limit[s] = detection_limit(model, s, found);
   BesideTheMean beside = look_beside_the_mean(campaign, model);
+  std::move(aging.effects.begin(), aging.effects.end(), std::inserter(beside.effects, beside.effects.begin()));
+  std::move(aging.not_testable.begin(), aging.not_testable.end(), std::back_inserter(report.not_testable));
   std::move(beside.not_testable.begin(), beside.not_testable.end(), std::back_inserter(report.not_testable));
-  report.not_testable.push_back(
-      {"narrow_bump",
-       "the base is free at every plateau and takes up a feature of one; look at the fit's residuals, or "
-       "record a grid of 5 K about it (procedure fine-grid)"});
+  BesideTheMean bump = look_for_bump(model);
+  std::move(bump.effects.begin(), bump.effects.end(), std::back_inserter(beside.effects));
+  std::move(bump.not_testable.begin(), bump.not_testable.end(), std::back_inserter(report.not_testable));
   decide(std::move(found), std::move(beside.effects), report);
   report.reason += left_out(observations, model);
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
     report.next.push_back(next_experiment(campaign, observations, courses, report.effects, e));
   }
   report.gap = held_out_gap(observations, courses, report.effects);
+  return report;
+}
+
+}  // namespace
+
+GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
+  if (campaign.runs.size() <= kMostOpenRuns) return find_in(campaign, model_version);
+  const std::size_t number = last_run(campaign.runs);
+  LoggedCampaign open = campaign;
+  open.runs.erase(open.runs.begin() + static_cast<std::ptrdiff_t>(number));
+  GapReport report = find_in(open, model_version);
+  if (report.verdict != Verdict::cannot_judge) report.locked = judged(campaign, number, report);
   return report;
 }
 

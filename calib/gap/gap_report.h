@@ -26,6 +26,12 @@ constexpr std::string_view name_of(Verdict verdict) {
                                        : "cannot_judge";
 }
 
+/// A run that was locked away before the search.
+struct LockedRun {
+  std::string label;
+  std::array<std::optional<SensorGap>, kSensorCount> gap;  ///< fractions without interval: one run has no scatter
+};
+
 /// What `soak gap find` says of a campaign.
 struct GapReport {
   std::string unit;
@@ -41,9 +47,12 @@ struct GapReport {
   /// to half); SI.
   std::array<std::optional<double>, kSensorCount> detection_limit;
   std::array<std::optional<SensorGap>, kSensorCount> gap;
+  std::optional<LockedRun> locked;  ///< of campaigns of more than eight runs that could be judged
 };
 
 /// Compares the campaign with its saturated base, searches the library and gives a verdict. With one run: cannot_judge.
+/// Of more than eight runs the last by time (by order, where a run has no Unix time) is locked away before the search
+/// and judged alone.
 [[nodiscard]] GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model);
 
 }  // namespace soak::calib::gap

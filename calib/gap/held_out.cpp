@@ -138,24 +138,51 @@ std::optional<double> mean_square(const Observations& observations, const Eigen:
   return squares / count;
 }
 
+namespace {
+
+void judge_left_out(const Observations& observations, const Courses& courses, const std::vector<NamedEffect>& effects,
+                    int run, std::array<Judged, kSensorCount>& judged) {
+  const CampaignModel plain(observations, courses, run);
+  CampaignModel with = plain;
+  for (const NamedEffect& named : effects) {
+    if (!named.effect->candidates) continue;  // nothing that a mean shows
+    const auto again = best_shape(with, *named.effect);
+    if (!again) continue;
+    with.take_in(again->candidate, named.sensors, again->parameters[index_of(again->sensors.front())]);
+  }
+  judge(observations, plain, with, run, judged);
+}
+
+std::array<std::optional<SensorGap>, kSensorCount> summarised(const std::array<Judged, kSensorCount>& judged,
+                                                              const std::vector<NamedEffect>& effects) {
+  std::array<std::optional<SensorGap>, kSensorCount> gaps;
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    if (!judged[s].before.empty()) gaps[s] = summarise(judged[s], can_close(effects, kSensors[s]));
+  }
+  return gaps;
+}
+
+}  // namespace
+
 std::array<std::optional<SensorGap>, kSensorCount> held_out_gap(const Observations& observations,
                                                                 const Courses& courses,
                                                                 const std::vector<NamedEffect>& effects) {
   std::array<Judged, kSensorCount> judged;
-  for (int run = 0; run < observations.run_count(); ++run) {
-    const CampaignModel plain(observations, courses, run);
-    CampaignModel with = plain;
-    for (const NamedEffect& named : effects) {
-      if (!named.effect->candidates) continue;  // nothing that a mean shows
-      const auto again = best_shape(with, *named.effect);
-      if (!again) continue;
-      with.take_in(again->candidate, named.sensors, again->parameters[index_of(again->sensors.front())]);
-    }
-    judge(observations, plain, with, run, judged);
-  }
-  std::array<std::optional<SensorGap>, kSensorCount> gaps;
-  for (std::size_t s = 0; s < kSensorCount; ++s) {
-    if (!judged[s].before.empty()) gaps[s] = summarise(judged[s], can_close(effects, kSensors[s]));
+  for (int run = 0; run < observations.run_count(); ++run) judge_left_out(observations, courses, effects, run, judged);
+  return summarised(judged, effects);
+}
+
+std::array<std::optional<SensorGap>, kSensorCount> gap_of_run(const Observations& observations, const Courses& courses,
+                                                              const std::vector<NamedEffect>& effects, int run) {
+  std::array<Judged, kSensorCount> judged;
+  judge_left_out(observations, courses, effects, run, judged);
+  auto gaps = summarised(judged, effects);
+  for (auto& gap : gaps) {
+    if (!gap) continue;
+    // One run has no scatter: its fraction has no interval.
+    const double open = gap->before_rms - gap->floor_rms;
+    if (open > 0.0 && can_close(effects, kSensors[static_cast<std::size_t>(&gap - gaps.data())]))
+      gap->closed_fraction = (gap->before_rms - gap->after_rms) / open;
   }
   return gaps;
 }

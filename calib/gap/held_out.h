@@ -32,4 +32,12 @@ struct SensorGap {
                                                                               const Courses& courses,
                                                                               const std::vector<NamedEffect>& effects);
 
+/// The same of one run that was locked away before the search, a single number: base, shapes and parameters from all
+/// others. Its fraction has no interval; it is absent where no effect could close the gap, or nothing is above the
+/// floor.
+[[nodiscard]] std::array<std::optional<SensorGap>, kSensorCount> gap_of_run(const Observations& observations,
+                                                                            const Courses& courses,
+                                                                            const std::vector<NamedEffect>& effects,
+                                                                            int run);
+
 }  // namespace soak::calib::gap

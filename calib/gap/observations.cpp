@@ -63,6 +63,7 @@ class Collector {
     rows_.run_ids.push_back(run.run.run_id);
     rows_.logged.push_back(number);
     earth_ = known_earth_rate(run.run.segments, run.run.site);
+    rows_.earth_taken_off = rows_.earth_taken_off || earth_.vertical_rps != 0.0;
     std::sort(segments.begin(), segments.end(),
               [](const Segment* a, const Segment* b) { return a->t_start_s < b->t_start_s; });
     occurrences_.clear();

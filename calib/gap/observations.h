@@ -43,6 +43,7 @@ struct Observations {
   std::vector<Observation> rows;
   double gravity_mps2 = 0.0;
   int sign_at_rest = 1;
+  bool earth_taken_off = false;  ///< whether a known latitude took the Earth's rotation off the gyros of some run
 
   [[nodiscard]] bool has_positions() const { return positions.size() > 1; }
   [[nodiscard]] int run_count() const { return static_cast<int>(runs.size()); }

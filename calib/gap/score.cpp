@@ -177,7 +177,7 @@ double moderated_heterogeneity(const TermTest& test, double typical) {
 double p_value(const TermTest& test, double typical) {
   if (test.dof <= 0.0 || test.gain <= 0.0) return 1.0;
   const double f = test.gain / test.dof / moderated_heterogeneity(test, typical);
-  return base::f_upper_tail(f, test.dof, kPriorDof + test.heterogeneity_dof);
+  return base::f_upper_tail(f, test.dof, kScatterDof + test.heterogeneity_dof);
 }
 
 }  // namespace soak::calib::gap

@@ -83,6 +83,10 @@ struct TermTest {
 /// Degrees of freedom that the library's median heterogeneity counts for.
 inline constexpr double kPriorDof = 12.0;
 
+/// Degrees of freedom of the scatter that a gain is held against. As λ counts for 1 at least, the tail is that of the
+/// noise, which visits of replicate runs tell with some sixty (six runs) or some twenty (three runs).
+inline constexpr double kScatterDof = 24.0;
+
 /// Upper tail of F = (gain/dof)/max(1, λ) with λ drawn towards `typical`, the median over the library, as few folds
 /// hardly tell it.
 [[nodiscard]] double p_value(const TermTest& test, double typical);

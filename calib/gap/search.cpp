@@ -6,14 +6,16 @@
 #include <limits>
 
 #include "base/statistics.h"
-#include "calib/gap/leftover.h"
+#include "calib/gap/leftover_search.h"
 
 namespace soak::calib::gap {
 namespace {
 
 constexpr std::size_t kMostTerms = 3;
 constexpr double kLeastShare = 0.05;
+/// Share of the winner's merit from which another effect is told as nearly as good, and a twin of it.
 constexpr double kRival = 0.8;
+constexpr double kTwin = 0.6;
 
 /// One shape of an effect, tested.
 struct Contender {
@@ -22,10 +24,6 @@ struct Contender {
   CandidateTest test;
   Standing standing;
 };
-
-bool enough_folds(const Standing& standing) {
-  return standing.judged_folds >= 2 && standing.supporting_folds >= standing.judged_folds - 1;
-}
 
 /// What a parameter costs: that of the Bayesian information criterion, with visits as what is independent.
 double price_of(const Observations& observations) {
@@ -50,6 +48,14 @@ std::vector<Contender> contenders_of(const CampaignModel& model, const Effect& e
   return list;
 }
 
+/// Whether two candidates of one effect differ in the value of their shape only.
+bool same_form(const Candidate& a, const Candidate& b) {
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    if (a.columns[s].cols() != b.columns[s].cols()) return false;
+  }
+  return true;
+}
+
 double typical_heterogeneity(const std::vector<Contender>& list) {
   std::vector<double> values;
   for (const Contender& contender : list) {
@@ -60,10 +66,10 @@ double typical_heterogeneity(const std::vector<Contender>& list) {
   return values.empty() ? 1.0 : base::median(values);
 }
 
-bool plausible(const Contender& contender, double typical) {
+bool plausible(const CampaignModel& model, const Contender& contender, double typical) {
   if (!contender.effect->plausible) return true;
   const auto can_be = [&](const TermTest& test) {
-    return test.dof <= 0.0 || contender.effect->plausible(contender.candidate, test.parameters,
+    return test.dof <= 0.0 || contender.effect->plausible(model.circumstances(), contender.candidate, test.parameters,
                                                           test.covariance * moderated_heterogeneity(test, typical));
   };
   if (contender.test.shared) return can_be(*contender.test.shared);
@@ -72,11 +78,11 @@ bool plausible(const Contender& contender, double typical) {
 }
 
 /// Judges all shapes and keeps the best of each effect, in the order of merit.
-std::vector<Contender> ranked(std::vector<Contender> list, double typical, double price) {
+std::vector<Contender> ranked(const CampaignModel& model, std::vector<Contender> list, double typical, double price) {
   std::vector<Contender> best;
   for (Contender& contender : list) {
     contender.standing = standing(contender.test, contender.candidate, typical, price);
-    if (!plausible(contender, typical)) contender.standing.merit = -std::numeric_limits<double>::infinity();
+    if (!plausible(model, contender, typical)) contender.standing.merit = -std::numeric_limits<double>::infinity();
     if (best.empty() || best.back().effect != contender.effect) {
       best.push_back(std::move(contender));
     } else if (contender.standing.merit > best.back().standing.merit) {
@@ -86,6 +92,24 @@ std::vector<Contender> ranked(std::vector<Contender> list, double typical, doubl
   std::stable_sort(best.begin(), best.end(),
                    [](const Contender& a, const Contender& b) { return a.standing.merit > b.standing.merit; });
   return best;
+}
+
+/// The winner with a shape between those of the grid, if one fits better.
+Contender refined(const CampaignModel& model, Contender winner, double typical, double price) {
+  if (!winner.effect->of_shape || winner.candidate.shape_values.empty()) return winner;
+  for (const double step : {std::sqrt(2.0), std::sqrt(std::sqrt(2.0))}) {
+    const double middle = winner.candidate.shape_values.front();
+    std::vector<Contender> list = {std::move(winner)};
+    for (const double value : {middle / step, middle * step}) {
+      for (Candidate& candidate : list.front().effect->of_shape(model.circumstances(), value)) {
+        if (!same_form(candidate, list.front().candidate)) continue;
+        list.push_back({list.front().effect, {}, test_candidate(model.residuals(), candidate), {}});
+        list.back().candidate = std::move(candidate);
+      }
+    }
+    winner = std::move(ranked(model, std::move(list), typical, price).front());
+  }
+  return winner;
 }
 
 /// Effects of which no shape leaves anything beside the base.
@@ -138,6 +162,7 @@ NamedEffect describe(const CampaignModel& model, const Contender& winner, double
       gain += test.gain;
       dof += test.dof;
     }
+    effect.gain[s] = winner.test.sensor[s]->gain;
     if (winner.test.sensor[s]->gain <= strongest) continue;
     strongest = winner.test.sensor[s]->gain;
     effect.magnitude = winner.effect->magnitude(model.circumstances(), winner.candidate, sensor, test.parameters);
@@ -158,7 +183,7 @@ class Search {
       model_.take_in(effect->candidate, effect->sensors, common);
       result_.effects.push_back(*std::move(effect));
     }
-    find_leftover();
+    result_.leftover = find_leftover(model_, result_.effects, typical_, price_);
     return std::move(result_);
   }
 
@@ -182,7 +207,7 @@ class Search {
       result_.typical_heterogeneity = typical_;
     }
     if (result_.effects.empty()) result_.absorbed = absorbed(list);
-    const std::vector<Contender> best = ranked(std::move(list), typical_, price_);
+    const std::vector<Contender> best = ranked(model_, std::move(list), typical_, price_);
     const auto found = std::find_if(best.begin(), best.end(), [&](const Contender& contender) {
       return contender.standing.p * tests <= kGate && contender.standing.merit > 0.0 &&
              enough_folds(contender.standing);
@@ -195,26 +220,15 @@ class Search {
     } else if (winner.standing.gain < kLeastShare * first_gain_) {
       return std::nullopt;
     }
-    NamedEffect effect = describe(model_, winner, typical_, price_);
+    NamedEffect effect = describe(model_, refined(model_, winner, typical_, price_), typical_, price_);
     effect.p_adjusted = p;
     for (const Contender& other : best) {
-      if (&other != &winner && other.standing.merit >= kRival * winner.standing.merit) {
+      const double near = are_twins(*other.effect, *winner.effect) ? kTwin : kRival;
+      if (&other != &winner && other.standing.merit >= near * winner.standing.merit) {
         effect.rivals.push_back(other.effect);
       }
     }
     return effect;
-  }
-
-  void find_leftover() {
-    const auto axes = leftover_axes(model_.circumstances());
-    for (const Axis& axis : axes) {
-      const CandidateTest test = test_candidate(model_.residuals(), axis.candidate);
-      const Standing stands = standing(test, axis.candidate, typical_, price_);
-      const double p = std::min(1.0, stands.p * static_cast<double>(axes.size()));
-      if (p > kGate || !enough_folds(stands) || stands.merit <= 0.0) continue;
-      if (result_.leftover && result_.leftover->merit >= stands.merit) continue;
-      result_.leftover = Leftover{axis.name, p, stands.merit, stands.sensors};
-    }
   }
 
   CampaignModel& model_;
@@ -233,9 +247,9 @@ std::optional<NamedEffect> best_shape(const CampaignModel& model, const Effect& 
   std::vector<Contender> list = contenders_of(model, effect);
   if (list.empty()) return std::nullopt;
   const double typical = typical_heterogeneity(list);
-  const std::vector<Contender> best = ranked(std::move(list), typical, price);
+  const std::vector<Contender> best = ranked(model, std::move(list), typical, price);
   if (best.front().standing.sensors.empty()) return std::nullopt;
-  return describe(model, best.front(), typical, price);
+  return describe(model, refined(model, best.front(), typical, price), typical, price);
 }
 
 }  // namespace soak::calib::gap

@@ -23,18 +23,20 @@ struct NamedEffect {
   double delta_bic = 0.0;                     ///< BIC without the term less BIC with it
   double p_adjusted = 1.0;                    ///< for the whole library and all sets of sensors
   double merit = 0.0;                         ///< gain over heterogeneity less the price of the parameters
+  std::array<double, kSensorCount> gain{};    ///< whitened squares taken out of each of its sensors
   /// Fraction of the RMS of the whitened blocks in its sensors that its parameters from the other folds take away; base
   /// and noise are those of all runs.
   double heldout_gain = 0.0;
-  std::vector<const Effect*> rivals;  ///< effects of at least 80 % of its merit
+  std::vector<const Effect*> rivals;  ///< effects of at least 80 % of its merit, its twins from 60 %
 };
 
 /// Where something sits that the library does not know.
 struct Leftover {
   std::string axis;
   double p_adjusted = 1.0;
-  double merit = 0.0;
+  double merit = 0.0;  ///< in units of the effects' gain
   std::vector<Sensor> sensors;
+  bool forbids_names = false;  ///< too much of the gap for the effects found to be its cause
 };
 
 /// What the forward search found.
@@ -51,7 +53,7 @@ inline constexpr double kGate = 0.003;
 
 /// Forward selection over the library: each step takes in the effect of the greatest merit, if its adjusted chance is
 /// below kGate, if parameters from the other folds make all folds but one better, and, after the first, if it takes at
-/// least 5 % of what the first took. At most three. Then the strongest of the axes of leftover.h, under the same gate.
+/// least 5 % of what the first took. At most three. Then what is left (leftover_search.h).
 /// The terms are taken into `model`.
 [[nodiscard]] SearchResult search(CampaignModel& model);
 

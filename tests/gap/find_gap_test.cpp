@@ -104,6 +104,45 @@ TEST(FindGap, NamesGSensitivity) {
   EXPECT_EQ(report.effects[0].sensors, std::vector<Sensor>{Sensor::gyro_z});
 }
 
+// South of the equator, with the latitude entered as north: twice the vertical part is left.
+TEST(FindGap, NamesTheEarthAlsoWhereTheLatitudeHasTheWrongSign) {
+  const Plan plan;
+  constexpr double kEarth_rps = 7.2921e-5;
+  LoggedCampaign campaign = made_up::campaign(plan, [&](Sensor sensor, const Moment& m) {
+    return is_gyro(sensor) ? -kEarth_rps * std::sin(0.9) * m.up[axis_of(sensor)] : 0.0;
+  });
+  for (LoggedRun& run : campaign.runs) run.run.site.latitude_deg = 0.9 * 180.0 / 3.14159265358979;
+  const GapReport report = find_gap(campaign, 1);
+  expect_named(report, "earth_rate");
+  EXPECT_NEAR(report.effects[0].magnitude.value, 2.0 * 0.0041781 * std::sin(0.9), 0.0004);
+}
+
+TEST(FindGap, LocksTheLastRunOfManyAway) {
+  Plan plan;
+  plan.runs = 9;
+  plan.levels = 5;
+  LoggedCampaign campaign = made_up::campaign(
+      plan, [&](Sensor sensor, const Moment& m) { return 2.0 * unit_of(plan, sensor) * (m.supply_v - 5.0) / 0.05; });
+  std::swap(campaign.runs[8].start_utc_s, campaign.runs[3].start_utc_s);
+  GapReport report = find_gap(campaign, 1);
+  ASSERT_TRUE(report.locked);
+  EXPECT_EQ(report.locked->label, campaign.runs[3].run.label);
+  ASSERT_FALSE(report.effects.empty()) << report.reason;
+  const auto& gap = report.locked->gap[0];
+  ASSERT_TRUE(gap && gap->closed_fraction);
+  EXPECT_GT(*gap->closed_fraction, 0.6);
+  EXPECT_FALSE(gap->closed_ci95);
+  // Nothing else has seen it: its readings change no other figure.
+  const double before = report.effects[0].delta_bic;
+  for (Segment& segment : campaign.runs[3].run.segments) {
+    for (Block& block : segment.blocks) block.sensor[0].mean += 1e-4 * block.t_s / 30000.0;
+  }
+  report = find_gap(campaign, 1);
+  EXPECT_EQ(report.effects[0].delta_bic, before);
+  campaign.runs.pop_back();
+  EXPECT_FALSE(find_gap(campaign, 1).locked);
+}
+
 TEST(FindGap, NamesTheEvenOrderOfAnAccelerometer) {
   const Plan plan;
   expect_named(report_of(plan,
@@ -139,6 +178,20 @@ TEST(FindGap, NamesMountingsThatLean) {
                            return 9.81 * (m.up[(i + 1) % 3] * a[(i + 2) % 3] - m.up[(i + 2) % 3] * a[(i + 1) % 3]);
                          }),
                "fixture_tilt");
+}
+
+// What ages moves on within a run too, where it must not pass for a warm-up. No sensor stands out by itself.
+TEST(FindGap, NamesAgeingOfAllSensors) {
+  Plan plan;
+  plan.run_share = 3.0;
+  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
+    return 20.0 * unit_of(plan, sensor) * (100000.0 * m.run + m.t_s) / 500000.0;
+  });
+  EXPECT_EQ(name_of(report.verdict), "named") << report.reason;
+  ASSERT_EQ(report.effects.size(), 1U) << report.reason;
+  EXPECT_EQ(report.effects[0].effect->name, "aging_drift");
+  EXPECT_GE(report.effects[0].sensors.size(), 4U);
+  EXPECT_FALSE(report.leftover);
 }
 
 TEST(FindGap, SaysUnknownOfCreepAfterEachTurn) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "calib/gap/effect.h"
@@ -22,6 +23,16 @@ namespace soak::calib::gap {
 void set_all(Candidate& candidate, const Eigen::MatrixXd& columns);
 void set_gyros(Candidate& candidate, const Eigen::MatrixXd& columns);
 void set_accelerometers(Candidate& candidate, const Eigen::MatrixXd& columns);
+
+/// The candidates of each value of the shape, side by side.
+template <class Grid, class OfShape>
+[[nodiscard]] std::vector<Candidate> over_grid(const Circumstances& circumstances, const Grid& grid, OfShape of_shape) {
+  std::vector<Candidate> list;
+  for (const double value : grid) {
+    for (Candidate& candidate : of_shape(circumstances, value)) list.push_back(std::move(candidate));
+  }
+  return list;
+}
 
 /// Magnitude of a linear term with one parameter (the first): printed unit, then `per` ("/V").
 [[nodiscard]] Magnitude linear_magnitude(Sensor sensor, const Eigen::VectorXd& parameters, double factor,

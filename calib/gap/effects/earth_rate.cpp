@@ -27,12 +27,17 @@ std::vector<Candidate> candidates(const Circumstances& c) {
   return {candidate};
 }
 
-/// The whole vector is the rotation of the Earth, within its error; with the vertical part taken off before, or hidden
-/// from gyros of one axis, it can only be less.
-bool plausible(const Candidate&, const Eigen::VectorXd& theta, const Eigen::MatrixXd& covariance) {
+/// The whole vector is the rotation of the Earth, within its error; hidden from gyros of one axis, it can only be less.
+/// Where its vertical part was taken off by a known latitude, twice as much of that is left if the latitude had the
+/// wrong sign.
+bool plausible(const Circumstances& c, const Candidate&, const Eigen::VectorXd& theta,
+               const Eigen::MatrixXd& covariance) {
   constexpr double kSigmas = 4.0;
   const double error = std::sqrt(std::max(0.0, covariance.trace()));
-  return theta.norm() < 1.1 * base::kEarthRate_rps + kSigmas * error;
+  const double most = 1.1 * base::kEarthRate_rps + kSigmas * error;
+  const double horizontal = theta.tail<2>().norm();
+  if (c.observations.earth_taken_off) return horizontal < most && std::abs(theta(0)) < 2.0 * most;
+  return theta.norm() < most;
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include "calib/gap/effects/list.h"
 
 namespace soak::calib::gap {
@@ -9,6 +11,13 @@ const std::vector<Effect>& library() {
       earth_rate(),         cross_axis(),       fixture_tilt(), scale_nonlinearity(), vibration_rectification(),
       supply_sensitivity()};
   return effects;
+}
+
+bool are_twins(const Effect& a, const Effect& b) {
+  const auto lists = [](const Effect& effect, std::string_view name) {
+    return std::find(effect.twins.begin(), effect.twins.end(), name) != effect.twins.end();
+  };
+  return lists(a, b.name) || lists(b, a.name);
 }
 
 }  // namespace soak::calib::gap

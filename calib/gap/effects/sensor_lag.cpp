@@ -17,17 +17,13 @@ constexpr std::array kTaus_s = {10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0, 128
 constexpr double kLeastFactor = 0.35;
 constexpr double kMostFactor = 2.8;
 
-std::vector<Candidate> candidates(const Circumstances& c) {
-  std::vector<Candidate> list;
-  for (const double tau_s : kTaus_s) {
-    Candidate candidate{.shape = fmt::format("tau {:g} s", tau_s), .shape_values = {tau_s}, .shared = true};
-    const Eigen::VectorXd behind = as_vector(c.courses.lag(tau_s));
-    for (std::size_t s = 0; s < kSensorCount; ++s) {
-      if (c.slope[s].size() > 0) candidate.columns[s] = c.slope[s].cwiseProduct(behind);
-    }
-    list.push_back(std::move(candidate));
+std::vector<Candidate> of_tau(const Circumstances& c, double tau_s) {
+  Candidate candidate{.shape = fmt::format("tau {:.3g} s", tau_s), .shape_values = {tau_s}, .shared = true};
+  const Eigen::VectorXd behind = as_vector(c.courses.lag(tau_s));
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    if (c.slope[s].size() > 0) candidate.columns[s] = c.slope[s].cwiseProduct(behind);
   }
-  return list;
+  return {std::move(candidate)};
 }
 
 }  // namespace
@@ -44,8 +40,9 @@ Effect sensor_lag() {
     if (!c.courses.continuous()) return "the temperature between the plateaus was not logged";
     return c.courses.blurred();
   };
-  effect.candidates = candidates;
-  effect.plausible = [](const Candidate&, const Eigen::VectorXd& theta, const Eigen::MatrixXd&) {
+  effect.candidates = [](const Circumstances& c) { return over_grid(c, kTaus_s, of_tau); };
+  effect.of_shape = of_tau;
+  effect.plausible = [](const Circumstances&, const Candidate&, const Eigen::VectorXd& theta, const Eigen::MatrixXd&) {
     return std::abs(theta(0)) > kLeastFactor && std::abs(theta(0)) < kMostFactor;
   };
   effect.magnitude = [](const Circumstances&, const Candidate& candidate, Sensor, const Eigen::VectorXd& theta) {

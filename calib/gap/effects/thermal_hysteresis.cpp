@@ -15,18 +15,13 @@ namespace {
 
 constexpr std::array kWidths_c = {2.0, 6.0, 15.0, 35.0};
 
-std::vector<Candidate> candidates(const Circumstances& c) {
-  std::vector<Candidate> list;
-  for (const double width_c : kWidths_c) {
-    const Eigen::VectorXd memory = as_vector(c.courses.branch_memory(width_c));
-    Candidate constant{.shape = fmt::format("width {:g} K", width_c), .shape_values = {width_c}};
-    set_all(constant, memory);
-    Candidate shaped{.shape = fmt::format("width {:g} K, linear in temperature", width_c), .shape_values = {width_c}};
-    set_all(shaped, with_temperature_shape(c.observations, memory));
-    list.push_back(std::move(constant));
-    list.push_back(std::move(shaped));
-  }
-  return list;
+std::vector<Candidate> of_width(const Circumstances& c, double width_c) {
+  const Eigen::VectorXd memory = as_vector(c.courses.branch_memory(width_c));
+  Candidate constant{.shape = fmt::format("width {:.3g} K", width_c), .shape_values = {width_c}};
+  set_all(constant, memory);
+  Candidate shaped{.shape = fmt::format("width {:.3g} K, linear in temperature", width_c), .shape_values = {width_c}};
+  set_all(shaped, with_temperature_shape(c.observations, memory));
+  return {std::move(constant), std::move(shaped)};
 }
 
 /// Largest half gap: over the levels, half the difference between the branches.
@@ -56,7 +51,8 @@ Effect thermal_hysteresis() {
   effect.twins = {"temperature_rate", "sensor_lag", "warmup_transient"};
   effect.experiment = "a longer soak (memory stays, what follows the rate dies) and a minor loop that turns halfway";
   effect.missing = [](const Circumstances& c) { return c.courses.blurred(); };
-  effect.candidates = candidates;
+  effect.candidates = [](const Circumstances& c) { return over_grid(c, kWidths_c, of_width); };
+  effect.of_shape = of_width;
   effect.magnitude = magnitude;
   effect.meaning = [](const Circumstances& c, const Candidate& candidate, Sensor sensor) {
     Meaning meaning = temperature_shaped(c, candidate, sensor, "amplitude", "");

@@ -14,15 +14,11 @@ namespace {
 
 constexpr std::array kTaus_s = {100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0};
 
-std::vector<Candidate> candidates(const Circumstances& c) {
+std::vector<Candidate> of_tau(const Circumstances& c, double tau_s) {
   const Eigen::ArrayXd since = as_vector(c.courses.since_power_s()).array();
-  std::vector<Candidate> list;
-  for (const double tau_s : kTaus_s) {
-    Candidate candidate{.shape = fmt::format("tau {:g} s", tau_s), .shape_values = {tau_s}};
-    set_all(candidate, (-since / tau_s).exp().matrix());
-    list.push_back(std::move(candidate));
-  }
-  return list;
+  Candidate candidate{.shape = fmt::format("tau {:.3g} s", tau_s), .shape_values = {tau_s}};
+  set_all(candidate, (-since / tau_s).exp().matrix());
+  return {std::move(candidate)};
 }
 
 }  // namespace
@@ -37,7 +33,8 @@ Effect warmup_transient() {
     if (c.courses.since_power_s().empty()) return "the time since power-on is not known";
     return std::nullopt;
   };
-  effect.candidates = candidates;
+  effect.candidates = [](const Circumstances& c) { return over_grid(c, kTaus_s, of_tau); };
+  effect.of_shape = of_tau;
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0, "");
   };

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// Mechanisms that the library does not have must not pass for one that it has, nor for scatter.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "calib/gap/gap_report.h"
+#include "calib/gap/slow_noise.h"
+#include "tests/gap/made_up_campaign.h"
+
+namespace soak::calib::gap {
+namespace {
+
+using made_up::Hidden;
+using made_up::Moment;
+using made_up::Plan;
+
+double unit_of(const Plan& plan, Sensor sensor) { return is_gyro(sensor) ? plan.gyro_block : plan.accel_block; }
+
+GapReport report_of(const Plan& plan, const Hidden& hidden) { return find_gap(made_up::campaign(plan, hidden), 1); }
+
+void expect_unknown(const GapReport& report, std::string_view axis) {
+  EXPECT_EQ(name_of(report.verdict), "unknown") << report.reason;
+  EXPECT_TRUE(report.effects.empty());
+  ASSERT_TRUE(report.leftover);
+  if (axis.empty()) return;
+  EXPECT_EQ(report.leftover->axis, axis);
+}
+
+/// State of a mechanism that all sensors of a unit share, carried from moment to moment of a run.
+struct State {
+  int run = -1;
+  double t_s = 0.0;
+  double value = 0.0;
+};
+
+/// Water in the package: a share that leaves within an hour where it is hot and comes back in ten hours.
+Hidden water(const Plan& plan, double blocks) {
+  auto state = std::make_shared<State>();
+  return [=](Sensor sensor, const Moment& moment) {
+    if (state->run != moment.run) *state = {moment.run, moment.t_s, 1.0};
+    const double out_ps = moment.temp_c > 45.0 ? 1.0 / 3600.0 : 0.0;
+    const double in_ps = 1.0 / 36000.0;
+    const double settled = in_ps / (in_ps + out_ps);
+    state->value = settled + (state->value - settled) * std::exp(-(moment.t_s - state->t_s) * (in_ps + out_ps));
+    state->t_s = moment.t_s;
+    return blocks * unit_of(plan, sensor) * state->value;
+  };
+}
+
+TEST(Unknown, IsWaterThatDriesOutWhereItIsHot) {
+  for (const double blocks : {4.0, 10.0}) {
+    const Plan plan;
+    expect_unknown(report_of(plan, water(plan, blocks)), "");
+  }
+}
+
+TEST(Unknown, IsABiasThatJumpsToAndFro) {
+  const Plan plan;
+  auto next_s = std::make_shared<State>();
+  auto jumps = std::make_shared<base::Random>(21);
+  const GapReport report = report_of(plan, [=](Sensor sensor, const Moment& moment) {
+    if (next_s->run != moment.run) *next_s = {moment.run, moment.t_s, 1.0};
+    while (next_s->t_s <= moment.t_s) {
+      next_s->value = -next_s->value;
+      next_s->t_s += -1500.0 * std::log(1.0 - jumps->uniform());
+    }
+    return sensor == Sensor::gyro_y ? 2.0 * plan.gyro_block * next_s->value : 0.0;
+  });
+  expect_unknown(report, "time, in another way in each run");
+  EXPECT_EQ(report.leftover->sensors, std::vector<Sensor>{Sensor::gyro_y});
+}
+
+TEST(Unknown, IsABiasThatStepsOnceInEachRun) {
+  const Plan plan;
+  base::Random random(22);
+  std::array<double, 6> when_s{};
+  std::array<double, 6> height{};
+  for (std::size_t r = 0; r < 6; ++r) {
+    when_s.at(r) = 4000.0 + 20000.0 * random.uniform();
+    height.at(r) = random.uniform() < 0.5 ? -3.0 : 3.0;
+  }
+  expect_unknown(report_of(plan,
+                           [&](Sensor sensor, const Moment& moment) {
+                             const auto r = static_cast<std::size_t>(moment.run);
+                             return moment.t_s > when_s.at(r) ? height.at(r) * unit_of(plan, sensor) : 0.0;
+                           }),
+                 "time, in another way in each run");
+}
+
+// It settles with the time since the turn, which no sensitivity to the attitude does.
+TEST(Unknown, IsCreepTowardsTheNewAttitude) {
+  const Plan plan;
+  expect_unknown(report_of(plan,
+                           [&](Sensor sensor, const Moment& moment) {
+                             if (!is_gyro(sensor)) return 0.0;
+                             const double settled = 1.0 - std::exp(-moment.in_placement_s / 60.0);
+                             return 4.0 * plan.gyro_block * settled * (moment.up[0] - 0.5 * moment.up[2]);
+                           }),
+                 "");
+}
+
+TEST(Unknown, IsNotAnEffectWhoseStrengthVariesFromRunToRun) {
+  const Plan plan;
+  const std::array<double, 6> strength = {1.3, 0.7, 1.0, 1.2, 0.8, 1.0};
+  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& moment) {
+    if (!is_gyro(sensor)) return 0.0;
+    const auto k = index_of(sensor);
+    return 3.0 * plan.gyro_block * strength.at(static_cast<std::size_t>(moment.run)) *
+           (moment.up[k] - moment.up[(k + 1) % 3]);
+  });
+  EXPECT_EQ(name_of(report.verdict), "named") << report.reason;
+  ASSERT_FALSE(report.effects.empty());
+  EXPECT_EQ(report.effects[0].effect->name, "g_sensitivity");
+}
+
+// The gate is 0.003: of sixty campaigns none should be above it.
+TEST(SlowNoise, IsNotSeenInScatterWithoutMemory) {
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    Plan plan;
+    plan.seed = 1000 + seed;
+    plan.runs = seed % 3 == 0 ? 3 : 6;
+    plan.visit_share = seed % 2 == 0 ? 0.5 : 2.0;
+    plan.placement_share = plan.visit_share;
+    const LoggedCampaign campaign = made_up::campaign(plan, made_up::nothing());
+    const Observations observations = observe(campaign);
+    const Courses courses(campaign, observations);
+    EXPECT_FALSE(slow_noise(CampaignModel(observations, courses))) << "seed " << plan.seed;
+  }
+}
+
+}  // namespace
+}  // namespace soak::calib::gap
