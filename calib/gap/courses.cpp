@@ -112,11 +112,20 @@ std::optional<std::string> why_blurred(const LoggedCampaign& campaign, const Obs
   return std::nullopt;
 }
 
-std::vector<double> memory_of(const std::vector<double>& temp_c, double width_c) {
+/// Sign of the first move of a course by more than half of kTurn_c; 1 where there is none.
+double first_movement(const std::vector<double>& temp_c) {
+  for (const double c : temp_c) {
+    if (std::abs(c - temp_c.front()) > kTurn_c / 2) return std::copysign(1.0, c - temp_c.front());
+  }
+  return 1.0;
+}
+
+std::vector<double> memory_of(const std::vector<double>& temp_c, double width_c, std::optional<double> along) {
   std::vector<double> memory;
   // The end of a rod that follows the temperature with a play of ±kTurn_c/2: it stands while the course dithers.
   double follower = temp_c.empty() ? 0.0 : temp_c.front();
   double h = follower < kRoom_c ? -1.0 : 1.0;
+  if (along) h = *along * first_movement(temp_c);
   for (const double c : temp_c) {
     const double next = std::clamp(follower, c - kTurn_c / 2, c + kTurn_c / 2);
     const double step = next - follower;
@@ -163,10 +172,13 @@ std::vector<double> Courses::at_observations(const std::vector<std::vector<doubl
   return values;
 }
 
-std::vector<double> Courses::lag(double tau_s) const {
+std::vector<double> Courses::lag(double tau_s, bool under_way) const {
   std::vector<std::vector<double>> of_runs;
   for (const Course& course : courses_) {
     std::vector<double> behind(course.t_s.size(), 0.0);
+    if (under_way && !behind.empty()) {
+      behind[0] = -tau_s * slope_about(course.t_s, course.temp_c, course.t_s.front());
+    }
     for (std::size_t k = 1; k < behind.size(); ++k) {
       // Exact for a straight line between two samples.
       const double dt = course.t_s[k] - course.t_s[k - 1];
@@ -179,9 +191,9 @@ std::vector<double> Courses::lag(double tau_s) const {
   return at_observations(of_runs);
 }
 
-std::vector<double> Courses::branch_memory(double width_c) const {
+std::vector<double> Courses::branch_memory(double width_c, std::optional<double> along) const {
   std::vector<std::vector<double>> of_runs;
-  for (const Course& course : courses_) of_runs.push_back(memory_of(course.temp_c, width_c));
+  for (const Course& course : courses_) of_runs.push_back(memory_of(course.temp_c, width_c, along));
   return at_observations(of_runs);
 }
 

@@ -24,11 +24,12 @@ class Courses {
   /// Slope of the unit's thermometer over four minutes about each observation, K/s.
   [[nodiscard]] const std::vector<double>& rate() const { return rate_; }
   /// Temperature at each observation that a first-order lag makes of the course, less the temperature itself, kelvin.
-  /// It starts each run at rest.
-  [[nodiscard]] std::vector<double> lag(double tau_s) const;
+  /// It starts each run at rest, or, `under_way`, as if the slope of its first two minutes had gone on for long.
+  [[nodiscard]] std::vector<double> lag(double tau_s, bool under_way = false) const;
   /// Memory of the branch, −1 to 1: dh = (sign(dT) − h)(1 − e^{−|dT|/w}) along the course, whose turns of less than
-  /// 0.5 K do not count. Each run starts on the branch that leads from room temperature to its first plateau.
-  [[nodiscard]] std::vector<double> branch_memory(double width_c) const;
+  /// 0.5 K do not count. Each run starts on the branch that leads from room temperature to its first plateau, or, with
+  /// `along`, on the branch of its first movement (1), the opposite one (−1) or between them.
+  [[nodiscard]] std::vector<double> branch_memory(double width_c, std::optional<double> along = {}) const;
   /// Seconds since power-on.
   [[nodiscard]] const std::vector<double>& since_power_s() const { return since_power_; }
   /// Mean over each block; empty where a run has none.

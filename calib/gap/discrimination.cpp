@@ -4,7 +4,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <utility>
 
 namespace soak::calib::gap {
 namespace {
@@ -19,6 +21,16 @@ const Candidate* same_shape(const std::vector<Candidate>& list, const Candidate&
   const auto found =
       std::find_if(list.begin(), list.end(), [&](const Candidate& c) { return c.shape == wanted.shape; });
   return found == list.end() ? nullptr : &*found;
+}
+
+/// The effect's shapes on its grid, and the shape between them that was found, if it is none of those.
+std::vector<Candidate> shapes_of(const Circumstances& c, const NamedEffect& effect) {
+  std::vector<Candidate> list = effect.effect->candidates(c);
+  if (same_shape(list, effect.candidate) != nullptr || !effect.effect->of_shape) return list;
+  for (Candidate& candidate : effect.effect->of_shape(c, effect.candidate.shape_values.front())) {
+    list.push_back(std::move(candidate));
+  }
+  return list;
 }
 
 /// What an effect predicts for a sensor with the parameters that were estimated for it, one row per observation.
@@ -43,7 +55,7 @@ Eigen::MatrixXd terms_of(const Circumstances& c, const std::vector<const NamedEf
   for (const NamedEffect* effect : effects) {
     const bool acts = std::find(effect->sensors.begin(), effect->sensors.end(), sensor) != effect->sensors.end();
     if (!acts) continue;
-    const auto candidates = effect->effect->candidates(c);
+    const auto candidates = shapes_of(c, *effect);
     const Candidate* candidate = same_shape(candidates, effect->candidate);
     if (candidate != nullptr) columns = beside(columns, candidate->columns[index_of(sensor)]);
   }
@@ -80,7 +92,7 @@ Discrimination::Discrimination(const ExtendedCampaign& extended, const NamedEffe
   std::array<const Candidate*, 2> chosen{};
   Eigen::Index next = 0;
   for (std::size_t k = 0; k < 2; ++k) {
-    candidates.at(k) = effects.at(k)->effect->candidates(c);
+    candidates.at(k) = shapes_of(c, *effects.at(k));
     chosen.at(k) = same_shape(candidates.at(k), effects.at(k)->candidate);
     side_.at(k).shared = effects.at(k)->candidate.shared;
     for (const Candidate& candidate : candidates.at(k)) {

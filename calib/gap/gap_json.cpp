@@ -99,6 +99,7 @@ nlohmann::json gap_json(const GapReport& report) {
           {"model", report.model},
           {"verdict", name_of(report.verdict)},
           {"reason", report.reason},
+          {"held_out", name_of(report.held_out)},
           {"effects", effects_json(report)},
           {"suspects", suspects_json(report)},
           {"leftover", std::move(leftover)},

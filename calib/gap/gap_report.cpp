@@ -13,6 +13,7 @@
 
 #include "base/statistics.h"
 #include "calib/gap/narrow_bump.h"
+#include "calib/gap/reduced/branch_report.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -187,8 +188,14 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   report.model = model_version;
   Observations observations = observe(campaign);
   if (observations.rows.empty()) {
-    return cannot_judge(std::move(report),
-                        "no run has a plateau with readings of one-minute blocks; record a soak procedure");
+    if (auto ramp = reduced::ramp_recording(campaign)) {
+      if (auto same = same_readings(ramp->observations)) return cannot_judge(std::move(report), *std::move(same));
+      leave_out_clipped(campaign, ramp->observations);
+      return reduced::judge_branches(campaign, *ramp, std::move(report));
+    }
+    return cannot_judge(
+        std::move(report),
+        "no run has a plateau with readings of one-minute blocks; record a soak procedure, or ramps in one attitude");
   }
   if (observations.run_count() < kLeastRuns) {
     return cannot_judge(std::move(report),

@@ -32,12 +32,20 @@ struct LockedRun {
   std::array<std::optional<SensorGap>, kSensorCount> gap;  ///< fractions without interval: one run has no scatter
 };
 
+/// What the gap's figures have not seen: each run in turn; each branch; each half of the difference of two branches.
+enum class HeldOut { runs, branches, halves };
+
+constexpr std::string_view name_of(HeldOut held_out) {
+  return held_out == HeldOut::runs ? "run" : held_out == HeldOut::branches ? "branch" : "half";
+}
+
 /// What `soak gap find` says of a campaign.
 struct GapReport {
   std::string unit;
   std::int32_t model = 0;
   Verdict verdict = Verdict::none;
-  std::string reason;                 ///< a sentence
+  std::string reason;  ///< a sentence
+  HeldOut held_out = HeldOut::runs;
   std::vector<NamedEffect> effects;   ///< strongest first; empty but for verdict `named`
   std::vector<NextExperiment> next;   ///< of each of `effects`, what would tell it from its rivals
   std::vector<NamedEffect> suspects;  ///< what the search took in before a leftover forbade names
@@ -50,9 +58,9 @@ struct GapReport {
   std::optional<LockedRun> locked;  ///< of campaigns of more than eight runs that could be judged
 };
 
-/// Compares the campaign with its saturated base, searches the library and gives a verdict. With one run: cannot_judge.
-/// Of more than eight runs the last by time (by order, where a run has no Unix time) is locked away before the search
-/// and judged alone.
+/// Compares the campaign with its saturated base, searches the library and gives a verdict. With one run at plateaus:
+/// cannot_judge. Of more than eight runs the last by time (by order, where a run has no Unix time) is locked away before
+/// the search and judged alone. Runs in one attitude without plateaus are judged by their branches.
 [[nodiscard]] GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model);
 
 }  // namespace soak::calib::gap

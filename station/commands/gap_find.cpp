@@ -50,17 +50,24 @@ std::string gap_table(const GapReport& report) {
     const auto& limit = report.detection_limit[calib::index_of(sensor)];
     if (!gap) continue;
     const double factor = calib::printed_per_si(sensor);
-    table.push_back(
-        {std::string(calib::name_of(sensor)), std::string(calib::printed_unit(sensor)),
-         fmt::format("{:.3g}", gap->before_rms * factor), fmt::format("{:.3g}", gap->after_rms * factor),
-         fmt::format("{:.3g}", gap->floor_rms * factor),
-         gap->closed_fraction ? fmt::format("{:.0f} %", 100.0 * *gap->closed_fraction) : "too small to tell",
-         gap->closed_ci95
-             ? fmt::format("{:.0f}..{:.0f} %", 100.0 * gap->closed_ci95->first, 100.0 * gap->closed_ci95->second)
-             : "-",
-         limit ? fmt::format("{:.2g}", *limit * factor) : "-"});
+    table.push_back({std::string(calib::name_of(sensor)), std::string(calib::printed_unit(sensor)),
+                     fmt::format("{:.3g}", gap->before_rms * factor), fmt::format("{:.3g}", gap->after_rms * factor),
+                     fmt::format("{:.3g}", gap->floor_rms * factor),
+                     gap->closed_fraction ? fmt::format("{:.0f} %", 100.0 * *gap->closed_fraction)
+                     : report.held_out == calib::gap::HeldOut::runs ? "too small to tell"
+                                                                    : "-",
+                     gap->closed_ci95 ? fmt::format("{:.0f}..{:.0f} %", 100.0 * gap->closed_ci95->first,
+                                                    100.0 * gap->closed_ci95->second)
+                                      : "-",
+                     limit ? fmt::format("{:.2g}", *limit * factor) : "-"});
   }
   return text_table(table);
+}
+
+std::string_view unseen(calib::gap::HeldOut held_out) {
+  return held_out == calib::gap::HeldOut::runs       ? "runs"
+         : held_out == calib::gap::HeldOut::branches ? "branches"
+                                                     : "halves of the branches' difference";
 }
 
 std::string describe(const GapReport& report) {
@@ -70,11 +77,13 @@ std::string describe(const GapReport& report) {
     text += effect_text(report.effects[e], report.next.at(e).text);
   }
   if (!report.suspects.empty()) {
-    text += "named until the rest turned up:\n";
+    text += "no name is given to:\n";
     for (const NamedEffect& effect : report.suspects) text += effect_text(effect, "");
   }
   if (report.verdict != calib::gap::Verdict::cannot_judge) {
-    text += "\ngap on runs that neither base nor parameters have seen (RMS of one-minute means):\n" + gap_table(report);
+    text += fmt::format("\ngap on {} that neither base nor parameters have seen (RMS of {} means):\n{}",
+                        unseen(report.held_out),
+                        report.held_out == calib::gap::HeldOut::runs ? "one-minute" : "30-second", gap_table(report));
   }
   for (const auto& entry : report.not_testable) text += fmt::format("not testable: {}: {}\n", entry.name, entry.why);
   return text;

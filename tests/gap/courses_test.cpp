@@ -76,6 +76,21 @@ TEST(Courses, MemoryOfTheBranchStaysWhileTheTemperatureStands) {
   EXPECT_NEAR(at(8940.0), -1.0, 0.02);
 }
 
+// A ramp that has gone on for long: a τ behind from the first row. A memory that has come the same way is full.
+TEST(Courses, CanBeUnderWayAtTheStart) {
+  const Course course(3600.0, [](double t_s) { return 70.0 - 0.02 * t_s; });
+  const Courses courses(course.campaign, course.observations);
+  for (const double behind : courses.lag(300.0, true)) EXPECT_NEAR(behind, 0.02 * 300.0, 1e-9);
+  for (const double h : courses.branch_memory(10.0, 1.0)) EXPECT_NEAR(h, -1.0, 1e-9);
+  const auto against = courses.branch_memory(10.0, -1.0);
+  const auto between = courses.branch_memory(10.0, 0.0);
+  for (std::size_t i = 0; i < against.size(); ++i) {
+    const double faded = std::exp(-(0.02 * course.observations.rows[i].t_s - 0.25) / 10.0);
+    EXPECT_NEAR(against[i], -1.0 + 2.0 * faded, 1e-6);
+    EXPECT_NEAR(between[i], -1.0 + faded, 1e-6);
+  }
+}
+
 TEST(Courses, AHoleInTheLogIsTold) {
   Course course(7200.0, [](double) { return 25.0; });
   EXPECT_TRUE(Courses(course.campaign, course.observations).continuous());
