@@ -98,9 +98,14 @@ bool covers(const std::vector<double>& t_s, const Observations& observations, st
   });
 }
 
-std::optional<std::string> why_blurred(const LoggedCampaign& campaign, const Observations& observations) {
+std::optional<std::string> why_coarse(const LoggedCampaign& campaign) {
   const auto& step_c = campaign.thermometer.step;
-  if (step_c && *step_c >= kCoarseStep_c) return fmt::format("the thermometer moves in steps of {:.2g} K", *step_c);
+  if (!step_c || *step_c < kCoarseStep_c) return std::nullopt;
+  return fmt::format("the thermometer moves in steps of {:.2g} K", *step_c);
+}
+
+std::optional<std::string> why_blurred(const LoggedCampaign& campaign, const Observations& observations) {
+  if (auto coarse = why_coarse(campaign)) return coarse;
   const auto& levels = observations.level_c;
   if (levels.size() < kLeastLevels) return "fewer than five plateaus: the slope of the curve is not known well enough";
   for (std::size_t k = 1; k < levels.size(); ++k) {
@@ -139,7 +144,7 @@ std::vector<double> memory_of(const std::vector<double>& temp_c, double width_c,
 }  // namespace
 
 Courses::Courses(const LoggedCampaign& campaign, const Observations& observations)
-    : observations_(observations), blurred_(why_blurred(campaign, observations)) {
+    : observations_(observations), blurred_(why_blurred(campaign, observations)), coarse_(why_coarse(campaign)) {
   for (const std::size_t number : observations.logged) {
     const LoggedRun& run = campaign.runs[number];
     Course course;

@@ -21,6 +21,9 @@ class Courses {
   /// Why what follows the course of the temperature cannot be told from the curve: a thermometer in steps of 0.1 K or
   /// more, fewer than five plateaus, or plateaus more than 20 K apart. Nothing where it can.
   [[nodiscard]] const std::optional<std::string>& blurred() const { return blurred_; }
+  /// Step of a thermometer so coarse (0.1 K or more) that what changes with time cannot be told from a temperature that
+  /// moves within a step, in words; nothing for a fine one.
+  [[nodiscard]] const std::optional<std::string>& coarse() const { return coarse_; }
   /// Slope of the unit's thermometer over four minutes about each observation, K/s.
   [[nodiscard]] const std::vector<double>& rate() const { return rate_; }
   /// Temperature at each observation that a first-order lag makes of the course, less the temperature itself, kelvin.
@@ -50,6 +53,7 @@ class Courses {
   std::vector<Course> courses_;
   bool continuous_ = true;
   std::optional<std::string> blurred_;
+  std::optional<std::string> coarse_;
   std::vector<double> rate_;
   std::vector<double> since_power_;
   std::vector<double> compressor_;

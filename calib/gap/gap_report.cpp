@@ -236,6 +236,9 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   std::move(bump.not_testable.begin(), bump.not_testable.end(), std::back_inserter(report.not_testable));
   decide(std::move(found), std::move(beside.effects), report);
   report.reason += left_out(observations, model);
+  if (const auto& coarse = courses.coarse()) {
+    report.reason += fmt::format("; what changes with time was not looked for: {}", *coarse);
+  }
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
     report.next.push_back(next_experiment(campaign, observations, courses, report.effects, e));
   }

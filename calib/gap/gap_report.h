@@ -59,8 +59,8 @@ struct GapReport {
 };
 
 /// Compares the campaign with its saturated base, searches the library and gives a verdict. With one run at plateaus:
-/// cannot_judge. Of more than eight runs the last by time (by order, where a run has no Unix time) is locked away before
-/// the search and judged alone. Runs in one attitude without plateaus are judged by their branches.
+/// cannot_judge. Of more than eight runs the last by time (by order, where a run has no Unix time) is locked away
+/// before the search and judged alone. Runs in one attitude without plateaus are judged by their branches.
 [[nodiscard]] GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model);
 
 }  // namespace soak::calib::gap

@@ -113,11 +113,13 @@ std::vector<Axis> leftover_axes(const Circumstances& c) {
   if (!c.courses.blurred())
     add(axes, "temperature and direction of the sweep",
         directions_by(o, [](const Observation& row) { return row.level; }));
-  add(axes, "time since the plateau was reached and direction of the sweep",
-      directions_by(o, [](const Observation& row) { return row.order; }));
-  add(axes, "time since the fixture turned",
-      by(o, [](const Observation& row) { return static_cast<int>(row.t_in_placement_s / 60.0); }));
-  add(axes, "order of the positions in a visit", by(o, [](const Observation& row) { return row.order; }));
+  if (!c.courses.coarse()) {
+    add(axes, "time since the plateau was reached and direction of the sweep",
+        directions_by(o, [](const Observation& row) { return row.order; }));
+    add(axes, "time since the fixture turned",
+        by(o, [](const Observation& row) { return static_cast<int>(row.t_in_placement_s / 60.0); }));
+    add(axes, "order of the positions in a visit", by(o, [](const Observation& row) { return row.order; }));
+  }
   if (o.has_positions()) {
     add(axes, "position", by(o, [](const Observation& row) { return row.position; }));
     add(axes, "position before", by(o, [](const Observation& row) { return row.previous; }));
@@ -128,6 +130,7 @@ std::vector<Axis> leftover_axes(const Circumstances& c) {
     add(axes, "position and time since the fixture turned", since_min.asDiagonal() * position);
     add(axes, "position and temperature", reduced_temperature(o).asDiagonal() * position);
   }
+  if (c.courses.coarse()) return axes;
   add_times(c, axes);
   if (!c.courses.chamber_c().empty()) {
     Eigen::VectorXd across = as_vector(c.courses.chamber_c());

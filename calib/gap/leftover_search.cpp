@@ -138,10 +138,12 @@ std::optional<Leftover> strongest(const std::vector<AxisTest>& axes, const std::
 std::optional<Leftover> find_leftover(const CampaignModel& model, const std::vector<NamedEffect>& effects,
                                       double typical, double price) {
   const std::vector<AxisTest> axes = tested_axes(model, typical, price);
-  const auto any = strongest(axes, effects);
+  auto any = strongest(axes, effects);
   if (any && any->forbids_names) return any;
   if (auto found = between_twins(effects)) return found;
   if (auto found = misfit(axes, effects, typical)) return found;
+  // A temperature that is known to a step wanders within it, and the readings with it.
+  if (model.circumstances().courses.coarse()) return any;
   if (auto found = wander(model, effects)) return found;
   return any;
 }

@@ -245,6 +245,29 @@ TEST(FindGap, SurvivesADroppedVisitAndPositionsThatWereMixedUp) {
   EXPECT_TRUE(report.verdict == Verdict::none || report.verdict == Verdict::unknown) << report.reason;
 }
 
+// Visits settle some tenths of a kelvin apart, which such a thermometer does not show: readings change, it does not.
+TEST(FindGap, AThermometerInWholeDegreesNamesNothing) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    Plan plan;
+    plan.seed = seed;
+    LoggedCampaign campaign = made_up::campaign(plan, made_up::nothing());
+    campaign.thermometer.count = 1000;
+    campaign.thermometer.step = 1.0;
+    for (LoggedRun& run : campaign.runs) {
+      for (double& c : run.log.temp_c) c = std::round(c);
+      for (Segment& segment : run.run.segments) {
+        for (Block& block : segment.blocks) {
+          block.temp_c = std::round(block.temp_c);
+          block.sensor_temp_c.fill(block.temp_c);
+        }
+      }
+    }
+    const GapReport report = find_gap(campaign, 1);
+    EXPECT_EQ(report.verdict, Verdict::none) << "seed " << seed << ": " << report.reason;
+    EXPECT_NE(report.reason.find("steps of 1 K"), std::string::npos) << report.reason;
+  }
+}
+
 TEST(FindGap, WithoutLogsSaysWhatCannotBeTested) {
   const Plan plan;
   LoggedCampaign campaign = made_up::campaign(plan, made_up::nothing());

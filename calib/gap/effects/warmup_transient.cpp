@@ -31,7 +31,7 @@ Effect warmup_transient() {
   effect.experiment = "a power cycle in the middle of a run";
   effect.missing = [](const Circumstances& c) -> std::optional<std::string> {
     if (c.courses.since_power_s().empty()) return "the time since power-on is not known";
-    return std::nullopt;
+    return c.courses.coarse();
   };
   effect.candidates = [](const Circumstances& c) { return over_grid(c, kTaus_s, of_tau); };
   effect.of_shape = of_tau;
