@@ -18,8 +18,10 @@ base::Result<TermPart> part_of(const NamedEffect& named, Sensor sensor) {
   const auto count = static_cast<std::size_t>(named.parameters[s].size());
   if (meaning.estimated.size() != count || (count == 0 && meaning.given.empty())) {
     return base::bad_input(
-        fmt::format("{} was named from data that do not give its parameters; record a campaign with plateaus",
-                    named.effect->name),
+        fmt::format(
+            "{} cannot be added to a model: these data name it without parameters (a bump belongs to the curve, "
+            "and a recording without plateaus gives none); choose others with --effect",
+            named.effect->name),
         std::string(name_of(sensor)));
   }
   TermPart part;

@@ -110,34 +110,41 @@ std::pair<double, double> temperature_range(const SimulatedCampaign& campaign) {
   return {low - 2.0, high + 2.0};
 }
 
+/// One panel, or the two of before and after where an effect was accepted.
+std::string panels(const GapComparison& comparison, const Residuals& before, const Residuals& after,
+                   std::string_view unit, svg::Drawing& drawing) {
+  const double most = std::max({1.05 * before.largest(), 1.05 * after.largest(), 1e-12});
+  const auto [low_c, high_c] = temperature_range(comparison.simulated_before);
+  const svg::Scale x{low_c, high_c};
+  const svg::Scale y{-most, most};
+  constexpr std::string_view kTemperature = "temperature (°C)";
+  const bool both = !comparison.terms.empty();
+  svg::Panel upper({kLeft, kTop, kWidth - 12.0, kTop + kPanel}, x, y);
+  upper.axes(both ? "" : kTemperature, fmt::format("model {}{} ({})", comparison.before, both ? ", before" : "", unit));
+  draw(upper, before);
+  drawing.height = kTop + kPanel + 42.0;
+  if (!both) return upper.svg();
+  const double second = kTop + kPanel + kGap;
+  svg::Panel lower({kLeft, second, kWidth - 12.0, second + kPanel}, x, y);
+  lower.axes(kTemperature, fmt::format("model {}, after ({})", comparison.model, unit));
+  draw(lower, after);
+  drawing.height = second + kPanel + 42.0;
+  return upper.svg() + lower.svg();
+}
+
 std::string chart(const GapComparison& comparison, calib::Sensor sensor) {
   const std::size_t s = calib::index_of(sensor);
   const double factor = calib::printed_per_si(sensor);
   const Residuals before = residuals_of(comparison.simulated_before, comparison.runs, s, factor);
   const Residuals after = residuals_of(comparison.simulated_after, comparison.runs, s, factor);
-  const double most = std::max({1.05 * before.largest(), 1.05 * after.largest(), 1e-12});
-  const auto [low_c, high_c] = temperature_range(comparison.simulated_before);
-  const svg::Scale x{low_c, high_c};
-  const svg::Scale y{-most, most};
-  const double second = kTop + kPanel + kGap;
-  svg::Panel upper({kLeft, kTop, kWidth - 12.0, kTop + kPanel}, x, y);
-  svg::Panel lower({kLeft, second, kWidth - 12.0, second + kPanel}, x, y);
-  const std::string unit = html::unit_text(calib::printed_unit(sensor));
-  upper.axes("", fmt::format("model {}, before ({})", comparison.before, unit));
-  lower.axes("temperature (°C)", fmt::format("model {}, after ({})", comparison.model, unit));
-  draw(upper, before);
-  draw(lower, after);
   svg::Drawing drawing;
   drawing.id = fmt::format("gap-{}", calib::name_of(sensor));
   drawing.title = fmt::format("{}: read beyond the simulation", calib::name_of(sensor));
-  drawing.description = fmt::format(
-      "Measured less simulated over temperature, faint marks per position, full ones per visit, each run's own mean "
-      "taken off; above "
-      "with model {}, below with model {}.",
-      comparison.before, comparison.model);
+  drawing.description =
+      "Measured less simulated over temperature: faint marks per position, full ones per visit, each run's own mean "
+      "taken off; where an effect was accepted, before above and after below.";
   drawing.width = kWidth;
-  drawing.height = second + kPanel + 42.0;
-  drawing.content = upper.svg() + lower.svg();
+  drawing.content = panels(comparison, before, after, html::unit_text(calib::printed_unit(sensor)), drawing);
   drawing.legend = {{"run faint", "one position"}, {"run c0", "heating"}, {"run c1", "cooling"}};
   if (!before.other.empty()) drawing.legend.push_back({"run c2", "first plateau"});
   if (!before.fresh.empty()) drawing.legend.push_back({"square fresh", "fresh runs"});
