@@ -240,6 +240,14 @@ void look_for_noise_slope(const Observations& observations, BesideTheMean& resul
       }));
 }
 
+/// A step in LSB of the type's output; in the sensor's unit where the type does not state it.
+Magnitude step_magnitude(const UnitType& type, Sensor sensor, double step) {
+  const double printed = step * printed_per_si(sensor);
+  const auto& lsb = is_gyro(sensor) ? type.gyro_lsb_dps : type.accel_lsb_mps2;
+  if (lsb) return {printed / *lsb, "LSB"};
+  return {printed, std::string(printed_unit(sensor))};
+}
+
 void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
   NamedEffect coarse;
   coarse.effect = &quantization();
@@ -257,8 +265,7 @@ void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
       coarse.sensors.push_back(sensor);
       coarse.meaning[index_of(sensor)].given = {{"step", *facts.step, si_unit(sensor)}};
       const double ratio = *facts.step / facts.noise;
-      if (ratio > coarsest)
-        coarse.magnitude = {*facts.step * printed_per_si(sensor), std::string(printed_unit(sensor))};
+      if (ratio > coarsest) coarse.magnitude = step_magnitude(campaign.type, sensor, *facts.step);
       coarsest = std::max(coarsest, ratio);
     }
     const double share = static_cast<double>(facts.at_rails) / static_cast<double>(facts.count);

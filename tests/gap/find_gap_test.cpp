@@ -268,6 +268,21 @@ TEST(FindGap, AThermometerInWholeDegreesNamesNothing) {
   }
 }
 
+TEST(FindGap, StepsOfTheOutputAreCountedInItsLsb) {
+  LoggedCampaign campaign = made_up::campaign({}, made_up::nothing());
+  campaign.samples[index_of(Sensor::accel_y)] = {.count = 1000, .step = 0.004, .noise = 0.002};
+  const auto found = [&] {
+    const GapReport report = find_gap(campaign, 1);
+    EXPECT_EQ(report.effects.size(), 1U) << report.reason;
+    return report.effects.empty() ? Magnitude{} : report.effects.front().magnitude;
+  };
+  EXPECT_EQ(found().unit, "m/s2");
+  EXPECT_DOUBLE_EQ(found().value, 0.004);
+  campaign.type.accel_lsb_mps2 = 0.002;
+  EXPECT_EQ(found().unit, "LSB");
+  EXPECT_DOUBLE_EQ(found().value, 2.0);
+}
+
 TEST(FindGap, WithoutLogsSaysWhatCannotBeTested) {
   const Plan plan;
   LoggedCampaign campaign = made_up::campaign(plan, made_up::nothing());
