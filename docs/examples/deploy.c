@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What docs/deployment.md shows, as one program; every line of code on that page stands here. */
 #include "SN-0001.h"
+#include "soak_terms.h"
 
 static soak_cal cal;
 
@@ -31,6 +32,15 @@ soak_status correct(float temp_c, const float raw[6], float out[6]) {
   return status;
 }
 /* [apply] */
+
+/* [moving] */
+static soak_terms terms;
+
+soak_status correct_moving(float temp_c, float temp_rate_kps, const float raw[6], float out[6]) {
+  uint32_t flags;
+  return soak_apply_moving(&cal, &terms, temp_c, temp_rate_kps, raw, out, &flags);
+}
+/* [moving] */
 
 /* [uncertainty] */
 float gyro_x_sigma(float temp_c) {
@@ -84,6 +94,7 @@ int main(void) {
   if (!calibration_start() || !self_test()) return 1;
   if (correct(25.0f, raw, out) != SOAK_OK || correct(90.0f, raw, out) != SOAK_CLAMPED) return 2;
   if (!(gyro_x_sigma(25.0f) < 0.02f) || !is_exact_enough(1e-6f)) return 3;
+  if (soak_load_terms(&terms, &cal) < 0 || correct_moving(25.0f, 0.01f, raw, out) != SOAK_OK) return 5;
   if (!(misalignment_sigma(0, 1) <= 0.01f) || !(accel_x_left_over(29.4f) >= 0.0f)) return 4;
   return 0;
 }

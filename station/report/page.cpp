@@ -31,7 +31,7 @@ std::string navigation(const json& sections) {
   for (const std::string_view name : kOrder) {
     if (sensors.contains(name)) html += fmt::format("<li><a href=\"#{0}\">{0}</a></li>\n", name);
   }
-  if (!sections["terms"].empty()) html += "<li><a href=\"#terms\">accepted effects</a></li>\n";
+  if (!html::member(sections, "terms").empty()) html += "<li><a href=\"#terms\">accepted effects</a></li>\n";
   for (const char* id : {"couplings", "noise", "check", "records", "provenance", "reading"}) {
     html += fmt::format("<li><a href=\"#{0}\">{0}</a></li>\n", id);
   }
@@ -53,7 +53,7 @@ std::string body(const json& document) {
     const json& sensor = html::member(sensors, name);
     if (!sensor.is_null()) html += sensor_part(name, sensor);
   }
-  html += terms_part(sections["terms"]);
+  html += terms_part(html::member(sections, "terms"));
   html += couplings_part(sections["couplings"]) + noise_part(sections["noise"]);
   html += check_part(sections["check_standards"]) + records_part(sections["records"]);
   return html + provenance_part(document) + std::string(kHowToRead);

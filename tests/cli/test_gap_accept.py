@@ -25,7 +25,7 @@ class Accept(SoakTest):
     def campaign(self, seed, effects):
         """Six runs as CSV: four to fit, two that no fit sees."""
         programs = Programs(pathlib.Path(os.environ["SOAK_BIN"]).parent, ROOT / "hal" / "sim" / "lab.toml")
-        config = self.write("lab.toml", configuration(programs.lab, {"kind": "identical"}, effects))
+        config = self.write("lab.toml", configuration(programs.lab, {"kind": "identical"}, effects, []))
         programs.run("soaksim-campaign", "--out", self.folder / "csv", "--seed", seed, "--units", 1, "--config", config)
         with open(next((self.folder / "csv" / "campaign").glob("*.csv")), encoding="utf-8", newline="") as file:
             head, *rows = csv.reader(file)

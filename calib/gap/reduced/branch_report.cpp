@@ -223,6 +223,10 @@ GapReport judge_branches(const LoggedCampaign& campaign, const RampRecording& re
   const std::vector<Mechanism> tried = mechanisms(recording, courses);
   const BranchFinding finding = search_branches(judges, tried);
   decide(finding, tried, judges, plan->halves, report);
+  // No procedure repeats a recording without plateaus: the library's sentence stands for the simulated ranking.
+  for (const NamedEffect& named : report.effects) {
+    report.next.push_back({named.rivals.empty() ? std::string() : std::string(named.effect->experiment), {}});
+  }
   report_gaps(finding, judges, report);
   report.not_testable = not_testable_by_branches(tried);
   return report;
