@@ -25,6 +25,9 @@ struct TermPart {
   std::vector<Sensor> sensors;
   std::vector<TermParameter> parameters;  ///< those that were estimated first, then those that define the shape
   std::vector<double> covariance;         ///< of the estimated ones, row by row, in the products of their units
+  /// What is taken off the mechanism: its mean over the procedure, at temperatures in °C, SI; linear between, held
+  /// beyond. For effects of a unit's past, which a deployed file cannot evaluate: its curves keep that mean. Empty = 0.
+  std::vector<std::pair<double, double>> centre;
 
   [[nodiscard]] bool acts_on(Sensor sensor) const;
   /// Value of a parameter; nothing where the part has none of that name.

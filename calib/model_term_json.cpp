@@ -19,7 +19,10 @@ json part_json(const TermPart& part) {
   for (const TermParameter& parameter : part.parameters) {
     parameters.push_back({{"name", parameter.name}, {"value", parameter.value}, {"unit", parameter.unit}});
   }
-  return {{"sensors", std::move(sensors)}, {"parameters", std::move(parameters)}, {"covariance", part.covariance}};
+  return {{"sensors", std::move(sensors)},
+          {"parameters", std::move(parameters)},
+          {"covariance", part.covariance},
+          {"centre", part.centre}};
 }
 
 json gap_json(const TermGap& gap) {
@@ -67,9 +70,17 @@ base::Result<TermPart> part_of(const json& document) {
         {entry.at("name").get<std::string>(), entry.at("value").get<double>(), entry.at("unit").get<std::string>()});
   }
   part.covariance = document.at("covariance").get<std::vector<double>>();
+  part.centre = document.at("centre").get<std::vector<std::pair<double, double>>>();
   const auto side = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(part.covariance.size()))));
   if (side * side != part.covariance.size() || side > part.parameters.size()) {
     return base::corrupt("a covariance that does not belong to the parameters", "accepted term");
+  }
+  for (std::size_t i = 0; i < side; ++i) {
+    if (!(part.covariance[i * side + i] >= 0.0)) return base::corrupt("a negative variance", "accepted term");
+  }
+  for (const char* shape : {"width_c", "tau_s"}) {
+    const auto value = part.value(shape);
+    if (value && !(*value > 0.0)) return base::corrupt(fmt::format("{} must be above 0", shape), "accepted term");
   }
   return part;
 }
@@ -90,7 +101,10 @@ base::Result<ModelTerm> term_of(const json& document) {
   ModelTerm term;
   term.name = document.at("name").get<std::string>();
   term.library = document.at("library").get<std::string>();
-  term.parent_version = document.at("parent_version").get<std::int32_t>();
+  if (!document.at("parent_version").is_number_integer()) {
+    return base::corrupt("parent_version must be a whole number", "accepted term");
+  }
+  term.parent_version = document["parent_version"].get<std::int32_t>();
   term.lab_only = document.at("lab_only").get<bool>();
   for (const json& entry : document.at("parts")) {
     auto part = part_of(entry);

@@ -51,15 +51,23 @@ std::optional<EvenOrderTerm> even_order_of(const std::optional<StatedValue>& sta
 /// Terms that concern the mounting or the lab's procedure and not the unit.
 bool of_the_lab(const ModelTerm& term) { return term.name == "fixture_tilt" || term.name == "earth_rate"; }
 
-void add_g_sensitivity(const ModelTerm& term, Calibration& calibration) {
+/// Gyros that the term does not act on keep what the rows say of how well that is known.
+void add_g_sensitivity(const ModelTerm& term, const std::optional<Coupling>& rows, Calibration& calibration) {
   constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
   calibration.g_sensitivity.emplace();
   calibration.g_sensitivity_uncertainty.emplace();
   calibration.g_sensitivity_uncertainty->readings_only = true;
   for (const Sensor gyro : kSensors) {
-    const TermPart* part = is_gyro(gyro) ? term.part_of(gyro) : nullptr;
-    if (part == nullptr) continue;
+    if (!is_gyro(gyro)) continue;
+    const TermPart* part = term.part_of(gyro);
     for (std::size_t j = 0; j < 3; ++j) {
+      if (part == nullptr) {
+        if (rows) {
+          calibration.g_sensitivity_uncertainty->standard[axis_of(gyro)][j] =
+              standard_uncertainty((*rows)[axis_of(gyro)][j]);
+        }
+        continue;
+      }
       (*calibration.g_sensitivity)[axis_of(gyro)][j] = part->value(kAxes[j]).value_or(0.0);
       if (part->covariance.size() != 9) continue;
       calibration.g_sensitivity_uncertainty->standard[axis_of(gyro)][j] = std::sqrt(part->covariance[4 * j]);
@@ -75,15 +83,16 @@ void add_even_order(const ModelTerm& term, Calibration& calibration) {
       if (!total) total.emplace();
       total->value += part.value("even_order").value_or(0.0);
       if (!part.covariance.empty()) {
-        total->standard_uncertainty = std::hypot(total->standard_uncertainty, std::sqrt(part.covariance.front()));
+        // Both come from the same readings.
+        total->standard_uncertainty = std::max(total->standard_uncertainty, std::sqrt(part.covariance.front()));
       }
     }
   }
 }
 
-void add_term(const ModelTerm& term, Calibration& calibration) {
+void add_term(const ModelTerm& term, const std::optional<Coupling>& g_sensitivity, Calibration& calibration) {
   if (of_the_lab(term)) return;
-  if (term.name == "g_sensitivity") return add_g_sensitivity(term, calibration);
+  if (term.name == "g_sensitivity") return add_g_sensitivity(term, g_sensitivity, calibration);
   if (term.name == "scale_nonlinearity") return add_even_order(term, calibration);
   for (const TermPart& part : term.parts) {
     AcceptedTerm out{term.name, term.lab_only, part.sensors, {}};
@@ -150,7 +159,7 @@ Calibration make_calibration(const UnitModel& model) {
     calibration.misalignment_uncertainty = uncertainty_of(*model.accel_misalignment);
   }
   std::transform(model.even_order.begin(), model.even_order.end(), calibration.even_order.begin(), even_order_of);
-  for (const ModelTerm& term : model.terms) add_term(term, calibration);
+  for (const ModelTerm& term : model.terms) add_term(term, model.g_sensitivity, calibration);
   return calibration;
 }
 

@@ -22,7 +22,10 @@ base::Status take_terms_off(const db::Catalog& catalog, const std::vector<calib:
   if (terms.empty()) return {};
   auto logged = with_logs(catalog, input, false);
   if (!logged) return base::forward_error(logged);
-  for (std::string& sentence : calib::forward::take_off(terms, *logged)) {
+  // Mountings scatter, and the misalignment of the next one is as uncertain as that says: a fit must see it.
+  std::vector<calib::ModelTerm> of_the_unit = terms;
+  std::erase_if(of_the_unit, [](const calib::ModelTerm& term) { return term.name == "fixture_tilt"; });
+  for (std::string& sentence : calib::forward::take_off(of_the_unit, *logged)) {
     warnings.push_back({"term_not_evaluated", std::move(sentence)});
   }
   input.runs.clear();

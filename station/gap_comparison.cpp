@@ -12,6 +12,7 @@
 #include "calib/model_term_json.h"
 #include "station/fit_unit.h"
 #include "station/logged_campaign.h"
+#include "station/reference_rule.h"
 
 namespace soak::station {
 namespace {
@@ -43,11 +44,23 @@ base::Result<SimulatedModel> simulated_model(const db::ModelRow& row) {
   return SimulatedModel{*std::move(calibration), *std::move(terms)};
 }
 
-/// The version that the first of the terms was found missing in.
-std::int32_t version_before(const SimulatedModel& model) {
-  std::int32_t version = model.calibration.model_version;
-  for (const calib::ModelTerm& term : model.terms) version = std::min(version, term.parent_version);
-  return version;
+/// The newest version before a model that carries none of its terms, of the same epoch; the model itself where it
+/// carries none.
+base::Result<db::ModelRow> model_before(const db::Catalog& catalog, const db::ModelRow& row,
+                                        const SimulatedModel& model) {
+  const auto shares = [&](const calib::ModelTerm& term) {
+    return std::any_of(model.terms.begin(), model.terms.end(),
+                       [&](const calib::ModelTerm& other) { return other.name == term.name; });
+  };
+  if (model.terms.empty()) return row;
+  for (std::int32_t version = row.version - 1; version > 0; --version) {
+    auto earlier = model_row(catalog, row.unit, version);
+    if (!earlier) return earlier;
+    const auto terms = calib::model_terms_of(earlier->document);
+    if (!terms) return base::forward_error(terms);
+    if (earlier->epoch == row.epoch && std::none_of(terms->begin(), terms->end(), shares)) return earlier;
+  }
+  return base::bad_input(fmt::format("no version of unit {} before {} is without its effects", row.unit, row.version));
 }
 
 base::Result<calib::UnitInput> runs_to_compare(const db::Catalog& catalog, const calib::Calibration& calibration,
@@ -62,9 +75,21 @@ base::Result<calib::UnitInput> runs_to_compare(const db::Catalog& catalog, const
     if (!run) return base::forward_error(run);
     input->runs.push_back(*std::move(run));
   }
+  std::vector<std::string> campaigns;
+  for (const calib::RunInput& run : input->runs) campaigns.push_back(run.campaign);
+  auto references = references_of_campaigns(catalog, campaigns);
+  if (!references) return base::forward_error(references);
+  input->references = *std::move(references);
   if (!input->runs.empty()) return input;
   return base::bad_input(fmt::format("unit {} has no run to compare{}", calibration.unit,
                                      campaign ? fmt::format(" in campaign '{}'", *campaign) : ""));
+}
+
+/// Whether a term was estimated from a run.
+bool rests_on(const std::vector<calib::ModelTerm>& terms, const std::string& hash) {
+  return std::any_of(terms.begin(), terms.end(), [&](const calib::ModelTerm& term) {
+    return std::find(term.run_hashes.begin(), term.run_hashes.end(), hash) != term.run_hashes.end();
+  });
 }
 
 bool lists(const calib::Calibration& calibration, const std::string& hash) {
@@ -138,7 +163,7 @@ base::Result<GapComparison> compare_gap(const db::Catalog& catalog, const std::s
   if (!row) return base::forward_error(row);
   const auto after = simulated_model(*row);
   if (!after) return base::forward_error(after);
-  const auto row_before = model_row(catalog, unit, version_before(*after));
+  const auto row_before = model_before(catalog, *row, *after);
   if (!row_before) return base::forward_error(row_before);
   const auto before = simulated_model(*row_before);
   if (!before) return base::forward_error(before);
@@ -152,9 +177,10 @@ base::Result<GapComparison> compare_gap(const db::Catalog& catalog, const std::s
   comparison.before = row_before->version;
   comparison.terms = after->terms;
   for (const calib::RunInput& run : input->runs) {
-    comparison.runs.push_back(
-        {run.label, run.run_id,
-         lists(after->calibration, run.content_sha256) || lists(before->calibration, run.content_sha256)});
+    comparison.runs.push_back({run.label, run.run_id,
+                               rests_on(after->terms, run.content_sha256) ||
+                                   lists(after->calibration, run.content_sha256) ||
+                                   lists(before->calibration, run.content_sha256)});
   }
   const auto logged = with_logs(catalog, *std::move(input), false);
   if (!logged) return base::forward_error(logged);

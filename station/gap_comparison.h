@@ -19,7 +19,7 @@ namespace soak::station {
 struct ComparedRun {
   std::string label;
   std::string run_id;
-  bool fitted = false;  ///< either of the models was fitted to it
+  bool fitted = false;  ///< either of the models was fitted to it, or a term rests on it
 };
 
 /// How far simulations with a model before and after its accepted effects are from what one sensor read, over some

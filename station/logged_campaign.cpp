@@ -9,6 +9,7 @@
 
 #include "base/statistics.h"
 #include "calib/gap/run_log.h"
+#include "calib/gravity.h"
 #include "db/run_file.h"
 #include "station/fit_unit.h"
 #include "station/recording_reader.h"
@@ -64,6 +65,7 @@ base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, c
       if (auto looked = look_at_samples(*file, input.unit, logged.samples); !looked) return base::forward_error(looked);
     }
     entry.run = std::move(run);
+    entry.run.site = calib::with_reference_gravity(entry.run.site, input.references);
     logged.runs.push_back(std::move(entry));
   }
   return logged;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <string_view>
 
 #include "calib/body_frame.h"
@@ -34,6 +35,16 @@ struct Inputs {
   }
 };
 
+double centre_at(const TermPart& part, double temp_c) {
+  if (part.centre.empty()) return 0.0;
+  const auto above = std::lower_bound(part.centre.begin(), part.centre.end(), temp_c,
+                                      [](const auto& point, double c) { return point.first < c; });
+  if (above == part.centre.begin()) return part.centre.front().second;
+  if (above == part.centre.end()) return part.centre.back().second;
+  const auto below = above - 1;
+  return std::lerp(below->second, above->second, (temp_c - below->first) / (above->first - below->first));
+}
+
 constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
 
 Series temperature(const gap::LoggedRun& run) { return series_of(run.log, run.log.temp_c); }
@@ -50,16 +61,31 @@ double g_sensitivity(const Inputs& in) {
   return sum;
 }
 
+/// Angle of a run about the mean of all that are listed: that mean is misalignment. 0 for a run that is not.
+double tilt_angle(const Inputs& in, std::size_t axis) {
+  const std::string prefix = std::string(kAxes[axis]) + "@";
+  const auto own = in.part.value(prefix + in.run.run.run_id);
+  if (!own) return 0.0;
+  double mean = 0.0;
+  double count = 0.0;
+  for (const TermParameter& parameter : in.part.parameters) {
+    if (!parameter.name.starts_with(prefix)) continue;
+    count += 1.0;
+    mean += (parameter.value - mean) / count;
+  }
+  return *own - mean;
+}
+
 /// A rotation of the unit on its fixture turns the force that it feels: f + f × angle.
 double fixture_tilt(const Inputs& in) {
-  const auto angle = [&](std::size_t axis) { return in.number(std::string(kAxes[axis]) + "@" + in.run.run.run_id); };
+  const auto angle = [&](std::size_t axis) { return tilt_angle(in, axis); };
   const std::size_t next = (in.axis + 1) % 3;
   const std::size_t last = (in.axis + 2) % 3;
   return in.force[next] * angle(last) - in.force[last] * angle(next);
 }
 
 double earth_rate(const Inputs& in) {
-  if (!in.moment.segment->position) return 0.0;
+  if (!in.moment.segment->position || turns(*in.moment.segment)) return 0.0;
   const Frame frame = frame_of(*in.moment.segment->position, 0.0);
   return in.number("up") * frame.up[in.axis] + in.number("north") * frame.north[in.axis] +
          in.number("east") * frame.east[in.axis];
@@ -161,7 +187,7 @@ double Mechanisms::contribution(Sensor sensor, const Moment& moment) const {
     in.force = force_mps2(*moment.segment, gravity_mps2_, sign_at_rest_);
     in.axis = axis_of(sensor);
     if (!prepared.course.empty()) in.course = prepared.at(moment);
-    sum += prepared.mechanism->contribution(in);
+    sum += prepared.mechanism->contribution(in) - centre_at(*prepared.part, moment.temp_c);
   }
   return sum;
 }
@@ -173,6 +199,31 @@ double Mechanisms::element_temp_c(Sensor sensor, const Moment& moment) const {
     temp_c += prepared.part->value("factor").value_or(1.0) * prepared.at(moment);
   }
   return temp_c;
+}
+
+void centre(const gap::LoggedCampaign& campaign, std::vector<ModelTerm>& terms) {
+  for (ModelTerm& term : terms) {
+    if (term.name != "thermal_hysteresis" && term.name != "warmup_transient") continue;
+    const std::vector<ModelTerm> alone = {term};
+    for (TermPart& part : term.parts) {
+      std::map<double, std::array<double, 3>> plateaus;  // set point: blocks, sums of temperature and of what is added
+      for (const gap::LoggedRun& run : campaign.runs) {
+        const Mechanisms mechanisms(alone, run, campaign.type.sign_at_rest);
+        for (const Segment& segment : run.run.segments) {
+          if (segment.phase != Phase::soak || !segment.plateau_c) continue;
+          for (const Block& block : segment.blocks) {
+            auto& [blocks, temp_c, added] = plateaus[*segment.plateau_c];
+            const Moment moment{&segment, block.t_s, 0.5 * block.duration_s, block.temp_c};
+            blocks += 1.0;
+            temp_c += block.temp_c;
+            added += mechanisms.contribution(part.sensors.front(), moment);
+          }
+        }
+      }
+      for (const auto& [set_c, sums] : plateaus) part.centre.emplace_back(sums[1] / sums[0], sums[2] / sums[0]);
+      std::sort(part.centre.begin(), part.centre.end());
+    }
+  }
 }
 
 Vector3 force_mps2(const Segment& segment, double gravity_mps2, int sign_at_rest) {

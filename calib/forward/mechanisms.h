@@ -52,6 +52,10 @@ class Mechanisms {
   std::vector<std::string> left_out_;
 };
 
+/// Completes terms of a unit's past (`thermal_hysteresis`, `warmup_transient`) with their mean over the blocks of each
+/// plateau (TermPart::centre): the curves of a file that cannot evaluate them must keep that mean.
+void centre(const gap::LoggedCampaign& campaign, std::vector<ModelTerm>& terms);
+
 /// Specific force of a unit at rest in a segment's position, along its axes, m/s², signed as the unit reads it; zero
 /// where the position is not known.
 [[nodiscard]] Vector3 force_mps2(const Segment& segment, double gravity_mps2, int sign_at_rest);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/forward/mechanisms.h"
 #include "calib/gap/acceptance.h"
 #include "calib/gap/gap_json.h"
 #include "calib/model_term_json.h"
@@ -59,6 +60,7 @@ std::string describe(const calib::ModelTerm& term) {
 }
 
 base::Status print(const calib::UnitModel& model, std::int32_t parent, Output& output) {
+  for (const calib::Warning& warning : model.warnings) output.note("warning: " + warning.text);
   if (output.json()) {
     return output.print_json({{"unit", model.unit},
                               {"parent", parent},
@@ -72,7 +74,7 @@ base::Status print(const calib::UnitModel& model, std::int32_t parent, Output& o
   return {};
 }
 
-/// An effect that a model carries and that is named again is replaced: what is named is what is still missing.
+/// What is named again is what is still missing: a second term of one name would hide that the first is wrong.
 base::Status refuse_twice(const std::vector<calib::ModelTerm>& carried, const std::vector<calib::ModelTerm>& found) {
   for (const calib::ModelTerm& term : found) {
     const bool known = std::any_of(carried.begin(), carried.end(),
@@ -98,6 +100,7 @@ base::Status run_gap_accept(const GapAcceptCommand& command, Output& output) {
   auto found = calib::gap::accepted_terms(search->campaign, search->report, command.effects);
   if (!found) return base::forward_error(found);
   if (auto twice = refuse_twice(search->terms, *found); !twice) return twice;
+  calib::forward::centre(search->campaign, *found);
   std::string names;
   for (const calib::ModelTerm& term : *found) names += (names.empty() ? "" : ", ") + term.name;
   std::vector<calib::ModelTerm> terms = search->terms;

@@ -157,10 +157,11 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   if (!warnings) return base::forward_error(warnings);
   const auto terms = calib::model_terms_of(model->document);
   if (!terms) return base::forward_error(terms);
-  // Rows are shown as the curve was fitted: less the accepted terms.
+  // Rows are shown as the curve was fitted: less the accepted terms. Fresh runs are judged as `soak verify` does:
+  // whole.
   const auto fitted = input_less_terms(catalog, *calibration, *runs, RunUse::fitted, *terms, *warnings);
   if (!fitted) return base::forward_error(fitted);
-  const auto fresh = input_less_terms(catalog, *calibration, *runs, RunUse::fresh, *terms, *warnings);
+  const auto fresh = input_of(catalog, *calibration, *runs, RunUse::fresh);
   if (!fresh) return base::forward_error(fresh);
 
   const auto limits = limits_for(request, *calibration);

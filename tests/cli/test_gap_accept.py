@@ -51,6 +51,7 @@ class Accept(SoakTest):
         term = accepted["terms"][0]
         self.assertEqual((term["name"], term["parent_version"], term["lab_only"]), ("thermal_hysteresis", 1, True))
         self.assertEqual(len(term["run_hashes"]), 4)
+        self.assertEqual(len(term["parts"][0]["centre"]), 7)
         hit = found["effects"][0]["sensors"]
         self.assertEqual(sorted(sensor for part in term["parts"] for sensor in part["sensors"]), sorted(hit))
 

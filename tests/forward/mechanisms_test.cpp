@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "calib/forward/take_off.h"
 #include "calib/gap/acceptance.h"
@@ -83,8 +85,8 @@ TEST(Mechanisms, SayWhatTheRegressorsSaidThatFoundThem) {
   const gap::CampaignModel model(rows, courses);
   int compared = 0;
   for (const gap::Effect& effect : gap::library()) {
-    // A lag moves the temperature that curves are read at: LagsMoveTemperatures.
-    if (effect.name == "sensor_lag") continue;
+    // A lag moves the temperature that curves are read at: LagsMoveTemperatures. Tilts count about their mean.
+    if (effect.name == "sensor_lag" || effect.name == "fixture_tilt") continue;
     ASSERT_FALSE(effect.missing(model.circumstances())) << effect.name;
     for (const gap::Candidate& candidate : effect.candidates(model.circumstances())) {
       const ModelTerm term = term_of(campaign, effect, model.circumstances(), candidate);
@@ -93,6 +95,52 @@ TEST(Mechanisms, SayWhatTheRegressorsSaidThatFoundThem) {
     }
   }
   EXPECT_GT(compared, 20);
+}
+
+TEST(Mechanisms, TiltsOfTheRunsCountAboutTheirMean) {
+  const LoggedCampaign campaign = made_up::campaign({.runs = 3}, made_up::nothing());
+  ModelTerm tilt;
+  tilt.name = "fixture_tilt";
+  tilt.parts = {{{Sensor::accel_x, Sensor::accel_y, Sensor::accel_z},
+                 {{"z@R2", 0.003, "rad"}, {"z@R3", 0.006, "rad"}, {"z@R1", 0.0, "rad"}},
+                 {}}};
+  const std::vector<ModelTerm> terms = {tilt};
+  const auto of_run = [&](std::size_t run) {
+    const Mechanisms mechanisms(terms, campaign.runs[run], 1);
+    const auto& segments = campaign.runs[run].run.segments;
+    const auto up_y = std::find_if(segments.begin(), segments.end(),
+                                   [](const Segment& segment) { return segment.position->label == "+Y"; });
+    return mechanisms.contribution(Sensor::accel_x, {&*up_y, up_y->t_start_s, 0.0, 20.0});
+  };
+  // With +Y up a turn about z brings gravity into x.
+  EXPECT_NEAR(of_run(1) - of_run(0), 9.81 * 0.003, 1e-9);
+  EXPECT_NEAR(of_run(2) - of_run(0), 9.81 * 0.006, 1e-9);
+  EXPECT_NEAR(of_run(0) + of_run(1) + of_run(2), 0.0, 1e-9);
+}
+
+TEST(Mechanisms, APastIsTakenOffAboutItsMeanAtEachTemperature) {
+  LoggedCampaign campaign = made_up::campaign({.runs = 2}, made_up::nothing());
+  const LoggedCampaign recorded = campaign;
+  std::vector<ModelTerm> terms(1);
+  terms[0].name = "thermal_hysteresis";
+  terms[0].parts = {{{Sensor::gyro_x}, {{"amplitude", 1e-3, "rad/s"}, {"width_c", 6.0, "K"}}, {}, {}}};
+  centre(campaign, terms);
+  ASSERT_EQ(terms[0].parts[0].centre.size(), 7U);
+  EXPECT_TRUE(take_off(terms, campaign).empty());
+  std::map<double, double> taken;
+  double largest = 0.0;
+  for (std::size_t r = 0; r < 2; ++r) {
+    for (std::size_t k = 0; k < campaign.runs[r].run.segments.size(); ++k) {
+      const Segment& before = recorded.runs[r].run.segments[k];
+      for (std::size_t b = 0; b < before.blocks.size(); ++b) {
+        const double off = before.blocks[b].sensor[0].mean - campaign.runs[r].run.segments[k].blocks[b].sensor[0].mean;
+        taken[*before.plateau_c] += off;
+        largest = std::max(largest, std::abs(off));
+      }
+    }
+  }
+  EXPECT_GT(largest, 5e-4);
+  for (const auto& [set_c, sum] : taken) EXPECT_NEAR(sum / 72.0, 0.0, 2e-5) << set_c;
 }
 
 TEST(Mechanisms, LagsMoveTemperatures) {

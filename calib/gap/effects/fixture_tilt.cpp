@@ -59,6 +59,9 @@ Effect fixture_tilt() {
   };
   effect.meaning = [](const Circumstances& c, const Candidate&, Sensor) {
     Meaning meaning;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      meaning.given.push_back({axis_name(axis) + "@" + c.observations.run_ids.front(), 0.0, "rad"});
+    }
     for (std::size_t run = 1; run < c.observations.run_ids.size(); ++run) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         meaning.estimated.push_back({axis_name(axis) + "@" + c.observations.run_ids[run], "rad"});
