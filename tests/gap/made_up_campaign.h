@@ -15,6 +15,15 @@
 /// Campaigns of one unit made up block by block, from physics written down here anew, with an effect of the test's own.
 namespace soak::calib::gap::made_up {
 
+/// Fewer of what a test repeats for more certainty where every step is checked, and slow.
+constexpr std::uint64_t fewer_under_sanitizers(std::uint64_t count) {
+#if defined(__SANITIZE_ADDRESS__)
+  return count < 4 ? 1 : count / 4;
+#else
+  return count;
+#endif
+}
+
 /// The state of a unit at one moment of a run.
 struct Moment {
   int run = 0;
