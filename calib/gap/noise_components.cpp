@@ -7,21 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include "calib/gap/running_mean.h"
+
 namespace soak::calib::gap {
 namespace {
 
 constexpr double kEnough = 10.0;  ///< degrees of freedom from which replicates say how visits scatter
-
-/// Mean of what was added.
-struct Mean {
-  double count = 0.0;
-  double value = 0.0;
-
-  void add(double x) {
-    count += 1.0;
-    value += (x - value) / count;
-  }
-};
 
 /// Sum of squares about group means, pooled.
 struct Pool {

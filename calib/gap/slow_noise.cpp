@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/statistics.h"
+#include "calib/gap/running_mean.h"
 #include "calib/gap/search.h"
 #include "calib/gap/sensor_sets.h"
 
@@ -21,17 +22,6 @@ constexpr Eigen::Index kWaves = 4;  ///< half waves over a run: the low frequenc
 constexpr double kSlowGate = 0.1 * kGate;
 constexpr double kLeastDof = 6.0;         ///< of the scatter that low frequencies are compared with
 constexpr double kLeastPlacements = 4.0;  ///< in a visit whose slope and bow are looked at
-
-/// Mean of what was added.
-struct Mean {
-  double count = 0.0;
-  double value = 0.0;
-
-  void add(double x) {
-    count += 1.0;
-    value += (x - value) / count;
-  }
-};
 
 /// Squares of low frequencies and of the others, with their degrees of freedom.
 struct Spectrum {

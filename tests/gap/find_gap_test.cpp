@@ -15,25 +15,10 @@ namespace soak::calib::gap {
 namespace {
 
 using made_up::Hidden;
+using made_up::hysteresis;
 using made_up::Moment;
 using made_up::Plan;
-
-double unit_of(const Plan& plan, Sensor sensor) { return is_gyro(sensor) ? plan.gyro_block : plan.accel_block; }
-
-/// A rod with play: follows the temperature 15 K behind on both sides.
-Hidden hysteresis(const Plan& plan) {
-  auto rods = std::make_shared<std::array<double, kSensorCount>>();
-  auto runs = std::make_shared<std::array<int, kSensorCount>>();
-  runs->fill(-1);
-  return [=](Sensor sensor, const Moment& moment) {
-    double& rod = rods->at(index_of(sensor));
-    int& run = runs->at(index_of(sensor));
-    if (run != moment.run) rod = moment.temp_c + 15.0;
-    run = moment.run;
-    rod = std::clamp(rod, moment.temp_c - 15.0, moment.temp_c + 15.0);
-    return unit_of(plan, sensor) * (moment.temp_c - rod) / 15.0;
-  };
-}
+using made_up::unit_of;
 
 GapReport report_of(const Plan& plan, const Hidden& hidden) { return find_gap(made_up::campaign(plan, hidden), 3); }
 

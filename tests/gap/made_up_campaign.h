@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -153,6 +154,24 @@ inline LoggedCampaign campaign(const Plan& plan, const Hidden& hidden) {
     made.runs.push_back(std::move(run));
   }
   return made;
+}
+
+/// Standard deviation of a block's noise.
+inline double unit_of(const Plan& plan, Sensor sensor) { return is_gyro(sensor) ? plan.gyro_block : plan.accel_block; }
+
+/// A rod with play: follows the temperature 15 K behind on both sides.
+inline Hidden hysteresis(const Plan& plan) {
+  auto rods = std::make_shared<std::array<double, kSensorCount>>();
+  auto runs = std::make_shared<std::array<int, kSensorCount>>();
+  runs->fill(-1);
+  return [=](Sensor sensor, const Moment& moment) {
+    double& rod = rods->at(index_of(sensor));
+    int& run = runs->at(index_of(sensor));
+    if (run != moment.run) rod = moment.temp_c + 15.0;
+    run = moment.run;
+    rod = std::clamp(rod, moment.temp_c - 15.0, moment.temp_c + 15.0);
+    return unit_of(plan, sensor) * (moment.temp_c - rod) / 15.0;
+  };
 }
 
 inline Hidden nothing() {

@@ -16,8 +16,7 @@ namespace {
 using made_up::Hidden;
 using made_up::Moment;
 using made_up::Plan;
-
-double unit_of(const Plan& plan, Sensor sensor) { return is_gyro(sensor) ? plan.gyro_block : plan.accel_block; }
+using made_up::unit_of;
 
 GapReport report_of(const Plan& plan, const Hidden& hidden) { return find_gap(made_up::campaign(plan, hidden), 1); }
 
