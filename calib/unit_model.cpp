@@ -69,8 +69,10 @@ void add_g_sensitivity(const ModelTerm& term, const std::optional<Coupling>& row
         continue;
       }
       (*calibration.g_sensitivity)[axis_of(gyro)][j] = part->value(kAxes[j]).value_or(0.0);
-      if (part->covariance.size() != 9) continue;
-      calibration.g_sensitivity_uncertainty->standard[axis_of(gyro)][j] = std::sqrt(part->covariance[4 * j]);
+      auto& standard = calibration.g_sensitivity_uncertainty->standard[axis_of(gyro)];
+      if (part->covariance.size() == 9) standard[j] = std::sqrt(part->covariance[4 * j]);
+      // A term of the force along the gyro's own axis alone.
+      if (part->covariance.size() == 1 && j == axis_of(gyro)) standard[j] = std::sqrt(part->covariance[0]);
     }
   }
 }

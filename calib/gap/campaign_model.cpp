@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/campaign_model.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 
@@ -30,6 +31,11 @@ CampaignModel::CampaignModel(const Observations& observations, const Courses& co
   residuals_.runs = observations.run_count();
   residuals_.levels = observations.level_count();
   fit();
+}
+
+Circumstances CampaignModel::circumstances() const {
+  return {observations_, courses_, slope_,
+          [this](Sensor sensor, const std::vector<double>& temp_c) { return read_at(sensor, temp_c); }};
 }
 
 void CampaignModel::take_in(const Candidate& candidate, const std::vector<Sensor>& sensors,
@@ -73,6 +79,27 @@ Eigen::VectorXd CampaignModel::prediction_variance(Sensor sensor, int run) const
   return spread.rowwise().squaredNorm();
 }
 
+/// By normal equations with columns of unit length: many temperatures are tried.
+Eigen::VectorXd CampaignModel::read_at(Sensor sensor, const std::vector<double>& temp_c) const {
+  constexpr double kRidge = 1e-12;
+  const std::size_t s = index_of(sensor);
+  const SensorResidual& present = *residuals_.sensor[s];
+  const Eigen::MatrixXd base = base_design(observations_, sensor, temp_c).columns;
+  Eigen::MatrixXd columns(base.rows(), base.cols() + terms_[s].cols());
+  columns << base, terms_[s];
+  const Eigen::MatrixXd white = present.whiten(columns);
+  const Eigen::VectorXd readings = present.residual() + present.whiten(columns_[s]) * present.coefficients();
+  Eigen::MatrixXd normal = white.transpose() * white;
+  normal.diagonal() += prior_[s].cwiseAbs2();
+  Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
+  for (double& x : scale) x = x > 0.0 ? 1.0 / x : 0.0;
+  normal = scale.asDiagonal() * normal * scale.asDiagonal();
+  normal.diagonal().array() += kRidge;
+  const Eigen::VectorXd wanted = scale.asDiagonal() * (white.transpose() * readings);
+  const Eigen::VectorXd coefficients = scale.asDiagonal() * normal.ldlt().solve(wanted);
+  return (base - columns_[s].leftCols(base.cols())) * coefficients.head(base.cols());
+}
+
 std::vector<double> CampaignModel::run_offsets(Sensor sensor) const {
   const Eigen::VectorXd& coefficients = residuals_.sensor[index_of(sensor)]->coefficients();
   const Eigen::Index offsets = observations_.run_count() - 1;
@@ -112,6 +139,7 @@ void CampaignModel::fit(Sensor sensor) {
     if (!scatters(noise)) return residuals_.sensor[s].reset();
   }
   residuals_.noise[s] = noise;
+  prior_[s] = prior;
   slope_[s] = base_slope(observations_, sensor, temp_c_[s], residuals_.sensor[s]->coefficients());
 }
 

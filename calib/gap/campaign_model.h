@@ -18,7 +18,8 @@ class CampaignModel {
   CampaignModel(const Observations& observations, const Courses& courses, std::optional<int> without_run = {});
 
   [[nodiscard]] const Residuals& residuals() const { return residuals_; }
-  [[nodiscard]] Circumstances circumstances() const { return {observations_, courses_, slope_}; }
+  /// Must not outlive the model.
+  [[nodiscard]] Circumstances circumstances() const;
   /// Adds a term to the base of the given sensors and fits anew. Sensors with parameters of their own get the term's
   /// columns; of a shared term they get one column that carries `common`.
   void take_in(const Candidate& candidate, const std::vector<Sensor>& sensors, const Eigen::VectorXd& common);
@@ -33,6 +34,7 @@ class CampaignModel {
  private:
   void fit();
   void fit(Sensor sensor);
+  [[nodiscard]] Eigen::VectorXd read_at(Sensor sensor, const std::vector<double>& temp_c) const;
 
   const Observations& observations_;
   const Courses& courses_;
@@ -40,6 +42,7 @@ class CampaignModel {
   std::array<std::vector<double>, kSensorCount> temp_c_;
   std::array<Eigen::MatrixXd, kSensorCount> terms_;
   std::array<Eigen::MatrixXd, kSensorCount> columns_;
+  std::array<Eigen::VectorXd, kSensorCount> prior_;
   std::array<Eigen::VectorXd, kSensorCount> slope_;
   Residuals residuals_;
 };

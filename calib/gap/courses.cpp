@@ -11,6 +11,7 @@ namespace soak::calib::gap {
 namespace {
 
 constexpr double kHole_s = 300.0;
+constexpr double kHoles = 0.05;          ///< share of the time that may be missing: a visit or two
 constexpr double kHalfWindow_s = 120.0;  ///< of the slope of the temperature
 constexpr double kHalfBlock_s = 30.0;
 constexpr double kTurn_c = 0.5;  ///< noise and drift of a plateau are no turn of the course
@@ -145,18 +146,23 @@ std::vector<double> memory_of(const std::vector<double>& temp_c, double width_c,
 
 Courses::Courses(const LoggedCampaign& campaign, const Observations& observations)
     : observations_(observations), blurred_(why_blurred(campaign, observations)), coarse_(why_coarse(campaign)) {
+  double holes_s = 0.0;
+  double logged_s = 0.0;
   for (const std::size_t number : observations.logged) {
     const LoggedRun& run = campaign.runs[number];
     Course course;
     for (std::size_t k = 0; k < run.log.t_s.size(); ++k) {
       if (!std::isfinite(run.log.temp_c[k])) continue;
-      if (!course.t_s.empty() && run.log.t_s[k] - course.t_s.back() > kHole_s) continuous_ = false;
+      const double step_s = course.t_s.empty() ? 0.0 : run.log.t_s[k] - course.t_s.back();
+      logged_s += step_s;
+      if (step_s > kHole_s) holes_s += step_s;
       course.t_s.push_back(run.log.t_s[k]);
       course.temp_c.push_back(run.log.temp_c[k]);
     }
     courses_.push_back(std::move(course));
     continuous_ = continuous_ && covers(courses_.back().t_s, observations, courses_.size() - 1);
   }
+  continuous_ = continuous_ && holes_s <= kHoles * logged_s;
   for (const Observation& row : observations.rows) {
     const auto r = static_cast<std::size_t>(row.run);
     rate_.push_back(slope_about(courses_[r].t_s, courses_[r].temp_c, row.t_s));

@@ -16,7 +16,8 @@ class Courses {
  public:
   Courses(const LoggedCampaign& campaign, const Observations& observations);
 
-  /// Whether the logs cover the time between the plateaus: nowhere a hole of more than five minutes.
+  /// Whether the logs cover the time between the plateaus: holes of more than five minutes make up a twentieth of it at
+  /// most. Over a hole the course is taken for a straight line.
   [[nodiscard]] bool continuous() const { return continuous_; }
   /// Why what follows the course of the temperature cannot be told from the curve: a thermometer in steps of 0.1 K or
   /// more, fewer than five plateaus, or plateaus more than 20 K apart. Nothing where it can.

@@ -37,6 +37,10 @@ struct Circumstances {
   /// Slope of the present model against temperature at each observation, SI per kelvin: what a wrong temperature costs.
   /// Empty for a sensor without readings.
   const std::array<Eigen::VectorXd, kSensorCount>& slope;
+  /// What a sensor with readings would read beyond the present model, had its base always been one of these
+  /// temperatures (one per observation) and been fitted as such, SI. Absent where nothing was read: then the slope is
+  /// all that is known.
+  std::function<Eigen::VectorXd(Sensor, const std::vector<double>& temp_c)> read_at = {};
 };
 
 /// Size of an effect as the design page names it.

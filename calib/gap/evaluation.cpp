@@ -41,6 +41,7 @@ void of_shared(const CandidateTest& test, const Candidate& candidate, double typ
   result.p = p_value(*test.shared, typical);
   result.supporting_folds = test.shared->supporting_folds();
   result.judged_folds = test.shared->judged_folds();
+  result.gain_beside_best_fold = test.shared->gain_beside_best_fold();
   result.gain = worth(*test.shared, typical);
   result.merit = result.gain - price * (test.shared->dof + static_cast<double>(candidate.shape_values.size()));
   for (const Sensor sensor : kSensors) {
@@ -53,6 +54,7 @@ void of_sensors(const CandidateTest& test, const Candidate& candidate, double ty
   result.p = best.p;
   result.supporting_folds = best.test.supporting_folds();
   result.judged_folds = best.test.judged_folds();
+  result.gain_beside_best_fold = best.test.gain_beside_best_fold();
   result.merit = -price * static_cast<double>(candidate.shape_values.size());
   for (const Sensor sensor : kSensors) {
     const auto& own = test.sensor[index_of(sensor)];
@@ -71,20 +73,27 @@ CandidateTest test_candidate(const Residuals& residuals, const Candidate& candid
   const bool by_run = candidate.folds == Folds::runs;
   CandidateTest result;
   TermScore together;
+  double noise_dof = 0.0;
   for (std::size_t s = 0; s < kSensorCount; ++s) {
     if (!residuals.sensor[s] || candidate.columns[s].size() == 0) continue;
     const TermScore score =
         score_term(*residuals.sensor[s], candidate.columns[s], by_run ? residuals.run_fold : residuals.level_fold,
                    by_run ? residuals.runs : residuals.levels);
     result.sensor[s] = test_term(score);
+    result.sensor[s]->noise_dof = scatter_dof(residuals.noise[s]);
+    noise_dof += scatter_dof(residuals.noise[s]);
     if (candidate.shared) together.add(score);
   }
-  if (candidate.shared && !together.score.empty()) result.shared = test_term(together);
+  if (candidate.shared && !together.score.empty()) {
+    result.shared = test_term(together);
+    result.shared->noise_dof = noise_dof;
+  }
   return result;
 }
 
 bool enough_folds(const Standing& standing) {
-  return standing.judged_folds >= 2 && standing.supporting_folds >= standing.judged_folds - 1;
+  return standing.judged_folds >= 2 && 2 * standing.supporting_folds >= standing.judged_folds &&
+         standing.gain_beside_best_fold > 0.0;
 }
 
 Standing standing(const CandidateTest& test, const Candidate& candidate, double typical, double price) {

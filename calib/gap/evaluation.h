@@ -37,9 +37,11 @@ struct Standing {
   std::vector<Sensor> sensors;  ///< that it helps, each by itself
   int supporting_folds = 0;
   int judged_folds = 0;
+  double gain_beside_best_fold = 0.0;
 };
 
-/// Whether parameters from the other folds make all folds but one better, of at least two.
+/// Whether parameters from the other folds make half of the folds better, of at least two, and the sum of all
+/// even without the one that gains most.
 [[nodiscard]] bool enough_folds(const Standing& standing);
 
 /// `typical`: median heterogeneity of the library. `price`: of one parameter, in units of the whitened gain; a free

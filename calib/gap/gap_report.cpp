@@ -52,7 +52,7 @@ std::optional<double> detection_limit(const CampaignModel& model, std::size_t s,
       noise.visit * noise.visit +
       (noise.placement * noise.placement + noise.block * noise.block / blocks) / (placements / visits);
   const double p = kGate / (static_cast<double>(found.candidates) * kSets);
-  const double f = f_quantile(p, kScatterDof + observations.run_count() - 1);
+  const double f = f_quantile(p, scatter_dof(noise) + observations.run_count() - 1);
   return std::sqrt(f * std::max(1.0, found.typical_heterogeneity) * of_visit / visits);
 }
 

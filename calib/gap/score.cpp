@@ -15,6 +15,11 @@ constexpr double kRankTolerance = 1e-9;
 /// Columns of which the base leaves less than this share of their squares cannot be told from it.
 constexpr double kInvisible = 1e-4;
 
+/// Variance that the strength of an effect may have between runs, as a share of its square, without being thought
+/// uneven: mountings, humidity and batches of the chamber's air differ. Of a weak effect it is nothing beside the
+/// noise.
+constexpr double kVaries = 0.3 * 0.3;
+
 /// Pseudo-inverse of a symmetric matrix of small size, with its rank.
 struct Inverse {
   Eigen::MatrixXd matrix;
@@ -130,7 +135,10 @@ TermTest test_term(const TermScore& score) {
       continue;
     }
     const Eigen::VectorXd off = score.score[f] - score.information[f] * test.parameters;
-    scatter += off.dot(own.matrix * off);
+    // Strength is drawn per run: its variance c theta theta' adds to that of the noise (Sherman-Morrison).
+    const double along = off.dot(test.parameters);
+    const double strength = test.parameters.dot(score.information[f] * test.parameters);
+    scatter += off.dot(own.matrix * off) - kVaries * along * along / (1.0 + kVaries * strength);
     ranks += own.rank;
     const Inverse others = pseudo_inverse(score.total_information - score.information[f], scale);
     const Eigen::VectorXd elsewhere = others.matrix * (score.total_score - score.score[f]);
@@ -151,6 +159,16 @@ int TermTest::supporting_folds() const {
       std::count_if(fold_gain.begin(), fold_gain.end(), [](const auto& g) { return g && *g > 0.0; }));
 }
 
+double TermTest::gain_beside_best_fold() const {
+  double sum = 0.0;
+  double best = 0.0;
+  for (const auto& gain : fold_gain) {
+    sum += gain.value_or(0.0);
+    best = std::max(best, gain.value_or(0.0));
+  }
+  return sum - best;
+}
+
 TermTest pooled(std::span<const TermTest* const> tests) {
   TermTest sum;
   double scatter = 0.0;
@@ -158,6 +176,7 @@ TermTest pooled(std::span<const TermTest* const> tests) {
     sum.gain += test->gain;
     sum.dof += test->dof;
     sum.heterogeneity_dof += test->heterogeneity_dof;
+    sum.noise_dof += test->noise_dof;
     scatter += test->heterogeneity * test->heterogeneity_dof;
     sum.fold_gain.resize(std::max(sum.fold_gain.size(), test->fold_gain.size()));
     for (std::size_t f = 0; f < test->fold_gain.size(); ++f) {
@@ -174,10 +193,15 @@ double moderated_heterogeneity(const TermTest& test, double typical) {
   return std::max(1.0, drawn);
 }
 
+double scatter_dof(const NoiseComponents& noise) {
+  constexpr double kMost = 24.0;
+  return std::min(kMost, noise.visit_dof);
+}
+
 double p_value(const TermTest& test, double typical) {
   if (test.dof <= 0.0 || test.gain <= 0.0) return 1.0;
   const double f = test.gain / test.dof / moderated_heterogeneity(test, typical);
-  return base::f_upper_tail(f, test.dof, kScatterDof + test.heterogeneity_dof);
+  return base::f_upper_tail(f, test.dof, test.noise_dof + test.heterogeneity_dof);
 }
 
 }  // namespace soak::calib::gap

@@ -66,12 +66,16 @@ struct TermTest {
   double dof = 0.0;            ///< of the gain: parameters that the rows show
   double heterogeneity = 1.0;  ///< λ: scatter of the folds about the common parameters, 1 by noise alone
   double heterogeneity_dof = 0.0;
+  /// Of the noise that the rows were made white with, as replicates told it: the caller knows.
+  double noise_dof = 0.0;
   /// Squares that parameters from all other folds take out of each fold; empty entries: the fold does not show it.
   std::vector<std::optional<double>> fold_gain;
 
   [[nodiscard]] int judged_folds() const;
   /// Folds that parameters from all other folds make better.
   [[nodiscard]] int supporting_folds() const;
+  /// Sum of fold_gain without the fold that gains most.
+  [[nodiscard]] double gain_beside_best_fold() const;
 };
 
 /// The tests of sensors with parameters of their own as one: gains and degrees of freedom add up, as do the folds'.
@@ -83,12 +87,13 @@ struct TermTest {
 /// Degrees of freedom that the library's median heterogeneity counts for.
 inline constexpr double kPriorDof = 12.0;
 
-/// Degrees of freedom of the scatter that a gain is held against. As λ counts for 1 at least, the tail is that of the
-/// noise, which visits of replicate runs tell with some sixty (six runs) or some twenty (three runs).
-inline constexpr double kScatterDof = 24.0;
+/// Degrees of freedom of the scatter that the gain of one sensor is held against: those with which visits of replicate
+/// runs tell the noise, at most 24. More would trust the base too far: a feature of the curve that no knot follows
+/// looks the same in all runs. It sits in one sensor, so that those of several sensors add up.
+[[nodiscard]] double scatter_dof(const NoiseComponents& noise);
 
 /// Upper tail of F = (gain/dof)/max(1, λ) with λ drawn towards `typical`, the median over the library, as few folds
-/// hardly tell it.
+/// hardly tell it. As λ counts for 1 at least, the tail is that of the noise.
 [[nodiscard]] double p_value(const TermTest& test, double typical);
 /// λ so drawn, at least 1.
 [[nodiscard]] double moderated_heterogeneity(const TermTest& test, double typical);

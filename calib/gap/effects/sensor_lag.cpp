@@ -17,11 +17,20 @@ constexpr std::array kTaus_s = {10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0, 128
 constexpr double kLeastFactor = 0.35;
 constexpr double kMostFactor = 2.8;
 
+/// The temperatures of a sensor's own thermometer, moved.
+std::vector<double> shifted(const Circumstances& c, Sensor sensor, std::vector<double> by_c) {
+  for (std::size_t i = 0; i < by_c.size(); ++i) by_c[i] += c.observations.rows[i].sensor_temp_c[index_of(sensor)];
+  return by_c;
+}
+
 std::vector<Candidate> of_tau(const Circumstances& c, double tau_s) {
   Candidate candidate{.shape = fmt::format("tau {:.3g} s", tau_s), .shape_values = {tau_s}, .shared = true};
-  const Eigen::VectorXd behind = as_vector(c.courses.lag(tau_s));
-  for (std::size_t s = 0; s < kSensorCount; ++s) {
-    if (c.slope[s].size() > 0) candidate.columns[s] = c.slope[s].cwiseProduct(behind);
+  const std::vector<double> behind = c.courses.lag(tau_s);
+  for (const Sensor sensor : kSensors) {
+    const std::size_t s = index_of(sensor);
+    if (c.slope[s].size() == 0) continue;
+    candidate.columns[s] =
+        c.read_at ? c.read_at(sensor, shifted(c, sensor, behind)) : c.slope[s].cwiseProduct(as_vector(behind));
   }
   return {std::move(candidate)};
 }
