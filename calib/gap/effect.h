@@ -81,6 +81,9 @@ struct Effect {
   std::function<Magnitude(const Circumstances&, const Candidate&, Sensor, const Eigen::VectorXd& parameters)> magnitude;
   /// Of the parameters of one sensor (of all, where shared).
   std::function<Meaning(const Circumstances&, const Candidate&, Sensor)> meaning;
+  /// Whether its regressors follow the course of temperature or time by a shape that the mechanism need not have: then
+  /// a small share that a twin takes beside it means that it is neither.
+  bool of_course = false;
   bool lab_only = true;  ///< cannot be evaluated from the unit's temperature and its rate alone
 };
 

@@ -75,6 +75,7 @@ std::optional<Leftover> between_twins(const std::vector<NamedEffect>& effects) {
         return std::find(first.sensors.begin(), first.sensors.end(), sensor) != first.sensors.end();
       });
       if (!inside || !are_twins(*first.effect, *second.effect)) continue;
+      if (!first.effect->of_course || !second.effect->of_course) continue;
       const bool small = explained({second}, second.sensors) < kMended * explained({first}, second.sensors);
       if (!small && !in_proportion(first, second)) continue;
       return Leftover{.axis = fmt::format("the course of the temperature as {} and {} do, but as neither",
@@ -114,7 +115,7 @@ std::optional<Leftover> misfit(const std::vector<AxisTest>& axes, const std::vec
 }
 
 std::optional<Leftover> wander(const CampaignModel& model, const std::vector<NamedEffect>& effects) {
-  const auto slow = slow_noise(model);
+  const auto slow = slow_noise(model, effects);
   if (!slow || slow->excess < kStrange * explained(effects, slow->sensors)) return std::nullopt;
   return Leftover{"time, in another way in each run", slow->p_adjusted, slow->excess, slow->sensors, true};
 }

@@ -10,7 +10,8 @@ namespace soak::calib::gap {
 
 /// What is left when `effects` have been taken into `model`, and whether it forbids their names. `typical`: median
 /// heterogeneity of the library; `price`: of one parameter. The first of these that holds:
-/// - a second effect that is a twin of one before it, in sensors of that one, and takes less than half as much there,
+/// - a second effect of the temperature's course that is a twin of one before it, in sensors of that one, and takes
+/// less than half as much there,
 ///   or the same share in each of three or more: one mechanism between the two, and neither;
 /// - an axis (leftover.h) that finds more than a tenth of what is explained in the sensors of an effect (a twenty-fifth
 ///   if its regressors have no shape to approximate), under the gate of the search: the mechanism does not fit;

@@ -193,6 +193,13 @@ class Search {
                        [&](const NamedEffect& named) { return named.effect == &effect; });
   }
 
+  /// What the first effect took out of those sensors.
+  [[nodiscard]] double first_gain_in(const std::vector<Sensor>& sensors) const {
+    double sum = 0.0;
+    for (const Sensor sensor : sensors) sum += result_.effects.front().gain[index_of(sensor)];
+    return sum;
+  }
+
   std::optional<NamedEffect> next_effect() {
     std::vector<Contender> list;
     for (const Effect& effect : library()) {
@@ -215,9 +222,7 @@ class Search {
     if (found == best.end()) return std::nullopt;
     const Contender& winner = *found;
     const double p = std::min(1.0, winner.standing.p * tests);
-    if (result_.effects.empty()) {
-      first_gain_ = winner.standing.gain;
-    } else if (winner.standing.gain < kLeastShare * first_gain_) {
+    if (!result_.effects.empty() && winner.standing.gain < kLeastShare * first_gain_in(winner.standing.sensors)) {
       return std::nullopt;
     }
     NamedEffect effect = describe(model_, refined(model_, winner, typical_, price_), typical_, price_);
@@ -235,7 +240,6 @@ class Search {
   SearchResult result_;
   double price_ = 1.0;
   double typical_ = 1.0;
-  double first_gain_ = 0.0;
 };
 
 }  // namespace

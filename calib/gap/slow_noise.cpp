@@ -11,7 +11,6 @@
 
 #include "base/statistics.h"
 #include "calib/gap/running_mean.h"
-#include "calib/gap/search.h"
 #include "calib/gap/sensor_sets.h"
 
 namespace soak::calib::gap {
@@ -164,6 +163,35 @@ Spectrum within_visits(const std::vector<Stay>& placements) {
   return spectrum;
 }
 
+/// What the effects read in a sensor, one column for each that acts on it.
+Eigen::MatrixXd contributions(const std::vector<NamedEffect>& effects, Sensor sensor, Eigen::Index rows) {
+  Eigen::MatrixXd columns(rows, 0);
+  for (const NamedEffect& effect : effects) {
+    if (std::find(effect.sensors.begin(), effect.sensors.end(), sensor) == effect.sensors.end()) continue;
+    const std::size_t s = index_of(sensor);
+    columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
+    columns.rightCols(1) = effect.candidate.columns[s] * effect.parameters[s];
+  }
+  return columns;
+}
+
+/// Takes off what an effect reads more or less in each run than in all of them.
+void take_off_strength(const Observations& observations, const Eigen::MatrixXd& columns, Eigen::VectorXd& remainder) {
+  if (columns.cols() == 0) return;
+  constexpr double kMost = 0.6;  ///< twice the 30 % that strengths may differ by
+  for (int run = 0; run < observations.run_count(); ++run) {
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index i = 0; i < remainder.size(); ++i) {
+      if (observations.rows[static_cast<std::size_t>(i)].run == run && std::isfinite(remainder(i))) rows.push_back(i);
+    }
+    if (static_cast<Eigen::Index>(rows.size()) <= columns.cols()) continue;
+    Eigen::MatrixXd x = columns(rows, Eigen::all);
+    x.rowwise() -= x.colwise().mean().eval();
+    const Eigen::VectorXd more = x.colPivHouseholderQr().solve(remainder(rows)).cwiseMax(-kMost).cwiseMin(kMost);
+    remainder(rows) -= x * more;
+  }
+}
+
 /// Chances and excess of one sensor.
 struct Found {
   double over_runs = 1.0;
@@ -173,12 +201,15 @@ struct Found {
 
 }  // namespace
 
-std::optional<SlowNoise> slow_noise(const CampaignModel& model) {
+std::optional<SlowNoise> slow_noise(const CampaignModel& model, const std::vector<NamedEffect>& effects) {
+  const Observations& observations = model.circumstances().observations;
   std::array<Found, kSensorCount> found;
   std::vector<Sensor> sensors;
   for (const Sensor sensor : kSensors) {
     if (!model.residuals().sensor[index_of(sensor)]) continue;
-    const auto placements = placements_of(model.circumstances().observations, model.remainder(sensor));
+    Eigen::VectorXd remainder = model.remainder(sensor);
+    take_off_strength(observations, contributions(effects, sensor, remainder.size()), remainder);
+    const auto placements = placements_of(observations, remainder);
     const Spectrum slow = over_runs(visits_of(placements));
     const Spectrum fast = within_visits(placements);
     found[index_of(sensor)] = {slow.p(), fast.p(), slow.excess() + fast.excess()};

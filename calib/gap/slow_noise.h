@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calib/gap/campaign_model.h"
+#include "calib/gap/search.h"
 
 namespace soak::calib::gap {
 
@@ -21,7 +22,8 @@ struct SlowNoise {
 /// sensor, exact for Gaussian scatter in runs of one profile: low frequencies against high ones over the visits of a
 /// run, with run and what runs repeat taken off; and slope and bow over the placements of a visit against what is left.
 /// A jump that lasts longer than a run is run-to-run scatter, one shorter than a placement is noise of blocks: neither
-/// can be seen. Nothing where the chance, adjusted, is above a tenth of the search's gate.
-[[nodiscard]] std::optional<SlowNoise> slow_noise(const CampaignModel& model);
+/// can be seen. `effects`: taken into the model; how much stronger or weaker each was in a run is taken off first, as
+/// that is no wander. Nothing where the chance, adjusted, is above a tenth of the search's gate.
+[[nodiscard]] std::optional<SlowNoise> slow_noise(const CampaignModel& model, const std::vector<NamedEffect>& effects);
 
 }  // namespace soak::calib::gap

@@ -3,7 +3,7 @@
 import collections
 import statistics
 
-from cells import DESIGNS, EFFECTS, OTHERS, PAIR_DESIGNS, STRESS, UNKNOWN
+from cells import DESIGNS, EFFECTS, NEED_LOGS, OTHERS, PAIR_DESIGNS, STRESS, UNKNOWN
 from intervals import share
 from oracle import names_beyond
 
@@ -161,6 +161,22 @@ def print_unknown(records):
                           ", ".join(f"{count} {text}" for text, count in names), widths=widths)
 
 
+def print_unlogged(records):
+    found = chosen(records, table="unlogged")
+    if not found:
+        return
+    widths = (24, 5, 28, 10, 10)
+    print("\nEffects of which nothing was logged that could tell them")
+    print_row("effect", "size", "another name", "unknown", "none", widths=widths)
+    for name in NEED_LOGS:
+        for magnitude in values_of(found, "magnitude"):
+            cell = chosen(found, effects=[name], magnitude=magnitude)
+            kinds = collections.Counter(record["verdict"] for record in cell)
+            if cell:
+                print_row(name, f"{magnitude:g}", share(kinds["named"], len(cell)), str(kinds["unknown"]), str(kinds["none"]),
+                          widths=widths)
+
+
 def print_one(records):
     found = chosen(records, table="one")
     if found:
@@ -217,6 +233,7 @@ def print_tables(everything):
     print_effects(records, limits, "other", OTHERS)
     print_pairs(records, limits)
     print_unknown(records)
+    print_unlogged(records)
     print_one(records)
     print_closed(records)
     print_summary(records, limits)

@@ -29,6 +29,12 @@ class Cells(unittest.TestCase):
             if cell.table == "null":
                 self.assertAlmostEqual(half[cell], cell.count / 2, delta=2.5)
 
+    def test_what_only_missing_logs_could_tell_is_not_asked_for(self):
+        asked = {cell.effects[0] for cell in cells(COUNTS) if (cell.table, cell.design) == ("named", "missing_logs")}
+        self.assertEqual(len(asked), 8)
+        beside = {cell.effects[0] for cell in cells(COUNTS) if cell.table == "unlogged"}
+        self.assertEqual(beside, {"sensor_lag", "vibration_rectification", "supply_sensitivity"})
+
     def test_the_rotation_of_the_earth_is_not_made_larger_than_it_is(self):
         sizes = {cell.magnitude for cell in cells(COUNTS) if cell.effects == ("earth_rate",)}
         self.assertEqual(sizes, {0.3})

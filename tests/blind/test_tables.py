@@ -54,6 +54,12 @@ class Tables(unittest.TestCase):
         self.assertIn("moisture 1.2 1/2 = 50.0 % (1.3..98.7) 1 0 1 sensor_lag", text)
         self.assertIn("One run: cannot_judge 1/1", text)
 
+    def test_an_effect_without_its_log_counts_by_the_names_that_it_is_given(self):
+        hidden = ["supply_sensitivity"]
+        found = [record("unlogged", hidden, [], verdict="none", design="missing_logs"),
+                 record("unlogged", hidden, ["cross_axis"], design="missing_logs", seed=2)]
+        self.assertIn("supply_sensitivity 0.3 1/2 = 50.0 % (1.3..98.7) 0 1", printed(found))
+
     def test_failed_campaigns_are_told_and_not_counted(self):
         failed = {"cell": "null/mixed", "table": "null", "design": "mixed", "effects": [], "magnitude": 0.0, "seed": 7,
                   "error": "soak fit: status 2\nno rows", "cpu_s": {}}

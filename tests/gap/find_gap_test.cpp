@@ -63,6 +63,46 @@ TEST(FindGap, NamesWarmUp) {
       "warmup_transient");
 }
 
+// Far off the set point the curves bend over what the elements are behind: their slope alone would give half the lag.
+TEST(FindGap, SaysHowFarTheElementsLagBehindTheThermometer) {
+  Plan plan;
+  plan.soak_s = 700.0;
+  const GapReport report = report_of(plan, made_up::lag(std::vector<double>(6, 240.0)));
+  expect_named(report, "sensor_lag");
+  EXPECT_NEAR(report.effects[0].magnitude.value, 240.0, 24.0);
+}
+
+TEST(FindGap, NamesALagThatIsNotTheSameInAllRuns) {
+  Plan plan;
+  plan.soak_s = 700.0;
+  expect_named(report_of(plan, made_up::lag({160.0, 310.0, 240.0, 190.0, 280.0, 250.0})), "sensor_lag");
+}
+
+TEST(FindGap, AVisitThatWasNotLoggedLeavesALagTestable) {
+  Plan plan;
+  plan.soak_s = 700.0;
+  LoggedCampaign campaign = made_up::campaign(plan, made_up::lag(std::vector<double>(6, 240.0)));
+  auto& segments = campaign.runs[2].run.segments;
+  const auto lost = [](const Segment& segment) { return segment.key.visit == 4; };
+  const double begin_s = std::find_if(segments.begin(), segments.end(), lost)->t_start_s;
+  std::erase_if(segments, lost);
+  for (std::size_t k = 0; k < campaign.runs[2].log.t_s.size(); ++k) {
+    const double t_s = campaign.runs[2].log.t_s[k];
+    if (t_s > begin_s && t_s < begin_s + 1080.0) campaign.runs[2].log.temp_c[k] = std::nan("");
+  }
+  expect_named(find_gap(campaign, 1), "sensor_lag");
+}
+
+TEST(FindGap, NamesNothingThatOneRunAloneShows) {
+  for (const double size : {2.0, 4.0, 8.0}) {
+    Plan plan;
+    const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
+      return m.run == 3 ? size * unit_of(plan, sensor) * (m.supply_v - 5.0) / 0.05 : 0.0;
+    });
+    EXPECT_TRUE(report.effects.empty()) << size << ": " << report.reason;
+  }
+}
+
 TEST(FindGap, NamesASupplyThatOneSensorFeels) {
   const Plan plan;
   const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
@@ -87,6 +127,17 @@ TEST(FindGap, NamesGSensitivity) {
   });
   expect_named(report, "g_sensitivity");
   EXPECT_EQ(report.effects[0].sensors, std::vector<Sensor>{Sensor::gyro_z});
+}
+
+// Nine parameters would be too dear for what three explain, and the rotation of the Earth nearly does.
+TEST(FindGap, NamesGSensitivityAlongTheGyrosOwnAxes) {
+  const Plan plan;
+  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
+    constexpr std::array kShare = {1.0, 0.8, 0.5};
+    return is_gyro(sensor) ? 4.6e-5 * kShare.at(axis_of(sensor)) * m.up[axis_of(sensor)] : 0.0;
+  });
+  expect_named(report, "g_sensitivity");
+  EXPECT_NEAR(report.effects[0].magnitude.value, 4.6e-5 * 180.0 / 3.14159265358979, 4e-4);
 }
 
 // South of the equator, with the latitude entered as north: twice the vertical part is left.

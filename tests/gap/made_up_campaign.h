@@ -174,6 +174,32 @@ inline Hidden hysteresis(const Plan& plan) {
   };
 }
 
+/// Elements that follow the thermometer with a time constant, each run with its own.
+inline Hidden lag(const std::vector<double>& tau_s) {
+  struct Element {
+    int run = -1;
+    std::vector<double> t_s;
+    std::vector<double> temp_c;
+  };
+  auto element = std::make_shared<Element>();
+  return [=](Sensor sensor, const Moment& moment) {
+    Element& e = *element;
+    if (e.run != moment.run) e = {moment.run, {moment.t_s}, {moment.temp_c}};
+    if (moment.t_s > e.t_s.back()) {
+      const double stays = std::exp(-(moment.t_s - e.t_s.back()) / tau_s.at(static_cast<std::size_t>(moment.run)));
+      e.temp_c.push_back(moment.temp_c + (e.temp_c.back() - moment.temp_c) * stays);
+      e.t_s.push_back(moment.t_s);
+    }
+    // Blocks are asked for once they are over.
+    const auto upper = std::lower_bound(e.t_s.begin() + (e.t_s.size() > 1 ? 1 : 0), e.t_s.end(), moment.t_s);
+    const auto k = static_cast<std::size_t>(upper - e.t_s.begin());
+    const double behind_c = k == 0 ? e.temp_c[0]
+                                   : std::lerp(e.temp_c[k - 1], e.temp_c[k],
+                                               std::min(1.0, (moment.t_s - e.t_s[k - 1]) / (e.t_s[k] - e.t_s[k - 1])));
+    return bias(sensor, behind_c) - bias(sensor, moment.temp_c);
+  };
+}
+
 inline Hidden nothing() {
   return [](Sensor, const Moment&) { return 0.0; };
 }

@@ -126,7 +126,7 @@ TEST(SlowNoise, IsNotSeenInScatterWithoutMemory) {
     const LoggedCampaign campaign = made_up::campaign(plan, made_up::nothing());
     const Observations observations = observe(campaign);
     const Courses courses(campaign, observations);
-    EXPECT_FALSE(slow_noise(CampaignModel(observations, courses))) << "seed " << plan.seed;
+    EXPECT_FALSE(slow_noise(CampaignModel(observations, courses), {})) << "seed " << plan.seed;
   }
 }
 

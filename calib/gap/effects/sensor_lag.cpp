@@ -49,6 +49,7 @@ Effect sensor_lag() {
     if (!c.courses.continuous()) return "the temperature between the plateaus was not logged";
     return c.courses.blurred();
   };
+  effect.of_course = true;
   effect.candidates = [](const Circumstances& c) { return over_grid(c, kTaus_s, of_tau); };
   effect.of_shape = of_tau;
   effect.plausible = [](const Circumstances&, const Candidate&, const Eigen::VectorXd& theta, const Eigen::MatrixXd&) {

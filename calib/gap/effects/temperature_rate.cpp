@@ -28,6 +28,7 @@ Effect temperature_rate() {
   effect.twins = {"sensor_lag", "warmup_transient"};
   effect.experiment = "two ramp rates, watched during the ramp and at the start of the soak";
   effect.missing = [](const Circumstances& c) { return c.courses.blurred(); };
+  effect.of_course = true;
   effect.candidates = candidates;
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, kPerMinute, "/(K/min)");

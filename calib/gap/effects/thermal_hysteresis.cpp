@@ -51,6 +51,7 @@ Effect thermal_hysteresis() {
   effect.twins = {"temperature_rate", "sensor_lag", "warmup_transient"};
   effect.experiment = "a longer soak (memory stays, what follows the rate dies) and a minor loop that turns halfway";
   effect.missing = [](const Circumstances& c) { return c.courses.blurred(); };
+  effect.of_course = true;
   effect.candidates = [](const Circumstances& c) { return over_grid(c, kWidths_c, of_width); };
   effect.of_shape = of_width;
   effect.magnitude = magnitude;

@@ -33,6 +33,7 @@ Effect warmup_transient() {
     if (c.courses.since_power_s().empty()) return "the time since power-on is not known";
     return c.courses.coarse();
   };
+  effect.of_course = true;
   effect.candidates = [](const Circumstances& c) { return over_grid(c, kTaus_s, of_tau); };
   effect.of_shape = of_tau;
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
