@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/accepted_terms.h"
 
+#include <algorithm>
+#include <array>
+#include <string_view>
 #include <utility>
 
 #include "calib/forward/take_off.h"
@@ -8,6 +11,11 @@
 #include "station/logged_campaign.h"
 
 namespace soak::station {
+namespace {
+
+constexpr std::array<std::string_view, 3> kMoving = {"temperature_rate", "sensor_lag", "cross_axis"};
+
+}  // namespace
 
 base::Result<std::vector<calib::ModelTerm>> accepted_terms(const db::Catalog& catalog, const std::string& unit,
                                                            std::int32_t epoch) {
@@ -15,6 +23,23 @@ base::Result<std::vector<calib::ModelTerm>> accepted_terms(const db::Catalog& ca
   if (!model) return base::forward_error(model);
   if (!*model || (*model)->epoch != epoch) return std::vector<calib::ModelTerm>();
   return calib::model_terms_of((*model)->document);
+}
+
+std::vector<calib::ModelTerm> moving_terms(const calib::Calibration& calibration) {
+  std::vector<calib::ModelTerm> terms;
+  for (const calib::AcceptedTerm& accepted : calibration.terms) {
+    if (std::find(kMoving.begin(), kMoving.end(), accepted.name) == kMoving.end()) continue;
+    // A file has a section for each part of a term.
+    if (terms.empty() || terms.back().name != accepted.name) {
+      terms.emplace_back();
+      terms.back().name = accepted.name;
+    }
+    calib::TermPart part;
+    part.sensors = accepted.sensors;
+    for (const auto& [name, value] : accepted.parameters) part.parameters.push_back({name, value, ""});
+    terms.back().parts.push_back(std::move(part));
+  }
+  return terms;
 }
 
 base::Status take_terms_off(const db::Catalog& catalog, const std::vector<calib::ModelTerm>& terms,

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "calib/verification.h"
+#include "station/accepted_terms.h"
 #include "station/calibration_reader.h"
 #include "station/commands/calibration_commands.h"
 #include "station/commands/waiver_note.h"
@@ -119,7 +120,9 @@ nlohmann::json sensor_document(calib::Sensor sensor, const calib::SensorVerifica
 }
 
 nlohmann::json document_of(const calib::Calibration& calibration, const KnownLimits& limits,
-                           const calib::Verification& verification) {
+                           const calib::Verification& verification, const std::vector<calib::ModelTerm>& terms) {
+  nlohmann::json corrected = nlohmann::json::array();
+  for (const calib::ModelTerm& term : terms) corrected.push_back(term.name);
   nlohmann::json sensors = nlohmann::json::object();
   nlohmann::json warnings = nlohmann::json::array();
   for (const calib::Sensor sensor : calib::kSensors) {
@@ -137,6 +140,7 @@ nlohmann::json document_of(const calib::Calibration& calibration, const KnownLim
             {"false_acceptance_max", calib::kFalseAcceptance},
             {"text", decision_rule()}}},
           {"limits", limits.source ? nlohmann::json(*limits.source) : nlohmann::json()},
+          {"moving_terms", std::move(corrected)},
           {"sensors", std::move(sensors)},
           {"warnings", std::move(warnings)}};
 }
@@ -198,7 +202,7 @@ std::string not_stated_text(const calib::Verification& verification) {
 }
 
 std::string describe(const calib::Calibration& calibration, const KnownLimits& limits,
-                     const calib::Verification& verification) {
+                     const calib::Verification& verification, const std::vector<calib::ModelTerm>& terms) {
   std::vector<std::vector<std::string>> table = {
       {"sensor", "unit", "verdict", "worst", "at °C", "U", "limit", "rmse", "shape", "in band", "rows"}};
   for (const calib::Sensor sensor : calib::kSensors) {
@@ -210,9 +214,13 @@ std::string describe(const calib::Calibration& calibration, const KnownLimits& l
     if (result->scale)
       table.push_back(table_row(name + " scale", "ppm", *result->scale, result->scale->verdict, 1.0, 1));
   }
-  return fmt::format("unit {}, model {}: {}\nlimits: {}\n{}{}{}rule: {}\n", calibration.unit, calibration.model_version,
-                     calib::name_of(verification.verdict), limits.source.value_or("none"), text_table(table),
-                     temperatures_text(verification), not_stated_text(verification), decision_rule());
+  std::string corrected;
+  for (const calib::ModelTerm& term : terms) corrected += fmt::format("{}{}", corrected.empty() ? "" : ", ", term.name);
+  if (!corrected.empty()) corrected = fmt::format("corrected as soak_apply_moving does: {}\n", corrected);
+  return fmt::format("unit {}, model {}: {}\nlimits: {}\n{}{}{}{}rule: {}\n", calibration.unit,
+                     calibration.model_version, calib::name_of(verification.verdict), limits.source.value_or("none"),
+                     corrected, text_table(table), temperatures_text(verification), not_stated_text(verification),
+                     decision_rule());
 }
 
 }  // namespace
@@ -224,24 +232,31 @@ base::Status run_verify(const VerifyCommand& command, Output& output) {
   if (!limits) return base::forward_error(limits);
   const auto catalog = open_existing_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);
-  const auto runs = load_campaign(*catalog, loaded->calibration, command.campaign);
+  auto runs = load_campaign(*catalog, loaded->calibration, command.campaign);
   if (!runs) return base::forward_error(runs);
+  // As soak_apply_moving does on the device.
+  const std::vector<calib::ModelTerm> terms = moving_terms(loaded->calibration);
+  std::vector<calib::Warning> not_taken_off;
+  if (const auto taken = take_terms_off(*catalog, terms, *runs, not_taken_off); !taken)
+    return base::forward_error(taken);
   auto verification = calib::verify(loaded->calibration, *runs, limits->limits);
   if (!verification) return base::forward_error(verification);
   const auto since = reference_warnings(*catalog, runs->references);
   if (!since) return base::forward_error(since);
+  std::ranges::copy(not_taken_off, std::back_inserter(verification->warnings));
   std::ranges::copy(*since, std::back_inserter(verification->warnings));
   std::ranges::copy(waiver_warnings(loaded->calibration.references), std::back_inserter(verification->warnings));
   note_waivers(loaded->calibration.references, output);
   if (output.json()) {
-    if (const auto printed = output.print_json(document_of(loaded->calibration, *limits, *verification)); !printed)
+    if (const auto printed = output.print_json(document_of(loaded->calibration, *limits, *verification, terms));
+        !printed)
       return printed;
   } else {
     for (const calib::Warning& warning : verification->warnings) {
       // note_waivers() has told it.
       if (warning.code != "waiver_signature") output.note("warning: " + warning.text);
     }
-    output.print(describe(loaded->calibration, *limits, *verification));
+    output.print(describe(loaded->calibration, *limits, *verification, terms));
   }
   if (verification->verdict == calib::Verdict::fail) {
     return base::fail(base::ErrorKind::limits, "the unit fails its limits", loaded->calibration.unit);

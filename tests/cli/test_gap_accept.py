@@ -98,6 +98,25 @@ class Accept(SoakTest):
         # The magnitude is that of the gyro in which it stands out most.
         self.assertTrue(any(abs(norm * 9.80665 / effect["magnitude"]["value"] - 1.0) < 1e-6 for norm in norms), norms)
 
+    def test_a_verification_corrects_a_lag_that_the_file_carries(self):
+        self.campaign(77, [hidden("sensor_lag")])
+        errors = {}
+        for model in ("before", "after"):
+            if model == "after":
+                accepted = self.json("gap", "accept", "--unit", "SN1")
+                self.assertEqual([term["name"] for term in accepted["terms"]], ["sensor_lag"])
+            file = self.folder / f"{model}.soakcal"
+            self.soak("export", "--unit", "SN1", "--format", "blob", "-o", file, "--simulated")
+            verified = self.json("verify", file, "--campaign", "fresh")
+            check_schema(verified, "verify")
+            self.assertEqual(verified["moving_terms"], ["sensor_lag"] if model == "after" else [])
+            errors[model] = {name: sensor["rmse_shape"] for name, sensor in verified["sensors"].items()}
+        ratios = sorted(errors["after"][name] / errors["before"][name] for name in errors["before"])
+        self.assertLess(ratios[3], 0.85, ratios)
+        self.assertLess(ratios[-1], 0.95, ratios)
+        self.assertIn("corrected as soak_apply_moving does: sensor_lag",
+                      self.soak("verify", self.folder / "after.soakcal", "--campaign", "fresh").stdout)
+
     def test_nothing_is_accepted_that_was_not_named(self):
         self.campaign(90, [])
         error = self.refusal("gap", "accept", "--unit", "SN1")
