@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -152,6 +153,28 @@ std::string left_out(const Observations& observations, const CampaignModel& mode
   return names.empty() ? "" : fmt::format("; not judged, as their readings do not scatter: {}", fmt::join(names, ", "));
 }
 
+/// Whether each position always comes after the same one: what it remembers of that is then a constant of its own.
+bool one_order(const Observations& observations) {
+  std::map<int, int> before;
+  for (const Observation& row : observations.rows) {
+    if (row.position < 0 || row.previous < 0) continue;
+    if (before.try_emplace(row.position, row.previous).first->second != row.previous) return false;
+  }
+  return before.size() > 1;
+}
+
+/// What the order of the positions leaves open about the effects named, in words; empty where it leaves nothing.
+std::string order_note(const Observations& observations, const std::vector<NamedEffect>& effects) {
+  constexpr std::array<std::string_view, 3> kOfPosition = {"g_sensitivity", "earth_rate", "scale_nonlinearity"};
+  const bool concerned = std::any_of(effects.begin(), effects.end(), [&](const NamedEffect& named) {
+    return std::find(kOfPosition.begin(), kOfPosition.end(), named.effect->name) != kOfPosition.end();
+  });
+  if (!concerned || !one_order(observations)) return "";
+  return "; the positions came in one order throughout: creep or memory of the position before could read the same, "
+         "and "
+         "a run in another order would tell";
+}
+
 /// Clipped readings say nothing of what the unit would have read: their sensors stay out of the search.
 void leave_out_clipped(const LoggedCampaign& campaign, Observations& observations) {
   for (std::size_t s = 0; s < kSensorCount; ++s) {
@@ -235,7 +258,7 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   std::move(bump.effects.begin(), bump.effects.end(), std::back_inserter(beside.effects));
   std::move(bump.not_testable.begin(), bump.not_testable.end(), std::back_inserter(report.not_testable));
   decide(std::move(found), std::move(beside.effects), report);
-  report.reason += left_out(observations, model);
+  report.reason += left_out(observations, model) + order_note(observations, report.effects);
   if (const auto& coarse = courses.coarse()) {
     report.reason += fmt::format("; what changes with time was not looked for: {}", *coarse);
   }

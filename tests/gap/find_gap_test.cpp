@@ -140,6 +140,18 @@ TEST(FindGap, NamesGSensitivityAlongTheGyrosOwnAxes) {
   EXPECT_NEAR(report.effects[0].magnitude.value, 4.6e-5 * 180.0 / 3.14159265358979, 4e-4);
 }
 
+TEST(FindGap, SaysThatPositionsInOneOrderLeaveAMemoryOfTheOneBeforeOpen) {
+  for (const bool turned : {false, true}) {
+    Plan plan;
+    plan.backwards_every_other_run = turned;
+    const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
+      return sensor == Sensor::gyro_z ? plan.gyro_block * (2.0 * m.up[0] - 1.0 * m.up[1] + 2.0 * m.up[2]) : 0.0;
+    });
+    expect_named(report, "g_sensitivity");
+    EXPECT_EQ(report.reason.find("in one order throughout") == std::string::npos, turned) << report.reason;
+  }
+}
+
 // South of the equator, with the latitude entered as north: twice the vertical part is left.
 TEST(FindGap, NamesTheEarthAlsoWhereTheLatitudeHasTheWrongSign) {
   const Plan plan;

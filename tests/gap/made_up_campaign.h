@@ -55,6 +55,7 @@ struct Plan {
   double placement_share = 0.5;  ///< of the block's standard deviation
   double visit_share = 0.5;
   double run_share = 5.0;
+  bool backwards_every_other_run = false;  ///< the order of the positions
 };
 
 inline double bias(Sensor sensor, double temp_c) {
@@ -113,7 +114,8 @@ inline LoggedCampaign campaign(const Plan& plan, const Hidden& hidden) {
       for (double& x : at_visit) x = plan.visit_share * random.gaussian();
       for (int p = 0; p < 6; ++p) {
         Segment segment;
-        const auto label = kSixPositionLabels[static_cast<std::size_t>((p + r) % 6)];
+        const bool backwards = plan.backwards_every_other_run && r % 2 == 1;
+        const auto label = kSixPositionLabels[static_cast<std::size_t>(backwards ? 5 - (p + r) % 6 : (p + r) % 6)];
         segment.position = position_named(label);
         segment.key = {run.run.run_id, "U", visit, std::string(label), 0};
         segment.plateau_c = plan.low_c + step_c * k;
