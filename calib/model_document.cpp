@@ -259,6 +259,7 @@ base::Result<std::string> model_document(const UnitModel& model) {
   if (!calibration) return base::forward_error(calibration);
   const json document = {{"format", "soak-model"},
                          {"format_version", kFormatVersion},
+                         {"options", {{"rules", model.options.rules ? json(*model.options.rules) : json()}}},
                          {"fit", fit_json(model)},
                          {"calibration", *std::move(calibration)},
                          {"terms", terms_json(model.terms)}};
@@ -267,6 +268,15 @@ base::Result<std::string> model_document(const UnitModel& model) {
 
 base::Result<Calibration> calibration_of(std::string_view text) {
   return read_document(text, [](const json& document) { return calibration_from_json(document.at("calibration")); });
+}
+
+base::Result<CurveFitOptions> fit_options_of(std::string_view text) {
+  return read_document(text, [](const json& document) -> base::Result<CurveFitOptions> {
+    CurveFitOptions options;
+    const json stored = document.value("options", json::object());
+    if (stored.contains("rules") && !stored["rules"].is_null()) options.rules = stored["rules"].get<int>();
+    return options;
+  });
 }
 
 base::Result<std::vector<ModelTerm>> model_terms_of(std::string_view text) {

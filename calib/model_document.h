@@ -18,6 +18,10 @@ namespace soak::calib {
 /// one of a newer format.
 [[nodiscard]] base::Result<Calibration> calibration_of(std::string_view document);
 
+/// The options that a stored model was fitted with; the defaults in a document of a program that kept none. Refuses as
+/// calibration_of().
+[[nodiscard]] base::Result<CurveFitOptions> fit_options_of(std::string_view document);
+
 /// The accepted terms of a stored model; none in a document of a program that knew none. Refuses as calibration_of().
 [[nodiscard]] base::Result<std::vector<ModelTerm>> model_terms_of(std::string_view document);
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calib/calibration.h"
+#include "calib/curve_fit.h"
 #include "calib/unit_fit.h"
 
 namespace soak::calib {
@@ -37,6 +38,7 @@ struct UnitModel {
   EarthRemoval earth_removed = EarthRemoval::none;
   std::array<std::optional<StatedValue>, 3> even_order;  ///< of the accelerometers, 1/(m/s²)
   LevelStatement level;                                  ///< of the chamber's side; concerns no unit
+  CurveFitOptions options;                               ///< that it was fitted with
   std::vector<ModelTerm> terms;                          ///< that the readings were freed of before the fit
   std::vector<Warning> warnings;
 };

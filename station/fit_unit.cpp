@@ -131,6 +131,7 @@ base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitI
   }
   calib::UnitModel model = calib::make_model(input, *rows, std::move(sensors));
   model.created_utc_s = now_utc_s();
+  model.options = options;
   model.warnings.insert(model.warnings.end(), station_warnings.begin(), station_warnings.end());
   // Whether the model can be stored does not depend on its number, which is known only inside the transaction.
   if (const auto document = calib::model_document(model); !document) return base::forward_error(document);

@@ -28,6 +28,7 @@ constexpr std::array kRemedies = {
     Remedy{"irregular_sampling", "Check the logger's clock; standard errors take samples as equally spaced."},
     Remedy{"coarse_thermometer", "Record a thermometer with finer steps, if the unit has one."},
     // of the fit
+    Remedy{"runs_left_since", "Look whether the effect still stands without them: soak gap find"},
     Remedy{"term_not_evaluated",
            "Record what the effect needs (the column that is named), or withdraw it: soak gap withdraw."},
     Remedy{"few_runs", "Record more runs: three power-ons at least, so that errors can be held out and known."},

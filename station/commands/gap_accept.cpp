@@ -24,17 +24,14 @@ namespace {
 
 std::string who(const std::string& given) { return given.empty() ? user_name() : given; }
 
-/// Fits the unit freed of `terms` and logs why.
-base::Result<calib::UnitModel> refit(db::Catalog& catalog, const std::string& unit,
+/// Fits `parent` again, freed of `terms`, and logs why.
+base::Result<calib::UnitModel> refit(db::Catalog& catalog, const db::ModelRow& parent,
                                      const std::vector<calib::ModelTerm>& terms, const std::string& event_kind,
                                      const std::string& event_text) {
-  auto input = load_unit(catalog, unit, {});
-  if (!input) return base::forward_error(input);
-  CheckWarnings check_warnings(catalog);
-  auto model = fit_with_terms(catalog, *input, terms, {}, 0, check_warnings);
+  auto model = fit_again(catalog, parent, terms);
   if (!model) return model;
-  const auto logged =
-      catalog.log_event({now_utc_s(), event_kind, unit, fmt::format("model {}: {}", model->version, event_text)});
+  const auto logged = catalog.log_event(
+      {now_utc_s(), event_kind, parent.unit, fmt::format("model {}: {}", model->version, event_text)});
   if (!logged) return base::forward_error(logged);
   return model;
 }
@@ -109,7 +106,7 @@ base::Status run_gap_accept(const GapAcceptCommand& command, Output& output) {
       {command.unit, search->model.version, now_utc_s(), calib::gap::gap_json(search->report).dump()});
   if (!stored) return stored;
   const auto model =
-      refit(*catalog, command.unit, terms, "gap_accepted", fmt::format("{} accepted by {}", names, who(command.user)));
+      refit(*catalog, search->model, terms, "gap_accepted", fmt::format("{} accepted by {}", names, who(command.user)));
   if (!model) return base::forward_error(model);
   return print(*model, search->model.version, output);
 }
@@ -132,7 +129,7 @@ base::Status run_gap_withdraw(const GapWithdrawCommand& command, Output& output)
   }
   const auto parent = catalog->model(command.unit);
   if (!parent) return base::forward_error(parent);
-  const auto model = refit(*catalog, command.unit, *terms, "gap_withdrawn",
+  const auto model = refit(*catalog, **parent, *terms, "gap_withdrawn",
                            fmt::format("{} withdrawn by {}: {}", command.effect, who(command.user), command.reason));
   if (!model) return base::forward_error(model);
   return print(*model, (*parent)->version, output);

@@ -117,6 +117,23 @@ class Accept(SoakTest):
         self.assertIn("corrected as soak_apply_moving does: sensor_lag",
                       self.soak("verify", self.folder / "after.soakcal", "--campaign", "fresh").stdout)
 
+    def test_accepting_fits_what_the_model_was_fitted_to(self):
+        self.campaign(77, [hidden("sensor_lag")])
+        self.soak("import", self.folder / "fresh.csv", "--unit", "SN1", "--gravity-mps2", "9.80665", "--campaign", "later")
+        runs = [run["run_id"] for run in self.json("runs", "list", "--unit", "SN1")["runs"] if run["run"] == "R01"]
+        self.soak("runs", "void", runs[0], "--reason", "test")
+        accepted = self.soak("gap", "accept", "--unit", "SN1")
+        self.assertIn("of the 4 runs of model 1, 1 were voided since and are left out", accepted.stderr)
+        self.assertEqual(self.rules_of_models(), [3, 3])
+        with sqlite3.connect(self.data / "station.db") as catalog:
+            newest = json.loads(catalog.execute("SELECT document FROM model ORDER BY version DESC").fetchone()[0])
+        self.assertEqual(len(newest["calibration"]["run_hashes"]), 3)
+
+    def rules_of_models(self):
+        with sqlite3.connect(self.data / "station.db") as catalog:
+            rows = catalog.execute("SELECT document FROM model ORDER BY version").fetchall()
+        return [json.loads(row[0])["options"]["rules"] for row in rows]
+
     def test_nothing_is_accepted_that_was_not_named(self):
         self.campaign(90, [])
         error = self.refusal("gap", "accept", "--unit", "SN1")
