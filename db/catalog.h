@@ -194,7 +194,7 @@ class Catalog {
   /// Stores the document as the unit's next model version and returns its number. `make_document` gets that number.
   [[nodiscard]] base::Result<std::int32_t> add_model(std::string_view unit, std::int32_t epoch, double created_utc_s,
                                                      const std::function<std::string(std::int32_t)>& make_document);
-  /// A version, or the newest where `version` is absent.
+  /// A version, or the newest where `version` is absent. Refuses (corrupt) one whose document is not as it was stored.
   [[nodiscard]] base::Result<std::optional<ModelRow>> model(std::string_view unit,
                                                             std::optional<std::int32_t> version = {}) const;
   /// Enters a certificate into the register and returns its record id; the row's own id is not read. Refuses

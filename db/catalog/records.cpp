@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <SQLiteCpp/Column.h>
 #include <SQLiteCpp/Statement.h>
+#include <fmt/format.h>
 
 #include "base/sha256.h"
 #include "db/catalog/impl.h"
@@ -126,7 +127,7 @@ base::Result<std::int32_t> Catalog::add_model(std::string_view unit, std::int32_
 base::Result<std::optional<ModelRow>> Catalog::model(std::string_view unit, std::optional<std::int32_t> version) const {
   return impl_->connection.run("read the model", [&]() -> base::Result<std::optional<ModelRow>> {
     SQLite::Statement query(impl_->database(),
-                            "SELECT unit, version, epoch, created_utc_s, document FROM model "
+                            "SELECT unit, version, epoch, created_utc_s, document, sha256 FROM model "
                             "WHERE unit = ?1 AND (?2 IS NULL OR version = ?2) ORDER BY version DESC LIMIT 1");
     sqlite::bind_all(query, unit, version);
     if (!query.executeStep()) return std::nullopt;
@@ -137,6 +138,14 @@ base::Result<std::optional<ModelRow>> Catalog::model(std::string_view unit, std:
     row.epoch = fields.integer32();
     row.created_utc_s = fields.real();
     row.document = fields.text();
+    base::Sha256 hash;
+    hash.update(row.document);
+    if (base::to_hex(hash.finish()) != fields.text()) {
+      return base::corrupt(
+          fmt::format("model {} of unit {} is not as it was stored; fit again, or take the catalog's backup",
+                      row.version, row.unit),
+          "station.db");
+    }
     return row;
   });
 }

@@ -184,6 +184,18 @@ TEST_F(CatalogTest, RefusesVoidRecordsWithoutReasonOrTarget) {
   EXPECT_TRUE(is_bad_input(catalog_->add_void({kRunId, "SN1", 0, {}, 0, "bad", "bob", 5.0})));
 }
 
+TEST_F(CatalogTest, RefusesAModelThatIsNotAsItWasStored) {
+  fill(*catalog_);
+  SQLite::Database database = raw();
+  database.exec("DROP TRIGGER IF EXISTS model_keeps_all");
+  database.exec("UPDATE model SET document = replace(document, '2', '3') WHERE version = 2");
+  const auto changed = catalog_->model("SN1");
+  ASSERT_FALSE(changed);
+  EXPECT_EQ(changed.error().kind, base::ErrorKind::corrupt);
+  EXPECT_NE(changed.error().message.find("model 2 of unit SN1"), std::string::npos) << changed.error().message;
+  EXPECT_TRUE(catalog_->model("SN1", 1));
+}
+
 TEST_F(CatalogTest, NumbersModelsPerUnitAndKeepsTheOldOnes) {
   fill(*catalog_);
   const auto newest = catalog_->model("SN1");
