@@ -49,6 +49,7 @@ struct Quantity {
   std::optional<double> min;             ///< of the value, for writing
   std::optional<double> max;
   std::map<std::string, int> codes;  ///< names of an enumeration's numbers
+  bool command = false;              ///< takes commands: written whatever it holds, never read
 };
 
 enum class LinkKind : std::uint8_t { tcp, rtu };
@@ -101,11 +102,18 @@ struct RegisterMap {
   std::vector<double> azimuths_deg;    ///< of those positions, as calib::Position says; empty = not known
 };
 
+/// What a register map must have beyond being sound in itself.
+enum class MapUse : std::uint8_t {
+  any,    ///< nothing
+  device  ///< all that a chamber of this map needs (chamber_needs())
+};
+
 /// Reads a register map. All mistakes at once, one per line of the message, each with "`file`:line" (a syntax error:
 /// the first one, and so is a name given twice): unknown keys, quantities and actions that no device of the kind uses,
 /// wrong types, values out of their limits, codes and numbers that their register cannot hold, an action that names
-/// what the file does not define.
-[[nodiscard]] base::Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file);
+/// what the file does not define. A file with `protocol = "text"` is refused: hal/text_map.h reads those.
+[[nodiscard]] base::Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file,
+                                                           MapUse use = MapUse::any);
 [[nodiscard]] base::Result<RegisterMap> read_register_map(const std::string& file);
 
 }  // namespace soak::hal

@@ -56,24 +56,48 @@ std::variant<hal::ModbusTcp, hal::ModbusRtu> read_modbus_address(const SettingsT
   return rtu;
 }
 
-/// The register map that a section names, with the section's address.
-hal::RegisterMap read_controller(const SettingsTable& table, std::string_view kind,
-                                 const std::filesystem::path& folder) {
+/// The address and unit number that a section gives instead of those of its map.
+void read_link_of(const SettingsTable& table, hal::RegisterMap& map) {
+  map.link.address = read_modbus_address(table);
+  if (const auto unit = table.optional_whole("unit", {0, 255})) map.link.unit = *unit;
+}
+
+void read_link_of(const SettingsTable& table, hal::TextMap& map) {
+  const auto& stated = map.link.address;
+  if (wants_serial(table)) {
+    const auto* serial = std::get_if<hal::SerialAddress>(&stated);
+    map.link.address =
+        hal::SerialAddress{table.text("device"), table.whole("baud", kBaud, serial ? serial->baud : 9600)};
+    return;
+  }
+  const auto* tcp = std::get_if<hal::TcpAddress>(&stated);
+  const std::optional<int> usual_port = tcp ? std::optional(tcp->port) : std::nullopt;
+  map.link.address = hal::TcpAddress{table.text("host", ""), table.whole("port", kPort, usual_port)};
+}
+
+/// The map that a section names, with the section's address.
+hal::ChamberMap read_controller(const SettingsTable& table, std::string_view kind,
+                                const std::filesystem::path& folder) {
   const auto file = path_in(table, "map", folder);
-  const auto address = read_modbus_address(table);
-  const auto unit = table.optional_whole("unit", {0, 255});
-  if (file.empty()) return {};
-  auto map = hal::read_register_map(file.string());
-  if (!map) {
-    table.refuse("map", foreign(map.error()));
-    return {};
+  hal::ChamberMap map;
+  if (!file.empty()) {
+    auto read = hal::read_chamber_map(file.string());
+    if (!read) table.refuse("map", foreign(read.error()));
+    if (read) map = *std::move(read);
   }
-  if (map->kind != kind) {
-    table.refuse("map", fmt::format("'{}' is the map of a {}, not of a {}", file.string(), map->kind, kind));
+  std::visit([&table](auto& one) { read_link_of(table, one); }, map);
+  if (const auto found = hal::kind_of(map); !found.empty() && found != kind) {
+    table.refuse("map", fmt::format("'{}' is the map of a {}, not of a {}", file.string(), found, kind));
   }
-  map->link.address = address;
-  if (unit) map->link.unit = *unit;
-  return std::move(*map);
+  return map;
+}
+
+/// A fixture or a power switch.
+hal::RegisterMap read_modbus_controller(const SettingsTable& table, std::string_view kind,
+                                        const std::filesystem::path& folder) {
+  auto map = read_controller(table, kind, folder);
+  auto* registers = std::get_if<hal::RegisterMap>(&map);
+  return registers ? std::move(*registers) : hal::RegisterMap();
 }
 
 std::array<std::string, 3> read_axes(const SettingsTable& table, std::array<std::string, 3> axes) {
@@ -204,8 +228,8 @@ void read_service(const SettingsTable& root, const std::filesystem::path& folder
 void read_controllers(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
   constexpr bool required = true;
   if (const auto table = root.table("chamber", required)) config.chamber = read_controller(*table, "chamber", folder);
-  if (const auto table = root.table("fixture")) config.fixture = read_controller(*table, "fixture", folder);
-  if (const auto table = root.table("power")) config.power = read_controller(*table, "power", folder);
+  if (const auto table = root.table("fixture")) config.fixture = read_modbus_controller(*table, "fixture", folder);
+  if (const auto table = root.table("power")) config.power = read_modbus_controller(*table, "power", folder);
 }
 
 /// Heading of a horizontal axis of the fixture that stands with `up` upwards, clockwise from the axis after the

@@ -12,6 +12,7 @@
 #include "base/result.h"
 #include "calib/position.h"
 #include "calib/run.h"
+#include "hal/chamber_map.h"
 #include "hal/devices.h"
 #include "hal/register_map.h"
 
@@ -36,7 +37,7 @@ struct StationConfig {
   double clock_rate = 1.0;
   std::filesystem::path data;               ///< empty = as for `soak`
   std::filesystem::path unit_types;         ///< folder of unit types
-  hal::RegisterMap chamber;                 ///< map file, its link replaced by the station's
+  hal::ChamberMap chamber;                  ///< map file, its link replaced by the station's
   std::optional<hal::RegisterMap> fixture;  ///< absent = turned by hand
   std::optional<hal::RegisterMap> power;    ///< absent = switched by hand
   std::vector<Slot> slots;

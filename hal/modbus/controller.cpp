@@ -11,20 +11,8 @@
 namespace soak::hal {
 namespace {
 
-constexpr int kMaxDecimals = 6;
-
 bool contains(const std::vector<int>& numbers, int number) {
   return std::find(numbers.begin(), numbers.end(), number) != numbers.end();
-}
-
-bool says_alarm(const AlarmRule& rule, int content) {
-  if (rule.mask) return (content & *rule.mask) != 0;
-  return rule.active.empty() ? !contains(rule.inactive, content) : contains(rule.active, content);
-}
-
-std::string registers_text(int address, int count) {
-  return count == 1 ? fmt::format("register {}", address)
-                    : fmt::format("registers {} to {}", address, address + count - 1);
 }
 
 }  // namespace
@@ -33,10 +21,25 @@ Controller::Controller(RegisterMap map) : map_(std::move(map)), link_(map_.link)
 
 bool Controller::has(std::string_view quantity) const { return map_.quantities.contains(std::string(quantity)); }
 
+bool Controller::has_action(std::string_view action) const { return map_.actions.contains(std::string(action)); }
+
+QuantityAccess::Range Controller::range(const std::string& quantity) const {
+  const Quantity& held = map_.quantities.at(quantity);
+  return {held.min, held.max};
+}
+
+double Controller::code(const std::string& quantity, const std::string& name) const {
+  return map_.quantities.at(quantity).codes.at(name);
+}
+
+std::string Controller::place(const std::string& quantity) const {
+  return fmt::format("register {}", map_.quantities.at(quantity).address);
+}
+
 std::string Controller::description() const { return fmt::format("{} at {}", map_.name, link_.address()); }
 
 tl::unexpected<base::Error> Controller::fail(std::string message) const {
-  return base::fail(base::ErrorKind::device, std::move(message), description());
+  return device_fault(*this, std::move(message));
 }
 
 base::Status Controller::connect() {
@@ -151,7 +154,7 @@ base::Result<double> Controller::read(const std::string& name) {
   return values->at(name);
 }
 
-base::Result<std::vector<AlarmRule>> Controller::active_alarms() {
+base::Result<std::vector<ChamberAlarm>> Controller::active_alarms() {
   constexpr int read_holding = 3;
   if (auto ready = connect(); !ready) return base::forward_error(ready);
   std::vector<RegisterSpan> spans;
@@ -160,11 +163,11 @@ base::Result<std::vector<AlarmRule>> Controller::active_alarms() {
   }
   const auto image = fetch(spans);
   if (!image) return base::forward_error(image);
-  std::vector<AlarmRule> active;
+  std::vector<ChamberAlarm> active;
   for (const AlarmRule& rule : map_.alarms) {
     const bool on = std::any_of(rule.addresses.begin(), rule.addresses.end(),
                                 [&](int address) { return says_alarm(rule, image->at({read_holding, address})); });
-    if (on) active.push_back(rule);
+    if (on) active.push_back({rule.name, rule.outputs_off});
   }
   return active;
 }
@@ -191,16 +194,17 @@ base::Status Controller::write(const std::string& name, double value) {
   if (auto ready = connect(); !ready) return ready;
   const Quantity& quantity = map_.quantities.at(name);
   Content held;
-  if (map_.write_policy.only_on_change || quantity.decimals_register) {
+  const bool compare = map_.write_policy.only_on_change && !quantity.command;
+  if (compare || quantity.decimals_register) {
     auto fetched = fetch_content(name);
     if (!fetched) return base::forward_error(fetched);
     held = *std::move(fetched);
   }
   const auto words = encode_value(quantity, value, held.decimals);
   if (!words) return base::bad_input(fmt::format("{}: {}", name, words.error().message), description());
-  if (map_.write_policy.only_on_change && same_value(quantity, held.words, *words)) return {};
+  if (compare && same_value(quantity, held.words, *words)) return {};
   if (auto sent = send(name, *words); !sent) return sent;
-  return map_.write_policy.read_back ? expect_words(name, *words) : base::Status{};
+  return map_.write_policy.read_back && !quantity.command ? expect_words(name, *words) : base::Status{};
 }
 
 base::Status Controller::expect_words(const std::string& name, const Words& words) {

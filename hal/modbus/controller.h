@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "hal/chamber/quantity_access.h"
 #include "hal/modbus/block_plan.h"
 #include "hal/modbus/modbus_link.h"
 #include "hal/modbus/registers.h"
@@ -15,29 +16,29 @@
 
 namespace soak::hal {
 
-/// Values by the names of their quantities.
-using Values = std::map<std::string, double, std::less<>>;
-
 /// A controller that a register map describes: quantities, actions and alarms by name. Each call opens the link if it
 /// is closed and then proves the map's probes before it trusts a value. Names must be in the map. Errors are of kind
 /// `device` and name the quantity, its register, and map and address as their place.
-class Controller {
+class Controller final : public QuantityAccess {
  public:
   explicit Controller(RegisterMap map);
 
   [[nodiscard]] const RegisterMap& map() const { return map_; }
-  [[nodiscard]] bool has(std::string_view quantity) const;
-  /// Map and address.
-  [[nodiscard]] std::string description() const;
+  [[nodiscard]] bool has(std::string_view quantity) const override;
+  [[nodiscard]] bool has_action(std::string_view action) const override;
+  [[nodiscard]] Range range(const std::string& quantity) const override;
+  [[nodiscard]] double code(const std::string& quantity, const std::string& name) const override;
+  [[nodiscard]] std::string place(const std::string& quantity) const override;
+  [[nodiscard]] std::string description() const override;
 
-  [[nodiscard]] base::Status connect();
-  [[nodiscard]] base::Result<Values> read_all(const std::vector<std::string>& names);
+  [[nodiscard]] base::Status connect() override;
+  [[nodiscard]] base::Result<Values> read_all(const std::vector<std::string>& names) override;
   [[nodiscard]] base::Result<double> read(const std::string& name);
-  [[nodiscard]] base::Result<std::vector<AlarmRule>> active_alarms();
+  [[nodiscard]] base::Result<std::vector<ChamberAlarm>> active_alarms() override;
   /// Writes by the map's policy. The register is asked for what it holds before and after: what was sent earlier proves
   /// nothing. Refuses (bad_input) a value beyond the map's limits.
-  [[nodiscard]] base::Status write(const std::string& name, double value);
-  [[nodiscard]] base::Status run(const std::string& action);
+  [[nodiscard]] base::Status write(const std::string& name, double value) override;
+  [[nodiscard]] base::Status run(const std::string& action) override;
   /// Waits a few tenths of a second for a quantity to become `value`.
   [[nodiscard]] base::Status expect(const std::string& name, double value);
 

@@ -5,28 +5,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <string>
 #include <vector>
+
+#include "hal/maps/address_reader.h"
 
 namespace soak::hal {
 namespace {
 
-ModbusTcp read_tcp(const SettingsTable& link) {
-  constexpr int last_port = 65535;
-  const std::string text = link.text("tcp");
-  const std::size_t colon = text.rfind(':');
-  ModbusTcp address{.host = text.substr(0, colon)};
-  if (colon != std::string::npos) {
-    const char* end = text.data() + text.size();
-    const auto [stop, failure] = std::from_chars(text.data() + colon + 1, end, address.port);
-    if (failure != std::errc{} || stop != end) address.port = 0;
-  }
-  if (address.host.empty() || address.port < 1 || address.port > last_port) {
-    link.refuse("tcp", fmt::format("'link.tcp' must be \"host\" or \"host:port\", not \"{}\"", text));
-  }
-  return address;
-}
+constexpr int kModbusPort = 502;
 
 ModbusRtu read_rtu(const SettingsTable& link) {
   constexpr Limits any_baud{1, 1e9};
@@ -54,7 +41,10 @@ ModbusLinkSettings read_link(const SettingsTable& link) {
   const bool rtu = link.has("rtu");
   if (rtu == link.has("tcp")) link.refuse("", "'link' needs either 'tcp' or 'rtu'");
   if (rtu) settings.address = read_rtu(link);
-  if (link.has("tcp")) settings.address = read_tcp(link);
+  if (link.has("tcp")) {
+    const TcpAddress tcp = read_host_port(link, "tcp", kModbusPort);
+    settings.address = ModbusTcp{tcp.host, tcp.port};
+  }
   settings.unit = link.whole("unit", unit_limits, settings.unit);
   const bool reserved = settings.unit > last_unit && settings.unit != direct_unit;
   if (reserved || (rtu && (settings.unit == 0 || settings.unit == direct_unit))) {

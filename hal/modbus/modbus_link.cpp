@@ -8,8 +8,6 @@
 #include <sys/select.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cmath>
 #include <thread>
@@ -18,17 +16,14 @@
 namespace soak::hal {
 namespace {
 
-using Seconds = std::chrono::duration<double>;
-
-constexpr std::array<Seconds, 4> kPauses = {Seconds(1), Seconds(2), Seconds(5), Seconds(10)};
 constexpr int kBusyTries = 4;
 constexpr std::chrono::milliseconds kBusyPause{100};
-constexpr double kTimeoutsPerCall = 5.0;
 /// Between connecting and the first request; the F4T needs it (ESPEC's driver).
 constexpr std::chrono::milliseconds kSettlingTime{100};
 /// On a serial line. The silence of 3.5 characters that the standard asks for is too short for some controllers:
 /// ESPEC's driver of the F4T waits so long.
 constexpr double kSerialGap_s = 0.03;
+const char* const kForeignThread = "the link belongs to another thread";
 
 modbus_t* new_context(const ModbusTcp& address) {
   return modbus_new_tcp_pi(address.host.c_str(), std::to_string(address.port).c_str());
@@ -48,10 +43,6 @@ void set_timeouts(modbus_t* context, double response_s) {
                               static_cast<std::uint32_t>((response_s - whole_s) * 1e6));
   // Without a time-out between bytes, the one above holds for the whole answer: a peer that trickles cannot block us.
   modbus_set_byte_timeout(context, 0, 0);
-}
-
-std::chrono::steady_clock::duration clock_time(double time_s) {
-  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(Seconds(time_s));
 }
 
 /// libmodbus puts the descriptor into an fd_set, already while it connects, which aborts the process beyond its size.
@@ -104,7 +95,8 @@ struct ModbusLink::Port {
   modbus_t* context;
 };
 
-ModbusLink::ModbusLink(ModbusLinkSettings settings) : settings_(std::move(settings)) {}
+ModbusLink::ModbusLink(ModbusLinkSettings settings)
+    : settings_(std::move(settings)), patience_(settings_.response_timeout_s) {}
 
 ModbusLink::~ModbusLink() = default;
 
@@ -112,20 +104,18 @@ std::string ModbusLink::address() const {
   return std::visit([](const auto& address) { return address_text(address); }, settings_.address);
 }
 
-void ModbusLink::begin_call() {
-  call_end_ = Clock::now() + clock_time(kTimeoutsPerCall * settings_.response_timeout_s);
+bool ModbusLink::is_foreign_thread() {
+  if (owner_ == std::thread::id()) owner_ = std::this_thread::get_id();
+  return owner_ != std::this_thread::get_id();
 }
 
 LinkResult ModbusLink::open() {
+  if (is_foreign_thread()) return tl::unexpected(LinkFault{kForeignThread});
   if (port_) return {};
-  const auto now = Clock::now();
-  if (now < next_try_) {
-    const Seconds left = next_try_ - now;
-    return tl::unexpected(LinkFault{fmt::format("{}; next try in {:.1f} s", last_fault_, left.count())});
-  }
+  if (auto reason = patience_.must_wait()) return tl::unexpected(LinkFault{*std::move(reason)});
   const auto fail = [this](std::string reason) {
     give_up(std::move(reason));
-    return tl::unexpected(LinkFault{last_fault_});
+    return tl::unexpected(LinkFault{patience_.last_fault()});
   };
   if (!descriptor_fits()) return fail("too many open files: libmodbus cannot use a descriptor beyond 1023");
   auto port =
@@ -143,11 +133,7 @@ LinkResult ModbusLink::open() {
 
 void ModbusLink::give_up(std::string reason) {
   port_.reset();
-  last_fault_ = std::move(reason);
-  const auto step = std::min(static_cast<std::size_t>(failures_), kPauses.size() - 1);
-  const Seconds pause = std::max(kPauses[step], Seconds(settings_.response_timeout_s));
-  next_try_ = Clock::now() + clock_time(pause.count());
-  ++failures_;
+  patience_.give_up(std::move(reason));
 }
 
 LinkFault ModbusLink::fault_of(int code) {
@@ -157,10 +143,12 @@ LinkFault ModbusLink::fault_of(int code) {
 }
 
 LinkResult ModbusLink::exchange(int count, const std::function<int()>& request) {
+  if (is_foreign_thread()) return tl::unexpected(LinkFault{kForeignThread});
+  if (!port_) return tl::unexpected(LinkFault{patience_.last_fault()});
   for (int attempt = 1;; ++attempt) {
-    if (Clock::now() >= call_end_) {
+    if (patience_.call_is_over()) {
       give_up("answers come too late: a longer 'response_timeout_s' gives the controller more time");
-      return tl::unexpected(LinkFault{last_fault_});
+      return tl::unexpected(LinkFault{patience_.last_fault()});
     }
     std::this_thread::sleep_until(last_request_ + clock_time(request_gap_s(settings_)));
     // What still lies in the buffer answers an earlier request.
@@ -176,14 +164,12 @@ LinkResult ModbusLink::exchange(int count, const std::function<int()>& request) 
 }
 
 LinkResult ModbusLink::read(int function, int address, std::span<std::uint16_t> words) {
-  if (!port_) return tl::unexpected(LinkFault{last_fault_});
   const int count = static_cast<int>(words.size());
   auto* const read_registers = function == 4 ? &modbus_read_input_registers : &modbus_read_registers;
   return exchange(count, [&] { return read_registers(port_->context, address, count, words.data()); });
 }
 
 LinkResult ModbusLink::write(int function, int address, std::span<const std::uint16_t> words) {
-  if (!port_) return tl::unexpected(LinkFault{last_fault_});
   const int count = static_cast<int>(words.size());
   if (function == 6) {
     return exchange(count, [&] { return modbus_write_register(port_->context, address, words.front()); });

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
 #include <string>
+#include <thread>
 #include <tl/expected.hpp>
 
+#include "hal/link/link_patience.h"
 #include "hal/register_map.h"
 
 namespace soak::hal {
@@ -25,13 +26,11 @@ using LinkResult = tl::expected<void, LinkFault>;
 [[nodiscard]] double request_gap_s(const ModbusLinkSettings& settings);
 
 /// A Modbus link over TCP or a serial line, on libmodbus. It never repairs itself within a call: a fault other than a
-/// Modbus exception closes it, and open() refuses to try again before a pause (1, 2, 5, 10 s of host time, and never
-/// shorter than the response time-out) is over. The pause is also the quiet time in which a late answer on a serial
-/// line runs out. One thread at a time.
+/// Modbus exception closes it, and open() refuses to try again before a pause is over (LinkPatience). Requests belong
+/// to calls (begin_call()), and a call ends with a fault after five response time-outs.
 ///
-/// No request takes longer than the response time-out. A controller that answers each request, but late, could still
-/// hold a caller that has many: therefore requests belong to calls (begin_call()), and a call ends with a fault after
-/// five response time-outs.
+/// libmodbus is not made for threads, and an answer on a serial line does not say whose it is: the link belongs to the
+/// thread that first opens it. Requests of another one fail (and leave the link as it is).
 class ModbusLink {
  public:
   explicit ModbusLink(ModbusLinkSettings settings);
@@ -41,11 +40,11 @@ class ModbusLink {
 
   [[nodiscard]] bool is_open() const { return port_ != nullptr; }
   /// From here on the requests of another call are counted.
-  void begin_call();
+  void begin_call() { patience_.begin_call(); }
   /// Opens a closed link. During a pause it fails at once and says when the next try is.
   [[nodiscard]] LinkResult open();
   /// Says that the peer is the right one: the next pause is again the shortest.
-  void confirm() { failures_ = 0; }
+  void confirm() { patience_.confirm(); }
   /// Closes the link because of `reason` and begins a pause.
   void give_up(std::string reason);
 
@@ -55,23 +54,25 @@ class ModbusLink {
   /// Writes registers by function 6 (one) or 16.
   [[nodiscard]] LinkResult write(int function, int address, std::span<const std::uint16_t> words);
 
+  /// When a closed link may be opened again.
+  [[nodiscard]] LinkPatience::Clock::time_point next_try() const { return patience_.next_try(); }
+
   /// "host:port" or the serial device.
   [[nodiscard]] std::string address() const;
 
  private:
   struct Port;
-  using Clock = std::chrono::steady_clock;
+  using Clock = LinkPatience::Clock;
 
   [[nodiscard]] LinkResult exchange(int count, const std::function<int()>& request);
   [[nodiscard]] LinkFault fault_of(int code);
+  [[nodiscard]] bool is_foreign_thread();
 
   ModbusLinkSettings settings_;
   std::unique_ptr<Port> port_;
-  int failures_ = 0;
-  std::string last_fault_ = "not connected";
-  Clock::time_point next_try_{};
+  LinkPatience patience_;
   Clock::time_point last_request_{};
-  Clock::time_point call_end_ = Clock::time_point::max();
+  std::thread::id owner_;
 };
 
 }  // namespace soak::hal

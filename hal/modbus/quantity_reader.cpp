@@ -34,6 +34,12 @@ void check_write_limits(const SettingsTable& table, const Quantity& quantity) {
   if (quantity.min && quantity.max && *quantity.min > *quantity.max) table.refuse("min", "'min' is above 'max'");
 }
 
+void check_command(const SettingsTable& table, const Quantity& quantity) {
+  if (!quantity.command) return;
+  if (!quantity.write_function) table.refuse("command", "a command is written: it needs a 'write_function'");
+  if (quantity.decimals_register) table.refuse("decimals_register", "a command has no 'decimals_register'");
+}
+
 }  // namespace
 
 Limits content_limits(RegisterType type) {
@@ -62,7 +68,9 @@ Quantity read_quantity(const SettingsTable& table) {
   quantity.max = table.optional_number("max", kAnyNumber);
   quantity.codes = read_codes(table, quantity.type);
   if (quantity.type == RegisterType::f32) check_float(table, quantity);
+  quantity.command = table.flag("command", false);
   check_write_limits(table, quantity);
+  check_command(table, quantity);
   return quantity;
 }
 

@@ -2,11 +2,15 @@
 #include "hal/register_map.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <set>
 #include <utility>
 
+#include "hal/maps/action_reader.h"
+#include "hal/maps/vocabulary.h"
+#include "hal/modbus/chamber_needs.h"
 #include "hal/modbus/link_reader.h"
 #include "hal/modbus/quantity_reader.h"
 #include "hal/modbus/registers.h"
@@ -14,15 +18,6 @@
 
 namespace soak::hal {
 namespace {
-
-/// A call that carries an action out waits that long.
-constexpr double kLongestDelay_s = 10.0;
-
-/// What a device of a kind asks its map for.
-struct Vocabulary {
-  std::set<std::string> quantities;
-  std::set<std::string> actions;
-};
 
 bool is_output(std::string_view name) {
   for (const std::string_view prefix : {"output_", "state_"}) {
@@ -36,9 +31,7 @@ bool is_output(std::string_view name) {
 Vocabulary vocabulary_of(const std::string& kind) {
   if (kind == "fixture") return {{"request", "position", "status"}, {}};
   if (kind == "power") return {};  // its quantities are numbered
-  return {{"air_c", "set_point_c", "working_set_point_c", "output_percent", "control_mode", "actual_mode", "ramp_rate",
-           "min_set_point_c", "max_set_point_c"},
-          {"start", "stop", "ramp_on", "ramp_off"}};
+  return chamber_vocabulary();
 }
 
 Probe read_probe(const SettingsTable& table) {
@@ -54,44 +47,16 @@ Probe read_probe(const SettingsTable& table) {
   return probe;
 }
 
-/// `quantity` is null if there is none of the step's name.
-double step_value(const SettingsTable& step, const Quantity* quantity) {
-  if (step.has("code") == step.has("value")) step.refuse("", "a step needs either 'code' or 'value'");
-  if (!step.has("code")) return step.number("value", kAnyNumber, 0.0);
-  const std::string code = step.text("code");
-  if (!quantity) return 0.0;
-  const auto found = quantity->codes.find(code);
-  if (found != quantity->codes.end()) return found->second;
-  step.refuse("code", fmt::format("the quantity has no code '{}'", code));
-  return 0.0;
-}
-
-void check_step(const SettingsTable& table, const ActionStep& step, const Quantity& quantity) {
-  const std::string_view key = table.has("code") ? "code" : "value";
-  // How many decimals a register has is known to the controller alone.
-  const bool fits = quantity.decimals_register || encode_value(quantity, step.value, 0);
-  if (!quantity.write_function) {
-    table.refuse("quantity", fmt::format("'{}' has no 'write_function'", step.quantity));
-  } else if (step.value < quantity.min.value_or(step.value) || step.value > quantity.max.value_or(step.value)) {
-    table.refuse(key, fmt::format("{} is beyond the limits of '{}'", step.value, step.quantity));
-  } else if (!fits) {
-    table.refuse(key, fmt::format("{} does not fit the register of '{}'", step.value, step.quantity));
-  }
-}
-
-ActionStep read_step(const SettingsTable& table, const std::map<std::string, Quantity>& quantities) {
-  ActionStep step;
-  step.quantity = table.text("quantity");
-  const auto found = quantities.find(step.quantity);
-  const Quantity* quantity = found == quantities.end() ? nullptr : &found->second;
-  step.value = step_value(table, quantity);
-  step.delay_s = table.number("delay_s", {0.0, kLongestDelay_s}, 0.0);
-  if (quantity) {
-    check_step(table, step, *quantity);
-  } else {
-    table.refuse("quantity", fmt::format("there is no quantity '{}'", step.quantity));
-  }
-  return step;
+std::optional<StepTarget> step_target(const RegisterMap& map, const std::string& name) {
+  const auto found = map.quantities.find(name);
+  if (found == map.quantities.end()) return std::nullopt;
+  const Quantity& quantity = found->second;
+  const auto fits = [quantity](double value) {
+    // How many decimals a register has is known to the controller alone.
+    return quantity.decimals_register || encode_value(quantity, value, 0);
+  };
+  return StepTarget{
+      quantity.write_function.has_value(), "write_function", quantity.min, quantity.max, quantity.codes, fits};
 }
 
 AlarmRule read_alarm(const SettingsTable& table) {
@@ -143,35 +108,16 @@ std::vector<double> read_azimuths(const SettingsTable& root, const RegisterMap& 
   return azimuths;
 }
 
-void read_actions(const SettingsTable& root, RegisterMap& map) {
-  const auto actions = root.table("action");
-  if (!actions) return;
+/// A name that nothing asks for is most likely misspelt; a device reads what it asks for.
+void check_names(const SettingsTable& quantities, const RegisterMap& map) {
   const Vocabulary known = vocabulary_of(map.kind);
-  for (const std::string& name : actions->keys()) {
-    std::vector<ActionStep>& steps = map.actions[name];
-    double delays_s = 0.0;
-    for (const SettingsTable& step : actions->tables(name)) {
-      steps.push_back(read_step(step, map.quantities));
-      delays_s += steps.back().delay_s;
-    }
-    if (steps.empty()) actions->refuse(name, fmt::format("action '{}' has no step", name));
-    if (delays_s > kLongestDelay_s) {
-      actions->refuse(name, fmt::format("the delays of '{}' are more than {} s together", name, kLongestDelay_s));
-    }
-    if (!map.kind.empty() && !known.actions.contains(name)) {
-      actions->refuse(name, fmt::format("a device of kind \"{}\" has no action '{}'", map.kind, name));
-    }
-  }
-}
-
-/// A name that nothing asks for is most likely misspelt.
-void refuse_unused(const SettingsTable& quantities, const RegisterMap& map) {
-  Vocabulary known = vocabulary_of(map.kind);
-  for (const auto& [name, steps] : map.actions) {
-    for (const ActionStep& step : steps) known.quantities.insert(step.quantity);
-  }
+  const std::set<std::string> acted_on = written_by(map.actions);
   for (const auto& [name, quantity] : map.quantities) {
-    if (known.quantities.contains(name) || (map.kind == "power" && is_output(name))) continue;
+    const bool asked_for = known.quantities.contains(name) || (map.kind == "power" && is_output(name));
+    if (asked_for && quantity.command) {
+      quantities.refuse(name, fmt::format("'{}' is read as well: it cannot be a command", name));
+    }
+    if (asked_for || acted_on.contains(name)) continue;
     quantities.refuse(name, fmt::format("a device of kind \"{}\" does not use the quantity '{}', nor does an action",
                                         map.kind, name));
   }
@@ -186,8 +132,15 @@ WritePolicy read_policy(const SettingsTable& root) {
   return policy;
 }
 
-RegisterMap read_map(const SettingsTable& root) {
+/// One mistake that lists all that is lacking: it has no line of its own.
+void refuse_incomplete(const SettingsTable& root, const RegisterMap& map) {
+  const auto needs = chamber_needs(map);
+  if (map.kind == "chamber" && !needs.empty()) root.refuse("kind", fmt::format("{}", fmt::join(needs, "; ")));
+}
+
+RegisterMap read_map(const SettingsTable& root, MapUse use) {
   RegisterMap map;
+  (void)root.choice<bool>("protocol", {{"modbus", true}}, true);
   map.name = root.text("name");
   map.kind = root.choice<std::string>("kind", {{"chamber", "chamber"}, {"fixture", "fixture"}, {"power", "power"}});
   if (const auto link = root.table("link", true)) map.link = read_link(*link);
@@ -198,21 +151,23 @@ RegisterMap read_map(const SettingsTable& root) {
     }
   }
   for (const SettingsTable& probe : root.tables("probe")) map.probes.push_back(read_probe(probe));
-  read_actions(root, map);
-  if (quantities && !map.kind.empty()) refuse_unused(*quantities, map);
+  map.actions = read_actions(root, map.kind, vocabulary_of(map.kind).actions,
+                             [&map](const std::string& quantity) { return step_target(map, quantity); });
+  if (quantities && !map.kind.empty()) check_names(*quantities, map);
   map.alarms = read_alarms(root);
   map.write_policy = read_policy(root);
   map.positions = read_positions(root, map.kind);
   map.azimuths_deg = read_azimuths(root, map);
+  if (use == MapUse::device) refuse_incomplete(root, map);
   return map;
 }
 
 }  // namespace
 
-base::Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file) {
+base::Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file, MapUse use) {
   const auto reader = SettingsReader::parse(text, file);
   if (!reader) return base::forward_error(reader);
-  RegisterMap map = read_map(reader->root());
+  RegisterMap map = read_map(reader->root(), use);
   if (auto status = reader->finish(); !status) return base::forward_error(status);
   map.file = file;
   return map;

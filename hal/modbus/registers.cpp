@@ -80,4 +80,17 @@ bool same_value(const Quantity& quantity, std::span<const std::uint16_t> a, std:
   return std::abs(difference) <= kFloatTolerance;
 }
 
+bool says_alarm(const AlarmRule& rule, int content) {
+  const auto among = [content](const std::vector<int>& codes) {
+    return std::find(codes.begin(), codes.end(), content) != codes.end();
+  };
+  if (rule.mask) return (content & *rule.mask) != 0;
+  return rule.active.empty() ? !among(rule.inactive) : among(rule.active);
+}
+
+std::string registers_text(int address, int count) {
+  return count == 1 ? fmt::format("register {}", address)
+                    : fmt::format("registers {} to {}", address, address + count - 1);
+}
+
 }  // namespace soak::hal

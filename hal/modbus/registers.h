@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -12,6 +13,9 @@
 namespace soak::hal {
 
 using Words = std::vector<std::uint16_t>;
+
+/// A decimals register that holds more is a wrong register.
+inline constexpr int kMaxDecimals = 6;
 
 /// Registers that a value takes.
 [[nodiscard]] int word_count(RegisterType type);
@@ -27,5 +31,11 @@ using Words = std::vector<std::uint16_t>;
 /// digit: floats may differ by 0.001.
 [[nodiscard]] bool same_value(const Quantity& quantity, std::span<const std::uint16_t> a,
                               std::span<const std::uint16_t> b);
+
+/// Whether an alarm's register that holds `content` says that the alarm is active.
+[[nodiscard]] bool says_alarm(const AlarmRule& rule, int content);
+
+/// "register 7" or "registers 7 to 8".
+[[nodiscard]] std::string registers_text(int address, int count);
 
 }  // namespace soak::hal

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <string_view>
 
 #include "base/number_text.h"
@@ -18,7 +19,7 @@ namespace {
 
 constexpr std::string_view kUsage =
     R"(usage: soaksim --out DIR [--seed N] [--units N] [--rate R|max] [--config FILE]
-               [--base-port P] [--pty SLOT...] [--maps DIR]
+               [--base-port P] [--pty SLOT...] [--chamber KIND] [--maps DIR]
 Runs a simulated laboratory: a chamber, a fixture and a relay card that speak Modbus TCP, and units that speak the Xsens
 MTi's Xbus protocol, all on 127.0.0.1. Writes DIR/station.toml when everything listens, then prints one line of JSON with
 the ports. Ends with status 0 on SIGTERM or SIGINT.
@@ -29,8 +30,10 @@ the ports. Ends with status 0 on SIGTERM or SIGINT.
   --rate R         device seconds per second of host time, 0.01 to 5000 (default 1); max = 5000. A reader that does not
                    keep up makes the laboratory's clock wait.
   --config FILE    magnitudes, in the format of lab.toml
-  --base-port P    ports P (chamber), P+1 (fixture), P+2 (relay), P+10+n (unit n); else any free ones
+  --base-port P    ports P (chamber), P+1 (fixture), P+2 (relay), P+3 (espec-p300), P+10+n (unit n); else any free ones
   --pty SLOT...    these slots get a pseudo-terminal instead of a TCP port; the JSON line and station.toml name it
+  --chamber KIND   controller that station.toml names: f4t (Modbus TCP, the default), f4t-rtu, eurotherm-2400 (Modbus RTU on
+                   a pseudo-terminal), espec-p300 (lines of text over TCP)
   --maps DIR       folder of register maps and unit types that station.toml names
 )";
 constexpr std::string_view kTruthUsage =
@@ -55,11 +58,26 @@ base::Result<double> rate_option(const ProgramOptions& options) {
   return *rate;
 }
 
+base::Result<ChamberKind> chamber_option(const ProgramOptions& options) {
+  const std::map<std::string, ChamberKind> kinds = {{"f4t", ChamberKind::f4t},
+                                                    {"f4t-rtu", ChamberKind::f4t_rtu},
+                                                    {"eurotherm-2400", ChamberKind::eurotherm_2400},
+                                                    {"espec-p300", ChamberKind::espec_p300}};
+  const std::string text = options.text("--chamber").value_or("f4t");
+  const auto found = kinds.find(text);
+  if (found != kinds.end()) return found->second;
+  return base::bad_input(
+      fmt::format("option --chamber must be f4t, f4t-rtu, eurotherm-2400 or espec-p300, not '{}'", text));
+}
+
 base::Result<LabServerOptions> server_options(const ProgramOptions& options, int units) {
   LabServerOptions server;
   const auto rate = rate_option(options);
   if (!rate) return base::forward_error(rate);
   server.rate = *rate;
+  const auto chamber = chamber_option(options);
+  if (!chamber) return base::forward_error(chamber);
+  server.chamber = *chamber;
   const auto base_port = options.whole("--base-port", 1, kMaxBasePort);
   if (!base_port) return base::forward_error(base_port);
   if (*base_port) server.base_port = static_cast<int>(**base_port);
@@ -94,7 +112,7 @@ struct Order {
 
 base::Result<Order> parse_order(const std::vector<std::string>& arguments) {
   const auto options = ProgramOptions::parse(
-      arguments, {"--out", "--seed", "--units", "--rate", "--config", "--base-port", "--maps"}, {"--pty"});
+      arguments, {"--out", "--seed", "--units", "--rate", "--config", "--base-port", "--chamber", "--maps"}, {"--pty"});
   if (!options) return base::forward_error(options);
   const auto folder = options->required("--out", "the folder for station.toml");
   if (!folder) return base::forward_error(folder);
@@ -114,8 +132,7 @@ base::Status serve(const Order& order, int stop_fd, const std::function<void(con
   const auto server = LabServer::open(order.config, order.server);
   if (!server) return base::forward_error(server);
   const LabAddresses addresses = (*server)->addresses();
-  const auto file =
-      write_station_file(order.folder, station_toml(order.config, order.server.rate, addresses, order.maps));
+  const auto file = write_station_file(order.folder, station_toml(order.config, order.server, addresses, order.maps));
   if (!file) return base::forward_error(file);
   announce(addresses_json(addresses, *file));
   (*server)->run_until_readable(stop_fd);

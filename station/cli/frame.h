@@ -30,6 +30,7 @@ void register_unit(CLI::App& program, Request& request);
 void register_calibration(CLI::App& program, Request& request);
 void register_campaign(CLI::App& program, Request& request);
 void register_procedure(CLI::App& program, Request& request);
+void register_chamber(CLI::App& program, Request& request);
 void register_signal(CLI::App& program, Request& request);
 void register_key(CLI::App& program, Request& request);
 void register_reference(CLI::App& program, Request& request);

@@ -71,7 +71,7 @@ base::Result<std::unique_ptr<Engine>> Engine::make(const StationConfig& config, 
 }
 
 base::Status Engine::make_devices() {
-  auto chamber = hal::make_modbus_chamber(config_.chamber);
+  auto chamber = hal::make_chamber(config_.chamber);
   if (!chamber) return base::forward_error(chamber);
   chamber_ = *std::move(chamber);
   if (config_.fixture) {

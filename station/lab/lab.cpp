@@ -30,7 +30,7 @@ Lab::Lab(const StationConfig& config_, db::Catalog& catalog_, EventLog& log_, ha
       catalog(catalog_),
       log(log_),
       time(config_.clock_rate),
-      chamber(chamber_, config_.chamber.link.poll_s),
+      chamber(chamber_, hal::poll_s(config_.chamber)),
       fixture(fixture_),
       power(power_) {}
 

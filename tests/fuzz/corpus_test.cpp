@@ -86,5 +86,9 @@ TEST(FuzzCorpus, CsvReaderKeepsItsPromises) { run(csv_recording, "csv_recording"
 
 TEST(FuzzCorpus, ProcedureAndColumnsMapReadersKeepTheirPromises) { run(procedure, "procedure", 2000); }
 
+TEST(FuzzCorpus, MapsOfControllersKeepTheirPromises) { run(controller_map, "controller_map", 4000); }
+
+TEST(FuzzCorpus, AnswersOfChambersKeepTheirPromises) { run(text_answer, "text_answer", 4000); }
+
 }  // namespace
 }  // namespace soak::fuzz

@@ -91,6 +91,7 @@ void FaultProxy::run() {
     if (::poll(&waiting, 1, 20) != 1) continue;
     const int client = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     if (client < 0) continue;
+    ++connections_;
     serve(client);
     ::close(client);
   }
@@ -117,10 +118,13 @@ FaultProxy::Frame FaultProxy::receive_frame(int from, bool request) const {
     if (!receive(from, frame, kMbap) || !receive(from, frame, frame[5] - 1U)) return {};
     return frame;
   }
-  // RTU: only reads and single writes pass here. A request has 8 bytes, an answer says its length.
-  if (request) return receive(from, frame, 8) ? frame : Frame{};
+  // RTU: a request has 8 bytes, one of function 16 a byte count and as many more; an answer says its length.
+  if (request) {
+    if (!receive(from, frame, 7)) return {};
+    return receive(from, frame, frame[1] == 16 ? frame[6] + 2U : 1U) ? frame : Frame{};
+  }
   if (!receive(from, frame, 3)) return {};
-  const std::size_t rest = frame[1] > 0x80 ? 2U : frame[1] == 6 ? 5U : frame[2] + 2U;
+  const std::size_t rest = frame[1] > 0x80 ? 2U : frame[1] == 6 || frame[1] == 16 ? 5U : frame[2] + 2U;
   return receive(from, frame, rest) ? frame : Frame{};
 }
 
@@ -164,9 +168,9 @@ bool FaultProxy::answer(int client, Fault fault, const Frame& frame) {
 FaultProxy::Frame FaultProxy::spoiled(Fault fault, Frame frame) {
   const std::size_t unit = framing_ == Framing::tcp ? kMbap - 1 : 0;
   if (framing_ == Framing::rtu) frame.resize(frame.size() - 2);
-  if (fault == Fault::exception || fault == Fault::busy) {
+  if (fault == Fault::exception || fault == Fault::busy || fault == Fault::acknowledge) {
     frame[unit + 1] |= 0x80;
-    frame[unit + 2] = fault == Fault::busy ? 6 : 4;
+    frame[unit + 2] = fault == Fault::busy ? 6 : fault == Fault::acknowledge ? 5 : 4;
     frame.resize(unit + 3);
     if (framing_ == Framing::tcp) frame[5] = 3;
   }

@@ -13,6 +13,7 @@ enum class Fault : std::uint8_t {
   late,            ///< the answer comes after the client's time-out
   exception,       ///< exception 4
   busy,            ///< exception 6
+  acknowledge,     ///< exception 5
   wrong_unit,      ///< the right content under another unit number
   wrong_function,  ///< function code of another request
   truncated,       ///< the answer lacks its last byte
@@ -37,6 +38,8 @@ class FaultProxy {
   [[nodiscard]] int port() const { return port_; }
   /// Spoils an answer after `after` good ones, and the `count` - 1 that follow it.
   void spoil(Fault fault, int after = 0, int count = 1);
+  /// Clients that have connected so far.
+  [[nodiscard]] int connections() const { return connections_; }
 
  private:
   using Frame = std::vector<std::uint8_t>;
@@ -59,6 +62,7 @@ class FaultProxy {
   std::atomic<Fault> fault_{Fault::none};
   std::atomic<int> after_{0};
   std::atomic<int> count_{0};
+  std::atomic<int> connections_{0};
   std::atomic<bool> stop_{false};
   std::uint32_t random_ = 1;
   std::thread thread_;

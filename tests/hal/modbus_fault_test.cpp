@@ -7,7 +7,9 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
+#include <memory>
 #include <thread>
 
 #include "hal/devices.h"
@@ -117,6 +119,47 @@ TEST(ModbusFault, AsksABusyControllerAgain) {
   ASSERT_FALSE(value);
   EXPECT_EQ(value.error().message, "air_c (registers 10 to 11): Slave device or server is busy");
   EXPECT_EQ(controller.read("air_c").value_or(0.0), 11.5) << "the link is sound, there is no pause";
+}
+
+TEST(ModbusFault, AsksAgainAfterAnAcknowledge) {
+  SOAK_START_PYMODBUS(server, "tcp", kRegisters);
+  FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 600);
+  Controller controller(rig_map(proxy.port()));
+  ASSERT_TRUE(controller.connect());
+  proxy.spoil(Fault::acknowledge, 0, 3);
+  EXPECT_EQ(controller.read("air_c").value_or(0.0), 11.5);
+}
+
+// libmodbus' own recovery would connect again within the call, and for ever if nobody listens.
+TEST(ModbusFault, DoesNotReconnectWithinACall) {
+  SOAK_START_PYMODBUS(server, "tcp", kRegisters);
+  FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 600);
+  Controller controller(rig_map(proxy.port()));
+  ASSERT_TRUE(controller.connect());
+  for (const Fault fault : {Fault::reset, Fault::silence, Fault::truncated, Fault::garbage}) {
+    const int before = proxy.connections();
+    proxy.spoil(fault);
+    EXPECT_FALSE(controller.read("air_c"));
+    EXPECT_FALSE(controller.read("air_c")) << "in the pause";
+    EXPECT_EQ(proxy.connections(), before);
+    expect_recovery(controller);
+    EXPECT_EQ(proxy.connections(), before + 1);
+  }
+}
+
+TEST(ModbusLink, BelongsToTheThreadThatOpensIt) {
+  SOAK_START_PYMODBUS(server, "tcp", kRegisters);
+  ModbusLink link(rig_map(server->port()).link);
+  ASSERT_TRUE(link.open());
+  std::array<std::uint16_t, 1> words{};
+  std::string refusal;
+  std::thread([&] {
+    const LinkResult done = link.read(3, 30, words);
+    refusal = done ? "" : done.error().text;
+  }).join();
+  EXPECT_EQ(refusal, "the link belongs to another thread");
+  ASSERT_TRUE(link.read(3, 30, words)) << "its owner goes on";
+  EXPECT_EQ(words[0], 333);
 }
 
 TEST(ModbusFault, SaysWhenTheNextTryIsAndFailsAtOnceUntilThen) {
@@ -275,24 +318,6 @@ TEST(ModbusLink, RefusesADescriptorThatLibmodbusCannotUse) {
   EXPECT_EQ(opened.error().text, "too many open files: libmodbus cannot use a descriptor beyond 1023");
 }
 
-/// A pseudo-terminal that socat joins to a TCP port.
-class SerialLine {
- public:
-  explicit SerialLine(int port)
-      : path_(fmt::format("/tmp/soak-rtu-{}-{}", ::getpid(), port)),
-        socat_({"socat", fmt::format("pty,raw,echo=0,link={}", path_), fmt::format("tcp:127.0.0.1:{}", port)}) {
-    const auto deadline = Clock::now() + std::chrono::seconds(10);
-    while (::access(path_.c_str(), F_OK) != 0 && Clock::now() < deadline) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-  }
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-  test::Process socat_;
-};
-
 class ModbusRtuFaultTest : public ::testing::TestWithParam<Fault> {
  protected:
   static RegisterMap rig_map_rtu(const std::string& device) {
@@ -305,10 +330,10 @@ class ModbusRtuFaultTest : public ::testing::TestWithParam<Fault> {
 
 TEST_P(ModbusRtuFaultTest, GivesTheTruthOrAnErrorAndRecovers) {
   SOAK_START_PYMODBUS(server, "rtu", kRegisters);
-  if (!test::have_program("socat")) GTEST_SKIP() << "skipped: socat is not installed";
+  SOAK_NEED_SOCAT();
   // A late answer comes when the link is open again and asks its probe.
   FaultProxy proxy(server->port(), FaultProxy::Framing::rtu, 1500);
-  const SerialLine line(proxy.port());
+  const test::SerialLine line(proxy.port());
   Controller controller(rig_map_rtu(line.path()));
   expect_recovery(controller);
   expect_truth_or_error(controller, proxy, GetParam());
@@ -317,8 +342,26 @@ TEST_P(ModbusRtuFaultTest, GivesTheTruthOrAnErrorAndRecovers) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, ModbusRtuFaultTest,
-                         ::testing::Values(Fault::none, Fault::late, Fault::exception, Fault::wrong_unit,
-                                           Fault::truncated, Fault::garbage, Fault::silence));
+                         ::testing::Values(Fault::none, Fault::late, Fault::exception, Fault::busy, Fault::wrong_unit,
+                                           Fault::wrong_function, Fault::truncated, Fault::garbage, Fault::byte_by_byte,
+                                           Fault::silence, Fault::stale, Fault::twice));
+
+// On a serial line a reset is an adapter that was pulled: the device goes, and comes back.
+TEST(ModbusRtuFault, ComesBackAfterTheAdapterWasPulledAndPluggedInAgain) {
+  SOAK_START_PYMODBUS(server, "rtu", kRegisters);
+  SOAK_NEED_SOCAT();
+  auto line = std::make_unique<test::SerialLine>(server->port());
+  RegisterMap map = test::parsed_map(kMap);
+  map.link.address = ModbusRtu{.device = line->path(), .baud = 38400};
+  Controller controller(map);
+  expect_recovery(controller);
+  line.reset();
+  const auto lost = controller.read("air_c");
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(lost.error().kind, base::ErrorKind::device);
+  line = std::make_unique<test::SerialLine>(server->port());
+  expect_recovery(controller);
+}
 
 }  // namespace
 }  // namespace soak::hal

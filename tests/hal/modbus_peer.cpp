@@ -9,8 +9,10 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <stdexcept>
+#include <thread>
 
 extern char** environ;
 
@@ -69,11 +71,25 @@ std::optional<std::string> Process::line() {
   return text;
 }
 
+void Process::tell(const std::string& line) const {
+  const std::string text = line + "\n";
+  if (::write(input_, text.data(), text.size()) != static_cast<ssize_t>(text.size())) std::abort();
+}
+
 int Process::wait() {
   int status = -1;
   if (pid_ > 0) ::waitpid(pid_, &status, 0);
   pid_ = -1;
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+SerialLine::SerialLine(int port)
+    : path_(fmt::format("/tmp/soak-rtu-{}-{}", ::getpid(), port)),
+      socat_({"socat", fmt::format("pty,raw,echo=0,link={}", path_), fmt::format("tcp:127.0.0.1:{}", port)}) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while (::access(path_.c_str(), F_OK) != 0 && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
 }
 
 bool have_program(const std::string& name) {
@@ -91,11 +107,13 @@ std::unique_ptr<PymodbusServer> PymodbusServer::start(const std::string& framing
   std::unique_ptr<PymodbusServer> server(new PymodbusServer(std::move(command)));
   const std::string greeting = server->process_.line().value_or("");
   if (!greeting.starts_with("PORT ")) throw std::runtime_error("pymodbus_server.py did not start");
-  server->port_ = std::stoi(greeting.substr(5));
+  std::size_t end = 0;
+  server->port_ = std::stoi(greeting.substr(5), &end);
+  server->look_port_ = std::stoi(greeting.substr(5 + end));
   return server;
 }
 
-int PymodbusServer::writes() const { return std::stoi(mbpoll_read(port_, 60000, "4")); }
+int PymodbusServer::writes() const { return std::stoi(mbpoll_read(look_port_, 60000, "4")); }
 
 std::string mbpoll_read(int port, int address, const std::string& type) {
   std::vector<std::string> command = mbpoll_command(port, address, type);

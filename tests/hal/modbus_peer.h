@@ -24,6 +24,8 @@ class Process {
 
   /// The next line of its standard output; nothing at its end.
   [[nodiscard]] std::optional<std::string> line();
+  /// Writes a line to its standard input.
+  void tell(const std::string& line) const;
   /// Exit status, after its standard output ended.
   [[nodiscard]] int wait();
 
@@ -40,6 +42,8 @@ class PymodbusServer {
   [[nodiscard]] static std::unique_ptr<PymodbusServer> start(const std::string& framing,
                                                              const std::vector<std::string>& specs, int port = 0);
   [[nodiscard]] int port() const { return port_; }
+  /// A port with Modbus TCP frames for the same registers, whatever the framing.
+  [[nodiscard]] int look_port() const { return look_port_; }
   /// Requests that wrote, asked for with mbpoll.
   [[nodiscard]] int writes() const;
 
@@ -47,6 +51,19 @@ class PymodbusServer {
   explicit PymodbusServer(std::vector<std::string> command) : process_(command) {}
   Process process_;
   int port_ = 0;
+  int look_port_ = 0;
+};
+
+/// A pseudo-terminal that socat joins to a TCP port of this machine. Destroying it is pulling the adapter.
+class SerialLine {
+ public:
+  explicit SerialLine(int port);
+  /// The device that a driver opens: the same for every line to that port.
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  Process socat_;
 };
 
 [[nodiscard]] bool have_program(const std::string& name);
@@ -63,6 +80,10 @@ class PymodbusServer {
 [[nodiscard]] std::vector<std::string> f4t_registers();
 
 }  // namespace soak::hal::test
+
+/// Skips the test where socat is not installed.
+#define SOAK_NEED_SOCAT() \
+  if (!test::have_program("socat")) GTEST_SKIP() << "skipped: socat is not installed"
 
 /// Skips the test where a peer is not installed.
 #define SOAK_START_PYMODBUS(server, framing, ...)                        \

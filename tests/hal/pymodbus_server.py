@@ -5,7 +5,7 @@ usage: pymodbus_server.py tcp|rtu PORT SPEC...    (PORT 0 = any; rtu: RTU frames
 
 SPEC is KIND:ADDRESS:VALUE with KIND u16, i16, f32lo (low word first), f32hi, in (an input register); copy:FROM:TO
 repeats what is written to FROM in TO; stuck:ADDRESS:0 ignores writes. Register 60000 counts the requests that wrote.
-Prints "PORT n" and serves until its standard input ends.
+Prints "PORT n m" and serves until its standard input ends; m is a port with Modbus TCP frames for the same registers.
 """
 import asyncio
 import logging
@@ -73,13 +73,22 @@ def leave_with_parent():
     os._exit(0)
 
 
-async def serve(framer, port, specs):
-    server = ModbusTcpServer(context(specs), framer=framer, address=("127.0.0.1", port), ignore_missing_slaves=True,
+async def begin(shared, framer, port):
+    server = ModbusTcpServer(shared, framer=framer, address=("127.0.0.1", port), ignore_missing_slaves=True,
                              allow_reuse_address=True)
     task = asyncio.ensure_future(server.serve_forever())
     await server.serving
-    print("PORT", server.server.sockets[0].getsockname()[1], flush=True)
-    await task
+    return task, server.server.sockets[0].getsockname()[1]
+
+
+async def serve(framer, port, specs):
+    shared = context(specs)
+    task, bound = await begin(shared, framer, port)
+    look = bound
+    if framer is not ModbusSocketFramer:
+        other, look = await begin(shared, ModbusSocketFramer, 0)
+    print("PORT", bound, look, flush=True)
+    await (task if look == bound else asyncio.gather(task, other))
 
 
 if __name__ == "__main__":

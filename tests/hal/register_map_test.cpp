@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "hal/chamber_map.h"
 #include "hal/devices.h"
 
 namespace soak::hal {
@@ -262,6 +263,13 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\nmask = 1\n"
                 "[[alarm]]\nname = \"a\"\naddresses = [2]\nmask = 1\n",
                 18, "alarm 'a' occurs twice"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"u16\"\nwrite_function = 6\ncommand = true\n", 13,
+                "'air_c' is read as well: it cannot be a command"},
+        Mistake{
+            "[action]\nstart = [{ quantity = \"go\", value = 1 }]\n"
+            "[quantity.go]\naddress = 1\ntype = \"u16\"\nwrite_function = 6\ndecimals_register = 2\ncommand = true\n",
+            19, "a command has no 'decimals_register'"},
+        Mistake{"protocol = \"text\"\n", 13, "unknown key 'protocol'"},
         Mistake{"[write_policy]\nread_back = 1\n", 14, "'write_policy.read_back' must be true or false"},
         Mistake{"[write_polcy]\n", 13, "unknown key 'write_polcy'"}));
 
@@ -314,6 +322,20 @@ TEST(RegisterMap, OutputsOfARelayAreNumbered) {
   }
 }
 
+TEST(RegisterMap, WhatADeviceLacksIsOneMistakeBesideTheOthers) {
+  const auto map = parse_register_map(chamber_map("speed = 1\n"), "m.toml", MapUse::device);
+  ASSERT_FALSE(map);
+  EXPECT_EQ(map.error().message,
+            "2 mistakes\n"
+            "m.toml:2: a register map of kind \"chamber\" needs [quantity.air_c]; "
+            "a register map of kind \"chamber\" needs [quantity.control_mode]\n"
+            "m.toml:13: unknown key 'speed'");
+}
+
+TEST(RegisterMap, ATextMapIsSentToItsOwnReader) {
+  EXPECT_EQ(refusal("protocol = \"text\"\n" + chamber_map("")), "m.toml:1: 'protocol' must be one of \"modbus\"");
+}
+
 TEST(RegisterMap, AFileThatIsMissingIsBadInput) {
   const auto map = read_register_map("/nowhere/map.toml");
   ASSERT_FALSE(map);
@@ -328,17 +350,18 @@ TEST(RegisterMap, EveryShippedMapMakesItsDevice) {
        {std::pair{"chambers", "chamber"}, std::pair{"fixtures", "fixture"}, std::pair{"power", "power"}}) {
     for (const auto& entry : std::filesystem::directory_iterator(procedures / folder)) {
       SCOPED_TRACE(entry.path());
-      const auto map = read_register_map(entry.path());
+      const auto map = read_chamber_map(entry.path(), MapUse::device);
       ASSERT_TRUE(map) << map.error().message;
-      EXPECT_EQ(map->kind, kind);
-      const bool made = map->kind == "chamber"   ? make_modbus_chamber(*map).has_value()
-                        : map->kind == "fixture" ? make_modbus_fixture(*map).has_value()
-                                                 : make_modbus_power(*map).has_value();
+      EXPECT_EQ(kind_of(*map), kind);
+      const auto* registers = std::get_if<RegisterMap>(&*map);
+      const bool made = kind_of(*map) == "chamber"   ? make_chamber(*map).has_value()
+                        : kind_of(*map) == "fixture" ? make_modbus_fixture(*registers).has_value()
+                                                     : make_modbus_power(*registers).has_value();
       EXPECT_TRUE(made);
       ++count;
     }
   }
-  EXPECT_GE(count, 3);
+  EXPECT_GE(count, 7);
 }
 
 TEST(RegisterMap, TheExampleOfThePageMakesAChamber) {

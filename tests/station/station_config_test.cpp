@@ -99,11 +99,12 @@ TEST_F(StationConfigFile, EveryKeyIsRead) {
   EXPECT_EQ(config->listen, "0.0.0.0:9000");
   EXPECT_EQ(config->data, folder_ / "lab/data");
   EXPECT_EQ(config->clock_rate, 1000.0);
-  EXPECT_EQ(config->chamber.name, "Watlow F4T");
-  EXPECT_EQ(std::get<hal::ModbusTcp>(config->chamber.link.address).host, "10.0.0.7");
-  EXPECT_EQ(std::get<hal::ModbusTcp>(config->chamber.link.address).port, 1502);
-  EXPECT_EQ(config->chamber.link.unit, 3);
-  EXPECT_EQ(config->chamber.link.max_block, 48) << "all but the address stays as the map says";
+  const auto& chamber = std::get<hal::RegisterMap>(config->chamber);
+  EXPECT_EQ(chamber.name, "Watlow F4T");
+  EXPECT_EQ(std::get<hal::ModbusTcp>(chamber.link.address).host, "10.0.0.7");
+  EXPECT_EQ(std::get<hal::ModbusTcp>(chamber.link.address).port, 1502);
+  EXPECT_EQ(chamber.link.unit, 3);
+  EXPECT_EQ(chamber.link.max_block, 48) << "all but the address stays as the map says";
   ASSERT_TRUE(config->fixture && config->power);
   EXPECT_EQ(config->fixture->positions.size(), 6u);
   const auto& serial = std::get<hal::ModbusRtu>(config->power->link.address);
@@ -133,6 +134,24 @@ TEST_F(StationConfigFile, WithoutFixtureAndPowerBothAreDoneByHand) {
   EXPECT_EQ(config->clock_rate, 1.0);
   EXPECT_EQ(config->listen, "127.0.0.1:8088");
   EXPECT_TRUE(config->data.empty());
+}
+
+TEST_F(StationConfigFile, AChamberThatSpeaksTextIsNamedLikeAnyOther) {
+  const std::string slot = "[[slot]]\nname = \"1\"\nhost = \"a\"\nport = 1\n";
+  const std::string section = "[chamber]\nmap = \"procedures/chambers/espec-p300.toml\"\n";
+  auto config = read(section + "host = \"10.0.0.7\"\n" + slot);
+  ASSERT_TRUE(config) << config.error().where << config.error().message;
+  const auto& tcp = std::get<hal::TcpAddress>(std::get<hal::TextMap>(config->chamber).link.address);
+  EXPECT_EQ(tcp.host, "10.0.0.7");
+  EXPECT_EQ(tcp.port, 10001) << "the map's own";
+  config = read(section + "device = \"/dev/ttyS0\"\nbaud = 19200\n" + slot);
+  ASSERT_TRUE(config) << config.error().where << config.error().message;
+  const auto& serial = std::get<hal::SerialAddress>(std::get<hal::TextMap>(config->chamber).link.address);
+  EXPECT_EQ(serial.device, "/dev/ttyS0");
+  EXPECT_EQ(serial.baud, 19200);
+  EXPECT_EQ(refusal(section + "host = \"h\"\nunit = 3\n" + slot),
+            fmt::format("{}:4: unknown key 'unit'", file_.string()))
+      << "only Modbus has unit numbers";
 }
 
 TEST_F(StationConfigFile, WhatTwoSlotsCannotShareIsRefusedAtTheSecond) {

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstddef>
 
+#include "hal/sim/lab/eurotherm_registers.h"
 #include "hal/sim/lab/poll_set.h"
 
 namespace soak::hal::sim {
@@ -14,6 +15,7 @@ namespace {
 // Offsets from the base port.
 constexpr int kFixturePort = 1;
 constexpr int kRelayPort = 2;
+constexpr int kTextPort = 3;
 constexpr int kFirstUnitPort = 11;
 
 /// Bytes of a unit that are handed on together.
@@ -38,6 +40,7 @@ base::Result<std::unique_ptr<LabServer>> LabServer::open(const CampaignConfig& c
                                                          const LabServerOptions& options) {
   std::unique_ptr<LabServer> server(new LabServer(config, options.rate));
   if (const auto opened = server->open_servers(options.base_port); !opened) return base::forward_error(opened);
+  if (const auto opened = server->open_wire(options); !opened) return base::forward_error(opened);
   for (std::size_t i = 0; i < server->lab_.unit_count(); ++i) {
     if (const auto opened = server->open_unit_port(i, options); !opened) return base::forward_error(opened);
   }
@@ -54,6 +57,25 @@ base::Status LabServer::open_servers(const std::optional<int>& base_port) {
   return open(0, lab_.chamber().registers(), chamber_)
       .and_then([&] { return open(kFixturePort, lab_.fixture().registers(), fixture_); })
       .and_then([&] { return open(kRelayPort, lab_.relay().registers(), relay_); });
+}
+
+base::Status LabServer::open_wire(const LabServerOptions& options) {
+  SimulatedChamber& chamber = lab_.chamber();
+  wire_address_ = chamber_->port();
+  if (options.chamber == ChamberKind::f4t) return {};
+  if (options.chamber == ChamberKind::espec_p300) {
+    auto wire = TextWire::open(port_at(options.base_port, kTextPort), chamber);
+    if (!wire) return base::forward_error(wire);
+    wire_address_ = (*wire)->tcp_port();
+    wire_ = *std::move(wire);
+    return {};
+  }
+  const bool f4t = options.chamber == ChamberKind::f4t_rtu;
+  auto wire = RtuWire::open(f4t ? chamber.registers() : eurotherm_registers(chamber));
+  if (!wire) return base::forward_error(wire);
+  wire_address_ = (*wire)->path();
+  wire_ = *std::move(wire);
+  return {};
 }
 
 base::Status LabServer::open_unit_port(std::size_t index, const LabServerOptions& options) {
@@ -76,7 +98,7 @@ base::Status LabServer::open_unit_port(std::size_t index, const LabServerOptions
 }
 
 LabAddresses LabServer::addresses() const {
-  return {chamber_->port(), fixture_->port(), relay_->port(), unit_addresses_};
+  return {chamber_->port(), wire_address_, fixture_->port(), relay_->port(), unit_addresses_};
 }
 
 bool LabServer::reader_lags() const {
@@ -119,6 +141,7 @@ void LabServer::advance() {
 
 std::int64_t LabServer::idle_ns() const {
   const bool watches =
+      (wire_ && wire_->port().needs_watching()) ||
       std::any_of(ports_.begin(), ports_.end(), [](const auto& port) { return port->needs_watching(); });
   const std::int64_t longest = watches ? kWatch_ns : kForever_ns;
   if (reader_lags()) return longest;
@@ -131,11 +154,13 @@ void LabServer::run_until_readable(int stop_fd) {
   bool stopped = false;
   while (!stopped) {
     for (const auto& port : ports_) port->watch();
+    if (wire_) wire_->port().watch();
     advance();
     PollSet polls;
     polls.add(stop_fd, POLLIN, [&stopped](short) { stopped = true; });
     for (const auto& server : {chamber_.get(), fixture_.get(), relay_.get()}) server->add_to(polls);
     for (const auto& port : ports_) port->add_to(polls);
+    if (wire_) wire_->port().add_to(polls);
     polls.wait(idle_ns());
   }
 }

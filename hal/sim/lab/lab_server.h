@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "hal/sim/lab/chamber_wire.h"
 #include "hal/sim/lab/lab.h"
 #include "hal/sim/lab/lab_clock.h"
 #include "hal/sim/lab/modbus_server.h"
@@ -22,13 +23,15 @@ struct LabServerOptions {
   double rate = 1.0;             ///< device seconds per second of host time
   std::optional<int> base_port;  ///< absent = any free ports
   std::set<int> pty_slots;       ///< slots (from 1) with a pseudo-terminal instead of a TCP port
+  ChamberKind chamber = ChamberKind::f4t;
 };
 
-/// Where a unit's bytes come from: a TCP port of 127.0.0.1, or the path of a pseudo-terminal.
+/// A TCP port of 127.0.0.1, or the path of a pseudo-terminal.
 using UnitAddress = std::variant<int, std::string>;
 
 struct LabAddresses {
-  int chamber = 0;
+  int chamber = 0;           ///< of the F4T, over Modbus TCP: always there
+  UnitAddress chamber_wire;  ///< of the controller that the station is to use
   int fixture = 0;
   int relay = 0;
   std::vector<UnitAddress> units;
@@ -50,6 +53,7 @@ class LabServer {
   LabServer(const CampaignConfig& config, double rate) : lab_(config), clock_(rate) {}
 
   [[nodiscard]] base::Status open_servers(const std::optional<int>& base_port);
+  [[nodiscard]] base::Status open_wire(const LabServerOptions& options);
   [[nodiscard]] base::Status open_unit_port(std::size_t index, const LabServerOptions& options);
   void advance();
   void hand_on_output();
@@ -62,6 +66,8 @@ class LabServer {
   std::unique_ptr<ModbusServer> chamber_;
   std::unique_ptr<ModbusServer> fixture_;
   std::unique_ptr<ModbusServer> relay_;
+  std::unique_ptr<ChamberWire> wire_;  ///< null where the F4T over TCP is all
+  UnitAddress wire_address_;
   std::vector<std::unique_ptr<UnitPort>> ports_;
   std::vector<UnitAddress> unit_addresses_;
 };

@@ -13,6 +13,8 @@ std::uint32_t raw_of(double value) { return std::bit_cast<std::uint32_t>(static_
 
 double value_of(std::uint32_t raw) { return static_cast<double>(std::bit_cast<float>(raw)); }
 
+std::uint32_t swapped(std::uint32_t raw) { return raw << 16 | raw >> 16; }
+
 std::uint16_t word_of(std::uint32_t raw, int index) { return static_cast<std::uint16_t>(raw >> (16 * index)); }
 
 }  // namespace
@@ -27,16 +29,18 @@ void RegisterTable::add_number(int address, int span, ReadNumber read, NumberWri
   entries_[address] = std::move(entry);
 }
 
-void RegisterTable::add_value(int address, ReadValue read, ValueWriter write) {
+void RegisterTable::add_value(int address, ReadValue read, ValueWriter write, FirstWord first) {
+  const auto ordered = [first](std::uint32_t raw) { return first == FirstWord::low ? raw : swapped(raw); };
   Entry entry;
   entry.span = 2;
   entry.whole_only = true;
   entry.writable = static_cast<bool>(write.takes);
-  entry.read = [read = std::move(read)] { return raw_of(read()); };
-  entry.takes = [takes = std::move(write.takes)](std::uint32_t raw) {
-    return std::isfinite(value_of(raw)) && takes(value_of(raw));
+  entry.read = [ordered, read = std::move(read)] { return ordered(raw_of(read())); };
+  entry.takes = [ordered, takes = std::move(write.takes)](std::uint32_t raw) {
+    const double value = value_of(ordered(raw));
+    return std::isfinite(value) && takes(value);
   };
-  entry.store = [store = std::move(write.store)](std::uint32_t raw) { store(value_of(raw)); };
+  entry.store = [ordered, store = std::move(write.store)](std::uint32_t raw) { store(value_of(ordered(raw))); };
   entries_[address] = std::move(entry);
 }
 
@@ -51,6 +55,10 @@ ModbusAnswer RegisterTable::read(int address, std::span<std::uint16_t> words) co
   for (std::size_t i = 0; i < words.size();) {
     const int place = address + static_cast<int>(i);
     const auto entry = entry_at(place);
+    if (entry == entries_.end() && elsewhere_) {
+      words[i++] = *elsewhere_;
+      continue;
+    }
     if (entry == entries_.end()) return ModbusAnswer::illegal_address;
     // Read once, so that both words of a value are of the same moment.
     const std::uint32_t raw = entry->second.read();
@@ -65,6 +73,10 @@ ModbusAnswer RegisterTable::walk_write(int address, std::span<const std::uint16_
   for (std::size_t i = 0; i < words.size();) {
     const int place = address + static_cast<int>(i);
     const auto found = entry_at(place);
+    if (found == entries_.end() && elsewhere_) {
+      ++i;
+      continue;
+    }
     if (found == entries_.end() || !found->second.writable) return ModbusAnswer::illegal_address;
     const Entry& entry = found->second;
     const std::size_t rest = words.size() - i;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 
 namespace soak::hal::sim {
@@ -29,8 +30,11 @@ class RegisterTable {
 
   /// A 16-bit number; one that spans two registers has a second one that always reads 0.
   void add_number(int address, int span, ReadNumber read, NumberWriter write = {});
-  /// A float32 in two registers, low word first. Both are written together.
-  void add_value(int address, ReadValue read, ValueWriter write = {});
+  enum class FirstWord : std::uint8_t { low, high };
+  /// A float32 in two registers. Both are written together.
+  void add_value(int address, ReadValue read, ValueWriter write = {}, FirstWord first = FirstWord::low);
+  /// From here on addresses that hold nothing read as `content`, and writes to them are accepted and change nothing.
+  void pretend_everywhere(std::uint16_t content) { elsewhere_ = content; }
 
   /// Fills `words` with the registers from `address` on.
   [[nodiscard]] ModbusAnswer read(int address, std::span<std::uint16_t> words) const;
@@ -54,6 +58,7 @@ class RegisterTable {
   [[nodiscard]] ModbusAnswer walk_write(int address, std::span<const std::uint16_t> words, bool store) const;
 
   Entries entries_;
+  std::optional<std::uint16_t> elsewhere_;
 };
 
 }  // namespace soak::hal::sim

@@ -52,6 +52,7 @@ constexpr int kWorkingSetPoint = 2810;
 constexpr int kControlModeActual = 2814;
 constexpr int kProcessValue = 2820;
 constexpr int kCommsUnits = 6730;
+constexpr int kSerialUnits = 14080;
 constexpr int kLimitError = 11250;
 constexpr int kLimitStatus = 11264;
 constexpr int kLimitState = 11288;
@@ -133,10 +134,9 @@ void SimulatedChamber::add_loop_registers() {
   registers_.add_value(kProcessValue, [this] { return process_value_c(); });
   registers_.add_value(kWorkingSetPoint, [this] { return controller_.working_set_point_c(); });
   registers_.add_value(kOutputPower, [this] { return 100.0 * applied_output(); });
-  registers_.add_value(
-      kSetPoint, [this] { return controller_.set_point_c(); },
-      between([this] { return set_point_low_c_; }, [this] { return set_point_high_c_; },
-              [this](double value) { controller_.set_set_point_c(value); }));
+  registers_.add_value(kSetPoint, [this] { return controller_.set_point_c(); },
+                       {[this](double value) { return takes_set_point(value); },
+                        [this](double value) { controller_.set_set_point_c(value); }});
   registers_.add_value(
       kSetPointLow, [this] { return set_point_low_c_; },
       between([] { return kSensorLow_c; }, [this] { return set_point_high_c_; },
@@ -192,6 +192,7 @@ void SimulatedChamber::add_identity_registers() {
   }
   registers_.add_number(kDeviceStatus, 2, [] { return kOk; });
   registers_.add_number(kCommsUnits, 2, [] { return kCelsius; });
+  registers_.add_number(kSerialUnits, 2, [] { return kCelsius; });
   for (std::size_t i = 0; i < events_.size(); ++i) {
     const int place = static_cast<int>(i);
     const int address = place < 4 ? kEvents1To4 + 2 * place : kEvents5To8 + 2 * (place - 4);

@@ -21,8 +21,25 @@ class SimulatedChamber {
   /// Advances by `dt_s`.
   void step(double dt_s);
 
+  /// Of data map 1.
   [[nodiscard]] RegisterTable& registers() { return registers_; }
   [[nodiscard]] const ChamberPlant& plant() const { return plant_; }
+
+  // What other controllers in its place would show and take.
+  /// A reading of the air's sensor.
+  [[nodiscard]] double process_value_c() const;
+  /// Output that heater and refrigeration really get, −1 to 1: the limit protector cuts the heater.
+  [[nodiscard]] double applied_output() const;
+  [[nodiscard]] const TemperatureController& controller() const { return controller_; }
+  [[nodiscard]] double set_point_low_c() const { return set_point_low_c_; }
+  [[nodiscard]] double set_point_high_c() const { return set_point_high_c_; }
+  [[nodiscard]] bool takes_set_point(double set_point_c) const {
+    return set_point_c >= set_point_low_c_ && set_point_c <= set_point_high_c_;
+  }
+  void set_set_point_c(double set_point_c) { controller_.set_set_point_c(set_point_c); }
+  void switch_control(bool on) { controller_.switch_control(on); }
+  [[nodiscard]] bool alarm_is_on() const { return alarm_.tripped(); }
+  [[nodiscard]] bool limit_is_tripped() const { return limit_.tripped(); }
 
  private:
   void add_loop_registers();
@@ -30,9 +47,6 @@ class SimulatedChamber {
   void add_alarm_registers();
   void add_identity_registers();
   void apply_ramp();
-  [[nodiscard]] double process_value_c() const;
-  /// Output that heater and refrigeration really get: the limit protector cuts the heater.
-  [[nodiscard]] double applied_output() const;
 
   ControllerMagnitudes magnitudes_;
   std::uint64_t seed_;

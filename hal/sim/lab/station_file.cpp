@@ -33,13 +33,36 @@ std::string in_quotes(std::string_view text) {
   return result + '"';
 }
 
-std::string device_section(std::string_view name, const fs::path& map, int port) {
-  return fmt::format("[{}]\nmap = {}\nhost = \"127.0.0.1\"\nport = {}\n\n", name, in_quotes(map.string()), port);
-}
-
 std::string unit_address(const UnitAddress& address) {
   if (const auto* port = std::get_if<int>(&address)) return fmt::format("host = \"127.0.0.1\"\nport = {}\n", *port);
   return fmt::format("device = {}\n", in_quotes(std::get<std::string>(address)));
+}
+
+std::string address_json(const UnitAddress& address) {
+  const auto* port = std::get_if<int>(&address);
+  return port ? fmt::format("{}", *port) : in_quotes(std::get<std::string>(address));
+}
+
+const char* map_of(ChamberKind kind) {
+  switch (kind) {
+    case ChamberKind::f4t:
+    case ChamberKind::f4t_rtu:
+      return "watlow-f4t.toml";
+    case ChamberKind::eurotherm_2400:
+      return "eurotherm-2400.toml";
+    case ChamberKind::espec_p300:
+      return "espec-p300.toml";
+  }
+  return "";
+}
+
+std::string chamber_section(const fs::path& maps, const LabServerOptions& options, const LabAddresses& addresses) {
+  const fs::path map = maps / "chambers" / map_of(options.chamber);
+  return fmt::format("[chamber]\nmap = {}\n{}\n", in_quotes(map.string()), unit_address(addresses.chamber_wire));
+}
+
+std::string device_section(std::string_view name, const fs::path& map, int port) {
+  return fmt::format("[{}]\nmap = {}\nhost = \"127.0.0.1\"\nport = {}\n\n", name, in_quotes(map.string()), port);
 }
 
 std::string slot_section(const CampaignConfig& config, int number, const UnitAddress& address) {
@@ -52,12 +75,12 @@ std::string slot_section(const CampaignConfig& config, int number, const UnitAdd
 
 }  // namespace
 
-std::string station_toml(const CampaignConfig& config, double rate, const LabAddresses& addresses,
+std::string station_toml(const CampaignConfig& config, const LabServerOptions& options, const LabAddresses& addresses,
                          const std::string& maps) {
   const fs::path folder = fs::absolute(maps).lexically_normal();
   std::string text = fmt::format("# The laboratory that soaksim runs, seed {}.\n[clock]\nrate = {}\n\n", config.seed,
-                                 base::shortest(rate));
-  text += device_section("chamber", folder / "chambers" / "watlow-f4t.toml", addresses.chamber);
+                                 base::shortest(options.rate));
+  text += chamber_section(folder, options, addresses);
   text += device_section("fixture", folder / "fixtures" / "modbus-positioner.toml", addresses.fixture);
   text += device_section("power", folder / "power" / "modbus-relay.toml", addresses.relay);
   text += fmt::format("[unit_types]\nfolder = {}\n\n[site]\ngravity_mps2 = {}\n",
@@ -73,12 +96,13 @@ std::string station_toml(const CampaignConfig& config, double rate, const LabAdd
 std::string addresses_json(const LabAddresses& addresses, const std::string& station_file) {
   std::string units;
   for (const UnitAddress& address : addresses.units) {
-    const auto* port = std::get_if<int>(&address);
     units += units.empty() ? "" : ", ";
-    units += port ? fmt::format("{}", *port) : in_quotes(std::get<std::string>(address));
+    units += address_json(address);
   }
-  return fmt::format("{{\"station\": {}, \"chamber\": {}, \"fixture\": {}, \"relay\": {}, \"units\": [{}]}}\n",
-                     in_quotes(station_file), addresses.chamber, addresses.fixture, addresses.relay, units);
+  return fmt::format(
+      "{{\"station\": {}, \"chamber\": {}, \"chamber_wire\": {}, \"fixture\": {}, \"relay\": {}, \"units\": [{}]}}\n",
+      in_quotes(station_file), addresses.chamber, address_json(addresses.chamber_wire), addresses.fixture,
+      addresses.relay, units);
 }
 
 base::Result<std::string> write_station_file(const std::string& folder, const std::string& text) {

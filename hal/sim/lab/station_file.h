@@ -11,8 +11,8 @@ namespace soak::hal::sim {
 
 /// station.toml: what the station's daemon needs to know to work with the laboratory. `maps` is the folder of register
 /// maps and unit types.
-[[nodiscard]] std::string station_toml(const CampaignConfig& config, double rate, const LabAddresses& addresses,
-                                       const std::string& maps);
+[[nodiscard]] std::string station_toml(const CampaignConfig& config, const LabServerOptions& options,
+                                       const LabAddresses& addresses, const std::string& maps);
 
 /// The addresses as one line of JSON, with the path of station.toml.
 [[nodiscard]] std::string addresses_json(const LabAddresses& addresses, const std::string& station_file);

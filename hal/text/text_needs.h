@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hal/text_map.h"
+
+namespace soak::hal {
+
+/// What a text map lacks to work a chamber, one sentence each; empty = nothing.
+[[nodiscard]] std::vector<std::string> text_needs(const TextMap& map);
+
+}  // namespace soak::hal

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "hal/chamber_map.h"
+#include "station/commands/chamber_address.h"
+#include "station/commands/chamber_commands.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+const hal::RegisterMap* modbus(const hal::ChamberMap& map) { return std::get_if<hal::RegisterMap>(&map); }
+
+/// What both kinds of map have.
+struct Abilities {
+  std::optional<double> min_c;
+  std::optional<double> max_c;
+  bool can_ramp = false;
+  std::vector<std::string> quantities;
+  std::vector<std::string> actions;
+  std::vector<std::string> probes;
+  std::vector<std::string> alarms;
+  std::vector<std::string> outputs_off;  ///< of the alarms
+  hal::WritePolicy policy;
+};
+
+template <class Map>
+Abilities abilities_of(const Map& map) {
+  Abilities can;
+  const auto& set_point = map.quantities.at("set_point_c");
+  can.min_c = set_point.min;
+  can.max_c = set_point.max;
+  for (const auto& [name, quantity] : map.quantities) can.quantities.push_back(name);
+  for (const auto& [name, steps] : map.actions) can.actions.push_back(name);
+  for (const auto& probe : map.probes) can.probes.push_back(probe.name);
+  for (const auto& alarm : map.alarms) {
+    can.alarms.push_back(alarm.name);
+    if (alarm.outputs_off) can.outputs_off.push_back(alarm.name);
+  }
+  can.can_ramp =
+      map.quantities.contains("ramp_rate") && map.actions.contains("ramp_on") && map.actions.contains("ramp_off");
+  can.policy = map.write_policy;
+  return can;
+}
+
+json document(const std::string& file, const hal::ChamberMap& map, const Abilities& can) {
+  return {{"file", file},
+          {"name", hal::name_of(map)},
+          {"protocol", modbus(map) ? "modbus" : "text"},
+          {"address", address_text(map)},
+          {"poll_s", hal::poll_s(map)},
+          {"min_set_point_c", number_or_null(can.min_c)},
+          {"max_set_point_c", number_or_null(can.max_c)},
+          {"can_ramp", can.can_ramp},
+          {"quantities", can.quantities},
+          {"actions", can.actions},
+          {"probes", can.probes},
+          {"alarms", can.alarms},
+          {"outputs_off", can.outputs_off},
+          {"write_policy", {{"only_on_change", can.policy.only_on_change}, {"read_back", can.policy.read_back}}},
+          {"mistakes", json::array()}};
+}
+
+std::string limit_text(const std::optional<double>& limit) { return limit ? fmt::format("{:g}", *limit) : "any"; }
+
+std::string list_text(const std::vector<std::string>& names) {
+  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::string policy_text(const hal::WritePolicy& policy) {
+  return fmt::format("{}, {}", policy.only_on_change ? "only what changes" : "also what the controller holds already",
+                     policy.read_back ? "read back" : "not read back");
+}
+
+std::string summary(const hal::ChamberMap& map, const Abilities& can) {
+  std::string text = fmt::format("{}: {}, {}, read every {:g} s\n", hal::name_of(map),
+                                 modbus(map) ? "Modbus" : "lines of text", address_text(map), hal::poll_s(map));
+  text += fmt::format("set points  {} to {} °C, narrowed by the controller's own limits where the map reads them\n",
+                      limit_text(can.min_c), limit_text(can.max_c));
+  text += fmt::format("ramps       {}\n", can.can_ramp ? "by the controller" : "none");
+  text += fmt::format("quantities  {}\n", list_text(can.quantities));
+  text += fmt::format("actions     {}\n", list_text(can.actions));
+  text += fmt::format("probes      {}\n", list_text(can.probes));
+  text += fmt::format("alarms      {}\n", list_text(can.alarms));
+  text += fmt::format("outputs off {}\n", can.outputs_off.empty() ? "by no alarm" : list_text(can.outputs_off));
+  text += fmt::format("writes      {}\n", policy_text(can.policy));
+  return text;
+}
+
+}  // namespace
+
+base::Status run_chamber_check(const ChamberCheckCommand& command, Output& output) {
+  const auto map = hal::read_chamber_map(command.file, hal::MapUse::device);
+  if (!map) return base::forward_error(map);
+  if (const auto kind = hal::kind_of(*map); kind != "chamber") {
+    return base::bad_input(fmt::format("this is the map of a {}, not of a chamber", kind), command.file);
+  }
+  const Abilities can = std::visit([](const auto& one) { return abilities_of(one); }, *map);
+  if (output.json()) return output.print_json(document(command.file, *map, can));
+  output.print(summary(*map, can));
+  return {};
+}
+
+}  // namespace soak::station

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/text_map.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+
+#include "hal/chamber_map.h"
+#include "hal/text/answer.h"
+
+namespace soak::hal {
+namespace {
+
+/// A map without mistakes, of 11 lines; `more` begins in line 12.
+std::string text_map(const std::string& more) {
+  return "name = \"rig\"\n"
+         "kind = \"chamber\"\n"
+         "protocol = \"text\"\n"
+         "[link]\n"
+         "tcp = \"chamber.lab:10001\"\n"
+         "[quantity.set_point_c]\n"
+         "ask = \"TEMP?\"\n"
+         "field = 2\n"
+         "write = \"TEMP, S{}\"\n"
+         "min = -70\n"
+         "max = 180\n" +
+         more;
+}
+
+std::string refusal(const std::string& text) {
+  const auto map = parse_text_map(text, "m.toml");
+  if (map) return "";
+  EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
+  return map.error().where + ": " + map.error().message;
+}
+
+TEST(TextMap, ReadsEveryKey) {
+  const auto map = parse_text_map(R"(
+name = "full"
+kind = "chamber"
+protocol = "text"
+refusals = ["NA:", "ERR"]
+[link]
+serial = "/dev/ttyUSB0"
+baud = 19200
+prefix = "1,"
+line_end = "\r"
+response_timeout_s = 2
+gap_s = 0.1
+poll_s = 5
+[quantity.air_c]
+ask = "TEMP?"
+fields = 4
+[quantity.set_point_c]
+ask = "TEMP?"
+field = 2
+write = "TEMP, S{}"
+decimals = 2
+min = -40
+max = 150
+[quantity.control_mode]
+ask = "MODE?"
+words = { off = "STANDBY", auto = "CONSTANT" }
+write = "MODE,{}"
+[[probe]]
+name = "type"
+ask = "TYPE?"
+field = 3
+expected = ["SCP220"]
+otherwise = "another one"
+[action]
+start = [{ quantity = "set_point_c", value = 20, delay_s = 2 }, { quantity = "control_mode", code = "auto" }]
+[[alarm]]
+name = "alarm"
+ask = "ALARM?"
+inactive = ["0"]
+outputs_off = true
+[write_policy]
+only_on_change = false
+read_back = false
+)",
+                                  "full.toml");
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_EQ(map->name, "full");
+  EXPECT_EQ(map->file, "full.toml");
+  EXPECT_EQ(map->refusals, (std::vector<std::string>{"NA:", "ERR"}));
+  const auto& line = std::get<SerialAddress>(map->link.address);
+  EXPECT_EQ(line.device, "/dev/ttyUSB0");
+  EXPECT_EQ(line.baud, 19200);
+  EXPECT_EQ(map->link.prefix, "1,");
+  EXPECT_EQ(map->link.line_end, "\r");
+  EXPECT_EQ(map->link.response_timeout_s, 2.0);
+  EXPECT_EQ(map->link.gap_s, 0.1);
+  EXPECT_EQ(map->link.poll_s, 5.0);
+  EXPECT_EQ(map->quantities.at("air_c").from.fields, 4);
+  EXPECT_EQ(map->quantities.at("air_c").from.field, 1);
+  const TextQuantity& set_point = map->quantities.at("set_point_c");
+  EXPECT_FALSE(set_point.from.fields);
+  EXPECT_EQ(set_point.from.field, 2);
+  EXPECT_EQ(set_point.decimals, 2);
+  EXPECT_EQ(set_point.min, -40.0);
+  EXPECT_EQ(set_point.max, 150.0);
+  EXPECT_EQ(map->quantities.at("control_mode").code("auto"), 1);
+  EXPECT_EQ(map->probes.at(0).from.field, 3);
+  EXPECT_EQ(map->probes.at(0).expected, (std::vector<std::string>{"SCP220"}));
+  EXPECT_EQ(map->actions.at("start").at(0).delay_s, 2.0);
+  EXPECT_EQ(map->actions.at("start").at(1).value, 1.0) << "the number of the code";
+  EXPECT_EQ(map->alarms.at(0).inactive, (std::vector<std::string>{"0"}));
+  EXPECT_TRUE(map->alarms.at(0).outputs_off);
+  EXPECT_FALSE(map->write_policy.only_on_change);
+  EXPECT_FALSE(map->write_policy.read_back);
+}
+
+TEST(TextMap, WhatIsAbsentHasItsDefault) {
+  const auto map = parse_text_map(text_map(""), "m.toml");
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_EQ(std::get<TcpAddress>(map->link.address).host, "chamber.lab");
+  EXPECT_EQ(map->link.line_end, "\r\n");
+  EXPECT_EQ(map->link.response_timeout_s, 3.0);
+  EXPECT_EQ(map->link.gap_s, 0.0);
+  EXPECT_EQ(map->link.poll_s, 1.0);
+  EXPECT_EQ(map->quantities.at("set_point_c").decimals, 1);
+  EXPECT_TRUE(map->write_policy.only_on_change);
+  EXPECT_TRUE(map->write_policy.read_back);
+}
+
+struct Mistake {
+  const char* more;
+  int line;
+  const char* message;
+};
+
+class TextMapMistake : public testing::TestWithParam<Mistake> {};
+
+TEST_P(TextMapMistake, IsRefusedWithItsLine) {
+  EXPECT_EQ(refusal(text_map(GetParam().more)), fmt::format("m.toml:{}: {}", GetParam().line, GetParam().message));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, TextMapMistake,
+    testing::Values(
+        Mistake{"decimals = 7\n", 12, "'quantity.set_point_c.decimals' must be a whole number from 0 to 6"},
+        Mistake{"address = 7\n", 12, "unknown key 'address'"},
+        Mistake{"[quantity.air_x]\nask = \"A?\"\n", 12,
+                "a device of kind \"chamber\" does not use the quantity 'air_x', nor does an action"},
+        Mistake{"[quantity.air_c]\nask = \"\"\n", 13, "'ask' is empty"},
+        Mistake{"[quantity.air_c]\nask = \"A\\n\"\n", 13, "'ask' must be printable ASCII"},
+        Mistake{"[quantity.air_c]\nask = \"A?\"\nfields = 2\nfield = 3\n", 15, "'field' is beyond 'fields'"},
+        Mistake{"[quantity.air_c]\nask = \"A?\"\nmax = 3\n", 14, "'max' belongs to a write, but there is no 'write'"},
+        Mistake{"[quantity.ramp_rate]\nask = \"A?\"\nwrite = \"A\"\n", 14,
+                "'write' must say with {} where the value stands"},
+        Mistake{"[quantity.ramp_rate]\nask = \"A?\"\nwrite = \"A{}\"\nmin = 2\nmax = 1\n", 15, "'min' is above 'max'"},
+        Mistake{"[quantity.control_mode]\nask = \"A?\"\nwords = {}\n", 14, "'words' names no code"},
+        Mistake{"[quantity.control_mode]\nask = \"A?\"\nwords = { a = \"X\", b = \"X\" }\n", 14,
+                "two codes have the word 'X'"},
+        Mistake{"[quantity.control_mode]\nask = \"A?\"\nwords = { a = \"X\" }\nwrite = \"A{}\"\nmax = 1\n", 16,
+                "'max' belongs to a number, not to 'words'"},
+        Mistake{"[[probe]]\nname = \"p\"\nask = \"A?\"\nexpected = []\notherwise = \"o\"\n", 15,
+                "'expected' names no text"},
+        Mistake{"[[alarm]]\nname = \"a\"\nask = \"A?\"\n", 12, "key 'alarm[1].inactive' is missing"},
+        Mistake{"[[alarm]]\nname = \"a\"\nask = \"A?\"\ninactive = [\"0\"]\n"
+                "[[alarm]]\nname = \"a\"\nask = \"A?\"\ninactive = [\"0\"]\n",
+                17, "alarm 'a' occurs twice"},
+        Mistake{"[action]\nstart = [{ quantity = \"set_point_c\", value = 181 }]\n", 13,
+                "181 is beyond the limits of 'set_point_c'"},
+        Mistake{"[action]\nstart = [{ quantity = \"air_c\", value = 1 }]\n[quantity.air_c]\nask = \"A?\"\n", 13,
+                "'air_c' has no 'write'"}));
+
+TEST(TextMap, TheLinkIsEitherTcpOrSerial) {
+  const std::string head = "name = \"r\"\nkind = \"chamber\"\nprotocol = \"text\"\n[link]\n";
+  const std::string rest = "[quantity]\n";
+  EXPECT_EQ(refusal(head + rest), "m.toml:4: 'link' needs either 'tcp' or 'serial'");
+  EXPECT_EQ(refusal(head + "tcp = \"host\"\n" + rest), "m.toml:5: 'link.tcp' must be \"host:port\", not \"host\"");
+  EXPECT_EQ(refusal(head + "tcp = \"h:1\"\nbaud = 9600\n" + rest), "m.toml:6: unknown key 'baud'");
+  EXPECT_EQ(refusal(head + "serial = \"/dev/x\"\nbaud = 14400\n" + rest),
+            "m.toml:6: 'link.baud' must be one of 4800, 9600, 19200, 38400, 57600, 115200");
+  EXPECT_TRUE(
+      refusal(head + "tcp = \"h:1\"\nline_end = \";\"\n" + rest).starts_with("m.toml:6: 'link.line_end' must be"));
+}
+
+TEST(TextMap, WhatAChamberNeedsIsToldAtOnce) {
+  const auto map = parse_text_map(text_map(""), "m.toml", MapUse::device);
+  ASSERT_FALSE(map);
+  EXPECT_EQ(map.error().where, "m.toml:2");
+  EXPECT_EQ(map.error().message,
+            "a text map of a chamber needs [quantity.air_c]; a text map of a chamber needs [quantity.control_mode]");
+  EXPECT_FALSE(make_text_chamber(parse_text_map(text_map(""), "m.toml").value()));
+}
+
+TEST(TextMap, AnEmptyRefusalWouldRefuseEverything) {
+  EXPECT_EQ(refusal("refusals = [\"\"]\n" + text_map("")), "m.toml:1: an empty text begins every answer");
+}
+
+TextQuantity number(int field, std::optional<int> fields = {}) {
+  TextQuantity quantity;
+  quantity.from = {"TEMP?", fields, field};
+  return quantity;
+}
+
+TEST(TextAnswer, ANumberIsTheWholeFieldAndFinite) {
+  EXPECT_EQ(decode_answer(number(1, 4), "23.2,25.0,150.0,-60.0").value_or(0.0), 23.2);
+  EXPECT_EQ(decode_answer(number(4, 4), " 23.2 , 25.0,150.0, -60.0 ").value_or(0.0), -60.0);
+  EXPECT_EQ(decode_answer(number(1), "+23.2").value_or(0.0), 23.2);
+  for (const char* bad : {"", "OFF", "nan", "inf", "1e999", "23.2C", "0x10", "++1", "+-1", "2 3"}) {
+    EXPECT_FALSE(decode_answer(number(1), bad)) << bad;
+  }
+}
+
+TEST(TextAnswer, ANumberOfFieldsThatIsStatedIsDemanded) {
+  EXPECT_FALSE(decode_answer(number(1, 4), "23.2"));
+  EXPECT_FALSE(decode_answer(number(1, 1), "23.2,25.0"));
+  EXPECT_FALSE(decode_answer(number(2), "23.2"));
+  EXPECT_EQ(decode_answer(number(2), "1,2,3").value_or(0.0), 2.0);
+}
+
+TEST(TextAnswer, AWordThatTheMapDoesNotKnowIsNoValue) {
+  TextQuantity mode = number(1);
+  mode.words = {{"off", "STANDBY"}, {"auto", "CONSTANT"}};
+  EXPECT_EQ(decode_answer(mode, "CONSTANT").value_or(-1.0), 1.0);
+  for (const char* bad : {"", "constant", "RUN", "CONSTANT1"}) EXPECT_FALSE(decode_answer(mode, bad)) << bad;
+  EXPECT_EQ(spell(mode, 0.0).value_or(""), "STANDBY");
+  for (const double bad : {-1.0, 0.5, 2.0, 1e300}) EXPECT_FALSE(spell(mode, bad)) << bad;
+}
+
+TEST(TextAnswer, ValuesAreSpelledWithTheDecimalsOfTheMap) {
+  TextQuantity set_point = number(2);
+  set_point.write = "TEMP, S{}";
+  EXPECT_EQ(write_command(set_point, spell(set_point, -40.0).value()), "TEMP, S-40.0");
+  set_point.decimals = 0;
+  EXPECT_EQ(write_command(set_point, spell(set_point, 25.4).value()), "TEMP, S25");
+}
+
+TEST(TextMap, TheExampleOfThePageMakesAChamber) {
+  std::ifstream page(SOAK_TEST_FOLDER "/../docs/register-maps.md");
+  std::string example;
+  bool inside = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with("## ")) inside = line == "## Chambers that speak text";
+    if (inside && line.starts_with("    ")) example += line + "\n";
+  }
+  const auto map = parse_text_map(example, "docs/register-maps.md", MapUse::device);
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_TRUE(make_text_chamber(*map));
+}
+
+}  // namespace
+}  // namespace soak::hal
