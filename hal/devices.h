@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,8 +31,40 @@ struct SerialAddress {
   std::string device;  ///< also a pseudo-terminal
   int baud = 115200;
 };
+/// A device on the bus, without the kernel's driver: a chip of FTDI (vendor 0403, and 2639:0300 with such a chip
+/// inside) is a serial line, any other a pair of bulk endpoints.
+struct UsbAddress {
+  std::uint16_t vendor = 0;
+  std::uint16_t product = 0;
+  std::string serial;  ///< of the device's descriptor; empty = any
+  std::string path;    ///< of the socket, as "1-4.2": bus, then ports; empty = any
+  int baud = 115200;   ///< of a serial line
+};
+/// Bytes as they once arrived; nobody answers. Its end is that of the connection.
+struct RecordedAddress {
+  std::string file;
+};
+using UnitAddress = std::variant<TcpAddress, SerialAddress, UsbAddress, RecordedAddress>;
 
-/// A unit of the Xsens MTi family: Xbus protocol, MTData2 packets.
-[[nodiscard]] std::unique_ptr<Imu> make_xsens_imu(const std::variant<TcpAddress, SerialAddress>& address);
+/// "tcp 10.0.0.9:4001", "serial /dev/ttyUSB0", "usb 2639:0013 1-4.2": what two units cannot share.
+[[nodiscard]] std::string text_of(const UnitAddress& address);
+
+/// What a unit speaks.
+enum class UnitDecoder : std::uint8_t { xsens, ahrs400, vectornav };
+
+/// Nominal ranges of a Crossbow AHRS400, from its label: the scale of its numbers.
+struct Ahrs400Ranges {
+  double rate_dps = 0.0;
+  double accel_g = 0.0;
+};
+
+struct UnitLink {
+  UnitAddress address;
+  UnitDecoder decoder = UnitDecoder::xsens;
+  Ahrs400Ranges ranges = {};  ///< for ahrs400 only
+};
+
+/// Any decoder over any address.
+[[nodiscard]] std::unique_ptr<Imu> make_imu(const UnitLink& link);
 
 }  // namespace soak::hal

@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "base/hex.h"
 #include "base/number_text.h"
 #include "base/units.h"
 #include "hal/settings_reader.h"
@@ -111,16 +112,48 @@ std::array<std::string, 3> read_axes(const SettingsTable& table, std::array<std:
   return axes;
 }
 
-Slot read_slot(const SettingsTable& table) {
+/// "2639:0013": vendor and product as lsusb prints them.
+void read_usb_ids(const SettingsTable& table, hal::UsbAddress& usb) {
+  const std::string text = table.text("usb");
+  const std::string_view digits = text;
+  const auto vendor = base::bytes_of_hex<2>(digits.substr(0, 4));
+  const auto product = base::bytes_of_hex<2>(digits.substr(std::min<std::size_t>(digits.size(), 5)));
+  if (!vendor || !product || digits[4] != ':') {
+    table.refuse("usb", "'usb' must be vendor and product in hexadecimal, four digits each, as in \"2639:0013\"");
+    return;
+  }
+  usb.vendor = static_cast<std::uint16_t>((*vendor)[0] << 8U | (*vendor)[1]);
+  usb.product = static_cast<std::uint16_t>((*product)[0] << 8U | (*product)[1]);
+}
+
+hal::UsbAddress read_usb(const SettingsTable& table) {
+  hal::UsbAddress usb;
+  read_usb_ids(table, usb);
+  usb.serial = table.text("usb_serial", "");
+  usb.path = table.text("usb_path", "");
+  usb.baud = table.whole("baud", kBaud, usb.baud);
+  return usb;
+}
+
+hal::UnitAddress read_unit_address(const SettingsTable& table) {
+  constexpr std::array<std::string_view, 3> kWays = {"host", "device", "usb"};
+  const auto ways = std::count_if(kWays.begin(), kWays.end(), [&](std::string_view way) { return table.has(way); });
+  if (ways != 1) {
+    table.refuse("host", "an address needs one of host and port (TCP), device and baud (serial), usb");
+  }
+  if (table.has("usb")) return read_usb(table);
+  if (table.has("device")) return hal::SerialAddress{table.text("device"), table.whole("baud", kBaud, 115200)};
   const std::optional<int> no_host = table.has("host") ? std::nullopt : std::optional(0);
+  return hal::TcpAddress{table.text("host", ""), table.whole("port", kPort, no_host)};
+}
+
+Slot read_slot(const SettingsTable& table) {
+  using enum hal::UnitDecoder;
   Slot slot;
   slot.name = table.text("name");
-  if (wants_serial(table)) {
-    slot.address = hal::SerialAddress{table.text("device"), table.whole("baud", kBaud, 115200)};
-  } else {
-    slot.address = hal::TcpAddress{table.text("host", ""), table.whole("port", kPort, no_host)};
-  }
-  slot.decoder = table.choice<std::string>("decoder", {{"xsens", "xsens"}}, slot.decoder);
+  slot.address = read_unit_address(table);
+  slot.decoder = table.choice<hal::UnitDecoder>(
+      "decoder", {{"xsens", xsens}, {"ahrs400", ahrs400}, {"vectornav", vectornav}}, slot.decoder);
   slot.axes = read_axes(table, slot.axes);
   slot.power_output = table.optional_whole("power_output", {1, 1000});
   slot.unit = table.text("unit", "");
@@ -128,9 +161,10 @@ Slot read_slot(const SettingsTable& table) {
   return slot;
 }
 
-std::string address_text(const Slot& slot) {
-  if (const auto* tcp = std::get_if<hal::TcpAddress>(&slot.address)) return fmt::format("{}:{}", tcp->host, tcp->port);
-  return std::get<hal::SerialAddress>(slot.address).device;
+/// The key that a slot's address is blamed on.
+std::string_view address_key(const SettingsTable& table) {
+  if (table.has("usb")) return "usb";
+  return table.has("device") ? "device" : "port";
 }
 
 /// What two slots cannot share.
@@ -138,7 +172,8 @@ class Taken {
  public:
   void check(const SettingsTable& table, const Slot& slot) {
     claim(table, "name", slot.name);
-    claim(table, table.has("device") ? "device" : "port", address_text(slot));
+    claim(table, address_key(table), hal::text_of(slot.address));
+    check_usb(table, slot);
     claim(table, "unit", slot.unit);
     if (slot.power_output) claim(table, "power_output", std::to_string(*slot.power_output));
   }
@@ -146,10 +181,24 @@ class Taken {
  private:
   void claim(const SettingsTable& table, std::string_view key, const std::string& value) {
     if (!table.has(key) || value.empty() || taken_.insert({std::string(key), value}).second) return;
-    table.refuse(key, fmt::format("two slots have the {} '{}'", key == "port" ? "address" : key, value));
+    table.refuse(key, fmt::format("two slots have the {} '{}'", key == address_key(table) ? "address" : key, value));
+  }
+
+  /// Two devices of one kind must be told apart.
+  void check_usb(const SettingsTable& table, const Slot& slot) {
+    const auto* usb = std::get_if<hal::UsbAddress>(&slot.address);
+    if (usb == nullptr) return;
+    const auto is_any = [](const hal::UsbAddress& address) { return address.serial.empty() && address.path.empty(); };
+    for (const hal::UsbAddress& other : usb_) {
+      const bool same_kind = other.vendor == usb->vendor && other.product == usb->product;
+      if (!same_kind || !(is_any(other) || is_any(*usb))) continue;
+      table.refuse("usb", "two slots have USB devices of this kind: give each its usb_serial or usb_path");
+    }
+    usb_.push_back(*usb);
   }
 
   std::set<std::pair<std::string, std::string>> taken_;
+  std::vector<hal::UsbAddress> usb_;
 };
 
 void read_unit_type_folder(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
@@ -261,6 +310,15 @@ base::Result<StationConfig> read_station_config(const std::filesystem::path& fil
   const auto status = reader->finish();
   if (!status) return base::forward_error(status);
   return config;
+}
+
+hal::UnitLink link_of(const Slot& slot, const calib::UnitType& type) {
+  hal::UnitLink link;
+  link.address = slot.address;
+  link.decoder = slot.decoder;
+  link.ranges.rate_dps = type.gyro_range_dps.value_or(0.0);
+  link.ranges.accel_g = type.accel_range_mps2.value_or(0.0) / base::kStandardGravity_mps2;
+  return link;
 }
 
 calib::Position unit_position(const Slot& slot, std::string_view fixture_up, std::optional<double> azimuth_deg) {

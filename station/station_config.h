@@ -6,12 +6,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 #include "base/result.h"
 #include "calib/position.h"
 #include "calib/run.h"
+#include "calib/unit_type.h"
 #include "hal/chamber_map.h"
 #include "hal/devices.h"
 #include "hal/register_map.h"
@@ -21,8 +21,8 @@ namespace soak::station {
 /// A place for one unit on the fixture.
 struct Slot {
   std::string name;
-  std::variant<hal::TcpAddress, hal::SerialAddress> address;
-  std::string decoder = "xsens";
+  hal::UnitAddress address;
+  hal::UnitDecoder decoder = hal::UnitDecoder::xsens;
   /// Fixture directions of the unit's own axes x, y, z ("+X" "+Y" "+Z" = mounted straight): right-handed.
   std::array<std::string, 3> axes = {"+X", "+Y", "+Z"};
   std::optional<int> power_output;  ///< of the relay; absent = not switched by us
@@ -50,6 +50,9 @@ struct StationConfig {
 /// line, each with "`file`:line": unknown keys, wrong types, two slots of one name, address, power output or unit, axes
 /// that are not right-handed...
 [[nodiscard]] base::Result<StationConfig> read_station_config(const std::filesystem::path& file);
+
+/// How the unit of that type in the slot is talked to. An AHRS400 needs both ranges of its type.
+[[nodiscard]] hal::UnitLink link_of(const Slot& slot, const calib::UnitType& type);
 
 /// The unit's position when the fixture stands with `fixture_up` (a label of the six) upwards: label and up vector in
 /// the unit's own axes; both empty where the label is none of the six. `azimuth_deg`: the fixture's own in that

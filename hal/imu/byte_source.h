@@ -30,6 +30,8 @@ class ByteSource {
   [[nodiscard]] virtual base::Result<std::size_t> write(std::span<const std::uint8_t> bytes) = 0;
   /// Readable when bytes are there or the peer has gone; -1 while closed.
   [[nodiscard]] virtual int fd() const = 0;
+  /// Whether somebody at the other end can answer; not so in a recording.
+  [[nodiscard]] virtual bool answers() const { return true; }
   [[nodiscard]] virtual std::string description() const = 0;
 };
 
@@ -38,5 +40,15 @@ class ByteSource {
 
 /// Serial line, 8N1 without flow control, also a pseudo-terminal. open() drops input that was left from before.
 [[nodiscard]] std::unique_ptr<ByteSource> make_serial_source(const SerialAddress& address);
+
+/// A device on the bus (hal/usb): its bulk endpoints, or the serial line behind a chip of FTDI. open() takes it from
+/// the kernel's driver, which has it back after close().
+[[nodiscard]] std::unique_ptr<ByteSource> make_usb_source(const UsbAddress& address);
+
+/// A file of bytes as they once arrived, at the speed of the disk. Does not answer; what is written is dropped. Its end
+/// is an error of kind `device`, as that of a connection.
+[[nodiscard]] std::unique_ptr<ByteSource> make_recorded_source(const RecordedAddress& address);
+
+[[nodiscard]] std::unique_ptr<ByteSource> make_source(const UnitAddress& address);
 
 }  // namespace soak::hal::imu

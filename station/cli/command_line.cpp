@@ -22,7 +22,7 @@ namespace {
 constexpr std::array kCommands = {register_import,         register_runs,      register_calibration, register_unit,
                                   register_campaign,       register_procedure, register_signal,      register_key,
                                   register_check_standard, register_report,    register_reference,   register_gap,
-                                  register_chamber};
+                                  register_chamber,        register_doctor};
 
 /// Whether errors are wanted as JSON, also those of a command line that cannot be parsed.
 bool asks_for_json(int argc, char** argv) {

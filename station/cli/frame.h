@@ -37,6 +37,7 @@ void register_reference(CLI::App& program, Request& request);
 void register_check_standard(CLI::App& program, Request& request);
 void register_report(CLI::App& program, Request& request);
 void register_gap(CLI::App& program, Request& request);
+void register_doctor(CLI::App& program, Request& request);
 
 /// Adds a subcommand with its one example, and --data; `prints_result` adds --json.
 CLI::App* add_command(CLI::App& parent, Request& request, const std::string& name, const std::string& description,

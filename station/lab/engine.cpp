@@ -93,7 +93,7 @@ void Engine::make_units(const CheckedStart& checked) {
   const hal::Imu::Settings settings{checked.plan.procedure.rate_hz, checked.plan.procedure.temp_rate_hz};
   for (const CheckedUnit& unit : checked.units) {
     lab_->units.push_back(std::make_unique<UnitChannel>(unit.slot, unit.serial, unit.type,
-                                                        hal::make_xsens_imu(unit.slot.address), settings));
+                                                        hal::make_imu(link_of(unit.slot, unit.type)), settings));
   }
   const std::lock_guard lock(status_mutex_);
   noise_.clear();

@@ -82,6 +82,15 @@ std::array<std::string, 3> sent_axes(const std::array<std::string, 3>& mounted,
   return axes;
 }
 
+/// The numbers of an AHRS400 are shares of the ranges on its label.
+base::Status check_ranges(const Slot& slot, const calib::UnitType& type) {
+  if (slot.decoder != hal::UnitDecoder::ahrs400 || (type.gyro_range_dps && type.accel_range_mps2)) return {};
+  return base::bad_input(fmt::format("slot {}: the decoder ahrs400 needs the ranges that the unit's label states: give "
+                                     "gyro.range_dps and accel.range_mps2 in unit type '{}'",
+                                     slot.name, type.name),
+                         "unit type " + type.name);
+}
+
 base::Result<std::vector<CheckedUnit>> check_units(const StartRequest& request, const StationConfig& config,
                                                    const db::Catalog& catalog) {
   const auto by_slot = serials(request, config);
@@ -92,6 +101,7 @@ base::Result<std::vector<CheckedUnit>> check_units(const StartRequest& request, 
     if (!slot) return base::bad_input(fmt::format("the station has no slot '{}'", name), "--unit");
     auto type = type_of(serial, *slot, config, catalog);
     if (!type) return base::forward_error(type);
+    if (auto ranges = check_ranges(*slot, *type); !ranges) return base::forward_error(ranges);
     Slot own = *slot;
     if (type->axes) own.axes = sent_axes(own.axes, *type->axes);
     units.push_back({std::move(own), serial, *std::move(type)});

@@ -90,5 +90,13 @@ TEST(FuzzCorpus, MapsOfControllersKeepTheirPromises) { run(controller_map, "cont
 
 TEST(FuzzCorpus, AnswersOfChambersKeepTheirPromises) { run(text_answer, "text_answer", 4000); }
 
+TEST(FuzzCorpus, XbusDecoderKeepsItsPromises) { run(xbus, "xbus", 20000); }
+
+TEST(FuzzCorpus, MtData2DecoderKeepsItsPromises) { run(mt_data2, "mt_data2", 20000); }
+
+TEST(FuzzCorpus, Ahrs400DecoderKeepsItsPromises) { run(ahrs400, "ahrs400", 20000); }
+
+TEST(FuzzCorpus, VectorNavDecoderKeepsItsPromises) { run(vectornav, "vectornav", 20000); }
+
 }  // namespace
 }  // namespace soak::fuzz

@@ -28,6 +28,12 @@ bool controller_map(Input input);
 /// A line that a chamber might answer, read as numbers, as words and as a refusal.
 bool text_answer(Input input);
 
+/// Bytes of a unit: frames of Xbus, one MTData2 message's data, packets of an AHRS400, messages of a VectorNav.
+bool xbus(Input input);
+bool mt_data2(Input input);
+bool ahrs400(Input input);
+bool vectornav(Input input);
+
 /// Prints what was promised and aborts unless it holds.
 void require(bool holds, const char* promise);
 

@@ -65,6 +65,7 @@ class ScriptedUnit {
   Bytes output_configuration;    ///< as asked for
   std::uint16_t counter = 0;
   std::uint32_t ticks = 0;
+  std::uint32_t ticks_per_packet = 100;
 
   /// Takes bytes from the station, returns the answers.
   Bytes take(std::span<const std::uint8_t> bytes) {
@@ -78,7 +79,8 @@ class ScriptedUnit {
     return answer;
   }
 
-  /// The next packet: at 100 Hz, a temperature with every tenth, values that tell the packet's number.
+  /// The next packet: at 100 Hz unless told otherwise, a temperature with every tenth, values that tell the packet's
+  /// number.
   Bytes packet() {
     const float number = static_cast<float>(counter);
     Bytes data = item(0x1020, u16(counter)) + item(0x1060, u32(ticks)) +
@@ -87,7 +89,7 @@ class ScriptedUnit {
     if (counter % 10 == 0) data = data + item(0x0810, f32(20.0F + number));
     data = data + item(0xE020, u32(0x00400003));
     ++counter;
-    ticks += 100;
+    ticks += ticks_per_packet;
     return frame(0x36, data);
   }
 

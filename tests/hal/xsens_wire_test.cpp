@@ -83,7 +83,7 @@ TEST(XsensOverTcp, StreamsThroughARestartAndFailsWhenThePeerCloses) {
     const Descriptor peer = listener.accept();
     play(peer.get(), finish);
   });
-  const auto imu = make_xsens_imu(TcpAddress{"127.0.0.1", listener.port()});
+  const auto imu = make_imu({.address = TcpAddress{"127.0.0.1", listener.port()}});
   const auto opened = imu->open({});
   std::vector<ImuSample> samples;
   const auto followed = follow(*imu, samples, [&] { return samples.size() >= 3000; });
@@ -100,7 +100,7 @@ TEST(XsensOverTcp, StreamsThroughARestartAndFailsWhenThePeerCloses) {
 
 TEST(XsensOverSerial, StreamsThroughARestartAndFailsWhenUnplugged) {
   PseudoTerminal terminal;
-  const auto imu = make_xsens_imu(SerialAddress{terminal.name(), 921600});
+  const auto imu = make_imu({.address = SerialAddress{terminal.name(), 921600}});
   ASSERT_TRUE(imu->open({}));  // raw from here on: nothing that the unit sends is echoed
   std::atomic<bool> finish = false;
   std::thread unit([&] {
@@ -124,7 +124,7 @@ TEST(XsensOverTcp, OpeningWithoutAPeerIsADeviceErrorAndMayBeTriedAgain) {
     const TcpListener gone;
     port = gone.port();
   }
-  const auto imu = make_xsens_imu(TcpAddress{"127.0.0.1", port});
+  const auto imu = make_imu({.address = TcpAddress{"127.0.0.1", port}});
   for (int attempt = 0; attempt < 2; ++attempt) {
     const auto opened = imu->open({});
     ASSERT_FALSE(opened);

@@ -93,6 +93,61 @@ device = "/dev/ttyUSB0"
 baud = 921600
 )";
 
+TEST_F(StationConfigFile, UsbAddressesAndDecodersAreRead) {
+  const auto config = read(std::string(kChamber) + R"([[slot]]
+name = "1"
+usb = "2639:0013"
+usb_path = "1-4.2"
+[[slot]]
+name = "2"
+usb = "0403:6001"
+usb_serial = "A50285BI"
+baud = 38400
+decoder = "ahrs400"
+[[slot]]
+name = "3"
+device = "/dev/ttyS0"
+decoder = "vectornav"
+)");
+  ASSERT_TRUE(config) << config.error().where << config.error().message;
+  const auto& xsens = std::get<hal::UsbAddress>(config->slots[0].address);
+  EXPECT_EQ(xsens.vendor, 0x2639);
+  EXPECT_EQ(xsens.product, 0x0013);
+  EXPECT_EQ(xsens.path, "1-4.2");
+  EXPECT_EQ(config->slots[0].decoder, hal::UnitDecoder::xsens);
+  const auto& chip = std::get<hal::UsbAddress>(config->slots[1].address);
+  EXPECT_EQ(chip.vendor, 0x0403);
+  EXPECT_EQ(chip.serial, "A50285BI");
+  EXPECT_EQ(chip.baud, 38400);
+  EXPECT_EQ(config->slots[1].decoder, hal::UnitDecoder::ahrs400);
+  EXPECT_EQ(config->slots[2].decoder, hal::UnitDecoder::vectornav);
+}
+
+TEST_F(StationConfigFile, UsbAddressesThatNameNoDeviceAreRefused) {
+  for (const char* usb : {"2639", "2639:13", "2639-0013", "xxxx:0013", "2639:0013:1", "263F:0013", ""}) {
+    EXPECT_NE(refusal(std::string(kChamber) + "[[slot]]\nname = \"1\"\nusb = \"" + usb + "\"\n").find("'usb' must be"),
+              std::string::npos)
+        << usb;
+  }
+}
+
+TEST_F(StationConfigFile, TwoUsbDevicesOfOneKindMustBeToldApart) {
+  const std::string any =
+      std::string(kChamber) + "[[slot]]\nname = \"1\"\nusb = \"2639:0013\"\n[[slot]]\nname = \"2\"\n";
+  EXPECT_NE(refusal(any + "usb = \"2639:0013\"\nusb_path = \"1-1\"\n").find("usb_serial or usb_path"),
+            std::string::npos);
+  EXPECT_TRUE(read(any + "usb = \"2639:0012\"\n"));
+}
+
+TEST_F(StationConfigFile, ALinkCarriesTheRangesOfTheUnitType) {
+  Slot slot;
+  slot.decoder = hal::UnitDecoder::ahrs400;
+  const auto link = link_of(slot, {.gyro_range_dps = 200.0, .accel_range_mps2 = 39.2266});
+  EXPECT_EQ(link.decoder, hal::UnitDecoder::ahrs400);
+  EXPECT_DOUBLE_EQ(link.ranges.rate_dps, 200.0);
+  EXPECT_DOUBLE_EQ(link.ranges.accel_g, 4.0);
+}
+
 TEST_F(StationConfigFile, EveryKeyIsRead) {
   const auto config = read(kFull);
   ASSERT_TRUE(config) << config.error().where << config.error().message;

@@ -12,30 +12,32 @@
 #include "base/bytes.h"
 #include "hal/imu.h"
 #include "hal/imu/byte_source.h"
-#include "hal/imu/mt_data2.h"
-#include "hal/imu/packet_timeline.h"
-#include "hal/imu/xbus.h"
-#include "hal/imu/xsens_setup.h"
+#include "hal/imu/protocol.h"
 
 namespace soak::hal::imu {
 
-/// A unit of the Xsens MTi family. Device times come from the unit alone; the host's clock serves time-outs only. They
-/// pass inside poll(), so poll() is to be called a few times a second also while wait_fd() stays quiet.
+/// A unit that speaks `protocol` over `source`, whichever these are. The host's clock serves time-outs only (and a
+/// protocol whose own clock is ambiguous across gaps). They pass inside poll(), so poll() is to be called a few times a
+/// second also while wait_fd() stays quiet.
 ///
 /// - Until the unit answers it is asked once a second, for as long as it takes. If it sends bytes but does not answer a
 ///   request within 1 s, it is asked again from the first request on; after the third repetition the device has failed.
-/// - A stream without a message for 3 s is `silent` and goes on by itself. After 30 s the unit is asked again.
+/// - A stream without a message for 3 s is `silent` and goes on by itself. When the protocol's patience is over (30 s
+/// for
+///   an Xsens MTi) the unit is asked again.
 /// - A stream of messages that carries no sample for 3 s obeys another configuration: the unit is configured again. If
 ///   it has just been, the device has failed.
-/// - A restart is a wake-up message of a unit that was heard before, a time or counter that begins anew, or another
-///   serial number. The samples before it keep their number; what comes from then on until the unit is configured again
-///   is dropped.
+/// - A restart is a wake-up message of a unit that was heard before, a time or counter that begins anew, another
+///   serial number, or a unit that stands idle though it was told to stream. The samples before it keep their number;
+///   what comes from then on until the unit is configured again is dropped.
+/// - A source that cannot answer (a recording) is not asked: its stream is taken as it is, without an identity.
 /// - Statistics and the count of power-ons live as long as the object, through close() and open().
-class XsensImu final : public Imu {
+class StreamImu final : public Imu {
  public:
   using Clock = std::chrono::steady_clock;
 
-  explicit XsensImu(std::unique_ptr<ByteSource> source, std::function<Clock::time_point()> clock = Clock::now);
+  StreamImu(std::unique_ptr<ByteSource> source, std::unique_ptr<Protocol> protocol,
+            std::function<Clock::time_point()> clock = Clock::now);
 
   base::Status open(const Settings& settings) override;
   void close() override;
@@ -44,7 +46,7 @@ class XsensImu final : public Imu {
   const std::optional<ImuIdentity>& identity() const override { return identity_; }
   const ImuStatistics& statistics() const override { return statistics_; }
   int wait_fd() const override { return source_->fd(); }
-  std::string description() const override { return "Xsens MTi at " + source_->description(); }
+  std::string description() const override { return protocol_->name() + " at " + source_->description(); }
 
  private:
   base::Status move_on(std::vector<ImuSample>& samples);
@@ -53,12 +55,13 @@ class XsensImu final : public Imu {
   void queue(const base::Bytes& message);
 
   base::Status take_messages(std::vector<ImuSample>& samples);
-  base::Status take_message(const XbusMessage& message, std::vector<ImuSample>& samples);
-  base::Status take_answer(const XbusMessage& message);
+  void take_message(Protocol::Heard message, std::vector<ImuSample>& samples);
+  void move_dialogue_on();
   void take_wake_up();
-  void take_packet(const XbusMessage& message, std::vector<ImuSample>& samples);
-  bool follow(const PacketStamp& stamp);
-  void append_sample(const MtData2& packet, std::vector<ImuSample>& samples);
+  void take_packet(std::vector<ImuSample>& samples);
+  bool follow();
+  void append_sample(const UnitPacket& packet, std::vector<ImuSample>& samples);
+  void take_temperature(const UnitPacket& packet);
 
   base::Status watch_time(std::vector<ImuSample>& samples);
   base::Status watch_setup();
@@ -70,14 +73,12 @@ class XsensImu final : public Imu {
   void notice_restart();
 
   std::unique_ptr<ByteSource> source_;
+  std::unique_ptr<Protocol> protocol_;
   std::function<Clock::time_point()> clock_;
   Settings settings_;
   ImuState state_ = ImuState::closed;
   base::Error failure_;  ///< why, in state `failed`
 
-  XbusDecoder decoder_;
-  XsensSetup setup_;
-  PacketTimeline timeline_;
   base::Bytes outbox_;
 
   Clock::time_point now_;           ///< of the current poll
@@ -92,8 +93,8 @@ class XsensImu final : public Imu {
   bool sampled_ = false;            ///< a sample came since the dialogue ended
 
   std::uint32_t power_on_ = 0;
-  std::uint64_t malformed_bytes_ = 0;  ///< in valid frames
   std::optional<float> pending_temp_c_;
+  double next_temp_s_ = 0.0;  ///< device time before which readings of the thermometer are passed over
   std::optional<ImuIdentity> identity_;
   ImuStatistics statistics_;
 };

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/commands/doctor_command.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "station/data_folder.h"
+#include "station/doctor.h"
+#include "station/identity.h"
+
+namespace soak::station {
+namespace {
+
+std::string_view word_of(Finding finding) {
+  switch (finding) {
+    case Finding::ok:
+      return "ok";
+    case Finding::warning:
+      return "warning";
+    default:
+      return "failed";
+  }
+}
+
+/// The data folder that is meant: the option, else that of the configuration, else the usual one.
+std::string data_option(const DoctorCommand& command, const std::optional<StationConfig>& config) {
+  if (!command.data.empty() || !config) return command.data;
+  return config->data.string();
+}
+
+/// The configuration; one that is wrong is a failure among the others.
+std::optional<StationConfig> read_config(const std::string& file, std::vector<DoctorCheck>& checks) {
+  if (file.empty()) return std::nullopt;
+  auto config = read_station_config(file);
+  if (config) return *std::move(config);
+  const base::Error& error = config.error();
+  checks.push_back({"configuration", Finding::failed,
+                    error.where.empty() ? error.message : error.where + ": " + error.message, error.kind});
+  return std::nullopt;
+}
+
+base::Result<std::vector<DoctorCheck>> look(const DoctorCommand& command) {
+  std::vector<DoctorCheck> checks;
+  const auto config = read_config(command.config, checks);
+  if (config) {
+    auto devices = check_devices(*config);
+    std::move(devices.begin(), devices.end(), std::back_inserter(checks));
+  }
+  const std::string data = data_option(command, config);
+  const auto folder = data_folder(data);
+  if (!folder) return base::forward_error(folder);
+  checks.push_back(check_disk_space(*folder));
+  std::error_code ignored;
+  if (!std::filesystem::exists(*folder / "station.db", ignored)) {
+    checks.push_back({"database", Finding::ok, fmt::format("none yet in {}", folder->string()), {}});
+    checks.push_back(check_clock(nullptr, now_utc_s()));
+    return checks;
+  }
+  const auto catalog = open_existing_catalog(data);
+  checks.push_back(check_database(catalog));
+  checks.push_back(check_clock(catalog ? &*catalog : nullptr, now_utc_s()));
+  return checks;
+}
+
+int gravity(base::ErrorKind kind) {
+  if (kind == base::ErrorKind::corrupt) return 3;
+  if (kind == base::ErrorKind::device) return 2;
+  return 1;
+}
+
+base::Status verdict(const std::vector<DoctorCheck>& checks) {
+  const DoctorCheck* gravest = nullptr;
+  std::string subjects;
+  for (const DoctorCheck& check : checks) {
+    if (check.finding != Finding::failed) continue;
+    subjects += (subjects.empty() ? "" : ", ") + check.subject;
+    if (gravest == nullptr || gravity(check.kind) > gravity(gravest->kind)) gravest = &check;
+  }
+  if (gravest == nullptr) return {};
+  return base::fail(gravest->kind, "not as it should be: " + subjects, "doctor");
+}
+
+}  // namespace
+
+base::Status run_doctor(const DoctorCommand& command, Output& output) {
+  const auto checks = look(command);
+  if (!checks) return base::forward_error(checks);
+  const base::Status status = verdict(*checks);
+  if (output.json()) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const DoctorCheck& check : *checks) {
+      list.push_back({{"subject", check.subject}, {"finding", word_of(check.finding)}, {"text", check.text}});
+    }
+    const auto printed = output.print_json({{"ok", status.has_value()}, {"checks", std::move(list)}});
+    return printed ? status : printed;
+  }
+  for (const DoctorCheck& check : *checks) {
+    output.print(fmt::format("{:<8} {}: {}\n", word_of(check.finding), check.subject, check.text));
+  }
+  return status;
+}
+
+}  // namespace soak::station
