@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/statistics.h"
+#include "calib/gap/fine_temperature.h"
 #include "calib/gap/run_log.h"
 #include "calib/gravity.h"
 #include "db/run_file.h"
@@ -68,6 +69,7 @@ base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, c
     entry.run.site = calib::with_reference_gravity(entry.run.site, input.references);
     logged.runs.push_back(std::move(entry));
   }
+  calib::gap::refine_logs(logged);
   return logged;
 }
 
@@ -75,7 +77,9 @@ base::Result<calib::gap::LoggedCampaign> load_logged_campaign(const db::Catalog&
                                                               const std::optional<std::string>& campaign) {
   auto input = load_unit(catalog, unit, campaign);
   if (!input) return base::forward_error(input);
-  return with_logs(catalog, *std::move(input), true);
+  auto logged = with_logs(catalog, *std::move(input), true);
+  if (logged) calib::gap::refine_blocks(*logged);
+  return logged;
 }
 
 }  // namespace soak::station

@@ -31,12 +31,20 @@ struct LoggedRun {
   std::optional<double> start_utc_s;  ///< Unix time of device time 0
 };
 
+/// Temperatures within the steps of a coarse thermometer, from the chamber's air (fine_temperature.h).
+struct FineTemperature {
+  double step_c = 0.0;            ///< of the thermometer
+  double error_c = 0.0;           ///< RMS, where the reading changes
+  std::array<double, 2> tau_s{};  ///< with which the unit follows the air
+};
+
 /// All runs of one unit that a gap is looked for in.
 struct LoggedCampaign {
   std::string unit;
   UnitType type;
   std::vector<LoggedRun> runs;
-  SampleFacts thermometer;                          ///< of the unit's own
+  SampleFacts thermometer;                          ///< of the unit's own; no step where its temperatures were refined
+  std::optional<FineTemperature> fine_temperature;  ///< absent = temperatures are as the thermometer showed them
   std::array<SampleFacts, kSensorCount> samples{};  ///< of all runs; count 0 = nobody looked
 };
 

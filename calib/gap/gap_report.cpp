@@ -171,8 +171,19 @@ std::string order_note(const Observations& observations, const std::vector<Named
   });
   if (!concerned || !one_order(observations)) return "";
   return "; the positions came in one order throughout: creep or memory of the position before could read the same, "
-         "and "
-         "a run in another order would tell";
+         "and a run in another order would tell";
+}
+
+/// What a thermometer in steps kept from being looked for, or what stands in for it; empty for a fine one.
+std::string of_thermometer(const LoggedCampaign& campaign, const Courses& courses) {
+  if (const auto& fine = campaign.fine_temperature) {
+    return fmt::format(
+        "; temperatures within the thermometer's steps of {:.2g} K are those of a unit that follows the chamber's air "
+        "with {:.0f} s and {:.0f} s, right to {:.2f} K where its reading changes",
+        fine->step_c, fine->tau_s[0], fine->tau_s[1], fine->error_c);
+  }
+  const auto& coarse = courses.coarse();
+  return coarse ? fmt::format("; what changes with time was not looked for: {}", *coarse) : "";
 }
 
 /// Clipped readings say nothing of what the unit would have read: their sensors stay out of the search.
@@ -259,9 +270,7 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   std::move(bump.not_testable.begin(), bump.not_testable.end(), std::back_inserter(report.not_testable));
   decide(std::move(found), std::move(beside.effects), report);
   report.reason += left_out(observations, model) + order_note(observations, report.effects);
-  if (const auto& coarse = courses.coarse()) {
-    report.reason += fmt::format("; what changes with time was not looked for: {}", *coarse);
-  }
+  report.reason += of_thermometer(campaign, courses);
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
     report.next.push_back(next_experiment(campaign, observations, courses, report.effects, e));
   }
