@@ -2,19 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs clang-tidy-19 over all translation units of a build folder, two at a time.
 
-A unit that passed is remembered by the hash of its preprocessed text and the configuration that applies to it, so only
-what changed is checked again. Exit status 1 if any unit has a finding.
+What passed is known twice. On this machine by the hash of the preprocessed text and the configuration that applies to
+it. In the tree (tidy_passed.txt) by the hash of the unit, of all headers of the tree that it includes, and of the
+configuration: so that a fresh checkout checks what changed since that was written. --full asks clang-tidy whatever the
+tree says, --record writes down what passed. Exit status 1 if any unit has a finding.
 """
 import argparse
 import concurrent.futures
 import hashlib
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+RECORD = os.path.join(ROOT, "tools", "tidy_passed.txt")
 CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME", os.path.expanduser("~/.cache")), "soak-tidy")
 
 
@@ -29,6 +33,39 @@ def configuration_of(source):
         if folder == ROOT or folder == os.path.dirname(folder):
             return text
         folder = os.path.dirname(folder)
+
+
+def included(source, found):
+    """The unit and all headers of the tree that it includes, directly or not."""
+    if source in found or not os.path.isfile(source):
+        return
+    with open(source, "rb") as f:
+        found[source] = f.read()
+    for name in re.findall(rb'^\s*#\s*include\s*"([^"]+)"', found[source], re.M):
+        for folder in (ROOT, os.path.dirname(source)):
+            included(os.path.normpath(os.path.join(folder, name.decode())), found)
+
+
+def key_in_tree(source):
+    found = {}
+    included(source, found)
+    key = hashlib.sha256(("clang-tidy-19" + configuration_of(source)).encode())
+    for path in sorted(found):
+        key.update(os.path.relpath(path, ROOT).encode() + b"\0" + found[path] + b"\0")
+    return key.hexdigest()
+
+
+def passed_in_tree():
+    if not os.path.exists(RECORD):
+        return set()
+    with open(RECORD, encoding="utf-8") as f:
+        return {line.split()[0] for line in f}
+
+
+def record(sources):
+    lines = sorted(f"{key_in_tree(source)} {os.path.relpath(source, ROOT)}\n" for source in sources)
+    with open(RECORD, "w", encoding="utf-8") as f:
+        f.writelines(sorted(lines, key=lambda line: line.split()[1]))
 
 
 def compiler_arguments(entry):
@@ -71,6 +108,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--build", required=True, help="build folder with compile_commands.json")
     parser.add_argument("--skip-tests", action="store_true", help="leave out the units of tests/")
+    parser.add_argument("--full", action="store_true", help="also what the tree says has passed")
+    parser.add_argument("--record", action="store_true", help="write what passed into the tree")
     parser.add_argument("paths", nargs="*", help="only units whose path contains one of these")
     options = parser.parse_args()
     os.makedirs(CACHE, exist_ok=True)
@@ -80,13 +119,20 @@ def main():
         entries = [e for e in entries if not e["file"].startswith(os.path.join(ROOT, "tests") + os.sep)]
     if options.paths:
         entries = [e for e in entries if any(p in e["file"] for p in options.paths)]
+    known = set() if options.full else passed_in_tree()
+    passed = [e["file"] for e in entries if known and key_in_tree(e["file"]) in known]
+    entries = [e for e in entries if e["file"] not in set(passed)]
     failed = 0
     with concurrent.futures.ThreadPoolExecutor(int(os.environ.get("JOBS", os.cpu_count() or 2))) as pool:
         for source, finding in pool.map(check, entries):
             if finding:
                 failed += 1
                 print(f"-- {os.path.relpath(source, ROOT)}\n{finding}")
-    print(f"clang-tidy: {len(entries)} units, {failed} with findings")
+            else:
+                passed.append(source)
+    if options.record:
+        record(passed)
+    print(f"clang-tidy: {len(entries)} units, {failed} with findings; {len(passed) - len(entries) + failed} as they were")
     return 1 if failed else 0
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """soak report, as a user calls it: the page against the fit's own numbers, the deployed file and the records."""
+import hashlib
 import html.parser
 import json
 import math
@@ -263,7 +264,8 @@ class Report(test_fit.FittedTest):
             for key in ("uncertainty", "scale_uncertainty", "lack_of_fit_sigma", "scale_deployed"):
                 sensor.pop(key, None)
         model["calibration"].pop("references", None)
-        database.execute("UPDATE model SET document = ?", (json.dumps(model),))
+        older = json.dumps(model)
+        database.execute("UPDATE model SET document = ?, sha256 = ?", (older, hashlib.sha256(older.encode()).hexdigest()))
         database.commit()
         database.close()
         _, page = self.report()
