@@ -160,14 +160,13 @@ bool StreamImu::follow() {
   bool follows = protocol_->advance();
   if (!follows) {
     notice_restart();
-    if (just_configured) {
-      // The restart lies before the configuration: this packet is the first of the new power-on.
+    if (just_configured || !source_->answers()) {
+      // The restart lies before the configuration, or cannot be followed by another one: this packet is the first of
+      // the new power-on.
       follows = protocol_->advance();
-    } else if (source_->answers()) {
+    } else {
       state_ = ImuState::configuring;
       begin_setup();
-    } else {
-      follows = protocol_->advance();
     }
   }
   if (follows) statistics_.lost_packets += protocol_->lost_packets();

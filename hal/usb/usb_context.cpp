@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <new>
 #include <utility>
 
 namespace soak::hal::usb {
@@ -57,7 +58,7 @@ UsbContext::~UsbContext() {
   destroy_finished();
   // What still has transfers under way at the end of the process cannot be closed: libusb would work on freed memory.
   if (!buried_.empty()) {
-    new std::vector<std::shared_ptr<UsbListener>>(std::move(buried_));
+    (void)new (std::nothrow) std::vector<std::shared_ptr<UsbListener>>(std::move(buried_));
     return;
   }
   libusb_exit(context_);

@@ -92,13 +92,13 @@ base::Status verdict(const std::vector<DoctorCheck>& checks) {
 base::Status run_doctor(const DoctorCommand& command, Output& output) {
   const auto checks = look(command);
   if (!checks) return base::forward_error(checks);
-  const base::Status status = verdict(*checks);
+  base::Status status = verdict(*checks);
   if (output.json()) {
     nlohmann::json list = nlohmann::json::array();
     for (const DoctorCheck& check : *checks) {
       list.push_back({{"subject", check.subject}, {"finding", word_of(check.finding)}, {"text", check.text}});
     }
-    const auto printed = output.print_json({{"ok", status.has_value()}, {"checks", std::move(list)}});
+    auto printed = output.print_json({{"ok", status.has_value()}, {"checks", std::move(list)}});
     return printed ? status : printed;
   }
   for (const DoctorCheck& check : *checks) {

@@ -86,6 +86,13 @@ class StartCheck : public ::testing::Test {
 
 bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
+TEST_F(StartCheck, AnAhrs400NeedsTheRangesOfItsLabelInTheUnitType) {
+  config.slots[0].decoder = hal::UnitDecoder::ahrs400;
+  EXPECT_NE(refusal().find("gyro.range_dps and accel.range_mps2"), std::string::npos) << refusal();
+  add_type("plain", std::string(kRating) + "[gyro]\nrange_dps = 100\n[accel]\nrange_mps2 = 19.6133\n");
+  EXPECT_EQ(refusal(), "");
+}
+
 TEST_F(StartCheck, TakesASoundRequest) {
   const CheckedStart start = checked();
   ASSERT_EQ(start.units.size(), 1U);
