@@ -16,8 +16,7 @@ constexpr double kRankTolerance = 1e-9;
 constexpr double kInvisible = 1e-4;
 
 /// Variance that the strength of an effect may have between runs, as a share of its square, without being thought
-/// uneven: mountings, humidity and batches of the chamber's air differ. Of a weak effect it is nothing beside the
-/// noise.
+/// uneven: no two mountings are alike. Of a weak effect it is nothing beside the noise.
 constexpr double kVaries = 0.3 * 0.3;
 
 /// Pseudo-inverse of a symmetric matrix of small size, with its rank.

@@ -52,9 +52,9 @@ struct SearchResult {
 inline constexpr double kGate = 0.003;
 
 /// Forward selection over the library: each step takes in the effect of the greatest merit, if its adjusted chance is
-/// below kGate, if parameters from the other folds make all folds but one better, and, after the first, if it takes at
-/// least 5 % of what the first took out of the same sensors. At most three. Then what is left (leftover_search.h).
-/// The terms are taken into `model`.
+/// below kGate, if enough folds bear it out (enough_folds()), and, after the first, if it takes at least 5 % of what
+/// the first took out of the same sensors. At most three. Then what is left (leftover_search.h). The terms are taken
+/// into `model`.
 [[nodiscard]] SearchResult search(CampaignModel& model);
 
 /// The shape of an effect that stands best against `model`, in the sensors given and with the parameters estimated
