@@ -73,6 +73,16 @@ bool is_constant(const TrainingData& data, std::size_t input) {
   return true;
 }
 
+/// Whether there are `count` distinct inputs, usually known after a few rows: a learner asks before every training.
+bool has_distinct_inputs(const TrainingData& data, std::size_t count) {
+  std::vector<std::size_t> first;  // row of each distinct input so far
+  for (std::size_t i = 0; i < data.rows() && first.size() < count; ++i) {
+    const auto same = [&](std::size_t seen) { return std::ranges::equal(data.row(seen), data.row(i)); };
+    if (std::ranges::none_of(first, same)) first.push_back(i);
+  }
+  return first.size() >= count;
+}
+
 }  // namespace
 
 std::size_t distinct_inputs(const TrainingData& data) {
@@ -103,9 +113,9 @@ base::Status validate(const TrainingData& data, std::size_t parameters) {
                              "x");
     }
   }
-  const std::size_t distinct = distinct_inputs(data);
-  if (distinct < parameters) {
-    return base::bad_input("x has " + std::to_string(distinct) + " distinct values for " + std::to_string(parameters) +
+  if (!has_distinct_inputs(data, parameters)) {
+    return base::bad_input("x has " + std::to_string(distinct_inputs(data)) + " distinct values for " +
+                               std::to_string(parameters) +
                                " consequent parameters: use fewer rules, order 0, or more data",
                            "x");
   }
