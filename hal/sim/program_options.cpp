@@ -85,6 +85,11 @@ base::Result<std::vector<std::int64_t>> ProgramOptions::wholes(std::string_view 
   return numbers;
 }
 
+std::vector<std::string> ProgramOptions::texts(std::string_view name) const {
+  const auto given = values_.find(name);
+  return given == values_.end() ? std::vector<std::string>() : given->second;
+}
+
 base::Result<CampaignConfig> configured(const ProgramOptions& options, int max_units) {
   auto config = read_campaign_config(options.text("--config").value_or(SOAK_SIM_LAB_TOML));
   if (!config) return config;

@@ -43,6 +43,9 @@ class ProgramOptions {
   [[nodiscard]] base::Result<std::vector<std::int64_t>> wholes(std::string_view name, std::int64_t low,
                                                                std::int64_t high) const;
 
+  /// The same as they stand.
+  [[nodiscard]] std::vector<std::string> texts(std::string_view name) const;
+
   /// Replaces `target` by the value of an option, where that is given.
   template <class Whole>
   [[nodiscard]] base::Status override_whole(std::string_view name, std::int64_t low, std::int64_t high,

@@ -19,9 +19,9 @@ namespace {
 
 constexpr std::string_view kUsage =
     R"(usage: soaksim --out DIR [--seed N] [--units N] [--rate R|max] [--config FILE]
-               [--base-port P] [--pty SLOT...] [--chamber KIND] [--maps DIR]
+               [--base-port P] [--pty SLOT...] [--chamber KIND] [--decoder KIND...] [--maps DIR]
 Runs a simulated laboratory: a chamber, a fixture and a relay card that speak Modbus TCP, and units that speak the Xsens
-MTi's Xbus protocol, all on 127.0.0.1. Writes DIR/station.toml when everything listens, then prints one line of JSON with
+MTi's Xbus protocol or that of another family, all on 127.0.0.1. Writes DIR/station.toml when everything listens, then prints one line of JSON with
 the ports. Ends with status 0 on SIGTERM or SIGINT.
 
   --out DIR        folder for station.toml; made where it is missing
@@ -34,6 +34,9 @@ the ports. Ends with status 0 on SIGTERM or SIGINT.
   --pty SLOT...    these slots get a pseudo-terminal instead of a TCP port; the JSON line and station.toml name it
   --chamber KIND   controller that station.toml names: f4t (Modbus TCP, the default), f4t-rtu, eurotherm-2400 (Modbus RTU on
                    a pseudo-terminal), espec-p300 (lines of text over TCP)
+  --decoder KIND...
+                   what the units of slot 1, 2, ... speak, the last counting for all that follow: xsens (the default),
+                   ahrs400, vectornav
   --maps DIR       folder of register maps and unit types that station.toml names
 )";
 constexpr std::string_view kTruthUsage =
@@ -70,6 +73,21 @@ base::Result<ChamberKind> chamber_option(const ProgramOptions& options) {
       fmt::format("option --chamber must be f4t, f4t-rtu, eurotherm-2400 or espec-p300, not '{}'", text));
 }
 
+base::Result<std::vector<UnitKind>> unit_options(const ProgramOptions& options) {
+  const std::map<std::string, UnitKind> kinds = {
+      {"xsens", UnitKind::xsens}, {"ahrs400", UnitKind::ahrs400}, {"vectornav", UnitKind::vectornav}};
+  std::vector<UnitKind> units;
+  for (const std::string& text : options.texts("--decoder")) {
+    const auto found = kinds.find(text);
+    if (found == kinds.end()) {
+      return base::bad_input(fmt::format("option --decoder takes xsens, ahrs400 and vectornav, not '{}'", text));
+    }
+    units.push_back(found->second);
+  }
+  if (units.empty()) units.push_back(UnitKind::xsens);
+  return units;
+}
+
 base::Result<LabServerOptions> server_options(const ProgramOptions& options, int units) {
   LabServerOptions server;
   const auto rate = rate_option(options);
@@ -78,6 +96,9 @@ base::Result<LabServerOptions> server_options(const ProgramOptions& options, int
   const auto chamber = chamber_option(options);
   if (!chamber) return base::forward_error(chamber);
   server.chamber = *chamber;
+  auto kinds = unit_options(options);
+  if (!kinds) return base::forward_error(kinds);
+  server.units = *std::move(kinds);
   const auto base_port = options.whole("--base-port", 1, kMaxBasePort);
   if (!base_port) return base::forward_error(base_port);
   if (*base_port) server.base_port = static_cast<int>(**base_port);
@@ -112,7 +133,8 @@ struct Order {
 
 base::Result<Order> parse_order(const std::vector<std::string>& arguments) {
   const auto options = ProgramOptions::parse(
-      arguments, {"--out", "--seed", "--units", "--rate", "--config", "--base-port", "--chamber", "--maps"}, {"--pty"});
+      arguments, {"--out", "--seed", "--units", "--rate", "--config", "--base-port", "--chamber", "--maps"},
+      {"--pty", "--decoder"});
   if (!options) return base::forward_error(options);
   const auto folder = options->required("--out", "the folder for station.toml");
   if (!folder) return base::forward_error(folder);

@@ -108,7 +108,7 @@ TEST(UnitTypeFile, ShippedTypesAreReadInTheOrderOfTheirNames) {
   ASSERT_TRUE(types) << types.error().where << types.error().message;
   std::vector<std::string> names;
   for (const auto& type : *types) names.push_back(type.name);
-  EXPECT_EQ(names, (std::vector<std::string>{"ahrs400", "generic", "mti-300"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"ahrs400", "generic", "mti-300", "vn-200"}));
   const calib::UnitType& mti = types->back();
   EXPECT_EQ(mti.temp_min_c, -40.0);
   EXPECT_EQ(mti.temp_max_c, 85.0);

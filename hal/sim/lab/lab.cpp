@@ -5,19 +5,22 @@
 
 namespace soak::hal::sim {
 
-Lab::Lab(const CampaignConfig& config)
+Lab::Lab(const CampaignConfig& config, const std::vector<UnitKind>& kinds)
     : chamber_(config.lab, config.seed),
       fixture_(config.lab.turn_s_per_rad, config.earth),
       relay_([this](int output, bool on) {
         const auto index = static_cast<std::size_t>(output - 1);
-        if (index < devices_.size()) devices_[index].switch_power(on, now_);
+        if (index < devices_.size()) devices_[index]->switch_power(on, now_);
       }) {
-  for (int number = 1; number <= config.units; ++number) devices_.emplace_back(config, number);
+  for (int number = 1; number <= config.units; ++number) {
+    const auto index = std::min(static_cast<std::size_t>(number), kinds.size()) - 1;
+    devices_.push_back(make_unit(kinds[index], config, number));
+  }
 }
 
 Tick Lab::next_due() const {
   Tick next = (now_ / kTicksPerStep + 1) * kTicksPerStep;
-  for (const XbusDevice& device : devices_) next = std::min(next, device.next_due());
+  for (const auto& device : devices_) next = std::min(next, device->next_due());
   return next;
 }
 
@@ -27,9 +30,9 @@ void Lab::advance_to(Tick next) {
   const Attitude attitude = fixture_.attitude();
   if (now_ % kTicksPerStep == 0) {
     chamber_.step(kStep_s);
-    for (XbusDevice& device : devices_) device.unit().step(chamber_.plant(), attitude);
+    for (const auto& device : devices_) device->unit().step(chamber_.plant(), attitude);
   }
-  for (XbusDevice& device : devices_) device.advance_to(now_, attitude);
+  for (const auto& device : devices_) device->advance_to(now_, attitude);
 }
 
 }  // namespace soak::hal::sim

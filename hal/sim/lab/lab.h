@@ -2,14 +2,15 @@
 #pragma once
 
 #include <cstddef>
-#include <deque>
+#include <memory>
+#include <vector>
 
 #include "hal/sim/campaign_config.h"
 #include "hal/sim/lab/device_time.h"
 #include "hal/sim/lab/simulated_chamber.h"
 #include "hal/sim/lab/simulated_fixture.h"
 #include "hal/sim/lab/simulated_relay.h"
-#include "hal/sim/lab/xbus_device.h"
+#include "hal/sim/lab/unit_electronics.h"
 
 namespace soak::hal::sim {
 
@@ -17,8 +18,9 @@ namespace soak::hal::sim {
 /// them. What happens depends on the configuration and on what is written at which tick, and on nothing else.
 class Lab {
  public:
-  /// `config.units` units: relay output n feeds unit n.
-  explicit Lab(const CampaignConfig& config);
+  /// `config.units` units: relay output n feeds unit n, which is of the n-th of `kinds` (one at least), the last
+  /// counting for all that follow.
+  explicit Lab(const CampaignConfig& config, const std::vector<UnitKind>& kinds = {UnitKind::xsens});
 
   [[nodiscard]] Tick now() const { return now_; }
   /// Next tick at which anything happens.
@@ -31,15 +33,15 @@ class Lab {
   [[nodiscard]] SimulatedRelay& relay() { return relay_; }
   [[nodiscard]] std::size_t unit_count() const { return devices_.size(); }
   /// `index` counts from 0.
-  [[nodiscard]] XbusDevice& device(std::size_t index) { return devices_[index]; }
-  [[nodiscard]] const XbusDevice& device(std::size_t index) const { return devices_[index]; }
+  [[nodiscard]] UnitElectronics& device(std::size_t index) { return *devices_[index]; }
+  [[nodiscard]] const UnitElectronics& device(std::size_t index) const { return *devices_[index]; }
 
  private:
   Tick now_ = 0;
   SimulatedChamber chamber_;
   SimulatedFixture fixture_;
   SimulatedRelay relay_;
-  std::deque<XbusDevice> devices_;
+  std::vector<std::unique_ptr<UnitElectronics>> devices_;
 };
 
 }  // namespace soak::hal::sim

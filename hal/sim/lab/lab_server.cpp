@@ -36,9 +36,13 @@ int port_at(const std::optional<int>& base_port, int offset) { return base_port 
 
 }  // namespace
 
+UnitKind LabServerOptions::unit(int number) const {
+  return units[std::min(static_cast<std::size_t>(number), units.size()) - 1];
+}
+
 base::Result<std::unique_ptr<LabServer>> LabServer::open(const CampaignConfig& config,
                                                          const LabServerOptions& options) {
-  std::unique_ptr<LabServer> server(new LabServer(config, options.rate));
+  std::unique_ptr<LabServer> server(new LabServer(config, options));
   if (const auto opened = server->open_servers(options.base_port); !opened) return base::forward_error(opened);
   if (const auto opened = server->open_wire(options); !opened) return base::forward_error(opened);
   for (std::size_t i = 0; i < server->lab_.unit_count(); ++i) {

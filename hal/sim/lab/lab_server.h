@@ -24,6 +24,10 @@ struct LabServerOptions {
   std::optional<int> base_port;  ///< absent = any free ports
   std::set<int> pty_slots;       ///< slots (from 1) with a pseudo-terminal instead of a TCP port
   ChamberKind chamber = ChamberKind::f4t;
+  std::vector<UnitKind> units{UnitKind::xsens};  ///< of slot 1, 2, ..., the last counting for all that follow
+
+  /// Of slot `number`, from 1.
+  [[nodiscard]] UnitKind unit(int number) const;
 };
 
 /// A TCP port of 127.0.0.1, or the path of a pseudo-terminal.
@@ -50,7 +54,8 @@ class LabServer {
   void run_until_readable(int stop_fd);
 
  private:
-  LabServer(const CampaignConfig& config, double rate) : lab_(config), clock_(rate) {}
+  LabServer(const CampaignConfig& config, const LabServerOptions& options)
+      : lab_(config, options.units), clock_(options.rate) {}
 
   [[nodiscard]] base::Status open_servers(const std::optional<int>& base_port);
   [[nodiscard]] base::Status open_wire(const LabServerOptions& options);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -65,12 +66,31 @@ std::string device_section(std::string_view name, const fs::path& map, int port)
   return fmt::format("[{}]\nmap = {}\nhost = \"127.0.0.1\"\nport = {}\n\n", name, in_quotes(map.string()), port);
 }
 
-std::string slot_section(const CampaignConfig& config, int number, const UnitAddress& address) {
-  const auto& [x, y, z] = config.lab.mounting(number).labels;
+/// How a station calls units of a kind: protocol, type, and the serial number that the unit itself tells.
+struct UnitWords {
+  const char* decoder;
+  const char* type;
+  std::string serial;
+};
+
+UnitWords words_of(UnitKind kind, std::uint32_t device_id) {
+  switch (kind) {
+    case UnitKind::xsens:
+      break;
+    case UnitKind::ahrs400:
+      return {"ahrs400", "ahrs400", fmt::format("{}", device_id)};
+    case UnitKind::vectornav:
+      return {"vectornav", "vn-200", fmt::format("{:010}", device_id)};
+  }
+  return {"xsens", "mti-300", fmt::format("{:08X}", device_id)};
+}
+
+std::string slot_section(const Mounting& mounting, int number, const UnitWords& unit, const UnitAddress& address) {
+  const auto& [x, y, z] = mounting.labels;
   return fmt::format(
-      "\n[[slot]]\nname = \"{0}\"\n{1}decoder = \"xsens\"\naxes = [\"{2}\", \"{3}\", \"{4}\"]\npower_output = {0}\n"
-      "unit = \"{5:08X}\"\nunit_type = \"mti-300\"\n",
-      number, unit_address(address), x, y, z, device_id_of(number));
+      "\n[[slot]]\nname = \"{0}\"\n{1}decoder = \"{5}\"\naxes = [\"{2}\", \"{3}\", \"{4}\"]\npower_output = {0}\n"
+      "unit = \"{6}\"\nunit_type = \"{7}\"\n",
+      number, unit_address(address), x, y, z, unit.decoder, unit.serial, unit.type);
 }
 
 }  // namespace
@@ -88,7 +108,9 @@ std::string station_toml(const CampaignConfig& config, const LabServerOptions& o
   // No azimuth: in the laboratory it belongs to the positions, not to the fixture.
   if (config.earth) text += fmt::format("latitude_deg = {}\n", base::shortest(config.earth->latitude_deg));
   for (std::size_t i = 0; i < addresses.units.size(); ++i) {
-    text += slot_section(config, static_cast<int>(i) + 1, addresses.units[i]);
+    const int number = static_cast<int>(i) + 1;
+    const UnitWords unit = words_of(options.unit(number), device_id_of(number));
+    text += slot_section(config.lab.mounting(number), number, unit, addresses.units[i]);
   }
   return text;
 }

@@ -6,7 +6,6 @@
 #include <iterator>
 #include <optional>
 #include <string_view>
-#include <utility>
 
 namespace soak::hal::sim {
 namespace {
@@ -54,15 +53,7 @@ void append_item_header(base::Bytes& data, std::uint16_t id, std::uint8_t size) 
 
 }  // namespace
 
-XbusDevice::XbusDevice(const CampaignConfig& config, int number)
-    : magnitudes_(config.lab.electronics), unit_(config, number) {}
-
-base::Bytes XbusDevice::take_output() { return std::exchange(output_, {}); }
-
-void XbusDevice::send(std::uint8_t id, std::span<const std::uint8_t> data) {
-  const base::Bytes frame = xbus_frame(id, data);
-  output_.insert(output_.end(), frame.begin(), frame.end());
-}
+void XbusDevice::send(std::uint8_t id, std::span<const std::uint8_t> data) { put_out(xbus_frame(id, data)); }
 
 void XbusDevice::enter(State state, Tick now) {
   state_ = state;

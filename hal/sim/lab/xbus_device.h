@@ -2,39 +2,24 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <span>
 
 #include "base/bytes.h"
-#include "hal/sim/lab/device_time.h"
-#include "hal/sim/lab/inertial_unit.h"
 #include "hal/sim/lab/output_plan.h"
+#include "hal/sim/lab/unit_electronics.h"
 #include "hal/sim/lab/xbus_frame.h"
 
 namespace soak::hal::sim {
 
-/// The electronics of a unit as its host sees it: power, states and messages of an Xsens MTi. The output configuration
-/// is kept without power.
-class XbusDevice {
+/// States and messages of an Xsens MTi. The output configuration is kept without power.
+class XbusDevice final : public UnitElectronics {
  public:
-  static constexpr Tick kNever = std::numeric_limits<Tick>::max();
+  using UnitElectronics::UnitElectronics;
 
-  XbusDevice(const CampaignConfig& config, int number);
-
-  void switch_power(bool on, Tick now);
-  /// Bytes from the host.
-  void receive(std::span<const std::uint8_t> bytes, Tick now);
-  /// Does what is due at `now`.
-  void advance_to(Tick now, const Attitude& fixture);
-  /// Next tick at which something is due.
-  [[nodiscard]] Tick next_due() const { return next_due_; }
-
-  /// Measures and sends packets.
-  [[nodiscard]] bool streams() const { return state_ == State::measuring; }
-  [[nodiscard]] InertialUnit& unit() { return unit_; }
-  /// Bytes for the host since the last call.
-  [[nodiscard]] base::Bytes take_output();
-  [[nodiscard]] std::size_t output_size() const { return output_.size(); }
+  void switch_power(bool on, Tick now) override;
+  void receive(std::span<const std::uint8_t> bytes, Tick now) override;
+  void advance_to(Tick now, const Attitude& fixture) override;
+  [[nodiscard]] bool streams() const override { return state_ == State::measuring; }
 
  private:
   enum class State : std::uint8_t { off, booting, waking, configuring, measuring };
@@ -48,15 +33,10 @@ class XbusDevice {
   /// Data of the measurement message that is due.
   [[nodiscard]] base::Bytes packet(Tick since_start, const Attitude& fixture) const;
 
-  ElectronicsMagnitudes magnitudes_;
-  InertialUnit unit_;
   OutputPlan plan_ = OutputPlan::factory();
   State state_ = State::off;
-  Tick start_ = 0;
-  Tick next_due_ = kNever;
   std::uint16_t packet_counter_ = 0;
   XbusParser parser_;
-  base::Bytes output_;
 };
 
 }  // namespace soak::hal::sim
