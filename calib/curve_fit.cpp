@@ -20,6 +20,8 @@ constexpr double kHysteresisP = 0.001;
 /// A gap between heating and cooling is worth a warning from this many standard errors of one difference.
 constexpr double kHysteresisRatio = 4.0;
 constexpr double kClusterApart_c = 0.5;
+/// Error of a curve at its own rows over that at rows it had not seen: noise of a few rows reaches as far as this.
+constexpr double kMostOverJudged = 1.25;
 
 /// What the outer folds leave out, fold by fold.
 struct OuterFolds {
@@ -172,11 +174,26 @@ bool beats_anfis(const std::vector<FamilySums>& folds, std::size_t k) {
   return mean > std::sqrt(squares / (n - 1.0) / n);
 }
 
-Family choose_winner(const std::vector<FamilySums>& folds, const CurveFit& fit) {
+/// Whether the ANFIS of all rows is the one that the folds have judged: fitted rows lie nearer to a curve than those of
+/// runs that were left out, unless all rows together led to another number of rules than the rows of the folds.
+bool anfis_is_as_judged(const CurveData& data, const Curve& curve, const CurveFit& fit) {
+  const auto& judged = fit.held_out[static_cast<std::size_t>(Family::anfis)];
+  if (!judged) return true;
+  double squares = 0.0;
+  for (std::size_t run = 0; run < data.runs.size(); ++run) {
+    std::vector<bool> keep;
+    for (const CurveRow& row : data.rows) keep.push_back(row.run == static_cast<int>(run));
+    const CurveData rows = select(data, keep);
+    if (!rows.rows.empty()) squares += judge(curve, rows).shape;
+  }
+  return std::sqrt(squares / static_cast<double>(data.rows.size())) <= kMostOverJudged * judged->rmse_shape;
+}
+
+Family choose_winner(const std::vector<FamilySums>& folds, const CurveFit& fit, bool anfis_competes) {
   Family winner = Family::anfis;
   double least = 0.0;
   for (std::size_t k = 1; k < kFamilyCount; ++k) {
-    if (!fit.held_out[k] || !beats_anfis(folds, k)) continue;
+    if (!fit.held_out[k] || (anfis_competes && !beats_anfis(folds, k))) continue;
     if (winner == Family::anfis || fit.held_out[k]->rmse_shape < least) {
       winner = static_cast<Family>(k);
       least = fit.held_out[k]->rmse_shape;
@@ -221,7 +238,7 @@ void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::spa
   }
 }
 
-void warn(const CurveSubject& subject, CurveFit& fit) {
+void warn(const CurveSubject& subject, CurveFit& fit, bool anfis_competed) {
   if (fit.runs.size() < kRunsForHoldout) {
     fit.warnings.push_back({"few_runs", fit.runs.size() == 1
                                             ? "one run only: no held-out error can be given, the run-to-run scatter is "
@@ -237,9 +254,9 @@ void warn(const CurveSubject& subject, CurveFit& fit) {
   } else if (fit.deployed != Family::anfis) {
     fit.warnings.push_back(
         {"baseline_deployed",
-         fmt::format("{}: {} beats the ANFIS by more than one standard error on held-out runs and is "
-                     "deployed",
-                     subject.name, name_of(fit.deployed))});
+         fmt::format("{}: {} {}", subject.name, name_of(fit.deployed),
+                     anfis_competed ? "beats the ANFIS by more than one standard error on held-out runs and is deployed"
+                                    : "is deployed: the ANFIS fits all runs worse than those held out in turn")});
   }
   const auto& gap = fit.sweeps;
   if (gap && gap->p_value < kHysteresisP && gap->largest > kHysteresisRatio * gap->noise) {
@@ -279,9 +296,13 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
   fit.holdout = folds.kind;
   const std::vector<FamilySums> sums = run_outer_folds(data, folds, options, fit);
   fit.deployed = fit.rules > 0 ? Family::anfis : Family::spline;
+  bool anfis_competed = true;
   if (folds.kind == "run") {
     summarise(sums, fit);
-    if (fit.rules > 0) fit.deployed = choose_winner(sums, fit);
+    if (fit.rules > 0) {
+      anfis_competed = anfis_is_as_judged(data, (*trained)[Family::anfis]->curve, fit);
+      fit.deployed = choose_winner(sums, fit, anfis_competed);
+    }
   }
   const FoldSums train = judge((*trained)[fit.rules > 0 ? Family::anfis : fit.deployed]->curve, data);
   fit.train_rmse = std::sqrt(train.absolute / train.count);
@@ -292,7 +313,7 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
     return base::bad_input("the curve is not finite: check the unit of the column and void the runs that are wrong",
                            subject.name);
   }
-  warn(subject, fit);
+  warn(subject, fit, anfis_competed);
   return fit;
 }
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
 #include <string>
 
 #include "base/random.h"
@@ -96,7 +98,7 @@ TEST(CurveFit, BandCoversTheTruthOfTheMeanCurve) {
   int inside_fresh = 0;
   int count = 0;
   int fresh = 0;
-  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 80; ++seed) {
     const CurveFit result = fit(make_data({.runs = 4, .seed = 100 + seed}), 8);
     const double power_on = 0.02 * base::hashed_gaussian(seed, 99, 0);
     for (const CurvePoint& p : result.points) {
@@ -171,6 +173,58 @@ TEST(CurveFit, DeploysTheSplineWhereTemperaturesAreTooFewForRules) {
   EXPECT_EQ(result.rules, 0);
   EXPECT_EQ(result.deployed, Family::spline);
   EXPECT_TRUE(has_warning(result, "few_temperatures"));
+}
+
+/// Four short runs over seven plateaus, heating and cooling: few rows, so that the number of rules is chosen anew in
+/// each fold and may differ from that of the whole.
+CurveData short_campaign(std::uint64_t seed) {
+  CurveData data;
+  base::Random random(seed, 12);
+  const double centre_c = 10.0 + 20.0 * random.gaussian();
+  const double height = 0.05 * random.gaussian();
+  for (int run = 0; run < 4; ++run) {
+    data.runs.push_back("R" + std::to_string(run + 1));
+    const double offset = 0.006 * random.gaussian();
+    for (int visit = 0; visit < 13; ++visit) {
+      const bool up = visit < 7;
+      const double temp_c = (up ? -20.0 + 15.0 * visit : 70.0 - 15.0 * (visit - 6)) + 0.3 * random.gaussian();
+      const double bump = height * std::exp(-0.5 * std::pow((temp_c - centre_c) / 15.0, 2));
+      const double value = -0.15 * std::tanh((temp_c - 20.0) / 40.0) + bump + offset + 0.001 * random.gaussian();
+      data.rows.push_back(
+          {run, 2 * run + (up ? 0 : 1), up ? Sweep::up : Sweep::down, 1800.0 * (visit + 1), temp_c, value, 0.001});
+    }
+    for (const char* sweep : {" up", " down"}) data.branches.push_back(data.runs.back() + sweep);
+  }
+  return data;
+}
+
+/// RMS of rows less curve, each run's mean taken out.
+double shape_error(const CurveFit& fit, const CurveData& data) {
+  double squares = 0.0;
+  for (int run = 0; run < 4; ++run) {
+    std::vector<double> errors;
+    for (const CurveRow& row : data.rows) {
+      if (row.run != run) continue;
+      double at = 0.0;
+      evaluate(fit.curve, std::span(&row.temp_c, 1), std::span(&at, 1));
+      errors.push_back(row.value - at);
+    }
+    const double mean = std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size());
+    for (const double error : errors) squares += (error - mean) * (error - mean);
+  }
+  return std::sqrt(squares / static_cast<double>(data.rows.size()));
+}
+
+TEST(CurveFit, WhatIsDeployedFitsItsRowsAsWellAsTheHeldOutRunsPromised) {
+  for (std::uint64_t seed = 1; seed <= 80; ++seed) {
+    const CurveData data = short_campaign(seed);
+    const CurveFit fitted = fit(data);
+    const auto promised = fitted.held_out[static_cast<std::size_t>(fitted.deployed)];
+    ASSERT_TRUE(promised);
+    // Runs that were left out are never fitted better than those that were not.
+    EXPECT_LT(shape_error(fitted, data), 1.25 * promised->rmse_shape)
+        << "seed " << seed << " " << name_of(fitted.deployed);
+  }
 }
 
 }  // namespace
