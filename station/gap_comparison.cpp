@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string_view>
 #include <utility>
 
 #include "calib/model_document.h"
@@ -22,6 +23,15 @@ using calib::forward::SimulatedModel;
 
 /// What one run alone must read above the floor for its gap to be more than its own scatter.
 constexpr double kLeastOverFloor = 1.1;
+/// Growth of an RMS that is more than the chance of other rows.
+constexpr double kWorse = 1.05;
+
+/// Whether an effect shows in blocks whose run's mean was taken out.
+bool moves_blocks(std::string_view effect) {
+  constexpr std::array<std::string_view, 4> kOthers = {"aging_drift", "noise_vs_temperature", "quantization",
+                                                       "saturation"};
+  return std::find(kOthers.begin(), kOthers.end(), effect) == kOthers.end();
+}
 
 base::Result<db::ModelRow> model_row(const db::Catalog& catalog, const std::string& unit,
                                      std::optional<std::int32_t> version) {
@@ -44,23 +54,20 @@ base::Result<SimulatedModel> simulated_model(const db::ModelRow& row) {
   return SimulatedModel{*std::move(calibration), *std::move(terms)};
 }
 
-/// The newest version before a model that carries none of its terms, of the same epoch; the model itself where it
-/// carries none.
+/// The newest version before a model that carries no term at all, of the same epoch: with others the difference would
+/// not be that of its own. The model itself where it carries none.
 base::Result<db::ModelRow> model_before(const db::Catalog& catalog, const db::ModelRow& row,
                                         const SimulatedModel& model) {
-  const auto shares = [&](const calib::ModelTerm& term) {
-    return std::any_of(model.terms.begin(), model.terms.end(),
-                       [&](const calib::ModelTerm& other) { return other.name == term.name; });
-  };
   if (model.terms.empty()) return row;
   for (std::int32_t version = row.version - 1; version > 0; --version) {
     auto earlier = model_row(catalog, row.unit, version);
     if (!earlier) return earlier;
     const auto terms = calib::model_terms_of(earlier->document);
     if (!terms) return base::forward_error(terms);
-    if (earlier->epoch == row.epoch && std::none_of(terms->begin(), terms->end(), shares)) return earlier;
+    if (earlier->epoch == row.epoch && terms->empty()) return earlier;
   }
-  return base::bad_input(fmt::format("no version of unit {} before {} is without its effects", row.unit, row.version));
+  return base::bad_input(
+      fmt::format("no version of unit {} before {} is without accepted effects", row.unit, row.version));
 }
 
 base::Result<calib::UnitInput> runs_to_compare(const db::Catalog& catalog, const calib::Calibration& calibration,
@@ -191,6 +198,36 @@ base::Result<GapComparison> compare_gap(const db::Catalog& catalog, const std::s
   return comparison;
 }
 
+std::vector<std::string> remarks(const GapComparison& comparison) {
+  std::vector<std::string> sentences;
+  const bool any_fresh =
+      std::any_of(comparison.runs.begin(), comparison.runs.end(), [](const ComparedRun& run) { return !run.fitted; });
+  if (!comparison.terms.empty() && !any_fresh) {
+    sentences.emplace_back(
+        "no run is fresh: only one that neither model was fitted to shows whether the gap has closed. Record one with "
+        "a "
+        "procedure whose purpose is verification, or import one with '--procedure verification'");
+  }
+  for (const calib::ModelTerm& term : comparison.terms) {
+    if (!moves_blocks(term.name)) {
+      sentences.push_back(
+          fmt::format("{} does not move what is compared here (blocks about each run's own mean)", term.name));
+    } else if (term.lab_only) {
+      sentences.push_back(
+          fmt::format("{} stays in what the unit itself computes: 'soak verify' shows all of it", term.name));
+    }
+  }
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const auto& fresh = comparison.fresh[calib::index_of(sensor)];
+    if (!fresh || fresh->after_rms <= kWorse * fresh->before_rms) continue;
+    sentences.push_back(fmt::format(
+        "{}: model {} is farther from the fresh runs than model {}: look at its curve in 'soak report' before "
+        "it is deployed",
+        calib::name_of(sensor), comparison.model, comparison.before));
+  }
+  return sentences;
+}
+
 nlohmann::json comparison_json(const GapComparison& comparison) {
   nlohmann::json runs = nlohmann::json::array();
   for (const ComparedRun& run : comparison.runs) {
@@ -212,7 +249,8 @@ nlohmann::json comparison_json(const GapComparison& comparison) {
           {"terms", calib::terms_json(comparison.terms)},
           {"runs", std::move(runs)},
           {"sensors", std::move(sensors)},
-          {"not_evaluated", comparison.simulated_after.left_out}};
+          {"not_evaluated", comparison.simulated_after.left_out},
+          {"remarks", remarks(comparison)}};
 }
 
 }  // namespace soak::station

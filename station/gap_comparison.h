@@ -53,6 +53,10 @@ struct GapComparison {
                                                       std::optional<std::int32_t> model,
                                                       const std::optional<std::string>& campaign);
 
+/// What somebody who reads the figures must know, a sentence each: no fresh run, effects that do not show here, sensors
+/// that have become worse.
+[[nodiscard]] std::vector<std::string> remarks(const GapComparison& comparison);
+
 /// The figures as `soak gap show --json` prints them (deg/s, m/s²).
 [[nodiscard]] nlohmann::json comparison_json(const GapComparison& comparison);
 

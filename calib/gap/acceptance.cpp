@@ -108,7 +108,8 @@ base::Result<std::vector<ModelTerm>> accepted_terms(const LoggedCampaign& campai
   for (const std::string& name : names) {
     const bool known = std::any_of(report.effects.begin(), report.effects.end(),
                                    [&](const NamedEffect& named) { return named.effect->name == name; });
-    if (!known) return base::bad_input(fmt::format("{} is not among the effects named: {}", name, named_list(report)));
+    if (!known)
+      return base::bad_input(fmt::format("'{}' is not among the effects named: {}", name, named_list(report)));
   }
   std::vector<ModelTerm> terms;
   for (const NamedEffect& named : report.effects) {

@@ -130,7 +130,9 @@ std::string promise(const Question& question, const std::vector<Experiment>& exp
   if (best->sigma < kSure) {
     text += fmt::format(", {:.0f} such runs for {:.0f}", std::ceil(std::pow(kSure / best->sigma, 2.0)), kSure);
   }
-  return best->procedure.empty() ? text : text + fmt::format(" (procedure {})", best->procedure);
+  return best->procedure.empty()
+             ? text
+             : text + fmt::format(" (a copy of your procedure, changed as procedures/{}.toml shows)", best->procedure);
 }
 
 std::string sentence(const Question& question, const std::vector<Experiment>& experiments,

@@ -69,7 +69,7 @@ void register_show(CLI::App& group, Request& request) {
   add_unit_option(*show, options->unit);
   show->add_option("--model", options->model, "Version of the model (else the newest)")
       ->type_name("V")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, 1000000));
   show->add_option("--campaign", options->campaign, "Runs of this campaign only")->type_name("NAME");
   show->add_option("-o,--output", options->file, "Write a page with pictures here")->type_name("FILE.html");
   show->callback([options, &request] {

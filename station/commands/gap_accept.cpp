@@ -18,6 +18,7 @@
 #include "station/fit_unit.h"
 #include "station/gap_search.h"
 #include "station/identity.h"
+#include "station/text_line.h"
 
 namespace soak::station {
 namespace {
@@ -67,21 +68,23 @@ base::Status print(const calib::UnitModel& model, std::int32_t parent, Output& o
   std::string text = fmt::format("unit {}: model {} follows model {}; it carries {}\n", model.unit, model.version,
                                  parent, model.terms.empty() ? "no accepted effect" : "these accepted effects:");
   for (const calib::ModelTerm& term : model.terms) text += describe(term);
-  output.print(text + fmt::format("'soak gap show --unit {}' shows the gap before and after\n", model.unit));
+  if (!model.terms.empty())
+    text += fmt::format("'soak gap show --unit {}' shows the gap before and after\n", model.unit);
+  output.print(text);
   return {};
 }
 
 /// What is named again is what is still missing: a second term of one name would hide that the first is wrong.
-base::Status refuse_twice(const std::vector<calib::ModelTerm>& carried, const std::vector<calib::ModelTerm>& found) {
+base::Status refuse_twice(const std::string& unit, const std::vector<calib::ModelTerm>& carried,
+                          const std::vector<calib::ModelTerm>& found) {
   for (const calib::ModelTerm& term : found) {
     const bool known = std::any_of(carried.begin(), carried.end(),
                                    [&](const calib::ModelTerm& other) { return other.name == term.name; });
     if (known) {
       return base::bad_input(
           fmt::format("the model carries {0} already, and the runs show more of it: withdraw it ('soak gap withdraw "
-                      "--effect {0}'), "
-                      "then find and accept anew",
-                      term.name));
+                      "--unit {1} --effect {0} --reason ...'), then find and accept anew",
+                      term.name, unit));
     }
   }
   return {};
@@ -96,7 +99,7 @@ base::Status run_gap_accept(const GapAcceptCommand& command, Output& output) {
   if (!search) return base::forward_error(search);
   auto found = calib::gap::accepted_terms(search->campaign, search->report, command.effects);
   if (!found) return base::forward_error(found);
-  if (auto twice = refuse_twice(search->terms, *found); !twice) return twice;
+  if (auto twice = refuse_twice(command.unit, search->terms, *found); !twice) return twice;
   calib::forward::centre(search->campaign, *found);
   std::string names;
   for (const calib::ModelTerm& term : *found) names += (names.empty() ? "" : ", ") + term.name;
@@ -112,6 +115,8 @@ base::Status run_gap_accept(const GapAcceptCommand& command, Output& output) {
 }
 
 base::Status run_gap_withdraw(const GapWithdrawCommand& command, Output& output) {
+  if (command.reason.empty()) return base::bad_input("a withdrawal needs a reason", "--reason");
+  if (auto plain = check_text_line(command.reason, "--reason"); !plain) return plain;
   auto catalog = open_existing_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);
   const auto unit = catalog->unit(command.unit);

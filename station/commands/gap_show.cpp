@@ -15,7 +15,8 @@
 namespace soak::station {
 namespace {
 
-std::vector<std::string> table_row(calib::Sensor sensor, const SensorComparison& figures, const std::string& runs) {
+std::vector<std::string> table_row(calib::Sensor sensor, const SensorComparison& figures, const std::string& runs,
+                                   const std::string& closed) {
   const double factor = calib::printed_per_si(sensor);
   const auto text = [&](double value) { return fmt::format("{:.3g}", value * factor); };
   return {std::string(calib::name_of(sensor)),
@@ -25,7 +26,11 @@ std::vector<std::string> table_row(calib::Sensor sensor, const SensorComparison&
           text(figures.after_rms),
           figures.floor_rms ? text(*figures.floor_rms) : "-",
           text(figures.noise_rms),
-          figures.closed_fraction ? fmt::format("{:.0f} %", 100.0 * *figures.closed_fraction) : "-"};
+          closed};
+}
+
+std::string closed_text(const SensorComparison& figures) {
+  return figures.closed_fraction ? fmt::format("{:.0f} %", 100.0 * *figures.closed_fraction) : "too small to tell";
 }
 
 std::string describe(const GapComparison& comparison) {
@@ -40,11 +45,17 @@ std::string describe(const GapComparison& comparison) {
       {"sensor", "unit", "runs", "before", "after", "floor", "noise", "closed"}};
   for (const calib::Sensor sensor : calib::kSensors) {
     const std::size_t s = calib::index_of(sensor);
-    if (comparison.fitted[s]) table.push_back(table_row(sensor, *comparison.fitted[s], "fitted"));
-    if (comparison.fresh[s]) table.push_back(table_row(sensor, *comparison.fresh[s], "fresh"));
+    if (comparison.fitted[s]) table.push_back(table_row(sensor, *comparison.fitted[s], "fitted", "-"));
+    if (comparison.fresh[s])
+      table.push_back(table_row(sensor, *comparison.fresh[s], "fresh", closed_text(*comparison.fresh[s])));
   }
-  return text + text_table(table) +
-         "RMS of blocks about each run's own mean; fresh: of runs that neither model was fitted to\n";
+  text +=
+      text_table(table) +
+      "RMS of one-minute blocks about each run's own mean. fresh: runs that neither model was fitted to; floor: what "
+      "noise and the\nscatter between runs would leave of a perfect model (fitted runs lie below it by what the fit "
+      "took of their noise)\n";
+  for (const std::string& sentence : remarks(comparison)) text += sentence + "\n";
+  return text;
 }
 
 }  // namespace

@@ -191,6 +191,13 @@ std::string figures(const GapComparison& comparison) {
   return table.html();
 }
 
+std::string remarks_part(const GapComparison& comparison) {
+  std::string items;
+  for (const std::string& sentence : remarks(comparison))
+    items += fmt::format("<li>{}</li>\n", html::escaped(sentence));
+  return items.empty() ? "" : "<ul>\n" + items + "</ul>\n";
+}
+
 std::string introduction(const GapComparison& comparison) {
   std::size_t fresh = 0;
   for (const ComparedRun& run : comparison.runs) fresh += run.fitted ? 0 : 1;
@@ -200,7 +207,7 @@ std::string introduction(const GapComparison& comparison) {
       "beyond that is the gap. {} runs, {} of them fresh: neither model was fitted to those. <b>Floor</b> is what "
       "noise "
       "and the scatter between runs would leave of a perfect model, <b>noise alone</b> what the samples' noise "
-      "leaves.</p>\n",
+      "leaves. Fitted runs lie below the floor by what the fit took of their noise.</p>\n",
       html::escaped(comparison.unit), comparison.before, comparison.model, comparison.runs.size(), fresh);
 }
 
@@ -208,7 +215,7 @@ std::string introduction(const GapComparison& comparison) {
 
 std::string gap_page(const GapComparison& comparison, const std::string& software, double created_utc_s) {
   std::string body = introduction(comparison) + "<section id=\"figures\"><h2>Figures</h2>\n" + figures(comparison) +
-                     "</section>\n<section id=\"pictures\"><h2>Pictures</h2>\n";
+                     remarks_part(comparison) + "</section>\n<section id=\"pictures\"><h2>Pictures</h2>\n";
   if (!comparison.simulated_before.blocks.empty()) {
     body += "<div class=\"figures\">\n";
     for (const calib::Sensor sensor : in_order_of_interest(comparison)) body += chart(comparison, sensor);

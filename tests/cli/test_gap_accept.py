@@ -134,6 +134,28 @@ class Accept(SoakTest):
             rows = catalog.execute("SELECT document FROM model ORDER BY version").fetchall()
         return [json.loads(row[0])["options"]["rules"] for row in rows]
 
+    def test_a_model_is_compared_with_one_without_any_effect(self):
+        """Two effects, the first taken out again: the difference shown is that of the second alone."""
+        self.campaign(78, [hidden("g_sensitivity"), hidden("thermal_hysteresis")])
+        named = [effect["name"] for effect in self.json("gap", "find", "--unit", "SN1")["effects"]]
+        self.assertEqual(sorted(named), ["g_sensitivity", "thermal_hysteresis"])
+        self.soak("gap", "accept", "--unit", "SN1", "--effect", "g_sensitivity")
+        self.soak("gap", "accept", "--unit", "SN1")
+        self.assertIn("a withdrawal needs a reason",
+                      self.refusal("gap", "withdraw", "--unit", "SN1", "--effect", "g_sensitivity", "--reason", "")["message"])
+        self.soak("gap", "withdraw", "--unit", "SN1", "--effect", "g_sensitivity", "--reason", "a test")
+        shown = self.json("gap", "show", "--unit", "SN1")
+        self.assertEqual((shown["before"], shown["model"]), (1, 4))
+        self.assertEqual([term["name"] for term in shown["terms"]], ["thermal_hysteresis"])
+
+    def test_without_a_fresh_run_it_says_that_nothing_is_proved(self):
+        self.campaign(77, [hidden("thermal_hysteresis")])
+        self.soak("gap", "accept", "--unit", "SN1")
+        fitted = next(run["campaign"] for run in self.json("runs", "list", "--unit", "SN1")["runs"] if run["run"] == "R01")
+        shown = self.soak("gap", "show", "--unit", "SN1", "--campaign", fitted).stdout
+        self.assertIn("no run is fresh", shown)
+        self.assertIn("--procedure verification", shown)
+
     def test_nothing_is_accepted_that_was_not_named(self):
         self.campaign(90, [])
         error = self.refusal("gap", "accept", "--unit", "SN1")

@@ -162,7 +162,9 @@ TEST(NextExperiment, SaysWhatTellsFromWhomAtWhatPrice) {
   EXPECT_TRUE(
       next.text.starts_with("azimuth turn of the fixture by 90 degrees: tells g_sensitivity from earth_rate at "))
       << next.text;
-  EXPECT_TRUE(next.text.ends_with(" sigma, 10 h of chamber (procedure azimuth-turn)")) << next.text;
+  EXPECT_TRUE(next.text.ends_with(
+      " sigma, 10 h of chamber (a copy of your procedure, changed as procedures/azimuth-turn.toml shows)"))
+      << next.text;
 }
 
 TEST(NextExperiment, SaysThatATurnNeedsHeadings) {
