@@ -40,7 +40,8 @@ base::Result<calib::UnitModel> refit(db::Catalog& catalog, const db::ModelRow& p
 std::string parameters_text(const calib::TermPart& part) {
   std::string text;
   for (const calib::TermParameter& parameter : part.parameters) {
-    text += fmt::format("{}{} = {:.4g} {}", text.empty() ? "" : ", ", parameter.name, parameter.value, parameter.unit);
+    text += fmt::format("{}{} = {:.4g}", text.empty() ? "" : ", ", parameter.name, parameter.value);
+    if (parameter.unit != "1") text += " " + parameter.unit;
   }
   return text;
 }
