@@ -30,7 +30,7 @@ std::string parameters_of(const json& part) {
     text += fmt::format("{}{} = {}", text.empty() ? "" : "<br>", html::text_of(parameter, "name"),
                         html::number(parameter["value"]));
     if (i < estimated) text += " ± " + html::number(1.96 * std::sqrt(covariance[i * estimated + i].get<double>()));
-    text += " " + html::escaped(html::unit_text(parameter["unit"].get<std::string>()));
+    if (parameter["unit"] != "1") text += " " + html::escaped(html::unit_text(parameter["unit"].get<std::string>()));
   }
   return text;
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -119,6 +120,13 @@ void decide_without_names(const BranchFinding& finding, bool halves, GapReport& 
   report.leftover = leftover_of(finding, "direction of the sweep", std::move(alike));
 }
 
+/// "", or " (thermal_hysteresis as well)".
+std::string as_well(const std::vector<const Effect*>& rivals) {
+  std::vector<std::string_view> names;
+  for (const Effect* rival : rivals) names.push_back(rival->name);
+  return names.empty() ? "" : fmt::format(" ({} as well: this recording cannot tell which)", fmt::join(names, ", "));
+}
+
 void decide(const BranchFinding& finding, const std::vector<Mechanism>& mechanisms, const Judges& judges, bool halves,
             GapReport& report) {
   if (!finding.winner) return decide_without_names(finding, halves, report);
@@ -129,8 +137,9 @@ void decide(const BranchFinding& finding, const std::vector<Mechanism>& mechanis
   const bool strange = rest > kLeftOver * (rest + static_cast<double>(finding.explained.size()));
   std::vector<NamedEffect> entries = entries_of(finding, mechanisms, judges);
   report.verdict = halves || drifts || strange ? Verdict::unknown : Verdict::named;
+  report.reason = fmt::format("{}{} predicts {} on what was left out", winner.effect->name,
+                              as_well(entries.front().rivals), list_of(finding.explained));
   (report.verdict == Verdict::named ? report.effects : report.suspects) = std::move(entries);
-  report.reason = fmt::format("{} predicts {} on what was left out", winner.effect->name, list_of(finding.explained));
   if (rest > 0.0) report.reason += fmt::format("; nothing does in {}", list_of(finding.unexplained));
   if (drifts) {
     report.reason += "; a drift in time does as well, and the same cycle once more would tell";
