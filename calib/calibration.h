@@ -44,6 +44,9 @@ using Curve = std::variant<anfis::Model, SplineCurve, TableCurve>;
 /// The same at many temperatures, cheaper than one by one; `values` has the size of `temp_c`.
 void evaluate(const Curve& curve, std::span<const double> temp_c, std::span<double> values);
 
+/// Ends of the curve's own domain in °C: beyond them evaluate() holds the curve.
+[[nodiscard]] std::array<double, 2> domain_of(const Curve& curve);
+
 /// Uncertainty of a curve on a grid; linear between its points. Units as the curve's.
 struct UncertaintyTable {
   std::vector<double> temp_c;
@@ -54,14 +57,21 @@ struct UncertaintyTable {
 /// What the file says of one sensor.
 struct SensorCalibration {
   Sensor sensor = Sensor::gyro_x;
-  double temp_min_c = 0.0;  ///< valid range: that of the training segment means
+  bool own_thermometer = false;  ///< its temperatures are of a thermometer of this sensor, not of the unit's
+  double temp_min_c = 0.0;       ///< valid range: that of the training segment means
   double temp_max_c = 0.0;
   std::string model;  ///< what the bias curve is: "anfis", "poly3", "poly5", "spline"
   Curve bias;
   UncertaintyTable bias_uncertainty;
-  std::optional<Curve> scale_ppm;  ///< absent where the data cannot give it (static soak of a gyro)
+  /// Absent where the data cannot give it (static soak of a gyro). Its domain is where it was measured: at most the
+  /// valid range.
+  std::optional<Curve> scale_ppm;
   std::optional<UncertaintyTable> scale_uncertainty;
 };
+
+/// Scale factor error in ppm at a temperature of the valid range; absent where it is not known, or was not measured at
+/// this temperature.
+[[nodiscard]] std::optional<double> measured_scale_ppm(const SensorCalibration& sensor, double temp_c);
 
 /// A term that `gap accept` added: evaluated by mechanism, its meaning fixed by its name (design: missing effects).
 struct AcceptedTerm {

@@ -42,7 +42,9 @@ base::Status add_curve(Draft& draft, const SensorCalibration& sensor, Quantity q
   if (!samples) return base::forward_error(samples);
   auto checked = file::checked_curve(curve, *samples, sensor.sensor, quantity);
   if (!checked && std::holds_alternative<anfis::Model>(curve)) {
-    const auto spline = file::spline_form(curve, sensor.temp_min_c, sensor.temp_max_c, samples->span());
+    const auto [low_c, high_c] = domain_of(curve);
+    const auto spline = file::spline_form(curve, std::max(low_c, sensor.temp_min_c),
+                                          std::min(high_c, sensor.temp_max_c), samples->span());
     auto other = spline ? file::checked_curve(*spline, *samples, sensor.sensor, quantity) : checked;
     if (other) checked = std::move(other);
   }
@@ -101,6 +103,15 @@ base::Status add_cross_terms(Draft& draft, const Calibration& calibration) {
   return {};
 }
 
+void add_thermometers(Draft& draft, const Calibration& calibration) {
+  unsigned own = 0;
+  for (const SensorCalibration& sensor : calibration.sensors) {
+    if (sensor.own_thermometer) own |= 1U << index_of(sensor.sensor);
+  }
+  if (own == 0) return;
+  draft.sections.push_back({SOAK_SECTION_THERMOMETERS, true, {static_cast<std::uint8_t>(own), 0, 0, 0}});
+}
+
 base::Status add_references(Draft& draft, const Calibration& calibration) {
   if (calibration.references.size() > file::kMaxReferences) {
     return base::bad_input("the runs were measured with " + std::to_string(calibration.references.size()) +
@@ -134,21 +145,8 @@ base::Status check_loads(const base::Bytes& bytes) {
 constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'S', 'O', 'A', 'K', 0x0D, 0x0A, 0x1A};
 // A few wrong bits in the magic are damage; more, and it is some other file.
 constexpr int kDamagedMagicBits = 8;
-
-tl::unexpected<base::Error> refuse_magic(std::span<const std::uint8_t> bytes) {
-  const auto foreign = [] { return base::bad_input("not a Soak calibration file", "magic"); };
-  if (bytes.size() < kMagic.size()) return foreign();
-  if (std::equal(kMagic.begin(), kMagic.begin() + 5, bytes.begin())) {
-    return base::corrupt("the file was damaged on its way, probably by a transfer as text; copy it again as binary",
-                         "magic");
-  }
-  int different = 0;
-  for (std::size_t i = 0; i < kMagic.size(); ++i) {
-    different += std::popcount(static_cast<unsigned>(bytes[i] ^ kMagic[i]));
-  }
-  if (different > kDamagedMagicBits) return foreign();
-  return base::corrupt("the file is damaged in its first bytes; copy it again from the station", "magic");
-}
+// Of a file that ends within the magic: one byte alone begins other kinds of file too.
+constexpr std::size_t kTellingMagicBytes = 2;
 
 tl::unexpected<base::Error> refuse_check(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < 28) {
@@ -162,6 +160,24 @@ tl::unexpected<base::Error> refuse_check(std::span<const std::uint8_t> bytes) {
   }
   return base::corrupt("the check sum does not fit: the calibration file is damaged; copy it again from the station",
                        "CRC-32C");
+}
+
+tl::unexpected<base::Error> refuse_magic(std::span<const std::uint8_t> bytes) {
+  const auto foreign = [] { return base::bad_input("not a Soak calibration file", "magic"); };
+  if (bytes.size() < kMagic.size()) {
+    const bool cut = bytes.size() >= kTellingMagicBytes && std::equal(bytes.begin(), bytes.end(), kMagic.begin());
+    return cut ? refuse_check(bytes) : foreign();
+  }
+  if (std::equal(kMagic.begin(), kMagic.begin() + 5, bytes.begin())) {
+    return base::corrupt("the file was damaged on its way, probably by a transfer as text; copy it again as binary",
+                         "magic");
+  }
+  int different = 0;
+  for (std::size_t i = 0; i < kMagic.size(); ++i) {
+    different += std::popcount(static_cast<unsigned>(bytes[i] ^ kMagic[i]));
+  }
+  if (different > kDamagedMagicBits) return foreign();
+  return base::corrupt("the file is damaged in its first bytes; copy it again from the station", "magic");
 }
 
 tl::unexpected<base::Error> refuse(soak_status status, const soak_cal& cal, std::span<const std::uint8_t> bytes) {
@@ -286,6 +302,7 @@ base::Result<base::Bytes> encode(const Calibration& calibration) {
   if (auto status = draft.add(file::provenance_section(calibration)); !status) return base::forward_error(status);
   if (auto status = add_references(draft, calibration); !status) return base::forward_error(status);
   if (auto status = add_sensors(draft, calibration); !status) return base::forward_error(status);
+  add_thermometers(draft, calibration);
   if (auto status = add_cross_terms(draft, calibration); !status) return base::forward_error(status);
   draft.sections.insert(draft.sections.end(), draft.bounds.begin(), draft.bounds.end());
   base::Bytes bytes = file::assemble(draft.sections);
@@ -308,6 +325,9 @@ base::Result<Calibration> decode(std::span<const std::uint8_t> bytes) {
       if (!taken) return base::forward_error(taken);
     }
     at += 8 + length;
+  }
+  for (SensorCalibration& sensor : calibration.sensors) {
+    sensor.own_thermometer = soak_has_own_thermometer(&cal, static_cast<int>(index_of(sensor.sensor))) != 0;
   }
   return calibration;
 }

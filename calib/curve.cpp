@@ -42,6 +42,14 @@ void values_at(const Kind& kind, std::span<const double> temp_c, std::span<doubl
   std::ranges::transform(temp_c, values.begin(), [&](double t) { return value_at(kind, t); });
 }
 
+std::array<double, 2> domain(const anfis::Model& model) { return {model.inputs[0].min, model.inputs[0].max}; }
+
+std::array<double, 2> domain(const SplineCurve& spline) { return {spline.knots_c.front(), spline.knots_c.back()}; }
+
+std::array<double, 2> domain(const TableCurve& table) {
+  return {table.first_c, table.first_c + table.step_c * static_cast<double>(table.values.size() - 1)};
+}
+
 }  // namespace
 
 double evaluate(const Curve& curve, double temp_c) {
@@ -50,6 +58,17 @@ double evaluate(const Curve& curve, double temp_c) {
 
 void evaluate(const Curve& curve, std::span<const double> temp_c, std::span<double> values) {
   std::visit([&](const auto& kind) { values_at(kind, temp_c, values); }, curve);
+}
+
+std::array<double, 2> domain_of(const Curve& curve) {
+  return std::visit([](const auto& kind) { return domain(kind); }, curve);
+}
+
+std::optional<double> measured_scale_ppm(const SensorCalibration& sensor, double temp_c) {
+  if (!sensor.scale_ppm) return std::nullopt;
+  const auto [low_c, high_c] = domain_of(*sensor.scale_ppm);
+  if (temp_c < low_c || temp_c > high_c) return std::nullopt;
+  return evaluate(*sensor.scale_ppm, temp_c);
 }
 
 }  // namespace soak::calib

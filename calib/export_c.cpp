@@ -8,6 +8,7 @@
 #include "base/number_text.h"
 #include "base/sha256.h"
 #include "calib/calibration_file.h"
+#include "calib/export/reference_lines.h"
 #include "calib/file/utc_text.h"
 
 namespace soak::calib {
@@ -32,21 +33,12 @@ std::string comment_text(std::string text) {
   return text;
 }
 
-/// What the campaigns were measured with, a line for each reference and one for its waiver.
-std::string reference_comment(const std::vector<ReferenceUse>& uses) {
-  std::string text;
-  for (const auto& [reference, waiver] : uses) {
-    text.append(" * reference: ").append(name_of(reference.kind)).append(" ").append(comment_text(reference.name));
-    text += ", certificate " + comment_text(reference.certificate) + ", issued " +
-            file::utc_text(reference.issued_utc_s) + ", due " + file::utc_text(reference.due_utc_s) +
-            ", standard uncertainty " +
-            base::shortest(printed_per_si(reference.kind) * reference.standard_uncertainty) + " ";
-    text.append(printed_unit(reference.kind)).append("\n");
-    if (!waiver) continue;
-    text += " *   WAIVER, signed " + file::utc_text(waiver->utc_s) + " by " + comment_text(waiver->signer) + ": " +
-            comment_text(waiver->reason) + "\n";
-  }
-  return text;
+/// What the file knows of a sensor's scale factor, and where.
+std::string scale_text(const SensorCalibration& sensor) {
+  if (!sensor.scale_ppm) return ", scale unknown";
+  const auto [low_c, high_c] = domain_of(*sensor.scale_ppm);
+  if (low_c <= sensor.temp_min_c && high_c >= sensor.temp_max_c) return ", with scale";
+  return ", scale measured from " + base::shortest(low_c) + " to " + base::shortest(high_c) + " degC only";
 }
 
 std::string provenance_comment(const Calibration& calibration) {
@@ -65,23 +57,29 @@ std::string provenance_comment(const Calibration& calibration) {
        base::shortest(calibration.gravity_mps2) + " m/s2" + (calibration.gravity_assumed ? " (assumed)" : ""));
   for (const SensorCalibration& sensor : calibration.sensors) {
     line(name_of(sensor.sensor), comment_text(sensor.model) + ", valid from " + base::shortest(sensor.temp_min_c) +
-                                     " to " + base::shortest(sensor.temp_max_c) + " degC" +
-                                     (sensor.scale_ppm ? ", with scale" : ", scale unknown"));
+                                     " to " + base::shortest(sensor.temp_max_c) + " degC" + scale_text(sensor) +
+                                     (sensor.own_thermometer ? ", over a thermometer of its own" : ""));
   }
   for (const std::string& hash : calibration.run_hashes) line("run", hash);
-  return text + reference_comment(calibration.references);
+  for (const std::string& reference : exporting::reference_lines(calibration.references, comment_text)) {
+    text += " * " + reference + "\n";
+  }
+  return text;
 }
 
-std::string usage_comment(const std::string& symbol) {
-  return " *\n * Use:\n"
-         " *   static soak_cal cal;\n"
-         " *   float out[6];\n"
-         " *   uint32_t flags;\n"
-         " *   if (soak_load(&cal, " +
-         symbol + ", sizeof " + symbol +
-         ") != SOAK_OK) { no calibration }\n"
-         " *   if (soak_apply(&cal, temp_c, raw, out, &flags) != SOAK_OK) { flags: which sensor, and why }\n"
-         " */\n";
+std::string usage_comment(const std::string& symbol, bool own_thermometers) {
+  std::string text =
+      " *\n * Use:\n"
+      " *   static soak_cal cal;\n"
+      " *   float out[6];\n"
+      " *   uint32_t flags;\n";
+  text.append(" *   if (soak_load(&cal, ").append(symbol).append(", sizeof ").append(symbol);
+  text += ") != SOAK_OK) { no calibration }\n";
+  // Of one temperature soak_apply could make nothing for the sensors with thermometers of their own.
+  if (own_thermometers)
+    text += " *   const float temps_c[6] = {each sensor's thermometer, its own where it has one};\n";
+  text.append(" *   if (").append(own_thermometers ? "soak_apply_temps(&cal, temps_c" : "soak_apply(&cal, temp_c");
+  return text + ", raw, out, &flags) != SOAK_OK) { flags: which sensor, and why }\n */\n";
 }
 
 std::string array_text(const base::Bytes& bytes, const std::string& symbol) {
@@ -102,7 +100,9 @@ base::Result<std::string> export_c(const Calibration& calibration) {
   if (!bytes) return base::forward_error(bytes);
   const std::string symbol = "soak_calibration_" + identifier(calibration.unit);
   const std::string guard = "SOAK_CALIBRATION_" + identifier(calibration.unit) + "_H_";
-  std::string text = provenance_comment(calibration) + usage_comment(symbol);
+  std::string text =
+      provenance_comment(calibration) +
+      usage_comment(symbol, std::ranges::any_of(calibration.sensors, &SensorCalibration::own_thermometer));
   text += "#ifndef " + guard + "\n#define " + guard + "\n\n#include \"soak_runtime.h\"\n\n";
   if (calibration.simulated) {
     text +=

@@ -66,9 +66,10 @@ std::vector<double> print_temperatures(const SensorCalibration& sensor) {
 Json dense_curve(const SensorCalibration& sensor, double factor) {
   Json points = Json::array();
   for (const double temp_c : print_temperatures(sensor)) {
+    const auto scale_ppm = measured_scale_ppm(sensor, temp_c);
     points.push_back({{"temp_c", temp_c},
                       {"bias", factor * evaluate(sensor.bias, temp_c)},
-                      {"scale_ppm", sensor.scale_ppm ? Json(evaluate(*sensor.scale_ppm, temp_c)) : Json()}});
+                      {"scale_ppm", scale_ppm ? Json(*scale_ppm) : Json()}});
   }
   return points;
 }
@@ -87,6 +88,7 @@ Json sensor_document(const SensorCalibration& sensor) {
   const double factor = printed_per_si(sensor.sensor);
   return {{"unit", printed_unit(sensor.sensor)},
           {"model", sensor.model},
+          {"thermometer", sensor.own_thermometer ? "own" : "unit"},
           {"temp_min_c", sensor.temp_min_c},
           {"temp_max_c", sensor.temp_max_c},
           {"curve", dense_curve(sensor, factor)},

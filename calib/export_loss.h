@@ -23,7 +23,7 @@ struct CubicLoss {
   double ci95_at_worst = 0.0;   ///< half-width of the curve's own 95 % band there
   double beyond_ci95 = 0.0;     ///< share of the range, 0 to 1, in which the difference exceeds that band
   double steepest_per_c = 0.0;  ///< largest change of the correction per °C
-  /// Least and greatest scale factor error over the range, in ppm: what the file cannot carry. Absent = unknown.
+  /// Least and greatest scale factor error where it was measured, in ppm: what the file cannot carry. Absent = unknown.
   std::optional<std::array<double, 2>> scale_ppm;
 };
 

@@ -57,15 +57,21 @@ double ci95_at(const CurveFit& fit, double temp_c) {
   return std::lerp(below.ci95, above->ci95, (temp_c - below.temp_c) / (above->temp_c - below.temp_c));
 }
 
+/// Whether the scale error was measured at a temperature, and not only at others.
+bool scale_measured(const SensorFit& fit, double temp_c) {
+  return fit.scale && temp_c >= fit.scale->temp_min_c && temp_c <= fit.scale->temp_max_c;
+}
+
 json curve_json(const SensorFit& fit, double factor) {
   json list = json::array();
   for (const CurvePoint& point : fit.bias.points) {
+    const bool scale = scale_measured(fit, point.temp_c);
     list.push_back({{"temp_c", point.temp_c},
                     {"bias", point.value * factor},
                     {"ci95", point.ci95 * factor},
                     {"pi95", number(point.pi95, factor)},
-                    {"scale_ppm", fit.scale ? json(evaluate(fit.scale->curve, point.temp_c)) : json()},
-                    {"scale_ci95_ppm", fit.scale ? json(ci95_at(*fit.scale, point.temp_c)) : json()}});
+                    {"scale_ppm", scale ? json(evaluate(fit.scale->curve, point.temp_c)) : json()},
+                    {"scale_ci95_ppm", scale ? json(ci95_at(*fit.scale, point.temp_c)) : json()}});
   }
   return list;
 }
@@ -103,7 +109,7 @@ json sweeps_json(const CurveFit& fit, double factor) {
           {"p", fit.sweeps->p_value}};
 }
 
-json sensor_json(Sensor sensor, const SensorFit& fit) {
+json sensor_json(Sensor sensor, const SensorFit& fit, bool own_thermometer) {
   const double factor = printed_per_si(sensor);
   const CurveFit& bias = fit.bias;
   const auto& error = bias.held_out[static_cast<std::size_t>(Family::anfis)];
@@ -121,6 +127,7 @@ json sensor_json(Sensor sensor, const SensorFit& fit) {
           {"runs", bias.runs},
           {"holdout", bias.holdout},
           {"checks", checks_json(bias, factor)},
+          {"thermometer", own_thermometer ? "own" : "unit"},
           {"temp_min_c", bias.temp_min_c},
           {"temp_max_c", bias.temp_max_c},
           {"curve", curve_json(fit, factor)},
@@ -180,7 +187,8 @@ json fit_json(const UnitModel& model) {
   json sensors = json::object();
   for (const Sensor sensor : kSensors) {
     const auto& fit = model.sensors[index_of(sensor)];
-    if (fit) sensors[std::string(name_of(sensor))] = sensor_json(sensor, *fit);
+    if (!fit) continue;
+    sensors[std::string(name_of(sensor))] = sensor_json(sensor, *fit, model.own_thermometer[index_of(sensor)]);
   }
   constexpr double kDegPerSecPerG = base::kDegPerRad * base::kStandardGravity_mps2;
   return {{"unit", model.unit},

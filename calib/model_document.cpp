@@ -77,6 +77,7 @@ base::Result<json> sensor_to_json(const SensorCalibration& sensor) {
     document["scale_ppm"] = *std::move(scale);
   }
   if (sensor.scale_uncertainty) document["scale_uncertainty"] = uncertainty_to_json(*sensor.scale_uncertainty);
+  if (sensor.own_thermometer) document["own_thermometer"] = true;
   return document;
 }
 
@@ -86,6 +87,7 @@ base::Result<SensorCalibration> sensor_from_json(const json& document) {
   if (!sensor) return base::corrupt(fmt::format("unknown sensor '{}'", name), "model document");
   SensorCalibration calibration;
   calibration.sensor = *sensor;
+  calibration.own_thermometer = document.value("own_thermometer", false);
   calibration.temp_min_c = document.at("temp_min_c").get<double>();
   calibration.temp_max_c = document.at("temp_max_c").get<double>();
   calibration.model = document.at("model").get<std::string>();

@@ -17,7 +17,8 @@ namespace {
 constexpr double kGrainsPerStep = 16.0;
 constexpr double kLeastGrain_c = 0x1p-14;
 
-/// Equally spaced temperatures that cover a range: the last may lie beyond its end by less than a step.
+/// Equally spaced temperatures that cover a range: the last may lie beyond its end, by less than a step and by less
+/// than a grain for each point.
 struct Grid {
   double first_c = 0.0;
   double step_c = 1.0;
@@ -26,10 +27,14 @@ struct Grid {
   [[nodiscard]] double at(std::size_t i) const { return first_c + step_c * static_cast<double>(i); }
 };
 
-Grid grid_over(double min_c, double max_c, int points) {
+/// The grain that leaves steps and temperatures with few digits.
+double coarse_grain_c(double min_c, double max_c, int points) {
+  const double ideal = (max_c - min_c) / (points - 1);
+  return std::max(kLeastGrain_c, std::exp2(std::floor(std::log2(ideal / kGrainsPerStep))));
+}
+
+Grid grid_over(double min_c, double max_c, int points, double grain) {
   const double intervals = points - 1;
-  const double ideal = (max_c - min_c) / intervals;
-  const double grain = std::max(kLeastGrain_c, std::exp2(std::floor(std::log2(ideal / kGrainsPerStep))));
   Grid grid;
   grid.first_c = grain * std::floor(min_c / grain);
   grid.step_c = grain * std::max(1.0, std::ceil((max_c - grid.first_c) / intervals / grain));
@@ -70,12 +75,24 @@ base::Status check_evaluable(const Curve& curve) {
   return anfis::validate_curve(*model);
 }
 
+/// The table of a curve over the part of the valid range that lies in its domain. Where that is not the whole range the
+/// table ends where the curve does: a reader tells by it where the curve was measured.
+TableCurve table_over(const Curve& curve, const SensorCalibration& sensor, int points) {
+  const auto [low_c, high_c] = domain_of(curve);
+  const double from_c = std::max(low_c, sensor.temp_min_c);
+  const double to_c = std::min(high_c, sensor.temp_max_c);
+  const bool part = from_c < to_c && (from_c > sensor.temp_min_c || to_c < sensor.temp_max_c);
+  if (part) return tabulate(curve, from_c, to_c, grid_over(from_c, to_c, points, kLeastGrain_c));
+  const double grain = coarse_grain_c(sensor.temp_min_c, sensor.temp_max_c, points);
+  return tabulate(curve, sensor.temp_min_c, sensor.temp_max_c,
+                  grid_over(sensor.temp_min_c, sensor.temp_max_c, points, grain));
+}
+
 base::Result<Curve> table_of(const Curve& curve, const SensorCalibration& sensor, int points) {
   if (is_small_table(curve, points)) return curve;
   const std::string where(name_of(sensor.sensor));
   if (const auto status = check_evaluable(curve); !status) return base::bad_input(status.error().message, where);
-  TableCurve table =
-      tabulate(curve, sensor.temp_min_c, sensor.temp_max_c, grid_over(sensor.temp_min_c, sensor.temp_max_c, points));
+  TableCurve table = table_over(curve, sensor, points);
   const double bound = table::largest_difference(table, curve, sensor.temp_min_c, sensor.temp_max_c);
   if (!std::isfinite(bound)) {
     return base::bad_input("no table can be proven to be near this curve, which is too steep; export the curve itself",

@@ -118,6 +118,7 @@ UnitModel make_model(const UnitInput& input, const UnitRows& rows,
   }
   model.references = input.references;
   model.sensors = std::move(sensors);
+  model.own_thermometer = rows.own_thermometer;
   model.accel_misalignment = rows.accel_misalignment;
   model.g_sensitivity = rows.g_sensitivity;
   model.earth_removed = rows.earth_removed;
@@ -145,6 +146,7 @@ Calibration make_calibration(const UnitModel& model) {
     if (!fit) continue;
     SensorCalibration out;
     out.sensor = sensor;
+    out.own_thermometer = model.own_thermometer[index_of(sensor)];
     out.temp_min_c = fit->bias.temp_min_c;
     out.temp_max_c = fit->bias.temp_max_c;
     out.model = name_of(fit->bias.deployed);

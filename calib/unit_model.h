@@ -33,6 +33,7 @@ struct UnitModel {
   std::vector<RunReference> runs;
   std::vector<ReferenceUse> references;
   std::array<std::optional<SensorFit>, kSensorCount> sensors;
+  std::array<bool, kSensorCount> own_thermometer{};  ///< as in UnitRows
   std::optional<Coupling> accel_misalignment;
   std::optional<Coupling> g_sensitivity;  ///< estimated beside the model; enters it only by `gap accept`
   EarthRemoval earth_removed = EarthRemoval::none;

@@ -113,6 +113,31 @@ base::Status check_reference_gravity(const UnitInput& input) {
   return {};
 }
 
+bool gives(const RunInput& run, Sensor sensor) {
+  return std::ranges::any_of(run.segments,
+                             [&](const Segment& segment) { return segment.sensor[index_of(sensor)].count > 0; });
+}
+
+/// States which thermometer each sensor's rows are over. Refuses runs that differ: one curve is over one thermometer.
+base::Status state_thermometers(const std::vector<const RunInput*>& used, UnitRows& rows) {
+  for (const Sensor sensor : kSensors) {
+    const RunInput* first = nullptr;
+    for (const RunInput* run : used) {
+      if (!gives(*run, sensor)) continue;
+      if (first == nullptr) first = run;
+      const bool own = run->own_thermometer[index_of(sensor)];
+      if (own == first->own_thermometer[index_of(sensor)]) continue;
+      return base::bad_input(
+          fmt::format("run {} has a thermometer of {} alone, run {} knows it by the unit's: one curve cannot be over "
+                      "both; void the runs of one kind, or fit one --campaign at a time",
+                      (own ? run : first)->label, name_of(sensor), (own ? first : run)->label),
+          std::string(name_of(sensor)));
+    }
+    rows.own_thermometer[index_of(sensor)] = first != nullptr && first->own_thermometer[index_of(sensor)];
+  }
+  return {};
+}
+
 UnitInput at_known_gravity(UnitInput input) {
   for (RunInput& run : input.runs) run.site = with_reference_gravity(run.site, input.references);
   return input;
@@ -120,14 +145,25 @@ UnitInput at_known_gravity(UnitInput input) {
 
 }  // namespace
 
+std::array<bool, kSensorCount> own_thermometers(const std::vector<Segment>& segments) {
+  std::array<bool, kSensorCount> own{};
+  for (const Segment& segment : segments) {
+    for (std::size_t s = 0; s < kSensorCount; ++s) {
+      // Without one the unit's mean stands there, the very same number (segmentation.cpp).
+      own[s] = own[s] || (segment.sensor[s].count > 0 && segment.sensor_temp_c[s] != segment.temp_c);
+    }
+  }
+  return own;
+}
+
 base::Result<UnitRows> make_rows(const UnitInput& stored) {
   if (const auto one = check_reference_gravity(stored); !one) return base::forward_error(one);
   const UnitInput recorded = at_known_gravity(stored);
   if (const auto sound = check_readings(recorded); !sound) return base::forward_error(sound);
   const auto [input, findings] = leave_out_rejected(recorded);
   if (input.runs.empty()) {
-    return base::bad_input(fmt::format("the data gate rejects every segment of unit {}: {} {}", input.unit,
-                                       findings.front().code, findings.front().text));
+    return base::bad_input(
+        fmt::format("the data gate rejects every segment of unit {}: {}", input.unit, findings.front().text));
   }
   const bool by_plateau = std::any_of(input.runs.begin(), input.runs.end(), has_plateaus);
   std::vector<const RunInput*> used;
@@ -136,6 +172,7 @@ base::Result<UnitRows> make_rows(const UnitInput& stored) {
   }
   UnitRows rows;
   rows.warnings = findings;
+  if (const auto same = state_thermometers(used, rows); !same) return base::forward_error(same);
   RowCollector collector(rows, run_names(used), by_plateau);
   for (std::size_t r = 0; r < used.size(); ++r) {
     if (by_plateau) {

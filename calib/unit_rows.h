@@ -30,7 +30,13 @@ struct RunInput {
   bool simulated = false;
   Site site;
   std::vector<Segment> segments;
+  /// Sensors whose temperatures in the segments are those of a thermometer of their own, not of the unit's.
+  std::array<bool, kSensorCount> own_thermometer{};
 };
+
+/// The sensors of a recorded run that have values and a thermometer of their own. Effects that were taken off the
+/// segments (`sensor_lag`) would look like one: ask before.
+[[nodiscard]] std::array<bool, kSensorCount> own_thermometers(const std::vector<Segment>& segments);
 
 /// A unit with the runs of one epoch.
 struct UnitInput {
@@ -75,7 +81,8 @@ struct UnitRows {
       scale;  ///< accelerometers turned up and down, gyros turned at rates
   std::array<std::vector<TypeBInput>, kSensorCount> bias_type_b;
   std::array<std::vector<TypeBInput>, kSensorCount> scale_type_b;
-  bool relative_accel = false;  ///< one attitude: accelerometer bias has no level of its own
+  bool relative_accel = false;                       ///< one attitude: accelerometer bias has no level of its own
+  std::array<bool, kSensorCount> own_thermometer{};  ///< as in RunInput: the same in all runs that give the sensor
   Gravity gravity;
   std::optional<Coupling> accel_misalignment;       ///< rad; diagonal 0
   std::optional<Coupling> g_sensitivity;            ///< holds what of the Earth's rotation was not subtracted
@@ -88,9 +95,9 @@ struct UnitRows {
 /// Estimates of every run (six-position estimation per plateau; 30-second blocks where no run has plateaus) as rows.
 /// Segments that the data gate rejected, and sensors that it rejected in a segment, are left out; `warnings` says so.
 /// Gravity of a site that does not know it comes from the references where they have one. Refuses a unit without runs,
-/// or of which the gate leaves nothing, a sensor whose every sample in a run is the same number, runs that give no row,
-/// and accelerometers whose readings up and down are not those of gravity to 20 % (wrong sign, unit or position),
-/// naming the remedy.
+/// or of which the gate leaves nothing, runs that give a sensor over different thermometers, a sensor whose every
+/// sample in a run is the same number, runs that give no row, and accelerometers whose readings up and down are not
+/// those of gravity to 20 % (wrong sign, unit or position), naming the remedy.
 [[nodiscard]] base::Result<UnitRows> make_rows(const UnitInput& input);
 
 }  // namespace soak::calib

@@ -184,9 +184,17 @@ void warn_of_band(const std::string& name, std::string_view what, const std::opt
   if (!band || !band->too_narrow()) return;
   warnings.push_back(
       {"band_too_narrow",
-       fmt::format("{}: {} {:.2f} times the 95 % band that the file states, in the root mean square; a right band "
-                   "lets {:.2f} happen once in a hundred files ({:.0f} % are inside)",
+       fmt::format("{}: {} {:.2f} times the 95 % band that the file states, in the root mean square; where all bands "
+                   "are right one file in a hundred has a curve beyond {:.2f} ({:.0f} % are inside)",
                    name, what, band->ratio, band->ratio_max, 100.0 * band->inside)});
+}
+
+/// The comparisons of a curve with the bands of the file.
+std::vector<BandComparison*> bands_of(CurveVerification& curve) {
+  std::vector<BandComparison*> bands;
+  if (curve.fresh_band) bands.push_back(&*curve.fresh_band);
+  if (curve.shape_band) bands.push_back(&*curve.shape_band);
+  return bands;
 }
 
 /// Verifies the curves of one file against the rows of fresh runs.
@@ -203,6 +211,7 @@ class Verifier {
       const SensorCalibration* stated = stated_of(sensor);
       if (stated != nullptr || limits_.bias[s] || limits_.scale_ppm[s]) add(sensor, stated);
     }
+    judge_bands();
     result_.verdict = overall();
     return std::move(result_);
   }
@@ -236,9 +245,32 @@ class Verifier {
     if (stated != nullptr) task.temp_max_c = stated->temp_max_c;
     CurveVerification verified = verify_curve(task);
     warn_of_rows(task, verified, result_.warnings);
-    warn_of_band(task.name, "errors of a fresh power-on are", verified.fresh_band, result_.warnings);
-    warn_of_band(task.name, "errors of the shape are", verified.shape_band, result_.warnings);
     return verified;
+  }
+
+  /// All comparisons of a file share the chance of a false alarm.
+  void judge_bands() {
+    std::vector<BandComparison*> all;
+    for (auto& sensor : result_.sensors) {
+      if (!sensor) continue;
+      for (BandComparison* band : bands_of(*sensor)) all.push_back(band);
+      if (!sensor->scale) continue;
+      for (BandComparison* band : bands_of(*sensor->scale)) all.push_back(band);
+    }
+    for (BandComparison* band : all) {
+      band->ratio_max = verification::largest_ratio(calibration_.run_hashes.size(), all.size());
+    }
+    for (const Sensor sensor : kSensors) {
+      const auto& result = result_.sensors[index_of(sensor)];
+      if (!result) continue;
+      warn_of_bands(std::string(name_of(sensor)), *result);
+      if (result->scale) warn_of_bands(std::string(name_of(sensor)) + " scale", *result->scale);
+    }
+  }
+
+  void warn_of_bands(const std::string& name, const CurveVerification& curve) {
+    warn_of_band(name, "errors of a fresh power-on are", curve.fresh_band, result_.warnings);
+    warn_of_band(name, "errors of the shape are", curve.shape_band, result_.warnings);
   }
 
   /// A pass only where every sensor of the file has a limit and passes.

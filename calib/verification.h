@@ -24,7 +24,8 @@ constexpr std::string_view name_of(Verdict verdict) { return kVerdictNames[stati
 
 /// Coverage of U in the decision rule: two-sided, half of the rest on the one side that a limit lies on.
 inline constexpr double kGuardCoverage = 0.95;
-/// Largest chance that an error beyond its limit is measured as a pass (JCGM 106 §9.3: specific consumer's risk).
+/// Largest chance that an error beyond its limit is measured as a pass (JCGM 106 §9.3: specific consumer's risk), where
+/// U leaves nothing out.
 inline constexpr double kFalseAcceptance = 0.025;
 /// Share of a sensor's valid range that fresh rows must span before it can pass.
 inline constexpr double kNeededCoverage = 0.8;
@@ -34,9 +35,11 @@ inline constexpr double kNeededCoverage = 0.8;
 /// Errors within one run are anything but independent: a run has one offset, a curve one shape. So nothing is counted
 /// as if rows were independent. `ratio` is the root mean square of error over half-width; a sum of squares of Gaussian
 /// errors, of whatever correlation, passes a large threshold most often where all of them are one and the same (Székely
-/// and Bakirov 2003: from 1.54 times its mean on). Its chance is thus at most that of a single error with Student's t:
-/// `ratio_max` = t(0.99, ν)/t(0.95, ν), ν the number of the file's runs less one (1 at least), is passed by one file in
-/// a hundred whose band is right.
+/// and Bakirov 2003: from 1.54 times its mean on). Its chance is thus at most that of a single error with Student's t.
+/// A verification makes m such comparisons (pi95 and ci95 of each bias, ci95 of each scale), which share the chance of
+/// a false alarm evenly (Bonferroni): `ratio_max` = t(1 − 0.01/m, ν)/t(0.95, ν), ν the number of the file's runs less
+/// one (1 at least), is passed anywhere by at most one file in a hundred whose bands are right (1.25 of two runs, which
+/// hardly know their band).
 struct BandComparison {
   double inside = 0.0;  ///< share of the errors inside the band
   double ratio = 0.0;
@@ -90,8 +93,9 @@ struct Verification {
 /// Of what is not stated nothing is added: `not_stated` names it.
 ///
 /// Pass: |error| + U ≤ limit on every row, over at least 80 % of the valid range. Fail: |error| − U > limit on some
-/// row. Marginal: neither. So a curve that breaks its limit at any temperature verified passes with a chance of 2.5 %
-/// at most, and one that keeps it fails with at most 2.5 % per row whose error is at the limit.
+/// row. Marginal: neither. So, as far as U is the whole uncertainty (nothing of weight is not stated), a curve that
+/// breaks its limit at any temperature verified passes with a chance of 2.5 % at most, and one that keeps it fails with
+/// at most 2.5 % per row whose error is at the limit.
 ///
 /// The unit fails if a sensor fails, is marginal if one is, and passes only if all sensors of the file have a limit of
 /// bias and pass; else `info`. Where the runs know one attitude only, accelerometer errors have each run's mean

@@ -44,7 +44,8 @@ base::Result<calib::UnitModel> fit_again(db::Catalog& catalog, const db::ModelRo
   if (!options) return base::forward_error(options);
   auto known = runs_of(parent);
   if (!known) return base::forward_error(known);
-  auto input = load_unit(catalog, parent.unit, {});
+  std::vector<calib::Warning> warnings;
+  auto input = load_unit(catalog, parent.unit, {}, warnings);
   if (!input) return base::forward_error(input);
   std::erase_if(input->runs, [&](const calib::RunInput& run) { return known->count(run.content_sha256) == 0; });
   if (input->runs.empty()) {
@@ -56,7 +57,6 @@ base::Result<calib::UnitModel> fit_again(db::Catalog& catalog, const db::ModelRo
   auto references = references_of_campaigns(catalog, campaigns);
   if (!references) return base::forward_error(references);
   input->references = *std::move(references);
-  std::vector<calib::Warning> warnings;
   if (input->runs.size() < known->size()) {
     warnings.push_back(
         {"runs_left_since", fmt::format("of the {} runs of model {}, {} were voided since and are left out",

@@ -2,6 +2,7 @@
 #include "station/fit_unit.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "calib/model_document.h"
+#include "calib/run_copies.h"
 #include "station/identity.h"
 #include "station/output.h"
 #include "station/reference_rule.h"
@@ -20,6 +22,7 @@ namespace soak::station {
 namespace {
 
 constexpr std::string_view kCalibration = "calibration";
+constexpr std::size_t kCampaignsListed = 10;
 
 std::string reason_without_runs(const std::string& unit, const std::optional<std::string>& campaign,
                                 const std::vector<db::RunRow>& runs) {
@@ -77,15 +80,32 @@ base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::Run
   if (auto sound = catalog.check_run_file(run); !sound) return base::forward_error(sound);
   auto segments = catalog.segments(run.run_id, run.unit, true);
   if (!segments) return base::forward_error(segments);
-  return calib::RunInput{run.run_id,    run.label, run.campaign,        run.content_sha256,
-                         run.simulated, run.site,  *std::move(segments)};
+  const auto own_thermometer = calib::own_thermometers(*segments);
+  return calib::RunInput{run.run_id,    run.label, run.campaign,         run.content_sha256,
+                         run.simulated, run.site,  *std::move(segments), own_thermometer};
+}
+
+base::Status check_campaign_known(const db::Catalog& catalog, const std::string& campaign) {
+  auto names = catalog.campaigns();
+  if (!names) return base::forward_error(names);
+  if (std::ranges::find(*names, campaign) != names->end()) return {};
+  if (names->empty()) return base::bad_input(fmt::format("there is no campaign '{}', nor any other", campaign));
+  const std::size_t all = names->size();
+  if (all > kCampaignsListed) names->resize(kCampaignsListed);
+  return base::bad_input(fmt::format("there is no campaign '{}'; there {} {}{}", campaign, all == 1 ? "is" : "are",
+                                     fmt::join(*names, ", "), all > kCampaignsListed ? " and more" : ""),
+                         "--campaign");
 }
 
 base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::string& unit,
-                                         const std::optional<std::string>& campaign) {
+                                         const std::optional<std::string>& campaign,
+                                         std::vector<calib::Warning>& warnings) {
   const auto row = catalog.unit(unit);
   if (!row) return base::forward_error(row);
   if (!*row) return base::bad_input(fmt::format("no unit '{}' in this data folder; 'soak unit list' shows them", unit));
+  if (campaign) {
+    if (auto known = check_campaign_known(catalog, *campaign); !known) return base::forward_error(known);
+  }
   const auto runs = catalog.runs({.unit = unit, .campaign = campaign, .run = {}});
   if (!runs) return base::forward_error(runs);
   calib::UnitInput input;
@@ -101,6 +121,8 @@ base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::
     input.runs.push_back(*std::move(loaded));
   }
   if (input.runs.empty()) return base::bad_input(reason_without_runs(unit, campaign, *runs));
+  for (calib::Warning& warning : unit_type_warnings(input.type.name)) warnings.push_back(std::move(warning));
+  calib::leave_out_copies(input.runs, warnings);
   std::vector<std::string> campaigns;
   for (const calib::RunInput& run : input.runs) campaigns.push_back(run.campaign);
   auto references = references_of_campaigns(catalog, campaigns);

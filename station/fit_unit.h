@@ -7,16 +7,22 @@
 
 #include "base/result.h"
 #include "calib/unit_model.h"
+#include "calib/warning.h"
 #include "db/catalog.h"
 
 namespace soak::station {
 
 /// Sealed, unvoided runs of the unit's current epoch that are for calibration (not for verification, no pre-flight),
 /// with the statistics of their segments and the references of their campaigns; of one campaign only, where that is
-/// given. Refuses an unknown unit, and one without such runs, saying which runs there are and why they do not count;
-/// fails (corrupt) for a damaged waiver and a damaged or missing run file.
+/// given. Samples that were stored more than once count once (calib/run_copies.h). Adds to `warnings` what must be told
+/// of that and of the unit's type. Refuses an unknown unit or campaign, and a unit without such runs, saying which runs
+/// there are and why they do not count; fails (corrupt) for a damaged waiver and a damaged or missing run file.
 [[nodiscard]] base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::string& unit,
-                                                       const std::optional<std::string>& campaign);
+                                                       const std::optional<std::string>& campaign,
+                                                       std::vector<calib::Warning>& warnings);
+
+/// Refuses (bad_input) a campaign that the catalog does not have, with some that it has.
+[[nodiscard]] base::Status check_campaign_known(const db::Catalog& catalog, const std::string& campaign);
 
 /// The unit of a calibration with what its type's file says, in the calibration's epoch; no runs yet.
 [[nodiscard]] base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration);

@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "calib/run_copies.h"
 #include "db/run_file.h"
 #include "station/identity.h"
 #include "station/lab/run_records.h"
@@ -86,9 +87,7 @@ class Importer {
   base::Result<ImportSummary> run() {
     if (auto status = look_up_unit(); !status) return base::forward_error(status);
     if (auto status = look_up_references(); !status) return base::forward_error(status);
-    auto stored = catalog_.runs({.unit = options_.unit, .campaign = {}, .run = {}});
-    if (!stored) return base::forward_error(stored);
-    stored_ = *std::move(stored);
+    if (auto status = look_up_runs(); !status) return base::forward_error(status);
     for (const CsvRun& run : recording_.runs) {
       if (!report_progress()) return interrupted();
       if (auto status = stage(run); !status) return base::forward_error(status);
@@ -111,14 +110,22 @@ class Importer {
   base::Status look_up_unit() {
     const auto unit = catalog_.unit(options_.unit);
     if (!unit) return base::forward_error(unit);
-    if (!*unit) return look_up_type(options_.unit_type.value_or("generic"));
+    if (!*unit) return take_type(stated_unit_type(options_.unit_type.value_or("generic")));
     epoch_ = (*unit)->epoch;
     if (options_.unit_type && *options_.unit_type != (*unit)->type) {
       return base::bad_input(fmt::format("unit '{}' is of type '{}', not '{}': leave --type out, or correct it",
                                          options_.unit, (*unit)->type, *options_.unit_type),
                              "--type");
     }
-    return look_up_type((*unit)->type);
+    for (calib::Warning& warning : unit_type_warnings((*unit)->type)) add_note(std::move(warning.text));
+    return take_type(known_unit_type((*unit)->type));
+  }
+
+  base::Status look_up_runs() {
+    auto runs = catalog_.runs({});
+    if (!runs) return base::forward_error(runs);
+    stored_ = *std::move(runs);
+    return {};
   }
 
   /// Each run is judged by the certificates of its own time.
@@ -155,8 +162,7 @@ class Importer {
     }
   }
 
-  base::Status look_up_type(const std::string& name) {
-    auto type = known_unit_type(name);
+  base::Status take_type(base::Result<calib::UnitType> type) {
     if (!type) return base::forward_error(type);
     type_ = *std::move(type);
     return {};
@@ -220,10 +226,10 @@ class Importer {
   /// A staged run is new, is there already, or stands against one that is there.
   base::Status decide(StagedRun staged) {
     const auto same_label = std::find_if(stored_.begin(), stored_.end(), [&](const db::RunRow& run) {
-      return run.campaign == options_.campaign && run.label == staged.row.label;
+      return run.unit == options_.unit && run.campaign == options_.campaign && run.label == staged.row.label;
     });
     if (same_label == stored_.end()) {
-      warn_of_copy(staged.row);
+      if (auto status = warn_of_copies(staged); !status) return status;
       summary_.runs.push_back(outcome(staged.row, staged.segments.size(), false));
       staged_.push_back(std::move(staged));
       return {};
@@ -253,15 +259,47 @@ class Importer {
         source_.string());
   }
 
-  void warn_of_copy(const db::RunRow& row) {
+  /// Whether a stored run that counts is the same recording. The content hash knows serial numbers, types and columns;
+  /// where it differs the numbers of the segments tell.
+  [[nodiscard]] base::Result<bool> is_same_recording(const StagedRun& staged, const db::RunRow& other) const {
+    if (other.voided) return false;
+    if (other.unit == staged.row.unit && other.content_sha256 == staged.row.content_sha256) return true;
+    if (other.rows != staged.row.rows || other.duration_s != staged.row.duration_s) return false;
+    const auto segments = catalog_.segments(other.run_id, other.unit, false);
+    if (!segments) return base::forward_error(segments);
+    return calib::same_samples(staged.segments, *segments);
+  }
+
+  /// Names one copy of the unit itself, and one of another unit.
+  base::Status warn_of_copies(const StagedRun& staged) {
+    bool own = false;
+    bool foreign = false;
     for (const db::RunRow& other : stored_) {
-      if (other.content_sha256 != row.content_sha256 || other.voided) continue;
-      summary_.warnings.push_back(
-          fmt::format("run '{}' holds the same samples as run '{}' of campaign '{}': a fit of both "
-                      "would count them twice",
-                      row.label, other.label, other.campaign));
-      return;
+      bool& told = other.unit == staged.row.unit ? own : foreign;
+      if (told) continue;
+      const auto same = is_same_recording(staged, other);
+      if (!same) return base::forward_error(same);
+      if (!*same) continue;
+      told = true;
+      summary_.warnings.push_back(copy_text(staged.row, other));
     }
+    for (const StagedRun& other : staged_) {
+      if (other.row.content_sha256 != staged.row.content_sha256 || own) continue;
+      own = true;
+      summary_.warnings.push_back(copy_text(staged.row, other.row));
+    }
+    return {};
+  }
+
+  static std::string copy_text(const db::RunRow& row, const db::RunRow& other) {
+    if (other.unit == row.unit) {
+      return fmt::format("run '{}' holds the same samples as run '{}' of campaign '{}': a fit counts them once",
+                         row.label, other.label, other.campaign);
+    }
+    return fmt::format(
+        "run '{}' holds the same samples as run '{}' of unit {} in campaign '{}': one of the two serial numbers is "
+        "wrong; void the runs that are not that unit's ('soak runs void {} --unit {}')",
+        row.label, other.label, other.unit, other.campaign, other.run_id, other.unit);
   }
 
   static ImportedRun outcome(const db::RunRow& row, std::size_t segments, bool was_there) {
@@ -299,7 +337,7 @@ class Importer {
   const ImportOptions& options_;
   std::int32_t epoch_ = 0;
   calib::UnitType type_;
-  std::vector<db::RunRow> stored_;
+  std::vector<db::RunRow> stored_;  ///< of all units
   std::vector<StagedRun> staged_;
   ImportSummary summary_;
   NewFiles files_;
@@ -311,7 +349,7 @@ base::Result<ImportSummary> store_recording(db::Catalog& catalog, const CsvRecor
                                             const ImportOptions& options) {
   if (options.unit.empty()) return base::bad_input("the serial number of the unit is empty", "--unit");
   if (options.campaign.empty()) return base::bad_input("the name of the campaign is empty", "--campaign");
-  if (auto plain = check_text_line(options.unit, "--unit"); !plain) return base::forward_error(plain);
+  if (auto plain = check_carried_line(options.unit, "--unit"); !plain) return base::forward_error(plain);
   if (auto plain = check_text_line(options.campaign, "--campaign"); !plain) return base::forward_error(plain);
   return Importer(catalog, recording, source, options).run();
 }

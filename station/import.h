@@ -51,9 +51,11 @@ struct ImportSummary {
 /// Nothing is recorded before all runs are written, sealed and segmented; on a failure the files are removed again.
 ///
 /// A run whose label the campaign already holds for this unit is refused (bad_input) if its samples, its site or its
-/// being simulated differ; if they are the same nothing is done. Refuses a unit of another type. With
-/// `references`, refuses as judge_references() does for each run at the times in its channel utc_s, where there is none
-/// at the time of the import. Refuses names that are no plain line of text.
+/// being simulated differ; if they are the same nothing is done. Warns where the unit, or another one, has these
+/// samples under another label or in another campaign. Refuses a unit of another type, and a type that nobody knows.
+/// With `references`, refuses as judge_references() does for each run at the times in its channel utc_s, where there is
+/// none at the time of the import. Refuses names that are no plain line of text, and serial numbers too long for a
+/// calibration file.
 [[nodiscard]] base::Result<ImportSummary> store_recording(db::Catalog& catalog, const CsvRecording& recording,
                                                           const std::filesystem::path& source,
                                                           const ImportOptions& options);

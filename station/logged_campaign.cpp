@@ -75,7 +75,8 @@ base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, c
 
 base::Result<calib::gap::LoggedCampaign> load_logged_campaign(const db::Catalog& catalog, const std::string& unit,
                                                               const std::optional<std::string>& campaign) {
-  auto input = load_unit(catalog, unit, campaign);
+  std::vector<calib::Warning> told_by_the_fit;
+  auto input = load_unit(catalog, unit, campaign, told_by_the_fit);
   if (!input) return base::forward_error(input);
   auto logged = with_logs(catalog, *std::move(input), true);
   if (logged) calib::gap::refine_blocks(*logged);

@@ -11,6 +11,7 @@
 #include <set>
 #include <utility>
 
+#include "station/identity.h"
 #include "station/iso_date.h"
 #include "station/waiver.h"
 
@@ -94,6 +95,22 @@ const db::ReferenceRow* correction_of(const db::ReferenceRow& withdrawn, const s
     if (is_same) found = &row;
   }
   return found;
+}
+
+calib::Warning withdrawn_warning(const db::ReferenceRow& row, const std::vector<db::ReferenceRow>& entries) {
+  return {"reference_withdrawn",
+          fmt::format("the entry of {} was withdrawn {}; {}", describe(row.reference), ending_text(*row.withdrawn),
+                      correction_of(row, entries) != nullptr
+                          ? "what it says still counts here, the entry that corrects it counts from the next fit on"
+                          : "no entry corrects it, and what it says still counts here")};
+}
+
+/// Whether the reference has a certificate that is good at a time.
+bool is_good(const calib::Reference& reference, const std::vector<db::ReferenceRow>& entries, double utc_s) {
+  return std::ranges::any_of(active_references(entries, utc_s), [&](const db::ReferenceRow& row) {
+    return row.reference.kind == reference.kind && row.reference.name == reference.name &&
+           row.reference.due_utc_s > utc_s;
+  });
 }
 
 /// A waiver that was noted for a campaign, or the newest good one for the same entry in the place of one that is
@@ -222,17 +239,21 @@ base::Result<std::vector<calib::Warning>> reference_warnings(const db::Catalog& 
   const auto entries = catalog.references();
   if (!entries) return base::forward_error(entries);
   std::vector<calib::Warning> warnings;
+  const double now_s = now_utc_s();
   for (const calib::ReferenceUse& use : uses) {
     const auto row = std::ranges::find(*entries, use.reference.record_id, &record_id_of);
     if (row == entries->end()) continue;
     if (row->withdrawn) {
-      warnings.push_back({"reference_withdrawn",
-                          fmt::format("the entry of {} was withdrawn {}; no entry corrects it, and what it says still "
-                                      "counts here",
-                                      describe(row->reference), ending_text(*row->withdrawn))});
+      warnings.push_back(withdrawn_warning(*row, *entries));
     } else if (row->retired) {
       warnings.push_back({"reference_retired", fmt::format("{}, which it was measured with, was retired {}",
                                                            describe(row->reference), ending_text(*row->retired))});
+    } else if (!use.waiver && row->reference.due_utc_s <= now_s && !is_good(row->reference, *entries, now_s)) {
+      warnings.push_back(
+          {"reference_expired",
+           fmt::format("{}, which it was measured with, expired on {} and has no newer certificate: that "
+                       "it was still right is not confirmed",
+                       describe(row->reference), iso_date(row->reference.due_utc_s))});
     }
   }
   return warnings;

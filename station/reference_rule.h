@@ -51,7 +51,8 @@ struct JudgedReferences {
 [[nodiscard]] base::Result<std::vector<calib::ReferenceUse>> references_of_campaigns(
     const db::Catalog& catalog, const std::vector<std::string>& campaigns);
 
-/// What has become of these references since: `reference_retired`, `reference_withdrawn`.
+/// What has become of these references since: `reference_retired`, `reference_withdrawn`, `reference_expired` (used
+/// without a waiver, and no newer certificate is good now). Nothing of references that the register does not have.
 [[nodiscard]] base::Result<std::vector<calib::Warning>> reference_warnings(
     const db::Catalog& catalog, const std::vector<calib::ReferenceUse>& uses);
 

@@ -2,6 +2,7 @@
 #include "station/unit_type_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -20,6 +21,7 @@ using hal::SettingsTable;
 
 constexpr hal::Limits kTemp_c = {-273.15, 1000.0};
 constexpr hal::Limits kPositive = {1e-12, 1e9};
+constexpr std::string_view kGeneric = "generic";
 
 void read_section(const SettingsTable& root, std::string_view name,
                   const std::function<void(const SettingsTable&)>& read) {
@@ -89,6 +91,22 @@ calib::Vector3 cross(const calib::Vector3& a, const calib::Vector3& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
+/// Names of the files in the default folder; none where it cannot be read.
+std::vector<std::string> known_names() {
+  std::vector<std::string> names;
+  std::error_code failure;
+  for (std::filesystem::directory_iterator entry(default_unit_type_folder(), failure), end; !failure && entry != end;
+       entry.increment(failure)) {
+    if (entry->path().extension() == ".toml") names.push_back(entry->path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+bool is_known(const std::vector<std::string>& names, std::string_view name) {
+  return name == kGeneric || std::binary_search(names.begin(), names.end(), name);
+}
+
 }  // namespace
 
 bool is_right_handed(const std::array<std::string, 3>& labels) {
@@ -147,6 +165,26 @@ base::Result<calib::UnitType> known_unit_type(const std::string& name) {
   calib::UnitType type;
   type.name = name;
   return type;
+}
+
+base::Result<calib::UnitType> stated_unit_type(const std::string& name) {
+  std::vector<std::string> names = known_names();
+  if (is_known(names, name)) return known_unit_type(name);
+  if (std::ranges::find(names, kGeneric) == names.end()) names.emplace_back(kGeneric);
+  return base::bad_input(
+      fmt::format("there is no unit type '{}'; known: {} ('soak type list'). A type of your own is a "
+                  "file {}, or stands in units/ of the folder that $SOAK_PROCEDURES names",
+                  name, fmt::join(names, ", "), (default_unit_type_folder() / "NAME.toml").string()),
+      "--type");
+}
+
+std::vector<calib::Warning> unit_type_warnings(const std::string& name) {
+  if (is_known(known_names(), name)) return {};
+  return {
+      {"unit_type_unknown",
+       fmt::format("the unit is of type '{}', of which there is no file in {}: its limits, ratings, thermometers and "
+                   "sign_at_rest are not known",
+                   name, default_unit_type_folder().string())}};
 }
 
 std::filesystem::path default_unit_type_folder() {

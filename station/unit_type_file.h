@@ -9,6 +9,7 @@
 
 #include "base/result.h"
 #include "calib/unit_type.h"
+#include "calib/warning.h"
 
 namespace soak::station {
 
@@ -22,6 +23,14 @@ namespace soak::station {
 
 /// What is known of the type with that name: its file in the default folder, or the name alone where there is none.
 [[nodiscard]] base::Result<calib::UnitType> known_unit_type(const std::string& name);
+
+/// The same for a unit that is entered: refuses (bad_input, at --type) a name that has no file, with those that have
+/// one. "generic" needs none.
+[[nodiscard]] base::Result<calib::UnitType> stated_unit_type(const std::string& name);
+
+/// `unit_type_unknown` where the type of a unit has no file (it was entered elsewhere, or by an older version): what
+/// the file would say is missing from everything that is done with the unit.
+[[nodiscard]] std::vector<calib::Warning> unit_type_warnings(const std::string& name);
 
 /// Whether three of the labels "+X" ... "-Z" form a right-handed frame, in this order.
 [[nodiscard]] bool is_right_handed(const std::array<std::string, 3>& labels);

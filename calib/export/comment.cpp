@@ -8,6 +8,7 @@
 #include <charconv>
 
 #include "base/number_text.h"
+#include "calib/export/reference_lines.h"
 #include "calib/file/utc_text.h"
 
 namespace soak::calib::exporting {
@@ -26,7 +27,7 @@ std::string loss_text(const CubicLoss& loss) {
 
 std::string scale_text(const CubicLoss& loss) {
   if (!loss.scale_ppm) return fmt::format("{}: scale factor error not known", name_of(loss.sensor));
-  return fmt::format("{}: scale factor error from {:.0f} to {:.0f} ppm over the range", name_of(loss.sensor),
+  return fmt::format("{}: scale factor error from {:.0f} to {:.0f} ppm where it was measured", name_of(loss.sensor),
                      (*loss.scale_ppm)[0], (*loss.scale_ppm)[1]);
 }
 
@@ -56,6 +57,8 @@ std::string provenance_comment(const Calibration& calibration) {
   text += comment("gravity: " + base::shortest(calibration.gravity_mps2) + " m/s2" +
                   (calibration.gravity_assumed ? " (assumed)" : ""));
   for (const std::string& hash : calibration.run_hashes) text += comment("run: " + hash);
+  const auto as_it_is = [](std::string words) { return words; };  // comment() leaves no line break in them
+  for (const std::string& line : reference_lines(calibration.references, as_it_is)) text += comment(line);
   return text;
 }
 

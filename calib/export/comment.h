@@ -15,7 +15,8 @@ namespace soak::calib::exporting {
 /// A number in fixed notation, as short as it reads back to the same float32: some parameter editors know no exponents.
 [[nodiscard]] std::string fixed_text(float value);
 
-/// Comment lines: what made the calibration, from what, and a warning where it is simulated.
+/// Comment lines: what made the calibration, from what, measured with which references by which waivers, and a warning
+/// where it is simulated.
 [[nodiscard]] std::string provenance_comment(const Calibration& calibration);
 
 /// Comment lines: the loss of each sensor, what the scale factor would have needed, and the notes.

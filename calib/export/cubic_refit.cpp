@@ -53,6 +53,20 @@ std::optional<std::array<double, 2>> extremes(const std::optional<Curve>& curve,
   return std::array<double, 2>{*least, *greatest};
 }
 
+/// Refuses sensors that the target would correct by a thermometer that they were not calibrated over.
+base::Status check_thermometer(const std::array<const SensorCalibration*, 3>& axes, std::string_view target,
+                               const std::string& unit) {
+  const auto* const own = std::ranges::find_if(axes, &SensorCalibration::own_thermometer);
+  if (own == axes.end()) return {};
+  return base::bad_input(
+      fmt::format(
+          "{} was calibrated over a thermometer of its own, and {} has one for the three {}s, the unit's: import "
+          "the recording without the column of that thermometer (or, if the autopilot reads that one, with it "
+          "as temp_c), fit and export again; or deploy the whole model (--format blob, c)",
+          name_of((*own)->sensor), target, is_gyro((*own)->sensor) ? "gyro" : "accelerometer"),
+      fmt::format("unit {}", unit));
+}
+
 }  // namespace
 
 std::vector<double> grid_of(TempRange range) {
@@ -71,7 +85,10 @@ base::Result<std::vector<const SensorCalibration*>> three_axes(const Calibration
   }
   if (std::count(axes.begin(), axes.end(), nullptr) == 3) return std::vector<const SensorCalibration*>();
   const auto missing = static_cast<std::size_t>(std::find(axes.begin(), axes.end(), nullptr) - axes.begin());
-  if (missing == 3) return std::vector<const SensorCalibration*>(axes.begin(), axes.end());
+  if (missing == 3) {
+    if (auto status = check_thermometer(axes, target, calibration.unit); !status) return base::forward_error(status);
+    return std::vector<const SensorCalibration*>(axes.begin(), axes.end());
+  }
   return base::bad_input(
       fmt::format("the model has no {}: {} corrects the three axes together; fit runs that hold them",
                   kSensorNames[missing + (gyro ? 0 : 3)], target),

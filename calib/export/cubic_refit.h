@@ -28,8 +28,8 @@ inline constexpr std::size_t kGridPoints = 2001;
 /// Evenly spaced temperatures of the range, both ends included.
 [[nodiscard]] std::vector<double> grid_of(TempRange range);
 
-/// The sensors of one kind, in the order x, y, z; none if the calibration has none of it. Refuses one or two of three:
-/// `target` corrects the three axes together.
+/// The sensors of one kind, in the order x, y, z; none if the calibration has none of it. Refuses one or two of three,
+/// as `target` corrects the three axes together, and sensors over thermometers of their own, as it has one for them.
 [[nodiscard]] base::Result<std::vector<const SensorCalibration*>> three_axes(const Calibration& calibration, bool gyro,
                                                                              std::string_view target);
 

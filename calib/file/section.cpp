@@ -22,6 +22,7 @@ std::size_t padded(std::size_t size) { return (size + 3) / 4 * 4; }
 
 /// The minor version that a type of section came with.
 std::uint16_t minor_version_of(std::uint16_t type) {
+  if (type == SOAK_SECTION_THERMOMETERS) return 4;
   if (type == SOAK_SECTION_COUPLINGS) return 3;
   if (type == kReferenceSection) return 2;
   return type == SOAK_SECTION_TABLE_BOUND ? 1 : 0;

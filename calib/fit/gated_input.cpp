@@ -24,7 +24,7 @@ void add(std::vector<Shared>& all, const RunInput& run) {
     const auto same =
         std::find_if(all.begin(), all.end(), [&](const Shared& shared) { return shared.warning.code == warning.code; });
     if (same == all.end() || counted.contains(warning.code)) {
-      all.push_back({{warning.code, fmt::format("run {} {}", run.label, warning.text)}});
+      all.push_back({{warning.code, fmt::format("run {}: {} {}", run.label, warning.code, warning.text)}});
     } else {
       ++same->more_runs;
     }

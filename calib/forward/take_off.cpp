@@ -38,6 +38,7 @@ void take_off(const Mechanisms& mechanisms, Segment& segment) {
 std::vector<std::string> take_off(const std::vector<ModelTerm>& terms, gap::LoggedCampaign& campaign) {
   std::vector<std::string> left_out;
   if (terms.empty()) return left_out;
+  campaign.carried = terms;
   for (gap::LoggedRun& run : campaign.runs) {
     const Mechanisms mechanisms(terms, run, campaign.type.sign_at_rest);
     left_out.insert(left_out.end(), mechanisms.left_out().begin(), mechanisms.left_out().end());

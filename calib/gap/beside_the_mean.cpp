@@ -20,9 +20,16 @@ constexpr int kLeastRuns = 4;
 constexpr double kHours = 3600.0;
 constexpr double kPer1000h = 1000.0;
 constexpr double kLeastChange = 0.02;  ///< of the variance over the range of temperature, relative
+constexpr double kLogVariance = 2.0;   ///< log variance over log standard deviation
 constexpr double kCoarseStep = 0.1;    ///< of the noise, from which a lattice matters
 constexpr double kEffects = 2.0;       ///< that are looked for in slopes
-constexpr double kSensorGate = 0.05;   ///< chance from which a sensor of a set that stands out is counted in
+/// Chance from which a sensor of a set that stands out is counted in: ageing is small in each, noise is well known.
+constexpr double kAgingSensorGate = 0.05;
+constexpr double kNoiseSensorGate = 0.01;
+/// Size beside the largest slope, found or carried, from which a sensor's is counted in.
+constexpr double kLeastOfLargest = 0.1;
+/// Times the step that the model carries: more than it says.
+constexpr double kCoarser = 1.5;
 
 Effect described(std::string_view name, std::string_view physics, std::vector<std::string_view> twins,
                  std::string_view experiment) {
@@ -75,7 +82,8 @@ struct Chosen {
   double p = 1.0;  ///< least chance, adjusted for all sets that are looked at
 };
 
-Chosen choose(const std::vector<Slope>& all) {
+/// `sensor_gate`: chance from which a sensor of the set is counted in.
+Chosen choose(const std::vector<Slope>& all, double sensor_gate) {
   std::map<Sensor, std::pair<Slope, double>> known;
   std::vector<Sensor> sensors;
   for (const Slope& slope : all) {
@@ -92,10 +100,18 @@ Chosen choose(const std::vector<Slope>& all) {
     if (p >= chosen.p) continue;
     chosen = {{}, p};
     for (const Sensor sensor : set) {
-      if (known.at(sensor).second <= kSensorGate) chosen.slopes.push_back(known.at(sensor).first);
+      if (known.at(sensor).second <= sensor_gate) chosen.slopes.push_back(known.at(sensor).first);
     }
   }
   return chosen;
+}
+
+/// The part of a term that the model carries already in a sensor; null where it carries none.
+const TermPart* carried(const LoggedCampaign& campaign, const Effect& effect, Sensor sensor) {
+  for (const ModelTerm& term : campaign.carried) {
+    if (term.name == effect.name && term.part_of(sensor) != nullptr) return term.part_of(sensor);
+  }
+  return nullptr;
 }
 
 /// `factor` and `unit` of the magnitude by sensor; `meaning` of the slope.
@@ -173,7 +189,7 @@ BesideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignModel
     slopes.push_back(line(hours, offsets));
     slopes.back().sensor = sensor;
   }
-  const Chosen chosen = choose(slopes);
+  const Chosen chosen = choose(slopes, kAgingSensorGate);
   if (chosen.p > kGate || chosen.slopes.empty()) return result;
   result.effects.push_back(named(
       aging(), chosen, [](Sensor sensor) { return kPer1000h * printed_per_si(sensor); },
@@ -218,10 +234,24 @@ std::optional<Slope> noise_slope_of(const Observations& observations, Sensor sen
   return slope;
 }
 
-void look_for_noise_slope(const Observations& observations, BesideTheMean& result) {
+/// Slope of the logarithm of the variance that the model carries in a sensor.
+double carried_slope(const LoggedCampaign& campaign, Sensor sensor) {
+  const TermPart* part = carried(campaign, noise_slope(), sensor);
+  return part != nullptr ? kLogVariance * part->value("relative_per_c").value_or(0.0) : 0.0;
+}
+
+/// What the model carries of it is taken off, as it is off the means.
+void look_for_noise_slope(const LoggedCampaign& campaign, const Observations& observations, BesideTheMean& result) {
   std::vector<Slope> slopes;
+  double largest = 0.0;
   for (const Sensor sensor : kSensors) {
-    if (const auto slope = noise_slope_of(observations, sensor)) slopes.push_back(*slope);
+    auto slope = noise_slope_of(observations, sensor);
+    if (!slope) continue;
+    const double known = carried_slope(campaign, sensor);
+    slope->value -= known;
+    slope->f = slope->variance > 0.0 ? slope->value * slope->value / slope->variance : 0.0;
+    largest = std::max(largest, std::abs(known));
+    slopes.push_back(*slope);
   }
   if (slopes.empty()) {
     result.not_testable.push_back(
@@ -230,13 +260,16 @@ void look_for_noise_slope(const Observations& observations, BesideTheMean& resul
   }
   const double range_c = observations.level_c.back() - observations.level_c.front();
   std::erase_if(slopes, [&](const Slope& slope) { return std::abs(slope.value) * range_c < kLeastChange; });
-  const Chosen chosen = choose(slopes);
-  // Half the slope of the logarithm of the variance is that of the standard deviation.
+  Chosen chosen = choose(slopes, kNoiseSensorGate);
+  for (const Slope& slope : chosen.slopes) largest = std::max(largest, std::abs(slope.value));
+  std::erase_if(chosen.slopes, [&](const Slope& slope) { return std::abs(slope.value) < kLeastOfLargest * largest; });
   if (chosen.p > kGate || chosen.slopes.empty()) return;
   result.effects.push_back(named(
-      noise_slope(), chosen, [](Sensor) { return 0.5; }, [](Sensor) { return std::string("relative per K"); },
+      noise_slope(), chosen, [](Sensor) { return 1.0 / kLogVariance; },
+      [](Sensor) { return std::string("relative per K"); },
       [&](Sensor) {
-        return Meaning{{{"relative_per_c", "1/K", 0.5}}, {{"reference_c", middle_c(observations), "degC"}}};
+        return Meaning{{{"relative_per_c", "1/K", 1.0 / kLogVariance}},
+                       {{"reference_c", middle_c(observations), "degC"}}};
       }));
 }
 
@@ -246,6 +279,14 @@ Magnitude step_magnitude(const UnitType& type, Sensor sensor, double step) {
   const auto& lsb = is_gyro(sensor) ? type.gyro_lsb_dps : type.accel_lsb_mps2;
   if (lsb) return {printed / *lsb, "LSB"};
   return {printed, std::string(printed_unit(sensor))};
+}
+
+/// Whether samples move in steps that matter, and that the model does not carry.
+bool is_coarse(const LoggedCampaign& campaign, Sensor sensor) {
+  const SampleFacts& facts = campaign.samples[index_of(sensor)];
+  if (!facts.step || facts.noise <= 0.0 || *facts.step <= kCoarseStep * facts.noise) return false;
+  const TermPart* part = carried(campaign, quantization(), sensor);
+  return part == nullptr || *facts.step > kCoarser * part->value("step").value_or(0.0);
 }
 
 void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
@@ -261,7 +302,7 @@ void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
     const SampleFacts& facts = campaign.samples[index_of(sensor)];
     if (facts.count == 0) continue;
     looked = true;
-    if (facts.step && facts.noise > 0.0 && *facts.step > kCoarseStep * facts.noise) {
+    if (is_coarse(campaign, sensor)) {
       coarse.sensors.push_back(sensor);
       coarse.meaning[index_of(sensor)].given = {{"step", *facts.step, si_unit(sensor)}};
       const double ratio = *facts.step / facts.noise;
@@ -269,7 +310,7 @@ void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
       coarsest = std::max(coarsest, ratio);
     }
     const double share = static_cast<double>(facts.at_rails) / static_cast<double>(facts.count);
-    if (facts.at_rails == 0) continue;
+    if (facts.at_rails == 0 || carried(campaign, saturation(), sensor) != nullptr) continue;
     clipped.sensors.push_back(sensor);
     clipped.meaning[index_of(sensor)].given = {{"low_rail", facts.low_rail, si_unit(sensor)},
                                                {"high_rail", facts.high_rail, si_unit(sensor)}};
@@ -288,7 +329,7 @@ void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
 
 BesideTheMean look_beside_the_mean(const LoggedCampaign& campaign, const CampaignModel& model) {
   BesideTheMean result;
-  look_for_noise_slope(model.circumstances().observations, result);
+  look_for_noise_slope(campaign, model.circumstances().observations, result);
   look_at_samples(campaign, result);
   return result;
 }

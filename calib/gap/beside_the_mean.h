@@ -24,9 +24,13 @@ struct BesideTheMean {
 [[nodiscard]] BesideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model);
 
 /// Looks, each under the gate of the search, for
-/// - `noise_vs_temperature`: the logarithm of the blocks' variances against temperature, run by run;
+/// - `noise_vs_temperature`: the logarithm of the blocks' variances against temperature, run by run; of its sensors
+/// those
+///   that stand out by themselves, with a tenth of the largest slope or more;
 /// - `quantization`: samples on a lattice of more than a tenth of their noise;
 /// - `saturation`: samples that stick at the ends.
+/// What the model carries is not found again: its noise slope is taken off, its steps count where they have become half
+/// as large again, and a sensor that it has stop at the ends is known to.
 [[nodiscard]] BesideTheMean look_beside_the_mean(const LoggedCampaign& campaign, const CampaignModel& model);
 
 }  // namespace soak::calib::gap

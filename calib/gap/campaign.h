@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/gap/sample_facts.h"
+#include "calib/model_term.h"
 #include "calib/sensor.h"
 #include "calib/unit_rows.h"
 
@@ -46,6 +47,7 @@ struct LoggedCampaign {
   SampleFacts thermometer;                          ///< of the unit's own; no step where its temperatures were refined
   std::optional<FineTemperature> fine_temperature;  ///< absent = temperatures are as the thermometer showed them
   std::array<SampleFacts, kSensorCount> samples{};  ///< of all runs; count 0 = nobody looked
+  std::vector<ModelTerm> carried;  ///< by the unit's model; what they do to means is taken off the segments
 };
 
 }  // namespace soak::calib::gap

@@ -75,6 +75,19 @@ nlohmann::json gaps_json(const std::array<std::optional<SensorGap>, kSensorCount
   return object;
 }
 
+nlohmann::json left_out_json(const std::vector<LeftOut>& left_out) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const LeftOut& entry : left_out) {
+    list.push_back({{"run", entry.run},
+                    {"sensor", entry.sensor ? nlohmann::json(name_of(*entry.sensor)) : nlohmann::json()},
+                    {"segments", entry.segments},
+                    {"of", entry.of},
+                    {"code", entry.code},
+                    {"why", entry.why}});
+  }
+  return list;
+}
+
 }  // namespace
 
 nlohmann::json gap_json(const GapReport& report) {
@@ -104,6 +117,7 @@ nlohmann::json gap_json(const GapReport& report) {
           {"suspects", suspects_json(report)},
           {"leftover", std::move(leftover)},
           {"not_testable", std::move(not_testable)},
+          {"left_out", left_out_json(report.left_out)},
           {"detection_limit", std::move(limits)},
           {"gap", gaps_json(report.gap)},
           {"locked_run", std::move(locked)}};

@@ -15,6 +15,7 @@
 #include "base/statistics.h"
 #include "calib/gap/narrow_bump.h"
 #include "calib/gap/reduced/branch_report.h"
+#include "calib/gap/run_agreement.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -90,60 +91,14 @@ bool replicated(const CampaignModel& model) {
   return true;
 }
 
-/// Two runs with the very same readings, in words; nothing where all differ.
-std::optional<std::string> same_readings(const Observations& observations) {
-  std::map<std::vector<double>, int> seen;
-  for (int run = 0; run < observations.run_count(); ++run) {
-    std::vector<double> means;
-    for (const Observation& row : observations.rows) {
-      if (row.run != run) continue;
-      for (const SensorStatistics& statistics : row.sensor)
-        means.push_back(statistics.count > 0 ? statistics.mean : 0.0);
-    }
-    const auto [other, fresh] = seen.try_emplace(std::move(means), run);
-    if (!fresh) {
-      return fmt::format("runs {} and {} hold the same readings: void one of them",
-                         observations.runs[static_cast<std::size_t>(other->second)],
-                         observations.runs[static_cast<std::size_t>(run)]);
-    }
-  }
-  return std::nullopt;
-}
-
-/// A run that is off by more than four times the RMS of the others in most sensors, in words.
-std::optional<std::string> odd_run(const CampaignModel& model) {
-  constexpr double kOdd = 16.0;  // of the mean square
-  const Observations& observations = model.circumstances().observations;
-  if (observations.run_count() < 3) return std::nullopt;
-  std::vector<int> votes(observations.runs.size(), 0);
-  int sensors = 0;
-  for (const Sensor sensor : kSensors) {
-    if (!model.residuals().sensor[index_of(sensor)]) continue;
-    ++sensors;
-    std::vector<double> squares;
-    for (int run = 0; run < observations.run_count(); ++run) {
-      squares.push_back(mean_square(observations, model.remainder(sensor), run).value_or(0.0));
-    }
-    const auto largest = std::max_element(squares.begin(), squares.end());
-    if (*largest > kOdd * base::median(squares)) ++votes[static_cast<std::size_t>(largest - squares.begin())];
-  }
-  const auto most = std::max_element(votes.begin(), votes.end());
-  if (2 * *most <= sensors) return std::nullopt;
-  return fmt::format(
-      "run {} differs from the others in most sensors: is it of this unit, mounted and labelled as the others? Void "
-      "it, "
-      "or record it again",
-      observations.runs[static_cast<std::size_t>(most - votes.begin())]);
-}
-
 GapReport cannot_judge(GapReport report, std::string reason) {
   report.verdict = Verdict::cannot_judge;
   report.reason = std::move(reason);
   return report;
 }
 
-/// Sensors of the campaign that the search had to leave out, in words; empty where there are none.
-std::string left_out(const Observations& observations, const CampaignModel& model) {
+/// Sensors of the campaign that never scatter, which the search has to leave out, in words; empty where there are none.
+std::string stuck(const Observations& observations, const CampaignModel& model) {
   std::vector<std::string_view> names;
   for (const Sensor sensor : kSensors) {
     const bool recorded = std::any_of(observations.rows.begin(), observations.rows.end(),
@@ -194,6 +149,17 @@ void leave_out_clipped(const LoggedCampaign& campaign, Observations& observation
   }
 }
 
+/// The same in words; empty where no sensor is concerned.
+std::string clipped(const LoggedCampaign& campaign) {
+  std::vector<std::string_view> names;
+  for (const Sensor sensor : kSensors) {
+    if (campaign.samples[index_of(sensor)].at_rails > 0) names.push_back(name_of(sensor));
+  }
+  return names.empty() ? ""
+                       : fmt::format("; not judged, as their readings stop at the end of their range: {}",
+                                     fmt::join(names, ", "));
+}
+
 /// Index of the last run by time, by order where a run's time is not known.
 std::size_t last_run(const std::vector<LoggedRun>& runs) {
   const auto timed = [](const LoggedRun& run) { return run.start_utc_s.has_value(); };
@@ -203,16 +169,23 @@ std::size_t last_run(const std::vector<LoggedRun>& runs) {
   return static_cast<std::size_t>(last - runs.begin());
 }
 
-/// What the effects of `report` do for run `number` of the campaign, which they have not seen; nothing where it has no
-/// readings.
-std::optional<LockedRun> judged(const LoggedCampaign& campaign, std::size_t number, const GapReport& report) {
+/// Adds to `report` what its effects do for run `number` of the campaign, which they have not seen; nothing where it
+/// has no readings. A run that cannot be compared with the others leaves no verdict.
+void judge_locked(const LoggedCampaign& campaign, std::size_t number, GapReport& report) {
   Observations observations = observe(campaign);
   const auto found = std::find(observations.logged.begin(), observations.logged.end(), number);
-  if (found == observations.logged.end()) return std::nullopt;
+  if (found == observations.logged.end()) return;
   leave_out_clipped(campaign, observations);
   const Courses courses(campaign, observations);
+  if (auto differ = disagreement(CampaignModel(observations, courses))) {
+    GapReport none;
+    none.unit = report.unit;
+    none.model = report.model;
+    report = cannot_judge(std::move(none), *std::move(differ));
+    return;
+  }
   const auto run = static_cast<int>(found - observations.logged.begin());
-  return LockedRun{observations.runs[static_cast<std::size_t>(run)],
+  report.locked = {observations.runs[static_cast<std::size_t>(run)],
                    gap_of_run(observations, courses, report.effects, run)};
 }
 
@@ -245,7 +218,7 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
                         "the runs do not repeat each other's plateaus, so that their scatter is not known; record two "
                         "runs of one procedure");
   }
-  if (auto odd = odd_run(model)) return cannot_judge(std::move(report), *std::move(odd));
+  if (auto differ = disagreement(model)) return cannot_judge(std::move(report), *std::move(differ));
   for (const Effect& effect : library()) {
     if (auto why = effect.missing(model.circumstances())) {
       report.not_testable.push_back({std::string(effect.name), *std::move(why)});
@@ -258,7 +231,7 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   for (const Effect* effect : found.absorbed) {
     report.not_testable.push_back(
         {std::string(effect->name),
-         "no sensor that feels it was recorded, or in this campaign the thermal model takes it up"});
+         "no sensor that feels it has readings that can be judged, or in this campaign the thermal model takes it up"});
   }
   for (std::size_t s = 0; s < kSensorCount; ++s) report.detection_limit[s] = detection_limit(model, s, found);
   BesideTheMean beside = look_beside_the_mean(campaign, model);
@@ -269,7 +242,7 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   std::move(bump.effects.begin(), bump.effects.end(), std::back_inserter(beside.effects));
   std::move(bump.not_testable.begin(), bump.not_testable.end(), std::back_inserter(report.not_testable));
   decide(std::move(found), std::move(beside.effects), report);
-  report.reason += left_out(observations, model) + order_note(observations, report.effects);
+  report.reason += stuck(observations, model) + order_note(observations, report.effects);
   report.reason += of_thermometer(campaign, courses);
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
     report.next.push_back(next_experiment(campaign, observations, courses, report.effects, e));
@@ -278,15 +251,39 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   return report;
 }
 
-}  // namespace
-
-GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
+/// Of more runs than may be open the last is locked away before the search, and judged alone.
+GapReport find_open(const LoggedCampaign& campaign, std::int32_t model_version) {
   if (campaign.runs.size() <= kMostOpenRuns) return find_in(campaign, model_version);
   const std::size_t number = last_run(campaign.runs);
   LoggedCampaign open = campaign;
   open.runs.erase(open.runs.begin() + static_cast<std::ptrdiff_t>(number));
   GapReport report = find_in(open, model_version);
-  if (report.verdict != Verdict::cannot_judge) report.locked = judged(campaign, number, report);
+  if (report.verdict != Verdict::cannot_judge) judge_locked(campaign, number, report);
+  return report;
+}
+
+/// Nothing found in what the data gate left does not mean that nothing is there.
+void note_left_out(const LoggedCampaign& campaign, GapReport& report) {
+  report.left_out = left_out_by_gate(campaign);
+  if (report.left_out.empty()) return;
+  const std::string words = in_words(report.left_out);
+  if (report.verdict == Verdict::none && any_run_lost(report.left_out)) {
+    report.verdict = Verdict::cannot_judge;
+    report.reason = fmt::format(
+        "the data gate left out most of a run: {}; import it as it should be, or void it, and look again. In the rest: "
+        "{}",
+        words, report.reason);
+    return;
+  }
+  report.reason += "; the data gate left out " + words;
+}
+
+}  // namespace
+
+GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
+  GapReport report = find_open(campaign, model_version);
+  if (report.verdict != Verdict::cannot_judge) report.reason += clipped(campaign);
+  note_left_out(campaign, report);
   return report;
 }
 

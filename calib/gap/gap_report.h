@@ -10,6 +10,7 @@
 
 #include "calib/gap/beside_the_mean.h"
 #include "calib/gap/held_out.h"
+#include "calib/gap/left_out.h"
 #include "calib/gap/next_experiment.h"
 #include "calib/gap/search.h"
 
@@ -55,12 +56,15 @@ struct GapReport {
   /// to half); SI.
   std::array<std::optional<double>, kSensorCount> detection_limit;
   std::array<std::optional<SensorGap>, kSensorCount> gap;
+  std::vector<LeftOut> left_out;    ///< by the data gate, in the order of runs
   std::optional<LockedRun> locked;  ///< of campaigns of more than eight runs that could be judged
 };
 
 /// Compares the campaign with its saturated base, searches the library and gives a verdict. With one run at plateaus:
 /// cannot_judge. Of more than eight runs the last by time (by order, where a run has no Unix time) is locked away
-/// before the search and judged alone. Runs in one attitude without plateaus are judged by their branches.
+/// before the search and judged alone. Runs in one attitude without plateaus are judged by their branches. Runs that
+/// cannot be of one unit (run_agreement.h): cannot_judge; so where nothing is found, but the data gate left out more
+/// than half of the segments of a run.
 [[nodiscard]] GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model);
 
 }  // namespace soak::calib::gap

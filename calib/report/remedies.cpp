@@ -29,6 +29,8 @@ constexpr std::array kRemedies = {
     Remedy{"coarse_thermometer", "Record a thermometer with finer steps, if the unit has one."},
     // of the fit
     Remedy{"runs_left_since", "Look whether the effect still stands without them: soak gap find"},
+    Remedy{"copied_runs", "Nothing: they count once. Void the copies ('soak runs void')."},
+    Remedy{"unit_type_unknown", "Write the type's file in procedures/units, then fit again."},
     Remedy{"term_not_evaluated",
            "Record what the effect needs (the column that is named), or withdraw it: soak gap withdraw."},
     Remedy{"few_runs", "Record more runs: three power-ons at least, so that errors can be held out and known."},
@@ -42,6 +44,8 @@ constexpr std::array kRemedies = {
     Remedy{"check_standard_out_of_control", "Find what changed in the station ('soak check chart') before you ship."},
     Remedy{"reference_retired", "See whether the reason speaks against what was measured with it before."},
     Remedy{"reference_withdrawn", "Enter the certificate again as it is, then fit again."},
+    Remedy{"reference_expired",
+           "Have it calibrated and enter the certificate; if it had moved, void what was measured with it."},
     Remedy{"waiver_signature", "Compare with the laboratory's records; sign a new waiver, then fit and export again."},
     Remedy{"gravity_assumed", "Void these runs and import them again with latitude and height, or with gravity."},
     Remedy{"one_attitude", "Record six positions if you need absolute accelerometer bias and scale."},

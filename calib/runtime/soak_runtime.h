@@ -15,6 +15,9 @@
  *     float out[6];
  *     uint32_t flags;
  *     if (soak_apply(&cal, temp_c, raw, out, &flags) != SOAK_OK) { ... flags say which sensor and why ... }
+ *
+ * Where a sensor was calibrated over a thermometer of its own (soak_has_own_thermometer) that sensor's temperature is
+ * wanted, not the unit's: soak_apply_temps takes the six.
  */
 #ifndef SOAK_RUNTIME_H_
 #define SOAK_RUNTIME_H_
@@ -43,7 +46,7 @@ enum { SOAK_MISALIGNMENT, SOAK_G_SENSITIVITY };
  * several is returned. Below 0: the file or the arguments are refused; outputs are not written. */
 typedef enum soak_status {
   SOAK_OK = 0,
-  SOAK_CLAMPED = 1, /* the temperature is outside the valid range: the value is that of the range's nearer end */
+  SOAK_CLAMPED = 1, /* nothing was measured at the temperature: the value is that of the nearest one that was */
   SOAK_ABSENT = 2,  /* the file has no such sensor or curve */
   SOAK_INVALID = 3, /* an input is not finite, or the correction is not usable */
 
@@ -61,6 +64,11 @@ typedef enum soak_status {
 #define SOAK_FLAG_INVALID(i) ((uint32_t)1U << (16U + (i))) /* not finite or not usable: out = raw */
 /* An accelerometer is invalid: misalignment and g-sensitivity leave it out, so the other sensors are less exact. */
 #define SOAK_FLAG_UNCOUPLED ((uint32_t)1U << 24)
+/* Of soak_apply alone: sensors of the file have thermometers of their own, of which one temperature says nothing. They
+ * are invalid, and raw: use soak_apply_temps. */
+#define SOAK_FLAG_THERMOMETER ((uint32_t)1U << 25)
+/* In the valid range, but the scale factor was not measured at this temperature: corrected with that of the nearest. */
+#define SOAK_FLAG_SCALE(i) ((uint32_t)1U << (26U + (i)))
 
 /* The members are the runtime's own. */
 typedef struct soak_curve {
@@ -82,6 +90,7 @@ typedef struct soak_cal {
   const uint8_t* misalignment;  /* 9 float32, or null */
   const uint8_t* g_sensitivity; /* 9 float32, or null */
   const uint8_t* couplings;     /* payload of the couplings' uncertainties, or null */
+  const uint8_t* thermometers;  /* payload of the thermometers, or null */
   const uint8_t* provenance;    /* payload of the provenance section */
   uint32_t sections[2];         /* first byte of the first section, end of the last */
   uint32_t simulated;           /* not 0: made from simulated data; do not deploy */
@@ -101,6 +110,7 @@ enum {
   SOAK_SECTION_G_SENSITIVITY = 0x0021,
   SOAK_SECTION_TERM = 0x0022,
   SOAK_SECTION_COUPLINGS = 0x0023,
+  SOAK_SECTION_THERMOMETERS = 0x0024,
   SOAK_SECTION_ERROR_BOUND = 0x0030,
   SOAK_SECTION_TABLE_BOUND = 0x0031
 };
@@ -420,6 +430,9 @@ static inline soak_status soak_take_section(soak_cal* cal, const uint8_t* head) 
     case SOAK_SECTION_COUPLINGS:
       good = soak_take_couplings(cal, p, length);
       break;
+    case SOAK_SECTION_THERMOMETERS:
+      good = length == 4U && soak_note(&cal->thermometers, p);
+      break;
     case SOAK_SECTION_ERROR_BOUND:
       good = soak_take_error_bound(cal, p, length);
       break;
@@ -672,6 +685,19 @@ static inline float soak_eval_curve(const soak_curve* curve, float temp_c) {
   return soak_f32(p + 16) + soak_f32(p + 20) * soak_eval_fis(p, curve->kind, temp_c);
 }
 
+/* Whether a temperature lies beyond the curve's domain, where the curve is held. */
+static inline int soak_beyond_domain(const soak_curve* curve, float temp_c) {
+  const uint8_t* p = curve->payload;
+  if (curve->kind == SOAK_SECTION_SPLINE) {
+    return temp_c < soak_f32(p + 12) || temp_c > soak_f32(p + 12 + 4U * soak_u16(p + 2));
+  }
+  if (curve->kind == SOAK_SECTION_TABLE) {
+    const float offset = temp_c - soak_f32(p + 12);
+    return offset < 0.0f || offset > (float)(soak_u16(p + 2) - 1U) * soak_f32(p + 16);
+  }
+  return temp_c < soak_f32(p + 8) || temp_c > soak_f32(p + 12);
+}
+
 /* Linear between the points at `temps`, held beyond them. */
 static inline float soak_interpolate(const uint8_t* temps, const uint8_t* values, uint32_t count, float temp_c) {
   uint32_t j;
@@ -701,20 +727,71 @@ static inline soak_status soak_quantity(const soak_cal* cal, int sensor, int qua
   status = soak_limit_temperature(&cal->sensor[sensor], &temp_c);
   if (status == SOAK_INVALID) return SOAK_INVALID;
   *value = soak_eval_curve(&cal->sensor[sensor].curve[quantity], temp_c);
-  if (soak_is_finite(*value)) return status;
-  *value = soak_nan();
-  return SOAK_INVALID;
+  if (!soak_is_finite(*value)) {
+    *value = soak_nan();
+    return SOAK_INVALID;
+  }
+  /* the valid range is that of the bias; the scale may rest on fewer temperatures */
+  if (quantity == 1 && soak_beyond_domain(&cal->sensor[sensor].curve[1], temp_c)) return SOAK_CLAMPED;
+  return status;
+}
+
+/* ---- whose calibration it is ---- */
+
+/* What the file says of its unit and of itself. The texts lie in the file, are UTF-8 and do not end with a zero. */
+typedef struct soak_identity {
+  const char* serial;
+  const char* unit_type;
+  uint32_t serial_length, unit_type_length; /* bytes */
+  int32_t epoch;         /* counts the unit's repairs and re-flashes: a file of an earlier one is out of date */
+  int32_t model_version; /* counts within the epoch: of two files the greater is the newer */
+} soak_identity;
+
+/* SOAK_ABSENT, and identity is not written: no file is loaded. */
+SOAK_NODISCARD static inline soak_status soak_identify(const soak_cal* cal, soak_identity* identity) {
+  const uint8_t* p;
+  if (cal == NULL || identity == NULL) return SOAK_E_ARGUMENT;
+  p = cal->provenance;
+  if (p == NULL) return SOAK_ABSENT;
+  identity->serial = (const char*)(p + 32U + 32U * soak_u16(p + 28));
+  identity->serial_length = p[30];
+  identity->unit_type = identity->serial + p[30];
+  identity->unit_type_length = p[31];
+  identity->epoch = (int32_t)soak_u32(p);
+  identity->model_version = (int32_t)soak_u32(p + 4);
+  return SOAK_OK;
+}
+
+/* 1 where the file is of the unit with this serial number (a text that ends with a zero, compared byte for byte), else
+ * 0, also without a file. */
+SOAK_NODISCARD static inline int soak_is_of_unit(const soak_cal* cal, const char* serial) {
+  const uint8_t* text;
+  uint32_t i;
+  if (cal == NULL || cal->provenance == NULL || serial == NULL) return 0;
+  text = cal->provenance + 32U + 32U * soak_u16(cal->provenance + 28);
+  for (i = 0; i < cal->provenance[30]; ++i) {
+    if (serial[i] == '\0' || (uint8_t)serial[i] != text[i]) return 0;
+  }
+  return serial[i] == '\0';
+}
+
+/* 1 where a sensor of the file was calibrated over a thermometer of its own, else 0: over the unit's. Whoever asks for
+ * anything of this sensor means the temperature of that thermometer. */
+SOAK_NODISCARD static inline int soak_has_own_thermometer(const soak_cal* cal, int sensor) {
+  if (cal == NULL || sensor < 0 || sensor >= SOAK_SENSORS || cal->thermometers == NULL) return 0;
+  return cal->sensor[sensor].present && (soak_u32(cal->thermometers) >> sensor & 1U) != 0U;
 }
 
 /* ---- evaluation ---- */
 
-/* Bias at temp_c in rad/s or m/s². SOAK_CLAMPED: the value belongs to the nearer end of the valid range. SOAK_ABSENT,
- * SOAK_INVALID: the value is NaN. */
+/* Bias at temp_c, of the thermometer that the sensor was calibrated over, in rad/s or m/s². SOAK_CLAMPED: the value
+ * belongs to the nearer end of the valid range. SOAK_ABSENT, SOAK_INVALID: the value is NaN. */
 SOAK_NODISCARD static inline soak_status soak_bias(const soak_cal* cal, int sensor, float temp_c, float* value) {
   return soak_quantity(cal, sensor, 0, temp_c, value);
 }
 
-/* Scale factor error at temp_c in ppm; SOAK_ABSENT (NaN) where it is unknown. Else as soak_bias. */
+/* Scale factor error at temp_c in ppm; SOAK_ABSENT (NaN) where it is unknown. SOAK_CLAMPED: it was not measured there,
+ * in the valid range or beyond it; the value is that of the nearest temperature at which it was. Else as soak_bias. */
 SOAK_NODISCARD static inline soak_status soak_scale_ppm(const soak_cal* cal, int sensor, float temp_c, float* value) {
   return soak_quantity(cal, sensor, 1, temp_c, value);
 }
@@ -798,7 +875,7 @@ SOAK_NODISCARD static inline soak_status soak_temp_range(const soak_cal* cal, in
 /* reading = raw - b and 1 + S ppm of one sensor; returns 0, with flags, where it must stay uncorrected. */
 static inline int soak_prepare(const soak_cal* cal, uint32_t i, float temp_c, float raw, float* reading, float* gain,
                                uint32_t* flags) {
-  float bias, scale_ppm = 0.0f;
+  float bias = 0.0f, scale_ppm = 0.0f;
   soak_status status = soak_bias(cal, (int)i, temp_c, &bias);
   soak_status scale_status;
   *reading = raw;
@@ -814,6 +891,7 @@ static inline int soak_prepare(const soak_cal* cal, uint32_t i, float temp_c, fl
     *flags |= SOAK_FLAG_INVALID(i);
     return 0;
   }
+  if (scale_status == SOAK_CLAMPED && status == SOAK_OK) *flags |= SOAK_FLAG_SCALE(i);
   *reading = raw - bias;
   *gain = 1.0f + scale_ppm * 1e-6f;
   return 1;
@@ -837,12 +915,12 @@ static inline void soak_solve3(float k[3][3], const float y[3], float x[3]) {
 }
 
 /* f = K(T)^-1 (raw - b(T)); returns which of force[3] are usable for g-sensitivity, as bits. */
-static inline uint32_t soak_apply_accels(const soak_cal* cal, float temp_c, const float raw[6], float out[6],
+static inline uint32_t soak_apply_accels(const soak_cal* cal, const float temps_c[6], const float raw[6], float out[6],
                                          uint32_t* flags) {
   float reading[3], gain[3], k[3][3], force[3];
   uint32_t usable = 0U, corrected = 0U, i, j;
   for (i = 0; i < 3U; ++i) {
-    corrected |= (uint32_t)soak_prepare(cal, 3U + i, temp_c, raw[3U + i], &reading[i], &gain[i], flags) << i;
+    corrected |= (uint32_t)soak_prepare(cal, 3U + i, temps_c[3U + i], raw[3U + i], &reading[i], &gain[i], flags) << i;
     if ((*flags & SOAK_FLAG_INVALID(3U + i)) == 0U) usable |= 1U << i;
   }
   for (i = 0; i < 3U; ++i) {
@@ -866,12 +944,12 @@ static inline uint32_t soak_apply_accels(const soak_cal* cal, float temp_c, cons
 }
 
 /* w = (raw - b(T) - G f) / (1 + S) */
-static inline void soak_apply_gyros(const soak_cal* cal, float temp_c, const float raw[6], float out[6],
+static inline void soak_apply_gyros(const soak_cal* cal, const float temps_c[6], const float raw[6], float out[6],
                                     uint32_t usable_forces, uint32_t* flags) {
   uint32_t i, j;
   for (i = 0; i < 3U; ++i) {
     float reading, gain;
-    if (!soak_prepare(cal, i, temp_c, raw[i], &reading, &gain, flags)) continue;
+    if (!soak_prepare(cal, i, temps_c[i], raw[i], &reading, &gain, flags)) continue;
     for (j = 0; j < 3U; ++j) {
       if (cal->g_sensitivity == NULL || (usable_forces >> j & 1U) == 0U) continue;
       reading -= soak_f32(cal->g_sensitivity + 4U * (3U * i + j)) * out[3U + j];
@@ -887,23 +965,42 @@ static inline void soak_apply_gyros(const soak_cal* cal, float temp_c, const flo
 /* ---- correction ---- */
 
 /* Corrects one sample of all six sensors: raw and out in rad/s and m/s², order gyro x y z, accel x y z; they may be the
- * same array. Always writes out and flags: a sensor that cannot be corrected passes through unchanged, with its flag.
- * Returns SOAK_OK only if no flag is set; else the worst of SOAK_CLAMPED, SOAK_ABSENT, SOAK_INVALID. flags must not be
- * null. */
-SOAK_NODISCARD static inline soak_status soak_apply(const soak_cal* cal, float temp_c, const float raw[6], float out[6],
-                                                    uint32_t* flags) {
+ * same array. temps_c[i] is the temperature of the thermometer that sensor i was calibrated over, its own or the unit's
+ * (soak_has_own_thermometer). Always writes out and flags: a sensor that cannot be corrected passes through unchanged,
+ * with its flag. Returns SOAK_OK only if no flag is set; else the worst of SOAK_CLAMPED, SOAK_ABSENT, SOAK_INVALID.
+ * flags must not be null. */
+SOAK_NODISCARD static inline soak_status soak_apply_temps(const soak_cal* cal, const float temps_c[6],
+                                                          const float raw[6], float out[6], uint32_t* flags) {
   float given[6];
   uint32_t usable, i;
-  if (cal == NULL || raw == NULL || out == NULL || flags == NULL) return SOAK_E_ARGUMENT;
+  if (cal == NULL || temps_c == NULL || raw == NULL || out == NULL || flags == NULL) return SOAK_E_ARGUMENT;
   for (i = 0; i < 6U; ++i) given[i] = raw[i];
   for (i = 0; i < 6U; ++i) out[i] = given[i];
   *flags = 0U;
-  usable = soak_apply_accels(cal, temp_c, given, out, flags);
+  usable = soak_apply_accels(cal, temps_c, given, out, flags);
   if (usable != 7U && (cal->misalignment != NULL || cal->g_sensitivity != NULL)) *flags |= SOAK_FLAG_UNCOUPLED;
-  soak_apply_gyros(cal, temp_c, given, out, usable, flags);
+  soak_apply_gyros(cal, temps_c, given, out, usable, flags);
   if ((*flags & 0x003F0000U) != 0U) return SOAK_INVALID;
   if ((*flags & 0x00003F00U) != 0U) return SOAK_ABSENT;
-  return (*flags & 0x0000003FU) != 0U ? SOAK_CLAMPED : SOAK_OK;
+  return *flags != 0U ? SOAK_CLAMPED : SOAK_OK;
+}
+
+/* The same where one temperature is known, that of the unit's thermometer. Sensors with thermometers of their own are
+ * left raw, with SOAK_FLAG_INVALID and SOAK_FLAG_THERMOMETER: their curves say nothing of this temperature. */
+SOAK_NODISCARD static inline soak_status soak_apply(const soak_cal* cal, float temp_c, const float raw[6], float out[6],
+                                                    uint32_t* flags) {
+  float temps_c[6];
+  uint32_t others = 0U;
+  soak_status status;
+  int i;
+  for (i = 0; i < SOAK_SENSORS; ++i) {
+    const int own = soak_has_own_thermometer(cal, i);
+    temps_c[i] = own ? soak_nan() : temp_c;
+    if (own) others = SOAK_FLAG_THERMOMETER;
+  }
+  status = soak_apply_temps(cal, temps_c, raw, out, flags);
+  if (status >= SOAK_OK) *flags |= others;
+  return status;
 }
 
 #ifdef __cplusplus

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -49,16 +50,27 @@ std::string_view even_order_words(const Problem& problem, const SensorEstimate& 
   return misaligned ? "its even-order term (which stays in the misalignment)" : "its even-order term";
 }
 
+/// Whole °C of the visits that do not show the scale error.
+std::set<int> temps_without_scale_c(const SensorEstimate& estimate) {
+  std::set<int> temps_c;
+  for (const PlateauEstimate& plateau : estimate.plateaus) {
+    if (!plateau.scale_ppm) temps_c.insert(static_cast<int>(std::lround(plateau.temp_c)));
+  }
+  return temps_c;
+}
+
 std::vector<std::string> accelerometer_lacks(const Problem& problem, const SensorEstimate& estimate) {
   std::vector<std::string> lacks;
   const auto with_scale = std::count_if(estimate.plateaus.begin(), estimate.plateaus.end(),
                                         [](const PlateauEstimate& plateau) { return plateau.scale_ppm.has_value(); });
   const auto visits = static_cast<std::ptrdiff_t>(estimate.plateaus.size());
   if (with_scale < visits) {
-    lacks.push_back(
-        fmt::format("its scale error{}{}",
-                    with_scale == 0 ? "" : fmt::format(" at {} of {} plateau visits", visits - with_scale, visits),
-                    scale_in_bias(problem) ? " (which stays in the bias)" : ""));
+    lacks.push_back(fmt::format("its scale error{}{}",
+                                with_scale == 0
+                                    ? ""
+                                    : fmt::format(" at {} of {} plateau visits ({} °C)", visits - with_scale, visits,
+                                                  fmt::join(temps_without_scale_c(estimate), ", ")),
+                                scale_in_bias(problem) ? " (which stays in the bias)" : ""));
   }
   if (!estimate.even_order) lacks.emplace_back(even_order_words(problem, estimate, with_scale > 0));
   for (std::size_t j = 0; j < 3; ++j) {

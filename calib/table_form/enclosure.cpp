@@ -66,16 +66,8 @@ std::vector<Interval> weights(const std::vector<RuleRange>& rules) {
 
 Enclosure constant(double value) { return {{value, value}, {0.0, 0.0}}; }
 
-/// The curve's domain.
-Interval domain(const anfis::Model& model) { return {model.inputs[0].min, model.inputs[0].max}; }
-Interval domain(const SplineCurve& spline) { return {spline.knots_c.front(), spline.knots_c.back()}; }
-Interval domain(const TableCurve& table) {
-  return {table.first_c, table.first_c + table.step_c * static_cast<double>(table.values.size() - 1)};
-}
-
 void add_inner(const anfis::Model& model, std::vector<Piece>& pieces) {
-  const Interval all = domain(model);
-  pieces.push_back({all.low, all.high, [&model](Interval t) { return enclose(model, t); }});
+  pieces.push_back({model.inputs[0].min, model.inputs[0].max, [&model](Interval t) { return enclose(model, t); }});
 }
 
 void add_inner(const SplineCurve& spline, std::vector<Piece>& pieces) {
@@ -124,12 +116,12 @@ Enclosure enclose(const anfis::Model& model, Interval temp_c) {
 }
 
 std::vector<Piece> pieces_of(const Curve& curve, double from_c, double to_c) {
-  const Interval own = std::visit([](const auto& kind) { return domain(kind); }, curve);
+  const auto [low_c, high_c] = domain_of(curve);
   const auto held = [&](double at) { return [value = evaluate(curve, at)](Interval) { return constant(value); }; };
   std::vector<Piece> all;
-  all.push_back({from_c, own.low, held(own.low)});
+  all.push_back({from_c, low_c, held(low_c)});
   std::visit([&](const auto& kind) { add_inner(kind, all); }, curve);
-  all.push_back({own.high, to_c, held(own.high)});
+  all.push_back({high_c, to_c, held(high_c)});
   std::vector<Piece> pieces;
   for (Piece& piece : all) {
     piece.from_c = std::max(piece.from_c, from_c);

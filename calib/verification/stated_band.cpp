@@ -11,7 +11,6 @@ namespace soak::calib::verification {
 namespace {
 
 constexpr double kBand = 0.95;
-constexpr double kJudgement = 0.99;
 constexpr double kNormalBand = 1.96;  ///< kBand of a normal distribution, two-sided
 
 double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at) {
@@ -41,12 +40,17 @@ BandComparison compare(const std::vector<Ratio>& ratios, std::size_t file_runs) 
   const auto count = static_cast<double>(ratios.size());
   result.inside = inside / count;
   result.ratio = std::sqrt(squares / count);
-  const double freedoms = std::max(1.0, static_cast<double>(file_runs) - 1.0);
-  result.ratio_max = base::student_t_two_sided(kJudgement, freedoms) / base::student_t_two_sided(kBand, freedoms);
+  result.ratio_max = largest_ratio(file_runs, 1);
   return result;
 }
 
 }  // namespace
+
+double largest_ratio(std::size_t file_runs, std::size_t comparisons) {
+  const double freedoms = std::max(1.0, static_cast<double>(file_runs) - 1.0);
+  const double judgement = 1.0 - kFalseAlarm / static_cast<double>(comparisons);
+  return base::student_t_two_sided(judgement, freedoms) / base::student_t_two_sided(kBand, freedoms);
+}
 
 std::optional<BandComparison> compare_fresh(const std::vector<RowError>& rows, const UncertaintyTable& table,
                                             std::size_t file_runs) {

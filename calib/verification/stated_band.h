@@ -11,7 +11,14 @@
 
 namespace soak::calib::verification {
 
-/// Errors against pi95 and the rows' own uncertainty in quadrature; nothing where the file states no such band.
+/// Chance that a right file is called too narrow somewhere.
+inline constexpr double kFalseAlarm = 0.01;
+
+/// Largest ratio that is put down to chance in each of `comparisons` bands (1 or more) of one file.
+[[nodiscard]] double largest_ratio(std::size_t file_runs, std::size_t comparisons);
+
+/// Errors against pi95 and the rows' own uncertainty in quadrature; nothing where the file states no such band. Judged
+/// as the only comparison of the file, as the next one is.
 [[nodiscard]] std::optional<BandComparison> compare_fresh(const std::vector<RowError>& rows,
                                                           const UncertaintyTable& table, std::size_t file_runs);
 

@@ -96,15 +96,55 @@ void add_export(CLI::App& program, Request& request) {
   });
 }
 
+/// SENSOR=T between commas, no sensor twice.
+void parse_own_temperatures(const std::string& list, EvalCommand& options) {
+  static const std::string kOption = "--own-temp-c";
+  static const std::string kMustBe = "a temperature from -273.15 to 1000 for each, such as gyro_x=33,gyro_y=33.5";
+  for (std::size_t first = 0; first <= list.size();) {
+    const std::size_t last = std::min(list.find(',', first), list.size());
+    const std::string part = list.substr(first, last - first);
+    const std::size_t equals = std::min(part.find('='), part.size());
+    const auto sensor = calib::sensor_named(part.substr(0, equals));
+    if (!sensor || equals == part.size()) throw CLI::ValidationError(kOption, "must be " + kMustBe);
+    auto& temp_c = options.own_temps_c[calib::index_of(*sensor)];
+    if (temp_c) throw CLI::ValidationError(kOption, part.substr(0, equals) + " is given twice");
+    const auto values = parse_number_list(kOption, part.substr(equals + 1), -273.15, 1000.0, kMustBe);
+    temp_c = values.front();
+    first = last + 1;
+  }
+}
+
+/// Six numbers, gyros in deg/s and accelerometers in m/s².
+void parse_sample(const std::string& list, EvalCommand& options) {
+  static constexpr double kLargest = 1e9;
+  static const std::string kMustBe = "six numbers GX,GY,GZ,AX,AY,AZ, rates in deg/s and accelerations in m/s2";
+  const auto values = parse_number_list("--raw", list, -kLargest, kLargest, kMustBe);
+  if (values.size() != calib::kSensorCount) throw CLI::ValidationError("--raw", "must be " + kMustBe);
+  options.raw.emplace();
+  std::copy(values.begin(), values.end(), options.raw->begin());
+}
+
 void add_eval(CLI::App& program, Request& request) {
   const auto options = std::make_shared<EvalCommand>();
   const auto list = std::make_shared<std::string>();
+  const auto own_temperatures = std::make_shared<std::string>();
+  const auto sample = std::make_shared<std::string>();
   CLI::App* command =
       add_command(program, request, "eval", "What a calibration file says, read by the deployment runtime",
                   "soak eval SN0042.soakcal --temp-c -30,25,70", true);
   command->add_option("file", options->file, "Calibration file")->required()->type_name("FILE.blob");
   command->add_option("--temp-c", *list, "Temperatures in °C")->required()->type_name("T[,T...]");
-  command->callback([options, list, &request] {
+  command
+      ->add_option("--own-temp-c", *own_temperatures,
+                   "Temperatures of sensors that were calibrated over thermometers of their own")
+      ->type_name("SENSOR=T[,...]");
+  command
+      ->add_option("--raw", *sample,
+                   "Also: this sample (deg/s, m/s2) as the runtime corrects it, couplings and all: for test vectors")
+      ->type_name("GX,GY,GZ,AX,AY,AZ");
+  command->callback([options, list, own_temperatures, sample, &request] {
+    if (!own_temperatures->empty()) parse_own_temperatures(*own_temperatures, *options);
+    if (!sample->empty()) parse_sample(*sample, *options);
     options->temps_c = parse_number_list("--temp-c", *list, -273.15, 1000.0,
                                          "temperatures from -273.15 to 1000 between commas, such as -30,25,70");
     request.action = [options](Output& output) { return run_eval(*options, output); };

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "calib/sensor.h"
 #include "station/output.h"
 
 namespace soak::station {
@@ -26,10 +28,13 @@ struct ExportCommand {
   std::string sign;          ///< blob: secret key file to sign with; empty = unsigned
 };
 
-/// soak eval FILE.blob --temp-c T[,T...]
+/// soak eval FILE.blob --temp-c T[,T...] [--own-temp-c SENSOR=T[,...]] [--raw GX,GY,GZ,AX,AY,AZ]
 struct EvalCommand {
   std::string file;
   std::vector<double> temps_c;  ///< finite
+  /// Of sensors with a thermometer of their own, at all temps_c.
+  std::array<std::optional<double>, calib::kSensorCount> own_temps_c;
+  std::optional<std::array<double, calib::kSensorCount>> raw;  ///< sample to correct, deg/s and m/s²
 };
 
 /// soak verify FILE.blob --campaign NAME [--limits FILE]

@@ -24,6 +24,8 @@
 #include "station/identity.h"
 #include "station/key_file.h"
 #include "station/signing.h"
+#include "station/waiver.h"
+#include "station/withdrawn_since.h"
 
 namespace soak::station {
 namespace {
@@ -36,6 +38,7 @@ struct Export {
   nlohmann::json members = nlohmann::json::object();  ///< of the document beyond those of every format
   std::string text;
   std::vector<calib::ReferenceUse> references;  ///< that the model rests on
+  std::vector<calib::Warning> since;            ///< what of its data was withdrawn after the fit
 };
 
 struct LoadedModel {
@@ -116,6 +119,9 @@ base::Result<Export> export_model(const db::Catalog& catalog, const ExportComman
   made.model = model->calibration.model_version;
   made.simulated = model->calibration.simulated;
   made.references = model->calibration.references;
+  auto since = withdrawn_since(catalog, model->calibration);
+  if (!since) return base::forward_error(since);
+  made.since = *std::move(since);
   if (command.format == "px4" || command.format == "ardupilot") {
     auto file = render_autopilot(*model, command);
     if (!file) return base::forward_error(file);
@@ -142,6 +148,7 @@ base::Result<Export> export_noise(const db::Catalog& catalog, const ExportComman
                 noise->source.simulated,
                 noise_document(noise->source, *file),
                 noise_text(noise->source, *file),
+                {},
                 {}};
 }
 
@@ -169,6 +176,14 @@ base::Status check(const ExportCommand& command) {
   return {};
 }
 
+nlohmann::json warnings_document(const Export& made) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& warnings : {made.since, waiver_warnings(made.references)}) {
+    for (const calib::Warning& warning : warnings) list.push_back({{"code", warning.code}, {"text", warning.text}});
+  }
+  return list;
+}
+
 base::Status record(db::Catalog& catalog, const ExportCommand& command, const Export& made, const std::string& sha256,
                     const std::string& path) {
   if (made.model) {
@@ -191,6 +206,7 @@ base::Status run_export(const ExportCommand& command, Output& output) {
   hash.update(made->content);
   const std::string sha256 = base::to_hex(hash.finish());
   const std::string path = std::filesystem::absolute(command.file).string();
+  for (const calib::Warning& warning : made->since) output.note("warning: " + warning.text);
   note_waivers(made->references, output);
   if (auto recorded = record(*catalog, command, *made, sha256, path); !recorded) return recorded;
   if (output.json()) {
@@ -198,7 +214,7 @@ base::Status run_export(const ExportCommand& command, Output& output) {
         {"unit", command.unit},          {"model", made->model ? nlohmann::json(*made->model) : nlohmann::json()},
         {"format", command.format},      {"file", path},
         {"bytes", made->content.size()}, {"sha256", sha256},
-        {"simulated", made->simulated}};
+        {"simulated", made->simulated},  {"warnings", warnings_document(*made)}};
     document.update(made->members);
     return output.print_json(document);
   }

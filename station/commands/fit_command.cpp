@@ -10,6 +10,7 @@
 #include <set>
 #include <string_view>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "base/units.h"
@@ -184,11 +185,12 @@ base::Result<std::vector<std::string>> units_to_fit(const db::Catalog& catalog, 
 }
 
 base::Result<calib::UnitModel> fit_one(db::Catalog& catalog, base::Result<calib::UnitInput>& input,
-                                       const FitCommand& command, CheckWarnings& check_warnings) {
+                                       const FitCommand& command, CheckWarnings& check_warnings,
+                                       std::vector<calib::Warning> warnings) {
   if (!input) return base::forward_error(input);
   const auto terms = accepted_terms(catalog, input->unit, input->epoch);
   if (!terms) return base::forward_error(terms);
-  return fit_with_terms(catalog, *input, *terms, {command.rules}, command.jobs, check_warnings);
+  return fit_with_terms(catalog, *input, *terms, {command.rules}, command.jobs, check_warnings, std::move(warnings));
 }
 
 base::Status all_failures(const std::vector<base::Error>& failures, std::size_t units) {
@@ -216,8 +218,9 @@ base::Status run_fit(const FitCommand& command, Output& output) {
     if (!progress(static_cast<double>(i) / static_cast<double>(units->size()))) {
       return base::fail(base::ErrorKind::internal, "interrupted; the models of the units before are stored", "fit");
     }
-    auto input = load_unit(*catalog, (*units)[i], command.campaign);
-    const auto model = fit_one(*catalog, input, command, check_warnings);
+    std::vector<calib::Warning> warnings;
+    auto input = load_unit(*catalog, (*units)[i], command.campaign, warnings);
+    const auto model = fit_one(*catalog, input, command, check_warnings, std::move(warnings));
     if (!model) {
       if (!command.all) {
         output.end_progress();

@@ -70,6 +70,17 @@ std::string_view unseen(calib::gap::HeldOut held_out) {
                                                      : "halves of the branches' difference";
 }
 
+/// Of the data gate, a line for each run and sensor.
+std::string left_out_text(const GapReport& report) {
+  std::string text;
+  for (const calib::gap::LeftOut& entry : report.left_out) {
+    text += fmt::format("left out by the data gate: run {}{}: {} of {} segments ({}): {}\n", entry.run,
+                        entry.sensor ? fmt::format(", {}", calib::name_of(*entry.sensor)) : "", entry.segments,
+                        entry.of, entry.code, entry.why);
+  }
+  return text;
+}
+
 std::string describe(const GapReport& report) {
   std::string text = fmt::format("unit {}, model {}: {}\n{}\n", report.unit, report.model,
                                  calib::gap::name_of(report.verdict), report.reason);
@@ -86,7 +97,7 @@ std::string describe(const GapReport& report) {
                         report.held_out == calib::gap::HeldOut::runs ? "one-minute" : "30-second", gap_table(report));
   }
   for (const auto& entry : report.not_testable) text += fmt::format("not testable: {}: {}\n", entry.name, entry.why);
-  return text;
+  return text + left_out_text(report);
 }
 
 }  // namespace

@@ -26,8 +26,6 @@ namespace {
 
 using calib::ReferenceKind;
 
-/// As many bytes as a calibration file carries.
-constexpr std::size_t kLongestText = 255;
 constexpr double kLargestCoverage = 4.0;
 
 /// What a certificate of a kind can say, in the kind's printed unit: beyond that it is a slip of the pen.
@@ -49,16 +47,9 @@ KindLimits limits_of(ReferenceKind kind) {
   return kLimits[static_cast<std::size_t>(kind)];
 }
 
-/// One line of text that a calibration file can carry.
-base::Status check_line(const std::string& text, const std::string& option) {
-  if (auto plain = check_text_line(text, option); !plain) return plain;
-  if (text.size() <= kLongestText) return {};
-  return base::bad_input(fmt::format("has {} bytes, {} are allowed", text.size(), kLongestText), option);
-}
-
 base::Status check_lines(std::initializer_list<std::pair<const std::string&, const char*>> lines) {
   for (const auto& [text, option] : lines) {
-    if (auto status = check_line(text, option); !status) return status;
+    if (auto status = check_carried_line(text, option); !status) return status;
   }
   return {};
 }
@@ -203,7 +194,7 @@ base::Status run_reference_add(const ReferenceAddCommand& command, Output& outpu
   auto reference = reference_of(command, now_s);
   if (!reference) return base::forward_error(reference);
   const std::string user = command.user.empty() ? user_name() : command.user;
-  if (auto status = check_line(user, "--user"); !status) return status;
+  if (auto status = check_carried_line(user, "--user"); !status) return status;
   auto catalog = open_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);
   const auto record_id = catalog->add_reference({*reference, user, now_s});

@@ -9,6 +9,7 @@
 #include "station/data_folder.h"
 #include "station/identity.h"
 #include "station/text_line.h"
+#include "station/unit_type_file.h"
 
 namespace soak::station {
 namespace {
@@ -51,9 +52,12 @@ base::Status run_unit_show(const UnitShowCommand& command, Output& output) {
 
 base::Status run_unit_add(const UnitAddCommand& command, Output& output) {
   if (command.serial.empty()) return base::bad_input("the serial number is empty", "SN");
-  if (auto plain = check_text_line(command.serial, "SN"); !plain) return plain;
+  if (auto plain = check_carried_line(command.serial, "SN"); !plain) return plain;
   if (command.begin_epoch) {
     if (auto plain = check_text_line(*command.begin_epoch, "--begin-epoch"); !plain) return plain;
+  }
+  if (command.type) {
+    if (auto type = stated_unit_type(*command.type); !type) return base::forward_error(type);
   }
   auto catalog = open_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);

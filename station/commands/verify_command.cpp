@@ -7,11 +7,13 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "calib/run_copies.h"
 #include "calib/verification.h"
 #include "station/accepted_terms.h"
 #include "station/calibration_reader.h"
@@ -23,12 +25,14 @@
 #include "station/reference_rule.h"
 #include "station/unit_type_file.h"
 #include "station/waiver.h"
+#include "station/withdrawn_since.h"
 
 namespace soak::station {
 namespace {
 
 base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const calib::Calibration& calibration,
-                                             const std::string& campaign) {
+                                             const std::string& campaign, std::vector<calib::Warning>& warnings) {
+  if (auto known = check_campaign_known(catalog, campaign); !known) return base::forward_error(known);
   const auto runs = catalog.runs({.unit = calibration.unit, .campaign = campaign, .run = {}});
   if (!runs) return base::forward_error(runs);
   auto input = unit_of(calibration);
@@ -46,6 +50,8 @@ base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const c
                     "it in all); 'soak runs list' shows what there is",
                     campaign, calibration.unit, calibration.epoch, runs->size()));
   }
+  for (calib::Warning& warning : unit_type_warnings(input->type.name)) warnings.push_back(std::move(warning));
+  calib::leave_out_copies(input->runs, warnings);
   auto references = references_of_campaigns(catalog, {campaign});
   if (!references) return base::forward_error(references);
   input->references = *std::move(references);
@@ -71,13 +77,29 @@ base::Result<KnownLimits> limits_for(const VerifyCommand& command, const calib::
   return KnownLimits{type->limits, "unit type " + type->name};
 }
 
-std::string decision_rule() {
+/// What U leaves out of some curve.
+std::set<std::string> not_stated(const calib::Verification& verification) {
+  std::set<std::string> names;
+  for (const auto& sensor : verification.sensors) {
+    if (!sensor) continue;
+    names.insert(sensor->not_stated.begin(), sensor->not_stated.end());
+    if (sensor->scale) names.insert(sensor->scale->not_stated.begin(), sensor->scale->not_stated.end());
+  }
+  return names;
+}
+
+/// The rule in words. It bounds the risk by U, hence not where U is not the whole uncertainty.
+std::string decision_rule(const calib::Verification& verification) {
+  const std::set<std::string> missing = not_stated(verification);
+  const std::string condition =
+      missing.empty() ? ""
+                      : fmt::format(" if what U leaves out ({}) is as good as nothing, with a larger one if it is not",
+                                    fmt::join(missing, ", "));
   return fmt::format(
       "guard band w = U = t u of each estimate, Student's t for {:g} % at effective degrees of freedom (JCGM 106:2012 "
       "8.3.2, 8.3.3; JCGM 100:2008 G.4): pass where |error| + U <= limit at every temperature, fail where |error| - U "
-      "> "
-      "limit at one, else marginal; an error beyond its limit passes with a chance of at most {:g} %",
-      100.0 * calib::kGuardCoverage, 100.0 * calib::kFalseAcceptance);
+      "> limit at one, else marginal; an error beyond its limit passes with a chance of at most {:g} %{}",
+      100.0 * calib::kGuardCoverage, 100.0 * calib::kFalseAcceptance, condition);
 }
 
 nlohmann::json band_document(const std::optional<calib::BandComparison>& band) {
@@ -138,7 +160,7 @@ nlohmann::json document_of(const calib::Calibration& calibration, const KnownLim
           {"decision_rule",
            {{"guard_coverage", calib::kGuardCoverage},
             {"false_acceptance_max", calib::kFalseAcceptance},
-            {"text", decision_rule()}}},
+            {"text", decision_rule(verification)}}},
           {"limits", limits.source ? nlohmann::json(*limits.source) : nlohmann::json()},
           {"moving_terms", std::move(corrected)},
           {"sensors", std::move(sensors)},
@@ -220,7 +242,23 @@ std::string describe(const calib::Calibration& calibration, const KnownLimits& l
   return fmt::format("unit {}, model {}: {}\nlimits: {}\n{}{}{}{}rule: {}\n", calibration.unit,
                      calibration.model_version, calib::name_of(verification.verdict), limits.source.value_or("none"),
                      corrected, text_table(table), temperatures_text(verification), not_stated_text(verification),
-                     decision_rule());
+                     decision_rule(verification));
+}
+
+/// What has become of the data of the file and of the references of the fresh runs, each sentence once.
+base::Result<std::vector<calib::Warning>> warnings_since(const db::Catalog& catalog,
+                                                         const calib::Calibration& calibration,
+                                                         const calib::UnitInput& fresh) {
+  auto warnings = withdrawn_since(catalog, calibration);
+  if (!warnings) return warnings;
+  const auto of_fresh = reference_warnings(catalog, fresh.references);
+  if (!of_fresh) return base::forward_error(of_fresh);
+  for (const calib::Warning& warning : *of_fresh) {
+    if (std::ranges::find(*warnings, warning.text, &calib::Warning::text) == warnings->end()) {
+      warnings->push_back(warning);
+    }
+  }
+  return warnings;
 }
 
 }  // namespace
@@ -232,18 +270,17 @@ base::Status run_verify(const VerifyCommand& command, Output& output) {
   if (!limits) return base::forward_error(limits);
   const auto catalog = open_existing_catalog(command.data);
   if (!catalog) return base::forward_error(catalog);
-  auto runs = load_campaign(*catalog, loaded->calibration, command.campaign);
+  std::vector<calib::Warning> warnings;
+  auto runs = load_campaign(*catalog, loaded->calibration, command.campaign, warnings);
   if (!runs) return base::forward_error(runs);
   // As soak_apply_moving does on the device.
   const std::vector<calib::ModelTerm> terms = moving_terms(loaded->calibration);
-  std::vector<calib::Warning> not_taken_off;
-  if (const auto taken = take_terms_off(*catalog, terms, *runs, not_taken_off); !taken)
-    return base::forward_error(taken);
+  if (const auto taken = take_terms_off(*catalog, terms, *runs, warnings); !taken) return base::forward_error(taken);
   auto verification = calib::verify(loaded->calibration, *runs, limits->limits);
   if (!verification) return base::forward_error(verification);
-  const auto since = reference_warnings(*catalog, runs->references);
+  const auto since = warnings_since(*catalog, loaded->calibration, *runs);
   if (!since) return base::forward_error(since);
-  std::ranges::copy(not_taken_off, std::back_inserter(verification->warnings));
+  std::ranges::copy(warnings, std::back_inserter(verification->warnings));
   std::ranges::copy(*since, std::back_inserter(verification->warnings));
   std::ranges::copy(waiver_warnings(loaded->calibration.references), std::back_inserter(verification->warnings));
   note_waivers(loaded->calibration.references, output);

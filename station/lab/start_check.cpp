@@ -39,7 +39,7 @@ base::Result<std::map<std::string, std::string>> serials(const StartRequest& req
   std::map<std::string, std::string> slot_of;
   for (const auto& [slot, serial] : by_slot) {
     if (serial.empty()) return base::bad_input(fmt::format("slot {}: the serial number is empty", slot), "--unit");
-    if (auto plain = check_text_line(serial, "--unit"); !plain) return base::forward_error(plain);
+    if (auto plain = check_carried_line(serial, "--unit"); !plain) return base::forward_error(plain);
     const auto [other, is_new] = slot_of.emplace(serial, slot);
     if (!is_new) {
       return base::bad_input(

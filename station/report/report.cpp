@@ -136,7 +136,7 @@ base::Result<calib::UnitInput> input_less_terms(const db::Catalog& catalog, cons
                                                 const RunsOfModel& runs, RunUse use,
                                                 const std::vector<calib::ModelTerm>& terms,
                                                 std::vector<calib::Warning>& warnings) {
-  auto input = input_of(catalog, calibration, runs, use);
+  auto input = input_of(catalog, calibration, runs, use, warnings);
   if (!input) return input;
   if (auto taken = take_terms_off(catalog, terms, *input, warnings); !taken) return base::forward_error(taken);
   return input;
@@ -161,7 +161,7 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   // whole.
   const auto fitted = input_less_terms(catalog, *calibration, *runs, RunUse::fitted, *terms, *warnings);
   if (!fitted) return base::forward_error(fitted);
-  const auto fresh = input_of(catalog, *calibration, *runs, RunUse::fresh);
+  const auto fresh = input_of(catalog, *calibration, *runs, RunUse::fresh, *warnings);
   if (!fresh) return base::forward_error(fresh);
 
   const auto limits = limits_for(request, *calibration);

@@ -8,15 +8,22 @@
 #include <string>
 #include <utility>
 
+#include "calib/run_copies.h"
 #include "station/fit_unit.h"
 #include "station/reference_rule.h"
 
 namespace soak::station {
 namespace {
 
-RunUse use_of(const db::RunRow& run, std::vector<std::string>& hashes) {
+/// Whether the run as a whole was withdrawn before a time: a fit then took the copy that was imported in its place.
+bool was_void(const std::vector<db::VoidRecord>& voids, double utc_s) {
+  return std::ranges::any_of(voids,
+                             [utc_s](const db::VoidRecord& record) { return !record.visit && record.utc_s <= utc_s; });
+}
+
+RunUse use_of(const db::RunRow& run, bool could_be_fitted, std::vector<std::string>& hashes) {
   const auto listed = std::find(hashes.begin(), hashes.end(), run.content_sha256);
-  if (run.purpose == "calibration" && listed != hashes.end()) {
+  if (could_be_fitted && run.purpose == "calibration" && listed != hashes.end()) {
     hashes.erase(listed);
     return RunUse::fitted;
   }
@@ -72,7 +79,8 @@ base::Result<RunsOfModel> runs_of_model(const db::Catalog& catalog, const calib:
     auto voids = catalog.voids(run.run_id);
     if (!voids) return base::forward_error(voids);
     std::erase_if(*voids, [&](const db::VoidRecord& record) { return record.unit != run.unit; });
-    found.runs.push_back({run, use_of(run, hashes), *std::move(voids)});
+    const RunUse use = use_of(run, !was_void(*voids, calibration.created_utc_s), hashes);
+    found.runs.push_back({run, use, *std::move(voids)});
   }
   found.warnings = warnings_of(found, hashes, calibration.created_utc_s);
   return found;
@@ -86,21 +94,22 @@ base::Result<std::vector<calib::ReferenceUse>> references_of(const db::Catalog& 
 }
 
 base::Result<calib::UnitInput> input_of(const db::Catalog& catalog, const calib::Calibration& calibration,
-                                        const RunsOfModel& runs, RunUse use) {
+                                        const RunsOfModel& runs, RunUse use, std::vector<calib::Warning>& warnings) {
   auto input = unit_of(calibration);
   if (!input) return base::forward_error(input);
-  std::vector<std::string> campaigns;
   for (const UsedRun& used : runs.runs) {
     if (used.use != use || used.run.voided) continue;
     auto loaded = load_run(catalog, used.run);
     if (!loaded) return base::forward_error(loaded);
-    campaigns.push_back(loaded->campaign);
     input->runs.push_back(*std::move(loaded));
   }
+  calib::leave_out_copies(input->runs, warnings);
   if (use == RunUse::fitted) {
     input->references = calibration.references;
     return input;
   }
+  std::vector<std::string> campaigns;
+  for (const calib::RunInput& run : input->runs) campaigns.push_back(run.campaign);
   auto references = references_of_campaigns(catalog, campaigns);
   if (!references) return base::forward_error(references);
   input->references = *std::move(references);

@@ -41,7 +41,8 @@ struct RunsOfModel {
   std::vector<calib::Warning> warnings;
 };
 
-/// A run belongs to the model where the model lists its content hash; as often as it lists it.
+/// A run belongs to the model where the model lists its content hash, as often as it lists it, unless it was withdrawn
+/// before the fit.
 [[nodiscard]] base::Result<RunsOfModel> runs_of_model(const db::Catalog& catalog,
                                                       const calib::Calibration& calibration);
 
@@ -52,8 +53,9 @@ struct RunsOfModel {
                                                                            const UsedRun& run);
 
 /// The segments of the runs of one use with their references, as make_rows() takes them; none of a run that was
-/// withdrawn as a whole.
+/// withdrawn as a whole. Samples that were stored more than once count once: a warning says so.
 [[nodiscard]] base::Result<calib::UnitInput> input_of(const db::Catalog& catalog, const calib::Calibration& calibration,
-                                                      const RunsOfModel& runs, RunUse use);
+                                                      const RunsOfModel& runs, RunUse use,
+                                                      std::vector<calib::Warning>& warnings);
 
 }  // namespace soak::station

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of format versions 1.0 to 1.3 kept in tests/data/golden: every later version must read them, to the same
+// Files of format versions 1.0 to 1.4 kept in tests/data/golden: every later version must read them, to the same
 // values.
 #include <gtest/gtest.h>
 
@@ -24,8 +24,13 @@ struct Golden {
 };
 
 std::vector<Golden> goldens() {
-  return {{"fis", golden_fis()},     {"mixed", golden_mixed()},           {"whole", golden_whole()},
-          {"table", golden_table()}, {"referenced", golden_referenced()}, {"couplings", golden_couplings()}};
+  return {{"fis", golden_fis()},
+          {"mixed", golden_mixed()},
+          {"whole", golden_whole()},
+          {"table", golden_table()},
+          {"referenced", golden_referenced()},
+          {"couplings", golden_couplings()},
+          {"thermometers", golden_thermometers()}};
 }
 
 base::Bytes blob_of(const Golden& golden) { return read_file(data_file(std::string(golden.name) + ".soakcal")); }
@@ -108,6 +113,24 @@ TEST(GoldenFiles, CorrectedSamplesAreThoseComputedElsewhere) {
       // float32 steps near 10 m/s² and 1 rad/s are 1e-6 and 1e-7; a dozen operations
       for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(static_cast<double>(out[i]), expected[i], i < 3 ? 5e-7 : 5e-6);
     }
+  }
+}
+
+TEST(GoldenFiles, SamplesWithATemperatureOfEachSensorAreCorrectedAsComputedElsewhere) {
+  const base::Bytes bytes = read_file(data_file("thermometers.soakcal"));
+  soak_cal cal;
+  ASSERT_EQ(soak_load(&cal, bytes.data(), bytes.size()), SOAK_OK);
+  std::ifstream in(data_file("thermometers.values.json"));
+  const json samples = json::parse(in)["corrected_temps"];
+  ASSERT_GT(samples.size(), 10U);
+  for (const json& sample : samples) {
+    const auto temps_c = sample["temps_c"].get<std::vector<float>>();
+    const auto raw = sample["raw"].get<std::vector<float>>();
+    const auto expected = sample["out"].get<std::vector<double>>();
+    float out[6];
+    std::uint32_t flags = 0;
+    EXPECT_EQ(soak_apply_temps(&cal, temps_c.data(), raw.data(), out, &flags), SOAK_OK);
+    for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(static_cast<double>(out[i]), expected[i], i < 3 ? 5e-7 : 5e-6);
   }
 }
 

@@ -252,6 +252,15 @@ inline Calibration golden_couplings() {
   return calibration;
 }
 
+/// Golden file "thermometers": as "fis", with gyro_x and accel_z over thermometers of their own.
+inline Calibration golden_thermometers() {
+  Calibration calibration = golden_fis();
+  calibration.unit = "SN-0008";
+  calibration.sensors[0].own_thermometer = true;
+  calibration.sensors[5].own_thermometer = true;
+  return calibration;
+}
+
 /// One sensor with the given bias curve, valid from -30 to 70 °C.
 inline Calibration with_bias(const Curve& curve, Sensor sensor = Sensor::gyro_x) {
   Calibration calibration = provenance("SN-0003");

@@ -152,7 +152,7 @@ TEST(SixPositionMissing, AVisitWithoutItsPairLeansOnTheOthers) {
     EXPECT_NEAR(p.bias, bench.accel_bias(p.temp_c) + 3e-5 * kGravity_mps2 * kGravity_mps2, 1e-9);
     EXPECT_EQ(p.scale_ppm.has_value(), p.visit != 2);
   }
-  EXPECT_EQ(words(e), "accel_z: one cannot see its scale error at 1 of 5 plateau visits\n");
+  EXPECT_EQ(words(e), "accel_z: one cannot see its scale error at 1 of 5 plateau visits (0 °C)\n");
 }
 
 }  // namespace

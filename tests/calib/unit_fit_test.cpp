@@ -166,10 +166,11 @@ TEST(UnitFit, LeavesOutWhatTheDataGateRejectedAndSaysSo) {
   }
   ASSERT_GE(rows->warnings.size(), 2U);
   EXPECT_EQ(rows->warnings[0].code, "stuck");
-  EXPECT_EQ(rows->warnings[0].text,
-            "run R0 loses a sensor in 1 of 126 segments; the first, visit 1, +Z: gyro_x repeats 1 (and so in 1 more "
-            "runs)");
-  EXPECT_EQ(rows->warnings[1].text, "run R1 loses 1 of 126 segments; the first, visit 0, +Z: by 3 deg");
+  EXPECT_EQ(
+      rows->warnings[0].text,
+      "run R0: stuck loses a sensor in 1 of 126 segments; the first, visit 1, +Z: gyro_x repeats 1 (and so in 1 more "
+      "runs)");
+  EXPECT_EQ(rows->warnings[1].text, "run R1: moved loses 1 of 126 segments; the first, visit 0, +Z: by 3 deg");
 }
 
 TEST(UnitFit, RefusesAUnitOfWhichTheDataGateLeavesNothing) {
@@ -180,7 +181,7 @@ TEST(UnitFit, RefusesAUnitOfWhichTheDataGateLeavesNothing) {
   const auto rows = make_rows(input);
   ASSERT_FALSE(rows);
   EXPECT_EQ(rows.error().kind, base::ErrorKind::bad_input);
-  EXPECT_NE(rows.error().message.find("rejects every segment of unit U: moved run R0 loses 126 of 126"),
+  EXPECT_NE(rows.error().message.find("rejects every segment of unit U: run R0: moved loses 126 of 126"),
             std::string::npos)
       << rows.error().message;
 }

@@ -15,8 +15,6 @@ import tempfile
 
 GYROS = ("gyro_x", "gyro_y", "gyro_z")
 ACCELS = ("accel_x", "accel_y", "accel_z")
-# Two-sided normal: the fit states standard errors of its constants, from some hundred degrees of freedom.
-NORMAL_95 = 1.959964
 
 
 def upper_tail(n, k, p):
@@ -105,8 +103,7 @@ def count_constants(coverage, unit, fit, draw):
             own = draw.random() < 0.5
             j = i if sensors is GYROS and own else (i + draw.choice((1, 2))) % 3
             kind = "misalignment" if sensors is ACCELS else "g-sensitivity, own axis" if j == i else "g-sensitivity, others"
-            coverage.add(kind, fit[key]["value"][i][j] - unit["sensors"][name][field][j],
-                         NORMAL_95 * fit[key]["standard_error"][i][j])
+            coverage.add(kind, fit[key]["value"][i][j] - unit["sensors"][name][field][j], fit[key]["ci95"][i][j])
 
 
 def coverage_of(seed, runs, units=1, rows=10):

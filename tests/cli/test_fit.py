@@ -125,7 +125,8 @@ class Fit(FittedTest):
     def test_what_cannot_be_fitted_is_refused_and_nothing_stored(self):
         before = self.state()
         self.assertIn("no unit 'NOBODY'", self.refusal("fit", "--unit", "NOBODY")["message"])
-        self.assertIn("has no run in campaign", self.refusal("fit", "--unit", SERIAL, "--campaign", "none")["message"])
+        message = self.refusal("fit", "--unit", SERIAL, "--campaign", "none")["message"]
+        self.assertIn("there is no campaign 'none'; there are campaign, verification", message)
         self.refusal("fit", "--unit", SERIAL, "--rules", "1")
         self.refusal("fit")
         self.assertEqual(self.state(), before)
@@ -193,7 +194,10 @@ class DataGate(SoakTest):
         self.assertEqual(found, [("+Y", "wrong_position", "reject")])
         self.assertIn("reject: visit 0, position +Y, attempt 1: wrong_position", self.soak("runs", "show", "r1").stdout)
         fit = self.soak_json("fit", "fit", "--unit", "SN1")
-        self.assertIn("wrong_position", [warning["code"] for warning in fit["warnings"]])
+        warning, = [warning["text"] for warning in fit["warnings"] if warning["code"] == "wrong_position"]
+        # Word for word what the import has said.
+        said, = [text for text in document["warnings"] if "wrong_position" in text]
+        self.assertEqual(warning, said.replace("run 'r1'", "run r1"))
 
 
 class ImplausibleValues(SoakTest):

@@ -384,6 +384,84 @@ class OnTheWayToTheFile(ReferenceTest):
         self.assertEqual([r["certificate"] for r in self.fitted()["references"]], ["A", "B"])
 
 
+class WithdrawnSince(ReferenceTest):
+    """A model and a file that rest on what was withdrawn after the fit."""
+
+    def setUp(self):
+        super().setUp()
+        self.add("level", "level 1", "L-1")
+        for seed in (1, 2):
+            self.soak("import", self.write(f"{seed}.csv", recording(seed=seed, run=f"r{seed}")), "--unit", "SN1", "--references")
+        self.soak("import", self.write("v.csv", recording(seed=9, run="v")), "--unit", "SN1", "--campaign", "check",
+                  "--procedure", "verification")
+        self.soak("runs", "void", "r2", "--visit", 3, "--reason", "known before the fit")
+        self.soak("fit", "--unit", "SN1", "--rules", 2)
+        self.blob = self.folder / "before.soakcal"
+        self.assertEqual(self.told("export", "--unit", "SN1", "--format", "blob", "-o", self.blob), {})
+
+    def told(self, command, *arguments):
+        """The warnings of a command by their codes; on standard error the same, each once."""
+        document = self.soak_json(command, command, *arguments)
+        warnings = {w["code"]: w["text"] for w in document["warnings"]}
+        said = self.soak(command, *arguments).stderr
+        for text in warnings.values():
+            self.assertEqual(said.count(text), 1, said)
+        return warnings
+
+    def export(self):
+        return self.told("export", "--unit", "SN1", "--format", "blob", "-o", self.folder / "x.soakcal")
+
+    def verify(self):
+        told = self.told("verify", self.blob, "--campaign", "check")
+        return {code: text for code, text in told.items() if code.endswith("_since") or code.startswith("reference")}
+
+    def test_runs_are_named_by_export_and_by_verify_of_the_file(self):
+        self.assertEqual(self.verify(), {})
+        self.soak("runs", "void", "r1", "--reason", "fixture was loose")
+        self.assertEqual(list(self.export()), ["voided_since"])
+        self.assertIn("r1", self.export()["voided_since"])
+        self.assertNotIn("r2", self.export()["voided_since"])
+        self.soak("runs", "void", "r2", "--visit", 5, "--position", "+X", "--reason", "door opened")
+        self.assertIn("r1, r2", self.verify()["voided_since"])
+        self.soak("fit", "--unit", "SN1", "--rules", 2)
+        self.assertEqual(self.export(), {}, "the new model does without them")
+        self.assertIn("r1, r2", self.verify()["voided_since"], "the old file does not")
+        self.assertIn("r1", self.told("export", "--unit", "SN1", "--model", 1, "--format", "c", "-o", self.folder / "x.h")["voided_since"])
+
+    def test_a_run_that_was_imported_anew_in_the_place_of_a_void_one_is_the_models(self):
+        self.soak("runs", "void", "r1", "--reason", "gravity was forgotten")
+        self.soak("import", self.folder / "1.csv", "--unit", "SN1", "--campaign", "anew", "--gravity-mps2", "9.80665")
+        self.soak("fit", "--unit", "SN1", "--rules", 2)
+        self.assertEqual(self.export(), {})
+        report = self.soak_json("report", "report", "--unit", "SN1", "-o", self.folder / "page.html")
+        use = {(r["campaign"], r["label"]): r["use"] for r in report["sections"]["provenance"]["runs"]}
+        self.assertEqual((use["default", "r1"], use["anew", "r1"]), ("voided", "fitted"))
+        self.soak("runs", "void", "r1", "--campaign", "anew", "--reason", "fixture was loose")
+        self.assertIn("r1", self.export()["voided_since"])
+
+    def test_references_are_named_though_the_fresh_campaign_has_none(self):
+        self.soak("reference", "withdraw", "--kind", "level", "--name", "level 1", "--reason", "mistyped")
+        for told in (self.export(), self.verify()):
+            self.assertEqual(list(told), ["reference_withdrawn"])
+            self.assertIn("mistyped", told["reference_withdrawn"])
+            self.assertIn("no entry corrects it", told["reference_withdrawn"])
+        self.add("level", "level 1", "L-1", -300)
+        self.assertIn("counts from the next fit on", self.export()["reference_withdrawn"])
+        self.soak("fit", "--unit", "SN1", "--rules", 2)
+        self.assertEqual(self.export(), {})
+
+    def test_an_expired_reference_is_named_until_a_newer_certificate_is_there(self):
+        for trigger in ("keeps_rows", "keeps_all"):
+            self.execute(f"DROP TRIGGER reference_{trigger}")
+        yesterday = datetime.datetime.now(datetime.timezone.utc).timestamp() - DAY_S
+        self.execute(f"UPDATE reference SET due_utc_s = {yesterday}")
+        for told in (self.export(), self.verify()):
+            self.assertEqual(list(told), ["reference_expired"])
+            self.assertIn("level 1", told["reference_expired"])
+        self.add("level", "level 1", "L-2", -1)
+        self.assertEqual((self.export(), self.verify()), ({}, {}))
+
+
 class EpochsAndVoids(ReferenceTest):
     """What else decides which runs a fit takes (docs/records.md)."""
 

@@ -93,17 +93,51 @@ class Runs(SoakTest):
 
 class Units(SoakTest):
     def test_add_list_show_and_epochs(self):
-        self.soak("unit", "add", "SN1", "--type", "mpu6050")
-        self.assertEqual(self.soak_json("unit-list", "unit", "list")["units"], [{"unit": "SN1", "type": "mpu6050", "epoch": 0, "runs": 0}])
-        self.assertIn("mpu6050", self.refusal("unit", "add", "SN1", "--type", "other")["message"])
+        self.soak("unit", "add", "SN1", "--type", "mti-300")
+        self.assertEqual(self.soak_json("unit-list", "unit", "list")["units"], [{"unit": "SN1", "type": "mti-300", "epoch": 0, "runs": 0}])
+        self.assertIn("mti-300", self.refusal("unit", "add", "SN1", "--type", "generic")["message"])
         self.soak("unit", "add", "SN1", "--begin-epoch", "re-flashed", "--user", "eva")
         database = sqlite3.connect(self.data / "station.db")
         self.assertEqual(database.execute("SELECT text FROM event WHERE kind = 'epoch_begun'").fetchall(), [("epoch 1, by eva: re-flashed",)])
         database.close()
         self.imported("a.csv", recording(seconds=10))
-        self.assertEqual(self.soak_json("unit-list", "unit", "show", "SN1")["units"], [{"unit": "SN1", "type": "mpu6050", "epoch": 1, "runs": 1}])
+        self.assertEqual(self.soak_json("unit-list", "unit", "show", "SN1")["units"], [{"unit": "SN1", "type": "mti-300", "epoch": 1, "runs": 1}])
         self.assertEqual(self.soak_json("runs-list", "runs", "list")["runs"][0]["epoch"], 1)
         self.assertIn("unit list", self.refusal("unit", "show", "SN9")["message"])
+
+
+    def test_a_type_that_nobody_knows_is_refused_with_those_that_are_known(self):
+        path = self.write("a.csv", recording(seconds=10))
+        for arguments in (("unit", "add", "Z2", "--type", "nosuch"), ("import", path, "--unit", "Z2", "--type", "nosuch"),
+                          ("unit", "add", "Z2", "--type", "../units/generic"), ("unit", "add", "Z2", "--type", "")):
+            error = self.refusal(*arguments)
+            self.assertEqual(error["where"], "--type")
+            self.assertIn("known: ahrs400, generic, mti-300, vn-200", error["message"])
+        if self.data.exists():
+            self.assertEqual(self.soak_json("unit-list", "unit", "list")["units"], [])
+        self.soak("import", path, "--unit", "Z2", "--type", "vn-200")
+        self.assertEqual(self.soak_json("unit-list", "unit", "show", "Z2")["units"][0]["type"], "vn-200")
+
+    def test_a_unit_whose_type_has_lost_its_file_is_told_of(self):
+        folder = self.folder / "procedures" / "units"
+        folder.mkdir(parents=True)
+        (folder / "own.toml").write_text('name = "own"\n', encoding="utf-8")
+        own = {**os.environ, "SOAK_PROCEDURES": str(folder.parent)}
+        path = self.write("a.csv", recording(plateaus=tuple(float(t) for t in range(-20, 60, 5)), seconds=20))
+        self.soak("import", path, "--unit", "SN1", "--type", "own", env=own)
+        self.assertNotIn("'own'", self.soak("fit", "--unit", "SN1", "--rules", 2, env=own).stderr)
+        self.assertIn("of type 'own', of which there is no file", self.soak("fit", "--unit", "SN1", "--rules", 2).stderr)
+        self.assertIn("of type 'own'", self.soak("import", path, "--unit", "SN1", "--campaign", "b").stderr)
+
+    def test_a_serial_number_is_as_long_as_a_calibration_file_carries(self):
+        path = self.write("a.csv", recording(plateaus=tuple(float(t) for t in range(-20, 60, 5)), seconds=20))
+        for arguments in (("unit", "add", "S" * 256), ("import", path, "--unit", "S" * 256), ("unit", "add", "é" * 128)):
+            self.assertIn("256 bytes", self.refusal(*arguments)["message"])
+        self.assertEqual(self.soak_json("unit-list", "unit", "list")["units"], [])
+        self.soak("import", path, "--unit", "S" * 255)
+        self.soak("fit", "--unit", "S" * 255, "--rules", 2)
+        for kind in ("blob", "c", "json"):
+            self.soak("export", "--unit", "S" * 255, "--format", kind, "-o", self.folder / kind)
 
 
 class Frame(SoakTest):

@@ -2,10 +2,12 @@
 """`soak verify`: limits of a file or of the unit's type, what was not measured, the band that a file states."""
 import json
 import os
+import struct
 import unittest
 
 import test_fit
-from soak_cli import check_schema
+from blob_reader import crc32c
+from soak_cli import ROOT, check_schema
 from test_fit import SENSORS, SERIAL, FittedTest, fitted_folder
 
 TYPE = "name = \"generic\"\n[limits]\ngyro = 0.2\naccel = 0.2\n"
@@ -13,6 +15,11 @@ TYPE = "name = \"generic\"\n[limits]\ngyro = 0.2\naccel = 0.2\n"
 
 def tearDownModule():
     test_fit.tearDownModule()
+
+
+def with_crc(content):
+    """A calibration file whose content was changed, with the checksum that fits it."""
+    return bytes(content[:-4]) + struct.pack("<I", crc32c(bytes(content[:-4])))
 
 
 class Verify(FittedTest):
@@ -102,6 +109,40 @@ class Verify(FittedTest):
         self.assertLess(first["guard_factor"], 4.4)  # two degrees of freedom
         self.assertEqual(document["decision_rule"]["false_acceptance_max"], 0.025)
 
+    def test_the_rule_promises_its_risk_only_where_u_leaves_nothing_out(self):
+        rule = self.verify()["decision_rule"]["text"]
+        self.assertIn("2.5 % if what U leaves out (fixture, gravity) is as good as nothing", rule)
+        for kind, name, uncertainty, more in (("fixture_squareness", "cube", "0.02", ()),
+                                              ("gravity", "pillar", "0.0002", ("--correction", "9.80665"))):
+            self.soak("reference", "add", "--kind", kind, "--name", name, "--certificate", "C", "--issued", "2020-01-01", "--due",
+                      "2099-01-01", "--uncertainty", uncertainty, *more)
+        path = fitted_folder() / "lab" / "verification" / f"{SERIAL}.csv"
+        self.soak("import", path, "--unit", SERIAL, "--campaign", "known", "--procedure", "verification", "--simulated",
+                  "--references")
+        document = self.verify(campaign="known")
+        self.assertEqual({what for sensor in document["sensors"].values() for what in sensor["not_stated"]}, set())
+        self.assertTrue(document["decision_rule"]["text"].endswith("with a chance of at most 2.5 %"), document["decision_rule"])
+
+    def test_a_campaign_that_does_not_exist_is_said_to(self):
+        message = self.refusal("verify", self.blob(), "--campaign", "chekc")["message"]
+        self.assertIn("there is no campaign 'chekc'; there are campaign, verification", message)
+        self.assertIn("has no sealed", self.refusal("verify", self.other_units_blob(), "--campaign", "verification")["message"])
+
+    def other_units_blob(self):
+        """A file of a unit that was in no campaign of this folder."""
+        path = self.folder / "other.soakcal"
+        path.write_bytes((ROOT / "tests" / "data" / "golden" / "fis.soakcal").read_bytes())
+        return path
+
+    def test_what_is_no_whole_calibration_file_is_refused_by_what_it_is(self):
+        whole = self.blob().read_bytes()
+        for name, content, status, words in (("empty", b"", 2, "not a Soak calibration file"),
+                                             ("png", b"\x89PNG\r\n\x1a\n" * 9, 2, "not a Soak calibration file"),
+                                             ("cut", whole[:5], 4, "truncated to 5 bytes"), ("half", whole[:900], 4, "truncated"),
+                                             ("newer", with_crc(whole[:8] + b"\x02\x00" + whole[10:]), 2, "version 2.")):
+            path = self.write(name, content)
+            self.assertIn(words, self.refusal("verify", path, "--campaign", "verification", status=status)["message"], name)
+
     def test_scale_has_limits_of_its_own(self):
         document = self.verify("--limits", self.limits("gyro = 0.2\naccel = 0.2\naccel_scale_ppm = 5000\n"))
         self.assertEqual(document["verdict"], "pass")
@@ -132,9 +173,9 @@ class Verify(FittedTest):
         self.assertNotIn("band_too_narrow", [warning["code"] for warning in document["warnings"]])
         for sensor in document["sensors"].values():
             self.assertGreater(sensor["fresh_against_pi95"]["inside"], 0.5)
-        # Half a degree per second: 25 times what this unit does from power-on to power-on. Three runs in the file allow
-        # 9.9/4.3 times pi95, which is about 5 of these sigmas.
-        self.partial_campaign(lambda row: {**row, "gx_dps": repr(float(row["gx_dps"]) + 0.5)} if row["gx_dps"] else row, "shifted")
+        # Two degrees per second: 100 times what this unit does from power-on to power-on. Of fifteen comparisons three runs
+        # in the file allow each 38.7/4.3 times pi95, which is about 5 of these sigmas.
+        self.partial_campaign(lambda row: {**row, "gx_dps": repr(float(row["gx_dps"]) + 2.0)} if row["gx_dps"] else row, "shifted")
         document = self.verify(campaign="shifted")
         self.assertTrue(document["sensors"]["gyro_x"]["fresh_against_pi95"]["too_narrow"])
         self.assertFalse(document["sensors"]["gyro_x"]["shape_against_ci95"]["too_narrow"])

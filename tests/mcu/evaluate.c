@@ -2,8 +2,10 @@
 #include "tests/mcu/evaluate.h"
 
 #include "calib/runtime/soak_runtime.h"
+#include "calib/runtime/soak_terms.h"
 
 static const float kRaw[6] = {0.1f, -0.2f, 0.3f, 1.0f, -2.0f, 9.8f};
+static const float kTempRate_kps = 0.015625f; /* 0.94 K/min */
 
 char* append_text(char* at, const char* text) {
   while (*text != '\0') *at++ = *text++;
@@ -27,29 +29,64 @@ char* append_decimal(char* at, uint32_t number) {
 
 static char* append_float(char* at, float value) { return append_hex(append_text(at, " "), soak_bits_of(value)); }
 
-static void evaluate_at(const soak_cal* cal, const char* name, float temp_c, print_function print) {
-  char line[256];
+static char* append_floats(char* at, const float* values, int count) {
+  int i;
+  for (i = 0; i < count; ++i) at = append_float(at, values[i]);
+  return at;
+}
+
+/* A status and flags. */
+static char* append_state(char* at, uint32_t status, uint32_t flags) {
+  return append_hex(append_text(append_hex(append_text(at, " "), status), " "), flags);
+}
+
+static void evaluate_at(const soak_cal* cal, const soak_terms* terms, const char* name, float temp_c,
+                        print_function print) {
+  char line[512];
   char* at = append_text(line, name);
-  float values[18];
-  uint32_t flags = 0U;
+  float values[36];
+  uint32_t flags = 0U, moving_flags = 0U, bands = 0U;
   int i;
   const soak_status applied = soak_apply(cal, temp_c, kRaw, values, &flags);
+  const soak_status moving = soak_apply_moving(cal, terms, temp_c, kTempRate_kps, kRaw, values + 18, &moving_flags);
   uint32_t worst = (uint32_t)applied;
   for (i = 0; i < 6; ++i) worst = worst * 4U + (uint32_t)soak_bias(cal, i, temp_c, &values[6 + i]);
   for (i = 0; i < 6; ++i) worst = worst * 4U + (uint32_t)soak_scale_ppm(cal, i, temp_c, &values[12 + i]);
-  at = append_hex(append_text(append_float(at, temp_c), " "), worst);
-  at = append_hex(append_text(at, " "), flags);
-  for (i = 0; i < 18; ++i) at = append_float(at, values[i]);
-  (void)append_text(at, "\n");
+  for (i = 0; i < 6; ++i) {
+    bands = bands * 4U + (uint32_t)soak_uncertainty(cal, i, temp_c, &values[24 + i], &values[30 + i]);
+  }
+  at = append_state(append_float(at, temp_c), worst, flags);
+  at = append_state(at, (uint32_t)moving * 4096U + bands, moving_flags);
+  (void)append_text(append_floats(at, values, 36), "\n");
+  print(line);
+}
+
+/* What the file says once, whatever the temperature. */
+static void evaluate_constants(const soak_cal* cal, const soak_terms* terms, const char* name, print_function print) {
+  char line[512];
+  float values[36];
+  uint32_t status = 0U;
+  int i;
+  status = status * 4U + (uint32_t)soak_coupling_sigma(cal, SOAK_MISALIGNMENT, values);
+  status = status * 4U + (uint32_t)soak_coupling_sigma(cal, SOAK_G_SENSITIVITY, values + 9);
+  for (i = 0; i < 3; ++i) {
+    status = status * 4U + (uint32_t)soak_even_order(cal, SOAK_ACCEL_X + i, &values[18 + i], &values[21 + i]);
+  }
+  for (i = 0; i < 12; ++i) status = status * 2U + (soak_curve_error(cal, i / 2, i % 2, &values[24 + i]) != SOAK_OK);
+  (void)append_text(
+      append_floats(append_state(append_text(append_text(line, name), " constants"), status, terms->count), values, 36),
+      "\n");
   print(line);
 }
 
 void evaluate_file(const char* name, const uint8_t* file, size_t size, print_function print) {
   soak_cal cal;
+  soak_terms terms;
   int i;
-  if (soak_load(&cal, file, size) != SOAK_OK) {
+  if (soak_load(&cal, file, size) != SOAK_OK || soak_load_terms(&terms, &cal) < 0) {
     print("refused\n");
     return;
   }
-  for (i = 0; i <= 346; ++i) evaluate_at(&cal, name, -45.0f + 0.375f * (float)i, print);
+  evaluate_constants(&cal, &terms, name, print);
+  for (i = 0; i <= 346; ++i) evaluate_at(&cal, &terms, name, -45.0f + 0.375f * (float)i, print);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The golden files as they would lie in flash. */
+/* The golden files, and one with effects beside them, as they would lie in flash. */
   .section .rodata
 .macro golden name
   .balign 4
@@ -13,3 +13,5 @@ golden_\name\()_end:
   golden whole
   golden mixed
   golden table
+  golden couplings
+  golden moving

@@ -11,6 +11,8 @@ GOLDEN(fis);
 GOLDEN(whole);
 GOLDEN(mixed);
 GOLDEN(table);
+GOLDEN(couplings);
+GOLDEN(moving);
 
 static soak_cal cal;
 static volatile float sink;
@@ -75,6 +77,8 @@ int main(void) {
   EVALUATE(whole);
   EVALUATE(mixed);
   EVALUATE(table);
+  EVALUATE(couplings);
+  EVALUATE(moving);
   count("hundred_more", hundred_more);
   LOAD(fis);
   count("bell_bias", gyro_bias);

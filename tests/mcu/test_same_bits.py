@@ -6,8 +6,10 @@ import shutil
 import subprocess
 import sys
 
-FILES = ["fis", "whole", "mixed", "table"]
-TEMPERATURES = 347  # -45 to 85 °C in steps of 3/8
+FILES = ["fis", "whole", "mixed", "table", "couplings", "moving"]
+LINES = 1 + 347  # constants; -45 to 85 °C in steps of 3/8
+APPLIED, MOVING, BANDS = slice(0, 6), slice(18, 24), slice(24, 36)  # of the 36 numbers of a line
+NAN = "7fc00000"
 # soak_apply per sample may cost this many instructions; docs/deployment.md states fewer.
 LIMITS = {"fis_apply": 8000, "table_apply": 2000, "table_bias": 150, "hundred_more": 101}
 
@@ -27,7 +29,8 @@ def on_microcontroller(program):
 def on_host():
     arguments = []
     for name in FILES:
-        arguments += [name, os.path.join(os.environ["GOLDEN"], name + ".soakcal")]
+        folder = os.environ["MOVING" if name == "moving" else "GOLDEN"]
+        arguments += [name, os.path.join(folder, name + ".soakcal")]
     return run(os.environ["MCU_HOST"], *arguments)
 
 
@@ -42,6 +45,20 @@ def check_counts(found):
         assert found[name] <= limit, (name, found[name])
 
 
+def check_reach(lines):
+    """What is compared is there: uncertainties, couplings, and effects that move a sample."""
+    numbers = {}
+    for line in lines:
+        name, temp, *_ = line.split()
+        numbers[name, temp] = line.split()[-36:]
+    assert set(numbers["couplings", "constants"][0:24]) - {NAN}, "uncertainties of couplings"
+    near_25_c = "41c60000"  # 24.75 °C
+    assert NAN not in numbers["fis", near_25_c][BANDS], "ci95 and pi95"
+    assert numbers["couplings", near_25_c][MOVING] == numbers["couplings", near_25_c][APPLIED], "no effects"
+    moved = [a != b for a, b in zip(numbers["moving", near_25_c][MOVING], numbers["moving", near_25_c][APPLIED])]
+    assert moved == [True, False, True, True, True, True], moved  # the file has no gyro_y
+
+
 def main():
     program = os.environ["MCU_PROGRAM"]
     if not os.path.exists(program) or not shutil.which("qemu-system-arm"):
@@ -50,12 +67,13 @@ def main():
     lines = on_microcontroller(program)
     values = [line for line in lines if line.split()[0] in FILES]
     expected = on_host()
-    assert len(expected) == TEMPERATURES * len(FILES), len(expected)
+    assert len(expected) == LINES * len(FILES), len(expected)
+    check_reach(expected)
     assert len(values) == len(expected), lines[-3:]
     different = [(a, b) for a, b in zip(values, expected) if a != b]
     assert not different, different[:2]
     check_counts(counts(lines))
-    print(f"{len(values)} lines of 18 values each: the same bits")
+    print(f"{len(values)} lines of 36 values each: the same bits")
     print("\n".join(line for line in lines if line.startswith(("count ", "load "))))
     return 0
 

@@ -183,7 +183,9 @@ TEST_F(RunRecorderTest, EntersARunThatAFitFinds) {
     EXPECT_TRUE(file->sealed());
     EXPECT_EQ(*file->content_hash(), run.content_sha256);
     EXPECT_TRUE(file->verify());
-    EXPECT_EQ(load_unit(*catalog_, run.unit, {})->runs.size(), 1U);
+    std::vector<calib::Warning> warnings;
+    EXPECT_EQ(load_unit(*catalog_, run.unit, {}, warnings)->runs.size(), 1U);
+    EXPECT_TRUE(warnings.empty());
   }
   EXPECT_EQ((*catalog_->unit("SN1"))->type, "mti");
   EXPECT_TRUE(orphan_run_files(*catalog_)->empty());
@@ -222,7 +224,8 @@ TEST_F(RunRecorderTest, KeepsThePurposeAndOffersRunsForCalibrationOnlyToAFit) {
     ASSERT_TRUE(runs) << runs.error().message;
     EXPECT_EQ(runs->front().purpose, purpose);
     EXPECT_EQ(db::RunFileReader::open(catalog_->run_file_path(runs->front()))->info().purpose, purpose);
-    const auto unfit = load_unit(*catalog_, "SN1", {});
+    std::vector<calib::Warning> warnings;
+    const auto unfit = load_unit(*catalog_, "SN1", {}, warnings);
     ASSERT_FALSE(unfit);
     EXPECT_NE(unfit.error().message.find(std::string("1 ") + purpose + " runs"), std::string::npos)
         << unfit.error().message;

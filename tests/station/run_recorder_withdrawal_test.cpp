@@ -82,8 +82,9 @@ TEST_F(RunRecorderTest, WithdrawsThePartOfOneUnitOnly) {
   EXPECT_FALSE(voids->front().visit);
   EXPECT_EQ(voids->front().reason, "the unit restarted");
   EXPECT_EQ(voids->front().user, "soakd");
-  EXPECT_TRUE(load_unit(*catalog_, "SN2", {}));
-  EXPECT_FALSE(load_unit(*catalog_, "SN1", {})) << "nothing is left to fit";
+  std::vector<calib::Warning> warnings;
+  EXPECT_TRUE(load_unit(*catalog_, "SN2", {}, warnings));
+  EXPECT_FALSE(load_unit(*catalog_, "SN1", {}, warnings)) << "nothing is left to fit";
 }
 
 TEST_F(RunRecorderTest, TheReasonOfTheWholeRunIsThatOfEachUnit) {

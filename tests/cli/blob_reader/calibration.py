@@ -25,6 +25,7 @@ class SensorFlag(enum.Flag):
     SCALE_UNKNOWN = enum.auto()
     SCALE_IMPLAUSIBLE = enum.auto()
     NOT_FINITE = enum.auto()  # the raw value, a curve or the corrected value
+    SCALE_HELD = enum.auto()  # in the valid range, but the scale factor was not measured at the temperature
 
 
 LEFT_OUT = SensorFlag.NO_TEMPERATURE | SensorFlag.SCALE_IMPLAUSIBLE | SensorFlag.NOT_FINITE
@@ -68,6 +69,11 @@ class Calibration(Contents):
         """Scale factor error, None where unknown, and whether the temperature is in range."""
         return self._evaluate(sensor, "scale_ppm", temp_c)
 
+    def scale_measured(self, sensor: str, temp_c: float) -> bool:
+        """Whether the scale factor was measured at the temperature, held in the valid range."""
+        curve = self.curves.get((sensor, "scale_ppm"))
+        return curve is not None and curve.holds(self.sensor_info[sensor].nearest(to_float32(temp_c)))
+
     def uncertainty(self, sensor: str, quantity: str, temp_c: float) -> tuple[float | None, float | None, bool]:
         """Half-widths ci95 and pi95, None where unknown, and whether the temperature is in range."""
         temp_c = to_float32(temp_c)
@@ -80,10 +86,16 @@ class Calibration(Contents):
         pi95 = None if table.pi95 is None else interpolate(table.temps_c, table.pi95, nearest)
         return ci95, pi95, info.contains(temp_c)
 
-    def apply(self, temp_c: float, raw6: Sequence[float]) -> tuple[list[float], list[SensorFlag]]:
-        """Correct one sample, gyros (rad/s) then accelerometers (m/s²); one flag value for each of the six."""
+    def apply(self, temp_c: float, raw6: Sequence[float],
+              own_temps_c: dict[str, float] | None = None) -> tuple[list[float], list[SensorFlag]]:
+        """Correct one sample, gyros (rad/s) then accelerometers (m/s²); one flag value for each of the six.
+
+        own_temps_c: of the sensors with thermometers of their own; unknown where it has none.
+        """
         raw = dict(zip(SENSORS, raw6, strict=True))
-        flags = {sensor: self._flags(sensor, temp_c, raw[sensor]) for sensor in SENSORS}
+        own = self.own_thermometers
+        temps = {sensor: (own_temps_c or {}).get(sensor, math.nan) if sensor in own else temp_c for sensor in SENSORS}
+        flags = {sensor: self._flags(sensor, temps[sensor], raw[sensor]) for sensor in SENSORS}
         out = dict(raw)
 
         def take(sensor: str, value: float) -> None:
@@ -94,12 +106,12 @@ class Calibration(Contents):
             else:
                 flags[sensor] |= SensorFlag.NOT_FINITE
 
-        for sensor, value in zip(ACCELS, self._specific_force(temp_c, raw, flags)):
+        for sensor, value in zip(ACCELS, self._specific_force(temps, raw, flags)):
             take(sensor, value)
         force = [0.0 if flags[sensor] & LEFT_OUT else out[sensor] for sensor in ACCELS]
         for sensor in GYROS:
             if not flags[sensor] & UNCORRECTED:
-                take(sensor, self._rate(sensor, temp_c, raw[sensor], force))
+                take(sensor, self._rate(sensor, temps[sensor], raw[sensor], force))
         return list(out.values()), list(flags.values())
 
     def _evaluate(self, sensor: str, quantity: str, temp_c: float) -> tuple[float | None, bool]:
@@ -127,6 +139,8 @@ class Calibration(Contents):
             flags |= SensorFlag.SCALE_UNKNOWN
         elif abs(scale) > MAX_SCALE_PPM:
             flags |= SensorFlag.SCALE_IMPLAUSIBLE
+        if in_range and scale is not None and not self.scale_measured(sensor, temp_c):
+            flags |= SensorFlag.SCALE_HELD
         return flags
 
     def _gain(self, sensor: str, temp_c: float) -> float:
@@ -135,13 +149,13 @@ class Calibration(Contents):
     def _unbiased(self, sensor: str, temp_c: float, raw: float) -> float:
         return raw - self.bias(sensor, temp_c)[0]
 
-    def _specific_force(self, temp_c: float, raw: dict[str, float], flags: dict[str, SensorFlag]) -> list[float]:
+    def _specific_force(self, temps: dict[str, float], raw: dict[str, float], flags: dict[str, SensorFlag]) -> list[float]:
         """Of the corrected accelerometers; raw of those that are not in the file, 0 of those left out."""
         corrected = [not flags[name] & UNCORRECTED for name in ACCELS]
         known = [not flags[name] & LEFT_OUT for name in ACCELS]
-        unbiased = [self._unbiased(name, temp_c, raw[name]) if good else raw[name] if there else 0.0
+        unbiased = [self._unbiased(name, temps[name], raw[name]) if good else raw[name] if there else 0.0
                     for name, good, there in zip(ACCELS, corrected, known)]
-        gains = [self._gain(name, temp_c) if good else 1.0 for name, good in zip(ACCELS, corrected)]
+        gains = [self._gain(name, temps[name]) if good else 1.0 for name, good in zip(ACCELS, corrected)]
         if self.misalignment is None:
             return [value / gain for value, gain in zip(unbiased, gains)]
         cross = [tuple(value if good and there else 0.0 for value, there in zip(row, known))

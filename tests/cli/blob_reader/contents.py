@@ -40,6 +40,7 @@ class Contents:
         self.misalignment: Matrix | None = None
         self.g_sensitivity: Matrix | None = None
         self.couplings: records.Couplings | None = None
+        self._thermometers: int | None = None
         self.terms: list[records.Term] = []
         self.references: list[records.Reference] = []
         sections = list(read_sections(data))
@@ -54,6 +55,11 @@ class Contents:
     def sensors(self) -> list[str]:
         """The sensors that the file has curves for, in the order of their numbers."""
         return [name for name in SENSORS if name in self.sensor_info]
+
+    @property
+    def own_thermometers(self) -> list[str]:
+        """The sensors of the file whose temperatures are of thermometers of their own."""
+        return [name for name in self.sensors if (self._thermometers or 0) >> SENSORS.index(name) & 1]
 
     def _read_section(self, section: Section) -> None:
         require(section.kind != 0, "section type 0 is not allowed")
@@ -76,6 +82,7 @@ class Contents:
                 SectionType.G_SENSITIVITY: self._read_g_sensitivity,
                 SectionType.TERM: self._read_term,
                 SectionType.COUPLINGS: self._read_couplings,
+                SectionType.THERMOMETERS: self._read_thermometers,
                 SectionType.ERROR_BOUND: self._read_error_bound,
                 SectionType.TABLE_BOUND: self._read_table_bound}
 
@@ -144,6 +151,10 @@ class Contents:
         require(self.couplings.misalignment is None or self.misalignment is not None, "an uncertainty of no misalignment")
         require(self.couplings.g_sensitivity is None or self.g_sensitivity is not None,
                 "an uncertainty of no g-sensitivity")
+
+    def _read_thermometers(self, payload: Payload) -> None:
+        require(self._thermometers is None, "two sections of thermometers")
+        (self._thermometers,) = payload.integers("I")
 
     def _read_error_bound(self, payload: Payload) -> None:
         key = self._read_key(payload)

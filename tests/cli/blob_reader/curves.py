@@ -59,6 +59,10 @@ class Curve:
     def shape(self, temp_c: float) -> float:
         raise NotImplementedError
 
+    def holds(self, temp_c: float) -> bool:
+        """Whether the curve is not just held at this temperature (a float32 number)."""
+        return self.low <= temp_c <= self.high
+
     def value(self, temp_c: float) -> float:
         return self.centre + self.half_range * self.shape(clamp(temp_c, self.low, self.high))
 
@@ -126,6 +130,10 @@ class SplineCurve(Curve):
 class TableCurve(Curve):
     step: float
     values: Vector
+
+    def holds(self, temp_c: float) -> bool:
+        offset = to_float32(temp_c - self.low)
+        return 0.0 <= offset <= to_float32((len(self.values) - 1) * self.step)
 
     def shape(self, temp_c: float) -> float:
         if len(self.values) == 1:

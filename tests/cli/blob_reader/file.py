@@ -46,6 +46,7 @@ class SectionType(enum.IntEnum):
     G_SENSITIVITY = 0x0021
     TERM = 0x0022
     COUPLINGS = 0x0023
+    THERMOMETERS = 0x0024
     ERROR_BOUND = 0x0030
     TABLE_BOUND = 0x0031
 

@@ -53,14 +53,15 @@ def whole_degrees(curve):
     return value
 
 
-def fis_calibration(slopes=(1.5, 0.25), form=lambda curve: curve):
+def fis_calibration(slopes=(1.5, 0.25), form=lambda curve: curve, own=()):
+    """own: sensors over thermometers of their own."""
     curves = {}
     for i, name in enumerate(SENSORS):
         if i < 3:
             curves[name] = (form(fis(i, True, 0.01, 0.004, slopes)), None)
         else:
             curves[name] = (form(fis(i, False, -0.2, 0.1)), form(fis(i, False, 1500.0, 400.0)))
-    return curves, (-30.0, 70.0), None, None
+    return curves, (-30.0, 70.0), None, None, own
 
 
 def mixed_calibration():
@@ -71,7 +72,7 @@ def mixed_calibration():
         curves[name] = (spline(0.01 * (1 + i)), None) if i < 3 else (table(0.1 * (i - 2)), spline(1000.0 * (i - 2)))
     misalignment = [[0.0, 0.002, -0.001], [0.003, 0.0, 0.0015], [-0.0025, 0.001, 0.0]]
     g_sensitivity = [[1e-4, 2e-5, 0.0], [0.0, 1e-4, 3e-5], [-2e-5, 0.0, 1.5e-4]]
-    return curves, (-25.0, 65.0), misalignment, g_sensitivity
+    return curves, (-25.0, 65.0), misalignment, g_sensitivity, ()
 
 
 def solve3(k, y):
@@ -87,22 +88,23 @@ def solve3(k, y):
     return [rows[r][3] / rows[r][r] for r in range(3)]
 
 
-def corrected(calibration, temp_c, raw):
-    curves, (low, high), misalignment, g_sensitivity = calibration
-    t = min(max(temp_c, low), high)
+def corrected(calibration, temps_c, raw):
+    """temps_c: of each sensor's thermometer, None where it is not known (in files without couplings only)."""
+    curves, (low, high), misalignment, g_sensitivity, _ = calibration
+    t = [None if temp_c is None else min(max(temp_c, low), high) for temp_c in temps_c]
     k, y = [], []
     for i in range(3):
         bias, scale = curves[SENSORS[3 + i]]
         row = list(misalignment[i]) if misalignment else [0.0, 0.0, 0.0]
-        row[i] = 1.0 + 1e-6 * scale(t)
+        row[i] = 1.0 if t[3 + i] is None else 1.0 + 1e-6 * scale(t[3 + i])
         k.append(row)
-        y.append(raw[3 + i] - bias(t))
+        y.append(raw[3 + i] - (0.0 if t[3 + i] is None else bias(t[3 + i])))
     force = solve3(k, y)
     rates = []
     for i in range(3):
         rate = raw[i]
-        if SENSORS[i] in curves:
-            rate -= curves[SENSORS[i]][0](t)
+        if SENSORS[i] in curves and t[i] is not None:
+            rate -= curves[SENSORS[i]][0](t[i])
             if g_sensitivity:
                 rate -= sum(g * f for g, f in zip(g_sensitivity[i], force))
         rates.append(rate)
@@ -121,15 +123,23 @@ def document(calibration):
             sensors[name].append({"temp_c": temp_c, "in_range": t == temp_c, "bias": bias(t),
                                   "scale_ppm": scale(t) if scale else None})
     raw = [0.5, -0.25, 0.125, 1.5, -2.25, 9.75]
-    samples = [{"temp_c": t, "raw": raw, "out": corrected(calibration, t, raw)} for t in temps]
-    return {"sensors": sensors, "corrected": samples}
+    own = calibration[4]
+    # with the temperature of the unit's thermometer alone
+    samples = [{"temp_c": t, "raw": raw, "out": corrected(calibration, [None if s in own else t for s in SENSORS], raw)}
+               for t in temps]
+    result = {"sensors": sensors, "corrected": samples}
+    if own:
+        each = [[t + 4.5 if s in own else t for s in SENSORS] for t in temps if low <= t <= high - 4.5]
+        result["corrected_temps"] = [{"temps_c": t, "raw": raw, "out": corrected(calibration, t, raw)} for t in each]
+    return result
 
 
 def main():
     for name, calibration in (("fis", fis_calibration()), ("mixed", mixed_calibration()),
                               ("whole", fis_calibration(slopes=(1.0, 0.5))),
                               ("table", fis_calibration(form=whole_degrees)),
-                              ("referenced", fis_calibration()), ("couplings", mixed_calibration())):
+                              ("referenced", fis_calibration()), ("couplings", mixed_calibration()),
+                              ("thermometers", fis_calibration(own=("gyro_x", "accel_z")))):
         with open(os.path.join(HERE, name + ".values.json"), "w", encoding="utf-8") as f:
             json.dump(document(calibration), f, indent=1)
             f.write("\n")

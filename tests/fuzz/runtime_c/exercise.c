@@ -49,6 +49,39 @@ static const char* check_sample(const soak_cal* cal, float temp_c, const float r
   return NULL;
 }
 
+/* With the temperature of each sensor known, and with one: which says why it leaves the others raw. */
+static const char* check_thermometers(const soak_cal* cal, float temp_c, const float raw[6]) {
+  float temps_c[6], out[6], of_one[6];
+  uint32_t flags, flags_of_one, i;
+  int own = 0;
+  soak_status status;
+  for (i = 0; i < 6U; ++i) temps_c[i] = temp_c;
+  for (i = 0; i < 6U; ++i) own |= soak_has_own_thermometer(cal, (int)i);
+  status = soak_apply_temps(cal, temps_c, raw, out, &flags);
+  if ((status == SOAK_OK) != (flags == 0U)) return "soak_apply_temps is OK exactly if no flag is set";
+  if (soak_apply(cal, temp_c, raw, of_one, &flags_of_one) < SOAK_OK) return "soak_apply refuses no loaded file";
+  if (((flags_of_one & SOAK_FLAG_THERMOMETER) != 0U) != own) return "a thermometer that is not given is told";
+  for (i = 0; i < 6U; ++i) {
+    if (own && soak_has_own_thermometer(cal, (int)i) && !same_bits(of_one[i], raw[i])) return "its sensor stays raw";
+    if (!own && !same_bits(of_one[i], out[i])) return "six equal temperatures are one";
+  }
+  return own || flags == flags_of_one ? NULL : "six equal temperatures have the flags of one";
+}
+
+static const char* check_identity(const soak_cal* cal) {
+  soak_identity identity;
+  char serial[256];
+  uint32_t i;
+  if (soak_identify(cal, &identity) != SOAK_OK) return soak_is_of_unit(cal, "") ? "no file is of no unit" : NULL;
+  if (identity.serial_length == 0U) return "a file names its unit";
+  for (i = 0; i < identity.serial_length; ++i) serial[i] = identity.serial[i];
+  serial[i] = '\0';
+  /* a zero inside ends the text before the file's does */
+  if (strlen(serial) == i && !soak_is_of_unit(cal, serial)) return "a file is of its unit";
+  serial[i - 1U] = '\0';
+  return soak_is_of_unit(cal, serial) ? "a part of a serial number is another unit" : NULL;
+}
+
 static const char* check_temperature(const soak_cal* cal, float temp_c) {
   static const float samples[3][6] = {{0.1f, -0.2f, 0.3f, 1.0f, -2.0f, 9.8f},
                                       {0.0f, NAN, 1e30f, 0.0f, -INFINITY, 9.8f},
@@ -57,6 +90,7 @@ static const char* check_temperature(const soak_cal* cal, float temp_c) {
   uint32_t i;
   for (i = 0; i < 6U && broken == NULL; ++i) broken = check_sensor(cal, (int)i, temp_c);
   for (i = 0; i < 3U && broken == NULL; ++i) broken = check_sample(cal, temp_c, samples[i]);
+  for (i = 0; i < 3U && broken == NULL; ++i) broken = check_thermometers(cal, temp_c, samples[i]);
   return broken;
 }
 
@@ -106,6 +140,7 @@ static const char* check_everything(const soak_cal* cal) {
   static const float fixed[] = {-300.0f, -29.9f, 0.0f, 20.0f, 1e-40f, 1e9f, -FLT_MAX, NAN, INFINITY};
   const char* broken = check_couplings(cal);
   uint32_t i, k;
+  if (broken == NULL) broken = check_identity(cal);
   if (broken == NULL && cal->provenance != NULL) broken = check_moving(cal);
   for (i = 0; i < sizeof fixed / sizeof fixed[0] && broken == NULL; ++i) broken = check_temperature(cal, fixed[i]);
   for (i = 0; i < 6U; ++i) {
