@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "hal/fixture_axes.h"
 
 namespace soak::hal {
 
@@ -98,8 +99,9 @@ struct RegisterMap {
   std::map<std::string, std::vector<ActionStep>> actions;
   std::vector<AlarmRule> alarms;
   WritePolicy write_policy;
-  std::vector<std::string> positions;  ///< of a fixture: label of position code 1, 2, ...
+  std::vector<std::string> positions;  ///< of a fixture: label of position code 1, 2, ..., or of a pair of angles
   std::vector<double> azimuths_deg;    ///< of those positions, as calib::Position says; empty = not known
+  std::optional<FixtureAxes> axes;     ///< of a fixture that is told angles; absent = position codes
 };
 
 /// What a register map must have beyond being sound in itself.
@@ -111,7 +113,8 @@ enum class MapUse : std::uint8_t {
 /// Reads a register map. All mistakes at once, one per line of the message, each with "`file`:line" (a syntax error:
 /// the first one, and so is a name given twice): unknown keys, quantities and actions that no device of the kind uses,
 /// wrong types, values out of their limits, codes and numbers that their register cannot hold, an action that names
-/// what the file does not define. A file with `protocol = "text"` is refused: hal/text_map.h reads those.
+/// what the file does not define; of a fixture's [axes] whatever it lacks, and angles beyond their limits or of another
+/// position than they are said to be. A file with `protocol = "text"` is refused: hal/text_map.h reads those.
 [[nodiscard]] base::Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file,
                                                            MapUse use = MapUse::any);
 [[nodiscard]] base::Result<RegisterMap> read_register_map(const std::string& file);

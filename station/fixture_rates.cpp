@@ -19,11 +19,15 @@ constexpr std::size_t kMostRates = 100;
 
 calib::Position turning(calib::Position position, double rate_rps) {
   position.rate_dps = rate_rps * base::kDegPerRad;
-  position.label += fmt::format(" at {:.6g} deg/s", *position.rate_dps);
+  position.label = label_at_rate(position.label, *position.rate_dps);
   return position;
 }
 
 }  // namespace
+
+std::string label_at_rate(const std::string& label, double rate_dps) {
+  return fmt::format("{} at {:.6g} deg/s", label, rate_dps);
+}
 
 bool is_fixture_rate(const db::ChannelInfo& channel) { return channel.name == "rate_dps" && !channel.unit.empty(); }
 

@@ -14,6 +14,9 @@ namespace soak::station {
 /// axis that is 12,000 g.
 inline constexpr double kFastestFixture_dps = 20000.0;
 
+/// What a position is called while the fixture turns in it: "+Z at 30 deg/s".
+[[nodiscard]] std::string label_at_rate(const std::string& label, double rate_dps);
+
 /// Whether a channel gives the rate of the fixture; a foreign column of that name without a unit does not.
 [[nodiscard]] bool is_fixture_rate(const db::ChannelInfo& channel);
 

@@ -6,19 +6,16 @@
 
 #include "hal/devices.h"
 #include "hal/modbus/controller.h"
+#include "hal/modbus/fixture_status.h"
 #include "hal/modbus/map_check.h"
+#include "hal/modbus/two_axis_fixture.h"
 
 namespace soak::hal {
 namespace {
 
 class ModbusFixture final : public Fixture {
  public:
-  explicit ModbusFixture(const RegisterMap& map) : controller_(map), labels_(map.positions) {
-    const auto& codes = map.quantities.at("status").codes;
-    moving_ = codes.at("moving");
-    standing_ = codes.at("standing");
-    fault_ = codes.at("fault");
-  }
+  explicit ModbusFixture(const RegisterMap& map) : controller_(map), status_(map), labels_(map.positions) {}
 
   base::Status connect() override { return controller_.connect(); }
   std::vector<std::string> positions() const override { return labels_; }
@@ -35,11 +32,12 @@ class ModbusFixture final : public Fixture {
   base::Result<FixtureReading> read() override {
     const auto values = controller_.read_all({"status", "position"});
     if (!values) return base::forward_error(values);
-    const auto status = static_cast<int>(values->at("status"));
-    if (status == fault_) return controller_.fail("the fixture reports a fault");
-    if (status == moving_) return FixtureReading{true, std::nullopt};
-    if (status != standing_) return controller_.fail(fmt::format("unknown status {}", status));
-    return standing_at(static_cast<int>(values->at("position")));
+    const auto moving = status_.moving(controller_, values->at("status"));
+    if (!moving) return base::forward_error(moving);
+    if (!*moving) return standing_at(static_cast<int>(values->at("position")));
+    FixtureReading reading;
+    reading.moving = true;
+    return reading;
   }
 
   std::string description() const override { return controller_.description(); }
@@ -51,20 +49,25 @@ class ModbusFixture final : public Fixture {
     if (code < 0 || static_cast<std::size_t>(code) > labels_.size()) {
       return controller_.fail(fmt::format("unknown position {}", code));
     }
-    return FixtureReading{false, labels_[static_cast<std::size_t>(code) - 1]};
+    FixtureReading reading;
+    reading.position = labels_[static_cast<std::size_t>(code) - 1];
+    return reading;
   }
 
   Controller controller_;
+  FixtureStatus status_;
   std::vector<std::string> labels_;
-  int moving_ = 0;
-  int standing_ = 0;
-  int fault_ = 0;
 };
 
 }  // namespace
 
+base::Status Fixture::can_spin(std::string_view /*label*/, double /*rate_dps*/) const {
+  return base::bad_input("the fixture cannot turn at a rate", description());
+}
+
 base::Result<std::unique_ptr<Fixture>> make_modbus_fixture(const RegisterMap& map) {
   if (auto status = require_kind(map, "fixture"); !status) return base::forward_error(status);
+  if (map.axes) return make_two_axis_fixture(map);
   if (auto status = require_writable(map, "request"); !status) return base::forward_error(status);
   if (auto status = require_quantity(map, "position"); !status) return base::forward_error(status);
   for (const char* code : {"standing", "moving", "fault"}) {

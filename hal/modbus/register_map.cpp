@@ -10,6 +10,7 @@
 
 #include "hal/maps/action_reader.h"
 #include "hal/maps/vocabulary.h"
+#include "hal/modbus/axes_reader.h"
 #include "hal/modbus/chamber_needs.h"
 #include "hal/modbus/link_reader.h"
 #include "hal/modbus/quantity_reader.h"
@@ -28,9 +29,10 @@ bool is_output(std::string_view name) {
   return false;
 }
 
-Vocabulary vocabulary_of(const std::string& kind) {
-  if (kind == "fixture") return {{"request", "position", "status"}, {}};
-  if (kind == "power") return {};  // its quantities are numbered
+Vocabulary vocabulary_of(const RegisterMap& map) {
+  if (map.kind == "fixture" && map.axes) return two_axis_vocabulary();
+  if (map.kind == "fixture") return {{"request", "position", "status"}, {}};
+  if (map.kind == "power") return {};  // its quantities are numbered
   return chamber_vocabulary();
 }
 
@@ -110,7 +112,7 @@ std::vector<double> read_azimuths(const SettingsTable& root, const RegisterMap& 
 
 /// A name that nothing asks for is most likely misspelt; a device reads what it asks for.
 void check_names(const SettingsTable& quantities, const RegisterMap& map) {
-  const Vocabulary known = vocabulary_of(map.kind);
+  const Vocabulary known = vocabulary_of(map);
   const std::set<std::string> acted_on = written_by(map.actions);
   for (const auto& [name, quantity] : map.quantities) {
     const bool asked_for = known.quantities.contains(name) || (map.kind == "power" && is_output(name));
@@ -151,13 +153,18 @@ RegisterMap read_map(const SettingsTable& root, MapUse use) {
     }
   }
   for (const SettingsTable& probe : root.tables("probe")) map.probes.push_back(read_probe(probe));
-  map.actions = read_actions(root, map.kind, vocabulary_of(map.kind).actions,
+  if (map.kind == "fixture" && root.has("axes")) map.axes.emplace();
+  map.actions = read_actions(root, map.kind, vocabulary_of(map).actions,
                              [&map](const std::string& quantity) { return step_target(map, quantity); });
   if (quantities && !map.kind.empty()) check_names(*quantities, map);
   map.alarms = read_alarms(root);
   map.write_policy = read_policy(root);
-  map.positions = read_positions(root, map.kind);
-  map.azimuths_deg = read_azimuths(root, map);
+  if (map.axes) {
+    read_axes(root, map);
+  } else {
+    map.positions = read_positions(root, map.kind);
+    map.azimuths_deg = read_azimuths(root, map);
+  }
   if (use == MapUse::device) refuse_incomplete(root, map);
   return map;
 }

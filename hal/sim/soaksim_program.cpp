@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::string_view kUsage =
     R"(usage: soaksim --out DIR [--seed N] [--units N] [--rate R|max] [--config FILE]
-               [--base-port P] [--pty SLOT...] [--chamber KIND] [--decoder KIND...] [--maps DIR]
+               [--base-port P] [--pty SLOT...] [--chamber KIND] [--fixture KIND] [--decoder KIND...] [--maps DIR]
 Runs a simulated laboratory: a chamber, a fixture and a relay card that speak Modbus TCP, and units that speak the Xsens
 MTi's Xbus protocol or that of another family, all on 127.0.0.1. Writes DIR/station.toml when everything listens, then prints one line of JSON with
 the ports. Ends with status 0 on SIGTERM or SIGINT.
@@ -34,6 +34,7 @@ the ports. Ends with status 0 on SIGTERM or SIGINT.
   --pty SLOT...    these slots get a pseudo-terminal instead of a TCP port; the JSON line and station.toml name it
   --chamber KIND   controller that station.toml names: f4t (Modbus TCP, the default), f4t-rtu, eurotherm-2400 (Modbus RTU on
                    a pseudo-terminal), espec-p300 (lines of text over TCP)
+  --fixture KIND   what turns the units: six-positions (the default), two-axis (angles, and a rate of the inner axis)
   --decoder KIND...
                    what the units of slot 1, 2, ... speak, the last counting for all that follow: xsens (the default),
                    ahrs400, vectornav
@@ -88,6 +89,13 @@ base::Result<std::vector<UnitKind>> unit_options(const ProgramOptions& options) 
   return units;
 }
 
+base::Result<FixtureKind> fixture_option(const ProgramOptions& options) {
+  const std::string text = options.text("--fixture").value_or("six-positions");
+  if (text == "six-positions") return FixtureKind::six_positions;
+  if (text == "two-axis") return FixtureKind::two_axis;
+  return base::bad_input(fmt::format("option --fixture must be six-positions or two-axis, not '{}'", text));
+}
+
 base::Result<LabServerOptions> server_options(const ProgramOptions& options, int units) {
   LabServerOptions server;
   const auto rate = rate_option(options);
@@ -96,9 +104,12 @@ base::Result<LabServerOptions> server_options(const ProgramOptions& options, int
   const auto chamber = chamber_option(options);
   if (!chamber) return base::forward_error(chamber);
   server.chamber = *chamber;
+  const auto fixture = fixture_option(options);
+  if (!fixture) return base::forward_error(fixture);
+  server.kinds.fixture = *fixture;
   auto kinds = unit_options(options);
   if (!kinds) return base::forward_error(kinds);
-  server.units = *std::move(kinds);
+  server.kinds.units = *std::move(kinds);
   const auto base_port = options.whole("--base-port", 1, kMaxBasePort);
   if (!base_port) return base::forward_error(base_port);
   if (*base_port) server.base_port = static_cast<int>(**base_port);
@@ -133,7 +144,8 @@ struct Order {
 
 base::Result<Order> parse_order(const std::vector<std::string>& arguments) {
   const auto options = ProgramOptions::parse(
-      arguments, {"--out", "--seed", "--units", "--rate", "--config", "--base-port", "--chamber", "--maps"},
+      arguments,
+      {"--out", "--seed", "--units", "--rate", "--config", "--base-port", "--chamber", "--fixture", "--maps"},
       {"--pty", "--decoder"});
   if (!options) return base::forward_error(options);
   const auto folder = options->required("--out", "the folder for station.toml");

@@ -77,9 +77,9 @@ base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::
   if (!standards) return base::forward_error(standards);
   if (auto connected = connect_devices(); !connected) return base::forward_error(connected);
   const double air_c = lab_->chamber.reading()->air_c;
-  for (const base::Status& able :
-       {check_chamber(*checked, *chamber_), check_disk(*checked, first_step, catalog_.data_folder()),
-        check_room(*checked, first_step, config_.room_c, air_c)}) {
+  for (const base::Status& able : {check_chamber(*checked, *chamber_), check_fixture(*checked, fixture_.get()),
+                                   check_disk(*checked, first_step, catalog_.data_folder()),
+                                   check_room(*checked, first_step, config_.room_c, air_c)}) {
     if (!able) return base::forward_error(able);
   }
   // The pre-flight leaves the chamber alone.
@@ -162,6 +162,10 @@ base::Status Engine::pause(const std::string& user) {
     if (state_ == LabState::paused) return tl::unexpected<base::Error>(wrong_state("the campaign is paused already"));
     if (state_ != LabState::running) return tl::unexpected<base::Error>(wrong_state("no campaign is running"));
     lab_->break_segment("paused by " + user);
+    // Somebody may open the door.
+    if (auto halted = lab_->halt_fixture(); !halted) {
+      log_.add("device", "fixture", "cannot be halted: " + halted.error().message);
+    }
     set_state(LabState::paused, "paused by " + user);
     return nlohmann::json();
   });

@@ -11,8 +11,8 @@ namespace {
 
 /// Steps that stand on a judgement of temperature and position, which a break makes void.
 bool stands_on_judgement(StepKind kind) {
-  return kind == StepKind::move || kind == StepKind::set_temperature || kind == StepKind::wait_stable ||
-         kind == StepKind::record;
+  return kind == StepKind::move || kind == StepKind::spin || kind == StepKind::set_temperature ||
+         kind == StepKind::wait_stable || kind == StepKind::record;
 }
 
 }  // namespace

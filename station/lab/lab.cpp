@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "station/fixture_rates.h"
 #include "station/identity.h"
 #include "station/lab/run_source.h"
 
@@ -113,7 +114,8 @@ base::Status Lab::add_rows(UnitChannel& unit, std::span<const hal::ImuSample> sa
     labels.position = moving_ ? "" : unit.position().label;
     const auto added = recorder_->add(unit.recorder_index, samples.subspan(first, last - first), labels);
     if (!added) return added;
-    if (in_segment[first]) unit.noise->add(samples.subspan(first, last - first));
+    // What a turning fixture adds is not the unit's noise.
+    if (in_segment[first] && labels.rate_dps == 0.0) unit.noise->add(samples.subspan(first, last - first));
     first = last;
   }
   return {};
@@ -182,7 +184,8 @@ base::Status Lab::open_recorder(const PlannedRun& run) {
     recorded.push_back({unit->serial(), unit->type().name, unit->type(), std::move(positions)});
   }
   const Purpose purpose = run.preflight ? Purpose::diagnosis : procedure().purpose;
-  auto recorder = RunRecorder::begin(catalog, info, std::string(name_of(purpose)), std::move(recorded));
+  auto recorder = RunRecorder::begin(catalog, info, std::string(name_of(purpose)), std::move(recorded),
+                                     !procedure().rate_positions.empty());
   if (!recorder) return base::forward_error(recorder);
   recorder_ = *std::move(recorder);
   return {};
@@ -233,6 +236,11 @@ base::Result<hal::FixtureReading> Lab::ask_fixture() {
   return reading;
 }
 
+base::Status Lab::halt_fixture() {
+  if (labels_.rate_dps != 0.0) set_moving(true);
+  return fixture == nullptr ? base::Status{} : fixture->halt();
+}
+
 void Lab::begin_segment(double seconds) {
   for (UnitChannel* unit : active_units()) {
     unit->capture.emplace(seconds);
@@ -240,7 +248,12 @@ void Lab::begin_segment(double seconds) {
   }
 }
 
-int& Lab::attempts(const UnitChannel& unit) { return attempts_[{unit.serial(), labels_.visit, unit.position().label}]; }
+std::string Lab::place_of(const UnitChannel& unit) const {
+  const std::string& label = unit.position().label;
+  return labels_.rate_dps == 0.0 ? label : label_at_rate(label, labels_.rate_dps);
+}
+
+int& Lab::attempts(const UnitChannel& unit) { return attempts_[{unit.serial(), labels_.visit, place_of(unit)}]; }
 
 void Lab::close_capture(UnitChannel& unit, const std::optional<std::string>& why_not) {
   if (!unit.capture) return;
@@ -249,8 +262,8 @@ void Lab::close_capture(UnitChannel& unit, const std::optional<std::string>& why
   if (!has_rows) return;
   const int attempt = attempts(unit)++;
   if (!why_not) return;
-  rejected_.push_back({unit.serial(), labels_.visit, unit.position().label, attempt, *why_not});
-  log.add("segment", unit.serial(), fmt::format("{} is not used: {}", unit.position().label, *why_not));
+  rejected_.push_back({unit.serial(), labels_.visit, place_of(unit), attempt, *why_not});
+  log.add("segment", unit.serial(), fmt::format("{} is not used: {}", place_of(unit), *why_not));
 }
 
 void Lab::end_segment(const std::map<std::string, std::string>& why_not) {

@@ -63,6 +63,9 @@ class Lab {
   /// What the fixture said last; nothing where it did not answer.
   [[nodiscard]] const std::optional<hal::FixtureReading>& fixture_reading() const { return fixture_reading_; }
 
+  /// Ends a turning at a rate, where there is one.
+  [[nodiscard]] base::Status halt_fixture();
+
   /// Takes what the units and the chamber say, moves the time on, writes to the run file, gives up units that are lost.
   /// An error is one of storage: nothing more can be recorded.
   [[nodiscard]] base::Status poll();
@@ -82,7 +85,11 @@ class Lab {
 
   /// Rows from now on belong to this set point; without one they are on the way.
   void set_plateau(std::optional<double> plateau_c, calib::Sweep sweep, int visit);
-  void set_moving(bool moving) { moving_ = moving; }
+  /// `rate_dps`: at which the fixture turns where the units have come to.
+  void set_moving(bool moving, double rate_dps = 0.0) {
+    moving_ = moving;
+    labels_.rate_dps = rate_dps;
+  }
   /// Begins to capture a segment from every active unit.
   void begin_segment(double seconds);
   /// Ends the captures. `why_not`, where given for a unit, rejects its segment.
@@ -99,6 +106,8 @@ class Lab {
   void close_capture(UnitChannel& unit, const std::optional<std::string>& why_not);
   [[nodiscard]] base::Status record_chamber();
   void look_for_lost_units();
+  /// The unit's position, with the rate where the fixture turns.
+  [[nodiscard]] std::string place_of(const UnitChannel& unit) const;
   [[nodiscard]] int& attempts(const UnitChannel& unit);
   [[nodiscard]] base::Status open_recorder(const PlannedRun& run);
   [[nodiscard]] std::string free_label(const std::string& label) const;

@@ -83,23 +83,26 @@ std::optional<std::uint8_t> sweep_number(calib::Sweep sweep) {
 
 }  // namespace
 
-std::vector<db::ChannelInfo> imu_channels() {
-  return {channel("t_s", SampleType::f64, "s"),
-          label_channel("phase", {"soak", "ramp"}),
-          label_channel("sweep", {"up", "down"}),
-          channel("plateau_c", SampleType::f64, "c"),
-          label_channel("position", {calib::kSixPositionLabels.begin(), calib::kSixPositionLabels.end()}),
-          channel(kVisitChannel, SampleType::i16, ""),
-          channel("chamber_c", SampleType::f64, "c"),
-          channel("temp_c", SampleType::f32, "c"),
-          channel("gyro_x", SampleType::f32, "rps", "gx_rps"),
-          channel("gyro_y", SampleType::f32, "rps", "gy_rps"),
-          channel("gyro_z", SampleType::f32, "rps", "gz_rps"),
-          channel("accel_x", SampleType::f32, "mps2", "ax_mps2"),
-          channel("accel_y", SampleType::f32, "mps2", "ay_mps2"),
-          channel("accel_z", SampleType::f32, "mps2", "az_mps2"),
-          channel("packet", SampleType::u32, ""),
-          channel("status", SampleType::u32, "")};
+std::vector<db::ChannelInfo> imu_channels(bool with_rates) {
+  std::vector<db::ChannelInfo> channels = {
+      channel("t_s", SampleType::f64, "s"),
+      label_channel("phase", {"soak", "ramp"}),
+      label_channel("sweep", {"up", "down"}),
+      channel("plateau_c", SampleType::f64, "c"),
+      label_channel("position", {calib::kSixPositionLabels.begin(), calib::kSixPositionLabels.end()}),
+      channel(kVisitChannel, SampleType::i16, ""),
+      channel("chamber_c", SampleType::f64, "c"),
+      channel("temp_c", SampleType::f32, "c"),
+      channel("gyro_x", SampleType::f32, "rps", "gx_rps"),
+      channel("gyro_y", SampleType::f32, "rps", "gy_rps"),
+      channel("gyro_z", SampleType::f32, "rps", "gz_rps"),
+      channel("accel_x", SampleType::f32, "mps2", "ax_mps2"),
+      channel("accel_y", SampleType::f32, "mps2", "ay_mps2"),
+      channel("accel_z", SampleType::f32, "mps2", "az_mps2"),
+      channel("packet", SampleType::u32, ""),
+      channel("status", SampleType::u32, "")};
+  if (with_rates) channels.push_back(channel("rate_dps", SampleType::f64, "dps"));
+  return channels;
 }
 
 std::vector<db::ChannelInfo> chamber_channels() {
@@ -109,7 +112,7 @@ std::vector<db::ChannelInfo> chamber_channels() {
 }
 
 std::vector<db::Column> imu_columns(std::span<const hal::ImuSample> samples, const RowLabels& labels,
-                                    std::optional<int> visit, std::optional<double> new_chamber_c) {
+                                    std::optional<int> visit, std::optional<double> new_chamber_c, bool with_rates) {
   std::vector<db::Column> columns;
   columns.push_back(column_of<double>(samples, [](const auto& s, std::size_t) { return s.t_s; }));
   columns.push_back(constant_column(samples, phase_number(labels.phase)));
@@ -129,6 +132,8 @@ std::vector<db::Column> imu_columns(std::span<const hal::ImuSample> samples, con
   }
   columns.push_back(column_of<std::uint32_t>(samples, [](const auto& s, std::size_t) { return s.packet; }));
   columns.push_back(column_of<std::uint32_t>(samples, [](const auto& s, std::size_t) { return s.status; }));
+  const bool placed = !labels.position.empty();
+  if (with_rates) columns.push_back(constant_column(samples, placed ? std::optional(labels.rate_dps) : std::nullopt));
   return columns;
 }
 

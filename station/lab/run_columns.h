@@ -22,16 +22,19 @@ struct RowLabels {
   calib::Sweep sweep = calib::Sweep::unknown;
   std::optional<double> plateau_c;  ///< set point
   std::string position;             ///< one of the six labels; empty = moving
-  int visit = -1;  ///< ordinal of the plateau in the plan; -1 = counted from the changes of `plateau_c`, from 0
+  int visit = -1;         ///< ordinal of the plateau in the plan; -1 = counted from the changes of `plateau_c`, from 0
+  double rate_dps = 0.0;  ///< at which the fixture turns in that position
 };
 
 /// Ordinal of the plateau in the plan, where it is known. Segments get their visits from this channel.
 inline constexpr std::string_view kVisitChannel = "visit";
 
-/// Channels of a unit's stream, and rows for it in that order. `new_chamber_c` goes into the first row.
-[[nodiscard]] std::vector<db::ChannelInfo> imu_channels();
+/// Channels of a unit's stream, and rows for it in that order. `new_chamber_c` goes into the first row. `with_rates`:
+/// the last channel is the rate of the fixture, where the unit has a position.
+[[nodiscard]] std::vector<db::ChannelInfo> imu_channels(bool with_rates);
 [[nodiscard]] std::vector<db::Column> imu_columns(std::span<const hal::ImuSample> samples, const RowLabels& labels,
-                                                  std::optional<int> visit, std::optional<double> new_chamber_c);
+                                                  std::optional<int> visit, std::optional<double> new_chamber_c,
+                                                  bool with_rates);
 
 /// The same for the chamber's log, one row.
 [[nodiscard]] std::vector<db::ChannelInfo> chamber_channels();

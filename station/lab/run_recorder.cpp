@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "calib/position.h"
+#include "station/fixture_rates.h"
 #include "station/run_streams.h"
 
 namespace soak::station {
@@ -58,15 +59,14 @@ std::optional<int> UnitState::visit_of(const RowLabels& labels) {
 void UnitState::follow_attempts(const RowLabels& labels, std::optional<int> visit, double from_s, double to_s) {
   const bool records = labels.phase == calib::Phase::soak && !labels.position.empty();
   const int number = visit.value_or(-1);
-  const bool continues =
-      records && recording && attempts.back().position == labels.position && attempts.back().visit == number;
+  const std::string place = labels.rate_dps == 0.0 ? labels.position : label_at_rate(labels.position, labels.rate_dps);
+  const bool continues = records && recording && attempts.back().position == place && attempts.back().visit == number;
   recording = records;
   if (continues) attempts.back().to_s = to_s;
   if (!records || continues) return;
-  const auto before = std::count_if(attempts.begin(), attempts.end(), [&](const Attempt& a) {
-    return a.visit == number && a.position == labels.position;
-  });
-  attempts.push_back({number, labels.position, static_cast<int>(before), from_s, to_s});
+  const auto before = std::count_if(attempts.begin(), attempts.end(),
+                                    [&](const Attempt& a) { return a.visit == number && a.position == place; });
+  attempts.push_back({number, place, static_cast<int>(before), from_s, to_s});
 }
 
 bool is_position(std::string_view label) {
@@ -130,7 +130,8 @@ struct RunRecorder::Impl {
   db::Catalog& catalog;
   db::RunFileWriter file;
   db::RunInfo info;
-  SealedRun sealed;            ///< `sha256` is empty while the file is open
+  SealedRun sealed;  ///< `sha256` is empty while the file is open
+  bool with_rates = false;
   bool noted_silence = false;  ///< the events of units without rows are in the file
   std::vector<UnitState> units;
   std::size_t chamber_stream = 0;
@@ -144,7 +145,7 @@ RunRecorder::~RunRecorder() = default;
 
 base::Status RunRecorder::Impl::add_streams(const std::vector<RecordedUnit>& added) {
   for (const RecordedUnit& unit : added) {
-    const auto stream = file.add_stream({std::string(kImuStream), unit.serial, imu_channels()});
+    const auto stream = file.add_stream({std::string(kImuStream), unit.serial, imu_channels(with_rates)});
     if (!stream) return base::forward_error(stream);
     UnitState state;
     state.unit = unit;
@@ -163,7 +164,7 @@ base::Status RunRecorder::Impl::add_streams(const std::vector<RecordedUnit>& add
 }
 
 base::Result<RunRecorder> RunRecorder::begin(db::Catalog& catalog, const db::RunInfo& info, std::string purpose,
-                                             std::vector<RecordedUnit> units) {
+                                             std::vector<RecordedUnit> units, bool with_rates) {
   if (const auto valid = check_units(units); !valid) return base::forward_error(valid);
   if (const auto valid = check_purpose(purpose); !valid) return base::forward_error(valid);
   if (const auto valid = check_label(catalog, info, units); !valid) return base::forward_error(valid);
@@ -176,6 +177,7 @@ base::Result<RunRecorder> RunRecorder::begin(db::Catalog& catalog, const db::Run
   if (!file) return base::forward_error(file);
   auto impl = std::make_unique<Impl>(catalog, *std::move(file));
   impl->info = std::move(stated);
+  impl->with_rates = with_rates;
   if (const auto added = impl->add_streams(units); !added) return base::forward_error(added);
   impl->sealed.path = path;
   impl->sealed.units = std::move(units);
@@ -217,7 +219,8 @@ base::Status RunRecorder::add(std::size_t unit, std::span<const hal::ImuSample> 
   if (auto valid = impl_->check_rows(state, samples, labels); !valid) return valid;
   if (samples.empty()) return {};
   const std::optional<int> visit = state.visit_of(labels);
-  auto added = impl_->file.append(state.stream, imu_columns(samples, labels, visit, state.new_chamber_c));
+  auto added =
+      impl_->file.append(state.stream, imu_columns(samples, labels, visit, state.new_chamber_c, impl_->with_rates));
   // Every other error leaves the rows in the writer's memory.
   if (!added && added.error().kind == base::ErrorKind::bad_input) return added;
   if (const auto noted = impl_->place(state, labels.position, samples.front().t_s); added && !noted) added = noted;

@@ -23,9 +23,9 @@ namespace soak::station {
 
 /// A segment that shall not be used. It is withdrawn by a void record, never left out of the file.
 struct Rejected {
-  std::string unit;  ///< serial number
-  int visit = 0;     ///< as in RowLabels; -1 where neither the labels nor a plateau give one
-  std::string position;
+  std::string unit;      ///< serial number
+  int visit = 0;         ///< as in RowLabels; -1 where neither the labels nor a plateau give one
+  std::string position;  ///< where the fixture turns, with the rate: label_at_rate()
   int attempt = 0;  ///< how many attempts the unit has in that position of that visit before, see RunRecorder::add()
   std::string reason;
 };
@@ -37,10 +37,11 @@ class RunRecorder {
  public:
   /// Creates runs/<run id>.soakrun and enters units that are new into the catalog: their types are known now, while
   /// whoever finds the file of a killed soakd knows serial numbers only. `purpose` as in db::RunRow; it takes the place
-  /// of that in `info`. Refuses no units, a serial number that stands twice, and a run whose campaign holds its label
-  /// already for one of them (bad_input).
+  /// of that in `info`. `with_rates`: rows may be of a fixture that turns. Refuses no units, a serial number that
+  /// stands twice, and a run whose campaign holds its label already for one of them (bad_input).
   [[nodiscard]] static base::Result<RunRecorder> begin(db::Catalog& catalog, const db::RunInfo& info,
-                                                       std::string purpose, std::vector<RecordedUnit> units);
+                                                       std::string purpose, std::vector<RecordedUnit> units,
+                                                       bool with_rates = false);
   RunRecorder(RunRecorder&&) noexcept;
   RunRecorder& operator=(RunRecorder&&) noexcept;
   ~RunRecorder();

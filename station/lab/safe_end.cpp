@@ -26,6 +26,15 @@ std::vector<int> outputs_of(const Lab& lab) {
 SafeEnd::SafeEnd(std::string reason, double end_c, bool outputs_off)
     : reason_(std::move(reason)), outputs_off_(outputs_off), warmth_(end_c) {}
 
+/// Tried for as long as the chamber takes; the chamber does not wait for it.
+void SafeEnd::halt_fixture(Lab& lab) {
+  const auto halted = lab.halt_fixture();
+  fixture_rests_ = halted.has_value();
+  if (fixture_rests_ || fixture_is_blamed_) return;
+  fixture_is_blamed_ = true;
+  lab.log.add("device", "fixture", "cannot be halted: " + halted.error().message);
+}
+
 bool SafeEnd::make_chamber_safe(Lab& lab) {
   if (outputs_off_) return lab.chamber.chamber().stop().has_value();
   return warmth_.poll(lab);
@@ -36,6 +45,7 @@ bool SafeEnd::poll(Lab& lab) {
   if (const auto& reading = lab.chamber.reading()) {
     for (const hal::ChamberAlarm& alarm : reading->alarms) outputs_off_ = outputs_off_ || alarm.outputs_off;
   }
+  if (!fixture_rests_) halt_fixture(lab);
   if (!chamber_is_safe_) chamber_is_safe_ = make_chamber_safe(lab);
   if (!chamber_is_safe_) return false;
   if (const auto sealed = lab.end_run(reason_); !sealed) {

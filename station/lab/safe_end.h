@@ -10,7 +10,8 @@
 namespace soak::station {
 
 /// The way to the safe state when a campaign is cut short: whatever is broken does not keep the rest from being made
-/// safe. Chamber warm and off (at once off where an alarm asks for it), run file sealed and voided, units off.
+/// safe. Fixture halted, chamber warm and off (at once off where an alarm asks for it), run file sealed and voided,
+/// units off.
 class SafeEnd {
  public:
   /// `outputs_off`: heating and cooling must not run a moment longer.
@@ -23,6 +24,7 @@ class SafeEnd {
   [[nodiscard]] std::string text(const Lab& lab) const;
 
  private:
+  void halt_fixture(Lab& lab);
   [[nodiscard]] bool make_chamber_safe(Lab& lab);
   void switch_units_off(Lab& lab);
 
@@ -30,6 +32,8 @@ class SafeEnd {
   bool outputs_off_;
   Warmth warmth_;
   bool chamber_is_safe_ = false;
+  bool fixture_rests_ = false;
+  bool fixture_is_blamed_ = false;
 };
 
 }  // namespace soak::station

@@ -2,7 +2,9 @@
 #include "station/lab/start_check.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -15,6 +17,7 @@
 
 #include "base/sha256.h"
 #include "station/check_standard.h"
+#include "station/fixture_rates.h"
 #include "station/lab/preflight.h"
 #include "station/procedure/rating_check.h"
 #include "station/text_line.h"
@@ -24,6 +27,7 @@ namespace soak::station {
 namespace {
 
 constexpr double kRoomTolerance_c = 10.0;
+constexpr double kRangeShare = 0.9;
 
 /// Slot → serial number: those of the request, else those of the configuration.
 base::Result<std::map<std::string, std::string>> serials(const StartRequest& request, const StationConfig& config) {
@@ -174,6 +178,35 @@ base::Status check_chamber(const CheckedStart& checked, const hal::Chamber& cham
                            procedure.file);
   }
   return check_ratings(procedure, types_of(checked.units), chamber.min_set_point_c(), chamber.max_set_point_c());
+}
+
+base::Status check_fixture(const CheckedStart& checked, const hal::Fixture* fixture) {
+  const Procedure& procedure = checked.plan.procedure;
+  if (fixture == nullptr) {
+    if (procedure.rate_positions.empty()) return {};
+    return base::bad_input("the procedure has [rates], but the fixture is turned by hand", procedure.file);
+  }
+  const auto positions = fixture->positions();
+  for (const Step& step : checked.plan.steps) {
+    if (step.kind != StepKind::move || std::ranges::find(positions, step.position) != positions.end()) continue;
+    return base::bad_input(
+        fmt::format("the plan needs position {}, the fixture knows {}", step.position, fmt::join(positions, ", ")),
+        fixture->description());
+  }
+  for (const std::string& position : procedure.rate_positions) {
+    for (const double rate_dps : procedure.rates_dps) {
+      if (auto able = fixture->can_spin(position, rate_dps); !able) return able;
+    }
+  }
+  for (const CheckedUnit& unit : checked.units) {
+    for (const double rate_dps : procedure.rates_dps) {
+      if (std::abs(rate_dps) < kRangeShare * unit.type.gyro_range_dps.value_or(kFastestFixture_dps)) continue;
+      return base::bad_input(fmt::format("{:g} deg/s are too near the end of the gyros' range of unit {}, {:g} deg/s",
+                                         rate_dps, unit.serial, unit.type.gyro_range_dps.value_or(0.0)),
+                             procedure.file);
+    }
+  }
+  return {};
 }
 
 base::Result<JudgedReferences> check_references(const db::Catalog& catalog, const CheckedStart& checked,

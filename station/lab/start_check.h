@@ -12,6 +12,7 @@
 #include "calib/unit_type.h"
 #include "db/catalog.h"
 #include "hal/chamber.h"
+#include "hal/fixture.h"
 #include "station/lab/lab_service.h"
 #include "station/procedure/plan.h"
 #include "station/reference_rule.h"
@@ -38,6 +39,10 @@ struct CheckedStart {
 
 /// Checks what a connected chamber says of its own limits. Errors are bad_input.
 [[nodiscard]] base::Status check_chamber(const CheckedStart& checked, const hal::Chamber& chamber);
+
+/// Checks that the fixture (null = turned by hand) knows the positions of the plan and can turn at its rates. Errors
+/// are bad_input.
+[[nodiscard]] base::Status check_fixture(const CheckedStart& checked, const hal::Fixture* fixture);
 
 /// Whether the disk under `folder` holds what the plan will write from step `first_step` on.
 [[nodiscard]] base::Status check_disk(const CheckedStart& checked, std::size_t first_step,

@@ -83,6 +83,7 @@ void UnitChannel::take(const hal::ImuSample& sample) {
     temp_c_.reset();
   }
   attitude_.add(sample);
+  rate_.add(sample);
 }
 
 double UnitChannel::silent_s() const { return std::chrono::duration<double>(steady_clock::now() - streamed_).count(); }

@@ -17,6 +17,7 @@
 #include "station/lab/attitude_watch.h"
 #include "station/lab/lab_time.h"
 #include "station/lab/noise_watch.h"
+#include "station/lab/rate_watch.h"
 #include "station/lab/segment_capture.h"
 #include "station/station_config.h"
 
@@ -77,6 +78,9 @@ class UnitChannel {
   void expect_position(const std::string& fixture_up);
   [[nodiscard]] const calib::Position& position() const { return position_; }
   [[nodiscard]] const AttitudeWatch& attitude() const { return attitude_; }
+  /// The fixture turns (or shall turn) at this rate in that position.
+  void expect_rate(double rate_dps) { rate_.expect(position_, rate_dps); }
+  [[nodiscard]] const RateWatch& rate() const { return rate_; }
 
   std::optional<SegmentCapture> capture;  ///< while a segment is recorded
   std::size_t recorder_index = 0;         ///< in the open run file
@@ -108,6 +112,7 @@ class UnitChannel {
   bool closed_ = false;
   calib::StabilityJudge judge_;
   AttitudeWatch attitude_;
+  RateWatch rate_;
   calib::Position position_;
 };
 

@@ -36,6 +36,8 @@ std::string_view name_of(StepKind kind) {
       return "power_on";
     case StepKind::move:
       return "move";
+    case StepKind::spin:
+      return "spin";
     case StepKind::set_temperature:
       return "set_temperature";
     case StepKind::wait_stable:

@@ -25,13 +25,17 @@ std::string action_text(const Step& step) {
       return "units on";
     case StepKind::move:
       return fmt::format("turn to {}", step.position);
+    case StepKind::spin:
+      return step.rate_dps == 0.0 ? "halt the turning"
+                                  : fmt::format("turn at {:+g} deg/s in {}", step.rate_dps, step.position);
     case StepKind::set_temperature:
       return "drive the chamber there";
     case StepKind::wait_stable:
       return fmt::format("wait until settled{}, at most {:.0f} s", step.after_turn ? " after the turn" : "",
                          step.seconds);
     case StepKind::record:
-      return fmt::format("record {:g} s at {}", step.seconds, step.position);
+      return fmt::format("record {:g} s at {}{}", step.seconds, step.position,
+                         step.rate_dps == 0.0 ? "" : fmt::format(", {:+g} deg/s", step.rate_dps));
     case StepKind::check:
       return "judge the pre-flight recordings";
     case StepKind::warm_end:

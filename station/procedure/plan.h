@@ -19,6 +19,7 @@ enum class StepKind : std::uint8_t {
   turn_fixture,     ///< the operator turns the whole fixture about the vertical to `heading_deg`
   power_on,         ///< opens the run's file; switches the units on; each proves that it restarted and who it is
   move,             ///< turns the fixture to `position`; the units' accelerometers prove it
+  spin,             ///< turns it at `rate_dps` in `position`, the units' gyros prove it; at 0 it is halted
   set_temperature,  ///< gives the set point `temp_c` and waits until the air is there
   wait_stable,      ///< until every unit is settled, at most `seconds`
   record,           ///< `seconds` of samples in `position` at plateau `temp_c`
@@ -36,6 +37,7 @@ struct Step {
   calib::Sweep sweep = calib::Sweep::unknown;
   std::string position;      ///< fixture position
   double heading_deg = 0.0;  ///< turn_fixture: against the usual heading, clockwise seen from above
+  double rate_dps = 0.0;     ///< spin, record: of the fixture about the vertical, counter-clockwise seen from above
   double seconds = 0.0;
   bool after_turn = false;  ///< wait_stable: the short check after a turn
   double estimate_s = 0.0;  ///< expected process time

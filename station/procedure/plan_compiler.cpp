@@ -81,6 +81,7 @@ class Compiler {
     if (visit_ == 0 || position_ != order.front()) move_to(order.front());
     set_temperature();
     if (procedure().kind != ProcedureKind::ramp) visit_positions(order);
+    visit_rates();
   }
 
   /// The chamber stays where it is; the visit that follows at this set point keeps its sweep.
@@ -102,6 +103,21 @@ class Compiler {
       if (turned) move_to(position);
       wait_stable(turned);
       record(procedure().dwell_s);
+    }
+  }
+
+  /// Each begins with a turn, also where the fixture stands there already: a break goes back to it, not farther.
+  void visit_rates() {
+    for (const std::string& position : procedure().rate_positions) {
+      move_to(position);
+      wait_stable(true);
+      for (const double rate_dps : procedure().rates_dps) {
+        spin(rate_dps);
+        record(procedure().rate_dwell_s);
+        plan_.steps.back().rate_dps = rate_dps;
+      }
+      spin(0.0);
+      position_.clear();  // it comes to rest wherever it does
     }
   }
 
@@ -149,6 +165,12 @@ class Compiler {
   void move_to(const std::string& position) {
     position_ = position;
     add(StepKind::move).estimate_s = kTurn_s;
+  }
+
+  void spin(double rate_dps) {
+    Step& step = add(StepKind::spin);
+    step.rate_dps = rate_dps;
+    step.estimate_s = kTurn_s;
   }
 
   /// Expected time until the air has gone to `temp_c`, from where it was left.

@@ -25,6 +25,7 @@ nlohmann::json step_document(const Step& step) {
                              {"position", step.position},     {"seconds", step.seconds},
                              {"after_turn", step.after_turn}, {"estimate_s", step.estimate_s}};
   if (step.kind == StepKind::turn_fixture) document["heading_deg"] = step.heading_deg;
+  if (step.rate_dps != 0.0) document["rate_dps"] = step.rate_dps;
   document["visit"] = step.visit >= 0 ? nlohmann::json(step.visit) : nlohmann::json();
   return document;
 }

@@ -175,6 +175,46 @@ void read_positions(const SettingsTable& root, Procedure& p) {
   p.turned_deg = table->number("turned_deg", {-180.0, 180.0}, p.turned_deg);
 }
 
+/// Each of them once, of those in which the fixture also rests: there the bias comes from.
+std::vector<std::string> read_rate_positions(const SettingsTable& table, const Procedure& p) {
+  constexpr bool required = true;
+  std::vector<std::string> labels;
+  std::vector<std::string> findings;
+  for (const std::string& text : table.texts("positions", required)) {
+    const auto position = calib::position_named(text);
+    const std::string label = position ? position->label : text;
+    if (std::ranges::find(p.positions, label) == p.positions.end()) {
+      findings.push_back(fmt::format("'{}' is none of positions.order", text));
+    } else if (std::ranges::find(labels, label) != labels.end()) {
+      findings.push_back(fmt::format("'{}' stands twice in rates.positions", text));
+    }
+    labels.push_back(label);
+  }
+  if (table.has("positions") && labels.empty()) findings.emplace_back("'rates.positions' needs one position at least");
+  refuse_all(table, "positions", findings);
+  return labels;
+}
+
+void read_rates(const SettingsTable& table, Procedure& p) {
+  constexpr bool required = true;
+  constexpr double kSlowest_dps = 5.0;
+  constexpr double kFastest_dps = 2000.0;
+  if (p.kind != ProcedureKind::soak) table.refuse("", "[rates] go with kind 'soak' only");
+  p.rate_positions = read_rate_positions(table, p);
+  p.rates_dps = table.numbers("list_dps", {-kFastest_dps, kFastest_dps}, required);
+  p.rate_dwell_s = table.number("dwell_s", {1.0, kDay_s}, p.rate_dwell_s);
+  std::vector<std::string> findings;
+  for (auto rate = p.rates_dps.begin(); rate != p.rates_dps.end(); ++rate) {
+    if (std::abs(*rate) < kSlowest_dps) {
+      findings.push_back(fmt::format("{:g} deg/s is too slow: {:g} at least, in either sense", *rate, kSlowest_dps));
+    } else if (std::find(p.rates_dps.begin(), rate, *rate) != rate) {
+      findings.push_back(fmt::format("{:g} deg/s stands twice in rates.list_dps", *rate));
+    }
+  }
+  if (table.has("list_dps") && p.rates_dps.empty()) findings.emplace_back("'rates.list_dps' needs one rate at least");
+  refuse_all(table, "list_dps", findings);
+}
+
 void read_stability(const SettingsTable& table, StabilitySettings& s) {
   s.slope_kpmin = table.number("slope_kpmin", {0.0001, 10.0}, s.slope_kpmin);
   s.confidence = table.number("confidence", {0.5, 0.999}, s.confidence);
@@ -210,7 +250,9 @@ void refuse_too_few_readings(const SettingsTable& root, const Procedure& p) {
 }
 
 void refuse_too_many_steps(const SettingsTable& root, const Procedure& p) {
-  const std::size_t steps = static_cast<std::size_t>(p.runs) * p.set_points_c.size() * (3 * p.positions.size() + 2);
+  const std::size_t spins = p.rate_positions.size() * (3 + 2 * p.rates_dps.size());
+  const std::size_t steps =
+      static_cast<std::size_t>(p.runs) * p.set_points_c.size() * (3 * p.positions.size() + spins + 2);
   if (steps <= kMostSteps || !root.has("runs")) return;
   root.refuse("runs", fmt::format("the procedure makes about {} steps; at most {} are taken: fewer runs, or several "
                                   "campaigns",
@@ -237,6 +279,7 @@ void read_sections(const SettingsTable& root, Procedure& p) {
   read_temperatures(root, p);
   read_section(root, "reference", [&](const SettingsTable& t) { read_reference(t, p); });
   read_positions(root, p);
+  read_section(root, "rates", [&](const SettingsTable& t) { read_rates(t, p); });
   read_section(root, "stability", [&](const SettingsTable& t) { read_stability(t, p.stability); });
   read_section(root, "segment", [&](const SettingsTable& t) {
     p.segment_change_c = t.number("change_max_c", {0.001, 100.0}, p.segment_change_c);

@@ -56,10 +56,13 @@ struct Procedure {
   double overshoot_c = 2.0;               ///< by which the air may pass a set point: counted against ratings
   std::vector<std::string> positions;     ///< fixture positions in the order of the first run
   PositionChange position_change = PositionChange::rotate_and_reverse;
-  double turned_deg = 0.0;        ///< of the whole fixture about the vertical, clockwise seen from above, while it runs
-  double dwell_s = 600.0;         ///< recorded in each position
-  double segment_change_c = 0.1;  ///< a segment in which a unit's temperature moved more is repeated
-  int segment_attempts = 3;       ///< before the last one is kept and marked
+  double turned_deg = 0.0;  ///< of the whole fixture about the vertical, clockwise seen from above, while it runs
+  double dwell_s = 600.0;   ///< recorded in each position
+  std::vector<std::string> rate_positions;  ///< in which each visit ends with turning at each of `rates_dps`
+  std::vector<double> rates_dps;            ///< about the vertical, counter-clockwise seen from above
+  double rate_dwell_s = 60.0;               ///< recorded at each rate
+  double segment_change_c = 0.1;            ///< a segment in which a unit's temperature moved more is repeated
+  int segment_attempts = 3;                 ///< before the last one is kept and marked
   StabilitySettings stability;
   double rate_hz = 100.0;  ///< asked of the units
   double temp_rate_hz = 10.0;

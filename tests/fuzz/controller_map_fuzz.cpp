@@ -2,11 +2,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
 #include <vector>
 
+#include "hal/devices.h"
 #include "hal/modbus/registers.h"
 #include "hal/register_map.h"
 #include "hal/text/answer.h"
@@ -50,6 +52,22 @@ void check_actions(const Map& map) {
   }
 }
 
+void check_axes(const hal::RegisterMap& map) {
+  if (!map.axes) return;
+  const std::size_t count = map.positions.size();
+  require(count > 0 && map.azimuths_deg.size() == count && map.axes->angles_deg.size() == count &&
+              map.axes->spin_sign.size() == count,
+          "each position has its angles");
+  for (const hal::AxisAngles& angles : map.axes->angles_deg) {
+    const hal::Quantity& outer = map.quantities.at("outer_request");
+    const hal::Quantity& inner = map.quantities.at("inner_request");
+    require(angles.outer_deg >= *outer.min && angles.outer_deg <= *outer.max && angles.inner_deg >= *inner.min &&
+                angles.inner_deg <= *inner.max,
+            "the cables bear every position");
+  }
+  require(hal::make_modbus_fixture(map).has_value(), "a map with axes makes a fixture");
+}
+
 bool check_register_map(std::string_view text) {
   const auto map = hal::parse_register_map(text, "fuzz.toml");
   const auto device = hal::parse_register_map(text, "fuzz.toml", hal::MapUse::device);
@@ -60,6 +78,7 @@ bool check_register_map(std::string_view text) {
   }
   for (const auto& [name, quantity] : map->quantities) check_quantity(quantity);
   check_actions(*map);
+  check_axes(*map);
   require(map->link.max_block >= 2 && map->link.response_timeout_s > 0.0, "a link has its limits");
   for (const hal::AlarmRule& rule : map->alarms) {
     require(!rule.addresses.empty(), "an alarm has registers");

@@ -162,6 +162,43 @@ class PymodbusTest(ModbusTest):
         self.assertEqual(answer, bytes([0x83, ILLEGAL_ADDRESS]))
 
 
+class TwoAxisTest(ModbusTest):
+    OPTIONS = ("--units", 1, "--rate", 200, "--fixture", "two-axis")
+    OUTER_REQUEST, INNER_REQUEST, RATE_REQUEST, COMMAND, OUTER, INNER, RATE, STANDS = 0, 2, 4, 6, 10, 12, 14, 16
+
+    def told(self, address):
+        """A float, high word first."""
+        answer = self.client("fixture").read_holding_registers(address, 2, slave=1)
+        return BinaryPayloadDecoder.fromRegisters(answer.registers, Endian.Big, Endian.Big).decode_32bit_float()
+
+    def ask(self, address, value):
+        builder = BinaryPayloadBuilder(byteorder=Endian.Big, wordorder=Endian.Big)
+        builder.add_32bit_float(value)
+        return self.client("fixture").write_registers(address, builder.to_registers(), slave=1)
+
+    def wait_until_it_stands(self):
+        client = self.client("fixture")
+        wait_for(lambda: self.number(client, self.STANDS) == 0, "it stands")
+
+    def test_it_goes_to_angles_when_it_is_told_and_turns_at_a_rate(self):
+        client = self.client("fixture")
+        self.assertEqual(self.number(client, 32), 0x5441)
+        self.assertFalse(self.ask(self.OUTER_REQUEST, 90.0).isError())
+        self.assertFalse(self.ask(self.INNER_REQUEST, -45.5).isError())
+        self.assertEqual((self.told(self.OUTER), self.told(self.INNER)), (0.0, 0.0))
+        self.write(client, self.COMMAND, 1)
+        self.wait_until_it_stands()
+        self.assertEqual((self.told(self.OUTER), self.told(self.INNER)), (90.0, -45.5))
+        self.assertFalse(self.ask(self.RATE_REQUEST, -30.0).isError())
+        self.write(client, self.COMMAND, 2)
+        self.wait_until_it_stands()
+        self.assertEqual(self.told(self.RATE), -30.0)
+        before = self.told(self.INNER)
+        wait_for(lambda: self.told(self.INNER) != before, "the angle goes on")
+        self.assert_exception(self.ask(self.OUTER_REQUEST, 200.0), ILLEGAL_VALUE)
+        self.assert_exception(self.ask(self.OUTER, 0.0), ILLEGAL_ADDRESS)
+
+
 class MbpollTest(ModbusTest):
     OPTIONS = ("--units", 1, "--rate", 50)
 

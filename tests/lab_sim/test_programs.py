@@ -51,6 +51,7 @@ class ProgramsTest(unittest.TestCase):
         self.assertIn("not 'nan'", self.refused(*out, "--rate", "nan"))
         self.assertIn("1 to 2, not '3'", self.refused(*out, "--units", 2, "--pty", 1, 3))
         self.assertIn("not '70000'", self.refused(*out, "--base-port", 70000))
+        self.assertIn("six-positions or two-axis, not 'hexapod'", self.refused(*out, "--fixture", "hexapod"))
         self.assertFalse((self.folder / "lab").exists(), "nothing is left behind")
         self.assertIn("unknown option '--out'", self.refused(*out, program="SOAKSIM_TRUTH"))
         self.assertIn("1 to 16, not '0'", self.refused("--units", 0, program="SOAKSIM_TRUTH"))
@@ -115,6 +116,12 @@ class ProgramsTest(unittest.TestCase):
         self.addCleanup(lab.end)
         with (lab.folder / "station.toml").open("rb") as file:
             self.assertEqual(tomllib.load(file)["site"], {"gravity_mps2": 9.80665, "latitude_deg": -33.5})
+        two_axis = Soaksim("--units", 1, "--config", config, "--fixture", "two-axis")
+        self.addCleanup(two_axis.end)
+        with (two_axis.folder / "station.toml").open("rb") as file:
+            station = tomllib.load(file)
+        self.assertEqual(station["site"]["azimuth_deg"], 30.0)
+        self.assertTrue(station["fixture"]["map"].endswith("fixtures/two-axis.toml"))
 
     def test_base_port_names_all_ports(self):
         for base in range(21000, 29000, 100):  # the first place where all are free

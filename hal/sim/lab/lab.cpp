@@ -5,17 +5,20 @@
 
 namespace soak::hal::sim {
 
-Lab::Lab(const CampaignConfig& config, const std::vector<UnitKind>& kinds)
+Lab::Lab(const CampaignConfig& config, const LabKinds& kinds)
     : chamber_(config.lab, config.seed),
-      fixture_(config.lab.turn_s_per_rad, config.earth),
+      fixture_(make_fixture(kinds.fixture, config)),
       relay_([this](int output, bool on) {
         const auto index = static_cast<std::size_t>(output - 1);
         if (index < devices_.size()) devices_[index]->switch_power(on, now_);
       }) {
   for (int number = 1; number <= config.units; ++number) {
-    const auto index = std::min(static_cast<std::size_t>(number), kinds.size()) - 1;
-    devices_.push_back(make_unit(kinds[index], config, number));
+    devices_.push_back(make_unit(kinds.unit(number), config, number));
   }
+}
+
+UnitKind LabKinds::unit(int number) const {
+  return units[std::min(static_cast<std::size_t>(number), units.size()) - 1];
 }
 
 Tick Lab::next_due() const {
@@ -26,8 +29,8 @@ Tick Lab::next_due() const {
 
 void Lab::advance_to(Tick next) {
   now_ = next;
-  fixture_.advance_to(now_);
-  const Attitude attitude = fixture_.attitude();
+  fixture_->advance_to(now_);
+  const Attitude attitude = fixture_->attitude();
   if (now_ % kTicksPerStep == 0) {
     chamber_.step(kStep_s);
     for (const auto& device : devices_) device->unit().step(chamber_.plant(), attitude);

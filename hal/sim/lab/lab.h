@@ -7,20 +7,28 @@
 
 #include "hal/sim/campaign_config.h"
 #include "hal/sim/lab/device_time.h"
+#include "hal/sim/lab/lab_fixture.h"
 #include "hal/sim/lab/simulated_chamber.h"
-#include "hal/sim/lab/simulated_fixture.h"
 #include "hal/sim/lab/simulated_relay.h"
 #include "hal/sim/lab/unit_electronics.h"
 
 namespace soak::hal::sim {
 
+/// What stands in the laboratory.
+struct LabKinds {
+  FixtureKind fixture = FixtureKind::six_positions;
+  std::vector<UnitKind> units{UnitKind::xsens};  ///< of slot 1, 2, ..., the last counting for all that follow
+
+  /// Of slot `number`, from 1.
+  [[nodiscard]] UnitKind unit(int number) const;
+};
+
 /// The whole laboratory in its own time: a chamber with a fixture in it, units on the fixture, a relay card that feeds
 /// them. What happens depends on the configuration and on what is written at which tick, and on nothing else.
 class Lab {
  public:
-  /// `config.units` units: relay output n feeds unit n, which is of the n-th of `kinds` (one at least), the last
-  /// counting for all that follow.
-  explicit Lab(const CampaignConfig& config, const std::vector<UnitKind>& kinds = {UnitKind::xsens});
+  /// `config.units` units: relay output n feeds unit n.
+  explicit Lab(const CampaignConfig& config, const LabKinds& kinds = {});
 
   [[nodiscard]] Tick now() const { return now_; }
   /// Next tick at which anything happens.
@@ -29,7 +37,7 @@ class Lab {
   void advance_to(Tick next);
 
   [[nodiscard]] SimulatedChamber& chamber() { return chamber_; }
-  [[nodiscard]] SimulatedFixture& fixture() { return fixture_; }
+  [[nodiscard]] LabFixture& fixture() { return *fixture_; }
   [[nodiscard]] SimulatedRelay& relay() { return relay_; }
   [[nodiscard]] std::size_t unit_count() const { return devices_.size(); }
   /// `index` counts from 0.
@@ -39,7 +47,7 @@ class Lab {
  private:
   Tick now_ = 0;
   SimulatedChamber chamber_;
-  SimulatedFixture fixture_;
+  std::unique_ptr<LabFixture> fixture_;
   SimulatedRelay relay_;
   std::vector<std::unique_ptr<UnitElectronics>> devices_;
 };

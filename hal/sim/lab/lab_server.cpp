@@ -36,10 +36,6 @@ int port_at(const std::optional<int>& base_port, int offset) { return base_port 
 
 }  // namespace
 
-UnitKind LabServerOptions::unit(int number) const {
-  return units[std::min(static_cast<std::size_t>(number), units.size()) - 1];
-}
-
 base::Result<std::unique_ptr<LabServer>> LabServer::open(const CampaignConfig& config,
                                                          const LabServerOptions& options) {
   std::unique_ptr<LabServer> server(new LabServer(config, options));

@@ -24,10 +24,7 @@ struct LabServerOptions {
   std::optional<int> base_port;  ///< absent = any free ports
   std::set<int> pty_slots;       ///< slots (from 1) with a pseudo-terminal instead of a TCP port
   ChamberKind chamber = ChamberKind::f4t;
-  std::vector<UnitKind> units{UnitKind::xsens};  ///< of slot 1, 2, ..., the last counting for all that follow
-
-  /// Of slot `number`, from 1.
-  [[nodiscard]] UnitKind unit(int number) const;
+  LabKinds kinds;
 };
 
 /// A TCP port of 127.0.0.1, or the path of a pseudo-terminal.
@@ -55,7 +52,7 @@ class LabServer {
 
  private:
   LabServer(const CampaignConfig& config, const LabServerOptions& options)
-      : lab_(config, options.units), clock_(options.rate) {}
+      : lab_(config, options.kinds), clock_(options.rate) {}
 
   [[nodiscard]] base::Status open_servers(const std::optional<int>& base_port);
   [[nodiscard]] base::Status open_wire(const LabServerOptions& options);

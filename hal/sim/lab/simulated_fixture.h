@@ -5,22 +5,20 @@
 
 #include "hal/sim/attitude.h"
 #include "hal/sim/lab/device_time.h"
+#include "hal/sim/lab/lab_fixture.h"
 #include "hal/sim/lab/register_table.h"
 
 namespace soak::hal::sim {
 
-/// What turns the units: six positions, numbered 1 ... 6 in the order of calib::kSixPositionLabels. A request that
+/// Six positions, numbered 1 ... 6 in the order of calib::kSixPositionLabels. A request that
 /// comes while it turns is begun when the turn has ended; only the last one counts. It starts in position 5, +Z.
-class SimulatedFixture {
+class SimulatedFixture final : public LabFixture {
  public:
   SimulatedFixture(double turn_s_per_rad, const std::optional<EarthFrame>& earth);
-  SimulatedFixture(const SimulatedFixture&) = delete;
-  SimulatedFixture& operator=(const SimulatedFixture&) = delete;
 
-  void advance_to(Tick now);
-  /// How it holds or turns its own axes now.
-  [[nodiscard]] Attitude attitude() const;
-  [[nodiscard]] RegisterTable& registers() { return registers_; }
+  void advance_to(Tick now) override;
+  [[nodiscard]] Attitude attitude() const override;
+  [[nodiscard]] RegisterTable& registers() override { return registers_; }
 
  private:
   [[nodiscard]] bool moves() const { return turn_end_ > now_; }

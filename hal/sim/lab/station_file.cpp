@@ -66,6 +66,21 @@ std::string device_section(std::string_view name, const fs::path& map, int port)
   return fmt::format("[{}]\nmap = {}\nhost = \"127.0.0.1\"\nport = {}\n\n", name, in_quotes(map.string()), port);
 }
 
+const char* map_of(FixtureKind kind) {
+  return kind == FixtureKind::two_axis ? "two-axis.toml" : "modbus-positioner.toml";
+}
+
+/// The place on Earth, where it turns. The six positions have one heading each whatever the fixture does; the two axes
+/// stand on a base that has one.
+std::string earth_lines(const CampaignConfig& config, const LabServerOptions& options) {
+  if (!config.earth) return "";
+  std::string text = fmt::format("latitude_deg = {}\n", base::shortest(config.earth->latitude_deg));
+  if (options.kinds.fixture == FixtureKind::two_axis) {
+    text += fmt::format("azimuth_deg = {}\n", base::shortest(config.earth->azimuth_deg));
+  }
+  return text;
+}
+
 /// How a station calls units of a kind: protocol, type, and the serial number that the unit itself tells.
 struct UnitWords {
   const char* decoder;
@@ -101,15 +116,14 @@ std::string station_toml(const CampaignConfig& config, const LabServerOptions& o
   std::string text = fmt::format("# The laboratory that soaksim runs, seed {}.\n[clock]\nrate = {}\n\n", config.seed,
                                  base::shortest(options.rate));
   text += chamber_section(folder, options, addresses);
-  text += device_section("fixture", folder / "fixtures" / "modbus-positioner.toml", addresses.fixture);
+  text += device_section("fixture", folder / "fixtures" / map_of(options.kinds.fixture), addresses.fixture);
   text += device_section("power", folder / "power" / "modbus-relay.toml", addresses.relay);
   text += fmt::format("[unit_types]\nfolder = {}\n\n[site]\ngravity_mps2 = {}\n",
                       in_quotes((folder / "units").string()), base::shortest(base::kStandardGravity_mps2));
-  // No azimuth: in the laboratory it belongs to the positions, not to the fixture.
-  if (config.earth) text += fmt::format("latitude_deg = {}\n", base::shortest(config.earth->latitude_deg));
+  text += earth_lines(config, options);
   for (std::size_t i = 0; i < addresses.units.size(); ++i) {
     const int number = static_cast<int>(i) + 1;
-    const UnitWords unit = words_of(options.unit(number), device_id_of(number));
+    const UnitWords unit = words_of(options.kinds.unit(number), device_id_of(number));
     text += slot_section(config.lab.mounting(number), number, unit, addresses.units[i]);
   }
   return text;

@@ -92,8 +92,9 @@ class Move : public StepTask {
     if (there || !overdue(lab, kLongestTurn_s)) return StepProgress::running();
     return StepProgress::failed(
         {base::ErrorKind::device,
-         reading ? fmt::format("the fixture did not come to {} (it says: {}{})", position_,
-                               reading->position.value_or("no position"), reading->moving ? ", moving" : "")
+         reading ? fmt::format("the fixture did not come to {} (it says: {}{}{})", position_,
+                               reading->position.value_or("no position"), reading->moving ? ", moving" : "",
+                               reading->angles.empty() ? "" : "; " + reading->angles)
                  : reading.error().message,
          lab.fixture->description()});
   }

@@ -12,6 +12,8 @@ std::unique_ptr<StepTask> make_task(const Plan& plan, std::size_t index) {
       return make_power_on(plan, step);
     case StepKind::move:
       return make_move(step);
+    case StepKind::spin:
+      return make_spin(step);
     case StepKind::set_temperature:
       return make_set_temperature(plan, step);
     case StepKind::wait_stable:

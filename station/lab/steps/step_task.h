@@ -49,6 +49,7 @@ class StepTask {
 [[nodiscard]] std::unique_ptr<StepTask> make_turn_fixture(const Step& step);
 [[nodiscard]] std::unique_ptr<StepTask> make_power_on(const Plan& plan, const Step& step);
 [[nodiscard]] std::unique_ptr<StepTask> make_move(const Step& step);
+[[nodiscard]] std::unique_ptr<StepTask> make_spin(const Step& step);
 [[nodiscard]] std::unique_ptr<StepTask> make_set_temperature(const Plan& plan, const Step& step);
 [[nodiscard]] std::unique_ptr<StepTask> make_wait_stable(const Plan& plan, const Step& step);
 [[nodiscard]] std::unique_ptr<StepTask> make_record(const Plan& plan, const Step& step);

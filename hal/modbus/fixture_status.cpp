@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/modbus/fixture_status.h"
+
+#include <fmt/format.h>
+
+namespace soak::hal {
+
+FixtureStatus::FixtureStatus(const RegisterMap& map) {
+  const auto& codes = map.quantities.at("status").codes;
+  moving_ = codes.at("moving");
+  standing_ = codes.at("standing");
+  fault_ = codes.at("fault");
+}
+
+base::Result<bool> FixtureStatus::moving(const Controller& controller, double status) const {
+  const auto code = static_cast<int>(status);
+  if (code == fault_) return controller.fail("the fixture reports a fault");
+  if (code == moving_) return true;
+  if (code != standing_) return controller.fail(fmt::format("unknown status {}", code));
+  return false;
+}
+
+}  // namespace soak::hal
