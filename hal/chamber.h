@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "hal/unit_power.h"
 
 namespace soak::hal {
 
@@ -23,6 +24,7 @@ struct ChamberReading {
   double set_point_c = 0.0;
   std::optional<double> working_set_point_c;  ///< moves towards the set point while the controller ramps
   std::optional<double> output_percent;       ///< positive heats, negative cools
+  std::optional<double> air_rh_percent;       ///< relative humidity of the air
   bool running = false;                       ///< control is on: heating and cooling may be driven
   std::vector<ChamberAlarm> alarms;
 };
@@ -53,6 +55,9 @@ class Chamber {
   [[nodiscard]] virtual std::optional<double> min_set_point_c() const = 0;
   [[nodiscard]] virtual std::optional<double> max_set_point_c() const = 0;
   [[nodiscard]] virtual bool can_ramp() const = 0;
+  /// What switches units by outputs of the chamber's controller, over the same link: as long-lived as the chamber, same
+  /// thread. Null where the map names no such output.
+  [[nodiscard]] virtual UnitPower* unit_power() { return nullptr; }
   /// Map and address, for messages and logs.
   [[nodiscard]] virtual std::string description() const = 0;
 };

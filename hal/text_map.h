@@ -62,12 +62,21 @@ struct TextAlarm {
   bool outputs_off = false;
 };
 
-/// A chamber's controller that speaks lines of text, as data: docs/register-maps.md describes the file.
+/// A command whose answer says whether the command before it, which has no answer of its own, was accepted.
+struct TextConfirm {
+  std::string ask;
+  std::vector<std::string> accepted;  ///< beginnings of answers that accept it
+};
+
+/// A controller of a chamber or of unit power that speaks lines of text, as data: docs/register-maps.md describes the
+/// file.
 struct TextMap {
   std::string name;
+  std::string kind = "chamber";  ///< chamber, power
   std::string file;
   TextLinkSettings link;
-  std::vector<std::string> refusals;  ///< beginnings of answers that refuse a command
+  std::vector<std::string> refusals;   ///< beginnings of answers that refuse a command
+  std::optional<TextConfirm> confirm;  ///< where commands that write are not answered
   std::map<std::string, TextQuantity> quantities;
   std::vector<TextProbe> probes;
   std::map<std::string, std::vector<ActionStep>> actions;
@@ -79,7 +88,9 @@ struct TextMap {
 [[nodiscard]] base::Result<TextMap> parse_text_map(std::string_view text, const std::string& file,
                                                    MapUse use = MapUse::any);
 
-/// Refuses (bad_input) a map that lacks a quantity which every chamber needs. Nothing is opened yet.
+/// Refuse (bad_input) a map of another kind, or one that lacks a quantity which every device of the kind needs. Nothing
+/// is opened yet.
 [[nodiscard]] base::Result<std::unique_ptr<Chamber>> make_text_chamber(const TextMap& map);
+[[nodiscard]] base::Result<std::unique_ptr<UnitPower>> make_text_power(const TextMap& map);
 
 }  // namespace soak::hal

@@ -1,13 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 
 namespace soak::hal {
 
-/// What switches the supply of the units, output by output. The rules of Chamber's calls hold.
+/// What an output shall deliver; absent = what the supply is set to at its front.
+struct SupplySettings {
+  std::optional<double> voltage_v;
+  std::optional<double> limit_a;  ///< current that the supply does not exceed
+};
+
+/// What an output says of itself at one moment; nothing where the device does not tell it.
+struct OutputReading {
+  bool on = false;
+  bool tripped = false;  ///< a protection of the supply has switched it off
+  std::optional<double> voltage_v;
+  std::optional<double> current_a;
+  std::optional<double> limit_a;
+};
+
+/// What switches the supply of the units, output by output, counted from 1: relays, a laboratory supply, the event
+/// outputs of a chamber's controller. The rules of Chamber's calls hold.
 class UnitPower {
  public:
   UnitPower() = default;
@@ -16,9 +35,16 @@ class UnitPower {
   virtual ~UnitPower() = default;
 
   [[nodiscard]] virtual base::Status connect() = 0;
-  /// Outputs are numbered from 1. Read back.
+  /// Refuses (bad_input) an output that is not there and settings that it cannot take. Asks nobody.
+  [[nodiscard]] virtual base::Status check(int output, const SupplySettings& settings) const = 0;
+  /// Gives an output its voltage and its current limit, read back. Does not switch it.
+  [[nodiscard]] virtual base::Status prepare(int output, const SupplySettings& settings) = 0;
+  /// Read back.
   [[nodiscard]] virtual base::Status set(int output, bool on) = 0;
-  [[nodiscard]] virtual base::Result<bool> is_on(int output) = 0;
+  /// All of them in one call: many supplies answer for several outputs at once.
+  [[nodiscard]] virtual base::Result<std::map<int, OutputReading>> read(const std::vector<int>& outputs) = 0;
+  /// Whether the output tells its voltage or its current.
+  [[nodiscard]] virtual bool measures(int output) const = 0;
   [[nodiscard]] virtual std::string description() const = 0;
 };
 

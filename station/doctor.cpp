@@ -117,7 +117,7 @@ std::vector<DoctorCheck> check_devices(const StationConfig& config) {
   };
   std::visit([&](const auto& map) { check_controller("chamber", map); }, config.chamber);
   if (config.fixture) check_controller("fixture", *config.fixture);
-  if (config.power) check_controller("power", *config.power);
+  if (config.power) std::visit([&](const auto& map) { check_controller("power", map); }, *config.power);
   for (const Slot& slot : config.slots) checks.push_back(std::visit(CheckAddress{"slot " + slot.name}, slot.address));
   return checks;
 }

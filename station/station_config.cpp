@@ -93,7 +93,7 @@ hal::ChamberMap read_controller(const SettingsTable& table, std::string_view kin
   return map;
 }
 
-/// A fixture or a power switch.
+/// A fixture.
 hal::RegisterMap read_modbus_controller(const SettingsTable& table, std::string_view kind,
                                         const std::filesystem::path& folder) {
   auto map = read_controller(table, kind, folder);
@@ -156,6 +156,8 @@ Slot read_slot(const SettingsTable& table) {
       "decoder", {{"xsens", xsens}, {"ahrs400", ahrs400}, {"vectornav", vectornav}}, slot.decoder);
   slot.axes = read_axes(table, slot.axes);
   slot.power_output = table.optional_whole("power_output", {1, 1000});
+  slot.supply.voltage_v = table.optional_number("supply_v", {0.1, 100.0});
+  slot.supply.limit_a = table.optional_number("supply_limit_a", {0.001, 100.0});
   slot.unit = table.text("unit", "");
   slot.unit_type = table.text("unit_type", "");
   return slot;
@@ -241,6 +243,11 @@ void read_slots(const SettingsTable& root, StationConfig& config) {
     if (config.slots.back().power_output && !root.has("power")) {
       table.refuse("power_output", "'power_output' needs a section [power]");
     }
+    for (const char* key : {"supply_v", "supply_limit_a"}) {
+      if (table.has(key) && !table.has("power_output")) {
+        table.refuse(key, fmt::format("'{}' belongs to an output: 'power_output' is missing", key));
+      }
+    }
   }
   refuse_unknown_types(root, tables, config);
 }
@@ -274,11 +281,22 @@ void read_service(const SettingsTable& root, const std::filesystem::path& folder
   }
 }
 
+/// A switch or supply of its own, or outputs of the chamber's controller.
+void read_power(const SettingsTable& table, const std::filesystem::path& folder, StationConfig& config) {
+  config.power_from_chamber = table.has("from");
+  if (config.power_from_chamber) {
+    (void)table.choice<bool>("from", {{"chamber", true}});
+  } else {
+    config.power = read_controller(table, "power", folder);
+  }
+}
+
 void read_controllers(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
   constexpr bool required = true;
   if (const auto table = root.table("chamber", required)) config.chamber = read_controller(*table, "chamber", folder);
   if (const auto table = root.table("fixture")) config.fixture = read_modbus_controller(*table, "fixture", folder);
-  if (const auto table = root.table("power")) config.power = read_modbus_controller(*table, "power", folder);
+  if (const auto table = root.table("power")) read_power(*table, folder, config);
+  if (const auto table = root.table("purge")) config.purge_below_c = table->number("below_c", {-100.0, 50.0});
 }
 
 /// Heading of a horizontal axis of the fixture that stands with `up` upwards, clockwise from the axis after the

@@ -25,7 +25,8 @@ struct Slot {
   hal::UnitDecoder decoder = hal::UnitDecoder::xsens;
   /// Fixture directions of the unit's own axes x, y, z ("+X" "+Y" "+Z" = mounted straight): right-handed.
   std::array<std::string, 3> axes = {"+X", "+Y", "+Z"};
-  std::optional<int> power_output;  ///< of the relay; absent = not switched by us
+  std::optional<int> power_output;  ///< of the unit power; absent = not switched by us
+  hal::SupplySettings supply;       ///< what that output shall deliver
   std::string unit;                 ///< serial number that stands here; empty = given when a campaign starts
   std::string unit_type;            ///< of a unit that the catalog does not know yet
 };
@@ -39,7 +40,9 @@ struct StationConfig {
   std::filesystem::path unit_types;         ///< folder of unit types
   hal::ChamberMap chamber;                  ///< map file, its link replaced by the station's
   std::optional<hal::RegisterMap> fixture;  ///< absent = turned by hand
-  std::optional<hal::RegisterMap> power;    ///< absent = switched by hand
+  std::optional<hal::ChamberMap> power;     ///< absent = switched by hand, or by the chamber
+  bool power_from_chamber = false;          ///< outputs of the chamber's controller feed the units
+  std::optional<double> purge_below_c;      ///< dry air must flow before the chamber goes below
   std::vector<Slot> slots;
   calib::Site site;
   double dew_point_c = 15.0;  ///< of the room

@@ -15,6 +15,8 @@ bool speaks_text(const std::string& text, const std::string& file) {
 
 base::Result<std::unique_ptr<Chamber>> make(const RegisterMap& map) { return make_modbus_chamber(map); }
 base::Result<std::unique_ptr<Chamber>> make(const TextMap& map) { return make_text_chamber(map); }
+base::Result<std::unique_ptr<UnitPower>> make_power(const RegisterMap& map) { return make_modbus_power(map); }
+base::Result<std::unique_ptr<UnitPower>> make_power(const TextMap& map) { return make_text_power(map); }
 
 }  // namespace
 
@@ -36,8 +38,7 @@ const std::string& name_of(const ChamberMap& map) {
 }
 
 std::string kind_of(const ChamberMap& map) {
-  const auto* registers = std::get_if<RegisterMap>(&map);
-  return registers ? registers->kind : "chamber";
+  return std::visit([](const auto& one) { return one.kind; }, map);
 }
 
 double poll_s(const ChamberMap& map) {
@@ -46,6 +47,10 @@ double poll_s(const ChamberMap& map) {
 
 base::Result<std::unique_ptr<Chamber>> make_chamber(const ChamberMap& map) {
   return std::visit([](const auto& one) { return make(one); }, map);
+}
+
+base::Result<std::unique_ptr<UnitPower>> make_unit_power(const ChamberMap& map) {
+  return std::visit([](const auto& one) { return make_power(one); }, map);
 }
 
 }  // namespace soak::hal

@@ -11,6 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "hal/maps/vocabulary.h"
+#include "hal/power/mapped_power.h"
+
 namespace soak::hal {
 namespace {
 
@@ -18,16 +21,18 @@ constexpr double kLowestCredible_c = -150.0;
 constexpr double kHighestCredible_c = 400.0;
 /// 23.25 °C with its words exchanged is 2e-41: it must not pass for a temperature of 0.
 constexpr double kNoTemperature_c = 1e-20;
+constexpr int kMostOutputs = 64;  ///< of a controller that switches units as well
 
 class MappedChamber final : public Chamber {
  public:
-  explicit MappedChamber(std::unique_ptr<QuantityAccess> controller)
+  explicit MappedChamber(std::shared_ptr<QuantityAccess> controller)
       : controller_(std::move(controller)), mode_(controller_->has("actual_mode") ? "actual_mode" : "control_mode") {
     names_ = {"air_c", "set_point_c", mode_};
-    for (const char* name : {"working_set_point_c", "output_percent"}) {
+    for (const char* name : {"working_set_point_c", "output_percent", "air_rh_percent"}) {
       if (controller_->has(name)) names_.emplace_back(name);
     }
     range_ = map_range_ = controller_->range("set_point_c");
+    if (switches_units()) power_ = make_mapped_power(controller_, kChamberOutput);
   }
 
   base::Status connect() override {
@@ -46,6 +51,7 @@ class MappedChamber final : public Chamber {
     reading.set_point_c = values->at("set_point_c");
     reading.working_set_point_c = optional_value(*values, "working_set_point_c");
     reading.output_percent = optional_value(*values, "output_percent");
+    reading.air_rh_percent = optional_value(*values, "air_rh_percent");
     reading.running = values->at(mode_) == controller_->code(mode_, "auto");
     reading.alarms = *std::move(alarms);
     return reading;
@@ -76,9 +82,17 @@ class MappedChamber final : public Chamber {
   bool can_ramp() const override {
     return controller_->has("ramp_rate") && controller_->has_action("ramp_on") && controller_->has_action("ramp_off");
   }
+  UnitPower* unit_power() override { return power_.get(); }
   std::string description() const override { return controller_->description(); }
 
  private:
+  bool switches_units() const {
+    for (int output = 1; output <= kMostOutputs; ++output) {
+      if (controller_->has(fmt::format("{}{}", kChamberOutput, output))) return true;
+    }
+    return false;
+  }
+
   base::Status switch_control(const char* action, const char* mode) {
     if (controller_->has_action(action)) return controller_->run(action);
     return controller_->write("control_mode", controller_->code("control_mode", mode));
@@ -118,7 +132,8 @@ class MappedChamber final : public Chamber {
     return {};
   }
 
-  std::unique_ptr<QuantityAccess> controller_;
+  std::shared_ptr<QuantityAccess> controller_;
+  std::unique_ptr<UnitPower> power_;
   std::string mode_;
   std::vector<std::string> names_;  ///< read at every reading
   QuantityAccess::Range map_range_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/result.h"
+#include "hal/maps/vocabulary.h"
 #include "hal/modbus/map_check.h"
 
 namespace soak::hal {
@@ -29,7 +30,9 @@ std::vector<std::string> chamber_needs(const RegisterMap& map) {
     note(require_writable(map, "control_mode"), needs);
     note(require_code(map, "control_mode", mode), needs);
   }
-  if (map.quantities.contains("ramp_rate")) note(require_writable(map, "ramp_rate"), needs);
+  for (const auto& [name, quantity] : map.quantities) {
+    if (name == "ramp_rate" || is_numbered(name, {kChamberOutput})) note(require_writable(map, name), needs);
+  }
   return needs;
 }
 

@@ -28,6 +28,10 @@ QuantityAccess::Range Controller::range(const std::string& quantity) const {
   return {held.min, held.max};
 }
 
+bool Controller::has_code(const std::string& quantity, const std::string& name) const {
+  return map_.quantities.at(quantity).codes.contains(name);
+}
+
 double Controller::code(const std::string& quantity, const std::string& name) const {
   return map_.quantities.at(quantity).codes.at(name);
 }

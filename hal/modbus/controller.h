@@ -27,6 +27,7 @@ class Controller final : public QuantityAccess {
   [[nodiscard]] bool has(std::string_view quantity) const override;
   [[nodiscard]] bool has_action(std::string_view action) const override;
   [[nodiscard]] Range range(const std::string& quantity) const override;
+  [[nodiscard]] bool has_code(const std::string& quantity, const std::string& name) const override;
   [[nodiscard]] double code(const std::string& quantity, const std::string& name) const override;
   [[nodiscard]] std::string place(const std::string& quantity) const override;
   [[nodiscard]] std::string description() const override;
@@ -39,8 +40,7 @@ class Controller final : public QuantityAccess {
   /// nothing. Refuses (bad_input) a value beyond the map's limits.
   [[nodiscard]] base::Status write(const std::string& name, double value) override;
   [[nodiscard]] base::Status run(const std::string& action) override;
-  /// Waits a few tenths of a second for a quantity to become `value`.
-  [[nodiscard]] base::Status expect(const std::string& name, double value);
+  [[nodiscard]] base::Status expect(const std::string& name, double value) override;
 
   /// An error of this controller.
   [[nodiscard]] tl::unexpected<base::Error> fail(std::string message) const;

@@ -20,15 +20,6 @@
 namespace soak::hal {
 namespace {
 
-bool is_output(std::string_view name) {
-  for (const std::string_view prefix : {"output_", "state_"}) {
-    if (!name.starts_with(prefix)) continue;
-    const std::string_view number = name.substr(prefix.size());
-    return !number.empty() && number.front() != '0' && number.find_first_not_of("0123456789") == number.npos;
-  }
-  return false;
-}
-
 Vocabulary vocabulary_of(const RegisterMap& map) {
   if (map.kind == "fixture" && map.axes) return two_axis_vocabulary();
   if (map.kind == "fixture") return {{"request", "position", "status"}, {}};
@@ -115,7 +106,7 @@ void check_names(const SettingsTable& quantities, const RegisterMap& map) {
   const Vocabulary known = vocabulary_of(map);
   const std::set<std::string> acted_on = written_by(map.actions);
   for (const auto& [name, quantity] : map.quantities) {
-    const bool asked_for = known.quantities.contains(name) || (map.kind == "power" && is_output(name));
+    const bool asked_for = known.quantities.contains(name) || asks_for(map.kind, name);
     if (asked_for && quantity.command) {
       quantities.refuse(name, fmt::format("'{}' is read as well: it cannot be a command", name));
     }

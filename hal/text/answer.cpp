@@ -85,9 +85,11 @@ std::string write_command(const TextQuantity& quantity, std::string_view spelt) 
   return place == std::string::npos ? command : command.replace(place, kPlaceholder.size(), spelt);
 }
 
-bool is_refusal(const TextMap& map, std::string_view answer) {
-  return std::any_of(map.refusals.begin(), map.refusals.end(),
+bool begins_with_any(std::string_view answer, const std::vector<std::string>& beginnings) {
+  return std::any_of(beginnings.begin(), beginnings.end(),
                      [&](const std::string& beginning) { return answer.starts_with(beginning); });
 }
+
+bool is_refusal(const TextMap& map, std::string_view answer) { return begins_with_any(answer, map.refusals); }
 
 }  // namespace soak::hal

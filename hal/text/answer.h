@@ -27,6 +27,8 @@ namespace soak::hal {
 /// The command that writes the value spelt so.
 [[nodiscard]] std::string write_command(const TextQuantity& quantity, std::string_view spelt);
 
+[[nodiscard]] bool begins_with_any(std::string_view answer, const std::vector<std::string>& beginnings);
+
 /// Whether the controller's answer refuses a command.
 [[nodiscard]] bool is_refusal(const TextMap& map, std::string_view answer);
 

@@ -9,6 +9,9 @@
 namespace soak::hal {
 
 base::Result<std::unique_ptr<Chamber>> make_text_chamber(const TextMap& map) {
+  if (map.kind != "chamber") {
+    return base::bad_input(fmt::format("the text map is of kind \"{}\", not \"chamber\"", map.kind), map.file);
+  }
   if (const auto needs = text_needs(map); !needs.empty()) {
     return base::bad_input(fmt::format("{}", fmt::join(needs, "; ")), map.file);
   }

@@ -38,6 +38,10 @@ QuantityAccess::Range TextController::range(const std::string& quantity) const {
   return {held.min, held.max};
 }
 
+bool TextController::has_code(const std::string& quantity, const std::string& name) const {
+  return map_.quantities.at(quantity).code(name).has_value();
+}
+
 double TextController::code(const std::string& quantity, const std::string& name) const {
   return map_.quantities.at(quantity).code(name).value();
 }
@@ -138,13 +142,43 @@ base::Status TextController::write(const std::string& name, double value) {
     if (!held) return base::forward_error(held);
     if (same_value(quantity, *held, value)) return {};
   }
+  if (auto done = carry_out("writing " + name, write_command(quantity, *spelt)); !done) return done;
+  return map_.write_policy.read_back ? read_back(name, value) : base::Status{};
+}
+
+base::Status TextController::carry_out(const std::string& what, const std::string& command) {
+  if (map_.confirm) {
+    if (auto told = link_.tell(command); !told) {
+      return device_fault(*this, fmt::format("{} ('{}'): {}", what, command, told.error()));
+    }
+    return confirm(what, command);
+  }
   Answers none;
-  if (auto done = ask("writing " + name, write_command(quantity, *spelt), none); !done)
-    return base::forward_error(done);
-  return map_.write_policy.read_back ? expect(name, value) : base::Status{};
+  const auto done = ask(what, command, none);
+  return done ? base::Status{} : base::forward_error(done);
+}
+
+base::Status TextController::confirm(const std::string& what, const std::string& command) {
+  // An error that is left in the controller's list would be taken for one of the next command.
+  constexpr int longest_list = 32;
+  std::vector<std::string> refusals;
+  for (int i = 0; i < longest_list; ++i) {
+    Answers none;
+    const auto answer = ask(what, map_.confirm->ask, none);
+    if (!answer) return base::forward_error(answer);
+    if (begins_with_any(*answer, map_.confirm->accepted)) break;
+    refusals.push_back(*answer);
+  }
+  if (refusals.empty()) return {};
+  return device_fault(*this, fmt::format("{}: '{}' was refused: '{}'", what, command, fmt::join(refusals, "', '")));
 }
 
 base::Status TextController::expect(const std::string& name, double value) {
+  if (auto ready = connect(); !ready) return ready;
+  return read_back(name, value);
+}
+
+base::Status TextController::read_back(const std::string& name, double value) {
   constexpr int tries = 5;
   constexpr std::chrono::milliseconds pause{100};
   const TextQuantity& quantity = map_.quantities.at(name);

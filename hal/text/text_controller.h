@@ -22,6 +22,7 @@ class TextController final : public QuantityAccess {
   [[nodiscard]] bool has(std::string_view quantity) const override;
   [[nodiscard]] bool has_action(std::string_view action) const override;
   [[nodiscard]] Range range(const std::string& quantity) const override;
+  [[nodiscard]] bool has_code(const std::string& quantity, const std::string& name) const override;
   [[nodiscard]] double code(const std::string& quantity, const std::string& name) const override;
   [[nodiscard]] std::string place(const std::string& quantity) const override;
   [[nodiscard]] std::string description() const override;
@@ -31,6 +32,7 @@ class TextController final : public QuantityAccess {
   [[nodiscard]] base::Result<std::vector<ChamberAlarm>> active_alarms() override;
   [[nodiscard]] base::Status write(const std::string& name, double value) override;
   [[nodiscard]] base::Status run(const std::string& action) override;
+  [[nodiscard]] base::Status expect(const std::string& name, double value) override;
 
  private:
   /// Answers by their commands.
@@ -40,7 +42,12 @@ class TextController final : public QuantityAccess {
   [[nodiscard]] base::Result<std::string> ask(const std::string& what, const std::string& command, Answers& answers);
   [[nodiscard]] base::Status prove(const TextProbe& probe);
   [[nodiscard]] base::Result<double> fetch(const std::string& name, Answers& answers);
-  [[nodiscard]] base::Status expect(const std::string& name, double value);
+  /// Sends a command that writes; the controller must accept it.
+  [[nodiscard]] base::Status carry_out(const std::string& what, const std::string& command);
+  /// expect() within a call that has begun.
+  [[nodiscard]] base::Status read_back(const std::string& name, double value);
+  /// Asks the controller what it says of a command that it did not answer.
+  [[nodiscard]] base::Status confirm(const std::string& what, const std::string& command);
   /// An error of an answer, as one of this controller.
   [[nodiscard]] tl::unexpected<base::Error> fault(const std::string& what, const base::Error& error) const;
 

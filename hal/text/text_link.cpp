@@ -106,27 +106,41 @@ tl::expected<std::string, std::string> TextLink::receive(Clock::time_point deadl
   return text;
 }
 
+tl::expected<void, std::string> TextLink::put(const std::string& command, Clock::time_point deadline) {
+  if (auto drained = drain(); !drained) return drained;
+  return send(settings_.prefix + command + settings_.line_end, deadline);
+}
+
 tl::expected<std::string, std::string> TextLink::exchange(const std::string& command) {
   std::this_thread::sleep_until(last_exchange_ + clock_time(settings_.gap_s));
   const auto deadline = Clock::now() + clock_time(settings_.response_timeout_s);
-  if (auto drained = drain(); !drained) return Fault(std::move(drained.error()));
-  if (auto sent = send(settings_.prefix + command + settings_.line_end, deadline); !sent) {
-    return Fault(std::move(sent.error()));
-  }
+  if (auto sent = put(command, deadline); !sent) return Fault(std::move(sent.error()));
   auto answer = receive(deadline);
   last_exchange_ = Clock::now();
   return answer;
 }
 
-tl::expected<std::string, std::string> TextLink::ask(const std::string& command) {
+tl::expected<void, std::string> TextLink::may_go_on() {
   if (!open_) return Fault(patience_.last_fault());
-  if (patience_.call_is_over()) {
-    give_up("answers come too late: a longer 'response_timeout_s' gives the controller more time");
-    return Fault(patience_.last_fault());
-  }
+  if (!patience_.call_is_over()) return {};
+  give_up("answers come too late: a longer 'response_timeout_s' gives the controller more time");
+  return Fault(patience_.last_fault());
+}
+
+tl::expected<std::string, std::string> TextLink::ask(const std::string& command) {
+  if (auto able = may_go_on(); !able) return Fault(std::move(able.error()));
   auto answer = exchange(command);
   if (!answer) give_up(answer.error());
   return answer;
+}
+
+tl::expected<void, std::string> TextLink::tell(const std::string& command) {
+  if (auto able = may_go_on(); !able) return able;
+  std::this_thread::sleep_until(last_exchange_ + clock_time(settings_.gap_s));
+  auto sent = put(command, Clock::now() + clock_time(settings_.response_timeout_s));
+  last_exchange_ = Clock::now();
+  if (!sent) give_up(sent.error());
+  return sent;
 }
 
 }  // namespace soak::hal

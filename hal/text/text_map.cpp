@@ -151,13 +151,23 @@ std::optional<StepTarget> step_target(const TextMap& map, const std::string& nam
 }
 
 void check_names(const SettingsTable& quantities, const TextMap& map) {
-  const Vocabulary known = chamber_vocabulary();
   const std::set<std::string> acted_on = written_by(map.actions);
   for (const auto& [name, quantity] : map.quantities) {
-    if (known.quantities.contains(name) || acted_on.contains(name)) continue;
-    quantities.refuse(
-        name, fmt::format("a device of kind \"chamber\" does not use the quantity '{}', nor does an action", name));
+    if (asks_for(map.kind, name) || acted_on.contains(name)) continue;
+    quantities.refuse(name, fmt::format("a device of kind \"{}\" does not use the quantity '{}', nor does an action",
+                                        map.kind, name));
   }
+}
+
+/// What does not begin so is a refusal: an empty text would accept everything.
+std::optional<TextConfirm> read_confirm(const SettingsTable& root) {
+  const auto table = root.table("confirm");
+  if (!table) return std::nullopt;
+  TextConfirm confirm{read_command(*table, "ask", {}), read_known_texts(*table, "accepted")};
+  if (std::find(confirm.accepted.begin(), confirm.accepted.end(), "") != confirm.accepted.end()) {
+    table->refuse("accepted", "an empty text begins every answer");
+  }
+  return confirm;
 }
 
 WritePolicy read_policy(const SettingsTable& root) {
@@ -173,12 +183,13 @@ TextMap read_map(const SettingsTable& root, MapUse use) {
   TextMap map;
   map.name = root.text("name");
   (void)root.choice<bool>("protocol", {{"text", true}});
-  (void)root.choice<bool>("kind", {{"chamber", true}});
+  map.kind = root.choice<std::string>("kind", {{"chamber", "chamber"}, {"power", "power"}});
   map.refusals = root.texts("refusals");
   if (std::find(map.refusals.begin(), map.refusals.end(), "") != map.refusals.end()) {
     root.refuse("refusals", "an empty text begins every answer");
   }
   if (const auto link = root.table("link", true)) map.link = read_text_link(*link);
+  map.confirm = read_confirm(root);
   const auto quantities = root.table("quantity", true);
   if (quantities) {
     for (const std::string& name : quantities->keys()) {
@@ -186,9 +197,10 @@ TextMap read_map(const SettingsTable& root, MapUse use) {
     }
   }
   for (const SettingsTable& probe : root.tables("probe")) map.probes.push_back(read_probe(probe));
-  map.actions = read_actions(root, "chamber", chamber_vocabulary().actions,
-                             [&map](const std::string& quantity) { return step_target(map, quantity); });
-  if (quantities) check_names(*quantities, map);
+  const std::set<std::string> actions = map.kind == "chamber" ? chamber_vocabulary().actions : std::set<std::string>();
+  map.actions =
+      read_actions(root, map.kind, actions, [&map](const std::string& quantity) { return step_target(map, quantity); });
+  if (quantities && !map.kind.empty()) check_names(*quantities, map);
   map.alarms = read_alarms(root);
   map.write_policy = read_policy(root);
   const auto needs = use == MapUse::device ? text_needs(map) : std::vector<std::string>();

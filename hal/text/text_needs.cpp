@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "hal/maps/vocabulary.h"
+
 namespace soak::hal {
 namespace {
 
@@ -15,7 +17,7 @@ class Needs {
   explicit Needs(const TextMap& map) : map_(map) {}
 
   void quantity(const std::string& name) {
-    if (!find(name)) add(fmt::format("a text map of a chamber needs [quantity.{}]", name));
+    if (!find(name)) add(fmt::format("a text map of a {} needs [quantity.{}]", map_.kind, name));
   }
   void writable(const std::string& name) {
     quantity(name);
@@ -42,10 +44,7 @@ class Needs {
   const TextMap& map_;
 };
 
-}  // namespace
-
-std::vector<std::string> text_needs(const TextMap& map) {
-  Needs needs(map);
+void chamber_needs(const TextMap& map, Needs& needs) {
   needs.quantity("air_c");
   needs.writable("set_point_c");
   needs.word(map.quantities.contains("actual_mode") ? "actual_mode" : "control_mode", "auto");
@@ -54,8 +53,28 @@ std::vector<std::string> text_needs(const TextMap& map) {
     needs.writable("control_mode");
     needs.word("control_mode", code);
   }
-  if (map.quantities.contains("ramp_rate")) needs.writable("ramp_rate");
-  return needs.sentences;
+  for (const auto& [name, quantity] : map.quantities) {
+    if (name == "ramp_rate" || is_numbered(name, {kChamberOutput})) needs.writable(name);
+    if (quantity.words.empty() || !is_numbered(name, {kChamberOutput})) continue;
+    for (const char* code : {"on", "off"}) needs.word(name, code);
+  }
+}
+
+void power_needs(const TextMap& map, Needs& needs) {
+  needs.writable(std::string(kOutput) + "1");
+  for (const auto& [name, quantity] : map.quantities) {
+    if (is_numbered(name, {kOutput, kSetVoltage, kCurrentLimit})) needs.writable(name);
+    if (quantity.words.empty() || !is_numbered(name, {kOutput, kState})) continue;
+    for (const char* code : {"on", "off"}) needs.word(name, code);
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> text_needs(const TextMap& map) {
+  Needs needs(map);
+  map.kind == "power" ? power_needs(map, needs) : chamber_needs(map, needs);
+  return std::move(needs.sentences);
 }
 
 }  // namespace soak::hal

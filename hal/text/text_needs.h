@@ -8,7 +8,7 @@
 
 namespace soak::hal {
 
-/// What a text map lacks to work a chamber, one sentence each; empty = nothing.
+/// What a text map lacks to work a device of its kind, one sentence each; empty = nothing.
 [[nodiscard]] std::vector<std::string> text_needs(const TextMap& map);
 
 }  // namespace soak::hal

@@ -79,13 +79,28 @@ base::Status Engine::make_devices() {
     if (!fixture) return base::forward_error(fixture);
     fixture_ = *std::move(fixture);
   }
-  if (config_.power) {
-    auto power = hal::make_modbus_power(*config_.power);
-    if (!power) return base::forward_error(power);
-    power_ = *std::move(power);
-  }
-  lab_ = std::make_unique<Lab>(config_, catalog_, log_, *chamber_, fixture_.get(), power_.get());
+  const auto power = make_power();
+  if (!power) return base::forward_error(power);
+  lab_ = std::make_unique<Lab>(config_, catalog_, log_, *chamber_, fixture_.get(), *power);
   return {};
+}
+
+base::Result<hal::UnitPower*> Engine::make_power() {
+  if (config_.power) {
+    auto made = hal::make_unit_power(*config_.power);
+    if (!made) return base::forward_error(made);
+    power_ = *std::move(made);
+  }
+  hal::UnitPower* power = config_.power_from_chamber ? chamber_->unit_power() : power_.get();
+  if (config_.power_from_chamber && power == nullptr) {
+    return base::bad_input("'power.from' is \"chamber\", but the chamber's map has no 'unit_power_1'", config_.file);
+  }
+  for (const Slot& slot : config_.slots) {
+    if (!power || !slot.power_output) continue;
+    const auto able = power->check(*slot.power_output, slot.supply);
+    if (!able) return base::bad_input(fmt::format("slot {}: {}", slot.name, able.error().message), config_.file);
+  }
+  return power;
 }
 
 void Engine::make_units(const CheckedStart& checked) {

@@ -72,6 +72,8 @@ class Engine : public LabService {
  private:
   Engine(const StationConfig& config, db::Catalog& catalog);
   [[nodiscard]] base::Status make_devices();
+  /// What switches the units; null where that is done by hand.
+  [[nodiscard]] base::Result<hal::UnitPower*> make_power();
   [[nodiscard]] base::Status take_over();
   [[nodiscard]] base::Status know_unfinished();
   void know_units_of(const db::CampaignRow& row);
@@ -122,7 +124,7 @@ class Engine : public LabService {
   History history_;
   std::unique_ptr<hal::Chamber> chamber_;
   std::unique_ptr<hal::Fixture> fixture_;
-  std::unique_ptr<hal::UnitPower> power_;
+  std::unique_ptr<hal::UnitPower> power_;  ///< where it is a device of its own
   std::unique_ptr<Lab> lab_;
 
   LabState state_ = LabState::idle;

@@ -32,8 +32,11 @@ Lab::Lab(const StationConfig& config_, db::Catalog& catalog_, EventLog& log_, ha
       log(log_),
       time(config_.clock_rate),
       chamber(chamber_, hal::poll_s(config_.chamber)),
-      fixture(fixture_),
-      power(power_) {}
+      fixture(fixture_) {
+  if (power_) {
+    supply.emplace(*power_, hal::poll_s(config.power ? *config.power : config.chamber), config.clock_rate);
+  }
+}
 
 std::vector<UnitChannel*> Lab::active_units() const {
   std::vector<UnitChannel*> active;
@@ -61,6 +64,7 @@ base::Status Lab::poll() {
     if (const auto status = record_chamber(); !status) stored = status;
   }
   look_for_lost_units();
+  watch_supply();
   const auto host_now = std::chrono::steady_clock::now();
   if (recorder_ && host_now - flushed_ >= kFlushEvery) {
     flushed_ = host_now;
@@ -137,6 +141,43 @@ void Lab::look_for_lost_units() {
   }
 }
 
+void Lab::watch_supply() {
+  if (!recorder_ || !supply) return;
+  std::vector<int> outputs;
+  for (const UnitChannel* unit : active_units()) {
+    const auto& output = unit->slot().power_output;
+    if (output && supply->measures(*output)) outputs.push_back(*output);
+  }
+  if (outputs.empty()) return;
+  const bool answered_before = supply->fault().empty();
+  const bool fresh = supply->poll(outputs, now_s());
+  if (answered_before != supply->fault().empty()) {
+    log.add("device", "power",
+            answered_before ? "does not say how it is, volts and amps are not recorded: " + supply->fault()
+                            : "answers again");
+  }
+  if (!fresh) return;
+  for (UnitChannel* unit : active_units()) judge_supply(*unit);
+}
+
+void Lab::judge_supply(UnitChannel& unit) {
+  const auto& output = unit.slot().power_output;
+  const auto reading = output ? supply->reading(*output) : std::nullopt;
+  if (!reading) return;
+  recorder_->add_supply(unit.recorder_index, *reading);
+  const auto trouble = supply->trouble(*output);
+  if (!trouble) return;
+  cut_off(unit);
+  lose(unit, *trouble + "; switched off");
+}
+
+void Lab::cut_off(const UnitChannel& unit) {
+  const int output = *unit.slot().power_output;
+  if (const auto off = supply->switch_off(output, now_s()); !off) {
+    log.add("power", unit.serial(), fmt::format("output {} cannot be switched off: {}", output, off.error().message));
+  }
+}
+
 void Lab::lose(UnitChannel& unit, const std::string& why) {
   log.add("unit", unit.serial(), fmt::format("lost for the rest of the run: {}", why));
   if (recorder_) {
@@ -181,7 +222,9 @@ base::Status Lab::open_recorder(const PlannedRun& run) {
     unit->recorder_index = recorded.size();
     auto positions = positions_of(unit->slot(), config);
     for (calib::Position& position : positions) turn(position, procedure().turned_deg);
-    recorded.push_back({unit->serial(), unit->type().name, unit->type(), std::move(positions)});
+    const auto& output = unit->slot().power_output;
+    const bool measured = supply && output && supply->measures(*output);
+    recorded.push_back({unit->serial(), unit->type().name, unit->type(), std::move(positions), measured});
   }
   const Purpose purpose = run.preflight ? Purpose::diagnosis : procedure().purpose;
   auto recorder = RunRecorder::begin(catalog, info, std::string(name_of(purpose)), std::move(recorded),
@@ -218,6 +261,7 @@ base::Status Lab::end_run(const std::optional<std::string>& void_reason) {
   if (!rows) return base::forward_error(rows);
   const std::string label = recorder_->info().label;
   recorder_.reset();
+  if (supply) supply->forget();
   log.add("run", label,
           void_reason ? "sealed and voided: " + *void_reason
                       : fmt::format("sealed, {} segments withdrawn", rejected_.size()));

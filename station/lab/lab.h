@@ -21,6 +21,7 @@
 #include "station/lab/prompts.h"
 #include "station/lab/run_recorder.h"
 #include "station/lab/unit_channel.h"
+#include "station/lab/unit_supply.h"
 #include "station/procedure/plan.h"
 #include "station/station_config.h"
 
@@ -32,6 +33,7 @@ struct Campaign {
   std::string user;
   Plan plan;
   std::vector<std::string> losses = {};  ///< units that were lost or left out, and in which run
+  bool purge_confirmed = false;          ///< dry air flows: somebody said so
 };
 
 /// What the steps of a campaign work on: devices, units, the open run file. Belongs to the engine's thread.
@@ -45,8 +47,8 @@ class Lab {
   EventLog& log;
   LabTime time;
   ChamberMonitor chamber;
-  hal::Fixture* const fixture;  ///< null = turned by hand
-  hal::UnitPower* const power;  ///< null = switched by hand
+  hal::Fixture* const fixture;       ///< null = turned by hand
+  std::optional<UnitSupply> supply;  ///< nothing = switched by hand
   Prompts prompts;
   Campaign campaign;
   std::vector<std::unique_ptr<UnitChannel>> units;
@@ -82,6 +84,8 @@ class Lab {
 
   /// Gives a unit up for the rest of the run.
   void lose(UnitChannel& unit, const std::string& why);
+  /// Switches the output of a unit off whose supply is at fault.
+  void cut_off(const UnitChannel& unit);
 
   /// Rows from now on belong to this set point; without one they are on the way.
   void set_plateau(std::optional<double> plateau_c, calib::Sweep sweep, int visit);
@@ -108,6 +112,8 @@ class Lab {
   void look_for_lost_units();
   /// The unit's position, with the rate where the fixture turns.
   [[nodiscard]] std::string place_of(const UnitChannel& unit) const;
+  void watch_supply();
+  void judge_supply(UnitChannel& unit);
   [[nodiscard]] int& attempts(const UnitChannel& unit);
   [[nodiscard]] base::Status open_recorder(const PlannedRun& run);
   [[nodiscard]] std::string free_label(const std::string& label) const;

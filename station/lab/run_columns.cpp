@@ -83,7 +83,7 @@ std::optional<std::uint8_t> sweep_number(calib::Sweep sweep) {
 
 }  // namespace
 
-std::vector<db::ChannelInfo> imu_channels(bool with_rates) {
+std::vector<db::ChannelInfo> imu_channels(bool with_supply, bool with_rates) {
   std::vector<db::ChannelInfo> channels = {
       channel("t_s", SampleType::f64, "s"),
       label_channel("phase", {"soak", "ramp"}),
@@ -101,18 +101,25 @@ std::vector<db::ChannelInfo> imu_channels(bool with_rates) {
       channel("accel_z", SampleType::f32, "mps2", "az_mps2"),
       channel("packet", SampleType::u32, ""),
       channel("status", SampleType::u32, "")};
+  if (with_supply) {
+    channels.push_back(channel("supply_v", SampleType::f64, "v"));
+    channels.push_back(channel("supply_a", SampleType::f64, "a"));
+  }
   if (with_rates) channels.push_back(channel("rate_dps", SampleType::f64, "dps"));
   return channels;
 }
 
 std::vector<db::ChannelInfo> chamber_channels() {
-  return {channel("t_s", SampleType::f64, "s"), channel("chamber_c", SampleType::f64, "c"),
-          channel("set_point_c", SampleType::f64, "c"), channel("working_set_point_c", SampleType::f64, "c"),
-          channel("output_percent", SampleType::f64, "")};
+  return {channel("t_s", SampleType::f64, "s"),           channel("chamber_c", SampleType::f64, "c"),
+          channel("set_point_c", SampleType::f64, "c"),   channel("working_set_point_c", SampleType::f64, "c"),
+          channel("output_percent", SampleType::f64, ""), channel("chamber_rh", SampleType::f64, "")};
 }
 
 std::vector<db::Column> imu_columns(std::span<const hal::ImuSample> samples, const RowLabels& labels,
-                                    std::optional<int> visit, std::optional<double> new_chamber_c, bool with_rates) {
+                                    std::optional<int> visit, const SlowReadings& fresh, bool with_rates) {
+  const auto in_first_row = [&](const std::optional<double>& value) {
+    return column_of<double>(samples, [&](const auto&, std::size_t row) { return row == 0 ? value : std::nullopt; });
+  };
   std::vector<db::Column> columns;
   columns.push_back(column_of<double>(samples, [](const auto& s, std::size_t) { return s.t_s; }));
   columns.push_back(constant_column(samples, phase_number(labels.phase)));
@@ -121,8 +128,7 @@ std::vector<db::Column> imu_columns(std::span<const hal::ImuSample> samples, con
   columns.push_back(constant_column(samples, position_number(labels.position)));
   const auto visit_number = visit ? std::optional(static_cast<std::int16_t>(*visit)) : std::nullopt;
   columns.push_back(constant_column(samples, visit_number));
-  columns.push_back(column_of<double>(
-      samples, [&](const auto&, std::size_t row) { return row == 0 ? new_chamber_c : std::nullopt; }));
+  columns.push_back(in_first_row(fresh.chamber_c));
   columns.push_back(column_of<float>(samples, [](const auto& s, std::size_t) { return s.temp_c; }));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     columns.push_back(column_of<float>(samples, [axis](const auto& s, std::size_t) { return s.rate_rps[axis]; }));
@@ -132,14 +138,22 @@ std::vector<db::Column> imu_columns(std::span<const hal::ImuSample> samples, con
   }
   columns.push_back(column_of<std::uint32_t>(samples, [](const auto& s, std::size_t) { return s.packet; }));
   columns.push_back(column_of<std::uint32_t>(samples, [](const auto& s, std::size_t) { return s.status; }));
+  if (fresh.with_supply) {
+    columns.push_back(in_first_row(fresh.supply_v));
+    columns.push_back(in_first_row(fresh.supply_a));
+  }
   const bool placed = !labels.position.empty();
   if (with_rates) columns.push_back(constant_column(samples, placed ? std::optional(labels.rate_dps) : std::nullopt));
   return columns;
 }
 
 std::vector<db::Column> chamber_columns(double t_s, const hal::ChamberReading& reading) {
-  return {one_value(t_s), one_value(reading.air_c), one_value(reading.set_point_c),
-          one_value(reading.working_set_point_c), one_value(reading.output_percent)};
+  return {one_value(t_s),
+          one_value(reading.air_c),
+          one_value(reading.set_point_c),
+          one_value(reading.working_set_point_c),
+          one_value(reading.output_percent),
+          one_value(reading.air_rh_percent)};
 }
 
 }  // namespace soak::station

@@ -29,11 +29,20 @@ struct RowLabels {
 /// Ordinal of the plateau in the plan, where it is known. Segments get their visits from this channel.
 inline constexpr std::string_view kVisitChannel = "visit";
 
-/// Channels of a unit's stream, and rows for it in that order. `new_chamber_c` goes into the first row. `with_rates`:
-/// the last channel is the rate of the fixture, where the unit has a position.
-[[nodiscard]] std::vector<db::ChannelInfo> imu_channels(bool with_rates);
+/// What came since the last row of a unit from devices that are slower than it.
+struct SlowReadings {
+  bool with_supply = false;  ///< the stream has the channels of the supply
+  std::optional<double> chamber_c;
+  std::optional<double> supply_v;
+  std::optional<double> supply_a;
+};
+
+/// Channels of a unit's stream, and rows for it in that order. `fresh` goes into the first row. `with_supply`: with
+/// voltage and current of its supply. `with_rates`: the last channel is the rate of the fixture, where the unit has a
+/// position.
+[[nodiscard]] std::vector<db::ChannelInfo> imu_channels(bool with_supply, bool with_rates);
 [[nodiscard]] std::vector<db::Column> imu_columns(std::span<const hal::ImuSample> samples, const RowLabels& labels,
-                                                  std::optional<int> visit, std::optional<double> new_chamber_c,
+                                                  std::optional<int> visit, const SlowReadings& fresh,
                                                   bool with_rates);
 
 /// The same for the chamber's log, one row.

@@ -37,8 +37,8 @@ struct UnitState {
   std::set<std::string> placed;                ///< labels of the rows in it
   std::uint64_t rows = 0;
   double last_t_s = kNever_s;
-  std::optional<double> new_chamber_c;  ///< for the next row
-  int counted_visit = -1;               ///< where the labels do not number the visits
+  SlowReadings fresh;      ///< for the next row
+  int counted_visit = -1;  ///< where the labels do not number the visits
   std::optional<double> last_plateau_c;
   bool recording = false;  ///< the last row belongs to the last attempt
   std::vector<Attempt> attempts;
@@ -145,10 +145,12 @@ RunRecorder::~RunRecorder() = default;
 
 base::Status RunRecorder::Impl::add_streams(const std::vector<RecordedUnit>& added) {
   for (const RecordedUnit& unit : added) {
-    const auto stream = file.add_stream({std::string(kImuStream), unit.serial, imu_channels(with_rates)});
+    const auto stream =
+        file.add_stream({std::string(kImuStream), unit.serial, imu_channels(unit.supply_is_measured, with_rates)});
     if (!stream) return base::forward_error(stream);
     UnitState state;
     state.unit = unit;
+    state.fresh.with_supply = unit.supply_is_measured;
     state.stream = *stream;
     if (!unit.positions.empty()) {
       const auto positions = add_position_stream(file, unit.serial, unit.positions);
@@ -219,15 +221,15 @@ base::Status RunRecorder::add(std::size_t unit, std::span<const hal::ImuSample> 
   if (auto valid = impl_->check_rows(state, samples, labels); !valid) return valid;
   if (samples.empty()) return {};
   const std::optional<int> visit = state.visit_of(labels);
-  auto added =
-      impl_->file.append(state.stream, imu_columns(samples, labels, visit, state.new_chamber_c, impl_->with_rates));
+  auto added = impl_->file.append(state.stream, imu_columns(samples, labels, visit, state.fresh, impl_->with_rates));
   // Every other error leaves the rows in the writer's memory.
   if (!added && added.error().kind == base::ErrorKind::bad_input) return added;
   if (const auto noted = impl_->place(state, labels.position, samples.front().t_s); added && !noted) added = noted;
   state.follow_attempts(labels, visit, samples.front().t_s, samples.back().t_s);
   state.rows += samples.size();
   state.last_t_s = samples.back().t_s;
-  state.new_chamber_c.reset();
+  state.fresh = SlowReadings{};
+  state.fresh.with_supply = state.unit.supply_is_measured;
   return added;
 }
 
@@ -237,8 +239,14 @@ base::Status RunRecorder::add_chamber(double t_s, const hal::ChamberReading& rea
   auto added = impl_->file.append(impl_->chamber_stream, chamber_columns(time_s, reading));
   if (!added && added.error().kind == base::ErrorKind::bad_input) return added;
   impl_->last_chamber_t_s = time_s;
-  for (UnitState& unit : impl_->units) unit.new_chamber_c = reading.air_c;
+  for (UnitState& unit : impl_->units) unit.fresh.chamber_c = reading.air_c;
   return added;
+}
+
+void RunRecorder::add_supply(std::size_t unit, const hal::OutputReading& reading) {
+  SlowReadings& fresh = impl_->units.at(unit).fresh;
+  fresh.supply_v = reading.voltage_v;
+  fresh.supply_a = reading.current_a;
 }
 
 base::Status RunRecorder::add_event(double t_s, std::string_view kind, std::string_view text) {

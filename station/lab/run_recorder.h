@@ -16,6 +16,7 @@
 #include "db/run_file.h"
 #include "hal/chamber.h"
 #include "hal/imu.h"
+#include "hal/unit_power.h"
 #include "station/lab/run_columns.h"
 #include "station/lab/run_records.h"
 
@@ -59,6 +60,9 @@ class RunRecorder {
   /// Appends to the chamber's log and to the next row of each unit. `t_s` is device time of one of the units; where it
   /// falls, the last one stands.
   [[nodiscard]] base::Status add_chamber(double t_s, const hal::ChamberReading& reading);
+  /// What the output that feeds unit number `unit` delivers: goes into the unit's next row. The unit must be one whose
+  /// supply is measured.
+  void add_supply(std::size_t unit, const hal::OutputReading& reading);
   [[nodiscard]] base::Status add_event(double t_s, std::string_view kind, std::string_view text);
   /// Commits what was added: it survives a loss of power. To be called every few seconds.
   [[nodiscard]] base::Status flush();

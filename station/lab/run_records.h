@@ -36,6 +36,7 @@ struct RecordedUnit {
   std::string type = "generic";              ///< of a unit that is new to the catalog
   calib::UnitType facts{};                   ///< what is known of the type: for the data gate
   std::vector<calib::Position> positions{};  ///< of the six, those whose azimuth is known: for a run's recorder
+  bool supply_is_measured = false;           ///< there will be readings of its supply
 };
 
 /// Rows of a unit whose segments shall not be used.

@@ -58,9 +58,10 @@ bool SafeEnd::poll(Lab& lab) {
 }
 
 void SafeEnd::switch_units_off(Lab& lab) {
-  if (!lab.power) return;
+  if (!lab.supply) return;
+  lab.supply->forget();
   for (const int output : outputs_of(lab)) {
-    if (const auto off = lab.power->set(output, false); !off) {
+    if (const auto off = lab.supply->switch_off(output, lab.now_s()); !off) {
       lab.log.add("device", "power", "cannot be switched off: " + off.error().message);
     }
   }

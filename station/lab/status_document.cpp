@@ -80,6 +80,7 @@ json chamber_part(const Lab& lab) {
           {"air_c", reading ? json(reading->air_c) : json()},
           {"set_point_c", reading ? json(reading->set_point_c) : json()},
           {"output_percent", reading ? number_or_null(reading->output_percent) : json()},
+          {"air_rh_percent", reading ? number_or_null(reading->air_rh_percent) : json()},
           {"running", reading ? json(reading->running) : json()},
           {"alarms", std::move(alarms)},
           {"age_s", number_or_null(lab.chamber.age_s())}};
@@ -93,7 +94,15 @@ json fixture_part(const Lab& lab) {
           {"moving", reading ? json(reading->moving) : json()}};
 }
 
-json unit_part(const UnitChannel& unit) {
+/// What the output that feeds the unit said last.
+hal::OutputReading supply_of(const Lab& lab, const UnitChannel& unit) {
+  const auto& output = unit.slot().power_output;
+  const auto reading = lab.supply && output ? lab.supply->reading(*output) : std::nullopt;
+  return reading.value_or(hal::OutputReading{});
+}
+
+json unit_part(const Lab& lab, const UnitChannel& unit) {
+  const hal::OutputReading supply = supply_of(lab, unit);
   const calib::StabilityVerdict verdict = unit.stability();
   const bool streaming = unit.streaming();
   const auto& latest = unit.latest();
@@ -102,6 +111,8 @@ json unit_part(const UnitChannel& unit) {
           {"type", unit.type().name},
           {"state", name_of(unit.imu().state())},
           {"powered", streaming ? json(true) : json()},
+          {"supply_v", number_or_null(supply.voltage_v)},
+          {"supply_a", number_or_null(supply.current_a)},
           {"simulated", unit.simulated()},
           {"temp_c", streaming ? number_or_null(unit.temp_c()) : json()},
           {"slope_kpmin", streaming ? number_or_null(verdict.slope_kpmin) : json()},
@@ -129,7 +140,7 @@ std::string shown_state(const StatusInput& input) {
 json status_document(const StatusInput& input) {
   const Lab& lab = input.lab;
   json units = json::array();
-  for (const auto& unit : lab.units) units.push_back(unit_part(*unit));
+  for (const auto& unit : lab.units) units.push_back(unit_part(lab, *unit));
   const auto& prompt = lab.prompts.open();
   return {
       {"state", shown_state(input)},

@@ -233,6 +233,43 @@ TEST(ModbusChamber, ReadsIntegersWithDecimalsAndFloatsHighWordFirst) {
   EXPECT_TRUE((*chamber)->read()->running);
 }
 
+TEST(ModbusChamber, SwitchesUnitsByOutputsOfItsOwnAndTellsTheHumidity) {
+  SOAK_START_PYMODBUS(server, "tcp",
+                      {"i16:100:250", "u16:606:1", "i16:300:2500", "f32hi:32774:0", "in:7:251", "u16:199:1", "u16:74:0",
+                       "u16:20:83", "u16:16596:62"});
+  RegisterMap map = test::parsed_map(std::string(kIntegerMap) + R"(
+[quantity.air_rh_percent]
+address = 20
+type = "u16"
+scale = 0.1
+[quantity.unit_power_2]
+address = 16596
+type = "u16"
+write_function = 6
+codes = { off = 62, on = 63 }
+)");
+  map.link.address = ModbusTcp{"127.0.0.1", server->port()};
+  const auto chamber = make_modbus_chamber(map);
+  ASSERT_TRUE(chamber) << chamber.error().message;
+  EXPECT_DOUBLE_EQ((*chamber)->read()->air_rh_percent.value(), 8.3);
+  UnitPower* power = (*chamber)->unit_power();
+  ASSERT_NE(power, nullptr);
+  EXPECT_FALSE(power->read({2})->at(2).on);
+  ASSERT_EQ(text_of(power->set(2, true)), "");
+  EXPECT_EQ(test::mbpoll_read(server->port(), 16596, "4"), "63");
+  EXPECT_TRUE(power->read({2})->at(2).on);
+  EXPECT_FALSE(power->measures(2));
+  EXPECT_FALSE(power->check(1, {})) << "the map has no such output";
+  ASSERT_EQ(text_of(power->set(2, false)), "");
+  EXPECT_EQ(test::mbpoll_read(server->port(), 16596, "4"), "62");
+}
+
+TEST(ModbusChamber, WithoutSuchOutputsSwitchesNothing) {
+  const auto chamber = make_modbus_chamber(test::parsed_map(kIntegerMap));
+  ASSERT_TRUE(chamber);
+  EXPECT_EQ((*chamber)->unit_power(), nullptr);
+}
+
 TEST(ModbusChamber, FollowsTheDecimalsRegisterWhenItChanges) {
   SOAK_START_PYMODBUS(server, "tcp",
                       {"i16:100:-405", "u16:606:1", "i16:300:0", "f32hi:32774:0", "in:7:0", "u16:199:1", "u16:74:0"});

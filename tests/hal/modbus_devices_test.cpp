@@ -68,10 +68,14 @@ TEST(ModbusPower, SwitchesOneOutputAndReadsItsContact) {
   ASSERT_TRUE(power) << power.error().message;
   ASSERT_TRUE((*power)->set(16, true));
   EXPECT_EQ(test::mbpoll_read(server->port(), 15, "4"), "1");
-  EXPECT_EQ((*power)->is_on(16).value(), true);
-  EXPECT_EQ((*power)->is_on(15).value(), false);
+  const auto readings = (*power)->read({15, 16});
+  ASSERT_TRUE(readings) << readings.error().message;
+  EXPECT_FALSE(readings->at(15).on);
+  EXPECT_TRUE(readings->at(16).on);
+  EXPECT_EQ(readings->at(16).voltage_v, std::nullopt);
+  EXPECT_FALSE((*power)->measures(16));
   ASSERT_TRUE((*power)->set(16, false));
-  EXPECT_EQ((*power)->is_on(16).value(), false);
+  EXPECT_FALSE((*power)->read({16})->at(16).on);
 }
 
 TEST(ModbusPower, FindsAContactThatDoesNotFollow) {
@@ -89,6 +93,8 @@ TEST(ModbusPower, RefusesAnOutputThatItDoesNotHave) {
   const auto status = (*power)->set(17, true);
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().kind, base::ErrorKind::bad_input);
+  EXPECT_EQ((*power)->check(3, {.voltage_v = 12.0}).error().message,
+            "the voltage of output 3 cannot be set: the map has no 'set_v_3'");
 }
 
 TEST(ModbusPower, RefusesAPositionerInItsPlace) {

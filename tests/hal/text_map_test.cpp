@@ -232,17 +232,70 @@ TEST(TextAnswer, ValuesAreSpelledWithTheDecimalsOfTheMap) {
   EXPECT_EQ(write_command(set_point, spell(set_point, 25.4).value()), "TEMP, S25");
 }
 
-TEST(TextMap, TheExampleOfThePageMakesAChamber) {
+/// A map of a supply, of 8 lines; `more` begins in line 9.
+std::string power_map(const std::string& more) {
+  return "name = \"supply\"\n"
+         "kind = \"power\"\n"
+         "protocol = \"text\"\n"
+         "[link]\n"
+         "tcp = \"supply.lab:5025\"\n"
+         "[quantity.output_1]\n"
+         "ask = \"OUTP?\"\n"
+         "write = \"OUTP {}\"\n" +
+         more;
+}
+
+TEST(TextMap, AMapOfASupplyNamesItsOutputsByNumber) {
+  const auto map = parse_text_map(power_map("[quantity.measured_v_12]\nask = \"MEAS:VOLT? 12\"\n"
+                                            "[confirm]\nask = \"SYST:ERR?\"\naccepted = [\"0,\"]\n"),
+                                  "m.toml", MapUse::device);
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_EQ(map->kind, "power");
+  EXPECT_EQ(map->confirm->ask, "SYST:ERR?");
+  EXPECT_EQ(map->confirm->accepted, (std::vector<std::string>{"0,"}));
+  for (const char* name : {"measured_v_", "measured_v_0", "measured_v_1a", "air_c"}) {
+    EXPECT_NE(refusal(power_map(std::string("[quantity.") + name + "]\nask = \"X?\"\n")), "") << name;
+  }
+  EXPECT_NE(refusal(text_map("[quantity.output_1]\nask = \"X?\"\n")), "") << "no chamber has that";
+}
+
+TEST(TextMap, ExplainsWhatASupplyLacks) {
+  const auto lacking = [](const std::string& more) {
+    const auto map = parse_text_map(power_map(more), "m.toml", MapUse::device);
+    return map ? "" : map.error().message;
+  };
+  EXPECT_EQ(lacking("[quantity.set_v_1]\nask = \"VOLT?\"\n"), "[quantity.set_v_1] needs a 'write'");
+  EXPECT_EQ(lacking("words = { on = \"ON\", away = \"OFF\" }\n"),
+            "[quantity.output_1] needs the code 'off' among its 'words'");
+}
+
+TEST(TextMap, AConfirmationAcceptsSomethingInParticular) {
+  EXPECT_EQ(refusal(text_map("[confirm]\nask = \"ERR?\"\naccepted = []\n")), "m.toml:14: 'accepted' names no text");
+  EXPECT_EQ(refusal(text_map("[confirm]\nask = \"ERR?\"\naccepted = [\"\"]\n")),
+            "m.toml:14: an empty text begins every answer");
+}
+
+/// The indented lines of a section of the page.
+std::string example_of(const std::string& heading) {
   std::ifstream page(SOAK_TEST_FOLDER "/../docs/register-maps.md");
   std::string example;
   bool inside = false;
   for (std::string line; std::getline(page, line);) {
-    if (line.starts_with("## ")) inside = line == "## Chambers that speak text";
+    if (line.starts_with("## ")) inside = line == heading;
     if (inside && line.starts_with("    ")) example += line + "\n";
   }
-  const auto map = parse_text_map(example, "docs/register-maps.md", MapUse::device);
-  ASSERT_TRUE(map) << map.error().message;
-  EXPECT_TRUE(make_text_chamber(*map));
+  return example;
+}
+
+TEST(TextMap, TheExamplesOfThePageMakeAChamberAndASupply) {
+  const auto chamber =
+      parse_text_map(example_of("## Chambers that speak text"), "docs/register-maps.md", MapUse::device);
+  ASSERT_TRUE(chamber) << chamber.error().message;
+  EXPECT_TRUE(make_text_chamber(*chamber));
+  const auto supply =
+      parse_text_map(example_of("## Supplies that speak text"), "docs/register-maps.md", MapUse::device);
+  ASSERT_TRUE(supply) << supply.error().message;
+  EXPECT_TRUE(make_text_power(*supply));
 }
 
 }  // namespace

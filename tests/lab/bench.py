@@ -67,8 +67,9 @@ class LabTest(unittest.TestCase):
         self.lab = None
         self.proxies = {}
 
-    def start_lab(self, units=1, rate=400, seed=1, cut=(), soaksim_options=()):
-        """Starts both programs. `cut`: wires that shall pass through a FaultProxy: chamber, fixture, power, unit1..."""
+    def start_lab(self, units=1, rate=400, seed=1, cut=(), soaksim_options=(), edit=None):
+        """Starts both programs. `cut`: wires that shall pass through a FaultProxy: chamber, fixture, power, unit1...
+        `edit`: makes another station.toml out of that of soaksim."""
         self.lab = LabSession(self.folder / "lab", seed=seed, units=units, rate=rate)
         self.addCleanup(self.stop_lab)
         pathlib.Path(self.lab.folder).mkdir(parents=True, exist_ok=True)
@@ -76,6 +77,8 @@ class LabTest(unittest.TestCase):
         self.config = pathlib.Path(self.lab.folder) / "station.toml"
         for name in cut:
             self.put_proxy(name)
+        if edit:
+            self.config.write_text(edit(self.config.read_text(encoding="utf-8")), encoding="utf-8")
         self.lab.start_soakd()
         return self.lab
 

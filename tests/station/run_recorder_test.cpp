@@ -120,6 +120,38 @@ TEST_F(RunRecorderTest, GivesBackEveryNumberThatWentIn) {
   EXPECT_EQ(auxiliary["chamber_c"][71], 25.3);
 }
 
+TEST_F(RunRecorderTest, KeepsVoltsAndAmpsInTheNextRowOfTheUnitThatTheyFeed) {
+  RunRecorder recorder = begin(info(), {{"SN1", "mti", {}, {}, true}, {"SN2", "mti"}});
+  std::vector<Unit> units = {Unit(1), Unit(2)};
+  const auto add = [&](std::size_t count) {
+    for (std::size_t u = 0; u < units.size(); ++u) {
+      ASSERT_TRUE(recorder.add(u, units[u].samples(count, 20.0F), soak(20.0, "+X")));
+    }
+  };
+  add(20);
+  recorder.add_supply(0, {.on = true, .voltage_v = 12.01, .current_a = 0.24});
+  add(10);
+  recorder.add_supply(0, {.on = true, .voltage_v = 11.98});
+  add(10);
+  const auto runs = recorder.finish({});
+  ASSERT_TRUE(runs) << runs.error().message;
+  const auto channel_of = [](const calib::Recording& recording, std::string_view name) {
+    for (const auto& channel : recording.auxiliary) {
+      if (channel.name == name) return channel.values;
+    }
+    return std::vector<double>();
+  };
+  const calib::Recording measured = recording_of((*runs)[0]);
+  const auto volts = channel_of(measured, "supply_v");
+  ASSERT_EQ(volts.size(), 40U);
+  EXPECT_TRUE(std::isnan(volts[19]));
+  EXPECT_EQ(volts[20], 12.01);
+  EXPECT_EQ(volts[29], 12.01) << "held until the next reading";
+  EXPECT_EQ(volts[30], 11.98);
+  EXPECT_EQ(channel_of(measured, "supply_a")[20], 0.24);
+  EXPECT_TRUE(channel_of(recording_of((*runs)[1]), "supply_v").empty());
+}
+
 TEST_F(RunRecorderTest, KeepsTheChambersLogAndEvents) {
   RunRecorder recorder = begin(info());
   Unit unit(1);
@@ -128,6 +160,7 @@ TEST_F(RunRecorderTest, KeepsTheChambersLogAndEvents) {
   reading.air_c = 21.5;
   reading.set_point_c = 22.0;
   reading.output_percent = -40.0;
+  reading.air_rh_percent = 7.5;
   ASSERT_TRUE(recorder.add_chamber(1.0, reading));
   reading.working_set_point_c = 21.9;
   ASSERT_TRUE(recorder.add_chamber(0.5, reading)) << "another unit's clock is a little behind";
@@ -147,6 +180,7 @@ TEST_F(RunRecorderTest, KeepsTheChambersLogAndEvents) {
   EXPECT_TRUE(std::isnan(values("working_set_point_c")[0]));
   EXPECT_EQ(values("working_set_point_c")[1], 21.9);
   EXPECT_EQ(values("output_percent")[0], -40.0);
+  EXPECT_EQ(values("chamber_rh")[0], 7.5);
   const auto events = file->events();
   ASSERT_EQ(events->size(), 2U);
   EXPECT_EQ((*events)[0].text, "opened");

@@ -162,7 +162,7 @@ TEST_F(StationConfigFile, EveryKeyIsRead) {
   EXPECT_EQ(chamber.link.max_block, 48) << "all but the address stays as the map says";
   ASSERT_TRUE(config->fixture && config->power);
   EXPECT_EQ(config->fixture->positions.size(), 6u);
-  const auto& serial = std::get<hal::ModbusRtu>(config->power->link.address);
+  const auto& serial = std::get<hal::ModbusRtu>(std::get<hal::RegisterMap>(*config->power).link.address);
   EXPECT_EQ(serial.device, "/dev/ttyS1");
   EXPECT_EQ(serial.baud, 19200);
   EXPECT_EQ(serial.parity, 'E');
@@ -186,6 +186,8 @@ TEST_F(StationConfigFile, WithoutFixtureAndPowerBothAreDoneByHand) {
   ASSERT_TRUE(config) << config.error().where << config.error().message;
   EXPECT_FALSE(config->fixture);
   EXPECT_FALSE(config->power);
+  EXPECT_FALSE(config->power_from_chamber);
+  EXPECT_FALSE(config->purge_below_c);
   EXPECT_EQ(config->clock_rate, 1.0);
   EXPECT_EQ(config->listen, "127.0.0.1:8088");
   EXPECT_TRUE(config->data.empty());
@@ -207,6 +209,45 @@ TEST_F(StationConfigFile, AChamberThatSpeaksTextIsNamedLikeAnyOther) {
   EXPECT_EQ(refusal(section + "host = \"h\"\nunit = 3\n" + slot),
             fmt::format("{}:4: unknown key 'unit'", file_.string()))
       << "only Modbus has unit numbers";
+}
+
+TEST_F(StationConfigFile, ASupplySaysWhatItsOutputsShallDeliver) {
+  const auto config = read(std::string(kChamber) + R"([power]
+map = "procedures/power/scpi-supply.toml"
+host = "10.0.0.5"
+[purge]
+below_c = 5
+[[slot]]
+name = "1"
+host = "h"
+port = 7
+power_output = 3
+supply_v = 12
+supply_limit_a = 0.4
+)");
+  ASSERT_TRUE(config) << config.error().where << config.error().message;
+  const auto& map = std::get<hal::TextMap>(*config->power);
+  EXPECT_EQ(std::get<hal::TcpAddress>(map.link.address).host, "10.0.0.5");
+  EXPECT_EQ(std::get<hal::TcpAddress>(map.link.address).port, 5025) << "the map's own";
+  EXPECT_EQ(config->slots[0].supply.voltage_v, 12.0);
+  EXPECT_EQ(config->slots[0].supply.limit_a, 0.4);
+  EXPECT_EQ(config->purge_below_c, 5.0);
+}
+
+TEST_F(StationConfigFile, OutputsOfTheChamberNeedNoAddressOfTheirOwn) {
+  const std::string slot = "[[slot]]\nname = \"1\"\nhost = \"h\"\nport = 7\npower_output = 2\n";
+  const auto config = read(std::string(kChamber) + "[power]\nfrom = \"chamber\"\n" + slot);
+  ASSERT_TRUE(config) << config.error().where << config.error().message;
+  EXPECT_TRUE(config->power_from_chamber);
+  EXPECT_FALSE(config->power);
+  EXPECT_NE(refusal(std::string(kChamber) + "[power]\nfrom = \"fixture\"\n" + slot), "");
+  EXPECT_NE(refusal(std::string(kChamber) + "[power]\nfrom = \"chamber\"\nhost = \"h\"\n" + slot), "");
+}
+
+TEST_F(StationConfigFile, AVoltageWithoutAnOutputIsRefused) {
+  const std::string message =
+      refusal(std::string(kChamber) + "[[slot]]\nname = \"1\"\nhost = \"h\"\nport = 7\nsupply_v = 5\n");
+  EXPECT_NE(message.find("'supply_v' belongs to an output: 'power_output' is missing"), std::string::npos) << message;
 }
 
 TEST_F(StationConfigFile, WhatTwoSlotsCannotShareIsRefusedAtTheSecond) {

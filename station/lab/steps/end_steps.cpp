@@ -30,7 +30,7 @@ class PowerOff : public StepTask {
       sealed_ = true;
     }
     if (!off_at_s_) {
-      const auto off = lab.power ? insistence_.attempt([&] { return switch_off(lab); }) : base::Result<bool>(true);
+      const auto off = lab.supply ? insistence_.attempt([&] { return switch_off(lab); }) : base::Result<bool>(true);
       if (!off) return StepProgress::failed(off.error());
       if (*off) off_at_s_ = lab.now_s();
       return StepProgress::running();
@@ -42,7 +42,7 @@ class PowerOff : public StepTask {
   static base::Status switch_off(Lab& lab) {
     for (const auto& unit : lab.units) {
       if (!unit->slot().power_output) continue;
-      if (auto status = lab.power->set(*unit->slot().power_output, false); !status) return status;
+      if (auto status = lab.supply->switch_off(*unit->slot().power_output, lab.now_s()); !status) return status;
     }
     return {};
   }

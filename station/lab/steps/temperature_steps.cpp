@@ -29,7 +29,7 @@ class SetTemperature : public StepTask {
         rate_kpmin_(plan.procedure.ramp_rate_kpmin) {}
 
   StepProgress poll(Lab& lab) override {
-    if (!commanded_) return command(lab);
+    if (!commanded_) return is_purged(lab) ? command(lab) : StepProgress::running();
     const auto& reading = lab.chamber.reading();
     if (reading && std::abs(reading->air_c - step_.temp_c) <= kAirIsThere_c) return StepProgress::done();
     const bool late = lab.now_s() - since_s_ > 3.0 * step_.estimate_s + kGrace_s &&
@@ -42,6 +42,20 @@ class SetTemperature : public StepTask {
   }
 
  private:
+  /// Whether dry air flows where the station wants it before this set point: asked of the operator once a campaign.
+  bool is_purged(Lab& lab) {
+    const auto& below_c = lab.config.purge_below_c;
+    if (!below_c || step_.temp_c >= *below_c || lab.campaign.purge_confirmed) return true;
+    if (!asked_for_purge_) {
+      lab.prompts.ask(
+          fmt::format("Switch the dry-air purge on and confirm: the chamber goes to {:+.1f} °C.", step_.temp_c));
+      asked_for_purge_ = true;
+    }
+    if (!lab.prompts.take_answer()) return false;
+    lab.log.add("chamber", "purge", "confirmed: dry air flows");
+    return lab.campaign.purge_confirmed = true;
+  }
+
   StepProgress command(Lab& lab) {
     hal::Chamber& chamber = lab.chamber.chamber();
     const auto sent = insistence_.attempt([&]() -> base::Status {
@@ -66,6 +80,7 @@ class SetTemperature : public StepTask {
   bool is_ramp_;
   std::optional<double> rate_kpmin_;
   Insistence insistence_;
+  bool asked_for_purge_ = false;
   bool commanded_ = false;
   double since_s_ = 0.0;
   steady_clock::time_point since_host_{};
