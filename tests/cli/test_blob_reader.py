@@ -5,7 +5,7 @@ import math
 import struct
 import unittest
 
-from blob_reader import BlobError, Calibration, crc32c, read_sections
+from blob_reader import BlobError, Calibration, SensorFlag, crc32c, read_sections
 from soak_cli import ROOT
 
 GOLDEN = ROOT / "tests" / "data" / "golden"
@@ -51,6 +51,21 @@ class Golden(unittest.TestCase):
         self.assertEqual(stated.readings_only, {"g_sensitivity", "accel_z"})
         self.assertIsNone(Calibration.load(golden("mixed")).couplings)
 
+    def test_sensors_with_thermometers_of_their_own_are_corrected_at_their_temperatures(self):
+        calibration = Calibration.load(golden("thermometers"))
+        self.assertEqual(calibration.own_thermometers, ["gyro_x", "accel_z"])
+        self.assertEqual(Calibration.load(golden("fis")).own_thermometers, [])
+        samples = json.loads((GOLDEN / "thermometers.values.json").read_text(encoding="utf-8"))["corrected_temps"]
+        for sample in samples:
+            temps = dict(zip(calibration.sensors, sample["temps_c"]))
+            own = {name: temps[name] for name in calibration.own_thermometers}
+            out, flags = calibration.apply(temps["gyro_y"], sample["raw"], own)
+            for value, expected in zip(out, sample["out"]):
+                self.assertAlmostEqual(value, expected, delta=5e-7)
+            self.assertFalse(any(flag & SensorFlag.NO_TEMPERATURE for flag in flags))
+        _, flags = calibration.apply(20.0, [0.0] * 6)
+        self.assertEqual([bool(flag & SensorFlag.NO_TEMPERATURE) for flag in flags], [True] + [False] * 4 + [True])
+
     def test_each_table_has_the_bound_of_its_curve(self):
         calibration = Calibration.load(golden("table"))
         self.assertEqual(set(calibration.table_bounds), set(calibration.curves))
@@ -73,6 +88,11 @@ class Refusals(unittest.TestCase):
         self.refused(with_section(golden("table"), 0x0031, bound), "two table bounds")
         self.refused(with_section(golden("fis"), 0x0031, bound), "before it, or of none")
         self.refused(with_section(golden("fis"), 0x0031, struct.pack("<BBHf", 0, 0, 0, math.nan)), "not finite|of none")
+
+    def test_thermometers(self):
+        self.refused(with_section(golden("thermometers"), 0x0024, bytes([1, 0, 0, 0])), "two sections of thermometers")
+        self.refused(with_section(golden("fis"), 0x0024, b""), "too short")
+        self.refused(with_section(golden("fis"), 0x0024, bytes(8)), "too long")
 
     def test_couplings(self):
         (payload,) = [s.payload for s in read_sections(golden("couplings")) if s.kind == 0x0023]

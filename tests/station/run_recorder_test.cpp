@@ -27,9 +27,9 @@ TEST_F(RunRecorderTest, KeepsTheAzimuthsOfThePositionsThatOccur) {
     position.azimuth_deg = azimuth_deg;
     return position;
   };
-  RecordedUnit turned{"SN1", "mti"};
+  RecordedUnit turned{"SN1", "mti-300"};
   turned.positions = {at("+X", 10.0), at("-X", 20.0), at("-Z", 30.0)};
-  RunRecorder recorder = begin(info(), {turned, {"SN2", "mti"}});
+  RunRecorder recorder = begin(info(), {turned, {"SN2", "mti-300"}});
   Unit units[] = {Unit(1), Unit(2)};
   for (const char* label : {"-Z", "", "+X", "", "-Z"}) {
     for (std::size_t unit = 0; unit < 2; ++unit) {
@@ -121,7 +121,7 @@ TEST_F(RunRecorderTest, GivesBackEveryNumberThatWentIn) {
 }
 
 TEST_F(RunRecorderTest, KeepsVoltsAndAmpsInTheNextRowOfTheUnitThatTheyFeed) {
-  RunRecorder recorder = begin(info(), {{"SN1", "mti", {}, {}, true}, {"SN2", "mti"}});
+  RunRecorder recorder = begin(info(), {{"SN1", "mti-300", {}, {}, true}, {"SN2", "mti-300"}});
   std::vector<Unit> units = {Unit(1), Unit(2)};
   const auto add = [&](std::size_t count) {
     for (std::size_t u = 0; u < units.size(); ++u) {
@@ -221,7 +221,7 @@ TEST_F(RunRecorderTest, EntersARunThatAFitFinds) {
     EXPECT_EQ(load_unit(*catalog_, run.unit, {}, warnings)->runs.size(), 1U);
     EXPECT_TRUE(warnings.empty());
   }
-  EXPECT_EQ((*catalog_->unit("SN1"))->type, "mti");
+  EXPECT_EQ((*catalog_->unit("SN1"))->type, "mti-300");
   EXPECT_TRUE(orphan_run_files(*catalog_)->empty());
 }
 
@@ -238,7 +238,7 @@ TEST_F(RunRecorderTest, ExportsItsSamplesBitForBit) {
 TEST_F(RunRecorderTest, CountsAnotherClockRateAsSimulated) {
   db::RunInfo fast = info();
   fast.clock_rate = 20.0;
-  RunRecorder recorder = begin(fast, {{"SN1", "mti"}});
+  RunRecorder recorder = begin(fast, {{"SN1", "mti-300"}});
   Unit unit(1);
   ASSERT_TRUE(recorder.add(0, unit.samples(100, 20.0F), soak(20.0, "+X")));
   const auto runs = recorder.finish({});
@@ -250,7 +250,7 @@ TEST_F(RunRecorderTest, CountsAnotherClockRateAsSimulated) {
 TEST_F(RunRecorderTest, KeepsThePurposeAndOffersRunsForCalibrationOnlyToAFit) {
   for (const char* purpose : {"verification", "diagnosis"}) {
     const db::RunInfo stated = info(purpose);
-    auto recorder = RunRecorder::begin(*catalog_, stated, purpose, {{"SN1", "mti"}});
+    auto recorder = RunRecorder::begin(*catalog_, stated, purpose, {{"SN1", "mti-300"}});
     ASSERT_TRUE(recorder);
     Unit unit(1);
     ASSERT_TRUE(recorder->add(0, unit.samples(100, 20.0F), soak(20.0, "+X")));
@@ -275,16 +275,16 @@ TEST_F(RunRecorderTest, RefusesWhatCouldNotBeEnteredLater) {
     const auto begun = RunRecorder::begin(*catalog_, info, std::move(purpose), std::move(units));
     return !begun && begun.error().kind == base::ErrorKind::bad_input;
   };
-  EXPECT_TRUE(refused(info("R01"), "calibration", {{"SN1", "mti"}})) << "the label is taken";
-  EXPECT_TRUE(refused(info("R02"), "holiday", {{"SN1", "mti"}}));
+  EXPECT_TRUE(refused(info("R01"), "calibration", {{"SN1", "mti-300"}})) << "the label is taken";
+  EXPECT_TRUE(refused(info("R02"), "holiday", {{"SN1", "mti-300"}}));
   EXPECT_TRUE(refused(info("R02"), "calibration", {}));
-  EXPECT_TRUE(refused(info("R02"), "calibration", {{"SN1", "mti"}, {"SN1", "mti"}}));
+  EXPECT_TRUE(refused(info("R02"), "calibration", {{"SN1", "mti-300"}, {"SN1", "mti-300"}}));
   EXPECT_TRUE(orphan_run_files(*catalog_)->empty());
 }
 
 TEST_F(RunRecorderTest, TakesAllRowsOfACallOrNone) {
   Unit unit(1);
-  RunRecorder recorder = begin(info(), {{"SN1", "mti"}});
+  RunRecorder recorder = begin(info(), {{"SN1", "mti-300"}});
   auto samples = unit.samples(10, 20.0F);
   EXPECT_FALSE(recorder.add(0, samples, soak(20.0, "tilted")));
   EXPECT_FALSE(recorder.add(1, samples, soak(20.0, "+X")));
