@@ -83,8 +83,8 @@ struct CurveFit {
 
 /// Fits ANFIS and its baselines to the rows under random run offsets, judges them by outer folds (leave one run out),
 /// and deploys the ANFIS unless a baseline beats it by more than one standard error on held-out runs, or the ANFIS of
-/// all rows fits them worse, by a quarter, than those of the folds fitted the runs they had not seen: then it is another
-/// one, and the baseline with the least held-out error is deployed.
+/// all rows fits them worse, by a quarter, than those of the folds fitted the runs they had not seen: then it is
+/// another one, and the baseline with the least held-out error is deployed.
 ///
 /// The number of rules is chosen by inner folds over the training rows of each outer fold, so no reported error has
 /// seen the rows it is computed from. With fewer than three runs the outer folds are branches of the temperature

@@ -42,8 +42,7 @@ struct SlowReadings {
 /// position.
 [[nodiscard]] std::vector<db::ChannelInfo> imu_channels(bool with_supply, bool with_rates);
 [[nodiscard]] std::vector<db::Column> imu_columns(std::span<const hal::ImuSample> samples, const RowLabels& labels,
-                                                  std::optional<int> visit, const SlowReadings& fresh,
-                                                  bool with_rates);
+                                                  std::optional<int> visit, const SlowReadings& fresh, bool with_rates);
 
 /// The same for the chamber's log, one row.
 [[nodiscard]] std::vector<db::ChannelInfo> chamber_channels();

@@ -68,7 +68,8 @@ class RunRecorderTest : public ::testing::Test {
     return info;
   }
 
-  RunRecorder begin(const db::RunInfo& info, std::vector<RecordedUnit> units = {{"SN1", "mti-300"}, {"SN2", "mti-300"}}) {
+  RunRecorder begin(const db::RunInfo& info,
+                    std::vector<RecordedUnit> units = {{"SN1", "mti-300"}, {"SN2", "mti-300"}}) {
     auto recorder = RunRecorder::begin(*catalog_, info, "calibration", std::move(units));
     if (!recorder) throw std::runtime_error(recorder.error().message);
     return *std::move(recorder);
