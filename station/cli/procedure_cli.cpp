@@ -24,7 +24,7 @@ void register_check(CLI::App& group, Request& request) {
   command->add_option("file", options->file, "Procedure")->required()->type_name("FILE");
   command
       ->add_option("--type", options->types,
-                   "Unit type whose temperature rating must bear it; may be repeated (else all that state one)")
+                   "Unit type whose temperature rating must bear it; may be repeated (else it says which types do)")
       ->type_name("NAME")
       ->allow_extra_args(false);
   add_type_folder(*command, options->type_folder);

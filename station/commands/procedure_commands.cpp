@@ -26,7 +26,13 @@ std::vector<std::string> names_of(const std::vector<calib::UnitType>& types) {
   return names;
 }
 
-nlohmann::json check_document(const Procedure& procedure, const Plan& plan, const std::vector<calib::UnitType>& types) {
+/// The unit types that a procedure was checked for.
+struct CheckedTypes {
+  std::vector<calib::UnitType> bearing;  ///< their ratings bear it
+  std::vector<calib::UnitType> too_weak;
+};
+
+nlohmann::json check_document(const Procedure& procedure, const Plan& plan, const CheckedTypes& types) {
   return {{"file", procedure.file},
           {"name", procedure.name},
           {"purpose", name_of(procedure.purpose)},
@@ -36,7 +42,8 @@ nlohmann::json check_document(const Procedure& procedure, const Plan& plan, cons
           {"estimate_h", plan.estimate_s() / kSecondsPerHour},
           {"set_points_c", procedure.set_points_c},
           {"reference_c", number_or_null(procedure.reference_c)},
-          {"types", names_of(types)},
+          {"types", names_of(types.bearing)},
+          {"types_too_weak", names_of(types.too_weak)},
           {"mistakes", nlohmann::json::array()}};
 }
 
@@ -81,17 +88,21 @@ std::string reference_line(const Procedure& procedure) {
                      procedure.cycle_at_visit ? "pass of two runs" : "run", *procedure.reference_c);
 }
 
-std::string rating_line(const std::vector<calib::UnitType>& types) {
-  if (types.empty()) return "no unit type was checked for its rating\n";
-  return fmt::format("within the rating of {}\n", fmt::join(names_of(types), ", "));
+std::string rating_lines(const CheckedTypes& types) {
+  if (types.bearing.empty()) return "no unit type was checked for its rating\n";
+  std::string text = fmt::format("within the rating of {}\n", fmt::join(names_of(types.bearing), ", "));
+  for (const calib::UnitType& type : types.too_weak) {
+    text += fmt::format("NOT for {}, rated {:g} to {:g} °C\n", type.name, *type.temp_min_c, *type.temp_max_c);
+  }
+  return text;
 }
 
-std::string summary(const Procedure& procedure, const Plan& plan, const std::vector<calib::UnitType>& types) {
+std::string summary(const Procedure& procedure, const Plan& plan, const CheckedTypes& types) {
   const auto [coldest, warmest] = std::minmax_element(procedure.set_points_c.begin(), procedure.set_points_c.end());
   const double hours = plan.estimate_s() / kSecondsPerHour;
   return fmt::format("{}: {}, kind {}, {} set points from {:g} to {:g} °C\n{}{}estimated {:.1f} h ({:.1f} days)\n",
                      procedure.name, name_of(procedure.purpose), name_of(procedure.kind), procedure.set_points_c.size(),
-                     *coldest, *warmest, reference_line(procedure), rating_line(types), hours, hours / 24.0);
+                     *coldest, *warmest, reference_line(procedure), rating_lines(types), hours, hours / 24.0);
 }
 
 /// The types that the user named; a type that states no rating is among them, to be refused.
@@ -119,12 +130,30 @@ base::Result<std::vector<calib::UnitType>> rated_types(const ProcedureCheckComma
   return types;
 }
 
+/// Types that the user named must all bear it; of the rest one is enough.
+base::Result<CheckedTypes> checked_types(const ProcedureCheckCommand& command) {
+  if (!command.types.empty()) {
+    auto named = named_types(command);
+    if (!named) return base::forward_error(named);
+    return CheckedTypes{std::move(*named), {}};
+  }
+  auto rated = rated_types(command);
+  if (!rated) return base::forward_error(rated);
+  const auto bears_it = [&](const calib::UnitType& type) { return read_procedure(command.file, {type}).has_value(); };
+  const auto weak = std::ranges::stable_partition(*rated, bears_it);
+  CheckedTypes types{{rated->begin(), weak.begin()}, {weak.begin(), weak.end()}};
+  if (!types.bearing.empty()) return types;
+  const auto procedure = read_procedure(command.file, {});
+  if (!procedure) return base::forward_error(procedure);
+  return CheckedTypes{std::move(types.too_weak), {}};
+}
+
 }  // namespace
 
 base::Status run_procedure_check(const ProcedureCheckCommand& command, Output& output) {
-  const auto types = command.types.empty() ? rated_types(command) : named_types(command);
+  const auto types = checked_types(command);
   if (!types) return base::forward_error(types);
-  const auto procedure = read_procedure(command.file, *types);
+  const auto procedure = read_procedure(command.file, types->bearing);
   if (!procedure) return base::forward_error(procedure);
   const Plan plan = compile_plan(*procedure);
   if (output.json()) return output.print_json(check_document(*procedure, plan, *types));

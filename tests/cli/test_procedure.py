@@ -101,7 +101,7 @@ class ProcedureCheck(SoakTest):
         self.assertIn(f"{path}:5: unit type 'weak'", message)
         self.assertIn(f"{path}:14: unknown key", message)
 
-    def test_without_a_type_the_lowest_rating_of_all_rated_ones_counts(self):
+    def test_without_a_type_it_says_which_types_bear_it_and_refuses_where_none_does(self):
         types = self.folder / "types"
         types.mkdir()
         path = self.write("p.toml", SHORT)
@@ -109,6 +109,11 @@ class ProcedureCheck(SoakTest):
         self.write("types/strong.toml", 'name = "strong"\n[rating]\ntemp_min_c = -10\ntemp_max_c = 90\n')
         self.assertEqual(self.soak_json("procedure-check", "procedure", "check", path, "--types", types)["types"], ["strong"])
         self.write("types/weak.toml", 'name = "weak"\n[rating]\ntemp_min_c = -1\ntemp_max_c = 90\n')
+        document = self.soak_json("procedure-check", "procedure", "check", path, "--types", types)
+        self.assertEqual((document["types"], document["types_too_weak"]), (["strong"], ["weak"]))
+        text = self.soak("procedure", "check", path, "--types", types).stdout
+        self.assertIn("within the rating of strong\nNOT for weak, rated -1 to 90 °C\n", text)
+        (types / "strong.toml").unlink()
         error = self.refusal("procedure", "check", path, "--types", types)
         self.assertIn("'weak' is rated -1 to 90 °C: the set point 0 °C", error["message"])
         self.assertEqual(error["where"], f"{path}:5")
