@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "base/result.h"
 #include "hal/chamber.h"
@@ -21,6 +23,20 @@ namespace soak::hal {
 [[nodiscard]] base::Result<std::unique_ptr<Chamber>> make_modbus_chamber(const RegisterMap& map);
 [[nodiscard]] base::Result<std::unique_ptr<Fixture>> make_modbus_fixture(const RegisterMap& map);
 [[nodiscard]] base::Result<std::unique_ptr<UnitPower>> make_modbus_power(const RegisterMap& map);
+
+/// Hubs on the USB that switch the supply of their ports, each by its socket, as "1-4" or "usb1" (a root hub).
+struct UsbHubs {
+  std::vector<std::string> paths;
+};
+/// Output 100 (h - 1) + p is port p of hub h, both counted from 1. Of a port of USB 3 both halves are switched. Many
+/// hubs say that they switched and did not: only the unit proves it.
+/// `devices`: the kernel's folder of USB devices.
+[[nodiscard]] std::unique_ptr<UnitPower> make_usb_hub_power(
+    const UsbHubs& hubs, const std::filesystem::path& devices = "/sys/bus/usb/devices");
+
+/// Whether this process may switch that output. Switches nothing. Error `device`: no such hub or port, no permission...
+[[nodiscard]] base::Status may_switch(const UsbHubs& hubs, int output,
+                                      const std::filesystem::path& devices = "/sys/bus/usb/devices");
 
 /// Where a unit's bytes come from.
 struct TcpAddress {

@@ -26,7 +26,7 @@ struct OutputReading {
 };
 
 /// What switches the supply of the units, output by output, counted from 1: relays, a laboratory supply, the event
-/// outputs of a chamber's controller. The rules of Chamber's calls hold.
+/// outputs of a chamber's controller, ports of USB hubs. The rules of Chamber's calls hold.
 class UnitPower {
  public:
   UnitPower() = default;

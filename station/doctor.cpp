@@ -86,6 +86,17 @@ DoctorCheck check_usb(const std::string& subject, const hal::UsbAddress& address
                                      what, device->node, user_name()));
 }
 
+DoctorCheck check_hubs(const hal::UsbHubs& hubs, const std::vector<Slot>& slots) {
+  std::string outputs;
+  for (const Slot& slot : slots) {
+    if (!slot.power_output) continue;
+    const auto able = hal::may_switch(hubs, *slot.power_output);
+    if (!able) return failed("power", able.error().where + ": " + able.error().message);
+    outputs += fmt::format("{}{}", outputs.empty() ? "" : ", ", *slot.power_output);
+  }
+  return good("power", fmt::format("USB hub {}: may switch outputs {}", fmt::join(hubs.paths, ", "), outputs));
+}
+
 struct CheckAddress {
   std::string subject;
 
@@ -117,7 +128,10 @@ std::vector<DoctorCheck> check_devices(const StationConfig& config) {
   };
   std::visit([&](const auto& map) { check_controller("chamber", map); }, config.chamber);
   if (config.fixture) check_controller("fixture", *config.fixture);
-  if (config.power) std::visit([&](const auto& map) { check_controller("power", map); }, *config.power);
+  if (const auto* power = std::get_if<hal::ChamberMap>(&config.power)) {
+    std::visit([&](const auto& map) { check_controller("power", map); }, *power);
+  }
+  if (const auto* hubs = std::get_if<hal::UsbHubs>(&config.power)) checks.push_back(check_hubs(*hubs, config.slots));
   for (const Slot& slot : config.slots) checks.push_back(std::visit(CheckAddress{"slot " + slot.name}, slot.address));
   return checks;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <regex>
 #include <set>
 #include <utility>
 
@@ -281,21 +282,36 @@ void read_service(const SettingsTable& root, const std::filesystem::path& folder
   }
 }
 
-/// A switch or supply of its own, or outputs of the chamber's controller.
-void read_power(const SettingsTable& table, const std::filesystem::path& folder, StationConfig& config) {
-  config.power_from_chamber = table.has("from");
-  if (config.power_from_chamber) {
-    (void)table.choice<bool>("from", {{"chamber", true}});
-  } else {
-    config.power = read_controller(table, "power", folder);
+/// "1-4.2" or "usb1", as the kernel names sockets.
+bool is_hub_path(std::string_view path) {
+  static const std::regex kForm("usb[0-9]+|[0-9]+-[0-9]+(\\.[0-9]+)*");
+  return std::regex_match(path.begin(), path.end(), kForm);
+}
+
+hal::UsbHubs read_usb_hubs(const SettingsTable& table) {
+  hal::UsbHubs hubs{table.texts("usb_hubs")};
+  const bool sound = !hubs.paths.empty() && std::ranges::all_of(hubs.paths, is_hub_path);
+  const bool distinct = std::set(hubs.paths.begin(), hubs.paths.end()).size() == hubs.paths.size();
+  if (!sound || !distinct) {
+    table.refuse("usb_hubs", "'usb_hubs' must be the sockets of USB hubs, each once, as in [\"1-4\", \"1-4.3\"]");
   }
+  return hubs;
+}
+
+UnitPowerSource read_power(const SettingsTable& table, const std::filesystem::path& folder) {
+  if (table.has("from")) {
+    (void)table.choice<bool>("from", {{"chamber", true}});
+    return PowerFromChamber();
+  }
+  if (table.has("usb_hubs")) return read_usb_hubs(table);
+  return read_controller(table, "power", folder);
 }
 
 void read_controllers(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
   constexpr bool required = true;
   if (const auto table = root.table("chamber", required)) config.chamber = read_controller(*table, "chamber", folder);
   if (const auto table = root.table("fixture")) config.fixture = read_modbus_controller(*table, "fixture", folder);
-  if (const auto table = root.table("power")) read_power(*table, folder, config);
+  if (const auto table = root.table("power")) config.power = read_power(*table, folder);
   if (const auto table = root.table("purge")) config.purge_below_c = table->number("below_c", {-100.0, 50.0});
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "base/result.h"
@@ -31,6 +32,13 @@ struct Slot {
   std::string unit_type;            ///< of a unit that the catalog does not know yet
 };
 
+/// Units are switched by people, when asked.
+struct PowerByHand {};
+/// Outputs of the chamber's controller feed the units, over its link.
+struct PowerFromChamber {};
+/// What switches the units; a map is that of a device of its own.
+using UnitPowerSource = std::variant<PowerByHand, PowerFromChamber, hal::ChamberMap, hal::UsbHubs>;
+
 /// The file that `soakd --config` reads: docs/station-config.md describes it.
 struct StationConfig {
   std::string file;
@@ -40,9 +48,8 @@ struct StationConfig {
   std::filesystem::path unit_types;         ///< folder of unit types
   hal::ChamberMap chamber;                  ///< map file, its link replaced by the station's
   std::optional<hal::RegisterMap> fixture;  ///< absent = turned by hand
-  std::optional<hal::ChamberMap> power;     ///< absent = switched by hand, or by the chamber
-  bool power_from_chamber = false;          ///< outputs of the chamber's controller feed the units
-  std::optional<double> purge_below_c;      ///< dry air must flow before the chamber goes below
+  UnitPowerSource power;
+  std::optional<double> purge_below_c;  ///< dry air must flow before the chamber goes below
   std::vector<Slot> slots;
   calib::Site site;
   double dew_point_c = 15.0;  ///< of the room

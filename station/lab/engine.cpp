@@ -86,13 +86,15 @@ base::Status Engine::make_devices() {
 }
 
 base::Result<hal::UnitPower*> Engine::make_power() {
-  if (config_.power) {
-    auto made = hal::make_unit_power(*config_.power);
+  if (const auto* map = std::get_if<hal::ChamberMap>(&config_.power)) {
+    auto made = hal::make_unit_power(*map);
     if (!made) return base::forward_error(made);
     power_ = *std::move(made);
   }
-  hal::UnitPower* power = config_.power_from_chamber ? chamber_->unit_power() : power_.get();
-  if (config_.power_from_chamber && power == nullptr) {
+  if (const auto* hubs = std::get_if<hal::UsbHubs>(&config_.power)) power_ = hal::make_usb_hub_power(*hubs);
+  const bool from_chamber = std::holds_alternative<PowerFromChamber>(config_.power);
+  hal::UnitPower* power = from_chamber ? chamber_->unit_power() : power_.get();
+  if (from_chamber && power == nullptr) {
     return base::bad_input("'power.from' is \"chamber\", but the chamber's map has no 'unit_power_1'", config_.file);
   }
   for (const Slot& slot : config_.slots) {

@@ -17,6 +17,13 @@ namespace {
 constexpr double kLost_s = 15.0;  ///< host time without a sample after which a unit is given up
 constexpr std::chrono::seconds kFlushEvery{5};
 
+/// Process time between readings of what switches the units.
+double power_poll_s(const StationConfig& config) {
+  constexpr double kHubPoll_s = 1.0;
+  if (const auto* map = std::get_if<hal::ChamberMap>(&config.power)) return hal::poll_s(*map);
+  return std::holds_alternative<hal::UsbHubs>(config.power) ? kHubPoll_s : hal::poll_s(config.chamber);
+}
+
 /// The position as it stands on a fixture that is turned about the vertical.
 void turn(calib::Position& position, double turned_deg) {
   if (!position.azimuth_deg || turned_deg == 0.0) return;
@@ -33,9 +40,7 @@ Lab::Lab(const StationConfig& config_, db::Catalog& catalog_, EventLog& log_, ha
       time(config_.clock_rate),
       chamber(chamber_, hal::poll_s(config_.chamber)),
       fixture(fixture_) {
-  if (power_) {
-    supply.emplace(*power_, hal::poll_s(config.power ? *config.power : config.chamber), config.clock_rate);
-  }
+  if (power_) supply.emplace(*power_, power_poll_s(config), config.clock_rate);
 }
 
 std::vector<UnitChannel*> Lab::active_units() const {

@@ -160,9 +160,11 @@ TEST_F(StationConfigFile, EveryKeyIsRead) {
   EXPECT_EQ(std::get<hal::ModbusTcp>(chamber.link.address).port, 1502);
   EXPECT_EQ(chamber.link.unit, 3);
   EXPECT_EQ(chamber.link.max_block, 48) << "all but the address stays as the map says";
-  ASSERT_TRUE(config->fixture && config->power);
+  ASSERT_TRUE(config->fixture);
+  const auto* power = std::get_if<hal::ChamberMap>(&config->power);
+  ASSERT_NE(power, nullptr);
   EXPECT_EQ(config->fixture->positions.size(), 6u);
-  const auto& serial = std::get<hal::ModbusRtu>(std::get<hal::RegisterMap>(*config->power).link.address);
+  const auto& serial = std::get<hal::ModbusRtu>(std::get<hal::RegisterMap>(*power).link.address);
   EXPECT_EQ(serial.device, "/dev/ttyS1");
   EXPECT_EQ(serial.baud, 19200);
   EXPECT_EQ(serial.parity, 'E');
@@ -185,8 +187,7 @@ TEST_F(StationConfigFile, WithoutFixtureAndPowerBothAreDoneByHand) {
   const auto config = read(fmt::format("{}[[slot]]\nname = \"1\"\nhost = \"a\"\nport = 1\n", kChamber));
   ASSERT_TRUE(config) << config.error().where << config.error().message;
   EXPECT_FALSE(config->fixture);
-  EXPECT_FALSE(config->power);
-  EXPECT_FALSE(config->power_from_chamber);
+  EXPECT_TRUE(std::holds_alternative<PowerByHand>(config->power));
   EXPECT_FALSE(config->purge_below_c);
   EXPECT_EQ(config->clock_rate, 1.0);
   EXPECT_EQ(config->listen, "127.0.0.1:8088");
@@ -226,7 +227,7 @@ supply_v = 12
 supply_limit_a = 0.4
 )");
   ASSERT_TRUE(config) << config.error().where << config.error().message;
-  const auto& map = std::get<hal::TextMap>(*config->power);
+  const auto& map = std::get<hal::TextMap>(std::get<hal::ChamberMap>(config->power));
   EXPECT_EQ(std::get<hal::TcpAddress>(map.link.address).host, "10.0.0.5");
   EXPECT_EQ(std::get<hal::TcpAddress>(map.link.address).port, 5025) << "the map's own";
   EXPECT_EQ(config->slots[0].supply.voltage_v, 12.0);
@@ -234,12 +235,25 @@ supply_limit_a = 0.4
   EXPECT_EQ(config->purge_below_c, 5.0);
 }
 
+TEST_F(StationConfigFile, UsbHubsAreNamedByTheirSockets) {
+  const std::string slot = "[[slot]]\nname = \"1\"\nhost = \"h\"\nport = 7\npower_output = 102\n";
+  const auto power = [&](const std::string& hubs) {
+    return std::string(kChamber) + "[power]\nusb_hubs = " + hubs + "\n" + slot;
+  };
+  const auto config = read(power(R"(["1-4", "1-4.3.1", "usb2"])"));
+  ASSERT_TRUE(config) << config.error().where << config.error().message;
+  EXPECT_EQ(std::get<hal::UsbHubs>(config->power).paths, (std::vector<std::string>{"1-4", "1-4.3.1", "usb2"}));
+  for (const char* hubs : {"[]", R"(["../4"])", R"(["1-4:1.0"])", R"(["1-4", "1-4"])", R"([""])"}) {
+    EXPECT_NE(refusal(power(hubs)).find("'usb_hubs' must be the sockets"), std::string::npos) << hubs;
+  }
+  EXPECT_NE(refusal(power("[\"1-4\"]\nhost = \"h\"")).find("unknown key 'host'"), std::string::npos);
+}
+
 TEST_F(StationConfigFile, OutputsOfTheChamberNeedNoAddressOfTheirOwn) {
   const std::string slot = "[[slot]]\nname = \"1\"\nhost = \"h\"\nport = 7\npower_output = 2\n";
   const auto config = read(std::string(kChamber) + "[power]\nfrom = \"chamber\"\n" + slot);
   ASSERT_TRUE(config) << config.error().where << config.error().message;
-  EXPECT_TRUE(config->power_from_chamber);
-  EXPECT_FALSE(config->power);
+  EXPECT_TRUE(std::holds_alternative<PowerFromChamber>(config->power));
   EXPECT_NE(refusal(std::string(kChamber) + "[power]\nfrom = \"fixture\"\n" + slot), "");
   EXPECT_NE(refusal(std::string(kChamber) + "[power]\nfrom = \"chamber\"\nhost = \"h\"\n" + slot), "");
 }

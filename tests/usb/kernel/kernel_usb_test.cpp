@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The driver against the real usbfs of a kernel, in a machine of its own (tools/prove/usb-qemu): there is a controller
-// with a gadget (gadget_unit, an Xsens) and an FT232 with a Crossbow behind it, which the kernel's own driver holds. No
-// udev runs there.
+// with a gadget (gadget_unit, an Xsens) and, behind a hub, an FT232 with a Crossbow at its end, which the kernel's own
+// driver holds. No udev runs there.
 #include <gtest/gtest.h>
 #include <poll.h>
 
@@ -103,6 +103,33 @@ TEST_F(RealUsb, AnXsensThatIsUnpluggedInMidStreamFailsAndComesBackAsANewPowerOn)
   EXPECT_EQ(samples[before - 1].power_on, 0U);
   EXPECT_EQ(samples.back().power_on, 1U);
   EXPECT_EQ(imu->statistics().restarts, 1U);
+}
+
+TEST_F(RealUsb, APortOfAHubTakesTheSupplyOfItsDeviceAwayAndGivesItBack) {
+  const UsbAddress chip{.vendor = 0x0403, .product = 0x6001};
+  const auto device = find_usb_device(chip);
+  ASSERT_TRUE(device) << device.error().message;
+  const auto dot = device->path.rfind('.');
+  ASSERT_NE(dot, std::string::npos) << "not behind a hub: " << device->path;
+  const UsbHubs hubs{{device->path.substr(0, dot)}};
+  const int port = std::stoi(device->path.substr(dot + 1));
+  const auto power = make_usb_hub_power(hubs);
+  ASSERT_TRUE(power->connect());
+  EXPECT_TRUE(may_switch(hubs, port));
+  EXPECT_TRUE(power->read({port})->at(port).on);
+
+  const auto off = power->set(port, false);
+  ASSERT_TRUE(off) << off.error().message;
+  EXPECT_FALSE(power->read({port})->at(port).on);
+  EXPECT_TRUE(wait_until([&] { return !find_usb_device(chip); }));
+  std::this_thread::sleep_for(2s);  // the kernel does not switch it on again by itself
+  EXPECT_FALSE(find_usb_device(chip));
+  EXPECT_TRUE(find_usb_device(kXsens)) << "nor does it take others with it";
+
+  ASSERT_TRUE(power->set(port, true));
+  EXPECT_TRUE(power->read({port})->at(port).on);
+  EXPECT_TRUE(wait_until([&] { return find_usb_device(chip).has_value(); }));
+  EXPECT_FALSE(power->set(31, false)) << "no such port";
 }
 
 TEST_F(RealUsb, AChipOfFtdiIsTakenFromTheKernelsDriverAndGivenBack) {
