@@ -56,10 +56,11 @@ struct UsbAddress {
   std::string path;    ///< of the socket, as "1-4.2": bus, then ports; empty = any
   int baud = 115200;   ///< of a serial line
 };
-/// Bytes as they once arrived; nobody answers. Its end is that of the connection.
+/// Bytes as they once arrived; nobody answers. Its end is that of the connection, an error with this message.
 struct RecordedAddress {
   std::string file;
 };
+inline constexpr const char* kRecordingEnded = "the recording has ended";
 using UnitAddress = std::variant<TcpAddress, SerialAddress, UsbAddress, RecordedAddress>;
 
 /// "tcp 10.0.0.9:4001", "serial /dev/ttyUSB0", "usb 2639:0013 1-4.2": what two units cannot share.

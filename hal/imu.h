@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -49,6 +50,9 @@ enum class ImuState : std::uint8_t {
   failed,  ///< the transport broke; open() again
 };
 
+/// Imu::poll() reads so many at most.
+inline constexpr std::size_t kBytesPerPoll = 65536;
+
 /// A unit behind a byte stream. Only open() may wait, for 1 s at most (and for the resolver where a host is a name):
 /// poll() takes what has arrived. A unit that restarts is noticed (wake-up message, device time or counter that begins
 /// anew), identified and configured again.
@@ -68,8 +72,8 @@ class Imu {
   /// Opens the transport (fails as `device` if it cannot) and begins to ask for the unit.
   [[nodiscard]] virtual base::Status open(const Settings& settings) = 0;
   virtual void close() = 0;
-  /// Moves on: reads what has arrived, at most about 64 KiB, appends its samples, sends what is to be sent. A transport
-  /// that broke is an error of kind `device`.
+  /// Moves on: reads what has arrived, at most kBytesPerPoll, appends its samples, sends what is to be sent. A
+  /// transport that broke is an error of kind `device`.
   [[nodiscard]] virtual base::Status poll(std::vector<ImuSample>& samples) = 0;
   [[nodiscard]] virtual ImuState state() const = 0;
   /// Known from `streaming` on; stays until the next one is read.

@@ -210,7 +210,7 @@ bool reads_back(const std::string& csv, const ColumnsMap& map, const Samples& sa
                 const std::vector<std::string>& headers) {
   const auto recording = parse_csv_recording(csv, "export.csv", {.map = map, .skip_bad = false, .progress = {}});
   if (!recording || recording->runs.size() != 1) return false;
-  const CsvRun& run = recording->runs.front();
+  const SourceRun& run = recording->runs.front();
   std::vector<db::ChannelInfo> channels = samples.channels;
   for (std::size_t i = 0; i < channels.size(); ++i) channels[i].source_name = headers[i];
   return run.label == samples.label && run.channels == channels && run.columns == samples.columns &&

@@ -66,7 +66,7 @@ class RecordingParser {
         options_(options),
         scanner_(text_, options.map.separator) {}
 
-  base::Result<CsvRecording> parse() {
+  base::Result<SourceRecording> parse() {
     if (auto status = read_header(); !status) return base::forward_error(status);
     std::size_t rows = 0;
     while (true) {
@@ -189,7 +189,7 @@ class RecordingParser {
   base::Status close_run() {
     if (!run_) return {};
     bool has_sensor = false;
-    CsvRun run{std::move(run_->label), run_->first_line, {}, {}, {}};
+    SourceRun run{std::move(run_->label), run_->first_line, {}, {}, {}};
     for (ColumnBuilder& builder : run_->builders) {
       const bool has_values = builder.values() > 0;
       auto [channel, column] = builder.finish();
@@ -210,7 +210,7 @@ class RecordingParser {
     return {};
   }
 
-  void add_positions(CsvRun& run) const {
+  void add_positions(SourceRun& run) const {
     for (const db::ChannelInfo& channel : run.channels) {
       if (channel.name != "position") continue;
       for (const std::string& label : channel.labels) {
@@ -233,7 +233,7 @@ class RecordingParser {
     return {};
   }
 
-  base::Result<CsvRecording> finish() {
+  base::Result<SourceRecording> finish() {
     if (recording_.runs.empty()) {
       return base::bad_input("the file has no row that can be used below its header", path_.string());
     }
@@ -255,17 +255,17 @@ class RecordingParser {
   CsvLayout layout_;
   std::optional<OpenRun> run_;
   std::set<std::string, std::less<>> labels_;
-  CsvRecording recording_;
+  SourceRecording recording_;
 };
 
 }  // namespace
 
-base::Result<CsvRecording> parse_csv_recording(std::string_view text, const std::filesystem::path& path,
-                                               const CsvOptions& options) {
+base::Result<SourceRecording> parse_csv_recording(std::string_view text, const std::filesystem::path& path,
+                                                  const CsvOptions& options) {
   return RecordingParser(text, path, options).parse();
 }
 
-base::Result<CsvRecording> read_csv_recording(const std::filesystem::path& path, const CsvOptions& options) {
+base::Result<SourceRecording> read_csv_recording(const std::filesystem::path& path, const CsvOptions& options) {
   const auto text = read_text_file(path);
   if (!text) return base::forward_error(text);
   return parse_csv_recording(*text, path, options);

@@ -53,7 +53,7 @@ class NewFiles {
 };
 
 /// When a run was made: what its channel utc_s says, else now.
-MeasurementTime measurement_time(const CsvRun& run) {
+MeasurementTime measurement_time(const SourceRun& run) {
   MeasurementTime time{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   if (const auto channel = find_channel(run.channels, "utc_s")) {
     for (const double utc_s :
@@ -81,14 +81,14 @@ bool same_circumstances(const db::RunRow& stored, const ImportOptions& options) 
 
 class Importer {
  public:
-  Importer(db::Catalog& catalog, const CsvRecording& recording, const fs::path& source, const ImportOptions& options)
+  Importer(db::Catalog& catalog, const SourceRecording& recording, const fs::path& source, const ImportOptions& options)
       : catalog_(catalog), recording_(recording), source_(source), options_(options) {}
 
   base::Result<ImportSummary> run() {
     if (auto status = look_up_unit(); !status) return base::forward_error(status);
     if (auto status = look_up_references(); !status) return base::forward_error(status);
     if (auto status = look_up_runs(); !status) return base::forward_error(status);
-    for (const CsvRun& run : recording_.runs) {
+    for (const SourceRun& run : recording_.runs) {
       if (!report_progress()) return interrupted();
       if (auto status = stage(run); !status) return base::forward_error(status);
     }
@@ -131,7 +131,7 @@ class Importer {
   /// Each run is judged by the certificates of its own time.
   base::Status look_up_references() {
     if (!options_.references) return {};
-    for (const CsvRun& run : recording_.runs) {
+    for (const SourceRun& run : recording_.runs) {
       auto judged = judge_references(catalog_, measurement_time(run));
       if (!judged) {
         judged.error().message = fmt::format("run '{}': {}", run.label, judged.error().message);
@@ -168,7 +168,7 @@ class Importer {
     return {};
   }
 
-  base::Status stage(const CsvRun& run) {
+  base::Status stage(const SourceRun& run) {
     StagedRun staged;
     staged.row.run_id = new_run_id();
     staged.row.file_name = staged.row.run_id + ".soakrun";
@@ -179,7 +179,7 @@ class Importer {
     return decide(std::move(staged));
   }
 
-  base::Status write(const CsvRun& run, StagedRun& staged) const {
+  base::Status write(const SourceRun& run, StagedRun& staged) const {
     db::RunInfo info;
     info.run_id = staged.row.run_id;
     info.label = run.label;
@@ -204,7 +204,7 @@ class Importer {
     return {};
   }
 
-  base::Status describe(const CsvRun& run, StagedRun& staged) {
+  base::Status describe(const SourceRun& run, StagedRun& staged) {
     const auto file = db::RunFileReader::open(staged.temporary);
     if (!file) return base::forward_error(file);
     auto content = file->content_hash();
@@ -332,7 +332,7 @@ class Importer {
   }
 
   db::Catalog& catalog_;
-  const CsvRecording& recording_;
+  const SourceRecording& recording_;
   const fs::path& source_;
   const ImportOptions& options_;
   std::int32_t epoch_ = 0;
@@ -345,8 +345,8 @@ class Importer {
 
 }  // namespace
 
-base::Result<ImportSummary> store_recording(db::Catalog& catalog, const CsvRecording& recording, const fs::path& source,
-                                            const ImportOptions& options) {
+base::Result<ImportSummary> store_recording(db::Catalog& catalog, const SourceRecording& recording,
+                                            const fs::path& source, const ImportOptions& options) {
   if (options.unit.empty()) return base::bad_input("the serial number of the unit is empty", "--unit");
   if (options.campaign.empty()) return base::bad_input("the name of the campaign is empty", "--campaign");
   if (auto plain = check_carried_line(options.unit, "--unit"); !plain) return base::forward_error(plain);

@@ -56,7 +56,7 @@ struct ImportSummary {
 /// With `references`, refuses as judge_references() does for each run at the times in its channel utc_s, where there is
 /// none at the time of the import. Refuses names that are no plain line of text, and serial numbers too long for a
 /// calibration file.
-[[nodiscard]] base::Result<ImportSummary> store_recording(db::Catalog& catalog, const CsvRecording& recording,
+[[nodiscard]] base::Result<ImportSummary> store_recording(db::Catalog& catalog, const SourceRecording& recording,
                                                           const std::filesystem::path& source,
                                                           const ImportOptions& options);
 

@@ -35,7 +35,7 @@ base::Status RecordedSource::open() {
 base::Result<std::size_t> RecordedSource::read(std::span<std::uint8_t> buffer) {
   const ssize_t got = ::read(fd(), buffer.data(), buffer.size());
   if (got < 0) return broken("reading failed", errno);
-  if (got == 0) return base::fail(base::ErrorKind::device, "the recording has ended", description());
+  if (got == 0) return base::fail(base::ErrorKind::device, kRecordingEnded, description());
   return static_cast<std::size_t>(got);
 }
 

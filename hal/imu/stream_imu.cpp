@@ -17,7 +17,6 @@ constexpr int kRepetitions = 3;
 /// A frame whose rest has not come by then does not come at all: its beginning was garbage.
 constexpr auto kFrameTimeout = 500ms;
 constexpr auto kSilentAfter = 3s;
-constexpr std::size_t kMostBytesPerPoll = 65536;
 constexpr std::size_t kMostUnsentBytes = 1024;
 
 }  // namespace
@@ -78,8 +77,8 @@ base::Status StreamImu::move_on(std::vector<ImuSample>& samples) {
 /// Reads and decodes what has arrived. Returns whether it stopped before all was read.
 base::Result<bool> StreamImu::receive(std::vector<ImuSample>& samples) {
   std::array<std::uint8_t, 16384> chunk;
-  for (std::size_t total = 0; total < kMostBytesPerPoll;) {
-    const auto room = std::min(chunk.size(), kMostBytesPerPoll - total);
+  for (std::size_t total = 0; total < kBytesPerPoll;) {
+    const auto room = std::min(chunk.size(), kBytesPerPoll - total);
     const auto count = source_->read(std::span(chunk).first(room));
     if (!count) return base::forward_error(count);
     if (*count == 0) return false;

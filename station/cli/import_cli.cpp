@@ -27,9 +27,12 @@ void add_number(CLI::App& command, const std::string& name, std::optional<double
 void register_import(CLI::App& program, Request& request) {
   const auto options = std::make_shared<ImportCommand>();
   CLI::App* command =
-      add_command(program, request, "import", "Store the recording of a unit from a CSV file",
+      add_command(program, request, "import", "Store the recording of a unit from a file: CSV, or the bytes it sent",
                   "soak import soak_run_1.csv --unit SN0042 --campaign acceptance --latitude-deg 48.1", true);
-  command->add_option("file", options->file, "CSV file (docs/csv-format.md)")->required()->type_name("FILE.csv");
+  command
+      ->add_option("file", options->file, "CSV file (docs/csv-format.md), or with --decoder a log of the unit's bytes")
+      ->required()
+      ->type_name("FILE");
   command->add_option("--unit", options->import.unit, "Serial number of the unit")->required()->type_name("SN");
   command->add_option("--campaign", options->import.campaign, "Campaign that the runs belong to")
       ->type_name("NAME")
@@ -49,6 +52,13 @@ void register_import(CLI::App& program, Request& request) {
              9.7, 9.9);
   command->add_option("--columns", options->columns, "Columns map for foreign headers, units and separators")
       ->type_name("FILE.toml");
+  command
+      ->add_option("--decoder", options->decoder,
+                   "The file holds the bytes that a unit sent: xsens, ahrs400, vectornav")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"xsens", "ahrs400", "vectornav"}));
+  add_number(*command, "--rate-hz", options->rate_hz, "Packets a second that such a unit was set to (else 100)", "HZ",
+             1, 10000);
   command->add_flag("--skip-bad", options->skip_bad, "Leave bad rows out and list them");
   command->add_flag("--simulated", options->import.simulated, "Mark the runs as simulated");
   command->add_flag("--references", options->import.references,

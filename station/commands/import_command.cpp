@@ -7,8 +7,11 @@
 #include <cstddef>
 #include <nlohmann/json.hpp>
 
+#include "base/units.h"
 #include "calib/reference_json.h"
+#include "station/commands/type_commands.h"
 #include "station/data_folder.h"
+#include "station/stream_recording.h"
 
 namespace soak::station {
 namespace {
@@ -26,7 +29,7 @@ void note_bad_rows(const std::vector<BadRow>& rows, const std::string& file, Out
     output.note(fmt::format("  and {} more (--json lists all)", rows.size() - kBadRowsListed));
 }
 
-nlohmann::json document(const ImportCommand& command, const CsvRecording& recording, const ImportSummary& summary) {
+nlohmann::json document(const ImportCommand& command, const SourceRecording& recording, const ImportSummary& summary) {
   nlohmann::json runs = nlohmann::json::array();
   for (const ImportedRun& run : summary.runs) {
     runs.push_back({{"run", run.label},
@@ -67,9 +70,8 @@ std::string summary_text(const ImportSummary& summary) {
   return text;
 }
 
-}  // namespace
-
-base::Status run_import(const ImportCommand& command, Output& output) {
+base::Result<SourceRecording> read_csv(const ImportCommand& command, Output& output) {
+  if (command.rate_hz) return base::bad_input("it belongs to a file of a unit's bytes (--decoder)", "--rate-hz");
   CsvOptions csv;
   csv.skip_bad = command.skip_bad;
   csv.progress = output.progress("reading");
@@ -78,7 +80,49 @@ base::Status run_import(const ImportCommand& command, Output& output) {
     if (!map) return base::forward_error(map);
     csv.map = *std::move(map);
   }
-  const auto recording = read_csv_recording(command.file, csv);
+  return read_csv_recording(command.file, csv);
+}
+
+/// From the label of the unit, which its type knows.
+base::Result<hal::Ahrs400Ranges> ranges_of(const ImportCommand& command) {
+  if (!command.import.unit_type) {
+    return base::bad_input("an AHRS400 sends shares of its ranges: --type must name a unit type that states them",
+                           "--decoder");
+  }
+  const auto type = find_unit_type({}, *command.import.unit_type);
+  if (!type) return base::forward_error(type);
+  if (!type->gyro_range_dps || !type->accel_range_mps2) {
+    return base::bad_input(fmt::format("unit type '{}' states no ranges, of which an AHRS400 sends shares", type->name),
+                           "--type");
+  }
+  return hal::Ahrs400Ranges{*type->gyro_range_dps, *type->accel_range_mps2 / base::kStandardGravity_mps2};
+}
+
+hal::UnitDecoder decoder_named(std::string_view name) {
+  if (name == "ahrs400") return hal::UnitDecoder::ahrs400;
+  return name == "vectornav" ? hal::UnitDecoder::vectornav : hal::UnitDecoder::xsens;
+}
+
+base::Result<SourceRecording> read_stream(const ImportCommand& command, Output& output) {
+  if (!command.columns.empty() || command.skip_bad) {
+    return base::bad_input("--columns and --skip-bad belong to CSV files", "--decoder");
+  }
+  StreamOptions stream;
+  stream.decoder = decoder_named(command.decoder);
+  stream.rate_hz = command.rate_hz.value_or(stream.rate_hz);
+  stream.progress = output.progress("reading");
+  if (stream.decoder == hal::UnitDecoder::ahrs400) {
+    const auto ranges = ranges_of(command);
+    if (!ranges) return base::forward_error(ranges);
+    stream.ranges = *ranges;
+  }
+  return read_stream_recording(command.file, stream);
+}
+
+}  // namespace
+
+base::Status run_import(const ImportCommand& command, Output& output) {
+  const auto recording = command.decoder.empty() ? read_csv(command, output) : read_stream(command, output);
   if (!recording) return base::forward_error(recording);
 
   // The data folder is not touched, not even made, before the file has proved sound.

@@ -10,12 +10,12 @@ namespace soak::fuzz {
 namespace {
 
 using station::CsvOptions;
-using station::CsvRecording;
-using station::CsvRun;
+using station::SourceRecording;
+using station::SourceRun;
 
 constexpr std::string_view kDivider = "\n----\n";
 
-void check_times(const CsvRun& run) {
+void check_times(const SourceRun& run) {
   require(run.channels.front().name == "t_s", "the first channel is the time");
   double last_s = -std::numeric_limits<double>::infinity();
   for (const double t_s : values_of(run.columns.front(), run.channels.front().scale, run.channels.front().offset)) {
@@ -24,7 +24,7 @@ void check_times(const CsvRun& run) {
   }
 }
 
-void check_columns(const CsvRun& run) {
+void check_columns(const SourceRun& run) {
   require(run.rows() > 0, "a run has rows");
   require(run.channels.size() == run.columns.size(), "each channel has its column");
   for (std::size_t i = 0; i < run.columns.size(); ++i) {
@@ -38,10 +38,10 @@ void check_columns(const CsvRun& run) {
   }
 }
 
-std::size_t checked_rows(const CsvRecording& recording) {
+std::size_t checked_rows(const SourceRecording& recording) {
   std::size_t rows = 0;
   require(!recording.runs.empty(), "a recording has a run");
-  for (const CsvRun& run : recording.runs) {
+  for (const SourceRun& run : recording.runs) {
     check_columns(run);
     check_times(run);
     rows += run.rows();

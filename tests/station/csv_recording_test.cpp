@@ -13,7 +13,7 @@ namespace {
 
 using db::SampleType;
 
-base::Result<CsvRecording> parse(const std::string& text, const CsvOptions& options = {}) {
+base::Result<SourceRecording> parse(const std::string& text, const CsvOptions& options = {}) {
   return parse_csv_recording(text, "folder/rec.csv", options);
 }
 
@@ -32,7 +32,7 @@ CsvOptions with_map(const std::string& toml) {
 }
 
 /// Channel `name` of a run and its column.
-std::pair<db::ChannelInfo, db::Column> channel(const CsvRun& run, std::string_view name) {
+std::pair<db::ChannelInfo, db::Column> channel(const SourceRun& run, std::string_view name) {
   for (std::size_t i = 0; i < run.channels.size(); ++i) {
     if (run.channels[i].name == name) return {run.channels[i], run.columns[i]};
   }
@@ -40,7 +40,7 @@ std::pair<db::ChannelInfo, db::Column> channel(const CsvRun& run, std::string_vi
   return {};
 }
 
-void expect_refused(const base::Result<CsvRecording>& result, std::string_view where, std::string_view message) {
+void expect_refused(const base::Result<SourceRecording>& result, std::string_view where, std::string_view message) {
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(result.error().where, where);
@@ -53,7 +53,7 @@ TEST(CsvRecording, TakesTheNarrowestTypeThatLosesNothing) {
       "25,0,1,-129,40000,3000000000,-0,1e3\n"
       "-3,0.5,127,5,1,0,2,2\n");
   ASSERT_TRUE(recording) << recording.error().message;
-  const CsvRun& run = recording->runs.at(0);
+  const SourceRun& run = recording->runs.at(0);
   EXPECT_EQ(run.channels[0].name, "t_s");
   EXPECT_EQ(channel(run, "t_s").first.type, SampleType::f64);
   EXPECT_EQ(channel(run, "temp_c").first.type, SampleType::i8);
@@ -70,7 +70,7 @@ TEST(CsvRecording, KeepsSourceNamesUnitsAndAbsentValues) {
   const auto recording = parse(
       "t_us,temp_k,gx_degph,az_mg,pressure,mode,temp_gx_f\n0,300,,1,9,idle,70\n5,,2,3,,busy,\n10,301,3,,8,idle,71\n");
   ASSERT_TRUE(recording) << recording.error().message;
-  const CsvRun& run = recording->runs.at(0);
+  const SourceRun& run = recording->runs.at(0);
   EXPECT_EQ(run.label, "rec");
   EXPECT_EQ(channel(run, "t_s").first.source_name, "t_us");
   EXPECT_EQ(channel(run, "t_s").first.scale, 1e-6);
@@ -197,7 +197,7 @@ P1 = [0, 0, 2]
 P2 = [0, 1, 0]
 )"));
   ASSERT_TRUE(recording) << recording.error().message;
-  const CsvRun& run = recording->runs.at(0);
+  const SourceRun& run = recording->runs.at(0);
   ASSERT_EQ(run.rows(), 2U);
   const auto [time, ticks] = channel(run, "t_s");
   EXPECT_EQ(time.type, SampleType::u32);
