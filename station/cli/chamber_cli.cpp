@@ -15,7 +15,9 @@ void register_check(CLI::App& group, Request& request) {
   const auto options = std::make_shared<ChamberCheckCommand>();
   CLI::App* command = add_command(group, request, "check", "Every mistake of a controller's map; what the map can do",
                                   "soak chamber check procedures/chambers/watlow-f4t.toml", true);
-  command->add_option("file", options->file, "Map of the chamber's controller")->required()->type_name("FILE");
+  command->add_option("file", options->file, "Map of a chamber's controller, a fixture or unit power")
+      ->required()
+      ->type_name("FILE");
   command->callback([options, &request] {
     request.action = [options](Output& output) { return run_chamber_check(*options, output); };
   });
@@ -26,7 +28,9 @@ void register_probe(CLI::App& group, Request& request) {
   CLI::App* command =
       add_command(group, request, "probe", "Read a live controller by its map: all values and alarms; writes nothing",
                   "soak chamber probe procedures/chambers/watlow-f4t.toml --tcp 192.168.7.20", true);
-  command->add_option("file", options->file, "Map of the chamber's controller")->required()->type_name("FILE");
+  command->add_option("file", options->file, "Map of a chamber's controller, a fixture or unit power")
+      ->required()
+      ->type_name("FILE");
   command->add_option("--tcp", options->tcp, "Where the controller is, instead of the map's address")
       ->type_name("HOST[:PORT]");
   command->add_option("--serial", options->serial, "Serial port instead of the map's address")->type_name("DEVICE");

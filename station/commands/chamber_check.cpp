@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "hal/chamber_map.h"
+#include "hal/devices.h"
 #include "station/commands/chamber_address.h"
 #include "station/commands/chamber_commands.h"
 
@@ -36,9 +37,10 @@ struct Abilities {
 template <class Map>
 Abilities abilities_of(const Map& map) {
   Abilities can;
-  const auto& set_point = map.quantities.at("set_point_c");
-  can.min_c = set_point.min;
-  can.max_c = set_point.max;
+  if (const auto set_point = map.quantities.find("set_point_c"); set_point != map.quantities.end()) {
+    can.min_c = set_point->second.min;
+    can.max_c = set_point->second.max;
+  }
   for (const auto& [name, quantity] : map.quantities) can.quantities.push_back(name);
   for (const auto& [name, steps] : map.actions) can.actions.push_back(name);
   for (const auto& probe : map.probes) can.probes.push_back(probe.name);
@@ -55,6 +57,7 @@ Abilities abilities_of(const Map& map) {
 json document(const std::string& file, const hal::ChamberMap& map, const Abilities& can) {
   return {{"file", file},
           {"name", hal::name_of(map)},
+          {"kind", hal::kind_of(map)},
           {"protocol", modbus(map) ? "modbus" : "text"},
           {"address", address_text(map)},
           {"poll_s", hal::poll_s(map)},
@@ -82,18 +85,36 @@ std::string policy_text(const hal::WritePolicy& policy) {
 }
 
 std::string summary(const hal::ChamberMap& map, const Abilities& can) {
-  std::string text = fmt::format("{}: {}, {}, read every {:g} s\n", hal::name_of(map),
+  std::string text = fmt::format("{}: {} over {}, {}, read every {:g} s\n", hal::name_of(map), hal::kind_of(map),
                                  modbus(map) ? "Modbus" : "lines of text", address_text(map), hal::poll_s(map));
-  text += fmt::format("set points  {} to {} °C, narrowed by the controller's own limits where the map reads them\n",
-                      limit_text(can.min_c), limit_text(can.max_c));
-  text += fmt::format("ramps       {}\n", can.can_ramp ? "by the controller" : "none");
+  const bool is_chamber = hal::kind_of(map) == "chamber";
+  if (is_chamber) {
+    text += fmt::format("set points  {} to {} °C, narrowed by the controller's own limits where the map reads them\n",
+                        limit_text(can.min_c), limit_text(can.max_c));
+    text += fmt::format("ramps       {}\n", can.can_ramp ? "by the controller" : "none");
+  }
   text += fmt::format("quantities  {}\n", list_text(can.quantities));
   text += fmt::format("actions     {}\n", list_text(can.actions));
   text += fmt::format("probes      {}\n", list_text(can.probes));
-  text += fmt::format("alarms      {}\n", list_text(can.alarms));
-  text += fmt::format("outputs off {}\n", can.outputs_off.empty() ? "by no alarm" : list_text(can.outputs_off));
+  if (is_chamber) {
+    text += fmt::format("alarms      {}\n", list_text(can.alarms));
+    text += fmt::format("outputs off {}\n", can.outputs_off.empty() ? "by no alarm" : list_text(can.outputs_off));
+  }
   text += fmt::format("writes      {}\n", policy_text(can.policy));
   return text;
+}
+
+/// What a fixture or power lacks; a chamber's needs are among the mistakes of its map.
+base::Status check_needs(const hal::ChamberMap& map) {
+  const std::string kind = hal::kind_of(map);
+  if (kind == "power") {
+    if (const auto power = hal::make_unit_power(map); !power) return base::forward_error(power);
+  }
+  const auto* registers = modbus(map);
+  if (kind == "fixture" && registers != nullptr) {
+    if (const auto fixture = hal::make_modbus_fixture(*registers); !fixture) return base::forward_error(fixture);
+  }
+  return {};
 }
 
 }  // namespace
@@ -101,9 +122,7 @@ std::string summary(const hal::ChamberMap& map, const Abilities& can) {
 base::Status run_chamber_check(const ChamberCheckCommand& command, Output& output) {
   const auto map = hal::read_chamber_map(command.file, hal::MapUse::device);
   if (!map) return base::forward_error(map);
-  if (const auto kind = hal::kind_of(*map); kind != "chamber") {
-    return base::bad_input(fmt::format("this is the map of a {}, not of a chamber", kind), command.file);
-  }
+  if (auto whole = check_needs(*map); !whole) return whole;
   const Abilities can = std::visit([](const auto& one) { return abilities_of(one); }, *map);
   if (output.json()) return output.print_json(document(command.file, *map, can));
   output.print(summary(*map, can));

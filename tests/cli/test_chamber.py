@@ -103,11 +103,11 @@ class Check(ChamberTest):
 
     def test_it_says_in_short_what_a_map_can_do(self):
         text = self.soak("chamber", "check", CHAMBERS / "watlow-f4t.toml").stdout
-        self.assertIn("Watlow F4T: Modbus, tcp 127.0.0.1:502, read every 1 s", text)
+        self.assertIn("Watlow F4T: chamber over Modbus, tcp 127.0.0.1:502, read every 1 s", text)
         self.assertIn("-70 to 180 °C", text)
         self.assertIn("by the controller", text)
         text = self.soak("chamber", "check", CHAMBERS / "espec-p300.toml").stdout
-        self.assertIn("ESPEC P300: lines of text, tcp 127.0.0.1:10001", text)
+        self.assertIn("ESPEC P300: chamber over lines of text, tcp 127.0.0.1:10001", text)
         document = self.soak_json("chamber-check", "chamber", "check", CHAMBERS / "eurotherm-2200.toml")
         self.assertEqual((document["protocol"], document["can_ramp"], document["poll_s"]), ("modbus", False, 2))
 
@@ -133,10 +133,15 @@ class Check(ChamberTest):
         for name in ("air_c", "set_point_c", "control_mode"):
             self.assertIn(f"[quantity.{name}]", error["message"])
 
-    def test_a_map_of_another_device_is_refused(self):
-        path = ROOT / "procedures" / "power" / "modbus-relay.toml"
-        for command in ("check", "probe"):
-            self.assertIn("map of a power", self.refusal("chamber", command, path)["message"])
+    def test_maps_of_fixtures_and_power_are_checked_alike(self):
+        for kind in ("fixture", "power"):
+            for path in sorted((ROOT / "procedures" / (kind + "s" * (kind == "fixture"))).glob("*.toml")):
+                document = self.soak_json("chamber-check", "chamber", "check", path)
+                self.assertEqual((document["kind"], document["min_set_point_c"]), (kind, None), path)
+                self.assertTrue(document["probes"], path)
+        path = self.write("p.toml", 'name = "p"\nkind = "power"\n[link]\ntcp = "h"\n[quantity]\n')
+        self.assertIn("output_1", self.refusal("chamber", "check", path)["message"])
+        self.assertNotIn("set points", self.soak("chamber", "check", ROOT / "procedures/power/scpi-supply.toml").stdout)
 
     def test_a_syntax_error_has_its_line_and_a_missing_file_its_name(self):
         path = self.write("m.toml", 'name = "m"\nkind = = "chamber"\n')
@@ -193,6 +198,17 @@ class Probe(ChamberTest):
         self.assertEqual((values["air_c"], values["max_set_point_c"], values["min_set_point_c"]), (23.2, 150, -60))
         self.assertEqual([e["text"] for e in document["entries"] if e["kind"] == "alarm"], ["ACTIVE (1,3)"])
         self.assertEqual(set(wire.sent.decode().split("\r\n")), {"MODE?", "TEMP?", "ALARM?", ""}, "nothing but questions")
+
+    def test_it_reads_a_supply(self):
+        supply, wire = self.peer(PEERS / "scpi_supply.py", 0)
+        supply.stdin.write("off 2\n")
+        supply.stdin.flush()
+        document = self.probe(ROOT / "procedures/power/scpi-supply.toml", wire)
+        found = {entry["name"]: entry["value"] for entry in document["entries"] if entry["kind"] == "quantity"}
+        self.assertTrue(document["sound"])
+        self.assertEqual((found["output_2"], found["measured_a_1"], found["limit_a_3"]), (0, 0, 1))
+        lines = [line.upper() for line in wire.sent.decode().splitlines()]
+        self.assertTrue(all("?" in line for line in lines), lines)
 
     def test_a_fault_in_mid_probe_is_got_over(self):
         process, wire = self.peer(PEERS / "espec_peer.py", 0)
