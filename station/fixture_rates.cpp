@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/units.h"
-#include "station/recording_reader.h"
+#include "station/slow_channel.h"
 
 namespace soak::station {
 namespace {

@@ -11,13 +11,6 @@
 
 namespace soak::station {
 
-/// A slow channel's value holds this long at least where its rows are empty.
-inline constexpr double kHold_s = 2.0;
-
-/// Fills rows without a new value (NaN) with the last one, for 2 s at most, or for 1.5 times the median spacing of the
-/// channel's own values where that is longer. Rows before the first value stay NaN.
-void hold_slow_channel(std::span<const double> t_s, std::vector<double>& values);
-
 /// The samples of one unit in a run file, converted to SI. Thermometers, set points and auxiliary channels hold their
 /// values as hold_slow_channel() says; sensors never do. `t_since_power_s` runs on with the time where its cells are
 /// empty. Positions come by label, the six named ones and those that the file defines; an empty label is "moving".

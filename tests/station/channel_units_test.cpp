@@ -7,6 +7,7 @@
 
 #include "station/header_name.h"
 #include "station/recording_reader.h"
+#include "station/slow_channel.h"
 
 namespace soak::station {
 namespace {

@@ -18,6 +18,7 @@
 #include "calib/statistics.h"
 #include "station/channel_units.h"
 #include "station/recording_reader.h"
+#include "station/slow_channel.h"
 #include "tests/station/tricky_run.h"
 
 namespace soak::station {
