@@ -190,7 +190,7 @@ BesideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignModel
     slopes.back().sensor = sensor;
   }
   const Chosen chosen = choose(slopes, kAgingSensorGate);
-  if (chosen.p > kGate || chosen.slopes.empty()) return result;
+  if (chosen.p > kBesideGate || chosen.slopes.empty()) return result;
   result.effects.push_back(named(
       aging(), chosen, [](Sensor sensor) { return kPer1000h * printed_per_si(sensor); },
       [](Sensor sensor) { return std::string(printed_unit(sensor)) + " per 1000 h"; },
@@ -205,21 +205,38 @@ BesideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignModel
 
 namespace {
 
+/// Variance of a slope through points at `x` that scatter with `variances`.
+double slope_variance(std::span<const double> x, std::span<const double> variances) {
+  double mean = 0.0;
+  for (const double value : x) mean += value / static_cast<double>(x.size());
+  double squares = 0.0;
+  double weighted = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    squares += (x[i] - mean) * (x[i] - mean);
+    weighted += (x[i] - mean) * (x[i] - mean) * variances[i];
+  }
+  return squares > 0.0 ? weighted / (squares * squares) : 0.0;
+}
+
 /// Slope of the logarithm of the blocks' variances against temperature, its error from the scatter of the runs' own
-/// slopes.
+/// slopes: but not less than that of white noise, as a few runs may agree by chance better than samples allow.
 std::optional<Slope> noise_slope_of(const Observations& observations, Sensor sensor) {
   std::vector<double> of_runs;
+  double white = 0.0;  // sum of the slopes' variances if the samples were white
   for (int run = 0; run < observations.run_count(); ++run) {
     std::vector<double> temp_c;
     std::vector<double> log_variance;
+    std::vector<double> scatter;
     for (const Observation& row : observations.rows) {
       const SensorStatistics& statistics = row.sensor[index_of(sensor)];
       if (row.run != run || statistics.count < 3 || statistics.variance <= 0.0) continue;
       temp_c.push_back(row.temp_c);
       log_variance.push_back(std::log(statistics.variance));
+      scatter.push_back(2.0 / (static_cast<double>(statistics.count) - 1.0));
     }
     if (temp_c.size() < 10) return std::nullopt;
     of_runs.push_back(line(temp_c, log_variance).value);
+    white += slope_variance(temp_c, scatter);
   }
   const auto n = static_cast<double>(of_runs.size());
   if (n < 3.0) return std::nullopt;
@@ -229,7 +246,7 @@ std::optional<Slope> noise_slope_of(const Observations& observations, Sensor sen
   double squares = 0.0;
   for (const double value : of_runs) squares += (value - slope.value) * (value - slope.value);
   slope.dof = n - 1.0;
-  slope.variance = squares / slope.dof / n;
+  slope.variance = std::max(squares / slope.dof, white / n) / n;
   slope.f = slope.variance > 0.0 ? slope.value * slope.value / slope.variance : 0.0;
   return slope;
 }
@@ -263,7 +280,7 @@ void look_for_noise_slope(const LoggedCampaign& campaign, const Observations& ob
   Chosen chosen = choose(slopes, kNoiseSensorGate);
   for (const Slope& slope : chosen.slopes) largest = std::max(largest, std::abs(slope.value));
   std::erase_if(chosen.slopes, [&](const Slope& slope) { return std::abs(slope.value) < kLeastOfLargest * largest; });
-  if (chosen.p > kGate || chosen.slopes.empty()) return;
+  if (chosen.p > kBesideGate || chosen.slopes.empty()) return;
   result.effects.push_back(named(
       noise_slope(), chosen, [](Sensor) { return 1.0 / kLogVariance; },
       [](Sensor) { return std::string("relative per K"); },

@@ -116,7 +116,7 @@ BesideTheMean look_for_bump(const CampaignModel& model) {
       found.magnitude = {off[index_of(strongest)](k) * printed_per_si(strongest), std::string(printed_unit(strongest))};
     }
   }
-  if (found.p_adjusted <= kGate) result.effects.push_back(std::move(found));
+  if (found.p_adjusted <= kBesideGate) result.effects.push_back(std::move(found));
   return result;
 }
 

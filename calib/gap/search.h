@@ -50,6 +50,9 @@ struct SearchResult {
 
 /// Chance of a false name that a step of the search may run.
 inline constexpr double kGate = 0.003;
+/// The same of each effect that is looked for beside the means: there are several, and each has its own chance to be
+/// named where there is nothing.
+inline constexpr double kBesideGate = 0.001;
 
 /// Forward selection over the library: each step takes in the effect of the greatest merit, if its adjusted chance is
 /// below kGate, if enough folds bear it out (enough_folds()), and, after the first, if it takes at least 5 % of what
