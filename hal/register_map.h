@@ -107,7 +107,7 @@ struct RegisterMap {
 /// What a register map must have beyond being sound in itself.
 enum class MapUse : std::uint8_t {
   any,    ///< nothing
-  device  ///< all that a chamber of this map needs (chamber_needs())
+  device  ///< all that a device of the map's kind needs (device_needs())
 };
 
 /// Reads a register map. All mistakes at once, one per line of the message, each with "`file`:line" (a syntax error:

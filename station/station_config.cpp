@@ -43,9 +43,12 @@ bool wants_serial(const SettingsTable& table) {
   return serial;
 }
 
-std::variant<hal::ModbusTcp, hal::ModbusRtu> read_modbus_address(const SettingsTable& table) {
+/// Of a serial line what the section does not say is as the map says.
+std::variant<hal::ModbusTcp, hal::ModbusRtu> read_modbus_address(
+    const SettingsTable& table, const std::variant<hal::ModbusTcp, hal::ModbusRtu>& stated) {
   if (!wants_serial(table)) return hal::ModbusTcp{table.text("host", ""), table.whole("port", kPort, 502)};
-  hal::ModbusRtu rtu;
+  const auto* line = std::get_if<hal::ModbusRtu>(&stated);
+  hal::ModbusRtu rtu = line ? *line : hal::ModbusRtu();
   rtu.device = table.text("device");
   // libmodbus takes any other for 9600.
   const std::vector<int> bauds = {1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200};
@@ -60,7 +63,7 @@ std::variant<hal::ModbusTcp, hal::ModbusRtu> read_modbus_address(const SettingsT
 
 /// The address and unit number that a section gives instead of those of its map.
 void read_link_of(const SettingsTable& table, hal::RegisterMap& map) {
-  map.link.address = read_modbus_address(table);
+  map.link.address = read_modbus_address(table, map.link.address);
   if (const auto unit = table.optional_whole("unit", {0, 255})) map.link.unit = *unit;
 }
 
@@ -83,7 +86,7 @@ hal::ChamberMap read_controller(const SettingsTable& table, std::string_view kin
   const auto file = path_in(table, "map", folder);
   hal::ChamberMap map;
   if (!file.empty()) {
-    auto read = hal::read_chamber_map(file.string());
+    auto read = hal::read_chamber_map(file.string(), hal::MapUse::device);
     if (!read) table.refuse("map", foreign(read.error()));
     if (read) map = *std::move(read);
   }

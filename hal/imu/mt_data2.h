@@ -37,7 +37,14 @@ struct MtData2 {
 /// identifier does not allow.
 [[nodiscard]] std::optional<MtData2> decode_mt_data2(std::span<const std::uint8_t> data);
 
-/// True if the status word says that an accelerometer or gyro was at its rail (bits 8-13, 19).
-[[nodiscard]] constexpr bool says_clipped(std::uint32_t status) { return (status & 0x0008'3F00U) != 0; }
+/// True if the status word says that an accelerometer or gyro was at its rail: bits 8 to 13, or bit 19, which stands
+/// for all sensors, where no magnetometer (bits 14 to 16) explains it. A motor of the chamber may saturate those for
+/// hours.
+[[nodiscard]] constexpr bool says_clipped(std::uint32_t status) {
+  constexpr std::uint32_t kAccelOrGyro = 0x0000'3F00U;
+  constexpr std::uint32_t kMagnetometer = 0x0001'C000U;
+  constexpr std::uint32_t kAny = 0x0008'0000U;
+  return (status & kAccelOrGyro) != 0 || (status & (kAny | kMagnetometer)) == kAny;
+}
 
 }  // namespace soak::hal::imu

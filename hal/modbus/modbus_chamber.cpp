@@ -4,15 +4,15 @@
 
 #include "hal/chamber/mapped_chamber.h"
 #include "hal/devices.h"
-#include "hal/modbus/chamber_needs.h"
 #include "hal/modbus/controller.h"
+#include "hal/modbus/device_needs.h"
 #include "hal/modbus/map_check.h"
 
 namespace soak::hal {
 
 base::Result<std::unique_ptr<Chamber>> make_modbus_chamber(const RegisterMap& map) {
   if (auto status = require_kind(map, "chamber"); !status) return base::forward_error(status);
-  if (const auto needs = chamber_needs(map); !needs.empty()) {
+  if (const auto needs = device_needs(map); !needs.empty()) {
     return base::bad_input(fmt::format("{}", fmt::join(needs, "; ")), map.file);
   }
   return make_mapped_chamber(std::make_unique<Controller>(map));

@@ -6,6 +6,7 @@
 
 #include "hal/devices.h"
 #include "hal/modbus/controller.h"
+#include "hal/modbus/device_needs.h"
 #include "hal/modbus/fixture_status.h"
 #include "hal/modbus/map_check.h"
 #include "hal/modbus/two_axis_fixture.h"
@@ -68,10 +69,8 @@ base::Status Fixture::can_spin(std::string_view /*label*/, double /*rate_dps*/) 
 base::Result<std::unique_ptr<Fixture>> make_modbus_fixture(const RegisterMap& map) {
   if (auto status = require_kind(map, "fixture"); !status) return base::forward_error(status);
   if (map.axes) return make_two_axis_fixture(map);
-  if (auto status = require_writable(map, "request"); !status) return base::forward_error(status);
-  if (auto status = require_quantity(map, "position"); !status) return base::forward_error(status);
-  for (const char* code : {"standing", "moving", "fault"}) {
-    if (auto status = require_code(map, "status", code); !status) return base::forward_error(status);
+  if (const auto needs = device_needs(map); !needs.empty()) {
+    return base::bad_input(fmt::format("{}", fmt::join(needs, "; ")), map.file);
   }
   return std::make_unique<ModbusFixture>(map);
 }

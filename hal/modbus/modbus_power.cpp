@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-
-#include <string>
+#include <fmt/ranges.h>
 
 #include "hal/devices.h"
 #include "hal/maps/vocabulary.h"
 #include "hal/modbus/controller.h"
+#include "hal/modbus/device_needs.h"
 #include "hal/modbus/map_check.h"
 #include "hal/power/mapped_power.h"
 
@@ -13,10 +13,8 @@ namespace soak::hal {
 
 base::Result<std::unique_ptr<UnitPower>> make_modbus_power(const RegisterMap& map) {
   if (auto status = require_kind(map, "power"); !status) return base::forward_error(status);
-  if (auto status = require_writable(map, std::string(kOutput) + "1"); !status) return base::forward_error(status);
-  for (const auto& [name, quantity] : map.quantities) {
-    if (!is_numbered(name, {kOutput, kSetVoltage, kCurrentLimit})) continue;
-    if (auto status = require_writable(map, name); !status) return base::forward_error(status);
+  if (const auto needs = device_needs(map); !needs.empty()) {
+    return base::bad_input(fmt::format("{}", fmt::join(needs, "; ")), map.file);
   }
   return make_mapped_power(std::make_shared<Controller>(map), kOutput);
 }

@@ -56,6 +56,9 @@ class ModbusSurvey {
     entry.name = name;
     ask_it(entry);
     if (link_.is_open()) link_.confirm();
+    first_answer_.note(link_.is_open());
+    if (first_answer_.missing())
+      lost_ = fmt::format("none of the first three questions got a sound answer: {}", entry.trouble);
   }
 
   /// The registers; empty with the entry's trouble where they cannot be read.
@@ -136,6 +139,7 @@ class ModbusSurvey {
   const RegisterMap& map_;
   ModbusLink link_;
   ChamberSurvey survey_;
+  FirstAnswer first_answer_;
   std::string lost_;
 };
 

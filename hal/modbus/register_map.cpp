@@ -11,7 +11,7 @@
 #include "hal/maps/action_reader.h"
 #include "hal/maps/vocabulary.h"
 #include "hal/modbus/axes_reader.h"
-#include "hal/modbus/chamber_needs.h"
+#include "hal/modbus/device_needs.h"
 #include "hal/modbus/link_reader.h"
 #include "hal/modbus/quantity_reader.h"
 #include "hal/modbus/registers.h"
@@ -127,8 +127,8 @@ WritePolicy read_policy(const SettingsTable& root) {
 
 /// One mistake that lists all that is lacking: it has no line of its own.
 void refuse_incomplete(const SettingsTable& root, const RegisterMap& map) {
-  const auto needs = chamber_needs(map);
-  if (map.kind == "chamber" && !needs.empty()) root.refuse("kind", fmt::format("{}", fmt::join(needs, "; ")));
+  const auto needs = device_needs(map);
+  if (!needs.empty()) root.refuse("kind", fmt::format("{}", fmt::join(needs, "; ")));
 }
 
 RegisterMap read_map(const SettingsTable& root, MapUse use) {

@@ -59,6 +59,9 @@ class TextSurvey {
     entry.place = fmt::format("field {} of '{}'", from.field, from.ask);
     fetch(from, entry);
     if (link_.is_open()) link_.confirm();
+    first_answer_.note(link_.is_open());
+    if (first_answer_.missing())
+      lost_ = fmt::format("none of the first three questions got a sound answer: {}", entry.trouble);
     return &entry;
   }
 
@@ -96,6 +99,7 @@ class TextSurvey {
   TextLink link_;
   ChamberSurvey survey_;
   std::string answer_;
+  FirstAnswer first_answer_;
   std::string lost_;
 };
 

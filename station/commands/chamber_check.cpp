@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "hal/chamber_map.h"
-#include "hal/devices.h"
 #include "station/commands/chamber_address.h"
 #include "station/commands/chamber_commands.h"
 
@@ -104,25 +103,11 @@ std::string summary(const hal::ChamberMap& map, const Abilities& can) {
   return text;
 }
 
-/// What a fixture or power lacks; a chamber's needs are among the mistakes of its map.
-base::Status check_needs(const hal::ChamberMap& map) {
-  const std::string kind = hal::kind_of(map);
-  if (kind == "power") {
-    if (const auto power = hal::make_unit_power(map); !power) return base::forward_error(power);
-  }
-  const auto* registers = modbus(map);
-  if (kind == "fixture" && registers != nullptr) {
-    if (const auto fixture = hal::make_modbus_fixture(*registers); !fixture) return base::forward_error(fixture);
-  }
-  return {};
-}
-
 }  // namespace
 
 base::Status run_chamber_check(const ChamberCheckCommand& command, Output& output) {
   const auto map = hal::read_chamber_map(command.file, hal::MapUse::device);
   if (!map) return base::forward_error(map);
-  if (auto whole = check_needs(*map); !whole) return whole;
   const Abilities can = std::visit([](const auto& one) { return abilities_of(one); }, *map);
   if (output.json()) return output.print_json(document(command.file, *map, can));
   output.print(summary(*map, can));

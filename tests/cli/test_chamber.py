@@ -2,6 +2,7 @@
 """soak chamber check, probe: against pymodbus and against a peer that speaks text, with a wire between that notes every
 request."""
 import json
+import re
 import socket
 import struct
 import subprocess
@@ -23,6 +24,7 @@ class Wire:
 
     def __init__(self, target):
         self.target = target
+        self.swallow = 0  # so many requests do not reach the server
         self.sent = b""
         self.ended = []  # connections, to be closed with the wire
         self.listener = socket.create_server(("127.0.0.1", 0))
@@ -44,6 +46,9 @@ class Wire:
             while part := source.recv(4096):
                 if keep:
                     self.sent += part
+                    self.swallow -= 1
+                if keep and self.swallow >= 0:
+                    continue
                 sink.sendall(part)
             sink.shutdown(socket.SHUT_WR)
         except OSError:
@@ -219,6 +224,34 @@ class Probe(ChamberTest):
         troubles = [e["trouble"] for e in document["entries"] if e["trouble"]]
         self.assertEqual(troubles, ["the answer is not text"])
         self.assertEqual(len(document["entries"]), 7)
+
+    def impatient(self, name):
+        """A map of which a missing answer costs little beside the pause behind it."""
+        text = re.sub("(?m)^response_timeout_s = .*", "response_timeout_s = 0.35", (CHAMBERS / name).read_text(encoding="utf-8"))
+        return self.write(name, text)
+
+    def test_what_comes_behind_two_questions_without_an_answer_is_read(self):
+        """The second pause is longer than five time-outs: it must not count as time that the controller took."""
+        wire = self.pymodbus(*F4T)
+        wire.swallow = 2
+        document = self.probe(self.impatient("watlow-f4t.toml"), wire, status=3)
+        self.assertEqual([e["trouble"] is None for e in document["entries"]][:3], [False, False, True])
+        self.assertTrue(all("Connection timed out" in e["trouble"] for e in document["entries"][:2]))
+        self.assertTrue(all(e["trouble"] is None for e in document["entries"][2:]), document["entries"][2:])
+        _, wire = self.peer(PEERS / "espec_peer.py", 0)
+        wire.swallow = 2
+        document = self.probe(self.impatient("espec-p300.toml"), wire, status=3)
+        self.assertEqual([e["trouble"] for e in document["entries"]], ["no answer"] * 2 + [None] * 5)
+
+    def test_where_three_questions_get_no_answer_no_more_are_asked(self):
+        for name, peer, trouble in (("watlow-f4t.toml", lambda: self.pymodbus(*F4T), "Connection timed out"),
+                                    ("espec-p300.toml", lambda: self.peer(PEERS / "espec_peer.py", 0)[1], "no answer")):
+            wire = peer()
+            wire.swallow = 1000
+            error = self.refusal("chamber", "probe", self.impatient(name), "--tcp", f"127.0.0.1:{wire.port}", status=3)
+            self.assertIn("none of the first three questions got a sound answer: ", error["message"])
+            self.assertIn(trouble, error["message"])
+            self.assertEqual(wire.swallow, 997)
 
     def test_nobody_there_is_a_device_that_failed(self):
         for name in ("watlow-f4t.toml", "espec-p300.toml"):

@@ -332,6 +332,39 @@ TEST(RegisterMap, WhatADeviceLacksIsOneMistakeBesideTheOthers) {
             "m.toml:13: unknown key 'speed'");
 }
 
+TEST(RegisterMap, WhatAFixtureAndASwitchLackIsToldAsWell) {
+  const auto lacking = [](const std::string& head, const std::string& quantities) {
+    const auto map = parse_register_map("name = \"d\"\n" + head + "[link]\ntcp = \"a:1\"\n[quantity]\n" + quantities,
+                                        "m.toml", MapUse::device);
+    return map ? "" : map.error().message;
+  };
+  const std::string fixture = "kind = \"fixture\"\npositions = [\"+X\"]\n";
+  EXPECT_EQ(lacking(fixture, "status = { address = 2, type = \"u16\", codes = { standing = 0, moving = 1 } }\n"),
+            "a register map of kind \"fixture\" needs [quantity.request]; "
+            "a register map of kind \"fixture\" needs [quantity.position]; [quantity.status] needs the code 'fault'");
+  const std::string power = "kind = \"power\"\n";
+  EXPECT_EQ(lacking(power, "output_2 = { address = 1, type = \"u16\" }\n"),
+            "a register map of kind \"power\" needs [quantity.output_1]; [quantity.output_2] needs a 'write_function'");
+  EXPECT_EQ(
+      lacking(power, "output_1 = { address = 1, type = \"u16\", write_function = 6, codes = { on = 1, aus = 0 } }\n"),
+      "[quantity.output_1] needs the code 'off'");
+}
+
+// 1 and 0 would be written where the controller wants 63 and 62.
+TEST(RegisterMap, AnOutputOfTheChamberWhoseCodesAreNamedOtherwiseIsAMistake) {
+  const auto file = std::filesystem::path(SOAK_TEST_FOLDER).parent_path() / "procedures/chambers/watlow-f4t.toml";
+  std::ifstream in(file);
+  const std::string f4t{std::istreambuf_iterator<char>(in), {}};
+  const auto with_codes = [&](const std::string& codes) {
+    const auto map = parse_register_map(f4t + "[quantity.unit_power_2]\naddress = 16596\ntype = \"u16\"\n" +
+                                            "write_function = 6\ncodes = " + codes + "\n",
+                                        "m.toml", MapUse::device);
+    return map ? "" : map.error().message;
+  };
+  EXPECT_EQ(with_codes("{ off = 62, on = 63 }"), "");
+  EXPECT_EQ(with_codes("{ aus = 62, on = 63 }"), "[quantity.unit_power_2] needs the code 'off'");
+}
+
 TEST(RegisterMap, ATextMapIsSentToItsOwnReader) {
   EXPECT_EQ(refusal("protocol = \"text\"\n" + chamber_map("")), "m.toml:1: 'protocol' must be one of \"modbus\"");
 }

@@ -78,6 +78,16 @@ TEST(MtData2, ClippingIsReadFromBits8To13And19) {
   }
 }
 
+// Bit 19 stands for the magnetometers as well, which nobody records here.
+TEST(MtData2, AMagnetometerAtItsRailIsNoClipping) {
+  constexpr std::uint32_t any = 1U << 19U;
+  for (unsigned bit = 14; bit <= 16; ++bit) {
+    EXPECT_FALSE(says_clipped(any | 1U << bit)) << bit;
+    EXPECT_TRUE(says_clipped(any | 1U << bit | 1U << 8U)) << "and an accelerometer beside it";
+    EXPECT_TRUE(says_clipped(any | 1U << bit | 1U << 13U)) << "and a gyro beside it";
+  }
+}
+
 TEST(MtData2, SurvivesRandomPayloads) {
   base::Random random(7);
   const Bytes golden = payload_of(golden_with_temperature());

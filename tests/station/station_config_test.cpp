@@ -212,6 +212,56 @@ TEST_F(StationConfigFile, AChamberThatSpeaksTextIsNamedLikeAnyOther) {
       << "only Modbus has unit numbers";
 }
 
+// 'soak chamber probe' takes them from the map as well: what it has found must hold for soakd.
+TEST_F(StationConfigFile, ASerialLineIsAsTheMapSaysUnlessTheSectionSaysOtherwise) {
+  std::ofstream(folder_ / "even.toml") << R"(name = "even"
+kind = "fixture"
+positions = ["+X"]
+[link]
+rtu = "/dev/ttyS7"
+baud = 38400
+parity = "E"
+stop_bits = 2
+[quantity]
+request = { address = 0, type = "u16", write_function = 6 }
+position = { address = 1, type = "u16" }
+status = { address = 2, type = "u16", codes = { standing = 0, moving = 1, fault = 2 } }
+)";
+  const std::string f4 = "[chamber]\nmap = \"procedures/chambers/watlow-f4.toml\"\ndevice = \"/dev/ttyS0\"\n";
+  const std::string rest =
+      "[fixture]\nmap = \"even.toml\"\ndevice = \"/dev/ttyS1\"\n[[slot]]\nname = \"1\"\ndevice = \"/dev/ttyS2\"\n";
+  const auto line_of = [](const hal::RegisterMap& map) { return std::get<hal::ModbusRtu>(map.link.address); };
+  auto config = read(f4 + rest);
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_EQ(line_of(std::get<hal::RegisterMap>(config->chamber)).baud, 19200);
+  EXPECT_EQ(line_of(*config->fixture).device, "/dev/ttyS1");
+  EXPECT_EQ(line_of(*config->fixture).baud, 38400);
+  EXPECT_EQ(line_of(*config->fixture).parity, 'E');
+  EXPECT_EQ(line_of(*config->fixture).stop_bits, 2);
+  config = read(f4 + "baud = 9600\n" + rest);
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_EQ(line_of(std::get<hal::RegisterMap>(config->chamber)).baud, 9600);
+}
+
+TEST_F(StationConfigFile, AMapThatLacksWhatItsDeviceNeedsIsAMistakeOfTheSection) {
+  std::ofstream(folder_ / "lacking.toml") << R"(name = "lacking"
+kind = "fixture"
+positions = ["+X"]
+[link]
+tcp = "10.0.0.8"
+[quantity]
+request = { address = 0, type = "u16", write_function = 6 }
+position = { address = 1, type = "u16" }
+)";
+  const std::string message = refusal(std::string(kChamber) +
+                                      "[fixture]\nmap = \"lacking.toml\"\nhost = \"10.0.0.8\"\n"
+                                      "[[slot]]\nname = \"1\"\ndevice = \"/dev/ttyS2\"\n");
+  EXPECT_TRUE(message.starts_with(place(6))) << message;
+  EXPECT_NE(message.find("lacking.toml:2: a register map of kind \"fixture\" needs [quantity.status]"),
+            std::string::npos)
+      << message;
+}
+
 TEST_F(StationConfigFile, ASupplySaysWhatItsOutputsShallDeliver) {
   const auto config = read(std::string(kChamber) + R"([power]
 map = "procedures/power/scpi-supply.toml"
