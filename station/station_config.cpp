@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <regex>
 #include <set>
 #include <utility>
 
@@ -287,8 +286,18 @@ void read_service(const SettingsTable& root, const std::filesystem::path& folder
 
 /// "1-4.2" or "usb1", as the kernel names sockets.
 bool is_hub_path(std::string_view path) {
-  static const std::regex kForm("usb[0-9]+|[0-9]+-[0-9]+(\\.[0-9]+)*");
-  return std::regex_match(path.begin(), path.end(), kForm);
+  const auto is_number = [](std::string_view text) {
+    return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+  };
+  if (path.starts_with("usb")) return is_number(path.substr(3));
+  const auto dash = path.find('-');
+  if (dash == std::string_view::npos || !is_number(path.substr(0, dash))) return false;
+  std::string_view ports = path.substr(dash + 1);
+  for (auto dot = ports.find('.'); dot != std::string_view::npos; dot = ports.find('.')) {
+    if (!is_number(ports.substr(0, dot))) return false;
+    ports.remove_prefix(dot + 1);
+  }
+  return is_number(ports);
 }
 
 hal::UsbHubs read_usb_hubs(const SettingsTable& table) {

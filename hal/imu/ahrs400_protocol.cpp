@@ -233,6 +233,8 @@ bool Ahrs400Protocol::advance() {
 }
 
 void Ahrs400Protocol::count_loss() {
+  // The packet before, sent again: its step is none of the unit's.
+  if (current_.step == 0) return;
   const auto step = static_cast<double>(current_.step);
   if (mean_step_ > 0.0) {
     lost_packets_ = static_cast<std::uint32_t>(std::max(0L, std::lround(std::min(step / mean_step_, 1e9)) - 1));

@@ -149,6 +149,8 @@ void StreamImu::take_wake_up() {
 void StreamImu::take_packet(std::vector<ImuSample>& samples) {
   const UnitPacket& packet = protocol_->packet();
   if (packet.stamped && !follow()) return;
+  // A packet that a gateway has sent again, or a clock that stands still: nothing new of any moment.
+  if (packet.stamped && packet.measured && sample_s_ && protocol_->time_s() <= *sample_s_) return;
   take_temperature(packet);
   if (packet.stamped && packet.measured) append_sample(packet, samples);
 }
@@ -189,6 +191,7 @@ void StreamImu::take_temperature(const UnitPacket& packet) {
 void StreamImu::append_sample(const UnitPacket& packet, std::vector<ImuSample>& samples) {
   ImuSample& sample = samples.emplace_back();
   sample.t_s = protocol_->time_s();
+  sample_s_ = sample.t_s;
   sample.power_on = power_on_;
   sample.packet = packet.counter;
   sample.rate_rps = packet.rate_rps;
@@ -280,6 +283,7 @@ void StreamImu::notice_restart() {
   ++power_on_;
   protocol_->begin_anew();
   pending_temp_c_.reset();
+  sample_s_.reset();
   next_temp_s_ = 0.0;
 }
 

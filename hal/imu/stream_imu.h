@@ -27,6 +27,8 @@ namespace soak::hal::imu {
 ///   an Xsens MTi) the unit is asked again.
 /// - A stream of messages that carries no sample for 3 s obeys another configuration: the unit is configured again. If
 ///   it has just been, the device has failed.
+/// - The times of the samples of one power-on rise: a packet whose stamp is that of the sample before (sent twice) is
+///   passed over.
 /// - A restart is a wake-up message of a unit that was heard before, a time or counter that begins anew, another
 ///   serial number, or a unit that stands idle though it was told to stream. The samples before it keep their number;
 ///   what comes from then on until the unit is configured again is dropped.
@@ -94,7 +96,8 @@ class StreamImu final : public Imu {
 
   std::uint32_t power_on_ = 0;
   std::optional<float> pending_temp_c_;
-  double next_temp_s_ = 0.0;  ///< device time before which readings of the thermometer are passed over
+  std::optional<double> sample_s_;  ///< device time of the last sample since power-on
+  double next_temp_s_ = 0.0;        ///< device time before which readings of the thermometer are passed over
   std::optional<ImuIdentity> identity_;
   ImuStatistics statistics_;
 };

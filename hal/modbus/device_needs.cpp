@@ -52,11 +52,21 @@ Needs chamber_needs(const RegisterMap& map) {
   return needs;
 }
 
+bool is_whole(const Quantity& quantity) {
+  return quantity.type != RegisterType::f32 && quantity.scale == 1.0 && !quantity.decimals_register;
+}
+
 Needs fixture_needs(const RegisterMap& map) {
   Needs needs;
   if (map.axes) return needs;
   note(require_writable(map, "request"), needs);
   note(require_quantity(map, "position"), needs);
+  const auto position = map.quantities.find("position");
+  if (position != map.quantities.end() && !is_whole(position->second)) {
+    needs.emplace_back(
+        "[quantity.position] numbers the positions: a plain whole number without 'scale' and "
+        "'decimals_register'");
+  }
   for (const char* code : {"standing", "moving", "fault"}) note(require_code(map, "status", code), needs);
   return needs;
 }

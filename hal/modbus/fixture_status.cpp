@@ -16,7 +16,10 @@ base::Result<bool> FixtureStatus::moving(const Controller& controller, double st
   const auto code = static_cast<int>(status);
   if (code == fault_) return controller.fail("the fixture reports a fault");
   if (code == moving_) return true;
-  if (code != standing_) return controller.fail(fmt::format("unknown status {}", code));
+  if (code != standing_) {
+    return controller.fail(fmt::format("status ({}) is {}: the map knows standing = {}, moving = {}, fault = {}",
+                                       controller.place("status"), code, standing_, moving_, fault_));
+  }
   return false;
 }
 

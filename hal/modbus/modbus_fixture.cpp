@@ -48,7 +48,8 @@ class ModbusFixture final : public Fixture {
   base::Result<FixtureReading> standing_at(int code) const {
     if (code == 0) return FixtureReading{};
     if (code < 0 || static_cast<std::size_t>(code) > labels_.size()) {
-      return controller_.fail(fmt::format("unknown position {}", code));
+      return controller_.fail(fmt::format("position ({}) is {}: the map names {} positions, 0 is between them",
+                                          controller_.place("position"), code, labels_.size()));
     }
     FixtureReading reading;
     reading.position = labels_[static_cast<std::size_t>(code) - 1];

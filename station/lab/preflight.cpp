@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kFewSamples = 20;
 constexpr double kLostShare = 1e-3;
+constexpr double kWrongRate = 1.5;  ///< too fast or too slow by this factor
 // Eight four-byte channels that compress little, and what stands beside them.
 constexpr double kBytesPerRow = 34.0;
 
@@ -23,6 +24,7 @@ struct SensorFigures {
   double noise_density = 0.0;  ///< largest
   double bias = 0.0;           ///< mean over the positions (gravity cancels over ± pairs)
   bool stuck = false;          ///< not a digit changed in any position
+  bool numbers = true;         ///< all of its readings
 };
 
 double to_display(calib::Sensor sensor, double value) {
@@ -35,6 +37,7 @@ SensorFigures figures_of(const std::vector<const PreflightRecord*>& records, cal
   for (const PreflightRecord* record : records) {
     const SampleSpread& spread = record->spread[calib::index_of(sensor)];
     const double sigma = to_display(sensor, spread.sigma);
+    figures.numbers = figures.numbers && std::isfinite(spread.mean) && std::isfinite(spread.sigma);
     if (record->rate_hz > 0.0)
       figures.noise_density = std::max(figures.noise_density, sigma * std::sqrt(2.0 / record->rate_hz));
     figures.bias += to_display(sensor, spread.mean) / static_cast<double>(records.size());
@@ -51,6 +54,10 @@ void judge_sensor(const std::vector<const PreflightRecord*>& records, calib::Sen
   const auto finding = [&](const std::string& text) {
     findings.push_back(fmt::format("unit {}, {}: {}", any.unit, calib::name_of(sensor), text));
   };
+  if (!figures.numbers) {
+    finding("some of its readings are no numbers (NaN or infinite)");
+    return;
+  }
   if (figures.stuck) {
     finding("never changed by a single digit: the sensor is stuck or not there");
     return;
@@ -64,6 +71,15 @@ void judge_sensor(const std::vector<const PreflightRecord*>& records, calib::Sen
   if (bias_limit && std::abs(figures.bias) > *bias_limit) {
     finding(fmt::format("bias {:.4g} {}, the type allows {:.4g}", figures.bias, unit, *bias_limit));
   }
+}
+
+/// A position whose recording broke off shows too low a rate: the best one counts.
+void judge_rate(const std::vector<const PreflightRecord*>& records, std::vector<std::string>& findings) {
+  const PreflightRecord& fastest = **std::ranges::max_element(records, {}, &PreflightRecord::rate_hz);
+  const double asked_hz = fastest.asked_rate_hz;
+  if (fastest.rate_hz <= kWrongRate * asked_hz && asked_hz <= kWrongRate * fastest.rate_hz) return;
+  findings.push_back(fmt::format("unit {}: sends {:.4g} samples a second where {:.4g} were asked for", fastest.unit,
+                                 fastest.rate_hz, asked_hz));
 }
 
 void judge_unit(const std::vector<const PreflightRecord*>& records, std::vector<std::string>& findings) {
@@ -83,6 +99,7 @@ void judge_unit(const std::vector<const PreflightRecord*>& records, std::vector<
   if (static_cast<double>(lost) > kLostShare * static_cast<double>(samples)) {
     findings.push_back(fmt::format("unit {}: {} packets lost of {}", serial, lost, samples + lost));
   }
+  judge_rate(records, findings);
   for (const calib::Sensor sensor : calib::kSensors) judge_sensor(records, sensor, findings);
 }
 

@@ -122,6 +122,22 @@ TEST(Ahrs400Setup, ALineThatBabblesButDoesNotAnswerFails) {
   EXPECT_EQ(bench.imu->state(), ImuState::failed);
 }
 
+TEST_F(Ahrs400Stream, APacketThatComesTwiceIsOneSample) {
+  ASSERT_TRUE(bench.stream(20));
+  const std::size_t before = bench.samples.size();
+  for (int i = 0; i < 40; ++i) {
+    bench.now += std::chrono::microseconds(15500);
+    const Bytes packet = bench.unit.packets(1, 0.0155);
+    bench.send(packet + packet);
+    ASSERT_TRUE(bench.step());
+  }
+  EXPECT_EQ(bench.samples.size(), before + 40);
+  for (std::size_t i = 1; i < bench.samples.size(); ++i) {
+    EXPECT_GT(bench.samples[i].t_s, bench.samples[i - 1].t_s) << i;
+  }
+  EXPECT_EQ(bench.imu->statistics().lost_packets, 0U);
+}
+
 TEST_F(Ahrs400Stream, PacketsBecomeSamplesInSi) {
   ASSERT_TRUE(bench.stream(20));
   ASSERT_EQ(bench.samples.size(), 20U);

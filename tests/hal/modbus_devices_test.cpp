@@ -54,6 +54,32 @@ TEST(ModbusFixture, ReportsFaultAndUnknownCodesAsDeviceErrors) {
   EXPECT_EQ(unknown.error().kind, base::ErrorKind::bad_input);
 }
 
+TEST(ModbusFixture, ACodeThatTheMapDoesNotKnowIsToldWithItsRegisterAndThoseThatItKnows) {
+  SOAK_START_PYMODBUS(server, "tcp", positioner_registers());
+  const auto fixture = make_modbus_fixture(test::repository_map("fixtures/modbus-positioner.toml", server->port()));
+  ASSERT_TRUE(fixture);
+  ASSERT_TRUE(test::mbpoll_write(server->port(), 1, "4", "9"));
+  EXPECT_EQ((*fixture)->read().error().message,
+            "position (register 1) is 9: the map names 6 positions, 0 is between them");
+  ASSERT_TRUE(test::mbpoll_write(server->port(), 2, "4", "77"));
+  EXPECT_EQ((*fixture)->read().error().message,
+            "status (register 2) is 77: the map knows standing = 0, moving = 1, fault = 2");
+}
+
+TEST(ModbusFixture, APositionThatIsNoWholeNumberIsRefused) {
+  // 1.9 would pass for position 1, and what is no number for anything.
+  RegisterMap as_float = test::repository_map("fixtures/modbus-positioner.toml", 1);
+  as_float.quantities.at("position").type = RegisterType::f32;
+  RegisterMap scaled = test::repository_map("fixtures/modbus-positioner.toml", 1);
+  scaled.quantities.at("position").scale = 0.1;
+  for (const RegisterMap& map : {as_float, scaled}) {
+    const auto fixture = make_modbus_fixture(map);
+    ASSERT_FALSE(fixture);
+    EXPECT_EQ(fixture.error().kind, base::ErrorKind::bad_input);
+    EXPECT_NE(fixture.error().message.find("[quantity.position]"), std::string::npos) << fixture.error().message;
+  }
+}
+
 TEST(ModbusFixture, RequestsAPositionAgainAfterItWasTurnedByHand) {
   SOAK_START_PYMODBUS(server, "tcp", positioner_registers());
   const auto fixture = make_modbus_fixture(test::repository_map("fixtures/modbus-positioner.toml", server->port()));

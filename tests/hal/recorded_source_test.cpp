@@ -84,7 +84,10 @@ TEST(Recorded, AnAhrs400StreamIsDecodedToItsEnd) {
 }
 
 TEST(Recorded, AVectorNavStreamIsDecodedToItsEnd) {
-  const Recording recording(line("VNRRG,03,1") + golden_vectornav() + golden_vectornav());
+  const Bytes first = golden_vectornav();
+  Bytes later(first.begin() + 1, first.end() - 2);
+  ++later[8];  // of the time: 17 ms
+  const Recording recording(line("VNRRG,03,1") + first + vectornav_frame(later));
   const auto imu = make_imu({.address = recording.address(), .decoder = UnitDecoder::vectornav});
   const auto samples = replay(*imu, {.rate_hz = 50.0});
   ASSERT_EQ(samples.size(), 2U);

@@ -98,6 +98,16 @@ TEST(VectorNavSetup, AUnitWithoutPowerIsAskedUntilItAnswers) {
   EXPECT_EQ(bench.imu->state(), ImuState::streaming);
 }
 
+TEST_F(VectorNavStream, APacketThatComesTwiceIsOneSample) {
+  const Bytes first = bench.unit.packets(3);
+  const Bytes twice = bench.unit.packet();
+  send_and_step(first + twice + twice + bench.unit.packets(2));
+  ASSERT_EQ(bench.samples.size(), 6U);
+  for (std::size_t i = 1; i < 6; ++i) EXPECT_GT(bench.samples[i].t_s, bench.samples[i - 1].t_s);
+  EXPECT_EQ(bench.imu->statistics().lost_packets, 0U);
+  EXPECT_EQ(bench.imu->statistics().restarts, 0U);
+}
+
 TEST_F(VectorNavStream, PacketsBecomeSamples) {
   send_and_step(bench.unit.packets(25));
   ASSERT_EQ(bench.samples.size(), 25U);

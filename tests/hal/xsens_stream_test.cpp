@@ -76,6 +76,29 @@ TEST_F(XsensStream, LostPacketsAreCounted) {
   EXPECT_EQ(bench.imu->statistics().restarts, 0U);
 }
 
+TEST_F(XsensStream, APacketThatComesTwiceIsOneSample) {
+  // A gateway that sends again what it has sent: a run file takes no two samples of one moment.
+  const Bytes first = bench.unit.packets(3);
+  const Bytes twice = bench.unit.packet();
+  send_and_step(first + twice + twice + twice + bench.unit.packets(2));
+  ASSERT_EQ(bench.samples.size(), 6U);
+  for (std::uint32_t i = 0; i < 6; ++i) EXPECT_EQ(bench.samples[i].packet, i);
+  EXPECT_EQ(bench.imu->statistics().packets, 6U);
+  EXPECT_EQ(bench.imu->statistics().lost_packets, 0U);
+  EXPECT_EQ(bench.imu->statistics().restarts, 0U);
+}
+
+TEST_F(XsensStream, AUnitWhoseClockStandsStillGivesNoSamples) {
+  send_and_step(bench.unit.packets(3));
+  const std::uint32_t stopped = bench.unit.ticks;
+  for (int i = 0; i < 10; ++i) {
+    bench.unit.ticks = stopped;
+    send_and_step(bench.unit.packet());
+  }
+  ASSERT_EQ(bench.samples.size(), 4U);
+  EXPECT_LT(bench.samples[2].t_s, bench.samples[3].t_s);
+}
+
 TEST_F(XsensStream, GarbageBetweenPacketsIsCountedAndCostsNoSample) {
   for (int i = 0; i < 50; ++i) send_and_step(hex("01 FA 02 FA FF 36 05") + bench.unit.packet());
   send_and_step(Bytes(300, 0));

@@ -11,7 +11,7 @@ import threading
 import time
 import unittest
 
-from bench import ROOT, WAIT_S, LabTest, bin_folder, short_procedure
+from bench import OFF, ROOT, WAIT_S, LabTest, bin_folder, short_procedure
 
 sys.path.insert(0, str(ROOT / "tests" / "hal"))
 from scpi_supply import Supply  # noqa: E402
@@ -120,6 +120,20 @@ class UnitPower(LabTest):
         self.assertEqual(status["state"], "failed")
         self.assertIn("unit 0380A002 in slot 2: output 2", status["reason"])
         self.assertEqual(self.query("SELECT run_id FROM run"), [])
+        self.assert_safe()
+
+    def test_a_supply_that_comes_back_at_the_end_still_switches_the_units_off(self):
+        self.start_with_supply()
+        self.start_campaign(short_procedure(set_points=(25,), positions=("+Z",), dwell_s=100000))
+        self.wait_for_step("record")
+        self.supply.obey(["fault", "close", "1000"])
+        self.lab.soak("campaign", "abort", "--reason", "test")
+        chamber = self.modbus("chamber")
+        self.wait("the chamber to be off", lambda s: chamber.read_holding_registers(2814, 1, 1).registers == [OFF])
+        self.assertTrue(self.supply.outputs[0].on)
+        self.supply.obey(["fault", "close", "0"])
+        self.assertEqual(self.wait_for_end()["state"], "aborted")
+        self.assertFalse(self.supply.outputs[0].on)
         self.assert_safe()
 
     def test_an_output_stays_off_for_its_time_also_after_an_abort(self):

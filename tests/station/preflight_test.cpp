@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "base/random.h"
@@ -36,6 +37,7 @@ std::vector<PreflightRecord> good_unit(const std::string& serial = "SN1") {
     record.unit = serial;
     record.position = label;
     record.type = judged_type();
+    record.asked_rate_hz = kRate_hz;
     record.rate_hz = kRate_hz;
     record.samples = 2000;
     record.lost_packets = 3;
@@ -63,6 +65,33 @@ std::string only_finding(const std::vector<PreflightRecord>& records) {
 bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST(Preflight, AGoodUnitGivesNoFinding) { EXPECT_TRUE(preflight_findings(good_unit()).empty()); }
+
+TEST(Preflight, AUnitThatSendsAtAnotherRateIsFound) {
+  for (const double factor : {0.5, 2.0}) {
+    auto records = good_unit();
+    for (PreflightRecord& record : records) record.rate_hz = factor * kRate_hz;
+    const std::string text = only_finding(records);
+    EXPECT_TRUE(holds(text, "unit SN1: sends ")) << text;
+    EXPECT_TRUE(holds(text, "where 100 were asked for")) << text;
+  }
+}
+
+TEST(Preflight, ARateOfTheUnitsOwnAndARecordingThatBrokeOffAreNoWrongRate) {
+  auto records = good_unit();
+  for (PreflightRecord& record : records) record.rate_hz = 1.26 * kRate_hz;
+  records.front().rate_hz = 0.1 * kRate_hz;
+  for (SampleSpread& spread : records.front().spread) spread.sigma *= 0.3;  // the same density
+  EXPECT_TRUE(preflight_findings(records).empty());
+}
+
+TEST(Preflight, AReadingThatIsNoNumberIsFound) {
+  auto records = good_unit();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  spread_of(records[2], Sensor::accel_z) = {nan, nan};
+  const std::string text = only_finding(records);
+  EXPECT_TRUE(holds(text, "unit SN1, accel_z: ")) << text;
+  EXPECT_TRUE(holds(text, "no numbers")) << text;
+}
 
 TEST(Preflight, ASensorWithoutASingleChangeIsStuck) {
   auto records = good_unit();
@@ -100,10 +129,11 @@ TEST(Preflight, NoiseDensityDoesNotDependOnTheSampleRate) {
   auto records = good_unit();
   for (PreflightRecord& record : records) {
     record.rate_hz *= 10.0;
+    record.asked_rate_hz = record.rate_hz;
     for (SampleSpread& spread : record.spread) spread.sigma *= std::sqrt(10.0);
   }
   EXPECT_TRUE(preflight_findings(records).empty());
-  for (PreflightRecord& record : records) record.rate_hz = kRate_hz;
+  for (PreflightRecord& record : records) record.rate_hz = record.asked_rate_hz = kRate_hz;
   EXPECT_EQ(preflight_findings(records).size(), calib::kSensorCount);
 }
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <iterator>
 #include <vector>
 
 #include "station/lab/steps/step_task.h"
@@ -100,10 +98,7 @@ class Move : public StepTask {
   }
 
   StepProgress settle(Lab& lab) {
-    const auto active = lab.active_units();
-    std::vector<UnitChannel*> wrong;
-    std::copy_if(active.begin(), active.end(), std::back_inserter(wrong),
-                 [](const UnitChannel* unit) { return unit->attitude().standing() != Standing::right; });
+    const std::vector<UnitChannel*> wrong = units_out_of_position(lab);
     if (wrong.empty()) {
       lab.set_moving(false);
       for (UnitChannel* unit : lab.active_units()) unit->disturb(lab.procedure().stability.after_turn_s);
@@ -111,31 +106,20 @@ class Move : public StepTask {
     }
     if (!overdue(lab, kLongestSettle_s)) return StepProgress::running();
     if (!lab.fixture) {
-      ask(lab, describe_all(wrong) + ". ");
+      ask(lab, attitudes_text(wrong) + ". ");
       return StepProgress::running();
     }
     // The pre-flight finds what is mounted wrongly. Later it is the unit that fails, if others stand as they should.
     const bool preflight = lab.campaign.plan.runs[static_cast<std::size_t>(run_)].preflight;
-    if (!preflight && wrong.size() < active.size()) {
-      for (UnitChannel* unit : wrong) lab.lose(*unit, describe(*unit));
+    if (!preflight && wrong.size() < lab.active_units().size()) {
+      for (UnitChannel* unit : wrong) lab.lose(*unit, attitudes_text({unit}));
       return StepProgress::running();
     }
     return StepProgress::failed({base::ErrorKind::device,
-                                 describe_all(wrong) +
+                                 attitudes_text(wrong) +
                                      ": mounted otherwise than the station's configuration says (slot axes), or the "
                                      "fixture does not stand as it says",
                                  "position " + position_});
-  }
-
-  static std::string describe(const UnitChannel& unit) {
-    return fmt::format("unit {} in slot {} reads {} up where {} is expected", unit.serial(), unit.slot().name,
-                       unit.attitude().seen(), unit.position().label);
-  }
-
-  static std::string describe_all(const std::vector<UnitChannel*>& units) {
-    std::string text;
-    for (const UnitChannel* unit : units) text += (text.empty() ? "" : "; ") + describe(*unit);
-    return text;
   }
 
   std::string position_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/lab/steps/step_task.h"
 
+#include <fmt/format.h>
+
 namespace soak::station {
 
 std::unique_ptr<StepTask> make_task(const Plan& plan, std::size_t index) {
@@ -28,6 +30,21 @@ std::unique_ptr<StepTask> make_task(const Plan& plan, std::size_t index) {
       return make_power_off(step);
   }
   return nullptr;
+}
+
+std::string attitudes_text(const std::vector<UnitChannel*>& units) {
+  std::string text;
+  for (const UnitChannel* unit : units) {
+    text += fmt::format("{}unit {} in slot {} reads {} up where {} is expected", text.empty() ? "" : "; ",
+                        unit->serial(), unit->slot().name, unit->attitude().seen(), unit->position().label);
+  }
+  return text;
+}
+
+std::vector<UnitChannel*> units_out_of_position(const Lab& lab) {
+  std::vector<UnitChannel*> wrong = lab.active_units();
+  std::erase_if(wrong, [](const UnitChannel* unit) { return unit->attitude().standing() == Standing::right; });
+  return wrong;
 }
 
 }  // namespace soak::station

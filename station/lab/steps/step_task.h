@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "base/result.h"
 #include "station/lab/lab.h"
@@ -56,6 +57,11 @@ class StepTask {
 [[nodiscard]] std::unique_ptr<StepTask> make_check();
 [[nodiscard]] std::unique_ptr<StepTask> make_warm_end(const Step& step);
 [[nodiscard]] std::unique_ptr<StepTask> make_power_off(const Step& step);
+
+/// "unit A1 in slot 2 reads -Z up where +Z is expected", for each of them.
+[[nodiscard]] std::string attitudes_text(const std::vector<UnitChannel*>& units);
+/// Those of the active units whose accelerometers do not say that they stand as they should.
+[[nodiscard]] std::vector<UnitChannel*> units_out_of_position(const Lab& lab);
 
 /// Tries a command to a device again and again, once a second of host time, for `patience_s` of host time.
 class Insistence {
