@@ -285,6 +285,24 @@ supply_limit_a = 0.4
   EXPECT_EQ(config->purge_below_c, 5.0);
 }
 
+TEST_F(StationConfigFile, ASerialPortHasOneOwner) {
+  const std::string chamber =
+      "[chamber]\nmap = \"procedures/chambers/watlow-f4t.toml\"\ndevice = \"/dev/ttyUSB0\"\nunit = 1\n";
+  const auto slot = [](const std::string& port) {
+    return "[[slot]]\nname = \"A\"\ndevice = \"" + port + "\"\npower_output = 1\n";
+  };
+  const auto relay = [](const std::string& port) {
+    return "[power]\nmap = \"procedures/power/modbus-relay.toml\"\ndevice = \"" + port + "\"\n";
+  };
+  EXPECT_TRUE(read(chamber + relay("/dev/ttyUSB1") + slot("/dev/ttyUSB2")));
+  EXPECT_NE(refusal(chamber + relay("/dev/ttyUSB0") + slot("/dev/ttyUSB2"))
+                .find("'/dev/ttyUSB0' of the power is that of the chamber already"),
+            std::string::npos);
+  EXPECT_NE(refusal(chamber + relay("/dev/ttyUSB1") + slot("/dev/ttyUSB1"))
+                .find("'/dev/ttyUSB1' of slot A is that of the power already"),
+            std::string::npos);
+}
+
 TEST_F(StationConfigFile, UsbHubsAreNamedByTheirSockets) {
   const std::string slot = "[[slot]]\nname = \"1\"\nhost = \"h\"\nport = 7\npower_output = 102\n";
   const auto power = [&](const std::string& hubs) {
