@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <map>
 #include <set>
 #include <utility>
 
@@ -14,6 +13,7 @@
 #include "base/number_text.h"
 #include "base/units.h"
 #include "hal/settings_reader.h"
+#include "station/shared_ports.h"
 #include "station/unit_type_file.h"
 
 namespace soak::station {
@@ -328,38 +328,6 @@ void read_controllers(const SettingsTable& root, const std::filesystem::path& fo
   if (const auto table = root.table("purge")) config.purge_below_c = table->number("below_c", {-100.0, 50.0});
 }
 
-/// The serial port that a controller is at; nothing where it has another link.
-std::optional<std::string> port_of(const hal::ChamberMap& map) {
-  if (const auto* registers = std::get_if<hal::RegisterMap>(&map)) {
-    const auto* rtu = std::get_if<hal::ModbusRtu>(&registers->link.address);
-    return rtu ? std::optional(rtu->device) : std::nullopt;
-  }
-  const auto* serial = std::get_if<hal::SerialAddress>(&std::get<hal::TextMap>(map).link.address);
-  return serial ? std::optional(serial->device) : std::nullopt;
-}
-
-/// A port has one owner: requests of another would run into its answers.
-void refuse_shared_ports(const SettingsTable& root, const StationConfig& config) {
-  std::map<std::string, std::string> owners;
-  const auto claim = [&](const std::string& section, const std::optional<std::string>& port) {
-    if (!port || port->empty()) return;
-    const auto [owner, is_new] = owners.try_emplace(*port, section);
-    if (is_new) return;
-    root.refuse(section,
-                fmt::format("the serial port '{}' of the {} is that of the {} already", *port, section, owner->second));
-  };
-  claim("chamber", port_of(config.chamber));
-  if (config.fixture) claim("fixture", port_of(*config.fixture));
-  if (const auto* power = std::get_if<hal::ChamberMap>(&config.power)) claim("power", port_of(*power));
-  for (const Slot& slot : config.slots) {
-    const auto* serial = std::get_if<hal::SerialAddress>(&slot.address);
-    const auto owner = serial ? owners.find(serial->device) : owners.end();
-    if (owner == owners.end()) continue;
-    root.refuse("slot", fmt::format("the serial port '{}' of slot {} is that of the {} already", serial->device,
-                                    slot.name, owner->second));
-  }
-}
-
 /// Heading of a horizontal axis of the fixture that stands with `up` upwards, clockwise from the axis after the
 /// vertical one, degrees.
 double heading_on_fixture(const calib::Vector3& up, const calib::Vector3& axis) {
@@ -385,7 +353,7 @@ base::Result<StationConfig> read_station_config(const std::filesystem::path& fil
   read_controllers(root, folder, config);
   read_unit_type_folder(root, folder, config);
   read_slots(root, config);
-  refuse_shared_ports(root, config);
+  for (const SharedPort& port : shared_ports(config)) root.refuse(port.section, port.text);
   read_place(root, config);
   const auto status = reader->finish();
   if (!status) return base::forward_error(status);
