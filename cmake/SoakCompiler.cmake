@@ -24,6 +24,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
 endif()
 if(SOAK_SANITIZE)
   target_compile_options(soak_options INTERFACE -fsanitize=${SOAK_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -O1 -g1)
+  # Checks of each pointer before it is followed cost 30 % of the compilation. AddressSanitizer reports null pointers all the
+  # same; alignment is checked in C, for microcontrollers, and in rooms that read bytes of wires and files.
+  target_compile_options(soak_options INTERFACE -fno-sanitize=null
+    $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<NOT:$<BOOL:$<TARGET_PROPERTY:SOAK_CHECK_ALIGNMENT>>>>:-fno-sanitize=alignment>)
   target_link_options(soak_options INTERFACE -fsanitize=${SOAK_SANITIZE})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(soak_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-maybe-uninitialized>)
