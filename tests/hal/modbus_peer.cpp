@@ -85,7 +85,8 @@ int Process::wait() {
 
 SerialLine::SerialLine(int port)
     : path_(fmt::format("/tmp/soak-rtu-{}-{}", ::getpid(), port)),
-      socat_({"socat", fmt::format("pty,raw,echo=0,link={}", path_), fmt::format("tcp:127.0.0.1:{}", port)}) {
+      // In this order the link stands once the line leads to the peer.
+      socat_({"socat", fmt::format("tcp:127.0.0.1:{}", port), fmt::format("pty,raw,echo=0,link={}", path_)}) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
   while (::access(path_.c_str(), F_OK) != 0 && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
