@@ -9,9 +9,9 @@
 #include <string>
 #include <utility>
 
-#include "anfis/hybrid_learning.h"
-#include "anfis/least_squares.h"
-#include "anfis/rule_base.h"
+#include "anfis/linear/least_squares.h"
+#include "anfis/model/rule_base.h"
+#include "anfis/train/hybrid_learning.h"
 #include "base/random.h"
 #include "tests/anfis/curves.h"
 #include "tests/anfis/support.h"

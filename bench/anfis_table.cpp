@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "anfis/fuzzy_ols.h"
-#include "anfis/learner.h"
-#include "anfis/least_squares.h"
-#include "anfis/rule_base.h"
-#include "anfis/structure_search.h"
+#include "anfis/linear/least_squares.h"
+#include "anfis/model/rule_base.h"
+#include "anfis/select/fuzzy_ols.h"
+#include "anfis/select/structure_search.h"
+#include "anfis/train/learner.h"
 #include "tests/anfis/curves.h"
 #include "tests/anfis/published_data.h"
 #include "tests/anfis/support.h"

@@ -19,10 +19,10 @@
 #include <string>
 #include <vector>
 
-#include "hal/devices.h"
-#include "hal/register_map.h"
-#include "hal/sim/campaign_config.h"
-#include "hal/sim/lab/lab_server.h"
+#include "hal/devices/devices.h"
+#include "hal/maps/device_map.h"
+#include "hal/sim/config/campaign_config.h"
+#include "hal/sim/wires/lab_server.h"
 
 namespace soak {
 namespace {

@@ -9,10 +9,10 @@
 #include <cstdint>
 #include <string>
 
-#include "anfis/least_squares.h"
-#include "anfis/training_data.h"
+#include "anfis/data/training_data.h"
+#include "anfis/linear/least_squares.h"
 #include "base/random.h"
-#include "calib/curve_fit.h"
+#include "calib/curve/curve_fit.h"
 
 namespace soak {
 namespace {

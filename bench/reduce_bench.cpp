@@ -17,10 +17,10 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/data_gate.h"
-#include "calib/segmentation.h"
-#include "db/run_file.h"
-#include "station/recording_reader.h"
+#include "calib/segments/data_gate.h"
+#include "calib/segments/segmentation.h"
+#include "db/run/run_file.h"
+#include "station/runs/recording_reader.h"
 
 namespace soak {
 namespace {

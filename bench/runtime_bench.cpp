@@ -13,11 +13,11 @@
 #include <ctime>
 #include <vector>
 
-#include "anfis/one_input.h"
+#include "anfis/model/one_input.h"
 #include "base/statistics.h"
-#include "calib/calibration_file.h"
+#include "calib/deploy/calibration_file.h"
+#include "calib/deploy/table_form.h"
 #include "calib/runtime/soak_runtime.h"
-#include "calib/table_form.h"
 
 namespace soak::calib {
 namespace {

@@ -19,8 +19,8 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/signal/allan.h"
-#include "calib/signal/allan_stream.h"
+#include "calib/signal/allan/allan.h"
+#include "calib/signal/allan/allan_stream.h"
 
 namespace soak::calib::signal {
 namespace {

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/signal/threshold.h"
-#include "calib/signal/wavelet_transform.h"
+#include "calib/signal/wavelet/threshold.h"
+#include "calib/signal/wavelet/wavelet_transform.h"
 
 namespace soak::calib::signal {
 namespace {

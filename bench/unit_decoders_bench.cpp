@@ -5,10 +5,10 @@
 #include <numeric>
 #include <vector>
 
-#include "hal/imu/ahrs400_packet.h"
-#include "hal/imu/mt_data2.h"
-#include "hal/imu/vectornav_frame.h"
-#include "hal/imu/xbus.h"
+#include "hal/imu/detail/ahrs400_packet.h"
+#include "hal/imu/detail/mt_data2.h"
+#include "hal/imu/detail/vectornav_frame.h"
+#include "hal/imu/detail/xbus.h"
 #include "tests/hal/ahrs400_peer.h"
 #include "tests/hal/vectornav_peer.h"
 #include "tests/hal/xsens_peer.h"

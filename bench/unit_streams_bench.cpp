@@ -19,8 +19,8 @@
 #include <thread>
 #include <vector>
 
-#include "hal/devices.h"
-#include "hal/imu/byte_source.h"
+#include "hal/devices/devices.h"
+#include "hal/links/detail/byte_source.h"
 #include "tests/hal/xsens_peer.h"
 
 namespace soak::hal {

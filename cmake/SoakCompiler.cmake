@@ -13,7 +13,10 @@ set(CMAKE_C_FLAGS_RELEASE "-O2")
 set(CMAKE_CXX_FLAGS_DEBUG "-O0 -g")
 
 set(SOAK_SANITIZE "" CACHE STRING "Sanitizers to build with: address,undefined or thread")
+option(SOAK_SANITIZE_ALL "Sanitize the pure rooms too, not only what handles bytes, files, threads and devices" OFF)
+option(SOAK_UNITY "Compile each room in batches of sources: the quickest way to all programs, the slowest to one changed file" ON)
 
+# Warnings and the language, for every target.
 add_library(soak_options INTERFACE)
 target_include_directories(soak_options INTERFACE ${CMAKE_SOURCE_DIR})
 # Contraction of a*b+c differs between instruction sets: without this flag no two machines agree to the last bit.
@@ -22,15 +25,18 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # g++ 12 reports overlaps in std::string concatenation that do not exist.
   target_compile_options(soak_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-restrict>)
 endif()
+
+# What a sanitized target is compiled with. All programs of such a tree are linked with the sanitizers' runtime.
+add_library(soak_sanitized INTERFACE)
 if(SOAK_SANITIZE)
-  target_compile_options(soak_options INTERFACE -fsanitize=${SOAK_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -O1 -g1)
+  target_compile_options(soak_sanitized INTERFACE -fsanitize=${SOAK_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -O1 -g1)
   # Checks of each pointer before it is followed cost 30 % of the compilation. AddressSanitizer reports null pointers all the
   # same; alignment is checked in C, for microcontrollers, and in rooms that read bytes of wires and files.
-  target_compile_options(soak_options INTERFACE -fno-sanitize=null
+  target_compile_options(soak_sanitized INTERFACE -fno-sanitize=null
     $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<NOT:$<BOOL:$<TARGET_PROPERTY:SOAK_CHECK_ALIGNMENT>>>>:-fno-sanitize=alignment>)
   target_link_options(soak_options INTERFACE -fsanitize=${SOAK_SANITIZE})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    target_compile_options(soak_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-maybe-uninitialized>)
+    target_compile_options(soak_sanitized INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-maybe-uninitialized>)
   endif()
 endif()
 

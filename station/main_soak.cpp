@@ -1,4 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/cli/command_line.h"
+#include "station/commands/command_line.h"
 
 int main(int argc, char** argv) { return soak::station::cli::run(argc, argv); }

@@ -9,8 +9,8 @@
 #include <map>
 #include <string_view>
 
-#include "calib/body_frame.h"
-#include "calib/gravity.h"
+#include "calib/estimate/body_frame.h"
+#include "calib/estimate/gravity.h"
 
 namespace soak::calib::forward {
 

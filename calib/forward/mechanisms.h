@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "calib/estimate/model_term.h"
 #include "calib/forward/thermal_history.h"
-#include "calib/gap/campaign.h"
-#include "calib/model_term.h"
-#include "calib/sensor.h"
+#include "calib/gap/campaign/campaign.h"
+#include "calib/vocabulary/sensor.h"
 
 namespace soak::calib::forward {
 

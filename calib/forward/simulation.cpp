@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/body_frame.h"
+#include "calib/estimate/body_frame.h"
+#include "calib/estimate/gravity.h"
 #include "calib/forward/mechanisms.h"
-#include "calib/gravity.h"
 
 namespace soak::calib::forward {
 namespace {

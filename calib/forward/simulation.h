@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "calib/calibration.h"
-#include "calib/gap/campaign.h"
-#include "calib/model_term.h"
+#include "calib/curve/calibration.h"
+#include "calib/estimate/model_term.h"
+#include "calib/gap/campaign/campaign.h"
 
 namespace soak::calib::forward {
 

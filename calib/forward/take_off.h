@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/gap/campaign.h"
-#include "calib/model_term.h"
+#include "calib/estimate/model_term.h"
+#include "calib/gap/campaign/campaign.h"
 
 namespace soak::calib::forward {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "calib/gap/campaign.h"
+#include "calib/gap/campaign/campaign.h"
 
 namespace soak::calib::forward {
 

@@ -2,8 +2,8 @@
 #include <SQLiteCpp/Column.h>
 #include <SQLiteCpp/Statement.h>
 
-#include "db/catalog/impl.h"
-#include "db/sqlite/fields.h"
+#include "db/catalog/detail/impl.h"
+#include "db/detail/fields.h"
 
 namespace soak::db {
 namespace {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 
-#include "db/catalog/impl.h"
-#include "db/sqlite/fields.h"
+#include "db/catalog/detail/impl.h"
+#include "db/detail/fields.h"
 
 namespace soak::db {
 namespace {

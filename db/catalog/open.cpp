@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "base/uuid.h"
-#include "db/catalog/impl.h"
-#include "db/schema/schema.h"
+#include "db/catalog/detail/impl.h"
+#include "db/detail/schema.h"
 
 namespace soak::db {
 namespace {

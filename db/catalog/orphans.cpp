@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "db/orphans.h"
+#include "db/catalog/orphans.h"
 
 #include <algorithm>
 #include <set>

@@ -3,9 +3,9 @@
 #include <SQLiteCpp/Statement.h>
 #include <fmt/format.h>
 
-#include "base/sha256.h"
-#include "db/catalog/impl.h"
-#include "db/sqlite/fields.h"
+#include "base/hash.h"
+#include "db/catalog/detail/impl.h"
+#include "db/detail/fields.h"
 
 namespace soak::db {
 namespace {

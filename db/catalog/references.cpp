@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "db/catalog/impl.h"
-#include "db/sqlite/fields.h"
+#include "db/catalog/detail/impl.h"
+#include "db/detail/fields.h"
 
 namespace soak::db {
 namespace {

@@ -9,9 +9,9 @@
 #include <string_view>
 #include <system_error>
 
-#include "db/catalog/impl.h"
-#include "db/sqlite/durable_file.h"
-#include "db/sqlite/fields.h"
+#include "db/catalog/detail/impl.h"
+#include "db/detail/durable_file.h"
+#include "db/detail/fields.h"
 
 namespace soak::db {
 namespace {

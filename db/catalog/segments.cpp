@@ -8,8 +8,8 @@
 #include <tuple>
 #include <vector>
 
-#include "db/catalog/impl.h"
-#include "db/sqlite/fields.h"
+#include "db/catalog/detail/impl.h"
+#include "db/detail/fields.h"
 
 namespace soak::db {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <SQLiteCpp/Statement.h>
 
-#include "db/catalog/impl.h"
-#include "db/sqlite/fields.h"
+#include "db/catalog/detail/impl.h"
+#include "db/detail/fields.h"
 
 namespace soak::db {
 namespace {

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <utility>
 
-#include "db/codec/column_codec.h"
-#include "db/run/open_run_file.h"
-#include "db/run/pyramid_query.h"
-#include "db/run/run_file_check.h"
-#include "db/run/tables.h"
-#include "db/run_file.h"
+#include "db/detail/column_codec.h"
+#include "db/run/detail/open_run_file.h"
+#include "db/run/detail/pyramid_query.h"
+#include "db/run/detail/run_file_check.h"
+#include "db/run/detail/tables.h"
+#include "db/run/run_file.h"
 
 namespace soak::db {
 

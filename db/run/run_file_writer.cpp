@@ -8,17 +8,17 @@
 #include <optional>
 #include <utility>
 
-#include "db/codec/column_codec.h"
-#include "db/run/chunk_table.h"
-#include "db/run/columns.h"
-#include "db/run/layout.h"
-#include "db/run/open_run_file.h"
-#include "db/run/open_stream.h"
-#include "db/run/pyramid.h"
-#include "db/run/tables.h"
-#include "db/run_file.h"
-#include "db/schema/schema.h"
-#include "db/sqlite/durable_file.h"
+#include "db/detail/column_codec.h"
+#include "db/detail/durable_file.h"
+#include "db/detail/schema.h"
+#include "db/run/detail/chunk_table.h"
+#include "db/run/detail/columns.h"
+#include "db/run/detail/layout.h"
+#include "db/run/detail/open_run_file.h"
+#include "db/run/detail/open_stream.h"
+#include "db/run/detail/pyramid.h"
+#include "db/run/detail/tables.h"
+#include "db/run/run_file.h"
 
 namespace soak::db {
 namespace {

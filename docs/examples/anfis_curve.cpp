@@ -6,11 +6,11 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "anfis/learner.h"
-#include "anfis/model_json.h"
-#include "anfis/rule_base.h"
-#include "anfis/structure_search.h"
-#include "anfis/uncertainty.h"
+#include "anfis/model/rule_base.h"
+#include "anfis/persist/model_json.h"
+#include "anfis/select/structure_search.h"
+#include "anfis/select/uncertainty.h"
+#include "anfis/train/learner.h"
 #include "base/random.h"
 
 namespace anfis = soak::anfis;

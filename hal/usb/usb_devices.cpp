@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/usb_devices.h"
+#include "hal/usb/usb_devices.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "base/hex.h"
-#include "base/number_text.h"
+#include "base/text.h"
 
 namespace soak::hal {
 namespace {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "calib/sensor.h"
-#include "station/output.h"
+#include "calib/vocabulary/sensor.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 

@@ -7,8 +7,8 @@
 
 #include "station/commands/campaign_client.h"
 #include "station/commands/campaign_text.h"
-#include "station/csv/text_file.h"
-#include "station/identity.h"
+#include "station/io/identity.h"
+#include "station/io/text_file.h"
 
 namespace soak::station {
 namespace {

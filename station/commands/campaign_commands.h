@@ -6,7 +6,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "station/output.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 

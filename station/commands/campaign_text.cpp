@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "station/output.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <variant>
 
-#include "base/number_text.h"
+#include "base/text.h"
 
 namespace soak::station {
 namespace {

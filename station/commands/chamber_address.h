@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/result.h"
-#include "hal/chamber_map.h"
+#include "hal/maps/chamber_map.h"
 #include "station/commands/chamber_commands.h"
 
 namespace soak::station {

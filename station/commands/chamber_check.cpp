@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "hal/chamber_map.h"
+#include "hal/maps/chamber_map.h"
 #include "station/commands/chamber_address.h"
 #include "station/commands/chamber_commands.h"
 

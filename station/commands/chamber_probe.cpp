@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/chamber_map.h"
-#include "hal/chamber_survey.h"
+#include "hal/devices/chamber_survey.h"
+#include "hal/maps/chamber_map.h"
 #include "station/commands/chamber_address.h"
 #include "station/commands/chamber_commands.h"
 

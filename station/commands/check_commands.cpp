@@ -6,12 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "station/check_document.h"
-#include "station/check_standard.h"
 #include "station/commands/check_text.h"
-#include "station/data_folder.h"
-#include "station/identity.h"
-#include "station/text_line.h"
+#include "station/io/data_folder.h"
+#include "station/io/identity.h"
+#include "station/io/text_line.h"
+#include "station/records/check_document.h"
+#include "station/records/check_standard.h"
 
 namespace soak::station {
 namespace {

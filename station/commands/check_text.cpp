@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "station/output.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "station/check_standard.h"
+#include "station/records/check_standard.h"
 
 namespace soak::station {
 

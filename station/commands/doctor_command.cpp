@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "station/data_folder.h"
-#include "station/doctor.h"
-#include "station/identity.h"
+#include "station/io/data_folder.h"
+#include "station/io/identity.h"
+#include "station/lab/doctor.h"
 
 namespace soak::station {
 namespace {

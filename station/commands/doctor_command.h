@@ -4,7 +4,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "station/output.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 

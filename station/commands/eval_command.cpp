@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/runtime/soak_runtime.h"
-#include "station/calibration_reader.h"
 #include "station/commands/calibration_commands.h"
 #include "station/commands/waiver_note.h"
-#include "station/waiver.h"
+#include "station/records/calibration_reader.h"
+#include "station/records/waiver.h"
 
 namespace soak::station {
 namespace {

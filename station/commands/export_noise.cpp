@@ -5,9 +5,9 @@
 
 #include <optional>
 
-#include "station/identity.h"
-#include "station/signal_source.h"
-#include "station/still_segment.h"
+#include "station/io/identity.h"
+#include "station/runs/signal_source.h"
+#include "station/runs/still_segment.h"
 
 namespace soak::station {
 namespace {

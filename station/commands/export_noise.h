@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "calib/export_kalibr.h"
-#include "db/catalog.h"
+#include "calib/deploy/export_kalibr.h"
+#include "db/catalog/catalog.h"
 
 namespace soak::station {
 

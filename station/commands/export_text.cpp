@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "station/output.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 

@@ -14,14 +14,14 @@
 #include <vector>
 
 #include "base/units.h"
-#include "calib/chamber_time.h"
-#include "calib/chamber_time_json.h"
-#include "calib/fit_json.h"
-#include "station/accepted_terms.h"
-#include "station/check_warnings.h"
-#include "station/data_folder.h"
-#include "station/fit_job.h"
-#include "station/fit_unit.h"
+#include "calib/judge/chamber_time.h"
+#include "calib/judge/chamber_time_json.h"
+#include "calib/model/fit_json.h"
+#include "station/fit/accepted_terms.h"
+#include "station/fit/check_warnings.h"
+#include "station/fit/fit_job.h"
+#include "station/fit/fit_unit.h"
+#include "station/io/data_folder.h"
 
 namespace soak::station {
 namespace {

@@ -8,17 +8,17 @@
 #include <vector>
 
 #include "calib/forward/mechanisms.h"
-#include "calib/gap/acceptance.h"
-#include "calib/gap/gap_json.h"
-#include "calib/model_term_json.h"
-#include "station/accepted_terms.h"
+#include "calib/gap/report/acceptance.h"
+#include "calib/gap/report/gap_json.h"
+#include "calib/model/model_term_json.h"
 #include "station/commands/gap_commands.h"
-#include "station/data_folder.h"
-#include "station/fit_job.h"
-#include "station/fit_unit.h"
-#include "station/gap_search.h"
-#include "station/identity.h"
-#include "station/text_line.h"
+#include "station/fit/accepted_terms.h"
+#include "station/fit/fit_job.h"
+#include "station/fit/fit_unit.h"
+#include "station/gap/gap_search.h"
+#include "station/io/data_folder.h"
+#include "station/io/identity.h"
+#include "station/io/text_line.h"
 
 namespace soak::station {
 namespace {

@@ -7,12 +7,12 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/gap/gap_json.h"
-#include "calib/gap/gap_report.h"
+#include "calib/gap/report/gap_json.h"
+#include "calib/gap/report/gap_report.h"
 #include "station/commands/gap_commands.h"
-#include "station/data_folder.h"
-#include "station/gap_search.h"
-#include "station/identity.h"
+#include "station/gap/gap_search.h"
+#include "station/io/data_folder.h"
+#include "station/io/identity.h"
 
 namespace soak::station {
 namespace {

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "station/commands/gap_commands.h"
-#include "station/csv/text_file.h"
-#include "station/data_folder.h"
-#include "station/gap_comparison.h"
-#include "station/identity.h"
+#include "station/gap/gap_comparison.h"
+#include "station/io/data_folder.h"
+#include "station/io/identity.h"
+#include "station/io/text_file.h"
 #include "station/report/gap_page.h"
 
 namespace soak::station {

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "base/units.h"
-#include "calib/reference_json.h"
+#include "calib/model/reference_json.h"
 #include "station/commands/type_commands.h"
-#include "station/data_folder.h"
-#include "station/stream_recording.h"
+#include "station/import/stream_recording.h"
+#include "station/io/data_folder.h"
 
 namespace soak::station {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "base/result.h"
-#include "station/import.h"
-#include "station/output.h"
+#include "station/import/import.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 

@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "base/sha256.h"
-#include "station/calibration_reader.h"
+#include "base/hash.h"
 #include "station/commands/waiver_note.h"
-#include "station/csv/text_file.h"
-#include "station/key_file.h"
+#include "station/io/text_file.h"
+#include "station/records/calibration_reader.h"
+#include "station/records/key_file.h"
 
 namespace soak::station {
 namespace {

@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "station/commands/type_commands.h"
-#include "station/procedure/plan.h"
-#include "station/procedure/procedure.h"
-#include "station/unit_type_file.h"
+#include "station/config/plan.h"
+#include "station/config/procedure.h"
+#include "station/config/unit_type_file.h"
 
 namespace soak::station {
 namespace {

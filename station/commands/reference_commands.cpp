@@ -13,13 +13,13 @@
 #include <vector>
 
 #include "station/commands/reference_text.h"
-#include "station/data_folder.h"
-#include "station/identity.h"
-#include "station/iso_date.h"
-#include "station/key_file.h"
-#include "station/reference_rule.h"
-#include "station/text_line.h"
-#include "station/waiver.h"
+#include "station/fit/reference_rule.h"
+#include "station/io/data_folder.h"
+#include "station/io/identity.h"
+#include "station/io/iso_date.h"
+#include "station/io/text_line.h"
+#include "station/records/key_file.h"
+#include "station/records/waiver.h"
 
 namespace soak::station {
 namespace {

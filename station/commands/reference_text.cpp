@@ -13,10 +13,10 @@
 #include <tuple>
 #include <utility>
 
-#include "station/iso_date.h"
-#include "station/output.h"
-#include "station/reference_rule.h"
-#include "station/waiver.h"
+#include "station/fit/reference_rule.h"
+#include "station/io/iso_date.h"
+#include "station/io/output.h"
+#include "station/records/waiver.h"
 
 namespace soak::station {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "db/catalog.h"
+#include "db/catalog/catalog.h"
 
 namespace soak::station {
 

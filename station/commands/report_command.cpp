@@ -6,11 +6,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "base/sha256.h"
-#include "station/csv/text_file.h"
-#include "station/data_folder.h"
-#include "station/identity.h"
-#include "station/limits_file.h"
+#include "base/hash.h"
+#include "station/config/limits_file.h"
+#include "station/io/data_folder.h"
+#include "station/io/identity.h"
+#include "station/io/text_file.h"
 #include "station/report/page.h"
 #include "station/report/report.h"
 

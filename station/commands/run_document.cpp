@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "station/output.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 

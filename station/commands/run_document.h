@@ -3,7 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "db/catalog.h"
+#include "db/catalog/catalog.h"
 
 namespace soak::station {
 

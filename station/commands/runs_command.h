@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "db/catalog.h"
-#include "station/output.h"
+#include "db/catalog/catalog.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 

@@ -3,11 +3,11 @@
 
 #include <filesystem>
 
-#include "db/run_file.h"
+#include "db/run/run_file.h"
 #include "station/commands/runs_command.h"
-#include "station/csv/text_file.h"
-#include "station/csv_export.h"
-#include "station/data_folder.h"
+#include "station/io/data_folder.h"
+#include "station/io/text_file.h"
+#include "station/runs/csv_export.h"
 
 namespace soak::station {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "station/commands/run_document.h"
 #include "station/commands/runs_command.h"
-#include "station/data_folder.h"
+#include "station/io/data_folder.h"
 
 namespace soak::station {
 namespace {

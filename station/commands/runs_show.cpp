@@ -4,12 +4,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "calib/sensor.h"
-#include "db/run_file.h"
+#include "calib/vocabulary/sensor.h"
+#include "db/run/run_file.h"
 #include "station/commands/run_document.h"
 #include "station/commands/runs_command.h"
-#include "station/data_folder.h"
-#include "station/run_streams.h"
+#include "station/io/data_folder.h"
+#include "station/runs/run_streams.h"
 
 namespace soak::station {
 namespace {

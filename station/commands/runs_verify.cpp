@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "base/sha256.h"
-#include "db/run_file.h"
+#include "base/hash.h"
+#include "db/run/run_file.h"
 #include "station/commands/runs_command.h"
-#include "station/data_folder.h"
+#include "station/io/data_folder.h"
 
 namespace soak::station {
 namespace {

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "station/commands/runs_command.h"
-#include "station/data_folder.h"
-#include "station/identity.h"
-#include "station/text_line.h"
+#include "station/io/data_folder.h"
+#include "station/io/identity.h"
+#include "station/io/text_line.h"
 
 namespace soak::station {
 namespace {

@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "base/number_text.h"
-#include "station/csv/text_file.h"
-#include "station/data_folder.h"
+#include "base/text.h"
+#include "station/io/data_folder.h"
+#include "station/io/text_file.h"
 
 namespace soak::station {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 
 #include "base/result.h"
-#include "calib/signal_json.h"
-#include "station/output.h"
-#include "station/signal_source.h"
+#include "calib/signal/documents/signal_json.h"
+#include "station/io/output.h"
+#include "station/runs/signal_source.h"
 
 namespace soak::station {
 

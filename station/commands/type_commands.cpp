@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "station/limits_file.h"
-#include "station/unit_type_file.h"
+#include "station/config/limits_file.h"
+#include "station/config/unit_type_file.h"
 
 namespace soak::station {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "base/result.h"
-#include "calib/unit_type.h"
-#include "station/output.h"
+#include "calib/vocabulary/unit_type.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 

@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "station/data_folder.h"
-#include "station/identity.h"
-#include "station/text_line.h"
-#include "station/unit_type_file.h"
+#include "station/config/unit_type_file.h"
+#include "station/io/data_folder.h"
+#include "station/io/identity.h"
+#include "station/io/text_line.h"
 
 namespace soak::station {
 namespace {

@@ -13,19 +13,19 @@
 #include <utility>
 #include <vector>
 
-#include "calib/run_copies.h"
-#include "calib/verification.h"
-#include "station/accepted_terms.h"
-#include "station/calibration_reader.h"
+#include "calib/estimate/run_copies.h"
+#include "calib/judge/verification.h"
 #include "station/commands/calibration_commands.h"
 #include "station/commands/waiver_note.h"
-#include "station/data_folder.h"
-#include "station/fit_unit.h"
-#include "station/limits_file.h"
-#include "station/reference_rule.h"
-#include "station/unit_type_file.h"
-#include "station/waiver.h"
-#include "station/withdrawn_since.h"
+#include "station/config/limits_file.h"
+#include "station/config/unit_type_file.h"
+#include "station/fit/accepted_terms.h"
+#include "station/fit/fit_unit.h"
+#include "station/fit/reference_rule.h"
+#include "station/io/data_folder.h"
+#include "station/records/calibration_reader.h"
+#include "station/records/waiver.h"
+#include "station/records/withdrawn_since.h"
 
 namespace soak::station {
 namespace {

@@ -6,9 +6,9 @@
 
 #include <string>
 
-#include "station/iso_date.h"
-#include "station/reference_rule.h"
-#include "station/waiver.h"
+#include "station/fit/reference_rule.h"
+#include "station/io/iso_date.h"
+#include "station/records/waiver.h"
 
 namespace soak::station {
 

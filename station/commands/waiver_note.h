@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "calib/reference.h"
-#include "station/output.h"
+#include "calib/vocabulary/reference.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 

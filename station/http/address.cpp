@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "base/number_text.h"
+#include "base/text.h"
 
 namespace soak::station {
 

@@ -5,7 +5,7 @@
 #include <initializer_list>
 #include <nlohmann/json.hpp>
 
-#include "base/number_text.h"
+#include "base/text.h"
 
 namespace soak::station {
 namespace {

@@ -11,7 +11,7 @@
 #include <system_error>
 #include <thread>
 
-#include "base/number_text.h"
+#include "base/text.h"
 #include "station/http/access.h"
 #include "station/http/address.h"
 #include "station/http/api.h"

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "calib/position.h"
-#include "hal/imu.h"
+#include "calib/vocabulary/position.h"
+#include "hal/imu/imu.h"
 
 namespace soak::station {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "calib/stability.h"
-#include "hal/chamber.h"
+#include "calib/judge/stability.h"
+#include "hal/devices/chamber.h"
 
 namespace soak::station {
 

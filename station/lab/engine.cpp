@@ -10,11 +10,11 @@
 #include <algorithm>
 #include <utility>
 
-#include "station/identity.h"
+#include "station/io/identity.h"
+#include "station/io/log.h"
 #include "station/lab/lost_runs.h"
 #include "station/lab/start_check.h"
 #include "station/lab/status_document.h"
-#include "station/log.h"
 
 namespace soak::station {
 namespace {

@@ -16,15 +16,15 @@
 #include <string_view>
 
 #include "base/result.h"
-#include "db/catalog.h"
+#include "db/catalog/catalog.h"
+#include "station/config/station_config.h"
 #include "station/lab/event_log.h"
 #include "station/lab/history.h"
 #include "station/lab/lab.h"
 #include "station/lab/lab_service.h"
 #include "station/lab/safe_end.h"
 #include "station/lab/start_check.h"
-#include "station/lab/steps/step_task.h"
-#include "station/station_config.h"
+#include "station/lab/step_task.h"
 
 namespace soak::station {
 

@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "station/identity.h"
-#include "station/log.h"
+#include "station/io/identity.h"
+#include "station/io/log.h"
 
 namespace soak::station {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "db/catalog.h"
+#include "db/catalog/catalog.h"
 
 namespace soak::station {
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "station/output.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 namespace {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <utility>
 
-#include "station/fixture_rates.h"
-#include "station/identity.h"
+#include "station/import/fixture_rates.h"
+#include "station/io/identity.h"
 #include "station/lab/run_source.h"
 
 namespace soak::station {

@@ -11,9 +11,11 @@
 #include <vector>
 
 #include "base/result.h"
-#include "db/catalog.h"
-#include "hal/fixture.h"
-#include "hal/unit_power.h"
+#include "db/catalog/catalog.h"
+#include "hal/devices/fixture.h"
+#include "hal/devices/unit_power.h"
+#include "station/config/plan.h"
+#include "station/config/station_config.h"
 #include "station/lab/chamber_monitor.h"
 #include "station/lab/event_log.h"
 #include "station/lab/lab_time.h"
@@ -22,8 +24,6 @@
 #include "station/lab/run_recorder.h"
 #include "station/lab/unit_channel.h"
 #include "station/lab/unit_supply.h"
-#include "station/procedure/plan.h"
-#include "station/station_config.h"
 
 namespace soak::station {
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include "db/orphans.h"
-#include "db/run_file.h"
-#include "station/lab/run_records.h"
+#include "db/catalog/orphans.h"
+#include "db/run/run_file.h"
 #include "station/lab/run_source.h"
+#include "station/runs/run_records.h"
 
 namespace soak::station {
 namespace {

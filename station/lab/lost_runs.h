@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/result.h"
-#include "db/catalog.h"
+#include "db/catalog/catalog.h"
 #include "station/lab/event_log.h"
 
 namespace soak::station {

@@ -6,8 +6,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "station/io/output.h"
 #include "station/lab/sample_reading.h"
-#include "station/output.h"
 
 namespace soak::station {
 namespace {

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "calib/sensor.h"
-#include "calib/signal/allan_stream.h"
-#include "hal/imu.h"
+#include "calib/signal/allan/allan_stream.h"
+#include "calib/vocabulary/sensor.h"
+#include "hal/imu/imu.h"
 
 namespace soak::station {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/sensor.h"
-#include "calib/unit_type.h"
+#include "calib/vocabulary/sensor.h"
+#include "calib/vocabulary/unit_type.h"
 #include "station/lab/segment_capture.h"
 
 namespace soak::station {

@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "calib/position.h"
-#include "hal/imu.h"
+#include "calib/vocabulary/position.h"
+#include "hal/imu/imu.h"
 
 namespace soak::station {
 

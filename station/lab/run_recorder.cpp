@@ -10,9 +10,9 @@
 #include <set>
 #include <utility>
 
-#include "calib/position.h"
-#include "station/fixture_rates.h"
-#include "station/run_streams.h"
+#include "calib/vocabulary/position.h"
+#include "station/import/fixture_rates.h"
+#include "station/runs/run_streams.h"
 
 namespace soak::station {
 namespace {

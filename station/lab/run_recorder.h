@@ -11,14 +11,14 @@
 #include <vector>
 
 #include "base/result.h"
-#include "calib/run.h"
-#include "db/catalog.h"
-#include "db/run_file.h"
-#include "hal/chamber.h"
-#include "hal/imu.h"
-#include "hal/unit_power.h"
-#include "station/lab/run_columns.h"
-#include "station/lab/run_records.h"
+#include "calib/vocabulary/run.h"
+#include "db/catalog/catalog.h"
+#include "db/run/run_file.h"
+#include "hal/devices/chamber.h"
+#include "hal/devices/unit_power.h"
+#include "hal/imu/imu.h"
+#include "station/runs/run_columns.h"
+#include "station/runs/run_records.h"
 
 namespace soak::station {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "station/lab/lab.h"
-#include "station/lab/steps/step_task.h"
+#include "station/lab/step_task.h"
 #include "station/lab/warmth.h"
 
 namespace soak::station {

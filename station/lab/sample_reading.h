@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "hal/imu.h"
+#include "hal/imu/imu.h"
 
 namespace soak::station {
 

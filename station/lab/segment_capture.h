@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <optional>
 
-#include "calib/sensor.h"
-#include "hal/imu.h"
+#include "calib/vocabulary/sensor.h"
+#include "hal/imu/imu.h"
 
 namespace soak::station {
 

@@ -15,13 +15,13 @@
 #include <system_error>
 #include <utility>
 
-#include "base/sha256.h"
-#include "station/check_standard.h"
-#include "station/fixture_rates.h"
+#include "base/hash.h"
+#include "station/config/rating_check.h"
+#include "station/config/unit_type_file.h"
+#include "station/import/fixture_rates.h"
+#include "station/io/text_line.h"
 #include "station/lab/preflight.h"
-#include "station/procedure/rating_check.h"
-#include "station/text_line.h"
-#include "station/unit_type_file.h"
+#include "station/records/check_standard.h"
 
 namespace soak::station {
 namespace {

@@ -9,14 +9,14 @@
 #include <vector>
 
 #include "base/result.h"
-#include "calib/unit_type.h"
-#include "db/catalog.h"
-#include "hal/chamber.h"
-#include "hal/fixture.h"
+#include "calib/vocabulary/unit_type.h"
+#include "db/catalog/catalog.h"
+#include "hal/devices/chamber.h"
+#include "hal/devices/fixture.h"
+#include "station/config/plan.h"
+#include "station/config/station_config.h"
+#include "station/fit/reference_rule.h"
 #include "station/lab/lab_service.h"
-#include "station/procedure/plan.h"
-#include "station/reference_rule.h"
-#include "station/station_config.h"
 
 namespace soak::station {
 

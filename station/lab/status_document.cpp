@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/units.h"
-#include "station/output.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 namespace {

@@ -10,16 +10,16 @@
 #include <vector>
 
 #include "base/result.h"
-#include "calib/position.h"
-#include "calib/stability.h"
-#include "calib/unit_type.h"
-#include "hal/imu.h"
+#include "calib/judge/stability.h"
+#include "calib/vocabulary/position.h"
+#include "calib/vocabulary/unit_type.h"
+#include "hal/imu/imu.h"
+#include "station/config/station_config.h"
 #include "station/lab/attitude_watch.h"
 #include "station/lab/lab_time.h"
 #include "station/lab/noise_watch.h"
 #include "station/lab/rate_watch.h"
 #include "station/lab/segment_capture.h"
-#include "station/station_config.h"
 
 namespace soak::station {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "hal/unit_power.h"
+#include "hal/devices/unit_power.h"
 
 namespace soak::station {
 

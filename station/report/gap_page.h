@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "station/gap_comparison.h"
+#include "station/gap/gap_comparison.h"
 
 namespace soak::station {
 

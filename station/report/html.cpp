@@ -9,7 +9,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "base/number_text.h"
+#include "base/text.h"
 
 namespace soak::station::html {
 namespace {

@@ -8,10 +8,10 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/signal_json.h"
-#include "station/output.h"
-#include "station/signal_source.h"
-#include "station/still_segment.h"
+#include "calib/signal/documents/signal_json.h"
+#include "station/io/output.h"
+#include "station/runs/signal_source.h"
+#include "station/runs/still_segment.h"
 
 namespace soak::station {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "db/catalog.h"
+#include "db/catalog/catalog.h"
 
 namespace soak::station {
 

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/control_chart.h"
+#include "calib/judge/control_chart.h"
 #include "station/report/html.h"
 #include "station/report/page_parts.h"
 #include "station/report/svg.h"

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "base/sha256.h"
-#include "calib/gravity.h"
-#include "db/run_file.h"
-#include "station/output.h"
+#include "base/hash.h"
+#include "calib/estimate/gravity.h"
+#include "db/run/run_file.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 namespace {

@@ -4,8 +4,8 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "base/result.h"
-#include "calib/calibration.h"
-#include "db/catalog.h"
+#include "calib/curve/calibration.h"
+#include "db/catalog/catalog.h"
 #include "station/report/runs_of_model.h"
 
 namespace soak::station {

@@ -9,19 +9,19 @@
 #include <utility>
 #include <vector>
 
-#include "calib/model_document.h"
-#include "calib/model_term_json.h"
-#include "calib/report_json.h"
-#include "station/accepted_terms.h"
-#include "station/check_document.h"
-#include "station/check_standard.h"
-#include "station/iso_date.h"
-#include "station/reference_rule.h"
+#include "calib/judge/report_json.h"
+#include "calib/model/model_document.h"
+#include "calib/model/model_term_json.h"
+#include "station/config/unit_type_file.h"
+#include "station/fit/accepted_terms.h"
+#include "station/fit/reference_rule.h"
+#include "station/io/iso_date.h"
+#include "station/records/check_document.h"
+#include "station/records/check_standard.h"
+#include "station/records/waiver.h"
 #include "station/report/noise.h"
 #include "station/report/provenance.h"
 #include "station/report/runs_of_model.h"
-#include "station/unit_type_file.h"
-#include "station/waiver.h"
 
 namespace soak::station {
 namespace {

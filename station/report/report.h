@@ -8,8 +8,8 @@
 #include <string>
 
 #include "base/result.h"
-#include "calib/unit_type.h"
-#include "db/catalog.h"
+#include "calib/vocabulary/unit_type.h"
+#include "db/catalog/catalog.h"
 
 namespace soak::station {
 

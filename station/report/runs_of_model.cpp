@@ -8,9 +8,9 @@
 #include <string>
 #include <utility>
 
-#include "calib/run_copies.h"
-#include "station/fit_unit.h"
-#include "station/reference_rule.h"
+#include "calib/estimate/run_copies.h"
+#include "station/fit/fit_unit.h"
+#include "station/fit/reference_rule.h"
 
 namespace soak::station {
 namespace {

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "base/result.h"
-#include "calib/calibration.h"
-#include "calib/unit_rows.h"
-#include "calib/warning.h"
-#include "db/catalog.h"
+#include "calib/curve/calibration.h"
+#include "calib/estimate/unit_rows.h"
+#include "calib/vocabulary/warning.h"
+#include "db/catalog/catalog.h"
 
 namespace soak::station {
 

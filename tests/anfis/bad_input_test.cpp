@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "anfis/learner.h"
-#include "anfis/rule_base.h"
-#include "anfis/structure_search.h"
-#include "anfis/uncertainty.h"
+#include "anfis/model/rule_base.h"
+#include "anfis/select/structure_search.h"
+#include "anfis/select/uncertainty.h"
+#include "anfis/train/learner.h"
 #include "support.h"
 
 namespace soak::anfis {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "anfis/structure_search.h"
-#include "anfis/variable_projection.h"
+#include "anfis/select/structure_search.h"
+#include "anfis/train/variable_projection.h"
 
 namespace soak::anfis::test {
 

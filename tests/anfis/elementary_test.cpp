@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/inference/elementary.h"
+#include "anfis/model/detail/elementary.h"
 
 #include <gtest/gtest.h>
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "anfis/fuzzy_clustering.h"
-#include "anfis/fuzzy_ols/gath_geva.h"
-#include "anfis/fuzzy_ols/scaled_rows.h"
+#include "anfis/select/detail/gath_geva.h"
+#include "anfis/select/detail/scaled_rows.h"
+#include "anfis/select/fuzzy_clustering.h"
 #include "base/random.h"
 #include "tests/anfis/fuzzy_clustering_support.h"
 

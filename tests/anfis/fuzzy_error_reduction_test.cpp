@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "anfis/fuzzy_ols/error_reduction.h"
-#include "anfis/fuzzy_ols/scaled_rows.h"
+#include "anfis/select/detail/error_reduction.h"
+#include "anfis/select/detail/scaled_rows.h"
 #include "base/random.h"
 #include "fuzzy_support.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/fuzzy_ols.h"
+#include "anfis/select/fuzzy_ols.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "anfis/hybrid_learning.h"
+#include "anfis/train/hybrid_learning.h"
 #include "base/random.h"
 #include "fuzzy_support.h"
 

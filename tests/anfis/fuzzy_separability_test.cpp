@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "anfis/fuzzy_clustering.h"
-#include "anfis/fuzzy_ols/separability.h"
+#include "anfis/select/detail/separability.h"
+#include "anfis/select/fuzzy_clustering.h"
 #include "base/random.h"
 #include "fuzzy_support.h"
 

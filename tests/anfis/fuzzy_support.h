@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "anfis/fuzzy_ols.h"
-#include "anfis/training_data.h"
+#include "anfis/data/training_data.h"
+#include "anfis/select/fuzzy_ols.h"
 
 namespace soak::anfis::test {
 

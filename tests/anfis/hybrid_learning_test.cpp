@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/hybrid_learning.h"
+#include "anfis/train/hybrid_learning.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "anfis/one_input.h"
+#include "anfis/model/one_input.h"
 #include "base/random.h"
 #include "support.h"
 

@@ -5,10 +5,10 @@
 // Their headers first, under their own names; then the source as part of another namespace.
 #include <cmath>
 
-#include "anfis/inference/membership_functions.h"
-#include "anfis/training/kernels.h"
+#include "anfis/model/detail/membership_functions.h"
+#include "anfis/objective/kernels.h"
 #include "base/instruction_set.h"
 #undef SOAK_CLONES
 #define SOAK_CLONES
 #define training training::baseline
-#include "anfis/training/kernels.cpp"  // NOLINT(bugprone-suspicious-include): the point of this file
+#include "anfis/objective/kernels.cpp"  // NOLINT(bugprone-suspicious-include): the point of this file

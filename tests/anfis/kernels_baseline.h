@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 
-// The functions of anfis/training/kernels.h compiled once, for any processor: see kernels_baseline.cpp.
+// The functions of anfis/objective/kernels.h compiled once, for any processor: see kernels_baseline.cpp.
 namespace soak::anfis::training::baseline {
 
 void bell_column(std::size_t rows, const double* u, double width, double slope, double centre, double* distance,

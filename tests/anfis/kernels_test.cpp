@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/training/kernels.h"
+#include "anfis/objective/kernels.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "anfis/inference/membership_functions.h"
+#include "anfis/model/detail/membership_functions.h"
 #include "base/random.h"
 #include "kernels_baseline.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/training/layer.h"
+#include "anfis/objective/layer.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "anfis/training/consequent_vector.h"
-#include "anfis/training/premise_vector.h"
+#include "anfis/objective/consequent_vector.h"
+#include "anfis/premises/premise_vector.h"
 #include "base/random.h"
 #include "sample_models.h"
 

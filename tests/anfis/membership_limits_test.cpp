@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "anfis/membership.h"
-#include "anfis/rule_base.h"
+#include "anfis/model/membership.h"
+#include "anfis/model/rule_base.h"
 
 namespace soak::anfis {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/membership.h"
+#include "anfis/model/membership.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "anfis/rule_base.h"
+#include "anfis/model/rule_base.h"
 #include "base/random.h"
 
 namespace soak::anfis {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/model_json.h"
+#include "anfis/persist/model_json.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "anfis/hybrid_learning.h"
+#include "anfis/train/hybrid_learning.h"
 #include "sample_models.h"
 #include "support.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/model.h"
+#include "anfis/model/model.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "anfis/one_input.h"
+#include "anfis/model/one_input.h"
 #include "support.h"
 
 namespace soak::anfis {

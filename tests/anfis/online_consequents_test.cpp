@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/online_consequents.h"
+#include "anfis/train/online_consequents.h"
 
 #include <gtest/gtest.h>
 

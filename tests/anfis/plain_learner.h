@@ -4,9 +4,9 @@
 #include <array>
 #include <vector>
 
-#include "anfis/hybrid_learning.h"
-#include "anfis/model.h"
-#include "anfis/training_data.h"
+#include "anfis/data/training_data.h"
+#include "anfis/model/model.h"
+#include "anfis/train/hybrid_learning.h"
 
 namespace soak::anfis::test {
 

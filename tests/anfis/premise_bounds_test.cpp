@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/training/premise_bounds.h"
+#include "anfis/premises/premise_bounds.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "anfis/one_input.h"
-#include "anfis/training/premise_vector.h"
+#include "anfis/model/one_input.h"
+#include "anfis/premises/premise_vector.h"
 #include "base/random.h"
 #include "sample_models.h"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/training/premise_coordinates.h"
+#include "anfis/premises/premise_coordinates.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "anfis/training/premise_vector.h"
+#include "anfis/premises/premise_vector.h"
 #include "base/random.h"
 #include "sample_models.h"
 #include "support.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/training/projected_problem.h"
+#include "anfis/objective/projected_problem.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "anfis/least_squares.h"
-#include "anfis/training/premise_vector.h"
+#include "anfis/linear/least_squares.h"
+#include "anfis/premises/premise_vector.h"
 #include "base/random.h"
 #include "sample_models.h"
 #include "support.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "anfis/training_data.h"
+#include "anfis/data/training_data.h"
 
 namespace soak::anfis::test {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/rule_base.h"
+#include "anfis/model/rule_base.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "anfis/hybrid_learning.h"
-#include "anfis/one_input.h"
+#include "anfis/model/one_input.h"
+#include "anfis/train/hybrid_learning.h"
 #include "sample_models.h"
 #include "support.h"
 

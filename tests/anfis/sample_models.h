@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "anfis/model.h"
-#include "anfis/training_data.h"
+#include "anfis/data/training_data.h"
+#include "anfis/model/model.h"
 
 namespace soak::anfis::test {
 

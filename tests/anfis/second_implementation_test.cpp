@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "anfis/hybrid_learning.h"
-#include "anfis/rule_base.h"
+#include "anfis/model/rule_base.h"
+#include "anfis/train/hybrid_learning.h"
 #include "base/random.h"
 #include "plain_learner.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/structure_search.h"
+#include "anfis/select/structure_search.h"
 
 #include <gtest/gtest.h>
 

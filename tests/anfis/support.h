@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "anfis/rule_base.h"
-#include "anfis/training_data.h"
+#include "anfis/data/training_data.h"
+#include "anfis/model/rule_base.h"
 
 namespace soak::anfis::test {
 

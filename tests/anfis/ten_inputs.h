@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "anfis/training_data.h"
+#include "anfis/data/training_data.h"
 
 namespace soak::anfis::test {
 

@@ -7,8 +7,8 @@
 #include <iostream>
 #include <string>
 
-#include "anfis/fuzzy_ols.h"
-#include "anfis/hybrid_learning.h"
+#include "anfis/select/fuzzy_ols.h"
+#include "anfis/train/hybrid_learning.h"
 #include "fuzzy_support.h"
 
 namespace soak::anfis {

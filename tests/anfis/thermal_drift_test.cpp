@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "anfis/hybrid_learning.h"
+#include "anfis/train/hybrid_learning.h"
 #include "curves.h"
 #include "published_data.h"
 #include "support.h"

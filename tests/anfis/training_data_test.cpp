@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/training_data.h"
+#include "anfis/data/training_data.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/uncertainty.h"
+#include "anfis/select/uncertainty.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <limits>
 
-#include "anfis/hybrid_learning.h"
-#include "anfis/one_input.h"
-#include "anfis/variable_projection.h"
+#include "anfis/model/one_input.h"
+#include "anfis/train/hybrid_learning.h"
+#include "anfis/train/variable_projection.h"
 #include "base/random.h"
 #include "curves.h"
 #include "support.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/variable_projection.h"
+#include "anfis/train/variable_projection.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <cstdio>
 #include <limits>
 
-#include "anfis/hybrid_learning.h"
-#include "anfis/one_input.h"
-#include "anfis/training/premise_bounds.h"
-#include "anfis/training/projected_problem.h"
+#include "anfis/model/one_input.h"
+#include "anfis/objective/projected_problem.h"
+#include "anfis/premises/premise_bounds.h"
+#include "anfis/train/hybrid_learning.h"
 #include "sample_models.h"
 #include "support.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/crc32c.h"
-#include "base/sha256.h"
+#include "base/hash.h"
 #include "base/uuid.h"
 
 namespace soak::base {

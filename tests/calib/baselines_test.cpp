@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/baselines.h"
+#include "calib/curve/baselines.h"
 
 #include <gtest/gtest.h>
 

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "anfis/one_input.h"
+#include "anfis/model/one_input.h"
 #include "base/bytes.h"
-#include "calib/calibration.h"
-#include "calib/table_form.h"
+#include "calib/curve/calibration.h"
+#include "calib/deploy/table_form.h"
 
 namespace soak::calib::samples {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/calibration_file.h"
+#include "calib/deploy/calibration_file.h"
 
 #include <gtest/gtest.h>
 

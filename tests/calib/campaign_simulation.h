@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/sensor.h"
-#include "calib/unit_fit.h"
+#include "calib/model/unit_fit.h"
+#include "calib/vocabulary/sensor.h"
 
 /// Campaigns of one unit made up as segment statistics, from physics written down here anew: what the coverage of
 /// stated uncertainties is judged by.

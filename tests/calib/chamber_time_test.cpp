@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/chamber_time.h"
+#include "calib/judge/chamber_time.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 
 #include "base/random.h"
 #include "base/statistics.h"
-#include "calib/chamber_time/part_fit.h"
-#include "calib/chamber_time/schedule.h"
-#include "calib/chamber_time/subsampling.h"
+#include "calib/judge/detail/part_fit.h"
+#include "calib/judge/detail/schedule.h"
+#include "calib/judge/detail/subsampling.h"
 
 namespace soak::calib {
 namespace {

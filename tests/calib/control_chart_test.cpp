@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/control_chart.h"
+#include "calib/judge/control_chart.h"
 
 #include <gtest/gtest.h>
 

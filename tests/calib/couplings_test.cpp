@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "calib/calibration_file.h"
-#include "calib/export_json.h"
-#include "calib/model_document.h"
+#include "calib/deploy/calibration_file.h"
+#include "calib/deploy/export_json.h"
+#include "calib/model/model_document.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/calib/calibration_file_samples.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/curve_fit.h"
+#include "calib/curve/curve_fit.h"
 
 #include <gtest/gtest.h>
 

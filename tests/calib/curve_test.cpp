@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "anfis/one_input.h"
-#include "calib/calibration.h"
+#include "anfis/model/one_input.h"
+#include "calib/curve/calibration.h"
 
 namespace soak::calib {
 namespace {

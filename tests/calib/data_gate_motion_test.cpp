@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/units.h"
-#include "calib/data_gate.h"
+#include "calib/segments/data_gate.h"
 #include "tests/calib/data_gate_samples.h"
 
 namespace soak::calib {

@@ -2,7 +2,7 @@
 // The data gate: positions that the accelerometers contradict.
 #include <gtest/gtest.h>
 
-#include "calib/data_gate.h"
+#include "calib/segments/data_gate.h"
 #include "tests/calib/data_gate_samples.h"
 
 namespace soak::calib {

@@ -9,8 +9,8 @@
 
 #include "base/random.h"
 #include "base/units.h"
-#include "calib/data_gate.h"
-#include "calib/segmentation.h"
+#include "calib/segments/data_gate.h"
+#include "calib/segments/segmentation.h"
 
 // Simulated units at rest for the tests of the data gate, and what they are done to.
 namespace soak::calib::gate_samples {

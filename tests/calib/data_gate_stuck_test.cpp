@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/data_gate.h"
-#include "calib/segmentation.h"
+#include "calib/segments/data_gate.h"
+#include "calib/segments/segmentation.h"
 #include "tests/calib/data_gate_samples.h"
 
 namespace soak::calib {

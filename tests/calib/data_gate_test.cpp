@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "base/random.h"
-#include "calib/data_gate.h"
+#include "calib/segments/data_gate.h"
 #include "tests/calib/data_gate_samples.h"
 
 namespace soak::calib {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/export_c.h"
+#include "calib/deploy/export_c.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "calib/calibration_file.h"
+#include "calib/deploy/calibration_file.h"
 #include "tests/calib/calibration_file_samples.h"
 
 namespace soak::calib {

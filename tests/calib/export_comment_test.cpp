@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "calib/export_ardupilot.h"
-#include "calib/export_px4.h"
+#include "calib/deploy/export_ardupilot.h"
+#include "calib/deploy/export_px4.h"
 #include "tests/calib/calibration_file_samples.h"
 
 namespace soak::calib {

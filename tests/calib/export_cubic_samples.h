@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/calibration.h"
+#include "calib/curve/calibration.h"
 #include "tests/calib/calibration_file_samples.h"
 
 namespace soak::calib::samples {

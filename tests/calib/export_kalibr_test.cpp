@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/export_kalibr.h"
+#include "calib/deploy/export_kalibr.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "calib/signal/noise.h"
+#include "calib/signal/noise/noise.h"
 #include "tests/calib/export_cubic_samples.h"
 
 namespace soak::calib {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "calib/export/comment.h"
-#include "calib/export/cubic_refit.h"
+#include "calib/deploy/detail/comment.h"
+#include "calib/deploy/detail/cubic_refit.h"
 #include "tests/calib/export_cubic_samples.h"
 
 namespace soak::calib {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gravity.h"
+#include "calib/estimate/gravity.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/model_document.h"
+#include "calib/model/model_document.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "anfis/one_input.h"
+#include "anfis/model/one_input.h"
 
 namespace soak::calib {
 namespace {

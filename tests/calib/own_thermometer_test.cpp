@@ -2,7 +2,7 @@
 // Which thermometer the rows of a fit are over.
 #include <gtest/gtest.h>
 
-#include "calib/unit_rows.h"
+#include "calib/estimate/unit_rows.h"
 
 namespace soak::calib {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/reference_plateau.h"
+#include "calib/judge/reference_plateau.h"
 
 #include <gtest/gtest.h>
 

@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "calib/calibration_file.h"
-#include "calib/export_json.h"
-#include "calib/model_document.h"
-#include "calib/reference_json.h"
+#include "calib/deploy/calibration_file.h"
+#include "calib/deploy/export_json.h"
+#include "calib/judge/waiver_text.h"
+#include "calib/model/model_document.h"
+#include "calib/model/reference_json.h"
 #include "calib/runtime/soak_runtime.h"
-#include "calib/waiver_text.h"
 #include "tests/calib/calibration_file_samples.h"
 
 namespace soak::calib {

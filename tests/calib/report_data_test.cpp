@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/report_data.h"
+#include "calib/judge/report_data.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/report/remedies.h"
-#include "calib/report/verdict_sentence.h"
+#include "calib/judge/detail/remedies.h"
+#include "calib/judge/detail/verdict_sentence.h"
 
 namespace soak::calib {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/run_copies.h"
+#include "calib/estimate/run_copies.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "base/random.h"
-#include "calib/calibration_file.h"
+#include "calib/deploy/calibration_file.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/calib/calibration_file_samples.h"
 

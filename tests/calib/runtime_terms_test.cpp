@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/calibration_file.h"
+#include "calib/deploy/calibration_file.h"
 #include "calib/runtime/soak_terms.h"
 #include "tests/calib/calibration_file_samples.h"
 #include "tests/calib/runtime_c/runtime_as_c.h"

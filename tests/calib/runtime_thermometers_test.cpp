@@ -7,13 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "calib/calibration_file.h"
-#include "calib/export_ardupilot.h"
-#include "calib/export_c.h"
-#include "calib/export_json.h"
-#include "calib/export_px4.h"
+#include "calib/deploy/calibration_file.h"
+#include "calib/deploy/export_ardupilot.h"
+#include "calib/deploy/export_c.h"
+#include "calib/deploy/export_json.h"
+#include "calib/deploy/export_px4.h"
+#include "calib/deploy/table_form.h"
 #include "calib/runtime/soak_terms.h"
-#include "calib/table_form.h"
 #include "tests/calib/calibration_file_samples.h"
 
 namespace soak::calib {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/segmentation.h"
+#include "calib/segments/segmentation.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "base/random.h"
-#include "calib/plateaus.h"
+#include "calib/segments/plateaus.h"
 
 namespace soak::calib {
 namespace {

@@ -9,9 +9,9 @@
 #include <string>
 
 #include "base/random.h"
-#include "calib/signal/noise.h"
-#include "calib/signal_json.h"
-#include "calib/signal_json/record_checks.h"
+#include "calib/signal/documents/detail/record_checks.h"
+#include "calib/signal/documents/signal_json.h"
+#include "calib/signal/noise/noise.h"
 #include "tests/calib/schema_check.h"
 
 namespace soak::calib {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of format version 1.1: with a signature section, which readers of version 1.0 pass over.
-#include "calib/signature_section.h"
+#include "calib/deploy/signature_section.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "calib/calibration_file.h"
+#include "calib/deploy/calibration_file.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/calib/calibration_file_samples.h"
 

@@ -10,7 +10,7 @@
 
 #include "base/random.h"
 #include "base/units.h"
-#include "calib/six_position.h"
+#include "calib/estimate/six_position.h"
 
 namespace soak::calib::test {
 

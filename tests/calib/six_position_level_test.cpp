@@ -5,9 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calib/fit_json.h"
-#include "calib/six_position.h"
-#include "calib/unit_rows.h"
+#include "calib/estimate/six_position.h"
+#include "calib/estimate/unit_rows.h"
+#include "calib/model/fit_json.h"
 #include "six_position_level_samples.h"
 #include "six_position_samples.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/six_position.h"
+#include "calib/estimate/six_position.h"
 
 #include <gtest/gtest.h>
 

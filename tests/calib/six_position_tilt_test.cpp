@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "base/random.h"
-#include "calib/six_position.h"
+#include "calib/estimate/six_position.h"
 #include "tests/calib/campaign_simulation.h"
 
 namespace soak::calib {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/stability.h"
+#include "calib/judge/stability.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/statistics.h"
+#include "calib/segments/statistics.h"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/segmentation.h"
-#include "calib/signal/mean_error.h"
-#include "calib/signal/noise.h"
+#include "calib/segments/segmentation.h"
+#include "calib/signal/noise/mean_error.h"
+#include "calib/signal/noise/noise.h"
 
 namespace soak::calib {
 namespace {

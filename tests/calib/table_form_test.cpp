@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/table_form.h"
+#include "calib/deploy/table_form.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "base/random.h"
-#include "calib/calibration_file.h"
+#include "calib/deploy/calibration_file.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/calib/calibration_file_samples.h"
 

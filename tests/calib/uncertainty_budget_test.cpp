@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/uncertainty_budget.h"
+#include "calib/estimate/uncertainty_budget.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "base/random.h"
-#include "calib/gravity.h"
-#include "calib/uncertainty/type_b_inputs.h"
-#include "calib/unit_fit.h"
+#include "calib/estimate/detail/type_b_inputs.h"
+#include "calib/estimate/gravity.h"
+#include "calib/model/unit_fit.h"
 #include "tests/calib/campaign_simulation.h"
 
 namespace soak::calib {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/fit/families.h"
-#include "calib/unit_fit.h"
+#include "calib/curve/detail/families.h"
+#include "calib/model/unit_fit.h"
 #include "tests/calib/campaign_simulation.h"
 
 namespace soak::calib {

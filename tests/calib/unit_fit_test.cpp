@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/unit_fit.h"
+#include "calib/model/unit_fit.h"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "calib/fit/branches.h"
-#include "calib/model_document.h"
-#include "calib/unit_model.h"
-#include "calib/verification.h"
+#include "calib/estimate/detail/branches.h"
+#include "calib/judge/verification.h"
+#include "calib/model/model_document.h"
+#include "calib/model/unit_model.h"
 
 namespace soak::calib {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/verification.h"
+#include "calib/judge/verification.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 
 #include "base/random.h"
 #include "base/statistics.h"
-#include "calib/verification/row_errors.h"
-#include "calib/verification/stated_band.h"
+#include "calib/judge/detail/row_errors.h"
+#include "calib/judge/detail/stated_band.h"
 #include "six_position_samples.h"
 
 // A calibration against fresh runs: decision rule, uncertainty, and the bands that the file states.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "db/catalog.h"
+#include "db/catalog/catalog.h"
 
 #include <SQLiteCpp/Database.h>
 

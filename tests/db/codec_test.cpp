@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "db/codec/column_codec.h"
+#include "db/detail/column_codec.h"
 
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "db/codec/transform.h"
+#include "db/detail/transform.h"
 #include "tests/db/support.h"
 
 namespace soak::db::codec {

@@ -2,7 +2,7 @@
 #include <SQLiteCpp/Database.h>
 #include <SQLiteCpp/Statement.h>
 
-#include "db/run_file.h"
+#include "db/run/run_file.h"
 #include "tests/db/support.h"
 
 namespace soak::db {

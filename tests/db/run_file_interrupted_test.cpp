@@ -3,7 +3,7 @@
 #include <array>
 #include <csignal>
 
-#include "db/orphans.h"
+#include "db/catalog/orphans.h"
 #include "tests/db/sample_catalog.h"
 
 namespace soak::db {

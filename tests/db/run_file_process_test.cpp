@@ -6,7 +6,7 @@
 #include <csignal>
 #include <optional>
 
-#include "db/run_file.h"
+#include "db/run/run_file.h"
 #include "tests/db/support.h"
 
 namespace soak::db {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "db/run_file.h"
+#include "db/run/run_file.h"
 #include "tests/db/support.h"
 
 namespace soak::db {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "db/catalog.h"
+#include "db/catalog/catalog.h"
 #include "tests/db/support.h"
 
 /// A small catalog with one of everything; the files of version 1 were made from it.

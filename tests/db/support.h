@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "base/random.h"
-#include "db/catalog.h"
-#include "db/run_file.h"
+#include "db/catalog/catalog.h"
+#include "db/run/run_file.h"
 
 /// What several tests of the room db need.
 namespace soak::db::testing {

@@ -9,8 +9,8 @@
 #include <map>
 
 #include "calib/forward/take_off.h"
-#include "calib/gap/acceptance.h"
-#include "calib/gap/campaign_model.h"
+#include "calib/gap/report/acceptance.h"
+#include "calib/gap/search/campaign_model.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::forward {

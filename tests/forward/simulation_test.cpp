@@ -9,8 +9,8 @@
 
 #include "calib/forward/take_off.h"
 #include "calib/forward/thermal_history.h"
-#include "calib/gap/acceptance.h"
-#include "calib/gap/gap_report.h"
+#include "calib/gap/report/acceptance.h"
+#include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::forward {

@@ -8,11 +8,11 @@
 #include <string_view>
 #include <vector>
 
-#include "hal/devices.h"
-#include "hal/modbus/registers.h"
-#include "hal/register_map.h"
-#include "hal/text/answer.h"
-#include "hal/text_map.h"
+#include "hal/devices/detail/answer.h"
+#include "hal/devices/detail/registers.h"
+#include "hal/devices/devices.h"
+#include "hal/maps/device_map.h"
+#include "hal/maps/text_map.h"
 #include "tests/fuzz/targets.h"
 
 namespace soak::fuzz {

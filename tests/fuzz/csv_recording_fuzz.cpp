@@ -2,8 +2,8 @@
 #include <cmath>
 #include <limits>
 
-#include "station/columns_map.h"
-#include "station/csv_recording.h"
+#include "station/import/columns_map.h"
+#include "station/import/csv_recording.h"
 #include "tests/fuzz/targets.h"
 
 namespace soak::fuzz {

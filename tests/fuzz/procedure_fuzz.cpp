@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "calib/unit_type.h"
-#include "station/columns_map.h"
-#include "station/procedure/plan.h"
-#include "station/procedure/procedure.h"
+#include "calib/vocabulary/unit_type.h"
+#include "station/config/plan.h"
+#include "station/config/procedure.h"
+#include "station/import/columns_map.h"
 #include "tests/fuzz/targets.h"
 
 namespace soak::fuzz {

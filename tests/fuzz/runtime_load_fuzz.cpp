@@ -7,7 +7,7 @@
 
 #include "base/bytes.h"
 #include "base/crc32c.h"
-#include "calib/calibration_file.h"
+#include "calib/deploy/calibration_file.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/fuzz/runtime_c/exercise.h"
 #include "tests/fuzz/targets.h"

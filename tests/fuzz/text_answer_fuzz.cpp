@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "hal/text/answer.h"
+#include "hal/devices/detail/answer.h"
 #include "tests/fuzz/targets.h"
 
 namespace soak::fuzz {

@@ -3,7 +3,7 @@
 #include <tuple>
 
 #include "base/bytes.h"
-#include "hal/imu/vectornav_frame.h"
+#include "hal/imu/detail/vectornav_frame.h"
 #include "tests/fuzz/stream_promises.h"
 
 namespace soak::fuzz {

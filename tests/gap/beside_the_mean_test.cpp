@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Effects that means do not show: which sensors, and that what a model carries is not named again.
-#include "calib/gap/beside_the_mean.h"
+#include "calib/gap/search/outside_the_mean.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "calib/gap/acceptance.h"
-#include "calib/gap/gap_report.h"
+#include "calib/gap/report/acceptance.h"
+#include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/gap/gap_report.h"
+#include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_ramps.h"
 
 namespace soak::calib::gap {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/courses.h"
+#include "calib/gap/observations/temperature_history.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-#include "calib/gap/run_log.h"
+#include "calib/gap/campaign/run_log.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <memory>
 
-#include "calib/gap/gap_report.h"
+#include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/fine_temperature.h"
+#include "calib/gap/campaign/fine_temperature.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <vector>
 
-#include "calib/gap/gap_report.h"
-#include "calib/gap/interval_likelihood.h"
+#include "calib/gap/campaign/detail/interval_likelihood.h"
+#include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {

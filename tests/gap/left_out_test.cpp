@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the data gate keeps out of the search is said.
-#include "calib/gap/left_out.h"
+#include "calib/gap/observations/gate_rejections.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 
-#include "calib/gap/gap_report.h"
+#include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {

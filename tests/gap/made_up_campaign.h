@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/gap/campaign.h"
+#include "calib/gap/campaign/campaign.h"
 
 /// Campaigns of one unit made up block by block, from physics written down here anew, with an effect of the test's own.
 namespace soak::calib::gap::made_up {

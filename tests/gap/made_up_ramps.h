@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/gap/campaign.h"
+#include "calib/gap/campaign/campaign.h"
 
 /// Cycles of one unit in one attitude, made up sample by sample from physics written down here anew.
 namespace soak::calib::gap::made_up {

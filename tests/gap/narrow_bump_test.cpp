@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/narrow_bump.h"
+#include "calib/gap/search/narrow_bump.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "calib/gap/gap_report.h"
+#include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {

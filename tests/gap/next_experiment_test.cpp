@@ -9,8 +9,8 @@
 #include <map>
 #include <memory>
 
-#include "calib/gap/experiment_batch.h"
-#include "calib/gap/next_experiment.h"
+#include "calib/gap/experiment/detail/experiment_batch.h"
+#include "calib/gap/experiment/next_experiment.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {

@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "calib/gap/campaign_model.h"
-#include "calib/gap/noise_components.h"
-#include "calib/gap/whitening.h"
+#include "calib/gap/noise/noise_components.h"
+#include "calib/gap/noise/whitening.h"
+#include "calib/gap/search/campaign_model.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {

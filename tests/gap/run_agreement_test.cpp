@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs of another unit, or recorded otherwise, must be told by name and give no effect; what one unit does must not
 // pass for two.
-#include "calib/gap/run_agreement.h"
+#include "calib/gap/observations/run_agreement.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include <set>
 #include <utility>
 
-#include "calib/gap/gap_report.h"
+#include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {

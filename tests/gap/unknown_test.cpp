@@ -6,8 +6,8 @@
 #include <cmath>
 #include <memory>
 
-#include "calib/gap/gap_report.h"
-#include "calib/gap/slow_noise.h"
+#include "calib/gap/report/gap_report.h"
+#include "calib/gap/search/slow_noise.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {

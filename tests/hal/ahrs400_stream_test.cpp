@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hal/imu/ahrs400_protocol.h"
+#include "hal/imu/detail/ahrs400_protocol.h"
 #include "tests/hal/ahrs400_peer.h"
 #include "tests/hal/unit_bench.h"
 

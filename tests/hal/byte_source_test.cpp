@@ -12,8 +12,8 @@
 #include <array>
 #include <vector>
 
-#include "hal/imu/byte_source.h"
-#include "hal/imu/descriptor_source.h"
+#include "hal/links/detail/byte_source.h"
+#include "hal/links/detail/descriptor_source.h"
 #include "tests/hal/xsens_peer.h"
 #include "tests/hal/xsens_wires.h"
 

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "hal/devices.h"
+#include "hal/devices/devices.h"
 #include "modbus_peer.h"
 
 namespace soak::hal {

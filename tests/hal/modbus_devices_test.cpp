@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "hal/devices.h"
+#include "hal/devices/devices.h"
 #include "modbus_peer.h"
 
 namespace soak::hal {

@@ -12,8 +12,8 @@
 #include <memory>
 #include <thread>
 
-#include "hal/devices.h"
-#include "hal/modbus/controller.h"
+#include "hal/devices/detail/controller.h"
+#include "hal/devices/devices.h"
 #include "modbus_fault_proxy.h"
 #include "modbus_peer.h"
 

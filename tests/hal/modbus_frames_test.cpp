@@ -18,8 +18,8 @@
 #include <utility>
 #include <vector>
 
-#include "hal/modbus/modbus_link.h"
-#include "hal/modbus/registers.h"
+#include "hal/devices/detail/registers.h"
+#include "hal/links/detail/modbus_link.h"
 
 namespace soak::hal {
 namespace {

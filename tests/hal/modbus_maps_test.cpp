@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/devices.h"
+#include "hal/devices/devices.h"
 #include "modbus_peer.h"
 
 namespace soak::hal {

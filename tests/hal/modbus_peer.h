@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/register_map.h"
+#include "hal/maps/device_map.h"
 
 /// Modbus peers that are not ours, as processes.
 namespace soak::hal::test {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/devices.h"
+#include "hal/devices/devices.h"
 #include "tests/hal/ahrs400_peer.h"
 #include "tests/hal/vectornav_peer.h"
 #include "tests/hal/xsens_golden.h"

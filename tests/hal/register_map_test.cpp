@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/register_map.h"
+#include "hal/maps/device_map.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "hal/chamber_map.h"
-#include "hal/devices.h"
+#include "hal/devices/devices.h"
+#include "hal/maps/chamber_map.h"
 
 namespace soak::hal {
 namespace {

@@ -10,9 +10,9 @@
 #include <string>
 #include <thread>
 
-#include "hal/chamber_map.h"
-#include "hal/settings_reader.h"
+#include "hal/maps/chamber_map.h"
 #include "modbus_peer.h"
+#include "settings/reader.h"
 
 namespace soak::hal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/settings_reader.h"
+#include "settings/reader.h"
 
 #include <gtest/gtest.h>
 

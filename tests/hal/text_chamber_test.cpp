@@ -11,10 +11,10 @@
 #include <string>
 #include <thread>
 
-#include "hal/settings_reader.h"
-#include "hal/text/text_controller.h"
-#include "hal/text_map.h"
+#include "hal/devices/detail/text_controller.h"
+#include "hal/maps/text_map.h"
 #include "modbus_peer.h"
+#include "settings/reader.h"
 
 namespace soak::hal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/text_map.h"
+#include "hal/maps/text_map.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <fstream>
 #include <string>
 
-#include "hal/chamber_map.h"
-#include "hal/text/answer.h"
+#include "hal/devices/detail/answer.h"
+#include "hal/maps/chamber_map.h"
 
 namespace soak::hal {
 namespace {

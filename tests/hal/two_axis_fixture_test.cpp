@@ -2,7 +2,7 @@
 // The two-axis fixture against pymodbus: what is written when, and what its answers are taken for.
 #include <gtest/gtest.h>
 
-#include "hal/devices.h"
+#include "hal/devices/devices.h"
 #include "modbus_peer.h"
 
 namespace soak::hal {

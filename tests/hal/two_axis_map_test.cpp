@@ -8,8 +8,8 @@
 #include <iterator>
 #include <map>
 
-#include "hal/modbus/axis_geometry.h"
-#include "hal/register_map.h"
+#include "hal/maps/detail/axis_geometry.h"
+#include "hal/maps/device_map.h"
 
 namespace soak::hal {
 namespace {

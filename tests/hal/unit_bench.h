@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "hal/imu/stream_imu.h"
+#include "hal/imu/detail/stream_imu.h"
 #include "tests/hal/xsens_peer.h"
 #include "tests/hal/xsens_wires.h"
 

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "hal/devices.h"
+#include "hal/devices/devices.h"
 
 namespace soak::hal {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "hal/imu/vectornav_frame.h"
+#include "hal/imu/detail/vectornav_frame.h"
 #include "tests/hal/vectornav_peer.h"
 
 namespace soak::hal::imu::test {

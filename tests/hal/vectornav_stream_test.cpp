@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "hal/imu/vectornav_protocol.h"
+#include "hal/imu/detail/vectornav_protocol.h"
 #include "tests/hal/unit_bench.h"
 #include "tests/hal/vectornav_peer.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "base/random.h"
-#include "hal/imu/xbus.h"
+#include "hal/imu/detail/xbus.h"
 #include "tests/hal/xsens_golden.h"
 #include "tests/hal/xsens_peer.h"
 

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "hal/imu/xsens_protocol.h"
+#include "hal/imu/detail/xsens_protocol.h"
 #include "tests/hal/unit_bench.h"
 #include "tests/hal/xsens_peer.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "hal/imu/packet_timeline.h"
+#include "hal/imu/detail/packet_timeline.h"
 
 namespace soak::hal::imu::test {
 namespace {

@@ -7,7 +7,7 @@
 #include <functional>
 #include <thread>
 
-#include "hal/devices.h"
+#include "hal/devices/devices.h"
 #include "tests/hal/xsens_peer.h"
 #include "tests/hal/xsens_wires.h"
 

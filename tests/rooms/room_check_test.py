@@ -48,10 +48,10 @@ class RoomCheck(unittest.TestCase):
         self.assertTrue(exists)
 
     def test_room_that_is_not_allowed(self):
-        self.refuse("base", '"calib/sensor.h"', "does not depend on 'calib'")
-        self.refuse("anfis", '"calib/sensor.h"', "does not depend on 'calib'")
-        self.refuse("calib", '"db/sample.h"', "does not depend on 'db'")
-        self.refuse("station", '"hal/sim/thermal_curve.h"', "does not depend on 'hal/sim'")
+        self.refuse("base", '"calib/vocabulary/sensor.h"', "does not depend on 'calib'")
+        self.refuse("anfis", '"calib/vocabulary/sensor.h"', "does not depend on 'calib'")
+        self.refuse("calib", '"db/run/sample.h"', "does not depend on 'db'")
+        self.refuse("station", '"hal/sim/unit/thermal_curve.h"', "does not depend on 'hal/sim'")
 
     def test_library_that_is_not_allowed(self):
         self.refuse("base", "<Eigen/Core>", "library 'eigen'")
@@ -59,8 +59,8 @@ class RoomCheck(unittest.TestCase):
         self.refuse("hal/sim", "<nlohmann/json.hpp>", "library 'json'")
 
     def test_more_than_the_vocabulary(self):
-        self.refuse("db", '"calib/six_position.h"', "only the vocabulary of 'calib'")
-        self.refuse("hal/sim", '"calib/curve_fit.h"', "only the vocabulary of 'calib'")
+        self.refuse("db", '"calib/estimate/six_position.h"', "only the vocabulary of 'calib'")
+        self.refuse("hal/sim", '"calib/curve/curve_fit.h"', "only the vocabulary of 'calib'")
 
     def test_simulation_and_estimation_share_nothing_but_the_vocabulary(self):
         with open(os.path.join(ROOT, "cmake", "rooms.toml"), "rb") as f:
@@ -71,18 +71,18 @@ class RoomCheck(unittest.TestCase):
             for source, include in includes_below(folder):
                 self.assertTrue(not include.startswith(foreign) or include in allowed, f"{source} includes {include}")
         self.refuse("calib", '"hal/sim/effects/conditions.h"', "does not depend on 'hal/sim'")
-        self.refuse("hal/sim", '"calib/six_position.h"', "only the vocabulary of 'calib'")
+        self.refuse("hal/sim", '"calib/estimate/six_position.h"', "only the vocabulary of 'calib'")
 
     def test_private_part_of_another_room(self):
-        self.refuse("station", '"calib/fit/families.h"', "private part of 'calib'")
+        self.refuse("station", '"calib/curve/detail/families.h"', "private part of 'calib'")
 
     def test_file_or_clock_in_a_pure_room(self):
         self.refuse("calib", "<fstream>", "pure")
         self.refuse("anfis", "<chrono>", "pure")
 
     def test_allowed_includes_pass(self):
-        self.accept("db", '"calib/segment.h"')
-        self.accept("calib", '"anfis/least_squares.h"')
+        self.accept("db", '"calib/vocabulary/segment.h"')
+        self.accept("calib", '"anfis/linear/least_squares.h"')
 
     def test_table_names_every_room_of_the_tree(self):
         with open(os.path.join(ROOT, "cmake", "rooms.toml"), "rb") as f:

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/allan_fit/covariance.h"
+#include "calib/signal/allan/detail/covariance.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
-#include "calib/signal/allan.h"
-#include "calib/signal/noise.h"
+#include "calib/signal/allan/allan.h"
+#include "calib/signal/noise/noise.h"
 
 namespace soak::calib::signal::allan_fit {
 namespace {

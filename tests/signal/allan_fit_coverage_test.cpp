@@ -8,9 +8,9 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "calib/signal/allan.h"
-#include "calib/signal/allan_fit.h"
-#include "calib/signal/noise.h"
+#include "calib/signal/allan/allan.h"
+#include "calib/signal/allan/allan_fit.h"
+#include "calib/signal/noise/noise.h"
 #include "tests/signal/allan_fit_support.h"
 
 namespace soak::calib::signal {

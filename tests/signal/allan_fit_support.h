@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/signal/allan.h"
-#include "calib/signal/allan_fit.h"
-#include "calib/signal/noise.h"
+#include "calib/signal/allan/allan.h"
+#include "calib/signal/allan/allan_fit.h"
+#include "calib/signal/noise/noise.h"
 
 // Records of noise of known coefficients, their curves and fits.
 namespace soak::calib::signal::allan_fit_support {

@@ -10,9 +10,9 @@
 #include <numbers>
 #include <string>
 
-#include "calib/signal/allan.h"
-#include "calib/signal/allan_fit.h"
-#include "calib/signal/noise.h"
+#include "calib/signal/allan/allan.h"
+#include "calib/signal/allan/allan_fit.h"
+#include "calib/signal/noise/noise.h"
 #include "tests/signal/allan_fit_support.h"
 
 namespace soak::calib::signal {

@@ -7,13 +7,13 @@
 
 #include "allan_reference.h"
 #include "base/instruction_set.h"
-#include "calib/signal/allan/kernels.h"
+#include "calib/signal/allan/detail/kernels.h"
 
 // A second copy of the kernels under another name, without clones for newer processors and as the tests are compiled.
 #undef SOAK_CLONES
 #define SOAK_CLONES
 #define allan allan_baseline
-#include "calib/signal/allan/kernels.cpp"  // NOLINT(bugprone-suspicious-include): the point of this file
+#include "calib/signal/allan/detail/kernels.cpp"  // NOLINT(bugprone-suspicious-include): the point of this file
 #undef allan
 
 namespace soak::calib::signal {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/signal/allan.h"
+#include "calib/signal/allan/allan.h"
 
 namespace soak::calib::signal {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/signal/allan.h"
+#include "calib/signal/allan/allan.h"
 
 // The Allan family word for word from its definition in means of the rate [NIST SP 1065 §5.2], with loops inside loops
 // in extended precision, and gaps by their description in allan.h. Shares nothing with the product.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/allan_stream.h"
+#include "calib/signal/allan/allan_stream.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/allan.h"
+#include "calib/signal/allan/allan.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/autocorrelation.h"
+#include "calib/signal/spectrum/autocorrelation.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "calib/signal/noise.h"
+#include "calib/signal/noise/noise.h"
 
 namespace soak::calib::signal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/gauss_markov.h"
+#include "calib/signal/spectrum/gauss_markov.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/signal/noise.h"
+#include "calib/signal/noise/noise.h"
 
 namespace soak::calib::signal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/mean_error.h"
+#include "calib/signal/noise/mean_error.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/signal/noise.h"
+#include "calib/signal/noise/noise.h"
 
 namespace soak::calib::signal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/noise.h"
+#include "calib/signal/noise/noise.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/signal/spectrum.h"
+#include "calib/signal/spectrum/spectrum.h"
 
 namespace soak::calib::signal {
 namespace {

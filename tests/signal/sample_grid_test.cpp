@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/sample_grid.h"
+#include "calib/signal/samples/sample_grid.h"
 
 #include <gtest/gtest.h>
 

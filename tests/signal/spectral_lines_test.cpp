@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/spectral_lines.h"
+#include "calib/signal/spectrum/spectral_lines.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/signal/noise.h"
-#include "calib/signal/spectrum.h"
+#include "calib/signal/noise/noise.h"
+#include "calib/signal/spectrum/spectrum.h"
 
 namespace soak::calib::signal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/spectrum.h"
+#include "calib/signal/spectrum/spectrum.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include <numeric>
 #include <vector>
 
-#include "calib/signal/noise.h"
+#include "calib/signal/noise/noise.h"
 
 namespace soak::calib::signal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/streaming_denoiser.h"
+#include "calib/signal/wavelet/streaming_denoiser.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/signal/denoising.h"
+#include "calib/signal/wavelet/denoising.h"
 
 namespace soak::calib::signal {
 namespace {

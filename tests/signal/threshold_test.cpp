@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/threshold.h"
+#include "calib/signal/wavelet/threshold.h"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 #include <cstring>
 
 #include "base/instruction_set.h"
-#include "calib/signal/wavelet/kernels.h"
+#include "calib/signal/wavelet/detail/kernels.h"
 #undef SOAK_CLONES
 #define SOAK_CLONES
 #define wavelet wavelet::baseline
-#include "calib/signal/wavelet/kernels.cpp"  // NOLINT(bugprone-suspicious-include): the point of this file
+#include "calib/signal/wavelet/detail/kernels.cpp"  // NOLINT(bugprone-suspicious-include): the point of this file

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/wavelet/kernels.h"
+#include "calib/signal/wavelet/detail/kernels.h"
 
 #include <gtest/gtest.h>
 

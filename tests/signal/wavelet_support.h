@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/signal/wavelet.h"
-#include "calib/signal/wavelet_transform.h"
+#include "calib/signal/wavelet/wavelet.h"
+#include "calib/signal/wavelet/wavelet_transform.h"
 
 namespace soak::calib::signal::test {
 

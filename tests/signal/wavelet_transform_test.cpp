@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/wavelet_transform.h"
+#include "calib/signal/wavelet/wavelet_transform.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/signal/wavelet_transform.h"
+#include "calib/signal/wavelet/wavelet_transform.h"
 #include "wavelet_support.h"
 
 namespace soak::calib::signal {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/attitude.h"
+#include "hal/sim/unit/attitude.h"
 
 #include <gtest/gtest.h>
 

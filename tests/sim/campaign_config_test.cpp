@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/campaign_config.h"
+#include "hal/sim/config/campaign_config.h"
 
 #include <gtest/gtest.h>
 

@@ -8,10 +8,10 @@
 #include <memory>
 #include <string>
 
-#include "hal/sim/lab/chamber_wire.h"
 #include "hal/sim/lab/device_time.h"
-#include "hal/sim/lab/espec_text.h"
-#include "hal/sim/lab/eurotherm_registers.h"
+#include "hal/sim/wires/detail/chamber_wire.h"
+#include "hal/sim/wires/detail/espec_text.h"
+#include "hal/sim/wires/detail/eurotherm_registers.h"
 #include "tests/sim/registers.h"
 #include "tests/sim/support.h"
 

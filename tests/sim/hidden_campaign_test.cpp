@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "base/sha256.h"
+#include "base/hash.h"
 #include "hal/sim/effects/catalogue.h"
 #include "tests/sim/design_support.h"
 

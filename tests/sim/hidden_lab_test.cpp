@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 
-#include "base/sha256.h"
+#include "base/hash.h"
 #include "hal/sim/lab/inertial_unit.h"
 #include "hal/sim/lab/lab.h"
-#include "hal/sim/soaksim_program.h"
+#include "hal/sim/programs/soaksim_program.h"
 #include "tests/sim/design_support.h"
 
 namespace soak::hal::sim {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/lab/lab_clock.h"
+#include "hal/sim/wires/lab_clock.h"
 
 #include <gtest/gtest.h>
 

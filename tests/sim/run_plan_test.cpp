@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/run_plan.h"
+#include "hal/sim/campaign/run_plan.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <set>
 
-#include "hal/sim/run_temperature.h"
+#include "hal/sim/campaign/detail/run_temperature.h"
 #include "tests/sim/support.h"
 
 namespace soak::hal::sim {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/simulated_unit.h"
+#include "hal/sim/unit/simulated_unit.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/sim/campaign_config.h"
+#include "hal/sim/config/campaign_config.h"
 
 namespace soak::hal::sim::test {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Units of the other families, read by decoders that were written from the makers' manuals for these tests.
-#include "hal/sim/lab/unit_electronics.h"
+#include "hal/sim/electronics/unit_electronics.h"
 
 #include <gtest/gtest.h>
 

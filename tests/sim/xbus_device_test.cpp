@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/lab/xbus_device.h"
+#include "hal/sim/electronics/detail/xbus_device.h"
 
 #include <gtest/gtest.h>
 

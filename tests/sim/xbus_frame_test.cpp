@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/lab/xbus_frame.h"
+#include "hal/sim/electronics/detail/xbus_frame.h"
 
 #include <gtest/gtest.h>
 

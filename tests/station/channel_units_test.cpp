@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/channel_units.h"
+#include "station/import/channel_units.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "station/header_name.h"
-#include "station/recording_reader.h"
-#include "station/slow_channel.h"
+#include "station/import/header_name.h"
+#include "station/import/slow_channel.h"
+#include "station/runs/recording_reader.h"
 
 namespace soak::station {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/check_standard.h"
+#include "station/records/check_standard.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/columns_map.h"
+#include "station/import/columns_map.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/csv/csv_scanner.h"
+#include "station/io/csv_scanner.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 
 #include "base/random.h"
 #include "base/units.h"
-#include "calib/signal/allan.h"
+#include "calib/signal/allan/allan.h"
 
 namespace soak::station {
 namespace {

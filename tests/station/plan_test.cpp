@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/procedure/plan.h"
+#include "station/config/plan.h"
 
 #include <gtest/gtest.h>
 

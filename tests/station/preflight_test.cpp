@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "base/random.h"
-#include "calib/position.h"
+#include "calib/vocabulary/position.h"
 
 namespace soak::station {
 namespace {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "run_recorder_bench.h"
+#include "station/config/plan.h"
 #include "station/lab/start_check.h"
-#include "station/procedure/plan.h"
 
 namespace soak::station {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/procedure/procedure.h"
+#include "station/config/procedure.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "calib/stability.h"
+#include "calib/judge/stability.h"
 
 namespace soak::station {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/recording_reader.h"
+#include "station/runs/recording_reader.h"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "station/import.h"
+#include "station/import/import.h"
 
 namespace soak::station {
 namespace {

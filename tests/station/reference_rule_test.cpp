@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/reference_rule.h"
+#include "station/fit/reference_rule.h"
 
 #include <SQLiteCpp/Database.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 #include <memory>
 
 #include "station/commands/reference_text.h"
-#include "station/iso_date.h"
-#include "station/waiver.h"
+#include "station/io/iso_date.h"
+#include "station/records/waiver.h"
 
 namespace soak::station {
 namespace {

@@ -8,9 +8,9 @@
 #include <filesystem>
 
 #include "base/random.h"
-#include "station/identity.h"
+#include "station/io/identity.h"
 #include "station/lab/run_recorder.h"
-#include "station/recording_reader.h"
+#include "station/runs/recording_reader.h"
 
 // A data folder, a recorder and units that feed it.
 namespace soak::station::recorder_bench {

@@ -6,12 +6,12 @@
 #include <limits>
 #include <map>
 
-#include "db/orphans.h"
-#include "station/csv_export.h"
-#include "station/fit_unit.h"
-#include "station/identity.h"
+#include "db/catalog/orphans.h"
+#include "station/fit/fit_unit.h"
+#include "station/io/identity.h"
 #include "station/lab/run_recorder.h"
-#include "station/run_streams.h"
+#include "station/runs/csv_export.h"
+#include "station/runs/run_streams.h"
 #include "tests/station/run_recorder_bench.h"
 
 namespace soak::station {

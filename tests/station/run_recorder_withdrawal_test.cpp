@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "station/fit_unit.h"
+#include "station/fit/fit_unit.h"
 #include "station/lab/run_recorder.h"
 #include "tests/station/run_recorder_bench.h"
 

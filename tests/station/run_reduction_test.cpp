@@ -12,13 +12,13 @@
 #include <string>
 #include <vector>
 
-#include "calib/data_gate.h"
-#include "calib/segmentation.h"
-#include "calib/signal/mean_error.h"
-#include "calib/statistics.h"
-#include "station/channel_units.h"
-#include "station/recording_reader.h"
-#include "station/slow_channel.h"
+#include "calib/segments/data_gate.h"
+#include "calib/segments/segmentation.h"
+#include "calib/segments/statistics.h"
+#include "calib/signal/noise/mean_error.h"
+#include "station/import/channel_units.h"
+#include "station/import/slow_channel.h"
+#include "station/runs/recording_reader.h"
 #include "tests/station/tricky_run.h"
 
 namespace soak::station {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/signing.h"
+#include "station/records/signing.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <string_view>
 
 #include "base/crc32c.h"
-#include "base/sha256.h"
-#include "calib/calibration_file.h"
+#include "base/hash.h"
+#include "calib/deploy/calibration_file.h"
 
 namespace soak::station {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/station_config.h"
+#include "station/config/station_config.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

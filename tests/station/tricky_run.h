@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "db/run_file.h"
+#include "db/run/run_file.h"
 
 /// A run file with what makes reading and reducing a run hard.
 namespace soak::station::testing {

@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "base/units.h"
-#include "station/unit_type_file.h"
+#include "station/config/unit_type_file.h"
 
 namespace soak::station {
 namespace {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "hal/devices.h"
-#include "hal/imu/byte_source.h"
-#include "hal/usb_devices.h"
+#include "hal/devices/devices.h"
+#include "hal/links/detail/byte_source.h"
+#include "hal/usb/usb_devices.h"
 #include "tests/hal/xsens_peer.h"
 #include "tests/usb/fake_bus.h"
 

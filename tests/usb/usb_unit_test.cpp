@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/devices.h"
+#include "hal/devices/devices.h"
 #include "tests/usb/fake_bus.h"
 
 namespace soak::hal::usb::test {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/gap/effect.h"
+#include "calib/gap/effects/effect.h"
 
 namespace soak::calib::gap {
 

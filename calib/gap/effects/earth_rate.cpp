@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "base/units.h"
-#include "calib/body_frame.h"
+#include "calib/estimate/body_frame.h"
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/list.h"
+#include "calib/gap/effects/detail/list.h"
 
 namespace soak::calib::gap {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "calib/gap/effects/list.h"
+#include "calib/gap/effects/detail/list.h"
 
 namespace soak::calib::gap {
 

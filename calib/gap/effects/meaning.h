@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/gap/effect.h"
+#include "calib/gap/effects/effect.h"
 
 namespace soak::calib::gap {
 

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/list.h"
+#include "calib/gap/effects/detail/list.h"
 
 namespace soak::calib::gap {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/list.h"
+#include "calib/gap/effects/detail/list.h"
 #include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {

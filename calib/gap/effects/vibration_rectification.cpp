@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/list.h"
+#include "calib/gap/effects/detail/list.h"
 #include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {

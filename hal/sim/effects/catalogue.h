@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/sensor.h"
+#include "calib/vocabulary/sensor.h"
 #include "hal/sim/effects/effect.h"
 
 namespace soak::hal::sim {

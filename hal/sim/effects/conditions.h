@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "calib/position.h"
+#include "calib/vocabulary/position.h"
 
 namespace soak::hal::sim {
 

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "calib/sensor.h"
+#include "calib/vocabulary/sensor.h"
+#include "hal/sim/config/hidden_config.h"
 #include "hal/sim/effects/catalogue.h"
-#include "hal/sim/hidden_config.h"
 
 namespace soak::hal::sim {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "calib/sensor.h"
-#include "hal/sim/campaign_config.h"
+#include "calib/vocabulary/sensor.h"
+#include "hal/sim/config/campaign_config.h"
 #include "hal/sim/effects/conditions.h"
 #include "hal/sim/effects/shape_draws.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "hal/sim/draws.h"
+#include "hal/sim/unit/draws.h"
 
 namespace soak::hal::sim {
 

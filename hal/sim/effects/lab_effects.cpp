@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/sim/effects/lab_effects.h"
 
-#include "hal/sim/run_plan.h"
+#include "hal/sim/campaign/run_plan.h"
 
 namespace soak::hal::sim {
 

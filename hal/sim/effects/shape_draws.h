@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "hal/sim/range.h"
+#include "hal/sim/config/range.h"
 
 namespace soak::hal::sim {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "hal/sim/lab_magnitudes.h"
+#include "hal/sim/config/lab_magnitudes.h"
 
 namespace soak::hal::sim {
 

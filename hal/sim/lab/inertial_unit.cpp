@@ -8,8 +8,8 @@
 
 #include "base/random.h"
 #include "base/units.h"
-#include "hal/sim/draws.h"
 #include "hal/sim/effects/lab_effects.h"
+#include "hal/sim/unit/draws.h"
 
 namespace soak::hal::sim {
 namespace {

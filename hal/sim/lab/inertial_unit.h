@@ -4,14 +4,14 @@
 #include <array>
 #include <cstdint>
 
-#include "hal/sim/attitude.h"
-#include "hal/sim/campaign_config.h"
+#include "hal/sim/config/campaign_config.h"
 #include "hal/sim/effects/hidden_effects.h"
 #include "hal/sim/effects/supply_voltage.h"
 #include "hal/sim/lab/chamber_plant.h"
 #include "hal/sim/lab/device_time.h"
 #include "hal/sim/lab/unit_noise.h"
-#include "hal/sim/simulated_unit.h"
+#include "hal/sim/unit/attitude.h"
+#include "hal/sim/unit/simulated_unit.h"
 
 namespace soak::hal::sim {
 

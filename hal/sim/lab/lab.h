@@ -5,12 +5,12 @@
 #include <memory>
 #include <vector>
 
-#include "hal/sim/campaign_config.h"
+#include "hal/sim/config/campaign_config.h"
+#include "hal/sim/electronics/unit_electronics.h"
 #include "hal/sim/lab/device_time.h"
 #include "hal/sim/lab/lab_fixture.h"
 #include "hal/sim/lab/simulated_chamber.h"
 #include "hal/sim/lab/simulated_relay.h"
-#include "hal/sim/lab/unit_electronics.h"
 
 namespace soak::hal::sim {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/sim/lab/lab_fixture.h"
 
-#include "hal/sim/lab/simulated_fixture.h"
-#include "hal/sim/lab/two_axis_fixture.h"
+#include "hal/sim/lab/detail/simulated_fixture.h"
+#include "hal/sim/lab/detail/two_axis_fixture.h"
 
 namespace soak::hal::sim {
 

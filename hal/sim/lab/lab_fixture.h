@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <memory>
 
-#include "hal/sim/attitude.h"
-#include "hal/sim/campaign_config.h"
+#include "hal/sim/config/campaign_config.h"
 #include "hal/sim/lab/device_time.h"
 #include "hal/sim/lab/register_table.h"
+#include "hal/sim/unit/attitude.h"
 
 namespace soak::hal::sim {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "hal/sim/draws.h"
+#include "hal/sim/unit/draws.h"
 
 namespace soak::hal::sim {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "hal/sim/draws.h"
 #include "hal/sim/lab/device_time.h"
+#include "hal/sim/unit/draws.h"
 
 namespace soak::hal::sim {
 namespace {

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "calib/sensor.h"
-#include "hal/sim/lab_magnitudes.h"
+#include "calib/vocabulary/sensor.h"
+#include "hal/sim/config/lab_magnitudes.h"
 
 namespace soak::hal::sim {
 

@@ -14,8 +14,8 @@
 #include <thread>
 #include <vector>
 
-#include "hal/devices.h"
-#include "hal/usb_devices.h"
+#include "hal/devices/devices.h"
+#include "hal/usb/usb_devices.h"
 
 namespace soak::hal::usb {
 namespace {

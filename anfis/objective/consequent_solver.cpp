@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "anfis/objective/consequent_solver.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "anfis/linear/least_squares.h"
+#include "anfis/objective/kernels.h"
+
+namespace soak::anfis::training {
+namespace {
+
+// Memberships that overlap so far that a consequent moves the curve by 1e-10 of its size are one membership.
+constexpr double kConsequentTolerance = 1e-10;
+
+constexpr Eigen::Index kBlockRows = 512;
+
+Eigen::Index padded(Eigen::Index rows) {
+  constexpr auto lanes = static_cast<Eigen::Index>(kLanes);
+  return (rows + lanes - 1) / lanes * lanes;
+}
+
+}  // namespace
+
+ConsequentSolver::ConsequentSolver(Eigen::Index rows, Eigen::Index columns)
+    : block_(std::min(rows, std::max(kBlockRows, padded(4 * columns)))),
+      work_(block_ < rows ? block_ + padded(columns + 1) : rows, columns + 1),
+      factor_(columns + 1, columns + 1),
+      scale_(columns),
+      scaled_(columns, columns),
+      qr_(columns, columns),
+      right_(columns),
+      solution_(columns) {
+  qr_.setThreshold(kConsequentTolerance);
+}
+
+void ConsequentSolver::condense(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
+  Eigen::Index above = 0;  // rows of the factor so far
+  for (Eigen::Index first = 0; first < a.rows(); first += block_) {
+    const Eigen::Index rows = std::min(block_, a.rows() - first);
+    work_.topRows(above).setZero();
+    if (above > 0) work_.topRows(factor_.rows()) = factor_;
+    work_.middleRows(above, rows).leftCols(a.cols()) = a.middleRows(first, rows);
+    work_.middleRows(above, rows).rightCols<1>() = b.segment(first, rows);
+    work_.bottomRows(work_.rows() - above - rows).setZero();
+    triangular_factor(static_cast<std::size_t>(work_.rows()), static_cast<std::size_t>(work_.cols()), work_.data(),
+                      factor_.data());
+    above = padded(factor_.rows());
+  }
+}
+
+const Eigen::VectorXd& ConsequentSolver::solve(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
+  condense(a, b);
+  if (!factor_.allFinite()) {
+    solution_.setConstant(std::numeric_limits<double>::quiet_NaN());
+    return solution_;
+  }
+  pivot();
+  if (qr_.rank() == a.cols()) {
+    back_substitute();
+  } else {
+    solution_ = least_squares_coefficients(factor_.topLeftCorner(a.cols(), a.cols()),
+                                           factor_.col(a.cols()).head(a.cols()), kConsequentTolerance);
+  }
+  return solution_;
+}
+
+void ConsequentSolver::pivot() {
+  const Eigen::Index n = solution_.size();
+  // A column that free offsets of the groups have swept away is rounding error: unit norm would make it real.
+  const double least = kConsequentTolerance * factor_.leftCols(n).colwise().norm().maxCoeff();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    if (factor_.col(k).head(n).norm() < least) factor_.col(k).setZero();
+    const double norm = factor_.col(k).head(n).norm();
+    scale_(k) = norm > 0.0 ? 1.0 / norm : 1.0;
+    scaled_.col(k) = scale_(k) * factor_.col(k).head(n);
+  }
+  qr_.compute(scaled_);
+}
+
+void ConsequentSolver::back_substitute() {
+  const Eigen::Index n = solution_.size();
+  right_ = factor_.col(n).head(n);
+  double workspace = 0.0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    right_.tail(n - k).applyHouseholderOnTheLeft(qr_.matrixQR().col(k).tail(n - k - 1), qr_.hCoeffs()(k), &workspace);
+  }
+  qr_.matrixQR().triangularView<Eigen::Upper>().solveInPlace(right_);
+  // Columns were permuted, then scaled.
+  for (Eigen::Index k = 0; k < n; ++k) solution_(qr_.colsPermutation().indices()(k)) = right_(k);
+  solution_.array() *= scale_.array();
+}
+
+}  // namespace soak::anfis::training

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "anfis/objective/projected_problem.h"
+
+#include <cmath>
+#include <limits>
+
+#include "anfis/objective/consequent_vector.h"
+
+namespace soak::anfis::training {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// Weights and groups of the rows, filled up with rows that weigh nothing.
+GroupWhitening padded_whitening(const TrainingData& data, Index padded_rows, double group_variance) {
+  const auto rows = static_cast<std::size_t>(padded_rows);
+  std::vector<double> weight = data.weight.empty() ? std::vector<double>(data.rows(), 1.0) : data.weight;
+  weight.resize(rows, 0.0);
+  std::vector<int> group = data.group;
+  if (!group.empty()) group.resize(rows, group.back());
+  return {rows, weight, group, group_variance};
+}
+
+Eigen::VectorXd padded_outputs(const TrainingData& data, const Scale& scale, Index padded_rows) {
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(padded_rows);
+  for (std::size_t i = 0; i < data.rows(); ++i) y(static_cast<Index>(i)) = scale.scaled(data.y[i]);
+  return y;
+}
+
+}  // namespace
+
+ProjectedProblem::ProjectedProblem(const Model& model, const TrainingData& data, double smoothness,
+                                   double initial_covariance)
+    : model_(model),
+      layer_(model, data),
+      whitening_(padded_whitening(data, layer_.padded_rows(), data.group_variance)),
+      outputs_(padded_outputs(data, model.output, layer_.padded_rows())),
+      curvature_(smoothness > 0.0
+                     ? std::make_optional<CurvaturePenalty>(model, data, smoothness * whitening_.total_weight())
+                     : std::nullopt),
+      a_(layer_.padded_rows() + (curvature_ ? curvature_->rows() : 0), static_cast<Index>(consequent_count(model))),
+      right_(Eigen::VectorXd::Zero(a_.rows())),
+      solver_(a_.rows(), a_.cols()),
+      residuals_(outputs_),
+      pull_(outputs_.size()),
+      sequential_(a_.cols(), initial_covariance),
+      sequential_row_(a_.cols()) {
+  whitening_.apply(residuals_);
+  right_.head(outputs_.size()) = residuals_;
+}
+
+void ProjectedProblem::compute_rows() {
+  layer_.compute(model_);
+  const Index rows = layer_.padded_rows();
+  layer_.consequent_matrix(model_, a_.topRows(rows));
+  whitening_.apply(a_.topRows(rows));
+  if (curvature_) curvature_->consequent_rows(model_, a_.bottomRows(curvature_->rows()));
+}
+
+double ProjectedProblem::solve() {
+  compute_rows();
+  // [AH05 eq. 5.12-5.13] min || L (A X - B) ||, A: rows x consequents
+  set_consequents(solver_.solve(a_, right_), model_);
+  return measure();
+}
+
+double ProjectedProblem::solve_sequentially() {
+  compute_rows();
+  sequential_.restart();
+  for (Index row = 0; row < static_cast<Index>(layer_.rows()); ++row) {
+    sequential_row_ = a_.row(row);
+    if (!sequential_.update(sequential_row_, right_(row))) return kNaN;
+  }
+  set_consequents(sequential_.coefficients(), model_);
+  return measure();
+}
+
+double ProjectedProblem::measure() {
+  layer_.compute_output(model_);
+  residuals_ = outputs_ - layer_.output();
+  whitening_.apply(residuals_);
+  const double squares = residuals_.squaredNorm();
+  error_ = squares + (curvature_ ? curvature_->price(model_) : 0.0);
+  return std::sqrt(squares / error_per_square_rmse());
+}
+
+double ProjectedProblem::error_per_square_rmse() const {
+  return whitening_.total_weight() / (model_.output.half_range * model_.output.half_range);
+}
+
+void ProjectedProblem::gradient(std::span<double> gradient) {
+  // [AH05 eq. 5.17] dE/df = -2 V^-1 r
+  pull_ = residuals_;
+  whitening_.apply_transposed(pull_);
+  pull_ *= -2.0;
+  layer_.gradient(model_, pull_, gradient);
+  if (curvature_) curvature_->add_gradient(model_, gradient);
+}
+
+CheckingError::CheckingError(const Model& model, const TrainingData& data)
+    : layer_(model, data),
+      whitening_(padded_whitening(data, layer_.padded_rows(),
+                                  data.group_variance > 0.0 ? std::numeric_limits<double>::infinity() : 0.0)),
+      outputs_(padded_outputs(data, Scale{}, layer_.padded_rows())),
+      residuals_(outputs_.size()) {}
+
+double CheckingError::operator()(const Model& model) {
+  layer_.compute(model);
+  layer_.compute_output(model);
+  residuals_.array() = outputs_.array() - model.output.centre - model.output.half_range * layer_.output().array();
+  whitening_.apply(residuals_);
+  return std::sqrt(residuals_.squaredNorm() / whitening_.total_weight());
+}
+
+}  // namespace soak::anfis::training

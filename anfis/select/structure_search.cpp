@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "anfis/select/structure_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <set>
+#include <string>
+
+namespace soak::anfis {
+namespace {
+
+struct Mean {
+  double value;
+  double standard_error;
+};
+
+Mean mean_of(const std::vector<double>& values) {
+  const auto count = static_cast<double>(values.size());
+  double sum = 0.0;
+  for (const double v : values) {
+    sum += v;
+  }
+  const double mean = sum / count;
+  double squares = 0.0;
+  for (const double v : values) {
+    squares += (v - mean) * (v - mean);
+  }
+  return {mean, std::sqrt(squares / (count - 1.0) / count)};
+}
+
+base::Status validate_folds(const TrainingData& data, std::span<const int> fold) {
+  if (fold.size() != data.rows()) {
+    return base::bad_input("fold has " + std::to_string(fold.size()) + " values for " + std::to_string(data.rows()) +
+                               " rows: give one per row",
+                           "fold");
+  }
+  if (std::set<int>(fold.begin(), fold.end()).size() < 2) {
+    return base::bad_input("a search needs at least two folds", "fold");
+  }
+  std::map<int, int> fold_of_group;
+  for (std::size_t i = 0; i < data.group.size(); ++i) {
+    if (fold_of_group.try_emplace(data.group[i], fold[i]).first->second != fold[i]) {
+      return base::bad_input(
+          "group " + std::to_string(data.group[i]) + " is split over folds: keep a group in one fold", "fold");
+    }
+  }
+  return {};
+}
+
+struct Fold {
+  TrainingData train;
+  TrainingData held_out;
+};
+
+std::vector<Fold> split(const TrainingData& data, std::span<const int> fold) {
+  std::vector<Fold> folds;
+  for (const int id : std::set<int>(fold.begin(), fold.end())) {
+    std::vector<bool> outside(data.rows());
+    std::transform(fold.begin(), fold.end(), outside.begin(), [id](int f) { return f != id; });
+    std::vector<bool> inside = outside;
+    inside.flip();
+    folds.push_back({select_rows(data, outside), select_rows(data, inside)});
+  }
+  return folds;
+}
+
+/// Held-out error of each fold for one number of memberships.
+base::Result<std::vector<double>> fold_errors(const std::vector<Fold>& folds, const StructureSearchOptions& options,
+                                              int memberships) {
+  RuleBaseOptions rule_base = options.rule_base;
+  rule_base.memberships = {memberships};
+  std::vector<double> errors;
+  for (const Fold& fold : folds) {
+    const auto initial = grid_rules(fold.train, rule_base);
+    if (!initial) return base::forward_error(initial);
+    const auto training = train(*initial, fold.train, options.learner);
+    if (!training) return base::forward_error(training);
+    errors.push_back(shape_rmse(fold.held_out, training->model));
+  }
+  return errors;
+}
+
+int power(int base, std::size_t exponent) {
+  double value = 1.0;
+  for (std::size_t i = 0; i < exponent; ++i) value *= base;
+  return static_cast<int>(std::min(value, 1e9));
+}
+
+bool prices_curvature(const Learner& learner) {
+  return std::visit([](const auto& options) { return options.smoothness > 0.0; }, learner);
+}
+
+/// Most memberships per input. A quarter of what the inputs resolve stays over to judge the consequents by, unless a
+/// price of curvature holds them; two memberships need only not interpolate.
+int most_memberships(const TrainingData& data, const StructureSearchOptions& options) {
+  const std::size_t inputs = data.inputs;
+  const int consequents = options.rule_base.order == 0 ? 1 : static_cast<int>(inputs) + 1;
+  const int resolved = inputs == 1 ? resolved_values(data) : static_cast<int>(distinct_inputs(data));
+  const bool priced = prices_curvature(options.learner);
+  int most = 1;
+  for (int n = 2; power(n, inputs) <= static_cast<int>(kMostRules); ++n) {
+    const int parameters = consequents * power(n, inputs);
+    if (n == 2 || priced ? parameters >= resolved : 4 * parameters > 3 * resolved) break;
+    most = n;
+  }
+  return most;
+}
+
+StructureSearch choose(int min_memberships, std::size_t inputs, const std::vector<std::vector<double>>& errors) {
+  const auto less_mean = [](const auto& a, const auto& b) { return mean_of(a).value < mean_of(b).value; };
+  const auto best = std::min_element(errors.begin(), errors.end(), less_mean);
+  StructureSearch search;
+  search.best = min_memberships + static_cast<int>(best - errors.begin());
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    std::vector<double> difference(best->size());
+    std::transform(errors[i].begin(), errors[i].end(), best->begin(), difference.begin(), std::minus<>());
+    const Mean mean = mean_of(errors[i]);
+    const Mean excess = mean_of(difference);
+    const int memberships = min_memberships + static_cast<int>(i);
+    search.curve.push_back({memberships, power(memberships, inputs), mean.value, mean.standard_error, excess.value,
+                            excess.standard_error});
+    if (search.chosen == 0 && excess.value <= excess.standard_error) {
+      search.chosen = memberships;
+    }
+  }
+  return search;
+}
+
+}  // namespace
+
+int resolved_values(const TrainingData& data, std::size_t input) {
+  std::vector<double> sorted;
+  for (std::size_t i = 0; i < data.rows(); ++i) sorted.push_back(data.row(i)[input]);
+  std::sort(sorted.begin(), sorted.end());
+  double widest = 0.0;
+  for (std::size_t i = 1; i < sorted.size(); ++i) widest = std::max(widest, sorted[i] - sorted[i - 1]);
+  int count = sorted.empty() ? 0 : 1;
+  double last = sorted.empty() ? 0.0 : sorted.front();
+  for (const double x : sorted) {
+    if (x > last && x - last >= 0.5 * widest) {
+      ++count;
+      last = x;
+    }
+  }
+  return count;
+}
+
+base::Result<StructureSearch> search_structure(const TrainingData& data, std::span<const int> fold,
+                                               const StructureSearchOptions& options) {
+  if (auto status = validate(data, 0); !status) return base::forward_error(status);
+  if (auto status = validate_folds(data, fold); !status) return base::forward_error(status);
+  const std::vector<Fold> folds = split(data, fold);
+  int most = options.max_memberships;
+  for (const Fold& f : folds) most = std::min(most, most_memberships(f.train, options));
+  if (options.min_memberships < 2 || most < options.min_memberships) {
+    return base::bad_input("no number of memberships is left to try between " +
+                               std::to_string(options.min_memberships) + " and " + std::to_string(most) +
+                               ": the least is 2, and the most follows from the resolved inputs of the smallest fold",
+                           "min_memberships, max_memberships");
+  }
+  std::vector<std::vector<double>> errors;
+  for (int memberships = options.min_memberships; memberships <= most; ++memberships) {
+    auto of_candidate = fold_errors(folds, options, memberships);
+    if (!of_candidate) return base::forward_error(of_candidate);
+    errors.push_back(std::move(*of_candidate));
+  }
+  return choose(options.min_memberships, data.inputs, errors);
+}
+
+}  // namespace soak::anfis

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "anfis/data/training_data.h"
+#include "anfis/model/rule_base.h"
+#include "anfis/train/learner.h"
+#include "base/result.h"
+
+namespace soak::anfis {
+
+/// Which structures to try: grids of the same number of memberships on each input.
+struct StructureSearchOptions {
+  int min_memberships = 2;
+  /// Lowered so that consequents are at most 3/4 of the resolved inputs; with 2 memberships or a learner that prices
+  /// curvature: fewer than those.
+  int max_memberships = 10;
+  RuleBaseOptions rule_base;  ///< of every candidate; its `memberships` is ignored
+  Learner learner;            ///< of every candidate
+};
+
+/// One candidate of a structure search.
+struct StructureSearchPoint {
+  int memberships;  ///< of each input
+  int rules;
+  double mean_error;      ///< mean over folds of the held-out shape RMSE, units of y
+  double standard_error;  ///< of that mean
+  double excess;          ///< mean over folds of (error - error of the best candidate in the same fold)
+  double excess_error;    ///< standard error of the excess
+};
+
+struct StructureSearch {
+  std::vector<StructureSearchPoint> curve;  ///< in rising order of memberships
+  int best = 0;                             ///< memberships with the least mean error
+  int chosen = 0;                           ///< the fewest memberships whose excess is at most one excess_error
+};
+
+/// Chooses the number of rules by cross-validation. fold: id of the fold of each row; groups (runs) must not be split
+/// over folds, as a run's own offset would leak otherwise. Each candidate is trained on all folds but one and judged on
+/// that one by shape_rmse: the held-out groups' own offsets are removed, weights count. The choice is the fewest rules
+/// whose mean error exceeds the least one by no more than one standard error of the paired difference.
+///
+/// What it cannot see: folds over runs share their temperatures, so that an error between temperatures that no run
+/// visits costs nothing here. The bounds of the premises stand against that (training/premise_bounds.h).
+///
+/// Refuses (bad_input) fewer than two folds, groups split over folds, options out of range, and data that leave no
+/// candidate. Cost: candidates x folds trainings.
+[[nodiscard]] base::Result<StructureSearch> search_structure(const TrainingData& data, std::span<const int> fold,
+                                                             const StructureSearchOptions& options);
+
+/// Number of values of one input that count as different ones: walking up the sorted values, the next one at least half
+/// the widest gap above the last counted. The scatter of a plateau over runs counts once.
+[[nodiscard]] int resolved_values(const TrainingData& data, std::size_t input = 0);
+
+}  // namespace soak::anfis

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "anfis/select/uncertainty.h"
+
+#include <Eigen/Dense>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "anfis/linear/group_whitening.h"
+#include "anfis/objective/curvature_penalty.h"
+#include "anfis/objective/layer.h"
+#include "anfis/train/detail/training_arguments.h"
+
+namespace soak::anfis {
+namespace {
+
+constexpr double kSingularTolerance = 1e-6;
+// Columns below this share of the largest are rounding error of a derivative that is zero: unit norm would make them
+// real.
+constexpr double kZeroColumn = 1e-10;
+
+/// df/d(consequents, premises) of the scaled output at the rows of data.
+Eigen::MatrixXd jacobian(const Model& model, const TrainingData& points) {
+  training::Layer layer(model, points);
+  layer.compute(model);
+  layer.compute_output(model);
+  Eigen::MatrixXd consequents(layer.padded_rows(), static_cast<Eigen::Index>(consequent_count(model)));
+  layer.consequent_matrix(model, consequents);
+  const Eigen::MatrixXd premises = layer.jacobian(model);
+  Eigen::MatrixXd all(premises.rows(), consequents.cols() + premises.cols());
+  all << consequents.topRows(premises.rows()), premises;
+  return all;
+}
+
+// F with F F^T = (J^T J)^+, for a whitened J.
+Eigen::MatrixXd covariance_factor(const Eigen::MatrixXd& j) {
+  Eigen::VectorXd scale = j.colwise().norm().transpose();
+  scale = (scale.array() > kZeroColumn * scale.maxCoeff()).select(scale.cwiseInverse(), 0.0);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(j * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::VectorXd& s = svd.singularValues();
+  const Eigen::Index kept = (s.array() > kSingularTolerance * s(0)).count();
+  return scale.asDiagonal() * svd.matrixV().leftCols(kept) * s.head(kept).cwiseInverse().asDiagonal();
+}
+
+double whitened_residual_squares(const Model& model, const TrainingData& data, const GroupWhitening& whitening) {
+  std::vector<double> r = residuals(data, model);
+  Eigen::Map<Eigen::VectorXd> whitened(r.data(), static_cast<Eigen::Index>(r.size()));
+  whitening.apply(whitened);
+  return whitened.squaredNorm();
+}
+
+base::Status validate_arguments(const Model& model, const TrainingData& data, double smoothness) {
+  if (auto status = validate(model); !status) return status;
+  if (auto status = validate(data, 0); !status) return status;
+  if (data.inputs != model.inputs.size()) {
+    return base::bad_input("the data have " + std::to_string(data.inputs) + " inputs, the model has " +
+                               std::to_string(model.inputs.size()),
+                           "x");
+  }
+  if (std::isinf(data.group_variance)) {
+    return base::bad_input("free group offsets leave the level of the curve no finite variance: give an estimate of it",
+                           "group_variance");
+  }
+  return training::validate_smoothness(smoothness, data.inputs);
+}
+
+}  // namespace
+
+base::Result<PredictionVariance> PredictionVariance::of(const Model& model, const TrainingData& data,
+                                                        double smoothness) {
+  if (auto status = validate_arguments(model, data, smoothness); !status) return base::forward_error(status);
+  const GroupWhitening whitening(data.rows(), data.weight, data.group, data.group_variance);
+  Eigen::MatrixXd j = jacobian(model, data);
+  whitening.apply(j);
+  PredictionVariance variance;
+  variance.model_ = model;
+  if (smoothness > 0.0) {
+    training::CurvaturePenalty penalty(model, data, smoothness * whitening.total_weight());
+    const Eigen::MatrixXd p = penalty.jacobian(model);
+    Eigen::MatrixXd all(j.rows() + p.rows(), j.cols());
+    all << j, p;
+    variance.factor_ = covariance_factor(all);
+    // trace of the matrix that makes fitted values of the rows
+    variance.effective_parameters_ = (j * variance.factor_).squaredNorm();
+  } else {
+    variance.factor_ = covariance_factor(j);
+    variance.effective_parameters_ = static_cast<double>(variance.factor_.cols());
+  }
+  variance.degrees_of_freedom_ = static_cast<double>(data.rows()) - variance.effective_parameters_;
+  if (variance.degrees_of_freedom_ < 1.0) {
+    return base::bad_input(std::to_string(data.rows()) + " rows for " +
+                               std::to_string(std::lround(variance.effective_parameters_)) +
+                               " parameters leave nothing to judge the noise by: use fewer rules or more data",
+                           "x");
+  }
+  variance.residual_variance_ = whitened_residual_squares(model, data, whitening) / variance.degrees_of_freedom_;
+  return variance;
+}
+
+double PredictionVariance::at(std::span<const double> x, double sigma_squared) const {
+  assert(x.size() == model_.inputs.size());
+  TrainingData point;
+  point.x.assign(x.begin(), x.end());
+  point.y = {0.0};
+  point.inputs = x.size();
+  return sigma_squared * (jacobian(model_, point) * factor_).squaredNorm();
+}
+
+double PredictionVariance::at(double x, double sigma_squared) const { return at(std::span(&x, 1), sigma_squared); }
+
+}  // namespace soak::anfis

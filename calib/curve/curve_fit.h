@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/curve/calibration.h"
+#include "calib/curve/sweep_gap.h"
+#include "calib/estimate/curve_data.h"
+#include "calib/estimate/type_b_input.h"
+#include "calib/estimate/uncertainty_budget.h"
+#include "calib/vocabulary/warning.h"
+
+namespace soak::calib {
+
+/// Model families that compete for a curve; the value is its index wherever four things are listed.
+enum class Family : std::uint8_t { anfis, poly3, poly5, spline };
+inline constexpr std::size_t kFamilyCount = 4;
+inline constexpr std::array<std::string_view, kFamilyCount> kFamilyNames = {"anfis", "poly3", "poly5", "spline"};
+constexpr std::string_view name_of(Family family) { return kFamilyNames[static_cast<std::size_t>(family)]; }
+
+struct CurveFitOptions {
+  std::optional<int> rules;  ///< number of ANFIS rules; absent = chosen by inner folds
+};
+
+/// What a curve is of: for messages.
+struct CurveSubject {
+  std::string name;               ///< "gyro_x", "accel_z scale"
+  std::string printed_unit;       ///< unit that messages use
+  double printed_per_unit = 1.0;  ///< from the rows' unit to the printed one
+};
+
+/// Root mean square error of each family on rows that it did not see; absent where it could not be fitted.
+struct FoldErrors {
+  std::string held_out;  ///< run label, branch name or block
+  std::array<std::optional<double>, kFamilyCount> rmse;
+};
+
+/// Held-out error of one family: absolute, and with each held-out run's own mean error removed.
+struct HeldOutError {
+  double rmse_abs = 0.0;
+  double rmse_shape = 0.0;
+};
+
+/// Point of the deployed curve.
+struct CurvePoint {
+  double temp_c = 0.0;
+  double value = 0.0;
+  double ci95 = 0.0;           ///< half-width (two-sided t) for the mean curve over runs
+  std::optional<double> pi95;  ///< half-width for one fresh power-on; absent with fewer than two runs
+};
+
+/// Thermal model of one quantity of one sensor, and how far it can be trusted. Units: those of the rows.
+struct CurveFit {
+  int rules = 0;  ///< of the ANFIS, deployed or not
+  int order = 1;
+  std::string membership;
+  std::string training;  ///< one line: epochs, errors, why training stopped
+  std::vector<std::string> runs;
+  std::string holdout;             ///< "run", "branch", "block" or "none": what the outer folds leave out
+  std::vector<FoldErrors> checks;  ///< one per outer fold, absolute
+  double train_rmse = 0.0;         ///< of the ANFIS on all rows, absolute
+  /// Outer-fold errors over held-out runs; absent under three runs.
+  std::array<std::optional<HeldOutError>, kFamilyCount> held_out;
+  std::optional<double> run_to_run_sigma;
+  double lack_of_fit_sigma = 0.0;
+  std::optional<SweepGap> sweeps;  ///< absent: no temperature was visited both ways in one run
+  double temp_min_c = 0.0;
+  double temp_max_c = 0.0;
+  Family deployed = Family::anfis;
+  Curve curve;                       ///< the deployed one
+  std::vector<CurvePoint> points;    ///< every 1 °C from temp_min_c, and temp_max_c
+  std::vector<Contribution> budget;  ///< what the bands of the points are made of
+  std::vector<Warning> warnings;
+};
+
+/// Fits ANFIS and its baselines to the rows under random run offsets, judges them by outer folds (leave one run out),
+/// and deploys the ANFIS unless a baseline beats it by more than one standard error on held-out runs, or the ANFIS of
+/// all rows fits them worse, by a quarter, than those of the folds fitted the runs they had not seen: then it is
+/// another one, and the baseline with the least held-out error is deployed.
+///
+/// The number of rules is chosen by inner folds over the training rows of each outer fold, so no reported error has
+/// seen the rows it is computed from. With fewer than three runs the outer folds are branches of the temperature
+/// history, or blocks of time; they are reported as checks only, and the ANFIS is deployed. With too few temperatures
+/// for an ANFIS of two rules the spline is deployed, with a warning. Refuses rows that do not vary, non-finite values
+/// and fewer than three distinct temperatures. `type_b`: contributions to the uncertainty that the rows do not show.
+[[nodiscard]] base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options,
+                                               const CurveSubject& subject, std::span<const TypeBInput> type_b = {});
+
+}  // namespace soak::calib

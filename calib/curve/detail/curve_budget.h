@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "calib/curve/calibration.h"
+#include "calib/curve/detail/hysteresis.h"
+#include "calib/curve/variance_components.h"
+#include "calib/estimate/curve_data.h"
+#include "calib/estimate/type_b_input.h"
+#include "calib/estimate/uncertainty_budget.h"
+
+namespace soak::calib {
+
+/// What the budget of a fitted curve is made from.
+struct CurveEvidence {
+  const CurveData& data;
+  const Curve& curve;
+  const std::function<double(double)>& variance;  ///< of the mean curve at a temperature (FittedCurve)
+  const VarianceComponents& components;
+  double runs = 0.0;
+  const std::optional<SweepGap>& gap;
+  std::span<const TypeBInput> type_b;
+};
+
+/// The contributions at the temperatures of the curve's points, always all seven (docs/fit.md):
+///
+///   noise       the rows' own standard errors, carried through the fit
+///   run_to_run  σ_run/√R of the mean curve, σ_run√(1 + 1/R) of a fresh power-on, R − 1 degrees of freedom
+///   hysteresis  half the gap between heating and cooling, root mean square, of a fresh power-on: the curve is the mean
+///   thermometer, gravity, fixture    as given, the same in every run
+///   model       scatter within runs that neither noise nor hysteresis explains: carried through the fit, and as such
+///               for a fresh power-on
+///
+/// The parts of a fresh power-on are absent with one run, whose scatter nobody knows.
+[[nodiscard]] std::vector<Contribution> curve_budget(const CurveEvidence& evidence, std::span<const double> temps_c);
+
+}  // namespace soak::calib

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "anfis/data/training_data.h"
+#include "base/result.h"
+#include "calib/estimate/curve_data.h"
+
+namespace soak::calib {
+
+/// How the rows of a thermal fit scatter about a smooth curve.
+struct VarianceComponents {
+  /// Standard deviation of the rows within a run beyond their own standard errors: what no function of the thermometer
+  /// follows (hysteresis, drift).
+  double lack_of_fit_sigma = 0.0;
+  /// Standard deviation of the runs' offsets; absent with fewer than two runs.
+  std::optional<double> run_to_run_sigma;
+  double degrees_of_freedom = 0.0;  ///< of the scatter within runs
+};
+
+/// Method of moments about a smoothing spline with free run offsets: the variance added to each row's own is the one
+/// that makes the weighted residuals as large as they should be; the offsets' variance is that of the estimated offsets
+/// less what noise contributes.
+[[nodiscard]] base::Result<VarianceComponents> estimate_variance_components(const CurveData& data);
+
+/// The rows of `data` whose flag is set (all, where `keep` is empty) as training data under the given components.
+[[nodiscard]] anfis::TrainingData training_data(const CurveData& data, const VarianceComponents& components,
+                                                const std::vector<bool>& keep = {});
+
+}  // namespace soak::calib

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/deploy/detail/comment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include "base/text.h"
+#include "base/utc_text.h"
+#include "calib/deploy/detail/reference_lines.h"
+
+namespace soak::calib::exporting {
+namespace {
+
+/// "gyro_x: rms 0.0012, worst 0.003 deg/s at -30 degC, where ...".
+std::string loss_text(const CubicLoss& loss) {
+  const double factor = printed_per_si(loss.sensor);
+  return fmt::format(
+      "{}: rms {:.3g}, worst {:.3g} {} at {:.1f} degC, where the model's own 95 % band is +-{:.3g}; beyond that band "
+      "in "
+      "{:.0f} % of the range",
+      name_of(loss.sensor), loss.rms * factor, loss.worst * factor, printed_unit(loss.sensor), loss.worst_temp_c,
+      loss.ci95_at_worst * factor, 100.0 * loss.beyond_ci95);
+}
+
+std::string scale_text(const CubicLoss& loss) {
+  if (!loss.scale_ppm) return fmt::format("{}: scale factor error not known", name_of(loss.sensor));
+  return fmt::format("{}: scale factor error from {:.0f} to {:.0f} ppm where it was measured", name_of(loss.sensor),
+                     (*loss.scale_ppm)[0], (*loss.scale_ppm)[1]);
+}
+
+}  // namespace
+
+std::string comment(std::string_view text) {
+  std::string line = "# ";
+  for (const char c : text) line += c < ' ' || c > '~' ? '_' : c;
+  return line + '\n';
+}
+
+std::string fixed_text(float value) {
+  std::array<char, 64> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed).ptr;
+  return {buffer.data(), end};
+}
+
+std::string provenance_comment(const Calibration& calibration) {
+  std::string text;
+  if (calibration.simulated) text += comment("SIMULATED SIMULATED SIMULATED: made from simulated data. Do not fly it.");
+  text += comment("Thermal calibration by Soak (docs/deployment.md).");
+  text += comment("unit: " + calibration.unit);
+  text += comment("unit type: " + calibration.unit_type);
+  text += comment("epoch: " + std::to_string(calibration.epoch));
+  text += comment("model version: " + std::to_string(calibration.model_version));
+  text += comment("created: " + file::utc_text(calibration.created_utc_s));
+  text += comment("gravity: " + base::shortest(calibration.gravity_mps2) + " m/s2" +
+                  (calibration.gravity_assumed ? " (assumed)" : ""));
+  for (const std::string& hash : calibration.run_hashes) text += comment("run: " + hash);
+  const auto as_it_is = [](std::string words) { return words; };  // comment() leaves no line break in them
+  for (const std::string& line : reference_lines(calibration.references, as_it_is)) text += comment(line);
+  return text;
+}
+
+std::string loss_comment(const AutopilotFile& file) {
+  std::string text = comment("Loss of these cubics against the model, over the valid range:");
+  for (const CubicLoss& loss : file.losses) text += comment("  " + loss_text(loss));
+  text += comment("Not carried (the format knows no scale factor over temperature, and no misalignment):");
+  for (const CubicLoss& loss : file.losses) text += comment("  " + scale_text(loss));
+  text += comment("Left to you:");
+  for (const std::string& note : file.notes) text += comment("  - " + note);
+  return text;
+}
+
+}  // namespace soak::calib::exporting

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/deploy/export_c.h"
+
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
+#include "base/hash.h"
+#include "base/text.h"
+#include "base/utc_text.h"
+#include "calib/deploy/calibration_file.h"
+#include "calib/deploy/detail/reference_lines.h"
+
+namespace soak::calib {
+namespace {
+
+constexpr std::size_t kBytesPerLine = 16;
+
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// `text` as the tail of a C identifier.
+std::string identifier(std::string text) {
+  std::replace_if(text.begin(), text.end(), [](char c) { return !is_letter(c) && !is_digit(c); }, '_');
+  return text;
+}
+
+/// `text` as it may stand in a comment: printable ASCII that can neither end the comment nor splice lines.
+std::string comment_text(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(),
+      [](char c) { return c < ' ' || c > '~' || c == '*' || c == '/' || c == '\\' || c == '?'; }, '_');
+  return text;
+}
+
+/// What the file knows of a sensor's scale factor, and where.
+std::string scale_text(const SensorCalibration& sensor) {
+  if (!sensor.scale_ppm) return ", scale unknown";
+  const auto [low_c, high_c] = domain_of(*sensor.scale_ppm);
+  if (low_c <= sensor.temp_min_c && high_c >= sensor.temp_max_c) return ", with scale";
+  return ", scale measured from " + base::shortest(low_c) + " to " + base::shortest(high_c) + " degC only";
+}
+
+std::string provenance_comment(const Calibration& calibration) {
+  std::string text = "/*\n";
+  const auto line = [&](std::string_view name, const std::string& value) {
+    text.append(" * ").append(name).append(": ").append(value).append("\n");
+  };
+  if (calibration.simulated) text += " * SIMULATED SIMULATED SIMULATED: made from simulated data. Do not deploy.\n *\n";
+  text += " * Thermal calibration by Soak (format: docs/blob-format.md).\n";
+  line("unit", comment_text(calibration.unit));
+  line("unit type", comment_text(calibration.unit_type));
+  line("epoch", std::to_string(calibration.epoch));
+  line("model version", std::to_string(calibration.model_version));
+  line("created", file::utc_text(calibration.created_utc_s));
+  line("gravity",
+       base::shortest(calibration.gravity_mps2) + " m/s2" + (calibration.gravity_assumed ? " (assumed)" : ""));
+  for (const SensorCalibration& sensor : calibration.sensors) {
+    line(name_of(sensor.sensor), comment_text(sensor.model) + ", valid from " + base::shortest(sensor.temp_min_c) +
+                                     " to " + base::shortest(sensor.temp_max_c) + " degC" + scale_text(sensor) +
+                                     (sensor.own_thermometer ? ", over a thermometer of its own" : ""));
+  }
+  for (const std::string& hash : calibration.run_hashes) line("run", hash);
+  for (const std::string& reference : exporting::reference_lines(calibration.references, comment_text)) {
+    text += " * " + reference + "\n";
+  }
+  return text;
+}
+
+std::string usage_comment(const std::string& symbol, bool own_thermometers) {
+  std::string text =
+      " *\n * Use:\n"
+      " *   static soak_cal cal;\n"
+      " *   float out[6];\n"
+      " *   uint32_t flags;\n";
+  text.append(" *   if (soak_load(&cal, ").append(symbol).append(", sizeof ").append(symbol);
+  text += ") != SOAK_OK) { no calibration }\n";
+  // Of one temperature soak_apply could make nothing for the sensors with thermometers of their own.
+  if (own_thermometers)
+    text += " *   const float temps_c[6] = {each sensor's thermometer, its own where it has one};\n";
+  text.append(" *   if (").append(own_thermometers ? "soak_apply_temps(&cal, temps_c" : "soak_apply(&cal, temp_c");
+  return text + ", raw, out, &flags) != SOAK_OK) { flags: which sensor, and why }\n */\n";
+}
+
+std::string array_text(const base::Bytes& bytes, const std::string& symbol) {
+  std::string text =
+      "static const uint8_t " + symbol + "[" + std::to_string(bytes.size()) + "] SOAK_CALIBRATION_ALIGNED = {";
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    text += i % kBytesPerLine == 0 ? "\n    0x" : " 0x";
+    text += base::to_hex({bytes.data() + i, 1});
+    if (i + 1 < bytes.size()) text += ',';
+  }
+  return text + "};\n";
+}
+
+}  // namespace
+
+base::Result<std::string> export_c(const Calibration& calibration) {
+  const auto bytes = encode(calibration);
+  if (!bytes) return base::forward_error(bytes);
+  const std::string symbol = "soak_calibration_" + identifier(calibration.unit);
+  const std::string guard = "SOAK_CALIBRATION_" + identifier(calibration.unit) + "_H_";
+  std::string text =
+      provenance_comment(calibration) +
+      usage_comment(symbol, std::ranges::any_of(calibration.sensors, &SensorCalibration::own_thermometer));
+  text += "#ifndef " + guard + "\n#define " + guard + "\n\n#include \"soak_runtime.h\"\n\n";
+  if (calibration.simulated) {
+    text +=
+        "#ifndef SOAK_ACCEPT_SIMULATED\n"
+        "#error \"SIMULATED calibration: define SOAK_ACCEPT_SIMULATED to build it all the same\"\n"
+        "#endif\n\n";
+  }
+  text +=
+      "#if defined(__GNUC__) || defined(__clang__)\n"
+      "#define SOAK_CALIBRATION_ALIGNED __attribute__((aligned(4)))\n"
+      "#else\n"
+      "#define SOAK_CALIBRATION_ALIGNED\n"
+      "#endif\n\n";
+  text += array_text(*bytes, symbol);
+  return text + "\n#undef SOAK_CALIBRATION_ALIGNED\n#endif\n";
+}
+
+}  // namespace soak::calib

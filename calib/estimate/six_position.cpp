@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/estimate/six_position.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "base/units.h"
+#include "calib/estimate/detail/joint_fit.h"
+#include "calib/estimate/detail/level_fit.h"
+#include "calib/estimate/detail/missing.h"
+
+namespace soak::calib {
+namespace {
+
+using six_position::Circumstances;
+using six_position::kBias;
+using six_position::kOnAxis;
+using six_position::kScale;
+using six_position::LevelFit;
+using six_position::Local;
+using six_position::Problem;
+using six_position::Row;
+using six_position::Solution;
+using six_position::VisitInfo;
+
+constexpr int kLevelPasses = 3;
+constexpr double kLargestTilt_rad = 2.0 * base::kRadPerDeg;  ///< from 2.5° on no axis would count as vertical (kOnAxis)
+
+/// Slope of unknown `which` against temperature at visit v, from its neighbours in the order of visits.
+double local_slope(const Problem& problem, const Solution& solution, std::size_t v, Local which) {
+  const std::size_t before = v > 0 ? v - 1 : v;
+  const std::size_t after = v + 1 < problem.visits.size() ? v + 1 : v;
+  const auto slope = [&](std::size_t a, std::size_t b) {
+    const double dt = problem.visits[b].temp_c - problem.visits[a].temp_c;
+    return std::abs(dt) < 1.0 ? 0.0 : (solution.local[b][which] - solution.local[a][which]) / dt;
+  };
+  // At a turning plateau both neighbours lie on one side and the chord between them means nothing.
+  const double there = problem.visits[v].temp_c;
+  const bool straddles =
+      (problem.visits[before].temp_c - there) * (problem.visits[after].temp_c - there) < 0.0 && before != after;
+  return straddles ? slope(before, after) : slope(before, before == v ? after : v);
+}
+
+void carry_to_mean_temperature(Problem& problem, const Solution& first_pass) {
+  for (Row& row : problem.rows) {
+    const double off_c = row.temp_c - problem.visits[row.visit].temp_c;
+    row.value -= off_c * local_slope(problem, first_pass, row.visit, kBias);
+    if (problem.visits[row.visit].with_scale) {
+      row.value -= off_c * row.scale_input * local_slope(problem, first_pass, row.visit, kScale);
+    }
+  }
+}
+
+/// A combination of the shared unknowns with its standard error; nothing where the segments do not show it.
+std::optional<Estimate> combination(const Solution& solution, const Eigen::VectorXd& weights, double inflation) {
+  if (!six_position::shows(solution, weights)) return std::nullopt;
+  const double variance = weights.dot(solution.shared_covariance * weights);
+  return Estimate{weights.dot(solution.shared), std::sqrt(std::max(0.0, variance)) * inflation};
+}
+
+Eigen::VectorXd unit_weight(const Solution& solution, Eigen::Index i) {
+  return Eigen::VectorXd::Unit(solution.shared.size(), i);
+}
+
+/// Half the difference of a gyro's constants for axis j up and down; empty where one of the positions is missing.
+Eigen::VectorXd up_minus_down(const Problem& problem, const Solution& solution, std::size_t j) {
+  std::optional<Eigen::Index> up;
+  std::optional<Eigen::Index> down;
+  for (const Row& row : problem.rows) {
+    const auto found = std::find(problem.nuisance.begin(), problem.nuisance.end(), row.label);
+    if (found == problem.nuisance.end()) continue;
+    const Eigen::Index column = 1 + (found - problem.nuisance.begin());
+    if (row.up[j] > kOnAxis) up = column;
+    if (row.up[j] < -kOnAxis) down = column;
+  }
+  if (!up || !down) return {};
+  return 0.5 * (unit_weight(solution, *up) - unit_weight(solution, *down));
+}
+
+/// Weights of the shared unknowns that make the response to specific force along j, in units of g; empty: not shown.
+Eigen::VectorXd coupling_weights(const Problem& problem, const Solution& solution, std::size_t j) {
+  const std::size_t axis = axis_of(problem.sensor);
+  if (is_gyro(problem.sensor)) {
+    return j == axis ? unit_weight(solution, 0) : up_minus_down(problem, solution, j);
+  }
+  return unit_weight(solution, j == (axis + 1) % 3 ? 0 : 1);
+}
+
+void read_shared(const Problem& problem, const Solution& solution, double inflation, SensorEstimate& estimate) {
+  if (solution.shared.size() == 0) return;
+  const bool accel = !is_gyro(problem.sensor);
+  const double g = problem.gravity_mps2;
+  for (std::size_t j = 0; j < 3; ++j) {
+    if (accel && j == axis_of(problem.sensor)) {
+      estimate.coupling[j] = 0.0;
+      continue;
+    }
+    const Eigen::VectorXd weights = coupling_weights(problem, solution, j);
+    if (weights.size() == 0) continue;
+    const auto value = combination(solution, weights, inflation);
+    if (!value) continue;
+    estimate.coupling[j] = value->value / g;
+    estimate.coupling_se[j] = value->standard_error / std::abs(g);
+  }
+  if (!problem.with_even) return;
+  const auto even = combination(solution, unit_weight(solution, six_position::kEven), inflation);
+  if (even) estimate.even_order = Estimate{even->value / (g * g), even->standard_error / (g * g)};
+}
+
+SensorEstimate read_solution(const Problem& problem, const Solution& solution) {
+  SensorEstimate estimate;
+  estimate.reduced_chi_squared = solution.reduced_chi_squared;
+  const double inflation = inflation_of(problem, solution);
+  for (std::size_t v = 0; v < problem.visits.size(); ++v) {
+    if (!solution.bias_known[v]) continue;
+    const VisitInfo& visit = problem.visits[v];
+    PlateauEstimate plateau;
+    plateau.visit = visit.visit;
+    plateau.sweep = visit.sweep;
+    plateau.plateau_c = visit.plateau_c;
+    plateau.temp_c = visit.temp_c;
+    plateau.t_s = visit.t_s;
+    plateau.bias = solution.local[v][kBias];
+    plateau.bias_se = std::sqrt(solution.local_variance[v][kBias]) * inflation;
+    if (solution.scale_known[v]) {
+      // The column was f/g or rate over reference rate, so the unknown is S times that unit.
+      const double ppm = 1e6 / six_position::scale_unit(problem);
+      plateau.scale_ppm = ppm * solution.local[v][kScale];
+      plateau.scale_se_ppm = std::abs(ppm) * std::sqrt(solution.local_variance[v][kScale]) * inflation;
+    }
+    estimate.plateaus.push_back(plateau);
+  }
+  read_shared(problem, solution, inflation, estimate);
+  return estimate;
+}
+
+/// Solves with the even-order term where the segments show it, else without: bias is then not lost with it.
+Solution solve_observable(Problem& problem) {
+  Solution solution = six_position::solve(problem);
+  if (!problem.with_even || six_position::shows(solution, unit_weight(solution, six_position::kEven))) return solution;
+  problem.with_even = false;
+  return six_position::solve(problem);
+}
+
+/// The fit of a sensor, its rows carried to the temperatures of their visits.
+Problem carried(std::span<const Segment> segments, Sensor sensor, const Circumstances& circumstances) {
+  Problem problem = six_position::pose(segments, sensor, circumstances);
+  if (!problem.rows.empty()) carry_to_mean_temperature(problem, solve_observable(problem));
+  return problem;
+}
+
+/// Estimates the level error and leaves it in `circumstances` and `result`. The fit is linear in the tilts: the later
+/// passes find what the accelerometers' scale errors make of the first.
+std::optional<LevelFit> find_level(std::span<const Segment> segments, const Site& site, Circumstances& circumstances,
+                                   SixPositionEstimate& result) {
+  const auto headings = headings_of(segments, site);
+  result.with_headings = headings.complete;
+  result.no_level_error = headings.missing;
+  if (!headings.complete) {
+    if (headings.begun) {
+      result.warnings.push_back(
+          {"heading_incomplete", fmt::format("the azimuths of positions were not used: {}", headings.missing)});
+    }
+    return std::nullopt;
+  }
+  circumstances.azimuth_deg = site.azimuth_deg;
+  Circumstances tilted = circumstances;
+  LevelFit last;
+  for (int pass = 0; pass < kLevelPasses; ++pass) {
+    std::vector<Problem> accelerometers;
+    for (const Sensor sensor : {Sensor::accel_x, Sensor::accel_y, Sensor::accel_z}) {
+      accelerometers.push_back(carried(segments, sensor, tilted));
+    }
+    auto answer = six_position::fit_level(accelerometers);
+    result.no_level_error = answer.reason;
+    if (!answer.fit) return std::nullopt;
+    last = *answer.fit;
+    tilted.tilt.north_rad += last.tilt[0];
+    tilted.tilt.east_rad += last.tilt[1];
+    const double size_rad = std::hypot(tilted.tilt.north_rad, tilted.tilt.east_rad);
+    if (size_rad < kLargestTilt_rad) continue;
+    result.no_level_error = fmt::format(
+        "the readings ask for a level error of {:.3g}°, more than 2°: check the azimuths", size_rad * base::kDegPerRad);
+    return std::nullopt;
+  }
+  circumstances = tilted;
+  result.level_error = LevelError{{tilted.tilt.north_rad, std::sqrt(last.covariance(0, 0))},
+                                  {tilted.tilt.east_rad, std::sqrt(last.covariance(1, 1))},
+                                  {last.per_face_tilt[0], last.per_face_tilt[1]}};
+  return last;
+}
+
+void add_change(double& standard_error, double changed, double value) {
+  standard_error = std::hypot(standard_error, changed - value);
+}
+
+/// Adds to standard errors what one standard error of the tilt changes, along both axes of its error ellipse.
+void widen(SensorEstimate& estimate, const SensorEstimate& other) {
+  for (std::size_t p = 0; p < std::min(estimate.plateaus.size(), other.plateaus.size()); ++p) {
+    PlateauEstimate& plateau = estimate.plateaus[p];
+    add_change(plateau.bias_se, other.plateaus[p].bias, plateau.bias);
+    if (!plateau.scale_ppm || !other.plateaus[p].scale_ppm) continue;
+    add_change(*plateau.scale_se_ppm, *other.plateaus[p].scale_ppm, *plateau.scale_ppm);
+  }
+  for (std::size_t j = 0; j < 3; ++j) {
+    if (!estimate.coupling[j] || !other.coupling[j]) continue;
+    add_change(estimate.coupling_se[j], *other.coupling[j], *estimate.coupling[j]);
+  }
+  if (!estimate.even_order || !other.even_order) return;
+  add_change(estimate.even_order->standard_error, other.even_order->value, estimate.even_order->value);
+}
+
+void widen_by_level(std::span<const Segment> segments, Sensor sensor, const Circumstances& circumstances,
+                    const Eigen::Matrix2d& covariance, SensorEstimate& estimate) {
+  const Eigen::Matrix2d root = covariance.llt().matrixL();
+  for (int k = 0; k < 2; ++k) {
+    Circumstances shifted = circumstances;
+    shifted.tilt.north_rad += root(0, k);
+    shifted.tilt.east_rad += root(1, k);
+    const Problem problem = carried(segments, sensor, shifted);
+    widen(estimate, read_solution(problem, six_position::solve(problem)));
+  }
+}
+
+void warn_of_rates(std::span<const Segment> segments, std::vector<Warning>& warnings) {
+  const auto turning = std::count_if(segments.begin(), segments.end(), turns);
+  if (turning == 0) return;
+  warnings.push_back(
+      {"rate_positions", fmt::format("accelerometers: {} segments in which the fixture turns were left out, as the "
+                                     "centripetal acceleration of an unknown lever arm is in them",
+                                     turning)});
+}
+
+}  // namespace
+
+SixPositionEstimate estimate_six_positions(std::span<const Segment> segments, const Site& site, const UnitType& type) {
+  SixPositionEstimate result;
+  result.gravity = gravity_at(site);
+  Circumstances circumstances{.gravity_mps2 = result.gravity.mps2,
+                              .earth = known_earth_rate(segments, site),
+                              .sign_at_rest = type.sign_at_rest};
+  const auto level = find_level(segments, site, circumstances, result);
+  for (const Sensor sensor : kSensors) {
+    const Problem problem = carried(segments, sensor, circumstances);
+    if (problem.rows.empty()) continue;
+    SensorEstimate& estimate = result.sensor[index_of(sensor)];
+    estimate = read_solution(problem, six_position::solve(problem));
+    if (level && !is_gyro(sensor)) widen_by_level(segments, sensor, circumstances, level->covariance, estimate);
+    six_position::warn_of_missing(problem, estimate, result.warnings);
+  }
+  warn_of_rates(segments, result.warnings);
+  return result;
+}
+
+}  // namespace soak::calib

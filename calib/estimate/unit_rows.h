@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/estimate/curve_data.h"
+#include "calib/estimate/gravity.h"
+#include "calib/estimate/model_term.h"
+#include "calib/estimate/six_position.h"
+#include "calib/estimate/type_b_input.h"
+#include "calib/vocabulary/reference.h"
+#include "calib/vocabulary/segment.h"
+#include "calib/vocabulary/unit_type.h"
+#include "calib/vocabulary/warning.h"
+
+namespace soak::calib {
+
+/// One run of a unit, as a fit takes it.
+struct RunInput {
+  std::string run_id;
+  std::string label;
+  std::string campaign;
+  std::string content_sha256;
+  bool simulated = false;
+  Site site;
+  std::vector<Segment> segments;
+  /// Sensors whose temperatures in the segments are those of a thermometer of their own, not of the unit's.
+  std::array<bool, kSensorCount> own_thermometer{};
+};
+
+/// The sensors of a recorded run that have values and a thermometer of their own. Effects that were taken off the
+/// segments (`sensor_lag`) would look like one: ask before.
+[[nodiscard]] std::array<bool, kSensorCount> own_thermometers(const std::vector<Segment>& segments);
+
+/// A unit with the runs of one epoch.
+struct UnitInput {
+  std::string unit;  ///< serial number
+  UnitType type;
+  std::int32_t epoch = 0;
+  std::vector<RunInput> runs;
+  std::vector<ReferenceUse> references;  ///< of the campaigns of its runs
+  std::vector<ModelTerm> terms;          ///< accepted for the unit and already taken off the segments
+};
+
+/// A constant estimated from all runs, with what is known of its error.
+struct StatedValue {
+  double value = 0.0;
+  double standard_error = 0.0;   ///< from the scatter of the readings
+  std::optional<double> type_b;  ///< standard uncertainty that the readings do not show; absent = not stated
+  double ci95 = 0.0;             ///< half-width from both (JCGM 100:2008 G.4)
+};
+
+/// Constant response to specific force, averaged over runs: row i is sensor i of its kind, columns x, y, z.
+using Coupling = std::array<std::array<StatedValue, 3>, 3>;
+
+/// What of the Earth's rotation was subtracted from the gyros.
+enum class EarthRemoval : std::uint8_t { none, vertical, whole };
+
+constexpr std::string_view name_of(EarthRemoval removal) {
+  return removal == EarthRemoval::whole ? "whole" : removal == EarthRemoval::vertical ? "vertical" : "none";
+}
+
+/// Level error of the chamber's side (LevelError) over all runs.
+struct LevelStatement {
+  std::optional<std::array<StatedValue, 2>> to_north_east;  ///< rad; mean over the runs that show it
+  std::array<double, 2> per_face_tilt{};                    ///< as in LevelError, the largest of the runs
+  std::string reason;                                       ///< why there is none; empty where there is one
+  bool with_headings = false;                               ///< some run knows the headings of all its positions
+};
+
+/// The rows of a unit's thermal fits, ready to be fitted sensor by sensor.
+struct UnitRows {
+  std::array<std::optional<CurveData>, kSensorCount> bias;
+  std::array<std::optional<CurveData>, kSensorCount>
+      scale;  ///< accelerometers turned up and down, gyros turned at rates
+  std::array<std::vector<TypeBInput>, kSensorCount> bias_type_b;
+  std::array<std::vector<TypeBInput>, kSensorCount> scale_type_b;
+  bool relative_accel = false;                       ///< one attitude: accelerometer bias has no level of its own
+  std::array<bool, kSensorCount> own_thermometer{};  ///< as in RunInput: the same in all runs that give the sensor
+  Gravity gravity;
+  std::optional<Coupling> accel_misalignment;       ///< rad; diagonal 0
+  std::optional<Coupling> g_sensitivity;            ///< holds what of the Earth's rotation was not subtracted
+  EarthRemoval earth_removed = EarthRemoval::none;  ///< in every run
+  LevelStatement level;
+  std::array<std::optional<StatedValue>, 3> even_order;  ///< K₂ of the accelerometers (SensorEstimate), 1/(m/s²)
+  std::vector<Warning> warnings;
+};
+
+/// Estimates of every run (six-position estimation per plateau; 30-second blocks where no run has plateaus) as rows.
+/// Segments that the data gate rejected, and sensors that it rejected in a segment, are left out; `warnings` says so.
+/// Gravity of a site that does not know it comes from the references where they have one. Refuses a unit without runs,
+/// or of which the gate leaves nothing, runs that give a sensor over different thermometers, a sensor whose every
+/// sample in a run is the same number, runs that give no row, and accelerometers whose readings up and down are not
+/// those of gravity to 20 % (wrong sign, unit or position), naming the remedy.
+[[nodiscard]] base::Result<UnitRows> make_rows(const UnitInput& input);
+
+}  // namespace soak::calib

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/gap/base_curve/base_design.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "calib/gap/base_curve/level_spline.h"
+
+namespace soak::calib::gap {
+namespace {
+
+bool with_scale(const Observations& observations, Sensor sensor) {
+  return !is_gyro(sensor) && observations.has_positions();
+}
+
+double off_level(const Observations& observations, const Observation& row, double temp_c) {
+  return temp_c - observations.level_c[static_cast<std::size_t>(row.level)];
+}
+
+}  // namespace
+
+BaseDesign base_design(const Observations& observations, Sensor sensor, const std::vector<double>& temp_c) {
+  const auto n = static_cast<Eigen::Index>(observations.rows.size());
+  const Eigen::Index levels = observations.level_count();
+  const Eigen::Index offsets = observations.run_count() - 1;
+  const bool scale = with_scale(observations, sensor);
+  const LevelSpline spline(observations.level_c);
+  BaseDesign design;
+  design.levels = levels;
+  design.offsets = offsets;
+  design.columns = Eigen::MatrixXd::Zero(n, 2 * levels + (scale ? levels + 2 : 0) + offsets);
+  const Eigen::Index first_offset = design.columns.cols() - offsets;
+  const std::size_t axis = axis_of(sensor);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Observation& row = observations.rows[static_cast<std::size_t>(i)];
+    const Eigen::RowVectorXd weights = spline.weights(temp_c[static_cast<std::size_t>(i)]);
+    design.columns.row(i).head(levels) = weights;
+    design.columns(i, levels + row.level) = off_level(observations, row, temp_c[static_cast<std::size_t>(i)]);
+    if (scale) {
+      design.columns.row(i).segment(2 * levels, levels) = observations.force_g(row, axis) * weights;
+      design.columns(i, 3 * levels) = observations.force_g(row, (axis + 1) % 3);
+      design.columns(i, 3 * levels + 1) = observations.force_g(row, (axis + 2) % 3);
+    }
+    if (row.run > 0) design.columns(i, first_offset + row.run - 1) = 1.0;
+  }
+  return design;
+}
+
+Eigen::VectorXd slope_sigmas(const std::vector<double>& level_c, const Eigen::VectorXd& levels) {
+  const Eigen::Index count = levels.size();
+  if (count < 2) return Eigen::VectorXd::Constant(count, std::numeric_limits<double>::infinity());
+  const double spacing_c = (level_c.back() - level_c.front()) / static_cast<double>(count - 1);
+  if (count == 2) return Eigen::VectorXd::Constant(2, std::abs(levels(1) - levels(0)) / spacing_c);
+  double largest = 0.0;
+  for (Eigen::Index k = 1; k + 1 < count; ++k) {
+    std::vector<double> others = level_c;
+    others.erase(others.begin() + k);
+    Eigen::VectorXd values(count - 1);
+    values << levels.head(k), levels.tail(count - 1 - k);
+    const double off = levels(k) - LevelSpline(others).weights(level_c[static_cast<std::size_t>(k)]).dot(values);
+    largest = std::max(largest, std::abs(off));
+  }
+  constexpr double kNaturalEnd = 0.3;
+  const auto at_end = [&](Eigen::Index end, Eigen::Index inwards) {
+    const double second = levels(end) - 2.0 * levels(end + inwards) + levels(end + 2 * inwards);
+    return std::max(largest, kNaturalEnd * std::abs(second));
+  };
+  Eigen::VectorXd sigmas = Eigen::VectorXd::Constant(count, largest);
+  sigmas(0) = at_end(0, 1);
+  sigmas(count - 1) = at_end(count - 1, -1);
+  return sigmas / spacing_c;
+}
+
+Eigen::VectorXd base_slope(const Observations& observations, Sensor sensor, const std::vector<double>& temp_c,
+                           const Eigen::VectorXd& coefficients) {
+  const auto n = static_cast<Eigen::Index>(observations.rows.size());
+  const Eigen::Index levels = observations.level_count();
+  const bool scale = with_scale(observations, sensor);
+  const LevelSpline spline(observations.level_c);
+  Eigen::VectorXd slope(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Observation& row = observations.rows[static_cast<std::size_t>(i)];
+    const Eigen::RowVectorXd weights = spline.slope_weights(temp_c[static_cast<std::size_t>(i)]);
+    slope(i) = weights.dot(coefficients.head(levels)) + coefficients(levels + row.level);
+    if (scale) {
+      slope(i) += observations.force_g(row, axis_of(sensor)) * weights.dot(coefficients.segment(2 * levels, levels));
+    }
+  }
+  return slope;
+}
+
+}  // namespace soak::calib::gap

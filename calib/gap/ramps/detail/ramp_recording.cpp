@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/gap/ramps/detail/ramp_recording.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+namespace soak::calib::gap::reduced {
+namespace {
+
+constexpr double kTurn_c = 5.0;
+constexpr double kLeastSpan_c = 10.0;
+constexpr std::size_t kLeastBlocks = 8;
+
+bool rejected(const Segment& segment, std::optional<Sensor> sensor) {
+  return std::any_of(segment.findings.begin(), segment.findings.end(), [&](const Finding& finding) {
+    return finding.severity == Severity::reject && finding.sensor == sensor;
+  });
+}
+
+std::vector<Observation> rows_of(const LoggedRun& run, int number) {
+  std::vector<Observation> rows;
+  for (const Segment& segment : run.run.segments) {
+    if (segment.phase != Phase::soak || rejected(segment, std::nullopt)) continue;
+    for (const Block& block : segment.blocks) {
+      Observation row;
+      row.run = number;
+      row.t_s = block.t_s;
+      row.temp_c = block.temp_c;
+      row.sensor_temp_c = block.sensor_temp_c;
+      row.sensor = block.sensor;
+      for (const Sensor sensor : kSensors) {
+        if (rejected(segment, sensor)) row.sensor[index_of(sensor)].count = 0;
+      }
+      rows.push_back(row);
+    }
+  }
+  std::sort(rows.begin(), rows.end(), [](const Observation& a, const Observation& b) { return a.t_s < b.t_s; });
+  return rows;
+}
+
+/// A stretch of rows that goes one way.
+struct Stretch {
+  std::size_t first = 0;
+  std::size_t last = 0;  ///< one past
+  Sweep sweep = Sweep::unknown;
+};
+
+std::vector<Stretch> stretches_of(const std::vector<Observation>& rows) {
+  std::vector<Stretch> stretches;
+  Stretch current;
+  std::size_t lowest = 0;
+  std::size_t highest = 0;
+  const auto turn = [&](std::size_t at, Sweep next) {
+    if (current.sweep != Sweep::unknown) {
+      current.last = at;
+      stretches.push_back(current);
+      current.first = at;
+    }
+    current.sweep = next;
+  };
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double here_c = rows[i].temp_c;
+    if (here_c < rows[lowest].temp_c) lowest = i;
+    if (here_c > rows[highest].temp_c) highest = i;
+    if (current.sweep != Sweep::up && here_c - rows[lowest].temp_c > kTurn_c) {
+      turn(lowest, Sweep::up);
+      highest = i;
+    } else if (current.sweep != Sweep::down && rows[highest].temp_c - here_c > kTurn_c) {
+      turn(highest, Sweep::down);
+      lowest = i;
+    }
+  }
+  current.last = rows.size();
+  stretches.push_back(current);
+  return stretches;
+}
+
+void add(const std::vector<Observation>& rows, const Stretch& stretch, RampRecording& recording) {
+  if (stretch.sweep == Sweep::unknown || stretch.last - stretch.first < kLeastBlocks) return;
+  const auto first = rows.begin() + static_cast<std::ptrdiff_t>(stretch.first);
+  const auto last = rows.begin() + static_cast<std::ptrdiff_t>(stretch.last);
+  const auto [low, high] =
+      std::minmax_element(first, last, [](const Observation& a, const Observation& b) { return a.temp_c < b.temp_c; });
+  if (high->temp_c - low->temp_c < kLeastSpan_c) return;
+  const int number = static_cast<int>(recording.branches.size());
+  recording.branches.push_back({stretch.sweep, low->temp_c, high->temp_c});
+  for (auto row = first; row != last; ++row) {
+    recording.observations.rows.push_back(*row);
+    recording.observations.rows.back().sweep = stretch.sweep;
+    recording.branch.push_back(number);
+  }
+}
+
+/// Whether the campaign has blocks, all of them off plateaus and in one position.
+bool is_ramp(const LoggedCampaign& campaign) {
+  const Segment* any = nullptr;
+  for (const LoggedRun& run : campaign.runs) {
+    for (const Segment& segment : run.run.segments) {
+      if (segment.phase != Phase::soak || segment.blocks.empty()) continue;
+      if (segment.plateau_c || (any != nullptr && any->position != segment.position)) return false;
+      any = &segment;
+    }
+  }
+  return any != nullptr;
+}
+
+}  // namespace
+
+std::optional<RampRecording> ramp_recording(const LoggedCampaign& campaign) {
+  if (!is_ramp(campaign)) return std::nullopt;
+  RampRecording recording;
+  for (std::size_t r = 0; r < campaign.runs.size(); ++r) {
+    const std::vector<Observation> rows = rows_of(campaign.runs[r], recording.observations.run_count());
+    if (rows.empty()) continue;
+    recording.observations.runs.push_back(campaign.runs[r].run.label);
+    recording.observations.logged.push_back(r);
+    for (const Stretch& stretch : stretches_of(rows)) add(rows, stretch, recording);
+  }
+  return recording;
+}
+
+}  // namespace soak::calib::gap::reduced

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/gap/report/gap_report.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include "base/statistics.h"
+#include "calib/gap/observations/run_agreement.h"
+#include "calib/gap/ramps/branch_report.h"
+#include "calib/gap/search/narrow_bump.h"
+
+namespace soak::calib::gap {
+namespace {
+
+constexpr int kLeastRuns = 2;
+constexpr std::size_t kMostOpenRuns = 8;  ///< of more, one is locked away before the search
+/// Sets of sensors among which a term may be named: all, gyros, accelerometers, each alone.
+constexpr double kSets = 9.0;
+
+/// F of one and the given degrees of freedom whose upper tail is `p`.
+double f_quantile(double p, double dof) {
+  double low = 0.0;
+  double high = 1.0;
+  while (base::f_upper_tail(high, 1.0, dof) > p) high *= 2.0;
+  for (int i = 0; i < 100; ++i) {
+    const double middle = 0.5 * (low + high);
+    (base::f_upper_tail(middle, 1.0, dof) > p ? low : high) = middle;
+  }
+  return high;
+}
+
+std::optional<double> detection_limit(const CampaignModel& model, std::size_t s, const SearchResult& found) {
+  const Observations& observations = model.circumstances().observations;
+  if (!model.residuals().sensor[s] || found.candidates == 0) return std::nullopt;
+  double visits = 0.0;
+  double placements = 0.0;
+  for (std::size_t i = 0; i < observations.rows.size(); ++i) {
+    const auto& row = observations.rows[i];
+    if (i > 0 && row.placement == observations.rows[i - 1].placement) continue;
+    placements += 1.0;
+    if (i == 0 || row.visit != observations.rows[i - 1].visit || row.run != observations.rows[i - 1].run) visits += 1.0;
+  }
+  const NoiseComponents& noise = model.residuals().noise[s];
+  const double blocks = static_cast<double>(observations.rows.size()) / placements;
+  const double of_visit =
+      noise.visit * noise.visit +
+      (noise.placement * noise.placement + noise.block * noise.block / blocks) / (placements / visits);
+  const double p = kGate / (static_cast<double>(found.candidates) * kSets);
+  const double f = f_quantile(p, scatter_dof(noise) + observations.run_count() - 1);
+  return std::sqrt(f * std::max(1.0, found.typical_heterogeneity) * of_visit / visits);
+}
+
+std::string list_of(const std::vector<NamedEffect>& effects) {
+  std::vector<std::string_view> names;
+  for (const NamedEffect& effect : effects) names.push_back(effect.effect->name);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// `beside`: effects that the means do not show.
+void decide(SearchResult found, std::vector<NamedEffect> beside, GapReport& report) {
+  report.leftover = std::move(found.leftover);
+  if (report.leftover && report.leftover->forbids_names) {
+    report.verdict = Verdict::unknown;
+    report.suspects = std::move(found.effects);
+    report.reason =
+        fmt::format("readings change with {}, in a way that no effect of the library explains", report.leftover->axis);
+    return;
+  }
+  std::stable_sort(found.effects.begin(), found.effects.end(),
+                   [](const auto& a, const auto& b) { return a.merit > b.merit; });
+  report.effects = std::move(found.effects);
+  std::move(beside.begin(), beside.end(), std::back_inserter(report.effects));
+  report.verdict = report.effects.empty() ? Verdict::none : Verdict::named;
+  report.reason = report.effects.empty() ? "nothing beyond the scatter between runs and the detection limit"
+                                         : fmt::format("explained by {}", list_of(report.effects));
+}
+
+/// Whether runs repeat each other enough to say how they scatter.
+bool replicated(const CampaignModel& model) {
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    if (model.residuals().sensor[s] && !model.residuals().noise[s].replicated) return false;
+  }
+  return true;
+}
+
+GapReport cannot_judge(GapReport report, std::string reason) {
+  report.verdict = Verdict::cannot_judge;
+  report.reason = std::move(reason);
+  return report;
+}
+
+/// Sensors of the campaign that never scatter, which the search has to leave out, in words; empty where there are none.
+std::string stuck(const Observations& observations, const CampaignModel& model) {
+  std::vector<std::string_view> names;
+  for (const Sensor sensor : kSensors) {
+    const bool recorded = std::any_of(observations.rows.begin(), observations.rows.end(),
+                                      [&](const Observation& row) { return row.sensor[index_of(sensor)].count > 0; });
+    if (recorded && !model.residuals().sensor[index_of(sensor)]) names.push_back(name_of(sensor));
+  }
+  return names.empty() ? "" : fmt::format("; not judged, as their readings do not scatter: {}", fmt::join(names, ", "));
+}
+
+/// Whether each position always comes after the same one: what it remembers of that is then a constant of its own.
+bool one_order(const Observations& observations) {
+  std::map<int, int> before;
+  for (const Observation& row : observations.rows) {
+    if (row.position < 0 || row.previous < 0) continue;
+    if (before.try_emplace(row.position, row.previous).first->second != row.previous) return false;
+  }
+  return before.size() > 1;
+}
+
+/// What the order of the positions leaves open about the effects named, in words; empty where it leaves nothing.
+std::string order_note(const Observations& observations, const std::vector<NamedEffect>& effects) {
+  constexpr std::array<std::string_view, 3> kOfPosition = {"g_sensitivity", "earth_rate", "scale_nonlinearity"};
+  const bool concerned = std::any_of(effects.begin(), effects.end(), [&](const NamedEffect& named) {
+    return std::find(kOfPosition.begin(), kOfPosition.end(), named.effect->name) != kOfPosition.end();
+  });
+  if (!concerned || !one_order(observations)) return "";
+  return "; the positions came in one order throughout: creep or memory of the position before could read the same, "
+         "and a run in another order would tell";
+}
+
+/// What a thermometer in steps kept from being looked for, or what stands in for it; empty for a fine one.
+std::string of_thermometer(const LoggedCampaign& campaign, const Courses& courses) {
+  if (const auto& fine = campaign.fine_temperature) {
+    return fmt::format(
+        "; temperatures within the thermometer's steps of {:.2g} K are those of a unit that follows the chamber's air "
+        "with {:.0f} s and {:.0f} s, right to {:.2f} K where its reading changes",
+        fine->step_c, fine->tau_s[0], fine->tau_s[1], fine->error_c);
+  }
+  const auto& coarse = courses.coarse();
+  return coarse ? fmt::format("; what changes with time was not looked for: {}", *coarse) : "";
+}
+
+/// Clipped readings say nothing of what the unit would have read: their sensors stay out of the search.
+void leave_out_clipped(const LoggedCampaign& campaign, Observations& observations) {
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    if (campaign.samples[s].at_rails == 0) continue;
+    for (Observation& row : observations.rows) row.sensor[s].count = 0;
+  }
+}
+
+/// The same in words; empty where no sensor is concerned.
+std::string clipped(const LoggedCampaign& campaign) {
+  std::vector<std::string_view> names;
+  for (const Sensor sensor : kSensors) {
+    if (campaign.samples[index_of(sensor)].at_rails > 0) names.push_back(name_of(sensor));
+  }
+  return names.empty() ? ""
+                       : fmt::format("; not judged, as their readings stop at the end of their range: {}",
+                                     fmt::join(names, ", "));
+}
+
+/// Index of the last run by time, by order where a run's time is not known.
+std::size_t last_run(const std::vector<LoggedRun>& runs) {
+  const auto timed = [](const LoggedRun& run) { return run.start_utc_s.has_value(); };
+  if (!std::all_of(runs.begin(), runs.end(), timed)) return runs.size() - 1;
+  const auto last = std::max_element(
+      runs.begin(), runs.end(), [](const LoggedRun& a, const LoggedRun& b) { return *a.start_utc_s < *b.start_utc_s; });
+  return static_cast<std::size_t>(last - runs.begin());
+}
+
+/// Adds to `report` what its effects do for run `number` of the campaign, which they have not seen; nothing where it
+/// has no readings. A run that cannot be compared with the others leaves no verdict.
+void judge_locked(const LoggedCampaign& campaign, std::size_t number, GapReport& report) {
+  Observations observations = observe(campaign);
+  const auto found = std::find(observations.logged.begin(), observations.logged.end(), number);
+  if (found == observations.logged.end()) return;
+  leave_out_clipped(campaign, observations);
+  const Courses courses(campaign, observations);
+  if (auto differ = disagreement(CampaignModel(observations, courses))) {
+    GapReport none;
+    none.unit = report.unit;
+    none.model = report.model;
+    report = cannot_judge(std::move(none), *std::move(differ));
+    return;
+  }
+  const auto run = static_cast<int>(found - observations.logged.begin());
+  report.locked = {observations.runs[static_cast<std::size_t>(run)],
+                   gap_of_run(observations, courses, report.effects, run)};
+}
+
+GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
+  GapReport report;
+  report.unit = campaign.unit;
+  report.model = model_version;
+  Observations observations = observe(campaign);
+  if (observations.rows.empty()) {
+    if (auto ramp = reduced::ramp_recording(campaign)) {
+      if (auto same = same_readings(ramp->observations)) return cannot_judge(std::move(report), *std::move(same));
+      leave_out_clipped(campaign, ramp->observations);
+      return reduced::judge_branches(campaign, *ramp, std::move(report));
+    }
+    return cannot_judge(
+        std::move(report),
+        "no run has a plateau with readings of one-minute blocks; record a soak procedure, or ramps in one attitude");
+  }
+  if (observations.run_count() < kLeastRuns) {
+    return cannot_judge(std::move(report),
+                        "one run only: what an effect repeats and what runs scatter cannot be told apart; record a "
+                        "second run of the same procedure");
+  }
+  if (auto same = same_readings(observations)) return cannot_judge(std::move(report), *std::move(same));
+  leave_out_clipped(campaign, observations);
+  const Courses courses(campaign, observations);
+  CampaignModel model(observations, courses);
+  if (!replicated(model)) {
+    return cannot_judge(std::move(report),
+                        "the runs do not repeat each other's plateaus, so that their scatter is not known; record two "
+                        "runs of one procedure");
+  }
+  if (auto differ = disagreement(model)) return cannot_judge(std::move(report), *std::move(differ));
+  for (const Effect& effect : library()) {
+    if (auto why = effect.missing(model.circumstances())) {
+      report.not_testable.push_back({std::string(effect.name), *std::move(why)});
+    }
+  }
+  // First: what moves on from run to run does so within a run, where it would pass for a slow warm-up.
+  BesideTheMean aging = look_for_aging(campaign, model);
+  for (const NamedEffect& effect : aging.effects) model.take_in(effect.candidate, effect.sensors, {});
+  SearchResult found = search(model);
+  for (const Effect* effect : found.absorbed) {
+    report.not_testable.push_back(
+        {std::string(effect->name),
+         "no sensor that feels it has readings that can be judged, or in this campaign the thermal model takes it up"});
+  }
+  for (std::size_t s = 0; s < kSensorCount; ++s) report.detection_limit[s] = detection_limit(model, s, found);
+  BesideTheMean beside = look_beside_the_mean(campaign, model);
+  std::move(aging.effects.begin(), aging.effects.end(), std::inserter(beside.effects, beside.effects.begin()));
+  std::move(aging.not_testable.begin(), aging.not_testable.end(), std::back_inserter(report.not_testable));
+  std::move(beside.not_testable.begin(), beside.not_testable.end(), std::back_inserter(report.not_testable));
+  BesideTheMean bump = look_for_bump(model);
+  std::move(bump.effects.begin(), bump.effects.end(), std::back_inserter(beside.effects));
+  std::move(bump.not_testable.begin(), bump.not_testable.end(), std::back_inserter(report.not_testable));
+  decide(std::move(found), std::move(beside.effects), report);
+  report.reason += stuck(observations, model) + order_note(observations, report.effects);
+  report.reason += of_thermometer(campaign, courses);
+  for (std::size_t e = 0; e < report.effects.size(); ++e) {
+    report.next.push_back(next_experiment(campaign, observations, courses, report.effects, e));
+  }
+  report.gap = held_out_gap(observations, courses, report.effects);
+  return report;
+}
+
+/// Of more runs than may be open the last is locked away before the search, and judged alone.
+GapReport find_open(const LoggedCampaign& campaign, std::int32_t model_version) {
+  if (campaign.runs.size() <= kMostOpenRuns) return find_in(campaign, model_version);
+  const std::size_t number = last_run(campaign.runs);
+  LoggedCampaign open = campaign;
+  open.runs.erase(open.runs.begin() + static_cast<std::ptrdiff_t>(number));
+  GapReport report = find_in(open, model_version);
+  if (report.verdict != Verdict::cannot_judge) judge_locked(campaign, number, report);
+  return report;
+}
+
+/// Nothing found in what the data gate left does not mean that nothing is there.
+void note_left_out(const LoggedCampaign& campaign, GapReport& report) {
+  report.left_out = left_out_by_gate(campaign);
+  if (report.left_out.empty()) return;
+  const std::string words = in_words(report.left_out);
+  if (report.verdict == Verdict::none && any_run_lost(report.left_out)) {
+    report.verdict = Verdict::cannot_judge;
+    report.reason = fmt::format(
+        "the data gate left out most of a run: {}; import it as it should be, or void it, and look again. In the rest: "
+        "{}",
+        words, report.reason);
+    return;
+  }
+  report.reason += "; the data gate left out " + words;
+}
+
+}  // namespace
+
+GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
+  GapReport report = find_open(campaign, model_version);
+  if (report.verdict != Verdict::cannot_judge) report.reason += clipped(campaign);
+  note_left_out(campaign, report);
+  return report;
+}
+
+}  // namespace soak::calib::gap

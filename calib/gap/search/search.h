@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/gap/search/campaign_model.h"
+
+namespace soak::calib::gap {
+
+/// An effect that the search took in.
+struct NamedEffect {
+  const Effect* effect = nullptr;
+  Candidate candidate;
+  std::vector<Sensor> sensors;
+  std::array<Eigen::VectorXd, kSensorCount> parameters;  ///< SI; of a shared term the same in every sensor
+  std::array<Eigen::MatrixXd, kSensorCount> covariance;
+  std::array<Meaning, kSensorCount> meaning;  ///< of the parameters
+  Magnitude magnitude;                        ///< of the sensor in which it stands out most
+  double delta_bic = 0.0;                     ///< BIC without the term less BIC with it
+  double p_adjusted = 1.0;                    ///< for the whole library and all sets of sensors
+  double merit = 0.0;                         ///< gain over heterogeneity less the price of the parameters
+  std::array<double, kSensorCount> gain{};    ///< whitened squares taken out of each of its sensors
+  /// Fraction of the RMS of the whitened blocks in its sensors that its parameters from the other folds take away; base
+  /// and noise are those of all runs.
+  double heldout_gain = 0.0;
+  std::vector<const Effect*> rivals;  ///< effects of at least 80 % of its merit, its twins from 60 %
+};
+
+/// Where something sits that the library does not know.
+struct Leftover {
+  std::string axis;
+  double p_adjusted = 1.0;
+  double merit = 0.0;  ///< in units of the effects' gain
+  std::vector<Sensor> sensors;
+  bool forbids_names = false;  ///< too much of the gap for the effects found to be its cause
+};
+
+/// What the forward search found.
+struct SearchResult {
+  std::vector<NamedEffect> effects;  ///< in the order in which they were taken in
+  std::optional<Leftover> leftover;
+  std::vector<const Effect*> absorbed;  ///< effects that the base takes up in this campaign
+  std::size_t candidates = 0;           ///< that the first step tested
+  double typical_heterogeneity = 1.0;
+};
+
+/// Chance of a false name that a step of the search may run.
+inline constexpr double kGate = 0.003;
+/// The same of each effect that is looked for beside the means: there are several, and each has its own chance to be
+/// named where there is nothing.
+inline constexpr double kBesideGate = 0.001;
+
+/// Forward selection over the library: each step takes in the effect of the greatest merit, if its adjusted chance is
+/// below kGate, if enough folds bear it out (enough_folds()), and, after the first, if it takes at least 5 % of what
+/// the first took out of the same sensors. At most three. Then what is left (leftover_search.h). The terms are taken
+/// into `model`.
+[[nodiscard]] SearchResult search(CampaignModel& model);
+
+/// The shape of an effect that stands best against `model`, in the sensors given and with the parameters estimated
+/// there, for a run that the search did not see; nothing where the model cannot show it.
+[[nodiscard]] std::optional<NamedEffect> best_shape(const CampaignModel& model, const Effect& effect);
+
+}  // namespace soak::calib::gap

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "calib/curve/variance_components.h"
+#include "calib/estimate/curve_data.h"
+#include "calib/judge/detail/part_fit.h"
+
+namespace soak::calib {
+
+/// Rows of one sensor, and which of them in different runs belong together.
+struct PlacedRows {
+  CurveData data;
+  /// Of each row: the same number for rows of different runs at the same plateau and sweep, at most once in a run.
+  std::vector<int> place;
+  VarianceComponents components;  ///< of all rows
+  PartStructure structure;
+};
+
+/// Error of the curves that parts of a campaign give, squared units of the rows.
+struct SquaredError {
+  double value = 0.0;           ///< unbiased: below 0 where noise says so
+  double standard_error = 0.0;  ///< of `value`, over campaigns
+  double row_variance = 0.0;    ///< of a held-out row about what the runs share
+};
+
+/// Fits the structure to the kept rows of several seeded choices of `runs` runs, and judges each on all rows of the
+/// other runs (chamber_time.h says how). Nothing where fewer than two runs are left over, the kept rows carry no
+/// curve, or the runs have no place in common.
+[[nodiscard]] std::optional<SquaredError> subsampled_error(const PlacedRows& rows, const std::vector<bool>& keep,
+                                                           int runs, std::uint64_t seed);
+
+/// One number of runs and its error.
+struct TrendPoint {
+  int runs = 0;
+  SquaredError error;
+};
+
+/// Error with `runs` runs by weighted least squares of a + b / runs, a and b not below 0; its standard error is that of
+/// the last point. Nothing without points.
+[[nodiscard]] std::optional<SquaredError> extrapolated_error(const std::vector<TrendPoint>& points, int runs);
+
+}  // namespace soak::calib

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/model/unit_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+namespace soak::calib {
+namespace {
+
+UncertaintyTable uncertainty_of(const CurveFit& fit, bool with_prediction) {
+  UncertaintyTable table;
+  for (const CurvePoint& point : fit.points) {
+    table.temp_c.push_back(point.temp_c);
+    table.ci95.push_back(point.ci95);
+    if (with_prediction && point.pi95) table.pi95.push_back(*point.pi95);
+  }
+  return table;
+}
+
+std::array<Vector3, 3> values_of(const Coupling& coupling) {
+  std::array<Vector3, 3> values{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) values[i][j] = coupling[i][j].value;
+  }
+  return values;
+}
+
+double standard_uncertainty(const StatedValue& stated) {
+  return std::hypot(stated.standard_error, stated.type_b.value_or(0.0));
+}
+
+CouplingUncertainty uncertainty_of(const Coupling& coupling) {
+  CouplingUncertainty uncertainty;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (i == j) continue;
+      uncertainty.standard[i][j] = standard_uncertainty(coupling[i][j]);
+      uncertainty.readings_only = uncertainty.readings_only || !coupling[i][j].type_b;
+    }
+  }
+  return uncertainty;
+}
+
+std::optional<EvenOrderTerm> even_order_of(const std::optional<StatedValue>& stated) {
+  if (!stated) return std::nullopt;
+  return EvenOrderTerm{stated->value, standard_uncertainty(*stated), !stated->type_b};
+}
+
+/// Terms that concern the mounting or the lab's procedure and not the unit.
+bool of_the_lab(const ModelTerm& term) { return term.name == "fixture_tilt" || term.name == "earth_rate"; }
+
+/// Gyros that the term does not act on keep what the rows say of how well that is known.
+void add_g_sensitivity(const ModelTerm& term, const std::optional<Coupling>& rows, Calibration& calibration) {
+  constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
+  calibration.g_sensitivity.emplace();
+  calibration.g_sensitivity_uncertainty.emplace();
+  calibration.g_sensitivity_uncertainty->readings_only = true;
+  for (const Sensor gyro : kSensors) {
+    if (!is_gyro(gyro)) continue;
+    const TermPart* part = term.part_of(gyro);
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (part == nullptr) {
+        if (rows) {
+          calibration.g_sensitivity_uncertainty->standard[axis_of(gyro)][j] =
+              standard_uncertainty((*rows)[axis_of(gyro)][j]);
+        }
+        continue;
+      }
+      (*calibration.g_sensitivity)[axis_of(gyro)][j] = part->value(kAxes[j]).value_or(0.0);
+      auto& standard = calibration.g_sensitivity_uncertainty->standard[axis_of(gyro)];
+      if (part->covariance.size() == 9) standard[j] = std::sqrt(part->covariance[4 * j]);
+      // A term of the force along the gyro's own axis alone.
+      if (part->covariance.size() == 1 && j == axis_of(gyro)) standard[j] = std::sqrt(part->covariance[0]);
+    }
+  }
+}
+
+/// The readings were freed of the term, so that what the rows still show is beside it.
+void add_even_order(const ModelTerm& term, Calibration& calibration) {
+  for (const TermPart& part : term.parts) {
+    for (const Sensor sensor : part.sensors) {
+      auto& total = calibration.even_order.at(axis_of(sensor));
+      if (!total) total.emplace();
+      total->value += part.value("even_order").value_or(0.0);
+      if (!part.covariance.empty()) {
+        // Both come from the same readings.
+        total->standard_uncertainty = std::max(total->standard_uncertainty, std::sqrt(part.covariance.front()));
+      }
+    }
+  }
+}
+
+void add_term(const ModelTerm& term, const std::optional<Coupling>& g_sensitivity, Calibration& calibration) {
+  if (of_the_lab(term)) return;
+  if (term.name == "g_sensitivity") return add_g_sensitivity(term, g_sensitivity, calibration);
+  if (term.name == "scale_nonlinearity") return add_even_order(term, calibration);
+  for (const TermPart& part : term.parts) {
+    AcceptedTerm out{term.name, term.lab_only, part.sensors, {}};
+    for (const TermParameter& parameter : part.parameters) out.parameters.emplace_back(parameter.name, parameter.value);
+    calibration.terms.push_back(std::move(out));
+  }
+}
+
+}  // namespace
+
+UnitModel make_model(const UnitInput& input, const UnitRows& rows,
+                     std::array<std::optional<SensorFit>, kSensorCount> sensors) {
+  UnitModel model;
+  model.unit = input.unit;
+  model.unit_type = input.type.name;
+  model.epoch = input.epoch;
+  model.gravity = rows.gravity;
+  for (const RunInput& run : input.runs) {
+    model.runs.push_back({run.run_id, run.label, run.campaign, run.content_sha256});
+    model.simulated = model.simulated || run.simulated;
+  }
+  model.references = input.references;
+  model.sensors = std::move(sensors);
+  model.own_thermometer = rows.own_thermometer;
+  model.accel_misalignment = rows.accel_misalignment;
+  model.g_sensitivity = rows.g_sensitivity;
+  model.earth_removed = rows.earth_removed;
+  model.even_order = rows.even_order;
+  model.level = rows.level;
+  model.terms = input.terms;
+  model.warnings = rows.warnings;
+  return model;
+}
+
+Calibration make_calibration(const UnitModel& model) {
+  Calibration calibration;
+  calibration.unit = model.unit;
+  calibration.unit_type = model.unit_type;
+  calibration.epoch = model.epoch;
+  calibration.model_version = model.version;
+  calibration.created_utc_s = model.created_utc_s;
+  calibration.simulated = model.simulated;
+  calibration.gravity_mps2 = model.gravity.mps2;
+  calibration.gravity_assumed = model.gravity.assumed;
+  calibration.references = model.references;
+  for (const RunReference& run : model.runs) calibration.run_hashes.push_back(run.content_sha256);
+  for (const Sensor sensor : kSensors) {
+    const auto& fit = model.sensors[index_of(sensor)];
+    if (!fit) continue;
+    SensorCalibration out;
+    out.sensor = sensor;
+    out.own_thermometer = model.own_thermometer[index_of(sensor)];
+    out.temp_min_c = fit->bias.temp_min_c;
+    out.temp_max_c = fit->bias.temp_max_c;
+    out.model = name_of(fit->bias.deployed);
+    out.bias = fit->bias.curve;
+    out.bias_uncertainty = uncertainty_of(fit->bias, true);
+    if (fit->scale) {
+      out.scale_ppm = fit->scale->curve;
+      out.scale_uncertainty = uncertainty_of(*fit->scale, false);
+    }
+    calibration.sensors.push_back(std::move(out));
+  }
+  if (model.accel_misalignment) {
+    calibration.accel_misalignment = values_of(*model.accel_misalignment);
+    calibration.misalignment_uncertainty = uncertainty_of(*model.accel_misalignment);
+  }
+  std::transform(model.even_order.begin(), model.even_order.end(), calibration.even_order.begin(), even_order_of);
+  for (const ModelTerm& term : model.terms) add_term(term, model.g_sensitivity, calibration);
+  return calibration;
+}
+
+}  // namespace soak::calib

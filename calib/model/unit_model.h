@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/curve/calibration.h"
+#include "calib/curve/curve_fit.h"
+#include "calib/model/unit_fit.h"
+
+namespace soak::calib {
+
+/// A run that a model was fitted to.
+struct RunReference {
+  std::string run_id;
+  std::string label;
+  std::string campaign;
+  std::string content_sha256;
+};
+
+/// One version of a unit's thermal model: what `soak fit` makes.
+struct UnitModel {
+  std::string unit;
+  std::string unit_type;
+  std::int32_t epoch = 0;
+  std::int32_t version = 0;
+  double created_utc_s = 0.0;
+  bool simulated = false;
+  Gravity gravity;
+  std::vector<RunReference> runs;
+  std::vector<ReferenceUse> references;
+  std::array<std::optional<SensorFit>, kSensorCount> sensors;
+  std::array<bool, kSensorCount> own_thermometer{};  ///< as in UnitRows
+  std::optional<Coupling> accel_misalignment;
+  std::optional<Coupling> g_sensitivity;  ///< estimated beside the model; enters it only by `gap accept`
+  EarthRemoval earth_removed = EarthRemoval::none;
+  std::array<std::optional<StatedValue>, 3> even_order;  ///< of the accelerometers, 1/(m/s²)
+  LevelStatement level;                                  ///< of the chamber's side; concerns no unit
+  CurveFitOptions options;                               ///< that it was fitted with
+  std::vector<ModelTerm> terms;                          ///< that the readings were freed of before the fit
+  std::vector<Warning> warnings;
+};
+
+/// A model from a unit's rows and its sensors' fits; version and time are the caller's.
+[[nodiscard]] UnitModel make_model(const UnitInput& input, const UnitRows& rows,
+                                   std::array<std::optional<SensorFit>, kSensorCount> sensors);
+
+/// What of a model leaves the lab.
+[[nodiscard]] Calibration make_calibration(const UnitModel& model);
+
+}  // namespace soak::calib

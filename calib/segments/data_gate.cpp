@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/segments/data_gate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "calib/segments/detail/checks.h"
+
+namespace soak::calib {
+namespace {
+
+/// "visit 3, +X", with the attempt where it is not the first.
+std::string place_of(const SegmentKey& key) {
+  std::string place = fmt::format("visit {}", key.visit);
+  if (!key.position.empty()) place += ", " + key.position;
+  if (key.attempt > 0) place += fmt::format(", attempt {}", key.attempt);
+  return place;
+}
+
+/// A code with its severity, the segments that have it, and where it came first.
+struct Tally {
+  const Finding* finding;
+  const Segment* first;
+  const Segment* last;
+  std::size_t segments = 1;
+};
+
+void count(std::vector<Tally>& tallies, const Segment& segment, const Finding& finding) {
+  const auto same = std::find_if(tallies.begin(), tallies.end(), [&](const Tally& tally) {
+    return tally.finding->code == finding.code && tally.finding->severity == finding.severity;
+  });
+  if (same == tallies.end()) {
+    tallies.push_back({&finding, &segment, &segment});
+    return;
+  }
+  if (same->last != &segment) ++same->segments;
+  same->last = &segment;
+}
+
+/// What the times of a segment's rows say, for the sensors of which no sample is missing.
+struct KnownTimes {
+  double interval_s = 0.0;  ///< usual one that they were judged by
+  gate::Loss loss;
+  std::optional<double> share_off;
+};
+
+/// Dropouts and irregular sampling. `rows`: what is known of the rows' times, or becomes known now.
+void judge_times(const gate::Samples& samples, KnownTimes& rows, gate::SensorSummary& summary) {
+  const double interval_s = samples.facts().interval_s;
+  KnownTimes times = rows;
+  if (!summary.complete || rows.interval_s != interval_s) {
+    const auto t_s = samples.present.t_s();
+    times = {interval_s, gate::loss_of(samples.view.t_s(), t_s, interval_s), gate::share_off(t_s, interval_s)};
+    if (summary.complete) rows = times;
+  }
+  summary.dropouts = gate::dropouts(samples, times.loss);
+  summary.sampling_judged = !summary.dropouts && times.share_off;
+  if (summary.sampling_judged) summary.irregular_sampling = gate::irregular_sampling(samples, *times.share_off);
+}
+
+void withdraw(Segment& segment, Sensor sensor) {
+  segment.sensor[index_of(sensor)] = {};
+  for (Block& block : segment.blocks) block.sensor[index_of(sensor)] = {};
+}
+
+}  // namespace
+
+struct Examination::Impl {
+  const Recording& recording;
+  std::span<const Segment> segments;
+  UnitType type;
+  GateLimits limits;
+  gate::Facts facts;
+  double row_interval_s = 0.0;
+  std::vector<gate::SegmentState> states;
+  std::vector<KnownTimes> known;
+
+  [[nodiscard]] gate::View view(std::size_t index) const {
+    return {recording, segments, segments[index], type, limits, facts, states[index]};
+  }
+  void summarise(std::size_t index, Sensor sensor, const gate::Present& present, std::span<const double> values);
+};
+
+Examination::Examination(const Recording& recording, std::span<const Segment> segments, const UnitType& type,
+                         const GateLimits& limits)
+    : impl_(new Impl{recording, segments, type, limits, gate::run_facts(recording, segments), 0.0, {}, {}}) {
+  for (const Segment& segment : segments) {
+    const auto [first, last] = gate::rows_of(recording, segment);
+    const std::span<const double> t_s(recording.t_s.data() + first, last - first);
+    impl_->states.push_back({first, last, gate::stretches(t_s), {}});
+  }
+  impl_->known.resize(segments.size());
+  impl_->row_interval_s = gate::row_interval_s(recording, impl_->states);
+}
+
+Examination::~Examination() = default;
+
+void Examination::add(Sensor sensor, std::span<const double> samples) {
+  const auto rows_of = [&](const gate::SegmentState& state) {
+    return samples.subspan(state.first, state.last - state.first);
+  };
+  std::vector<gate::Present> presents;
+  for (std::size_t i = 0; i < impl_->states.size(); ++i) {
+    const gate::View view = impl_->view(i);
+    const bool complete = view.segment.sensor[index_of(sensor)].count == view.rows();
+    presents.emplace_back(view.t_s(), rows_of(impl_->states[i]), complete);
+  }
+  impl_->facts.sensor[index_of(sensor)] = gate::sensor_facts(presents, impl_->row_interval_s);
+  for (std::size_t i = 0; i < impl_->states.size(); ++i) {
+    impl_->summarise(i, sensor, presents[i], rows_of(impl_->states[i]));
+  }
+}
+
+void Examination::Impl::summarise(std::size_t index, Sensor sensor, const gate::Present& present,
+                                  std::span<const double> values) {
+  const gate::View segment = view(index);
+  const gate::Samples samples{segment, sensor, present};
+  gate::SensorSummary& summary = states[index].sensor[index_of(sensor)];
+  summary.recorded = true;
+  summary.complete = present.complete();
+  summary.samples = present.values().size();
+  summary.levels = gate::levels_of(segment.t_s(), values, segment.state.stretches,
+                                   std::max(samples.facts().noise, samples.facts().step), limits.knock_sigmas);
+  summary.saturated = gate::saturated(samples);
+  if (!summary.saturated) summary.stuck = gate::stuck(samples);
+  if (samples.facts().interval_s > 0.0) judge_times(samples, known[index], summary);
+}
+
+std::vector<std::vector<Finding>> Examination::findings() const {
+  impl_->facts.attitude = gate::attitude_facts(impl_->segments, impl_->type);
+  std::vector<std::vector<Finding>> findings;
+  for (std::size_t i = 0; i < impl_->states.size(); ++i) {
+    auto& found = findings.emplace_back();
+    for (const gate::Check check : gate::kChecks) check(impl_->view(i), found);
+  }
+  return findings;
+}
+
+std::vector<std::vector<Finding>> examine(const Recording& recording, std::span<const Segment> segments,
+                                          const UnitType& type, const GateLimits& limits) {
+  Examination examination(recording, segments, type, limits);
+  for (const Sensor sensor : kSensors) {
+    const std::vector<double>& samples = recording.sensor[index_of(sensor)];
+    if (!samples.empty()) examination.add(sensor, samples);
+  }
+  return examination.findings();
+}
+
+bool is_rejected(const Segment& segment) {
+  return std::any_of(segment.findings.begin(), segment.findings.end(),
+                     [](const Finding& finding) { return finding.severity == Severity::reject && !finding.sensor; });
+}
+
+bool is_rejected(const Segment& segment, Sensor sensor) {
+  return std::any_of(segment.findings.begin(), segment.findings.end(), [&](const Finding& finding) {
+    return finding.severity == Severity::reject && finding.sensor.value_or(sensor) == sensor;
+  });
+}
+
+std::vector<Segment> accepted(std::span<const Segment> segments) {
+  std::vector<Segment> kept;
+  for (const Segment& segment : segments) {
+    if (is_rejected(segment)) continue;
+    Segment& copy = kept.emplace_back(segment);
+    for (const Sensor sensor : kSensors) {
+      if (is_rejected(segment, sensor)) withdraw(copy, sensor);
+    }
+  }
+  return kept;
+}
+
+std::vector<Warning> summarise(std::span<const Segment> segments) {
+  std::vector<Tally> tallies;
+  for (const Segment& segment : segments) {
+    for (const Finding& finding : segment.findings) count(tallies, segment, finding);
+  }
+  std::vector<Warning> warnings;
+  for (const Tally& tally : tallies) {
+    const bool rejects = tally.finding->severity == Severity::reject;
+    const std::string what = !rejects ? "has" : tally.finding->sensor ? "loses a sensor in" : "loses";
+    warnings.push_back(
+        {tally.finding->code, fmt::format("{} {} of {} segments; the first, {}: {}", what, tally.segments,
+                                          segments.size(), place_of(tally.first->key), tally.finding->text)});
+  }
+  return warnings;
+}
+
+}  // namespace soak::calib

@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/segments/segmentation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "base/statistics.h"
+#include "calib/segments/detail/kernels.h"
+#include "calib/segments/plateaus.h"
+#include "calib/segments/statistics.h"
+
+namespace soak::calib {
+namespace {
+
+constexpr double kBlock_s = 60.0;
+constexpr double kBlockWithoutPlateau_s = 30.0;
+constexpr double kLongestGap_s = 10.0;
+constexpr double kLongestGapIntervals = 20.0;
+constexpr double kExcursion_c = 2.0;
+constexpr double kAstray_c = 30.0;  ///< no unit warms itself so far above its chamber
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// Rows [first, last) of one plateau and one position; plateau NaN where there is none.
+struct Piece {
+  std::size_t first = 0;
+  std::size_t last = 0;
+  double plateau_c = kNone;
+  std::int32_t position = -1;
+};
+
+bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+bool has_value(const std::vector<double>& values) {
+  return std::any_of(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
+}
+
+double median_interval_s(const std::vector<double>& t_s) {
+  const std::size_t count = std::min<std::size_t>(t_s.size(), 10001);
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < count; ++i) intervals.push_back(t_s[i] - t_s[i - 1]);
+  return intervals.empty() ? 0.0 : base::median(intervals);
+}
+
+/// Plateau of each row found from the temperature, stretch by stretch of soak rows; NaN outside plateaus.
+std::vector<double> found_plateaus(const Recording& r) {
+  std::vector<double> plateau_c(r.rows(), kNone);
+  const auto is_soak = [&](std::size_t i) { return r.phase.empty() || r.phase[i] == Phase::soak; };
+  for (std::size_t first = 0; first < r.rows();) {
+    std::size_t last = first;
+    while (last < r.rows() && is_soak(last)) ++last;
+    if (last > first) {
+      const std::span<const double> t(r.t_s.data() + first, last - first);
+      const std::span<const double> temp(r.temp_c.data() + first, last - first);
+      for (const Plateau& p : find_plateaus(t, temp)) {
+        const double rounded = std::round(p.temp_c * 10.0) / 10.0;
+        std::fill(plateau_c.begin() + static_cast<std::ptrdiff_t>(first + p.first),
+                  plateau_c.begin() + static_cast<std::ptrdiff_t>(first + p.last), rounded);
+      }
+    }
+    first = last + 1;
+  }
+  return plateau_c;
+}
+
+std::vector<Piece> cut(const Recording& r, const std::vector<double>& plateau_c, bool with_plateaus) {
+  const double longest_gap_s = std::max(kLongestGap_s, kLongestGapIntervals * median_interval_s(r.t_s));
+  std::vector<Piece> pieces;
+  Piece piece;  // the open one, if it has rows
+  const auto close = [&] {
+    if (piece.last > piece.first) pieces.push_back(piece);
+    piece.last = piece.first;
+  };
+  for (std::size_t i = 0; i < r.rows(); ++i) {
+    const std::int32_t position = r.position.empty() ? 0 : r.position[i];
+    const double plateau = with_plateaus ? plateau_c[i] : kNone;
+    const bool soak = r.phase.empty() || r.phase[i] == Phase::soak;
+    const bool usable = position >= 0 && (!with_plateaus || (soak && !std::isnan(plateau)));
+    const bool continues = usable && piece.last > piece.first && piece.position == position &&
+                           same(piece.plateau_c, plateau) && r.t_s[i] - r.t_s[i - 1] <= longest_gap_s;
+    if (!continues) {
+      close();
+      piece = {i, i, plateau, position};
+    }
+    if (usable) piece.last = i + 1;
+  }
+  close();
+  return pieces;
+}
+
+/// Least-squares mean and slope of a temperature over rows; NaN mean where there is no value. Its memory is used again.
+class TemperatureLine {
+ public:
+  Line operator()(std::span<const double> t_s, std::span<const double> temp_c) {
+    minutes_.resize(t_s.size());
+    minutes_since(t_s, t_s.front(), minutes_);
+    if (!has_gap(temp_c)) return fit_line(minutes_, temp_c);
+    values_.clear();
+    for (std::size_t i = 0; i < temp_c.size(); ++i) {
+      if (std::isnan(temp_c[i])) continue;
+      minutes_[values_.size()] = minutes_[i];
+      values_.push_back(temp_c[i]);
+    }
+    Line line = fit_line(std::span(minutes_).first(values_.size()), values_);
+    if (values_.empty()) line.mean_y = kNone;
+    return line;
+  }
+
+ private:
+  std::vector<double> minutes_;
+  std::vector<double> values_;
+};
+
+/// Coarser output steps are none: a simulation without noise shows few numbers, gravity apart.
+constexpr double kCoarsestAccel_mps2 = 0.5;
+constexpr double kCoarsestGyro_dps = 5.0;
+
+/// Output step of a sensor: a segment may show one number only, the whole recording shows more.
+double plausible_step(Sensor sensor, std::span<const double> samples) {
+  const double step = output_step(samples);
+  const double coarsest = is_gyro(sensor) ? kCoarsestGyro_dps / printed_per_si(sensor) : kCoarsestAccel_mps2;
+  return step <= coarsest ? step : 0.0;
+}
+
+/// Rows of the block that begins with row `first` of a piece: those within the next `length_s` from the piece's start.
+std::size_t end_of_block(const Recording& r, const Piece& piece, std::size_t first, double length_s) {
+  const double start_s = r.t_s[piece.first];
+  const double index = std::floor((r.t_s[first] - start_s) / length_s);
+  const auto rows = std::span(r.t_s).subspan(first, piece.last - first);
+  const auto end = std::partition_point(rows.begin(), rows.end(),
+                                        [&](double t_s) { return t_s - start_s < (index + 1.0) * length_s; });
+  return first + static_cast<std::size_t>(end - rows.begin());
+}
+
+/// Numbers the visits, attempts and sweeps of the pieces in the order of time.
+class Visits {
+ public:
+  explicit Visits(const Recording& recording) : r_(recording) {}
+
+  void assign(const Piece& piece, Segment& segment) {
+    if (begins_visit(piece)) {
+      const Sweep given = r_.sweep.empty() ? Sweep::unknown : r_.sweep[piece.first];
+      const bool changed = visit_ >= 0 && !std::isnan(piece.plateau_c) && piece.plateau_c != plateau_c_;
+      if (changed) sweep_ = piece.plateau_c > plateau_c_ ? Sweep::up : Sweep::down;
+      if (given != Sweep::unknown) sweep_ = given;
+      ++visit_;
+      plateau_c_ = piece.plateau_c;
+      seen_.clear();
+    }
+    segment.key.visit = visit_;
+    segment.sweep = sweep_;
+    segment.key.attempt = static_cast<std::int32_t>(std::count(seen_.begin(), seen_.end(), piece.position));
+    seen_.push_back(piece.position);
+    previous_last_ = piece.last;
+    previous_temp_c_ = segment.temp_c;
+  }
+
+ private:
+  [[nodiscard]] bool begins_visit(const Piece& piece) const {
+    if (visit_ < 0 || !same(piece.plateau_c, plateau_c_)) return true;
+    if (std::isnan(piece.plateau_c)) return false;
+    for (std::size_t i = previous_last_; i < piece.first; ++i) {
+      if (std::abs(r_.temp_c[i] - previous_temp_c_) > kExcursion_c) return true;
+    }
+    return false;
+  }
+
+  const Recording& r_;
+  std::int32_t visit_ = -1;
+  double plateau_c_ = kNone;
+  Sweep sweep_ = Sweep::unknown;
+  std::vector<std::int32_t> seen_;
+  std::size_t previous_last_ = 0;
+  double previous_temp_c_ = 0.0;
+};
+
+/// What can be said of a piece before any sensor.
+Segment identified(const Recording& r, const Piece& piece, bool with_plateaus) {
+  Segment segment;
+  segment.key.run_id = r.run_id;
+  segment.key.unit = r.unit;
+  segment.phase = with_plateaus || r.phase.empty() ? Phase::soak : r.phase[piece.first];
+  if (!std::isnan(piece.plateau_c)) segment.plateau_c = piece.plateau_c;
+  if (!r.position.empty()) {
+    segment.position = r.positions[static_cast<std::size_t>(piece.position)];
+    segment.key.position = segment.position->label;
+  }
+  segment.t_start_s = r.t_s[piece.first];
+  segment.t_end_s = r.t_s[piece.last - 1];
+  return segment;
+}
+
+void warn_of_astray(Segmentation& result) {
+  const auto astray = std::find_if(result.segments.begin(), result.segments.end(), [](const Segment& segment) {
+    return segment.plateau_c && std::abs(segment.temp_c - *segment.plateau_c) > kAstray_c;
+  });
+  if (astray == result.segments.end()) return;
+  result.warnings.push_back(
+      fmt::format("the unit's thermometer reads {:.1f} °C at the {:.1f} °C plateau: check the unit of "
+                  "the temperature (temp_k for kelvin)",
+                  astray->temp_c, *astray->plateau_c));
+}
+
+}  // namespace
+
+struct Segmenter::Impl {
+  /// Rows [first, last).
+  struct Rows {
+    std::size_t first = 0;
+    std::size_t last = 0;
+  };
+  /// Where the samples of a segment lie.
+  struct Place {
+    Rows rows;
+    std::vector<Rows> blocks;
+    bool temp_gaps = false;  ///< the unit's thermometer has no value in some row
+  };
+
+  explicit Impl(const Recording& recording) : r(recording) {}
+
+  void cut_into_segments();
+  void make_blocks(const Piece& piece, double length_s, Segment& segment, Place& place);
+  std::array<double, kSensorCount> sensor_temperatures(Rows rows, double temp_c);
+  SensorStatistics describe(std::span<const double> samples, const std::vector<double>& temp_c, Rows rows, bool gaps,
+                            double step);
+
+  [[nodiscard]] static std::span<const double> part(const std::vector<double>& values, Rows rows) {
+    return {values.data() + rows.first, rows.last - rows.first};
+  }
+
+  const Recording& r;
+  Segmentation result;
+  std::vector<Place> places;  ///< of each segment
+  TemperatureLine line;
+  std::vector<double> scratch;
+};
+
+/// Mean of each sensor's own thermometer over the rows, `temp_c` where it has none or it gave no value.
+std::array<double, kSensorCount> Segmenter::Impl::sensor_temperatures(Rows rows, double temp_c) {
+  std::array<double, kSensorCount> temps_c;
+  temps_c.fill(temp_c);
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    if (r.sensor_temp_c[s].empty()) continue;
+    const double own = line(part(r.t_s, rows), part(r.sensor_temp_c[s], rows)).mean_y;
+    if (!std::isnan(own)) temps_c[s] = own;
+  }
+  return temps_c;
+}
+
+void Segmenter::Impl::make_blocks(const Piece& piece, double length_s, Segment& segment, Place& place) {
+  const double total_s = r.t_s[piece.last - 1] - r.t_s[piece.first];
+  Rows rows{piece.first, piece.first};
+  for (; rows.first < piece.last; rows.first = rows.last) {
+    rows.last = end_of_block(r, piece, rows.first, length_s);
+    const double covered_s = r.t_s[rows.last - 1] - r.t_s[rows.first];
+    // A short rest would be a block with a far larger variance than its neighbours.
+    if (covered_s < 0.5 * length_s && total_s >= length_s) continue;
+    const Line temp = line(part(r.t_s, rows), part(r.temp_c, rows));
+    if (std::isnan(temp.mean_y)) continue;
+    place.blocks.push_back(rows);
+    segment.blocks.push_back({0.5 * (r.t_s[rows.first] + r.t_s[rows.last - 1]),
+                              std::min(length_s, std::max(covered_s, 0.0)),
+                              temp.mean_y,
+                              temp.slope,
+                              sensor_temperatures(rows, temp.mean_y),
+                              {}});
+  }
+}
+
+void Segmenter::Impl::cut_into_segments() {
+  const bool given = has_value(r.plateau_c);
+  const std::vector<double> found = given ? std::vector<double>() : found_plateaus(r);
+  const std::vector<double>& plateau_c = given ? r.plateau_c : found;
+  const bool with_plateaus = given || has_value(found);
+  Visits visits(r);
+  std::size_t without_temperature = 0;
+  for (const Piece& piece : cut(r, plateau_c, with_plateaus)) {
+    Place place{{piece.first, piece.last}, {}, false};
+    const Line temp = line(part(r.t_s, place.rows), part(r.temp_c, place.rows));
+    if (std::isnan(temp.mean_y)) {
+      ++without_temperature;
+      continue;
+    }
+    Segment segment = identified(r, piece, with_plateaus);
+    segment.temp_c = temp.mean_y;
+    segment.temp_rate_kpmin = temp.slope;
+    segment.sensor_temp_c = sensor_temperatures(place.rows, segment.temp_c);
+    visits.assign(piece, segment);
+    make_blocks(piece, with_plateaus ? kBlock_s : kBlockWithoutPlateau_s, segment, place);
+    place.temp_gaps = has_gap(part(r.temp_c, place.rows));
+    result.segments.push_back(std::move(segment));
+    places.push_back(std::move(place));
+  }
+  if (!with_plateaus) {
+    result.warnings.emplace_back("no plateau was given and none found in the temperature: 30-second blocks stand in");
+  }
+  warn_of_astray(result);
+  if (result.segments.empty()) {
+    result.warnings.emplace_back(
+        "no segment was found: all rows are of ramps or moves, so that no fit can use this run");
+  }
+  if (without_temperature > 0) {
+    result.warnings.push_back(
+        fmt::format("{} segments without a value of the thermometer were left out", without_temperature));
+  }
+}
+
+/// A sample at an unknown temperature says nothing of a thermal curve. `gaps`: whether there may be such.
+SensorStatistics Segmenter::Impl::describe(std::span<const double> samples, const std::vector<double>& temp_c,
+                                           Rows rows, bool gaps, double step) {
+  const auto own = samples.subspan(rows.first, rows.last - rows.first);
+  if (!gaps) return calib::describe(own, step);
+  scratch.assign(own.begin(), own.end());
+  for (std::size_t i = 0; i < scratch.size(); ++i) {
+    if (std::isnan(temp_c[rows.first + i])) scratch[i] = kNone;
+  }
+  return calib::describe(scratch, step);
+}
+
+base::Result<Segmenter> Segmenter::begin(const Recording& recording) {
+  if (recording.rows() == 0) return base::bad_input("the recording has no rows", recording.unit);
+  auto impl = std::make_unique<Impl>(recording);
+  impl->cut_into_segments();
+  return Segmenter(std::move(impl));
+}
+
+Segmenter::Segmenter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Segmenter::Segmenter(Segmenter&&) noexcept = default;
+Segmenter& Segmenter::operator=(Segmenter&&) noexcept = default;
+Segmenter::~Segmenter() = default;
+
+void Segmenter::describe(Sensor sensor, std::span<const double> samples) {
+  const std::size_t s = index_of(sensor);
+  const bool own_thermometer = !impl_->r.sensor_temp_c[s].empty();
+  const std::vector<double>& temp_c = own_thermometer ? impl_->r.sensor_temp_c[s] : impl_->r.temp_c;
+  const double step = plausible_step(sensor, samples);
+  for (std::size_t i = 0; i < impl_->places.size(); ++i) {
+    const Impl::Place& place = impl_->places[i];
+    Segment& segment = impl_->result.segments[i];
+    const bool gaps = own_thermometer || place.temp_gaps;
+    segment.sensor[s] = impl_->describe(samples, temp_c, place.rows, gaps, step);
+    for (std::size_t b = 0; b < place.blocks.size(); ++b) {
+      segment.blocks[b].sensor[s] = impl_->describe(samples, temp_c, place.blocks[b], gaps, step);
+    }
+  }
+}
+
+Segmentation& Segmenter::result() { return impl_->result; }
+
+base::Result<Segmentation> segment(const Recording& recording) {
+  auto segmenter = Segmenter::begin(recording);
+  if (!segmenter) return base::forward_error(segmenter);
+  for (const Sensor sensor : kSensors) {
+    const std::vector<double>& samples = recording.sensor[index_of(sensor)];
+    if (!samples.empty()) segmenter->describe(sensor, samples);
+  }
+  return std::move(segmenter->result());
+}
+
+}  // namespace soak::calib

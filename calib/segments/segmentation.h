@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/vocabulary/recording.h"
+#include "calib/vocabulary/segment.h"
+
+namespace soak::calib {
+
+/// The segments of a recording with their statistics, in the order of time.
+struct Segmentation {
+  std::vector<Segment> segments;
+  std::vector<std::string> warnings;
+};
+
+/// Cuts a recording into segments: contiguous soak rows with one plateau and one position. Moving rows and ramps are
+/// left out; a gap in time of more than 10 s and 20 sample intervals ends a segment. Plateaus come from `plateau_c`;
+/// where that is absent they are found from the temperature (plateaus.h). A recording in which there are none becomes
+/// segments without plateau, one per stretch of one position, with blocks of 30 s; otherwise blocks are of one minute
+/// (a segment shorter than that has one block).
+///
+/// Visits count the plateaus in order; the same set point counts again after the temperature has left it by more than
+/// 2 K. Sweep: as recorded, else the sign of the last change of plateau, unknown at the first.
+/// Refuses a recording without rows. Cost linear in rows.
+[[nodiscard]] base::Result<Segmentation> segment(const Recording& recording);
+
+/// The same for sensors that are in memory one at a time.
+class Segmenter {
+ public:
+  /// Finds the segments and their temperatures. Nobody looks at the recording's own samples; it must stay where it is.
+  [[nodiscard]] static base::Result<Segmenter> begin(const Recording& recording);
+  Segmenter(Segmenter&&) noexcept;
+  Segmenter& operator=(Segmenter&&) noexcept;
+  ~Segmenter();
+
+  /// Puts the statistics of one sensor into all segments: one sample per row, NaN = missing.
+  void describe(Sensor sensor, std::span<const double> samples);
+  /// Sensors that were not described have count 0. The segments stay where they are in memory.
+  [[nodiscard]] Segmentation& result();
+
+ private:
+  struct Impl;
+  explicit Segmenter(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace soak::calib

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/signal/allan/allan_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "base/statistics.h"
+#include "calib/signal/allan/detail/limits.h"
+#include "calib/signal/allan/detail/markov_search.h"
+
+namespace soak::calib::signal {
+namespace {
+
+using namespace allan_fit;
+
+constexpr std::size_t kFewestPoints = 5;
+constexpr std::size_t kMostPoints = 32;
+/// Averaging times of the fit lie at least so far apart: denser ones add nothing but rounding errors.
+constexpr double kLeastRatio = 1.25;
+constexpr std::array<double, 2> kTails = {0.025, 0.975};
+/// 0.664, Allan deviation of flicker noise over its coefficient B.
+const double kFlickerDeviation = std::sqrt(allan_variances(1.0, 0.0)[flicker]);
+/// A curve whose variance falls slower than tau^-0.2 at its end counts as flat there.
+constexpr double kFlatSlope = -0.2;
+/// A fit less probable than this does not know what the noise is.
+constexpr double kMisfit = 0.01;
+
+base::Status check(const AllanCurve& curve) {
+  if (!(curve.interval_s > 0.0) || !std::isfinite(curve.interval_s)) {
+    return base::bad_input("the sample interval must be positive", "interval_s");
+  }
+  if (curve.multiples.size() != curve.deviation.size()) {
+    return base::bad_input("as many deviations as averaging times are needed", "deviation");
+  }
+  if (curve.multiples.size() < kFewestPoints) {
+    return base::bad_input("a fit needs at least 5 averaging times, there are " +
+                               std::to_string(curve.multiples.size()) + ": the record is too short",
+                           "multiples");
+  }
+  if (curve.stretches.empty()) return base::bad_input("the lengths of the stretches are missing", "stretches");
+  const std::size_t longest = *std::max_element(curve.stretches.begin(), curve.stretches.end());
+  for (std::size_t i = 0; i < curve.multiples.size(); ++i) {
+    const std::string where = "averaging time " + std::to_string(i);
+    if (curve.multiples[i] == 0 || (i > 0 && curve.multiples[i] <= curve.multiples[i - 1])) {
+      return base::bad_input("averaging times must be positive and rise", where);
+    }
+    if (curve.multiples[i] > (longest - std::min<std::size_t>(longest, 1)) / 2) {
+      return base::bad_input("no stretch has a difference at this averaging time", where);
+    }
+    if (!(curve.deviation[i] > 0.0) || !std::isnormal(curve.deviation[i])) {
+      return base::bad_input("deviations must be positive numbers of full precision", where);
+    }
+  }
+  return {};
+}
+
+/// Geometric mean of the deviations: the fit works on numbers about 1, whose squares and fourth powers exist.
+double size_of(const std::vector<double>& deviations) {
+  double sum = 0.0;
+  for (const double deviation : deviations) sum += std::log(deviation);
+  return std::exp(sum / static_cast<double>(deviations.size()));
+}
+
+/// Every averaging time that lies far enough beyond the one before.
+Points thinned(const AllanCurve& curve) {
+  const double first = static_cast<double>(curve.multiples.front());
+  const double range = static_cast<double>(curve.multiples.back()) / first;
+  const double ratio = std::max(kLeastRatio, std::pow(range, 1.0 / static_cast<double>(kMostPoints - 1)));
+  Points points;
+  std::vector<double> variance;
+  double next = 0.0;
+  for (std::size_t i = 0; i < curve.multiples.size(); ++i) {
+    const auto m = static_cast<double>(curve.multiples[i]);
+    if (m < next * (1.0 - 1e-9)) continue;
+    points.multiples.push_back(m);
+    variance.push_back(curve.deviation[i] * curve.deviation[i]);
+    next = m * ratio;
+  }
+  points.variance = Eigen::Map<const Eigen::VectorXd>(variance.data(), static_cast<Eigen::Index>(variance.size()));
+  return points;
+}
+
+double misfit_probability(const Solution& solution) {
+  const double freedom =
+      static_cast<double>(solution.curves.rows()) - static_cast<double>(solution.best().columns.size());
+  return freedom > 0.0 ? base::chi_squared_upper_tail(solution.misfit, freedom) : 1.0;
+}
+
+bool misfits(const Fitted& fit) { return misfit_probability(fit.solution) < kMisfit; }
+
+/// sqrt(theta) and the interval of theta, times `unit`.
+AllanCoefficient coefficient(double theta, const ConfidenceDistribution& distribution, double unit) {
+  const auto scaled = [&](double variance) { return unit * std::sqrt(variance); };
+  AllanCoefficient c{.value = scaled(theta), .found = true};
+  c.low = std::min(c.value, scaled(distribution.quantile(kTails[0])));
+  c.high = std::max(c.value, scaled(distribution.quantile(kTails[1])));
+  return c;
+}
+
+/// A term that the best model does not have: what a model with it could not tell from 0.
+AllanCoefficient hidden(const Fitted& fit, Term term, double unit) {
+  std::vector<Eigen::Index> columns = fit.solution.best().columns;
+  columns.push_back(static_cast<Eigen::Index>(term));
+  Model model = fit_columns(fit.solution.whitened, columns);
+  model.weight = 1.0;
+  VarianceEstimate estimate = variance_estimate(fit.solution, fit.table, model, term);
+  estimate.value = std::max(0.0, estimate.value);
+  return {.high = unit * std::sqrt(ConfidenceDistribution({estimate}).quantile(kTails[1]))};
+}
+
+/// A limit from the curve itself holds whatever the fit believes; where the fit is good, what it found needs none.
+void limit(AllanCoefficient& coefficient, double highest, bool misfit) {
+  if (coefficient.found && !misfit) return;
+  coefficient.high = std::max(coefficient.value, std::min(highest, coefficient.high));
+}
+
+AllanCoefficient fitted_coefficient(const Fitted& fit, Term term, double unit) {
+  const auto column = static_cast<Eigen::Index>(term);
+  const Model& best = fit.solution.best();
+  if (!best.has(column)) return hidden(fit, term, unit);
+  std::vector<VarianceEstimate> estimates;
+  for (const Model& model : fit.solution.models) {
+    if (model.has(column)) estimates.push_back(variance_estimate(fit.solution, fit.table, model, term));
+  }
+  return coefficient(best.value(column), ConfidenceDistribution(estimates), unit);
+}
+
+AllanCoefficient term_coefficient(const Fitted& fit, const UpperCurve& upper, Term term, double unit) {
+  AllanCoefficient c = fitted_coefficient(fit, term, unit);
+  limit(c, unit * std::sqrt(largest_theta(upper, term, fit.table.markov_time())), misfits(fit));
+  return c;
+}
+
+AllanCoefficient markov_sigma(const Fitted& fit, const UpperCurve& upper, double unit) {
+  if (fit.solution.best().has(markov)) return term_coefficient(fit, upper, markov, unit);
+  return {.high = unit * std::sqrt(largest_markov_theta(upper))};
+}
+
+/// ln T is as good as normal: its error is that of the derivative's coefficient over the variance.
+AllanCoefficient markov_time(const Fitted& fit, double interval_s) {
+  const Model& best = fit.solution.best();
+  if (!best.has(markov)) return {.high = std::numeric_limits<double>::infinity()};
+  const Eigen::Index last = best.covariance.rows() - 1;
+  const double spread = std::exp(1.96 * std::sqrt(best.covariance(last, last)) / best.value(markov));
+  const double time = fit.table.markov_time() * interval_s;
+  return {.value = time, .low = time / spread, .high = time * spread, .found = true};
+}
+
+/// The least value of one model's own curve, as if it were the coefficient of a single term.
+VarianceEstimate least_value(const Model& model, const Eigen::MatrixXd& curves) {
+  const Eigen::MatrixXd columns = curves(Eigen::all, model.columns);
+  Eigen::Index at = 0;
+  VarianceEstimate estimate{.weight = model.weight, .value = (columns * model.estimate).minCoeff(&at)};
+  const Eigen::VectorXd phi = columns.row(at).transpose();
+  estimate.variance[2] = phi.dot(model.covariance * phi) / (estimate.value * estimate.value);
+  return estimate;
+}
+
+/// d ln(variance)/d ln(tau) at the end of the fitted curve.
+double end_slope(const std::vector<std::size_t>& multiples, const Eigen::VectorXd& fitted) {
+  const Eigen::Index n = fitted.size();
+  const auto m = [&](std::size_t back) { return static_cast<double>(multiples[multiples.size() - back]); };
+  return std::log(fitted[n - 1] / fitted[n - 2]) / std::log(m(1) / m(2));
+}
+
+void add_curve(const AllanCurve& curve, const Fitted& fit, AllanFit& result) {
+  const std::vector<double> multiples(curve.multiples.begin(), curve.multiples.end());
+  const Eigen::MatrixXd curves = term_curves(multiples, fit.table.markov_time());
+  const Model& best = fit.solution.best();
+  const Eigen::VectorXd fitted = curves(Eigen::all, best.columns) * best.estimate;
+  result.deviation.assign(fitted.begin(), fitted.end());
+  for (double& value : result.deviation) value = std::sqrt(value);
+  Eigen::Index at = 0;
+  fitted.minCoeff(&at);
+  std::vector<VarianceEstimate> estimates;
+  for (const Model& model : fit.solution.models) estimates.push_back(least_value(model, curves));
+  result.bias_instability = coefficient(fitted[at], ConfidenceDistribution(estimates), 1.0 / kFlickerDeviation);
+  result.bias_instability_tau_s = multiples[static_cast<std::size_t>(at)] * curve.interval_s;
+  if (end_slope(curve.multiples, fitted) < kFlatSlope) {
+    result.bias_instability.found = false;
+    result.bias_instability.low = 0.0;
+  }
+}
+
+/// 2/edf of the measured variance at averaging time m. A pure ramp has no variance at all: the error of the model
+/// bounds the degrees of freedom. Where the model misfits, its noise is not the curve's: then the widest of the power
+/// laws, and no less than the misfit itself.
+double scatter(const TermPairs& pairs, const PerTerm& theta, double m, double measured, double fitted, bool misfit) {
+  const double model = relative_variance(pairs, theta, fitted) + kModelError * kModelError;
+  if (!misfit) return model;
+  const double residual = (measured - fitted) / measured;
+  return std::max({model, power_law_relative_variance(pairs, m), residual * residual});
+}
+
+void add_intervals(const AllanCurve& curve, const PairCounts& counts, const Fitted& fit, AllanFit& result) {
+  const PerTerm theta = fit.solution.best().theta();
+  const bool misfit = misfits(fit);
+  for (std::size_t i = 0; i < curve.multiples.size(); ++i) {
+    const auto m = static_cast<double>(curve.multiples[i]);
+    const double measured = curve.deviation[i] * curve.deviation[i];
+    const double fitted = result.deviation[i] * result.deviation[i];
+    const TermPairs pairs = covariance_terms(counts, m, m, fit.table.markov_time());
+    // No quadratic form of Gaussian noise has less than one degree of freedom.
+    const double edf = 2.0 / std::min(2.0, scatter(pairs, theta, m, measured, fitted, misfit));
+    result.degrees_of_freedom.push_back(edf);
+    const auto bound = [&](double p) {
+      return curve.deviation[i] * std::sqrt(edf / base::chi_squared_quantile(p, edf));
+    };
+    result.ci95.push_back({bound(kTails[1]), bound(kTails[0])});
+  }
+}
+
+/// theta counts time in intervals: Q = sqrt(theta) tau0, N = sqrt(theta tau0), K = sqrt(theta/tau0), R =
+/// sqrt(theta)/tau0
+void add_coefficients(const AllanCurve& curve, const Fitted& fit, AllanFit& result) {
+  const std::vector<double> multiples(curve.multiples.begin(), curve.multiples.end());
+  std::vector<double> highest;
+  for (const auto& [low, high] : result.ci95) highest.push_back(high * high);
+  const UpperCurve upper{multiples, highest};
+  const double tau0 = curve.interval_s;
+  result.quantization = term_coefficient(fit, upper, quantization, tau0);
+  result.angle_random_walk = term_coefficient(fit, upper, white, std::sqrt(tau0));
+  result.flicker = term_coefficient(fit, upper, flicker, 1.0);
+  result.rate_random_walk = term_coefficient(fit, upper, random_walk, 1.0 / std::sqrt(tau0));
+  result.rate_ramp = term_coefficient(fit, upper, ramp, 1.0 / tau0);
+  result.markov_sigma = markov_sigma(fit, upper, 1.0);
+  result.markov_time_s = markov_time(fit, tau0);
+  limit(result.bias_instability, std::sqrt(largest_theta(upper, flicker, 0.0)), misfits(fit));
+}
+
+constexpr std::array kDeviationTerms = {
+    &AllanFit::quantization, &AllanFit::angle_random_walk, &AllanFit::flicker,         &AllanFit::rate_random_walk,
+    &AllanFit::rate_ramp,    &AllanFit::markov_sigma,      &AllanFit::bias_instability};
+
+void scale(AllanFit& fit, double factor) {
+  for (const auto term : kDeviationTerms) {
+    AllanCoefficient& c = fit.*term;
+    c.value *= factor;
+    c.low *= factor;
+    c.high *= factor;
+  }
+  for (double& deviation : fit.deviation) deviation *= factor;
+  for (auto& [low, high] : fit.ci95) {
+    low *= factor;
+    high *= factor;
+  }
+}
+
+bool is_representable(const AllanFit& fit) {
+  return std::all_of(kDeviationTerms.begin(), kDeviationTerms.end(), [&](const auto term) {
+    const AllanCoefficient& c = fit.*term;
+    return std::isfinite(c.high) && (!c.found || std::isnormal(c.value));
+  });
+}
+
+/// The Markov term is tried before any averaging time counts less: what it explains must not pass for outliers.
+std::optional<Fitted> fit_terms(const Points& points, const PairCounts& counts) {
+  const CovarianceTable table(counts, points.multiples, 0.0);
+  std::optional<Solution> plain = solve(points, counts, table, Outliers::kept);
+  if (plain) {
+    std::optional<Fitted> with_markov = fit_with_markov(points, counts, *plain, Outliers::kept);
+    if (with_markov && !misfits(with_markov->solution)) return with_markov;
+    if (!misfits(*plain)) return Fitted{table, std::move(*plain)};
+  }
+  std::optional<Solution> robust = solve(points, counts, table, Outliers::weighed_down);
+  if (!robust) return std::nullopt;
+  std::optional<Fitted> with_markov = fit_with_markov(points, counts, *robust, Outliers::weighed_down);
+  return with_markov ? std::move(with_markov) : Fitted{table, std::move(*robust)};
+}
+
+}  // namespace
+
+base::Result<AllanFit> fit_allan(const AllanCurve& measured) {
+  if (const base::Status status = check(measured); !status) return tl::unexpected(status.error());
+  const double size = size_of(measured.deviation);
+  AllanCurve curve = measured;
+  for (double& deviation : curve.deviation) deviation /= size;
+  const PairCounts counts(curve.stretches);
+  const std::optional<Fitted> fit = fit_terms(thinned(curve), counts);
+  if (!fit) return base::bad_input("no sum of noise terms comes near this curve", "deviation");
+  AllanFit result;
+  add_curve(curve, *fit, result);
+  add_intervals(curve, counts, *fit, result);
+  add_coefficients(curve, *fit, result);
+  scale(result, size);
+  if (!is_representable(result)) {
+    return base::bad_input("coefficients of this curve are beyond the range of numbers: choose another unit",
+                           "deviation");
+  }
+  result.p_value = misfit_probability(fit->solution);
+  return result;
+}
+
+}  // namespace soak::calib::signal

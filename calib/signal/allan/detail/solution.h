@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "calib/signal/allan/detail/confidence.h"
+#include "calib/signal/allan/detail/covariance.h"
+#include "calib/signal/allan/detail/least_squares.h"
+
+namespace soak::calib::signal::allan_fit {
+
+/// The averaging times that the fit uses.
+struct Points {
+  std::vector<double> multiples;
+  Eigen::VectorXd variance;  ///< measured
+};
+
+/// Every term's curve at the multiples, n x kColumns (see least_squares.h).
+[[nodiscard]] Eigen::MatrixXd term_curves(const std::vector<double>& multiples, double markov_time);
+
+/// The curves hold to this share of the Allan variance at best: sampled sensors are no textbook integrals.
+constexpr double kModelError = 1e-3;
+
+/// What fitting came to.
+struct Solution {
+  Eigen::MatrixXd curves;      ///< term_curves() at the points
+  Eigen::MatrixXd covariance;  ///< of the measured variances under the fitted terms, outliers and inflation included
+  PerTerm theta{};             ///< that this covariance is for: mean over the models
+  Whitened whitened;
+  std::vector<Model> models;  ///< the best first
+  double misfit = 0.0;        ///< chi^2 of the best model when no averaging time counts less
+  double inflation = 1.0;     ///< factor on that covariance: chi^2 per degree of freedom, at least 1
+
+  [[nodiscard]] const Model& best() const { return models.front(); }
+};
+
+/// How the iteration treats averaging times that lie far off the curve.
+enum class Outliers {
+  kept,         ///< like all others
+  weighed_down  ///< additional variance in the size of their residual, and all variances inflated by chi^2 per degree
+                ///< of freedom
+};
+
+/// Iterated generalised least squares: terms -> covariance of the measured variances -> terms. `start`: begin with this
+/// model instead of a fit with independent errors. Nothing if a covariance cannot be factored.
+[[nodiscard]] std::optional<Solution> solve(const Points& points, const PairCounts& counts,
+                                            const CovarianceTable& table, Outliers outliers,
+                                            const std::optional<Model>& start = {});
+
+/// Whether even the closest model is too far off to be believed (1 %).
+[[nodiscard]] bool misfits(const Solution& solution);
+
+/// The estimate of a term's variance in one model, with the variance that it would have at other true values.
+[[nodiscard]] VarianceEstimate variance_estimate(const Solution& solution, const CovarianceTable& table,
+                                                 const Model& model, Term term);
+
+}  // namespace soak::calib::signal::allan_fit

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/vocabulary/run.h"
+#include "calib/vocabulary/segment.h"
+#include "db/catalog/record_rows.h"
+
+namespace soak::db {
+
+struct UnitRow {
+  std::string serial;
+  std::string type = "generic";
+  std::int32_t epoch = 0;  ///< rises with each repair or re-flash
+};
+
+/// Whether a text is the purpose of a run: "calibration", "verification" or "diagnosis".
+[[nodiscard]] bool is_purpose(std::string_view text);
+
+/// One unit's part of one run. A run file may hold several units; each has its row here.
+struct RunRow {
+  std::string run_id;
+  std::string unit;
+  std::string campaign;
+  std::string label;
+  std::string procedure;
+  std::string purpose = "calibration";  ///< what may be done with it: only calibration is fitted
+  std::int32_t epoch = 0;
+  double created_utc_s = 0.0;
+  double clock_rate = 1.0;
+  bool simulated = false;
+  bool sealed = false;
+  bool voided = false;         ///< by a void record of the whole run
+  std::string file_name;       ///< relative to the folder `runs`
+  std::string file_sha256;     ///< of the sealed file
+  std::string content_sha256;  ///< RunFileReader::content_hash()
+  calib::Site site;
+  std::uint64_t rows = 0;
+  double duration_s = 0.0;
+};
+
+struct RunFilter {
+  std::optional<std::string> unit;
+  std::optional<std::string> campaign;
+  std::optional<std::string> run;  ///< run id, unique prefix of one, or label
+};
+
+/// What a void record withdraws: a whole run, one visit of it, or one segment. Records are only ever added.
+struct VoidRecord {
+  std::string run_id;
+  std::string unit;
+  std::optional<std::int32_t> visit;
+  std::optional<std::string> position;  ///< with `visit`
+  std::optional<std::int32_t> attempt;  ///< with `visit` and `position`
+  std::string reason;
+  std::string user;
+  double utc_s = 0.0;
+};
+
+/// One version of a unit's model. `document` is the JSON of the whole model; the other fields are for finding it.
+struct ModelRow {
+  std::string unit;
+  std::int32_t version = 0;  ///< 1, 2, ... per unit
+  std::int32_t epoch = 0;
+  double created_utc_s = 0.0;
+  std::string document;
+};
+
+/// What was found missing in a model: the JSON that `soak gap find` printed.
+struct GapReportRow {
+  std::string unit;
+  std::int32_t model_version = 0;
+  double created_utc_s = 0.0;
+  std::string document;
+};
+
+/// An exported calibration file.
+struct CalibrationRow {
+  std::string unit;
+  std::int32_t model_version = 0;
+  double created_utc_s = 0.0;
+  std::string format;
+  std::string sha256;
+  std::string path;
+};
+
+/// The journal of a campaign that this station carries out: what was planned and how far it came.
+struct CampaignRow {
+  std::string name;
+  std::string procedure;
+  std::string document;           ///< JSON: procedure, plan, units and slots (docs/file-formats.md)
+  std::string state = "running";  ///< "running", "paused", "interrupted", "finished", "aborted" or "failed"
+  std::string reason;             ///< of that state, for people
+  double created_utc_s = 0.0;
+  double updated_utc_s = 0.0;  ///< of the last change of state
+};
+
+/// A step of the plan that came to its end.
+struct StepRow {
+  std::string campaign;
+  std::int32_t index = 0;    ///< in the plan's list of steps
+  std::int32_t attempt = 0;  ///< how often it was begun before
+  double started_utc_s = 0.0;
+  double ended_utc_s = 0.0;
+  std::string outcome;  ///< "done", "skipped", "failed"
+  std::string text;     ///< what there is to say of it
+  std::string run_id;   ///< of the run file that it wrote to; empty = none
+};
+
+struct EventRow {
+  double utc_s = 0.0;
+  std::string kind;
+  std::string subject;  ///< unit, run, campaign... that it is about
+  std::string text;
+};
+
+/// The station's catalog `station.db`: what exists, statistics, models and an append-only log. Several processes may
+/// use it at once (WAL, busy time-out, short IMMEDIATE transactions). Nothing is deleted.
+class Catalog {
+ public:
+  /// Opens the catalog of a data folder, creating folder and file where absent and migrating an older version forward.
+  /// Refuses a file of a newer version (bad_input), a damaged one (corrupt), a folder that cannot be written (internal,
+  /// with the reason: read-only, full).
+  [[nodiscard]] static base::Result<Catalog> open(const std::filesystem::path& data_folder);
+  Catalog(Catalog&&) noexcept;
+  Catalog& operator=(Catalog&&) noexcept;
+  ~Catalog();
+
+  /// Schema version that this program writes.
+  static constexpr int kSchemaVersion = 6;
+
+  [[nodiscard]] const std::filesystem::path& data_folder() const;
+  [[nodiscard]] std::filesystem::path run_file_path(const RunRow& run) const;
+
+  /// Runs `work`, whose calls of this catalog become one transaction: all of them are kept if it succeeds, none if not.
+  /// Other processes wait meanwhile: keep it short.
+  [[nodiscard]] base::Status all_or_nothing(const std::function<base::Status()>& work);
+
+  /// The unit, added with type `type` and epoch 0 where it is new.
+  [[nodiscard]] base::Result<UnitRow> ensure_unit(std::string_view serial, std::string_view type);
+  [[nodiscard]] base::Result<std::optional<UnitRow>> unit(std::string_view serial) const;
+  [[nodiscard]] base::Result<std::vector<UnitRow>> units() const;
+  /// Starts the unit's next epoch (after a repair or re-flash) and logs who did it and why. Refuses (bad_input) an
+  /// unknown unit, and no reason or user.
+  [[nodiscard]] base::Result<UnitRow> begin_epoch(std::string_view serial, std::string_view reason,
+                                                  std::string_view user);
+
+  /// The campaign's procedure; adds the campaign where it is new. Refuses another procedure for an existing one.
+  [[nodiscard]] base::Status ensure_campaign(std::string_view name, std::string_view procedure);
+  [[nodiscard]] base::Result<std::vector<std::string>> campaigns() const;
+
+  /// Adds a campaign with its journal. Refuses (bad_input) a name whose campaign has runs or a journal, a second
+  /// campaign while one is open, and a state that is none.
+  [[nodiscard]] base::Status begin_campaign(const CampaignRow& campaign);
+  /// The journal of a campaign; nothing for one that has none.
+  [[nodiscard]] base::Result<std::optional<CampaignRow>> campaign(std::string_view name) const;
+  /// The campaign in state "running" or "paused", if there is one.
+  [[nodiscard]] base::Result<std::optional<CampaignRow>> open_campaign() const;
+  /// The campaign with a journal that was begun last, whatever its state.
+  [[nodiscard]] base::Result<std::optional<CampaignRow>> last_campaign() const;
+  /// Changes the state and logs it. Refuses (bad_input) a campaign without journal, a state that is none, and a second
+  /// open campaign.
+  [[nodiscard]] base::Status set_campaign_state(std::string_view name, std::string_view state, std::string_view reason);
+  /// Enters a step. After success it survives a killed process and a loss of power. Refuses (bad_input) a campaign
+  /// without journal and an attempt of a step that stands there already.
+  [[nodiscard]] base::Status complete_step(const StepRow& step);
+  /// The steps of a campaign in the order in which they were entered; none for an unknown campaign.
+  [[nodiscard]] base::Result<std::vector<StepRow>> completed_steps(std::string_view campaign) const;
+
+  /// Adds a sealed run of one unit with the statistics and findings of its segments, all or nothing, and logs it.
+  /// Refuses a second run with the same campaign, unit and label.
+  [[nodiscard]] base::Status add_run(const RunRow& run, const std::vector<calib::Segment>& segments);
+  [[nodiscard]] base::Result<std::vector<RunRow>> runs(const RunFilter& filter) const;
+  /// Whether the file of a sealed run is there and holds, byte for byte, what was sealed; fails (corrupt), naming the
+  /// file. Reads all of it, of the runs of several units in one file once.
+  [[nodiscard]] base::Status check_run_file(const RunRow& run) const;
+  /// Segments of one unit's run that no void record withdraws, in the order of time, with their findings; with their
+  /// blocks if asked. Those with findings that reject them are among them.
+  [[nodiscard]] base::Result<std::vector<calib::Segment>> segments(std::string_view run_id, std::string_view unit,
+                                                                   bool with_blocks) const;
+
+  [[nodiscard]] base::Status add_void(const VoidRecord& record);
+  [[nodiscard]] base::Result<std::vector<VoidRecord>> voids(std::string_view run_id) const;
+
+  /// Stores the document as the unit's next model version and returns its number. `make_document` gets that number.
+  [[nodiscard]] base::Result<std::int32_t> add_model(std::string_view unit, std::int32_t epoch, double created_utc_s,
+                                                     const std::function<std::string(std::int32_t)>& make_document);
+  /// A version, or the newest where `version` is absent. Refuses (corrupt) one whose document is not as it was stored.
+  [[nodiscard]] base::Result<std::optional<ModelRow>> model(std::string_view unit,
+                                                            std::optional<std::int32_t> version = {}) const;
+  /// Enters a certificate into the register and returns its record id; the row's own id is not read. Refuses
+  /// (bad_input) an empty text, numbers that are not finite or negative, a due date that is not after the issue, and an
+  /// entry that stands there already, word for word, neither withdrawn nor retired.
+  [[nodiscard]] base::Result<std::string> add_reference(const ReferenceRow& row);
+  /// All entries in the order in which they were made, superseded and retired ones too.
+  [[nodiscard]] base::Result<std::vector<ReferenceRow>> references() const;
+  /// Refuses (bad_input) an unknown entry, one that is retired already, and no reason or user.
+  [[nodiscard]] base::Status retire_reference(std::string_view record_id, const EndRecord& end);
+  /// Notes that an entry is wrong. Refuses (bad_input) an unknown entry, one that is withdrawn already, and no reason
+  /// or user.
+  [[nodiscard]] base::Status withdraw_reference(std::string_view record_id, const EndRecord& end);
+  /// Stores a waiver as it was signed; its signature is the caller's to check. Refuses an unknown entry.
+  [[nodiscard]] base::Status add_waiver(const calib::Waiver& waiver);
+  /// In the order in which they were stored.
+  [[nodiscard]] base::Result<std::vector<calib::Waiver>> waivers() const;
+  /// Notes which entries a campaign, which must exist, is measured with. What is noted already is not noted again.
+  [[nodiscard]] base::Status add_campaign_references(std::string_view campaign,
+                                                     const std::vector<calib::ReferenceUse>& uses);
+  /// Each entry once, in the order of the first note, with the waiver that was noted last, if there is one. Of a waiver
+  /// that is gone from its table nothing is left but its number. Fails (corrupt) where an entry of the register is
+  /// gone.
+  [[nodiscard]] base::Result<std::vector<calib::ReferenceUse>> campaign_references(std::string_view campaign) const;
+  /// Names of the campaigns that an entry was noted for.
+  [[nodiscard]] base::Result<std::vector<std::string>> campaigns_of_reference(std::string_view record_id) const;
+
+  /// Makes a unit a check standard and returns the record's id; the row's own id and end are not read. Refuses
+  /// (bad_input) an unknown unit, one that is a check standard, and no reason or user.
+  [[nodiscard]] base::Result<std::string> add_check_standard(const CheckStandardRow& row);
+  /// Refuses (bad_input) an unknown or ended record, and no reason or user.
+  [[nodiscard]] base::Status end_check_standard(std::string_view check_standard_id, const EndRecord& end);
+  /// All records in the order in which they were made, ended ones too.
+  [[nodiscard]] base::Result<std::vector<CheckStandardRow>> check_standards() const;
+
+  /// Refuses (bad_input) a report on a model that the catalog does not have.
+  [[nodiscard]] base::Status add_gap_report(const GapReportRow& report);
+  /// All reports of a unit in the order in which they were stored.
+  [[nodiscard]] base::Result<std::vector<GapReportRow>> gap_reports(std::string_view unit) const;
+
+  [[nodiscard]] base::Status add_calibration(const CalibrationRow& calibration);
+  [[nodiscard]] base::Status log_event(const EventRow& event);
+  [[nodiscard]] base::Result<std::vector<EventRow>> events() const;
+  /// SQLite's integrity check and foreign keys.
+  [[nodiscard]] base::Status verify() const;
+
+ private:
+  struct Impl;
+  explicit Catalog(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace soak::db

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "base/result.h"
+#include "db/catalog/catalog.h"
+#include "db/detail/connection.h"
+
+namespace soak::db {
+
+struct Catalog::Impl {
+  Impl(std::filesystem::path folder, sqlite::Connection opened)
+      : data_folder(std::move(folder)), connection(std::move(opened)) {}
+
+  [[nodiscard]] SQLite::Database& database() const { return connection.database(); }
+
+  std::filesystem::path data_folder;
+  sqlite::Connection connection;
+  std::map<std::string, std::string> file_sha256;  ///< of the run files that check_run_file() has read, by name
+};
+
+namespace catalog {
+
+/// Unix time now.
+[[nodiscard]] double now_utc_s();
+
+/// A fresh UUIDv7 for something that happened at `utc_s`.
+[[nodiscard]] std::string new_uuid(double utc_s);
+
+/// Appends to the event log, inside the caller's transaction. Throws SQLite::Exception.
+void insert_event(SQLite::Database& database, const EventRow& event);
+
+/// Epoch of a unit; bad_input where the unit is unknown. Throws SQLite::Exception.
+[[nodiscard]] base::Result<std::int32_t> epoch_of(const sqlite::Connection& connection, std::string_view serial);
+
+/// Refuses a run of a unit that is not in the catalog. Throws SQLite::Exception.
+[[nodiscard]] base::Status require_run(const sqlite::Connection& connection, std::string_view run_id,
+                                       std::string_view unit);
+
+/// Stores the statistics of one segment with its blocks and findings. Throws SQLite::Exception.
+void insert_segment(SQLite::Database& database, const calib::Segment& segment);
+
+}  // namespace catalog
+}  // namespace soak::db

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "db/detail/column_codec.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/crc32c.h"
+#include "db/detail/transform.h"
+
+namespace soak::db::codec {
+namespace {
+
+constexpr std::string_view kDecimalPrefix = "decimal+";
+constexpr std::string_view kCodecEnd = "shuffle+zstd";
+
+bool is_float(SampleType type) { return type == SampleType::f32 || type == SampleType::f64; }
+bool is_signed(SampleType type) { return type != SampleType::u8 && type != SampleType::u16 && type != SampleType::u32; }
+
+/// Byte planes of the transformed words, then the footer: the number of decimals (1 byte, only with "decimal+"), then
+/// the reference word (only with "offset+").
+struct Candidate {
+  std::string codec;
+  base::Bytes bytes;
+  double cost = std::numeric_limits<double>::infinity();
+};
+
+template <class Word>
+std::vector<Word> words_from(std::span<const std::uint8_t> bytes) {
+  std::vector<Word> words(bytes.size() / sizeof(Word));
+  if (!words.empty()) std::memcpy(words.data(), bytes.data(), bytes.size());
+  return words;
+}
+
+template <class Word>
+Word least_of(std::span<const Word> words, bool as_signed) {
+  if (words.empty()) return 0;
+  if (!as_signed) return *std::min_element(words.begin(), words.end());
+  using Signed = std::make_signed_t<Word>;
+  return *std::min_element(words.begin(), words.end(),
+                           [](Word a, Word b) { return static_cast<Signed>(a) < static_cast<Signed>(b); });
+}
+
+/// Replaces `best` by `transform` of the words if that promises to be smaller.
+template <class Word>
+void consider(Candidate& best, const std::vector<Word>& words, Transform transform, bool as_signed,
+              std::optional<unsigned> digits) {
+  const Word reference = least_of(std::span(words), as_signed);
+  std::vector<Word> transformed = words;
+  apply(transform, std::span(transformed), reference);
+  base::ByteWriter bytes;
+  bytes.write(std::span<const std::uint8_t>(shuffled(std::span<const Word>(transformed))));
+  if (digits) bytes.write(static_cast<std::uint8_t>(*digits));
+  if (transform == Transform::offset) bytes.write(reference);
+  const double cost = entropy_bytes(bytes.bytes(), words.size());
+  if (cost >= best.cost) return;
+  std::string codec(digits ? kDecimalPrefix : "");
+  best = {codec.append(name_of(transform)).append(kCodecEnd), bytes.take(), cost};
+}
+
+template <class Word>
+Candidate best_of_integers(std::span<const std::uint8_t> bytes, bool as_signed) {
+  Candidate best;
+  const auto words = words_from<Word>(bytes);
+  for (const Transform transform : kTransforms) consider(best, words, transform, as_signed, {});
+  return best;
+}
+
+template <class Number, class Word>
+Candidate best_of_floats(std::span<const std::uint8_t> bytes) {
+  Candidate best;
+  const auto words = words_from<Word>(bytes);
+  for (const Transform transform : kTransforms) consider(best, words, transform, false, {});
+  const auto numbers = words_from<Number>(bytes);
+  if (const auto decimals = decimals_of(std::span<const Number>(numbers))) {
+    for (const Transform transform : kTransforms) {
+      consider(best, decimals->mantissas, transform, true, decimals->digits);
+    }
+  }
+  return best;
+}
+
+Candidate best_of(std::span<const std::uint8_t> bytes, SampleType type) {
+  if (type == SampleType::f32) return best_of_floats<float, std::uint32_t>(bytes);
+  if (type == SampleType::f64) return best_of_floats<double, std::uint64_t>(bytes);
+  switch (size_of(type)) {
+    case 1:
+      return best_of_integers<std::uint8_t>(bytes, is_signed(type));
+    case 2:
+      return best_of_integers<std::uint16_t>(bytes, is_signed(type));
+    case 4:
+      return best_of_integers<std::uint32_t>(bytes, is_signed(type));
+    default:
+      return best_of_integers<std::uint64_t>(bytes, is_signed(type));
+  }
+}
+
+/// The present values, one after the other.
+base::Bytes packed(const Column& column) {
+  if (column.present.empty()) return column.raw;
+  const std::size_t size = size_of(column.type);
+  base::Bytes values;
+  for (std::size_t row = 0; row < column.present.size(); ++row) {
+    if (column.present[row] == 0) continue;
+    const auto first = column.raw.begin() + static_cast<std::ptrdiff_t>(row * size);
+    values.insert(values.end(), first, first + static_cast<std::ptrdiff_t>(size));
+  }
+  return values;
+}
+
+/// Undoes packed(): the values in the rows that have one, zeros in the others.
+void spread(const base::Bytes& values, const std::vector<std::uint8_t>& present, std::size_t size, base::Bytes& raw) {
+  raw.assign(present.size() * size, 0);
+  std::size_t next = 0;
+  for (std::size_t row = 0; row < present.size(); ++row) {
+    if (present[row] == 0) continue;
+    std::memcpy(raw.data() + row * size, values.data() + next, size);
+    next += size;
+  }
+}
+
+base::Bytes bitmap_of(const std::vector<std::uint8_t>& present) {
+  base::Bytes bitmap((present.size() + 7) / 8, 0);
+  for (std::size_t row = 0; row < present.size(); ++row) {
+    if (present[row] != 0) bitmap[row / 8] = static_cast<std::uint8_t>(bitmap[row / 8] | (1U << (row % 8)));
+  }
+  return bitmap;
+}
+
+struct ParsedCodec {
+  bool decimal = false;
+  Transform transform = Transform::plain;
+};
+
+std::optional<ParsedCodec> parse_codec(std::string_view codec) {
+  ParsedCodec parsed;
+  parsed.decimal = codec.starts_with(kDecimalPrefix);
+  if (parsed.decimal) codec.remove_prefix(kDecimalPrefix.size());
+  for (const Transform transform : kTransforms) {
+    if (codec != std::string(name_of(transform)).append(kCodecEnd)) continue;
+    parsed.transform = transform;
+    return parsed;
+  }
+  return std::nullopt;
+}
+
+/// Words from planes and footer, in their buffer; `footer` starts at the reference word.
+template <class Word>
+std::span<const Word> words_of(std::span<const std::uint8_t> planes, Transform transform,
+                               std::span<const std::uint8_t> footer, WordBuffers& buffers) {
+  auto& words = std::get<std::vector<Word>>(buffers);
+  words.resize(planes.size() / sizeof(Word));
+  unshuffle(planes, std::span(words));
+  const Word reference = base::ByteReader(footer).read<Word>().value_or(0);
+  undo(transform, std::span(words), reference);
+  return words;
+}
+
+template <class T>
+void put(std::span<const T> numbers, base::Bytes& raw) {
+  raw.resize(numbers.size_bytes());
+  if (!numbers.empty()) std::memcpy(raw.data(), numbers.data(), numbers.size_bytes());
+}
+
+template <class Number>
+void put_decimals(std::span<const std::uint64_t> mantissas, unsigned digits, base::Bytes& raw) {
+  raw.resize(mantissas.size() * sizeof(Number));
+  for (std::size_t i = 0; i < mantissas.size(); ++i) {
+    const auto number = decimal_value<Number>(mantissas[i], digits);
+    std::memcpy(raw.data() + i * sizeof(Number), &number, sizeof(Number));
+  }
+}
+
+/// Values from the content of a data frame whose length has been checked.
+base::Status put_values(const base::Bytes& content, std::size_t count, const ParsedCodec& codec, SampleType type,
+                        WordBuffers& buffers, base::Bytes& raw) {
+  const std::size_t width = codec.decimal ? sizeof(std::uint64_t) : size_of(type);
+  const auto planes = std::span(content).first(count * width);
+  const auto footer = std::span(content).subspan(count * width);
+  if (codec.decimal) {
+    const unsigned digits = footer.front();
+    if (digits > kMaxDecimalDigits) return base::corrupt("a number of decimals is out of range");
+    const auto mantissas = words_of<std::uint64_t>(planes, codec.transform, footer.subspan(1), buffers);
+    type == SampleType::f32 ? put_decimals<float>(mantissas, digits, raw)
+                            : put_decimals<double>(mantissas, digits, raw);
+  } else if (width == 1) {
+    put(words_of<std::uint8_t>(planes, codec.transform, footer, buffers), raw);
+  } else if (width == 2) {
+    put(words_of<std::uint16_t>(planes, codec.transform, footer, buffers), raw);
+  } else if (width == 4) {
+    put(words_of<std::uint32_t>(planes, codec.transform, footer, buffers), raw);
+  } else {
+    put(words_of<std::uint64_t>(planes, codec.transform, footer, buffers), raw);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::uint32_t checksum_of(const StoredColumn& encoded, std::int64_t channel_id, std::uint64_t first_row) {
+  base::ByteWriter header;
+  header.write(channel_id);
+  header.write(first_row);
+  header.write(encoded.rows);
+  header.write(encoded.values);
+  header.write_text16(encoded.codec);
+  const std::uint32_t with_presence = base::crc32c(encoded.presence, base::crc32c(header.bytes()));
+  return base::crc32c(encoded.data, with_presence);
+}
+
+EncodedColumn ColumnEncoder::encode(const Column& column) {
+  EncodedColumn encoded;
+  encoded.rows = column.rows();
+  const base::Bytes values = packed(column);
+  encoded.values = values.size() / size_of(column.type);
+  if (encoded.values < encoded.rows) encoded.presence = compressor_.compress(bitmap_of(column.present), 0);
+  const Candidate best = best_of(values, column.type);
+  encoded.codec = best.codec;
+  encoded.data = compressor_.compress(best.bytes, encoded.values);
+  return encoded;
+}
+
+base::Status ColumnDecoder::decode_presence(const StoredColumn& encoded, std::vector<std::uint8_t>& present) {
+  present.clear();
+  if (encoded.presence.empty()) {
+    if (encoded.values != encoded.rows) return base::corrupt("values are missing without a bitmap that says which");
+    return {};
+  }
+  auto unpacked = decompressor_.decompress(encoded.presence, (encoded.rows + 7) / 8, content_);
+  if (!unpacked) return unpacked;
+  present.resize(encoded.rows);
+  std::uint64_t count = 0;
+  for (std::size_t row = 0; row < present.size(); ++row) {
+    present[row] = static_cast<std::uint8_t>((content_[row / 8] >> (row % 8)) & 1U);
+    count += present[row];
+  }
+  if (count != encoded.values) return base::corrupt("the bitmap of present values does not fit their number");
+  return {};
+}
+
+base::Status ColumnDecoder::decode(const StoredColumn& encoded, SampleType type, Column& column) {
+  if (encoded.rows == 0 || encoded.rows > kMaxChunkRows || encoded.values > encoded.rows) {
+    return base::corrupt("the number of rows or values is out of range");
+  }
+  const auto codec = parse_codec(encoded.codec);
+  if (!codec || (codec->decimal && !is_float(type))) {
+    return base::corrupt("unknown codec '" + std::string(encoded.codec) + "'; a newer program may have written it");
+  }
+  column.type = type;
+  if (const auto decoded = decode_presence(encoded, column.present); !decoded) return decoded;
+  const std::size_t width = codec->decimal ? sizeof(std::uint64_t) : size_of(type);
+  const std::size_t footer =
+      (codec->decimal ? 1U : 0U) + (codec->transform == Transform::offset ? width : std::size_t{0});
+  auto unpacked = decompressor_.decompress(encoded.data, encoded.values * width + footer, content_);
+  if (!unpacked) return unpacked;
+  base::Bytes& values = column.present.empty() ? column.raw : packed_;
+  if (auto put = put_values(content_, encoded.values, *codec, type, words_, values); !put) return put;
+  if (!column.present.empty()) spread(packed_, column.present, size_of(type), column.raw);
+  return {};
+}
+
+base::Result<Column> ColumnDecoder::decode(const StoredColumn& encoded, SampleType type) {
+  Column column;
+  if (const auto decoded = decode(encoded, type, column); !decoded) return base::forward_error(decoded);
+  return column;
+}
+
+}  // namespace soak::db::codec

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/links/detail/modbus_link.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <modbus/modbus.h>
+#include <netdb.h>
+#include <sys/select.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <thread>
+#include <utility>
+
+namespace soak::hal {
+namespace {
+
+constexpr int kBusyTries = 4;
+constexpr std::chrono::milliseconds kBusyPause{100};
+/// Between connecting and the first request; the F4T needs it (ESPEC's driver).
+constexpr std::chrono::milliseconds kSettlingTime{100};
+/// On a serial line. The silence of 3.5 characters that the standard asks for is too short for some controllers:
+/// ESPEC's driver of the F4T waits so long.
+constexpr double kSerialGap_s = 0.03;
+const char* const kForeignThread = "the link belongs to another thread";
+
+modbus_t* new_context(const ModbusTcp& address) {
+  return modbus_new_tcp_pi(address.host.c_str(), std::to_string(address.port).c_str());
+}
+
+modbus_t* new_context(const ModbusRtu& address) {
+  constexpr int data_bits = 8;
+  return modbus_new_rtu(address.device.c_str(), address.baud, address.parity, data_bits, address.stop_bits);
+}
+
+std::string address_text(const ModbusTcp& address) { return fmt::format("{}:{}", address.host, address.port); }
+std::string address_text(const ModbusRtu& address) { return address.device; }
+
+void set_timeouts(modbus_t* context, double response_s) {
+  const double whole_s = std::floor(response_s);
+  modbus_set_response_timeout(context, static_cast<std::uint32_t>(whole_s),
+                              static_cast<std::uint32_t>((response_s - whole_s) * 1e6));
+  // Without a time-out between bytes, the one above holds for the whole answer: a peer that trickles cannot block us.
+  modbus_set_byte_timeout(context, 0, 0);
+}
+
+/// libmodbus puts the descriptor into an fd_set, already while it connects, which aborts the process beyond its size.
+bool descriptor_fits() {
+  constexpr int spare = 16;  // others may open some in between
+  const int lowest_free = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  if (lowest_free >= 0) ::close(lowest_free);
+  return lowest_free >= 0 && lowest_free < FD_SETSIZE - spare;
+}
+
+/// libmodbus calls a host that nobody knows "Connection refused".
+std::string connect_fault(const std::variant<ModbusTcp, ModbusRtu>& address, int code) {
+  const auto* tcp = std::get_if<ModbusTcp>(&address);
+  if (tcp && code == ECONNREFUSED) {
+    addrinfo* found = nullptr;
+    const int failure = ::getaddrinfo(tcp->host.c_str(), nullptr, nullptr, &found);
+    if (failure != 0) return fmt::format("the host is not known: {}", ::gai_strerror(failure));
+    ::freeaddrinfo(found);
+  }
+  return fmt::format("cannot connect: {}", modbus_strerror(code));
+}
+
+/// Number of the Modbus exception behind an errno of libmodbus; 0 = it is none.
+int exception_of(int code) {
+  const int exception = code - MODBUS_ENOBASE;
+  return exception > 0 && exception < MODBUS_EXCEPTION_MAX ? exception : 0;
+}
+
+bool is_busy(int exception) {
+  return exception == MODBUS_EXCEPTION_ACKNOWLEDGE || exception == MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY;
+}
+
+}  // namespace
+
+double request_gap_s(const ModbusLinkSettings& settings) {
+  const bool serial = std::holds_alternative<ModbusRtu>(settings.address);
+  return settings.gap_s.value_or(serial ? kSerialGap_s : 0.0);
+}
+
+struct ModbusLink::Port {
+  explicit Port(modbus_t* made) : context(made) {}
+  Port(const Port&) = delete;
+  Port& operator=(const Port&) = delete;
+  ~Port() {
+    if (!context) return;
+    modbus_close(context);
+    modbus_free(context);
+  }
+
+  modbus_t* context;
+};
+
+ModbusLink::ModbusLink(ModbusLinkSettings settings)
+    : settings_(std::move(settings)), patience_(settings_.response_timeout_s) {}
+
+ModbusLink::~ModbusLink() = default;
+
+std::string ModbusLink::address() const {
+  return std::visit([](const auto& address) { return address_text(address); }, settings_.address);
+}
+
+bool ModbusLink::is_foreign_thread() {
+  if (owner_ == std::thread::id()) owner_ = std::this_thread::get_id();
+  return owner_ != std::this_thread::get_id();
+}
+
+LinkResult ModbusLink::open() {
+  if (is_foreign_thread()) return tl::unexpected(LinkFault{kForeignThread});
+  if (port_) return {};
+  if (auto reason = patience_.must_wait()) return tl::unexpected(LinkFault{*std::move(reason)});
+  const auto fail = [this](std::string reason) {
+    give_up(std::move(reason));
+    return tl::unexpected(LinkFault{patience_.last_fault()});
+  };
+  if (!descriptor_fits()) return fail("too many open files: libmodbus cannot use a descriptor beyond 1023");
+  auto port =
+      std::make_unique<Port>(std::visit([](const auto& address) { return new_context(address); }, settings_.address));
+  if (!port->context) return fail(fmt::format("cannot set up the link: {}", modbus_strerror(errno)));
+  if (modbus_set_slave(port->context, settings_.unit) != 0) {
+    return fail(fmt::format("unit {}: {}", settings_.unit, modbus_strerror(errno)));
+  }
+  set_timeouts(port->context, settings_.response_timeout_s);
+  if (modbus_connect(port->context) != 0) return fail(connect_fault(settings_.address, errno));
+  port_ = std::move(port);
+  std::this_thread::sleep_for(kSettlingTime);
+  return {};
+}
+
+void ModbusLink::give_up(std::string reason) {
+  port_.reset();
+  patience_.give_up(std::move(reason));
+}
+
+LinkFault ModbusLink::fault_of(int code) {
+  LinkFault fault{modbus_strerror(code), exception_of(code)};
+  if (fault.exception == 0) give_up(fault.text);
+  return fault;
+}
+
+LinkResult ModbusLink::exchange(int count, const std::function<int()>& request) {
+  if (is_foreign_thread()) return tl::unexpected(LinkFault{kForeignThread});
+  if (!port_) return tl::unexpected(LinkFault{patience_.last_fault()});
+  for (int attempt = 1;; ++attempt) {
+    if (patience_.call_is_over()) {
+      give_up("answers come too late: a longer 'response_timeout_s' gives the controller more time");
+      return tl::unexpected(LinkFault{patience_.last_fault()});
+    }
+    std::this_thread::sleep_until(last_request_ + clock_time(request_gap_s(settings_)));
+    // What still lies in the buffer answers an earlier request.
+    modbus_flush(port_->context);
+    errno = 0;
+    const int done = request();
+    const int code = done < 0 ? errno : EMBBADDATA;
+    last_request_ = Clock::now();
+    if (done == count) return {};
+    if (!is_busy(exception_of(code)) || attempt == kBusyTries) return tl::unexpected(fault_of(code));
+    std::this_thread::sleep_for(kBusyPause);
+  }
+}
+
+LinkResult ModbusLink::read(int function, int address, std::span<std::uint16_t> words) {
+  const int count = static_cast<int>(words.size());
+  auto* const read_registers = function == 4 ? &modbus_read_input_registers : &modbus_read_registers;
+  return exchange(count, [&] { return read_registers(port_->context, address, count, words.data()); });
+}
+
+LinkResult ModbusLink::write(int function, int address, std::span<const std::uint16_t> words) {
+  const int count = static_cast<int>(words.size());
+  if (function == 6) {
+    return exchange(count, [&] { return modbus_write_register(port_->context, address, words.front()); });
+  }
+  return exchange(count, [&] { return modbus_write_registers(port_->context, address, count, words.data()); });
+}
+
+}  // namespace soak::hal

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/vocabulary/sensor.h"
+
+namespace soak::hal::sim {
+
+class ConfigReader;
+
+/// One effect that [[hidden]] or [[candidate]] asks for. Exactly one of `magnitude` and `amplitude` is given.
+struct HiddenSpec {
+  std::string effect;                  ///< a name of the catalogue (effects/catalogue.h)
+  std::optional<double> magnitude;     ///< how hard it is to see in the planned campaign (blind/effect_size.h), above 0
+  std::optional<double> amplitude;     ///< how large it is, in the unit of the effect; not 0
+  std::uint64_t seed = 0;              ///< of the sensors that are hit, of the shape, of what happens by chance
+  std::vector<calib::Sensor> sensors;  ///< that are hit; empty = drawn
+};
+
+/// Reads the tables [[`table`]], hidden or candidate, none where there are none; mistakes stay in `reader`.
+[[nodiscard]] std::vector<HiddenSpec> read_hidden(ConfigReader& reader, const std::string& table);
+
+}  // namespace soak::hal::sim

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/sim/design/detail/campaign_course.h"
+
+#include <cmath>
+#include <cstddef>
+
+#include "base/random.h"
+#include "hal/sim/design/detail/design_chamber.h"
+#include "hal/sim/effects/supply_voltage.h"
+#include "hal/sim/unit/attitude.h"
+#include "hal/sim/unit/draws.h"
+#include "hal/sim/unit/simulated_unit.h"
+
+namespace soak::hal::sim {
+namespace {
+
+constexpr Range kBetweenPasses_h = {16.0, 40.0};
+constexpr double kPreparation_s = 7200.0;
+constexpr double kPreparationStep_s = 60.0;
+constexpr double kPreparationRamp_kps = 2.0 / 60.0;
+constexpr double kPowerOnWait_s = 60.0;
+constexpr double kPowerOff_s = 30.0;
+
+/// Lets time pass and keeps what happens.
+class CourseBuilder {
+ public:
+  CourseBuilder(const CampaignConfig& config, CampaignCourse& course)
+      : config_(config),
+        design_(*config.design),
+        course_(course),
+        random_(config.seed, stream_of(Purpose::design_visit)),
+        chamber_(config.lab.plant.room_c, base::Random(config.seed, stream_of(Purpose::compressor))),
+        supply_(config.seed) {
+    if (design_.known_effects) earth_ = config.earth;
+  }
+
+  void add_pass(int pass) {
+    pass_ = pass;
+    const RunProfile& profile = course_.passes[static_cast<std::size_t>(pass)];
+    place_ = resting(profile.positions[0], earth_);
+    prepare(profile);
+    switch_on();
+    for (std::size_t visit = 0; visit < profile.set_points.size(); ++visit) add_visit(profile, visit);
+    powered_ = false;
+    visit_ = -1;
+    time_s_ += 3600.0 * drawn_from(random_, kBetweenPasses_h);
+  }
+
+ private:
+  void prepare(const RunProfile& profile) {
+    chamber_.rest();
+    add_moment(false);
+    chamber_.set_target(target_c(profile.set_points[0]), kPreparationRamp_kps);
+    for (double t_s = 0.0; t_s < kPreparation_s; t_s += kPreparationStep_s) pass_time(kPreparationStep_s, false);
+  }
+
+  void switch_on() {
+    powered_ = true;
+    power_on_s_ = time_s_;
+    const int run = static_cast<int>(course_.runs.size()) + 1;
+    course_.runs.push_back({run_label(run), pass_, kFirstUtc_s + time_s_});
+    add_moment(false);
+  }
+
+  void add_visit(const RunProfile& profile, std::size_t visit) {
+    const std::vector<int>& points = profile.set_points;
+    const std::size_t at = visit == 0 ? 1 : visit;  // the first visit counts to the sweep that follows
+    sweep_ = points[at] > points[at - 1] ? calib::Sweep::up : calib::Sweep::down;
+    visit_ = static_cast<int>(visit);
+    set_point_ = points[visit];
+    place_ = resting(profile.positions[0], earth_);
+    if (visit == 0) {
+      pass_time(kPowerOnWait_s, false);
+    } else {
+      add_ramp(profile, points[visit - 1]);
+    }
+    for (std::size_t position = 0; position < profile.positions.size(); ++position) {
+      if (position > 0) add_turn(profile, position);
+      add_stay(static_cast<int>(position));
+    }
+  }
+
+  void add_ramp(const RunProfile& profile, int from) {
+    phase_ = calib::Phase::ramp;
+    chamber_.set_target(target_c(set_point_), profile.ramp_kps);
+    if (visit_ == profile.power_cycle_visit) cycle_power();
+    const double way_c = std::abs(design_.set_point_c(set_point_) - design_.set_point_c(from));
+    const double duration_s = kDesignRowInterval_s * std::ceil((way_c / profile.ramp_kps + profile.soak_s) / 10.0);
+    double t_s = 0.0;
+    for (; t_s + design_.ramp_row_interval_s < duration_s; t_s += design_.ramp_row_interval_s) {
+      pass_time(design_.ramp_row_interval_s, true);
+    }
+    pass_time(duration_s - t_s, false);
+    phase_ = calib::Phase::soak;
+  }
+
+  void cycle_power() {
+    powered_ = false;
+    pass_time(kPowerOff_s, false);
+    switch_on();
+  }
+
+  void add_turn(const RunProfile& profile, std::size_t position) {
+    place_ = turning(profile.positions[position - 1], profile.positions[position], 0.5, 2.0 * kDesignRowInterval_s);
+    add_moment(true);
+    place_ = resting(profile.positions[position], earth_);
+    pass_time(kDesignRowInterval_s, false, false);
+  }
+
+  void add_stay(int position) {
+    position_ = position;
+    const int rows = design_.blocks * kRowsPerBlock;
+    for (int row = 0; row < rows; ++row) {
+      block_ = row / kRowsPerBlock;
+      add_moment(true);
+      pass_time(kDesignRowInterval_s, false, false);
+    }
+    position_ = block_ = -1;
+  }
+
+  void pass_time(double duration_s, bool recorded, bool keep = true) {
+    chamber_.advance(duration_s);
+    time_s_ += duration_s;
+    if (keep) add_moment(recorded);
+  }
+
+  void add_moment(bool recorded) {
+    Moment moment;
+    Conditions& now = moment.conditions;
+    now.time_s = time_s_;
+    now.utc_s = kFirstUtc_s + time_s_;
+    now.powered = powered_;
+    now.since_power_on_s = powered_ ? time_s_ - power_on_s_ : 0.0;
+    now.run = static_cast<int>(course_.runs.size()) - (powered_ ? 1 : 0);
+    now.mounting = pass_;
+    now.thermometer_c = now.element_c = chamber_.unit_c();
+    now.air_c = chamber_.air_c();
+    now.up = place_.up;
+    now.compressor = chamber_.compressor_runs() ? 1.0 : 0.0;
+    now.supply_v = supply_.at(time_s_, now.run);
+    moment.rate_rps = place_.rate_rps;
+    moment.recorded = recorded;
+    moment.phase = phase_;
+    moment.sweep = sweep_;
+    moment.visit = visit_;
+    moment.set_point = set_point_;
+    moment.position = position_;
+    moment.block = block_;
+    course_.moments.push_back(moment);
+  }
+
+  [[nodiscard]] double target_c(int set_point) {
+    return design_.set_point_c(set_point) + drawn_within(random_, config_.thermometer.visit_offset_half_width_c);
+  }
+
+  const CampaignConfig& config_;
+  const DesignConfig& design_;
+  CampaignCourse& course_;
+  base::Random random_;
+  DesignChamber chamber_;
+  SupplyVoltage supply_;
+  std::optional<EarthFrame> earth_;
+  double time_s_ = 0.0;
+  double power_on_s_ = 0.0;
+  bool powered_ = false;
+  Attitude place_;
+  calib::Phase phase_ = calib::Phase::soak;
+  calib::Sweep sweep_ = calib::Sweep::unknown;
+  int pass_ = 0;
+  int visit_ = -1;
+  int set_point_ = -1;
+  int position_ = -1;
+  int block_ = -1;
+};
+
+bool is_visit(const Moment& moment, const PlannedVisit& visit) {
+  return moment.conditions.mounting == visit.pass && moment.visit == visit.visit;
+}
+
+}  // namespace
+
+CampaignCourse campaign_course(const CampaignConfig& config) {
+  CampaignCourse course;
+  course.passes = run_profiles(*config.design, config.seed);
+  course.mistakes = drawn_mistakes(*config.design, config.seed);
+  CourseBuilder builder(config, course);
+  for (int pass = 0; pass < config.design->runs; ++pass) builder.add_pass(pass);
+  return course;
+}
+
+std::vector<double> design_set_points_c(const DesignConfig& design) {
+  std::vector<double> points_c;
+  for (int i = 0; i < design.set_points; ++i) points_c.push_back(design.set_point_c(i));
+  return points_c;
+}
+
+bool is_written(const CampaignCourse& course, const DesignConfig& design, const Moment& moment) {
+  if (!moment.recorded || is_visit(moment, course.mistakes.dropped)) return false;
+  return design.kind != DesignKind::missing_logs || moment.phase == calib::Phase::soak;
+}
+
+std::string position_label(const CampaignCourse& course, const Moment& moment) {
+  if (moment.position < 0) return {};
+  const RunProfile& pass = course.passes[static_cast<std::size_t>(moment.conditions.mounting)];
+  std::string label = pass.positions[static_cast<std::size_t>(moment.position)].label;
+  const PlannedVisit& wrong = course.mistakes.wrongly_labelled;
+  if (is_visit(moment, wrong) && moment.position == wrong.position) label[0] = label[0] == '+' ? '-' : '+';
+  return label;
+}
+
+}  // namespace soak::hal::sim

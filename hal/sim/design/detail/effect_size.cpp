@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/sim/design/detail/effect_size.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "base/units.h"
+
+namespace soak::hal::sim {
+namespace {
+
+using calib::Sensor;
+
+/// Less than this of an effect is left by the base: it cannot be seen at all.
+constexpr double kAbsorbed = 1e-6;
+/// An amplitude is found when the magnitude is met as closely as this.
+constexpr double kTolerance = 1e-3;
+constexpr int kMostTrials = 40;
+constexpr double kLargestAmplitude = 7200.0;  ///< in its unit: two hours of lag
+constexpr double kSharePerMagnitude = 0.1;
+constexpr double kShareNearG = 1.0 / 3.0;  ///< of the rows an accelerometer's axis is vertical
+
+/// Trigamma function at n/2: ψ′(x) = 1/x² + ψ′(x + 1), from ψ′(1) = π²/6 or ψ′(1/2) = π²/2 (DLMF 5.15).
+double trigamma_of_half(int n) {
+  constexpr double kPi2 = 9.869604401089358;
+  double value = n % 2 == 0 ? kPi2 / 6.0 : kPi2 / 2.0;
+  for (double x = n % 2 == 0 ? 1.0 : 0.5; x < 0.5 * n - 0.25; x += 1.0) value -= 1.0 / (x * x);
+  return value;
+}
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+double squares_of(const std::vector<double>& values, double centre) {
+  double sum = 0.0;
+  for (const double value : values) sum += (value - centre) * (value - centre);
+  return sum;
+}
+
+/// Mean of the values of each run.
+std::vector<double> run_means(const std::vector<PlannedBlock>& blocks, const std::vector<double>& values,
+                              std::size_t runs) {
+  std::vector<double> means(runs, 0.0);
+  std::vector<double> counts(runs, 0.0);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    means[static_cast<std::size_t>(blocks[i].run)] += values[i];
+    counts[static_cast<std::size_t>(blocks[i].run)] += 1.0;
+  }
+  for (std::size_t run = 0; run < runs; ++run) means[run] /= std::max(counts[run], 1.0);
+  return means;
+}
+
+/// Where a magnitude that rises with the amplitude is met: in proportion to the last trial until there is one on either
+/// side, then on the straight line between the logarithms. All mechanisms but the lag are proportional: the second
+/// trial ends their search.
+class AmplitudeSearch {
+ public:
+  explicit AmplitudeSearch(double magnitude) : magnitude_(magnitude) {}
+
+  [[nodiscard]] double amplitude() const { return amplitude_; }
+  /// The magnitude of amplitude(), above 0; the next trial becomes amplitude().
+  void reached(double magnitude) {
+    (magnitude < magnitude_ ? below_ : above_) = Trial{amplitude_, magnitude};
+    if (below_.magnitude > 0.0 && above_.magnitude > 0.0) {
+      const double part = std::log(magnitude_ / below_.magnitude) / std::log(above_.magnitude / below_.magnitude);
+      amplitude_ = below_.amplitude * std::pow(above_.amplitude / below_.amplitude, part);
+    } else {
+      amplitude_ *= magnitude_ / magnitude;
+    }
+  }
+
+ private:
+  struct Trial {
+    double amplitude = 0.0;
+    double magnitude = 0.0;  ///< 0 = none yet
+  };
+
+  double magnitude_;
+  double amplitude_ = 1.0;
+  Trial below_;
+  Trial above_;
+};
+
+}  // namespace
+
+EffectSurroundings design_surroundings(const CampaignConfig& config) {
+  return {config.earth, design_set_points_c(*config.design), config.design->amplitude_spread};
+}
+
+EffectSizer::EffectSizer(const CampaignConfig& config, const CampaignCourse& course, const SimulatedUnit& unit)
+    : config_(config),
+      design_(*config.design),
+      course_(course),
+      unit_(unit),
+      surroundings_(design_surroundings(config)),
+      blocks_(planned_blocks(course)) {
+  for (const Sensor sensor : calib::kSensors) {
+    levels_.emplace_back(blocks_, sensor, BaseFit::Temperature::levels);
+    cubics_.emplace_back(blocks_, sensor, BaseFit::Temperature::cubic);
+    for (const Moment& moment : course_.moments) {
+      if (moment.block < 0) continue;
+      readings_[calib::index_of(sensor)].push_back(reading(sensor, moment, moment.conditions.thermometer_c));
+    }
+  }
+}
+
+double EffectSizer::reading(Sensor sensor, const Moment& moment, double element_c) const {
+  const calib::Vector3& up = moment.conditions.up;
+  constexpr double g = base::kStandardGravity_mps2;
+  return ideal_reading(unit_, sensor, element_c, {g * up[0], g * up[1], g * up[2]}, moment.rate_rps);
+}
+
+BlockValues EffectSizer::contributions(const DrawnEffect& drawn, double amplitude) const {
+  HiddenEffects effects;
+  effects.add(drawn, amplitude, surroundings_);
+  BlockValues values;
+  for (const Sensor sensor : drawn.sensors) values[calib::index_of(sensor)].assign(blocks_.size(), 0.0);
+  std::size_t row = 0;
+  for (const Moment& moment : course_.moments) {
+    effects.advance_to(moment.conditions);
+    if (moment.block < 0) continue;
+    const double element_c = effects.element_c();
+    for (const Sensor sensor : drawn.sensors) {
+      const double plain = readings_[calib::index_of(sensor)][row];
+      const double shifted = element_c == moment.conditions.thermometer_c ? plain : reading(sensor, moment, element_c);
+      const double word = effects.output(sensor, effects.sensed(sensor, shifted, 0.0));
+      values[calib::index_of(sensor)][row / kRowsPerBlock] += (word - plain) / kRowsPerBlock;
+    }
+    ++row;
+  }
+  return values;
+}
+
+BlockValues EffectSizer::log_variances(const DrawnEffect& drawn, double amplitude) const {
+  HiddenEffects effects;
+  effects.add(drawn, amplitude, surroundings_);
+  BlockValues values;
+  std::size_t row = 0;
+  for (const Moment& moment : course_.moments) {
+    effects.advance_to(moment.conditions);
+    if (moment.block < 0 || row++ % kRowsPerBlock != 0) continue;
+    for (const Sensor sensor : drawn.sensors) {
+      values[calib::index_of(sensor)].push_back(2.0 * std::log(effects.effect(0).noise_factor(sensor)));
+    }
+  }
+  return values;
+}
+
+double EffectSizer::sum_of_squares(const DrawnEffect& drawn, Sensor sensor, const std::vector<double>& values) const {
+  const DesignNoise& noise = design_.noise(sensor);
+  const auto blocks = static_cast<double>(blocks_.size());
+  switch (drawn.entry->measure) {
+    case Measure::runs: {
+      const std::vector<double> means = run_means(blocks_, values, course_.runs.size());
+      const double squares = squares_of(means, mean_of(means)) / static_cast<double>(means.size());
+      return blocks * squares / (noise.run_sigma * noise.run_sigma);
+    }
+    case Measure::block_noise:
+      return squares_of(values, mean_of(values)) / trigamma_of_half(kRowsPerBlock - 1);
+    default: {
+      const auto& fits = drawn.entry->measure == Measure::curve ? cubics_ : levels_;
+      const double left = squares_of(fits[calib::index_of(sensor)].residual(values), 0.0);
+      const double all = squares_of(values, 0.0);
+      return left <= kAbsorbed * kAbsorbed * all ? 0.0 : left / (noise.block_sigma * noise.block_sigma);
+    }
+  }
+}
+
+double EffectSizer::clipped_share(const DrawnEffect& drawn, double rail) const {
+  double clipped = 0.0;
+  double rows = 0.0;
+  for (const Sensor sensor : drawn.sensors) {
+    for (const double value : readings_[calib::index_of(sensor)]) clipped += std::abs(value) > rail ? 1.0 : 0.0;
+    rows += static_cast<double>(readings_[calib::index_of(sensor)].size());
+  }
+  return clipped / rows;
+}
+
+double EffectSizer::rail_for(const DrawnEffect& drawn, double share) const {
+  std::vector<double> sizes;
+  for (const Sensor sensor : drawn.sensors) {
+    for (const double value : readings_[calib::index_of(sensor)]) sizes.push_back(std::abs(value));
+  }
+  std::sort(sizes.begin(), sizes.end(), std::greater<>());
+  const auto clipped = static_cast<std::size_t>(std::llround(share * static_cast<double>(sizes.size())));
+  const std::size_t first_free = std::min(clipped, sizes.size() - 1);
+  return first_free == 0 ? sizes[0] : 0.5 * (sizes[first_free - 1] + sizes[first_free]);
+}
+
+double EffectSizer::magnitude_of(const DrawnEffect& drawn, double amplitude) const {
+  const Sensor first = drawn.sensors.front();
+  const double size = std::abs(amplitude_of(drawn, first, amplitude));
+  switch (drawn.entry->measure) {
+    case Measure::row_noise:
+      return size / (design_.noise(first).block_sigma * std::sqrt(kRowsPerBlock) * calib::printed_per_si(first));
+    case Measure::clipped_share:
+      return clipped_share(drawn, size) / kSharePerMagnitude;
+    default:
+      break;
+  }
+  const bool of_noise = drawn.entry->measure == Measure::block_noise;
+  const BlockValues values = of_noise ? log_variances(drawn, amplitude) : contributions(drawn, amplitude);
+  double sum = 0.0;
+  for (const Sensor sensor : drawn.sensors) sum += sum_of_squares(drawn, sensor, values[calib::index_of(sensor)]);
+  return std::sqrt(sum / static_cast<double>(blocks_.size() * drawn.sensors.size()));
+}
+
+base::Result<double> EffectSizer::amplitude_for(const DrawnEffect& drawn, double magnitude) const {
+  const bool of_rails = drawn.entry->measure == Measure::clipped_share;
+  const double share = kSharePerMagnitude * magnitude;
+  if (of_rails && share <= kShareNearG) return rail_for(drawn, share);
+  AmplitudeSearch search(magnitude);
+  for (int trial = 0; trial < kMostTrials && !of_rails; ++trial) {
+    const double reached = magnitude_of(drawn, search.amplitude());
+    if (std::abs(reached - magnitude) <= kTolerance * magnitude) return search.amplitude();
+    if (reached <= 0.0 || search.amplitude() > kLargestAmplitude) break;
+    search.reached(reached);
+  }
+  return base::bad_input(
+      fmt::format("hidden effect '{}' reaches magnitude {} at no amplitude in this design; a smaller one, more runs or "
+                  "an 'amplitude' would do",
+                  drawn.entry->name, magnitude));
+}
+
+base::Result<SizedEffect> EffectSizer::sized(const HiddenSpec& spec, int number) const {
+  SizedEffect effect;
+  effect.drawn = draw_effect(spec, number, mps2_per_dps(design_));
+  if (spec.amplitude) {
+    effect.amplitude = *spec.amplitude;
+  } else {
+    const auto amplitude = amplitude_for(effect.drawn, *spec.magnitude);
+    if (!amplitude) return base::forward_error(amplitude);
+    effect.amplitude = *amplitude;
+  }
+  effect.magnitude = magnitude_of(effect.drawn, effect.amplitude);
+  effect.contributions = contributions(effect.drawn, effect.amplitude);
+  return effect;
+}
+
+}  // namespace soak::hal::sim

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/sim/programs/soaksim_program.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <string_view>
+
+#include "base/result.h"
+#include "base/text.h"
+#include "hal/sim/campaign/truth_writer.h"
+#include "hal/sim/lab/simulated_relay.h"
+#include "hal/sim/programs/station_file.h"
+#include "hal/sim/wires/lab_server.h"
+
+namespace soak::hal::sim {
+namespace {
+
+constexpr std::string_view kUsage =
+    R"(usage: soaksim --out DIR [--seed N] [--units N] [--rate R|max] [--config FILE]
+               [--base-port P] [--pty SLOT...] [--chamber KIND] [--fixture KIND] [--decoder KIND...] [--maps DIR]
+Runs a simulated laboratory: a chamber, a fixture and a relay card that speak Modbus TCP, and units that speak the Xsens
+MTi's Xbus protocol or that of another family, all on 127.0.0.1. Writes DIR/station.toml when everything listens, then prints one line of JSON with
+the ports. Ends with status 0 on SIGTERM or SIGINT.
+
+  --out DIR        folder for station.toml; made where it is missing
+  --seed N         seed of all random numbers (default: that of the configuration)
+  --units N        number of units, 1 to 16, in slots 1, 2, ...
+  --rate R         device seconds per second of host time, 0.01 to 5000 (default 1); max = 5000. A reader that does not
+                   keep up makes the laboratory's clock wait.
+  --config FILE    magnitudes, in the format of lab.toml
+  --base-port P    ports P (chamber), P+1 (fixture), P+2 (relay), P+3 (espec-p300), P+10+n (unit n); else any free ones
+  --pty SLOT...    these slots get a pseudo-terminal instead of a TCP port; the JSON line and station.toml name it
+  --chamber KIND   controller that station.toml names: f4t (Modbus TCP, the default), f4t-rtu, eurotherm-2400 (Modbus RTU on
+                   a pseudo-terminal), espec-p300 (lines of text over TCP)
+  --fixture KIND   what turns the units: six-positions (the default), two-axis (angles, and a rate of the inner axis)
+  --decoder KIND...
+                   what the units of slot 1, 2, ... speak, the last counting for all that follow: xsens (the default),
+                   ahrs400, vectornav
+  --maps DIR       folder of register maps and unit types that station.toml names
+)";
+constexpr std::string_view kTruthUsage =
+    R"(usage: soaksim-truth [--seed N] [--units N] [--config FILE]
+Prints as JSON what is true of the units that soaksim simulates with the same options: thermal curves, axes, and the
+offsets of the first 64 power-ons of each. hal/sim/README.md describes the format.
+)";
+
+constexpr double kMinRate = 0.01;
+constexpr double kMaxRate = 5000.0;
+constexpr int kMaxBasePort = 65535 - 10 - kRelayOutputs;
+constexpr int kListedPowerOns = 64;
+
+base::Result<double> rate_option(const ProgramOptions& options) {
+  const std::string text = options.text("--rate").value_or("1");
+  if (text == "max") return kMaxRate;
+  const auto rate = base::parse_double(text);
+  if (!rate || *rate < kMinRate || *rate > kMaxRate) {
+    return base::bad_input(
+        fmt::format("option --rate must be a number from {} to {} or 'max', not '{}'", kMinRate, kMaxRate, text));
+  }
+  return *rate;
+}
+
+base::Result<ChamberKind> chamber_option(const ProgramOptions& options) {
+  const std::map<std::string, ChamberKind> kinds = {{"f4t", ChamberKind::f4t},
+                                                    {"f4t-rtu", ChamberKind::f4t_rtu},
+                                                    {"eurotherm-2400", ChamberKind::eurotherm_2400},
+                                                    {"espec-p300", ChamberKind::espec_p300}};
+  const std::string text = options.text("--chamber").value_or("f4t");
+  const auto found = kinds.find(text);
+  if (found != kinds.end()) return found->second;
+  return base::bad_input(
+      fmt::format("option --chamber must be f4t, f4t-rtu, eurotherm-2400 or espec-p300, not '{}'", text));
+}
+
+base::Result<std::vector<UnitKind>> unit_options(const ProgramOptions& options) {
+  const std::map<std::string, UnitKind> kinds = {
+      {"xsens", UnitKind::xsens}, {"ahrs400", UnitKind::ahrs400}, {"vectornav", UnitKind::vectornav}};
+  std::vector<UnitKind> units;
+  for (const std::string& text : options.texts("--decoder")) {
+    const auto found = kinds.find(text);
+    if (found == kinds.end()) {
+      return base::bad_input(fmt::format("option --decoder takes xsens, ahrs400 and vectornav, not '{}'", text));
+    }
+    units.push_back(found->second);
+  }
+  if (units.empty()) units.push_back(UnitKind::xsens);
+  return units;
+}
+
+base::Result<FixtureKind> fixture_option(const ProgramOptions& options) {
+  const std::string text = options.text("--fixture").value_or("six-positions");
+  if (text == "six-positions") return FixtureKind::six_positions;
+  if (text == "two-axis") return FixtureKind::two_axis;
+  return base::bad_input(fmt::format("option --fixture must be six-positions or two-axis, not '{}'", text));
+}
+
+base::Result<LabServerOptions> server_options(const ProgramOptions& options, int units) {
+  LabServerOptions server;
+  const auto rate = rate_option(options);
+  if (!rate) return base::forward_error(rate);
+  server.rate = *rate;
+  const auto chamber = chamber_option(options);
+  if (!chamber) return base::forward_error(chamber);
+  server.chamber = *chamber;
+  const auto fixture = fixture_option(options);
+  if (!fixture) return base::forward_error(fixture);
+  server.kinds.fixture = *fixture;
+  auto kinds = unit_options(options);
+  if (!kinds) return base::forward_error(kinds);
+  server.kinds.units = *std::move(kinds);
+  const auto base_port = options.whole("--base-port", 1, kMaxBasePort);
+  if (!base_port) return base::forward_error(base_port);
+  if (*base_port) server.base_port = static_cast<int>(**base_port);
+  const auto slots = options.wholes("--pty", 1, units);
+  if (!slots) return base::forward_error(slots);
+  for (const std::int64_t slot : *slots) server.pty_slots.insert(static_cast<int>(slot));
+  return server;
+}
+
+/// Here is no planned campaign by which a magnitude could be counted, or a candidate's blocks be listed.
+base::Status refuse_what_needs_a_plan(const CampaignConfig& config) {
+  if (!config.candidates.empty()) {
+    return base::bad_input("[[candidate]] needs a planned campaign: soaksim-campaign reads it; [[hidden]] acts here");
+  }
+  for (const HiddenSpec& spec : config.hidden) {
+    if (spec.amplitude) continue;
+    return base::bad_input(
+        fmt::format("hidden effect '{}' has a magnitude, but there is no planned campaign here to count it by; give "
+                    "its 'amplitude'",
+                    spec.effect));
+  }
+  return {};
+}
+
+/// What a command line asks soaksim to do.
+struct Order {
+  std::string folder;
+  std::string maps;
+  CampaignConfig config;
+  LabServerOptions server;
+};
+
+base::Result<Order> parse_order(const std::vector<std::string>& arguments) {
+  const auto options = ProgramOptions::parse(
+      arguments,
+      {"--out", "--seed", "--units", "--rate", "--config", "--base-port", "--chamber", "--fixture", "--maps"},
+      {"--pty", "--decoder"});
+  if (!options) return base::forward_error(options);
+  const auto folder = options->required("--out", "the folder for station.toml");
+  if (!folder) return base::forward_error(folder);
+  auto config = configured(*options, kRelayOutputs);
+  if (!config) return base::forward_error(config);
+  if (config->units > kRelayOutputs) {
+    return base::bad_input(
+        fmt::format("the laboratory has room for 1 to {} units, not {}", kRelayOutputs, config->units));
+  }
+  if (const base::Status stated = refuse_what_needs_a_plan(*config); !stated) return base::forward_error(stated);
+  auto server = server_options(*options, config->units);
+  if (!server) return base::forward_error(server);
+  return Order{*folder, options->text("--maps").value_or(SOAK_SIM_MAPS), *std::move(config), *std::move(server)};
+}
+
+base::Status serve(const Order& order, int stop_fd, const std::function<void(const std::string&)>& announce) {
+  const auto server = LabServer::open(order.config, order.server);
+  if (!server) return base::forward_error(server);
+  const LabAddresses addresses = (*server)->addresses();
+  const auto file = write_station_file(order.folder, station_toml(order.config, order.server, addresses, order.maps));
+  if (!file) return base::forward_error(file);
+  announce(addresses_json(addresses, *file));
+  (*server)->run_until_readable(stop_fd);
+  return {};
+}
+
+base::Result<std::string> truth_text(const std::vector<std::string>& arguments) {
+  const auto options = ProgramOptions::parse(arguments, {"--seed", "--units", "--config"});
+  if (!options) return base::forward_error(options);
+  const auto config = configured(*options, kRelayOutputs);
+  if (!config) return base::forward_error(config);
+  if (const base::Status stated = refuse_what_needs_a_plan(*config); !stated) return base::forward_error(stated);
+  std::vector<SimulatedUnit> units;
+  for (int number = 1; number <= config->units; ++number) units.push_back(draw_lab_unit(*config, number));
+  ListedRuns listed;
+  for (int ordinal = 0; ordinal < kListedPowerOns; ++ordinal) {
+    listed.runs.push_back({fmt::format("{}", ordinal), ordinal});
+  }
+  return truth_json(*config, units, listed);
+}
+
+bool asks_for_help(const std::vector<std::string>& arguments) {
+  return std::find(arguments.begin(), arguments.end(), "--help") != arguments.end();
+}
+
+}  // namespace
+
+ProgramOutcome run_soaksim(const std::vector<std::string>& arguments, int stop_fd,
+                           const std::function<void(const std::string&)>& announce) {
+  if (asks_for_help(arguments)) return {0, std::string(kUsage), ""};
+  const auto order = parse_order(arguments);
+  if (!order) return failed_program("soaksim", order.error());
+  if (const auto served = serve(*order, stop_fd, announce); !served) return failed_program("soaksim", served.error());
+  return {};
+}
+
+ProgramOutcome run_soaksim_truth(const std::vector<std::string>& arguments) {
+  if (asks_for_help(arguments)) return {0, std::string(kTruthUsage), ""};
+  const auto text = truth_text(arguments);
+  if (!text) return failed_program("soaksim-truth", text.error());
+  return {0, *text, ""};
+}
+
+}  // namespace soak::hal::sim

@@ -1,0 +1,399 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/config/station_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <set>
+#include <utility>
+
+#include "base/hex.h"
+#include "base/text.h"
+#include "base/units.h"
+#include "settings/reader.h"
+#include "station/config/shared_ports.h"
+#include "station/config/unit_type_file.h"
+
+namespace soak::station {
+namespace {
+
+using hal::SettingsTable;
+
+constexpr hal::Limits kPort = {1, 65535};
+constexpr hal::Limits kBaud = {300, 4000000};
+
+/// An error of another file, in one message of this one.
+std::string foreign(const base::Error& error) {
+  return error.where.empty() ? error.message : fmt::format("{}: {}", error.where, error.message);
+}
+
+std::filesystem::path path_in(const SettingsTable& table, std::string_view key, const std::filesystem::path& folder) {
+  const std::string text = table.text(key);
+  return text.empty() ? std::filesystem::path() : (folder / text).lexically_normal();
+}
+
+/// Whether the table names a serial device; one that names both or neither way is a mistake.
+bool wants_serial(const SettingsTable& table) {
+  const bool serial = table.has("device");
+  if (serial == table.has("host")) {
+    table.refuse("host", "an address needs either host and port (TCP) or device and baud (serial)");
+  }
+  return serial;
+}
+
+/// Of a serial line what the section does not say is as the map says.
+std::variant<hal::ModbusTcp, hal::ModbusRtu> read_modbus_address(
+    const SettingsTable& table, const std::variant<hal::ModbusTcp, hal::ModbusRtu>& stated) {
+  if (!wants_serial(table)) return hal::ModbusTcp{table.text("host", ""), table.whole("port", kPort, 502)};
+  const auto* line = std::get_if<hal::ModbusRtu>(&stated);
+  hal::ModbusRtu rtu = line ? *line : hal::ModbusRtu();
+  rtu.device = table.text("device");
+  // libmodbus takes any other for 9600.
+  const std::vector<int> bauds = {1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200};
+  rtu.baud = table.whole("baud", kBaud, rtu.baud);
+  if (std::find(bauds.begin(), bauds.end(), rtu.baud) == bauds.end()) {
+    table.refuse("baud", fmt::format("'baud' must be one of {}", fmt::join(bauds, ", ")));
+  }
+  rtu.parity = table.choice<char>("parity", {{"N", 'N'}, {"E", 'E'}, {"O", 'O'}}, rtu.parity);
+  rtu.stop_bits = table.whole("stop_bits", {1, 2}, rtu.stop_bits);
+  return rtu;
+}
+
+/// The address and unit number that a section gives instead of those of its map.
+void read_link_of(const SettingsTable& table, hal::RegisterMap& map) {
+  map.link.address = read_modbus_address(table, map.link.address);
+  if (const auto unit = table.optional_whole("unit", {0, 255})) map.link.unit = *unit;
+}
+
+void read_link_of(const SettingsTable& table, hal::TextMap& map) {
+  const auto& stated = map.link.address;
+  if (wants_serial(table)) {
+    const auto* serial = std::get_if<hal::SerialAddress>(&stated);
+    map.link.address =
+        hal::SerialAddress{table.text("device"), table.whole("baud", kBaud, serial ? serial->baud : 9600)};
+    return;
+  }
+  const auto* tcp = std::get_if<hal::TcpAddress>(&stated);
+  const std::optional<int> usual_port = tcp ? std::optional(tcp->port) : std::nullopt;
+  map.link.address = hal::TcpAddress{table.text("host", ""), table.whole("port", kPort, usual_port)};
+}
+
+/// The map that a section names, with the section's address.
+hal::ChamberMap read_controller(const SettingsTable& table, std::string_view kind,
+                                const std::filesystem::path& folder) {
+  const auto file = path_in(table, "map", folder);
+  hal::ChamberMap map;
+  if (!file.empty()) {
+    auto read = hal::read_chamber_map(file.string(), hal::MapUse::device);
+    if (!read) table.refuse("map", foreign(read.error()));
+    if (read) map = *std::move(read);
+  }
+  std::visit([&table](auto& one) { read_link_of(table, one); }, map);
+  if (const auto found = hal::kind_of(map); !found.empty() && found != kind) {
+    table.refuse("map", fmt::format("'{}' is the map of a {}, not of a {}", file.string(), found, kind));
+  }
+  return map;
+}
+
+/// A fixture.
+hal::RegisterMap read_modbus_controller(const SettingsTable& table, std::string_view kind,
+                                        const std::filesystem::path& folder) {
+  auto map = read_controller(table, kind, folder);
+  auto* registers = std::get_if<hal::RegisterMap>(&map);
+  return registers ? std::move(*registers) : hal::RegisterMap();
+}
+
+std::array<std::string, 3> read_axes(const SettingsTable& table, std::array<std::string, 3> axes) {
+  if (!table.has("axes")) return axes;
+  const auto labels = table.texts("axes");
+  const bool three = labels.size() == axes.size();
+  if (three) std::copy(labels.begin(), labels.end(), axes.begin());
+  if (!three || !is_right_handed(axes)) {
+    table.refuse("axes", "'axes' must be three of +X, -X, +Y, -Y, +Z, -Z that form a right-handed frame");
+  }
+  return axes;
+}
+
+/// "2639:0013": vendor and product as lsusb prints them.
+void read_usb_ids(const SettingsTable& table, hal::UsbAddress& usb) {
+  const std::string text = table.text("usb");
+  const std::string_view digits = text;
+  const auto vendor = base::bytes_of_hex<2>(digits.substr(0, 4));
+  const auto product = base::bytes_of_hex<2>(digits.substr(std::min<std::size_t>(digits.size(), 5)));
+  if (!vendor || !product || digits[4] != ':') {
+    table.refuse("usb", "'usb' must be vendor and product in hexadecimal, four digits each, as in \"2639:0013\"");
+    return;
+  }
+  usb.vendor = static_cast<std::uint16_t>((*vendor)[0] << 8U | (*vendor)[1]);
+  usb.product = static_cast<std::uint16_t>((*product)[0] << 8U | (*product)[1]);
+}
+
+hal::UsbAddress read_usb(const SettingsTable& table) {
+  hal::UsbAddress usb;
+  read_usb_ids(table, usb);
+  usb.serial = table.text("usb_serial", "");
+  usb.path = table.text("usb_path", "");
+  usb.baud = table.whole("baud", kBaud, usb.baud);
+  return usb;
+}
+
+hal::UnitAddress read_unit_address(const SettingsTable& table) {
+  constexpr std::array<std::string_view, 3> kWays = {"host", "device", "usb"};
+  const auto ways = std::count_if(kWays.begin(), kWays.end(), [&](std::string_view way) { return table.has(way); });
+  if (ways != 1) {
+    table.refuse("host", "an address needs one of host and port (TCP), device and baud (serial), usb");
+  }
+  if (table.has("usb")) return read_usb(table);
+  if (table.has("device")) return hal::SerialAddress{table.text("device"), table.whole("baud", kBaud, 115200)};
+  const std::optional<int> no_host = table.has("host") ? std::nullopt : std::optional(0);
+  return hal::TcpAddress{table.text("host", ""), table.whole("port", kPort, no_host)};
+}
+
+Slot read_slot(const SettingsTable& table) {
+  using enum hal::UnitDecoder;
+  Slot slot;
+  slot.name = table.text("name");
+  slot.address = read_unit_address(table);
+  slot.decoder = table.choice<hal::UnitDecoder>(
+      "decoder", {{"xsens", xsens}, {"ahrs400", ahrs400}, {"vectornav", vectornav}}, slot.decoder);
+  slot.axes = read_axes(table, slot.axes);
+  slot.power_output = table.optional_whole("power_output", {1, 1000});
+  slot.supply.voltage_v = table.optional_number("supply_v", {0.1, 100.0});
+  slot.supply.limit_a = table.optional_number("supply_limit_a", {0.001, 100.0});
+  slot.unit = table.text("unit", "");
+  slot.unit_type = table.text("unit_type", "");
+  return slot;
+}
+
+/// The key that a slot's address is blamed on.
+std::string_view address_key(const SettingsTable& table) {
+  if (table.has("usb")) return "usb";
+  return table.has("device") ? "device" : "port";
+}
+
+/// What two slots cannot share.
+class Taken {
+ public:
+  void check(const SettingsTable& table, const Slot& slot) {
+    claim(table, "name", slot.name);
+    claim(table, address_key(table), hal::text_of(slot.address));
+    check_usb(table, slot);
+    claim(table, "unit", slot.unit);
+    if (slot.power_output) claim(table, "power_output", std::to_string(*slot.power_output));
+  }
+
+ private:
+  void claim(const SettingsTable& table, std::string_view key, const std::string& value) {
+    if (!table.has(key) || value.empty() || taken_.insert({std::string(key), value}).second) return;
+    table.refuse(key, fmt::format("two slots have the {} '{}'", key == address_key(table) ? "address" : key, value));
+  }
+
+  /// Two devices of one kind must be told apart.
+  void check_usb(const SettingsTable& table, const Slot& slot) {
+    const auto* usb = std::get_if<hal::UsbAddress>(&slot.address);
+    if (usb == nullptr) return;
+    const auto is_any = [](const hal::UsbAddress& address) { return address.serial.empty() && address.path.empty(); };
+    for (const hal::UsbAddress& other : usb_) {
+      const bool same_kind = other.vendor == usb->vendor && other.product == usb->product;
+      if (!same_kind || !(is_any(other) || is_any(*usb))) continue;
+      table.refuse("usb", "two slots have USB devices of this kind: give each its usb_serial or usb_path");
+    }
+    usb_.push_back(*usb);
+  }
+
+  std::set<std::pair<std::string, std::string>> taken_;
+  std::vector<hal::UsbAddress> usb_;
+};
+
+void read_unit_type_folder(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
+  const auto table = root.table("unit_types");
+  config.unit_types = table ? path_in(*table, "folder", folder) : default_unit_type_folder();
+}
+
+/// The names of all types; a folder that cannot be read is a mistake.
+std::set<std::string> type_names(const SettingsTable& root, const StationConfig& config) {
+  std::set<std::string> names;
+  const auto types = read_unit_types(config.unit_types);
+  if (!types) {
+    root.refuse("unit_types", foreign(types.error()));
+    return names;
+  }
+  for (const calib::UnitType& type : *types) names.insert(type.name);
+  return names;
+}
+
+void refuse_unknown_types(const SettingsTable& root, const std::vector<SettingsTable>& tables,
+                          const StationConfig& config) {
+  const auto names_a_type = [](const Slot& slot) { return !slot.unit_type.empty(); };
+  if (std::none_of(config.slots.begin(), config.slots.end(), names_a_type)) return;
+  const auto names = type_names(root, config);
+  if (names.empty()) return;
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    const std::string& type = config.slots[i].unit_type;
+    if (type.empty() || names.contains(type)) continue;
+    tables[i].refuse("unit_type", fmt::format("there is no unit type '{}' in '{}'", type, config.unit_types.string()));
+  }
+}
+
+void read_slots(const SettingsTable& root, StationConfig& config) {
+  const auto tables = root.tables("slot");
+  if (tables.empty()) root.refuse("slot", "there is no [[slot]]: a station needs one at least");
+  Taken taken;
+  for (const SettingsTable& table : tables) {
+    config.slots.push_back(read_slot(table));
+    taken.check(table, config.slots.back());
+    if (config.slots.back().power_output && !root.has("power")) {
+      table.refuse("power_output", "'power_output' needs a section [power]");
+    }
+    for (const char* key : {"supply_v", "supply_limit_a"}) {
+      if (table.has(key) && !table.has("power_output")) {
+        table.refuse(key, fmt::format("'{}' belongs to an output: 'power_output' is missing", key));
+      }
+    }
+  }
+  refuse_unknown_types(root, tables, config);
+}
+
+void read_place(const SettingsTable& root, StationConfig& config) {
+  if (const auto site = root.table("site")) {
+    config.site.latitude_deg = site->optional_number("latitude_deg", {-90.0, 90.0});
+    config.site.height_m = site->optional_number("height_m", {-1000.0, 10000.0});
+    config.site.azimuth_deg = site->optional_number("azimuth_deg", {-360.0, 360.0});
+    config.site.gravity_mps2 = site->optional_number("gravity_mps2", {9.7, 9.9});
+  }
+  if (const auto room = root.table("room")) {
+    config.room_c = room->number("temp_c", {0.0, 50.0}, config.room_c);
+    config.dew_point_c = room->number("dew_point_c", {-50.0, 50.0}, config.dew_point_c);
+    if (config.dew_point_c > config.room_c) {
+      room->refuse("dew_point_c", "'room.dew_point_c' cannot lie above the temperature of the room");
+    }
+  }
+}
+
+void read_service(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
+  config.listen = root.text("listen", config.listen);
+  const auto colon = config.listen.rfind(':');
+  const auto port = colon == std::string::npos ? std::nullopt : base::parse_int(config.listen.substr(colon + 1));
+  if (colon == 0 || !port || *port < 0 || *port > 65535) {
+    root.refuse("listen", "'listen' must be HOST:PORT, as in \"127.0.0.1:8088\"");
+  }
+  if (root.has("data")) config.data = path_in(root, "data", folder);
+  if (const auto clock = root.table("clock")) {
+    config.clock_rate = clock->number("rate", {0.001, 1e6}, config.clock_rate);
+  }
+}
+
+/// "1-4.2" or "usb1", as the kernel names sockets.
+bool is_hub_path(std::string_view path) {
+  const auto is_number = [](std::string_view text) {
+    return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+  };
+  if (path.starts_with("usb")) return is_number(path.substr(3));
+  const auto dash = path.find('-');
+  if (dash == std::string_view::npos || !is_number(path.substr(0, dash))) return false;
+  std::string_view ports = path.substr(dash + 1);
+  for (auto dot = ports.find('.'); dot != std::string_view::npos; dot = ports.find('.')) {
+    if (!is_number(ports.substr(0, dot))) return false;
+    ports.remove_prefix(dot + 1);
+  }
+  return is_number(ports);
+}
+
+hal::UsbHubs read_usb_hubs(const SettingsTable& table) {
+  hal::UsbHubs hubs{table.texts("usb_hubs")};
+  const bool sound = !hubs.paths.empty() && std::ranges::all_of(hubs.paths, is_hub_path);
+  const bool distinct = std::set(hubs.paths.begin(), hubs.paths.end()).size() == hubs.paths.size();
+  if (!sound || !distinct) {
+    table.refuse("usb_hubs", "'usb_hubs' must be the sockets of USB hubs, each once, as in [\"1-4\", \"1-4.3\"]");
+  }
+  return hubs;
+}
+
+UnitPowerSource read_power(const SettingsTable& table, const std::filesystem::path& folder) {
+  if (table.has("from")) {
+    (void)table.choice<bool>("from", {{"chamber", true}});
+    return PowerFromChamber();
+  }
+  if (table.has("usb_hubs")) return read_usb_hubs(table);
+  return read_controller(table, "power", folder);
+}
+
+void read_controllers(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
+  constexpr bool required = true;
+  if (const auto table = root.table("chamber", required)) config.chamber = read_controller(*table, "chamber", folder);
+  if (const auto table = root.table("fixture")) config.fixture = read_modbus_controller(*table, "fixture", folder);
+  if (const auto table = root.table("power")) config.power = read_power(*table, folder);
+  if (const auto table = root.table("purge")) config.purge_below_c = table->number("below_c", {-100.0, 50.0});
+}
+
+/// Heading of a horizontal axis of the fixture that stands with `up` upwards, clockwise from the axis after the
+/// vertical one, degrees.
+double heading_on_fixture(const calib::Vector3& up, const calib::Vector3& axis) {
+  const calib::Vector3 forward = {std::abs(up[2]), std::abs(up[0]), std::abs(up[1])};
+  const calib::Vector3 left = {up[1] * forward[2] - up[2] * forward[1], up[2] * forward[0] - up[0] * forward[2],
+                               up[0] * forward[1] - up[1] * forward[0]};
+  const auto along = [&](const calib::Vector3& d) { return axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2]; };
+  return std::atan2(-along(left), along(forward)) * base::kDegPerRad;
+}
+
+}  // namespace
+
+base::Result<StationConfig> read_station_config(const std::filesystem::path& file) {
+  const auto text = hal::read_settings_text(file.string());
+  if (!text) return base::forward_error(text);
+  const auto reader = hal::SettingsReader::parse(*text, file.string());
+  if (!reader) return base::forward_error(reader);
+  StationConfig config;
+  config.file = file.string();
+  const SettingsTable& root = reader->root();
+  const auto folder = file.parent_path();
+  read_service(root, folder, config);
+  read_controllers(root, folder, config);
+  read_unit_type_folder(root, folder, config);
+  read_slots(root, config);
+  for (const SharedPort& port : shared_ports(config)) root.refuse(port.section, port.text);
+  read_place(root, config);
+  const auto status = reader->finish();
+  if (!status) return base::forward_error(status);
+  return config;
+}
+
+hal::UnitLink link_of(const Slot& slot, const calib::UnitType& type) {
+  hal::UnitLink link;
+  link.address = slot.address;
+  link.decoder = slot.decoder;
+  link.ranges.rate_dps = type.gyro_range_dps.value_or(0.0);
+  link.ranges.accel_g = type.accel_range_mps2.value_or(0.0) / base::kStandardGravity_mps2;
+  return link;
+}
+
+calib::Position unit_position(const Slot& slot, std::string_view fixture_up, std::optional<double> azimuth_deg) {
+  const auto up = calib::position_named(fixture_up);
+  if (!up || !is_right_handed(slot.axes)) return {};
+  calib::Position position;
+  for (std::size_t axis = 0; axis < slot.axes.size(); ++axis) {
+    const calib::Vector3 direction = calib::position_named(slot.axes[axis])->up;
+    const double part = direction[0] * up->up[0] + direction[1] * up->up[1] + direction[2] * up->up[2];
+    position.up[axis] = part;
+    if (part == 0.0) continue;
+    position.label = {part > 0.0 ? '+' : '-', static_cast<char>('X' + axis)};
+    const auto next = calib::position_named(slot.axes[(axis + 1) % 3])->up;
+    if (azimuth_deg) position.azimuth_deg = *azimuth_deg + heading_on_fixture(up->up, next);
+  }
+  return position;
+}
+
+std::vector<calib::Position> positions_of(const Slot& slot, const StationConfig& config) {
+  std::vector<calib::Position> positions;
+  if (!config.fixture) return positions;
+  const hal::RegisterMap& map = *config.fixture;
+  for (std::size_t i = 0; i < map.azimuths_deg.size(); ++i) {
+    calib::Position position = unit_position(slot, map.positions[i], map.azimuths_deg[i]);
+    if (!position.label.empty()) positions.push_back(std::move(position));
+  }
+  return positions;
+}
+
+}  // namespace soak::station

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/config/unit_type_file.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <functional>
+#include <system_error>
+
+#include "calib/vocabulary/position.h"
+#include "settings/reader.h"
+#include "station/config/limits_file.h"
+
+namespace soak::station {
+namespace {
+
+using hal::SettingsTable;
+
+constexpr hal::Limits kTemp_c = {-273.15, 1000.0};
+constexpr hal::Limits kPositive = {1e-12, 1e9};
+constexpr std::string_view kGeneric = "generic";
+
+void read_section(const SettingsTable& root, std::string_view name,
+                  const std::function<void(const SettingsTable&)>& read) {
+  if (const auto table = root.table(name)) read(*table);
+}
+
+void read_axes(const SettingsTable& root, calib::UnitType& type) {
+  if (!root.has("axes")) return;
+  const auto labels = root.texts("axes");
+  std::array<std::string, 3> axes;
+  if (labels.size() == axes.size()) std::copy(labels.begin(), labels.end(), axes.begin());
+  if (labels.size() != axes.size() || !is_right_handed(axes)) {
+    root.refuse("axes", "'axes' must be three of +X, -X, +Y, -Y, +Z, -Z that form a right-handed frame");
+  }
+  type.axes = axes;
+}
+
+void read_rating(const SettingsTable& table, calib::UnitType& type) {
+  type.temp_min_c = table.number("temp_min_c", kTemp_c);
+  type.temp_max_c = table.number("temp_max_c", kTemp_c);
+  if (table.has("temp_min_c") && table.has("temp_max_c") && *type.temp_min_c >= *type.temp_max_c) {
+    table.refuse("temp_max_c", "'rating.temp_max_c' must lie above temp_min_c");
+  }
+}
+
+void read_gyro(const SettingsTable& table, calib::UnitType& type) {
+  type.gyro_range_dps = table.optional_number("range_dps", kPositive);
+  type.gyro_lsb_dps = table.optional_number("lsb_dps", kPositive);
+  type.gyro_noise_max_dps_rthz = table.optional_number("noise_max_dps_rthz", kPositive);
+  type.gyro_bias_max_dps = table.optional_number("bias_max_dps", kPositive);
+}
+
+void read_accel(const SettingsTable& table, calib::UnitType& type) {
+  type.accel_range_mps2 = table.optional_number("range_mps2", kPositive);
+  type.accel_lsb_mps2 = table.optional_number("lsb_mps2", kPositive);
+  type.accel_noise_max_mps2_rthz = table.optional_number("noise_max_mps2_rthz", kPositive);
+  type.accel_bias_max_mps2 = table.optional_number("bias_max_mps2", kPositive);
+}
+
+void read_thermometers(const SettingsTable& table, calib::UnitType& type) {
+  if (table.has("kind")) {
+    type.thermometers = table.choice<calib::Thermometers>(
+        "kind", {{"one", calib::Thermometers::one}, {"per_sensor", calib::Thermometers::per_sensor}});
+  }
+  type.temp_lsb_c = table.optional_number("lsb_c", kPositive);
+  type.temp_repeatability_c = table.optional_number("repeatability_c", kPositive);
+}
+
+void read_type(const SettingsTable& root, const std::string& stem, calib::UnitType& type) {
+  type.name = root.text("name");
+  if (root.has("name") && type.name != stem) {
+    root.refuse("name", fmt::format("the name '{}' is not that of the file, '{}'", type.name, stem));
+  }
+  type.description = root.text("description", "");
+  type.sign_at_rest = root.whole("sign_at_rest", {-1, 1}, type.sign_at_rest);
+  if (type.sign_at_rest == 0) root.refuse("sign_at_rest", "'sign_at_rest' must be 1 or -1");
+  type.warm_up_s = root.optional_number("warm_up_s", {0.0, 86400.0});
+  read_axes(root, type);
+  read_section(root, "rating", [&](const SettingsTable& t) { read_rating(t, type); });
+  read_section(root, "gyro", [&](const SettingsTable& t) { read_gyro(t, type); });
+  read_section(root, "accel", [&](const SettingsTable& t) { read_accel(t, type); });
+  read_section(root, "thermometers", [&](const SettingsTable& t) { read_thermometers(t, type); });
+  read_section(root, "limits", [&](const SettingsTable& t) { type.limits = read_limits_table(t); });
+}
+
+calib::Vector3 cross(const calib::Vector3& a, const calib::Vector3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// Names of the files in the default folder; none where it cannot be read.
+std::vector<std::string> known_names() {
+  std::vector<std::string> names;
+  std::error_code failure;
+  for (std::filesystem::directory_iterator entry(default_unit_type_folder(), failure), end; !failure && entry != end;
+       entry.increment(failure)) {
+    if (entry->path().extension() == ".toml") names.push_back(entry->path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+bool is_known(const std::vector<std::string>& names, std::string_view name) {
+  return name == kGeneric || std::binary_search(names.begin(), names.end(), name);
+}
+
+}  // namespace
+
+bool is_right_handed(const std::array<std::string, 3>& labels) {
+  std::array<calib::Vector3, 3> axes;
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const auto direction = calib::position_named(labels[i]);
+    if (!direction) return false;
+    axes[i] = direction->up;
+  }
+  return cross(axes[0], axes[1]) == axes[2];
+}
+
+base::Result<calib::UnitType> parse_unit_type(std::string_view text, const std::string& file) {
+  const auto reader = hal::SettingsReader::parse(text, file);
+  if (!reader) return base::forward_error(reader);
+  calib::UnitType type;
+  read_type(reader->root(), std::filesystem::path(file).stem().string(), type);
+  const auto status = reader->finish();
+  if (!status) return base::forward_error(status);
+  return type;
+}
+
+base::Result<calib::UnitType> read_unit_type(const std::filesystem::path& file) {
+  const auto text = hal::read_settings_text(file.string());
+  if (!text) return base::forward_error(text);
+  return parse_unit_type(*text, file.string());
+}
+
+base::Result<std::vector<calib::UnitType>> read_unit_types(const std::filesystem::path& folder) {
+  std::error_code failure;
+  std::vector<std::filesystem::path> files;
+  for (std::filesystem::directory_iterator entry(folder, failure), end; !failure && entry != end;
+       entry.increment(failure)) {
+    if (entry->path().extension() == ".toml") files.push_back(entry->path());
+  }
+  if (failure) {
+    return base::bad_input(fmt::format("cannot read the folder of unit types ({}); name another with --types, "
+                                       "$SOAK_PROCEDURES or, for soakd, [unit_types] folder",
+                                       failure.message()),
+                           folder.string());
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<calib::UnitType> types;
+  for (const auto& file : files) {
+    auto type = read_unit_type(file);
+    if (!type) return base::forward_error(type);
+    types.push_back(std::move(*type));
+  }
+  return types;
+}
+
+base::Result<calib::UnitType> known_unit_type(const std::string& name) {
+  const std::filesystem::path file = default_unit_type_folder() / (name + ".toml");
+  std::error_code ignored;
+  if (std::filesystem::exists(file, ignored)) return read_unit_type(file);
+  calib::UnitType type;
+  type.name = name;
+  return type;
+}
+
+base::Result<calib::UnitType> stated_unit_type(const std::string& name) {
+  std::vector<std::string> names = known_names();
+  if (is_known(names, name)) return known_unit_type(name);
+  if (std::ranges::find(names, kGeneric) == names.end()) names.emplace_back(kGeneric);
+  return base::bad_input(
+      fmt::format("there is no unit type '{}'; known: {} ('soak type list'). A type of your own is a "
+                  "file {}, or stands in units/ of the folder that $SOAK_PROCEDURES names",
+                  name, fmt::join(names, ", "), (default_unit_type_folder() / "NAME.toml").string()),
+      "--type");
+}
+
+std::vector<calib::Warning> unit_type_warnings(const std::string& name) {
+  if (is_known(known_names(), name)) return {};
+  return {
+      {"unit_type_unknown",
+       fmt::format("the unit is of type '{}', of which there is no file in {}: its limits, ratings, thermometers and "
+                   "sign_at_rest are not known",
+                   name, default_unit_type_folder().string())}};
+}
+
+std::filesystem::path default_unit_type_folder() {
+  if (const char* procedures = std::getenv("SOAK_PROCEDURES"); procedures != nullptr && *procedures != '\0') {
+    return std::filesystem::path(procedures) / "units";
+  }
+  return std::filesystem::path(SOAK_PROCEDURES_FOLDER) / "units";
+}
+
+}  // namespace soak::station

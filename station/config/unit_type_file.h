@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/vocabulary/unit_type.h"
+#include "calib/vocabulary/warning.h"
+
+namespace soak::station {
+
+/// Reads procedures/units/NAME.toml (docs/procedures.md describes it); the name in it is that of the file. All mistakes
+/// at once, one per line, each with "`file`:line".
+[[nodiscard]] base::Result<calib::UnitType> parse_unit_type(std::string_view text, const std::string& file);
+[[nodiscard]] base::Result<calib::UnitType> read_unit_type(const std::filesystem::path& file);
+
+/// The types of a folder, in the order of their names. A file that is wrong is an error.
+[[nodiscard]] base::Result<std::vector<calib::UnitType>> read_unit_types(const std::filesystem::path& folder);
+
+/// What is known of the type with that name: its file in the default folder, or the name alone where there is none.
+[[nodiscard]] base::Result<calib::UnitType> known_unit_type(const std::string& name);
+
+/// The same for a unit that is entered: refuses (bad_input, at --type) a name that has no file, with those that have
+/// one. "generic" needs none.
+[[nodiscard]] base::Result<calib::UnitType> stated_unit_type(const std::string& name);
+
+/// `unit_type_unknown` where the type of a unit has no file (it was entered elsewhere, or by an older version): what
+/// the file would say is missing from everything that is done with the unit.
+[[nodiscard]] std::vector<calib::Warning> unit_type_warnings(const std::string& name);
+
+/// Whether three of the labels "+X" ... "-Z" form a right-handed frame, in this order.
+[[nodiscard]] bool is_right_handed(const std::array<std::string, 3>& labels);
+
+/// $SOAK_PROCEDURES/units, else that of the checkout which the program was built from; need not exist.
+[[nodiscard]] std::filesystem::path default_unit_type_folder();
+
+}  // namespace soak::station

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/estimate/model_term.h"
+#include "calib/forward/simulation.h"
+#include "db/catalog/catalog.h"
+
+namespace soak::station {
+
+/// A run that was simulated.
+struct ComparedRun {
+  std::string label;
+  std::string run_id;
+  bool fitted = false;  ///< either of the models was fitted to it, or a term rests on it
+};
+
+/// How far simulations with a model before and after its accepted effects are from what one sensor read, over some
+/// runs; SI.
+struct SensorComparison {
+  double before_rms = 0.0;  ///< about each run's own mean
+  double after_rms = 0.0;
+  double noise_rms = 0.0;           ///< what the samples' noise alone leaves
+  std::optional<double> floor_rms;  ///< noise and scatter between runs, as the report that was accepted states them
+  /// (before − after)/(before − floor) on fresh runs; absent: too small to tell, or runs that were fitted.
+  std::optional<double> closed_fraction;
+};
+
+/// A unit's model against the measurement, before and after.
+struct GapComparison {
+  std::string unit;
+  bool simulated = false;  ///< the model was made from simulated data
+  std::int32_t model = 0;
+  std::int32_t before = 0;  ///< version without the effects; that of `model` where it carries none
+  std::vector<calib::ModelTerm> terms;
+  std::vector<ComparedRun> runs;
+  calib::forward::SimulatedCampaign simulated_before;
+  calib::forward::SimulatedCampaign simulated_after;
+  std::array<std::optional<SensorComparison>, calib::kSensorCount> fitted;
+  std::array<std::optional<SensorComparison>, calib::kSensorCount> fresh;
+};
+
+/// Simulates the sealed, unvoided runs of the model's epoch, of calibration and verification, of one campaign where it
+/// is given. Refuses (bad_input) an unknown unit, one without such a model, and no such run.
+[[nodiscard]] base::Result<GapComparison> compare_gap(const db::Catalog& catalog, const std::string& unit,
+                                                      std::optional<std::int32_t> model,
+                                                      const std::optional<std::string>& campaign);
+
+/// What somebody who reads the figures must know, a sentence each: no fresh run, effects that do not show here, sensors
+/// that have become worse.
+[[nodiscard]] std::vector<std::string> remarks(const GapComparison& comparison);
+
+/// The figures as `soak gap show --json` prints them (deg/s, m/s²).
+[[nodiscard]] nlohmann::json comparison_json(const GapComparison& comparison);
+
+}  // namespace soak::station

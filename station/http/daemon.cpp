@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/http/daemon.h"
+
+#include <fmt/format.h>
+#include <signal.h>
+
+#include <iostream>
+#include <thread>
+
+#include "station/config/station_config.h"
+#include "station/http/address.h"
+#include "station/http/server.h"
+#include "station/io/data_folder.h"
+#include "station/io/folder_lock.h"
+#include "station/io/log.h"
+#include "station/lab/engine.h"
+
+namespace soak::station {
+namespace {
+
+/// From its making on, SIGTERM and SIGINT reach no thread but the one that waits for them and stops the engine.
+class StopSignals {
+ public:
+  StopSignals() {
+    sigemptyset(&signals_);
+    for (const int signal : {SIGTERM, SIGINT, kQuit}) sigaddset(&signals_, signal);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+    // A connection that the peer has closed, a file that grows too large: errors of the write, not our end.
+    for (const int signal : {SIGPIPE, SIGXFSZ}) ::signal(signal, SIG_IGN);
+  }
+  StopSignals(const StopSignals&) = delete;
+  StopSignals& operator=(const StopSignals&) = delete;
+  ~StopSignals() {
+    if (!waiter_.joinable()) return;
+    pthread_kill(waiter_.native_handle(), kQuit);
+    waiter_.join();
+  }
+
+  void stop_with(Engine& engine) {
+    waiter_ = std::thread([this, &engine] {
+      for (int signal = 0; sigwait(&signals_, &signal) == 0 && signal != kQuit;) {
+        log_line("asked to stop: a running campaign is driven to the safe state first");
+        engine.stop();
+      }
+    });
+  }
+
+ private:
+  static constexpr int kQuit = SIGUSR1;  ///< ends the waiting thread
+  sigset_t signals_{};
+  std::thread waiter_;
+};
+
+base::Result<StationConfig> configuration(const DaemonOptions& options) {
+  std::filesystem::path file = options.config;
+  if (file.empty()) {
+    const auto folder = data_folder(options.data);
+    if (!folder) return base::forward_error(folder);
+    file = *folder / "station.toml";
+  }
+  auto config = read_station_config(file);
+  if (!config) return base::forward_error(config);
+  if (!options.listen.empty()) config->listen = options.listen;
+  if (!options.data.empty()) config->data = options.data;
+  return config;
+}
+
+}  // namespace
+
+base::Status run_daemon(const DaemonOptions& options) {
+  const auto config = configuration(options);
+  if (!config) return base::forward_error(config);
+  StopSignals signals;
+  auto catalog = open_catalog(config->data.string());
+  if (!catalog) return base::forward_error(catalog);
+  const auto lock = FolderLock::take(catalog->data_folder() / "soakd.lock", "soakd");
+  if (!lock) return base::forward_error(lock);
+  const auto engine = Engine::make(*config, *catalog);
+  if (!engine) return base::forward_error(engine);
+  HttpServer server(**engine, config->listen);
+  const auto port = server.start();
+  if (!port) return base::forward_error(port);
+  const std::string page = "http://" + to_text({parse_host_port(config->listen)->host, *port}) + "/";
+  log_line(fmt::format("serving {} from {}, {} slots", page, catalog->data_folder().string(), config->slots.size()));
+  std::cout << page << std::endl;
+  signals.stop_with(**engine);
+  (*engine)->run();
+  server.stop();
+  return {};
+}
+
+}  // namespace soak::station

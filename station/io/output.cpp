@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/io/output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "base/text.h"
+
+namespace soak::station {
+namespace {
+
+volatile std::sig_atomic_t interrupt_flag = 0;
+
+void note_interrupt(int) { interrupt_flag = 1; }
+
+bool all_finite(const nlohmann::json& node) {
+  if (node.is_number_float()) return std::isfinite(node.get<double>());
+  return !node.is_structured() || std::all_of(node.begin(), node.end(), all_finite);
+}
+
+std::string dumped(const nlohmann::json& document) {
+  return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+/// Columns of a terminal that UTF-8 text takes (one per code point).
+std::size_t width(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+}
+
+}  // namespace
+
+void Output::print(std::string_view text) { out_ << text; }
+
+void Output::flush() { out_.flush(); }
+
+base::Status Output::print_json(const nlohmann::json& document) {
+  if (!all_finite(document)) {
+    return base::fail(base::ErrorKind::internal, "a result is not a finite number, so it has no JSON form");
+  }
+  out_ << dumped(document) << '\n';
+  return {};
+}
+
+void Output::note(std::string_view text) {
+  end_progress();
+  err_ << "soak: " << text << '\n';
+}
+
+void Output::print_error(const base::Error& error) {
+  end_progress();
+  if (json_) {
+    const nlohmann::json document = {
+        {"error", {{"code", static_cast<int>(error.kind)}, {"message", error.message}, {"where", error.where}}}};
+    err_ << dumped(document) << '\n';
+  } else if (error.where.empty()) {
+    err_ << "soak: " << error.message << '\n';
+  } else {
+    err_ << "soak: " << error.where << ": " << error.message << '\n';
+  }
+}
+
+std::function<bool(double)> Output::progress(std::string_view what) {
+  return [this, name = std::string(what), last = -1](double share) mutable {
+    const int percent = static_cast<int>(100.0 * std::clamp(share, 0.0, 1.0));
+    if (progress_bar_ && percent != last) {
+      last = percent;
+      bar_is_drawn_ = true;
+      const auto filled = static_cast<std::size_t>(percent) * 40 / 100;
+      err_ << fmt::format("\r{} [{:<40}] {:3} %", name, std::string(filled, '='), percent) << std::flush;
+    }
+    return !interrupted();
+  };
+}
+
+void Output::end_progress() {
+  if (bar_is_drawn_) err_ << '\n';
+  bar_is_drawn_ = false;
+}
+
+void catch_signals() {
+  struct sigaction action{};
+  action.sa_handler = note_interrupt;
+  // A second Ctrl-C ends the program the hard way.
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+bool interrupted() { return interrupt_flag != 0; }
+
+nlohmann::json number_or_null(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
+
+nlohmann::json number_or_null(const std::optional<double>& value) {
+  return value ? number_or_null(*value) : nlohmann::json();
+}
+
+std::string text_table(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width(row[i]));
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::string padding(widths[i] - width(row[i]), ' ');
+      const bool right = base::parse_double(row[i]).has_value();
+      line += (i > 0 ? "  " : "") + (right ? padding + row[i] : row[i] + padding);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + '\n';
+  }
+  return text;
+}
+
+}  // namespace soak::station

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/io/text_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cerrno>
+#include <cstddef>
+#include <system_error>
+
+namespace soak::station {
+namespace {
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+/// A file descriptor that closes itself.
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  [[nodiscard]] int number() const { return number_; }
+
+ private:
+  int number_;
+};
+
+base::Status check_text(std::string_view text, const std::string& where) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    return base::bad_input("the file is UTF-16 text: save it as UTF-8", where);
+  }
+  if (text.find('\0') != std::string_view::npos) {
+    return base::bad_input("the file holds zero bytes, so it is not text: give a text file in UTF-8", where);
+  }
+  const std::size_t carriage_return = text.find('\r');
+  if (carriage_return != std::string_view::npos && text.find('\n') == std::string_view::npos) {
+    return base::bad_input("the lines end with CR alone: save the file with LF or CRLF line ends", where);
+  }
+  return {};
+}
+
+/// Refuses to replace what nothing can bring back: a catalog or a run file, a secret key.
+base::Status check_replaceable(const std::filesystem::path& path) {
+  constexpr std::string_view kDatabase{"SQLite format 3\0", 16};
+  constexpr std::string_view kSecretKey = "soak-secret-key-";
+  static_assert(kDatabase.size() == kSecretKey.size());
+  std::array<char, kDatabase.size()> head{};
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.number() < 0 || ::read(file.number(), head.data(), head.size()) != static_cast<ssize_t>(head.size()))
+    return {};
+  const std::string_view found(head.data(), head.size());
+  if (found != kDatabase && found != kSecretKey) return {};
+  return base::bad_input(fmt::format("the file that is there is a {}, which is never replaced; give another name",
+                                     found == kDatabase ? "database (a catalog or a run file)" : "secret key"),
+                         path.string());
+}
+
+bool write_all(int descriptor, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(descriptor, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+base::Status write_into(const std::filesystem::path& path, std::string_view text) {
+  const Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (file.number() < 0) return base::bad_input("cannot write: " + reason(errno), path.string());
+  if (write_all(file.number(), text)) return {};
+  return base::fail(base::ErrorKind::internal, "cannot write: " + reason(errno), path.string());
+}
+
+}  // namespace
+
+base::Result<std::string> read_text_file(const std::filesystem::path& path) {
+  const std::string where = path.string();
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.number() < 0) return base::bad_input("cannot open the file: " + reason(errno), where);
+  struct stat status{};
+  if (::fstat(file.number(), &status) == 0 && S_ISDIR(status.st_mode)) {
+    return base::bad_input("this is a folder: give a file", where);
+  }
+  std::string text(status.st_size > 0 ? static_cast<std::size_t>(status.st_size) : 0, '\0');
+  std::size_t size = 0;
+  while (true) {
+    if (size == text.size()) text.resize(size + 65536);
+    const ssize_t count = ::read(file.number(), text.data() + size, text.size() - size);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return base::bad_input("cannot read the file: " + reason(errno), where);
+    if (count == 0) break;
+    size += static_cast<std::size_t>(count);
+  }
+  text.resize(size);
+  if (const auto status_of_text = check_text(text, where); !status_of_text) return base::forward_error(status_of_text);
+  return text;
+}
+
+base::Status write_text_file(const std::filesystem::path& given, std::string_view text) {
+  std::error_code ignored;
+  const std::filesystem::path target = std::filesystem::weakly_canonical(given, ignored);
+  const std::filesystem::path& path = target.empty() ? given : target;
+  // A device or a pipe is written to, never replaced.
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
+    return write_into(path, text);
+  }
+  if (auto replaceable = check_replaceable(path); !replaceable) return replaceable;
+  const std::filesystem::path temporary = path.string() + ".tmp" + std::to_string(::getpid());
+  int error = 0;
+  {
+    const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+    if (file.number() < 0) return base::bad_input("cannot create the file: " + reason(errno), path.string());
+    if (!write_all(file.number(), text) || ::fsync(file.number()) != 0) error = errno;
+  }
+  if (error == 0 && ::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
+  if (error == 0) return {};
+  ::unlink(temporary.c_str());
+  return base::fail(base::ErrorKind::internal, "cannot write the file: " + reason(error), path.string());
+}
+
+}  // namespace soak::station

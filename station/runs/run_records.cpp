@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/runs/run_records.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "calib/segments/data_gate.h"
+#include "calib/segments/segmentation.h"
+#include "station/io/identity.h"
+#include "station/runs/recording_reader.h"
+#include "station/runs/run_columns.h"
+#include "station/runs/run_streams.h"
+
+namespace soak::station {
+namespace {
+
+constexpr std::string_view kUser = "soakd";
+
+db::RunRow row_of(const db::RunInfo& info) {
+  db::RunRow row;
+  row.run_id = info.run_id;
+  row.campaign = info.campaign;
+  row.label = info.label;
+  row.procedure = info.procedure;
+  row.purpose = info.purpose;
+  row.created_utc_s = info.created_utc_s;
+  row.clock_rate = info.clock_rate;
+  row.simulated = info.simulated || info.clock_rate != 1.0;
+  row.sealed = true;
+  row.site = info.site;
+  return row;
+}
+
+/// Numbers the visits as `visits` (one value per row, NaN = unknown) says, and the attempts of each position anew.
+void number_visits(const calib::Recording& recording, const std::vector<double>& visits,
+                   std::vector<calib::Segment>& segments) {
+  std::map<std::pair<std::int32_t, std::string>, std::int32_t> attempts;
+  for (calib::Segment& segment : segments) {
+    const auto first = std::lower_bound(recording.t_s.begin(), recording.t_s.end(), segment.t_start_s);
+    const double visit = visits[static_cast<std::size_t>(first - recording.t_s.begin())];
+    if (!std::isnan(visit)) segment.key.visit = static_cast<std::int32_t>(visit);
+    segment.key.attempt = attempts[{segment.key.visit, segment.key.position}]++;
+  }
+}
+
+/// Stores what the data gate finds in each segment.
+void store_findings(const calib::Examination& examination, std::vector<calib::Segment>& segments) {
+  auto findings = examination.findings();
+  for (std::size_t i = 0; i < findings.size(); ++i) segments[i].findings = std::move(findings[i]);
+}
+
+/// Statistics and data gate, with the samples of one sensor in memory at a time.
+base::Status look_at_sensors(const db::RunFileReader& file, const calib::Recording& axes, calib::Segmenter& segmenter,
+                             calib::Examination& examination) {
+  std::vector<double> samples;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    if (auto read = read_sensor(file, axes.unit, sensor, samples); !read) return read;
+    if (samples.empty()) continue;
+    segmenter.describe(sensor, samples);
+    examination.add(sensor, samples);
+  }
+  return {};
+}
+
+base::Result<RunRecord> describe(const db::RunFileReader& file, std::string_view unit, const calib::UnitType& type,
+                                 bool with_visits) {
+  const auto axes = read_axes(file, unit);
+  if (!axes) return base::forward_error(axes);
+  auto segmenter = calib::Segmenter::begin(*axes);
+  if (!segmenter) return base::forward_error(segmenter);
+  calib::Segmentation& segmentation = segmenter->result();
+  calib::Examination examination(*axes, segmentation.segments, type);
+  if (auto looked = look_at_sensors(file, *axes, *segmenter, examination); !looked) return base::forward_error(looked);
+  for (const calib::AuxiliaryChannel& channel : axes->auxiliary) {
+    if (!with_visits || channel.name != kVisitChannel) continue;
+    number_visits(*axes, channel.values, segmentation.segments);
+  }
+  store_findings(examination, segmentation.segments);
+  RunRecord record{row_of(file.info()), std::move(segmentation.segments), std::move(segmentation.warnings)};
+  for (const calib::Warning& warning : calib::summarise(record.segments)) {
+    record.warnings.push_back(fmt::format("{} {}", warning.code, warning.text));
+  }
+  record.row.unit = unit;
+  record.row.rows = axes->rows();
+  record.row.duration_s = axes->t_s.back() - axes->t_s.front();
+  return record;
+}
+
+bool has_rows(const db::RunFileReader& file, std::string_view unit) {
+  const auto stream = find_stream(file, kImuStream, unit);
+  return stream && file.rows(*stream) > 0;
+}
+
+/// The records of all units with samples, but for their epochs.
+base::Result<std::vector<RunRecord>> describe_all(const SealedRun& run) {
+  const auto file = db::RunFileReader::open(run.path);
+  if (!file) return base::forward_error(file);
+  const auto content = file->content_hash();
+  if (!content) return base::forward_error(content);
+  std::vector<RunRecord> records;
+  for (const RecordedUnit& unit : run.units) {
+    if (!has_rows(*file, unit.serial)) continue;
+    auto record = describe(*file, unit.serial, unit.facts, true);
+    if (!record) return base::forward_error(record);
+    record->row.file_name = run.path.filename().string();
+    record->row.file_sha256 = run.sha256;
+    record->row.content_sha256 = *content;
+    records.push_back(*std::move(record));
+  }
+  return records;
+}
+
+bool touches(const Withdrawal& withdrawal, const calib::Segment& segment) {
+  return withdrawal.unit == segment.key.unit && withdrawal.span && segment.t_end_s >= withdrawal.span->first &&
+         segment.t_start_s <= withdrawal.span->second;
+}
+
+base::Status add_void(db::Catalog& catalog, const calib::SegmentKey& key, const std::string& reason) {
+  return catalog.add_void(
+      {key.run_id, key.unit, key.visit, key.position, key.attempt, reason, std::string(kUser), now_utc_s()});
+}
+
+base::Status withdraw(db::Catalog& catalog, const SealedRun& run, const std::vector<RunRecord>& records,
+                      const Withdrawal& withdrawal) {
+  bool any = false;
+  for (const RunRecord& record : records) {
+    for (const calib::Segment& segment : record.segments) {
+      if (!touches(withdrawal, segment)) continue;
+      if (auto status = add_void(catalog, segment.key, withdrawal.reason); !status) return status;
+      any = true;
+    }
+  }
+  if (any) return {};
+  return catalog.log_event({now_utc_s(), "nothing_to_void", run.path.stem().string(),
+                            fmt::format("unit {}: no segment for: {}", withdrawal.unit, withdrawal.reason)});
+}
+
+base::Status enter(db::Catalog& catalog, const SealedRun& run, RunRecord& record) {
+  const auto unit = std::find_if(run.units.begin(), run.units.end(),
+                                 [&](const RecordedUnit& u) { return u.serial == record.row.unit; });
+  const auto known = catalog.ensure_unit(unit->serial, unit->type);
+  if (!known) return base::forward_error(known);
+  record.row.epoch = known->epoch;
+  if (auto status = catalog.ensure_campaign(record.row.campaign, record.row.procedure); !status) return status;
+  if (auto status = catalog.add_run(record.row, record.segments); !status) return status;
+  for (const std::string& warning : record.warnings) {
+    const std::string text = fmt::format("unit {}: {}", record.row.unit, warning);
+    if (auto status = catalog.log_event({now_utc_s(), "run_warning", record.row.run_id, text}); !status) return status;
+  }
+  return {};
+}
+
+base::Status void_run(db::Catalog& catalog, const db::RunRow& row, const std::string& reason) {
+  db::VoidRecord record;
+  record.run_id = row.run_id;
+  record.unit = row.unit;
+  record.reason = reason;
+  record.user = kUser;
+  record.utc_s = now_utc_s();
+  return catalog.add_void(record);
+}
+
+base::Status enter_all(db::Catalog& catalog, const SealedRun& run, std::vector<RunRecord>& records) {
+  for (RunRecord& record : records) {
+    if (auto status = enter(catalog, run, record); !status) return status;
+    const auto part = run.void_units.find(record.row.unit);
+    if (!run.void_reason && part == run.void_units.end()) continue;
+    const std::string& reason = run.void_reason ? *run.void_reason : part->second;
+    if (auto status = void_run(catalog, record.row, reason); !status) return status;
+  }
+  for (const Withdrawal& withdrawal : run.withdrawals) {
+    if (auto status = withdraw(catalog, run, records, withdrawal); !status) return status;
+  }
+  return {};
+}
+
+}  // namespace
+
+base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit,
+                                     const calib::UnitType& type) {
+  return describe(file, unit, type, false);
+}
+
+base::Result<std::vector<db::RunRow>> enter_run(db::Catalog& catalog, const SealedRun& run) {
+  auto records = describe_all(run);
+  if (!records) return base::forward_error(records);
+  const auto entered = catalog.all_or_nothing([&] { return enter_all(catalog, run, *records); });
+  if (!entered) return base::forward_error(entered);
+  std::vector<db::RunRow> rows;
+  for (RunRecord& record : *records) rows.push_back(std::move(record.row));
+  return rows;
+}
+
+}  // namespace soak::station
