@@ -16,19 +16,21 @@ using Parameter = std::optional<std::string>;
 
 constexpr std::size_t kLongestLine = 200;
 
-Result<json> status(const LabService& lab, const Parameter&, std::int64_t) { return lab.status(); }
+Result<json> status(const StationService& lab, const Parameter&, std::int64_t) { return lab.status(); }
 
-Result<json> plan(const LabService& lab, const Parameter&, std::int64_t) { return lab.plan(); }
+Result<json> plan(const StationService& lab, const Parameter&, std::int64_t) { return lab.plan(); }
 
-Result<json> history(const LabService& lab, const Parameter& after_s, std::int64_t) {
+Result<json> history(const StationService& lab, const Parameter& after_s, std::int64_t) {
   const auto value = base::parse_double(after_s.value_or("-1"));
   if (!value) return base::bad_input("'" + *after_s + "' is not a number of seconds", "after_s");
   return lab.history(*value);
 }
 
-Result<json> noise(const LabService& lab, const Parameter& unit, std::int64_t) { return lab.noise(unit.value_or("")); }
+Result<json> noise(const StationService& lab, const Parameter& unit, std::int64_t) {
+  return lab.noise(unit.value_or(""));
+}
 
-Result<json> log(const LabService& lab, const Parameter& after, std::int64_t newest_log) {
+Result<json> log(const StationService& lab, const Parameter& after, std::int64_t newest_log) {
   const auto value = base::parse_int(after.value_or("0"));
   if (!value) return base::bad_input("'" + *after + "' is not the number of a log entry", "after");
   return lab.log(*value >= 0 ? *value : std::max<std::int64_t>(0, newest_log + *value));
@@ -105,19 +107,19 @@ Result<StartRequest> start_request(const json& body) {
 }
 
 /// What every command but start answers: the state that the laboratory is in by now.
-Result<json> state_after(const base::Status& done, const LabService& lab) {
+Result<json> state_after(const base::Status& done, const StationService& lab) {
   if (!done) return base::forward_error(done);
   return json{{"state", lab.status().at("state")}};
 }
 
-Result<json> start(LabService& lab, const json& body) {
+Result<json> start(StationService& lab, const json& body) {
   const auto request = start_request(body);
   if (!request) return base::forward_error(request);
   return lab.start(*request);
 }
 
-template <base::Status (LabService::*command)(const std::string&)>
-Result<json> user_command(LabService& lab, const json& body) {
+template <base::Status (StationService::*command)(const std::string&)>
+Result<json> user_command(StationService& lab, const json& body) {
   const auto known = only_members(body, {"user"});
   if (!known) return base::forward_error(known);
   const auto user = user_of(body);
@@ -125,7 +127,7 @@ Result<json> user_command(LabService& lab, const json& body) {
   return state_after((lab.*command)(*user), lab);
 }
 
-Result<json> abort(LabService& lab, const json& body) {
+Result<json> abort(StationService& lab, const json& body) {
   const auto known = only_members(body, {"user", "reason"});
   if (!known) return base::forward_error(known);
   const auto user = user_of(body);
@@ -135,7 +137,7 @@ Result<json> abort(LabService& lab, const json& body) {
   return state_after(lab.abort(*user, *reason), lab);
 }
 
-Result<json> confirm(LabService& lab, const json& body) {
+Result<json> confirm(StationService& lab, const json& body) {
   const auto known = only_members(body, {"user", "prompt"});
   if (!known) return base::forward_error(known);
   const auto user = user_of(body);
@@ -160,8 +162,8 @@ const std::vector<ApiQuestion>& api_questions() {
 
 const std::vector<ApiCommand>& api_commands() {
   static const std::vector<ApiCommand> commands = {{"start", start},
-                                                   {"pause", user_command<&LabService::pause>},
-                                                   {"resume", user_command<&LabService::resume>},
+                                                   {"pause", user_command<&StationService::pause>},
+                                                   {"resume", user_command<&StationService::resume>},
                                                    {"abort", abort},
                                                    {"confirm", confirm}};
   return commands;

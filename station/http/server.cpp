@@ -12,7 +12,6 @@
 #include <thread>
 
 #include "base/text.h"
-#include "station/http/access.h"
 #include "station/http/address.h"
 #include "station/http/api.h"
 #include "station/http/event_feed.h"
@@ -105,7 +104,7 @@ void describe_exception(const httplib::Request& request, httplib::Response& resp
 }  // namespace
 
 struct HttpServer::Running {
-  Running(LabService& service, HostPort listen_address)
+  Running(StationService& service, HostPort listen_address)
       : lab(service), address(std::move(listen_address)), feed(service) {
     listener.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
     listener.set_payload_max_length(kMaxBody);
@@ -222,7 +221,7 @@ struct HttpServer::Running {
     return port;
   }
 
-  LabService& lab;
+  StationService& lab;
   HostPort address;
   EventFeed feed;
   std::atomic<int> streams = 0;
@@ -231,7 +230,7 @@ struct HttpServer::Running {
   std::thread thread;
 };
 
-HttpServer::HttpServer(LabService& lab, std::string listen) : lab_(lab), listen_(std::move(listen)) {}
+HttpServer::HttpServer(StationService& lab, std::string listen) : lab_(lab), listen_(std::move(listen)) {}
 
 HttpServer::~HttpServer() = default;
 

@@ -17,7 +17,7 @@
 #include <variant>
 
 #include "hal/usb/usb_devices.h"
-#include "station/lab/preflight.h"
+#include "station/lab/run_recorder.h"
 
 namespace soak::station {
 namespace {

@@ -20,7 +20,7 @@
 #include "station/config/unit_type_file.h"
 #include "station/import/fixture_rates.h"
 #include "station/io/text_line.h"
-#include "station/lab/preflight.h"
+#include "station/lab/run_recorder.h"
 #include "station/records/check_standard.h"
 
 namespace soak::station {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/lab/preflight.h"
+#include "station/lab/run_recorder.h"
+#include "station/lab/segment_capture.h"
 
 #include <gtest/gtest.h>
 
