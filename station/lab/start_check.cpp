@@ -16,7 +16,7 @@
 #include <utility>
 
 #include "base/hash.h"
-#include "station/config/rating_check.h"
+#include "station/config/procedure.h"
 #include "station/config/unit_type_file.h"
 #include "station/import/fixture_rates.h"
 #include "station/io/text_line.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/config/rating_check.h"
+#include "station/config/procedure.h"
 
 #include <gtest/gtest.h>
 
