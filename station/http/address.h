@@ -9,6 +9,9 @@
 
 namespace soak::station {
 
+/// Path that all of the interface begins with.
+inline constexpr const char* kApiPath = "/api/v1/";
+
 /// Where a daemon listens or is asked: "127.0.0.1:8088", "localhost:8088", "[::1]:8088".
 struct HostPort {
   std::string host;  ///< without the brackets of an IPv6 address

@@ -4,8 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "station/io/identity.h"
-#include "station/io/log.h"
+#include "station/io/host.h"
 #include "station/io/output.h"
 
 namespace soak::station {

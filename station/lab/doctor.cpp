@@ -32,7 +32,7 @@ DoctorCheck failed(std::string subject, std::string text, base::ErrorKind kind =
   return {std::move(subject), Finding::failed, std::move(text), kind};
 }
 
-std::string user_name() {
+std::string account_name() {
   std::array<char, 4096> buffer{};
   passwd entry{};
   passwd* found = nullptr;
@@ -71,7 +71,7 @@ DoctorCheck check_serial(const std::string& subject, const std::string& device) 
   return failed(subject,
                 fmt::format("no permission for {}: {} is not in its group '{}'. 'sudo usermod -aG {} {}', then "
                             "log in again",
-                            device, user_name(), group, group, user_name()));
+                            device, account_name(), group, group, account_name()));
 }
 
 DoctorCheck check_usb(const std::string& subject, const hal::UsbAddress& address) {
@@ -83,7 +83,7 @@ DoctorCheck check_usb(const std::string& subject, const hal::UsbAddress& address
   if (may_use(device->node)) return good(subject, what);
   return failed(subject, fmt::format("{}: no permission for {}: install the udev rules (docs/hardware.md), put {} into "
                                      "the group 'plugdev', then plug it in again",
-                                     what, device->node, user_name()));
+                                     what, device->node, account_name()));
 }
 
 DoctorCheck check_hubs(const hal::UsbHubs& hubs, const std::vector<Slot>& slots) {
@@ -146,7 +146,7 @@ DoctorCheck check_disk_space(const fs::path& folder) {
   if (failure)
     return failed(kSubject, fmt::format("{}: {}", there.string(), failure.message()), base::ErrorKind::internal);
   if (::access(there.c_str(), W_OK | X_OK) != 0) {
-    return failed(kSubject, fmt::format("{} cannot write to {}", user_name(), there.string()),
+    return failed(kSubject, fmt::format("{} cannot write to {}", account_name(), there.string()),
                   base::ErrorKind::bad_input);
   }
   const auto left = static_cast<double>(space.available);

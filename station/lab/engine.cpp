@@ -11,8 +11,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "station/io/identity.h"
-#include "station/io/log.h"
+#include "station/io/host.h"
 
 namespace soak::station {
 namespace {

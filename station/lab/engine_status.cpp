@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/units.h"
+#include "station/io/host.h"
 #include "station/io/output.h"
 #include "station/lab/engine.h"
 
@@ -21,12 +22,12 @@ constexpr std::chrono::milliseconds kPublishInterval{100};
 constexpr std::array<std::string_view, 8> kStateNames = {"idle",        "running",  "paused",  "stopping",
                                                          "interrupted", "finished", "aborted", "failed"};
 
-std::string_view name_of(hal::ImuState state) {
+std::string_view imu_state_name(hal::ImuState state) {
   constexpr std::array<std::string_view, 5> kNames = {"closed", "silent", "configuring", "streaming", "failed"};
   return kNames.at(static_cast<std::size_t>(state));
 }
 
-json text_or_null(const std::string& text) { return text.empty() ? json() : json(text); }
+json null_if_empty(const std::string& text) { return text.empty() ? json() : json(text); }
 
 json three(const std::array<float, 3>& values, double factor) {
   json list = json::array();
@@ -82,7 +83,7 @@ json unit_part(const Station& station, const UnitChannel& unit) {
   return {{"slot", unit.slot().name},
           {"serial", unit.serial()},
           {"type", unit.type().name},
-          {"state", name_of(unit.imu().state())},
+          {"state", imu_state_name(unit.imu().state())},
           {"powered", streaming ? json(true) : json()},
           {"supply_v", number_or_null(supply.voltage_v)},
           {"supply_a", number_or_null(supply.current_a)},
@@ -91,7 +92,7 @@ json unit_part(const Station& station, const UnitChannel& unit) {
           {"slope_kpmin", streaming ? number_or_null(verdict.slope_kpmin) : json()},
           {"slope_half_width_kpmin", streaming ? number_or_null(verdict.half_width_kpmin) : json()},
           {"stable", streaming && verdict.stable},
-          {"position", streaming ? text_or_null(unit.position().label) : json()},
+          {"position", streaming ? null_if_empty(unit.position().label) : json()},
           {"samples", unit.imu().statistics().packets},
           {"lost", unit.imu().statistics().lost_packets},
           {"gyro_dps", streaming && latest ? three(latest->rate_rps, base::kDegPerRad) : json()},
@@ -119,7 +120,7 @@ json Engine::status_document() const {
   for (const auto& unit : station_->units) units.push_back(unit_part(*station_, *unit));
   const auto& prompt = station_->prompts.open();
   return {{"state", shown_state()},
-          {"reason", text_or_null(shown_reason())},
+          {"reason", null_if_empty(shown_reason())},
           {"campaign", campaign_document()},
           {"prompt", prompt ? json{{"id", prompt->id}, {"text", prompt->text}} : json()},
           {"chamber", chamber_part(*station_)},
@@ -127,7 +128,7 @@ json Engine::status_document() const {
           {"units", std::move(units)},
           {"clock", {{"rate", config_.clock_rate}, {"process_s", station_->now_s()}}},
           {"simulated", station_->simulated()},
-          {"version", SOAK_VERSION}};
+          {"version", software_version()}};
 }
 
 json Engine::campaign_document() const {

@@ -61,8 +61,8 @@ std::optional<std::array<double, 3>> three_at(std::span<const AllanStream> strea
 }
 
 /// One member of the points, null for averaging times that only other sensors have.
-json list_of(std::span<const AllanStream::Point> points, double AllanStream::Point::* member, double factor,
-             std::size_t length) {
+json deviation_list(std::span<const AllanStream::Point> points, double AllanStream::Point::* member, double factor,
+                    std::size_t length) {
   json list = json::array();
   for (const AllanStream::Point& point : points) list.push_back(number_or_null(factor * point.*member));
   while (list.size() < length) list.push_back(nullptr);
@@ -135,8 +135,8 @@ json NoiseWatch::document(const std::string& serial) const {
     const double factor = calib::printed_per_si(sensor);
     sensors[std::string(calib::name_of(sensor))] = {
         {"unit", calib::printed_unit(sensor)},
-        {"oadev", list_of(of, &AllanStream::Point::overlapping, factor, longest.size())},
-        {"mdev", list_of(of, &AllanStream::Point::modified, factor, longest.size())}};
+        {"oadev", deviation_list(of, &AllanStream::Point::overlapping, factor, longest.size())},
+        {"mdev", deviation_list(of, &AllanStream::Point::modified, factor, longest.size())}};
   }
   return {{"unit", serial},
           {"rate_hz", rate_hz_},

@@ -13,7 +13,7 @@
 #include "calib/vocabulary/position.h"
 #include "db/catalog/orphans.h"
 #include "db/run/run_file.h"
-#include "station/import/fixture_rates.h"
+#include "station/import/slow_channel.h"
 #include "station/runs/run_streams.h"
 
 namespace soak::station {
