@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Recording a segment, and the check of what the pre-flight recorded.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -133,12 +132,15 @@ class Record : public StepTask {
 class Check : public StepTask {
  public:
   StepProgress poll(Station& station) override {
-    const std::vector<std::string> findings = preflight_findings(station.preflight);
+    const auto findings = preflight_findings(station.preflight);
     station.preflight.clear();
     if (findings.empty()) return StepProgress::done("nothing found");
-    for (const std::string& finding : findings) station.log.add("pre-flight", "", finding);
-    return StepProgress::failed(
-        {base::ErrorKind::limits, fmt::format("pre-flight: {}", fmt::join(findings, "; ")), "pre-flight"});
+    std::string text;
+    for (const PreflightFinding& finding : findings) {
+      station.log.add("pre-flight", "", finding.text);
+      text += (text.empty() ? "pre-flight: " : "; ") + finding.text;
+    }
+    return StepProgress::failed({base::ErrorKind::limits, std::move(text), "pre-flight"});
   }
 };
 

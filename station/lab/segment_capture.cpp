@@ -46,42 +46,45 @@ SensorFigures figures_of(const std::vector<const PreflightRecord*>& records, cal
 }
 
 void judge_sensor(const std::vector<const PreflightRecord*>& records, calib::Sensor sensor,
-                  std::vector<std::string>& findings) {
+                  std::vector<PreflightFinding>& findings) {
   const PreflightRecord& any = *records.front();
   const bool gyro = calib::is_gyro(sensor);
   const SensorFigures figures = figures_of(records, sensor);
-  const auto finding = [&](const std::string& text) {
-    findings.push_back(fmt::format("unit {}, {}: {}", any.unit, calib::name_of(sensor), text));
+  const auto finding = [&](PreflightFault fault, const std::string& text) {
+    findings.push_back({fault, fmt::format("unit {}, {}: {}", any.unit, calib::name_of(sensor), text)});
   };
   if (!figures.numbers) {
-    finding("some of its readings are no numbers (NaN or infinite)");
+    finding(PreflightFault::not_finite, "some readings are not finite (NaN or infinite)");
     return;
   }
   if (figures.stuck) {
-    finding("never changed by a single digit: the sensor is stuck or not there");
+    finding(PreflightFault::stuck, "the reading never changes: the sensor is stuck or missing");
     return;
   }
   const std::string_view unit = gyro ? "deg/s" : "m/s2";
   const auto noise_limit = gyro ? any.type.gyro_noise_max_dps_rthz : any.type.accel_noise_max_mps2_rthz;
   if (noise_limit && figures.noise_density > *noise_limit) {
-    finding(fmt::format("noise {:.4g} {}/√Hz, the type allows {:.4g}", figures.noise_density, unit, *noise_limit));
+    finding(PreflightFault::noise,
+            fmt::format("noise {:.4g} {}/√Hz, the type allows {:.4g}", figures.noise_density, unit, *noise_limit));
   }
   const auto bias_limit = gyro ? any.type.gyro_bias_max_dps : any.type.accel_bias_max_mps2;
   if (bias_limit && std::abs(figures.bias) > *bias_limit) {
-    finding(fmt::format("bias {:.4g} {}, the type allows {:.4g}", figures.bias, unit, *bias_limit));
+    finding(PreflightFault::bias,
+            fmt::format("bias {:.4g} {}, the type allows {:.4g}", figures.bias, unit, *bias_limit));
   }
 }
 
 /// A position whose recording broke off shows too low a rate: the best one counts.
-void judge_rate(const std::vector<const PreflightRecord*>& records, std::vector<std::string>& findings) {
+void judge_rate(const std::vector<const PreflightRecord*>& records, std::vector<PreflightFinding>& findings) {
   const PreflightRecord& fastest = **std::ranges::max_element(records, {}, &PreflightRecord::rate_hz);
   const double asked_hz = fastest.asked_rate_hz;
   if (fastest.rate_hz <= kWrongRate * asked_hz && asked_hz <= kWrongRate * fastest.rate_hz) return;
-  findings.push_back(fmt::format("unit {}: sends {:.4g} samples a second where {:.4g} were asked for", fastest.unit,
-                                 fastest.rate_hz, asked_hz));
+  findings.push_back(
+      {PreflightFault::wrong_rate, fmt::format("unit {}: sends {:.4g} samples per second instead of {:.4g}",
+                                               fastest.unit, fastest.rate_hz, asked_hz)});
 }
 
-void judge_unit(const std::vector<const PreflightRecord*>& records, std::vector<std::string>& findings) {
+void judge_unit(const std::vector<const PreflightRecord*>& records, std::vector<PreflightFinding>& findings) {
   const std::string& serial = records.front()->unit;
   std::size_t samples = 0;
   std::size_t clipped = 0;
@@ -91,12 +94,16 @@ void judge_unit(const std::vector<const PreflightRecord*>& records, std::vector<
     clipped += record->clipped;
     lost = std::max(lost, record->lost_packets);
     if (record->samples < kFewSamples) {
-      findings.push_back(fmt::format("unit {}: only {} samples in {}", serial, record->samples, record->position));
+      findings.push_back({PreflightFault::few_samples,
+                          fmt::format("unit {}: only {} samples in {}", serial, record->samples, record->position)});
     }
   }
-  if (clipped > 0) findings.push_back(fmt::format("unit {}: {} samples at a rail while at rest", serial, clipped));
+  if (clipped > 0)
+    findings.push_back({PreflightFault::clipped,
+                        fmt::format("unit {}: {} samples at the end of the range while at rest", serial, clipped)});
   if (static_cast<double>(lost) > kLostShare * static_cast<double>(samples)) {
-    findings.push_back(fmt::format("unit {}: {} packets lost of {}", serial, lost, samples + lost));
+    findings.push_back(
+        {PreflightFault::lost_packets, fmt::format("unit {}: {} packets lost of {}", serial, lost, samples + lost)});
   }
   judge_rate(records, findings);
   for (const calib::Sensor sensor : calib::kSensors) judge_sensor(records, sensor, findings);
@@ -153,10 +160,10 @@ SampleSpread SegmentCapture::spread(calib::Sensor sensor) const {
   return {sums.first + sums.sum / n, std::sqrt(std::max(variance, 0.0))};
 }
 
-std::vector<std::string> preflight_findings(const std::vector<PreflightRecord>& records) {
+std::vector<PreflightFinding> preflight_findings(const std::vector<PreflightRecord>& records) {
   std::map<std::string, std::vector<const PreflightRecord*>> by_unit;
   for (const PreflightRecord& record : records) by_unit[record.unit].push_back(&record);
-  std::vector<std::string> findings;
+  std::vector<PreflightFinding> findings;
   for (const auto& [serial, of_unit] : by_unit) judge_unit(of_unit, findings);
   return findings;
 }

@@ -79,11 +79,27 @@ struct PreflightRecord {
   std::array<SampleSpread, calib::kSensorCount> spread;
 };
 
-/// What would spoil the campaign, one line per finding: a sensor that is stuck, noisier than its type allows or far
-/// from zero or whose readings are not all numbers, a rail that was touched, packets lost (more than 1 in 1000), too
-/// few samples, a rate that is off the one that was asked for by more than a half (a unit that obeys another divisor;
-/// those with a rate of their own stay within). Serial numbers and signs have been checked before: they stop the
-/// pre-flight where they are wrong.
-[[nodiscard]] std::vector<std::string> preflight_findings(const std::vector<PreflightRecord>& records);
+enum class PreflightFault : std::uint8_t {
+  few_samples,
+  clipped,
+  lost_packets,
+  wrong_rate,
+  not_finite,
+  stuck,
+  noise,
+  bias,
+};
+
+struct PreflightFinding {
+  PreflightFault fault = PreflightFault::few_samples;
+  std::string text;  ///< one line, with unit and sensor
+};
+
+/// What would spoil the campaign: a sensor that is stuck, noisier than its type allows or far
+/// from zero or whose readings are not all numbers, an end of the range that was reached, packets lost (more than 1 in
+/// 1000), too few samples, a rate that is off the one that was asked for by more than a half (a unit that obeys another
+/// divisor; those with a rate of their own stay within). Serial numbers and signs have been checked before: they stop
+/// the pre-flight where they are wrong.
+[[nodiscard]] std::vector<PreflightFinding> preflight_findings(const std::vector<PreflightRecord>& records);
 
 }  // namespace soak::station
