@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 
-#include "anfis/linear/group_whitening.h"
 #include "anfis/linear/least_squares.h"
 
 namespace soak::calib {
