@@ -17,7 +17,7 @@
 #include "station/config/unit_type_file.h"
 #include "station/fit/reference_rule.h"
 #include "station/gap/logged_campaign.h"
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/io/output.h"
 #include "station/records/check_standard.h"
 
