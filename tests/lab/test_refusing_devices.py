@@ -4,6 +4,7 @@ turns. The chamber's registers and the catalog are judged, not what soakd says o
 import re
 import unittest
 
+import bench
 from bench import AUTO, OFF, LabTest, short_procedure
 from modbus_proxy import ModbusProxy, forgets, refuses
 
@@ -11,7 +12,7 @@ SET_POINT, MODE = 2782, 2730
 WORTH_OF_MEMORY = 12  # writes; controllers bear some 100,000 in their lives
 
 
-class StubbornChamber(LabTest):
+class RefusingChamber(LabTest):
     def start(self, set_point_c):
         def edit(text):
             port = self.lab.ports["chamber"]
@@ -35,12 +36,11 @@ class StubbornChamber(LabTest):
     def expect_off_without_warmth(self, held_c):
         status = self.wait_until_off()
         if status["state"] == "stopping":
-            self.wait("a word for the operator", lambda s: s["state"] != "stopping" or "go there" in s["reason"])
+            self.wait("a word for the operator", lambda s: s["state"] != "stopping" or "+25 °C" in s["reason"])
         self.assertEqual(self.wait_for_end()["state"], "aborted")
         mode, output, set_point_c, _ = self.chamber()
         self.assertEqual((mode, output, round(set_point_c, 3)), (OFF, 0.0, held_c))
-        said = [text for kind, subject, text in self.events() if (kind, subject) == ("device", "chamber")]
-        self.assertTrue(any("cannot be driven to +25 °C" in text and "are switched off" in text for text in said), said)
+        self.assert_event("device", "chamber", "+25 °C")
         self.assertLessEqual(len(self.proxy.writes_to(SET_POINT)), WORTH_OF_MEMORY)
         count = len(self.lab.ports["units"])
         self.assertEqual(self.modbus("relay").read_holding_registers(16, count, 1).registers, [0] * count, "units are on")
@@ -61,7 +61,7 @@ class StubbornChamber(LabTest):
     def test_a_chamber_that_cannot_be_switched_off_is_told_so_once_a_second_and_not_more(self):
         self.start(25)
         self.abort_with(refuses(MODE))
-        status = self.wait("a word for the operator", lambda s: "go there" in s["reason"])
+        self.wait("a try", lambda s: self.proxy.writes_to(MODE))
         before = len(self.proxy.writes_to(MODE))
         status = self.wait("more tries", lambda s: len(self.proxy.writes_to(MODE)) >= before + 2)
         self.assertEqual(status["state"], "stopping")
@@ -79,11 +79,11 @@ class FixtureTurnedBySomebodyElse(LabTest):
         self.modbus("fixture").write_register(0, 1, 1)  # +X
         status = self.wait_for_end()
         self.assertEqual(status["state"], "failed")
-        for word in ("position +Z", "unit 0380A001 in slot 1 reads", "where +Z is expected", "turned"):
-            self.assertIn(word, status["reason"])
+        for part in ("+Z", "0380A001", "slot 1"):
+            self.assertIn(part, status["reason"])
         self.assertEqual(self.query("SELECT count(*) FROM segment"), [(0,)])
         self.assert_safe()
 
 
 if __name__ == "__main__":
-    unittest.main()
+    bench.main()

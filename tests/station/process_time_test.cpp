@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/lab/lab_time.h"
+#include "station/lab/unit_channel.h"
 
 #include <gtest/gtest.h>
 
@@ -48,13 +48,13 @@ class Lab {
   [[nodiscard]] double now_s() const { return time_.now_s(); }
 
  private:
-  LabTime time_;
-  std::vector<UnitTime> units_;
+  ProcessTime time_;
+  std::vector<UnitClock> units_;
   std::vector<bool> streaming_;
   std::chrono::steady_clock::time_point host_{std::chrono::hours{1000}};
 };
 
-TEST(LabTime, WithoutUnitsFollowsTheHostTimesTheRate) {
+TEST(ProcessTime, WithoutUnitsFollowsTheHostTimesTheRate) {
   for (const double rate : {1.0, 20.0}) {
     Lab lab(0, rate);
     EXPECT_EQ(lab.now_s(), 0.0);
@@ -63,7 +63,7 @@ TEST(LabTime, WithoutUnitsFollowsTheHostTimesTheRate) {
   }
 }
 
-TEST(LabTime, TenUnitsWhoseBatchesComeOneByOneMoveItAtTheirPace) {
+TEST(ProcessTime, TenUnitsWhoseBatchesComeOneByOneMoveItAtTheirPace) {
   Lab lab(10, 1.0);
   for (std::size_t u = 0; u < 10; ++u) lab.turn(milliseconds{1}, {{u, 0.0, true}});
   const double start_s = lab.now_s();
@@ -74,7 +74,7 @@ TEST(LabTime, TenUnitsWhoseBatchesComeOneByOneMoveItAtTheirPace) {
   EXPECT_NEAR(lab.now_s() - start_s, 100.0, 1e-9);
 }
 
-TEST(LabTime, UnitsTogetherOrAloneGiveTheSameTime) {
+TEST(ProcessTime, UnitsTogetherOrAloneGiveTheSameTime) {
   for (const std::size_t count : {std::size_t{1}, std::size_t{3}}) {
     Lab lab(count, 7.0);
     std::vector<Lab::Arrival> together;
@@ -84,7 +84,7 @@ TEST(LabTime, UnitsTogetherOrAloneGiveTheSameTime) {
   }
 }
 
-TEST(LabTime, AUnitThatBeginsAnewGoesOnFromNow) {
+TEST(ProcessTime, AUnitThatBeginsAnewGoesOnFromNow) {
   Lab lab(2, 1.0);
   for (int i = 0; i < 50; ++i) lab.turn(milliseconds{1}, {{0, 1.0}, {1, 1.0}});
   // Unit 1 restarts, and has sent 3 s of its new life within one turn.
@@ -94,14 +94,14 @@ TEST(LabTime, AUnitThatBeginsAnewGoesOnFromNow) {
   EXPECT_NEAR(lab.now_s(), 63.0, 1e-9);
 }
 
-TEST(LabTime, AUnitThatLaggedIsPutAtNowWhenItBeginsAnew) {
+TEST(ProcessTime, AUnitThatLaggedIsPutAtNowWhenItBeginsAnew) {
   Lab lab(2, 1.0);
   lab.turn(milliseconds{1}, {{0, 100.0}, {1, 60.0}});
   lab.turn(milliseconds{1}, {{1, 3.0, true}});
   EXPECT_NEAR(lab.now_s(), 103.0, 1e-9);
 }
 
-TEST(LabTime, AUnitThatComesBackDoesNotBringBackTheTimeThatItWasAway) {
+TEST(ProcessTime, AUnitThatComesBackDoesNotBringBackTheTimeThatItWasAway) {
   Lab lab(2, 1.0);
   for (int i = 0; i < 10; ++i) lab.turn(milliseconds{1}, {{0, 1.0}, {1, 1.0}});
   lab.stop(1);
@@ -111,7 +111,7 @@ TEST(LabTime, AUnitThatComesBackDoesNotBringBackTheTimeThatItWasAway) {
   EXPECT_NEAR(lab.now_s(), 110.5, 1e-9);
 }
 
-TEST(LabTime, FallsBackToTheHostWhenTheLastUnitStops) {
+TEST(ProcessTime, FallsBackToTheHostWhenTheLastUnitStops) {
   Lab lab(1, 10.0);
   for (int i = 0; i < 10; ++i) lab.turn(milliseconds{1}, {{0, 2.0}});
   EXPECT_NEAR(lab.now_s(), 20.0, 1e-9);
@@ -122,14 +122,14 @@ TEST(LabTime, FallsBackToTheHostWhenTheLastUnitStops) {
   EXPECT_NEAR(lab.now_s(), 30.25, 1e-9);
 }
 
-TEST(LabTime, AUnitThatSendsNothingHoldsItWhereItIs) {
+TEST(ProcessTime, AUnitThatSendsNothingHoldsItWhereItIs) {
   Lab lab(1, 1.0);
   lab.turn(milliseconds{1}, {{0, 4.0}});
   for (int i = 0; i < 10; ++i) lab.turn(milliseconds{500}, {});
   EXPECT_NEAR(lab.now_s(), 4.0, 1e-9);
 }
 
-TEST(LabTime, NeverGoesBack) {
+TEST(ProcessTime, NeverGoesBack) {
   Lab lab(3, 1.0);
   double before_s = 0.0;
   const auto expect_no_return = [&](const char* what) {

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "station/lab/lab_service.h"
+#include "station/lab/station_service.h"
 
 namespace soak::station {
 
 /// A laboratory that says what a test tells it to say and remembers the commands that it got.
-class ScriptedLab : public LabService {
+class ScriptedStation : public StationService {
  public:
   using json = nlohmann::json;
 

@@ -21,15 +21,15 @@ struct StartRequest {
   std::string user;
 };
 
-/// The running laboratory as the HTTP interface sees it. Every call may come from any thread and returns soon; commands
+/// The running station as the HTTP interface sees it. Every call may come from any thread and returns soon; commands
 /// are carried out by the engine's thread between two of its steps. Errors: bad_input where the command does not fit
 /// the state ("no campaign is running") or is wrong in itself, device where a device refuses.
-class LabService {
+class StationService {
  public:
-  LabService() = default;
-  LabService(const LabService&) = delete;
-  LabService& operator=(const LabService&) = delete;
-  virtual ~LabService() = default;
+  StationService() = default;
+  StationService(const StationService&) = delete;
+  StationService& operator=(const StationService&) = delete;
+  virtual ~StationService() = default;
 
   /// Checks everything (procedure, ratings, slots, references, devices) and begins; {"campaign", "runs", "steps",
   /// "estimate_s", "notes"}.
