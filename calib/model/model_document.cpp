@@ -6,9 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "anfis/persist/model_json.h"
-#include "calib/model/fit_json.h"
-#include "calib/model/model_term_json.h"
-#include "calib/model/reference_json.h"
+#include "calib/model/document_parts.h"
 
 namespace soak::calib {
 namespace {
@@ -16,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 /// 2: models as anfis/persist/model_json.h writes them in its version 2; everything else as in 1.
-constexpr int kFormatVersion = 2;
+constexpr int kModelFormat = 2;
 
 base::Result<json> curve_to_json(const Curve& curve) {
   if (const auto* model = std::get_if<anfis::Model>(&curve)) {
@@ -55,11 +53,11 @@ base::Result<Curve> curve_from_json(const json& document) {
   return base::corrupt(fmt::format("unknown kind of curve '{}'", kind), "model document");
 }
 
-json uncertainty_to_json(const UncertaintyTable& table) {
+json table_to_json(const UncertaintyTable& table) {
   return {{"temp_c", table.temp_c}, {"ci95", table.ci95}, {"pi95", table.pi95}};
 }
 
-UncertaintyTable uncertainty_from_json(const json& document) {
+UncertaintyTable table_from_json(const json& document) {
   return {document.at("temp_c").get<std::vector<double>>(), document.at("ci95").get<std::vector<double>>(),
           document.at("pi95").get<std::vector<double>>()};
 }
@@ -67,16 +65,15 @@ UncertaintyTable uncertainty_from_json(const json& document) {
 base::Result<json> sensor_to_json(const SensorCalibration& sensor) {
   auto bias = curve_to_json(sensor.bias);
   if (!bias) return base::forward_error(bias);
-  json document = {
-      {"sensor", name_of(sensor.sensor)}, {"temp_min_c", sensor.temp_min_c},
-      {"temp_max_c", sensor.temp_max_c},  {"model", sensor.model},
-      {"bias", *std::move(bias)},         {"bias_uncertainty", uncertainty_to_json(sensor.bias_uncertainty)}};
+  json document = {{"sensor", name_of(sensor.sensor)}, {"temp_min_c", sensor.temp_min_c},
+                   {"temp_max_c", sensor.temp_max_c},  {"model", sensor.model},
+                   {"bias", *std::move(bias)},         {"bias_uncertainty", table_to_json(sensor.bias_uncertainty)}};
   if (sensor.scale_ppm) {
     auto scale = curve_to_json(*sensor.scale_ppm);
     if (!scale) return base::forward_error(scale);
     document["scale_ppm"] = *std::move(scale);
   }
-  if (sensor.scale_uncertainty) document["scale_uncertainty"] = uncertainty_to_json(*sensor.scale_uncertainty);
+  if (sensor.scale_uncertainty) document["scale_uncertainty"] = table_to_json(*sensor.scale_uncertainty);
   if (sensor.own_thermometer) document["own_thermometer"] = true;
   return document;
 }
@@ -94,14 +91,14 @@ base::Result<SensorCalibration> sensor_from_json(const json& document) {
   auto bias = curve_from_json(document.at("bias"));
   if (!bias) return base::forward_error(bias);
   calibration.bias = *std::move(bias);
-  calibration.bias_uncertainty = uncertainty_from_json(document.at("bias_uncertainty"));
+  calibration.bias_uncertainty = table_from_json(document.at("bias_uncertainty"));
   if (document.contains("scale_ppm")) {
     auto scale = curve_from_json(document["scale_ppm"]);
     if (!scale) return base::forward_error(scale);
     calibration.scale_ppm = *std::move(scale);
   }
   if (document.contains("scale_uncertainty")) {
-    calibration.scale_uncertainty = uncertainty_from_json(document["scale_uncertainty"]);
+    calibration.scale_uncertainty = table_from_json(document["scale_uncertainty"]);
   }
   return calibration;
 }
@@ -242,10 +239,10 @@ auto read_document(std::string_view text, Read read) -> decltype(read(json())) {
     const json document = json::parse(text);
     if (document.at("format") != "soak-model") return base::corrupt("not a model document", "station.db");
     const int version = document.at("format_version").get<int>();
-    if (version > kFormatVersion) {
+    if (version > kModelFormat) {
       return base::bad_input(
           fmt::format("the model was stored in format {}; this program knows up to {}: use a newer soak", version,
-                      kFormatVersion),
+                      kModelFormat),
           "station.db");
     }
     return read(document);
@@ -260,7 +257,7 @@ base::Result<std::string> model_document(const UnitModel& model) {
   auto calibration = calibration_to_json(make_calibration(model));
   if (!calibration) return base::forward_error(calibration);
   const json document = {{"format", "soak-model"},
-                         {"format_version", kFormatVersion},
+                         {"format_version", kModelFormat},
                          {"options", {{"rules", model.options.rules ? json(*model.options.rules) : json()}}},
                          {"fit", fit_json(model)},
                          {"calibration", *std::move(calibration)},

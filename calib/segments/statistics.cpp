@@ -4,18 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <numbers>
 #include <numeric>
 #include <vector>
 
-#include "calib/segments/detail/kernels.h"
+#include "calib/segments/detail/sample_scan.h"
 #include "calib/signal/noise/mean_error.h"
 
 namespace soak::calib {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFloatStep = 0x1p-23;  ///< of float32 numbers, as a share of the number, at most
 constexpr std::size_t kSamplesLooked = 100000;
 constexpr double kRareShare = 0.01;
