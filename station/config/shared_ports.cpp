@@ -12,19 +12,15 @@ namespace soak::station {
 namespace {
 
 /// The serial port that a controller is at; nothing where it has another link.
-std::optional<std::string> port_of(const hal::ChamberMap& map) {
-  if (const auto* registers = std::get_if<hal::RegisterMap>(&map)) {
-    const auto* rtu = std::get_if<hal::ModbusRtu>(&registers->link.address);
-    return rtu ? std::optional(rtu->device) : std::nullopt;
-  }
-  const auto* serial = std::get_if<hal::SerialAddress>(&std::get<hal::TextMap>(map).link.address);
+std::optional<std::string> port_of(const hal::DeviceMap& map) {
+  const auto* serial = std::get_if<hal::SerialAddress>(&map.link.address);
   return serial ? std::optional(serial->device) : std::nullopt;
 }
 
-std::vector<std::pair<std::string, hal::ChamberMap>> controllers_of(const StationConfig& config) {
-  std::vector<std::pair<std::string, hal::ChamberMap>> controllers = {{"chamber", config.chamber}};
+std::vector<std::pair<std::string, hal::DeviceMap>> controllers_of(const StationConfig& config) {
+  std::vector<std::pair<std::string, hal::DeviceMap>> controllers = {{"chamber", config.chamber}};
   if (config.fixture) controllers.emplace_back("fixture", *config.fixture);
-  if (const auto* power = std::get_if<hal::ChamberMap>(&config.power)) controllers.emplace_back("power", *power);
+  if (const auto* power = std::get_if<hal::DeviceMap>(&config.power)) controllers.emplace_back("power", *power);
   return controllers;
 }
 

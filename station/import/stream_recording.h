@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "base/result.h"
-#include "hal/devices/devices.h"
+#include "hal/imu/imu.h"
 #include "station/import/source_recording.h"
 
 namespace soak::station {
