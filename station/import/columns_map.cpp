@@ -12,7 +12,7 @@
 
 #include "base/text.h"
 #include "settings/reader.h"
-#include "station/import/fixture_rates.h"
+#include "station/import/slow_channel.h"
 #include "station/io/text_file.h"
 
 namespace soak::station {
