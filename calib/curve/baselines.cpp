@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "anfis/linear/group_whitening.h"
 #include "anfis/linear/least_squares.h"
 #include "base/linear/dense_solve.h"
 

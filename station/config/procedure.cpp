@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -11,7 +12,6 @@
 #include "calib/judge/reference_plateau.h"
 #include "calib/vocabulary/position.h"
 #include "settings/reader.h"
-#include "station/config/rating_check.h"
 
 namespace soak::station {
 namespace {
@@ -306,6 +306,37 @@ void refuse_ratings(const SettingsTable& root, const Procedure& p, const std::ve
   refuse_all(*table, "list_c", rating_findings(p, types));
 }
 
+/// The first set point of a run, its end included, from which the air, passing it by `overshoot_c`, leaves the range.
+std::optional<double> first_outside(const Procedure& procedure, double overshoot_c, std::optional<double> min_c,
+                                    std::optional<double> max_c) {
+  const auto outside = [&](double temp_c) {
+    return (min_c && temp_c - overshoot_c < *min_c) || (max_c && temp_c + overshoot_c > *max_c);
+  };
+  const auto& points = procedure.set_points_c;
+  const auto found = std::find_if(points.begin(), points.end(), outside);
+  if (found != points.end()) return *found;
+  return outside(procedure.end_c) ? std::optional(procedure.end_c) : std::nullopt;
+}
+
+std::string type_finding(const Procedure& procedure, const calib::UnitType& type) {
+  if (!type.temp_min_c || !type.temp_max_c) {
+    return fmt::format("unit type '{}' states no temperature rating: nobody knows what it bears", type.name);
+  }
+  const auto point = first_outside(procedure, procedure.overshoot_c, type.temp_min_c, type.temp_max_c);
+  if (!point) return {};
+  return fmt::format("unit type '{}' is rated {} to {} °C: the set point {} °C with an overshoot of {} °C leaves it",
+                     type.name, *type.temp_min_c, *type.temp_max_c, *point, procedure.overshoot_c);
+}
+
+std::string chamber_finding(const Procedure& procedure, std::optional<double> min_c, std::optional<double> max_c) {
+  constexpr double overshoot_c = 0.0;
+  const auto point = first_outside(procedure, overshoot_c, min_c, max_c);
+  if (!point) return {};
+  const auto limit = [](std::optional<double> value_c) { return value_c ? fmt::format("{}", *value_c) : "any"; };
+  return fmt::format("the chamber takes set points from {} to {} °C: {} °C is outside", limit(min_c), limit(max_c),
+                     *point);
+}
+
 }  // namespace
 
 base::Result<Procedure> parse_procedure(std::string_view text, const std::string& file,
@@ -326,6 +357,32 @@ base::Result<Procedure> read_procedure(const std::filesystem::path& file, const 
   const auto text = hal::read_settings_text(file.string());
   if (!text) return base::forward_error(text);
   return parse_procedure(*text, file.string(), types);
+}
+
+std::vector<std::string> rating_findings(const Procedure& procedure, const std::vector<calib::UnitType>& types) {
+  std::vector<std::string> findings;
+  for (const calib::UnitType& type : types) findings.push_back(type_finding(procedure, type));
+  std::erase(findings, "");
+  return findings;
+}
+
+base::Status check_ratings(const Procedure& procedure, const std::vector<calib::UnitType>& types,
+                           std::optional<double> chamber_min_c, std::optional<double> chamber_max_c) {
+  auto findings = rating_findings(procedure, types);
+  findings.push_back(chamber_finding(procedure, chamber_min_c, chamber_max_c));
+  std::erase(findings, "");
+  if (findings.empty()) return {};
+  return base::bad_input(fmt::format("{}", fmt::join(findings, "\n")), procedure.file);
+}
+
+std::string_view name_of(Purpose purpose) {
+  constexpr std::array<std::string_view, 3> kNames = {"calibration", "verification", "diagnosis"};
+  return kNames.at(static_cast<std::size_t>(purpose));
+}
+
+std::string_view name_of(ProcedureKind kind) {
+  constexpr std::array<std::string_view, 3> kNames = {"soak", "ramp", "rest"};
+  return kNames.at(static_cast<std::size_t>(kind));
 }
 
 }  // namespace soak::station

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -13,7 +15,6 @@
 #include "base/text.h"
 #include "base/units.h"
 #include "settings/reader.h"
-#include "station/config/shared_ports.h"
 #include "station/config/unit_type_file.h"
 
 namespace soak::station {
@@ -336,6 +337,52 @@ double heading_on_fixture(const calib::Vector3& up, const calib::Vector3& axis) 
                                up[0] * forward[1] - up[1] * forward[0]};
   const auto along = [&](const calib::Vector3& d) { return axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2]; };
   return std::atan2(-along(left), along(forward)) * base::kDegPerRad;
+}
+
+/// A serial port that something else owns already.
+struct SharedPort {
+  std::string section;  ///< of the configuration: "fixture", "power", "slot"
+  std::string text;     ///< for people: which port, of whom, and whose it is
+};
+
+/// The serial port that a controller is at; nothing where it has another link.
+std::optional<std::string> port_of(const hal::ChamberMap& map) {
+  if (const auto* registers = std::get_if<hal::RegisterMap>(&map)) {
+    const auto* rtu = std::get_if<hal::ModbusRtu>(&registers->link.address);
+    return rtu ? std::optional(rtu->device) : std::nullopt;
+  }
+  const auto* serial = std::get_if<hal::SerialAddress>(&std::get<hal::TextMap>(map).link.address);
+  return serial ? std::optional(serial->device) : std::nullopt;
+}
+
+std::vector<std::pair<std::string, hal::ChamberMap>> controllers_of(const StationConfig& config) {
+  std::vector<std::pair<std::string, hal::ChamberMap>> controllers = {{"chamber", config.chamber}};
+  if (config.fixture) controllers.emplace_back("fixture", *config.fixture);
+  if (const auto* power = std::get_if<hal::ChamberMap>(&config.power)) controllers.emplace_back("power", *power);
+  return controllers;
+}
+
+/// Everything that claims a serial port which chamber, fixture or power has: requests of the one would run into the
+/// answers of the other. Two slots at one port are not among them.
+std::vector<SharedPort> shared_ports(const StationConfig& config) {
+  std::map<std::string, std::string> owners;
+  std::vector<SharedPort> shared;
+  for (const auto& [section, map] : controllers_of(config)) {
+    const auto port = port_of(map);
+    if (!port || port->empty()) continue;
+    const auto [owner, is_new] = owners.try_emplace(*port, section);
+    if (is_new) continue;
+    shared.push_back({section, fmt::format("the serial port '{}' of the {} is that of the {} already", *port, section,
+                                           owner->second)});
+  }
+  for (const Slot& slot : config.slots) {
+    const auto* serial = std::get_if<hal::SerialAddress>(&slot.address);
+    const auto owner = serial ? owners.find(serial->device) : owners.end();
+    if (owner == owners.end()) continue;
+    shared.push_back({"slot", fmt::format("the serial port '{}' of slot {} is that of the {} already", serial->device,
+                                          slot.name, owner->second)});
+  }
+  return shared;
 }
 
 }  // namespace
