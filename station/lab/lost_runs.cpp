@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "db/catalog/orphans.h"
+#include "db/catalog/catalog.h"
 #include "db/run/run_file.h"
 #include "station/lab/run_source.h"
 #include "station/runs/run_records.h"

@@ -7,7 +7,7 @@
 #include <csignal>
 #include <filesystem>
 
-#include "db/catalog/orphans.h"
+#include "db/catalog/catalog.h"
 #include "station/lab/event_log.h"
 #include "station/lab/lost_runs.h"
 #include "station/lab/run_recorder.h"
