@@ -11,6 +11,9 @@
 #include "base/text.h"
 
 namespace soak::calib {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TermParameter, name, value, unit)
+
 namespace {
 
 using nlohmann::json;
@@ -20,12 +23,8 @@ using nlohmann::json;
 json term_part_json(const TermPart& part) {
   json sensors = json::array();
   for (const Sensor sensor : part.sensors) sensors.push_back(name_of(sensor));
-  json parameters = json::array();
-  for (const TermParameter& parameter : part.parameters) {
-    parameters.push_back({{"name", parameter.name}, {"value", parameter.value}, {"unit", parameter.unit}});
-  }
   return {{"sensors", std::move(sensors)},
-          {"parameters", std::move(parameters)},
+          {"parameters", part.parameters},
           {"covariance", part.covariance},
           {"centre", part.centre}};
 }
@@ -70,12 +69,9 @@ base::Result<TermPart> term_part_of(const json& document) {
     if (!sensor) return base::corrupt(fmt::format("unknown sensor '{}'", name.get<std::string>()), "accepted term");
     part.sensors.push_back(*sensor);
   }
-  for (const json& entry : document.at("parameters")) {
-    part.parameters.push_back(
-        {entry.at("name").get<std::string>(), entry.at("value").get<double>(), entry.at("unit").get<std::string>()});
-  }
-  part.covariance = document.at("covariance").get<std::vector<double>>();
-  part.centre = document.at("centre").get<std::vector<std::pair<double, double>>>();
+  document.at("parameters").get_to(part.parameters);
+  document.at("covariance").get_to(part.covariance);
+  document.at("centre").get_to(part.centre);
   const auto side = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(part.covariance.size()))));
   if (side * side != part.covariance.size() || side > part.parameters.size()) {
     return base::corrupt("a covariance that does not belong to the parameters", "accepted term");
@@ -92,9 +88,9 @@ base::Result<TermPart> term_part_of(const json& document) {
 
 TermGap term_gap_of(const json& document) {
   TermGap gap;
-  gap.before_rms = document.at("before_rms").get<double>();
-  gap.after_rms = document.at("after_rms").get<double>();
-  gap.floor_rms = document.at("floor_rms").get<double>();
+  document.at("before_rms").get_to(gap.before_rms);
+  document.at("after_rms").get_to(gap.after_rms);
+  document.at("floor_rms").get_to(gap.floor_rms);
   if (!document.at("closed_fraction").is_null()) gap.closed_fraction = document["closed_fraction"].get<double>();
   if (!document.at("closed_ci95").is_null()) {
     gap.closed_ci95 = {document["closed_ci95"].at(0).get<double>(), document["closed_ci95"].at(1).get<double>()};
@@ -104,26 +100,26 @@ TermGap term_gap_of(const json& document) {
 
 base::Result<ModelTerm> model_term_of(const json& document) {
   ModelTerm term;
-  term.name = document.at("name").get<std::string>();
-  term.library = document.at("library").get<std::string>();
+  document.at("name").get_to(term.name);
+  document.at("library").get_to(term.library);
   if (!document.at("parent_version").is_number_integer()) {
     return base::corrupt("parent_version must be a whole number", "accepted term");
   }
   term.parent_version = document["parent_version"].get<std::int32_t>();
-  term.lab_only = document.at("lab_only").get<bool>();
+  document.at("lab_only").get_to(term.lab_only);
   for (const json& entry : document.at("parts")) {
     auto part = term_part_of(entry);
     if (!part) return base::forward_error(part);
     term.parts.push_back(*std::move(part));
   }
-  term.temp_min_c = document.at("temp_min_c").get<double>();
-  term.temp_max_c = document.at("temp_max_c").get<double>();
-  term.p_adjusted = document.at("p_adjusted").get<double>();
-  term.delta_bic = document.at("delta_bic").get<double>();
-  term.heldout_gain = document.at("heldout_gain").get<double>();
-  term.verdict = document.at("verdict").get<std::string>();
-  term.confusable_with = document.at("confusable_with").get<std::vector<std::string>>();
-  term.run_hashes = document.at("run_hashes").get<std::vector<std::string>>();
+  document.at("temp_min_c").get_to(term.temp_min_c);
+  document.at("temp_max_c").get_to(term.temp_max_c);
+  document.at("p_adjusted").get_to(term.p_adjusted);
+  document.at("delta_bic").get_to(term.delta_bic);
+  document.at("heldout_gain").get_to(term.heldout_gain);
+  document.at("verdict").get_to(term.verdict);
+  document.at("confusable_with").get_to(term.confusable_with);
+  document.at("run_hashes").get_to(term.run_hashes);
   for (const Sensor sensor : kSensors) {
     const auto found = document.at("gap").find(std::string(name_of(sensor)));
     if (found != document.at("gap").end()) term.gap[index_of(sensor)] = term_gap_of(*found);
@@ -180,14 +176,14 @@ base::Result<ReferenceUse> reference_use_of(const json& stored) {
   const auto kind = reference_kind_named(name);
   if (!kind) return base::corrupt("unknown kind of reference '" + name + "'", "model document");
   ReferenceUse use;
-  use.reference.record_id = stored.at("record_id").get<std::string>();
+  stored.at("record_id").get_to(use.reference.record_id);
   use.reference.kind = *kind;
-  use.reference.name = stored.at("name").get<std::string>();
-  use.reference.certificate = stored.at("certificate").get<std::string>();
+  stored.at("name").get_to(use.reference.name);
+  stored.at("certificate").get_to(use.reference.certificate);
   if (stored.contains("correction")) use.reference.correction = stored["correction"].get<double>();
-  use.reference.standard_uncertainty = stored.at("standard_uncertainty").get<double>();
-  use.reference.issued_utc_s = stored.at("issued_utc_s").get<double>();
-  use.reference.due_utc_s = stored.at("due_utc_s").get<double>();
+  stored.at("standard_uncertainty").get_to(use.reference.standard_uncertainty);
+  stored.at("issued_utc_s").get_to(use.reference.issued_utc_s);
+  stored.at("due_utc_s").get_to(use.reference.due_utc_s);
   if (stored.contains("waiver")) use.waiver = stored_waiver_of(stored["waiver"], use.reference.record_id);
   return use;
 }

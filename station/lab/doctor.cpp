@@ -101,15 +101,11 @@ struct CheckAddress {
   std::string subject;
 
   DoctorCheck operator()(const hal::TcpAddress& tcp) const {
-    return good(subject, hal::text_of(tcp) + ": not contacted");
+    return good(subject, fmt::format("tcp {}:{}: not contacted", tcp.host, tcp.port));
   }
   DoctorCheck operator()(const hal::SerialAddress& serial) const { return check_serial(subject, serial.device); }
   DoctorCheck operator()(const hal::UsbAddress& usb) const { return check_usb(subject, usb); }
   DoctorCheck operator()(const hal::RecordedAddress& recorded) const { return good(subject, hal::text_of(recorded)); }
-  DoctorCheck operator()(const hal::ModbusTcp& tcp) const {
-    return good(subject, fmt::format("tcp {}:{}: not contacted", tcp.host, tcp.port));
-  }
-  DoctorCheck operator()(const hal::ModbusRtu& rtu) const { return check_serial(subject, rtu.device); }
 };
 
 /// When the newest run of the catalog was made.
@@ -125,13 +121,13 @@ std::optional<double> newest_run_utc_s(const db::Catalog& catalog) {
 
 std::vector<DoctorCheck> check_devices(const StationConfig& config) {
   std::vector<DoctorCheck> checks;
-  const auto check_controller = [&](const char* subject, const auto& map) {
+  const auto check_controller = [&](const char* subject, const hal::DeviceMap& map) {
     checks.push_back(std::visit(CheckAddress{subject}, map.link.address));
   };
-  std::visit([&](const auto& map) { check_controller("chamber", map); }, config.chamber);
+  check_controller("chamber", config.chamber);
   if (config.fixture) check_controller("fixture", *config.fixture);
-  if (const auto* power = std::get_if<hal::ChamberMap>(&config.power)) {
-    std::visit([&](const auto& map) { check_controller("power", map); }, *power);
+  if (const auto* power = std::get_if<hal::DeviceMap>(&config.power)) {
+    check_controller("power", *power);
   }
   if (const auto* hubs = std::get_if<hal::UsbHubs>(&config.power)) checks.push_back(check_hubs(*hubs, config.slots));
   for (const Slot& slot : config.slots) checks.push_back(std::visit(CheckAddress{"slot " + slot.name}, slot.address));

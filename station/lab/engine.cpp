@@ -77,7 +77,7 @@ base::Status Engine::make_devices() {
   if (!chamber) return base::forward_error(chamber);
   chamber_ = *std::move(chamber);
   if (config_.fixture) {
-    auto fixture = hal::make_modbus_fixture(*config_.fixture);
+    auto fixture = hal::make_fixture(*config_.fixture);
     if (!fixture) return base::forward_error(fixture);
     fixture_ = *std::move(fixture);
   }
@@ -88,7 +88,7 @@ base::Status Engine::make_devices() {
 }
 
 base::Result<hal::UnitPower*> Engine::make_power() {
-  if (const auto* map = std::get_if<hal::ChamberMap>(&config_.power)) {
+  if (const auto* map = std::get_if<hal::DeviceMap>(&config_.power)) {
     auto made = hal::make_unit_power(*map);
     if (!made) return base::forward_error(made);
     power_ = *std::move(made);

@@ -19,8 +19,8 @@ constexpr std::chrono::seconds kFlushInterval{5};
 /// Process time between readings of what switches the units.
 double supply_poll_s(const StationConfig& config) {
   constexpr double kHubPoll_s = 1.0;
-  if (const auto* map = std::get_if<hal::ChamberMap>(&config.power)) return hal::poll_s(*map);
-  return std::holds_alternative<hal::UsbHubs>(config.power) ? kHubPoll_s : hal::poll_s(config.chamber);
+  if (const auto* map = std::get_if<hal::DeviceMap>(&config.power)) return map->link.poll_s;
+  return std::holds_alternative<hal::UsbHubs>(config.power) ? kHubPoll_s : config.chamber.link.poll_s;
 }
 
 /// The position as it stands on a fixture that is turned about the vertical.
@@ -37,7 +37,7 @@ Station::Station(const StationConfig& config_, db::Catalog& catalog_, EventLog& 
       catalog(catalog_),
       log(log_),
       time(config_.clock_rate),
-      chamber(chamber_, hal::poll_s(config_.chamber)),
+      chamber(chamber_, config_.chamber.link.poll_s),
       fixture(fixture_) {
   if (power_) supply.emplace(*power_, supply_poll_s(config), config.clock_rate);
 }

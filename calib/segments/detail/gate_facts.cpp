@@ -20,18 +20,6 @@ constexpr double kSigmaPerMad = 1.4826;          ///< of a Gaussian
 constexpr double kLongestBurst_s = 0.25;
 constexpr std::size_t kLongestBurstRows = 3;
 
-std::vector<double> thinned(std::span<const double> values) {
-  const std::size_t stride = values.size() / kSamplesPerStretch + 1;
-  std::vector<double> result;
-  result.reserve(kSamplesPerStretch + 1);
-  for (std::size_t i = 0; i < values.size(); i += stride) {
-    std::size_t row = i;  // of a channel with values in few rows the next one after the row
-    while (row + 1 < std::min(i + stride, values.size()) && std::isnan(values[row])) ++row;
-    if (!std::isnan(values[row])) result.push_back(values[row]);
-  }
-  return result;
-}
-
 std::vector<Hit> hits_in(std::span<const double> values, const Stretch& stretch, double middle, double limit) {
   std::vector<Hit> hits;
   for (std::size_t row = stretch.first; row < stretch.last; ++row) {
@@ -318,7 +306,8 @@ Levels levels_of(std::span<const double> t_s, std::span<const double> values, st
   std::vector<double> middles;
   std::vector<double> sizes;
   for (const Stretch& stretch : stretches) {
-    const std::vector<double> samples = thinned(values.subspan(stretch.first, stretch.last - stretch.first));
+    const std::vector<double> samples =
+        thinned(values.subspan(stretch.first, stretch.last - stretch.first), kSamplesPerStretch);
     middles.push_back(base::median(samples));
     for (const double v : samples) sizes.push_back(std::abs(v - middles.back()));
   }

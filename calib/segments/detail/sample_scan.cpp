@@ -146,6 +146,18 @@ void minutes_since(std::span<const double> t_s, double start_s, std::span<double
   scan_minutes(t_s.data(), t_s.size(), start_s, minutes.data());
 }
 
+std::vector<double> thinned(std::span<const double> values, std::size_t most) {
+  const std::size_t stride = values.size() / most + 1;
+  std::vector<double> result;
+  result.reserve(std::min(most + 1, values.size()));
+  for (std::size_t i = 0; i < values.size(); i += stride) {
+    std::size_t row = i;
+    while (row + 1 < std::min(i + stride, values.size()) && std::isnan(values[row])) ++row;
+    if (!std::isnan(values[row])) result.push_back(values[row]);
+  }
+  return result;
+}
+
 Deviation deviation_from(std::span<const double> values, double level) {
   Lanes sum{};
   Lanes peak{};

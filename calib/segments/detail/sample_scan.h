@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 /// Single passes over samples, in an order of additions that vector registers keep: the same bits on every x86-64.
 namespace soak::calib {
@@ -21,6 +22,10 @@ void add_quotients(std::span<const double> x, std::span<const double> y, double 
 
 /// minutes_i = (t_i - start_s)/60; both have the same length.
 void minutes_since(std::span<const double> t_s, double start_s, std::span<double> minutes);
+
+/// The samples that are not NaN of every n-th row, n such that at most `most` are looked at; of a channel with values
+/// in few rows the next one after such a row.
+[[nodiscard]] std::vector<double> thinned(std::span<const double> values, std::size_t most);
 
 /// Samples about a level. NaN samples make `sum` NaN and are not seen by `peak`.
 struct Deviation {
