@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "station/config/limits_file.h"
 #include "station/config/unit_type_file.h"
 
 namespace soak::station {

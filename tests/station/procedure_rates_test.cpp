@@ -50,20 +50,21 @@ TEST(Rates, EndEachVisitInThePositionsThatAreNamed) {
   EXPECT_FALSE(document["steps"][1].contains("rate_dps"));
 }
 
-TEST(Rates, AreRefusedWithWhatWouldBeRight) {
-  EXPECT_EQ(refusal(procedure("positions = [\"+X\"]\nlist_dps = [60]\n")), "'+X' is none of positions.order");
-  EXPECT_EQ(refusal(procedure("positions = [\"+Z\", \"+Z\"]\nlist_dps = [60]\n")),
-            "'+Z' is duplicated in rates.positions");
-  EXPECT_EQ(refusal(procedure("positions = []\nlist_dps = [60]\n")), "'rates.positions' needs one position at least");
-  EXPECT_EQ(refusal(procedure("positions = [\"+Z\"]\nlist_dps = [60, 1]\n")),
-            "1 deg/s is too slow: 5 at least, in either sense");
-  EXPECT_EQ(refusal(procedure("positions = [\"+Z\"]\nlist_dps = [60, 60]\n")),
-            "60 deg/s is duplicated in rates.list_dps");
-  EXPECT_EQ(refusal(procedure("positions = [\"+Z\"]\nlist_dps = []\n")), "'rates.list_dps' needs one rate at least");
-  EXPECT_EQ(refusal(procedure("positions = [\"+Z\"]\n")), "key 'rates.list_dps' is missing");
+TEST(Rates, AreRefusedWithTheKeyOrValueThatIsWrong) {
   std::string ramp = procedure("positions = [\"+Z\"]\nlist_dps = [60]\n", "ramp");
   ramp.replace(ramp.find("[\"+Z\", \"-Z\"]"), 12, "[\"+Z\"]");
-  EXPECT_EQ(refusal(ramp), "[rates] go with kind 'soak' only");
+  const std::vector<std::pair<std::string, std::string>> mistakes = {
+      {procedure("positions = [\"+X\"]\nlist_dps = [60]\n"), "'+X'"},
+      {procedure("positions = [\"+Z\", \"+Z\"]\nlist_dps = [60]\n"), "'+Z'"},
+      {procedure("positions = []\nlist_dps = [60]\n"), "'rates.positions'"},
+      {procedure("positions = [\"+Z\"]\nlist_dps = [60, 1]\n"), "1 deg/s"},
+      {procedure("positions = [\"+Z\"]\nlist_dps = [60, 60]\n"), "60 deg/s"},
+      {procedure("positions = [\"+Z\"]\nlist_dps = []\n"), "'rates.list_dps'"},
+      {procedure("positions = [\"+Z\"]\n"), "'rates.list_dps'"},
+      {ramp, "[rates]"}};
+  for (const auto& [text, part] : mistakes) {
+    EXPECT_NE(refusal(text).find(part), std::string::npos) << part << ": " << refusal(text);
+  }
 }
 
 /// A fixture that spins about its z axis; nobody asks it for more.
