@@ -190,7 +190,7 @@ std::string reference_text(const ShownReference& shown) {
   for (const ShownWaiver& waiver : shown.waivers) {
     text += fmt::format("  waived on {} by {}, key {}: {}{}\n", iso_date(waiver.waiver.utc_s), waiver.waiver.signer,
                         waiver.waiver.public_key_hex, waiver.waiver.reason,
-                        waiver.good ? "" : " (DAMAGED: the signature does not fit)");
+                        waiver.good ? "" : " (DAMAGED: the signature does not match)");
   }
   if (!shown.campaigns.empty()) text += fmt::format("  used by {}\n", fmt::join(shown.campaigns, ", "));
   return text;
