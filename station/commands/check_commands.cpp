@@ -18,7 +18,7 @@ namespace soak::station {
 namespace {
 
 /// soak check declare UNIT --reason TEXT
-struct CheckDeclare : Command {
+struct CheckDeclare : CatalogCommand {
   std::string unit;
   std::string reason;
 
@@ -26,22 +26,22 @@ struct CheckDeclare : Command {
     options.add("unit UNIT", &unit, "Serial number").required();
     options.add("--reason TEXT", &reason, "Reason, for the record").required();
   }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak check end UNIT --reason TEXT
 struct CheckEnd final : CheckDeclare {
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak check chart: prints the charts; verdicts do not change the exit status.
-struct CheckChartCommand final : Command {
+struct CheckChartCommand final : CatalogCommand {
   std::optional<std::string> unit;  ///< absent: all that are check standards now
 
   void declare(OptionList& options) override {
     options.add("--unit SN", &unit, "One check standard (default: all current ones)");
   }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 using calib::ControlVerdict;
@@ -151,37 +151,31 @@ base::Result<db::CheckStandardRow> open_record(const db::Catalog& catalog, const
   return base::bad_input(fmt::format("unit '{}' is not a check standard", unit), "UNIT");
 }
 
-base::Status CheckDeclare::run(Output& output) {
+base::Status CheckDeclare::run_with(db::Catalog& catalog, Output& output) {
   if (auto plain = check_text_line(reason, "--reason"); !plain) return plain;
-  auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
   db::CheckStandardRow row;
   row.unit = unit;
   row.since_utc_s = now_utc_s();
   row.reason = reason;
   row.user = user_name();
-  const auto id = catalog->add_check_standard(row);
+  const auto id = catalog.add_check_standard(row);
   if (!id) return base::forward_error(id);
-  const auto record = open_record(*catalog, unit);
+  const auto record = open_record(catalog, unit);
   if (!record) return base::forward_error(record);
   return print_check_record(*record, output);
 }
 
-base::Status CheckEnd::run(Output& output) {
+base::Status CheckEnd::run_with(db::Catalog& catalog, Output& output) {
   if (auto plain = check_text_line(reason, "--reason"); !plain) return plain;
-  auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  auto record = open_record(*catalog, unit);
+  auto record = open_record(catalog, unit);
   if (!record) return base::forward_error(record);
   record->ended = db::EndRecord{reason, user_name(), now_utc_s()};
-  if (auto ended = catalog->end_check_standard(record->check_standard_id, *record->ended); !ended) return ended;
+  if (auto ended = catalog.end_check_standard(record->check_standard_id, *record->ended); !ended) return ended;
   return print_check_record(*record, output);
 }
 
-base::Status CheckChartCommand::run(Output& output) {
-  const auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto charts = check_charts(*catalog, unit);
+base::Status CheckChartCommand::run_with(db::Catalog& catalog, Output& output) {
+  const auto charts = check_charts(catalog, unit);
   if (!charts) return base::forward_error(charts);
   if (output.json()) return output.print_json(check_document(*charts));
   output.print(check_text(*charts));

@@ -14,6 +14,10 @@
 #include "base/result.h"
 #include "station/io/output.h"
 
+namespace soak::db {
+class Catalog;
+}
+
 /// Commands as data: a command is a class with its options, their declaration and its work, all in one file. Only
 /// command_line.cpp knows the library that parses command lines.
 namespace soak::station {
@@ -79,6 +83,14 @@ class Command {
   [[nodiscard]] virtual base::Status run(Output& output) = 0;
 
   std::string data;  ///< --data, an option of every command of `soak`: the data folder; empty = the default one
+};
+
+/// A command that works with the catalog of an existing data folder.
+class CatalogCommand : public Command {
+ public:
+  base::Status run(Output& output) final;
+  /// The work, with the open catalog.
+  [[nodiscard]] virtual base::Status run_with(db::Catalog& catalog, Output& output) = 0;
 };
 
 /// A command as the help shows it.

@@ -34,7 +34,7 @@ namespace soak::station {
 namespace {
 
 /// soak export --unit SN --format FORMAT -o FILE
-struct ExportCommand final : Command {
+struct ExportCommand final : CatalogCommand {
   std::string unit;
   std::string format;
   std::string file;
@@ -47,7 +47,7 @@ struct ExportCommand final : Command {
   std::string sign;          ///< blob: secret key file to sign with; empty = unsigned
 
   void declare(OptionList& options) override;
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// ACCEL_ID or ACCEL_ID,GYRO_ID; one number is both.
@@ -286,11 +286,9 @@ base::Status record_export(db::Catalog& catalog, const ExportCommand& command, c
   return catalog.log_event({now_utc_s(), "noise_exported", command.unit, command.format + " to " + path});
 }
 
-base::Status ExportCommand::run(Output& output) {
+base::Status ExportCommand::run_with(db::Catalog& catalog, Output& output) {
   if (const auto known = check_export_options(*this); !known) return known;
-  auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto made = format == "kalibr" ? export_noise(*catalog, *this) : export_model(*catalog, *this);
+  const auto made = format == "kalibr" ? export_noise(catalog, *this) : export_model(catalog, *this);
   if (!made) return base::forward_error(made);
   if (const auto written = write_text_file(file, made->content); !written) return written;
 
@@ -302,7 +300,7 @@ base::Status ExportCommand::run(Output& output) {
   note_waivers(made->references, output);
   std::vector<calib::Warning> warnings = made->since;
   std::ranges::copy(waiver_warnings(made->references), std::back_inserter(warnings));
-  if (auto recorded = record_export(*catalog, *this, *made, sha256, path); !recorded) return recorded;
+  if (auto recorded = record_export(catalog, *this, *made, sha256, path); !recorded) return recorded;
   if (output.json()) {
     nlohmann::json document = {{"unit", unit},
                                {"model", made->model ? nlohmann::json(*made->model) : nlohmann::json()},

@@ -28,7 +28,7 @@ namespace soak::station {
 namespace {
 
 /// soak fit (--unit SN | --all)
-struct FitCommand final : Command {
+struct FitCommand final : CatalogCommand {
   std::string unit;  ///< empty with `all`
   bool all = false;
   std::optional<std::string> campaign;
@@ -37,7 +37,7 @@ struct FitCommand final : Command {
   bool chamber_time = false;  ///< also what a shorter campaign would have given
 
   void declare(OptionList& options) override;
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 void FitCommand::declare(OptionList& options) {
@@ -241,13 +241,11 @@ base::Status all_failures(const std::vector<base::Error>& failures, std::size_t 
   return base::fail(failures.front().kind, std::move(message));
 }
 
-base::Status FitCommand::run(Output& output) {
-  auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto units = units_to_fit(*catalog, *this);
+base::Status FitCommand::run_with(db::Catalog& catalog, Output& output) {
+  const auto units = units_to_fit(catalog, *this);
   if (!units) return base::forward_error(units);
 
-  CheckWarnings check_warnings(*catalog);
+  CheckWarnings check_warnings(catalog);
   const auto progress = output.progress("fitting");
   nlohmann::json documents = nlohmann::json::array();
   std::string text;
@@ -258,8 +256,8 @@ base::Status FitCommand::run(Output& output) {
                         "fit");
     }
     std::vector<calib::Warning> warnings;
-    auto input = load_unit(*catalog, (*units)[i], campaign, warnings);
-    const auto model = fit_one(*catalog, input, *this, check_warnings, std::move(warnings));
+    auto input = load_unit(catalog, (*units)[i], campaign, warnings);
+    const auto model = fit_one(catalog, input, *this, check_warnings, std::move(warnings));
     if (!model) {
       if (!all) {
         output.end_progress();

@@ -35,7 +35,7 @@ using calib::gap::GapReport;
 using calib::gap::NamedEffect;
 
 /// What all gap commands take.
-struct GapCommand : Command {
+struct GapCommand : CatalogCommand {
   std::string unit;
   std::optional<std::string> campaign;
 
@@ -56,7 +56,7 @@ struct GapFind final : GapCommand {
     declare_unit(options);
     declare_campaign(options);
   }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak gap accept: finds the gap as GapFind does, adds the effects that it names to the terms of the unit's model, and
@@ -72,7 +72,7 @@ struct GapAccept final : GapCommand {
     options.add("--effect NAME", &effects, "Only this one of the effects that are named (may be repeated)");
     declare_gap_user(options, user);
   }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak gap withdraw: fits a new version of the unit's model without an effect that was accepted. Fails (bad_input) for
@@ -88,7 +88,7 @@ struct GapWithdraw final : GapCommand {
     options.add("--reason TEXT", &reason, "Reason, for the log").required();
     declare_gap_user(options, user);
   }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak gap show: simulates the unit's runs with a model before and after its accepted effects and shows how far each
@@ -104,7 +104,7 @@ struct GapShow final : GapCommand {
     declare_campaign(options);
     options.add("-o,--output FILE.html", &file, "Also write a page with pictures to this file");
   }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 std::string sensors_text(const std::vector<calib::Sensor>& sensors) {
@@ -187,13 +187,11 @@ std::string gap_report_text(const GapReport& report) {
   return text + rejected_text(report);
 }
 
-base::Status GapFind::run(Output& output) {
-  auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto search = search_gap(*catalog, unit, campaign);
+base::Status GapFind::run_with(db::Catalog& catalog, Output& output) {
+  const auto search = search_gap(catalog, unit, campaign);
   if (!search) return base::forward_error(search);
   const nlohmann::json document = calib::gap::gap_json(search->report);
-  if (auto stored = catalog->add_gap_report({unit, search->model.version, now_utc_s(), document.dump()}); !stored) {
+  if (auto stored = catalog.add_gap_report({unit, search->model.version, now_utc_s(), document.dump()}); !stored) {
     return stored;
   }
   for (const std::string& sentence : search->not_taken_off) output.note("warning: " + sentence);
@@ -268,10 +266,8 @@ base::Status check_not_contained(const std::string& unit, const std::vector<cali
   return {};
 }
 
-base::Status GapAccept::run(Output& output) {
-  auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  auto search = search_gap(*catalog, unit, campaign);
+base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
+  auto search = search_gap(catalog, unit, campaign);
   if (!search) return base::forward_error(search);
   auto found = calib::gap::accepted_terms(search->campaign, search->report, effects);
   if (!found) return base::forward_error(found);
@@ -282,30 +278,28 @@ base::Status GapAccept::run(Output& output) {
   std::vector<calib::ModelTerm> terms = search->terms;
   std::move(found->begin(), found->end(), std::back_inserter(terms));
   auto stored =
-      catalog->add_gap_report({unit, search->model.version, now_utc_s(), calib::gap::gap_json(search->report).dump()});
+      catalog.add_gap_report({unit, search->model.version, now_utc_s(), calib::gap::gap_json(search->report).dump()});
   if (!stored) return stored;
   const auto model =
-      refit(*catalog, search->model, terms, "gap_accepted", fmt::format("{} accepted by {}", names, user_name(user)));
+      refit(catalog, search->model, terms, "gap_accepted", fmt::format("{} accepted by {}", names, user_name(user)));
   if (!model) return base::forward_error(model);
   return print_new_version(*model, search->model.version, output);
 }
 
-base::Status GapWithdraw::run(Output& output) {
+base::Status GapWithdraw::run_with(db::Catalog& catalog, Output& output) {
   if (auto plain = check_text_line(reason, "--reason"); !plain) return plain;
-  auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto row = find_unit(*catalog, unit);
+  const auto row = find_unit(catalog, unit);
   if (!row) return base::forward_error(row);
-  auto terms = accepted_terms(*catalog, unit, row->epoch);
+  auto terms = accepted_terms(catalog, unit, row->epoch);
   if (!terms) return base::forward_error(terms);
   const auto left = std::erase_if(*terms, [&](const calib::ModelTerm& term) { return term.name == effect; });
   if (left == 0) {
     return base::bad_input(fmt::format(
         "the newest model of unit {} contains no accepted effect '{}': 'soak gap show' lists them", unit, effect));
   }
-  const auto parent = catalog->model(unit);
+  const auto parent = catalog.model(unit);
   if (!parent) return base::forward_error(parent);
-  const auto model = refit(*catalog, **parent, *terms, "gap_withdrawn",
+  const auto model = refit(catalog, **parent, *terms, "gap_withdrawn",
                            fmt::format("{} withdrawn by {}: {}", effect, user_name(user), reason));
   if (!model) return base::forward_error(model);
   return print_new_version(*model, (*parent)->version, output);
@@ -354,10 +348,8 @@ std::string comparison_text(const GapComparison& comparison) {
   return text;
 }
 
-base::Status GapShow::run(Output& output) {
-  const auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto comparison = compare_gap(*catalog, unit, model, campaign);
+base::Status GapShow::run_with(db::Catalog& catalog, Output& output) {
+  const auto comparison = compare_gap(catalog, unit, model, campaign);
   if (!comparison) return base::forward_error(comparison);
   if (!file.empty()) {
     const std::string page = gap_page(*comparison, "soak " + software_version(), now_utc_s());

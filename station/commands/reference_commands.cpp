@@ -26,12 +26,12 @@ namespace {
 using calib::ReferenceKind;
 
 /// Which reference a command is about.
-struct ReferenceCommand : Command {
+struct ReferenceOptions {
   std::string kind;
   std::string name;
   std::string user;  ///< empty = the user that runs the program
 
-  void declare(OptionList& options) override {
+  void declare_name(OptionList& options) {
     options.add("--kind KIND", &kind, "chamber_probe, fixture_squareness, level, gravity, supply or rate").required();
     options.add("--name NAME", &name, "Name of the reference in the laboratory").required();
   }
@@ -41,7 +41,7 @@ struct ReferenceCommand : Command {
 };
 
 /// soak reference add: numbers in the unit of the kind, dates as "2027-03-01"
-struct ReferenceAdd final : ReferenceCommand {
+struct ReferenceAdd final : Command, ReferenceOptions {
   std::string certificate;
   std::string issued;
   std::string due;
@@ -54,7 +54,7 @@ struct ReferenceAdd final : ReferenceCommand {
 };
 
 void ReferenceAdd::declare(OptionList& options) {
-  ReferenceCommand::declare(options);
+  declare_name(options);
   options.add("--certificate TEXT", &certificate, "Number of the certificate").required();
   options.add("--issued YYYY-MM-DD", &issued, "Date of the calibration").required();
   options.add("--due YYYY-MM-DD", &due, "Date on which it expires").required();
@@ -69,56 +69,57 @@ void ReferenceAdd::declare(OptionList& options) {
 }
 
 /// soak reference list: one line per reference, its newest entry.
-struct ReferenceList final : Command {
-  base::Status run(Output& output) override;
+struct ReferenceList final : CatalogCommand {
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak reference show: all entries of one reference with waivers and campaigns.
-struct ReferenceShow final : ReferenceCommand {
-  base::Status run(Output& output) override;
+struct ReferenceShow final : CatalogCommand, ReferenceOptions {
+  void declare(OptionList& options) override { declare_name(options); }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak reference retire
-struct ReferenceRetire final : ReferenceCommand {
+struct ReferenceRetire final : CatalogCommand, ReferenceOptions {
   std::string reason;
 
   void declare(OptionList& options) override {
-    ReferenceCommand::declare(options);
+    declare_name(options);
     options.add("--reason TEXT", &reason, "Reason, for the record").required();
     declare_user(options);
   }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak reference withdraw: takes back an entry that was wrong.
-struct ReferenceWithdraw final : ReferenceCommand {
+struct ReferenceWithdraw final : CatalogCommand, ReferenceOptions {
   std::string certificate;  ///< of the entry; empty = the current one
   std::string reason;
 
   void declare(OptionList& options) override {
-    ReferenceCommand::declare(options);
+    declare_name(options);
     options.add("--certificate TEXT", &certificate, "Another entry than the current one");
     options.add("--reason TEXT", &reason, "What is wrong").required();
     declare_user(options);
   }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak reference waive: fails for an entry that is valid for more than 30 days yet, as nobody can judge so far ahead.
-struct ReferenceWaive final : ReferenceCommand {
+struct ReferenceWaive final : CatalogCommand, ReferenceOptions {
   std::string certificate;  ///< of the entry; empty = the current one
   std::string reason;
   std::string key;     ///< secret key file
   std::string signer;  ///< empty = the user that runs the program
 
   void declare(OptionList& options) override {
-    ReferenceCommand::declare(options);
+    declare_name(options);
     options.add("--certificate TEXT", &certificate, "An older certificate, for older recordings");
     options.add("--reason TEXT", &reason, "Why it may be used").required();
     options.add("--key FILE", &key, "Secret key of the signer ('soak key new')").required();
     options.add("--signer NAME", &signer, "Name of the signer (default: the user that runs the program)");
   }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 constexpr double kLargestCoverage = 4.0;
@@ -223,7 +224,7 @@ base::Result<calib::Reference> reference_of(const ReferenceAdd& command, double 
 }
 
 /// The entries of one reference, the newest first; fails (bad_input) if there are none.
-base::Result<std::vector<ShownReference>> entries_of(const db::Catalog& catalog, const ReferenceCommand& command) {
+base::Result<std::vector<ShownReference>> entries_of(const db::Catalog& catalog, const ReferenceOptions& command) {
   const auto kind = kind_of(command.kind);
   if (!kind) return base::forward_error(kind);
   auto shown = shown_register(catalog, now_utc_s());
@@ -248,7 +249,7 @@ base::Status print_entry(const db::Catalog& catalog, const std::string& record_i
 }
 
 /// The entry with that certificate, or the first, of entries_of().
-base::Result<ShownReference> entry_with(const std::vector<ShownReference>& entries, const ReferenceCommand& command,
+base::Result<ShownReference> entry_with(const std::vector<ShownReference>& entries, const ReferenceOptions& command,
                                         const std::string& certificate) {
   const auto found = std::find_if(entries.begin(), entries.end(), [&](const ShownReference& one) {
     return certificate.empty() || one.row.reference.certificate == certificate;
@@ -294,10 +295,8 @@ base::Status ReferenceAdd::run(Output& output) {
   return print_entry(*catalog, *record_id, output);
 }
 
-base::Status ReferenceList::run(Output& output) {
-  const auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  auto shown = shown_register(*catalog, now_utc_s());
+base::Status ReferenceList::run_with(db::Catalog& catalog, Output& output) {
+  auto shown = shown_register(catalog, now_utc_s());
   if (!shown) return base::forward_error(shown);
   // The current entry of a reference comes first.
   const auto is_older = [](const ShownReference& newer, const ShownReference& older) {
@@ -309,56 +308,48 @@ base::Status ReferenceList::run(Output& output) {
   return {};
 }
 
-base::Status ReferenceShow::run(Output& output) {
-  const auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto shown = entries_of(*catalog, *this);
+base::Status ReferenceShow::run_with(db::Catalog& catalog, Output& output) {
+  const auto shown = entries_of(catalog, *this);
   if (!shown) return base::forward_error(shown);
   if (output.json()) return output.print_json(references_document(*shown));
   for (const ShownReference& one : *shown) output.print(reference_text(one));
   return {};
 }
 
-base::Status ReferenceRetire::run(Output& output) {
+base::Status ReferenceRetire::run_with(db::Catalog& catalog, Output& output) {
   const std::string who = user_name(user);
   if (auto status = check_lines({{reason, "--reason"}, {who, "--user"}}); !status) return status;
-  auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto entries = entries_of(*catalog, *this);
+  const auto entries = entries_of(catalog, *this);
   if (!entries) return base::forward_error(entries);
   const std::string record_id = entries->front().row.reference.record_id;
-  if (auto status = catalog->retire_reference(record_id, {reason, who, now_utc_s()}); !status) return status;
-  return print_entry(*catalog, record_id, output);
+  if (auto status = catalog.retire_reference(record_id, {reason, who, now_utc_s()}); !status) return status;
+  return print_entry(catalog, record_id, output);
 }
 
-base::Status ReferenceWithdraw::run(Output& output) {
+base::Status ReferenceWithdraw::run_with(db::Catalog& catalog, Output& output) {
   const std::string who = user_name(user);
   if (auto status = check_lines({{reason, "--reason"}, {who, "--user"}}); !status) return status;
-  auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto entries = entries_of(*catalog, *this);
+  const auto entries = entries_of(catalog, *this);
   if (!entries) return base::forward_error(entries);
   const auto found = entry_with(*entries, *this, certificate);
   if (!found) return base::forward_error(found);
   const std::string record_id = found->row.reference.record_id;
-  if (auto status = catalog->withdraw_reference(record_id, {reason, who, now_utc_s()}); !status) return status;
-  return print_entry(*catalog, record_id, output);
+  if (auto status = catalog.withdraw_reference(record_id, {reason, who, now_utc_s()}); !status) return status;
+  return print_entry(catalog, record_id, output);
 }
 
-base::Status ReferenceWaive::run(Output& output) {
+base::Status ReferenceWaive::run_with(db::Catalog& catalog, Output& output) {
   const std::string who = user_name(signer);
   if (auto status = check_lines({{reason, "--reason"}, {who, "--signer"}}); !status) return status;
-  auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto reference = entry_to_waive(*catalog, *this);
+  const auto reference = entry_to_waive(catalog, *this);
   if (!reference) return base::forward_error(reference);
   const auto secret_key = read_secret_key(key);
   if (!secret_key) return base::forward_error(secret_key);
   const calib::Waiver unsigned_waiver{new_run_id(), reference->record_id, reason, who, {}, std::floor(now_utc_s()), {}};
   const auto waiver = signed_waiver(unsigned_waiver, *reference, secret_key->key);
   if (!waiver) return base::forward_error(waiver);
-  if (auto status = catalog->add_waiver(*waiver); !status) return status;
-  return print_entry(*catalog, reference->record_id, output);
+  if (auto status = catalog.add_waiver(*waiver); !status) return status;
+  return print_entry(catalog, reference->record_id, output);
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// soak runs export RUN [--native] [-o FILE]
-struct RunsExport final : Command {
+struct RunsExport final : CatalogCommand {
   db::RunFilter filter;
   bool native = false;
   std::string file;  ///< empty = standard output
@@ -37,11 +37,11 @@ struct RunsExport final : Command {
                 "Headers and numbers as in the source; writes a columns map beside the CSV if its import needs one");
     options.add("-o,--output FILE", &file, "File to write (default: standard output)");
   }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak runs void RUN [--visit N [--position P [--attempt K]]] --reason TEXT
-struct RunsVoid final : Command {
+struct RunsVoid final : CatalogCommand {
   db::RunFilter filter;
   std::optional<std::int32_t> visit;
   std::optional<std::string> position;
@@ -57,15 +57,15 @@ struct RunsVoid final : Command {
     options.add("--reason TEXT", &reason, "Reason, for the record").required();
     options.add("--user NAME", &user, "Name for the record (default: the user that runs the program)");
   }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak runs verify [RUN...]
-struct RunsVerify final : Command {
+struct RunsVerify final : CatalogCommand {
   std::vector<std::string> names;  ///< empty = all
 
   void declare(OptionList& options) override { options.add("run RUN", &names, "Runs to check (default: all)"); }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 fs::path map_path_beside(const fs::path& csv) { return csv.parent_path() / (csv.stem().string() + ".columns.toml"); }
@@ -87,12 +87,10 @@ base::Status write_native(const NativeCsv& made, const fs::path& csv, Output& ou
   return write_text_file(csv, made.csv);
 }
 
-base::Status RunsExport::run(Output& output) {
-  const auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto row = find_run(*catalog, filter);
+base::Status RunsExport::run_with(db::Catalog& catalog, Output& output) {
+  const auto row = find_run(catalog, filter);
   if (!row) return base::forward_error(row);
-  const auto reader = db::RunFileReader::open(catalog->run_file_path(*row));
+  const auto reader = db::RunFileReader::open(catalog.run_file_path(*row));
   if (!reader) return base::forward_error(reader);
   if (native) {
     const auto made = native_csv(*reader, row->unit);
@@ -142,14 +140,12 @@ base::Status check_void(const RunsVoid& command) {
   return {};
 }
 
-base::Status RunsVoid::run(Output& output) {
+base::Status RunsVoid::run_with(db::Catalog& catalog, Output& output) {
   if (auto status = check_void(*this); !status) return status;
-  auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto row = find_run(*catalog, filter);
+  const auto row = find_run(catalog, filter);
   if (!row) return base::forward_error(row);
   if (row->voided) return base::bad_input("the whole run is already voided", row->run_id);
-  const auto segments = catalog->segments(row->run_id, row->unit, false);
+  const auto segments = catalog.segments(row->run_id, row->unit, false);
   if (!segments) return base::forward_error(segments);
   const auto withdrawn =
       std::count_if(segments->begin(), segments->end(), [&](const auto& s) { return is_voided_by(s.key, *this); });
@@ -160,7 +156,7 @@ base::Status RunsVoid::run(Output& output) {
         row->run_id);
   }
   const db::VoidRecord record{row->run_id, row->unit, visit, position, attempt, reason, user_name(user), now_utc_s()};
-  if (auto status = catalog->add_void(record); !status) return status;
+  if (auto status = catalog.add_void(record); !status) return status;
   if (output.json()) return output.print_json(void_json(*row, record, withdrawn, segments->size()));
   output.print(
       fmt::format("run {} ({}): {} of {} segments voided\n", row->label, row->run_id, withdrawn, segments->size()));
@@ -219,14 +215,12 @@ base::Status damage_error(const std::vector<std::string>& damaged) {
   return base::corrupt(message + " Restore them from a copy; 'soak runs void' excludes a run from fits", "verify");
 }
 
-base::Status RunsVerify::run(Output& output) {
-  const auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto runs = runs_to_verify(*catalog, *this);
+base::Status RunsVerify::run_with(db::Catalog& catalog, Output& output) {
+  const auto runs = runs_to_verify(catalog, *this);
   if (!runs) return base::forward_error(runs);
 
   std::vector<std::string> damaged;
-  const auto catalog_status = catalog->verify();
+  const auto catalog_status = catalog.verify();
   if (!catalog_status) damaged.push_back("station.db (" + catalog_status.error().message + ")");
   nlohmann::json list = nlohmann::json::array();
   std::string text =
@@ -236,7 +230,7 @@ base::Status RunsVerify::run(Output& output) {
     if (!report(static_cast<double>(list.size()) / static_cast<double>(runs->size()))) {
       return base::fail(base::ErrorKind::internal, "interrupted", "verify");
     }
-    const std::vector<std::string> problems = problems_of(*catalog, row);
+    const std::vector<std::string> problems = problems_of(catalog, row);
     list.push_back({{"run_id", row.run_id},
                     {"run", row.label},
                     {"unit", row.unit},

@@ -15,22 +15,22 @@ namespace soak::station {
 namespace {
 
 /// soak runs list
-struct RunsList final : Command {
+struct RunsList final : CatalogCommand {
   db::RunFilter filter;
 
   void declare(OptionList& options) override {
     options.add("--unit SN", &filter.unit, "Only runs of this unit");
     options.add("--campaign NAME", &filter.campaign, "Only runs of this campaign");
   }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak runs show RUN
-struct RunsShow final : Command {
+struct RunsShow final : CatalogCommand {
   db::RunFilter filter;
 
   void declare(OptionList& options) override { declare_run(options, filter); }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 std::string run_state(const db::RunRow& run) {
@@ -40,10 +40,8 @@ std::string run_state(const db::RunRow& run) {
   return text;
 }
 
-base::Status RunsList::run(Output& output) {
-  const auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto runs = catalog->runs(filter);
+base::Status RunsList::run_with(db::Catalog& catalog, Output& output) {
+  const auto runs = catalog.runs(filter);
   if (!runs) return base::forward_error(runs);
   if (output.json()) {
     nlohmann::json list = nlohmann::json::array();
@@ -187,18 +185,16 @@ std::string void_text(const std::vector<db::VoidRecord>& voids) {
   return text;
 }
 
-base::Status RunsShow::run(Output& output) {
-  const auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto row = find_run(*catalog, filter);
+base::Status RunsShow::run_with(db::Catalog& catalog, Output& output) {
+  const auto row = find_run(catalog, filter);
   if (!row) return base::forward_error(row);
-  const auto file = db::RunFileReader::open(catalog->run_file_path(*row));
+  const auto file = db::RunFileReader::open(catalog.run_file_path(*row));
   if (!file) return base::forward_error(file);
   const auto stream = imu_stream(*file, row->unit);
   if (!stream) return base::forward_error(stream);
-  const auto segments = catalog->segments(row->run_id, row->unit, false);
+  const auto segments = catalog.segments(row->run_id, row->unit, false);
   if (!segments) return base::forward_error(segments);
-  const auto voids = catalog->voids(row->run_id);
+  const auto voids = catalog.voids(row->run_id);
   if (!voids) return base::forward_error(voids);
   const auto& channels = file->streams()[*stream].channels;
 

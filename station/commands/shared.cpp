@@ -9,10 +9,17 @@
 
 #include "station/config/unit_type_file.h"
 #include "station/fit/reference_rule.h"
+#include "station/io/data_folder.h"
 #include "station/io/text.h"
 #include "station/records/signing.h"
 
 namespace soak::station {
+
+base::Status CatalogCommand::run(Output& output) {
+  auto catalog = open_existing_catalog(data);
+  if (!catalog) return base::forward_error(catalog);
+  return run_with(*catalog, output);
+}
 
 nlohmann::json warnings_json(const std::vector<calib::Warning>& warnings) {
   nlohmann::json list = nlohmann::json::array();

@@ -18,16 +18,16 @@ namespace soak::station {
 namespace {
 
 /// soak unit list
-struct UnitList final : Command {
-  base::Status run(Output& output) override;
+struct UnitList final : CatalogCommand {
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak unit show SN
-struct UnitShow final : Command {
+struct UnitShow final : CatalogCommand {
   std::string serial;
 
   void declare(OptionList& options) override { options.add("unit SN", &serial, "Serial number").required(); }
-  base::Status run(Output& output) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
 /// soak unit add SN
@@ -61,20 +61,16 @@ base::Status print_units(const db::Catalog& catalog, const std::vector<db::UnitR
   return {};
 }
 
-base::Status UnitList::run(Output& output) {
-  const auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto units = catalog->units();
+base::Status UnitList::run_with(db::Catalog& catalog, Output& output) {
+  const auto units = catalog.units();
   if (!units) return base::forward_error(units);
-  return print_units(*catalog, *units, output);
+  return print_units(catalog, *units, output);
 }
 
-base::Status UnitShow::run(Output& output) {
-  const auto catalog = open_existing_catalog(data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto unit = find_unit(*catalog, serial);
+base::Status UnitShow::run_with(db::Catalog& catalog, Output& output) {
+  const auto unit = find_unit(catalog, serial);
   if (!unit) return base::forward_error(unit);
-  return print_units(*catalog, {*unit}, output);
+  return print_units(catalog, {*unit}, output);
 }
 
 base::Status UnitAdd::run(Output& output) {
