@@ -266,11 +266,11 @@ base::Result<calib::Reference> entry_to_waive(const db::Catalog& catalog, const 
   const auto found = entry_with(*entries, command, command.certificate);
   if (!found) return base::forward_error(found);
   const calib::Reference& reference = found->row.reference;
-  if (found->standing == Standing::withdrawn) {
+  if (found->standing == ReferenceStanding::withdrawn) {
     return base::bad_input(fmt::format("the entry of {} was withdrawn", describe(reference)), "--name");
   }
   // A waiver for an older certificate is for older recordings, whatever has become of the reference since.
-  if (found->standing == Standing::retired && command.certificate.empty()) {
+  if (found->standing == ReferenceStanding::retired && command.certificate.empty()) {
     return base::bad_input(fmt::format("{} is retired: it is no longer in use", describe(reference)), "--name");
   }
   if (reference.due_utc_s - now_utc_s() > kDueSoon_s) {

@@ -237,17 +237,17 @@ std::string not_stated_text(const calib::Verification& verification) {
   return text;
 }
 
-/// Sensors without a limit are not judged; says how to set limits.
+/// The sensors without a limit, which are not judged, and how to set limits.
 std::string not_judged_text(const calib::Verification& verification) {
   std::vector<std::string> names;
   for (const calib::Sensor sensor : calib::kSensors) {
     const auto& result = verification.sensors[calib::index_of(sensor)];
-    if (result && result->verdict == calib::Verdict::info) names.emplace_back(calib::name_of(sensor));
+    if (result && result->bias_verdict == calib::Verdict::info) names.emplace_back(calib::name_of(sensor));
   }
   if (names.empty()) return {};
   return fmt::format(
-      "not judged, for lack of a limit or of data: {}; set limits in the unit type's file or with --limits FILE "
-      "(docs/procedures.md)\n",
+      "not judged, as no limit is set: {}; set limits in procedures/units/TYPE.toml or with --limits FILE "
+      "(docs/guide.md)\n",
       fmt::join(names, ", "));
 }
 
