@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/text.h"
-#include "hal/devices/chamber_survey.h"
-#include "hal/maps/chamber_map.h"
+#include "hal/devices/survey.h"
+#include "hal/maps/device_map.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
 
@@ -64,75 +64,53 @@ base::Result<hal::TcpAddress> parse_tcp_address(const std::string& text, std::op
   return base::bad_input(fmt::format("'{}' is not HOST:PORT", text), "--tcp");
 }
 
-base::Status set_tcp(const std::string& text, hal::RegisterMap& map) {
-  const auto address = parse_tcp_address(text, kModbusPort);
-  if (!address) return base::forward_error(address);
-  map.link.address = hal::ModbusTcp{address->host, address->port};
-  return {};
-}
-
-base::Status set_tcp(const std::string& text, hal::TextMap& map) {
+base::Status set_tcp(const std::string& text, hal::DeviceMap& map) {
   const auto* stated = std::get_if<hal::TcpAddress>(&map.link.address);
-  const auto address = parse_tcp_address(text, stated ? std::optional(stated->port) : std::nullopt);
+  std::optional<int> usual_port = stated ? std::optional(stated->port) : std::nullopt;
+  if (map.protocol == hal::MapProtocol::modbus) usual_port = kModbusPort;
+  const auto address = parse_tcp_address(text, usual_port);
   if (!address) return base::forward_error(address);
   map.link.address = *address;
   return {};
 }
 
-void set_serial(const ChamberProbe& command, hal::RegisterMap& map) {
-  const auto* stated = std::get_if<hal::ModbusRtu>(&map.link.address);
-  hal::ModbusRtu line = stated ? *stated : hal::ModbusRtu{.device = "", .baud = kUsualBaud};
+void set_serial(const ChamberProbe& command, hal::DeviceMap& map) {
+  const auto* stated = std::get_if<hal::SerialAddress>(&map.link.address);
+  hal::SerialAddress line = stated ? *stated : hal::SerialAddress{.device = "", .baud = kUsualBaud};
   line.device = command.serial;
   if (command.baud != 0) line.baud = command.baud;
   map.link.address = line;
 }
 
-void set_serial(const ChamberProbe& command, hal::TextMap& map) {
-  const auto* stated = std::get_if<hal::SerialAddress>(&map.link.address);
-  const int usual = stated ? stated->baud : kUsualBaud;
-  map.link.address = hal::SerialAddress{command.serial, command.baud != 0 ? command.baud : usual};
-}
-
-std::string text_of(const hal::ModbusTcp& address) { return fmt::format("tcp {}:{}", address.host, address.port); }
-std::string text_of(const hal::TcpAddress& address) { return fmt::format("tcp {}:{}", address.host, address.port); }
-std::string text_of(const hal::ModbusRtu& line) {
-  return fmt::format("serial {} at {} baud, 8{}{}", line.device, line.baud, line.parity, line.stop_bits);
-}
-std::string text_of(const hal::SerialAddress& line) {
-  return fmt::format("serial {} at {} baud, 8N1", line.device, line.baud);
-}
-
 /// Replaces the map's address by that of the command line. Fails (bad_input) for what is no address, and for a unit
 /// number where the controller has none.
-base::Status set_address(const ChamberProbe& command, hal::ChamberMap& map) {
-  if (!command.tcp.empty() && !command.serial.empty()) {
+base::Status set_address(const ChamberProbe& command, hal::DeviceMap& map) {
+  if (!command.tcp.empty() && !command.serial.empty())
     return base::bad_input("cannot be combined with --tcp", "--serial");
-  }
-  if (command.baud != 0 && command.serial.empty()) {
+  if (command.baud != 0 && command.serial.empty())
     return base::bad_input("only valid together with --serial", "--baud");
-  }
   if (command.unit >= 0) {
-    auto* registers = std::get_if<hal::RegisterMap>(&map);
-    if (!registers) return base::bad_input("a controller with a text protocol has no unit number", "--unit");
-    registers->link.unit = command.unit;
+    if (map.protocol == hal::MapProtocol::text) {
+      return base::bad_input("a controller with a text protocol has no unit number", "--unit");
+    }
+    map.link.unit = command.unit;
   }
-  if (!command.serial.empty()) std::visit([&command](auto& one) { set_serial(command, one); }, map);
-  if (command.tcp.empty()) return {};
-  return std::visit([&command](auto& one) { return set_tcp(command.tcp, one); }, map);
+  if (!command.serial.empty()) set_serial(command, map);
+  return command.tcp.empty() ? base::Status{} : set_tcp(command.tcp, map);
 }
 
 /// "tcp 10.0.0.7:502", "serial /dev/ttyUSB0 at 9600 baud".
-std::string address_text(const hal::ChamberMap& map) {
-  return std::visit(
-      [](const auto& one) {
-        return std::visit([](const auto& address) { return text_of(address); }, one.link.address);
-      },
-      map);
+std::string address_text(const hal::DeviceMap& map) {
+  if (const auto* tcp = std::get_if<hal::TcpAddress>(&map.link.address)) {
+    return fmt::format("tcp {}:{}", tcp->host, tcp->port);
+  }
+  const auto& line = std::get<hal::SerialAddress>(map.link.address);
+  return fmt::format("serial {} at {} baud, 8{}{}", line.device, line.baud, line.parity, line.stop_bits);
 }
 
-const hal::RegisterMap* modbus(const hal::ChamberMap& map) { return std::get_if<hal::RegisterMap>(&map); }
+bool speaks_modbus(const hal::DeviceMap& map) { return map.protocol == hal::MapProtocol::modbus; }
 
-/// What both kinds of map have.
+/// What a device of the map can do.
 struct Abilities {
   std::optional<double> min_c;
   std::optional<double> max_c;
@@ -145,8 +123,7 @@ struct Abilities {
   hal::WritePolicy policy;
 };
 
-template <class Map>
-Abilities abilities_of(const Map& map) {
+Abilities abilities_of(const hal::DeviceMap& map) {
   Abilities can;
   if (const auto set_point = map.quantities.find("set_point_c"); set_point != map.quantities.end()) {
     can.min_c = set_point->second.min;
@@ -165,13 +142,13 @@ Abilities abilities_of(const Map& map) {
   return can;
 }
 
-json map_document(const std::string& file, const hal::ChamberMap& map, const Abilities& can) {
+json map_document(const std::string& file, const hal::DeviceMap& map, const Abilities& can) {
   return {{"file", file},
-          {"name", hal::name_of(map)},
-          {"kind", hal::kind_of(map)},
-          {"protocol", modbus(map) ? "modbus" : "text"},
+          {"name", map.name},
+          {"kind", map.kind},
+          {"protocol", speaks_modbus(map) ? "modbus" : "text"},
           {"address", address_text(map)},
-          {"poll_s", hal::poll_s(map)},
+          {"poll_s", map.link.poll_s},
           {"min_set_point_c", number_or_null(can.min_c)},
           {"max_set_point_c", number_or_null(can.max_c)},
           {"can_ramp", can.can_ramp},
@@ -195,10 +172,10 @@ std::string policy_text(const hal::WritePolicy& policy) {
                      policy.read_back ? "read back" : "not read back");
 }
 
-std::string map_text(const hal::ChamberMap& map, const Abilities& can) {
-  std::string text = fmt::format("{}: {} over {}, {}, read every {:g} s\n", hal::name_of(map), hal::kind_of(map),
-                                 modbus(map) ? "Modbus" : "lines of text", address_text(map), hal::poll_s(map));
-  const bool is_chamber = hal::kind_of(map) == "chamber";
+std::string map_text(const hal::DeviceMap& map, const Abilities& can) {
+  std::string text = fmt::format("{}: {} over {}, {}, read every {:g} s\n", map.name, map.kind,
+                                 speaks_modbus(map) ? "Modbus" : "lines of text", address_text(map), map.link.poll_s);
+  const bool is_chamber = map.kind == "chamber";
   if (is_chamber) {
     text += fmt::format(
         "set points  {} to {} °C, or the controller's own limits if the map reads them and they are narrower\n",
@@ -217,9 +194,9 @@ std::string map_text(const hal::ChamberMap& map, const Abilities& can) {
 }
 
 base::Status ChamberCheck::run(Output& output) {
-  const auto map = hal::read_chamber_map(file, hal::MapUse::device);
+  const auto map = hal::read_device_map(file, hal::MapUse::device);
   if (!map) return base::forward_error(map);
-  const Abilities can = std::visit([](const auto& one) { return abilities_of(one); }, *map);
+  const Abilities can = abilities_of(*map);
   if (output.json()) return output.print_json(map_document(file, *map, can));
   output.print(map_text(*map, can));
   return {};
@@ -239,7 +216,7 @@ std::string kind_text(hal::SurveyKind kind) {
 
 json text_or_null(const std::string& text) { return text.empty() ? json() : json(text); }
 
-json probe_document(const hal::ChamberMap& map, const hal::ChamberSurvey& survey) {
+json probe_document(const hal::DeviceMap& map, const hal::ChamberSurvey& survey) {
   json entries = json::array();
   for (const hal::SurveyEntry& entry : survey.entries) {
     entries.push_back({{"kind", kind_text(entry.kind)},
@@ -250,7 +227,7 @@ json probe_document(const hal::ChamberMap& map, const hal::ChamberSurvey& survey
                        {"active", entry.active ? json(*entry.active) : json()},
                        {"trouble", text_or_null(entry.trouble)}});
   }
-  return {{"name", hal::name_of(map)}, {"address", address_text(map)}, {"sound", survey.sound()}, {"entries", entries}};
+  return {{"name", map.name}, {"address", address_text(map)}, {"sound", survey.sound()}, {"entries", entries}};
 }
 
 std::string probe_table(const hal::ChamberSurvey& survey) {
@@ -263,7 +240,7 @@ std::string probe_table(const hal::ChamberSurvey& survey) {
 }
 
 base::Status ChamberProbe::run(Output& output) {
-  auto map = hal::read_chamber_map(file);
+  auto map = hal::read_device_map(file);
   if (!map) return base::forward_error(map);
   if (auto set = set_address(*this, *map); !set) return set;
   const auto survey = hal::survey_chamber(*map);

@@ -5,7 +5,7 @@
 #include <cstddef>
 
 #include "base/units.h"
-#include "calib/model/reference_json.h"
+#include "calib/model/document_parts.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
 #include "station/import/columns_map.h"

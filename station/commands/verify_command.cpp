@@ -13,13 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "calib/estimate/run_copies.h"
+#include "calib/estimate/unit_input.h"
 #include "calib/judge/verification.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
 #include "station/config/limits_file.h"
 #include "station/config/unit_type_file.h"
-#include "station/fit/accepted_terms.h"
 #include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"
 #include "station/io/data_folder.h"

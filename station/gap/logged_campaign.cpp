@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/statistics.h"
-#include "calib/estimate/gravity.h"
+#include "calib/estimate/site.h"
 #include "calib/gap/campaign/fine_temperature.h"
 #include "calib/gap/campaign/run_log.h"
 #include "db/run/run_file.h"

@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/estimate/run_copies.h"
+#include "calib/estimate/unit_input.h"
 #include "db/run/run_file.h"
 #include "station/config/unit_type_file.h"
 #include "station/fit/reference_rule.h"

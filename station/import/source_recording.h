@@ -11,7 +11,7 @@
 #include "base/result.h"
 #include "calib/vocabulary/position.h"
 #include "db/run/sample.h"
-#include "hal/devices/devices.h"
+#include "hal/imu/imu.h"
 #include "station/import/columns_map.h"
 
 namespace soak::station {

@@ -11,13 +11,6 @@
 #include "station/runs/signal_source.h"
 
 namespace soak::station {
-namespace {
-
-bool turns(const calib::Segment& segment) {
-  return segment.position && segment.position->rate_dps.value_or(0.0) != 0.0;
-}
-
-}  // namespace
 
 double length_s(const calib::Segment& segment) { return segment.t_end_s - segment.t_start_s; }
 

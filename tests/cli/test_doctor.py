@@ -46,6 +46,7 @@ class DoctorTest(SoakTest):
     def test_without_a_configuration_the_computer_is_looked_at(self):
         checks = self.doctor()
         self.assertEqual(set(checks), {"disk", "database", "clock"})
+        self.assertIn("GB", checks["disk"]["text"])
         self.assertEqual(checks["database"]["finding"], "ok")
         self.assertNotEqual(checks["clock"]["finding"], "failed")
 
@@ -62,6 +63,7 @@ class DoctorTest(SoakTest):
         file = self.write("not-a-port", "")
         checks = self.doctor("--config", self.config(f'device = "{file}"'), status=3)
         self.assertEqual(checks["slot 1"]["finding"], "failed")
+        self.assertIn(str(file), checks["slot 1"]["text"])
 
     @unittest.skipIf(os.geteuid() != 0, "needs root to become somebody else")
     def test_a_missing_group_is_named_with_the_command_that_adds_it(self):
@@ -89,6 +91,7 @@ class DoctorTest(SoakTest):
         checks = self.doctor("--config", config, status=3, before=before, env=environment)
         self.assertEqual(checks["slot 1"]["finding"], "ok")
         self.assertIn("MTi-30, serial 03800001", checks["slot 1"]["text"])
+        self.assertEqual(checks["slot 2"]["finding"], "failed")
         self.assertIn("0403:6001", checks["slot 2"]["text"])
 
     def test_a_configuration_that_is_wrong_is_bad_input(self):

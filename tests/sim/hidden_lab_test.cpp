@@ -9,7 +9,7 @@
 #include "base/hash.h"
 #include "hal/sim/lab/inertial_unit.h"
 #include "hal/sim/lab/lab.h"
-#include "hal/sim/programs/soaksim_program.h"
+#include "hal/sim/programs/programs.h"
 #include "tests/sim/design_support.h"
 
 namespace soak::hal::sim {

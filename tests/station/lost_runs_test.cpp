@@ -8,10 +8,8 @@
 #include <filesystem>
 
 #include "db/catalog/orphans.h"
-#include "station/lab/event_log.h"
-#include "station/lab/lost_runs.h"
+#include "station/lab/campaign_log.h"
 #include "station/lab/run_recorder.h"
-#include "station/lab/run_source.h"
 #include "tests/station/run_recorder_bench.h"
 
 namespace soak::station {

@@ -7,8 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "calib/estimate/body_frame.h"
-#include "calib/estimate/gravity.h"
+#include "calib/estimate/site.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -62,7 +61,7 @@ class Collector {
     rows_.runs.push_back(run.run.label);
     rows_.run_ids.push_back(run.run.run_id);
     rows_.logged.push_back(number);
-    earth_ = known_earth_rate(run.run.segments, run.run.site);
+    earth_ = place_of(run.run.segments, run.run.site).earth;
     rows_.earth_taken_off = rows_.earth_taken_off || earth_.vertical_rps != 0.0;
     std::sort(segments.begin(), segments.end(),
               [](const Segment* a, const Segment* b) { return a->t_start_s < b->t_start_s; });

@@ -2,8 +2,32 @@
 #include "hal/sim/lab/lab.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <utility>
 
 namespace soak::hal::sim {
+namespace {
+
+constexpr int kRelayState = 16;
+constexpr int kRelayIdentification = 32;
+constexpr int kRelayIdentity = 0x5052;
+
+}  // namespace
+
+SimulatedRelay::SimulatedRelay(std::function<void(int, bool)> switched) : switched_(std::move(switched)) {
+  for (int output = 0; output < kRelayOutputs; ++output) {
+    bool& on = on_[static_cast<std::size_t>(output)];
+    const auto read = [&on] { return on ? 1 : 0; };
+    const auto store = [this, &on, output](int request) {
+      if (on == (request == 1)) return;
+      on = request == 1;
+      switched_(output + 1, on);
+    };
+    registers_.add_number(output, 1, read, {[](int request) { return request == 0 || request == 1; }, store});
+    registers_.add_number(kRelayState + output, 1, read);
+  }
+  registers_.add_number(kRelayIdentification, 1, [] { return kRelayIdentity; });
+}
 
 Lab::Lab(const CampaignConfig& config, const LabKinds& kinds)
     : chamber_(config.lab, config.seed),

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "base/result.h"
+#include "hal/sim/lab/device_time.h"
 #include "hal/sim/lab/lab.h"
 #include "hal/sim/wires/detail/chamber_wire.h"
 #include "hal/sim/wires/detail/modbus_server.h"
-#include "hal/sim/wires/detail/unit_port.h"
-#include "hal/sim/wires/lab_clock.h"
+#include "hal/sim/wires/detail/ports.h"
 
 namespace soak::hal::sim {
 

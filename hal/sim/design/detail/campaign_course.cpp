@@ -1,18 +1,103 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/sim/design/detail/campaign_course.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
 #include "base/random.h"
-#include "hal/sim/design/detail/design_chamber.h"
-#include "hal/sim/effects/supply_voltage.h"
 #include "hal/sim/unit/attitude.h"
 #include "hal/sim/unit/draws.h"
 #include "hal/sim/unit/simulated_unit.h"
 
 namespace soak::hal::sim {
 namespace {
+
+constexpr double kAirTime_s = 60.0;
+constexpr double kLoadTime_s = 1200.0;
+constexpr double kUnitToAir_s = 200.0;
+constexpr double kUnitToLoad_s = 2000.0;
+constexpr double kLongestStep_s = 5.0;
+constexpr double kCompressorCycle_s = 400.0;
+
+/// Share of time that the compressor runs.
+double compressor_duty(double air_c) { return std::clamp(0.5 - 0.006 * (air_c - 25.0), 0.25, 0.75); }
+
+/// Heat and compressor of the chamber in a designed campaign. The set point moves at the ramp rate; the air follows it
+/// with 60 s, the load follows the air with 1200 s, and the unit follows both (200 s and 2000 s). The compressor
+/// toggles at random, also while the temperature is held: cycles of 400 s on average, three quarters of them on in the
+/// cold and one quarter in the heat.
+class DesignChamber {
+ public:
+  DesignChamber(double room_c, base::Random random);
+
+  /// Everything has been at room temperature for long; the compressor goes on from where it was.
+  void rest();
+  void set_target(double target_c, double ramp_kps);
+  void advance(double duration_s);
+
+  [[nodiscard]] double air_c() const { return air_c_; }
+  [[nodiscard]] double unit_c() const { return unit_c_; }
+  [[nodiscard]] bool compressor_runs() const { return compressor_runs_; }
+
+ private:
+  void step(double duration_s);
+  [[nodiscard]] double drawn_stay_s();
+
+  double room_c_;
+  base::Random random_;
+  double target_c_;
+  double ramp_kps_ = 0.0;
+  double set_point_c_;
+  double air_c_;
+  double load_c_;
+  double unit_c_;
+  bool compressor_runs_ = false;
+  double stays_s_ = 0.0;  ///< until the compressor toggles
+};
+
+DesignChamber::DesignChamber(double room_c, base::Random random) : room_c_(room_c), random_(random) {
+  rest();
+  stays_s_ = drawn_stay_s();
+}
+
+void DesignChamber::rest() {
+  target_c_ = set_point_c_ = air_c_ = load_c_ = unit_c_ = room_c_;
+  ramp_kps_ = 0.0;
+}
+
+void DesignChamber::set_target(double target_c, double ramp_kps) {
+  target_c_ = target_c;
+  ramp_kps_ = ramp_kps;
+}
+
+void DesignChamber::advance(double duration_s) {
+  while (duration_s > 0.0) {
+    const double step_s = std::min(duration_s, kLongestStep_s);
+    step(step_s);
+    duration_s -= step_s;
+  }
+}
+
+void DesignChamber::step(double duration_s) {
+  const double to_go_c = target_c_ - set_point_c_;
+  set_point_c_ += std::clamp(to_go_c, -ramp_kps_ * duration_s, ramp_kps_ * duration_s);
+  const double unit_kps = (air_c_ - unit_c_) / kUnitToAir_s + (load_c_ - unit_c_) / kUnitToLoad_s;
+  load_c_ += duration_s / kLoadTime_s * (air_c_ - load_c_);
+  air_c_ += duration_s / kAirTime_s * (set_point_c_ - air_c_);
+  unit_c_ += duration_s * unit_kps;
+  stays_s_ -= duration_s;
+  if (stays_s_ <= 0.0) {
+    compressor_runs_ = !compressor_runs_;
+    stays_s_ += drawn_stay_s();
+  }
+}
+
+double DesignChamber::drawn_stay_s() {
+  const double duty = compressor_duty(air_c_);
+  const double mean_s = kCompressorCycle_s * (compressor_runs_ ? duty : 1.0 - duty);
+  return -mean_s * std::log(1.0 - random_.uniform());
+}
 
 constexpr Range kBetweenPasses_h = {16.0, 40.0};
 constexpr double kPreparation_s = 7200.0;

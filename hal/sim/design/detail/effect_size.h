@@ -1,16 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "base/result.h"
-#include "hal/sim/design/detail/base_fit.h"
-#include "hal/sim/design/detail/block_table.h"
+#include "calib/vocabulary/sensor.h"
+#include "hal/sim/design/detail/campaign_course.h"
 #include "hal/sim/effects/hidden_effects.h"
 #include "hal/sim/unit/simulated_unit.h"
 
 namespace soak::hal::sim {
+
+/// One block of a minute in one position of one visit.
+struct PlannedBlock {
+  std::size_t first_moment = 0;  ///< of kRowsPerBlock that follow each other
+  int run = 0;                   ///< index into CampaignCourse::runs
+  int set_point = 0;
+  double temp_c = 0.0;  ///< mean of the thermometer, without noise
+  calib::Vector3 up{};
+};
+
+/// All blocks of the plan, also those of a visit that is dropped, in order of time.
+[[nodiscard]] std::vector<PlannedBlock> planned_blocks(const CampaignCourse& course);
+
+/// One number per block, for each sensor; empty = nothing happens to the sensor.
+using BlockValues = std::array<std::vector<double>, calib::kSensorCount>;
+
+/// What a refitted model without hidden effects can absorb of block means of one sensor, by least squares:
+///
+///   one free level per set point (or, instead, a cubic in temperature), one offset per run;
+///   accelerometers also one free scale per set point and two constant off-axis terms.
+class BaseFit {
+ public:
+  enum class Temperature { levels, cubic };
+
+  BaseFit(const std::vector<PlannedBlock>& blocks, calib::Sensor sensor, Temperature temperature);
+
+  /// What is left of `values`, one per block.
+  [[nodiscard]] std::vector<double> residual(std::vector<double> values) const;
+
+ private:
+  void add_column(std::vector<double> column);
+
+  std::vector<std::vector<double>> columns_;  ///< orthonormal
+};
 
 /// A hidden effect of one unit whose size is known.
 struct SizedEffect {
