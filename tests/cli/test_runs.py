@@ -152,12 +152,20 @@ class Frame(SoakTest):
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertIn("Subcommands:", done.stdout)
 
+    def subcommands(self, *group):
+        """All commands below `group`, as the help lists them."""
+        found, listed = [], self.run_bare(*group, "--help").stdout.partition("Subcommands:\n")[2].partition("\n\n")[0]
+        for name in [line.split()[0] for line in listed.splitlines() if line.startswith("  ") and line[2] != " "]:
+            found += self.subcommands(*group, name) or [(*group, name)]
+        return found
+
     def test_every_command_has_an_example_of_its_own(self):
-        commands = [("import",), ("unit", "add"), ("unit", "list"), ("unit", "show")]
-        commands += [("reference", name) for name in ("add", "list", "show", "waive", "retire")]
-        commands += [("runs", name) for name in ("list", "show", "export", "void", "verify")]
+        commands = self.subcommands()
+        self.assertGreater(len(commands), 40)
         for command in commands:
-            self.assertIn("Example:\n  soak " + " ".join(command), self.run_bare(*command, "--help").stdout)
+            text = self.run_bare(*command, "--help").stdout
+            self.assertIn("Example:\n  soak " + " ".join(command), text)
+            self.assertIn("--data DIR", text)
 
     def test_data_folder_comes_from_the_environment(self):
         self.soak("unit", "add", "SN1")
