@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/runs/still_segment.h"
 
-#include "calib/segments/data_gate.h"
+#include "calib/estimate/unit_input.h"
 
 namespace soak::station {
 

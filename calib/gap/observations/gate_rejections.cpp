@@ -7,7 +7,7 @@
 #include <array>
 #include <utility>
 
-#include "calib/segments/data_gate.h"
+#include "calib/estimate/unit_input.h"
 
 namespace soak::calib::gap {
 namespace {
