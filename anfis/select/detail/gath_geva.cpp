@@ -171,22 +171,17 @@ Scales scales_of(const TrainingData& data) {
   return scales;
 }
 
-ScaledValues scaled_values(const TrainingData& data, const Scales& scales) {
-  const auto rows = static_cast<Eigen::Index>(data.rows());
-  ScaledValues values{Eigen::MatrixXd(rows, static_cast<Eigen::Index>(data.inputs)), Eigen::VectorXd(rows)};
-  for (Eigen::Index k = 0; k < rows; ++k) {
+ScaledRows scaled_rows(const TrainingData& data, const Scales& scales) {
+  const auto count = static_cast<Eigen::Index>(data.rows());
+  ScaledRows rows{Eigen::MatrixXd(count, static_cast<Eigen::Index>(data.inputs)), Eigen::VectorXd(count),
+                  mean_one_weights(data)};
+  for (Eigen::Index k = 0; k < count; ++k) {
     const auto row = data.row(static_cast<std::size_t>(k));
     for (std::size_t j = 0; j < data.inputs; ++j) {
-      values.x(k, static_cast<Eigen::Index>(j)) = scales.inputs[j].scaled(row[j]);
+      rows.x(k, static_cast<Eigen::Index>(j)) = scales.inputs[j].scaled(row[j]);
     }
-    values.y(k) = scales.output.scaled(data.y[static_cast<std::size_t>(k)]);
+    rows.y(k) = scales.output.scaled(data.y[static_cast<std::size_t>(k)]);
   }
-  return values;
-}
-
-ScaledRows scaled_rows(const TrainingData& data, const Scales& scales) {
-  ScaledValues values = scaled_values(data, scales);
-  ScaledRows rows{std::move(values.x), std::move(values.y), mean_one_weights(data)};
   if (data.group_variance > 0.0) remove_group_offsets(data, rows);
   return rows;
 }

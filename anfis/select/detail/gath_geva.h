@@ -18,13 +18,6 @@ struct Scales {
 };
 [[nodiscard]] Scales scales_of(const TrainingData& data);
 
-/// Inputs (rows x inputs) and outputs in scaled units.
-struct ScaledValues {
-  Eigen::MatrixXd x;
-  Eigen::VectorXd y;
-};
-[[nodiscard]] ScaledValues scaled_values(const TrainingData& data, const Scales& scales);
-
 /// Training data as clustering sees them.
 struct ScaledRows {
   Eigen::MatrixXd x;       ///< rows x inputs, scaled

@@ -262,9 +262,9 @@ std::optional<Fitted> fit_terms(const Points& points, const PairCounts& counts) 
     if (with_markov && !misfits(with_markov->solution)) return with_markov;
     if (!misfits(*plain)) return Fitted{table, std::move(*plain)};
   }
-  std::optional<Solution> robust = solve(points, counts, table, Outliers::weighed_down);
+  std::optional<Solution> robust = solve(points, counts, table, Outliers::down_weighted);
   if (!robust) return std::nullopt;
-  std::optional<Fitted> with_markov = fit_with_markov(points, counts, *robust, Outliers::weighed_down);
+  std::optional<Fitted> with_markov = fit_with_markov(points, counts, *robust, Outliers::down_weighted);
   return with_markov ? std::move(with_markov) : Fitted{table, std::move(*robust)};
 }
 

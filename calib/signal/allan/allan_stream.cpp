@@ -55,11 +55,28 @@ struct KindSums {
 class BlockWindow {
  public:
   /// Overlapping kinds; multiples up to kBlock.
-  BlockWindow(std::span<const AllanKind> kinds, std::span<const std::size_t> multiples);
+  BlockWindow(std::span<const AllanKind> kinds, std::span<const std::size_t> multiples)
+      : multiples_(multiples.begin(), multiples.end()), capacity_(kBlock + 3 * multiples_.back()) {
+    for (const AllanKind kind : kinds) sums_.push_back({kind, std::vector<SquareSum>(multiples_.size())});
+  }
 
-  void add(std::span<const double> points);
+  void add(std::span<const double> points) {
+    while (!points.empty()) {
+      const std::span<const double> fit = points.first(std::min(points.size(), capacity_ - window_.size()));
+      window_.insert(window_.end(), fit.begin(), fit.end());
+      points = points.subspan(fit.size());
+      if (window_.size() < capacity_) return;
+      for (KindSums& of : sums_) add_block(of.kind, window_, multiples_, of.sums);
+      window_.erase(window_.begin(), std::next(window_.begin(), kBlock));
+    }
+  }
+
   /// Adds up what is left; no difference reaches on to the points that follow.
-  void end_stretch();
+  void end_stretch() {
+    for (KindSums& of : sums_) add_blocks(of.kind, window_, multiples_, of.sums);
+    window_.clear();
+  }
+
   /// Of the blocks that are complete and the stretches that have ended, one entry per kind.
   [[nodiscard]] std::span<const KindSums> sums() const { return sums_; }
   [[nodiscard]] std::span<const std::size_t> multiples() const { return multiples_; }
@@ -71,38 +88,29 @@ class BlockWindow {
   std::vector<double> window_;
 };
 
-BlockWindow::BlockWindow(std::span<const AllanKind> kinds, std::span<const std::size_t> multiples)
-    : multiples_(multiples.begin(), multiples.end()), capacity_(kBlock + 3 * multiples_.back()) {
-  for (const AllanKind kind : kinds) sums_.push_back({kind, std::vector<SquareSum>(multiples_.size())});
-}
-
-void BlockWindow::add(std::span<const double> points) {
-  while (!points.empty()) {
-    const std::span<const double> fit = points.first(std::min(points.size(), capacity_ - window_.size()));
-    window_.insert(window_.end(), fit.begin(), fit.end());
-    points = points.subspan(fit.size());
-    if (window_.size() < capacity_) return;
-    for (KindSums& of : sums_) add_block(of.kind, window_, multiples_, of.sums);
-    window_.erase(window_.begin(), std::next(window_.begin(), kBlock));
-  }
-}
-
-void BlockWindow::end_stretch() {
-  for (KindSums& of : sums_) add_blocks(of.kind, window_, multiples_, of.sums);
-  window_.clear();
-}
-
 /// A stretch thinned by a power of two: every 2^j-th phase point for the Allan and Hadamard deviations, the means of
 /// 2^j phase points for the modified Allan deviation, whose windows consist of such means.
 class ThinnedLevel {
  public:
   /// Multiples in points of this level.
-  explicit ThinnedLevel(std::span<const std::size_t> multiples);
+  explicit ThinnedLevel(std::span<const std::size_t> multiples)
+      : phase_(kOfPhase, multiples), means_(kOfMeans, multiples) {}
 
   /// Takes the next phase points and means, and leaves in their place what goes on to the next level: every second
   /// point from the first of the stretch on, and the means of pairs.
-  void add(std::vector<double>& points, std::vector<double>& means);
-  void end_stretch();
+  void add(std::vector<double>& points, std::vector<double>& means) {
+    phase_.add(points);
+    means_.add(means);
+    keep_every_second(points, skip_);
+    keep_means_of_pairs(means, first_half_);
+  }
+
+  void end_stretch() {
+    phase_.end_stretch();
+    means_.end_stretch();
+    skip_ = false;
+    first_half_.reset();
+  }
 
   [[nodiscard]] const BlockWindow& phase() const { return phase_; }  ///< overlapping Allan, overlapping Hadamard
   [[nodiscard]] const BlockWindow& means() const { return means_; }  ///< modified Allan
@@ -113,23 +121,6 @@ class ThinnedLevel {
   bool skip_ = false;                 ///< the next phase point
   std::optional<double> first_half_;  ///< of a pair of means that is not complete
 };
-
-ThinnedLevel::ThinnedLevel(std::span<const std::size_t> multiples)
-    : phase_(kOfPhase, multiples), means_(kOfMeans, multiples) {}
-
-void ThinnedLevel::add(std::vector<double>& points, std::vector<double>& means) {
-  phase_.add(points);
-  means_.add(means);
-  keep_every_second(points, skip_);
-  keep_means_of_pairs(means, first_half_);
-}
-
-void ThinnedLevel::end_stretch() {
-  phase_.end_stretch();
-  means_.end_stretch();
-  skip_ = false;
-  first_half_.reset();
-}
 
 }  // namespace allan
 
@@ -185,7 +176,7 @@ struct AllanStream::Impl {
   Impl(double rate_hz, std::size_t bridge) : interval_s(1.0 / rate_hz), integrator(bridge) {}
 
   void begin_stretch() {
-    hand_on();
+    feed_levels();
     for (allan::ThinnedLevel& level : levels) level.end_stretch();
     stretches.push_back(0);
   }
@@ -193,10 +184,10 @@ struct AllanStream::Impl {
   void point(double x) {
     points.push_back(x);
     ++stretches.back();
-    if (points.size() == kBatch) hand_on();
+    if (points.size() == kBatch) feed_levels();
   }
 
-  void hand_on() {
+  void feed_levels() {
     means = points;
     for (allan::ThinnedLevel& level : levels) {
       if (points.empty() && means.empty()) break;
@@ -220,7 +211,7 @@ base::Status AllanStream::push(std::span<const double> rate) {
   if (auto status = check_none_infinite(rate, impl_->samples); !status) return status;
   impl_->samples += rate.size();
   for (const double value : rate) impl_->integrator.take(value, *impl_);
-  impl_->hand_on();
+  impl_->feed_levels();
   return {};
 }
 

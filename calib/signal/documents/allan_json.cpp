@@ -128,7 +128,7 @@ void check_record(json& document, const SignalRecord& record, const AllanRequest
   }
 }
 
-void take_from_white_noise(signal::AllanCoefficient& c, double factor) {
+void divide_coefficient(signal::AllanCoefficient& c, double factor) {
   c.value /= factor;
   c.low /= factor;
   c.high /= factor;
@@ -138,7 +138,7 @@ void take_from_white_noise(signal::AllanCoefficient& c, double factor) {
 /// leave that of slow noise as it is: the coefficient of the one is set right, what may be either stays open.
 void allow_for_bridges(signal::AllanFit& fit, double excess) {
   const double factor = std::sqrt(1.0 + excess);
-  take_from_white_noise(fit.angle_random_walk, factor);
+  divide_coefficient(fit.angle_random_walk, factor);
   fit.bias_instability.low /= factor;
   for (auto& [low, high] : fit.ci95) low /= factor;
 }

@@ -2,6 +2,7 @@
 #include "calib/signal/documents/signal_json.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>

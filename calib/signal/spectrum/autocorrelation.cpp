@@ -2,6 +2,7 @@
 #include "calib/signal/spectrum/autocorrelation.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>

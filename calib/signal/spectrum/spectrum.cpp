@@ -2,6 +2,7 @@
 #include "calib/signal/spectrum/spectrum.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>

@@ -2,6 +2,7 @@
 #include "calib/signal/wavelet/denoising.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -2,6 +2,7 @@
 #include "calib/signal/wavelet/streaming_denoiser.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -68,7 +69,8 @@ class SampleQueue {
 /// A wavelet's filters as the kernels take them.
 struct StreamingBanks {
   /// Precondition: that of banks_of().
-  explicit StreamingBanks(const Wavelet& wavelet);
+  explicit StreamingBanks(const Wavelet& wavelet)
+      : transform(wavelet::banks_of(wavelet)), smoothing(without_details(transform.synthesis)) {}
 
   wavelet::Banks transform;
   wavelet::Polyphase smoothing;  ///< transform.synthesis with all details taken as 0
@@ -86,9 +88,23 @@ class StreamingLevel {
  public:
   /// The next samples of the level's signal; the approximations that follow from them.
   [[nodiscard]] std::span<const double> split(std::span<const double> samples, const StreamingBanks& banks,
-                                              double threshold, Shrinkage shrinkage);
+                                              double threshold, Shrinkage shrinkage) {
+    waiting_.append(samples);
+    count_ += samples.size();
+    if (!mirrored_) {
+      if (count_ < banks.transform.length - 2) return {};
+      mirror_start(banks.transform.length);
+    }
+    return split_waiting(banks, threshold, shrinkage);
+  }
+
   /// The signal ends: the approximations that need what lies beyond, mirrored.
-  [[nodiscard]] std::span<const double> split_end(const StreamingBanks& banks, double threshold, Shrinkage shrinkage);
+  [[nodiscard]] std::span<const double> split_end(const StreamingBanks& banks, double threshold, Shrinkage shrinkage) {
+    if (count_ == 0) return {};
+    if (!mirrored_) mirror_start(banks.transform.length);
+    mirror_end(banks.transform.length);
+    return split_waiting(banks, threshold, shrinkage);
+  }
 
   /// Rebuilt approximations of this level, from the denoised details and from none.
   struct Rebuilt {
@@ -97,17 +113,72 @@ class StreamingLevel {
   };
   /// The next approximations; the samples of the level's signal that follow from them. An odd signal comes out with one
   /// sample too many at its end.
-  [[nodiscard]] Rebuilt rebuild(const Rebuilt& approximations, const StreamingBanks& banks);
+  [[nodiscard]] Rebuilt rebuild(const Rebuilt& approximations, const StreamingBanks& banks) {
+    signal_.append(approximations.signal);
+    trend_.append(approximations.trend);
+    const std::size_t known = std::min(signal_.size(), details_.size());
+    if (known < banks.transform.synthesis.taps) return {};
+    const std::size_t pairs = known - banks.transform.synthesis.taps + 1;
+    combine(pairs, banks.transform.synthesis, signal_, signal_out_);
+    combine(pairs, banks.smoothing, trend_, trend_out_);
+    signal_.drop(pairs);
+    trend_.drop(pairs);
+    details_.drop(pairs);
+    return {signal_out_, trend_out_};
+  }
 
   /// As new.
-  void clear();
+  void clear() {
+    mirrored_ = false;
+    count_ = 0;
+    for (SampleQueue* queue : {&waiting_, &details_, &signal_, &trend_}) queue->clear();
+  }
 
  private:
-  void mirror_start(std::size_t length);
-  void mirror_end(std::size_t length);
-  std::span<const double> split_waiting(const StreamingBanks& banks, double threshold, Shrinkage shrinkage);
+  /// Puts x(-(F - 2)) to x(-1) before the samples.
+  void mirror_start(std::size_t length) {
+    const auto before = static_cast<std::ptrdiff_t>(length - 2);
+    std::vector<double> extended;
+    for (std::ptrdiff_t i = -before; i < 0; ++i) extended.push_back(waiting_[mirrored_index(i, count_)]);
+    extended.insert(extended.end(), waiting_.data(), waiting_.data() + waiting_.size());
+    waiting_.clear();
+    waiting_.append(extended);
+    mirrored_ = true;
+  }
+
+  /// Puts x(n), x(n + 1).. after the samples: F - 2 of them, one more if n is odd. What waits reaches back as far.
+  void mirror_end(std::size_t length) {
+    const std::size_t after = length - 2 + count_ % 2;
+    std::vector<double> beyond;
+    for (std::size_t i = 0; i < after; ++i) beyond.push_back(waiting_[waiting_.size() - 1 - i]);
+    waiting_.append(beyond);
+  }
+
+  std::span<const double> split_waiting(const StreamingBanks& banks, double threshold, Shrinkage shrinkage) {
+    const std::size_t pairs = waiting_.size() / 2;
+    if (pairs < banks.transform.analysis.taps) return {};
+    const std::size_t count = pairs - banks.transform.analysis.taps + 1;
+    even_.resize(pairs);
+    odd_.resize(pairs);
+    approximation_.resize(count);
+    detail_.resize(count);
+    wavelet::deinterleave(pairs, waiting_.data(), even_.data(), odd_.data());
+    wavelet::filter_bank(count, banks.transform.analysis, even_.data(), odd_.data(), approximation_.data(),
+                         detail_.data());
+    waiting_.drop(2 * count);
+    shrink(detail_, threshold, shrinkage);
+    details_.append(detail_);
+    return approximation_;
+  }
+
   void combine(std::size_t pairs, const wavelet::Polyphase& bank, const SampleQueue& approximations,
-               std::vector<double>& samples);
+               std::vector<double>& samples) {
+    even_.resize(pairs);
+    odd_.resize(pairs);
+    samples.resize(2 * pairs);
+    wavelet::filter_bank(pairs, bank, approximations.data(), details_.data(), even_.data(), odd_.data());
+    wavelet::interleave(pairs, even_.data(), odd_.data(), samples.data());
+  }
 
   bool mirrored_ = false;  ///< `waiting_` begins with the mirrored start
   std::size_t count_ = 0;  ///< samples of the level's signal so far
@@ -122,93 +193,6 @@ class StreamingLevel {
   std::vector<double> signal_out_;
   std::vector<double> trend_out_;
 };
-
-StreamingBanks::StreamingBanks(const Wavelet& wavelet)
-    : transform(wavelet::banks_of(wavelet)), smoothing(without_details(transform.synthesis)) {}
-
-std::span<const double> StreamingLevel::split(std::span<const double> samples, const StreamingBanks& banks,
-                                              double threshold, Shrinkage shrinkage) {
-  waiting_.append(samples);
-  count_ += samples.size();
-  if (!mirrored_) {
-    if (count_ < banks.transform.length - 2) return {};
-    mirror_start(banks.transform.length);
-  }
-  return split_waiting(banks, threshold, shrinkage);
-}
-
-std::span<const double> StreamingLevel::split_end(const StreamingBanks& banks, double threshold, Shrinkage shrinkage) {
-  if (count_ == 0) return {};
-  if (!mirrored_) mirror_start(banks.transform.length);
-  mirror_end(banks.transform.length);
-  return split_waiting(banks, threshold, shrinkage);
-}
-
-/// Puts x(-(F - 2)) to x(-1) before the samples.
-void StreamingLevel::mirror_start(std::size_t length) {
-  const auto before = static_cast<std::ptrdiff_t>(length - 2);
-  std::vector<double> extended;
-  for (std::ptrdiff_t i = -before; i < 0; ++i) extended.push_back(waiting_[mirrored_index(i, count_)]);
-  extended.insert(extended.end(), waiting_.data(), waiting_.data() + waiting_.size());
-  waiting_.clear();
-  waiting_.append(extended);
-  mirrored_ = true;
-}
-
-/// Puts x(n), x(n + 1).. after the samples: F - 2 of them, one more if n is odd. What waits reaches back as far.
-void StreamingLevel::mirror_end(std::size_t length) {
-  const std::size_t after = length - 2 + count_ % 2;
-  std::vector<double> beyond;
-  for (std::size_t i = 0; i < after; ++i) beyond.push_back(waiting_[waiting_.size() - 1 - i]);
-  waiting_.append(beyond);
-}
-
-std::span<const double> StreamingLevel::split_waiting(const StreamingBanks& banks, double threshold,
-                                                      Shrinkage shrinkage) {
-  const std::size_t pairs = waiting_.size() / 2;
-  if (pairs < banks.transform.analysis.taps) return {};
-  const std::size_t count = pairs - banks.transform.analysis.taps + 1;
-  even_.resize(pairs);
-  odd_.resize(pairs);
-  approximation_.resize(count);
-  detail_.resize(count);
-  wavelet::deinterleave(pairs, waiting_.data(), even_.data(), odd_.data());
-  wavelet::filter_bank(count, banks.transform.analysis, even_.data(), odd_.data(), approximation_.data(),
-                       detail_.data());
-  waiting_.drop(2 * count);
-  shrink(detail_, threshold, shrinkage);
-  details_.append(detail_);
-  return approximation_;
-}
-
-StreamingLevel::Rebuilt StreamingLevel::rebuild(const Rebuilt& approximations, const StreamingBanks& banks) {
-  signal_.append(approximations.signal);
-  trend_.append(approximations.trend);
-  const std::size_t known = std::min(signal_.size(), details_.size());
-  if (known < banks.transform.synthesis.taps) return {};
-  const std::size_t pairs = known - banks.transform.synthesis.taps + 1;
-  combine(pairs, banks.transform.synthesis, signal_, signal_out_);
-  combine(pairs, banks.smoothing, trend_, trend_out_);
-  signal_.drop(pairs);
-  trend_.drop(pairs);
-  details_.drop(pairs);
-  return {signal_out_, trend_out_};
-}
-
-void StreamingLevel::combine(std::size_t pairs, const wavelet::Polyphase& bank, const SampleQueue& approximations,
-                             std::vector<double>& samples) {
-  even_.resize(pairs);
-  odd_.resize(pairs);
-  samples.resize(2 * pairs);
-  wavelet::filter_bank(pairs, bank, approximations.data(), details_.data(), even_.data(), odd_.data());
-  wavelet::interleave(pairs, even_.data(), odd_.data(), samples.data());
-}
-
-void StreamingLevel::clear() {
-  mirrored_ = false;
-  count_ = 0;
-  for (SampleQueue* queue : {&waiting_, &details_, &signal_, &trend_}) queue->clear();
-}
 
 }  // namespace denoising
 

@@ -176,7 +176,7 @@ std::optional<Solution> solve(const Points& points, const PairCounts& counts, co
   s.models = start ? std::vector<Model>{*start} : starting_models(points, counts, s.curves);
   if (s.models.empty()) return std::nullopt;
   for (int i = 0; i < kIterations; ++i) {
-    if (!improve(points, table, outliers == Outliers::weighed_down, s)) return std::nullopt;
+    if (!improve(points, table, outliers == Outliers::down_weighted, s)) return std::nullopt;
   }
   return s;
 }

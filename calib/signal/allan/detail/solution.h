@@ -38,7 +38,7 @@ struct Solution {
 /// How the iteration treats averaging times that lie far off the curve.
 enum class Outliers {
   kept,         ///< like all others
-  weighed_down  ///< additional variance in the size of their residual, and all variances inflated by chi^2 per degree
+  down_weighted  ///< additional variance in the size of their residual, and all variances inflated by chi^2 per degree
                 ///< of freedom
 };
 

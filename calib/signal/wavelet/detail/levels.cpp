@@ -2,6 +2,7 @@
 #include "calib/signal/wavelet/detail/levels.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
