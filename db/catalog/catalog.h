@@ -186,7 +186,7 @@ class Catalog {
   [[nodiscard]] base::Result<std::vector<std::string>> campaigns() const;
 
   /// Adds a campaign with its journal. Refuses (bad_input) a name whose campaign has runs or a journal, a second
-  /// campaign while one is open, and a state that is none.
+  /// campaign while one is open, and an unknown state.
   [[nodiscard]] base::Status begin_campaign(const CampaignRow& campaign);
   /// The journal of a campaign; nothing for one that has none.
   [[nodiscard]] base::Result<std::optional<CampaignRow>> campaign(std::string_view name) const;
@@ -194,11 +194,11 @@ class Catalog {
   [[nodiscard]] base::Result<std::optional<CampaignRow>> open_campaign() const;
   /// The campaign with a journal that was begun last, whatever its state.
   [[nodiscard]] base::Result<std::optional<CampaignRow>> last_campaign() const;
-  /// Changes the state and logs it. Refuses (bad_input) a campaign without journal, a state that is none, and a second
+  /// Changes the state and logs it. Refuses (bad_input) a campaign without journal, an unknown state, and a second
   /// open campaign.
   [[nodiscard]] base::Status set_campaign_state(std::string_view name, std::string_view state, std::string_view reason);
   /// Enters a step. After success it survives a killed process and a loss of power. Refuses (bad_input) a campaign
-  /// without journal and an attempt of a step that stands there already.
+  /// without journal and an attempt of a step that is entered already.
   [[nodiscard]] base::Status complete_step(const StepRow& step);
   /// The steps of a campaign in the order in which they were entered; none for an unknown campaign.
   [[nodiscard]] base::Result<std::vector<StepRow>> completed_steps(std::string_view campaign) const;
@@ -226,7 +226,7 @@ class Catalog {
                                                             std::optional<std::int32_t> version = {}) const;
   /// Enters a certificate into the register and returns its record id; the row's own id is not read. Refuses
   /// (bad_input) an empty text, numbers that are not finite or negative, a due date that is not after the issue, and an
-  /// entry that stands there already, word for word, neither withdrawn nor retired.
+  /// entry that is there already, word for word, neither withdrawn nor retired.
   [[nodiscard]] base::Result<std::string> add_reference(const ReferenceRow& row);
   /// All entries in the order in which they were made, superseded and retired ones too.
   [[nodiscard]] base::Result<std::vector<ReferenceRow>> references() const;

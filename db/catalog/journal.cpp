@@ -18,7 +18,7 @@ bool is_open(std::string_view state) { return state == "running" || state == "pa
 
 base::Status check_state(std::string_view state, const std::string& where) {
   if (std::find(kStates.begin(), kStates.end(), state) != kStates.end()) return {};
-  return base::bad_input("'" + std::string(state) + "' is no state of a campaign", where);
+  return base::bad_input("'" + std::string(state) + "' is not a state of a campaign", where);
 }
 
 CampaignRow campaign_from(sqlite::Fields& fields) {

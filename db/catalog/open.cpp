@@ -13,7 +13,7 @@
 #include <thread>
 #include <utility>
 
-#include "base/uuid.h"
+#include "base/text.h"
 #include "db/catalog/detail/impl.h"
 #include "db/detail/schema.h"
 

@@ -76,7 +76,7 @@ base::Status refuse_same(const sqlite::Connection& connection, const calib::Refe
                       reference.standard_uncertainty, reference.issued_utc_s, reference.due_utc_s);
   if (!same) return {};
   return base::bad_input("certificate '" + reference.certificate + "' of '" + reference.name +
-                             "' stands in the register with the same numbers already",
+                             "' is already in the register with the same numbers",
                          connection.path().string());
 }
 

@@ -66,7 +66,7 @@ base::Status check_run(const sqlite::Connection& connection, const RunRow& run) 
   }
   if (!is_purpose(run.purpose)) {
     return base::bad_input(
-        "'" + run.purpose + "' is no purpose of a run; known are calibration, verification and diagnosis", where);
+        "'" + run.purpose + "' is not a purpose of a run; known are calibration, verification and diagnosis", where);
   }
   if (const auto epoch = catalog::epoch_of(connection, run.unit); !epoch) return base::forward_error(epoch);
   SQLite::Database& database = connection.database();
@@ -97,7 +97,7 @@ base::Status check_segments(const RunRow& run, const std::vector<calib::Segment>
       return base::bad_input("the segment of " + name + " belongs to another run or unit", where);
     }
     if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
-      return base::bad_input("the segment of " + name + " stands twice; a repetition is a new attempt", where);
+      return base::bad_input("the segment of " + name + " is duplicated; a repetition is a new attempt", where);
     }
     seen.push_back(key);
   }

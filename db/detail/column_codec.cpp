@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/crc32c.h"
+#include "base/hash.h"
 #include "db/detail/transform.h"
 
 namespace soak::db::codec {

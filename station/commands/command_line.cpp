@@ -13,7 +13,6 @@
 #include <type_traits>
 
 #include "base/text.h"
-#include "base/utf8.h"
 #include "station/commands/command.h"
 #include "station/io/host.h"
 

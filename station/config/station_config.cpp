@@ -11,7 +11,6 @@
 #include <set>
 #include <utility>
 
-#include "base/hex.h"
 #include "base/text.h"
 #include "base/units.h"
 #include "settings/reader.h"

@@ -9,8 +9,8 @@
 #include <set>
 #include <utility>
 
+#include "base/text.h"
 #include "base/units.h"
-#include "base/utf8.h"
 #include "calib/vocabulary/sensor.h"
 #include "station/import/channel.h"
 #include "station/import/detail/csv_columns.h"

@@ -7,7 +7,6 @@
 #include <chrono>
 
 #include "base/text.h"
-#include "base/utf8.h"
 
 namespace soak::station {
 namespace {

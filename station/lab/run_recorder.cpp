@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "calib/vocabulary/position.h"
-#include "db/catalog/orphans.h"
+#include "db/catalog/catalog.h"
 #include "db/run/run_file.h"
 #include "station/import/slow_channel.h"
 #include "station/runs/run_streams.h"

@@ -9,7 +9,7 @@
 #include <tuple>
 #include <utility>
 #include "base/hash.h"
-#include "base/hex.h"
+#include "base/text.h"
 #include "calib/judge/waiver_text.h"
 
 namespace soak::station {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "base/text.h"
 #include "base/units.h"
-#include "base/uuid.h"
 #include "tests/db/sample_catalog.h"
 
 namespace soak::db {

@@ -124,7 +124,7 @@ TEST(HiddenLab, FeelsForceInTheAxesOfTheUnit) {
 TEST(HiddenLab, LeavesALaboratoryWithoutEffectsAsItWas) {
   CampaignConfig config = test::shipped_config();
   config.seed = 5;
-  Lab lab(config);
+  SimulatedLab lab(config);
   base::Sha256 hash;
   const auto run_until = [&](double time_s) {
     const Tick end = ticks_of(time_s);

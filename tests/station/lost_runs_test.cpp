@@ -7,7 +7,7 @@
 #include <csignal>
 #include <filesystem>
 
-#include "db/catalog/orphans.h"
+#include "db/catalog/catalog.h"
 #include "station/lab/campaign_log.h"
 #include "station/lab/run_recorder.h"
 #include "tests/station/run_recorder_bench.h"

@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "db/catalog/orphans.h"
+#include "db/catalog/catalog.h"
 #include "station/fit/fit_unit.h"
 #include "station/io/host.h"
 #include "station/lab/run_recorder.h"

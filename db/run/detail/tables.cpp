@@ -167,8 +167,7 @@ base::Status check_stream(const StreamInfo& info) {
   std::set<std::string> names;
   for (const ChannelInfo& channel : info.channels) {
     const std::string where = "channel " + title_of(info, channel);
-    if (!names.insert(channel.name).second)
-      return base::bad_input("a channel's name stands twice in its stream", where);
+    if (!names.insert(channel.name).second) return base::bad_input("a channel name is duplicated in its stream", where);
     if (!std::isfinite(channel.scale) || !std::isfinite(channel.offset)) {
       return base::bad_input("scale and offset must be finite", where);
     }

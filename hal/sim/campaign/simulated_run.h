@@ -25,7 +25,7 @@ class RunTemperature {
   [[nodiscard]] double chamber_c(std::size_t visit, double t_s) const;
 
  private:
-  struct Course {
+  struct VisitTemperature {
     Visit visit;
     double from_c = 0.0;          ///< the unit when the set point changed
     double settled_c = 0.0;       ///< where the unit's approach ends
@@ -35,7 +35,7 @@ class RunTemperature {
 
   ThermometerMagnitudes thermometer_;
   ChamberMagnitudes chamber_;
-  std::vector<Course> courses_;
+  std::vector<VisitTemperature> visits_;
 };
 
 /// Noise of one sensor through one run: white noise plus first-order Gauss-Markov processes of equal variance. The mean

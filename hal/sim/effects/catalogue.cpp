@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "hal/sim/effects/detail/mechanisms.h"
+#include "hal/sim/effects/detail/effect_makers.h"
 
 namespace soak::hal::sim {
 namespace {

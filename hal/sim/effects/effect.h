@@ -18,8 +18,8 @@
 
 namespace soak::hal::sim {
 
-/// One hidden mechanism of one unit. It is told the conditions moment by moment and keeps what it remembers of them;
-/// then it says what it does to the sensors at that moment. A mechanism overrides only what it acts by.
+/// One hidden effect of one unit. It is told the conditions moment by moment and keeps what it remembers of them;
+/// then it says what it does to the sensors at that moment. An effect overrides only what it acts by.
 class Effect {
  public:
   virtual ~Effect() = default;
@@ -37,24 +37,24 @@ class Effect {
   [[nodiscard]] virtual double output(calib::Sensor, double value) const { return value; }
 };
 
-/// What a mechanism is made from.
+/// What an effect is made from.
 struct EffectOrder {
   /// SI per unit of response; of a sensor that is not hit 0. Read by those that act on output words.
   std::array<double, calib::kSensorCount> gain{};
-  /// In the unit of the mechanism: read by those that are not proportional to an amplitude.
+  /// In the unit of the effect: read by those that are not proportional to an amplitude.
   double amplitude = 0.0;
   std::uint64_t seed = 0;            ///< of everything that happens by chance while time passes
   std::optional<EarthFrame> earth;   ///< where the lab lies, if the configuration says so
   std::vector<double> set_points_c;  ///< of the campaign, or the ends of the range of temperature
 };
 
-/// One number that gives a mechanism its shape, as it was drawn; the name carries the unit.
+/// One number that gives an effect its shape, as it was drawn; the name carries the unit.
 struct ShapeParameter {
   std::string name;
   double value = 0.0;
 };
 
-/// Draws the shape of a mechanism and remembers it for the truth.
+/// Draws the shape of an effect and remembers it for the truth.
 class ShapeDraws {
  public:
   explicit ShapeDraws(base::Random random) : random_(random) {}
@@ -83,7 +83,7 @@ class ShapeDraws {
   std::vector<ShapeParameter> parameters_;
 };
 
-/// Makes a mechanism; draws its shape from `shape`.
+/// Makes an effect; draws its shape from `shape`.
 using EffectMaker = std::unique_ptr<Effect> (*)(const EffectOrder& order, ShapeDraws& shape);
 
 }  // namespace soak::hal::sim

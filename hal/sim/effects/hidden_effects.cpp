@@ -79,7 +79,7 @@ DrawnEffect draw_effect(const HiddenSpec& spec, int number, double mps2_per_dps)
   const bool weighted = drawn.entry->weighted && spec.magnitude.has_value();
   const std::vector<double> weights =
       weighted ? drawn_weights(drawn.sensors.size(), random) : std::vector<double>(drawn.sensors.size(), 1.0);
-  // Of one kind of sensor, or of a mechanism whose amplitude is in the unit of no sensor, no kind needs another weight.
+  // Of one kind of sensor, or of an effect whose amplitude is in the unit of no sensor, no kind needs another weight.
   const bool both_kinds = calib::is_gyro(drawn.sensors.front()) && drawn.entry->unit.starts_with('*');
   for (std::size_t i = 0; i < drawn.sensors.size(); ++i) {
     const Sensor sensor = drawn.sensors[i];

@@ -42,7 +42,7 @@ struct EffectSurroundings {
   double amplitude_spread = 0.0;  ///< relative standard deviation of the strength from mounting to mounting
 };
 
-/// A hidden effect at work: a mechanism, its size, and its strength in the present mounting.
+/// A hidden effect at work: an effect, its size, and its strength in the present mounting.
 class ActiveEffect {
  public:
   ActiveEffect(const DrawnEffect& drawn, double amplitude, const EffectSurroundings& surroundings);

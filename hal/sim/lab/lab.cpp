@@ -29,7 +29,7 @@ SimulatedRelay::SimulatedRelay(std::function<void(int, bool)> switched) : switch
   registers_.add_number(kRelayIdentification, 1, [] { return kRelayIdentity; });
 }
 
-Lab::Lab(const CampaignConfig& config, const LabKinds& kinds)
+SimulatedLab::SimulatedLab(const CampaignConfig& config, const LabKinds& kinds)
     : chamber_(config.lab, config.seed),
       fixture_(make_fixture(kinds.fixture, config)),
       relay_([this](int output, bool on) {
@@ -45,13 +45,13 @@ UnitKind LabKinds::unit(int number) const {
   return units[std::min(static_cast<std::size_t>(number), units.size()) - 1];
 }
 
-Tick Lab::next_due() const {
+Tick SimulatedLab::next_due() const {
   Tick next = (now_ / kTicksPerStep + 1) * kTicksPerStep;
   for (const auto& device : devices_) next = std::min(next, device->next_due());
   return next;
 }
 
-void Lab::advance_to(Tick next) {
+void SimulatedLab::advance_to(Tick next) {
   now_ = next;
   fixture_->advance_to(now_);
   const Attitude attitude = fixture_->attitude();

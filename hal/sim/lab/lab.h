@@ -45,10 +45,10 @@ struct LabKinds {
 
 /// The whole laboratory in its own time: a chamber with a fixture in it, units on the fixture, a relay card that feeds
 /// them. What happens depends on the configuration and on what is written at which tick, and on nothing else.
-class Lab {
+class SimulatedLab {
  public:
   /// `config.units` units: relay output n feeds unit n.
-  explicit Lab(const CampaignConfig& config, const LabKinds& kinds = {});
+  explicit SimulatedLab(const CampaignConfig& config, const LabKinds& kinds = {});
 
   [[nodiscard]] Tick now() const { return now_; }
   /// Next tick at which anything happens.

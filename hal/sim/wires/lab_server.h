@@ -63,7 +63,7 @@ class LabServer {
   [[nodiscard]] bool batch_is_full() const;
   [[nodiscard]] std::int64_t idle_ns() const;
 
-  Lab lab_;
+  SimulatedLab lab_;
   LabClock clock_;
   std::unique_ptr<ModbusServer> chamber_;
   std::unique_ptr<ModbusServer> fixture_;

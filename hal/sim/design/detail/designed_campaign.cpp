@@ -84,11 +84,11 @@ SimulatedUnit draw_designed_unit(const CampaignConfig& config, int number) {
   return unit;
 }
 
-base::Result<DesignedUnit> simulate_designed_unit(const CampaignConfig& config, const CampaignCourse& course,
+base::Result<DesignedUnit> simulate_designed_unit(const CampaignConfig& config, const CampaignTimeline& timeline,
                                                   int number) {
   DesignedUnit designed;
   designed.unit = draw_designed_unit(config, number);
-  const EffectSizer sizer(config, course, designed.unit);
+  const EffectSizer sizer(config, timeline, designed.unit);
   designed.blocks = sizer.blocks();
   HiddenEffects effects;
   for (const HiddenSpec& spec : config.hidden) {
@@ -103,10 +103,10 @@ base::Result<DesignedUnit> simulate_designed_unit(const CampaignConfig& config, 
     designed.candidates.push_back(*std::move(effect));
   }
   const DesignReadout readout(config, designed.unit);
-  for (std::size_t i = 0; i < course.moments.size(); ++i) {
-    const Moment& moment = course.moments[i];
+  for (std::size_t i = 0; i < timeline.moments.size(); ++i) {
+    const Moment& moment = timeline.moments[i];
     effects.advance_to(moment.conditions);
-    if (!is_written(course, *config.design, moment)) continue;
+    if (!is_written(timeline, *config.design, moment)) continue;
     designed.rows.push_back(read_out(config, designed.unit, readout, effects, moment, i));
   }
   return designed;

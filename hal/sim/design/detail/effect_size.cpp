@@ -59,7 +59,7 @@ std::vector<double> run_means(const std::vector<PlannedBlock>& blocks, const std
 }
 
 /// Where a magnitude that rises with the amplitude is met: in proportion to the last trial until there is one on either
-/// side, then on the straight line between the logarithms. All mechanisms but the lag are proportional: the second
+/// side, then on the straight line between the logarithms. All effects but the lag are proportional: the second
 /// trial ends their search.
 class AmplitudeSearch {
  public:
@@ -108,11 +108,11 @@ std::vector<double> column_of(const std::vector<PlannedBlock>& blocks, Value val
 
 }  // namespace
 
-std::vector<PlannedBlock> planned_blocks(const CampaignCourse& course) {
+std::vector<PlannedBlock> planned_blocks(const CampaignTimeline& timeline) {
   std::vector<PlannedBlock> blocks;
   std::size_t rows = 0;
-  for (std::size_t i = 0; i < course.moments.size(); ++i) {
-    const Moment& moment = course.moments[i];
+  for (std::size_t i = 0; i < timeline.moments.size(); ++i) {
+    const Moment& moment = timeline.moments[i];
     if (moment.block < 0) continue;
     const Conditions& now = moment.conditions;
     if (rows++ % kRowsPerBlock == 0) blocks.push_back({i, now.run, moment.set_point, 0.0, now.up});
@@ -168,17 +168,17 @@ EffectSurroundings design_surroundings(const CampaignConfig& config) {
   return {config.earth, design_set_points_c(*config.design), config.design->amplitude_spread};
 }
 
-EffectSizer::EffectSizer(const CampaignConfig& config, const CampaignCourse& course, const SimulatedUnit& unit)
+EffectSizer::EffectSizer(const CampaignConfig& config, const CampaignTimeline& timeline, const SimulatedUnit& unit)
     : config_(config),
       design_(*config.design),
-      course_(course),
+      timeline_(timeline),
       unit_(unit),
       surroundings_(design_surroundings(config)),
-      blocks_(planned_blocks(course)) {
+      blocks_(planned_blocks(timeline)) {
   for (const Sensor sensor : calib::kSensors) {
     levels_.emplace_back(blocks_, sensor, BaseFit::Temperature::levels);
     cubics_.emplace_back(blocks_, sensor, BaseFit::Temperature::cubic);
-    for (const Moment& moment : course_.moments) {
+    for (const Moment& moment : timeline_.moments) {
       if (moment.block < 0) continue;
       readings_[calib::index_of(sensor)].push_back(reading(sensor, moment, moment.conditions.thermometer_c));
     }
@@ -195,7 +195,7 @@ BlockValues EffectSizer::contributions(const DrawnEffect& drawn, double amplitud
   BlockValues values;
   for (const Sensor sensor : drawn.sensors) values[calib::index_of(sensor)].assign(blocks_.size(), 0.0);
   std::size_t row = 0;
-  for (const Moment& moment : course_.moments) {
+  for (const Moment& moment : timeline_.moments) {
     effects.advance_to(moment.conditions);
     if (moment.block < 0) continue;
     const double element_c = effects.element_c();
@@ -215,7 +215,7 @@ BlockValues EffectSizer::log_variances(const DrawnEffect& drawn, double amplitud
   effects.add(drawn, amplitude, surroundings_);
   BlockValues values;
   std::size_t row = 0;
-  for (const Moment& moment : course_.moments) {
+  for (const Moment& moment : timeline_.moments) {
     effects.advance_to(moment.conditions);
     if (moment.block < 0 || row++ % kRowsPerBlock != 0) continue;
     for (const Sensor sensor : drawn.sensors) {
@@ -230,7 +230,7 @@ double EffectSizer::sum_of_squares(const DrawnEffect& drawn, Sensor sensor, cons
   const auto blocks = static_cast<double>(blocks_.size());
   switch (drawn.entry->measure) {
     case Measure::runs: {
-      const std::vector<double> means = run_means(blocks_, values, course_.runs.size());
+      const std::vector<double> means = run_means(blocks_, values, timeline_.runs.size());
       const double squares = squares_of(means, mean_of(means)) / static_cast<double>(means.size());
       return blocks * squares / (noise.run_sigma * noise.run_sigma);
     }

@@ -7,7 +7,7 @@
 
 #include "base/result.h"
 #include "calib/vocabulary/sensor.h"
-#include "hal/sim/design/detail/campaign_course.h"
+#include "hal/sim/design/detail/campaign_timeline.h"
 #include "hal/sim/effects/hidden_effects.h"
 #include "hal/sim/unit/simulated_unit.h"
 
@@ -16,14 +16,14 @@ namespace soak::hal::sim {
 /// One block of a minute in one position of one visit.
 struct PlannedBlock {
   std::size_t first_moment = 0;  ///< of kRowsPerBlock that follow each other
-  int run = 0;                   ///< index into CampaignCourse::runs
+  int run = 0;                   ///< index into CampaignTimeline::runs
   int set_point = 0;
   double temp_c = 0.0;  ///< mean of the thermometer, without noise
   calib::Vector3 up{};
 };
 
 /// All blocks of the plan, also those of a visit that is dropped, in order of time.
-[[nodiscard]] std::vector<PlannedBlock> planned_blocks(const CampaignCourse& course);
+[[nodiscard]] std::vector<PlannedBlock> planned_blocks(const CampaignTimeline& timeline);
 
 /// One number per block, for each sensor; empty = nothing happens to the sensor.
 using BlockValues = std::array<std::vector<double>, calib::kSensorCount>;
@@ -73,7 +73,7 @@ struct SizedEffect {
 class EffectSizer {
  public:
   /// All must outlive the object.
-  EffectSizer(const CampaignConfig& config, const CampaignCourse& course, const SimulatedUnit& unit);
+  EffectSizer(const CampaignConfig& config, const CampaignTimeline& timeline, const SimulatedUnit& unit);
 
   /// The effect that `spec` hides in unit `number`. Errors (bad_input): a magnitude that no amplitude reaches.
   [[nodiscard]] base::Result<SizedEffect> sized(const HiddenSpec& spec, int number) const;
@@ -94,7 +94,7 @@ class EffectSizer {
 
   const CampaignConfig& config_;
   const DesignConfig& design_;
-  const CampaignCourse& course_;
+  const CampaignTimeline& timeline_;
   const SimulatedUnit& unit_;
   EffectSurroundings surroundings_;
   std::vector<PlannedBlock> blocks_;

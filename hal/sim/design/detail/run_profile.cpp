@@ -6,7 +6,7 @@
 
 #include "base/random.h"
 #include "hal/sim/campaign/run_plan.h"
-#include "hal/sim/design/detail/campaign_course.h"
+#include "hal/sim/design/detail/campaign_timeline.h"
 #include "hal/sim/unit/draws.h"
 
 namespace soak::hal::sim {

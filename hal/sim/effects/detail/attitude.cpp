@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mechanisms that follow the way a unit is held. catalogue.cpp says what each one is.
+// Effects that follow the way a unit is held. catalogue.cpp says what each one is.
 #include "hal/sim/unit/attitude.h"
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 #include "base/random.h"
 #include "base/units.h"
-#include "hal/sim/effects/detail/mechanisms.h"
+#include "hal/sim/effects/detail/effect_makers.h"
 #include "hal/sim/unit/draws.h"
 
 namespace soak::hal::sim {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mechanisms of electronics and output words, and those that only time decides. catalogue.cpp says what each one is.
+// Effects of electronics and output words, and those that only time decides. catalogue.cpp says what each one is.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "base/random.h"
-#include "hal/sim/effects/detail/mechanisms.h"
+#include "hal/sim/effects/detail/effect_makers.h"
 #include "hal/sim/unit/draws.h"
 
 namespace soak::hal::sim {

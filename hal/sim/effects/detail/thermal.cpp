@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mechanisms that follow a temperature. catalogue.cpp says what each one is.
+// Effects that follow a temperature. catalogue.cpp says what each one is.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 
-#include "hal/sim/effects/detail/mechanisms.h"
+#include "hal/sim/effects/detail/effect_makers.h"
 
 namespace soak::hal::sim {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/design/detail/campaign_course.h"
+#include "hal/sim/design/detail/campaign_timeline.h"
 
 #include <algorithm>
 #include <cmath>
@@ -107,12 +107,12 @@ constexpr double kPowerOnWait_s = 60.0;
 constexpr double kPowerOff_s = 30.0;
 
 /// Lets time pass and keeps what happens.
-class CourseBuilder {
+class TimelineBuilder {
  public:
-  CourseBuilder(const CampaignConfig& config, CampaignCourse& course)
+  TimelineBuilder(const CampaignConfig& config, CampaignTimeline& timeline)
       : config_(config),
         design_(*config.design),
-        course_(course),
+        timeline_(timeline),
         random_(config.seed, stream_of(Purpose::design_visit)),
         chamber_(config.lab.plant.room_c, base::Random(config.seed, stream_of(Purpose::compressor))),
         supply_(config.seed) {
@@ -121,7 +121,7 @@ class CourseBuilder {
 
   void add_pass(int pass) {
     pass_ = pass;
-    const RunProfile& profile = course_.passes[static_cast<std::size_t>(pass)];
+    const RunProfile& profile = timeline_.passes[static_cast<std::size_t>(pass)];
     place_ = resting(profile.positions[0], earth_);
     prepare(profile);
     switch_on();
@@ -142,8 +142,8 @@ class CourseBuilder {
   void switch_on() {
     powered_ = true;
     power_on_s_ = time_s_;
-    const int run = static_cast<int>(course_.runs.size()) + 1;
-    course_.runs.push_back({run_label(run), pass_, kFirstUtc_s + time_s_});
+    const int run = static_cast<int>(timeline_.runs.size()) + 1;
+    timeline_.runs.push_back({run_label(run), pass_, kFirstUtc_s + time_s_});
     add_moment(false);
   }
 
@@ -216,7 +216,7 @@ class CourseBuilder {
     now.utc_s = kFirstUtc_s + time_s_;
     now.powered = powered_;
     now.since_power_on_s = powered_ ? time_s_ - power_on_s_ : 0.0;
-    now.run = static_cast<int>(course_.runs.size()) - (powered_ ? 1 : 0);
+    now.run = static_cast<int>(timeline_.runs.size()) - (powered_ ? 1 : 0);
     now.mounting = pass_;
     now.thermometer_c = now.element_c = chamber_.unit_c();
     now.air_c = chamber_.air_c();
@@ -231,7 +231,7 @@ class CourseBuilder {
     moment.set_point = set_point_;
     moment.position = position_;
     moment.block = block_;
-    course_.moments.push_back(moment);
+    timeline_.moments.push_back(moment);
   }
 
   [[nodiscard]] double target_c(int set_point) {
@@ -240,7 +240,7 @@ class CourseBuilder {
 
   const CampaignConfig& config_;
   const DesignConfig& design_;
-  CampaignCourse& course_;
+  CampaignTimeline& timeline_;
   base::Random random_;
   DesignChamber chamber_;
   SupplyVoltage supply_;
@@ -264,13 +264,13 @@ bool is_visit(const Moment& moment, const PlannedVisit& visit) {
 
 }  // namespace
 
-CampaignCourse campaign_course(const CampaignConfig& config) {
-  CampaignCourse course;
-  course.passes = run_profiles(*config.design, config.seed);
-  course.mistakes = drawn_mistakes(*config.design, config.seed);
-  CourseBuilder builder(config, course);
+CampaignTimeline campaign_timeline(const CampaignConfig& config) {
+  CampaignTimeline timeline;
+  timeline.passes = run_profiles(*config.design, config.seed);
+  timeline.mistakes = drawn_mistakes(*config.design, config.seed);
+  TimelineBuilder builder(config, timeline);
   for (int pass = 0; pass < config.design->runs; ++pass) builder.add_pass(pass);
-  return course;
+  return timeline;
 }
 
 std::vector<double> design_set_points_c(const DesignConfig& design) {
@@ -279,16 +279,16 @@ std::vector<double> design_set_points_c(const DesignConfig& design) {
   return points_c;
 }
 
-bool is_written(const CampaignCourse& course, const DesignConfig& design, const Moment& moment) {
-  if (!moment.recorded || is_visit(moment, course.mistakes.dropped)) return false;
+bool is_written(const CampaignTimeline& timeline, const DesignConfig& design, const Moment& moment) {
+  if (!moment.recorded || is_visit(moment, timeline.mistakes.dropped)) return false;
   return design.kind != DesignKind::missing_logs || moment.phase == calib::Phase::soak;
 }
 
-std::string position_label(const CampaignCourse& course, const Moment& moment) {
+std::string position_label(const CampaignTimeline& timeline, const Moment& moment) {
   if (moment.position < 0) return {};
-  const RunProfile& pass = course.passes[static_cast<std::size_t>(moment.conditions.mounting)];
+  const RunProfile& pass = timeline.passes[static_cast<std::size_t>(moment.conditions.mounting)];
   std::string label = pass.positions[static_cast<std::size_t>(moment.position)].label;
-  const PlannedVisit& wrong = course.mistakes.wrongly_labelled;
+  const PlannedVisit& wrong = timeline.mistakes.wrongly_labelled;
   if (is_visit(moment, wrong) && moment.position == wrong.position) label[0] = label[0] == '+' ? '-' : '+';
   return label;
 }

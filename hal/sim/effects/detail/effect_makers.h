@@ -9,34 +9,34 @@
 
 namespace soak::hal::sim {
 
-using MechanismMaker = std::unique_ptr<Effect>(const EffectOrder& order, ShapeDraws& shape);
+using EffectFunction = std::unique_ptr<Effect>(const EffectOrder& order, ShapeDraws& shape);
 
 // thermal.cpp
-MechanismMaker make_thermal_hysteresis;
-MechanismMaker make_temperature_rate;
-MechanismMaker make_gradient_rate;
-MechanismMaker make_sensor_lag;
-MechanismMaker make_narrow_bump;
-MechanismMaker make_moisture;
+EffectFunction make_thermal_hysteresis;
+EffectFunction make_temperature_rate;
+EffectFunction make_gradient_rate;
+EffectFunction make_sensor_lag;
+EffectFunction make_narrow_bump;
+EffectFunction make_moisture;
 // attitude.cpp
-MechanismMaker make_g_sensitivity;
-MechanismMaker make_earth_rate;
-MechanismMaker make_cross_axis;
-MechanismMaker make_fixture_tilt;
-MechanismMaker make_scale_nonlinearity;
-MechanismMaker make_reposition_creep;
-MechanismMaker make_position_memory;
+EffectFunction make_g_sensitivity;
+EffectFunction make_earth_rate;
+EffectFunction make_cross_axis;
+EffectFunction make_fixture_tilt;
+EffectFunction make_scale_nonlinearity;
+EffectFunction make_reposition_creep;
+EffectFunction make_position_memory;
 // electrical.cpp
-MechanismMaker make_warmup_transient;
-MechanismMaker make_supply_sensitivity;
-MechanismMaker make_vibration_rectification;
-MechanismMaker make_aging_drift;
-MechanismMaker make_daily_wave;
-MechanismMaker make_telegraph_noise;
-MechanismMaker make_bias_step;
-MechanismMaker make_noise_vs_temperature;
-MechanismMaker make_quantization;
-MechanismMaker make_saturation;
+EffectFunction make_warmup_transient;
+EffectFunction make_supply_sensitivity;
+EffectFunction make_vibration_rectification;
+EffectFunction make_aging_drift;
+EffectFunction make_daily_wave;
+EffectFunction make_telegraph_noise;
+EffectFunction make_bias_step;
+EffectFunction make_noise_vs_temperature;
+EffectFunction make_quantization;
+EffectFunction make_saturation;
 
 /// Time from one moment to the next.
 class Stopwatch {
@@ -51,7 +51,7 @@ class Stopwatch {
   std::optional<double> last_s_;
 };
 
-/// A mechanism whose response is the same for all sensors: `response_at` is asked once for each moment, in order of
+/// An effect whose response is the same for all sensors: `response_at` is asked once for each moment, in order of
 /// time, so that it may keep what it remembers in its captures.
 template <class ResponseAt>
 [[nodiscard]] std::unique_ptr<Effect> shared_response(ResponseAt response_at) {
@@ -70,7 +70,7 @@ template <class ResponseAt>
 
 enum class SensorKind { gyros, accels };
 
-/// A mechanism that hits one kind of sensor: `response_at` gives the responses of its three axes as a vector.
+/// An effect that hits one kind of sensor: `response_at` gives the responses of its three axes as a vector.
 template <class ResponseAt>
 [[nodiscard]] std::unique_ptr<Effect> axis_response(SensorKind kind, ResponseAt response_at) {
   class AxisResponse final : public Effect {

@@ -59,7 +59,7 @@ struct Moment {
 };
 
 /// A power-on.
-struct CourseRun {
+struct TimelineRun {
   std::string label;  ///< "R01"...
   int pass = 0;
   double utc_s = 0.0;
@@ -68,10 +68,10 @@ struct CourseRun {
 /// All that happens in a designed campaign to every unit alike: temperatures, positions, power, compressor, supply.
 /// Before each pass the chamber goes from room temperature to the first set point while the units are off. The first
 /// visit begins a minute after power-on; rows lie 10 s apart, with one moving row between positions.
-struct CampaignCourse {
+struct CampaignTimeline {
   std::vector<RunProfile> passes;
   Mistakes mistakes;
-  std::vector<CourseRun> runs;
+  std::vector<TimelineRun> runs;
   std::vector<Moment> moments;  ///< in order of time
 };
 
@@ -79,15 +79,15 @@ inline constexpr double kDesignRowInterval_s = 10.0;
 inline constexpr int kRowsPerBlock = 6;
 
 /// A function of `config` alone, which must have a design.
-[[nodiscard]] CampaignCourse campaign_course(const CampaignConfig& config);
+[[nodiscard]] CampaignTimeline campaign_timeline(const CampaignConfig& config);
 
 /// The set points of a design, the coldest first.
 [[nodiscard]] std::vector<double> design_set_points_c(const DesignConfig& design);
 
 /// What of a moment's row reaches the file: nothing of a dropped visit, no ramps where logs are missing.
-[[nodiscard]] bool is_written(const CampaignCourse& course, const DesignConfig& design, const Moment& moment);
+[[nodiscard]] bool is_written(const CampaignTimeline& timeline, const DesignConfig& design, const Moment& moment);
 
 /// Label of a row's position; empty = on the way.
-[[nodiscard]] std::string position_label(const CampaignCourse& course, const Moment& moment);
+[[nodiscard]] std::string position_label(const CampaignTimeline& timeline, const Moment& moment);
 
 }  // namespace soak::hal::sim
