@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "calib/forward/mechanisms.h"
-#include "calib/gap/report/acceptance.h"
-#include "calib/gap/report/gap_json.h"
+#include "calib/gap/report/gap_report.h"
 #include "calib/model/model_term_json.h"
 #include "station/commands/gap_commands.h"
 #include "station/fit/accepted_terms.h"

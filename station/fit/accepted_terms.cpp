@@ -6,9 +6,9 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/forward/take_off.h"
+#include "calib/forward/simulation.h"
 #include "calib/model/model_document.h"
-#include "station/gap/logged_campaign.h"
+#include "station/gap/gap_search.h"
 
 namespace soak::station {
 namespace {
@@ -50,7 +50,7 @@ base::Status take_terms_off(const db::Catalog& catalog, const std::vector<calib:
   // Mountings scatter, and the misalignment of the next one is as uncertain as that says: a fit must see it.
   std::vector<calib::ModelTerm> of_the_unit = terms;
   std::erase_if(of_the_unit, [](const calib::ModelTerm& term) { return term.name == "fixture_tilt"; });
-  for (std::string& sentence : calib::forward::take_off(of_the_unit, *logged)) {
+  for (std::string& sentence : calib::forward::subtract_terms(of_the_unit, *logged)) {
     warnings.push_back({"term_not_evaluated", std::move(sentence)});
   }
   input.runs.clear();
