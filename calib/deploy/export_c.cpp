@@ -7,7 +7,6 @@
 
 #include "base/hash.h"
 #include "base/text.h"
-#include "base/utc_text.h"
 #include "calib/deploy/calibration_file.h"
 #include "calib/deploy/detail/reference_lines.h"
 
@@ -52,7 +51,7 @@ std::string provenance_comment(const Calibration& calibration) {
   line("unit type", comment_text(calibration.unit_type));
   line("epoch", std::to_string(calibration.epoch));
   line("model version", std::to_string(calibration.model_version));
-  line("created", file::utc_text(calibration.created_utc_s));
+  line("created", base::utc_text(calibration.created_utc_s));
   line("gravity",
        base::shortest(calibration.gravity_mps2) + " m/s2" + (calibration.gravity_assumed ? " (assumed)" : ""));
   for (const SensorCalibration& sensor : calibration.sensors) {

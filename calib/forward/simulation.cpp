@@ -5,8 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/estimate/body_frame.h"
-#include "calib/estimate/gravity.h"
+#include "calib/estimate/site.h"
 #include "calib/forward/mechanisms.h"
 
 namespace soak::calib::forward {
@@ -61,7 +60,7 @@ class RunSimulation {
         run_(run),
         sign_at_rest_(sign_at_rest),
         gravity_mps2_(gravity_at(run.run.site).mps2),
-        earth_(known_earth_rate(run.run.segments, run.run.site)),
+        earth_(place_of(run.run.segments, run.run.site).earth),
         mechanisms_(model.terms, run, sign_at_rest) {}
 
   [[nodiscard]] const std::vector<std::string>& left_out() const { return mechanisms_.left_out(); }

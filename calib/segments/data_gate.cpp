@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "calib/segments/detail/checks.h"
+#include "calib/segments/detail/gate.h"
 
 namespace soak::calib {
 namespace {

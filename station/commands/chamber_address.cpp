@@ -26,47 +26,27 @@ base::Result<hal::TcpAddress> parse_address(const std::string& text, std::option
   return base::bad_input(fmt::format("'{}' is not HOST:PORT", text), "--tcp");
 }
 
-base::Status set_tcp(const std::string& text, hal::RegisterMap& map) {
-  const auto address = parse_address(text, kModbusPort);
-  if (!address) return base::forward_error(address);
-  map.link.address = hal::ModbusTcp{address->host, address->port};
-  return {};
-}
-
-base::Status set_tcp(const std::string& text, hal::TextMap& map) {
+base::Status set_tcp(const std::string& text, hal::DeviceMap& map) {
   const auto* stated = std::get_if<hal::TcpAddress>(&map.link.address);
-  const auto address = parse_address(text, stated ? std::optional(stated->port) : std::nullopt);
+  std::optional<int> usual_port = stated ? std::optional(stated->port) : std::nullopt;
+  if (map.protocol == hal::MapProtocol::modbus) usual_port = kModbusPort;
+  const auto address = parse_address(text, usual_port);
   if (!address) return base::forward_error(address);
   map.link.address = *address;
   return {};
 }
 
-void set_serial(const ChamberProbeCommand& command, hal::RegisterMap& map) {
-  const auto* stated = std::get_if<hal::ModbusRtu>(&map.link.address);
-  hal::ModbusRtu line = stated ? *stated : hal::ModbusRtu{.device = "", .baud = kUsualBaud};
+void set_serial(const ChamberProbeCommand& command, hal::DeviceMap& map) {
+  const auto* stated = std::get_if<hal::SerialAddress>(&map.link.address);
+  hal::SerialAddress line = stated ? *stated : hal::SerialAddress{.device = "", .baud = kUsualBaud};
   line.device = command.serial;
   if (command.baud != 0) line.baud = command.baud;
   map.link.address = line;
 }
 
-void set_serial(const ChamberProbeCommand& command, hal::TextMap& map) {
-  const auto* stated = std::get_if<hal::SerialAddress>(&map.link.address);
-  const int usual = stated ? stated->baud : kUsualBaud;
-  map.link.address = hal::SerialAddress{command.serial, command.baud != 0 ? command.baud : usual};
-}
-
-std::string text_of(const hal::ModbusTcp& address) { return fmt::format("tcp {}:{}", address.host, address.port); }
-std::string text_of(const hal::TcpAddress& address) { return fmt::format("tcp {}:{}", address.host, address.port); }
-std::string text_of(const hal::ModbusRtu& line) {
-  return fmt::format("serial {} at {} baud, 8{}{}", line.device, line.baud, line.parity, line.stop_bits);
-}
-std::string text_of(const hal::SerialAddress& line) {
-  return fmt::format("serial {} at {} baud, 8N1", line.device, line.baud);
-}
-
 }  // namespace
 
-base::Status set_address(const ChamberProbeCommand& command, hal::ChamberMap& map) {
+base::Status set_address(const ChamberProbeCommand& command, hal::DeviceMap& map) {
   if (!command.tcp.empty() && !command.serial.empty()) {
     return base::bad_input("an address is either --tcp or --serial", "--serial");
   }
@@ -74,21 +54,21 @@ base::Status set_address(const ChamberProbeCommand& command, hal::ChamberMap& ma
     return base::bad_input("it belongs to --serial", "--baud");
   }
   if (command.unit >= 0) {
-    auto* registers = std::get_if<hal::RegisterMap>(&map);
-    if (!registers) return base::bad_input("this controller speaks text: there are no unit numbers", "--unit");
-    registers->link.unit = command.unit;
+    if (map.protocol == hal::MapProtocol::text) {
+      return base::bad_input("this controller speaks text: there are no unit numbers", "--unit");
+    }
+    map.link.unit = command.unit;
   }
-  if (!command.serial.empty()) std::visit([&command](auto& one) { set_serial(command, one); }, map);
-  if (command.tcp.empty()) return {};
-  return std::visit([&command](auto& one) { return set_tcp(command.tcp, one); }, map);
+  if (!command.serial.empty()) set_serial(command, map);
+  return command.tcp.empty() ? base::Status{} : set_tcp(command.tcp, map);
 }
 
-std::string address_text(const hal::ChamberMap& map) {
-  return std::visit(
-      [](const auto& one) {
-        return std::visit([](const auto& address) { return text_of(address); }, one.link.address);
-      },
-      map);
+std::string address_text(const hal::DeviceMap& map) {
+  if (const auto* tcp = std::get_if<hal::TcpAddress>(&map.link.address)) {
+    return fmt::format("tcp {}:{}", tcp->host, tcp->port);
+  }
+  const auto& line = std::get<hal::SerialAddress>(map.link.address);
+  return fmt::format("serial {} at {} baud, 8{}{}", line.device, line.baud, line.parity, line.stop_bits);
 }
 
 }  // namespace soak::station

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "hal/maps/chamber_map.h"
+#include "hal/maps/device_map.h"
 #include "station/commands/chamber_address.h"
 #include "station/commands/chamber_commands.h"
 
@@ -18,9 +18,9 @@ namespace {
 
 using nlohmann::json;
 
-const hal::RegisterMap* modbus(const hal::ChamberMap& map) { return std::get_if<hal::RegisterMap>(&map); }
+bool speaks_modbus(const hal::DeviceMap& map) { return map.protocol == hal::MapProtocol::modbus; }
 
-/// What both kinds of map have.
+/// What a device of the map can do.
 struct Abilities {
   std::optional<double> min_c;
   std::optional<double> max_c;
@@ -33,8 +33,7 @@ struct Abilities {
   hal::WritePolicy policy;
 };
 
-template <class Map>
-Abilities abilities_of(const Map& map) {
+Abilities abilities_of(const hal::DeviceMap& map) {
   Abilities can;
   if (const auto set_point = map.quantities.find("set_point_c"); set_point != map.quantities.end()) {
     can.min_c = set_point->second.min;
@@ -53,13 +52,13 @@ Abilities abilities_of(const Map& map) {
   return can;
 }
 
-json document(const std::string& file, const hal::ChamberMap& map, const Abilities& can) {
+json document(const std::string& file, const hal::DeviceMap& map, const Abilities& can) {
   return {{"file", file},
-          {"name", hal::name_of(map)},
-          {"kind", hal::kind_of(map)},
-          {"protocol", modbus(map) ? "modbus" : "text"},
+          {"name", map.name},
+          {"kind", map.kind},
+          {"protocol", speaks_modbus(map) ? "modbus" : "text"},
           {"address", address_text(map)},
-          {"poll_s", hal::poll_s(map)},
+          {"poll_s", map.link.poll_s},
           {"min_set_point_c", number_or_null(can.min_c)},
           {"max_set_point_c", number_or_null(can.max_c)},
           {"can_ramp", can.can_ramp},
@@ -83,10 +82,10 @@ std::string policy_text(const hal::WritePolicy& policy) {
                      policy.read_back ? "read back" : "not read back");
 }
 
-std::string summary(const hal::ChamberMap& map, const Abilities& can) {
-  std::string text = fmt::format("{}: {} over {}, {}, read every {:g} s\n", hal::name_of(map), hal::kind_of(map),
-                                 modbus(map) ? "Modbus" : "lines of text", address_text(map), hal::poll_s(map));
-  const bool is_chamber = hal::kind_of(map) == "chamber";
+std::string summary(const hal::DeviceMap& map, const Abilities& can) {
+  std::string text = fmt::format("{}: {} over {}, {}, read every {:g} s\n", map.name, map.kind,
+                                 speaks_modbus(map) ? "Modbus" : "lines of text", address_text(map), map.link.poll_s);
+  const bool is_chamber = map.kind == "chamber";
   if (is_chamber) {
     text += fmt::format("set points  {} to {} °C, narrowed by the controller's own limits where the map reads them\n",
                         limit_text(can.min_c), limit_text(can.max_c));
@@ -106,9 +105,9 @@ std::string summary(const hal::ChamberMap& map, const Abilities& can) {
 }  // namespace
 
 base::Status run_chamber_check(const ChamberCheckCommand& command, Output& output) {
-  const auto map = hal::read_chamber_map(command.file, hal::MapUse::device);
+  const auto map = hal::read_device_map(command.file, hal::MapUse::device);
   if (!map) return base::forward_error(map);
-  const Abilities can = std::visit([](const auto& one) { return abilities_of(one); }, *map);
+  const Abilities can = abilities_of(*map);
   if (output.json()) return output.print_json(document(command.file, *map, can));
   output.print(summary(*map, can));
   return {};

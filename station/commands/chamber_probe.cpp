@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/devices/chamber_survey.h"
-#include "hal/maps/chamber_map.h"
+#include "hal/devices/survey.h"
+#include "hal/maps/device_map.h"
 #include "station/commands/chamber_address.h"
 #include "station/commands/chamber_commands.h"
 
@@ -29,7 +29,7 @@ std::string kind_text(hal::SurveyKind kind) {
 
 json text_or_null(const std::string& text) { return text.empty() ? json() : json(text); }
 
-json document(const hal::ChamberMap& map, const hal::ChamberSurvey& survey) {
+json document(const hal::DeviceMap& map, const hal::ChamberSurvey& survey) {
   json entries = json::array();
   for (const hal::SurveyEntry& entry : survey.entries) {
     entries.push_back({{"kind", kind_text(entry.kind)},
@@ -40,7 +40,7 @@ json document(const hal::ChamberMap& map, const hal::ChamberSurvey& survey) {
                        {"active", entry.active ? json(*entry.active) : json()},
                        {"trouble", text_or_null(entry.trouble)}});
   }
-  return {{"name", hal::name_of(map)}, {"address", address_text(map)}, {"sound", survey.sound()}, {"entries", entries}};
+  return {{"name", map.name}, {"address", address_text(map)}, {"sound", survey.sound()}, {"entries", entries}};
 }
 
 std::string table(const hal::ChamberSurvey& survey) {
@@ -55,7 +55,7 @@ std::string table(const hal::ChamberSurvey& survey) {
 }  // namespace
 
 base::Status run_chamber_probe(const ChamberProbeCommand& command, Output& output) {
-  auto map = hal::read_chamber_map(command.file);
+  auto map = hal::read_device_map(command.file);
   if (!map) return base::forward_error(map);
   if (auto set = set_address(command, *map); !set) return set;
   const auto survey = hal::survey_chamber(*map);

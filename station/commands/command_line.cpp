@@ -13,7 +13,7 @@
 #include <iostream>
 #include <string_view>
 
-#include "base/utf8.h"
+#include "base/text.h"
 #include "station/commands/frame.h"
 
 namespace soak::station::cli {

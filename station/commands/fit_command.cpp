@@ -16,10 +16,7 @@
 #include "base/units.h"
 #include "calib/judge/chamber_time.h"
 #include "calib/judge/chamber_time_json.h"
-#include "calib/model/fit_json.h"
-#include "station/fit/accepted_terms.h"
-#include "station/fit/check_warnings.h"
-#include "station/fit/fit_job.h"
+#include "calib/model/model_document.h"
 #include "station/fit/fit_unit.h"
 #include "station/io/data_folder.h"
 

@@ -9,15 +9,13 @@
 
 #include "calib/forward/mechanisms.h"
 #include "calib/gap/report/gap_report.h"
-#include "calib/model/model_term_json.h"
+#include "calib/model/document_parts.h"
 #include "station/commands/gap_commands.h"
-#include "station/fit/accepted_terms.h"
-#include "station/fit/fit_job.h"
 #include "station/fit/fit_unit.h"
 #include "station/gap/gap_search.h"
 #include "station/io/data_folder.h"
-#include "station/io/identity.h"
-#include "station/io/text_line.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
 
 namespace soak::station {
 namespace {

@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "base/units.h"
-#include "calib/model/reference_json.h"
+#include "calib/model/document_parts.h"
 #include "station/commands/type_commands.h"
-#include "station/import/stream_recording.h"
+#include "station/import/source_recording.h"
 #include "station/io/data_folder.h"
 
 namespace soak::station {

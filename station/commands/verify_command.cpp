@@ -13,19 +13,17 @@
 #include <utility>
 #include <vector>
 
-#include "calib/estimate/run_copies.h"
+#include "calib/estimate/unit_input.h"
 #include "calib/judge/verification.h"
 #include "station/commands/calibration_commands.h"
 #include "station/commands/waiver_note.h"
 #include "station/config/limits_file.h"
 #include "station/config/unit_type_file.h"
-#include "station/fit/accepted_terms.h"
 #include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"
 #include "station/io/data_folder.h"
 #include "station/records/calibration_reader.h"
-#include "station/records/waiver.h"
-#include "station/records/withdrawn_since.h"
+#include "station/records/signing.h"
 
 namespace soak::station {
 namespace {

@@ -15,13 +15,13 @@ namespace {
 
 using PerSensor = std::array<std::optional<double>, calib::kSensorCount>;
 
-constexpr hal::Limits kPositive = {1e-12, 1e9};
+constexpr settings::Limits kPositive = {1e-12, 1e9};
 constexpr std::string_view kScaleSuffix = "_scale_ppm";
 
 std::string_view all_axes(calib::Sensor sensor) { return calib::is_gyro(sensor) ? "gyro" : "accel"; }
 
 /// The limits of all sensors whose keys end in `suffix`, as they stand there.
-PerSensor read_keys(const hal::SettingsTable& table, std::string_view suffix) {
+PerSensor read_keys(const settings::Table& table, std::string_view suffix) {
   PerSensor limits;
   for (const calib::Sensor sensor : calib::kSensors) {
     const auto common = table.optional_number(fmt::format("{}{}", all_axes(sensor), suffix), kPositive);
@@ -32,7 +32,7 @@ PerSensor read_keys(const hal::SettingsTable& table, std::string_view suffix) {
 }
 
 /// Names the keys that there are beside each that there is not.
-void refuse_unknown(const hal::SettingsTable& table) {
+void refuse_unknown(const settings::Table& table) {
   for (const std::string& key : table.keys()) {
     std::string_view stem = key;
     if (stem.ends_with(kScaleSuffix)) stem.remove_suffix(kScaleSuffix.size());
@@ -40,13 +40,12 @@ void refuse_unknown(const hal::SettingsTable& table) {
     table.refuse(key, fmt::format("unknown limit '{}'; known: gyro, accel, gyro_x, gyro_y, gyro_z, accel_x, accel_y, "
                                   "accel_z (deg/s, m/s2), and each with {} behind it",
                                   key, kScaleSuffix));
-    static_cast<void>(table.optional_number(key, kPositive));  // asked for: one mistake is enough
   }
 }
 
 }  // namespace
 
-calib::Limits read_limits_table(const hal::SettingsTable& table) {
+calib::Limits read_limits_table(const settings::Table& table) {
   calib::Limits limits;
   limits.bias = read_keys(table, "");
   limits.scale_ppm = read_keys(table, kScaleSuffix);
@@ -58,14 +57,9 @@ calib::Limits read_limits_table(const hal::SettingsTable& table) {
 }
 
 base::Result<calib::Limits> read_limits(const std::filesystem::path& path) {
-  const auto text = hal::read_settings_text(path.string());
-  if (!text) return base::forward_error(text);
-  const auto reader = hal::SettingsReader::parse(*text, path.string());
-  if (!reader) return base::forward_error(reader);
-  calib::Limits limits;
-  if (const auto table = reader->root().table("limits", true)) limits = read_limits_table(*table);
-  if (const auto status = reader->finish(); !status) return base::forward_error(status);
-  return limits;
+  return settings::read_file(path.string(), [](const settings::Table& root) {
+    return read_limits_table(root.section("limits", settings::kRequired));
+  });
 }
 
 std::map<std::string, double> stated_limits(const calib::Limits& limits) {

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdlib>
-#include <functional>
 #include <system_error>
 
 #include "calib/vocabulary/position.h"
@@ -17,18 +16,13 @@
 namespace soak::station {
 namespace {
 
-using hal::SettingsTable;
+using settings::Table;
 
-constexpr hal::Limits kTemp_c = {-273.15, 1000.0};
-constexpr hal::Limits kPositive = {1e-12, 1e9};
+constexpr settings::Limits kTemp_c = {-273.15, 1000.0};
+constexpr settings::Limits kPositive = {1e-12, 1e9};
 constexpr std::string_view kGeneric = "generic";
 
-void read_section(const SettingsTable& root, std::string_view name,
-                  const std::function<void(const SettingsTable&)>& read) {
-  if (const auto table = root.table(name)) read(*table);
-}
-
-void read_axes(const SettingsTable& root, calib::UnitType& type) {
+void read_axes(const settings::Table& root, calib::UnitType& type) {
   if (!root.has("axes")) return;
   const auto labels = root.texts("axes");
   std::array<std::string, 3> axes;
@@ -39,7 +33,7 @@ void read_axes(const SettingsTable& root, calib::UnitType& type) {
   type.axes = axes;
 }
 
-void read_rating(const SettingsTable& table, calib::UnitType& type) {
+void read_rating(const settings::Table& table, calib::UnitType& type) {
   type.temp_min_c = table.number("temp_min_c", kTemp_c);
   type.temp_max_c = table.number("temp_max_c", kTemp_c);
   if (table.has("temp_min_c") && table.has("temp_max_c") && *type.temp_min_c >= *type.temp_max_c) {
@@ -47,21 +41,21 @@ void read_rating(const SettingsTable& table, calib::UnitType& type) {
   }
 }
 
-void read_gyro(const SettingsTable& table, calib::UnitType& type) {
+void read_gyro(const settings::Table& table, calib::UnitType& type) {
   type.gyro_range_dps = table.optional_number("range_dps", kPositive);
   type.gyro_lsb_dps = table.optional_number("lsb_dps", kPositive);
   type.gyro_noise_max_dps_rthz = table.optional_number("noise_max_dps_rthz", kPositive);
   type.gyro_bias_max_dps = table.optional_number("bias_max_dps", kPositive);
 }
 
-void read_accel(const SettingsTable& table, calib::UnitType& type) {
+void read_accel(const settings::Table& table, calib::UnitType& type) {
   type.accel_range_mps2 = table.optional_number("range_mps2", kPositive);
   type.accel_lsb_mps2 = table.optional_number("lsb_mps2", kPositive);
   type.accel_noise_max_mps2_rthz = table.optional_number("noise_max_mps2_rthz", kPositive);
   type.accel_bias_max_mps2 = table.optional_number("bias_max_mps2", kPositive);
 }
 
-void read_thermometers(const SettingsTable& table, calib::UnitType& type) {
+void read_thermometers(const settings::Table& table, calib::UnitType& type) {
   if (table.has("kind")) {
     type.thermometers = table.choice<calib::Thermometers>(
         "kind", {{"one", calib::Thermometers::one}, {"per_sensor", calib::Thermometers::per_sensor}});
@@ -70,7 +64,7 @@ void read_thermometers(const SettingsTable& table, calib::UnitType& type) {
   type.temp_repeatability_c = table.optional_number("repeatability_c", kPositive);
 }
 
-void read_type(const SettingsTable& root, const std::string& stem, calib::UnitType& type) {
+void read_type(const settings::Table& root, const std::string& stem, calib::UnitType& type) {
   type.name = root.text("name");
   if (root.has("name") && type.name != stem) {
     root.refuse("name", fmt::format("the name '{}' is not that of the file, '{}'", type.name, stem));
@@ -80,11 +74,11 @@ void read_type(const SettingsTable& root, const std::string& stem, calib::UnitTy
   if (type.sign_at_rest == 0) root.refuse("sign_at_rest", "'sign_at_rest' must be 1 or -1");
   type.warm_up_s = root.optional_number("warm_up_s", {0.0, 86400.0});
   read_axes(root, type);
-  read_section(root, "rating", [&](const SettingsTable& t) { read_rating(t, type); });
-  read_section(root, "gyro", [&](const SettingsTable& t) { read_gyro(t, type); });
-  read_section(root, "accel", [&](const SettingsTable& t) { read_accel(t, type); });
-  read_section(root, "thermometers", [&](const SettingsTable& t) { read_thermometers(t, type); });
-  read_section(root, "limits", [&](const SettingsTable& t) { type.limits = read_limits_table(t); });
+  if (const auto rating = root.table("rating")) read_rating(*rating, type);
+  read_gyro(root.section("gyro"), type);
+  read_accel(root.section("accel"), type);
+  read_thermometers(root.section("thermometers"), type);
+  type.limits = read_limits_table(root.section("limits"));
 }
 
 calib::Vector3 cross(const calib::Vector3& a, const calib::Vector3& b) {
@@ -120,17 +114,15 @@ bool is_right_handed(const std::array<std::string, 3>& labels) {
 }
 
 base::Result<calib::UnitType> parse_unit_type(std::string_view text, const std::string& file) {
-  const auto reader = hal::SettingsReader::parse(text, file);
-  if (!reader) return base::forward_error(reader);
-  calib::UnitType type;
-  read_type(reader->root(), std::filesystem::path(file).stem().string(), type);
-  const auto status = reader->finish();
-  if (!status) return base::forward_error(status);
-  return type;
+  return settings::read(text, file, [&](const Table& root) {
+    calib::UnitType type;
+    read_type(root, std::filesystem::path(file).stem().string(), type);
+    return type;
+  });
 }
 
 base::Result<calib::UnitType> read_unit_type(const std::filesystem::path& file) {
-  const auto text = hal::read_settings_text(file.string());
+  const auto text = settings::read_text(file.string());
   if (!text) return base::forward_error(text);
   return parse_unit_type(*text, file.string());
 }

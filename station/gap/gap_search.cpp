@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "base/statistics.h"
-#include "calib/estimate/gravity.h"
+#include "calib/estimate/site.h"
 #include "calib/forward/simulation.h"
-#include "calib/gap/campaign/fine_temperature.h"
 #include "calib/gap/campaign/campaign.h"
+#include "calib/gap/campaign/fine_temperature.h"
 #include "calib/model/model_document.h"
 #include "db/run/run_file.h"
 #include "station/fit/fit_unit.h"

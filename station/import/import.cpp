@@ -9,12 +9,12 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/estimate/run_copies.h"
+#include "calib/estimate/unit_input.h"
 #include "db/run/run_file.h"
 #include "station/config/unit_type_file.h"
 #include "station/fit/reference_rule.h"
-#include "station/io/identity.h"
-#include "station/io/text_line.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
 #include "station/runs/run_records.h"
 #include "station/runs/run_streams.h"
 

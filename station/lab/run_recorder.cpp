@@ -11,13 +11,19 @@
 #include <utility>
 
 #include "calib/vocabulary/position.h"
-#include "station/import/fixture_rates.h"
+#include "db/catalog/catalog.h"
+#include "db/run/run_file.h"
+#include "station/import/slow_channel.h"
 #include "station/runs/run_streams.h"
 
 namespace soak::station {
 namespace {
 
 constexpr std::string_view kChamberStream = "chamber";
+// Eight four-byte channels that compress little, and the slower ones beside them.
+constexpr double kBytesPerRow = 34.0;
+constexpr std::string_view kLostRunReason = "soakd ended in mid-run";
+constexpr std::string_view kUnknownUnitType = "generic";
 constexpr double kNever_s = -std::numeric_limits<double>::infinity();
 
 /// One recording of a position: what a segment will be made of.
@@ -69,17 +75,17 @@ void UnitState::follow_attempts(const RowLabels& labels, std::optional<int> visi
   attempts.push_back({number, place, static_cast<int>(before), from_s, to_s});
 }
 
-bool is_position(std::string_view label) {
+bool is_six_position(std::string_view label) {
   const auto& labels = calib::kSixPositionLabels;
   return std::find(labels.begin(), labels.end(), label) != labels.end();
 }
 
-base::Status check_purpose(const std::string& purpose) {
+base::Status check_run_purpose(const std::string& purpose) {
   if (db::is_purpose(purpose)) return {};
   return base::bad_input(fmt::format("'{}' is no purpose of a run", purpose));
 }
 
-base::Status check_units(const std::vector<RecordedUnit>& units) {
+base::Status check_recorded_units(const std::vector<RecordedUnit>& units) {
   std::set<std::string> serials;
   for (const RecordedUnit& unit : units) {
     if (unit.serial.empty()) return base::bad_input("a unit needs a serial number");
@@ -92,7 +98,8 @@ base::Status check_units(const std::vector<RecordedUnit>& units) {
 }
 
 /// What the catalog would refuse only after hours of recording.
-base::Status check_label(const db::Catalog& catalog, const db::RunInfo& info, const std::vector<RecordedUnit>& units) {
+base::Status check_run_label(const db::Catalog& catalog, const db::RunInfo& info,
+                             const std::vector<RecordedUnit>& units) {
   for (const RecordedUnit& unit : units) {
     const auto runs = catalog.runs({.unit = unit.serial, .campaign = info.campaign, .run = {}});
     if (!runs) return base::forward_error(runs);
@@ -105,13 +112,32 @@ base::Status check_label(const db::Catalog& catalog, const db::RunInfo& info, co
   return {};
 }
 
-base::Status enter_units(db::Catalog& catalog, const std::vector<RecordedUnit>& units) {
+base::Status enter_recorded_units(db::Catalog& catalog, const std::vector<RecordedUnit>& units) {
   return catalog.all_or_nothing([&]() -> base::Status {
     for (const RecordedUnit& unit : units) {
       if (const auto known = catalog.ensure_unit(unit.serial, unit.type); !known) return base::forward_error(known);
     }
     return {};
   });
+}
+
+/// Number of units whose samples were entered; 0 where the file holds none.
+base::Result<std::size_t> enter_lost_run(db::Catalog& catalog, const db::OrphanRunFile& orphan) {
+  auto sha256 = db::RunFileWriter::seal_interrupted(orphan.path, kLostRunReason);
+  if (!sha256) return base::forward_error(sha256);
+  SealedRun run;
+  run.path = orphan.path;
+  run.sha256 = *std::move(sha256);
+  run.void_reason = kLostRunReason;
+  for (const std::string& serial : orphan.units) run.units.push_back({serial, std::string(kUnknownUnitType)});
+  const auto rows = enter_run(catalog, run);
+  if (!rows) return base::forward_error(rows);
+  return rows->size();
+}
+
+std::string lost_run_text(const base::Result<std::size_t>& entered) {
+  if (!entered) return "stays as it is: " + entered.error().message;
+  return *entered > 0 ? "is sealed, entered and voided" : "is sealed; it holds no samples";
 }
 
 }  // namespace
@@ -167,10 +193,10 @@ base::Status RunRecorder::Impl::add_streams(const std::vector<RecordedUnit>& add
 
 base::Result<RunRecorder> RunRecorder::begin(db::Catalog& catalog, const db::RunInfo& info, std::string purpose,
                                              std::vector<RecordedUnit> units, bool with_rates) {
-  if (const auto valid = check_units(units); !valid) return base::forward_error(valid);
-  if (const auto valid = check_purpose(purpose); !valid) return base::forward_error(valid);
-  if (const auto valid = check_label(catalog, info, units); !valid) return base::forward_error(valid);
-  if (const auto entered = enter_units(catalog, units); !entered) return base::forward_error(entered);
+  if (const auto valid = check_recorded_units(units); !valid) return base::forward_error(valid);
+  if (const auto valid = check_run_purpose(purpose); !valid) return base::forward_error(valid);
+  if (const auto valid = check_run_label(catalog, info, units); !valid) return base::forward_error(valid);
+  if (const auto entered = enter_recorded_units(catalog, units); !entered) return base::forward_error(entered);
   db::RunInfo stated = info;
   stated.purpose = std::move(purpose);
   stated.simulated = info.simulated || info.clock_rate != 1.0;
@@ -188,7 +214,7 @@ base::Result<RunRecorder> RunRecorder::begin(db::Catalog& catalog, const db::Run
 
 base::Status RunRecorder::Impl::check_rows(const UnitState& unit, std::span<const hal::ImuSample> samples,
                                            const RowLabels& labels) const {
-  if (!labels.position.empty() && !is_position(labels.position)) {
+  if (!labels.position.empty() && !is_six_position(labels.position)) {
     return base::bad_input(fmt::format("'{}' is none of the six positions", labels.position), unit.unit.serial);
   }
   if (labels.visit > std::numeric_limits<std::int16_t>::max()) {
@@ -305,5 +331,24 @@ base::Result<std::vector<db::RunRow>> RunRecorder::finish(const std::vector<Reje
 const db::RunInfo& RunRecorder::info() const { return impl_->info; }
 
 std::uint64_t RunRecorder::rows(std::size_t unit) const { return impl_->units.at(unit).rows; }
+
+base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log) {
+  const auto orphans = db::orphan_run_files(catalog);
+  if (!orphans) return base::forward_error(orphans);
+  for (const db::OrphanRunFile& orphan : *orphans) {
+    // Files of other writers (an import that is at work) are theirs.
+    if (!orphan.info || orphan.info->source != kRunSource) continue;
+    const auto entered = enter_lost_run(catalog, orphan);
+    // An empty file that was sealed before has been told of then.
+    if (entered && *entered == 0 && orphan.sealed) continue;
+    log.add("run", orphan.info->label,
+            fmt::format("{} was left behind and {}", orphan.path.filename().string(), lost_run_text(entered)));
+  }
+  return {};
+}
+
+double estimated_bytes(double rate_hz, std::size_t units, double seconds) {
+  return kBytesPerRow * rate_hz * static_cast<double>(units) * seconds;
+}
 
 }  // namespace soak::station

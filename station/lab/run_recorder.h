@@ -17,10 +17,14 @@
 #include "hal/devices/chamber.h"
 #include "hal/devices/unit_power.h"
 #include "hal/imu/imu.h"
+#include "station/lab/campaign_log.h"
 #include "station/runs/run_columns.h"
 #include "station/runs/run_records.h"
 
 namespace soak::station {
+
+/// What the run files that soakd records state as their source.
+inline constexpr std::string_view kRunSource = "soakd";
 
 /// A segment that shall not be used. It is withdrawn by a void record, never left out of the file.
 struct Rejected {
@@ -84,5 +88,14 @@ class RunRecorder {
   explicit RunRecorder(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
+
+/// Seals the run files that a killed soakd left open and enters them into the catalog, voided, with every row that was
+/// flushed: nothing that was recorded is lost, and no fit takes half a run unasked. The same is done with files
+/// that were sealed but not entered. A file that cannot be read is logged and left as it is; one without samples is
+/// sealed, and stays outside the catalog.
+[[nodiscard]] base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log);
+
+/// What recording writes to the disk, on the safe side: run files compress, catalog and temporary files do not.
+[[nodiscard]] double estimated_bytes(double rate_hz, std::size_t units, double seconds);
 
 }  // namespace soak::station

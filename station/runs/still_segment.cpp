@@ -4,13 +4,6 @@
 #include "calib/segments/data_gate.h"
 
 namespace soak::station {
-namespace {
-
-bool turns(const calib::Segment& segment) {
-  return segment.position && segment.position->rate_dps.value_or(0.0) != 0.0;
-}
-
-}  // namespace
 
 double length_s(const calib::Segment& segment) { return segment.t_end_s - segment.t_start_s; }
 

@@ -53,12 +53,12 @@ TEST(Rates, EndEachVisitInThePositionsThatAreNamed) {
 TEST(Rates, AreRefusedWithWhatWouldBeRight) {
   EXPECT_EQ(refusal(procedure("positions = [\"+X\"]\nlist_dps = [60]\n")), "'+X' is none of positions.order");
   EXPECT_EQ(refusal(procedure("positions = [\"+Z\", \"+Z\"]\nlist_dps = [60]\n")),
-            "'+Z' stands twice in rates.positions");
+            "'+Z' is duplicated in rates.positions");
   EXPECT_EQ(refusal(procedure("positions = []\nlist_dps = [60]\n")), "'rates.positions' needs one position at least");
   EXPECT_EQ(refusal(procedure("positions = [\"+Z\"]\nlist_dps = [60, 1]\n")),
             "1 deg/s is too slow: 5 at least, in either sense");
   EXPECT_EQ(refusal(procedure("positions = [\"+Z\"]\nlist_dps = [60, 60]\n")),
-            "60 deg/s stands twice in rates.list_dps");
+            "60 deg/s is duplicated in rates.list_dps");
   EXPECT_EQ(refusal(procedure("positions = [\"+Z\"]\nlist_dps = []\n")), "'rates.list_dps' needs one rate at least");
   EXPECT_EQ(refusal(procedure("positions = [\"+Z\"]\n")), "key 'rates.list_dps' is missing");
   std::string ramp = procedure("positions = [\"+Z\"]\nlist_dps = [60]\n", "ramp");

@@ -167,7 +167,7 @@ temp_c = 10
   ASSERT_FALSE(p);
   EXPECT_EQ(p.error().kind, base::ErrorKind::bad_input);
   const std::string& message = p.error().message;
-  for (const char* found : {"bad.toml:2: ", "bad.toml:4: ", "bad.toml:8: ", "bad.toml:11: '+Q'", "; '+X' stands twice",
+  for (const char* found : {"bad.toml:2: ", "bad.toml:4: ", "bad.toml:8: ", "bad.toml:11: '+Q'", "; '+X' is duplicated",
                             "bad.toml:12: unknown key 'dwel_s'", "bad.toml:14: "}) {
     EXPECT_NE(message.find(found), std::string::npos) << found << "\n" << message;
   }

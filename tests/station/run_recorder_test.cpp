@@ -6,9 +6,9 @@
 #include <limits>
 #include <map>
 
-#include "db/catalog/orphans.h"
+#include "db/catalog/catalog.h"
 #include "station/fit/fit_unit.h"
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/lab/run_recorder.h"
 #include "station/runs/csv_export.h"
 #include "station/runs/run_streams.h"

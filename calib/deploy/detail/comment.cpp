@@ -8,7 +8,6 @@
 #include <charconv>
 
 #include "base/text.h"
-#include "base/utc_text.h"
 #include "calib/deploy/detail/reference_lines.h"
 
 namespace soak::calib::exporting {
@@ -53,7 +52,7 @@ std::string provenance_comment(const Calibration& calibration) {
   text += comment("unit type: " + calibration.unit_type);
   text += comment("epoch: " + std::to_string(calibration.epoch));
   text += comment("model version: " + std::to_string(calibration.model_version));
-  text += comment("created: " + file::utc_text(calibration.created_utc_s));
+  text += comment("created: " + base::utc_text(calibration.created_utc_s));
   text += comment("gravity: " + base::shortest(calibration.gravity_mps2) + " m/s2" +
                   (calibration.gravity_assumed ? " (assumed)" : ""));
   for (const std::string& hash : calibration.run_hashes) text += comment("run: " + hash);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
-#include "base/utc_text.h"
 
 namespace soak::calib::exporting {
 
@@ -14,11 +13,11 @@ std::vector<std::string> reference_lines(const std::vector<ReferenceUse>& uses,
   for (const auto& [reference, waiver] : uses) {
     lines.push_back(fmt::format("reference: {} {}, certificate {}, issued {}, due {}, standard uncertainty {} {}",
                                 name_of(reference.kind), clean(reference.name), clean(reference.certificate),
-                                file::utc_text(reference.issued_utc_s), file::utc_text(reference.due_utc_s),
+                                base::utc_text(reference.issued_utc_s), base::utc_text(reference.due_utc_s),
                                 base::shortest(printed_per_si(reference.kind) * reference.standard_uncertainty),
                                 printed_unit(reference.kind)));
     if (!waiver) continue;
-    lines.push_back(fmt::format("  WAIVER, signed {} by {}: {}", file::utc_text(waiver->utc_s), clean(waiver->signer),
+    lines.push_back(fmt::format("  WAIVER, signed {} by {}: {}", base::utc_text(waiver->utc_s), clean(waiver->signer),
                                 clean(waiver->reason)));
   }
   return lines;

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/units.h"
-#include "calib/estimate/body_frame.h"
+#include "calib/estimate/site.h"
 #include "calib/gap/effects/columns.h"
 
 namespace soak::calib::gap {

@@ -11,8 +11,7 @@
 #include <tuple>
 #include <utility>
 
-#include "calib/estimate/body_frame.h"
-#include "calib/estimate/gravity.h"
+#include "calib/estimate/site.h"
 #include "calib/segments/data_gate.h"
 
 namespace soak::calib::gap {
@@ -63,7 +62,7 @@ class Collector {
 
   void add_run(const LoggedRun& run, std::size_t number, const std::vector<Segment>& segments) {
     if (segments.empty()) return;
-    const EarthRate earth = known_earth_rate(run.run.segments, run.run.site);
+    const EarthRate earth = place_of(run.run.segments, run.run.site).earth;
     Observation row;
     row.run = result_.run_count();
     row.visit = -1;

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/io/host.h"
+
+#include <pwd.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdint>
+#include <cstdlib>
+#include <random>
+
+#include "base/text.h"
+
+namespace soak::station {
+namespace {
+
+std::uint64_t random_word(std::random_device& source) { return (std::uint64_t{source()} << 32) | source(); }
+
+}  // namespace
+
+double now_utc_s() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+std::string new_run_id() {
+  std::random_device source;
+  const std::uint64_t first = random_word(source);
+  return base::uuid_v7(static_cast<std::uint64_t>(now_utc_s() * 1000.0), first, random_word(source));
+}
+
+std::string user_name(const std::string& stated) {
+  if (!stated.empty()) return stated;
+  if (const char* user = std::getenv("USER"); user != nullptr && *user != '\0') return user;
+  const struct passwd* account = ::getpwuid(::geteuid());
+  return account != nullptr ? account->pw_name : "unknown";
+}
+
+std::string software_version() { return SOAK_VERSION; }
+
+void log_line(const std::string& text) {
+  static const auto logger = [] {
+    auto made = spdlog::stderr_logger_mt("soakd");
+    made->set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %v");
+    made->flush_on(spdlog::level::info);
+    return made;
+  }();
+  logger->info("{}", text);
+}
+
+}  // namespace soak::station
