@@ -6,7 +6,7 @@
 #include <cstring>
 #include <string>
 
-#include "base/crc32c.h"
+#include "base/hash.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib {

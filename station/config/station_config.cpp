@@ -6,14 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
-#include "base/hex.h"
 #include "base/text.h"
 #include "base/units.h"
 #include "settings/reader.h"
-#include "station/config/shared_ports.h"
 #include "station/config/unit_type_file.h"
 
 namespace soak::station {
@@ -288,7 +288,7 @@ hal::UsbHubs read_usb_hubs(const settings::Table& table) {
   return hubs;
 }
 
-UnitPowerSource read_power(const settings::Table& table, const std::filesystem::path& folder) {
+UnitPowerSource read_unit_power(const settings::Table& table, const std::filesystem::path& folder) {
   if (table.has("from")) {
     (void)table.choice<bool>("from", {{"chamber", true}});
     return PowerFromChamber();
@@ -301,7 +301,7 @@ void read_controllers(const settings::Table& root, const std::filesystem::path& 
   if (const auto table = root.table("chamber", settings::kRequired))
     config.chamber = read_controller(*table, "chamber", folder);
   if (const auto table = root.table("fixture")) config.fixture = read_controller(*table, "fixture", folder);
-  if (const auto table = root.table("power")) config.power = read_power(*table, folder);
+  if (const auto table = root.table("power")) config.power = read_unit_power(*table, folder);
   if (const auto table = root.table("purge")) config.purge_below_c = table->number("below_c", {-100.0, 50.0});
 }
 
@@ -313,6 +313,48 @@ double heading_on_fixture(const calib::Vector3& up, const calib::Vector3& axis) 
                                up[0] * forward[1] - up[1] * forward[0]};
   const auto along = [&](const calib::Vector3& d) { return axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2]; };
   return std::atan2(-along(left), along(forward)) * base::kDegPerRad;
+}
+
+/// A serial port that something else owns already.
+struct SharedPort {
+  std::string section;  ///< of the configuration: "fixture", "power", "slot"
+  std::string text;     ///< for people: which port, of whom, and whose it is
+};
+
+/// The serial port that a controller is at; nothing where it has another link.
+std::optional<std::string> port_of(const hal::DeviceMap& map) {
+  const auto* serial = std::get_if<hal::SerialAddress>(&map.link.address);
+  return serial ? std::optional(serial->device) : std::nullopt;
+}
+
+std::vector<std::pair<std::string, hal::DeviceMap>> controllers_of(const StationConfig& config) {
+  std::vector<std::pair<std::string, hal::DeviceMap>> controllers = {{"chamber", config.chamber}};
+  if (config.fixture) controllers.emplace_back("fixture", *config.fixture);
+  if (const auto* power = std::get_if<hal::DeviceMap>(&config.power)) controllers.emplace_back("power", *power);
+  return controllers;
+}
+
+/// Everything that claims a serial port which chamber, fixture or power has: requests of the one would run into the
+/// answers of the other. Two slots at one port are not among them.
+std::vector<SharedPort> shared_ports(const StationConfig& config) {
+  std::map<std::string, std::string> owners;
+  std::vector<SharedPort> shared;
+  for (const auto& [section, map] : controllers_of(config)) {
+    const auto port = port_of(map);
+    if (!port || port->empty()) continue;
+    const auto [owner, is_new] = owners.try_emplace(*port, section);
+    if (is_new) continue;
+    shared.push_back({section, fmt::format("the serial port '{}' of the {} is that of the {} already", *port, section,
+                                           owner->second)});
+  }
+  for (const Slot& slot : config.slots) {
+    const auto* serial = std::get_if<hal::SerialAddress>(&slot.address);
+    const auto owner = serial ? owners.find(serial->device) : owners.end();
+    if (owner == owners.end()) continue;
+    shared.push_back({"slot", fmt::format("the serial port '{}' of slot {} is that of the {} already", serial->device,
+                                          slot.name, owner->second)});
+  }
+  return shared;
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/hash.h"
-#include "calib/estimate/gravity.h"
+#include "calib/estimate/site.h"
 #include "db/run/run_file.h"
 #include "station/io/output.h"
 

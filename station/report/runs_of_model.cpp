@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "calib/estimate/run_copies.h"
+#include "calib/estimate/unit_input.h"
 #include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"
 

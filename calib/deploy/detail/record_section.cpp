@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "base/hash.h"
-#include "base/hex.h"
+#include "base/text.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib::file {

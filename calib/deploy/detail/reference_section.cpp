@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/hash.h"
-#include "base/hex.h"
+#include "base/text.h"
 
 namespace soak::calib::file {
 namespace {

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "base/crc32c.h"
+#include "base/hash.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib::file {

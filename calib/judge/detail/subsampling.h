@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "calib/curve/variance_components.h"
+#include "calib/curve/families.h"
 #include "calib/estimate/curve_data.h"
 #include "calib/judge/detail/part_fit.h"
 
