@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <utility>
+#include <variant>
 
 #include "hal/imu/detail/ahrs400_protocol.h"
 #include "hal/imu/detail/vectornav_protocol.h"
@@ -306,6 +307,13 @@ std::unique_ptr<imu::Protocol> make_protocol(const UnitLink& link) {
   return std::make_unique<imu::XsensProtocol>();
 }
 
+struct SourceOf {
+  auto operator()(const TcpAddress& address) const { return imu::make_tcp_source(address); }
+  auto operator()(const SerialAddress& address) const { return imu::make_serial_source(address); }
+  auto operator()(const UsbAddress& address) const { return imu::make_usb_source(address); }
+  auto operator()(const RecordedAddress& address) const { return imu::make_recorded_source(address); }
+};
+
 }  // namespace
 
 std::unique_ptr<Imu> make_imu(const UnitLink& link) {
@@ -313,3 +321,9 @@ std::unique_ptr<Imu> make_imu(const UnitLink& link) {
 }
 
 }  // namespace soak::hal
+
+namespace soak::hal::imu {
+
+std::unique_ptr<ByteSource> make_source(const UnitAddress& address) { return std::visit(hal::SourceOf{}, address); }
+
+}  // namespace soak::hal::imu
