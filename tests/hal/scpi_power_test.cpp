@@ -154,7 +154,7 @@ TEST_P(ScpiPowerTest, ErrorsOfBeforeAreNotTakenForOurs) {
 TEST_P(ScpiPowerTest, FindsASettingThatIsAcceptedAndIgnored) {
   (void)peer_.tell("stuck");
   EXPECT_EQ(text_of(power_->prepare(1, {12.0, {}})),
-            "set_v_1 (field 1 of 'VOLT? (@1:3)') holds 0.000 where 12.000 was written");
+            "set_v_1 (field 1 of 'VOLT? (@1:3)') holds +0.000000E+00 where 12.000 was written");
   EXPECT_EQ(text_of(power_->set(1, true)), "output_1 (field 1 of 'OUTP? (@1:3)') holds 0 where 1 was written");
 }
 

@@ -1,23 +1,90 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/imu/detail/mt_data2.h"
+#include "hal/imu/detail/xsens_frames.h"
 
 #include <bit>
 #include <concepts>
-#include <cstddef>
-
-#include "hal/imu/detail/big_endian.h"
+#include <numeric>
 
 namespace soak::hal::imu {
+
+// --- frames
+
+namespace {
+
+constexpr std::uint8_t kPreamble = 0xFA;
+constexpr std::uint8_t kBus = 0xFF;
+constexpr std::uint8_t kExtended = 0xFF;
+constexpr std::size_t kShortHeader = 4;
+constexpr std::size_t kLongHeader = 6;
+
+std::uint8_t sum_of(std::span<const std::uint8_t> bytes) {
+  return static_cast<std::uint8_t>(std::accumulate(bytes.begin(), bytes.end(), 0U));
+}
+
+/// What the bytes from an FA on say about the frame.
+struct XbusHeader {
+  enum class Kind { incomplete, impossible, found } kind;
+  std::size_t header_size = 0;
+  std::size_t data_size = 0;
+
+  [[nodiscard]] std::size_t frame_size() const { return header_size + data_size + 1; }
+};
+
+XbusHeader read_header(std::span<const std::uint8_t> bytes) {
+  using enum XbusHeader::Kind;
+  if (bytes.size() < kShortHeader) return {incomplete};
+  // Zeros behind an FA are no message: no device has bus 0, and request 0 comes from the host alone.
+  if (bytes[1] == 0 && bytes[2] == 0) return {impossible};
+  if (bytes[3] != kExtended) return {found, kShortHeader, bytes[3]};
+  if (bytes.size() < kLongHeader) return {incomplete};
+  const std::size_t size = static_cast<std::size_t>(bytes[4]) << 8U | bytes[5];
+  return size > kMaxXbusData ? XbusHeader{impossible} : XbusHeader{found, kLongHeader, size};
+}
+
+}  // namespace
+
+base::Bytes encode_xbus(Mid id, std::span<const std::uint8_t> data) {
+  base::Bytes frame;
+  frame.reserve(kLongHeader + data.size() + 1);
+  for (const std::uint8_t byte : {kPreamble, kBus, static_cast<std::uint8_t>(id)}) frame.push_back(byte);
+  if (data.size() >= kExtended) {
+    frame.push_back(kExtended);
+    frame.push_back(static_cast<std::uint8_t>(data.size() >> 8U));
+  }
+  frame.push_back(static_cast<std::uint8_t>(data.size()));
+  frame.insert(frame.end(), data.begin(), data.end());
+  frame.push_back(static_cast<std::uint8_t>(0U - sum_of(std::span(frame).subspan(1))));
+  return frame;
+}
+
+std::optional<XbusMessage> XbusDecoder::next() {
+  for (;;) {
+    skip_until([](std::uint8_t byte) { return byte == kPreamble; });
+    const auto bytes = pending();
+    const XbusHeader header = read_header(bytes);
+    if (header.kind == XbusHeader::Kind::incomplete) return std::nullopt;
+    if (header.kind == XbusHeader::Kind::found) {
+      if (bytes.size() < header.frame_size()) return std::nullopt;
+      if (sum_of(bytes.subspan(1, header.frame_size() - 1)) == 0) {
+        take_frame(header.frame_size());
+        return XbusMessage{bytes[1], static_cast<Mid>(bytes[2]), bytes.subspan(header.header_size, header.data_size),
+                           header.frame_size()};
+      }
+    }
+    skip_garbage(1);
+  }
+}
+
+// --- measurements
+
 namespace {
 
 constexpr std::uint16_t kTypeMask = 0xFFF0;
 constexpr std::uint16_t kFormatMask = 0x0003;
 
-using Bytes = std::span<const std::uint8_t>;
-
 struct Element {
   std::uint16_t id;
-  Bytes value;
+  std::span<const std::uint8_t> value;
 };
 
 float read_float32(const std::uint8_t* bytes) { return std::bit_cast<float>(big_endian<std::uint32_t>(bytes)); }
