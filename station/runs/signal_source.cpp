@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/text.h"
-#include "calib/segments/data_gate.h"
+#include "calib/estimate/unit_input.h"
 #include "calib/signal/samples/sample_grid.h"
 #include "calib/vocabulary/sensor.h"
 #include "db/run/run_file.h"

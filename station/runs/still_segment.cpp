@@ -5,7 +5,7 @@
 
 #include <optional>
 
-#include "calib/segments/data_gate.h"
+#include "calib/estimate/unit_input.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
 #include "station/runs/signal_source.h"
