@@ -11,8 +11,6 @@
 
 #include <cstdint>
 #include "calib/forward/mechanisms.h"
-#include "calib/gap/report/acceptance.h"
-#include "calib/gap/report/gap_json.h"
 #include "calib/gap/report/gap_report.h"
 #include "calib/model/document_parts.h"
 #include "station/commands/command.h"
@@ -139,8 +137,8 @@ std::string gap_table(const GapReport& report) {
                      fmt::format("{:.3g}", gap->before_rms * factor), fmt::format("{:.3g}", gap->after_rms * factor),
                      fmt::format("{:.3g}", gap->floor_rms * factor),
                      gap->closed_fraction ? fmt::format("{:.0f} %", 100.0 * *gap->closed_fraction)
-                     : report.held_out == calib::gap::HeldOut::runs ? "too small to tell"
-                                                                    : "-",
+                     : report.judged_on == calib::gap::JudgedOn::runs ? "too small to tell"
+                                                                      : "-",
                      gap->closed_ci95 ? fmt::format("{:.0f}..{:.0f} %", 100.0 * gap->closed_ci95->first,
                                                     100.0 * gap->closed_ci95->second)
                                       : "-",
@@ -149,16 +147,16 @@ std::string gap_table(const GapReport& report) {
   return text_table(table);
 }
 
-std::string_view held_out_text(calib::gap::HeldOut held_out) {
-  return held_out == calib::gap::HeldOut::runs       ? "runs"
-         : held_out == calib::gap::HeldOut::branches ? "branches"
-                                                     : "halves of the branches' difference";
+std::string_view held_out_text(calib::gap::JudgedOn held_out) {
+  return held_out == calib::gap::JudgedOn::runs       ? "runs"
+         : held_out == calib::gap::JudgedOn::branches ? "branches"
+                                                      : "halves of the branches' difference";
 }
 
 /// What the data gate rejected, a line for each run and sensor.
 std::string rejected_text(const GapReport& report) {
   std::string text;
-  for (const calib::gap::LeftOut& entry : report.left_out) {
+  for (const calib::gap::GateRejection& entry : report.rejections) {
     text += fmt::format("rejected by the data gate: run {}{}: {} of {} segments ({}): {}\n", entry.run,
                         entry.sensor ? fmt::format(", {}", calib::name_of(*entry.sensor)) : "", entry.segments,
                         entry.of, entry.code, entry.why);
@@ -168,7 +166,7 @@ std::string rejected_text(const GapReport& report) {
 
 std::string gap_report_text(const GapReport& report) {
   std::string text = fmt::format("unit {}, model {}: {}\n{}\n", report.unit, report.model,
-                                 calib::gap::name_of(report.verdict), report.reason);
+                                 calib::gap::name_of(report.conclusion), report.reason);
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
     text += effect_text(report.effects[e], report.next.at(e).text);
   }
@@ -176,10 +174,10 @@ std::string gap_report_text(const GapReport& report) {
     text += "possible, but not certain enough to be named:\n";
     for (const NamedEffect& effect : report.suspects) text += effect_text(effect, "");
   }
-  if (report.verdict != calib::gap::Verdict::cannot_judge) {
-    text +=
-        fmt::format("\ngap on {} that were not used for the fit (RMS of {} means):\n{}", held_out_text(report.held_out),
-                    report.held_out == calib::gap::HeldOut::runs ? "one-minute" : "30-second", gap_table(report));
+  if (report.conclusion != calib::gap::Conclusion::cannot_judge) {
+    text += fmt::format("\ngap on {} that were not used for the fit (RMS of {} means):\n{}",
+                        held_out_text(report.judged_on),
+                        report.judged_on == calib::gap::JudgedOn::runs ? "one-minute" : "30-second", gap_table(report));
   }
   for (const auto& entry : report.not_testable) text += fmt::format("not testable: {}: {}\n", entry.name, entry.why);
   return text + rejected_text(report);

@@ -7,7 +7,7 @@
 #include "base/hash.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
-#include "station/config/limits_file.h"
+#include "station/config/unit_type_file.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
 #include "station/io/text_file.h"

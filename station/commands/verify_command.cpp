@@ -17,7 +17,6 @@
 #include "calib/judge/verification.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
-#include "station/config/limits_file.h"
 #include "station/config/unit_type_file.h"
 #include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"

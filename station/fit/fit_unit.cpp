@@ -12,11 +12,11 @@
 #include <thread>
 #include <utility>
 
-#include "calib/forward/take_off.h"
+#include "calib/forward/simulation.h"
 #include "calib/model/model_document.h"
 #include "station/config/unit_type_file.h"
 #include "station/fit/reference_rule.h"
-#include "station/gap/logged_campaign.h"
+#include "station/gap/gap_search.h"
 #include "station/io/host.h"
 #include "station/io/output.h"
 #include "station/records/check_standard.h"
@@ -186,7 +186,7 @@ base::Status take_terms_off(const db::Catalog& catalog, const std::vector<calib:
   // Mountings scatter, and the misalignment of the next one is as uncertain as that says: a fit must see it.
   std::vector<calib::ModelTerm> of_the_unit = terms;
   std::erase_if(of_the_unit, [](const calib::ModelTerm& term) { return term.name == "fixture_tilt"; });
-  for (std::string& sentence : calib::forward::take_off(of_the_unit, *logged)) {
+  for (std::string& sentence : calib::forward::subtract_terms(of_the_unit, *logged)) {
     warnings.push_back({"term_not_evaluated", std::move(sentence)});
   }
   input.runs.clear();

@@ -13,7 +13,7 @@
 #include "calib/model/model_document.h"
 #include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"
-#include "station/gap/logged_campaign.h"
+#include "station/gap/gap_search.h"
 
 namespace soak::station {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/search/slow_noise.h"
+#include "calib/gap/search/detail/slow_noise.h"
 
 #include <Eigen/QR>
 #include <algorithm>
@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "base/statistics.h"
-#include "calib/gap/noise/running_mean.h"
-#include "calib/gap/search/sensor_sets.h"
+#include "calib/gap/noise/noise.h"
+#include "calib/gap/search/score.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -39,47 +39,6 @@ struct Spectrum {
     return (low - low_dof * high / high_dof) * (low_dof + high_dof) / (low + high);
   }
 };
-
-/// One stay in a position, or one visit: what it read on average.
-struct Stay {
-  int run = 0;
-  int visit = 0;
-  int cell = 0;  ///< equal for what runs repeat
-  Mean t_s;
-  Mean value;
-};
-
-std::vector<Stay> placements_of(const Observations& observations, const Eigen::VectorXd& remainder) {
-  std::map<int, Stay> stays;
-  for (std::size_t i = 0; i < observations.rows.size(); ++i) {
-    const double value = remainder(static_cast<Eigen::Index>(i));
-    if (!std::isfinite(value)) continue;
-    const Observation& row = observations.rows[i];
-    Stay& stay = stays[row.placement];
-    stay.run = row.run;
-    stay.visit = row.visit;
-    stay.cell = row.cell;
-    stay.t_s.add(row.t_s);
-    stay.value.add(value);
-  }
-  std::vector<Stay> list;
-  for (const auto& [id, stay] : stays) list.push_back(stay);
-  return list;
-}
-
-std::vector<Stay> visits_of(const std::vector<Stay>& placements) {
-  std::vector<Stay> visits;
-  for (const Stay& placement : placements) {
-    if (visits.empty() || visits.back().run != placement.run || visits.back().visit != placement.visit) {
-      visits.push_back({placement.run, placement.visit, placement.cell, {}, {}});
-    }
-    // The cell of a visit is that of its placement with the smallest number, whatever the order of the positions.
-    visits.back().cell = std::min(visits.back().cell, placement.cell);
-    visits.back().t_s.add(placement.t_s.value);
-    visits.back().value.add(placement.value.value);
-  }
-  return visits;
-}
 
 /// Squares and degrees of freedom that a least-squares fit leaves.
 std::pair<double, double> left_by(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y) {
@@ -148,9 +107,7 @@ Spectrum within_visits(const std::vector<Stay>& placements) {
     std::vector<double> values;
     double replicates = 0.0;
     std::size_t k = first;
-    for (; k < placements.size() && placements[k].run == placements[first].run &&
-           placements[k].visit == placements[first].visit;
-         ++k) {
+    for (; k < placements.size() && same_visit(placements[k], placements[first]); ++k) {
       const Mean& cell = cells.at(placements[k].cell);
       if (cell.count < 2.0) continue;
       values.push_back(placements[k].value.value - cell.value);

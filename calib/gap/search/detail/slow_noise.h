@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/gap/search/campaign_model.h"
+#include "calib/gap/base/campaign_model.h"
 #include "calib/gap/search/search.h"
 
 namespace soak::calib::gap {

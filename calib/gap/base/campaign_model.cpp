@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/search/campaign_model.h"
+#include "calib/gap/base/campaign_model.h"
 
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
+#include <utility>
+
+#include "anfis/linear/least_squares.h"
 
 namespace soak::calib::gap {
 namespace {
 
+constexpr double kRankTolerance = 1e-9;
 constexpr int kPasses = 3;
 constexpr double kNoSlope = 1e12;  ///< prior that keeps a slope at that of the spline
 
@@ -17,10 +21,44 @@ bool scatters(const NoiseComponents& noise) {
   return std::hypot(noise.block, noise.placement, noise.visit) > kLeast;
 }
 
+Eigen::VectorXd readings(const Observations& observations, Sensor sensor) {
+  Eigen::VectorXd y(static_cast<Eigen::Index>(observations.rows.size()));
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    y(i) = observations.rows[static_cast<std::size_t>(i)].sensor[index_of(sensor)].mean;
+  }
+  return y;
+}
+
 }  // namespace
 
-CampaignModel::CampaignModel(const Observations& observations, const Courses& courses, std::optional<int> without_run)
-    : observations_(observations), courses_(courses) {
+SensorResidual::SensorResidual(const Observations& observations, Sensor sensor, const Eigen::MatrixXd& base,
+                               const NoiseComponents& noise, const std::vector<bool>& keep,
+                               const Eigen::VectorXd& prior)
+    : whitening_(observations, sensor, noise, keep) {
+  const Eigen::Index rows = static_cast<Eigen::Index>(whitening_.rows().size());
+  if (rows == 0) return;
+  // A prior about 0 is one more reading of 0 for each column.
+  Eigen::MatrixXd white = Eigen::MatrixXd::Zero(rows + base.cols(), base.cols());
+  white.topRows(rows) = whitening_.apply(base);
+  white.bottomRows(base.cols()) = prior.asDiagonal();
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(white.rows());
+  y.head(rows) = whitening_.apply(readings(observations, sensor));
+  const anfis::LeastSquaresFit fit = anfis::solve_least_squares(white, y, kRankTolerance);
+  coefficients_ = fit.coefficients;
+  coefficient_factor_ = fit.covariance_factor;
+  // X F has orthonormal columns, as F Fᵀ is the pseudo-inverse of XᵀX. Nothing else has a part in the prior's rows.
+  basis_ = white.topRows(rows) * coefficient_factor_;
+  residual_ = y.head(rows) - basis_ * (basis_.transpose() * y.head(rows));
+}
+
+Eigen::MatrixXd SensorResidual::project(Eigen::MatrixXd white) const {
+  white -= basis_ * (basis_.transpose() * white);
+  return white;
+}
+
+CampaignModel::CampaignModel(const Observations& observations, const TemperatureHistory& history,
+                             std::optional<int> without_run)
+    : observations_(observations), history_(history) {
   terms_.fill(Eigen::MatrixXd(static_cast<Eigen::Index>(observations.rows.size()), 0));
   for (const Observation& row : observations.rows) {
     keep_.push_back(row.run != without_run);
@@ -34,12 +72,12 @@ CampaignModel::CampaignModel(const Observations& observations, const Courses& co
 }
 
 Circumstances CampaignModel::circumstances() const {
-  return {observations_, courses_, slope_,
+  return {observations_, history_, slope_,
           [this](Sensor sensor, const std::vector<double>& temp_c) { return read_at(sensor, temp_c); }};
 }
 
-void CampaignModel::take_in(const Candidate& candidate, const std::vector<Sensor>& sensors,
-                            const Eigen::VectorXd& common) {
+void CampaignModel::add_term(const Candidate& candidate, const std::vector<Sensor>& sensors,
+                             const Eigen::VectorXd& common) {
   for (const Sensor sensor : sensors) {
     const std::size_t s = index_of(sensor);
     const Eigen::MatrixXd joined =

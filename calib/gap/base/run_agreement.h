@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "calib/gap/search/campaign_model.h"
+#include "calib/gap/base/campaign_model.h"
 
 namespace soak::calib::gap {
 

@@ -1,16 +1,96 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/ramps/detail/branch_judge.h"
+#include "calib/gap/ramps/detail/branch_fit.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 
-#include "calib/gap/ramps/detail/ramp_spline.h"
-
-namespace soak::calib::gap::reduced {
+namespace soak::calib::gap::ramps {
 namespace {
+
+/// Cubic B-splines on `intervals` equal intervals of low_c..high_c at the temperatures (one row each, intervals + 3
+/// columns that sum to 1). Temperatures beyond the range count as its nearer end. Source: C. de Boor, A Practical Guide
+/// to Splines, 2001, ch. X, for equal distances. Needs low_c < high_c, intervals > 0.
+Eigen::MatrixXd ramp_spline(const Eigen::VectorXd& temp_c, double low_c, double high_c, int intervals) {
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(temp_c.size(), intervals + 3);
+  for (Eigen::Index i = 0; i < temp_c.size(); ++i) {
+    const double place = std::clamp((temp_c(i) - low_c) / (high_c - low_c), 0.0, 1.0) * intervals;
+    const int k = std::min(static_cast<int>(place), intervals - 1);
+    const double u = place - k;
+    // The four pieces of a cubic B-spline with knots at whole numbers.
+    basis(i, k) = (1 - u) * (1 - u) * (1 - u) / 6;
+    basis(i, k + 1) = (3 * u * u * u - 6 * u * u + 4) / 6;
+    basis(i, k + 2) = (-3 * u * u * u + 3 * u * u + 3 * u + 1) / 6;
+    basis(i, k + 3) = u * u * u / 6;
+  }
+  return basis;
+}
+
+constexpr std::array kIntervals = {2, 3, 4, 5, 6, 8, 10};
+constexpr Eigen::Index kLeastRows = 8;
+constexpr double kMostCorrelation = 0.9;
+
+/// What is left of the branches about their own curves.
+struct Remainder {
+  double squares = 0.0;
+  double neighbours = 0.0;  ///< sum of the products of neighbouring residuals
+  double rows = 0.0;
+  double parameters = 0.0;
+};
+
+void add_branch(const Eigen::VectorXd& values, const Eigen::VectorXd& temp_c, int intervals, Remainder& total) {
+  const Eigen::Index rows = values.size();
+  if (rows < kLeastRows) return;
+  // Two rows for each column at least.
+  const int most = std::max(1, static_cast<int>(rows / 2) - 3);
+  const Eigen::MatrixXd basis =
+      ramp_spline(temp_c, temp_c.minCoeff(), temp_c.maxCoeff(), std::clamp(intervals, 1, most));
+  const Eigen::VectorXd left = values - basis * basis.completeOrthogonalDecomposition().solve(values);
+  total.squares += left.squaredNorm();
+  total.neighbours += left.head(rows - 1).dot(left.tail(rows - 1));
+  total.rows += static_cast<double>(rows);
+  total.parameters += static_cast<double>(basis.cols());
+}
+
+Remainder remainder_of(const Eigen::VectorXd& values, const Eigen::VectorXd& temp_c, const std::vector<int>& branch,
+                       int intervals) {
+  const double range_c = temp_c.maxCoeff() - temp_c.minCoeff();
+  Remainder total;
+  Eigen::Index first = 0;
+  for (Eigen::Index i = 1; i <= values.size(); ++i) {
+    if (i < values.size() && branch[static_cast<std::size_t>(i)] == branch[static_cast<std::size_t>(first)]) continue;
+    const Eigen::VectorXd own_c = temp_c.segment(first, i - first);
+    const double share = (own_c.maxCoeff() - own_c.minCoeff()) / range_c;
+    if (share > 0.0) {
+      add_branch(values.segment(first, i - first), own_c, static_cast<int>(std::lround(intervals * share)), total);
+    }
+    first = i;
+  }
+  return total;
+}
+
+/// Fits a spline to every branch alone. Rows in the order of time, `branch` rising; at least 8 of them in some branch,
+/// the branches with fewer do not count.
+BranchNoise branch_noise(const Eigen::VectorXd& values, const Eigen::VectorXd& temp_c, const std::vector<int>& branch) {
+  BranchNoise best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const int intervals : kIntervals) {
+    const Remainder left = remainder_of(values, temp_c, branch, intervals);
+    if (left.rows <= left.parameters || left.squares <= 0.0) continue;
+    const double criterion = left.rows * std::log(left.squares / left.rows) + left.parameters * std::log(left.rows);
+    if (criterion >= least) continue;
+    least = criterion;
+    best.intervals = intervals;
+    best.sigma = std::sqrt(left.squares / (left.rows - left.parameters));
+    // A fit of p parameters to n rows makes neighbours look opposite by about p/n.
+    best.correlation = std::clamp(left.neighbours / left.squares + left.parameters / left.rows, 0.0, kMostCorrelation);
+  }
+  return best;
+}
 
 constexpr double kLeastJudged = 4.0;
 constexpr double kTinyRidge = 1e-8;  ///< of the mean diagonal: where a training has no rows the spline stays finite
@@ -35,43 +115,44 @@ Normal normal_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& values, 
 
 }  // namespace
 
-std::optional<BranchJudge> BranchJudge::of(const RampRecording& recording, const FoldPlan& plan, Sensor sensor) {
+std::optional<BranchFit> BranchFit::of(const RampRecording& recording, const FoldPlan& plan, Sensor sensor) {
   const std::size_t s = index_of(sensor);
   const auto& rows = recording.observations.rows;
-  BranchJudge judge;
+  BranchFit fit;
+  fit.sensor_ = sensor;
   std::vector<int> branch;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].sensor[s].count == 0 || !std::isfinite(rows[i].sensor[s].mean)) continue;
-    judge.row_.push_back(i);
-    judge.run_.push_back(rows[i].run);
-    judge.fold_.push_back(plan.fold[i]);
-    judge.sweep_.push_back(rows[i].sweep);
+    fit.row_.push_back(i);
+    fit.run_.push_back(rows[i].run);
+    fit.fold_.push_back(plan.fold[i]);
+    fit.sweep_.push_back(rows[i].sweep);
     branch.push_back(recording.branch[i]);
-    judge.piece_.push_back(recording.branch[i] * (plan.count + 1) + plan.fold[i]);
+    fit.piece_.push_back(recording.branch[i] * (plan.count + 1) + plan.fold[i]);
   }
-  const auto count = static_cast<Eigen::Index>(judge.row_.size());
+  const auto count = static_cast<Eigen::Index>(fit.row_.size());
   if (count == 0) return std::nullopt;
-  judge.values_.resize(count);
-  judge.temp_c_.resize(count);
+  fit.values_.resize(count);
+  fit.temp_c_.resize(count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Observation& row = rows[judge.row_[static_cast<std::size_t>(i)]];
-    judge.values_(i) = row.sensor[s].mean;
-    judge.temp_c_(i) = row.sensor_temp_c[s];
+    const Observation& row = rows[fit.row_[static_cast<std::size_t>(i)]];
+    fit.values_(i) = row.sensor[s].mean;
+    fit.temp_c_(i) = row.sensor_temp_c[s];
   }
-  if (judge.values_.maxCoeff() == judge.values_.minCoeff()) return std::nullopt;
-  judge.values_.array() -= judge.values_.mean();
-  judge.low_c_ = judge.temp_c_.minCoeff() - 1.0;
-  judge.high_c_ = judge.temp_c_.maxCoeff() + 1.0;
-  judge.noise_ = branch_noise(judge.values_, judge.temp_c_, branch);
-  if (!(judge.noise_.sigma > 0.0)) return std::nullopt;
-  judge.choose_judged_rows(plan.count);
-  const auto enough = std::count_if(judge.weight_.begin(), judge.weight_.end(), [](double w) { return w > 0.0; });
+  if (fit.values_.maxCoeff() == fit.values_.minCoeff()) return std::nullopt;
+  fit.values_.array() -= fit.values_.mean();
+  fit.low_c_ = fit.temp_c_.minCoeff() - 1.0;
+  fit.high_c_ = fit.temp_c_.maxCoeff() + 1.0;
+  fit.noise_ = branch_noise(fit.values_, fit.temp_c_, branch);
+  if (!(fit.noise_.sigma > 0.0)) return std::nullopt;
+  fit.choose_judged_rows(plan.count);
+  const auto enough = std::count_if(fit.weight_.begin(), fit.weight_.end(), [](double w) { return w > 0.0; });
   if (enough < 2) return std::nullopt;
-  judge.base_ = judge.left_out(nullptr);
-  return judge;
+  fit.base_ = fit.predict_folds(nullptr);
+  return fit;
 }
 
-void BranchJudge::choose_judged_rows(int folds) {
+void BranchFit::choose_judged_rows(int folds) {
   judged_.assign(row_.size(), false);
   for (int fold = 0; fold < folds; ++fold) {
     double low_c = std::numeric_limits<double>::infinity();
@@ -96,15 +177,17 @@ void BranchJudge::choose_judged_rows(int folds) {
   }
 }
 
-BranchJudge::Design BranchJudge::design(const Shape* shape) const {
+BranchFit::Design BranchFit::design(const Candidate* shape) const {
   Eigen::VectorXd temp_c = temp_c_;
+  const Eigen::MatrixXd none;
+  const Eigen::MatrixXd& added = shape == nullptr ? none : shape->columns[index_of(sensor_)];
   const auto row = [&](Eigen::Index i) { return static_cast<Eigen::Index>(row_[static_cast<std::size_t>(i)]); };
   if (shape != nullptr && shape->shifts) {
-    for (Eigen::Index i = 0; i < temp_c.size(); ++i) temp_c(i) += shape->columns(row(i), 0);
+    for (Eigen::Index i = 0; i < temp_c.size(); ++i) temp_c(i) += added(row(i), 0);
   }
   const Eigen::MatrixXd curve = ramp_spline(temp_c, low_c_, high_c_, noise_.intervals);
   const int runs = *std::max_element(run_.begin(), run_.end());
-  const Eigen::Index terms = shape == nullptr || shape->shifts ? 0 : shape->columns.cols();
+  const Eigen::Index terms = shape == nullptr || shape->shifts ? 0 : added.cols();
   Design made;
   made.base = curve.cols() + runs;
   made.columns = Eigen::MatrixXd::Zero(temp_c.size(), made.base + terms);
@@ -112,13 +195,13 @@ BranchJudge::Design BranchJudge::design(const Shape* shape) const {
   for (Eigen::Index i = 0; i < temp_c.size(); ++i) {
     const int run = run_[static_cast<std::size_t>(i)];
     if (run > 0) made.columns(i, curve.cols() + run - 1) = 1.0;
-    if (terms > 0) made.columns.row(i).tail(terms) = shape->columns.row(row(i));
+    if (terms > 0) made.columns.row(i).tail(terms) = added.row(row(i));
   }
   return made;
 }
 
 // Neighbours of one piece: w_i = (x_i − ρ x_{i−1})/√(1 − ρ²), which leaves the variance of an AR(1) process as it is.
-Eigen::MatrixXd BranchJudge::white(const Eigen::MatrixXd& columns) const {
+Eigen::MatrixXd BranchFit::white(const Eigen::MatrixXd& columns) const {
   Eigen::MatrixXd result = columns;
   const double rho = noise_.correlation;
   for (Eigen::Index i = 1; i < columns.rows(); ++i) {
@@ -129,7 +212,7 @@ Eigen::MatrixXd BranchJudge::white(const Eigen::MatrixXd& columns) const {
   return result;
 }
 
-Eigen::VectorXd BranchJudge::ridge(const Design& design, const Eigen::MatrixXd& normal) const {
+Eigen::VectorXd BranchFit::ridge(const Design& design, const Eigen::MatrixXd& normal) const {
   Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(normal.rows(), kTinyRidge * normal.diagonal().mean());
   if (design.base == normal.rows()) return diagonal;
   double square = 0.0;
@@ -141,7 +224,7 @@ Eigen::VectorXd BranchJudge::ridge(const Design& design, const Eigen::MatrixXd& 
   return diagonal;
 }
 
-double BranchJudge::mean_square(const Eigen::VectorXd& error, int fold) const {
+double BranchFit::mean_square(const Eigen::VectorXd& error, int fold) const {
   double sum = 0.0;
   double squares = 0.0;
   const double count = weight_[static_cast<std::size_t>(fold)];
@@ -155,7 +238,7 @@ double BranchJudge::mean_square(const Eigen::VectorXd& error, int fold) const {
   return squares / count - mean * mean;
 }
 
-FoldSquares BranchJudge::left_out(const Shape* shape) const {
+FoldSquares BranchFit::predict_folds(const Candidate* shape) const {
   const Design made = design(shape);
   const Eigen::MatrixXd columns = white(made.columns);
   const Eigen::VectorXd values = white(values_);
@@ -187,7 +270,7 @@ FoldSquares BranchJudge::left_out(const Shape* shape) const {
   return squares;
 }
 
-std::vector<double> BranchJudge::left_out_by_direction() const {
+std::vector<double> BranchFit::predict_by_direction() const {
   const Design made = design(nullptr);
   const Eigen::MatrixXd columns = white(made.columns);
   const Eigen::VectorXd values = white(values_);
@@ -208,7 +291,7 @@ std::vector<double> BranchJudge::left_out_by_direction() const {
   return errors;
 }
 
-WholeFit BranchJudge::whole(const Shape* shape) const {
+WholeFit BranchFit::fit_all(const Candidate* shape) const {
   const Design made = design(shape);
   const Eigen::MatrixXd columns = white(made.columns);
   const Eigen::VectorXd values = white(values_);
@@ -224,4 +307,4 @@ WholeFit BranchJudge::whole(const Shape* shape) const {
   return fit;
 }
 
-}  // namespace soak::calib::gap::reduced
+}  // namespace soak::calib::gap::ramps
