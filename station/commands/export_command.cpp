@@ -106,7 +106,7 @@ nlohmann::json losses_json(const calib::AutopilotFile& file) {
 /// The same as a table with the notes under it.
 std::string losses_text(const calib::AutopilotFile& file) {
   std::vector<std::vector<std::string>> table = {
-      {"error of the cubic", "rms", "worst", "at degC", "ci95 there", "beyond ci95", "unit"}};
+      {"loss of the cubic", "rms", "worst", "at degC", "ci95 there", "beyond ci95", "unit"}};
   for (const calib::CubicLoss& loss : file.losses) {
     const double factor = calib::printed_per_si(loss.sensor);
     table.push_back({std::string(calib::name_of(loss.sensor)), fmt::format("{:.3g}", loss.rms * factor),
