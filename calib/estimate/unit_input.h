@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -8,11 +9,13 @@
 #include <vector>
 
 #include "calib/estimate/model_term.h"
+#include "calib/estimate/site.h"
 #include "calib/vocabulary/reference.h"
 #include "calib/vocabulary/segment.h"
 #include "calib/vocabulary/unit_type.h"
 #include "calib/vocabulary/warning.h"
 
+/// What of the recorded runs goes into a fit: each recording once, without what the data gate rejected.
 namespace soak::calib {
 
 /// One run of a unit, as a fit takes it.
@@ -55,5 +58,33 @@ struct UnitInput {
 /// and its held-out folds would have seen what they judge. Adds a warning `copied_runs` for each run that has copies,
 /// with their names.
 void leave_out_copies(std::vector<RunInput>& runs, std::vector<Warning>& warnings);
+
+/// Whether a fit may not use the segment, or not this sensor of it.
+[[nodiscard]] bool is_rejected(const Segment& segment);
+[[nodiscard]] bool is_rejected(const Segment& segment, Sensor sensor);
+
+/// The segments that a fit may use; of a sensor that is rejected in a segment, its statistics there (and in the blocks)
+/// have count 0.
+[[nodiscard]] std::vector<Segment> accepted(std::span<const Segment> segments);
+
+/// One warning per code and severity, over all segments: how many segments it concerns of how many, and the text of the
+/// first. In the order in which they come first; empty where there are no findings.
+[[nodiscard]] std::vector<Warning> gate_warnings(std::span<const Segment> segments);
+
+/// A run as it is fitted: what the data gate left of it, and where it stood.
+struct GatedRun {
+  const RunInput* run = nullptr;
+  std::vector<Segment> segments;  ///< accepted()
+  Place place;
+
+  [[nodiscard]] bool has_plateaus() const {
+    return std::ranges::any_of(segments, [](const Segment& segment) { return segment.plateau_c.has_value(); });
+  }
+};
+
+/// Every run of the unit without what the gate rejected; gravity of a site that does not know it comes from the
+/// references where they have one. `warnings`: one per code, that of the first run that has it, and how many more runs
+/// do.
+[[nodiscard]] std::vector<GatedRun> gate_runs(const UnitInput& input, std::vector<Warning>& warnings);
 
 }  // namespace soak::calib

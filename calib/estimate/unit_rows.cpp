@@ -12,7 +12,6 @@
 #include "calib/estimate/detail/joint_fit.h"
 #include "calib/estimate/detail/row_collector.h"
 #include "calib/estimate/uncertainty_budget.h"
-#include "calib/segments/data_gate.h"
 
 namespace soak::calib {
 namespace {
@@ -128,46 +127,6 @@ base::Status check_readings(const UnitInput& input, std::span<const GatedRun> ga
   if (auto sane = check_magnitude(input); !sane) return sane;
   if (auto alive = check_stuck(input); !alive) return alive;
   return check_gravity(input, gated);
-}
-
-// What the data gate leaves.
-
-/// A warning of one run, and in how many more it occurs.
-struct GateWarning {
-  Warning warning;
-  std::size_t more_runs = 0;
-};
-
-void add_gate_warnings(const RunInput& run, std::vector<GateWarning>& all) {
-  std::set<std::string> counted;
-  for (const Warning& warning : summarise(run.segments)) {
-    const auto same = std::ranges::find_if(all, [&](const GateWarning& w) { return w.warning.code == warning.code; });
-    if (same == all.end() || counted.contains(warning.code)) {
-      all.push_back({{warning.code, fmt::format("run {}: {} {}", run.label, warning.code, warning.text)}});
-    } else {
-      ++same->more_runs;
-    }
-    counted.insert(warning.code);
-  }
-}
-
-/// Each run without what the gate rejected. `warnings`: one per code, that of the first run that has it, and how many
-/// more runs do.
-std::vector<GatedRun> gate_runs(const UnitInput& input, std::vector<Warning>& warnings) {
-  std::vector<GateWarning> all;
-  std::vector<GatedRun> gated;
-  for (const RunInput& run : input.runs) {
-    add_gate_warnings(run, all);
-    gated.push_back({&run, accepted(run.segments), {}});
-  }
-  for (GatedRun& run : gated) {
-    run.place = place_of(run.segments, with_reference_gravity(run.run->site, input.references));
-  }
-  for (GateWarning& one : all) {
-    if (one.more_runs > 0) one.warning.text += fmt::format(" (and so in {} more runs)", one.more_runs);
-    warnings.push_back(std::move(one.warning));
-  }
-  return gated;
 }
 
 // What the runs have in common.

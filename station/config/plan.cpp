@@ -53,7 +53,7 @@ std::string action_text(const Step& step) {
   return {};
 }
 
-nlohmann::json procedure_document(const Procedure& p) {
+nlohmann::json procedure_part(const Procedure& p) {
   return {{"name", p.name},
           {"description", p.description},
           {"file", p.file},
@@ -105,7 +105,7 @@ nlohmann::json plan_document(const Plan& plan) {
   }
   nlohmann::json steps = nlohmann::json::array();
   for (const Step& step : plan.steps) steps.push_back(step_document(step));
-  return {{"procedure", procedure_document(plan.procedure)},
+  return {{"procedure", procedure_part(plan.procedure)},
           {"runs", std::move(runs)},
           {"steps", std::move(steps)},
           {"estimate_s", plan.estimate_s()}};

@@ -51,7 +51,7 @@ std::vector<double> grid(const settings::Table& table) {
   if (!table.has("start_c") || !table.has("stop_c") || step_c <= 0.0) return {};
   const double steps = (stop_c - start_c) / step_c;
   if (stop_c <= start_c) {
-    table.refuse("stop_c", "'temperatures.stop_c' must lie above start_c; for any other course use list_c");
+    table.refuse("stop_c", "'temperatures.stop_c' must be above start_c; for any other order use list_c");
     return {};
   }
   if (std::abs(steps - std::round(steps)) > 1e-6) {
@@ -68,11 +68,11 @@ std::vector<double> grid(const settings::Table& table) {
 std::vector<double> list(const settings::Table& table) {
   for (const std::string_view key : {"start_c", "stop_c", "step_c"}) {
     if (!table.optional_number(key, kSetPoint_c)) continue;
-    table.refuse(key, fmt::format("'temperatures.{}' does not go with list_c", key));
+    table.refuse(key, fmt::format("'temperatures.{}' cannot be combined with list_c", key));
   }
-  if (!table.text("sweep", "").empty()) table.refuse("sweep", "'temperatures.sweep' does not go with list_c");
+  if (!table.text("sweep", "").empty()) table.refuse("sweep", "'temperatures.sweep' cannot be combined with list_c");
   auto points = table.numbers("list_c", kSetPoint_c, settings::kRequired);
-  if (points.empty()) table.refuse("list_c", "'temperatures.list_c' needs one set point at least");
+  if (points.empty()) table.refuse("list_c", "'temperatures.list_c' needs at least one set point");
   return points;
 }
 
@@ -94,7 +94,7 @@ void read_temperatures(const settings::Table& root, Procedure& p) {
 void read_reference(const settings::Table& table, Procedure& p) {
   const double reference_c = table.number("temp_c", kReference_c);
   if (p.kind != ProcedureKind::soak) {
-    table.refuse("temp_c", "a reference plateau goes with kind 'soak' only");
+    table.refuse("temp_c", "a reference plateau needs kind 'soak'");
     return;
   }
   auto& points = p.set_points_c;
@@ -137,7 +137,7 @@ std::vector<std::string> read_order(const settings::Table& table) {
   for (const std::string& text : table.texts("order", settings::kRequired)) {
     const auto position = calib::position_named(text);
     if (!position) {
-      findings.push_back(fmt::format("'{}' is no position: +X, -X, +Y, -Y, +Z or -Z", text));
+      findings.push_back(fmt::format("'{}' is not a position: +X, -X, +Y, -Y, +Z or -Z", text));
       continue;
     }
     if (auto finding = order_finding(labels, position->label); !finding.empty()) findings.push_back(std::move(finding));
@@ -152,7 +152,7 @@ void read_positions(const settings::Table& root, Procedure& p) {
   if (!table) return;
   p.positions = read_order(*table);
   if (table->has("order") && p.positions.empty())
-    table->refuse("order", "'positions.order' needs one position at least");
+    table->refuse("order", "'positions.order' needs at least one position");
   if (p.kind != ProcedureKind::soak && p.positions.size() > 1) {
     table->refuse("order", fmt::format("a procedure of kind '{}' has one position", name_of(p.kind)));
   }
@@ -180,7 +180,7 @@ std::vector<std::string> read_rate_positions(const settings::Table& table, const
     }
     labels.push_back(label);
   }
-  if (table.has("positions") && labels.empty()) findings.emplace_back("'rates.positions' needs one position at least");
+  if (table.has("positions") && labels.empty()) findings.emplace_back("'rates.positions' needs at least one position");
   refuse_all(table, "positions", findings);
   return labels;
 }
@@ -188,19 +188,19 @@ std::vector<std::string> read_rate_positions(const settings::Table& table, const
 void read_rates(const settings::Table& table, Procedure& p) {
   constexpr double kSlowest_dps = 5.0;
   constexpr double kFastest_dps = 2000.0;
-  if (p.kind != ProcedureKind::soak) table.refuse("", "[rates] go with kind 'soak' only");
+  if (p.kind != ProcedureKind::soak) table.refuse("", "[rates] needs kind 'soak'");
   p.rate_positions = read_rate_positions(table, p);
   p.rates_dps = table.numbers("list_dps", {-kFastest_dps, kFastest_dps}, settings::kRequired);
   p.rate_dwell_s = table.number("dwell_s", {1.0, kDay_s}, p.rate_dwell_s);
   std::vector<std::string> findings;
   for (auto rate = p.rates_dps.begin(); rate != p.rates_dps.end(); ++rate) {
     if (std::abs(*rate) < kSlowest_dps) {
-      findings.push_back(fmt::format("{:g} deg/s is too slow: {:g} at least, in either sense", *rate, kSlowest_dps));
+      findings.push_back(fmt::format("{:g} deg/s is too slow: at least {:g} in either direction", *rate, kSlowest_dps));
     } else if (std::find(p.rates_dps.begin(), rate, *rate) != rate) {
       findings.push_back(fmt::format("{:g} deg/s is duplicated in rates.list_dps", *rate));
     }
   }
-  if (table.has("list_dps") && p.rates_dps.empty()) findings.emplace_back("'rates.list_dps' needs one rate at least");
+  if (table.has("list_dps") && p.rates_dps.empty()) findings.emplace_back("'rates.list_dps' needs at least one rate");
   refuse_all(table, "list_dps", findings);
 }
 
@@ -256,9 +256,9 @@ void read_power(const settings::Table& table, Procedure& p) {
   p.cycle_at_visit = table.whole(kCycle, {0, static_cast<int>(kMaxVisits)}, 0);
   const auto last = static_cast<int>(p.set_points_c.size()) - 1;
   if (p.kind != ProcedureKind::soak) {
-    table.refuse(kCycle, "'power.cycle_at_visit' goes with kind 'soak' only");
+    table.refuse(kCycle, "'power.cycle_at_visit' needs kind 'soak'");
   } else if (last >= 0 && *p.cycle_at_visit >= last) {
-    table.refuse(kCycle, fmt::format("visit {} has none after it: the course has the visits 0 to {}, reference plateau "
+    table.refuse(kCycle, fmt::format("no visit comes after visit {}: the run has the visits 0 to {}, reference plateau "
                                      "included",
                                      *p.cycle_at_visit, last));
   }
@@ -305,7 +305,8 @@ std::optional<double> first_outside(const Procedure& procedure, double overshoot
 
 std::string type_finding(const Procedure& procedure, const calib::UnitType& type) {
   if (!type.temp_min_c || !type.temp_max_c) {
-    return fmt::format("unit type '{}' states no temperature rating: nobody knows what it bears", type.name);
+    return fmt::format("unit type '{}' states no temperature rating: which temperatures it withstands is unknown",
+                       type.name);
   }
   const auto point = first_outside(procedure, procedure.overshoot_c, type.temp_min_c, type.temp_max_c);
   if (!point) return {};

@@ -288,7 +288,7 @@ hal::UsbHubs read_usb_hubs(const settings::Table& table) {
   return hubs;
 }
 
-UnitPowerSource read_power(const settings::Table& table, const std::filesystem::path& folder) {
+UnitPowerSource read_unit_power(const settings::Table& table, const std::filesystem::path& folder) {
   if (table.has("from")) {
     (void)table.choice<bool>("from", {{"chamber", true}});
     return PowerFromChamber();
@@ -301,7 +301,7 @@ void read_controllers(const settings::Table& root, const std::filesystem::path& 
   if (const auto table = root.table("chamber", settings::kRequired))
     config.chamber = read_controller(*table, "chamber", folder);
   if (const auto table = root.table("fixture")) config.fixture = read_controller(*table, "fixture", folder);
-  if (const auto table = root.table("power")) config.power = read_power(*table, folder);
+  if (const auto table = root.table("power")) config.power = read_unit_power(*table, folder);
   if (const auto table = root.table("purge")) config.purge_below_c = table->number("below_c", {-100.0, 50.0});
 }
 

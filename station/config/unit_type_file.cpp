@@ -5,13 +5,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdlib>
+#include <optional>
 #include <system_error>
 
 #include "calib/vocabulary/position.h"
+#include "calib/vocabulary/sensor.h"
 #include "settings/reader.h"
-#include "station/config/limits_file.h"
 
 namespace soak::station {
 namespace {
@@ -21,8 +23,47 @@ using settings::Table;
 constexpr settings::Limits kTemp_c = {-273.15, 1000.0};
 constexpr settings::Limits kPositive = {1e-12, 1e9};
 constexpr std::string_view kGeneric = "generic";
+constexpr std::string_view kScaleSuffix = "_scale_ppm";
 
-void read_axes(const settings::Table& root, calib::UnitType& type) {
+using PerSensor = std::array<std::optional<double>, calib::kSensorCount>;
+
+std::string_view shared_limit_key(calib::Sensor sensor) { return calib::is_gyro(sensor) ? "gyro" : "accel"; }
+
+/// The limits of all sensors whose keys end in `suffix`, as they stand there.
+PerSensor read_limit_keys(const settings::Table& table, std::string_view suffix) {
+  PerSensor limits;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const auto common = table.optional_number(fmt::format("{}{}", shared_limit_key(sensor), suffix), kPositive);
+    const auto own = table.optional_number(fmt::format("{}{}", calib::name_of(sensor), suffix), kPositive);
+    limits[calib::index_of(sensor)] = own ? own : common;
+  }
+  return limits;
+}
+
+/// Names the keys that there are beside each that there is not.
+void refuse_unknown_limits(const settings::Table& table) {
+  for (const std::string& key : table.keys()) {
+    std::string_view stem = key;
+    if (stem.ends_with(kScaleSuffix)) stem.remove_suffix(kScaleSuffix.size());
+    if (stem == "gyro" || stem == "accel" || calib::sensor_named(stem)) continue;
+    table.refuse(key, fmt::format("unknown limit '{}'; known: gyro, accel, gyro_x, gyro_y, gyro_z, accel_x, accel_y, "
+                                  "accel_z (deg/s, m/s2), and each with {} behind it",
+                                  key, kScaleSuffix));
+  }
+}
+
+calib::Limits read_limits_table(const settings::Table& table) {
+  calib::Limits limits;
+  limits.bias = read_limit_keys(table, "");
+  limits.scale_ppm = read_limit_keys(table, kScaleSuffix);
+  for (const calib::Sensor sensor : calib::kSensors) {
+    if (auto& limit = limits.bias[calib::index_of(sensor)]) *limit /= calib::printed_per_si(sensor);
+  }
+  refuse_unknown_limits(table);
+  return limits;
+}
+
+void read_type_axes(const settings::Table& root, calib::UnitType& type) {
   if (!root.has("axes")) return;
   const auto labels = root.texts("axes");
   std::array<std::string, 3> axes;
@@ -73,7 +114,7 @@ void read_type(const settings::Table& root, const std::string& stem, calib::Unit
   type.sign_at_rest = root.whole("sign_at_rest", {-1, 1}, type.sign_at_rest);
   if (type.sign_at_rest == 0) root.refuse("sign_at_rest", "'sign_at_rest' must be 1 or -1");
   type.warm_up_s = root.optional_number("warm_up_s", {0.0, 86400.0});
-  read_axes(root, type);
+  read_type_axes(root, type);
   if (const auto rating = root.table("rating")) read_rating(*rating, type);
   read_gyro(root.section("gyro"), type);
   read_accel(root.section("accel"), type);
@@ -102,6 +143,23 @@ bool is_known(const std::vector<std::string>& names, std::string_view name) {
 }
 
 }  // namespace
+
+base::Result<calib::Limits> read_limits(const std::filesystem::path& path) {
+  return settings::read_file(path.string(), [](const settings::Table& root) {
+    return read_limits_table(root.section("limits", settings::kRequired));
+  });
+}
+
+std::map<std::string, double> stated_limits(const calib::Limits& limits) {
+  std::map<std::string, double> stated;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const std::size_t s = calib::index_of(sensor);
+    const std::string name(calib::name_of(sensor));
+    if (limits.bias[s]) stated[name] = *limits.bias[s] * calib::printed_per_si(sensor);
+    if (limits.scale_ppm[s]) stated[name + std::string(kScaleSuffix)] = *limits.scale_ppm[s];
+  }
+  return stated;
+}
 
 bool is_right_handed(const std::array<std::string, 3>& labels) {
   std::array<calib::Vector3, 3> axes;

@@ -74,7 +74,7 @@ void read_column_labels(const Table& table, MappedColumn& column) {
 }
 
 void read_column_table(const Table& table, MappedColumn& column) {
-  table.allow_only({"as", "type", "scale", "offset", "labels"}, " (a header with dots stands in quotes)");
+  table.allow_only({"as", "type", "scale", "offset", "labels"}, " (a header with dots must be in quotes)");
   column.as = table.text("as", column.source);
   if (column.as.empty()) table.refuse("as", "'as' must be one of our headers, for example \"gx_dps\"");
   read_column_type(table, column);
@@ -137,7 +137,7 @@ void read_columns(const Table& columns, ColumnsMap& map) {
     auto column = read_column(columns, source);
     if (!column) continue;
     if (!names.insert(column->meaning.name).second) {
-      columns.refuse(source, fmt::format("'{}' stands for {}, which another column of the map gives already", source,
+      columns.refuse(source, fmt::format("'{}' means {}, which another column of the map already gives", source,
                                          column->meaning.name));
     }
     map.columns.push_back(*std::move(column));

@@ -243,8 +243,6 @@ base::Status Station::begin_run(const PlannedRun& run) {
   expecting_run_ = false;
   labels_ = {};
   moving_ = true;
-  attempts_.clear();
-  rejected_.clear();
   lost_.clear();
   flushed_ = std::chrono::steady_clock::now();
   for (UnitChannel* unit : active_units()) {
@@ -261,14 +259,14 @@ base::Status Station::end_run(const std::optional<std::string>& void_reason) {
   expecting_run_ = false;
   if (!recorder_) return {};
   break_segment(void_reason.value_or("the run ended"));
-  const auto rows = recorder_->finish(rejected_, void_reason, lost_);
+  const auto rows = recorder_->finish(void_reason, lost_);
   if (!rows) return base::forward_error(rows);
   const std::string label = recorder_->info().label;
+  const std::size_t rejected = recorder_->rejected();
   recorder_.reset();
   if (supply) supply->forget();
   log.add("run", label,
-          void_reason ? "sealed and voided: " + *void_reason
-                      : fmt::format("sealed, {} segments withdrawn", rejected_.size()));
+          void_reason ? "sealed and voided: " + *void_reason : fmt::format("sealed, {} segments withdrawn", rejected));
   return {};
 }
 
@@ -301,18 +299,13 @@ std::string Station::position_label(const UnitChannel& unit) const {
   return labels_.rate_dps == 0.0 ? label : label_at_rate(label, labels_.rate_dps);
 }
 
-int& Station::attempts(const UnitChannel& unit) {
-  return attempts_[{unit.serial(), labels_.visit, position_label(unit)}];
-}
-
 void Station::close_capture(UnitChannel& unit, const std::optional<std::string>& why_not) {
   if (!unit.capture) return;
   const bool has_rows = unit.capture->samples() > 0;
   unit.capture.reset();
   if (!has_rows) return;
-  const int attempt = attempts(unit)++;
   if (!why_not) return;
-  rejected_.push_back({unit.serial(), labels_.visit, position_label(unit), attempt, *why_not});
+  if (recorder_) recorder_->reject(unit.recorder_index, *why_not);
   log.add("segment", unit.serial(), fmt::format("{} is not used: {}", position_label(unit), *why_not));
 }
 

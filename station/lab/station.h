@@ -7,7 +7,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "base/result.h"
@@ -111,7 +110,6 @@ class Station {
   [[nodiscard]] std::string position_label(const UnitChannel& unit) const;
   void watch_supply();
   void judge_supply(UnitChannel& unit);
-  [[nodiscard]] int& attempts(const UnitChannel& unit);
   [[nodiscard]] base::Status open_recorder(const PlannedRun& run);
   [[nodiscard]] std::string free_label(const std::string& label) const;
 
@@ -123,8 +121,6 @@ class Station {
   std::map<std::string, std::uint32_t> run_power_on_;  ///< serial → power-on that the run belongs to
   RowLabels labels_;
   bool moving_ = true;
-  std::map<std::tuple<std::string, int, std::string>, int> attempts_;  ///< unit, visit, position → segments so far
-  std::vector<Rejected> rejected_;
   std::map<std::string, std::string> lost_;  ///< units of the open run: serial → why
   std::chrono::steady_clock::time_point flushed_{};
 };

@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "calib/estimate/unit_input.h"
 #include "calib/segments/data_gate.h"
 #include "calib/segments/segmentation.h"
 #include "station/io/host.h"
@@ -81,7 +82,7 @@ base::Result<RunRecord> describe_unit_run(const db::RunFileReader& file, std::st
   }
   store_findings(examination, segmentation.segments);
   RunRecord record{row_of(file.info()), std::move(segmentation.segments), std::move(segmentation.warnings)};
-  for (const calib::Warning& warning : calib::summarise(record.segments)) {
+  for (const calib::Warning& warning : calib::gate_warnings(record.segments)) {
     record.warnings.push_back(fmt::format("{} {}", warning.code, warning.text));
   }
   record.row.unit = unit;

@@ -143,10 +143,6 @@ LevelStatement level_of(std::span<const SixPositionEstimate> runs) {
 
 }  // namespace
 
-bool GatedRun::has_plateaus() const {
-  return std::ranges::any_of(segments, [](const Segment& segment) { return segment.plateau_c.has_value(); });
-}
-
 std::vector<Branch> find_branches(std::span<const double> temp_c) {
   std::vector<Branch> branches;
   if (temp_c.empty()) return branches;

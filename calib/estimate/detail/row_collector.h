@@ -14,15 +14,6 @@
 
 namespace soak::calib {
 
-/// A run as it is fitted: what the data gate left of it, and where it stood.
-struct GatedRun {
-  const RunInput* run = nullptr;
-  std::vector<Segment> segments;  ///< accepted()
-  Place place;
-
-  [[nodiscard]] bool has_plateaus() const;
-};
-
 /// Takes the rows of one run after another into the six sensors' tables.
 class RowCollector {
  public:
