@@ -351,7 +351,7 @@ base::Status GapShow::run_with(db::Catalog& catalog, Output& output) {
     const std::string page = gap_page(*comparison, "soak " + software_version(), now_utc_s());
     if (const auto written = write_text_file(file, page); !written) return written;
   }
-  for (const std::string& sentence : comparison->simulated_after.left_out) output.note("warning: " + sentence);
+  for (const std::string& sentence : comparison->simulated_after.not_evaluated) output.note("warning: " + sentence);
   if (output.json()) return output.print_json(comparison_json(*comparison));
   output.print(comparison_text(*comparison));
   return {};

@@ -53,11 +53,11 @@ TEST(GateRejection, AWholeSegmentIsNotCountedForItsSensorsToo) {
       segment.findings.push_back({"stuck", Severity::reject, Sensor::accel_x, "one number repeated"});
     }
   }
-  const auto left_out = rejected_by_gate(campaign);
-  ASSERT_EQ(left_out.size(), 2U);
-  EXPECT_EQ(left_out[0].segments, 6U);
-  EXPECT_EQ(left_out[1].sensor, Sensor::accel_x);
-  EXPECT_EQ(left_out[1].segments, 6U);
+  const auto rejections = rejected_by_gate(campaign);
+  ASSERT_EQ(rejections.size(), 2U);
+  EXPECT_EQ(rejections[0].segments, 6U);
+  EXPECT_EQ(rejections[1].sensor, Sensor::accel_x);
+  EXPECT_EQ(rejections[1].segments, 6U);
 }
 
 TEST(GateRejection, WarningsLeaveNothingOut) {
