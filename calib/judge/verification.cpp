@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "calib/judge/detail/row_errors.h"
-#include "calib/judge/detail/stated_band.h"
 
 namespace soak::calib {
 namespace {

@@ -4,8 +4,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "calib/deploy/export.h"
 #include "calib/deploy/export_kalibr.h"
-#include "calib/deploy/export_loss.h"
 
 namespace soak::station {
 

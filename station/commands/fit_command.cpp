@@ -15,7 +15,6 @@
 
 #include "base/units.h"
 #include "calib/judge/chamber_time.h"
-#include "calib/judge/chamber_time_json.h"
 #include "calib/model/fit_json.h"
 #include "station/fit/accepted_terms.h"
 #include "station/fit/check_warnings.h"

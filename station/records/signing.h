@@ -8,7 +8,7 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
-#include "calib/deploy/signature_section.h"
+#include "calib/deploy/signature.h"
 
 namespace soak::station {
 

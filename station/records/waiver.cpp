@@ -8,7 +8,7 @@
 
 #include "base/hash.h"
 #include "base/hex.h"
-#include "calib/judge/waiver_text.h"
+#include "calib/deploy/signature.h"
 
 namespace soak::station {
 namespace {

@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/deploy/detail/float32_check.h"
-
+// What float32 makes of a curve, and the spline that stands in for a fuzzy model that it cannot hold.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "anfis/model/one_input.h"
 #include "base/text.h"
+#include "calib/deploy/detail/sections.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib::file {
 namespace {
+
+// ---- samples ----
 
 constexpr int kIntervals = 2048;
 // The flank of a rule, where rounding shows most: this many points to each side of its middle, from -8 to 8 (see
@@ -49,6 +54,17 @@ std::vector<double> flank(anfis::Shape shape, double slope) {
   }
   return distances;
 }
+
+/// A curve in double precision on temperatures that float32 represents: evenly spaced over the valid range, closer
+/// where the curve is steep.
+struct SampledCurve {
+  std::vector<float> temp_c;
+  std::vector<double> value;
+  double least = 0.0;
+  double largest = 0.0;
+
+  [[nodiscard]] double span() const { return largest - least; }
+};
 
 class Sampler {
  public:
@@ -150,9 +166,8 @@ double largest_error(const Section& section, const SampledCurve& samples) {
   return worst;
 }
 
-}  // namespace
-
-base::Result<SampledCurve> sample(const Curve& curve, const SensorCalibration& sensor, Quantity quantity) {
+/// Refuses a curve that is not finite in the valid range, or is a scale factor error beyond ±500,000 ppm.
+base::Result<SampledCurve> sample_curve(const Curve& curve, const SensorCalibration& sensor, Quantity quantity) {
   const std::string where = place(sensor.sensor, quantity);
   SampledCurve samples = Sampler(curve, sensor).run();
   if (!std::all_of(samples.value.begin(), samples.value.end(), fits_float)) {
@@ -164,8 +179,9 @@ base::Result<SampledCurve> sample(const Curve& curve, const SensorCalibration& s
   return samples;
 }
 
-base::Result<CheckedCurve> checked_curve(const Curve& curve, const SampledCurve& samples, Sensor sensor,
-                                         Quantity quantity) {
+/// The section of a curve in the form that it has, and how far the runtime is off its samples with it.
+base::Result<CheckedCurve> checked_form(const Curve& curve, const SampledCurve& samples, Sensor sensor,
+                                        Quantity quantity) {
   const std::string where = place(sensor, quantity);
   if (const auto* model = std::get_if<anfis::Model>(&curve)) {
     if (auto status = check_coverage(*model, samples, where); !status) return base::forward_error(status);
@@ -185,6 +201,93 @@ base::Result<CheckedCurve> checked_curve(const Curve& curve, const SampledCurve&
   out.write(std::uint16_t{0});
   write_floats(out, {power_of_two_above(worst), samples.span()});
   return CheckedCurve{*std::move(section), Section{SOAK_SECTION_ERROR_BOUND, false, out.take()}};
+}
+
+// ---- the spline form ----
+
+constexpr double kSplineErrorPerSpan = 1e-7;
+constexpr int kFirstPieces = 32;
+
+/// The cubic through the curve at both ends and both thirds, in powers of T - left.
+std::array<double, 4> through_four_points(const Curve& curve, double left, double right) {
+  const double h = (right - left) / 3.0;
+  const double y0 = evaluate(curve, left);
+  const double y1 = evaluate(curve, left + h);
+  const double y2 = evaluate(curve, right - h);
+  const double y3 = evaluate(curve, right);
+  // Newton's forward differences d1, d2, d3 in u = (T - left)/h: y0 + d1 u + d2 u(u-1)/2 + d3 u(u-1)(u-2)/6
+  const double d1 = y1 - y0;
+  const double d2 = y2 - 2.0 * y1 + y0;
+  const double d3 = y3 - 3.0 * y2 + 3.0 * y1 - y0;
+  return {y0, (d1 - d2 / 2.0 + d3 / 3.0) / h, (d2 - d3) / (2.0 * h * h), d3 / (6.0 * h * h * h)};
+}
+
+class SplineRefinement {
+ public:
+  SplineRefinement(const Curve& curve, double tolerance) : curve_(curve), tolerance_(tolerance) {}
+
+  /// Adds pieces over left..right; false if there are too many.
+  bool add(double left, double right) {
+    const std::array<double, 4> cubic = through_four_points(curve_, left, right);
+    // float32 temperatures: the file then holds these very knots
+    const auto middle = static_cast<double>(static_cast<float>(0.5 * (left + right)));
+    if (fits(cubic, left, right) || middle <= left || middle >= right) {
+      spline_.knots_c.push_back(left);
+      spline_.coefficients.push_back(cubic);
+      return spline_.coefficients.size() <= SOAK_MAX_PIECES;
+    }
+    return add(left, middle) && add(middle, right);
+  }
+
+  SplineCurve finish(double right) {
+    spline_.knots_c.push_back(right);
+    return std::move(spline_);
+  }
+
+ private:
+  /// Whether the cubic follows the curve between the points that it goes through.
+  [[nodiscard]] bool fits(const std::array<double, 4>& c, double left, double right) const {
+    for (const double part : {0.05, 0.15, 0.25, 0.5, 0.75, 0.85, 0.95}) {
+      const double d = part * (right - left);
+      const double value = c[0] + d * (c[1] + d * (c[2] + d * c[3]));
+      if (!(std::abs(value - evaluate(curve_, left + d)) <= tolerance_)) return false;
+    }
+    return true;
+  }
+
+  const Curve& curve_;
+  double tolerance_;
+  SplineCurve spline_;
+};
+
+/// The curve as a cubic spline from temp_min_c to temp_max_c that differs by less than 1e-7 of `span`. Each piece is
+/// the cubic through four points of the curve; pieces are halved where the curve is steep. Nothing if the file's limit
+/// of pieces does not suffice.
+std::optional<SplineCurve> spline_form(const Curve& curve, double temp_min_c, double temp_max_c, double span) {
+  SplineRefinement refinement(curve, kSplineErrorPerSpan * span);
+  const auto knot = [&](int i) {
+    return static_cast<double>(static_cast<float>(temp_min_c + (temp_max_c - temp_min_c) * i / kFirstPieces));
+  };
+  for (int i = 0; i < kFirstPieces; ++i) {
+    if (!(knot(i) < knot(i + 1)) || !refinement.add(knot(i), knot(i + 1))) return std::nullopt;
+  }
+  return refinement.finish(knot(kFirstPieces));
+}
+
+}  // namespace
+
+base::Result<CheckedCurve> checked_curve(const Curve& curve, const SensorCalibration& sensor, Quantity quantity) {
+  if (auto status = check_curve(curve, place(sensor.sensor, quantity)); !status) return base::forward_error(status);
+  const auto samples = sample_curve(curve, sensor, quantity);
+  if (!samples) return base::forward_error(samples);
+  const auto own = checked_form(curve, *samples, sensor.sensor, quantity);
+  if (own || !std::holds_alternative<anfis::Model>(curve)) return own;
+  const auto [low_c, high_c] = domain_of(curve);
+  const auto spline =
+      spline_form(curve, std::max(low_c, sensor.temp_min_c), std::min(high_c, sensor.temp_max_c), samples->span());
+  if (!spline) return own;
+  const auto other = checked_form(*spline, *samples, sensor.sensor, quantity);
+  return other ? other : own;
 }
 
 }  // namespace soak::calib::file

@@ -1,45 +1,85 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/deploy/detail/record_section.h"
-
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
-#include "base/hash.h"
-#include "base/hex.h"
+#include "calib/deploy/detail/sections.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib::file {
 namespace {
 
-constexpr std::uint32_t kSimulated = 1;
-constexpr std::uint32_t kGravityAssumed = 2;
 constexpr std::uint32_t kHasPi95 = 1;
 constexpr std::uint8_t kLabOnly = 1;
 
-base::Status check_provenance(const Calibration& calibration) {
-  if (calibration.unit.empty()) return base::bad_input("the calibration names no unit", "unit");
-  if (auto status = check_text(calibration.unit, "serial number"); !status) return status;
-  if (auto status = check_text(calibration.unit_type, "unit type"); !status) return status;
-  if (!std::isfinite(calibration.created_utc_s) || !std::isfinite(calibration.gravity_mps2)) {
-    return base::bad_input("creation time and gravity must be finite numbers", "created_utc_s, gravity_mps2");
+/// Of an uncertainty: finite, and not negative.
+bool is_half_width(double value) { return value >= 0.0 && fits_float(value); }
+
+// ---- matrices and their uncertainties ----
+
+std::vector<double> entries_of(const Matrix3& matrix) {
+  std::vector<double> list;
+  for (const Vector3& row : matrix) list.insert(list.end(), row.begin(), row.end());
+  return list;
+}
+
+base::Result<Section> matrix_section(std::uint16_t type, const Matrix3& matrix, const std::string& where) {
+  const auto numbers = entries_of(matrix);
+  if (!fit_float(numbers)) return base::bad_input("a number of the matrix is not finite", where);
+  base::ByteWriter out;
+  write_floats(out, numbers);
+  return Section{type, true, out.take()};
+}
+
+/// Blocks of section 0x0023 in the making: bit k of the flags for block k, bit 8 + k where it is of the readings only.
+struct CouplingBlocks {
+  std::uint32_t flags = 0;
+  std::vector<double> numbers;
+
+  void add(std::uint32_t block, bool readings_only, const std::vector<double>& values) {
+    flags |= 1U << block | (readings_only ? 1U << (8U + block) : 0U);
+    numbers.insert(numbers.end(), values.begin(), values.end());
   }
-  if (calibration.run_hashes.size() > SOAK_MAX_RUNS) {
-    return base::bad_input("the file carries the hashes of at most " + std::to_string(SOAK_MAX_RUNS) + " runs",
-                           "run_hashes");
+};
+
+base::Status add_coupling(CouplingBlocks& blocks, std::uint32_t block, const std::optional<Matrix3>& matrix,
+                          const std::optional<CouplingUncertainty>& uncertainty, const std::string& where) {
+  if (!uncertainty) return {};
+  if (!matrix) return base::bad_input("an uncertainty needs the matrix that it is of", where);
+  const auto list = entries_of(uncertainty->standard);
+  if (!std::all_of(list.begin(), list.end(), is_half_width)) {
+    return base::bad_input("standard uncertainties must be finite and not negative", where);
+  }
+  if (block == SOAK_MISALIGNMENT && (list[0] != 0.0 || list[4] != 0.0 || list[8] != 0.0)) {
+    return base::bad_input("the diagonal must be 0: it belongs to the scale curves", where);
+  }
+  blocks.add(block, uncertainty->readings_only, list);
+  return {};
+}
+
+base::Status add_even_order(CouplingBlocks& blocks, const Calibration& calibration) {
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    const auto& term = calibration.even_order[axis];
+    if (!term) continue;
+    if (!fits_float(term->value) || !is_half_width(term->standard_uncertainty)) {
+      return base::bad_input("an even-order term needs a finite value and a finite uncertainty, not negative",
+                             "even_order");
+    }
+    blocks.add(SOAK_BLOCK_EVEN_ORDER + axis, term->readings_only, {term->value, term->standard_uncertainty});
   }
   return {};
 }
 
-base::Result<Section> matrix_section(std::uint16_t type, const Matrix3& matrix, const std::string& where) {
-  base::ByteWriter out;
-  for (const Vector3& row : matrix) {
-    const std::vector<double> numbers(row.begin(), row.end());
-    if (!fit_float(numbers)) return base::bad_input("a number of the matrix is not finite", where);
-    write_floats(out, numbers);
-  }
-  return Section{type, true, out.take()};
+bool is_of_readings_only(const std::uint8_t* payload, std::uint32_t block) {
+  return (soak_u32(payload) >> (8U + block) & 1U) != 0;
 }
+
+std::optional<CouplingUncertainty> read_coupling(const std::uint8_t* payload, std::uint32_t block) {
+  const std::uint8_t* at = soak_coupling_block(payload, block);
+  if (at == nullptr) return std::nullopt;
+  return CouplingUncertainty{read_matrix(at), is_of_readings_only(payload, block)};
+}
+
+// ---- terms ----
 
 base::Status check_term(const AcceptedTerm& term) {
   const std::string where = "term " + term.name;
@@ -54,46 +94,6 @@ base::Status check_term(const AcceptedTerm& term) {
 }
 
 }  // namespace
-
-base::Result<Section> provenance_section(const Calibration& calibration) {
-  if (auto status = check_provenance(calibration); !status) return base::forward_error(status);
-  base::ByteWriter out;
-  out.write(calibration.epoch);
-  out.write(calibration.model_version);
-  out.write(calibration.created_utc_s);
-  out.write(calibration.gravity_mps2);
-  out.write((calibration.simulated ? kSimulated : 0U) | (calibration.gravity_assumed ? kGravityAssumed : 0U));
-  out.write(static_cast<std::uint16_t>(calibration.run_hashes.size()));
-  out.write(static_cast<std::uint8_t>(calibration.unit.size()));
-  out.write(static_cast<std::uint8_t>(calibration.unit_type.size()));
-  for (const std::string& hex : calibration.run_hashes) {
-    const auto digest = base::bytes_of_hex<32>(hex);
-    if (!digest)
-      return base::bad_input("a run hash must be 64 lower-case hexadecimal digits, not '" + hex + "'", "run_hashes");
-    out.write(*digest);
-  }
-  write_text(out, calibration.unit);
-  write_text(out, calibration.unit_type);
-  return Section{SOAK_SECTION_PROVENANCE, true, out.take()};
-}
-
-void read_provenance(const std::uint8_t* payload, Calibration& calibration) {
-  const std::size_t runs = soak_u16(payload + 28);
-  const std::size_t unit_length = payload[30];
-  const std::size_t type_length = payload[31];
-  base::ByteReader in({payload, 32});
-  calibration.epoch = *in.read<std::int32_t>();
-  calibration.model_version = *in.read<std::int32_t>();
-  calibration.created_utc_s = *in.read<double>();
-  calibration.gravity_mps2 = *in.read<double>();
-  const auto flags = *in.read<std::uint32_t>();
-  calibration.simulated = (flags & kSimulated) != 0;
-  calibration.gravity_assumed = (flags & kGravityAssumed) != 0;
-  for (std::size_t i = 0; i < runs; ++i) calibration.run_hashes.push_back(base::to_hex({payload + 32 + 32 * i, 32}));
-  const std::uint8_t* text = payload + 32 + 32 * runs;
-  calibration.unit = text_at(text, unit_length);
-  calibration.unit_type = text_at(text + unit_length, type_length);
-}
 
 base::Result<Section> sensor_section(const SensorCalibration& sensor) {
   const std::string where(name_of(sensor.sensor));
@@ -116,7 +116,7 @@ SensorCalibration read_sensor(const std::uint8_t* payload) {
   sensor.sensor = kSensors[payload[0]];
   sensor.temp_min_c = static_cast<double>(soak_f32(payload + 4));
   sensor.temp_max_c = static_cast<double>(soak_f32(payload + 8));
-  sensor.model = text_at(payload + 12, payload[1]);
+  sensor.model.assign(payload + 12, payload + 12 + payload[1]);
   return sensor;
 }
 
@@ -129,7 +129,6 @@ base::Result<Section> uncertainty_section(Sensor sensor, Quantity quantity, cons
                                std::to_string(SOAK_MAX_UNCERTAINTY_POINTS),
                            where);
   }
-  const auto is_half_width = [](double value) { return value >= 0.0 && fits_float(value); };
   if (!std::all_of(table.ci95.begin(), table.ci95.end(), is_half_width) ||
       !std::all_of(table.pi95.begin(), table.pi95.end(), is_half_width)) {
     return base::bad_input("half-widths must be finite and not negative", where);
@@ -179,6 +178,36 @@ Matrix3 read_matrix(const std::uint8_t* payload) {
   return matrix;
 }
 
+base::Result<std::optional<Section>> coupling_section(const Calibration& calibration) {
+  CouplingBlocks blocks;
+  auto status = add_coupling(blocks, SOAK_MISALIGNMENT, calibration.accel_misalignment,
+                             calibration.misalignment_uncertainty, "misalignment_uncertainty");
+  if (status) {
+    status = add_coupling(blocks, SOAK_G_SENSITIVITY, calibration.g_sensitivity, calibration.g_sensitivity_uncertainty,
+                          "g_sensitivity_uncertainty");
+  }
+  if (status) status = add_even_order(blocks, calibration);
+  if (!status) return base::forward_error(status);
+  if (blocks.flags == 0) return std::optional<Section>();
+  base::ByteWriter out;
+  // byte by byte: gcc 12 takes a word into the empty buffer for an overflow
+  for (int shift = 0; shift < 32; shift += 8) out.write(static_cast<std::uint8_t>(blocks.flags >> shift));
+  write_floats(out, blocks.numbers);
+  return std::optional<Section>(Section{SOAK_SECTION_COUPLINGS, false, out.take()});
+}
+
+void read_couplings(const std::uint8_t* payload, Calibration& calibration) {
+  calibration.misalignment_uncertainty = read_coupling(payload, SOAK_MISALIGNMENT);
+  calibration.g_sensitivity_uncertainty = read_coupling(payload, SOAK_G_SENSITIVITY);
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    const std::uint32_t block = SOAK_BLOCK_EVEN_ORDER + axis;
+    const std::uint8_t* at = soak_coupling_block(payload, block);
+    if (at == nullptr) continue;
+    const auto numbers = read_floats(at, 2);
+    calibration.even_order[axis] = EvenOrderTerm{numbers[0], numbers[1], is_of_readings_only(payload, block)};
+  }
+}
+
 base::Result<Section> term_section(const AcceptedTerm& term) {
   if (auto status = check_term(term); !status) return base::forward_error(status);
   std::uint8_t sensors = 0;
@@ -198,30 +227,24 @@ base::Result<Section> term_section(const AcceptedTerm& term) {
 }
 
 base::Result<AcceptedTerm> read_term(std::span<const std::uint8_t> payload) {
-  const auto damaged = [] { return base::corrupt("an accepted term breaks the format", "terms"); };
-  base::ByteReader in(payload);
-  const auto head = in.take(4);
-  if (!head) return damaged();
-  const std::size_t name_length = (*head)[2];
-  const std::size_t count = (*head)[3];
-  const auto values = in.take(4 * count);
-  const auto name = in.take(name_length);
-  if (!values || !name || name_length == 0) return damaged();
-  const auto numbers = read_floats(values->data(), count);
-  if (!fit_float(numbers)) return damaged();
+  PayloadReader in(payload);
   AcceptedTerm term;
-  term.lab_only = ((*head)[0] & kLabOnly) != 0;
-  term.name.assign(name->begin(), name->end());
+  const auto flags = in.number<std::uint8_t>();
+  const auto sensors = in.number<std::uint8_t>();
+  const auto name_length = in.number<std::uint8_t>();
+  term.parameters.resize(in.number<std::uint8_t>());
+  for (auto& parameter : term.parameters) parameter.second = static_cast<double>(in.number<float>());
+  term.lab_only = (flags & kLabOnly) != 0;
   for (const Sensor sensor : kSensors) {
-    if (((*head)[1] >> index_of(sensor) & 1) != 0) term.sensors.push_back(sensor);
+    if ((sensors >> index_of(sensor) & 1) != 0) term.sensors.push_back(sensor);
   }
-  for (const double number : numbers) {
-    const auto length = in.read<std::uint8_t>();
-    const auto text = length ? in.take(*length) : std::nullopt;
-    if (!text) return damaged();
-    term.parameters.emplace_back(std::string(text->begin(), text->end()), number);
+  term.name = in.text(name_length);
+  for (auto& parameter : term.parameters) parameter.first = in.text(in.number<std::uint8_t>());
+  const bool finite =
+      std::ranges::all_of(term.parameters, [](const auto& parameter) { return std::isfinite(parameter.second); });
+  if (!in.is_whole() || term.name.empty() || !finite) {
+    return base::corrupt("an accepted term breaks the format", "terms");
   }
-  if (in.remaining() >= 4) return damaged();
   return term;
 }
 

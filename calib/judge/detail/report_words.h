@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calib/judge/verification.h"
@@ -22,5 +23,9 @@ struct VerdictSentence {
 [[nodiscard]] VerdictSentence verdict_sentence(const nlohmann::json& fit, bool limits_given,
                                                const std::optional<Verification>& verification,
                                                const std::vector<std::string>& fresh_runs);
+
+/// What to do about a warning of this code, one sentence in plain words (docs/fit.md has the table); empty for a code
+/// that nobody has written one for.
+[[nodiscard]] std::string_view remedy_of(std::string_view code);
 
 }  // namespace soak::calib

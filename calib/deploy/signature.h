@@ -5,15 +5,16 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "calib/vocabulary/reference.h"
 
-namespace soak::calib {
-
-/// Where the signature of a calibration file stands and what it is made over (docs/blob-format.md, section 0x0040). No
+/// What is signed: calibration files (docs/blob-format.md, section 0x0040) and waivers (docs/records.md). No
 /// cryptography here: that is station/records/signing.h.
+namespace soak::calib {
 
 /// First bytes of the SHA-256 of the public key: says which key to try.
 using KeyId = std::array<std::uint8_t, 8>;
@@ -41,5 +42,9 @@ void put_signature(base::Bytes& file, const Signature& signature);
 
 /// The signature section; nothing if the last section of the file, which decode() reads, is not one.
 [[nodiscard]] std::optional<SignatureSection> signature_of(std::span<const std::uint8_t> file);
+
+/// The text that the signer of a waiver signs (docs/records.md): which entry of the register, why, who, when. Refuses a
+/// text with a control character, which could make two waivers of one text.
+[[nodiscard]] base::Result<std::string> waiver_text(const Waiver& waiver, const Reference& reference);
 
 }  // namespace soak::calib
