@@ -10,7 +10,7 @@
 #include "station/io/data_folder.h"
 #include "station/io/identity.h"
 #include "station/io/text_file.h"
-#include "station/report/gap_page.h"
+#include "station/report/page.h"
 
 namespace soak::station {
 namespace {
