@@ -68,7 +68,7 @@ export class LogAxis extends Axis {
   }
 }
 
-const ROW_PIXELS = 28;
+const ROW_PIXELS = 22;
 const COLUMN_PIXELS = 40;
 
 /** Grid lines, numbers and names; without a name of the abscissa its numbers are left out too. `x`, `y`: axes. */
