@@ -114,7 +114,7 @@ def main():
     options = parser.parse_args()
     os.makedirs(CACHE, exist_ok=True)
     with open(os.path.join(options.build, "compile_commands.json"), encoding="utf-8") as f:
-        entries = [e for e in json.load(f) if "cmake_pch" not in e["file"]]
+        entries = [e for e in json.load(f) if not e["file"].startswith(os.path.join(ROOT, "build") + os.sep)]
     if options.skip_tests:
         entries = [e for e in entries if not e["file"].startswith(os.path.join(ROOT, "tests") + os.sep)]
     if options.paths:

@@ -28,11 +28,9 @@ ConsequentSolver::ConsequentSolver(Eigen::Index rows, Eigen::Index columns)
       factor_(columns + 1, columns + 1),
       scale_(columns),
       scaled_(columns, columns),
-      qr_(columns, columns),
+      qr_(columns, kConsequentTolerance),
       right_(columns),
-      solution_(columns) {
-  qr_.setThreshold(kConsequentTolerance);
-}
+      solution_(columns) {}
 
 void ConsequentSolver::condense(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
   Eigen::Index above = 0;  // rows of the factor so far
@@ -55,9 +53,10 @@ const Eigen::VectorXd& ConsequentSolver::solve(const Eigen::MatrixXd& a, const E
     solution_.setConstant(std::numeric_limits<double>::quiet_NaN());
     return solution_;
   }
-  pivot();
-  if (qr_.rank() == a.cols()) {
-    back_substitute();
+  if (scale_and_decompose() == a.cols()) {
+    right_ = factor_.col(a.cols()).head(a.cols());
+    qr_.solve(right_, solution_);
+    solution_.array() *= scale_.array();
   } else {
     solution_ = least_squares_coefficients(factor_.topLeftCorner(a.cols(), a.cols()),
                                            factor_.col(a.cols()).head(a.cols()), kConsequentTolerance);
@@ -65,7 +64,8 @@ const Eigen::VectorXd& ConsequentSolver::solve(const Eigen::MatrixXd& a, const E
   return solution_;
 }
 
-void ConsequentSolver::pivot() {
+/// Columns of unit norm into the pivoting QR; the rank that it finds.
+Eigen::Index ConsequentSolver::scale_and_decompose() {
   const Eigen::Index n = solution_.size();
   // A column that free offsets of the groups have swept away is rounding error: unit norm would make it real.
   const double least = kConsequentTolerance * factor_.leftCols(n).colwise().norm().maxCoeff();
@@ -75,20 +75,7 @@ void ConsequentSolver::pivot() {
     scale_(k) = norm > 0.0 ? 1.0 / norm : 1.0;
     scaled_.col(k) = scale_(k) * factor_.col(k).head(n);
   }
-  qr_.compute(scaled_);
-}
-
-void ConsequentSolver::back_substitute() {
-  const Eigen::Index n = solution_.size();
-  right_ = factor_.col(n).head(n);
-  double workspace = 0.0;
-  for (Eigen::Index k = 0; k < n; ++k) {
-    right_.tail(n - k).applyHouseholderOnTheLeft(qr_.matrixQR().col(k).tail(n - k - 1), qr_.hCoeffs()(k), &workspace);
-  }
-  qr_.matrixQR().triangularView<Eigen::Upper>().solveInPlace(right_);
-  // Columns were permuted, then scaled.
-  for (Eigen::Index k = 0; k < n; ++k) solution_(qr_.colsPermutation().indices()(k)) = right_(k);
-  solution_.array() *= scale_.array();
+  return qr_.decompose(scaled_);
 }
 
 }  // namespace soak::anfis::training

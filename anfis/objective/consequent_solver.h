@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/QR>
+#include <Eigen/Core>
+
+#include "base/linear/dense_solve.h"
 
 namespace soak::anfis::training {
 
@@ -18,15 +20,14 @@ class ConsequentSolver {
 
  private:
   void condense(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
-  void pivot();
-  void back_substitute();
+  Eigen::Index scale_and_decompose();
 
   Eigen::Index block_;      ///< rows condensed at a time
   Eigen::MatrixXd work_;    ///< a block of A and b under the factor of those before it
   Eigen::MatrixXd factor_;  ///< R of both
   Eigen::VectorXd scale_;
   Eigen::MatrixXd scaled_;
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
+  base::SquareQr qr_;
   Eigen::VectorXd right_;
   Eigen::VectorXd solution_;
 };

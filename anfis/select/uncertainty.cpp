@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "anfis/select/uncertainty.h"
 
-#include <Eigen/Dense>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
@@ -12,6 +11,7 @@
 #include "anfis/objective/curvature_penalty.h"
 #include "anfis/objective/layer.h"
 #include "anfis/train/detail/training_arguments.h"
+#include "base/linear/dense_solve.h"
 
 namespace soak::anfis {
 namespace {
@@ -38,10 +38,10 @@ Eigen::MatrixXd jacobian(const Model& model, const TrainingData& points) {
 Eigen::MatrixXd covariance_factor(const Eigen::MatrixXd& j) {
   Eigen::VectorXd scale = j.colwise().norm().transpose();
   scale = (scale.array() > kZeroColumn * scale.maxCoeff()).select(scale.cwiseInverse(), 0.0);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(j * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::VectorXd& s = svd.singularValues();
+  const base::Svd svd = base::thin_svd(j * scale.asDiagonal());
+  const Eigen::VectorXd& s = svd.singular;
   const Eigen::Index kept = (s.array() > kSingularTolerance * s(0)).count();
-  return scale.asDiagonal() * svd.matrixV().leftCols(kept) * s.head(kept).cwiseInverse().asDiagonal();
+  return scale.asDiagonal() * svd.v.leftCols(kept) * s.head(kept).cwiseInverse().asDiagonal();
 }
 
 double whitened_residual_squares(const Model& model, const TrainingData& data, const GroupWhitening& whitening) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "anfis/model/one_input.h"
-#include "base/utc_text.h"
+#include "base/text.h"
 #include "calib/model/reference_json.h"
 
 namespace soak::calib {
@@ -184,7 +184,7 @@ base::Result<std::string> export_json(const Calibration& calibration) {
       {"unit_type", calibration.unit_type},
       {"epoch", calibration.epoch},
       {"model", calibration.model_version},
-      {"created_utc", file::utc_text(calibration.created_utc_s)},
+      {"created_utc", base::utc_text(calibration.created_utc_s)},
       {"created_utc_s", calibration.created_utc_s},
       {"simulated", calibration.simulated},
       {"gravity_mps2", calibration.gravity_mps2},

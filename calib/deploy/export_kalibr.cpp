@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "base/utc_text.h"
+#include "base/text.h"
 #include "calib/deploy/detail/comment.h"
 #include "calib/signal/allan/allan.h"
 
@@ -89,8 +89,8 @@ std::string provenance(const KalibrSource& source, std::span<const AxisNoise> no
   text += comment("unit: " + source.unit);
   text += comment("unit type: " + source.unit_type);
   text += comment("run: " + source.run + ", " + source.content_sha256);
-  text += comment("recorded: " + file::utc_text(source.recorded_utc_s));
-  text += comment("created: " + file::utc_text(source.created_utc_s));
+  text += comment("recorded: " + base::utc_text(source.recorded_utc_s));
+  text += comment("created: " + base::utc_text(source.created_utc_s));
   text += comment(fmt::format("at rest: position {}, unit at {:.1f} degC; other temperatures may be noisier",
                               source.position.empty() ? "not known" : source.position, source.temp_c));
   text += comment(fmt::format("longest averaging time: {:.0f} s", first.longest_tau_s));

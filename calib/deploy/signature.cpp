@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/crc32c.h"
-#include "base/utc_text.h"
+#include "base/text.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib {
@@ -121,8 +121,8 @@ std::optional<SignatureSection> signature_of(std::span<const std::uint8_t> file)
 }
 
 base::Result<std::string> waiver_text(const Waiver& waiver, const Reference& reference) {
-  const std::string due = file::utc_text(reference.due_utc_s);
-  const std::string signed_at = file::utc_text(waiver.utc_s);
+  const std::string due = base::utc_text(reference.due_utc_s);
+  const std::string signed_at = base::utc_text(waiver.utc_s);
   const std::array<std::pair<std::string_view, std::string_view>, 9> lines = {{
       {"waiver", waiver.waiver_id},
       {"reference", reference.record_id},

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "base/utc_text.h"
+#include "base/text.h"
 
 namespace soak::calib {
 namespace {
@@ -18,7 +18,7 @@ Ordered waiver_json(const std::optional<Waiver>& waiver) {
   return {{"waiver_id", waiver->waiver_id},
           {"reason", waiver->reason},
           {"signer", waiver->signer},
-          {"signed_utc", file::utc_text(waiver->utc_s)},
+          {"signed_utc", base::utc_text(waiver->utc_s)},
           {"public_key", waiver->public_key_hex},
           {"signature", waiver->signature_hex}};
 }
@@ -30,8 +30,8 @@ Ordered reference_json(const ReferenceUse& use) {
           {"kind", name_of(reference.kind)},
           {"name", reference.name},
           {"certificate", reference.certificate},
-          {"issued_utc", file::utc_text(reference.issued_utc_s)},
-          {"due_utc", file::utc_text(reference.due_utc_s)},
+          {"issued_utc", base::utc_text(reference.issued_utc_s)},
+          {"due_utc", base::utc_text(reference.due_utc_s)},
           {"unit", printed_unit(reference.kind)},
           {"correction", reference.correction ? Ordered(factor * *reference.correction) : Ordered()},
           {"standard_uncertainty", factor * reference.standard_uncertainty},

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Learns a curve with a band from noisy points, finds the number of rules by itself, saves it and loads it again.
-// After ./run build: g++ -std=c++20 -I. -isystem /usr/include/eigen3 docs/examples/anfis_curve.cpp
-//   build/release/anfis/libsoak_anfis.a build/release/base/libsoak_base.a -lnlopt -lfmt
+// How to build it outside of this tree: CMakeLists.txt.
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>

@@ -7,7 +7,7 @@
 
 #include "station/commands/campaign_client.h"
 #include "station/commands/campaign_text.h"
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/io/text_file.h"
 
 namespace soak::station {

@@ -8,9 +8,8 @@
 
 #include "station/commands/check_text.h"
 #include "station/io/data_folder.h"
-#include "station/io/identity.h"
-#include "station/io/text_line.h"
-#include "station/records/check_document.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
 #include "station/records/check_standard.h"
 
 namespace soak::station {

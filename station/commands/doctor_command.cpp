@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "station/io/data_folder.h"
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/lab/doctor.h"
 
 namespace soak::station {

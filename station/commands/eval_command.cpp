@@ -11,7 +11,7 @@
 #include "station/commands/calibration_commands.h"
 #include "station/commands/waiver_note.h"
 #include "station/records/calibration_reader.h"
-#include "station/records/waiver.h"
+#include "station/records/signing.h"
 
 namespace soak::station {
 namespace {

@@ -17,12 +17,11 @@
 #include "station/commands/export_text.h"
 #include "station/commands/waiver_note.h"
 #include "station/io/data_folder.h"
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/io/text_file.h"
+#include "station/records/calibration_reader.h"
 #include "station/records/key_file.h"
 #include "station/records/signing.h"
-#include "station/records/waiver.h"
-#include "station/records/withdrawn_since.h"
 
 namespace soak::station {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <optional>
 
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/runs/signal_source.h"
 #include "station/runs/still_segment.h"
 

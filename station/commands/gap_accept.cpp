@@ -17,8 +17,8 @@
 #include "station/fit/fit_unit.h"
 #include "station/gap/gap_search.h"
 #include "station/io/data_folder.h"
-#include "station/io/identity.h"
-#include "station/io/text_line.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
 
 namespace soak::station {
 namespace {

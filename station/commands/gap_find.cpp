@@ -12,7 +12,7 @@
 #include "station/commands/gap_commands.h"
 #include "station/gap/gap_search.h"
 #include "station/io/data_folder.h"
-#include "station/io/identity.h"
+#include "station/io/host.h"
 
 namespace soak::station {
 namespace {

@@ -8,7 +8,7 @@
 #include "station/commands/gap_commands.h"
 #include "station/gap/gap_comparison.h"
 #include "station/io/data_folder.h"
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/io/text_file.h"
 #include "station/report/page.h"
 

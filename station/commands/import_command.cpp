@@ -10,7 +10,7 @@
 #include "base/units.h"
 #include "calib/model/reference_json.h"
 #include "station/commands/type_commands.h"
-#include "station/import/stream_recording.h"
+#include "station/import/source_recording.h"
 #include "station/io/data_folder.h"
 
 namespace soak::station {

@@ -12,14 +12,13 @@
 #include <utility>
 #include <vector>
 
-#include "station/commands/reference_text.h"
 #include "station/fit/reference_rule.h"
 #include "station/io/data_folder.h"
-#include "station/io/identity.h"
-#include "station/io/iso_date.h"
-#include "station/io/text_line.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
 #include "station/records/key_file.h"
-#include "station/records/waiver.h"
+#include "station/records/reference_register.h"
+#include "station/records/signing.h"
 
 namespace soak::station {
 namespace {

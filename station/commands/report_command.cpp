@@ -9,7 +9,7 @@
 #include "base/hash.h"
 #include "station/config/limits_file.h"
 #include "station/io/data_folder.h"
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/io/text_file.h"
 #include "station/report/page.h"
 #include "station/report/report.h"

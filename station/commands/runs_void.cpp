@@ -7,8 +7,8 @@
 
 #include "station/commands/runs_command.h"
 #include "station/io/data_folder.h"
-#include "station/io/identity.h"
-#include "station/io/text_line.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
 
 namespace soak::station {
 namespace {

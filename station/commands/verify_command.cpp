@@ -24,8 +24,7 @@
 #include "station/fit/reference_rule.h"
 #include "station/io/data_folder.h"
 #include "station/records/calibration_reader.h"
-#include "station/records/waiver.h"
-#include "station/records/withdrawn_since.h"
+#include "station/records/signing.h"
 
 namespace soak::station {
 namespace {

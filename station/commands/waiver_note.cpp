@@ -7,8 +7,8 @@
 #include <string>
 
 #include "station/fit/reference_rule.h"
-#include "station/io/iso_date.h"
-#include "station/records/waiver.h"
+#include "station/io/text.h"
+#include "station/records/signing.h"
 
 namespace soak::station {
 

@@ -15,7 +15,7 @@
 #include "calib/model/model_document.h"
 #include "station/config/unit_type_file.h"
 #include "station/fit/reference_rule.h"
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/io/output.h"
 
 namespace soak::station {

@@ -11,9 +11,9 @@
 #include <set>
 #include <utility>
 
-#include "station/io/identity.h"
-#include "station/io/iso_date.h"
-#include "station/records/waiver.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
+#include "station/records/signing.h"
 
 namespace soak::station {
 namespace {

@@ -11,8 +11,7 @@
 #include "station/http/address.h"
 #include "station/http/server.h"
 #include "station/io/data_folder.h"
-#include "station/io/folder_lock.h"
-#include "station/io/log.h"
+#include "station/io/host.h"
 #include "station/lab/engine.h"
 
 namespace soak::station {

@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "base/text.h"
-#include "station/import/fixture_rates.h"
+#include "station/import/slow_channel.h"
 #include "station/io/text_file.h"
 
 namespace soak::station {

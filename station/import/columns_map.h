@@ -12,7 +12,7 @@
 #include "base/result.h"
 #include "calib/vocabulary/position.h"
 #include "db/run/sample.h"
-#include "station/import/header_name.h"
+#include "station/import/channel.h"
 
 namespace soak::station {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/import/csv_recording.h"
+#include "station/import/source_recording.h"
 
 #include <fmt/format.h>
 
@@ -12,10 +12,9 @@
 #include "base/units.h"
 #include "base/utf8.h"
 #include "calib/vocabulary/sensor.h"
-#include "station/import/channel_units.h"
-#include "station/import/detail/column_builder.h"
-#include "station/import/detail/csv_layout.h"
-#include "station/import/fixture_rates.h"
+#include "station/import/channel.h"
+#include "station/import/detail/csv_columns.h"
+#include "station/import/slow_channel.h"
 #include "station/io/csv_scanner.h"
 #include "station/io/text_file.h"
 

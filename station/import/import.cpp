@@ -13,8 +13,8 @@
 #include "db/run/run_file.h"
 #include "station/config/unit_type_file.h"
 #include "station/fit/reference_rule.h"
-#include "station/io/identity.h"
-#include "station/io/text_line.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
 #include "station/runs/run_records.h"
 #include "station/runs/run_streams.h"
 

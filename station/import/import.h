@@ -13,7 +13,7 @@
 #include "calib/vocabulary/reference.h"
 #include "calib/vocabulary/run.h"
 #include "db/catalog/catalog.h"
-#include "station/import/csv_recording.h"
+#include "station/import/source_recording.h"
 
 namespace soak::station {
 

@@ -2,11 +2,17 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "base/result.h"
 #include "calib/vocabulary/position.h"
 #include "db/run/sample.h"
+#include "hal/devices/devices.h"
+#include "station/import/columns_map.h"
 
 namespace soak::station {
 
@@ -34,5 +40,39 @@ struct SourceRecording {
   std::vector<BadRow> bad_rows;
   std::vector<std::string> warnings;
 };
+
+/// How to read a recording from a CSV file.
+struct CsvOptions {
+  ColumnsMap map;
+  bool skip_bad = false;  ///< leave bad rows out and list them, instead of refusing the file
+  /// Called now and then with the share of the file that is read (0..1); returning false stops the reading.
+  std::function<bool(double)> progress;
+};
+
+/// Reads and checks a whole recording (docs/csv-format.md says what is accepted). Every refusal names file, line,
+/// column and what would be right. Without `run` column the label is the file's stem.
+[[nodiscard]] base::Result<SourceRecording> read_csv_recording(const std::filesystem::path& path,
+                                                               const CsvOptions& options);
+
+/// The same from text in memory; `path` names it in messages.
+[[nodiscard]] base::Result<SourceRecording> parse_csv_recording(std::string_view text,
+                                                                const std::filesystem::path& path,
+                                                                const CsvOptions& options);
+
+/// How to read the bytes that a unit once sent.
+struct StreamOptions {
+  hal::UnitDecoder decoder = hal::UnitDecoder::xsens;
+  hal::Ahrs400Ranges ranges = {};  ///< for ahrs400 only
+  double rate_hz = 100.0;          ///< that the unit was set to: lost packets are told from a restart by it
+  /// Called now and then with the share of the file that is read (0..1); returning false stops the reading.
+  std::function<bool(double)> progress;
+};
+
+/// Decodes a file of bytes as a unit has sent them (a vendor's log, a capture of its serial line): one run per
+/// power-on, called as the file's stem, with a number behind it where there are several. Each run is one attitude
+/// throughout, as a CSV file without positions. Packets lost by the unit's own counter, and bytes that belong to no
+/// packet, are warnings. Refuses (bad_input) a file in which nothing can be decoded, and a run without any temperature.
+[[nodiscard]] base::Result<SourceRecording> read_stream_recording(const std::filesystem::path& path,
+                                                                  const StreamOptions& options);
 
 }  // namespace soak::station

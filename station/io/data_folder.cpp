@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/io/data_folder.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 
+#include <array>
+#include <cerrno>
 #include <cstdlib>
 #include <string>
 #include <system_error>
@@ -13,6 +18,13 @@ namespace {
 std::string environment(const char* name) {
   const char* value = std::getenv(name);
   return value != nullptr ? value : "";
+}
+
+/// The process that has written its number into the lock file.
+std::string holder_of(int fd) {
+  std::array<char, 32> text{};
+  const ssize_t read = ::pread(fd, text.data(), text.size() - 1, 0);
+  return read > 0 ? std::string(text.data()) : "unknown";
 }
 
 }  // namespace
@@ -26,7 +38,7 @@ base::Result<std::filesystem::path> data_folder(std::string_view option) {
   if (const std::string home = environment("HOME"); !home.empty()) {
     return std::filesystem::path(home) / ".local" / "share" / "soak";
   }
-  return base::bad_input("no data folder is known: give --data DIR or set SOAK_DATA", "--data");
+  return base::bad_input("the data folder is not known: give --data DIR or set SOAK_DATA", "--data");
 }
 
 base::Result<db::Catalog> open_catalog(std::string_view data_option) {
@@ -41,8 +53,8 @@ base::Result<db::Catalog> open_existing_catalog(std::string_view data_option) {
   std::error_code ignored;
   if (!std::filesystem::exists(*folder / "station.db", ignored)) {
     return base::bad_input(
-        "the data folder holds no station.db: import a recording first, or give the right folder with "
-        "--data or SOAK_DATA",
+        "the data folder has no station.db: import a recording first, or name the right folder with --data or "
+        "SOAK_DATA",
         folder->string());
   }
   return db::Catalog::open(*folder);
@@ -54,7 +66,7 @@ base::Result<db::RunRow> find_run(const db::Catalog& catalog, const db::RunFilte
   if (runs->size() == 1) return std::move(runs->front());
   const std::string name = filter.run.value_or("");
   if (runs->empty()) {
-    return base::bad_input(fmt::format("there is no run '{}': 'soak runs list' shows run ids and labels", name),
+    return base::bad_input(fmt::format("unknown run '{}': 'soak runs list' shows run ids and labels", name),
                            catalog.data_folder().string());
   }
   std::string candidates;
@@ -62,8 +74,39 @@ base::Result<db::RunRow> find_run(const db::Catalog& catalog, const db::RunFilte
     candidates += fmt::format("\n  {}  unit {}, campaign {}, run {}", run.run_id, run.unit, run.campaign, run.label);
   }
   return base::bad_input(
-      fmt::format("'{}' names {} runs: give the run id, or --unit and --campaign{}", name, runs->size(), candidates),
+      fmt::format("'{}' matches {} runs: give the run id, or --unit and --campaign{}", name, runs->size(), candidates),
       catalog.data_folder().string());
+}
+
+base::Result<db::UnitRow> find_unit(const db::Catalog& catalog, const std::string& serial) {
+  auto unit = catalog.unit(serial);
+  if (!unit) return base::forward_error(unit);
+  if (*unit) return **std::move(unit);
+  return base::bad_input(fmt::format("unknown unit '{}': 'soak unit list' shows all", serial),
+                         catalog.data_folder().string());
+}
+
+base::Result<FolderLock> FolderLock::take(const std::filesystem::path& file, std::string_view what) {
+  FolderLock lock(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+  if (lock.fd_ < 0) {
+    return base::bad_input("cannot write: " + std::generic_category().message(errno), file.string());
+  }
+  if (::flock(lock.fd_, LOCK_EX | LOCK_NB) != 0) {
+    return base::bad_input(
+        fmt::format("another {} (process {}) is using this data folder: stop it, or name another folder with --data",
+                    what, holder_of(lock.fd_)),
+        file.parent_path().string());
+  }
+  const std::string process = fmt::format("{}", ::getpid());
+  if (::ftruncate(lock.fd_, 0) != 0 ||
+      ::pwrite(lock.fd_, process.data(), process.size(), 0) != static_cast<ssize_t>(process.size())) {
+    return base::bad_input("cannot write: " + std::generic_category().message(errno), file.string());
+  }
+  return lock;
+}
+
+FolderLock::~FolderLock() {
+  if (fd_ >= 0) ::close(fd_);
 }
 
 }  // namespace soak::station

@@ -10,8 +10,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "station/io/identity.h"
-#include "station/io/log.h"
+#include "station/io/host.h"
 #include "station/lab/lost_runs.h"
 #include "station/lab/start_check.h"
 #include "station/lab/status_document.h"

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/lab/engine.h"
 #include "station/lab/lost_runs.h"
 #include "station/lab/start_check.h"

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/lab/engine.h"
 
 namespace soak::station {

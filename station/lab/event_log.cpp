@@ -3,8 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "station/io/identity.h"
-#include "station/io/log.h"
+#include "station/io/host.h"
 
 namespace soak::station {
 namespace {

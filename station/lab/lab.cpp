@@ -7,8 +7,8 @@
 #include <cmath>
 #include <utility>
 
-#include "station/import/fixture_rates.h"
-#include "station/io/identity.h"
+#include "station/import/slow_channel.h"
+#include "station/io/host.h"
 #include "station/lab/run_source.h"
 
 namespace soak::station {

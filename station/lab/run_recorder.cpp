@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "calib/vocabulary/position.h"
-#include "station/import/fixture_rates.h"
+#include "station/import/slow_channel.h"
 #include "station/runs/run_streams.h"
 
 namespace soak::station {

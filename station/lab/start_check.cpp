@@ -18,8 +18,8 @@
 #include "base/hash.h"
 #include "station/config/rating_check.h"
 #include "station/config/unit_type_file.h"
-#include "station/import/fixture_rates.h"
-#include "station/io/text_line.h"
+#include "station/import/slow_channel.h"
+#include "station/io/text.h"
 #include "station/lab/preflight.h"
 #include "station/records/check_standard.h"
 

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "calib/deploy/calibration_file.h"
+#include "station/fit/reference_rule.h"
+#include "station/report/runs_of_model.h"
 
 namespace soak::station {
 
@@ -28,6 +30,20 @@ base::Result<LoadedCalibration> read_calibration(const std::filesystem::path& pa
   }
   loaded.calibration = *std::move(decoded);
   return loaded;
+}
+
+base::Result<std::vector<calib::Warning>> withdrawn_since(const db::Catalog& catalog,
+                                                          const calib::Calibration& calibration) {
+  const auto runs = runs_of_model(catalog, calibration);
+  if (!runs) return base::forward_error(runs);
+  std::vector<calib::Warning> warnings;
+  for (const calib::Warning& warning : runs->warnings) {
+    if (warning.code == "voided_since") warnings.push_back(warning);
+  }
+  const auto since = reference_warnings(catalog, calibration.references);
+  if (!since) return base::forward_error(since);
+  warnings.insert(warnings.end(), since->begin(), since->end());
+  return warnings;
 }
 
 }  // namespace soak::station

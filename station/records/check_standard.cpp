@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace soak::station {
@@ -14,6 +15,8 @@ namespace {
 using calib::ControlVerdict;
 using calib::Estimate;
 using calib::kSensorCount;
+using calib::Sensor;
+using nlohmann::json;
 
 /// A unit as check standard: its last record, and from when on its runs count.
 struct Declared {
@@ -155,7 +158,7 @@ base::Result<CheckChart> chart_of(const db::Catalog& catalog, const Declared& de
   return chart;
 }
 
-std::string finding(calib::Sensor sensor, const calib::ControlPoint& point) {
+std::string finding(Sensor sensor, const calib::ControlPoint& point) {
   const double factor = calib::printed_per_si(sensor);
   const auto unit = calib::printed_unit(sensor);
   if (!point.beyond_limits()) {
@@ -172,7 +175,7 @@ std::string finding(calib::Sensor sensor, const calib::ControlPoint& point) {
 
 CheckVerdict verdict_on(const CheckChart& chart, const CheckCampaign& campaign) {
   CheckVerdict verdict{chart.unit, campaign.name, campaign.verdict, {}};
-  for (const calib::Sensor sensor : calib::kSensors) {
+  for (const Sensor sensor : calib::kSensors) {
     const auto& charted = campaign.sensor[calib::index_of(sensor)];
     if (!charted || charted->point.verdict != ControlVerdict::out_of_control) continue;
     verdict.findings.push_back(finding(sensor, charted->point));
@@ -196,6 +199,87 @@ base::Result<std::vector<Declared>> wanted(const db::Catalog& catalog, const std
   if (!declared.empty()) return declared;
   return base::bad_input("this station has no check standard; 'soak check declare' makes a unit one",
                          catalog.data_folder().string());
+}
+
+/// NAME and NAME_se in printed units; null where there is none.
+void put_estimate(json& document, const std::string& name, const std::optional<Estimate>& estimate, double factor) {
+  document[name] = estimate ? json(estimate->value * factor) : json();
+  document[name + "_se"] = estimate ? json(estimate->standard_error * factor) : json();
+}
+
+json control_limits_json(const calib::ControlLimits& limits, double factor) {
+  return {{"campaigns", limits.values},     {"centre", limits.centre * factor},
+          {"lower", limits.lower * factor}, {"upper", limits.upper * factor},
+          {"sigma", limits.sigma * factor}, {"moving_range_upper", limits.moving_range_upper * factor}};
+}
+
+json control_shift_json(const std::optional<calib::ControlShift>& shift, double factor) {
+  if (!shift) return {};
+  return {{"mean", shift->mean * factor},
+          {"lower", shift->limits.lower * factor},
+          {"upper", shift->limits.upper * factor},
+          {"campaigns", shift->limits.values}};
+}
+
+json check_point_json(const CheckSensor& sensor, double factor) {
+  const calib::ControlPoint& point = sensor.point;
+  json document = {{"verdict", calib::name_of(point.verdict)},
+                   {"beyond_limits", point.beyond_limits()},
+                   {"shifted", point.shifted()},
+                   {"last_eight", control_shift_json(point.shift, factor)},
+                   {"limits", point.limits ? control_limits_json(*point.limits, factor) : json()},
+                   {"moving_range", point.moving_range ? json(*point.moving_range * factor) : json()}};
+  put_estimate(document, "bias", sensor.bias, factor);
+  put_estimate(document, "drift", sensor.drift, factor);
+  return document;
+}
+
+json check_run_json(const CheckRun& run) {
+  json sensors = json::object();
+  for (const Sensor sensor : calib::kSensors) {
+    const auto& reference = run.reference.sensor[calib::index_of(sensor)];
+    if (!reference) continue;
+    const double factor = calib::printed_per_si(sensor);
+    json& document = sensors[std::string(calib::name_of(sensor))] = {{"temp_c", reference->temp_c}};
+    put_estimate(document, "bias", reference->bias, factor);
+    put_estimate(document, "first", reference->first, factor);
+    put_estimate(document, "last", reference->last, factor);
+    put_estimate(document, "drift", reference->drift, factor);
+  }
+  return {{"run", run.label},
+          {"at_both_ends", run.reference.at_both_ends},
+          {"visits", run.reference.visits},
+          {"sensors", std::move(sensors)}};
+}
+
+json check_campaign_json(const CheckCampaign& campaign) {
+  json sensors = json::object();
+  for (const Sensor sensor : calib::kSensors) {
+    const auto& charted = campaign.sensor[calib::index_of(sensor)];
+    if (charted) {
+      sensors[std::string(calib::name_of(sensor))] = check_point_json(*charted, calib::printed_per_si(sensor));
+    }
+  }
+  json runs = json::array();
+  for (const CheckRun& run : campaign.runs) runs.push_back(check_run_json(run));
+  return {{"campaign", campaign.name},       {"created_utc_s", campaign.created_utc_s},
+          {"simulated", campaign.simulated}, {"verdict", calib::name_of(campaign.verdict)},
+          {"sensors", std::move(sensors)},   {"runs", std::move(runs)}};
+}
+
+json check_chart_json(const CheckChart& chart) {
+  json temps = json::object();
+  for (const Sensor sensor : calib::kSensors) {
+    const auto& temp_c = chart.temp_c[calib::index_of(sensor)];
+    if (temp_c) temps[std::string(calib::name_of(sensor))] = *temp_c;
+  }
+  json campaigns = json::array();
+  for (const CheckCampaign& campaign : chart.campaigns) campaigns.push_back(check_campaign_json(campaign));
+  return {{"unit", chart.unit},
+          {"epoch", chart.epoch},
+          {"ended", chart.ended.has_value()},
+          {"temp_c", std::move(temps)},
+          {"campaigns", std::move(campaigns)}};
 }
 
 }  // namespace
@@ -264,6 +348,12 @@ std::optional<calib::Warning> warning_of(const CheckVerdict& verdict) {
       fmt::format("check standard {} of campaign '{}' is out of control at {:g} °C: {}; until the cause is known, what "
                   "this campaign says of its units is in doubt ('soak check chart' shows the course)",
                   verdict.unit, verdict.campaign, calib::kReferencePlateau_c, fmt::join(verdict.findings, "; "))};
+}
+
+json check_document(const std::vector<CheckChart>& charts) {
+  json units = json::array();
+  for (const CheckChart& chart : charts) units.push_back(check_chart_json(chart));
+  return {{"reference_c", calib::kReferencePlateau_c}, {"units", std::move(units)}};
 }
 
 }  // namespace soak::station

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -85,5 +86,8 @@ struct CheckVerdict {
 
 /// What must be told of any unit of that campaign: `check_standard_out_of_control`, or nothing.
 [[nodiscard]] std::optional<calib::Warning> warning_of(const CheckVerdict& verdict);
+
+/// docs/schema/check-chart.schema.json
+[[nodiscard]] nlohmann::json check_document(const std::vector<CheckChart>& charts);
 
 }  // namespace soak::station

@@ -5,10 +5,13 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "base/bytes.h"
 #include "base/result.h"
 #include "calib/deploy/signature.h"
+#include "calib/vocabulary/reference.h"
+#include "calib/vocabulary/warning.h"
 
 namespace soak::station {
 
@@ -59,5 +62,16 @@ void wipe(std::string& text);
 /// Whether the last section of the calibration file is a signature of all before it by this key. `file` is one that
 /// decode() reads.
 [[nodiscard]] bool is_file_signed_by(const PublicKey& key, std::span<const std::uint8_t> file);
+
+/// The waiver with key and signature filled in; what is signed is calib::waiver_text(). Refuses texts of several lines.
+[[nodiscard]] base::Result<calib::Waiver> signed_waiver(calib::Waiver waiver, const calib::Reference& reference,
+                                                        const SecretKey& key);
+
+/// Refuses (corrupt) a waiver whose signature is not that of its own key over its own text and this entry of the
+/// register. Whether that key may sign waivers is for whoever reads the record to judge.
+[[nodiscard]] base::Status check_waiver(const calib::Waiver& waiver, const calib::Reference& reference);
+
+/// `waiver_signature` for each waiver of a calibration that check_waiver() would refuse.
+[[nodiscard]] std::vector<calib::Warning> waiver_warnings(const std::vector<calib::ReferenceUse>& references);
 
 }  // namespace soak::station

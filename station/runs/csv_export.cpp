@@ -13,10 +13,9 @@
 
 #include "base/text.h"
 #include "calib/vocabulary/sensor.h"
-#include "station/import/channel_units.h"
+#include "station/import/channel.h"
 #include "station/import/columns_map.h"
-#include "station/import/csv_recording.h"
-#include "station/import/header_name.h"
+#include "station/import/source_recording.h"
 #include "station/io/csv_scanner.h"
 #include "station/runs/run_streams.h"
 

@@ -12,9 +12,7 @@
 #include <utility>
 
 #include "calib/vocabulary/sensor.h"
-#include "station/import/channel_units.h"
-#include "station/import/fixture_rates.h"
-#include "station/import/header_name.h"
+#include "station/import/channel.h"
 #include "station/import/slow_channel.h"
 #include "station/runs/run_streams.h"
 

@@ -10,7 +10,7 @@
 
 #include "calib/segments/data_gate.h"
 #include "calib/segments/segmentation.h"
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/runs/recording_reader.h"
 #include "station/runs/run_columns.h"
 #include "station/runs/run_streams.h"

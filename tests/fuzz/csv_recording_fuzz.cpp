@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "station/import/columns_map.h"
-#include "station/import/csv_recording.h"
+#include "station/import/source_recording.h"
 #include "tests/fuzz/targets.h"
 
 namespace soak::fuzz {

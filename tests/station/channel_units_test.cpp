@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/import/channel_units.h"
+#include "station/import/channel.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "station/import/header_name.h"
 #include "station/import/slow_channel.h"
 #include "station/runs/recording_reader.h"
 

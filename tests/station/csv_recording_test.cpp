@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/import/csv_recording.h"
+#include "station/import/source_recording.h"
 
 #include <gtest/gtest.h>
 

@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <memory>
 
-#include "station/commands/reference_text.h"
-#include "station/io/iso_date.h"
-#include "station/records/waiver.h"
+#include "station/io/text.h"
+#include "station/records/reference_register.h"
+#include "station/records/signing.h"
 
 namespace soak::station {
 namespace {

@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "base/random.h"
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/lab/run_recorder.h"
 #include "station/runs/recording_reader.h"
 

@@ -8,7 +8,7 @@
 
 #include "db/catalog/orphans.h"
 #include "station/fit/fit_unit.h"
-#include "station/io/identity.h"
+#include "station/io/host.h"
 #include "station/lab/run_recorder.h"
 #include "station/runs/csv_export.h"
 #include "station/runs/run_streams.h"

@@ -16,7 +16,7 @@
 #include "calib/segments/segmentation.h"
 #include "calib/segments/statistics.h"
 #include "calib/signal/noise/mean_error.h"
-#include "station/import/channel_units.h"
+#include "station/import/channel.h"
 #include "station/import/slow_channel.h"
 #include "station/runs/recording_reader.h"
 #include "tests/station/tricky_run.h"

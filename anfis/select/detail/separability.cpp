@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "anfis/select/detail/separability.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
+
+#include "base/linear/dense_solve.h"
 
 namespace soak::anfis::fuzzy {
 
@@ -26,7 +27,7 @@ double log_separability(const ClassCovariances& covariances, const std::vector<i
   const Eigen::MatrixXd total =
       Eigen::MatrixXd(scale.asDiagonal() * covariances.between(inputs, inputs) * scale.asDiagonal()) +
       Eigen::MatrixXd::Identity(scale.size(), scale.size());
-  return 2.0 * Eigen::MatrixXd(total.llt().matrixL()).diagonal().array().log().sum();
+  return 2.0 * base::cholesky(total).diagonal().array().log().sum();
 }
 
 std::vector<int> without(std::vector<int> inputs, int left_out) {

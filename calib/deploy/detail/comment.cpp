@@ -7,7 +7,6 @@
 #include <charconv>
 
 #include "base/text.h"
-#include "base/utc_text.h"
 
 namespace soak::calib::exporting {
 namespace {
@@ -35,7 +34,7 @@ std::vector<std::string> identity_lines(const Calibration& calibration, const Cl
           "unit type: " + clean(calibration.unit_type),
           fmt::format("epoch: {}", calibration.epoch),
           fmt::format("model version: {}", calibration.model_version),
-          "created: " + file::utc_text(calibration.created_utc_s),
+          "created: " + base::utc_text(calibration.created_utc_s),
           fmt::format("gravity: {} m/s2{}", base::shortest(calibration.gravity_mps2),
                       calibration.gravity_assumed ? " (assumed)" : "")};
 }
@@ -46,11 +45,11 @@ std::vector<std::string> source_lines(const Calibration& calibration, const Clea
   for (const auto& [reference, waiver] : calibration.references) {
     lines.push_back(fmt::format("reference: {} {}, certificate {}, issued {}, due {}, standard uncertainty {} {}",
                                 name_of(reference.kind), clean(reference.name), clean(reference.certificate),
-                                file::utc_text(reference.issued_utc_s), file::utc_text(reference.due_utc_s),
+                                base::utc_text(reference.issued_utc_s), base::utc_text(reference.due_utc_s),
                                 base::shortest(printed_per_si(reference.kind) * reference.standard_uncertainty),
                                 printed_unit(reference.kind)));
     if (!waiver) continue;
-    lines.push_back(fmt::format("  WAIVER, signed {} by {}: {}", file::utc_text(waiver->utc_s), clean(waiver->signer),
+    lines.push_back(fmt::format("  WAIVER, signed {} by {}: {}", base::utc_text(waiver->utc_s), clean(waiver->signer),
                                 clean(waiver->reason)));
   }
   return lines;

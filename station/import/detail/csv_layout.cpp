@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/import/detail/csv_layout.h"
+#include "station/import/detail/csv_columns.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/signal/allan/detail/least_squares.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "base/linear/dense_solve.h"
 
 namespace soak::calib::signal::allan_fit {
 namespace {
@@ -37,9 +38,10 @@ Model solve(const Whitened& problem, const Normal& normal, const std::vector<Eig
   const Eigen::MatrixXd gram = normal.gram(columns, columns);
   const Eigen::VectorXd moment = normal.moment(columns);
   const Eigen::VectorXd inverse = normal.scale(columns).cwiseInverse();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(gram);
+  const base::Ldlt factor(gram);
   model.estimate = inverse.cwiseProduct(factor.solve(moment));
-  model.covariance = inverse.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(p, p)) * inverse.asDiagonal();
+  const Eigen::MatrixXd gram_inverse = factor.solve(Eigen::MatrixXd(Eigen::MatrixXd::Identity(p, p)));
+  model.covariance = inverse.asDiagonal() * gram_inverse * inverse.asDiagonal();
   model.chi_squared = (problem.y - problem.a(Eigen::all, columns) * model.estimate).squaredNorm();
   return model;
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/signal/allan/detail/solution.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "base/linear/dense_solve.h"
 #include "base/statistics.h"
 
 namespace soak::calib::signal::allan_fit {
@@ -55,7 +55,7 @@ double freedom(const Solution& s, const Model& model) {
 }
 
 double misfit(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& residual) {
-  return residual.dot(covariance.ldlt().solve(residual));
+  return residual.dot(base::solve_ldlt(covariance, residual));
 }
 
 /// Additional variance of the averaging times that lie far off the curve, even if their own scatter is that of the
@@ -81,9 +81,9 @@ bool improve(const Points& points, const CovarianceTable& table, bool robust, So
     s.covariance.diagonal() += outlier_variance(points.variance, model, covariance.diagonal());
     s.covariance *= s.inflation;
   }
-  const Eigen::LLT<Eigen::MatrixXd> factor(s.covariance);
-  if (factor.info() != Eigen::Success) return false;
-  s.whitened = {factor.matrixL().solve(s.curves), factor.matrixL().solve(points.variance)};
+  const std::optional<Eigen::MatrixXd> factor = base::try_cholesky(s.covariance);
+  if (!factor) return false;
+  s.whitened = {base::solve_lower(*factor, s.curves), base::solve_lower(*factor, points.variance)};
   s.models = positive_models(s.whitened);
   if (s.models.empty()) return false;
   s.misfit = misfit(covariance, points.variance - curve(s.curves, s.best().theta()));
@@ -149,7 +149,7 @@ VarianceEstimate variance_estimate(const Solution& solution, const CovarianceTab
   VarianceEstimate estimate{.weight = model.weight, .value = model.estimate[i]};
   // The estimate is the linear form g^T s of the measured variances s, g = V^-1 Phi C e_i.
   const Eigen::VectorXd combined = solution.curves(Eigen::all, model.columns) * model.covariance.col(i);
-  const Eigen::VectorXd g = solution.covariance.llt().solve(combined);
+  const Eigen::VectorXd g = base::solve_llt(solution.covariance, combined);
   const auto variance = [&](const PerTerm& theta) { return g.dot(table.covariance(theta) * g); };
   PerTerm own{};
   own[term] = 1.0;

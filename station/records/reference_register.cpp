@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/commands/reference_text.h"
+#include "station/records/reference_register.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,9 +14,9 @@
 #include <utility>
 
 #include "station/fit/reference_rule.h"
-#include "station/io/iso_date.h"
 #include "station/io/output.h"
-#include "station/records/waiver.h"
+#include "station/io/text.h"
+#include "station/records/signing.h"
 
 namespace soak::station {
 namespace {

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "base/result.h"
 
+/// Texts and dates that people enter.
 namespace soak::station {
 
 /// Refuses (bad_input, at `where`) what is empty or blank, and what is not base::is_plain_line(): names, reasons and
@@ -17,5 +20,11 @@ inline constexpr std::size_t kLongestCarried = 255;
 
 /// The same for a text that calibration files carry (serial numbers, certificates): refuses one that is too long, too.
 [[nodiscard]] base::Status check_carried_line(std::string_view text, std::string_view where);
+
+/// Unix time at which the UTC day "2027-03-01" begins; nothing for a text that is no day of the years 1970 to 9999.
+[[nodiscard]] std::optional<double> parse_iso_date(std::string_view text);
+
+/// The UTC day of a Unix time: "2027-03-01"; outside the years 1970 to 9999 the number of seconds.
+[[nodiscard]] std::string iso_date(double utc_s);
 
 }  // namespace soak::station

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/io/iso_date.h"
+#include "station/io/text.h"
 
 #include <fmt/format.h>
 
@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "base/text.h"
+#include "base/utf8.h"
 
 namespace soak::station {
 namespace {
@@ -26,6 +27,22 @@ std::optional<int> digits(std::string_view text) {
 }
 
 }  // namespace
+
+base::Status check_text_line(std::string_view text, std::string_view where) {
+  if (text.find_first_not_of(' ') == std::string_view::npos) return base::bad_input("is empty", std::string(where));
+  if (base::is_plain_line(text)) return {};
+  return base::bad_input(
+      "must be one line of plain text: no control characters, line separators or marks that turn its direction",
+      std::string(where));
+}
+
+base::Status check_carried_line(std::string_view text, std::string_view where) {
+  if (auto plain = check_text_line(text, where); !plain) return plain;
+  if (text.size() <= kLongestCarried) return {};
+  return base::bad_input(
+      fmt::format("has {} bytes, and a calibration file carries {} at most", text.size(), kLongestCarried),
+      std::string(where));
+}
 
 std::optional<double> parse_iso_date(std::string_view text) {
   if (text.size() != 10 || text[4] != '-' || text[7] != '-') return std::nullopt;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/io/identity.h"
+#include "station/io/host.h"
 
 #include <pwd.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -28,10 +30,23 @@ std::string new_run_id() {
   return base::uuid_v7(static_cast<std::uint64_t>(now_utc_s() * 1000.0), first, random_word(source));
 }
 
-std::string user_name() {
+std::string user_name(const std::string& stated) {
+  if (!stated.empty()) return stated;
   if (const char* user = std::getenv("USER"); user != nullptr && *user != '\0') return user;
   const struct passwd* account = ::getpwuid(::geteuid());
   return account != nullptr ? account->pw_name : "unknown";
+}
+
+std::string software_version() { return SOAK_VERSION; }
+
+void log_line(const std::string& text) {
+  static const auto logger = [] {
+    auto made = spdlog::stderr_logger_mt("soakd");
+    made->set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %v");
+    made->flush_on(spdlog::level::info);
+    return made;
+  }();
+  logger->info("{}", text);
 }
 
 }  // namespace soak::station

@@ -7,6 +7,7 @@
 
 #include "base/result.h"
 
+/// What the columns of a recording are called and measured in.
 namespace soak::station {
 
 /// What a column of a CSV file is for.
@@ -36,5 +37,16 @@ struct HeaderMeaning {
 
 /// The header under which a canonical channel is written in canonical units: `gx_dps` for `gyro_x`.
 [[nodiscard]] std::string canonical_header(std::string_view channel_name);
+
+/// Converts one value from a channel's unit to another.
+using Conversion = double (*)(double);
+
+/// From the unit of a channel ("rps", "degph", "mg", "k"...) to the inside of the programs: rad/s, m/s², °C. A unit
+/// that has no other form ("s", "v", "") stays.
+[[nodiscard]] Conversion conversion_to_si(std::string_view unit);
+
+/// From the unit of a channel to that of canonical CSV columns: deg/s, m/s², °C. A value in that unit already is
+/// untouched, to the bit.
+[[nodiscard]] Conversion conversion_to_csv(std::string_view unit);
 
 }  // namespace soak::station
