@@ -63,7 +63,7 @@ struct ChamberTime {
 using SensorFits = std::array<std::optional<SensorFit>, kSensorCount>;
 
 /// Fits parts of a campaign (fewer runs, every second to fourth plateau, one sweep) and judges each by the runs that it
-/// did not contain, at all plateaus of both sweeps, those left out included.
+/// did not contain, at all plateaus of both sweeps, skipped ones included.
 ///
 /// A part is fitted with the family and the rules that the whole campaign led to (fewer rules where it has too few
 /// temperatures) and its variance components; biases only. With r_b the errors of held-out run b, own mean removed,

@@ -171,7 +171,7 @@ std::optional<Verification> verification_of(const Calibration& calibration, cons
   if (input.fresh.runs.empty()) return std::nullopt;
   auto verification = verify(calibration, input.fresh, input.limits);
   if (!verification) {
-    warnings.add({"verification_failed", "fresh runs say nothing: " + verification.error().message});
+    warnings.add({"verification_failed", "fresh runs could not be used: " + verification.error().message});
     return std::nullopt;
   }
   for (const Warning& warning : verification->warnings) warnings.add({warning.code, "fresh runs: " + warning.text});
@@ -249,7 +249,7 @@ json couplings_json(const json& fit) {
 json sections(const ReportInput& input, const json& fit, const Calibration& calibration) {
   WarningList warnings;
   if (calibration.simulated) {
-    warnings.add({"simulated", "the model comes from SIMULATED data: it says nothing of a real unit"});
+    warnings.add({"simulated", "the model comes from SIMULATED data: it is not of a real unit"});
   }
   for (const Warning& warning : input.warnings) warnings.add(warning);
   warnings.add_stored(fit.at("warnings"));

@@ -88,8 +88,8 @@ constexpr std::string_view kHowToRead = R"html(<section id="reading"><h2>How to 
 <p>A <b>row</b> is what one run says of a sensor at one plateau, estimated jointly from all six positions. The
 <b>curve</b> is what the calibration file carries: the mean over all power-ons. Its dark <b>band</b> holds that mean with
 95 % probability, the light one what the sensor will do after one fresh power-on. The offset that changes from power-on to
-power-on (<b>run-to-run</b>) is what no thermal model can remove. <b>Held-out</b> errors come from runs that were left out
-of the fit: <b>absolute</b> with the run's own offset, <b>shape</b> without it. A dash means that the data cannot say.
+power-on (<b>run-to-run</b>) is what no thermal model can remove. <b>Held-out</b> errors come from runs that were not
+fitted: <b>absolute</b> with the run's own offset, <b>shape</b> without it. A dash means that the data cannot say.
 Numbers show three digits; the page's source has all of them (<code>&lt;data value&gt;</code>).</p></section>
 )html";
 

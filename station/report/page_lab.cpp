@@ -188,9 +188,7 @@ std::string check_part(const json& check_standards) {
   std::string html = "<section id=\"check\"><h2>Check standards</h2>\n";
   const json& units = check_standards["units"];
   if (units.empty()) {
-    return html +
-           "<p>None was in the campaigns of this model: whether the station was as it had been before, nobody "
-           "knows.</p></section>\n";
+    return html + "<p>None was in the campaigns of this model: changes of the station would not show.</p></section>\n";
   }
   std::size_t ordinal = 0;
   for (const json& unit : units) {

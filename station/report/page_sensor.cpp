@@ -50,7 +50,7 @@ std::string folds_table(const json& sensor) {
   const json& checks = member(sensor["fit"], "checks");
   if (!checks.is_array() || checks.empty()) return {};
   const std::string left_out = html::text_of(sensor["fit"], "holdout");
-  html::Table table(fmt::format("Each fold: absolute error of what was left out, {}", unit_of(sensor)),
+  html::Table table(fmt::format("Each fold: absolute error on the runs not fitted, {}", unit_of(sensor)),
                     {left_out, "anfis", "poly3", "poly5", "spline"});
   for (const json& check : checks) {
     std::vector<html::Cell> cells = {html::row_heading(check["held_out"].get<std::string>())};
@@ -164,7 +164,7 @@ std::string tested_words(std::string_view what, const json& result, const std::s
 
 std::string verification_words(const json& sensor) {
   const json& result = sensor["verification"];
-  if (result.is_null()) return "<p>Fresh runs: none has tested this sensor.</p>\n";
+  if (result.is_null()) return "<p>Fresh runs: none measured this sensor.</p>\n";
   return "<p>Fresh runs, which no fit has seen. " + tested_words("Bias", result["bias"], unit_of(sensor)) +
          (result["scale"].is_null() ? "" : tested_words("Scale", result["scale"], "ppm")) + "</p>\n";
 }
@@ -256,7 +256,7 @@ std::string curve_figure(std::string_view name, const json& sensor) {
 std::string residual_figure(std::string_view name, const json& sensor) {
   const json& rows = sensor["rows"];
   if (rows.is_null() && sensor["fresh"].is_null()) return {};
-  Caption caption{fmt::format("{}: what the curve leaves over", name), {}};
+  Caption caption{fmt::format("{}: residuals, rows less curve", name), {}};
   if (!rows.is_null()) {
     caption.description = fmt::format(
         "Residuals of {} rows, RMS {:.3g} {}, largest {:.3g} in run {}; with each run's offset removed RMS {:.3g}.",

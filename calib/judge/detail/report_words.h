@@ -24,8 +24,8 @@ struct VerdictSentence {
                                                const std::optional<Verification>& verification,
                                                const std::vector<std::string>& fresh_runs);
 
-/// What to do about a warning of this code, one sentence in plain words (docs/fit.md has the table); empty for a code
-/// that nobody has written one for.
+/// What to do about a warning of this code, one sentence in plain words (docs/fit.md has the table); empty for an
+/// unknown code.
 [[nodiscard]] std::string_view remedy_of(std::string_view code);
 
 }  // namespace soak::calib
