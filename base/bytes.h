@@ -91,4 +91,17 @@ class ByteWriter {
   Bytes bytes_;
 };
 
+/// The big-endian 16-bit number at `at`, which must lie within `bytes` with the byte after it.
+[[nodiscard]] inline std::uint16_t big_endian_u16(std::span<const std::uint8_t> bytes, std::size_t at) {
+  return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
+}
+
+/// Appends an unsigned number, its highest byte first.
+template <std::unsigned_integral T>
+void append_big_endian(Bytes& bytes, T value) {
+  for (int shift = 8 * (static_cast<int>(sizeof(T)) - 1); shift >= 0; shift -= 8) {
+    bytes.push_back(static_cast<std::uint8_t>(value >> shift));
+  }
+}
+
 }  // namespace soak::base

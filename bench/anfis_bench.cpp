@@ -11,7 +11,7 @@
 
 #include "anfis/linear/least_squares.h"
 #include "anfis/model/rule_base.h"
-#include "anfis/train/hybrid_learning.h"
+#include "anfis/train/learner.h"
 #include "base/random.h"
 #include "tests/anfis/curves.h"
 #include "tests/anfis/support.h"

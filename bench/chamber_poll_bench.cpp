@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/devices/devices.h"
+#include "hal/devices/chamber.h"
 #include "hal/maps/device_map.h"
 #include "hal/sim/config/campaign_config.h"
 #include "hal/sim/wires/lab_server.h"
@@ -122,9 +122,9 @@ Spread measure(const std::function<void()>& once) {
 
 int run() {
   const Laboratory laboratory;
-  auto map = must(hal::read_register_map(SOAK_PROCEDURES "/chambers/watlow-f4t.toml"));
-  map.link.address = hal::ModbusTcp{"127.0.0.1", laboratory.port()};
-  const auto chamber = must(hal::make_modbus_chamber(map));
+  auto map = must(hal::read_device_map(SOAK_PROCEDURES "/chambers/watlow-f4t.toml"));
+  map.link.address = hal::TcpAddress{"127.0.0.1", laboratory.port()};
+  const auto chamber = must(hal::make_chamber(map));
   if (!chamber->connect()) return 1;
   const Spread driver = measure([&] { (void)must(chamber->read()); });
   BareClient bare(laboratory.port());

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/signal/wavelet/threshold.h"
+#include "calib/signal/wavelet/denoising.h"
 #include "calib/signal/wavelet/wavelet_transform.h"
 
 namespace soak::calib::signal {

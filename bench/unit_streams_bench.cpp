@@ -19,7 +19,8 @@
 #include <thread>
 #include <vector>
 
-#include "hal/devices/devices.h"
+#include "hal/imu/imu.h"
+#include "hal/links/addresses.h"
 #include "hal/links/detail/byte_source.h"
 #include "tests/hal/xsens_peer.h"
 

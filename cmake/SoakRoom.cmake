@@ -35,6 +35,8 @@ function(soak_room room)
   endif()
   if(SOAK_UNITY AND arg_BATCH)
     set_target_properties(${arg_TARGET} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${arg_BATCH})
+    # In a batch g++ takes sources for headers: classes defined in a source may have members of anonymous types.
+    target_compile_options(${arg_TARGET} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)
   endif()
   soak_launcher(${arg_TARGET} ${room})
 endfunction()

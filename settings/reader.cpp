@@ -2,6 +2,7 @@
 #include "settings/reader.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <toml++/toml.h>
 #include <algorithm>
@@ -9,20 +10,15 @@
 #include <fstream>
 #include <set>
 
-namespace soak::hal {
-namespace {
+namespace soak::settings {
 
-/// Many times what anyone writes. The parser's stack bounds how deep keys may be nested: this bounds both.
-constexpr std::size_t kLongestText = 32768;
-
-}  // namespace
-
-struct SettingsTable::Place {
-  const toml::table* table;
-  std::string name;  ///< for messages: "" for the root, else "stability."
+struct Table::Place {
+  const toml::table* table;   ///< null = the section is absent
+  std::string name;           ///< for messages: "" for the root, else "stability."
+  bool told_missing = false;  ///< an absent one that is a mistake already: what follows from it is none
 };
 
-struct SettingsTable::Document {
+struct Table::Document {
   struct Mistake {
     std::uint32_t line;
     std::string text;
@@ -33,18 +29,50 @@ struct SettingsTable::Document {
   std::set<const toml::node*> asked;
   std::set<const toml::table*> opened;  ///< tables whose keys were to be read
   std::set<const toml::node*> refused;
+  std::set<std::string> missing;
   std::vector<Mistake> mistakes;
 
   void mistake(const toml::source_region& source, std::string text) {
     mistakes.push_back({source.begin.line, std::move(text)});
   }
 
-  /// The node under a key, from now on a known one; an absent one is a mistake if `required`.
+  /// The node under a key, from now on a known one; an absent one is a mistake if `required`, once.
   const toml::node* find(const Place& place, std::string_view key, bool required) {
+    if (!place.table) return nullptr;
     const toml::node* node = place.table->get(key);
     if (node) asked.insert(node);
-    if (!node && required) mistake(place.table->source(), fmt::format("key '{}{}' is missing", place.name, key));
+    if (!node && required && missing.insert(fmt::format("{}{}", place.name, key)).second) {
+      mistake(place.table->source(), fmt::format("key '{}{}' is missing", place.name, key));
+    }
     return node;
+  }
+
+  /// The value under a key as `convert` makes it of a node, where it can; `wanted` says what it must be.
+  template <class T, class Convert>
+  static T scalar(const Table& table, std::string_view key, const std::optional<T>& fallback, Convert convert,
+                  const std::string& wanted) {
+    const toml::node* node = table.document_->find(*table.place_, key, !fallback);
+    if (!node) return fallback.value_or(T{});
+    const std::optional<T> value = convert(*node);
+    if (!value) table.refuse(key, fmt::format("'{}{}' must be {}", table.place_->name, key, wanted));
+    return value.value_or(fallback.value_or(T{}));
+  }
+
+  template <class T, class Convert>
+  static std::vector<T> list(const Table& table, std::string_view key, bool required, Convert convert,
+                             const std::string& wanted) {
+    const toml::node* node = table.document_->find(*table.place_, key, required);
+    if (!node) return {};
+    std::vector<T> values;
+    const toml::array* array = node->as_array();
+    bool good = array != nullptr;
+    for (std::size_t i = 0; good && i < array->size(); ++i) {
+      const std::optional<T> value = convert(*array->get(i));
+      good = value.has_value();
+      if (good) values.push_back(*value);
+    }
+    if (!good) table.refuse(key, fmt::format("'{}{}' must be a list of {}", table.place_->name, key, wanted));
+    return values;
   }
 
   void refuse_unknown(const toml::table& table) {
@@ -72,135 +100,127 @@ namespace {
 
 std::string range_text(Limits limits) { return fmt::format("from {} to {}", limits.low, limits.high); }
 
-std::optional<double> number_in(const toml::node& node, Limits limits) {
-  const auto value = node.is_number() ? node.value<double>() : std::nullopt;
-  if (!value || !std::isfinite(*value) || *value < limits.low || *value > limits.high) return std::nullopt;
-  return value;
+auto number_in(Limits limits) {
+  return [limits](const toml::node& node) -> std::optional<double> {
+    const auto value = node.is_number() ? node.value<double>() : std::nullopt;
+    if (!value || !std::isfinite(*value) || *value < limits.low || *value > limits.high) return std::nullopt;
+    return value;
+  };
 }
 
-std::optional<int> whole_in(const toml::node& node, Limits limits) {
-  const auto value = node.value_exact<std::int64_t>();
-  if (!value || static_cast<double>(*value) < limits.low || static_cast<double>(*value) > limits.high) {
-    return std::nullopt;
-  }
-  return static_cast<int>(*value);
+template <class T>
+auto whole_in(Limits limits) {
+  return [limits](const toml::node& node) -> std::optional<T> {
+    const auto value = node.value_exact<std::int64_t>();
+    if (!value || static_cast<double>(*value) < limits.low || static_cast<double>(*value) > limits.high) {
+      return std::nullopt;
+    }
+    return static_cast<T>(*value);
+  };
+}
+
+template <class T>
+std::optional<T> exactly(const toml::node& node) {
+  return node.value_exact<T>();
 }
 
 }  // namespace
 
-SettingsTable::SettingsTable(std::shared_ptr<Document> document, std::shared_ptr<const Place> place)
+Table::Table(std::shared_ptr<Document> document, std::shared_ptr<const Place> place)
     : document_(std::move(document)), place_(std::move(place)) {}
 
-bool SettingsTable::has(std::string_view key) const { return place_->table->contains(key); }
+Kind Table::kind(std::string_view key) const {
+  const toml::node* node = place_->table ? place_->table->get(key) : nullptr;
+  if (!node) return Kind::absent;
+  switch (node->type()) {
+    case toml::node_type::string:
+      return Kind::text;
+    case toml::node_type::integer:
+      return Kind::whole;
+    case toml::node_type::floating_point:
+      return Kind::real;
+    case toml::node_type::boolean:
+      return Kind::flag;
+    case toml::node_type::array:
+      return Kind::list;
+    case toml::node_type::table:
+      return Kind::table;
+    default:
+      return Kind::other;
+  }
+}
 
-std::vector<std::string> SettingsTable::keys() const {
+std::vector<std::string> Table::keys() const {
   std::vector<std::pair<toml::source_position, std::string>> found;
-  for (const auto& [key, node] : *place_->table) found.emplace_back(key.source().begin, std::string(key.str()));
+  if (place_->table) {
+    for (const auto& [key, node] : *place_->table) found.emplace_back(key.source().begin, std::string(key.str()));
+  }
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<std::string> names;
   for (auto& [position, name] : found) names.push_back(std::move(name));
   return names;
 }
 
-void SettingsTable::refuse(std::string_view key, std::string message) const {
+void Table::refuse(std::string_view key, std::string message) const {
+  if (!place_->table) {
+    if (!place_->told_missing) document_->mistake({}, std::move(message));
+    return;
+  }
   const toml::node* node = place_->table->get(key);
   if (node && !document_->refused.insert(node).second) return;
+  if (node) document_->asked.insert(node);
   document_->mistake(node ? node->source() : place_->table->source(), std::move(message));
 }
 
-double SettingsTable::number(std::string_view key, Limits limits, std::optional<double> fallback) const {
-  const bool required = !fallback;
-  const toml::node* node = document_->find(*place_, key, required);
-  if (!node) return fallback.value_or(0.0);
-  const auto value = number_in(*node, limits);
-  if (!value) refuse(key, fmt::format("'{}{}' must be a number {}", place_->name, key, range_text(limits)));
-  return value.value_or(fallback.value_or(0.0));
-}
-
-int SettingsTable::whole(std::string_view key, Limits limits, std::optional<int> fallback) const {
-  const bool required = !fallback;
-  const toml::node* node = document_->find(*place_, key, required);
-  if (!node) return fallback.value_or(0);
-  const auto value = whole_in(*node, limits);
-  if (!value) refuse(key, fmt::format("'{}{}' must be a whole number {}", place_->name, key, range_text(limits)));
-  return value.value_or(fallback.value_or(0));
-}
-
-std::string SettingsTable::text(std::string_view key, const std::optional<std::string>& fallback) const {
-  const bool required = !fallback;
-  const toml::node* node = document_->find(*place_, key, required);
-  if (!node) return fallback.value_or("");
-  const auto value = node->value_exact<std::string>();
-  if (!value) refuse(key, fmt::format("'{}{}' must be a text in quotes", place_->name, key));
-  return value.value_or(fallback.value_or(""));
-}
-
-bool SettingsTable::flag(std::string_view key, std::optional<bool> fallback) const {
-  const bool required = !fallback;
-  const toml::node* node = document_->find(*place_, key, required);
-  if (!node) return fallback.value_or(false);
-  const auto value = node->value_exact<bool>();
-  if (!value) refuse(key, fmt::format("'{}{}' must be true or false", place_->name, key));
-  return value.value_or(fallback.value_or(false));
-}
-
-std::optional<double> SettingsTable::optional_number(std::string_view key, Limits limits) const {
-  if (!has(key)) return std::nullopt;
-  return number(key, limits);
-}
-
-std::optional<int> SettingsTable::optional_whole(std::string_view key, Limits limits) const {
-  if (!has(key)) return std::nullopt;
-  return whole(key, limits);
-}
-
-std::vector<double> SettingsTable::numbers(std::string_view key, Limits limits, bool required) const {
-  const toml::node* node = document_->find(*place_, key, required);
-  if (!node) return {};
-  std::vector<double> values;
-  const toml::array* array = node->as_array();
-  bool good = array != nullptr;
-  for (std::size_t i = 0; good && i < array->size(); ++i) {
-    const auto value = number_in(*array->get(i), limits);
-    good = value.has_value();
-    if (good) values.push_back(*value);
+void Table::allow_only(const std::vector<std::string_view>& known, std::string_view hint) const {
+  for (const std::string& key : keys()) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    refuse(key, fmt::format("unknown key '{}{}': known are {}{}", place_->name, key, fmt::join(known, ", "), hint));
   }
-  if (!good) refuse(key, fmt::format("'{}{}' must be a list of numbers {}", place_->name, key, range_text(limits)));
-  return values;
 }
 
-std::vector<int> SettingsTable::wholes(std::string_view key, Limits limits, bool required) const {
-  const toml::node* node = document_->find(*place_, key, required);
-  if (!node) return {};
-  std::vector<int> values;
-  const toml::array* array = node->as_array();
-  bool good = array != nullptr;
-  for (std::size_t i = 0; good && i < array->size(); ++i) {
-    const auto value = whole_in(*array->get(i), limits);
-    good = value.has_value();
-    if (good) values.push_back(*value);
-  }
-  if (!good)
-    refuse(key, fmt::format("'{}{}' must be a list of whole numbers {}", place_->name, key, range_text(limits)));
-  return values;
+double Table::number(std::string_view key, Limits limits, std::optional<double> fallback) const {
+  return Document::scalar<double>(*this, key, fallback, number_in(limits), "a number " + range_text(limits));
 }
 
-std::vector<std::string> SettingsTable::texts(std::string_view key, bool required) const {
-  const toml::node* node = document_->find(*place_, key, required);
-  if (!node) return {};
-  std::vector<std::string> values;
-  const toml::array* array = node->as_array();
-  bool good = array != nullptr;
-  for (std::size_t i = 0; good && i < array->size(); ++i) {
-    const auto value = array->get(i)->value_exact<std::string>();
-    good = value.has_value();
-    if (good) values.push_back(*value);
-  }
-  if (!good) refuse(key, fmt::format("'{}{}' must be a list of texts in quotes", place_->name, key));
-  return values;
+int Table::whole(std::string_view key, Limits limits, std::optional<int> fallback) const {
+  return Document::scalar<int>(*this, key, fallback, whole_in<int>(limits), "a whole number " + range_text(limits));
 }
 
-std::size_t SettingsTable::choice_index(std::string_view key, const std::vector<std::string_view>& names) const {
+std::int64_t Table::large_whole(std::string_view key, Limits limits) const {
+  return Document::scalar<std::int64_t>(*this, key, {}, whole_in<std::int64_t>(limits),
+                                        "a whole number " + range_text(limits));
+}
+
+std::string Table::text(std::string_view key, const std::optional<std::string>& fallback) const {
+  return Document::scalar<std::string>(*this, key, fallback, exactly<std::string>, "a text in quotes");
+}
+
+bool Table::flag(std::string_view key, std::optional<bool> fallback) const {
+  return Document::scalar<bool>(*this, key, fallback, exactly<bool>, "true or false");
+}
+
+std::optional<double> Table::optional_number(std::string_view key, Limits limits) const {
+  return has(key) ? std::optional(number(key, limits)) : std::nullopt;
+}
+
+std::optional<int> Table::optional_whole(std::string_view key, Limits limits) const {
+  return has(key) ? std::optional(whole(key, limits)) : std::nullopt;
+}
+
+std::vector<double> Table::numbers(std::string_view key, Limits limits, bool required) const {
+  return Document::list<double>(*this, key, required, number_in(limits), "numbers " + range_text(limits));
+}
+
+std::vector<int> Table::wholes(std::string_view key, Limits limits, bool required) const {
+  return Document::list<int>(*this, key, required, whole_in<int>(limits), "whole numbers " + range_text(limits));
+}
+
+std::vector<std::string> Table::texts(std::string_view key, bool required) const {
+  return Document::list<std::string>(*this, key, required, exactly<std::string>, "texts in quotes");
+}
+
+std::size_t Table::choice_index(std::string_view key, const std::vector<std::string_view>& names) const {
   constexpr bool required = true;
   const toml::node* node = document_->find(*place_, key, required);
   if (!node) return names.size();
@@ -212,7 +232,7 @@ std::size_t SettingsTable::choice_index(std::string_view key, const std::vector<
   return static_cast<std::size_t>(found - names.begin());
 }
 
-std::optional<SettingsTable> SettingsTable::table(std::string_view key, bool required) const {
+std::optional<Table> Table::table(std::string_view key, bool required) const {
   const toml::node* node = document_->find(*place_, key, required);
   if (!node) return std::nullopt;
   const toml::table* inner = node->as_table();
@@ -221,14 +241,20 @@ std::optional<SettingsTable> SettingsTable::table(std::string_view key, bool req
     return std::nullopt;
   }
   document_->opened.insert(inner);
-  return SettingsTable(document_, std::make_shared<const Place>(Place{inner, fmt::format("{}{}.", place_->name, key)}));
+  return Table(document_, std::make_shared<const Place>(Place{inner, fmt::format("{}{}.", place_->name, key)}));
 }
 
-std::vector<SettingsTable> SettingsTable::tables(std::string_view key) const {
+Table Table::section(std::string_view key, bool required) const {
+  if (auto found = table(key, required)) return *std::move(found);
+  return Table(document_, std::make_shared<const Place>(
+                              Place{nullptr, fmt::format("{}{}.", place_->name, key), required || has(key)}));
+}
+
+std::vector<Table> Table::tables(std::string_view key) const {
   constexpr bool required = false;
   const toml::node* node = document_->find(*place_, key, required);
   if (!node) return {};
-  std::vector<SettingsTable> tables;
+  std::vector<Table> tables;
   const toml::array* array = node->as_array();
   bool good = array != nullptr;
   for (std::size_t i = 0; good && i < array->size(); ++i) {
@@ -237,18 +263,18 @@ std::vector<SettingsTable> SettingsTable::tables(std::string_view key) const {
     if (good) {
       const std::string name = fmt::format("{}{}[{}].", place_->name, key, i + 1);
       document_->opened.insert(inner);
-      tables.push_back(SettingsTable(document_, std::make_shared<const Place>(Place{inner, name})));
+      tables.push_back(Table(document_, std::make_shared<const Place>(Place{inner, name})));
     }
   }
   if (!good) refuse(key, fmt::format("'{}{}' must be an array of tables, [[{}]]", place_->name, key, key));
   return tables;
 }
 
-base::Result<SettingsReader> SettingsReader::parse(std::string_view text, std::string file) {
-  if (text.size() > kLongestText) {
-    return base::bad_input(fmt::format("longer than {} bytes: this is no settings file", kLongestText), file);
+base::Result<Reader> Reader::parse(std::string_view text, std::string file, std::size_t longest) {
+  if (text.size() > longest) {
+    return base::bad_input(fmt::format("longer than {} bytes: this is no settings file", longest), file);
   }
-  auto document = std::make_shared<SettingsTable::Document>();
+  auto document = std::make_shared<Table::Document>();
   document->file = std::move(file);
   try {
     document->root = toml::parse(text);
@@ -257,14 +283,13 @@ base::Result<SettingsReader> SettingsReader::parse(std::string_view text, std::s
                            fmt::format("{}:{}", document->file, error.source().begin.line));
   }
   const toml::table* root = &document->root;
-  return SettingsReader(
-      SettingsTable(std::move(document), std::make_shared<const SettingsTable::Place>(SettingsTable::Place{root, ""})));
+  return Reader(Table(std::move(document), std::make_shared<const Table::Place>(Table::Place{root, ""})));
 }
 
-base::Status SettingsReader::finish() const {
-  SettingsTable::Document& document = *root_.document_;
+base::Status Reader::finish() const {
+  Table::Document& document = *root_.document_;
   document.refuse_unknown(document.root);
-  std::vector<SettingsTable::Document::Mistake> mistakes = std::move(document.mistakes);
+  std::vector<Table::Document::Mistake> mistakes = std::move(document.mistakes);
   document.mistakes.clear();
   if (mistakes.empty()) return {};
   std::stable_sort(mistakes.begin(), mistakes.end(), [](const auto& a, const auto& b) { return a.line < b.line; });
@@ -277,14 +302,14 @@ base::Status SettingsReader::finish() const {
   return base::bad_input(std::move(text), document.file);
 }
 
-base::Result<std::string> read_settings_text(const std::string& file) {
+base::Result<std::string> read_text(const std::string& file, std::size_t longest) {
   std::ifstream stream(file, std::ios::binary);
   stream.peek();  // a folder can be opened, but not read
   if (stream.fail()) return base::bad_input("cannot read the file", file);
-  std::string text(kLongestText + 1, '\0');
+  std::string text(longest + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));
   return text;
 }
 
-}  // namespace soak::hal
+}  // namespace soak::settings

@@ -1,4 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/commands/soakd_command_line.h"
+#include "station/commands/command.h"
+#include "station/http/daemon.h"
 
-int main(int argc, char** argv) { return soak::station::cli::run_soakd(argc, argv); }
+namespace {
+
+using namespace soak;
+using namespace soak::station;
+
+/// soakd
+class Daemon final : public Command {
+ public:
+  void declare(OptionList& options) override {
+    options.add("--config FILE", &config_,
+                "The station: devices and slots (docs/station-config.md); default: station.toml in the data folder");
+    options.add("--listen HOST:PORT", &listen_,
+                "Address of pages and interface, port 0 = any (default: 127.0.0.1:8088)");
+    options.add("--data DIR", &data,
+                "Data folder (default: the configuration's, else $SOAK_DATA, else $XDG_DATA_HOME/soak)");
+  }
+  base::Status run(Output&) override { return run_daemon({config_, listen_, data}); }
+
+ private:
+  std::string config_;
+  std::string listen_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const Program soakd{
+      "soakd",
+      "Soak's station: controls chamber, fixture and units, records, serves the pages",
+      "Runs until SIGTERM or Ctrl-C; a campaign is then brought to the safe state first, which takes as long as the\n"
+      "chamber needs to room temperature. 'soak campaign' controls it, the page shows it.\n"
+      "Example:\n  soakd --config /etc/soak/station.toml\n"
+      "Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 a device failed, 4 stored data are damaged.",
+      {},
+      std::make_shared<Daemon>()};
+  return run_program(soakd, argc, argv);
+}

@@ -9,15 +9,12 @@
 #include <numeric>
 #include <string>
 
-#include "anfis/linear/group_whitening.h"
+#include "anfis/linear/least_squares.h"
 
 namespace soak::anfis {
 namespace {
 
-/// Squares and sums of larger numbers overflow.
-constexpr double kLargest = 1e100;
-
-bool is_usable(double value) { return std::abs(value) <= kLargest; }
+bool is_usable(double value) { return std::abs(value) <= kLargestNumber; }
 
 std::string row_name(std::size_t row) { return "row " + std::to_string(row); }
 
@@ -35,12 +32,8 @@ base::Status validate_sizes(const TrainingData& data) {
                                std::to_string(data.inputs) + " inputs",
                            "x");
   }
-  if (auto status = check(data.y.size(), "y"); !status) {
-    return status;
-  }
-  if (auto status = data.weight.empty() ? base::Status{} : check(data.weight.size(), "weight"); !status) {
-    return status;
-  }
+  if (auto status = check(data.y.size(), "y"); !status) return status;
+  if (auto status = data.weight.empty() ? base::Status{} : check(data.weight.size(), "weight"); !status) return status;
   return data.group.empty() ? base::Status{} : check(data.group.size(), "group");
 }
 
@@ -51,7 +44,7 @@ base::Status validate_values(const TrainingData& data) {
       return base::bad_input("x and y must be finite numbers of at most 1e100: leave the row out or change the units",
                              row_name(i));
     }
-    if (!data.weight.empty() && !(data.weight[i] >= 1.0 / kLargest && data.weight[i] <= kLargest)) {
+    if (!data.weight.empty() && !(data.weight[i] >= 1.0 / kLargestNumber && data.weight[i] <= kLargestNumber)) {
       return base::bad_input(
           "the weight must be positive, 1e-100 to 1e100: leave out rows that shall not count, or change the units",
           row_name(i));
@@ -67,9 +60,8 @@ base::Status validate_values(const TrainingData& data) {
 }
 
 bool is_constant(const TrainingData& data, std::size_t input) {
-  for (std::size_t i = 1; i < data.rows(); ++i) {
+  for (std::size_t i = 1; i < data.rows(); ++i)
     if (data.row(i)[input] != data.row(0)[input]) return false;
-  }
   return true;
 }
 
@@ -97,15 +89,9 @@ std::size_t distinct_inputs(const TrainingData& data) {
 }
 
 base::Status validate(const TrainingData& data, std::size_t parameters) {
-  if (auto status = validate_sizes(data); !status) {
-    return status;
-  }
-  if (data.rows() == 0) {
-    return base::bad_input("there are no rows to learn from", "x");
-  }
-  if (auto status = validate_values(data); !status) {
-    return status;
-  }
+  if (auto status = validate_sizes(data); !status) return status;
+  if (data.rows() == 0) return base::bad_input("there are no rows to learn from", "x");
+  if (auto status = validate_values(data); !status) return status;
   for (std::size_t j = 0; j < data.inputs; ++j) {
     if (is_constant(data, j)) {
       return base::bad_input(data.inputs == 1 ? "x is constant: a curve needs at least two different inputs"
@@ -127,17 +113,11 @@ TrainingData select_rows(const TrainingData& data, const std::vector<bool>& keep
   selected.group_variance = data.group_variance;
   selected.inputs = data.inputs;
   for (std::size_t i = 0; i < data.rows(); ++i) {
-    if (!keep[i]) {
-      continue;
-    }
+    if (!keep[i]) continue;
     selected.x.insert(selected.x.end(), data.row(i).begin(), data.row(i).end());
     selected.y.push_back(data.y[i]);
-    if (!data.weight.empty()) {
-      selected.weight.push_back(data.weight[i]);
-    }
-    if (!data.group.empty()) {
-      selected.group.push_back(data.group[i]);
-    }
+    if (!data.weight.empty()) selected.weight.push_back(data.weight[i]);
+    if (!data.group.empty()) selected.group.push_back(data.group[i]);
   }
   return selected;
 }

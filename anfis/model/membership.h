@@ -9,6 +9,9 @@
 
 namespace soak::anfis {
 
+/// No number of a model or of its training data may be larger: no sum or product of an evaluation overflows.
+inline constexpr double kLargestNumber = 1e100;
+
 /// Shape of a membership function [AH05 §5.3 layer 1].
 enum class Shape {
   bell,                ///< generalised bell
@@ -65,6 +68,10 @@ struct Membership {
 /// Derivatives of the degree by each parameter at u, 0 for parameters that the shape does not have. On the kinks of
 /// triangle and trapezoid: the mean of both sides.
 [[nodiscard]] std::array<double, 4> degree_derivatives(const Membership& membership, double u);
+
+/// Derivatives of its logarithm by each parameter: those of the degree divided by it, exact where it underflows; 0
+/// where a triangle or trapezoid does not fire.
+[[nodiscard]] std::array<double, 4> log_degree_derivatives(const Membership& membership, double u);
 
 /// Where the membership is 1: the centre, the peak, the middle of the top.
 [[nodiscard]] double centre(const Membership& membership);

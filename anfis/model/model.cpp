@@ -2,12 +2,8 @@
 #include "anfis/model/model.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <string>
-
-#include "anfis/model/detail/firing.h"
-#include "anfis/model/detail/membership_functions.h"
 
 namespace soak::anfis {
 namespace {
@@ -16,17 +12,14 @@ std::string indexed(const char* list, std::size_t index) {
   return std::string(list) + '[' + std::to_string(index) + ']';
 }
 
-/// With numbers no larger than that no sum or product of an evaluation overflows.
-constexpr double kLargest = 1e100;
-
 base::Status finite(double value, const std::string& where) {
-  if (std::abs(value) <= kLargest) return {};
+  if (std::abs(value) <= kLargestNumber) return {};
   return base::bad_input("not a finite number of at most 1e100", where);
 }
 
 base::Status validate_scale(const Scale& scale, const std::string& where) {
   if (auto status = finite(scale.centre, where + ".centre"); !status) return status;
-  if (scale.half_range > 0.0 && scale.half_range <= kLargest) return {};
+  if (scale.half_range > 0.0 && scale.half_range <= kLargestNumber) return {};
   return base::bad_input("the half range must be a positive number of at most 1e100", where + ".half_range");
 }
 
@@ -92,54 +85,6 @@ base::Status validate_rule(const Model& model, const Rule& rule, const std::stri
   return validate_consequent(model, rule, where);
 }
 
-/// Working memory of evaluations, kept from point to point.
-class Evaluation {
- public:
-  explicit Evaluation(const Model& model) : model_(model), firing_(model), u_(model.inputs.size()) {}
-
-  double value(std::span<const double> x) {
-    scale(x);
-    const std::span<const double> wbar = firing_.at(u_);
-    // [AH05 eq. 5.10-5.11] f = sum wbar_i (gains_i . u + offset_i)
-    double f = 0.0;
-    for (std::size_t i = 0; i < wbar.size(); ++i) f += wbar[i] * consequent(model_.rules[i]);
-    return model_.output.unscaled(f);
-  }
-
-  std::span<const double> strengths(std::span<const double> x) {
-    scale(x);
-    return firing_.at(u_);
-  }
-
-  [[nodiscard]] bool fired() const { return firing_.fired(); }
-
- private:
-  void scale(std::span<const double> x) {
-    assert(x.size() == u_.size());
-    for (std::size_t j = 0; j < x.size(); ++j) {
-      const Scale& s = model_.inputs[j].scale;
-      u_[j] = std::clamp(s.scaled(x[j]), -inference::kFarthest, inference::kFarthest);
-    }
-  }
-
-  [[nodiscard]] double consequent(const Rule& rule) const {
-    double f = rule.offset;
-    for (std::size_t j = 0; j < u_.size(); ++j) f += rule.gains[j] * u_[j];
-    return f;
-  }
-
-  const Model& model_;
-  inference::Firing firing_;
-  std::vector<double> u_;
-};
-
-bool in_range(const Model& model, std::span<const double> x) {
-  for (std::size_t j = 0; j < x.size(); ++j) {
-    if (!(x[j] >= model.inputs[j].min && x[j] <= model.inputs[j].max)) return false;
-  }
-  return true;
-}
-
 }  // namespace
 
 std::string_view name(TNorm t_norm) { return t_norm == TNorm::product ? "product" : "minimum"; }
@@ -162,31 +107,6 @@ base::Status validate(const Model& model) {
     if (auto status = validate_rule(model, model.rules[i], indexed("rules", i)); !status) return status;
   }
   return {};
-}
-
-Inference infer(const Model& model, std::span<const double> x) {
-  Evaluation evaluation(model);
-  Inference inference;
-  inference.value = evaluation.value(x);
-  inference.in_range = in_range(model, x);
-  inference.fired = evaluation.fired();
-  return inference;
-}
-
-double evaluate(const Model& model, std::span<const double> x) { return Evaluation(model).value(x); }
-
-double evaluate(const Model& model, double x) { return evaluate(model, std::span(&x, 1)); }
-
-void evaluate(const Model& model, std::span<const double> x, std::span<double> y) {
-  const std::size_t inputs = model.inputs.size();
-  assert(x.size() == inputs * y.size());
-  Evaluation evaluation(model);
-  for (std::size_t row = 0; row < y.size(); ++row) y[row] = evaluation.value(x.subspan(row * inputs, inputs));
-}
-
-void firing_strengths(const Model& model, std::span<const double> x, std::span<double> strengths) {
-  Evaluation evaluation(model);
-  std::ranges::copy(evaluation.strengths(x), strengths.begin());
 }
 
 std::size_t consequent_count(const Model& model) {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "anfis/model/detail/membership_functions.h"
+#include "anfis/model/detail/inference.h"
 #include "base/instruction_set.h"
 
 namespace soak::anfis::training {

@@ -3,9 +3,8 @@
 
 #include <algorithm>
 
-#include "anfis/model/detail/firing.h"
-#include "anfis/model/detail/membership_functions.h"
-#include "anfis/objective/consequent_vector.h"
+#include "anfis/model/detail/inference.h"
+#include "anfis/objective/consequents.h"
 #include "anfis/objective/kernels.h"
 
 namespace soak::anfis::training {
@@ -33,7 +32,7 @@ void degree_column(const Membership& m, const Eigen::MatrixXd& inputs, Index inp
   } else if (m.shape == Shape::gaussian) {
     gaussian_column(rows, u, p[0], p[1], distance, degree);
   } else {
-    for (std::size_t i = 0; i < rows; ++i) degree[i] = inference::degree_of(m, u[i]);
+    for (std::size_t i = 0; i < rows; ++i) degree[i] = anfis::degree(m, u[i]);
   }
 }
 
@@ -134,7 +133,7 @@ void Layer::find_least_logarithms(const Model& model, Index row) {
       const int index = model.rules[i].premise[j];
       if (index == kAny) continue;
       const Membership& membership = model.inputs[j].memberships[static_cast<std::size_t>(index)];
-      if (inference::log_degree_of(membership, point_[j]) == log_strengths_[i]) {
+      if (log_degree(membership, point_[j]) == log_strengths_[i]) {
         least_(row, static_cast<Index>(i)) = static_cast<int>(j);
         break;
       }
@@ -226,7 +225,7 @@ void Layer::sum_derivatives(const Membership& m, Index input, Index column, std:
   } else {
     std::ranges::fill(sums, 0.0);
     for (std::size_t row = 0; row < rows_; ++row) {
-      const auto d = inference::log_derivatives_of(m, u[row]);
+      const auto d = log_degree_derivatives(m, u[row]);
       for (std::size_t q = 0; q < sums.size(); ++q) sums[q] += pull_(static_cast<Index>(row)) * d[q];
     }
   }
@@ -241,7 +240,7 @@ Eigen::MatrixXd Layer::jacobian(const Model& model) {
       const auto count = static_cast<Index>(parameter_count(m.shape));
       collect_pull(model, j, static_cast<int>(k));
       for (Index row = 0; row < jacobian.rows(); ++row) {
-        const auto d = inference::log_derivatives_of(m, inputs_(row, static_cast<Index>(j)));
+        const auto d = log_degree_derivatives(m, inputs_(row, static_cast<Index>(j)));
         for (Index q = 0; q < count; ++q) jacobian(row, next + q) = pull_(row) * d[static_cast<std::size_t>(q)];
       }
       next += count;

@@ -22,14 +22,14 @@ class Layer {
   /// Layers 1 to 3 [AH05 eq. 5.5-5.9] for the premises of `model`.
   void compute(const Model& model);
 
-  /// Matrix A of the consequents [AH05 eq. 5.11-5.12], columns in the order of consequent_vector.h.
+  /// Matrix A of the consequents [AH05 eq. 5.11-5.12], columns in the order of consequents.h.
   void consequent_matrix(const Model& model, Eigen::Ref<Eigen::MatrixXd> a) const;
 
   /// Layers 4 and 5 [AH05 eq. 5.10]: output of each row. After it gradient() and jacobian() may be asked.
   void compute_output(const Model& model);
   [[nodiscard]] const Eigen::VectorXd& output() const { return output_; }
 
-  /// v^T df/d theta for all premise parameters, in the order of premise_vector.h; v has padded_rows() rows.
+  /// v^T df/d theta for all premise parameters, in the order of read_premises(); v has padded_rows() rows.
   void gradient(const Model& model, const Eigen::VectorXd& v, std::span<double> gradient);
 
   /// df/d theta, rows() x premise parameters.
@@ -55,7 +55,7 @@ class Layer {
   std::size_t rows_;
   std::vector<Eigen::Index> first_;  ///< column of the first membership of each input
   Eigen::MatrixXd inputs_;
-  Eigen::MatrixXd distance_;   ///< per membership: see inference/membership_functions.h
+  Eigen::MatrixXd distance_;   ///< per membership: see model/detail/inference.h
   Eigen::MatrixXd degree_;     ///< per membership
   Eigen::MatrixXd strengths_;  ///< per rule, normalised
   Eigen::VectorXd sum_;        ///< of the strengths, before

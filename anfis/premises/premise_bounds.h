@@ -2,14 +2,53 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
 #include "anfis/data/training_data.h"
 #include "anfis/model/model.h"
-#include "anfis/train/training.h"
+
+namespace soak::anfis {
+
+/// What premises may become in a training; see PremiseBounds.
+enum class PremiseLimits {
+  resolved,  ///< memberships and their edges no narrower than the gaps between inputs: for noisy data
+  ordered,   ///< memberships in order, centres inside the data: for data without noise that fill the input space
+  none,      ///< whatever the gradient says [Jang93]: hybrid learning only
+};
+
+}  // namespace soak::anfis
 
 namespace soak::anfis::training {
+
+// Premises as one vector: input by input, membership by membership, their parameters in the order of parameter_names().
+
+/// Calls visit(membership, index of its first parameter in the vector) for every membership in order.
+template <class AnyModel, class Visit>
+void for_each_membership(AnyModel& model, Visit&& visit) {
+  std::size_t first = 0;
+  for (auto& input : model.inputs) {
+    for (auto& membership : input.memberships) {
+      visit(membership, first);
+      first += parameter_count(membership.shape);
+    }
+  }
+}
+
+/// Writes the premises of the model to a vector of premise_count(model) numbers.
+inline void read_premises(const Model& model, std::span<double> theta) {
+  for_each_membership(model, [&](const Membership& membership, std::size_t first) {
+    for (std::size_t p = 0; p < parameter_count(membership.shape); ++p) theta[first + p] = membership.parameters[p];
+  });
+}
+
+/// Stores such a vector in the model.
+inline void set_premises(std::span<const double> theta, Model& model) {
+  for_each_membership(model, [&](Membership& membership, std::size_t first) {
+    for (std::size_t p = 0; p < parameter_count(membership.shape); ++p) membership.parameters[p] = theta[first + p];
+  });
+}
 
 /// Interval that a premise parameter may lie in.
 struct Interval {
@@ -62,7 +101,7 @@ class PremiseBounds {
   /// The nearest admissible premises, parameter by parameter.
   void apply(Model& model) const;
 
-  /// Sets to zero the components of `descent` (a direction to move in, in the order of premise_vector.h) that would
+  /// Sets to zero the components of `descent` (a direction to move in, in the order of read_premises()) that would
   /// leave the admissible set from where the model lies on its border.
   void block(const Model& model, std::span<double> descent) const;
 

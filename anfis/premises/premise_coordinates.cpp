@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "anfis/premises/premise_vector.h"
+#include "anfis/premises/premise_bounds.h"
 
 namespace soak::anfis::training {
 namespace {

@@ -23,7 +23,7 @@ struct Cell {
 };
 
 /// Coordinates z in a box, from which the premises of a model follow and are admissible for every z in the box
-/// (training/premise_bounds.h): what an optimiser with bounds may move freely. Per membership:
+/// (premises/premise_bounds.h): what an optimiser with bounds may move freely. Per membership:
 ///   bell                ln width, share of the admissible slopes, position (in half ranges of the input)
 ///   gaussian            ln width, position
 ///   two_sided_gaussian  ln left width, left end of the top, ln right width, share of the rest of the cell in the top
@@ -46,7 +46,7 @@ class PremiseCoordinates {
   /// Stores the premises at z in the model.
   void set(std::span<const double> z, Model& model) const;
 
-  /// dE/dz at z from dE/d theta (order of premise_vector.h) at the premises that set() gives.
+  /// dE/dz at z from dE/d theta (order of read_premises()) at the premises that set() gives.
   void chain(std::span<const double> z, std::span<const double> by_theta, std::span<double> by_z) const;
 
   /// Whether some position at z touches a wall towards a neighbour.

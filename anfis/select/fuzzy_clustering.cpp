@@ -9,8 +9,7 @@
 #include <utility>
 
 #include "anfis/select/detail/gath_geva.h"
-#include "anfis/select/detail/scaled_rows.h"
-#include "anfis/select/detail/seeding.h"
+#include "anfis/train/detail/training_steps.h"
 #include "base/random.h"
 
 namespace soak::anfis {
@@ -18,11 +17,6 @@ namespace {
 
 // Streams of the seed: one per start.
 constexpr std::uint64_t kStartStream = 0xF0;
-
-template <class T>
-base::Status out_of_range(const char* option, T value, const char* range) {
-  return base::bad_input(fmt::format("{} is {}: must be {}", option, value, range), option);
-}
 
 base::Status check_antecedents(const std::vector<int>& antecedents, std::size_t inputs) {
   const bool rising =
@@ -36,12 +30,8 @@ base::Status check_antecedents(const std::vector<int>& antecedents, std::size_t 
 }
 
 base::Status check(const TrainingData& data, const ClusteringOptions& options, std::size_t clusters) {
-  if (auto status = options.validate(); !status) {
-    return status;
-  }
-  if (auto status = validate(data, clusters); !status) {
-    return status;
-  }
+  if (auto status = options.validate(); !status) return status;
+  if (auto status = validate(data, clusters); !status) return status;
   return check_antecedents(options.antecedents, data.inputs);
 }
 
@@ -65,9 +55,7 @@ Clustering arranged(Clustering clustering, const fuzzy::Scales& scales, int firs
   Clustering result;
   result.inputs = scales.inputs;
   result.output = scales.output;
-  for (const Eigen::Index i : order) {
-    result.clusters.push_back(clustering.clusters[static_cast<std::size_t>(i)]);
-  }
+  for (const Eigen::Index i : order) result.clusters.push_back(clustering.clusters[static_cast<std::size_t>(i)]);
   result.memberships = clustering.memberships(Eigen::all, order);
   result.summary = std::move(clustering.summary);
   return result;
@@ -76,22 +64,17 @@ Clustering arranged(Clustering clustering, const fuzzy::Scales& scales, int firs
 }  // namespace
 
 base::Status ClusteringOptions::validate() const {
-  if (clusters < 1 || clusters > static_cast<int>(kMostMemberships)) {
-    return out_of_range("clusters", clusters, "1..256");
-  }
-  if (!(input_variance_floor > 0.0 && input_variance_floor <= 1.0)) {
-    return out_of_range("input_variance_floor", input_variance_floor, "above 0, at most 1");
-  }
-  if (!(output_variance_floor > 0.0 && output_variance_floor <= 1.0)) {
-    return out_of_range("output_variance_floor", output_variance_floor, "above 0, at most 1");
-  }
-  if (iterations < 1) {
-    return out_of_range("iterations", iterations, "at least 1");
-  }
-  if (!(tolerance > 0.0 && tolerance < 1.0)) {
-    return out_of_range("tolerance", tolerance, "between 0 and 1");
-  }
-  return starts < 1 ? out_of_range("starts", starts, "at least 1") : base::Status{};
+  return training::check_options({{
+      {"clusters", static_cast<double>(clusters), clusters >= 1 && clusters <= static_cast<int>(kMostMemberships),
+       "1..256"},
+      {"input_variance_floor", input_variance_floor, input_variance_floor > 0.0 && input_variance_floor <= 1.0,
+       "above 0, at most 1"},
+      {"output_variance_floor", output_variance_floor, output_variance_floor > 0.0 && output_variance_floor <= 1.0,
+       "above 0, at most 1"},
+      {"iterations", static_cast<double>(iterations), iterations >= 1, "at least 1"},
+      {"tolerance", tolerance, tolerance > 0.0 && tolerance < 1.0, "between 0 and 1"},
+      {"starts", static_cast<double>(starts), starts >= 1, "at least 1"},
+  }});
 }
 
 std::string_view name(ClusteringStop stop) {
@@ -117,18 +100,14 @@ base::Result<Clustering> cluster_takagi_sugeno(const TrainingData& data, const C
     Clustering next = fuzzy::alternate(
         rows, fuzzy::seeded_memberships(rows, complete.antecedents, complete.clusters, random), complete, floors);
     next.summary.start = start;
-    if (start == 1 || next.summary.log_likelihood.back() > best.summary.log_likelihood.back()) {
-      best = std::move(next);
-    }
+    if (start == 1 || next.summary.log_likelihood.back() > best.summary.log_likelihood.back()) best = std::move(next);
   }
   return arranged(std::move(best), scales, complete.antecedents.front());
 }
 
 base::Result<Clustering> refine_clusters(const TrainingData& data, const Clustering& initial,
                                          const ClusteringOptions& options) {
-  if (auto status = check(data, options, initial.clusters.size()); !status) {
-    return base::forward_error(status);
-  }
+  if (auto status = check(data, options, initial.clusters.size()); !status) return base::forward_error(status);
   const ClusteringOptions complete = with_antecedents(options, data.inputs);
   const fuzzy::Scales scales{initial.inputs, initial.output};
   const fuzzy::ScaledRows rows = fuzzy::scaled_rows(data, scales);

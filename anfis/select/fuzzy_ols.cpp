@@ -2,7 +2,7 @@
 #include "anfis/select/fuzzy_ols.h"
 
 #include <fmt/format.h>
-
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,12 +12,11 @@
 #include <tuple>
 #include <utility>
 
-#include "anfis/select/detail/cluster_model.h"
-#include "anfis/select/detail/error_reduction.h"
-#include "anfis/select/detail/held_out.h"
-#include "anfis/select/detail/scaled_rows.h"
-#include "anfis/select/detail/separability.h"
-#include "anfis/train/detail/training_arguments.h"
+#include "anfis/model/rule_base.h"
+#include "anfis/objective/consequents.h"
+#include "anfis/objective/projected_problem.h"
+#include "anfis/select/detail/compaction.h"
+#include "anfis/train/detail/training_steps.h"
 
 namespace soak::anfis {
 namespace {
@@ -27,6 +26,47 @@ constexpr std::array<double, 4> kThresholdShares = {1.0, 0.25, 0.0625, 0.0};
 
 // Most consequents per distinct row: fewer rows leave nothing to average noise over.
 constexpr double kConsequentsPerRow = 0.75;
+
+// Inputs that are no antecedents lose their memberships.
+void ask_only_about(const std::vector<int>& antecedents, Model& model) {
+  for (std::size_t j = 0; j < model.inputs.size(); ++j) {
+    if (std::ranges::binary_search(antecedents, static_cast<int>(j))) continue;
+    model.inputs[j].memberships.clear();
+    for (Rule& rule : model.rules) rule.premise[j] = kAny;
+  }
+}
+
+/// One rule per cluster, in their order: a Gaussian membership per antecedent with the cluster's centre and standard
+/// deviation, kAny for the other inputs, which have no memberships. Consequents are 0. Refuses what scatter_rules()
+/// refuses: numbers that differ too much in size.
+base::Result<Model> cluster_model(const TrainingData& data, const Clustering& clustering,
+                                  const std::vector<int>& antecedents) {
+  const auto rules = static_cast<Eigen::Index>(clustering.clusters.size());
+  Eigen::MatrixXd centres(rules, static_cast<Eigen::Index>(data.inputs));
+  Eigen::MatrixXd widths(centres.rows(), centres.cols());
+  for (Eigen::Index i = 0; i < rules; ++i) {
+    const Cluster& cluster = clustering.clusters[static_cast<std::size_t>(i)];
+    for (Eigen::Index j = 0; j < centres.cols(); ++j) {
+      const Scale& scale = clustering.inputs[static_cast<std::size_t>(j)];
+      centres(i, j) = scale.unscaled(cluster.centre(j));
+      widths(i, j) = scale.half_range * std::sqrt(cluster.variance(j));
+    }
+  }
+  RuleBaseOptions options;
+  options.shape = Shape::gaussian;
+  auto model = scatter_rules(data, centres, widths, options);
+  if (model) ask_only_about(antecedents, *model);
+  return model;
+}
+
+/// Gives all rules the consequents that together fit the data best, by whitened least squares over the firing strengths
+/// [AH05 eq. 5.12-5.13]; dropped gains stay 0.
+void solve_consequents(const TrainingData& data, Model& model) {
+  training::ProjectedProblem problem(model, data);
+  problem.solve();
+  model = problem.model();
+  training::set_level(model, data);
+}
 
 // A structure, its clusters, and what the rows held out say about it.
 struct Judged {
@@ -50,7 +90,7 @@ std::vector<int> all_inputs(std::size_t inputs) {
 }
 
 Judged judge(const fuzzy::Split& rows, Clustering clustering, Model model, const std::vector<int>& antecedents) {
-  fuzzy::solve_consequents(rows.fit, model);
+  solve_consequents(rows.fit, model);
   FuzzyOlsStage stage{static_cast<int>(model.rules.size()), antecedents, static_cast<int>(consequent_count(model)),
                       shape_rmse(rows.fit, model), shape_rmse(rows.held_out, model)};
   return {std::move(clustering), std::move(stage), fuzzy::unit_errors(rows.held_out, model)};
@@ -66,22 +106,18 @@ base::Result<Explored> explore(const fuzzy::Split& rows, ClusteringOptions optio
   Clustering clustering = cluster_takagi_sugeno(rows.fit, options).value();  // data and options were checked
   for (;;) {
     const fuzzy::ClassCovariances covariances = fuzzy::class_covariances(clustering.clusters);
-    auto model = fuzzy::cluster_model(rows.fit, clustering, antecedents);
+    auto model = cluster_model(rows.fit, clustering, antecedents);
     if (!model) return base::forward_error(model);
     explored.path.push_back(judge(rows, clustering, *std::move(model), antecedents));
     report.elimination.push_back(explored.path.back().stage);
     report.log_separability.push_back(fuzzy::log_separability(covariances, antecedents));
     report.ranking.push_back(fuzzy::least_needed(covariances, antecedents));
-    if (antecedents.size() == 1) {
-      break;
-    }
+    if (antecedents.size() == 1) break;
     options.antecedents = antecedents = fuzzy::without(antecedents, report.ranking.back());
     clustering = refine_clusters(rows.fit, clustering, options).value();
   }
   std::vector<Eigen::VectorXd> errors;  // simplest first
-  for (auto step = explored.path.rbegin(); step != explored.path.rend(); ++step) {
-    errors.push_back(step->errors);
-  }
+  for (auto step = explored.path.rbegin(); step != explored.path.rend(); ++step) errors.push_back(step->errors);
   report.chosen = explored.path.size() - 1 - fuzzy::simplest_as_good(errors);
   return explored;
 }
@@ -108,7 +144,7 @@ base::Result<std::pair<double, FuzzyOlsStage>> choose_threshold(const fuzzy::Spl
   std::vector<FuzzyOlsStage> stages;
   std::vector<Eigen::VectorXd> errors;
   for (const double share : kThresholdShares) {
-    auto model = fuzzy::cluster_model(rows.fit, chosen.clustering, chosen.stage.antecedents);
+    auto model = cluster_model(rows.fit, chosen.clustering, chosen.stage.antecedents);
     if (!model) return base::forward_error(model);
     compact_consequents(rows.fit, chosen.clustering, share * boldest, *model);
     Judged judged = judge(rows, chosen.clustering, *std::move(model), chosen.stage.antecedents);
@@ -124,11 +160,11 @@ base::Result<FuzzyOls> final_model(const TrainingData& data, const Judged& chose
                                    FuzzyOlsReport report) {
   options.antecedents = chosen.stage.antecedents;
   const Clustering clustering = refine_clusters(data, chosen.clustering, options).value();
-  auto model = fuzzy::cluster_model(data, clustering, options.antecedents);
+  auto model = cluster_model(data, clustering, options.antecedents);
   if (!model) return base::forward_error(model);
   FuzzyOls result{*std::move(model), std::move(report)};
   result.report.consequents = compact_consequents(data, clustering, result.report.threshold, result.model);
-  fuzzy::solve_consequents(data, result.model);
+  solve_consequents(data, result.model);
   result.report.clustering = clustering.summary;
   result.report.train_rmse = shape_rmse(data, result.model);
   return result;
@@ -161,9 +197,7 @@ base::Result<std::vector<Explored>> explore_all(const fuzzy::Split& rows, const 
   std::vector<Explored> explored;
   std::vector<Eigen::VectorXd> errors;
   for (const int clusters : options.clusters) {
-    if (clusters > most_clusters(rows.fit)) {
-      break;
-    }
+    if (clusters > most_clusters(rows.fit)) break;
     auto one = explore(rows, options.clustering, clusters);
     if (!one) return base::forward_error(one);
     explored.push_back(*std::move(one));
@@ -174,23 +208,21 @@ base::Result<std::vector<Explored>> explore_all(const fuzzy::Split& rows, const 
   return explored;
 }
 
-template <class T>
-base::Status out_of_range(const char* option, T value, const char* range) {
-  return base::bad_input(fmt::format("{} is {}: must be {}", option, value, range), option);
-}
-
 }  // namespace
 
 base::Status FuzzyOlsOptions::validate() const {
   const bool rising = std::ranges::adjacent_find(clusters, std::greater_equal<>()) == clusters.end();
   if (clusters.empty() || !rising || clusters.front() < 1 || clusters.back() > static_cast<int>(kMostMemberships)) {
-    return out_of_range("clusters", fmt::format("{}", fmt::join(clusters, ", ")), "rising numbers, 1..256");
+    return base::bad_input(fmt::format("clusters is {}: it must be rising numbers, 1..256", fmt::join(clusters, ", ")),
+                           "clusters");
   }
-  if (!(held_out_share > 0.0 && held_out_share <= 0.5)) {
-    return out_of_range("held_out_share", held_out_share, "above 0, at most 0.5");
-  }
-  if (!(consequent_threshold >= 0.0 && consequent_threshold < 1.0)) {
-    return out_of_range("consequent_threshold", consequent_threshold, "at least 0, below 1");
+  if (auto status = training::check_options({{
+          {"held_out_share", held_out_share, held_out_share > 0.0 && held_out_share <= 0.5, "above 0, at most 0.5"},
+          {"consequent_threshold", consequent_threshold, consequent_threshold >= 0.0 && consequent_threshold < 1.0,
+           "at least 0, below 1"},
+      }});
+      !status) {
+    return status;
   }
   return clustering.validate();
 }
@@ -202,19 +234,11 @@ std::string FuzzyOlsReport::one_line() const {
 }
 
 base::Result<FuzzyOls> fuzzy_ols(const TrainingData& data, const FuzzyOlsOptions& options) {
-  if (auto status = options.validate(); !status) {
-    return base::forward_error(status);
-  }
-  if (auto status = validate(data, 2); !status) {
-    return base::forward_error(status);
-  }
-  if (!std::isfinite(shape_rmse(data, data.y))) {
-    return training::unusable_numbers();
-  }
+  if (auto status = options.validate(); !status) return base::forward_error(status);
+  if (auto status = validate(data, 2); !status) return base::forward_error(status);
+  if (!std::isfinite(shape_rmse(data, data.y))) return training::unusable_numbers();
   const fuzzy::Split rows = fuzzy::split(data, options.held_out_share, options.clustering.seed);
-  if (auto status = check_rows(rows.fit, options.clusters.front()); !status) {
-    return base::forward_error(status);
-  }
+  if (auto status = check_rows(rows.fit, options.clusters.front()); !status) return base::forward_error(status);
   FuzzyOlsReport report;
   const auto explored = explore_all(rows, options, report);
   if (!explored) return base::forward_error(explored);

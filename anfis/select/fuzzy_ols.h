@@ -74,13 +74,13 @@ struct FuzzyOls {
 ///
 /// 1. Some rows are held out (whole groups where there are at least four). For each number of clusters:
 ///    cluster_takagi_sugeno(); then the antecedent whose absence leaves most of Fisher's interclass separability [eq.
-///    5.37-5.38, see fuzzy_ols/separability.h] is left out, the clusters are refined without it, and so on down to one.
+///    5.37-5.38, see detail/compaction.h] is left out, the clusters are refined without it, and so on down to one.
 ///    Of these models the one with the fewest antecedents is taken whose held-out error is as good as the best, that
 ///    is, worse by at most one standard error of the paired difference.
 /// 2. Of the numbers of clusters the least that is as good as the best, by the same rule. Numbers with more consequents
 ///    than 3/4 of the distinct rows fitted are left out.
 /// 3. In every rule orthogonal least squares ranks the terms of the consequent [eq. 5.35-5.36, see
-///    fuzzy_ols/error_reduction.h], and the last ones are dropped that together explain less than the threshold of what
+///    detail/compaction.h], and the last ones are dropped that together explain less than the threshold of what
 ///    the offset leaves. The threshold is lowered to 1/4, to 1/16 and to 0 where the held-out error asks for it, by the
 ///    same rule.
 /// 4. The clusters are refined and the terms ranked on all rows with this structure.

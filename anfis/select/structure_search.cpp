@@ -19,14 +19,10 @@ struct Mean {
 Mean mean_of(const std::vector<double>& values) {
   const auto count = static_cast<double>(values.size());
   double sum = 0.0;
-  for (const double v : values) {
-    sum += v;
-  }
+  for (const double v : values) sum += v;
   const double mean = sum / count;
   double squares = 0.0;
-  for (const double v : values) {
-    squares += (v - mean) * (v - mean);
-  }
+  for (const double v : values) squares += (v - mean) * (v - mean);
   return {mean, std::sqrt(squares / (count - 1.0) / count)};
 }
 
@@ -121,9 +117,7 @@ StructureSearch choose(int min_memberships, std::size_t inputs, const std::vecto
     const int memberships = min_memberships + static_cast<int>(i);
     search.curve.push_back({memberships, power(memberships, inputs), mean.value, mean.standard_error, excess.value,
                             excess.standard_error});
-    if (search.chosen == 0 && excess.value <= excess.standard_error) {
-      search.chosen = memberships;
-    }
+    if (search.chosen == 0 && excess.value <= excess.standard_error) search.chosen = memberships;
   }
   return search;
 }

@@ -43,7 +43,7 @@ struct StructureSearch {
 /// whose mean error exceeds the least one by no more than one standard error of the paired difference.
 ///
 /// What it cannot see: folds over runs share their temperatures, so that an error between temperatures that no run
-/// visits costs nothing here. The bounds of the premises stand against that (training/premise_bounds.h).
+/// visits costs nothing here. The bounds of the premises stand against that (premises/premise_bounds.h).
 ///
 /// Refuses (bad_input) fewer than two folds, groups split over folds, options out of range, and data that leave no
 /// candidate. Cost: candidates x folds trainings.

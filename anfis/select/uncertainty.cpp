@@ -7,10 +7,10 @@
 #include <span>
 #include <string>
 
-#include "anfis/linear/group_whitening.h"
-#include "anfis/objective/curvature_penalty.h"
+#include "anfis/linear/least_squares.h"
 #include "anfis/objective/layer.h"
-#include "anfis/train/detail/training_arguments.h"
+#include "anfis/objective/projected_problem.h"
+#include "anfis/train/detail/training_steps.h"
 #include "base/linear/dense_solve.h"
 
 namespace soak::anfis {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/train/hybrid_learning.h"
+#include "anfis/train/learner.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,24 +7,17 @@
 #include <optional>
 #include <string>
 
-#include "anfis/objective/level.h"
+#include "anfis/objective/consequents.h"
 #include "anfis/objective/projected_problem.h"
 #include "anfis/premises/premise_bounds.h"
-#include "anfis/premises/premise_vector.h"
-#include "anfis/train/detail/best_model.h"
-#include "anfis/train/detail/step_rule.h"
-#include "anfis/train/detail/training_arguments.h"
+#include "anfis/train/detail/training_steps.h"
 #include "base/text.h"
 
 namespace soak::anfis {
 namespace {
 
 constexpr std::ptrdiff_t kConvergenceEpochs = 10;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-base::Status out_of_range(const char* option, const std::string& value, const char* range) {
-  return base::bad_input(std::string(option) + " is " + value + ": it must be " + range, option);
-}
+constexpr double kUnchecked = std::numeric_limits<double>::quiet_NaN();
 
 /// Least errors up to each epoch.
 class LeastErrors {
@@ -60,9 +53,9 @@ bool keep_shapes(Model& model) {
 }
 
 /// Backward pass: moves the premises.
-class Descent {
+class PremiseStep {
  public:
-  Descent(const Model& model, const TrainingData& data, PremiseLimits limits)
+  PremiseStep(const Model& model, const TrainingData& data, PremiseLimits limits)
       : bounds_(model, data, limits), theta_(premise_count(model)), direction_(theta_.size()) {}
 
   void admit(Model& model) const { bounds_.apply(model); }
@@ -92,16 +85,17 @@ class Descent {
 };
 
 /// One training under way.
-class Learner {
+class HybridTraining {
  public:
-  Learner(const Model& initial, const TrainingData& train, const HybridOptions& options, const TrainingData* checking)
+  HybridTraining(const Model& initial, const TrainingData& train, const HybridOptions& options,
+                 const TrainingData* checking)
       : options_(options),
         problem_(initial, train, options.smoothness, options.initial_covariance),
-        descent_(initial, train, options.limits),
+        premise_step_(initial, train, options.limits),
         step_rule_(options.initial_step, options.step_decrease, options.step_increase),
         best_(initial, checking != nullptr && !options.keep_by_training_error),
         least_errors_(options.epochs) {
-    descent_.admit(problem_.model());
+    premise_step_.admit(problem_.model());
     if (checking != nullptr) checking_.emplace(initial, *checking);
     history_.reserve(static_cast<std::size_t>(options.epochs));
   }
@@ -120,7 +114,7 @@ class Learner {
     const double rmse =
         options_.solver == ConsequentSolver::sequential ? problem_.solve_sequentially() : problem_.solve();
     if (!std::isfinite(rmse)) return StopReason::not_finite;
-    history_.push_back({rmse, checking_ ? (*checking_)(problem_.model()) : kNaN, step_rule_.step()});
+    history_.push_back({rmse, checking_ ? (*checking_)(problem_.model()) : kUnchecked, step_rule_.step()});
     best_.offer(problem_.model(), history_.back(), problem_.error(), static_cast<int>(history_.size()));
     least_errors_.add(rmse);
     if (history_.back().check_rmse < least_check_) {
@@ -128,7 +122,7 @@ class Learner {
       least_check_epoch_ = static_cast<int>(history_.size());
     }
     if (const auto reason = judge(rmse)) return reason;
-    if (const auto reason = descent_.move(problem_, step_rule_.step())) return reason;
+    if (const auto reason = premise_step_.move(problem_, step_rule_.step())) return reason;
     // With a price of curvature the step follows what descends.
     step_rule_.record(problem_.error());
     return std::nullopt;
@@ -145,7 +139,7 @@ class Learner {
 
   HybridOptions options_;
   training::ProjectedProblem problem_;
-  Descent descent_;
+  PremiseStep premise_step_;
   training::StepRule step_rule_;
   training::BestModel best_;
   LeastErrors least_errors_;
@@ -168,27 +162,17 @@ HybridOptions HybridOptions::matlab() {
 }
 
 base::Status HybridOptions::validate() const {
-  if (epochs < 1 || epochs > 1'000'000) return out_of_range("epochs", std::to_string(epochs), "1..1000000");
-  if (!(initial_step > 0.0 && initial_step <= 1.0)) {
-    return out_of_range("initial_step", base::shortest(initial_step), "above 0 and at most 1");
-  }
-  if (!(step_decrease > 0.0 && step_decrease <= 1.0)) {
-    return out_of_range("step_decrease", base::shortest(step_decrease), "above 0 and at most 1");
-  }
-  if (!(step_increase >= 1.0 && step_increase <= 2.0)) {
-    return out_of_range("step_increase", base::shortest(step_increase), "1..2");
-  }
-  if (!(rmse_goal >= 0.0) || !std::isfinite(rmse_goal)) {
-    return out_of_range("rmse_goal", base::shortest(rmse_goal), "0 or positive");
-  }
-  if (!(min_rmse_change >= 0.0 && min_rmse_change < 1.0)) {
-    return out_of_range("min_rmse_change", base::shortest(min_rmse_change), "at least 0 and below 1");
-  }
-  if (patience < 0) return out_of_range("patience", std::to_string(patience), "0 or positive");
-  if (!(initial_covariance > 0.0) || !std::isfinite(initial_covariance)) {
-    return out_of_range("initial_covariance", base::shortest(initial_covariance), "positive");
-  }
-  return {};
+  return training::check_options({{
+      {"epochs", static_cast<double>(epochs), epochs >= 1 && epochs <= 1'000'000, "1..1000000"},
+      {"initial_step", initial_step, initial_step > 0.0 && initial_step <= 1.0, "above 0 and at most 1"},
+      {"step_decrease", step_decrease, step_decrease > 0.0 && step_decrease <= 1.0, "above 0 and at most 1"},
+      {"step_increase", step_increase, step_increase >= 1.0 && step_increase <= 2.0, "1..2"},
+      {"rmse_goal", rmse_goal, rmse_goal >= 0.0 && std::isfinite(rmse_goal), "0 or positive"},
+      {"min_rmse_change", min_rmse_change, min_rmse_change >= 0.0 && min_rmse_change < 1.0, "at least 0 and below 1"},
+      {"patience", static_cast<double>(patience), patience >= 0, "0 or positive"},
+      {"initial_covariance", initial_covariance, initial_covariance > 0.0 && std::isfinite(initial_covariance),
+       "positive"},
+  }});
 }
 
 base::Result<Training> train_hybrid(const Model& initial, const TrainingData& train, const HybridOptions& options,
@@ -209,10 +193,10 @@ base::Result<Training> train_hybrid(const Model& initial, const TrainingData& tr
     return base::bad_input(
         "patience is " + std::to_string(options.patience) + " without checking data: give them, or 0", "patience");
   }
-  Learner learner(initial, train, options, checking);
-  learner.learn();
-  if (learner.found_nothing()) return training::unusable_numbers();
-  Training training = std::move(learner).result();
+  HybridTraining training_run(initial, train, options, checking);
+  training_run.learn();
+  if (training_run.found_nothing()) return training::unusable_numbers();
+  Training training = std::move(training_run).result();
   training::set_level(training.model, train);
   return training::usable(std::move(training));
 }

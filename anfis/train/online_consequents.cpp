@@ -4,19 +4,13 @@
 #include <cmath>
 #include <string>
 #include <utility>
+#include "anfis/train/detail/training_steps.h"
 
-#include "anfis/objective/consequent_vector.h"
+#include "anfis/objective/consequents.h"
 #include "base/text.h"
 
 namespace soak::anfis {
 namespace {
-
-/// Consequents of a valid model are no larger: see validate(Model).
-constexpr double kLargest = 1e100;
-
-base::Status out_of_range(const char* option, double value, const char* range) {
-  return base::bad_input(std::string(option) + " is " + base::shortest(value) + ": it must be " + range, option);
-}
 
 base::Status validate_row(const Model& model, std::span<const double> x, double y) {
   if (x.size() != model.inputs.size()) {
@@ -45,13 +39,11 @@ Eigen::VectorXd consequents_of(const Model& model) {
 }  // namespace
 
 base::Status OnlineOptions::validate() const {
-  if (!(forgetting > 0.0 && forgetting <= 1.0)) {
-    return out_of_range("forgetting", forgetting, "above 0, at most 1");
-  }
-  if (!(initial_covariance > 0.0 && initial_covariance <= 1e9)) {
-    return out_of_range("initial_covariance", initial_covariance, "above 0, at most 1e9");
-  }
-  return {};
+  return training::check_options({{
+      {"forgetting", forgetting, forgetting > 0.0 && forgetting <= 1.0, "above 0, at most 1"},
+      {"initial_covariance", initial_covariance, initial_covariance > 0.0 && initial_covariance <= 1e9,
+       "above 0, at most 1e9"},
+  }});
 }
 
 base::Result<OnlineConsequents> OnlineConsequents::of(Model model, const OnlineOptions& options) {
@@ -72,7 +64,7 @@ base::Status OnlineConsequents::update(std::span<const double> x, double y) {
   if (auto status = validate_row(model_, x, y); !status) return status;
   set_regressors(x);
   const bool taken = solver_.update(regressors_, model_.output.scaled(y));
-  if (!taken || solver_.coefficients().cwiseAbs().maxCoeff() > kLargest) {
+  if (!taken || solver_.coefficients().cwiseAbs().maxCoeff() > kLargestNumber) {
     if (taken) solver_.restart(consequents_of(model_));
     return base::bad_input("the output is so large that the consequents would exceed 1e100: leave the row out", "y");
   }

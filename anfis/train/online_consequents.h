@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "anfis/linear/sequential_least_squares.h"
+#include "anfis/linear/least_squares.h"
 #include "anfis/model/model.h"
 #include "base/result.h"
 

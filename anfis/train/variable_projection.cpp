@@ -1,40 +1,93 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/train/variable_projection.h"
+#include <nlopt.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
-#include <string>
 
-#include "anfis/objective/level.h"
+#include "anfis/objective/consequents.h"
 #include "anfis/objective/projected_problem.h"
-#include "anfis/premises/premise_bounds.h"
 #include "anfis/premises/premise_coordinates.h"
-#include "anfis/train/detail/best_model.h"
-#include "anfis/train/detail/nlopt_problem.h"
-#include "anfis/train/detail/training_arguments.h"
+#include "anfis/train/detail/training_steps.h"
+#include "anfis/train/learner.h"
 #include "base/random.h"
-#include "base/text.h"
 
 namespace soak::anfis {
 namespace {
 
-using training::MinimisationEnd;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoCheck = std::numeric_limits<double>::quiet_NaN();
 /// Rounds of new coordinates around a model whose memberships have arrived at their cells' walls.
 constexpr int kMostRounds = 8;
 
-base::Status out_of_range(const char* option, const std::string& value, const char* range) {
-  return base::bad_input(std::string(option) + " is " + value + ": it must be " + range, option);
+/// f(z, gradient): gradient is empty where the optimiser does not ask for it. A value that is not finite ends the
+/// minimisation.
+using Objective = std::function<double(std::span<const double> z, std::span<double> gradient)>;
+
+struct MinimisationUnderWay {
+  nlopt_opt problem;
+  const Objective& objective;
+};
+
+double call_objective(unsigned count, const double* z, double* gradient, void* data) {
+  const auto& under_way = *static_cast<const MinimisationUnderWay*>(data);
+  const double value =
+      under_way.objective({z, count}, gradient == nullptr ? std::span<double>() : std::span<double>(gradient, count));
+  if (!std::isfinite(value)) nlopt_force_stop(under_way.problem);
+  return value;
+}
+
+nlopt_algorithm algorithm_of(Optimiser optimiser) {
+  switch (optimiser) {
+    case Optimiser::lbfgs:
+      return NLOPT_LD_LBFGS;
+    case Optimiser::slsqp:
+      return NLOPT_LD_SLSQP;
+    case Optimiser::sbplx:
+      return NLOPT_LN_SBPLX;
+  }
+  return NLOPT_LD_LBFGS;
+}
+
+/// Moves z from where it is to a local minimum of the objective in a box with NLopt. Stops where the objective is at
+/// most `goal`, changes relatively by less than the tolerance, or was evaluated often enough. `not_finite` where it
+/// failed.
+StopReason minimise(const VariableProjectionOptions& options, const training::PremiseCoordinates& box, double goal,
+                    const Objective& objective, std::vector<double>& z) {
+  const std::unique_ptr<nlopt_opt_s, decltype(&nlopt_destroy)> problem(
+      nlopt_create(algorithm_of(options.optimiser), static_cast<unsigned>(z.size())), &nlopt_destroy);
+  MinimisationUnderWay under_way{problem.get(), objective};
+  nlopt_set_lower_bounds(problem.get(), box.lowest().data());
+  nlopt_set_upper_bounds(problem.get(), box.highest().data());
+  nlopt_set_min_objective(problem.get(), &call_objective, &under_way);
+  nlopt_set_stopval(problem.get(), goal);
+  // E is the square of the RMSE.
+  nlopt_set_ftol_rel(problem.get(), 2.0 * options.min_rmse_change);
+  nlopt_set_maxeval(problem.get(), options.evaluations);
+  double least = 0.0;
+  switch (nlopt_optimize(problem.get(), z.data(), &least)) {
+    case NLOPT_STOPVAL_REACHED:
+      return StopReason::goal_reached;
+    case NLOPT_MAXEVAL_REACHED:
+      return StopReason::epochs_done;
+    case NLOPT_SUCCESS:
+    case NLOPT_FTOL_REACHED:
+    case NLOPT_XTOL_REACHED:
+    case NLOPT_ROUNDOFF_LIMITED:
+    case NLOPT_FAILURE:  // of the line search: no further progress
+      return StopReason::converged;
+    default:
+      return StopReason::not_finite;
+  }
 }
 
 /// The descent from one start.
-class Descent {
+class PremiseSearch {
  public:
-  Descent(const Model& start, const TrainingData& train, const VariableProjectionOptions& options,
-          const training::PremiseBounds& bounds, training::CheckingError* checking)
+  PremiseSearch(const Model& start, const TrainingData& train, const VariableProjectionOptions& options,
+                const training::PremiseBounds& bounds, training::CheckingError* checking)
       : options_(options),
         bounds_(bounds),
         checking_(checking),
@@ -67,23 +120,21 @@ class Descent {
   bool run_round() {
     const training::PremiseCoordinates coordinates(problem_.model(), bounds_);
     std::vector<double> z = coordinates.of(problem_.model());
-    training::NloptProblem minimisation(
-        options_.optimiser, coordinates.lowest(), coordinates.highest(),
-        [&](std::span<const double> at, std::span<double> gradient) { return error(coordinates, at, gradient); });
     const double goal = options_.rmse_goal * options_.rmse_goal * problem_.error_per_square_rmse();
-    // E is the square of the RMSE.
-    minimisation.stop_at(goal, 2.0 * options_.min_rmse_change, options_.evaluations);
-    const MinimisationEnd end = minimisation.minimise(z);
+    reason_ = minimise(
+        options_, coordinates, goal,
+        [&](std::span<const double> at, std::span<double> gradient) { return error(coordinates, at, gradient); }, z);
     coordinates.set(z, problem_.model());
-    reason_ = reason(end);
+    if (!history_.empty() && history_.back().train_rmse <= options_.rmse_goal) reason_ = StopReason::goal_reached;
+    if (reason_ == StopReason::not_finite && spent()) reason_ = StopReason::epochs_done;
     return reason_ == StopReason::converged && coordinates.touches_neighbour(z);
   }
 
   double error(const training::PremiseCoordinates& coordinates, std::span<const double> z, std::span<double> gradient) {
     // The optimiser counts a little loosely: a number that is not finite ends it.
-    if (spent()) return kNaN;
+    if (spent()) return kNoCheck;
     coordinates.set(z, problem_.model());
-    if (!evaluate_model()) return kNaN;
+    if (!evaluate_model()) return kNoCheck;
     if (!gradient.empty()) {
       problem_.gradient(by_theta_);
       coordinates.chain(z, by_theta_, gradient);
@@ -95,27 +146,12 @@ class Descent {
   bool evaluate_model() {
     const double rmse = problem_.solve();
     if (!std::isfinite(rmse)) return false;
-    history_.push_back({rmse, checking_ != nullptr ? (*checking_)(problem_.model()) : kNaN, kNaN});
+    history_.push_back({rmse, checking_ != nullptr ? (*checking_)(problem_.model()) : kNoCheck, kNoCheck});
     best_.offer(problem_.model(), history_.back(), problem_.error(), static_cast<int>(history_.size()));
     return true;
   }
 
   [[nodiscard]] bool spent() const { return static_cast<int>(history_.size()) >= options_.evaluations; }
-
-  [[nodiscard]] StopReason reason(MinimisationEnd end) const {
-    if (!history_.empty() && history_.back().train_rmse <= options_.rmse_goal) return StopReason::goal_reached;
-    switch (end) {
-      case MinimisationEnd::converged:
-        return StopReason::converged;
-      case MinimisationEnd::goal_reached:
-        return StopReason::goal_reached;
-      case MinimisationEnd::evaluations_done:
-        return StopReason::epochs_done;
-      case MinimisationEnd::failed:
-        break;
-    }
-    return spent() ? StopReason::epochs_done : StopReason::not_finite;
-  }
 
   const VariableProjectionOptions& options_;
   const training::PremiseBounds& bounds_;
@@ -152,21 +188,16 @@ Model drawn_start(const Model& initial, double spread, base::Random& random) {
 }  // namespace
 
 base::Status VariableProjectionOptions::validate() const {
-  if (evaluations < 1 || evaluations > 1'000'000) {
-    return out_of_range("evaluations", std::to_string(evaluations), "1..1000000");
-  }
-  if (!(min_rmse_change >= 0.0 && min_rmse_change < 1.0)) {
-    return out_of_range("min_rmse_change", base::shortest(min_rmse_change), "at least 0 and below 1");
-  }
-  if (!(rmse_goal >= 0.0) || !std::isfinite(rmse_goal)) {
-    return out_of_range("rmse_goal", base::shortest(rmse_goal), "0 or positive");
-  }
   if (limits == PremiseLimits::none) {
     return base::bad_input("limits is none: variable projection needs bounds, `resolved` or `ordered`", "limits");
   }
-  if (starts < 1 || starts > 10'000) return out_of_range("starts", std::to_string(starts), "1..10000");
-  if (!(spread > 0.0 && spread <= 1.0)) return out_of_range("spread", base::shortest(spread), "above 0 and at most 1");
-  return {};
+  return training::check_options({{
+      {"evaluations", static_cast<double>(evaluations), evaluations >= 1 && evaluations <= 1'000'000, "1..1000000"},
+      {"min_rmse_change", min_rmse_change, min_rmse_change >= 0.0 && min_rmse_change < 1.0, "at least 0 and below 1"},
+      {"rmse_goal", rmse_goal, rmse_goal >= 0.0 && std::isfinite(rmse_goal), "0 or positive"},
+      {"starts", static_cast<double>(starts), starts >= 1 && starts <= 10'000, "1..10000"},
+      {"spread", spread, spread > 0.0 && spread <= 1.0, "above 0 and at most 1"},
+  }});
 }
 
 base::Result<Training> train_variable_projection(const Model& initial, const TrainingData& train,
@@ -184,11 +215,11 @@ base::Result<Training> train_variable_projection(const Model& initial, const Tra
   double least = std::numeric_limits<double>::infinity();
   for (int start = 0; start < options.starts; ++start) {
     const Model from = start == 0 ? initial : drawn_start(initial, options.spread, random);
-    Descent descent(from, train, options, bounds, checking_error ? &*checking_error : nullptr);
-    descent.run();
-    if (descent.best().empty() || !(descent.best().error() < least)) continue;
-    least = descent.best().error();
-    best = std::move(descent).result();
+    PremiseSearch search(from, train, options, bounds, checking_error ? &*checking_error : nullptr);
+    search.run();
+    if (search.best().empty() || !(search.best().error() < least)) continue;
+    least = search.best().error();
+    best = std::move(search).result();
     if (best->summary.reason == StopReason::goal_reached) break;
   }
   if (!best) return training::unusable_numbers();

@@ -3,13 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "anfis/linear/group_whitening.h"
 #include "anfis/linear/least_squares.h"
+#include "base/linear/dense_solve.h"
 
 namespace soak::calib {
 namespace {
@@ -18,12 +17,12 @@ constexpr double kClusterApart_c = 0.5;
 constexpr std::size_t kMostKnots = 40;
 constexpr int kHermitePieces = 64;
 
-struct Range {
+struct TempRange {
   double low;
   double high;
 };
 
-Range range_of(const std::vector<double>& x) {
+TempRange range_of(const std::vector<double>& x) {
   const auto [low, high] = std::minmax_element(x.begin(), x.end());
   return {*low, *high};
 }
@@ -49,7 +48,7 @@ Eigen::VectorXd powers(double u, int degree) {
   return p;
 }
 
-SplineCurve polynomial_pieces(const Eigen::VectorXd& c, double centre, double half_range, Range range, int pieces) {
+SplineCurve polynomial_pieces(const Eigen::VectorXd& c, double centre, double half_range, TempRange range, int pieces) {
   const auto value = [&](double t) {
     const double u = (t - centre) / half_range;
     double y = 0.0;
@@ -94,7 +93,7 @@ struct NaturalSpline {
       r(j - 1, j - 1) = (h(j - 1) + h(j)) / 3.0;
       if (j + 2 < k) r(j - 1, j) = r(j, j - 1) = h(j) / 6.0;
     }
-    const Eigen::MatrixXd inner = r.ldlt().solve(q.transpose());
+    const Eigen::MatrixXd inner = base::solve_ldlt(r, Eigen::MatrixXd(q.transpose()));
     second = Eigen::MatrixXd::Zero(k, k);
     second.middleRows(1, k - 2) = inner;
     penalty = q * inner;
@@ -211,7 +210,7 @@ base::Result<FittedCurve> fit_polynomial(const anfis::TrainingData& data, int de
     return base::bad_input(fmt::format("a polynomial of degree {} needs {} distinct temperatures; there are {}", degree,
                                        degree + 1, clusters));
   }
-  const Range range = range_of(data.x);
+  const TempRange range = range_of(data.x);
   const double centre = 0.5 * (range.low + range.high);
   const double half_range = 0.5 * (range.high - range.low);
   Eigen::MatrixXd a(static_cast<Eigen::Index>(data.rows()), degree + 1);
@@ -241,7 +240,7 @@ base::Result<FittedCurve> fit_smoothing_spline(const anfis::TrainingData& data) 
         fmt::format("a smoothing spline needs three distinct temperatures; there are {}", knots.size()));
   }
   // The domain of the curve is the range of the rows, not that of the clusters' middles.
-  const Range range = range_of(data.x);
+  const TempRange range = range_of(data.x);
   knots.front() = range.low;
   knots.back() = range.high;
   const NaturalSpline spline(std::move(knots));
@@ -258,10 +257,10 @@ base::Result<FittedCurve> fit_smoothing_spline(const anfis::TrainingData& data) 
   Eigen::MatrixXd gram = a.transpose() * a;
   // A level that free group offsets leave undetermined would make the decomposition fail.
   gram.diagonal().array() += 1e-10 * gram.diagonal().mean();
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(spline.penalty, gram);
+  const base::SymmetricEigen eigen = base::generalized_eigen(spline.penalty, gram);
   Smoother smoother;
-  smoother.vectors = eigen.eigenvectors();
-  smoother.roughness = eigen.eigenvalues().cwiseMax(0.0);
+  smoother.vectors = eigen.vectors;
+  smoother.roughness = eigen.values.cwiseMax(0.0);
   smoother.projection = smoother.vectors.transpose() * (a.transpose() * y.col(0));
   smoother.total = y.col(0).squaredNorm();
   smoother.rows = static_cast<double>(data.rows());

@@ -5,12 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <functional>
 
 #include "calib/curve/detail/curve_budget.h"
-#include "calib/curve/detail/families.h"
-#include "calib/curve/detail/hysteresis.h"
-#include "calib/segments/statistics.h"
+#include "calib/curve/families.h"
 
 namespace soak::calib {
 namespace {
@@ -19,7 +17,7 @@ constexpr std::size_t kRunsForHoldout = 3;
 constexpr double kHysteresisP = 0.001;
 /// A gap between heating and cooling is worth a warning from this many standard errors of one difference.
 constexpr double kHysteresisRatio = 4.0;
-constexpr double kClusterApart_c = 0.5;
+constexpr double kDistinct_c = 0.5;
 /// Error of a curve at its own rows over that at rows it had not seen: noise of a few rows reaches as far as this.
 constexpr double kMostOverJudged = 1.25;
 
@@ -30,7 +28,7 @@ struct OuterFolds {
   std::vector<std::string> names;
 };
 
-base::Status check_rows(const CurveData& data, const CurveSubject& subject) {
+base::Status check_curve_rows(const CurveData& data, const CurveSubject& subject) {
   if (data.rows.empty()) return base::bad_input("no rows to fit: no run gives a value of this sensor", subject.name);
   std::vector<double> temps;
   double low = data.rows.front().value;
@@ -50,7 +48,7 @@ base::Status check_rows(const CurveData& data, const CurveSubject& subject) {
                     low * subject.printed_per_unit),
         subject.name);
   }
-  const std::size_t distinct = temperature_clusters(temps, kClusterApart_c, temps.size()).size();
+  const std::size_t distinct = temperature_clusters(temps, kDistinct_c, temps.size()).size();
   if (distinct < 3) {
     return base::bad_input(fmt::format("{} distinct temperatures; a thermal model needs at least 3", distinct),
                            subject.name);
@@ -90,7 +88,7 @@ struct FoldSums {
 };
 
 /// Rows minus curve.
-std::vector<double> errors_of(const Curve& curve, const CurveData& data) {
+std::vector<double> curve_errors(const Curve& curve, const CurveData& data) {
   std::vector<double> temps_c;
   for (const CurveRow& row : data.rows) temps_c.push_back(row.temp_c);
   std::vector<double> errors(temps_c.size());
@@ -99,10 +97,10 @@ std::vector<double> errors_of(const Curve& curve, const CurveData& data) {
   return errors;
 }
 
-FoldSums judge(const Curve& curve, const CurveData& held_out) {
+FoldSums sums_of_errors(const Curve& curve, const CurveData& held_out) {
   FoldSums sums;
   double mean = 0.0;
-  const std::vector<double> errors = errors_of(curve, held_out);
+  const std::vector<double> errors = curve_errors(curve, held_out);
   for (const double error : errors) mean += error;
   sums.count = static_cast<double>(errors.size());
   mean /= sums.count;
@@ -134,7 +132,7 @@ std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds&
     FamilySums sums;
     for (std::size_t k = 0; k < kFamilyCount; ++k) {
       if (!trained->fitted[k]) continue;
-      sums[k] = judge(trained->fitted[k]->curve, held_out);
+      sums[k] = sums_of_errors(trained->fitted[k]->curve, held_out);
       errors.rmse[k] = std::sqrt(sums[k]->absolute / sums[k]->count);
     }
     fit.checks.push_back(std::move(errors));
@@ -143,7 +141,7 @@ std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds&
   return all;
 }
 
-void summarise(const std::vector<FamilySums>& folds, CurveFit& fit) {
+void add_held_out_errors(const std::vector<FamilySums>& folds, CurveFit& fit) {
   for (std::size_t k = 0; k < kFamilyCount; ++k) {
     FoldSums total;
     for (const FamilySums& fold : folds) {
@@ -184,7 +182,7 @@ bool anfis_is_as_judged(const CurveData& data, const Curve& curve, const CurveFi
     std::vector<bool> keep;
     for (const CurveRow& row : data.rows) keep.push_back(row.run == static_cast<int>(run));
     const CurveData rows = select(data, keep);
-    if (!rows.rows.empty()) squares += judge(curve, rows).shape;
+    if (!rows.rows.empty()) squares += sums_of_errors(curve, rows).shape;
   }
   return std::sqrt(squares / static_cast<double>(data.rows.size())) <= kMostOverJudged * judged->rmse_shape;
 }
@@ -238,7 +236,7 @@ void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::spa
   }
 }
 
-void warn(const CurveSubject& subject, CurveFit& fit, bool anfis_competed) {
+void add_curve_warnings(const CurveSubject& subject, CurveFit& fit, bool anfis_competed) {
   if (fit.runs.size() < kRunsForHoldout) {
     fit.warnings.push_back({"few_runs", fit.runs.size() == 1
                                             ? "one run only: no held-out error can be given, the run-to-run scatter is "
@@ -273,7 +271,7 @@ void warn(const CurveSubject& subject, CurveFit& fit, bool anfis_competed) {
 
 base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options, const CurveSubject& subject,
                                  std::span<const TypeBInput> type_b) {
-  if (const auto checked = check_rows(data, subject); !checked) return base::forward_error(checked);
+  if (const auto checked = check_curve_rows(data, subject); !checked) return base::forward_error(checked);
   auto trained = train_families(data, options);
   if (!trained) {
     base::Error error = trained.error();
@@ -298,13 +296,13 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
   fit.deployed = fit.rules > 0 ? Family::anfis : Family::spline;
   bool anfis_competed = true;
   if (folds.kind == "run") {
-    summarise(sums, fit);
+    add_held_out_errors(sums, fit);
     if (fit.rules > 0) {
       anfis_competed = anfis_is_as_judged(data, (*trained)[Family::anfis]->curve, fit);
       fit.deployed = choose_winner(sums, fit, anfis_competed);
     }
   }
-  const FoldSums train = judge((*trained)[fit.rules > 0 ? Family::anfis : fit.deployed]->curve, data);
+  const FoldSums train = sums_of_errors((*trained)[fit.rules > 0 ? Family::anfis : fit.deployed]->curve, data);
   fit.train_rmse = std::sqrt(train.absolute / train.count);
   fit.sweeps = find_sweep_gap(data, (*trained)[fit.deployed]->curve);
   trace_curve(data, *trained, type_b, fit.sweeps, fit);
@@ -313,7 +311,7 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
     return base::bad_input("the curve is not finite: check the unit of the column and void the runs that are wrong",
                            subject.name);
   }
-  warn(subject, fit, anfis_competed);
+  add_curve_warnings(subject, fit, anfis_competed);
   return fit;
 }
 

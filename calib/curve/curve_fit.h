@@ -12,9 +12,7 @@
 
 #include "base/result.h"
 #include "calib/curve/calibration.h"
-#include "calib/curve/sweep_gap.h"
 #include "calib/estimate/curve_data.h"
-#include "calib/estimate/type_b_input.h"
 #include "calib/estimate/uncertainty_budget.h"
 #include "calib/vocabulary/warning.h"
 
@@ -55,6 +53,15 @@ struct CurvePoint {
   double value = 0.0;
   double ci95 = 0.0;           ///< half-width (two-sided t) for the mean curve over runs
   std::optional<double> pi95;  ///< half-width for one fresh power-on; absent with fewer than two runs
+};
+
+/// Difference between heating and cooling that a curve leaves.
+struct SweepGap {
+  double largest = 0.0;     ///< largest |up − down| over the temperatures visited both ways
+  double at_temp_c = 0.0;   ///< where that is
+  double noise = 0.0;       ///< standard error of one such difference
+  double half_sigma = 0.0;  ///< half the difference, root mean square over the temperatures, less its noise
+  double p_value = 1.0;     ///< of seeing such differences by noise alone (chi-squared)
 };
 
 /// Thermal model of one quantity of one sensor, and how far it can be trusted. Units: those of the rows.

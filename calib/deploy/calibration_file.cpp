@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/crc32c.h"
+#include "base/hash.h"
 #include "calib/deploy/detail/sections.h"
 #include "calib/runtime/soak_runtime.h"
 

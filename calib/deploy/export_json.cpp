@@ -7,7 +7,7 @@
 
 #include "anfis/model/one_input.h"
 #include "base/text.h"
-#include "calib/model/reference_json.h"
+#include "calib/model/document_parts.h"
 
 namespace soak::calib {
 namespace {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "base/crc32c.h"
+#include "base/hash.h"
 #include "base/text.h"
 #include "calib/runtime/soak_runtime.h"
 

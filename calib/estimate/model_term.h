@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -29,9 +30,12 @@ struct TermPart {
   /// beyond. For effects of a unit's past, which a deployed file cannot evaluate: its curves keep that mean. Empty = 0.
   std::vector<std::pair<double, double>> centre;
 
-  [[nodiscard]] bool acts_on(Sensor sensor) const;
+  [[nodiscard]] bool acts_on(Sensor sensor) const { return std::ranges::find(sensors, sensor) != sensors.end(); }
   /// Value of a parameter; nothing where the part has none of that name.
-  [[nodiscard]] std::optional<double> value(std::string_view name) const;
+  [[nodiscard]] std::optional<double> value(std::string_view name) const {
+    const auto found = std::ranges::find(parameters, name, &TermParameter::name);
+    return found == parameters.end() ? std::nullopt : std::optional(found->value);
+  }
 };
 
 /// The gap of one sensor when a term was accepted, SI: RMS of blocks on runs that neither base nor parameters saw.
@@ -61,7 +65,10 @@ struct ModelTerm {
   std::array<std::optional<TermGap>, kSensorCount> gap;  ///< of the whole report, all its terms together
 
   /// The part that acts on a sensor; null where none does.
-  [[nodiscard]] const TermPart* part_of(Sensor sensor) const;
+  [[nodiscard]] const TermPart* part_of(Sensor sensor) const {
+    const auto found = std::ranges::find_if(parts, [&](const TermPart& part) { return part.acts_on(sensor); });
+    return found == parts.end() ? nullptr : &*found;
+  }
 };
 
 }  // namespace soak::calib

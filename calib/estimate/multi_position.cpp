@@ -4,19 +4,91 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <unsupported/Eigen/NonLinearOptimization>
 
+#include "base/linear/dense_solve.h"
 #include "base/statistics.h"
-#include "calib/estimate/detail/triad_model.h"
 
 namespace soak::calib {
 namespace {
 
-using multi_position::Parameters;
+// The triad's model.
+
+/// Parameters in the order of TriadParameter.
+using Parameters = Eigen::Matrix<double, 9, 1>;
+
+Eigen::Matrix3d misalignment_matrix(const Parameters& p) {
+  Eigen::Matrix3d m = Eigen::Matrix3d::Identity();
+  m(0, 1) = p[6];
+  m(0, 2) = p[7];
+  m(1, 2) = p[8];
+  return m;
+}
+
+Eigen::Vector3d solve_upper(const Eigen::Matrix3d& m, const Eigen::Vector3d& v) {
+  return m.triangularView<Eigen::UnitUpper>().solve(v);
+}
+
+/// f = M⁻¹·diag(k)⁻¹·(raw − b).
+Eigen::Vector3d force_from(const Parameters& p, const Eigen::Vector3d& raw) {
+  return solve_upper(misalignment_matrix(p), (raw - p.head<3>()).cwiseQuotient(p.segment<3>(3)));
+}
+
+/// Derivative of |f| by the nine parameters. That by the raw readings is −1 times its first three entries.
+Parameters magnitude_gradient(const Parameters& p, const Eigen::Vector3d& raw) {
+  const Eigen::Matrix3d m = misalignment_matrix(p);
+  const Eigen::Vector3d f = force_from(p, raw);
+  // n = f/|f|; q = M⁻ᵀ n, so that n·M⁻¹ e_i = q_i.
+  const Eigen::Vector3d q = m.triangularView<Eigen::UnitUpper>().transpose().solve(f.normalized());
+  const Eigen::Vector3d k = p.segment<3>(3);
+  // M f = diag(k)⁻¹ (raw − b)
+  const Eigen::Vector3d mf = m * f;
+  Parameters gradient;
+  // ∂f/∂b_i = −M⁻¹ e_i / k_i;  ∂f/∂k_i = −M⁻¹ e_i (M f)_i / k_i;  ∂f/∂m_ij = −M⁻¹ e_i f_j
+  gradient.head<3>() = -q.cwiseQuotient(k);
+  gradient.segment<3>(3) = -q.cwiseProduct(mf).cwiseQuotient(k);
+  gradient[6] = -q[0] * f[1];
+  gradient[7] = -q[0] * f[2];
+  gradient[8] = -q[1] * f[2];
+  return gradient;
+}
+
+/// What one unit of each parameter means to a reading of 1 g: k·g for biases, k for scales, 1 for misalignments.
+Parameters natural_units(const Parameters& p, double gravity_mps2) {
+  Parameters units = Parameters::Ones();
+  units.head<3>() = p.segment<3>(3) * gravity_mps2;
+  units.segment<3>(3) = p.segment<3>(3);
+  return units;
+}
+
+/// Start: centre and common scale of the sphere through the readings, |raw − b|² = (k g)², linear in b and
+/// (k g)² − |b|²; no misalignment. Directions without spread keep the mean reading as bias.
+Parameters sphere_start(std::span<const AttitudeMean> attitudes, double gravity_mps2) {
+  const auto n = static_cast<Eigen::Index>(attitudes.size());
+  Eigen::MatrixX3d raw(n, 3);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    raw.row(i) = Eigen::Map<const Eigen::RowVector3d>(attitudes[static_cast<std::size_t>(i)].mean.data());
+  }
+  const Eigen::RowVector3d middle = raw.colwise().mean();
+  raw.rowwise() -= middle;
+  const double size = std::sqrt(raw.rowwise().squaredNorm().mean());
+  // With readings about their mean in units of their size: 2 raw·b + ((k g)² − |b|²) = |raw|²
+  raw /= size;
+  Eigen::MatrixX4d a(n, 4);
+  a << 2.0 * raw, Eigen::VectorXd::Ones(n);
+  const Eigen::VectorXd squares = raw.rowwise().squaredNorm();
+  const Eigen::Vector4d x = base::solve_svd(a, squares, 1e-3);
+  const double radius_squared = x[3] + x.head<3>().squaredNorm();
+  Parameters start = Parameters::Zero();
+  start.head<3>() = middle.transpose() + size * x.head<3>();
+  start.segment<3>(3).setConstant(size * std::sqrt(std::max(0.01, radius_squared)) / gravity_mps2);
+  return start;
+}
+
+// The fit.
 
 constexpr std::size_t kLeastAttitudes = 6;
 constexpr int kReweightings = 20;
@@ -41,8 +113,7 @@ Eigen::Vector3d vector_of(const Vector3& v) { return {v[0], v[1], v[2]}; }
 Eigen::MatrixXd jacobian(std::span<const AttitudeMean> attitudes, const Parameters& p) {
   Eigen::MatrixXd j(static_cast<Eigen::Index>(attitudes.size()), 9);
   for (std::size_t n = 0; n < attitudes.size(); ++n) {
-    j.row(static_cast<Eigen::Index>(n)) =
-        multi_position::magnitude_gradient(p, vector_of(attitudes[n].mean)).transpose();
+    j.row(static_cast<Eigen::Index>(n)) = magnitude_gradient(p, vector_of(attitudes[n].mean)).transpose();
   }
   return j;
 }
@@ -50,8 +121,7 @@ Eigen::MatrixXd jacobian(std::span<const AttitudeMean> attitudes, const Paramete
 Eigen::VectorXd residuals(std::span<const AttitudeMean> attitudes, const Parameters& p, double gravity_mps2) {
   Eigen::VectorXd r(static_cast<Eigen::Index>(attitudes.size()));
   for (std::size_t n = 0; n < attitudes.size(); ++n) {
-    r[static_cast<Eigen::Index>(n)] =
-        multi_position::specific_force(p, vector_of(attitudes[n].mean)).norm() - gravity_mps2;
+    r[static_cast<Eigen::Index>(n)] = force_from(p, vector_of(attitudes[n].mean)).norm() - gravity_mps2;
   }
   return r;
 }
@@ -60,7 +130,7 @@ Eigen::VectorXd residuals(std::span<const AttitudeMean> attitudes, const Paramet
 Eigen::VectorXd noise_variance(std::span<const AttitudeMean> attitudes, const Parameters& p) {
   Eigen::VectorXd variance(static_cast<Eigen::Index>(attitudes.size()));
   for (std::size_t n = 0; n < attitudes.size(); ++n) {
-    const Eigen::Vector3d by_raw = multi_position::magnitude_gradient(p, vector_of(attitudes[n].mean)).head<3>();
+    const Eigen::Vector3d by_raw = magnitude_gradient(p, vector_of(attitudes[n].mean)).head<3>();
     variance[static_cast<Eigen::Index>(n)] = by_raw.cwiseProduct(vector_of(attitudes[n].standard_error)).squaredNorm();
   }
   return variance;
@@ -99,8 +169,7 @@ struct WeightedProblem {
 
 Parameters minimise(std::span<const AttitudeMean> attitudes, double gravity_mps2, const Parameters& start,
                     const Free& free, const Eigen::VectorXd& sigma) {
-  WeightedProblem problem{attitudes, gravity_mps2, start, multi_position::natural_units(start, gravity_mps2),
-                          free,      sigma};
+  WeightedProblem problem{attitudes, gravity_mps2, start, natural_units(start, gravity_mps2), free, sigma};
   Eigen::LevenbergMarquardt<WeightedProblem> solver(problem);
   solver.parameters.xtol = 1e-14;
   solver.parameters.ftol = 1e-14;
@@ -128,21 +197,21 @@ double lack_of_fit(const Eigen::VectorXd& r, const Eigen::VectorXd& noise, doubl
 /// Which of the parameters `among` the attitudes leave open: those with a share in an unseen direction.
 std::array<bool, kTriadParameterCount> unseen(std::span<const AttitudeMean> attitudes, const Parameters& p,
                                               double gravity_mps2) {
-  const Parameters units = multi_position::natural_units(p, gravity_mps2);
+  const Parameters units = natural_units(p, gravity_mps2);
   const double per_attitude = 1.0 / (gravity_mps2 * std::sqrt(static_cast<double>(attitudes.size())));
   const Eigen::MatrixXd j = jacobian(attitudes, p) * units.asDiagonal() * per_attitude;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(j, Eigen::ComputeFullV);
+  const base::Svd svd = base::full_v_svd(j);
   std::array<bool, kTriadParameterCount> open{};
   for (Eigen::Index d = 0; d < 9; ++d) {
-    if (d < svd.singularValues().size() && svd.singularValues()[d] >= kWeakest) continue;
+    if (d < svd.singular.size() && svd.singular[d] >= kWeakest) continue;
     for (std::size_t i = 0; i < open.size(); ++i) {
-      open[i] = open[i] || std::abs(svd.matrixV()(static_cast<Eigen::Index>(i), d)) > kShare;
+      open[i] = open[i] || std::abs(svd.v(static_cast<Eigen::Index>(i), d)) > kShare;
     }
   }
   return open;
 }
 
-base::Status check(std::span<const AttitudeMean> attitudes, double gravity_mps2) {
+base::Status check_attitudes(std::span<const AttitudeMean> attitudes, double gravity_mps2) {
   if (!(gravity_mps2 > 0.0) || !std::isfinite(gravity_mps2)) {
     return base::bad_input(fmt::format("gravity is {} m/s2, it must be above 0", gravity_mps2));
   }
@@ -187,14 +256,14 @@ base::Result<Free> choose(std::span<const AttitudeMean> attitudes, const Paramet
 
 void state_uncertainty(std::span<const AttitudeMean> attitudes, const Parameters& p, double gravity_mps2,
                        const Free& free, const Eigen::VectorXd& sigma, TriadCalibration& result) {
-  const Parameters units = multi_position::natural_units(p, gravity_mps2);
+  const Parameters units = natural_units(p, gravity_mps2);
   const Eigen::MatrixXd natural = jacobian(attitudes, p)(Eigen::all, free) * units(free).asDiagonal();
-  const Eigen::VectorXd singular = natural.jacobiSvd().singularValues();
+  const Eigen::VectorXd singular = base::singular_values(natural);
   result.condition = singular[0] / singular[singular.size() - 1];
   // covariance = U (Jᵀ W J)⁻¹ U, from the singular values of W^½ J
-  const Eigen::JacobiSVD<Eigen::MatrixXd> whitened(sigma.cwiseInverse().asDiagonal() * natural, Eigen::ComputeThinV);
-  const Eigen::MatrixXd root = units(free).asDiagonal() * whitened.matrixV() *
-                               whitened.singularValues().cwiseInverse().asDiagonal().toDenseMatrix();
+  const base::Svd whitened = base::thin_svd(sigma.cwiseInverse().asDiagonal() * natural);
+  const Eigen::MatrixXd root =
+      units(free).asDiagonal() * whitened.v * whitened.singular.cwiseInverse().asDiagonal().toDenseMatrix();
   result.covariance(free, free) = root * root.transpose();
   const double factor = base::student_t_two_sided(
       0.95, result.lack_of_fit_mps2 > 0.0 ? static_cast<double>(result.degrees_of_freedom) : 1e6);
@@ -230,14 +299,14 @@ base::Status check_residuals(const TriadCalibration& result, double gravity_mps2
 
 Vector3 TriadCalibration::specific_force(const Vector3& raw) const {
   const Parameters p = Eigen::Map<const Parameters>(value.data());
-  const Eigen::Vector3d f = multi_position::specific_force(p, vector_of(raw));
+  const Eigen::Vector3d f = force_from(p, vector_of(raw));
   return {f[0], f[1], f[2]};
 }
 
 base::Result<TriadCalibration> calibrate_triad(std::span<const AttitudeMean> attitudes, double gravity_mps2) {
-  if (const auto sound = check(attitudes, gravity_mps2); !sound) return base::forward_error(sound);
+  if (const auto sound = check_attitudes(attitudes, gravity_mps2); !sound) return base::forward_error(sound);
   const double floor = kRounding * gravity_mps2;
-  Parameters p = multi_position::sphere_start(attitudes, gravity_mps2);
+  Parameters p = sphere_start(attitudes, gravity_mps2);
   const auto free = choose(attitudes, p, gravity_mps2);
   if (!free) return base::forward_error(free);
 

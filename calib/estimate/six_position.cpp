@@ -2,21 +2,21 @@
 #include "calib/estimate/six_position.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
+#include <string_view>
 
+#include "base/linear/dense_solve.h"
 #include "base/units.h"
 #include "calib/estimate/detail/joint_fit.h"
-#include "calib/estimate/detail/level_fit.h"
-#include "calib/estimate/detail/missing.h"
 
 namespace soak::calib {
 namespace {
 
-using six_position::Circumstances;
 using six_position::kBias;
 using six_position::kOnAxis;
 using six_position::kScale;
@@ -146,50 +146,51 @@ Solution solve_observable(Problem& problem) {
   return six_position::solve(problem);
 }
 
-/// The fit of a sensor, its rows carried to the temperatures of their visits.
-Problem carried(std::span<const Segment> segments, Sensor sensor, const Circumstances& circumstances) {
-  Problem problem = six_position::pose(segments, sensor, circumstances);
+/// The fit of a sensor under a tilt of the vertical, its rows carried to the temperatures of their visits.
+Problem carried(const Problem& rows, const Tilt& tilt) {
+  Problem problem = six_position::pose(rows, tilt);
   if (!problem.rows.empty()) carry_to_mean_temperature(problem, solve_observable(problem));
   return problem;
 }
 
-/// Estimates the level error and leaves it in `circumstances` and `result`. The fit is linear in the tilts: the later
-/// passes find what the accelerometers' scale errors make of the first.
-std::optional<LevelFit> find_level(std::span<const Segment> segments, const Site& site, Circumstances& circumstances,
+/// The rows of the six sensors.
+using SensorRows = std::array<Problem, kSensorCount>;
+
+/// Estimates the level error and leaves it in `tilt` and `result`. The fit is linear in the tilts: the later passes
+/// find what the accelerometers' scale errors make of the first.
+std::optional<LevelFit> find_level(const SensorRows& rows, const Place& place, Tilt& tilt,
                                    SixPositionEstimate& result) {
-  const auto headings = headings_of(segments, site);
-  result.with_headings = headings.complete;
-  result.no_level_error = headings.missing;
-  if (!headings.complete) {
-    if (headings.begun) {
+  result.with_headings = place.headings.complete;
+  result.no_level_error = place.headings.missing;
+  if (!place.headings.complete) {
+    if (place.headings.begun) {
       result.warnings.push_back(
-          {"heading_incomplete", fmt::format("the azimuths of positions were not used: {}", headings.missing)});
+          {"heading_incomplete", fmt::format("the azimuths of positions were not used: {}", place.headings.missing)});
     }
     return std::nullopt;
   }
-  circumstances.azimuth_deg = site.azimuth_deg;
-  Circumstances tilted = circumstances;
+  Tilt sum;
   LevelFit last;
   for (int pass = 0; pass < kLevelPasses; ++pass) {
     std::vector<Problem> accelerometers;
     for (const Sensor sensor : {Sensor::accel_x, Sensor::accel_y, Sensor::accel_z}) {
-      accelerometers.push_back(carried(segments, sensor, tilted));
+      accelerometers.push_back(carried(rows[index_of(sensor)], sum));
     }
     auto answer = six_position::fit_level(accelerometers);
     result.no_level_error = answer.reason;
     if (!answer.fit) return std::nullopt;
     last = *answer.fit;
-    tilted.tilt.north_rad += last.tilt[0];
-    tilted.tilt.east_rad += last.tilt[1];
-    const double size_rad = std::hypot(tilted.tilt.north_rad, tilted.tilt.east_rad);
+    sum.north_rad += last.tilt[0];
+    sum.east_rad += last.tilt[1];
+    const double size_rad = std::hypot(sum.north_rad, sum.east_rad);
     if (size_rad < kLargestTilt_rad) continue;
     result.no_level_error = fmt::format(
         "the readings ask for a level error of {:.3g}°, more than 2°: check the azimuths", size_rad * base::kDegPerRad);
     return std::nullopt;
   }
-  circumstances = tilted;
-  result.level_error = LevelError{{tilted.tilt.north_rad, std::sqrt(last.covariance(0, 0))},
-                                  {tilted.tilt.east_rad, std::sqrt(last.covariance(1, 1))},
+  tilt = sum;
+  result.level_error = LevelError{{sum.north_rad, std::sqrt(last.covariance(0, 0))},
+                                  {sum.east_rad, std::sqrt(last.covariance(1, 1))},
                                   {last.per_face_tilt[0], last.per_face_tilt[1]}};
   return last;
 }
@@ -214,45 +215,145 @@ void widen(SensorEstimate& estimate, const SensorEstimate& other) {
   add_change(estimate.even_order->standard_error, other.even_order->value, estimate.even_order->value);
 }
 
-void widen_by_level(std::span<const Segment> segments, Sensor sensor, const Circumstances& circumstances,
-                    const Eigen::Matrix2d& covariance, SensorEstimate& estimate) {
-  const Eigen::Matrix2d root = covariance.llt().matrixL();
+void widen_by_level(const Problem& rows, const Tilt& tilt, const Eigen::Matrix2d& covariance,
+                    SensorEstimate& estimate) {
+  const Eigen::Matrix2d root = base::cholesky(covariance);
   for (int k = 0; k < 2; ++k) {
-    Circumstances shifted = circumstances;
-    shifted.tilt.north_rad += root(0, k);
-    shifted.tilt.east_rad += root(1, k);
-    const Problem problem = carried(segments, sensor, shifted);
+    const Problem problem = carried(rows, {tilt.north_rad + root(0, k), tilt.east_rad + root(1, k)});
     widen(estimate, read_solution(problem, six_position::solve(problem)));
   }
 }
 
-void warn_of_rates(std::span<const Segment> segments, std::vector<Warning>& warnings) {
-  const auto turning = std::count_if(segments.begin(), segments.end(), turns);
-  if (turning == 0) return;
-  warnings.push_back(
-      {"rate_positions", fmt::format("accelerometers: {} segments in which the fixture turns were left out, as the "
-                                     "centripetal acceleration of an unknown lever arm is in them",
-                                     turning)});
+// What the positions of a run do not show.
+
+constexpr std::array<char, 3> kAxisLetters = {'x', 'y', 'z'};
+constexpr double kHorizontal = 0.045;  ///< |up_i| under which axis i counts as horizontal: that of kOnAxis across
+
+bool points_along(const Problem& problem, std::size_t axis, double sign) {
+  return std::any_of(problem.rows.begin(), problem.rows.end(),
+                     [&](const Row& row) { return sign * row.up[axis] > kOnAxis; });
+}
+
+/// Those of the six positions in which the sensor has no segment.
+std::vector<std::string_view> missing_labels(const Problem& problem) {
+  std::vector<std::string_view> missing;
+  for (std::size_t i = 0; i < kSixPositionLabels.size(); ++i) {
+    if (!points_along(problem, i / 2, i % 2 == 0 ? 1.0 : -1.0)) missing.push_back(kSixPositionLabels[i]);
+  }
+  return missing;
+}
+
+/// Whether gravity acts along the sensor's axis in a visit that does not show its scale error.
+bool scale_in_bias(const Problem& problem) {
+  const std::size_t axis = axis_of(problem.sensor);
+  return std::any_of(problem.rows.begin(), problem.rows.end(), [&](const Row& row) {
+    return !problem.visits[row.visit].with_scale && std::abs(row.up[axis]) > kHorizontal;
+  });
+}
+
+/// Where an even-order term stays that counted as 0. With the axis up and down, two opposite horizontal positions would
+/// show it, so a misalignment that is known comes from one of them alone.
+std::string_view even_order_words(const Problem& problem, const SensorEstimate& estimate, bool any_scale) {
+  const std::size_t axis = axis_of(problem.sensor);
+  if (!any_scale) return "its even-order term";
+  if (!points_along(problem, axis, 1.0) || !points_along(problem, axis, -1.0)) {
+    return "its even-order term (which stays in the scale error; its bias is that at 0 g)";
+  }
+  const bool misaligned = estimate.coupling[(axis + 1) % 3] || estimate.coupling[(axis + 2) % 3];
+  return misaligned ? "its even-order term (which stays in the misalignment)" : "its even-order term";
+}
+
+/// Whole °C of the visits that do not show the scale error.
+std::set<int> temps_without_scale_c(const SensorEstimate& estimate) {
+  std::set<int> temps_c;
+  for (const PlateauEstimate& plateau : estimate.plateaus) {
+    if (!plateau.scale_ppm) temps_c.insert(static_cast<int>(std::lround(plateau.temp_c)));
+  }
+  return temps_c;
+}
+
+std::vector<std::string> accelerometer_lacks(const Problem& problem, const SensorEstimate& estimate) {
+  std::vector<std::string> lacks;
+  const auto with_scale = std::count_if(estimate.plateaus.begin(), estimate.plateaus.end(),
+                                        [](const PlateauEstimate& plateau) { return plateau.scale_ppm.has_value(); });
+  const auto visits = static_cast<std::ptrdiff_t>(estimate.plateaus.size());
+  if (with_scale < visits) {
+    lacks.push_back(fmt::format("its scale error{}{}",
+                                with_scale == 0
+                                    ? ""
+                                    : fmt::format(" at {} of {} plateau visits ({} °C)", visits - with_scale, visits,
+                                                  fmt::join(temps_without_scale_c(estimate), ", ")),
+                                scale_in_bias(problem) ? " (which stays in the bias)" : ""));
+  }
+  if (!estimate.even_order) lacks.emplace_back(even_order_words(problem, estimate, with_scale > 0));
+  for (std::size_t j = 0; j < 3; ++j) {
+    if (!estimate.coupling[j]) lacks.push_back(fmt::format("its misalignment along {}", kAxisLetters[j]));
+  }
+  return lacks;
+}
+
+std::vector<std::string> gyro_lacks(const Problem& problem, const SensorEstimate& estimate) {
+  std::vector<std::string> lacks;
+  const std::size_t axis = axis_of(problem.sensor);
+  if (!points_along(problem, axis, 1.0) || !points_along(problem, axis, -1.0)) {
+    lacks.emplace_back("its g-sensitivity (which stays in the bias, with the Earth's rotation)");
+  } else {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (!estimate.coupling[j]) lacks.push_back(fmt::format("its g-sensitivity along {}", kAxisLetters[j]));
+    }
+  }
+  const bool any_scale = std::any_of(estimate.plateaus.begin(), estimate.plateaus.end(),
+                                     [](const PlateauEstimate& plateau) { return plateau.scale_ppm.has_value(); });
+  if (problem.reference_rate_rps > 0.0 && !any_scale) {
+    lacks.emplace_back("its scale error (no plateau visit has two rates about its axis in one position)");
+  }
+  return lacks;
+}
+
+/// Says what the positions do not show of a sensor, where it stays, and which of the six positions are missing. Silent
+/// where nothing is missing, and of runs without positions.
+void warn_of_missing(const Problem& problem, const SensorEstimate& estimate, std::vector<Warning>& warnings) {
+  if (!problem.with_position) return;
+  const auto lacks = is_gyro(problem.sensor) ? gyro_lacks(problem, estimate) : accelerometer_lacks(problem, estimate);
+  const auto missing = missing_labels(problem);
+  const std::string without = missing.empty() ? "" : fmt::format("without {} ", fmt::join(missing, ", "));
+  if (!lacks.empty()) {
+    warnings.push_back({"missing_position", fmt::format("{}: {}one cannot see {}", name_of(problem.sensor), without,
+                                                        fmt::join(lacks, "; "))});
+  }
+  const std::size_t lost = problem.visits.size() - estimate.plateaus.size();
+  if (lost > 0) {
+    warnings.push_back(
+        {"missing_position", fmt::format("{}: {} plateau visits were left out: their positions do not show the bias",
+                                         name_of(problem.sensor), lost)});
+  }
 }
 
 }  // namespace
 
-SixPositionEstimate estimate_six_positions(std::span<const Segment> segments, const Site& site, const UnitType& type) {
+SixPositionEstimate estimate_six_positions(std::span<const Segment> segments, const Place& place,
+                                           const UnitType& type) {
   SixPositionEstimate result;
-  result.gravity = gravity_at(site);
-  Circumstances circumstances{.gravity_mps2 = result.gravity.mps2,
-                              .earth = known_earth_rate(segments, site),
-                              .sign_at_rest = type.sign_at_rest};
-  const auto level = find_level(segments, site, circumstances, result);
+  result.gravity = place.gravity;
+  const auto turning = std::ranges::count_if(segments, turns);
+  SensorRows rows;
+  for (const Sensor sensor : kSensors) rows[index_of(sensor)] = six_position::rows_of(segments, sensor, place, type);
+  Tilt tilt;
+  const auto level = find_level(rows, place, tilt, result);
   for (const Sensor sensor : kSensors) {
-    const Problem problem = carried(segments, sensor, circumstances);
+    const Problem problem = carried(rows[index_of(sensor)], tilt);
     if (problem.rows.empty()) continue;
     SensorEstimate& estimate = result.sensor[index_of(sensor)];
     estimate = read_solution(problem, six_position::solve(problem));
-    if (level && !is_gyro(sensor)) widen_by_level(segments, sensor, circumstances, level->covariance, estimate);
-    six_position::warn_of_missing(problem, estimate, result.warnings);
+    if (level && !is_gyro(sensor)) widen_by_level(rows[index_of(sensor)], tilt, level->covariance, estimate);
+    warn_of_missing(problem, estimate, result.warnings);
   }
-  warn_of_rates(segments, result.warnings);
+  if (turning > 0) {
+    result.warnings.push_back(
+        {"rate_positions", fmt::format("accelerometers: {} segments in which the fixture turns were left out, as the "
+                                       "centripetal acceleration of an unknown lever arm is in them",
+                                       turning)});
+  }
   return result;
 }
 

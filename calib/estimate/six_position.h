@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/estimate/gravity.h"
+#include "calib/estimate/site.h"
 #include "calib/vocabulary/segment.h"
 #include "calib/vocabulary/unit_type.h"
 #include "calib/vocabulary/warning.h"
@@ -95,10 +95,10 @@ struct SixPositionEstimate {
 ///
 /// **Headings.** Where the site's azimuth and that of every position at rest are known, so are north and east in body
 /// axes. With the latitude the horizontal part of the Earth's rotation is then subtracted from the gyros too. And the
-/// level error is estimated from all accelerometers together (six_position/level_fit.h), where the headings separate it
-/// from misalignment, which turns with the body; `up` of every position is then tilted by it, and what its standard
-/// error does to the accelerometers' is added to theirs. Warns (`heading_incomplete`) of azimuths that are of no use as
-/// others are missing.
+/// level error is estimated from all accelerometers together (detail/joint_fit.h, fit_level), where the headings
+/// separate it from misalignment, which turns with the body; `up` of every position is then tilted by it, and what its
+/// standard error does to the accelerometers' is added to theirs. Warns (`heading_incomplete`) of azimuths that are of
+/// no use as others are missing.
 ///
 /// ω is the rate of positions in which the fixture turns about the vertical (Position::rate_dps), 0 elsewhere. They
 /// show S_p of the gyro along the vertical where its visit has two rates (±ω, or ω and rest) and enter for no other
@@ -109,7 +109,11 @@ struct SixPositionEstimate {
 ///
 /// Segments without plateau are not used. Without positions (one attitude) b_p is the mean reading. A missing position
 /// costs accuracy, or the visit where its bias can then not be told apart: a warning says so.
-[[nodiscard]] SixPositionEstimate estimate_six_positions(std::span<const Segment> segments, const Site& site,
+[[nodiscard]] SixPositionEstimate estimate_six_positions(std::span<const Segment> segments, const Place& place,
                                                          const UnitType& type);
+[[nodiscard]] inline SixPositionEstimate estimate_six_positions(std::span<const Segment> segments, const Site& site,
+                                                                const UnitType& type) {
+  return estimate_six_positions(segments, place_of(segments, site), type);
+}
 
 }  // namespace soak::calib

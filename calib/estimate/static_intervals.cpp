@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/estimate/static_intervals.h"
+#include "calib/estimate/multi_position.h"
 
 #include <fmt/format.h>
 
@@ -13,9 +13,9 @@ namespace soak::calib {
 namespace {
 
 /// Running sums of samples about the first one, so that differences of large sums keep their digits.
-class Spread {
+class SampleSpread {
  public:
-  explicit Spread(std::span<const Vector3> samples) : sums_(samples.size() + 1) {
+  explicit SampleSpread(std::span<const Vector3> samples) : sums_(samples.size() + 1) {
     for (std::size_t n = 0; n < samples.size(); ++n) {
       sums_[n + 1] = sums_[n];
       for (std::size_t i = 0; i < 3; ++i) {
@@ -45,7 +45,7 @@ class Spread {
   std::vector<Sums> sums_;
 };
 
-base::Status check(std::span<const Vector3> samples, const StaticIntervalOptions& options) {
+base::Status check_samples(std::span<const Vector3> samples, const StaticIntervalOptions& options) {
   if (options.window < 2 || options.initial < options.window || options.shortest < 1 || !(options.factor > 1.0)) {
     return base::bad_input(
         fmt::format("static intervals: window {} must be 2 or more and at most the initial stretch {}, the shortest "
@@ -68,8 +68,8 @@ base::Status check(std::span<const Vector3> samples, const StaticIntervalOptions
 
 base::Result<std::vector<StaticInterval>> find_static_intervals(std::span<const Vector3> samples,
                                                                 const StaticIntervalOptions& options) {
-  if (const auto sound = check(samples, options); !sound) return base::forward_error(sound);
-  const Spread spread(samples);
+  if (const auto sound = check_samples(samples, options); !sound) return base::forward_error(sound);
+  const SampleSpread spread(samples);
   const double at_rest = spread.variance(0, options.initial);
   if (!(at_rest > 0.0)) {
     return base::bad_input("the initial stretch shows no noise: samples that never change give no threshold");

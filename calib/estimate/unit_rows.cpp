@@ -9,56 +9,218 @@
 #include <utility>
 
 #include "base/statistics.h"
-#include "calib/estimate/body_frame.h"
-#include "calib/estimate/detail/gated_input.h"
-#include "calib/estimate/detail/readings_check.h"
+#include "calib/estimate/detail/joint_fit.h"
 #include "calib/estimate/detail/row_collector.h"
-#include "calib/estimate/detail/unit_type_b.h"
+#include "calib/estimate/uncertainty_budget.h"
 
 namespace soak::calib {
 namespace {
 
-bool has_plateaus(const RunInput& run) {
-  return std::any_of(run.segments.begin(), run.segments.end(),
-                     [](const Segment& s) { return s.plateau_c.has_value(); });
+// Refusals before anything is left out: of runs that no inertial unit can have given.
+
+/// Refuses runs that need gravity of the register where that names several.
+base::Status check_reference_gravity(const UnitInput& input) {
+  const auto needs = [](const RunInput& run) { return !run.site.gravity_mps2; };
+  if (std::ranges::none_of(input.runs, needs)) return {};
+  const Reference* first = nullptr;
+  for (const ReferenceUse& use : input.references) {
+    const Reference& reference = use.reference;
+    if (reference.kind != ReferenceKind::gravity || !reference.correction) continue;
+    if (first == nullptr) first = &reference;
+    const double apart = std::abs(*reference.correction - *first->correction);
+    if (apart <= 2.0 * std::hypot(reference.standard_uncertainty, first->standard_uncertainty)) continue;
+    return base::bad_input(
+        fmt::format("the references of these runs name different gravities, {} m/s2 ('{}') and {} m/s2 ('{}'): give "
+                    "--gravity-mps2 at import, or fit one --campaign at a time",
+                    *first->correction, first->name, *reference.correction, reference.name),
+        input.unit);
+  }
+  return {};
 }
 
+constexpr double kLargestReading = 1e6;  ///< deg/s or m/s²
+/// No inertial unit is that far from its nominal scale; a swapped position or sign is off by 2.
+constexpr double kLargestScaleError = 0.2;
+constexpr double kUpright = 0.9;  ///< cosine beyond which an axis counts as pointing up or down
+
+/// Refuses readings that no inertial sensor gives.
+base::Status check_magnitude(const UnitInput& input) {
+  for (const RunInput& run : input.runs) {
+    for (const Segment& segment : run.segments) {
+      for (const Sensor sensor : kSensors) {
+        const SensorStatistics& statistics = segment.sensor[index_of(sensor)];
+        const double mean = statistics.mean * printed_per_si(sensor);
+        if (statistics.count == 0 || std::abs(mean) <= kLargestReading) continue;
+        return base::bad_input(
+            fmt::format("{} of unit {} reads {:.3g} {} in run '{}': check the unit in the column's name, "
+                        "void the run and import it again into another campaign",
+                        name_of(sensor), input.unit, mean, printed_unit(sensor), run.label),
+            std::string(name_of(sensor)));
+      }
+    }
+  }
+  return {};
+}
+
+/// Refuses a sensor that gave one and the same number throughout a run.
+base::Status check_stuck(const UnitInput& input) {
+  for (const RunInput& run : input.runs) {
+    for (const Sensor sensor : kSensors) {
+      std::set<double> means;
+      std::size_t samples = 0;
+      bool varies = false;
+      for (const Segment& segment : run.segments) {
+        const SensorStatistics& statistics = segment.sensor[index_of(sensor)];
+        if (statistics.count == 0) continue;
+        samples += statistics.count;
+        varies = varies || statistics.variance > 0.0;
+        means.insert(statistics.mean);
+      }
+      if (samples < 2 || varies || means.size() != 1) continue;
+      return base::bad_input(
+          fmt::format(
+              "{} of unit {} reads the constant {} in every one of {} samples of run '{}': a stuck or disconnected "
+              "sensor; void the run ('soak runs void'), or import it without this column",
+              name_of(sensor), input.unit, *means.begin() * printed_per_si(sensor), samples, run.label),
+          std::string(name_of(sensor)));
+    }
+  }
+  return {};
+}
+
+/// Middle reading of an accelerometer over the segments of a run in which its axis points up (or down: `sign` −1).
+double typical_reading(const RunInput& run, Sensor sensor, double sign) {
+  std::vector<double> means;
+  for (const Segment& segment : run.segments) {
+    const bool plateau = segment.plateau_c && segment.phase == Phase::soak && segment.position && !turns(segment);
+    if (!plateau || segment.sensor[index_of(sensor)].count == 0) continue;
+    if (sign * segment.position->up[axis_of(sensor)] > kUpright) means.push_back(segment.sensor[index_of(sensor)].mean);
+  }
+  return base::median(means);
+}
+
+/// Refuses runs whose accelerometers, turned up and down, cannot have read gravity: a wrong sign, unit or position
+/// label.
+base::Status check_gravity(const UnitInput& input, std::span<const GatedRun> gated) {
+  for (const auto& [given, segments, place] : gated) {
+    const RunInput& run = *given;
+    const double g = place.gravity.mps2 * input.type.sign_at_rest;
+    for (const Sensor sensor : {Sensor::accel_x, Sensor::accel_y, Sensor::accel_z}) {
+      const double share = (typical_reading(run, sensor, 1.0) - typical_reading(run, sensor, -1.0)) / (2.0 * g);
+      if (!(std::abs(share - 1.0) > kLargestScaleError)) continue;
+      return base::bad_input(
+          fmt::format(
+              "{} of unit {} reads {:.3g} times gravity between its up and down positions in run '{}': check the "
+              "sign of the axis (scale = -1 in a columns map), the position labels and the unit in the column's "
+              "name, then void the run and import it into a new campaign",
+              name_of(sensor), input.unit, share, run.label),
+          std::string(name_of(sensor)));
+    }
+  }
+  return {};
+}
+
+base::Status check_readings(const UnitInput& input, std::span<const GatedRun> gated) {
+  if (input.runs.empty()) {
+    return base::bad_input(fmt::format("unit {} has no sealed, unvoided run in its current epoch to fit", input.unit));
+  }
+  if (auto sane = check_magnitude(input); !sane) return sane;
+  if (auto alive = check_stuck(input); !alive) return alive;
+  return check_gravity(input, gated);
+}
+
+// What the runs have in common.
+
 /// Labels for messages and JSON; runs of several campaigns may share a label.
-std::vector<std::string> run_names(const std::vector<const RunInput*>& runs) {
+std::vector<std::string> run_names(std::span<const GatedRun> used) {
   std::set<std::string> seen;
   bool clash = false;
-  for (const RunInput* run : runs) clash = clash || !seen.insert(run->label).second;
+  for (const GatedRun& run : used) clash = clash || !seen.insert(run.run->label).second;
   std::vector<std::string> names;
-  for (const RunInput* run : runs) names.push_back(clash ? run->campaign + "/" + run->label : run->label);
+  for (const GatedRun& run : used) {
+    names.push_back(clash ? run.run->campaign + "/" + run.run->label : run.run->label);
+  }
   return names;
 }
 
-bool any_position(const std::vector<const RunInput*>& runs) {
-  for (const RunInput* run : runs) {
-    for (const Segment& segment : run->segments) {
-      if (segment.position) return true;
+bool gives(std::span<const Segment> segments, Sensor sensor) {
+  return std::ranges::any_of(segments, [&](const Segment& s) { return s.sensor[index_of(sensor)].count > 0; });
+}
+
+/// States which thermometer each sensor's rows are over. Refuses runs that differ: one curve is over one thermometer.
+base::Status state_thermometers(std::span<const GatedRun> used, UnitRows& rows) {
+  for (const Sensor sensor : kSensors) {
+    const RunInput* first = nullptr;
+    for (const GatedRun& gated : used) {
+      const RunInput* run = gated.run;
+      if (!gives(gated.segments, sensor)) continue;
+      if (first == nullptr) first = run;
+      const bool own = run->own_thermometer[index_of(sensor)];
+      if (own == first->own_thermometer[index_of(sensor)]) continue;
+      return base::bad_input(
+          fmt::format("run {} has a thermometer of {} alone, run {} knows it by the unit's: one curve cannot be over "
+                      "both; void the runs of one kind, or fit one --campaign at a time",
+                      (own ? run : first)->label, name_of(sensor), (own ? first : run)->label),
+          std::string(name_of(sensor)));
     }
+    rows.own_thermometer[index_of(sensor)] = first != nullptr && first->own_thermometer[index_of(sensor)];
   }
-  return false;
+  return {};
+}
+
+/// Whether a run has the axis pointing up and down at rest.
+bool turned_both_ways(std::span<const Segment> segments, std::size_t axis) {
+  const auto there = [&](double sign) {
+    return std::ranges::any_of(segments, [&](const Segment& segment) {
+      return segment.position && !turns(segment) && sign * segment.position->up[axis] > six_position::kOnAxis;
+    });
+  };
+  return there(1.0) && there(-1.0);
+}
+
+/// The runs' latitude where all have one; the least, which leaves the most of the Earth's rotation horizontal. An axis
+/// counts as turned where every run turned it: one that has not brings its error of the first order into the mean.
+Circumstances circumstances_of(const UnitInput& input, std::span<const GatedRun> used) {
+  Circumstances of;
+  of.thermometer_lsb_c = input.type.temp_lsb_c;
+  of.thermometer_repeatability_c = input.type.temp_repeatability_c;
+  of.references = input.references;
+  of.runs = used.size();
+  of.positions = false;
+  of.turned.fill(true);
+  bool latitudes = true;
+  for (const auto& [run, segments, place] : used) {
+    of.positions =
+        of.positions || std::ranges::any_of(segments, [](const Segment& s) { return s.position.has_value(); });
+    for (std::size_t axis = 0; axis < 3; ++axis) of.turned[axis] = of.turned[axis] && turned_both_ways(segments, axis);
+    latitudes = latitudes && place.latitude_deg;
+    if (!latitudes) continue;
+    const double latitude_deg = std::abs(*place.latitude_deg);
+    of.latitude_deg = std::min(of.latitude_deg.value_or(latitude_deg), latitude_deg);
+  }
+  if (!latitudes) of.latitude_deg.reset();
+  return of;
 }
 
 /// The least that was subtracted in any run.
-EarthRemoval earth_removed(const std::vector<const RunInput*>& runs) {
+EarthRemoval earth_removed_from(std::span<const GatedRun> used) {
   EarthRemoval least = EarthRemoval::whole;
-  for (const RunInput* run : runs) {
-    const bool whole = run->site.latitude_deg && headings_of(run->segments, run->site).complete;
-    const auto removed = whole                    ? EarthRemoval::whole
-                         : run->site.latitude_deg ? EarthRemoval::vertical
-                                                  : EarthRemoval::none;
+  for (const auto& [run, segments, place] : used) {
+    const EarthRemoval removed = !place.latitude_deg       ? EarthRemoval::none
+                                 : place.headings.complete ? EarthRemoval::whole
+                                                           : EarthRemoval::vertical;
     least = std::min(least, removed);
   }
   return least;
 }
 
-void warn(const UnitInput& input, const std::vector<const RunInput*>& used, UnitRows& rows) {
-  if (used.size() < input.runs.size()) {
-    rows.warnings.push_back({"runs_without_plateaus", fmt::format("{} of {} runs have no plateaus and were left out",
-                                                                  input.runs.size() - used.size(), input.runs.size())});
+// What is told and refused of the rows.
+
+/// `gated`: number of runs of which the gate left something, `used`: of those that gave the rows.
+void warn_of_rows(std::size_t gated, std::size_t used, UnitRows& rows) {
+  if (used < gated) {
+    rows.warnings.push_back({"runs_without_plateaus",
+                             fmt::format("{} of {} runs have no plateaus and were left out", gated - used, gated)});
   }
   if (rows.gravity.assumed && !rows.relative_accel) {
     rows.warnings.push_back(
@@ -93,106 +255,56 @@ base::Status check_gyro_scale(const UnitRows& rows) {
   return {};
 }
 
-/// Refuses runs that need gravity of the register where that names several.
-base::Status check_reference_gravity(const UnitInput& input) {
-  const auto needs = [](const RunInput& run) { return !run.site.gravity_mps2; };
-  if (std::ranges::none_of(input.runs, needs)) return {};
-  const Reference* first = nullptr;
-  for (const ReferenceUse& use : input.references) {
-    const Reference& reference = use.reference;
-    if (reference.kind != ReferenceKind::gravity || !reference.correction) continue;
-    if (first == nullptr) first = &reference;
-    const double apart = std::abs(*reference.correction - *first->correction);
-    if (apart <= 2.0 * std::hypot(reference.standard_uncertainty, first->standard_uncertainty)) continue;
-    return base::bad_input(
-        fmt::format("the references of these runs name different gravities, {} m/s2 ('{}') and {} m/s2 ('{}'): give "
-                    "--gravity-mps2 at import, or fit one --campaign at a time",
-                    *first->correction, first->name, *reference.correction, reference.name),
-        input.unit);
+base::Status check_any_row(const UnitRows& rows) {
+  if (std::ranges::any_of(rows.bias, [](const auto& data) { return data.has_value(); })) return {};
+  return base::bad_input(
+      fmt::format("the runs of unit {} give no row to fit: all samples are of ramps or moves, or have no "
+                  "temperature; 'soak runs show' lists the segments and what the data gate found",
+                  rows.unit));
+}
+
+/// Rows that are still to be filled, with what they are made from.
+UnitRows rows_from(const UnitInput& input) {
+  UnitRows rows;
+  rows.unit = input.unit;
+  rows.unit_type = input.type.name;
+  rows.epoch = input.epoch;
+  rows.references = input.references;
+  rows.terms = input.terms;
+  for (const RunInput& run : input.runs) {
+    rows.runs.push_back({run.run_id, run.label, run.campaign, run.content_sha256});
+    rows.simulated = rows.simulated || run.simulated;
   }
-  return {};
-}
-
-bool gives(const RunInput& run, Sensor sensor) {
-  return std::ranges::any_of(run.segments,
-                             [&](const Segment& segment) { return segment.sensor[index_of(sensor)].count > 0; });
-}
-
-/// States which thermometer each sensor's rows are over. Refuses runs that differ: one curve is over one thermometer.
-base::Status state_thermometers(const std::vector<const RunInput*>& used, UnitRows& rows) {
-  for (const Sensor sensor : kSensors) {
-    const RunInput* first = nullptr;
-    for (const RunInput* run : used) {
-      if (!gives(*run, sensor)) continue;
-      if (first == nullptr) first = run;
-      const bool own = run->own_thermometer[index_of(sensor)];
-      if (own == first->own_thermometer[index_of(sensor)]) continue;
-      return base::bad_input(
-          fmt::format("run {} has a thermometer of {} alone, run {} knows it by the unit's: one curve cannot be over "
-                      "both; void the runs of one kind, or fit one --campaign at a time",
-                      (own ? run : first)->label, name_of(sensor), (own ? first : run)->label),
-          std::string(name_of(sensor)));
-    }
-    rows.own_thermometer[index_of(sensor)] = first != nullptr && first->own_thermometer[index_of(sensor)];
-  }
-  return {};
-}
-
-UnitInput at_known_gravity(UnitInput input) {
-  for (RunInput& run : input.runs) run.site = with_reference_gravity(run.site, input.references);
-  return input;
+  return rows;
 }
 
 }  // namespace
 
-std::array<bool, kSensorCount> own_thermometers(const std::vector<Segment>& segments) {
-  std::array<bool, kSensorCount> own{};
-  for (const Segment& segment : segments) {
-    for (std::size_t s = 0; s < kSensorCount; ++s) {
-      // Without one the unit's mean stands there, the very same number (segmentation.cpp).
-      own[s] = own[s] || (segment.sensor[s].count > 0 && segment.sensor_temp_c[s] != segment.temp_c);
-    }
-  }
-  return own;
-}
-
-base::Result<UnitRows> make_rows(const UnitInput& stored) {
-  if (const auto one = check_reference_gravity(stored); !one) return base::forward_error(one);
-  const UnitInput recorded = at_known_gravity(stored);
-  if (const auto sound = check_readings(recorded); !sound) return base::forward_error(sound);
-  const auto [input, findings] = leave_out_rejected(recorded);
-  if (input.runs.empty()) {
+base::Result<UnitRows> make_rows(const UnitInput& input) {
+  if (const auto one = check_reference_gravity(input); !one) return base::forward_error(one);
+  UnitRows rows = rows_from(input);
+  std::vector<GatedRun> used = gate_runs(input, rows.warnings);
+  if (const auto sound = check_readings(input, used); !sound) return base::forward_error(sound);
+  std::erase_if(used, [](const GatedRun& run) { return run.segments.empty() && !run.run->segments.empty(); });
+  if (used.empty()) {
     return base::bad_input(
-        fmt::format("the data gate rejects every segment of unit {}: {}", input.unit, findings.front().text));
+        fmt::format("the data gate rejects every segment of unit {}: {}", input.unit, rows.warnings.front().text));
   }
-  const bool by_plateau = std::any_of(input.runs.begin(), input.runs.end(), has_plateaus);
-  std::vector<const RunInput*> used;
-  for (const RunInput& run : input.runs) {
-    if (!by_plateau || has_plateaus(run)) used.push_back(&run);
-  }
-  UnitRows rows;
-  rows.warnings = findings;
+  const std::size_t gated = used.size();
+  const bool by_plateau = std::ranges::any_of(used, &GatedRun::has_plateaus);
+  if (by_plateau) std::erase_if(used, [](const GatedRun& run) { return !run.has_plateaus(); });
   if (const auto same = state_thermometers(used, rows); !same) return base::forward_error(same);
+  const Circumstances circumstances = circumstances_of(input, used);
+  rows.relative_accel = !circumstances.positions;
+  rows.earth_removed = rows.relative_accel ? EarthRemoval::none : earth_removed_from(used);
+
   RowCollector collector(rows, run_names(used), by_plateau);
-  for (std::size_t r = 0; r < used.size(); ++r) {
-    if (by_plateau) {
-      collector.add_plateaus(*used[r], static_cast<int>(r), input.type);
-    } else {
-      collector.add_blocks(*used[r], static_cast<int>(r), input.type);
-    }
-  }
+  for (std::size_t r = 0; r < used.size(); ++r) collector.add(used[r], static_cast<int>(r), input.type);
   collector.finish();
   if (const auto sane = check_gyro_scale(rows); !sane) return base::forward_error(sane);
-  if (std::none_of(rows.bias.begin(), rows.bias.end(), [](const auto& data) { return data.has_value(); })) {
-    return base::bad_input(
-        fmt::format("the runs of unit {} give no row to fit: all samples are of ramps or moves, or have no "
-                    "temperature; 'soak runs show' lists the segments and what the data gate found",
-                    input.unit));
-  }
-  rows.relative_accel = !any_position(used);
-  rows.earth_removed = rows.relative_accel ? EarthRemoval::none : earth_removed(used);
-  state_type_b(input, used, rows);
-  warn(input, used, rows);
+  if (const auto any = check_any_row(rows); !any) return base::forward_error(any);
+  state_type_b(circumstances, rows);
+  warn_of_rows(gated, used.size(), rows);
   return rows;
 }
 

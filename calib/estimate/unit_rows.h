@@ -4,49 +4,18 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/result.h"
 #include "calib/estimate/curve_data.h"
-#include "calib/estimate/gravity.h"
-#include "calib/estimate/model_term.h"
-#include "calib/estimate/six_position.h"
-#include "calib/estimate/type_b_input.h"
-#include "calib/vocabulary/reference.h"
-#include "calib/vocabulary/segment.h"
-#include "calib/vocabulary/unit_type.h"
+#include "calib/estimate/site.h"
+#include "calib/estimate/unit_input.h"
 #include "calib/vocabulary/warning.h"
 
 namespace soak::calib {
-
-/// One run of a unit, as a fit takes it.
-struct RunInput {
-  std::string run_id;
-  std::string label;
-  std::string campaign;
-  std::string content_sha256;
-  bool simulated = false;
-  Site site;
-  std::vector<Segment> segments;
-  /// Sensors whose temperatures in the segments are those of a thermometer of their own, not of the unit's.
-  std::array<bool, kSensorCount> own_thermometer{};
-};
-
-/// The sensors of a recorded run that have values and a thermometer of their own. Effects that were taken off the
-/// segments (`sensor_lag`) would look like one: ask before.
-[[nodiscard]] std::array<bool, kSensorCount> own_thermometers(const std::vector<Segment>& segments);
-
-/// A unit with the runs of one epoch.
-struct UnitInput {
-  std::string unit;  ///< serial number
-  UnitType type;
-  std::int32_t epoch = 0;
-  std::vector<RunInput> runs;
-  std::vector<ReferenceUse> references;  ///< of the campaigns of its runs
-  std::vector<ModelTerm> terms;          ///< accepted for the unit and already taken off the segments
-};
 
 /// A constant estimated from all runs, with what is known of its error.
 struct StatedValue {
@@ -74,8 +43,24 @@ struct LevelStatement {
   bool with_headings = false;                               ///< some run knows the headings of all its positions
 };
 
-/// The rows of a unit's thermal fits, ready to be fitted sensor by sensor.
+/// A run that a model was fitted to.
+struct RunReference {
+  std::string run_id;
+  std::string label;
+  std::string campaign;
+  std::string content_sha256;
+};
+
+/// The rows of a unit's thermal fits, ready to be fitted sensor by sensor, and what they were made from.
 struct UnitRows {
+  std::string unit;
+  std::string unit_type;
+  std::int32_t epoch = 0;
+  bool simulated = false;                ///< some run is
+  std::vector<RunReference> runs;        ///< all that were given
+  std::vector<ReferenceUse> references;  ///< of the campaigns of the runs
+  std::vector<ModelTerm> terms;          ///< that the readings were freed of before
+
   std::array<std::optional<CurveData>, kSensorCount> bias;
   std::array<std::optional<CurveData>, kSensorCount>
       scale;  ///< accelerometers turned up and down, gyros turned at rates

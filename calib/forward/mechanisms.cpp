@@ -9,8 +9,7 @@
 #include <map>
 #include <string_view>
 
-#include "calib/estimate/body_frame.h"
-#include "calib/estimate/gravity.h"
+#include "calib/estimate/site.h"
 
 namespace soak::calib::forward {
 

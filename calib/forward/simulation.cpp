@@ -5,12 +5,38 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/estimate/body_frame.h"
-#include "calib/estimate/gravity.h"
+#include "calib/estimate/site.h"
 #include "calib/forward/mechanisms.h"
 
 namespace soak::calib::forward {
 namespace {
+
+void subtract_terms(const Mechanisms& mechanisms, Segment& segment) {
+  // Kept apart: the blocks' mechanisms look at the segment as it was recorded.
+  const Segment recorded = segment;
+  const double middle_s = 0.5 * (recorded.t_start_s + recorded.t_end_s);
+  for (const Sensor sensor : kSensors) {
+    const std::size_t s = index_of(sensor);
+    double samples = 0.0;
+    double added = 0.0;
+    double temp_c = 0.0;
+    for (Block& block : segment.blocks) {
+      const Moment moment{&recorded, block.t_s, 0.5 * block.duration_s, block.sensor_temp_c[s]};
+      const double here = mechanisms.contribution(sensor, moment);
+      const double behind_c = mechanisms.element_temp_c(sensor, moment) - moment.temp_c;
+      block.sensor[s].mean -= here;
+      block.sensor_temp_c[s] += behind_c;
+      const auto count = static_cast<double>(block.sensor[s].count);
+      samples += count;
+      added += count * here;
+      temp_c += count * behind_c;
+    }
+    const Moment whole{&recorded, middle_s, 0.5 * (recorded.t_end_s - recorded.t_start_s), recorded.sensor_temp_c[s]};
+    segment.sensor[s].mean -= samples > 0.0 ? added / samples : mechanisms.contribution(sensor, whole);
+    segment.sensor_temp_c[s] +=
+        samples > 0.0 ? temp_c / samples : mechanisms.element_temp_c(sensor, whole) - whole.temp_c;
+  }
+}
 
 constexpr double kPpm = 1e-6;
 
@@ -34,7 +60,7 @@ class RunSimulation {
         run_(run),
         sign_at_rest_(sign_at_rest),
         gravity_mps2_(gravity_at(run.run.site).mps2),
-        earth_(known_earth_rate(run.run.segments, run.run.site)),
+        earth_(place_of(run.run.segments, run.run.site).earth),
         mechanisms_(model.terms, run, sign_at_rest) {}
 
   [[nodiscard]] const std::vector<std::string>& left_out() const { return mechanisms_.left_out(); }
@@ -103,6 +129,18 @@ struct Sums {
 };
 
 }  // namespace
+
+std::vector<std::string> subtract_terms(const std::vector<ModelTerm>& terms, gap::LoggedCampaign& campaign) {
+  std::vector<std::string> left_out;
+  if (terms.empty()) return left_out;
+  campaign.carried = terms;
+  for (gap::LoggedRun& run : campaign.runs) {
+    const Mechanisms mechanisms(terms, run, campaign.type.sign_at_rest);
+    left_out.insert(left_out.end(), mechanisms.left_out().begin(), mechanisms.left_out().end());
+    for (Segment& segment : run.run.segments) subtract_terms(mechanisms, segment);
+  }
+  return left_out;
+}
 
 SimulatedCampaign simulate(const SimulatedModel& model, const gap::LoggedCampaign& campaign) {
   SimulatedCampaign result;

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "base/statistics.h"
-#include "calib/curve/variance_components.h"
+#include "calib/curve/families.h"
 #include "calib/judge/detail/schedule.h"
 #include "calib/judge/detail/subsampling.h"
 

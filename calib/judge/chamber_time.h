@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/model/unit_fit.h"
+#include "calib/model/unit_model.h"
 #include "calib/vocabulary/sensor.h"
 
 namespace soak::calib {

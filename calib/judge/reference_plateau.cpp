@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "calib/segments/data_gate.h"
+#include "calib/estimate/unit_input.h"
 #include "calib/segments/statistics.h"
 
 namespace soak::calib {

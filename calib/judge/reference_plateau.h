@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calib/estimate/six_position.h"
-#include "calib/model/unit_fit.h"
+#include "calib/model/unit_model.h"
 #include "calib/vocabulary/sensor.h"
 
 /// The reference plateau of a run: the temperature near that of a room at which each run begins and ends, so that runs

@@ -11,7 +11,7 @@
 
 #include "base/result.h"
 #include "calib/curve/calibration.h"
-#include "calib/model/unit_fit.h"
+#include "calib/model/unit_model.h"
 #include "calib/vocabulary/unit_type.h"
 
 namespace soak::calib {

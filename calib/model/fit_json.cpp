@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/model/fit_json.h"
+#include "calib/model/model_document.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "calib/model/model_term_json.h"
-#include "calib/model/reference_json.h"
+#include "calib/model/document_parts.h"
 
 namespace soak::calib {
 namespace {
 
 using nlohmann::json;
 
-constexpr double kReferenceTemp_c = 25.0;
+constexpr double kRoom_c = 25.0;
 
-json number(const std::optional<double>& value, double factor = 1.0) {
+json number_json(const std::optional<double>& value, double factor = 1.0) {
   return value && std::isfinite(*value) ? json(*value * factor) : json();
 }
 
@@ -30,7 +29,8 @@ json checks_json(const CurveFit& fit, double factor) {
   json list = json::array();
   for (const FoldErrors& check : fit.checks) {
     json entry = {{"held_out", check.held_out}};
-    for (std::size_t k = 0; k < kFamilyCount; ++k) entry[std::string(kFamilyNames[k])] = number(check.rmse[k], factor);
+    for (std::size_t k = 0; k < kFamilyCount; ++k)
+      entry[std::string(kFamilyNames[k])] = number_json(check.rmse[k], factor);
     list.push_back(std::move(entry));
   }
   return list;
@@ -40,8 +40,8 @@ json baselines_json(const CurveFit& fit, double factor) {
   json list = json::object();
   for (std::size_t k = 1; k < kFamilyCount; ++k) {
     const auto& error = fit.held_out[k];
-    list[std::string(kFamilyNames[k])] = {{"rmse_abs", error ? number(error->rmse_abs, factor) : json()},
-                                          {"rmse_shape", error ? number(error->rmse_shape, factor) : json()}};
+    list[std::string(kFamilyNames[k])] = {{"rmse_abs", error ? number_json(error->rmse_abs, factor) : json()},
+                                          {"rmse_shape", error ? number_json(error->rmse_shape, factor) : json()}};
   }
   return list;
 }
@@ -62,14 +62,14 @@ bool scale_measured(const SensorFit& fit, double temp_c) {
   return fit.scale && temp_c >= fit.scale->temp_min_c && temp_c <= fit.scale->temp_max_c;
 }
 
-json curve_json(const SensorFit& fit, double factor) {
+json points_json(const SensorFit& fit, double factor) {
   json list = json::array();
   for (const CurvePoint& point : fit.bias.points) {
     const bool scale = scale_measured(fit, point.temp_c);
     list.push_back({{"temp_c", point.temp_c},
                     {"bias", point.value * factor},
                     {"ci95", point.ci95 * factor},
-                    {"pi95", number(point.pi95, factor)},
+                    {"pi95", number_json(point.pi95, factor)},
                     {"scale_ppm", scale ? json(evaluate(fit.scale->curve, point.temp_c)) : json()},
                     {"scale_ci95_ppm", scale ? json(ci95_at(*fit.scale, point.temp_c)) : json()}});
   }
@@ -80,7 +80,7 @@ json curve_json(const SensorFit& fit, double factor) {
 json spread_json(const CurveFit& fit, const std::vector<double>& u, double factor) {
   if (u.empty()) return {{"max", nullptr}, {"at_25c", nullptr}};
   const auto nearest = std::ranges::min_element(
-      fit.points, {}, [](const CurvePoint& point) { return std::abs(point.temp_c - kReferenceTemp_c); });
+      fit.points, {}, [](const CurvePoint& point) { return std::abs(point.temp_c - kRoom_c); });
   return {{"max", factor * *std::ranges::max_element(u)},
           {"at_25c", factor * u[static_cast<std::size_t>(nearest - fit.points.begin())]}};
 }
@@ -90,7 +90,7 @@ json budget_json(const CurveFit& fit, double factor) {
   for (const Contribution& part : fit.budget) {
     list.push_back({{"name", part.name},
                     {"type", std::string(1, part.type)},
-                    {"degrees_of_freedom", number(part.degrees_of_freedom)},
+                    {"degrees_of_freedom", number_json(part.degrees_of_freedom)},
                     {"stated", part.stated()},
                     {"curve", spread_json(fit, part.u, factor)},
                     {"fresh_power_on", spread_json(fit, part.u_fresh, factor)},
@@ -109,7 +109,7 @@ json sweeps_json(const CurveFit& fit, double factor) {
           {"p", fit.sweeps->p_value}};
 }
 
-json sensor_json(Sensor sensor, const SensorFit& fit, bool own_thermometer) {
+json fitted_sensor_json(Sensor sensor, const SensorFit& fit, bool own_thermometer) {
   const double factor = printed_per_si(sensor);
   const CurveFit& bias = fit.bias;
   const auto& error = bias.held_out[static_cast<std::size_t>(Family::anfis)];
@@ -118,9 +118,9 @@ json sensor_json(Sensor sensor, const SensorFit& fit, bool own_thermometer) {
           {"membership", bias.membership.empty() ? json() : json(bias.membership)},
           {"training", bias.training},
           {"train_rmse", bias.train_rmse * factor},
-          {"check_rmse", error ? number(error->rmse_abs, factor) : json()},
-          {"check_rmse_shape", error ? number(error->rmse_shape, factor) : json()},
-          {"run_to_run_sigma", number(bias.run_to_run_sigma, factor)},
+          {"check_rmse", error ? number_json(error->rmse_abs, factor) : json()},
+          {"check_rmse_shape", error ? number_json(error->rmse_shape, factor) : json()},
+          {"run_to_run_sigma", number_json(bias.run_to_run_sigma, factor)},
           {"lack_of_fit_sigma", bias.lack_of_fit_sigma * factor},
           {"sweeps", sweeps_json(bias, factor)},
           {"relative", fit.relative},
@@ -130,7 +130,7 @@ json sensor_json(Sensor sensor, const SensorFit& fit, bool own_thermometer) {
           {"thermometer", own_thermometer ? "own" : "unit"},
           {"temp_min_c", bias.temp_min_c},
           {"temp_max_c", bias.temp_max_c},
-          {"curve", curve_json(fit, factor)},
+          {"curve", points_json(fit, factor)},
           {"uncertainty", budget_json(bias, factor)},
           {"scale_uncertainty", fit.scale ? budget_json(*fit.scale, 1.0) : json()},
           {"baselines", baselines_json(bias, factor)},
@@ -145,7 +145,7 @@ json matrix_json(const Coupling& coupling, double factor, Member member) {
   json matrix = json::array();
   for (const auto& row : coupling) {
     json list = json::array();
-    for (const StatedValue& entry : row) list.push_back(number(std::invoke(member, entry), factor));
+    for (const StatedValue& entry : row) list.push_back(number_json(std::invoke(member, entry), factor));
     matrix.push_back(std::move(list));
   }
   return matrix;
@@ -162,7 +162,7 @@ json coupling_json(const std::optional<Coupling>& coupling, double factor) {
 json stated_json(const StatedValue& value, double factor) {
   return {{"value", value.value * factor},
           {"standard_error", value.standard_error * factor},
-          {"type_b", number(value.type_b, factor)},
+          {"type_b", number_json(value.type_b, factor)},
           {"ci95", value.ci95 * factor}};
 }
 
@@ -188,7 +188,7 @@ json fit_json(const UnitModel& model) {
   for (const Sensor sensor : kSensors) {
     const auto& fit = model.sensors[index_of(sensor)];
     if (!fit) continue;
-    sensors[std::string(name_of(sensor))] = sensor_json(sensor, *fit, model.own_thermometer[index_of(sensor)]);
+    sensors[std::string(name_of(sensor))] = fitted_sensor_json(sensor, *fit, model.own_thermometer[index_of(sensor)]);
   }
   constexpr double kDegPerSecPerG = base::kDegPerRad * base::kStandardGravity_mps2;
   return {{"unit", model.unit},

@@ -6,17 +6,23 @@
 #include <nlohmann/json.hpp>
 
 #include "anfis/persist/model_json.h"
-#include "calib/model/fit_json.h"
-#include "calib/model/model_term_json.h"
-#include "calib/model/reference_json.h"
+#include "calib/model/document_parts.h"
 
 namespace soak::calib {
+
+// Members as the document names them.
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SplineCurve, knots_c, coefficients)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TableCurve, first_c, step_c, values)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(UncertaintyTable, temp_c, ci95, pi95)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CouplingUncertainty, standard, readings_only)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(EvenOrderTerm, value, standard_uncertainty, readings_only)
+
 namespace {
 
 using nlohmann::json;
 
 /// 2: models as anfis/persist/model_json.h writes them in its version 2; everything else as in 1.
-constexpr int kFormatVersion = 2;
+constexpr int kModelFormat = 2;
 
 base::Result<json> curve_to_json(const Curve& curve) {
   if (const auto* model = std::get_if<anfis::Model>(&curve)) {
@@ -24,11 +30,15 @@ base::Result<json> curve_to_json(const Curve& curve) {
     if (!document) return base::forward_error(document);
     return json{{"kind", "fis"}, {"model", *std::move(document)}};
   }
+  json document;
   if (const auto* spline = std::get_if<SplineCurve>(&curve)) {
-    return json{{"kind", "spline"}, {"knots_c", spline->knots_c}, {"coefficients", spline->coefficients}};
+    document = *spline;
+    document["kind"] = "spline";
+  } else {
+    document = std::get<TableCurve>(curve);
+    document["kind"] = "table";
   }
-  const auto& table = std::get<TableCurve>(curve);
-  return json{{"kind", "table"}, {"first_c", table.first_c}, {"step_c", table.step_c}, {"values", table.values}};
+  return document;
 }
 
 /// Throws json::exception where a member is missing; calibration_of() catches it.
@@ -44,39 +54,23 @@ base::Result<Curve> curve_from_json(const json& document) {
     }
     return Curve(*std::move(model));
   }
-  if (kind == "spline") {
-    return Curve(SplineCurve{document.at("knots_c").get<std::vector<double>>(),
-                             document.at("coefficients").get<std::vector<std::array<double, 4>>>()});
-  }
-  if (kind == "table") {
-    return Curve(TableCurve{document.at("first_c").get<double>(), document.at("step_c").get<double>(),
-                            document.at("values").get<std::vector<double>>()});
-  }
+  if (kind == "spline") return Curve(document.get<SplineCurve>());
+  if (kind == "table") return Curve(document.get<TableCurve>());
   return base::corrupt(fmt::format("unknown kind of curve '{}'", kind), "model document");
-}
-
-json uncertainty_to_json(const UncertaintyTable& table) {
-  return {{"temp_c", table.temp_c}, {"ci95", table.ci95}, {"pi95", table.pi95}};
-}
-
-UncertaintyTable uncertainty_from_json(const json& document) {
-  return {document.at("temp_c").get<std::vector<double>>(), document.at("ci95").get<std::vector<double>>(),
-          document.at("pi95").get<std::vector<double>>()};
 }
 
 base::Result<json> sensor_to_json(const SensorCalibration& sensor) {
   auto bias = curve_to_json(sensor.bias);
   if (!bias) return base::forward_error(bias);
-  json document = {
-      {"sensor", name_of(sensor.sensor)}, {"temp_min_c", sensor.temp_min_c},
-      {"temp_max_c", sensor.temp_max_c},  {"model", sensor.model},
-      {"bias", *std::move(bias)},         {"bias_uncertainty", uncertainty_to_json(sensor.bias_uncertainty)}};
+  json document = {{"sensor", name_of(sensor.sensor)}, {"temp_min_c", sensor.temp_min_c},
+                   {"temp_max_c", sensor.temp_max_c},  {"model", sensor.model},
+                   {"bias", *std::move(bias)},         {"bias_uncertainty", sensor.bias_uncertainty}};
   if (sensor.scale_ppm) {
     auto scale = curve_to_json(*sensor.scale_ppm);
     if (!scale) return base::forward_error(scale);
     document["scale_ppm"] = *std::move(scale);
   }
-  if (sensor.scale_uncertainty) document["scale_uncertainty"] = uncertainty_to_json(*sensor.scale_uncertainty);
+  if (sensor.scale_uncertainty) document["scale_uncertainty"] = *sensor.scale_uncertainty;
   if (sensor.own_thermometer) document["own_thermometer"] = true;
   return document;
 }
@@ -88,60 +82,46 @@ base::Result<SensorCalibration> sensor_from_json(const json& document) {
   SensorCalibration calibration;
   calibration.sensor = *sensor;
   calibration.own_thermometer = document.value("own_thermometer", false);
-  calibration.temp_min_c = document.at("temp_min_c").get<double>();
-  calibration.temp_max_c = document.at("temp_max_c").get<double>();
-  calibration.model = document.at("model").get<std::string>();
+  document.at("temp_min_c").get_to(calibration.temp_min_c);
+  document.at("temp_max_c").get_to(calibration.temp_max_c);
+  document.at("model").get_to(calibration.model);
   auto bias = curve_from_json(document.at("bias"));
   if (!bias) return base::forward_error(bias);
   calibration.bias = *std::move(bias);
-  calibration.bias_uncertainty = uncertainty_from_json(document.at("bias_uncertainty"));
+  document.at("bias_uncertainty").get_to(calibration.bias_uncertainty);
   if (document.contains("scale_ppm")) {
     auto scale = curve_from_json(document["scale_ppm"]);
     if (!scale) return base::forward_error(scale);
     calibration.scale_ppm = *std::move(scale);
   }
   if (document.contains("scale_uncertainty")) {
-    calibration.scale_uncertainty = uncertainty_from_json(document["scale_uncertainty"]);
+    calibration.scale_uncertainty = document["scale_uncertainty"].get<UncertaintyTable>();
   }
   return calibration;
 }
 
 /// What is stated of the couplings, into the document and back; documents of older programs have none of it.
 void couplings_to_json(const Calibration& calibration, json& document) {
-  if (const auto& stated = calibration.misalignment_uncertainty) {
-    document["misalignment_uncertainty"] = {{"standard", stated->standard}, {"readings_only", stated->readings_only}};
-  }
-  if (const auto& stated = calibration.g_sensitivity_uncertainty) {
-    document["g_sensitivity_uncertainty"] = {{"standard", stated->standard}, {"readings_only", stated->readings_only}};
-  }
+  if (const auto& stated = calibration.misalignment_uncertainty) document["misalignment_uncertainty"] = *stated;
+  if (const auto& stated = calibration.g_sensitivity_uncertainty) document["g_sensitivity_uncertainty"] = *stated;
   json terms = json::object();
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto& term = calibration.even_order[axis];
-    if (!term) continue;
-    terms[std::string(name_of(kSensors[3 + axis]))] = {{"value", term->value},
-                                                       {"standard_uncertainty", term->standard_uncertainty},
-                                                       {"readings_only", term->readings_only}};
+    if (const auto& term = calibration.even_order[axis]) terms[std::string(name_of(kSensors[3 + axis]))] = *term;
   }
   if (!terms.empty()) document["even_order"] = std::move(terms);
 }
 
 void couplings_from_json(const json& document, Calibration& calibration) {
   if (document.contains("misalignment_uncertainty")) {
-    const json& stated = document["misalignment_uncertainty"];
-    calibration.misalignment_uncertainty = {stated.at("standard").get<std::array<Vector3, 3>>(),
-                                            stated.at("readings_only").get<bool>()};
+    calibration.misalignment_uncertainty = document["misalignment_uncertainty"].get<CouplingUncertainty>();
   }
   if (document.contains("g_sensitivity_uncertainty")) {
-    const json& stated = document["g_sensitivity_uncertainty"];
-    calibration.g_sensitivity_uncertainty = {stated.at("standard").get<std::array<Vector3, 3>>(),
-                                             stated.at("readings_only").get<bool>()};
+    calibration.g_sensitivity_uncertainty = document["g_sensitivity_uncertainty"].get<CouplingUncertainty>();
   }
   const json terms = document.value("even_order", json::object());
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto found = terms.find(std::string(name_of(kSensors[3 + axis])));
-    if (found == terms.end()) continue;
-    calibration.even_order[axis] = {found->at("value").get<double>(), found->at("standard_uncertainty").get<double>(),
-                                    found->at("readings_only").get<bool>()};
+    if (found != terms.end()) calibration.even_order[axis] = found->get<EvenOrderTerm>();
   }
 }
 
@@ -205,15 +185,15 @@ base::Result<json> calibration_to_json(const Calibration& calibration) {
 
 base::Result<Calibration> calibration_from_json(const json& document) {
   Calibration calibration;
-  calibration.unit = document.at("unit").get<std::string>();
-  calibration.unit_type = document.at("unit_type").get<std::string>();
-  calibration.epoch = document.at("epoch").get<std::int32_t>();
-  calibration.model_version = document.at("model_version").get<std::int32_t>();
-  calibration.created_utc_s = document.at("created_utc_s").get<double>();
-  calibration.simulated = document.at("simulated").get<bool>();
-  calibration.gravity_mps2 = document.at("gravity_mps2").get<double>();
-  calibration.gravity_assumed = document.at("gravity_assumed").get<bool>();
-  calibration.run_hashes = document.at("run_hashes").get<std::vector<std::string>>();
+  document.at("unit").get_to(calibration.unit);
+  document.at("unit_type").get_to(calibration.unit_type);
+  document.at("epoch").get_to(calibration.epoch);
+  document.at("model_version").get_to(calibration.model_version);
+  document.at("created_utc_s").get_to(calibration.created_utc_s);
+  document.at("simulated").get_to(calibration.simulated);
+  document.at("gravity_mps2").get_to(calibration.gravity_mps2);
+  document.at("gravity_assumed").get_to(calibration.gravity_assumed);
+  document.at("run_hashes").get_to(calibration.run_hashes);
   for (const json& entry : document.at("sensors")) {
     auto sensor = sensor_from_json(entry);
     if (!sensor) return base::forward_error(sensor);
@@ -242,10 +222,10 @@ auto read_document(std::string_view text, Read read) -> decltype(read(json())) {
     const json document = json::parse(text);
     if (document.at("format") != "soak-model") return base::corrupt("not a model document", "station.db");
     const int version = document.at("format_version").get<int>();
-    if (version > kFormatVersion) {
+    if (version > kModelFormat) {
       return base::bad_input(
           fmt::format("the model was stored in format {}; this program knows up to {}: use a newer soak", version,
-                      kFormatVersion),
+                      kModelFormat),
           "station.db");
     }
     return read(document);
@@ -260,7 +240,7 @@ base::Result<std::string> model_document(const UnitModel& model) {
   auto calibration = calibration_to_json(make_calibration(model));
   if (!calibration) return base::forward_error(calibration);
   const json document = {{"format", "soak-model"},
-                         {"format_version", kFormatVersion},
+                         {"format_version", kModelFormat},
                          {"options", {{"rules", model.options.rules ? json(*model.options.rules) : json()}}},
                          {"fit", fit_json(model)},
                          {"calibration", *std::move(calibration)},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,6 +10,10 @@
 #include "calib/model/unit_model.h"
 
 namespace soak::calib {
+
+/// The document of `soak fit --json` for one unit (docs/schema/fit.schema.json): biases in deg/s and m/s², scale errors
+/// in ppm. Numbers that the data cannot give are null.
+[[nodiscard]] nlohmann::json fit_json(const UnitModel& model);
 
 /// The JSON text that the catalog stores for a model version: what `soak fit --json` printed ("fit"), and the
 /// calibration in SI, to the last bit ("calibration"). Refuses a model with a curve that cannot be evaluated.

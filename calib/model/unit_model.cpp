@@ -1,15 +1,64 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/model/unit_model.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string_view>
 #include <utility>
+#include <variant>
 
 namespace soak::calib {
 namespace {
 
-UncertaintyTable uncertainty_of(const CurveFit& fit, bool with_prediction) {
+// The fits of one sensor.
+
+constexpr double kLevelTemp_c = 25.0;
+/// So far visits of one plateau lie apart from run to run: nobody need be told.
+constexpr double kSamePlateau_c = 0.5;
+
+void shift_curve(Curve& curve, double by) {
+  if (auto* model = std::get_if<anfis::Model>(&curve)) {
+    model->output.centre += by;
+  } else if (auto* spline = std::get_if<SplineCurve>(&curve)) {
+    for (auto& piece : spline->coefficients) piece[0] += by;
+  } else if (auto* points = std::get_if<TableCurve>(&curve)) {
+    for (double& value : points->values) value += by;
+  }
+}
+
+/// Takes the level out of an accelerometer's bias curve: its value at 25 °C, or at the end of the range nearest to
+/// that.
+void make_relative(CurveFit& fit) {
+  const double level = evaluate(fit.curve, kLevelTemp_c);
+  shift_curve(fit.curve, -level);
+  for (CurvePoint& point : fit.points) point.value -= level;
+}
+
+/// Tells where the bias was measured and the scale error was not, beyond the temperatures at which it was.
+void warn_of_scale_range(Sensor sensor, const CurveData& bias, SensorFit& fit) {
+  const double low_c = fit.scale->temp_min_c;
+  const double high_c = fit.scale->temp_max_c;
+  std::set<int> missing_c;
+  for (const CurveRow& row : bias.rows) {
+    const bool far = row.temp_c < low_c - kSamePlateau_c || row.temp_c > high_c + kSamePlateau_c;
+    if (far) missing_c.insert(static_cast<int>(std::lround(row.temp_c)));
+  }
+  if (missing_c.empty()) return;
+  fit.warnings.push_back(
+      {"scale_range",
+       fmt::format(
+           "{}: its scale error was measured from {:.1f} to {:.1f} °C only, not at {} °C: there it is null, and "
+           "the runtime holds it and says so",
+           name_of(sensor), low_c, high_c, fmt::join(missing_c, ", "))});
+}
+
+// What of a model leaves the laboratory.
+
+UncertaintyTable uncertainty_table(const CurveFit& fit, bool with_prediction) {
   UncertaintyTable table;
   for (const CurvePoint& point : fit.points) {
     table.temp_c.push_back(point.temp_c);
@@ -19,7 +68,7 @@ UncertaintyTable uncertainty_of(const CurveFit& fit, bool with_prediction) {
   return table;
 }
 
-std::array<Vector3, 3> values_of(const Coupling& coupling) {
+std::array<Vector3, 3> coupling_values(const Coupling& coupling) {
   std::array<Vector3, 3> values{};
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) values[i][j] = coupling[i][j].value;
@@ -31,7 +80,7 @@ double standard_uncertainty(const StatedValue& stated) {
   return std::hypot(stated.standard_error, stated.type_b.value_or(0.0));
 }
 
-CouplingUncertainty uncertainty_of(const Coupling& coupling) {
+CouplingUncertainty coupling_uncertainty(const Coupling& coupling) {
   CouplingUncertainty uncertainty;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
@@ -43,7 +92,7 @@ CouplingUncertainty uncertainty_of(const Coupling& coupling) {
   return uncertainty;
 }
 
-std::optional<EvenOrderTerm> even_order_of(const std::optional<StatedValue>& stated) {
+std::optional<EvenOrderTerm> even_order_term(const std::optional<StatedValue>& stated) {
   if (!stated) return std::nullopt;
   return EvenOrderTerm{stated->value, standard_uncertainty(*stated), !stated->type_b};
 }
@@ -105,27 +154,50 @@ void add_term(const ModelTerm& term, const std::optional<Coupling>& g_sensitivit
 
 }  // namespace
 
-UnitModel make_model(const UnitInput& input, const UnitRows& rows,
-                     std::array<std::optional<SensorFit>, kSensorCount> sensors) {
-  UnitModel model;
-  model.unit = input.unit;
-  model.unit_type = input.type.name;
-  model.epoch = input.epoch;
-  model.gravity = rows.gravity;
-  for (const RunInput& run : input.runs) {
-    model.runs.push_back({run.run_id, run.label, run.campaign, run.content_sha256});
-    model.simulated = model.simulated || run.simulated;
+base::Result<SensorFit> fit_sensor(const UnitRows& rows, Sensor sensor, const CurveFitOptions& options) {
+  const auto& bias = rows.bias[index_of(sensor)];
+  const std::string name(name_of(sensor));
+  if (!bias) return base::bad_input("no run gives this sensor", name);
+  auto fitted = fit_curve(*bias, options, {name, std::string(printed_unit(sensor)), printed_per_si(sensor)},
+                          rows.bias_type_b[index_of(sensor)]);
+  if (!fitted) return base::forward_error(fitted);
+  SensorFit fit;
+  fit.bias = std::move(*fitted);
+  fit.warnings = fit.bias.warnings;
+  if (rows.relative_accel && !is_gyro(sensor)) {
+    fit.relative = true;
+    make_relative(fit.bias);
   }
-  model.references = input.references;
+  if (const auto& scale = rows.scale[index_of(sensor)]) {
+    auto scale_fit = fit_curve(*scale, {}, {name + " scale", "ppm", 1.0}, rows.scale_type_b[index_of(sensor)]);
+    if (!scale_fit) return base::forward_error(scale_fit);
+    fit.scale = std::move(*scale_fit);
+    warn_of_scale_range(sensor, *bias, fit);
+    for (const Warning& warning : fit.scale->warnings) {
+      if (warning.code != "few_runs") fit.warnings.push_back(warning);
+    }
+  }
+  return fit;
+}
+
+UnitModel make_model(UnitRows rows, std::array<std::optional<SensorFit>, kSensorCount> sensors) {
+  UnitModel model;
+  model.unit = std::move(rows.unit);
+  model.unit_type = std::move(rows.unit_type);
+  model.epoch = rows.epoch;
+  model.simulated = rows.simulated;
+  model.gravity = std::move(rows.gravity);
+  model.runs = std::move(rows.runs);
+  model.references = std::move(rows.references);
   model.sensors = std::move(sensors);
   model.own_thermometer = rows.own_thermometer;
   model.accel_misalignment = rows.accel_misalignment;
   model.g_sensitivity = rows.g_sensitivity;
   model.earth_removed = rows.earth_removed;
   model.even_order = rows.even_order;
-  model.level = rows.level;
-  model.terms = input.terms;
-  model.warnings = rows.warnings;
+  model.level = std::move(rows.level);
+  model.terms = std::move(rows.terms);
+  model.warnings = std::move(rows.warnings);
   return model;
 }
 
@@ -151,18 +223,18 @@ Calibration make_calibration(const UnitModel& model) {
     out.temp_max_c = fit->bias.temp_max_c;
     out.model = name_of(fit->bias.deployed);
     out.bias = fit->bias.curve;
-    out.bias_uncertainty = uncertainty_of(fit->bias, true);
+    out.bias_uncertainty = uncertainty_table(fit->bias, true);
     if (fit->scale) {
       out.scale_ppm = fit->scale->curve;
-      out.scale_uncertainty = uncertainty_of(*fit->scale, false);
+      out.scale_uncertainty = uncertainty_table(*fit->scale, false);
     }
     calibration.sensors.push_back(std::move(out));
   }
   if (model.accel_misalignment) {
-    calibration.accel_misalignment = values_of(*model.accel_misalignment);
-    calibration.misalignment_uncertainty = uncertainty_of(*model.accel_misalignment);
+    calibration.accel_misalignment = coupling_values(*model.accel_misalignment);
+    calibration.misalignment_uncertainty = coupling_uncertainty(*model.accel_misalignment);
   }
-  std::transform(model.even_order.begin(), model.even_order.end(), calibration.even_order.begin(), even_order_of);
+  std::transform(model.even_order.begin(), model.even_order.end(), calibration.even_order.begin(), even_order_term);
   for (const ModelTerm& term : model.terms) add_term(term, model.g_sensitivity, calibration);
   return calibration;
 }

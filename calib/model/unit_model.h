@@ -7,19 +7,24 @@
 #include <string>
 #include <vector>
 
+#include "base/result.h"
 #include "calib/curve/calibration.h"
 #include "calib/curve/curve_fit.h"
-#include "calib/model/unit_fit.h"
+#include "calib/estimate/unit_rows.h"
+#include "calib/vocabulary/warning.h"
 
 namespace soak::calib {
 
-/// A run that a model was fitted to.
-struct RunReference {
-  std::string run_id;
-  std::string label;
-  std::string campaign;
-  std::string content_sha256;
+/// Thermal model of one sensor.
+struct SensorFit {
+  CurveFit bias;
+  std::optional<CurveFit> scale;  ///< ppm
+  bool relative = false;          ///< bias is relative to that at 25 °C
+  std::vector<Warning> warnings;
 };
+
+/// Fits one sensor. The six sensors are independent: callers may run them in parallel.
+[[nodiscard]] base::Result<SensorFit> fit_sensor(const UnitRows& rows, Sensor sensor, const CurveFitOptions& options);
 
 /// One version of a unit's thermal model: what `soak fit` makes.
 struct UnitModel {
@@ -45,8 +50,7 @@ struct UnitModel {
 };
 
 /// A model from a unit's rows and its sensors' fits; version and time are the caller's.
-[[nodiscard]] UnitModel make_model(const UnitInput& input, const UnitRows& rows,
-                                   std::array<std::optional<SensorFit>, kSensorCount> sensors);
+[[nodiscard]] UnitModel make_model(UnitRows rows, std::array<std::optional<SensorFit>, kSensorCount> sensors);
 
 /// What of a model leaves the lab.
 [[nodiscard]] Calibration make_calibration(const UnitModel& model);

@@ -6,38 +6,10 @@
 #include <algorithm>
 #include <optional>
 
-#include "calib/segments/detail/checks.h"
+#include "calib/segments/detail/gate.h"
 
 namespace soak::calib {
 namespace {
-
-/// "visit 3, +X", with the attempt where it is not the first.
-std::string place_of(const SegmentKey& key) {
-  std::string place = fmt::format("visit {}", key.visit);
-  if (!key.position.empty()) place += ", " + key.position;
-  if (key.attempt > 0) place += fmt::format(", attempt {}", key.attempt);
-  return place;
-}
-
-/// A code with its severity, the segments that have it, and where it came first.
-struct Tally {
-  const Finding* finding;
-  const Segment* first;
-  const Segment* last;
-  std::size_t segments = 1;
-};
-
-void count(std::vector<Tally>& tallies, const Segment& segment, const Finding& finding) {
-  const auto same = std::find_if(tallies.begin(), tallies.end(), [&](const Tally& tally) {
-    return tally.finding->code == finding.code && tally.finding->severity == finding.severity;
-  });
-  if (same == tallies.end()) {
-    tallies.push_back({&finding, &segment, &segment});
-    return;
-  }
-  if (same->last != &segment) ++same->segments;
-  same->last = &segment;
-}
 
 /// What the times of a segment's rows say, for the sensors of which no sample is missing.
 struct KnownTimes {
@@ -58,11 +30,6 @@ void judge_times(const gate::Samples& samples, KnownTimes& rows, gate::SensorSum
   summary.dropouts = gate::dropouts(samples, times.loss);
   summary.sampling_judged = !summary.dropouts && times.share_off;
   if (summary.sampling_judged) summary.irregular_sampling = gate::irregular_sampling(samples, *times.share_off);
-}
-
-void withdraw(Segment& segment, Sensor sensor) {
-  segment.sensor[index_of(sensor)] = {};
-  for (Block& block : segment.blocks) block.sensor[index_of(sensor)] = {};
 }
 
 }  // namespace
@@ -146,45 +113,6 @@ std::vector<std::vector<Finding>> examine(const Recording& recording, std::span<
     if (!samples.empty()) examination.add(sensor, samples);
   }
   return examination.findings();
-}
-
-bool is_rejected(const Segment& segment) {
-  return std::any_of(segment.findings.begin(), segment.findings.end(),
-                     [](const Finding& finding) { return finding.severity == Severity::reject && !finding.sensor; });
-}
-
-bool is_rejected(const Segment& segment, Sensor sensor) {
-  return std::any_of(segment.findings.begin(), segment.findings.end(), [&](const Finding& finding) {
-    return finding.severity == Severity::reject && finding.sensor.value_or(sensor) == sensor;
-  });
-}
-
-std::vector<Segment> accepted(std::span<const Segment> segments) {
-  std::vector<Segment> kept;
-  for (const Segment& segment : segments) {
-    if (is_rejected(segment)) continue;
-    Segment& copy = kept.emplace_back(segment);
-    for (const Sensor sensor : kSensors) {
-      if (is_rejected(segment, sensor)) withdraw(copy, sensor);
-    }
-  }
-  return kept;
-}
-
-std::vector<Warning> summarise(std::span<const Segment> segments) {
-  std::vector<Tally> tallies;
-  for (const Segment& segment : segments) {
-    for (const Finding& finding : segment.findings) count(tallies, segment, finding);
-  }
-  std::vector<Warning> warnings;
-  for (const Tally& tally : tallies) {
-    const bool rejects = tally.finding->severity == Severity::reject;
-    const std::string what = !rejects ? "has" : tally.finding->sensor ? "loses a sensor in" : "loses";
-    warnings.push_back(
-        {tally.finding->code, fmt::format("{} {} of {} segments; the first, {}: {}", what, tally.segments,
-                                          segments.size(), place_of(tally.first->key), tally.finding->text)});
-  }
-  return warnings;
 }
 
 }  // namespace soak::calib

@@ -8,7 +8,6 @@
 #include "calib/vocabulary/recording.h"
 #include "calib/vocabulary/segment.h"
 #include "calib/vocabulary/unit_type.h"
-#include "calib/vocabulary/warning.h"
 
 /// The data gate: what is looked for in the samples of each segment before they may enter a fit.
 ///
@@ -92,17 +91,5 @@ class Examination {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// Whether a fit may not use the segment, or not this sensor of it.
-[[nodiscard]] bool is_rejected(const Segment& segment);
-[[nodiscard]] bool is_rejected(const Segment& segment, Sensor sensor);
-
-/// The segments that a fit may use; of a sensor that is rejected in a segment, its statistics there (and in the blocks)
-/// have count 0.
-[[nodiscard]] std::vector<Segment> accepted(std::span<const Segment> segments);
-
-/// One warning per code and severity, over all segments: how many segments it concerns of how many, and the text of the
-/// first. In the order in which they come first; empty where there are no findings.
-[[nodiscard]] std::vector<Warning> summarise(std::span<const Segment> segments);
 
 }  // namespace soak::calib

@@ -11,12 +11,71 @@
 #include <utility>
 
 #include "base/statistics.h"
-#include "calib/segments/detail/kernels.h"
-#include "calib/segments/plateaus.h"
+#include "calib/segments/detail/sample_scan.h"
 #include "calib/segments/statistics.h"
 
 namespace soak::calib {
 namespace {
+
+// Plateaus of a temperature history.
+
+constexpr double kShortMean_s = 10.0;
+constexpr double kShortestPlateau_s = 180.0;
+constexpr double kPlateauBand_c = 0.6;
+constexpr double kSamePlateauLevel_c = 1.0;
+
+/// Mean temperature of the rows [first, last), all within ten seconds.
+struct ShortMean {
+  std::size_t first;
+  std::size_t last;
+  double start_s;
+  double end_s;
+  double temp_c;
+};
+
+std::vector<ShortMean> short_means(std::span<const double> t_s, std::span<const double> temp_c) {
+  std::vector<ShortMean> means;
+  std::size_t first = 0;
+  while (first < t_s.size()) {
+    std::size_t last = first;
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (; last < t_s.size() && (last == first || t_s[last] - t_s[first] < kShortMean_s); ++last) {
+      if (std::isnan(temp_c[last])) continue;
+      sum += temp_c[last];
+      ++count;
+    }
+    if (count > 0) means.push_back({first, last, t_s[first], t_s[last - 1], sum / static_cast<double>(count)});
+    first = last;
+  }
+  return means;
+}
+
+/// Number of short means from `start` on that stay within the band.
+std::size_t still_length(const std::vector<ShortMean>& means, std::size_t start) {
+  double low = means[start].temp_c;
+  double high = low;
+  std::size_t i = start;
+  for (; i < means.size(); ++i) {
+    low = std::min(low, means[i].temp_c);
+    high = std::max(high, means[i].temp_c);
+    if (high - low > kPlateauBand_c) break;
+  }
+  return i - start;
+}
+
+Plateau plateau_of(const std::vector<ShortMean>& means, std::size_t start, std::size_t length) {
+  double sum = 0.0;
+  for (std::size_t i = start; i < start + length; ++i) sum += means[i].temp_c;
+  return {means[start].first, means[start + length - 1].last, sum / static_cast<double>(length)};
+}
+
+/// A stretch follows another without a step when no time to speak of lies between them.
+bool follows(std::span<const double> t_s, const Plateau& before, const Plateau& after) {
+  return t_s[after.first] - t_s[before.last - 1] <= 3.0 * kShortMean_s;
+}
+
+// Pieces of a recording.
 
 constexpr double kBlock_s = 60.0;
 constexpr double kBlockWithoutPlateau_s = 30.0;
@@ -34,7 +93,7 @@ struct Piece {
   std::int32_t position = -1;
 };
 
-bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+bool same_value(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 bool has_value(const std::vector<double>& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
@@ -68,7 +127,7 @@ std::vector<double> found_plateaus(const Recording& r) {
   return plateau_c;
 }
 
-std::vector<Piece> cut(const Recording& r, const std::vector<double>& plateau_c, bool with_plateaus) {
+std::vector<Piece> cut_pieces(const Recording& r, const std::vector<double>& plateau_c, bool with_plateaus) {
   const double longest_gap_s = std::max(kLongestGap_s, kLongestGapIntervals * median_interval_s(r.t_s));
   std::vector<Piece> pieces;
   Piece piece;  // the open one, if it has rows
@@ -82,7 +141,7 @@ std::vector<Piece> cut(const Recording& r, const std::vector<double>& plateau_c,
     const bool soak = r.phase.empty() || r.phase[i] == Phase::soak;
     const bool usable = position >= 0 && (!with_plateaus || (soak && !std::isnan(plateau)));
     const bool continues = usable && piece.last > piece.first && piece.position == position &&
-                           same(piece.plateau_c, plateau) && r.t_s[i] - r.t_s[i - 1] <= longest_gap_s;
+                           same_value(piece.plateau_c, plateau) && r.t_s[i] - r.t_s[i - 1] <= longest_gap_s;
     if (!continues) {
       close();
       piece = {i, i, plateau, position};
@@ -162,7 +221,7 @@ class Visits {
 
  private:
   [[nodiscard]] bool begins_visit(const Piece& piece) const {
-    if (visit_ < 0 || !same(piece.plateau_c, plateau_c_)) return true;
+    if (visit_ < 0 || !same_value(piece.plateau_c, plateau_c_)) return true;
     if (std::isnan(piece.plateau_c)) return false;
     for (std::size_t i = previous_last_; i < piece.first; ++i) {
       if (std::abs(r_.temp_c[i] - previous_temp_c_) > kExcursion_c) return true;
@@ -207,6 +266,38 @@ void warn_of_astray(Segmentation& result) {
 }
 
 }  // namespace
+
+std::vector<Plateau> find_plateaus(std::span<const double> t_s, std::span<const double> temp_c) {
+  const std::vector<ShortMean> means = short_means(t_s, temp_c);
+  std::vector<Plateau> still;
+  for (std::size_t start = 0; start < means.size();) {
+    const std::size_t length = still_length(means, start);
+    const bool long_enough = means[start + length - 1].end_s - means[start].start_s >= kShortestPlateau_s;
+    if (!long_enough) {
+      ++start;
+      continue;
+    }
+    const Plateau found = plateau_of(means, start, length);
+    if (!still.empty() && std::abs(still.back().temp_c - found.temp_c) < kSamePlateauLevel_c &&
+        follows(t_s, still.back(), found)) {
+      const double n = static_cast<double>(still.back().last - still.back().first);
+      const double m = static_cast<double>(found.last - found.first);
+      still.back().temp_c = (n * still.back().temp_c + m * found.temp_c) / (n + m);
+      still.back().last = found.last;
+    } else {
+      still.push_back(found);
+    }
+    start += length;
+  }
+  // Whatever joins the next without a step between, and differs from it, is part of a slow ramp.
+  std::vector<Plateau> plateaus;
+  for (std::size_t i = 0; i < still.size(); ++i) {
+    const bool joins_next = i + 1 < still.size() && follows(t_s, still[i], still[i + 1]);
+    const bool joins_previous = i > 0 && follows(t_s, still[i - 1], still[i]);
+    if (!joins_next && !joins_previous) plateaus.push_back(still[i]);
+  }
+  return plateaus;
+}
 
 struct Segmenter::Impl {
   /// Rows [first, last).
@@ -279,7 +370,7 @@ void Segmenter::Impl::cut_into_segments() {
   const bool with_plateaus = given || has_value(found);
   Visits visits(r);
   std::size_t without_temperature = 0;
-  for (const Piece& piece : cut(r, plateau_c, with_plateaus)) {
+  for (const Piece& piece : cut_pieces(r, plateau_c, with_plateaus)) {
     Place place{{piece.first, piece.last}, {}, false};
     const Line temp = line(part(r.t_s, place.rows), part(r.temp_c, place.rows));
     if (std::isnan(temp.mean_y)) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <string>
@@ -12,6 +13,18 @@
 
 namespace soak::calib {
 
+/// A stretch of rows [first, last) in which the temperature stands still.
+struct Plateau {
+  std::size_t first = 0;
+  std::size_t last = 0;
+  double temp_c = 0.0;  ///< mean over the stretch
+};
+
+/// Finds the plateaus in a temperature history: longest stretches of at least 180 s in which ten-second means stay
+/// within 0.6 K. Neighbouring stretches less than 1 K apart are one plateau; a chain of stretches that follow each
+/// other without a step between is a slow ramp, not plateaus. `t_s` rises; NaN temperatures are passed over.
+[[nodiscard]] std::vector<Plateau> find_plateaus(std::span<const double> t_s, std::span<const double> temp_c);
+
 /// The segments of a recording with their statistics, in the order of time.
 struct Segmentation {
   std::vector<Segment> segments;
@@ -20,9 +33,9 @@ struct Segmentation {
 
 /// Cuts a recording into segments: contiguous soak rows with one plateau and one position. Moving rows and ramps are
 /// left out; a gap in time of more than 10 s and 20 sample intervals ends a segment. Plateaus come from `plateau_c`;
-/// where that is absent they are found from the temperature (plateaus.h). A recording in which there are none becomes
-/// segments without plateau, one per stretch of one position, with blocks of 30 s; otherwise blocks are of one minute
-/// (a segment shorter than that has one block).
+/// where that is absent they are found from the temperature (find_plateaus). A recording in which there are none
+/// becomes segments without plateau, one per stretch of one position, with blocks of 30 s; otherwise blocks are of one
+/// minute (a segment shorter than that has one block).
 ///
 /// Visits count the plateaus in order; the same set point counts again after the temperature has left it by more than
 /// 2 K. Sweep: as recorded, else the sign of the last change of plateau, unknown at the first.

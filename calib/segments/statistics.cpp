@@ -4,18 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <numbers>
 #include <numeric>
 #include <vector>
 
-#include "calib/segments/detail/kernels.h"
+#include "calib/segments/detail/sample_scan.h"
 #include "calib/signal/noise/mean_error.h"
 
 namespace soak::calib {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFloatStep = 0x1p-23;  ///< of float32 numbers, as a share of the number, at most
 constexpr std::size_t kSamplesLooked = 100000;
 constexpr double kRareShare = 0.01;
@@ -38,14 +36,7 @@ SensorStatistics describe_present(std::span<const double> samples, double sum, d
 
 /// Distances between neighbouring numbers of those that samples, evenly spread over all, show.
 std::vector<double> distances_of(std::span<const double> samples) {
-  const std::size_t stride = samples.size() / kSamplesLooked + 1;
-  std::vector<double> shown;
-  for (std::size_t i = 0; i < samples.size(); i += stride) {
-    // Of a channel with values in few rows the next one after the row.
-    std::size_t row = i;
-    while (row + 1 < std::min(i + stride, samples.size()) && std::isnan(samples[row])) ++row;
-    if (!std::isnan(samples[row])) shown.push_back(samples[row]);
-  }
+  std::vector<double> shown = thinned(samples, kSamplesLooked);
   std::sort(shown.begin(), shown.end());
   shown.erase(std::unique(shown.begin(), shown.end()), shown.end());
   std::adjacent_difference(shown.begin(), shown.end(), shown.begin());

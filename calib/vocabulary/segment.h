@@ -80,4 +80,9 @@ struct Segment {
   std::vector<Finding> findings;  ///< empty = nothing was found, or nobody looked (recorded before there was a gate)
 };
 
+/// Whether the fixture turns in the segment at a known rate other than 0.
+inline bool turns(const Segment& segment) {
+  return segment.position && segment.position->rate_dps.value_or(0.0) != 0.0;
+}
+
 }  // namespace soak::calib

@@ -11,11 +11,38 @@
 #include <vector>
 
 #include "base/result.h"
+#include "calib/vocabulary/reference.h"
 #include "calib/vocabulary/run.h"
 #include "calib/vocabulary/segment.h"
-#include "db/catalog/record_rows.h"
+#include "db/run/run_file.h"
 
 namespace soak::db {
+
+/// Who put an end to something, when and why.
+struct EndRecord {
+  std::string reason;
+  std::string user;
+  double utc_s = 0.0;
+};
+
+/// An entry of the register of references: one certificate. Entries are only ever added.
+struct ReferenceRow {
+  calib::Reference reference;
+  std::string user;  ///< who entered it
+  double entered_utc_s = 0.0;
+  std::optional<EndRecord> retired = std::nullopt;    ///< the reference is not used any more
+  std::optional<EndRecord> withdrawn = std::nullopt;  ///< the entry is wrong: it counts as never made
+};
+
+/// A unit that is measured in every campaign, so that the station itself can be judged by it.
+struct CheckStandardRow {
+  std::string check_standard_id = {};  ///< UUIDv7 of the record
+  std::string unit;                    ///< serial number
+  double since_utc_s = 0.0;
+  std::string reason;
+  std::string user;
+  std::optional<EndRecord> ended = std::nullopt;
+};
 
 struct UnitRow {
   std::string serial;
@@ -128,15 +155,15 @@ struct EventRow {
 class Catalog {
  public:
   /// Opens the catalog of a data folder, creating folder and file where absent and migrating an older version forward.
-  /// Refuses a file of a newer version (bad_input), a damaged one (corrupt), a folder that cannot be written (internal,
-  /// with the reason: read-only, full).
+  /// Refuses a file of a newer version or of a development version (bad_input), a damaged one (corrupt), a folder that
+  /// cannot be written (internal, with the reason: read-only, full).
   [[nodiscard]] static base::Result<Catalog> open(const std::filesystem::path& data_folder);
   Catalog(Catalog&&) noexcept;
   Catalog& operator=(Catalog&&) noexcept;
   ~Catalog();
 
   /// Schema version that this program writes.
-  static constexpr int kSchemaVersion = 6;
+  static constexpr int kSchemaVersion = 1;
 
   [[nodiscard]] const std::filesystem::path& data_folder() const;
   [[nodiscard]] std::filesystem::path run_file_path(const RunRow& run) const;
@@ -159,7 +186,7 @@ class Catalog {
   [[nodiscard]] base::Result<std::vector<std::string>> campaigns() const;
 
   /// Adds a campaign with its journal. Refuses (bad_input) a name whose campaign has runs or a journal, a second
-  /// campaign while one is open, and a state that is none.
+  /// campaign while one is open, and an unknown state.
   [[nodiscard]] base::Status begin_campaign(const CampaignRow& campaign);
   /// The journal of a campaign; nothing for one that has none.
   [[nodiscard]] base::Result<std::optional<CampaignRow>> campaign(std::string_view name) const;
@@ -167,11 +194,11 @@ class Catalog {
   [[nodiscard]] base::Result<std::optional<CampaignRow>> open_campaign() const;
   /// The campaign with a journal that was begun last, whatever its state.
   [[nodiscard]] base::Result<std::optional<CampaignRow>> last_campaign() const;
-  /// Changes the state and logs it. Refuses (bad_input) a campaign without journal, a state that is none, and a second
+  /// Changes the state and logs it. Refuses (bad_input) a campaign without journal, an unknown state, and a second
   /// open campaign.
   [[nodiscard]] base::Status set_campaign_state(std::string_view name, std::string_view state, std::string_view reason);
   /// Enters a step. After success it survives a killed process and a loss of power. Refuses (bad_input) a campaign
-  /// without journal and an attempt of a step that stands there already.
+  /// without journal and an attempt of a step that is entered already.
   [[nodiscard]] base::Status complete_step(const StepRow& step);
   /// The steps of a campaign in the order in which they were entered; none for an unknown campaign.
   [[nodiscard]] base::Result<std::vector<StepRow>> completed_steps(std::string_view campaign) const;
@@ -199,7 +226,7 @@ class Catalog {
                                                             std::optional<std::int32_t> version = {}) const;
   /// Enters a certificate into the register and returns its record id; the row's own id is not read. Refuses
   /// (bad_input) an empty text, numbers that are not finite or negative, a due date that is not after the issue, and an
-  /// entry that stands there already, word for word, neither withdrawn nor retired.
+  /// entry that is there already, word for word, neither withdrawn nor retired.
   [[nodiscard]] base::Result<std::string> add_reference(const ReferenceRow& row);
   /// All entries in the order in which they were made, superseded and retired ones too.
   [[nodiscard]] base::Result<std::vector<ReferenceRow>> references() const;
@@ -246,5 +273,20 @@ class Catalog {
   explicit Catalog(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
+
+/// A run file in the data folder that no row of the catalog names: its writer came to an end before it could enter it,
+/// or is still at work.
+struct OrphanRunFile {
+  std::filesystem::path path;
+  bool sealed = false;
+  std::optional<RunInfo> info;     ///< what the file says of itself; absent where it cannot be read
+  std::vector<std::string> units;  ///< serial numbers of its streams, each once
+  std::string problem;             ///< why it cannot be read
+};
+
+/// The orphans among `*.soakrun` in the folder `runs`, in the order of their names, which is that of time. Other names
+/// are passed over: an import that was killed leaves `*.soakrun.tmp`, which may also belong to one at work; nothing
+/// removes it.
+[[nodiscard]] base::Result<std::vector<OrphanRunFile>> orphan_run_files(const Catalog& catalog);
 
 }  // namespace soak::db

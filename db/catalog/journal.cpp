@@ -6,7 +6,7 @@
 #include <array>
 
 #include "db/catalog/detail/impl.h"
-#include "db/detail/fields.h"
+#include "db/detail/sqlite.h"
 
 namespace soak::db {
 namespace {
@@ -18,19 +18,10 @@ bool is_open(std::string_view state) { return state == "running" || state == "pa
 
 base::Status check_state(std::string_view state, const std::string& where) {
   if (std::find(kStates.begin(), kStates.end(), state) != kStates.end()) return {};
-  return base::bad_input("'" + std::string(state) + "' is no state of a campaign", where);
+  return base::bad_input("'" + std::string(state) + "' is not a state of a campaign", where);
 }
 
-/// The journal that fits the rest of a query, which has one parameter.
-std::optional<CampaignRow> find_journal(const SQLite::Database& database, const std::string& condition,
-                                        std::string_view parameter) {
-  SQLite::Statement query(database,
-                          "SELECT name, procedure, document, state, reason, created_utc_s, updated_utc_s "
-                          "FROM journal JOIN campaign ON campaign.name = journal.campaign WHERE " +
-                              condition);
-  sqlite::bind_all(query, parameter);
-  if (!query.executeStep()) return std::nullopt;
-  sqlite::Fields fields(query);
+CampaignRow campaign_from(sqlite::Fields& fields) {
   CampaignRow row;
   row.name = fields.text();
   row.procedure = fields.text();
@@ -40,6 +31,16 @@ std::optional<CampaignRow> find_journal(const SQLite::Database& database, const 
   row.created_utc_s = fields.real();
   row.updated_utc_s = fields.real();
   return row;
+}
+
+/// The journal that fits the rest of a query, which has one parameter.
+std::optional<CampaignRow> find_journal(const SQLite::Database& database, const std::string& condition,
+                                        std::string_view parameter) {
+  return sqlite::first_row_of(database,
+                              "SELECT name, procedure, document, state, reason, created_utc_s, updated_utc_s "
+                              "FROM journal JOIN campaign ON campaign.name = journal.campaign WHERE " +
+                                  condition,
+                              campaign_from, parameter);
 }
 
 std::optional<CampaignRow> journal_of(const SQLite::Database& database, std::string_view campaign) {
@@ -67,10 +68,8 @@ base::Status require_journal(const sqlite::Connection& connection, std::string_v
 }
 
 base::Status refuse_used_name(const sqlite::Connection& connection, std::string_view campaign) {
-  SQLite::Statement used(connection.database(),
-                         "SELECT 1 FROM run WHERE campaign = ?1 UNION ALL SELECT 1 FROM journal WHERE campaign = ?1");
-  sqlite::bind_all(used, campaign);
-  if (!used.executeStep()) return {};
+  const char* const sql = "SELECT 1 FROM run WHERE campaign = ?1 UNION ALL SELECT 1 FROM journal WHERE campaign = ?1";
+  if (!sqlite::has_row(connection.database(), sql, campaign)) return {};
   return base::bad_input("there is a campaign '" + std::string(campaign) + "' already; use another name",
                          connection.path().string());
 }
@@ -84,29 +83,25 @@ base::Status check_new(const sqlite::Connection& connection, const CampaignRow& 
 }
 
 void insert_journal(SQLite::Database& database, const CampaignRow& campaign) {
-  SQLite::Statement insert(database,
-                           "INSERT INTO journal (campaign, document, state, reason, created_utc_s, updated_utc_s) "
-                           "VALUES (?, ?, ?, ?, ?, ?)");
-  sqlite::bind_all(insert, campaign.name, campaign.document, campaign.state, campaign.reason, campaign.created_utc_s,
-                   campaign.created_utc_s);
-  insert.exec();
+  sqlite::execute(database,
+                  "INSERT INTO journal (campaign, document, state, reason, created_utc_s, updated_utc_s) "
+                  "VALUES (?, ?, ?, ?, ?, ?)",
+                  campaign.name, campaign.document, campaign.state, campaign.reason, campaign.created_utc_s,
+                  campaign.created_utc_s);
 }
 
 base::Status check_step(const sqlite::Connection& connection, const StepRow& step) {
   const std::string where = connection.path().string();
   if (step.index < 0 || step.attempt < 0) return base::bad_input("steps and attempts count from 0", where);
   if (const auto known = require_journal(connection, step.campaign); !known) return known;
-  SQLite::Statement same(connection.database(),
-                         "SELECT 1 FROM step WHERE campaign = ? AND step_index = ? AND attempt = ?");
-  sqlite::bind_all(same, step.campaign, step.index, step.attempt);
-  if (!same.executeStep()) return {};
+  const char* const same = "SELECT 1 FROM step WHERE campaign = ? AND step_index = ? AND attempt = ?";
+  if (!sqlite::has_row(connection.database(), same, step.campaign, step.index, step.attempt)) return {};
   return base::bad_input("attempt " + std::to_string(step.attempt) + " of step " + std::to_string(step.index) +
                              " of campaign '" + step.campaign + "' is in the journal already",
                          where);
 }
 
-StepRow step_from(SQLite::Statement& query) {
-  sqlite::Fields fields(query);
+StepRow step_from(sqlite::Fields& fields) {
   StepRow step;
   step.campaign = fields.text();
   step.index = fields.integer32();
@@ -159,10 +154,8 @@ base::Status Catalog::set_campaign_state(std::string_view name, std::string_view
     if (const auto known = require_journal(impl_->connection, name); !known) return known;
     if (const auto single = refuse_second_open(impl_->connection, name, state); !single) return single;
     const double utc_s = catalog::now_utc_s();
-    SQLite::Statement update(impl_->database(),
-                             "UPDATE journal SET state = ?, reason = ?, updated_utc_s = ? WHERE campaign = ?");
-    sqlite::bind_all(update, state, reason, utc_s, name);
-    update.exec();
+    sqlite::execute(impl_->database(), "UPDATE journal SET state = ?, reason = ?, updated_utc_s = ? WHERE campaign = ?",
+                    state, reason, utc_s, name);
     catalog::insert_event(impl_->database(),
                           {utc_s, "campaign_" + std::string(state), std::string(name), std::string(reason)});
     return {};
@@ -172,25 +165,21 @@ base::Status Catalog::set_campaign_state(std::string_view name, std::string_view
 base::Status Catalog::complete_step(const StepRow& step) {
   return impl_->connection.transact("enter the step", [&]() -> base::Status {
     if (const auto valid = check_step(impl_->connection, step); !valid) return valid;
-    SQLite::Statement insert(impl_->database(),
-                             "INSERT INTO step (campaign, step_index, attempt, started_utc_s, ended_utc_s, outcome, "
-                             "text, run_id) VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
-    sqlite::bind_all(insert, step.campaign, step.index, step.attempt, step.started_utc_s, step.ended_utc_s,
-                     step.outcome, step.text, step.run_id);
-    insert.exec();
+    sqlite::execute(impl_->database(),
+                    "INSERT INTO step (campaign, step_index, attempt, started_utc_s, ended_utc_s, outcome, "
+                    "text, run_id) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                    step.campaign, step.index, step.attempt, step.started_utc_s, step.ended_utc_s, step.outcome,
+                    step.text, step.run_id);
     return {};
   });
 }
 
 base::Result<std::vector<StepRow>> Catalog::completed_steps(std::string_view campaign) const {
   return impl_->connection.run("read the journal", [&]() -> base::Result<std::vector<StepRow>> {
-    SQLite::Statement query(impl_->database(),
-                            "SELECT campaign, step_index, attempt, started_utc_s, ended_utc_s, outcome, text, run_id "
-                            "FROM step WHERE campaign = ? ORDER BY ordinal");
-    sqlite::bind_all(query, campaign);
-    std::vector<StepRow> steps;
-    while (query.executeStep()) steps.push_back(step_from(query));
-    return steps;
+    return sqlite::rows_of(impl_->database(),
+                           "SELECT campaign, step_index, attempt, started_utc_s, ended_utc_s, outcome, text, run_id "
+                           "FROM step WHERE campaign = ? ORDER BY ordinal",
+                           step_from, campaign);
   });
 }
 

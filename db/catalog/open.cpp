@@ -5,12 +5,15 @@
 #include <SQLiteCpp/Transaction.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <chrono>
 #include <random>
+#include <set>
 #include <system_error>
 #include <thread>
+#include <utility>
 
-#include "base/uuid.h"
+#include "base/text.h"
 #include "db/catalog/detail/impl.h"
 #include "db/detail/schema.h"
 
@@ -27,8 +30,13 @@ base::Status make_folders(const std::filesystem::path& folder) {
       folder.string());
 }
 
+base::Status check_kind(const sqlite::Identity& identity, const std::filesystem::path& path) {
+  return schema::check_identity(identity, schema::kStationApplicationId, Catalog::kSchemaVersion, "station catalog",
+                                path);
+}
+
 /// Refuses what is no catalog, or one that is too new. A file without any table is a new one.
-base::Status check_identity(const sqlite::Connection& connection) {
+base::Status check_catalog_identity(const sqlite::Connection& connection) {
   // One transaction, as another process may be making the catalog between the readings.
   base::Result<sqlite::Identity> identity;
   const auto tables = connection.run("read the catalog", [&]() -> base::Result<int> {
@@ -40,8 +48,7 @@ base::Status check_identity(const sqlite::Connection& connection) {
   if (!tables) return base::forward_error(tables);
   if (!identity) return base::forward_error(identity);
   if (*tables == 0 && identity->application_id == 0 && identity->user_version == 0) return {};
-  return schema::check_identity(*identity, schema::kStationApplicationId, Catalog::kSchemaVersion, "station catalog",
-                                connection.path());
+  return check_kind(*identity, connection.path());
 }
 
 /// Switches to WAL. SQLite does not wait by itself for another process that is switching the same new file, so this
@@ -71,6 +78,35 @@ base::Status prepare(const sqlite::Connection& connection) {
   return schema::migrate(connection, schema::station_steps(), schema::kStationApplicationId);
 }
 
+/// Names of all run files in a folder.
+base::Result<std::set<std::string>> run_files_in(const std::filesystem::path& folder) {
+  std::set<std::string> names;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(folder, error); !error && entry != std::filesystem::end(entry);
+       entry.increment(error)) {
+    if (entry->path().extension() == ".soakrun") names.insert(entry->path().filename().string());
+  }
+  if (!error) return names;
+  return base::fail(base::ErrorKind::internal, "cannot list the run files: " + error.message(), folder.string());
+}
+
+OrphanRunFile orphan_at(std::filesystem::path path) {
+  OrphanRunFile orphan;
+  orphan.path = std::move(path);
+  const auto file = RunFileReader::open(orphan.path);
+  if (!file) {
+    orphan.problem = file.error().message;
+    return orphan;
+  }
+  orphan.sealed = file->sealed();
+  orphan.info = file->info();
+  for (const StreamInfo& stream : file->streams()) {
+    const bool known = std::find(orphan.units.begin(), orphan.units.end(), stream.unit) != orphan.units.end();
+    if (!stream.unit.empty() && !known) orphan.units.push_back(stream.unit);
+  }
+  return orphan;
+}
+
 }  // namespace
 
 namespace catalog {
@@ -94,12 +130,18 @@ Catalog& Catalog::operator=(Catalog&&) noexcept = default;
 Catalog::~Catalog() = default;
 
 base::Result<Catalog> Catalog::open(const std::filesystem::path& data_folder) {
-  if (const auto made = make_folders(data_folder); !made) return base::forward_error(made);
   const auto path = data_folder / "station.db";
-  if (const auto header = sqlite::read_header(path); !header) return base::forward_error(header);
+  const auto header = sqlite::read_header(path);
+  if (!header) return base::forward_error(header);
+  // Before SQLite has it, which empties a -wal file that a crash has left: what is refused is not touched.
+  if (!header->empty && header->identity.application_id != 0) {
+    const auto ours = check_kind(header->identity, path);
+    if (!ours) return base::forward_error(ours);
+  }
+  if (const auto made = make_folders(data_folder); !made) return base::forward_error(made);
   auto connection = sqlite::Connection::open(path, sqlite::Access::read_write);
   if (!connection) return base::forward_error(connection);
-  if (const auto ours = check_identity(*connection); !ours) return base::forward_error(ours);
+  if (const auto ours = check_catalog_identity(*connection); !ours) return base::forward_error(ours);
   if (const auto prepared = prepare(*connection); !prepared) return base::forward_error(prepared);
   return Catalog(std::make_unique<Impl>(data_folder, std::move(*connection)));
 }
@@ -123,6 +165,19 @@ base::Status Catalog::verify() const {
                              check.getColumn(2).getString() + "'; restore the catalog from a copy",
                          impl_->connection.path().string());
   });
+}
+
+base::Result<std::vector<OrphanRunFile>> orphan_run_files(const Catalog& catalog) {
+  const std::filesystem::path folder = catalog.data_folder() / "runs";
+  // Files first: one that is entered meanwhile then is in the catalog's answer.
+  auto names = run_files_in(folder);
+  if (!names) return base::forward_error(names);
+  const auto runs = catalog.runs({});
+  if (!runs) return base::forward_error(runs);
+  for (const RunRow& run : *runs) names->erase(run.file_name);
+  std::vector<OrphanRunFile> orphans;
+  for (const std::string& name : *names) orphans.push_back(orphan_at(folder / name));
+  return orphans;
 }
 
 }  // namespace soak::db

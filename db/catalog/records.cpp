@@ -5,7 +5,7 @@
 
 #include "base/hash.h"
 #include "db/catalog/detail/impl.h"
-#include "db/detail/fields.h"
+#include "db/detail/sqlite.h"
 
 namespace soak::db {
 namespace {
@@ -23,11 +23,11 @@ base::Status check_void(const VoidRecord& record, const std::string& where) {
 /// Refuses a record that withdraws nothing: a mistyped visit or position must not go unnoticed.
 base::Status require_segments(const sqlite::Connection& connection, const VoidRecord& record) {
   if (!record.visit) return {};
-  SQLite::Statement query(connection.database(),
-                          "SELECT 1 FROM segment WHERE run_id = ?1 AND unit = ?2 AND visit = ?3 AND "
-                          "(?4 IS NULL OR position = ?4) AND (?5 IS NULL OR attempt = ?5)");
-  sqlite::bind_all(query, record.run_id, record.unit, record.visit, record.position, record.attempt);
-  if (query.executeStep()) return {};
+  const bool known = sqlite::has_row(connection.database(),
+                                     "SELECT 1 FROM segment WHERE run_id = ?1 AND unit = ?2 AND visit = ?3 AND "
+                                     "(?4 IS NULL OR position = ?4) AND (?5 IS NULL OR attempt = ?5)",
+                                     record.run_id, record.unit, record.visit, record.position, record.attempt);
+  if (known) return {};
   return base::bad_input("run " + record.run_id + " of unit " + record.unit + " has no such segment",
                          connection.path().string());
 }
@@ -40,8 +40,7 @@ std::string text_of(const VoidRecord& record) {
   return text + ", by " + record.user + ": " + record.reason;
 }
 
-VoidRecord void_from(SQLite::Statement& query) {
-  sqlite::Fields fields(query);
+VoidRecord void_from(sqlite::Fields& fields) {
   VoidRecord record;
   record.run_id = fields.text();
   record.unit = fields.text();
@@ -54,10 +53,33 @@ VoidRecord void_from(SQLite::Statement& query) {
   return record;
 }
 
+std::string sha256_of_text(std::string_view text) {
+  base::Sha256 hash;
+  hash.update(text);
+  return base::to_hex(hash.finish());
+}
+
+GapReportRow report_from(sqlite::Fields& fields) {
+  GapReportRow report;
+  report.unit = fields.text();
+  report.model_version = fields.integer32();
+  report.created_utc_s = fields.real();
+  report.document = fields.text();
+  return report;
+}
+
+EventRow event_from(sqlite::Fields& fields) {
+  EventRow event;
+  event.utc_s = fields.real();
+  event.kind = fields.text();
+  event.subject = fields.text();
+  event.text = fields.text();
+  return event;
+}
+
 base::Status require_model(const sqlite::Connection& connection, std::string_view unit, std::int32_t version) {
-  SQLite::Statement known(connection.database(), "SELECT 1 FROM model WHERE unit = ? AND version = ?");
-  sqlite::bind_all(known, unit, version);
-  if (known.executeStep()) return {};
+  const char* const sql = "SELECT 1 FROM model WHERE unit = ? AND version = ?";
+  if (sqlite::has_row(connection.database(), sql, unit, version)) return {};
   return base::bad_input("unit '" + std::string(unit) + "' has no model version " + std::to_string(version),
                          connection.path().string());
 }
@@ -67,9 +89,8 @@ base::Status require_model(const sqlite::Connection& connection, std::string_vie
 namespace catalog {
 
 void insert_event(SQLite::Database& database, const EventRow& event) {
-  SQLite::Statement insert(database, "INSERT INTO event (event_id, utc_s, kind, subject, text) VALUES (?, ?, ?, ?, ?)");
-  sqlite::bind_all(insert, new_uuid(event.utc_s), event.utc_s, event.kind, event.subject, event.text);
-  insert.exec();
+  sqlite::execute(database, "INSERT INTO event (event_id, utc_s, kind, subject, text) VALUES (?, ?, ?, ?, ?)",
+                  new_uuid(event.utc_s), event.utc_s, event.kind, event.subject, event.text);
 }
 
 }  // namespace catalog
@@ -79,12 +100,11 @@ base::Status Catalog::add_void(const VoidRecord& record) {
     if (const auto valid = check_void(record, impl_->connection.path().string()); !valid) return valid;
     if (const auto known = catalog::require_run(impl_->connection, record.run_id, record.unit); !known) return known;
     if (const auto known = require_segments(impl_->connection, record); !known) return known;
-    SQLite::Statement insert(impl_->database(),
-                             "INSERT INTO void (void_id, run_id, unit, visit, position, attempt, reason, user, utc_s) "
-                             "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
-    sqlite::bind_all(insert, catalog::new_uuid(record.utc_s), record.run_id, record.unit, record.visit, record.position,
-                     record.attempt, record.reason, record.user, record.utc_s);
-    insert.exec();
+    sqlite::execute(impl_->database(),
+                    "INSERT INTO void (void_id, run_id, unit, visit, position, attempt, reason, user, utc_s) "
+                    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                    catalog::new_uuid(record.utc_s), record.run_id, record.unit, record.visit, record.position,
+                    record.attempt, record.reason, record.user, record.utc_s);
     catalog::insert_event(impl_->database(), {record.utc_s, "voided", record.run_id, text_of(record)});
     return {};
   });
@@ -92,13 +112,10 @@ base::Status Catalog::add_void(const VoidRecord& record) {
 
 base::Result<std::vector<VoidRecord>> Catalog::voids(std::string_view run_id) const {
   return impl_->connection.run("read the void records", [&]() -> base::Result<std::vector<VoidRecord>> {
-    SQLite::Statement query(impl_->database(),
-                            "SELECT run_id, unit, visit, position, attempt, reason, user, utc_s FROM void "
-                            "WHERE run_id = ? ORDER BY rowid");
-    sqlite::bind_all(query, run_id);
-    std::vector<VoidRecord> records;
-    while (query.executeStep()) records.push_back(void_from(query));
-    return records;
+    return sqlite::rows_of(impl_->database(),
+                           "SELECT run_id, unit, visit, position, attempt, reason, user, utc_s FROM void "
+                           "WHERE run_id = ? ORDER BY rowid",
+                           void_from, run_id);
   });
 }
 
@@ -106,18 +123,15 @@ base::Result<std::int32_t> Catalog::add_model(std::string_view unit, std::int32_
                                               const std::function<std::string(std::int32_t)>& make_document) {
   return impl_->connection.transact("add the model", [&]() -> base::Result<std::int32_t> {
     if (const auto known = catalog::epoch_of(impl_->connection, unit); !known) return base::forward_error(known);
-    SQLite::Statement newest(impl_->database(), "SELECT coalesce(max(version), 0) FROM model WHERE unit = ?");
-    sqlite::bind_all(newest, unit);
-    newest.executeStep();
-    const std::int32_t version = newest.getColumn(0).getInt() + 1;
+    const auto newest = sqlite::first_row_of(
+        impl_->database(), "SELECT coalesce(max(version), 0) FROM model WHERE unit = ?",
+        [](sqlite::Fields& fields) { return fields.integer32(); }, unit);
+    const std::int32_t version = *newest + 1;
     const std::string document = make_document(version);
-    base::Sha256 hash;
-    hash.update(document);
-    SQLite::Statement insert(impl_->database(),
-                             "INSERT INTO model (unit, version, epoch, created_utc_s, sha256, document) "
-                             "VALUES (?, ?, ?, ?, ?, ?)");
-    sqlite::bind_all(insert, unit, version, epoch, created_utc_s, base::to_hex(hash.finish()), document);
-    insert.exec();
+    sqlite::execute(impl_->database(),
+                    "INSERT INTO model (unit, version, epoch, created_utc_s, sha256, document) "
+                    "VALUES (?, ?, ?, ?, ?, ?)",
+                    unit, version, epoch, created_utc_s, sha256_of_text(document), document);
     catalog::insert_event(impl_->database(),
                           {created_utc_s, "model_added", std::string(unit), "version " + std::to_string(version)});
     return version;
@@ -138,9 +152,7 @@ base::Result<std::optional<ModelRow>> Catalog::model(std::string_view unit, std:
     row.epoch = fields.integer32();
     row.created_utc_s = fields.real();
     row.document = fields.text();
-    base::Sha256 hash;
-    hash.update(row.document);
-    if (base::to_hex(hash.finish()) != fields.text()) {
+    if (sha256_of_text(row.document) != fields.text()) {
       return base::corrupt(
           fmt::format("model {} of unit {} is not as it was stored; fit again, or take the catalog's backup",
                       row.version, row.unit),
@@ -153,32 +165,21 @@ base::Result<std::optional<ModelRow>> Catalog::model(std::string_view unit, std:
 base::Status Catalog::add_gap_report(const GapReportRow& report) {
   return impl_->connection.transact("store the gap report", [&]() -> base::Status {
     if (const auto known = require_model(impl_->connection, report.unit, report.model_version); !known) return known;
-    SQLite::Statement insert(impl_->database(),
-                             "INSERT INTO gap_report (gap_report_id, unit, model_version, created_utc_s, document) "
-                             "VALUES (?, ?, ?, ?, ?)");
-    sqlite::bind_all(insert, catalog::new_uuid(report.created_utc_s), report.unit, report.model_version,
-                     report.created_utc_s, report.document);
-    insert.exec();
+    sqlite::execute(impl_->database(),
+                    "INSERT INTO gap_report (gap_report_id, unit, model_version, created_utc_s, document) "
+                    "VALUES (?, ?, ?, ?, ?)",
+                    catalog::new_uuid(report.created_utc_s), report.unit, report.model_version, report.created_utc_s,
+                    report.document);
     return {};
   });
 }
 
 base::Result<std::vector<GapReportRow>> Catalog::gap_reports(std::string_view unit) const {
   return impl_->connection.run("read the gap reports", [&]() -> base::Result<std::vector<GapReportRow>> {
-    SQLite::Statement query(impl_->database(),
-                            "SELECT unit, model_version, created_utc_s, document FROM gap_report WHERE unit = ? "
-                            "ORDER BY rowid");
-    sqlite::bind_all(query, unit);
-    std::vector<GapReportRow> reports;
-    while (query.executeStep()) {
-      sqlite::Fields fields(query);
-      GapReportRow& report = reports.emplace_back();
-      report.unit = fields.text();
-      report.model_version = fields.integer32();
-      report.created_utc_s = fields.real();
-      report.document = fields.text();
-    }
-    return reports;
+    return sqlite::rows_of(impl_->database(),
+                           "SELECT unit, model_version, created_utc_s, document FROM gap_report WHERE unit = ? "
+                           "ORDER BY rowid",
+                           report_from, unit);
   });
 }
 
@@ -186,12 +187,11 @@ base::Status Catalog::add_calibration(const CalibrationRow& calibration) {
   return impl_->connection.transact("record the exported file", [&]() -> base::Status {
     auto known = require_model(impl_->connection, calibration.unit, calibration.model_version);
     if (!known) return known;
-    SQLite::Statement insert(impl_->database(),
-                             "INSERT INTO calibration (calibration_id, unit, model_version, created_utc_s, format, "
-                             "sha256, path) VALUES (?, ?, ?, ?, ?, ?, ?)");
-    sqlite::bind_all(insert, catalog::new_uuid(calibration.created_utc_s), calibration.unit, calibration.model_version,
-                     calibration.created_utc_s, calibration.format, calibration.sha256, calibration.path);
-    insert.exec();
+    sqlite::execute(impl_->database(),
+                    "INSERT INTO calibration (calibration_id, unit, model_version, created_utc_s, format, "
+                    "sha256, path) VALUES (?, ?, ?, ?, ?, ?, ?)",
+                    catalog::new_uuid(calibration.created_utc_s), calibration.unit, calibration.model_version,
+                    calibration.created_utc_s, calibration.format, calibration.sha256, calibration.path);
     catalog::insert_event(
         impl_->database(),
         {calibration.created_utc_s, "calibration_exported", calibration.unit,
@@ -209,17 +209,8 @@ base::Status Catalog::log_event(const EventRow& event) {
 
 base::Result<std::vector<EventRow>> Catalog::events() const {
   return impl_->connection.run("read the event log", [&]() -> base::Result<std::vector<EventRow>> {
-    SQLite::Statement query(impl_->database(), "SELECT utc_s, kind, subject, text FROM event ORDER BY ordinal");
-    std::vector<EventRow> events;
-    while (query.executeStep()) {
-      sqlite::Fields fields(query);
-      EventRow& event = events.emplace_back();
-      event.utc_s = fields.real();
-      event.kind = fields.text();
-      event.subject = fields.text();
-      event.text = fields.text();
-    }
-    return events;
+    return sqlite::rows_of(impl_->database(), "SELECT utc_s, kind, subject, text FROM event ORDER BY ordinal",
+                           event_from);
   });
 }
 

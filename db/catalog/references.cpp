@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "db/catalog/detail/impl.h"
-#include "db/detail/fields.h"
+#include "db/detail/sqlite.h"
 
 namespace soak::db {
 namespace {
@@ -66,29 +66,25 @@ base::Status check_entry(const ReferenceRow& row, const std::string& where) {
 }
 
 base::Status refuse_same(const sqlite::Connection& connection, const calib::Reference& reference) {
-  SQLite::Statement same(connection.database(),
-                         "SELECT 1 FROM reference WHERE kind = ? AND name = ? AND certificate = ? AND correction IS ? "
-                         "AND standard_uncertainty = ? AND issued_utc_s = ? AND due_utc_s = ? "
-                         "AND record_id NOT IN (SELECT record_id FROM reference_withdrawal) "
-                         "AND record_id NOT IN (SELECT record_id FROM reference_retirement)");
-  sqlite::bind_all(same, calib::name_of(reference.kind), reference.name, reference.certificate, reference.correction,
-                   reference.standard_uncertainty, reference.issued_utc_s, reference.due_utc_s);
-  if (!same.executeStep()) return {};
+  const bool same =
+      sqlite::has_row(connection.database(),
+                      "SELECT 1 FROM reference WHERE kind = ? AND name = ? AND certificate = ? AND correction IS ? "
+                      "AND standard_uncertainty = ? AND issued_utc_s = ? AND due_utc_s = ? "
+                      "AND record_id NOT IN (SELECT record_id FROM reference_withdrawal) "
+                      "AND record_id NOT IN (SELECT record_id FROM reference_retirement)",
+                      calib::name_of(reference.kind), reference.name, reference.certificate, reference.correction,
+                      reference.standard_uncertainty, reference.issued_utc_s, reference.due_utc_s);
+  if (!same) return {};
   return base::bad_input("certificate '" + reference.certificate + "' of '" + reference.name +
-                             "' stands in the register with the same numbers already",
+                             "' is already in the register with the same numbers",
                          connection.path().string());
 }
 
-/// Name of an entry for messages and the log; nothing for an unknown one.
-std::optional<std::string> label_of(const sqlite::Connection& connection, std::string_view record_id) {
-  SQLite::Statement query(connection.database(), "SELECT kind || ' ' || name FROM reference WHERE record_id = ?");
-  sqlite::bind_all(query, record_id);
-  if (!query.executeStep()) return std::nullopt;
-  return sqlite::Fields(query).text();
-}
-
+/// "kind name" of an entry; bad_input for an unknown one.
 base::Result<std::string> require_entry(const sqlite::Connection& connection, std::string_view record_id) {
-  auto label = label_of(connection, record_id);
+  auto label =
+      sqlite::first_row_of(connection.database(), "SELECT kind || ' ' || name FROM reference WHERE record_id = ?",
+                           sqlite::text_from, record_id);
   if (label) return *std::move(label);
   return base::bad_input("the register has no entry " + std::string(record_id), connection.path().string());
 }
@@ -106,12 +102,6 @@ constexpr Ending kRetirement = {"reference_retirement", "retire the reference", 
 constexpr Ending kWithdrawal = {"reference_withdrawal", "withdraw the entry", "withdrawing", "reference_withdrawn",
                                 "withdrawn"};
 
-bool has_ended(const SQLite::Database& database, const Ending& ending, std::string_view record_id) {
-  SQLite::Statement query(database, fmt::format("SELECT 1 FROM {} WHERE record_id = ?", ending.table));
-  sqlite::bind_all(query, record_id);
-  return query.executeStep();
-}
-
 base::Status end_entry(const sqlite::Connection& connection, const Ending& ending, std::string_view record_id,
                        const EndRecord& end) {
   return connection.transact(ending.doing, [&]() -> base::Status {
@@ -121,14 +111,13 @@ base::Status end_entry(const sqlite::Connection& connection, const Ending& endin
     }
     const auto label = require_entry(connection, record_id);
     if (!label) return base::forward_error(label);
-    if (has_ended(connection.database(), ending, record_id)) {
+    const std::string ended = fmt::format("SELECT 1 FROM {} WHERE record_id = ?", ending.table);
+    if (sqlite::has_row(connection.database(), ended, record_id)) {
       return base::bad_input(fmt::format("{} is {} already", *label, ending.past), where);
     }
-    SQLite::Statement insert(
-        connection.database(),
-        fmt::format("INSERT INTO {} (record_id, reason, user, utc_s) VALUES (?, ?, ?, ?)", ending.table));
-    sqlite::bind_all(insert, record_id, end.reason, end.user, end.utc_s);
-    insert.exec();
+    sqlite::execute(connection.database(),
+                    fmt::format("INSERT INTO {} (record_id, reason, user, utc_s) VALUES (?, ?, ?, ?)", ending.table),
+                    record_id, end.reason, end.user, end.utc_s);
     catalog::insert_event(connection.database(), {end.utc_s, ending.event, std::string(record_id),
                                                   *label + ", by " + end.user + ": " + end.reason});
     return {};
@@ -144,16 +133,47 @@ std::optional<EndRecord> ending_from(sqlite::Fields& fields) {
   return EndRecord{*reason, user.value_or(""), utc_s.value_or(0.0)};
 }
 
+ReferenceRow entry_from(sqlite::Fields& fields) {
+  ReferenceRow row;
+  row.reference = reference_from(fields);
+  row.user = fields.text();
+  row.entered_utc_s = fields.real();
+  row.retired = ending_from(fields);
+  row.withdrawn = ending_from(fields);
+  return row;
+}
+
+CheckStandardRow check_standard_from(sqlite::Fields& fields) {
+  CheckStandardRow row;
+  row.check_standard_id = fields.text();
+  row.unit = fields.text();
+  row.since_utc_s = fields.real();
+  row.reason = fields.text();
+  row.user = fields.text();
+  row.ended = ending_from(fields);
+  return row;
+}
+
+/// What a campaign noted of an entry: of a waiver that is gone from its table nothing is left but its number.
+calib::ReferenceUse use_from(sqlite::Fields& fields) {
+  calib::ReferenceUse use{reference_from(fields), std::nullopt};
+  if (const auto noted = fields.optional_text()) {
+    use.waiver.emplace();
+    use.waiver->waiver_id = *noted;
+    use.waiver->record_id = use.reference.record_id;
+  }
+  if (fields.flag()) use.waiver = waiver_from(fields);
+  return use;
+}
+
 bool is_noted(const SQLite::Database& database, std::string_view campaign, const calib::ReferenceUse& use) {
-  SQLite::Statement query(database,
-                          "SELECT 1 FROM campaign_reference WHERE campaign = ? AND record_id = ? AND waiver_id IS ?");
-  sqlite::bind_all(query, campaign, use.reference.record_id,
-                   use.waiver ? std::optional(use.waiver->waiver_id) : std::nullopt);
-  return query.executeStep();
+  return sqlite::has_row(
+      database, "SELECT 1 FROM campaign_reference WHERE campaign = ? AND record_id = ? AND waiver_id IS ?", campaign,
+      use.reference.record_id, use.waiver ? std::optional(use.waiver->waiver_id) : std::nullopt);
 }
 
 /// Adds a note to those of a campaign: an entry stands there once, with the waiver that comes last.
-void merge(std::vector<calib::ReferenceUse>& uses, calib::ReferenceUse use) {
+void merge_note(std::vector<calib::ReferenceUse>& uses, calib::ReferenceUse use) {
   const auto same = std::find_if(uses.begin(), uses.end(), [&](const calib::ReferenceUse& other) {
     return other.reference.record_id == use.reference.record_id;
   });
@@ -164,6 +184,19 @@ void merge(std::vector<calib::ReferenceUse>& uses, calib::ReferenceUse use) {
   }
 }
 
+constexpr const char* kStandardNeedsReason = "a check standard needs a reason and a user";
+
+/// Column `wanted` of a check standard that has not ended, by another of its columns.
+std::optional<std::string> open_check_standard(const SQLite::Database& database, const char* wanted, const char* by,
+                                               std::string_view value) {
+  return sqlite::first_row_of(
+      database,
+      fmt::format("SELECT {} FROM check_standard LEFT JOIN check_standard_end AS e USING (check_standard_id) "
+                  "WHERE {} = ? AND e.utc_s IS NULL",
+                  wanted, by),
+      sqlite::text_from, value);
+}
+
 }  // namespace
 
 base::Result<std::string> Catalog::add_reference(const ReferenceRow& row) {
@@ -172,14 +205,13 @@ base::Result<std::string> Catalog::add_reference(const ReferenceRow& row) {
     const calib::Reference& reference = row.reference;
     if (auto is_new = refuse_same(impl_->connection, reference); !is_new) return base::forward_error(is_new);
     std::string record_id = catalog::new_uuid(row.entered_utc_s);
-    SQLite::Statement insert(impl_->database(),
-                             "INSERT INTO reference (record_id, kind, name, certificate, correction, "
-                             "standard_uncertainty, issued_utc_s, due_utc_s, user, entered_utc_s) "
-                             "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-    sqlite::bind_all(insert, record_id, calib::name_of(reference.kind), reference.name, reference.certificate,
-                     reference.correction, reference.standard_uncertainty, reference.issued_utc_s, reference.due_utc_s,
-                     row.user, row.entered_utc_s);
-    insert.exec();
+    sqlite::execute(impl_->database(),
+                    "INSERT INTO reference (record_id, kind, name, certificate, correction, "
+                    "standard_uncertainty, issued_utc_s, due_utc_s, user, entered_utc_s) "
+                    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                    record_id, calib::name_of(reference.kind), reference.name, reference.certificate,
+                    reference.correction, reference.standard_uncertainty, reference.issued_utc_s, reference.due_utc_s,
+                    row.user, row.entered_utc_s);
     catalog::insert_event(impl_->database(), {row.entered_utc_s, "reference_added", record_id,
                                               std::string(calib::name_of(reference.kind)) + ' ' + reference.name +
                                                   ", certificate " + reference.certificate + ", by " + row.user});
@@ -189,22 +221,12 @@ base::Result<std::string> Catalog::add_reference(const ReferenceRow& row) {
 
 base::Result<std::vector<ReferenceRow>> Catalog::references() const {
   return impl_->connection.run("read the register", [&]() -> base::Result<std::vector<ReferenceRow>> {
-    SQLite::Statement query(impl_->database(),
-                            std::string("SELECT ") + kEntryColumns +
-                                ", reference.user, entered_utc_s, r.reason, r.user, r.utc_s, w.reason, w.user, w.utc_s "
-                                "FROM reference LEFT JOIN reference_retirement AS r USING (record_id) "
-                                "LEFT JOIN reference_withdrawal AS w USING (record_id) ORDER BY reference.rowid");
-    std::vector<ReferenceRow> rows;
-    while (query.executeStep()) {
-      sqlite::Fields fields(query);
-      ReferenceRow& row = rows.emplace_back();
-      row.reference = reference_from(fields);
-      row.user = fields.text();
-      row.entered_utc_s = fields.real();
-      row.retired = ending_from(fields);
-      row.withdrawn = ending_from(fields);
-    }
-    return rows;
+    return sqlite::rows_of(impl_->database(),
+                           std::string("SELECT ") + kEntryColumns +
+                               ", reference.user, entered_utc_s, r.reason, r.user, r.utc_s, w.reason, w.user, w.utc_s "
+                               "FROM reference LEFT JOIN reference_retirement AS r USING (record_id) "
+                               "LEFT JOIN reference_withdrawal AS w USING (record_id) ORDER BY reference.rowid",
+                           entry_from);
   });
 }
 
@@ -220,12 +242,11 @@ base::Status Catalog::add_waiver(const calib::Waiver& waiver) {
   return impl_->connection.transact("store the waiver", [&]() -> base::Status {
     const auto label = require_entry(impl_->connection, waiver.record_id);
     if (!label) return base::forward_error(label);
-    SQLite::Statement insert(impl_->database(),
-                             "INSERT INTO waiver (waiver_id, record_id, reason, signer, public_key, signature, utc_s) "
-                             "VALUES (?, ?, ?, ?, ?, ?, ?)");
-    sqlite::bind_all(insert, waiver.waiver_id, waiver.record_id, waiver.reason, waiver.signer, waiver.public_key_hex,
-                     waiver.signature_hex, waiver.utc_s);
-    insert.exec();
+    sqlite::execute(impl_->database(),
+                    "INSERT INTO waiver (waiver_id, record_id, reason, signer, public_key, signature, utc_s) "
+                    "VALUES (?, ?, ?, ?, ?, ?, ?)",
+                    waiver.waiver_id, waiver.record_id, waiver.reason, waiver.signer, waiver.public_key_hex,
+                    waiver.signature_hex, waiver.utc_s);
     catalog::insert_event(impl_->database(), {waiver.utc_s, "reference_waived", waiver.record_id,
                                               *label + ", by " + waiver.signer + ": " + waiver.reason});
     return {};
@@ -234,14 +255,8 @@ base::Status Catalog::add_waiver(const calib::Waiver& waiver) {
 
 base::Result<std::vector<calib::Waiver>> Catalog::waivers() const {
   return impl_->connection.run("read the waivers", [&]() -> base::Result<std::vector<calib::Waiver>> {
-    SQLite::Statement query(impl_->database(),
-                            std::string("SELECT ") + kWaiverColumns + " FROM waiver ORDER BY waiver.rowid");
-    std::vector<calib::Waiver> waivers;
-    while (query.executeStep()) {
-      sqlite::Fields fields(query);
-      waivers.push_back(waiver_from(fields));
-    }
-    return waivers;
+    return sqlite::rows_of(impl_->database(),
+                           std::string("SELECT ") + kWaiverColumns + " FROM waiver ORDER BY waiver.rowid", waiver_from);
   });
 }
 
@@ -253,12 +268,10 @@ base::Status Catalog::add_campaign_references(std::string_view campaign, const s
         return base::forward_error(known);
       }
       if (is_noted(impl_->database(), campaign, use)) continue;
-      SQLite::Statement insert(
-          impl_->database(),
-          "INSERT INTO campaign_reference (campaign, record_id, waiver_id, utc_s) VALUES (?, ?, ?, ?)");
-      sqlite::bind_all(insert, campaign, use.reference.record_id,
-                       use.waiver ? std::optional(use.waiver->waiver_id) : std::nullopt, utc_s);
-      insert.exec();
+      sqlite::execute(impl_->database(),
+                      "INSERT INTO campaign_reference (campaign, record_id, waiver_id, utc_s) VALUES (?, ?, ?, ?)",
+                      campaign, use.reference.record_id,
+                      use.waiver ? std::optional(use.waiver->waiver_id) : std::nullopt, utc_s);
     }
     return {};
   });
@@ -266,47 +279,82 @@ base::Status Catalog::add_campaign_references(std::string_view campaign, const s
 
 base::Result<std::vector<calib::ReferenceUse>> Catalog::campaign_references(std::string_view campaign) const {
   return impl_->connection.run("read the references", [&]() -> base::Result<std::vector<calib::ReferenceUse>> {
-    SQLite::Statement lost(impl_->database(),
-                           "SELECT count(*) FROM campaign_reference WHERE campaign = ? AND record_id NOT IN "
-                           "(SELECT record_id FROM reference)");
-    sqlite::bind_all(lost, campaign);
-    if (lost.executeStep() && lost.getColumn(0).getInt() > 0) {
+    const bool lost = sqlite::has_row(impl_->database(),
+                                      "SELECT 1 FROM campaign_reference WHERE campaign = ? AND record_id NOT IN "
+                                      "(SELECT record_id FROM reference)",
+                                      campaign);
+    if (lost) {
       return base::corrupt("an entry of the register that the campaign was measured with is gone",
                            fmt::format("campaign {}", campaign));
     }
-    SQLite::Statement query(impl_->database(),
-                            std::string("SELECT ") + kEntryColumns + ", c.waiver_id, waiver.waiver_id IS NOT NULL, " +
-                                kWaiverColumns +
-                                " FROM campaign_reference AS c JOIN reference USING (record_id) "
-                                "LEFT JOIN waiver ON waiver.waiver_id = c.waiver_id WHERE campaign = ? "
-                                "ORDER BY c.ordinal");
-    sqlite::bind_all(query, campaign);
     std::vector<calib::ReferenceUse> uses;
-    while (query.executeStep()) {
-      sqlite::Fields fields(query);
-      calib::ReferenceUse use{reference_from(fields), std::nullopt};
-      const auto noted = fields.optional_text();
-      if (noted) {
-        use.waiver.emplace();
-        use.waiver->waiver_id = *noted;
-        use.waiver->record_id = use.reference.record_id;
-      }
-      if (fields.flag()) use.waiver = waiver_from(fields);
-      merge(uses, std::move(use));
-    }
+    auto notes = sqlite::rows_of(impl_->database(),
+                                 std::string("SELECT ") + kEntryColumns +
+                                     ", c.waiver_id, waiver.waiver_id IS NOT NULL, " + kWaiverColumns +
+                                     " FROM campaign_reference AS c JOIN reference USING (record_id) "
+                                     "LEFT JOIN waiver ON waiver.waiver_id = c.waiver_id WHERE campaign = ? "
+                                     "ORDER BY c.ordinal",
+                                 use_from, campaign);
+    for (calib::ReferenceUse& note : notes) merge_note(uses, std::move(note));
     return uses;
   });
 }
 
 base::Result<std::vector<std::string>> Catalog::campaigns_of_reference(std::string_view record_id) const {
   return impl_->connection.run("read the campaigns", [&]() -> base::Result<std::vector<std::string>> {
-    SQLite::Statement query(impl_->database(),
-                            "SELECT campaign FROM campaign_reference WHERE record_id = ? "
-                            "GROUP BY campaign ORDER BY min(ordinal)");
-    sqlite::bind_all(query, record_id);
-    std::vector<std::string> names;
-    while (query.executeStep()) names.push_back(sqlite::Fields(query).text());
-    return names;
+    return sqlite::rows_of(impl_->database(),
+                           "SELECT campaign FROM campaign_reference WHERE record_id = ? "
+                           "GROUP BY campaign ORDER BY min(ordinal)",
+                           sqlite::text_from, record_id);
+  });
+}
+
+// ---- Check standards
+
+base::Result<std::string> Catalog::add_check_standard(const CheckStandardRow& row) {
+  return impl_->connection.transact("enter the check standard", [&]() -> base::Result<std::string> {
+    const std::string where = impl_->connection.path().string();
+    if (row.reason.empty() || row.user.empty()) return base::bad_input(kStandardNeedsReason, where);
+    if (const auto known = catalog::epoch_of(impl_->connection, row.unit); !known) return base::forward_error(known);
+    if (open_check_standard(impl_->database(), "check_standard_id", "unit", row.unit)) {
+      return base::bad_input("unit '" + row.unit + "' is a check standard already", where);
+    }
+    std::string id = catalog::new_uuid(row.since_utc_s);
+    sqlite::execute(impl_->database(),
+                    "INSERT INTO check_standard (check_standard_id, unit, since_utc_s, reason, user) "
+                    "VALUES (?, ?, ?, ?, ?)",
+                    id, row.unit, row.since_utc_s, row.reason, row.user);
+    catalog::insert_event(impl_->database(),
+                          {row.since_utc_s, "check_standard_added", row.unit, "by " + row.user + ": " + row.reason});
+    return id;
+  });
+}
+
+base::Status Catalog::end_check_standard(std::string_view check_standard_id, const EndRecord& end) {
+  return impl_->connection.transact("end the check standard", [&]() -> base::Status {
+    const std::string where = impl_->connection.path().string();
+    if (end.reason.empty() || end.user.empty()) return base::bad_input(kStandardNeedsReason, where);
+    const auto unit = open_check_standard(impl_->database(), "unit", "check_standard_id", check_standard_id);
+    if (!unit) {
+      return base::bad_input(
+          "there is no check standard record " + std::string(check_standard_id) + " that has not ended", where);
+    }
+    sqlite::execute(impl_->database(),
+                    "INSERT INTO check_standard_end (check_standard_id, reason, user, utc_s) VALUES (?, ?, ?, ?)",
+                    check_standard_id, end.reason, end.user, end.utc_s);
+    catalog::insert_event(impl_->database(),
+                          {end.utc_s, "check_standard_ended", *unit, "by " + end.user + ": " + end.reason});
+    return {};
+  });
+}
+
+base::Result<std::vector<CheckStandardRow>> Catalog::check_standards() const {
+  return impl_->connection.run("read the check standards", [&]() -> base::Result<std::vector<CheckStandardRow>> {
+    return sqlite::rows_of(impl_->database(),
+                           "SELECT check_standard_id, unit, since_utc_s, c.reason, c.user, e.reason, e.user, e.utc_s "
+                           "FROM check_standard AS c LEFT JOIN check_standard_end AS e USING (check_standard_id) "
+                           "ORDER BY c.rowid",
+                           check_standard_from);
   });
 }
 

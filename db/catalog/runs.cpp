@@ -10,8 +10,7 @@
 #include <system_error>
 
 #include "db/catalog/detail/impl.h"
-#include "db/detail/durable_file.h"
-#include "db/detail/fields.h"
+#include "db/detail/sqlite.h"
 
 namespace soak::db {
 namespace {
@@ -21,11 +20,9 @@ constexpr std::size_t kShortestPrefix = 6;
 
 constexpr const char* kRunColumns =
     "run_id, unit, campaign, label, procedure, purpose, epoch, created_utc_s, clock_rate, simulated, sealed, "
-    "file_name, "
-    "file_sha256, content_sha256, latitude_deg, height_m, azimuth_deg, gravity_mps2, row_count, duration_s";
+    "file_name, file_sha256, content_sha256, latitude_deg, height_m, azimuth_deg, gravity_mps2, row_count, duration_s";
 
-RunRow run_from(SQLite::Statement& query) {
-  sqlite::Fields fields(query);
+RunRow run_from(sqlite::Fields& fields) {
   RunRow run;
   run.run_id = fields.text();
   run.unit = fields.text();
@@ -61,13 +58,6 @@ void insert_run(SQLite::Database& database, const RunRow& run) {
   insert.exec();
 }
 
-/// True where a query with these two texts has a row.
-bool exists(const SQLite::Database& database, const char* sql, std::string_view a, std::string_view b) {
-  SQLite::Statement query(database, sql);
-  sqlite::bind_all(query, a, b);
-  return query.executeStep();
-}
-
 /// Refuses what the schema's constraints would refuse, with words that help.
 base::Status check_run(const sqlite::Connection& connection, const RunRow& run) {
   const std::string where = connection.path().string();
@@ -76,21 +66,22 @@ base::Status check_run(const sqlite::Connection& connection, const RunRow& run) 
   }
   if (!is_purpose(run.purpose)) {
     return base::bad_input(
-        "'" + run.purpose + "' is no purpose of a run; known are calibration, verification and diagnosis", where);
+        "'" + run.purpose + "' is not a purpose of a run; known are calibration, verification and diagnosis", where);
   }
   if (const auto epoch = catalog::epoch_of(connection, run.unit); !epoch) return base::forward_error(epoch);
   SQLite::Database& database = connection.database();
-  if (!exists(database, "SELECT 1 FROM campaign WHERE name = ? AND name = ?", run.campaign, run.campaign)) {
+  if (!sqlite::has_row(database, "SELECT 1 FROM campaign WHERE name = ?", run.campaign)) {
     return base::bad_input("the catalog has no campaign '" + run.campaign + "'; add it first", where);
   }
-  if (exists(database, "SELECT 1 FROM run WHERE run_id = ? AND unit = ?", run.run_id, run.unit)) {
+  if (sqlite::has_row(database, "SELECT 1 FROM run WHERE run_id = ? AND unit = ?", run.run_id, run.unit)) {
     return base::bad_input("the catalog has run " + run.run_id + " of unit " + run.unit + " already", where);
   }
-  SQLite::Statement same(database, "SELECT run_id FROM run WHERE campaign = ? AND unit = ? AND label = ?");
-  sqlite::bind_all(same, run.campaign, run.unit, run.label);
-  if (same.executeStep()) {
+  const auto same =
+      sqlite::first_row_of(database, "SELECT run_id FROM run WHERE campaign = ? AND unit = ? AND label = ?",
+                           sqlite::text_from, run.campaign, run.unit, run.label);
+  if (same) {
     return base::bad_input("campaign '" + run.campaign + "' has a run '" + run.label + "' of unit " + run.unit +
-                               " already (" + same.getColumn(0).getString() + "); use another label or campaign",
+                               " already (" + *same + "); use another label or campaign",
                            where);
   }
   return {};
@@ -106,7 +97,7 @@ base::Status check_segments(const RunRow& run, const std::vector<calib::Segment>
       return base::bad_input("the segment of " + name + " belongs to another run or unit", where);
     }
     if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
-      return base::bad_input("the segment of " + name + " stands twice; a repetition is a new attempt", where);
+      return base::bad_input("the segment of " + name + " is duplicated; a repetition is a new attempt", where);
     }
     seen.push_back(key);
   }
@@ -130,7 +121,8 @@ base::Status check_prefix(const std::vector<RunRow>& runs, const std::string& te
 namespace catalog {
 
 base::Status require_run(const sqlite::Connection& connection, std::string_view run_id, std::string_view unit) {
-  if (exists(connection.database(), "SELECT 1 FROM run WHERE run_id = ? AND unit = ?", run_id, unit)) return {};
+  if (sqlite::has_row(connection.database(), "SELECT 1 FROM run WHERE run_id = ? AND unit = ?", run_id, unit))
+    return {};
   return base::bad_input("the catalog has no run '" + std::string(run_id) + "' of unit '" + std::string(unit) + "'",
                          connection.path().string());
 }
@@ -177,7 +169,7 @@ base::Status Catalog::check_run_file(const RunRow& run) const {
 base::Result<std::vector<RunRow>> Catalog::runs(const RunFilter& filter) const {
   return impl_->connection.run("read the runs", [&]() -> base::Result<std::vector<RunRow>> {
     // A whole id or a label wins over the start of an id.
-    SQLite::Statement query(
+    auto runs = sqlite::rows_of(
         impl_->database(),
         std::string("SELECT ") + kRunColumns +
             ", EXISTS (SELECT 1 FROM void WHERE void.run_id = run.run_id AND void.unit = run.unit AND "
@@ -185,10 +177,8 @@ base::Result<std::vector<RunRow>> Catalog::runs(const RunFilter& filter) const {
             "(?3 IS NULL OR run_id = ?3 OR label = ?3 OR (length(?3) >= ?4 AND substr(run_id, 1, length(?3)) = ?3 AND "
             "NOT EXISTS (SELECT 1 FROM run AS named WHERE (named.run_id = ?3 OR named.label = ?3) AND "
             "(?1 IS NULL OR named.unit = ?1) AND (?2 IS NULL OR named.campaign = ?2)))) "
-            "ORDER BY created_utc_s, run_id, unit");
-    sqlite::bind_all(query, filter.unit, filter.campaign, filter.run, kShortestPrefix);
-    std::vector<RunRow> runs;
-    while (query.executeStep()) runs.push_back(run_from(query));
+            "ORDER BY created_utc_s, run_id, unit",
+        run_from, filter.unit, filter.campaign, filter.run, kShortestPrefix);
     if (filter.run) {
       const auto unique = check_prefix(runs, *filter.run, impl_->connection.path().string());
       if (!unique) return base::forward_error(unique);

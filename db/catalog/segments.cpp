@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "db/catalog/detail/impl.h"
-#include "db/detail/fields.h"
+#include "db/detail/sqlite.h"
 
 namespace soak::db {
 namespace {

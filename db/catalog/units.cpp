@@ -2,13 +2,12 @@
 #include <SQLiteCpp/Statement.h>
 
 #include "db/catalog/detail/impl.h"
-#include "db/detail/fields.h"
+#include "db/detail/sqlite.h"
 
 namespace soak::db {
 namespace {
 
-UnitRow unit_from(SQLite::Statement& query) {
-  sqlite::Fields fields(query);
+UnitRow unit_from(sqlite::Fields& fields) {
   UnitRow unit;
   unit.serial = fields.text();
   unit.type = fields.text();
@@ -17,19 +16,13 @@ UnitRow unit_from(SQLite::Statement& query) {
 }
 
 std::optional<UnitRow> find_unit(const SQLite::Database& database, std::string_view serial) {
-  SQLite::Statement query(database, "SELECT serial, type, epoch FROM unit WHERE serial = ?");
-  sqlite::bind_all(query, serial);
-  if (!query.executeStep()) return std::nullopt;
-  return unit_from(query);
+  return sqlite::first_row_of(database, "SELECT serial, type, epoch FROM unit WHERE serial = ?", unit_from, serial);
 }
 
 void insert_unit(SQLite::Database& database, const UnitRow& unit) {
-  SQLite::Statement add_type(database, "INSERT OR IGNORE INTO unit_type (name) VALUES (?)");
-  sqlite::bind_all(add_type, unit.type);
-  add_type.exec();
-  SQLite::Statement add_unit(database, "INSERT INTO unit (serial, type, epoch) VALUES (?, ?, ?)");
-  sqlite::bind_all(add_unit, unit.serial, unit.type, unit.epoch);
-  add_unit.exec();
+  sqlite::execute(database, "INSERT OR IGNORE INTO unit_type (name) VALUES (?)", unit.type);
+  sqlite::execute(database, "INSERT INTO unit (serial, type, epoch) VALUES (?, ?, ?)", unit.serial, unit.type,
+                  unit.epoch);
 }
 
 }  // namespace
@@ -47,7 +40,7 @@ base::Result<std::int32_t> epoch_of(const sqlite::Connection& connection, std::s
 
 base::Result<UnitRow> Catalog::ensure_unit(std::string_view serial, std::string_view type) {
   if (serial.empty() || type.empty()) {
-    return base::bad_input("a unit needs a serial number and a type", impl_->connection.path().string());
+    return impl_->refuse("a unit needs a serial number and a type");
   }
   return impl_->connection.transact("add the unit", [&]() -> base::Result<UnitRow> {
     if (auto known = find_unit(impl_->database(), serial)) return std::move(*known);
@@ -64,23 +57,18 @@ base::Result<std::optional<UnitRow>> Catalog::unit(std::string_view serial) cons
 
 base::Result<std::vector<UnitRow>> Catalog::units() const {
   return impl_->connection.run("read the units", [&]() -> base::Result<std::vector<UnitRow>> {
-    SQLite::Statement query(impl_->database(), "SELECT serial, type, epoch FROM unit ORDER BY serial");
-    std::vector<UnitRow> units;
-    while (query.executeStep()) units.push_back(unit_from(query));
-    return units;
+    return sqlite::rows_of(impl_->database(), "SELECT serial, type, epoch FROM unit ORDER BY serial", unit_from);
   });
 }
 
 base::Result<UnitRow> Catalog::begin_epoch(std::string_view serial, std::string_view reason, std::string_view user) {
   if (reason.empty() || user.empty()) {
-    return base::bad_input("a new epoch needs a reason and a user", impl_->connection.path().string());
+    return impl_->refuse("a new epoch needs a reason and a user");
   }
   return impl_->connection.transact("begin an epoch", [&]() -> base::Result<UnitRow> {
     const auto epoch = catalog::epoch_of(impl_->connection, serial);
     if (!epoch) return base::forward_error(epoch);
-    SQLite::Statement update(impl_->database(), "UPDATE unit SET epoch = ? WHERE serial = ?");
-    sqlite::bind_all(update, *epoch + 1, serial);
-    update.exec();
+    sqlite::execute(impl_->database(), "UPDATE unit SET epoch = ? WHERE serial = ?", *epoch + 1, serial);
     catalog::insert_event(impl_->database(), {catalog::now_utc_s(), "epoch_begun", std::string(serial),
                                               "epoch " + std::to_string(*epoch + 1) + ", by " + std::string(user) +
                                                   ": " + std::string(reason)});
@@ -90,28 +78,21 @@ base::Result<UnitRow> Catalog::begin_epoch(std::string_view serial, std::string_
 
 base::Status Catalog::ensure_campaign(std::string_view name, std::string_view procedure) {
   return impl_->connection.transact("add the campaign", [&]() -> base::Status {
-    SQLite::Statement query(impl_->database(), "SELECT procedure FROM campaign WHERE name = ?");
-    sqlite::bind_all(query, name);
-    if (query.executeStep()) {
-      const std::string known = sqlite::Fields(query).text();
-      if (known == procedure) return {};
-      return base::bad_input("the campaign '" + std::string(name) + "' runs procedure '" + known + "', not '" +
-                                 std::string(procedure) + "'; use another name",
-                             impl_->connection.path().string());
+    const auto known = sqlite::first_row_of(impl_->database(), "SELECT procedure FROM campaign WHERE name = ?",
+                                            sqlite::text_from, name);
+    if (known == procedure) return {};
+    if (known) {
+      return impl_->refuse("the campaign '" + std::string(name) + "' runs procedure '" + *known + "', not '" +
+                           std::string(procedure) + "'; use another name");
     }
-    SQLite::Statement insert(impl_->database(), "INSERT INTO campaign (name, procedure) VALUES (?, ?)");
-    sqlite::bind_all(insert, name, procedure);
-    insert.exec();
+    sqlite::execute(impl_->database(), "INSERT INTO campaign (name, procedure) VALUES (?, ?)", name, procedure);
     return {};
   });
 }
 
 base::Result<std::vector<std::string>> Catalog::campaigns() const {
   return impl_->connection.run("read the campaigns", [&]() -> base::Result<std::vector<std::string>> {
-    SQLite::Statement query(impl_->database(), "SELECT name FROM campaign ORDER BY name");
-    std::vector<std::string> names;
-    while (query.executeStep()) names.push_back(sqlite::Fields(query).text());
-    return names;
+    return sqlite::rows_of(impl_->database(), "SELECT name FROM campaign ORDER BY name", sqlite::text_from);
   });
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,10 +12,42 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
-#include "db/detail/zstd_frame.h"
 #include "db/run/sample.h"
 
+struct ZSTD_CCtx_s;
+struct ZSTD_DCtx_s;
+
 namespace soak::db::codec {
+
+/// Makes one zstd frame (RFC 8878) of some bytes. Reusable; one thread at a time.
+class ZstdCompressor {
+ public:
+  ZstdCompressor();
+  /// A frame that states its content size. `bytes` is cut into parts of `part_size` (the last may be shorter), each of
+  /// which starts a block of its own: parts of unlike statistics then get entropy tables of their own.
+  [[nodiscard]] base::Bytes compress(std::span<const std::uint8_t> bytes, std::size_t part_size);
+
+ private:
+  struct Free {
+    void operator()(ZSTD_CCtx_s* context) const;
+  };
+  std::unique_ptr<ZSTD_CCtx_s, Free> context_;
+};
+
+/// Reads zstd frames that nobody vouches for. Reusable; one thread at a time.
+class ZstdDecompressor {
+ public:
+  ZstdDecompressor();
+  /// Replaces `content` by that of `frame`, which must be one whole frame of exactly `size` bytes of content; corrupt
+  /// otherwise. Memory is bounded by `size` whatever the frame claims; that of `content` is used again.
+  [[nodiscard]] base::Status decompress(std::span<const std::uint8_t> frame, std::size_t size, base::Bytes& content);
+
+ private:
+  struct Free {
+    void operator()(ZSTD_DCtx_s* context) const;
+  };
+  std::unique_ptr<ZSTD_DCtx_s, Free> context_;
+};
 
 /// Rows that a chunk may hold at most: what bounds the memory that a hostile file can ask for.
 inline constexpr std::size_t kMaxChunkRows = 65536;

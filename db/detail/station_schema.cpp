@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
+#include <fmt/format.h>
+
+#include <string>
+#include <string_view>
+#include <utility>
 
 #include "db/catalog/catalog.h"
 #include "db/detail/schema.h"
@@ -27,6 +31,32 @@ CREATE TABLE campaign (
   procedure TEXT NOT NULL
 ) WITHOUT ROWID;
 
+-- Campaigns that this station carries out; campaigns of imported runs have no row.
+CREATE TABLE journal (
+  campaign      TEXT PRIMARY KEY REFERENCES campaign (name),
+  document      TEXT NOT NULL,       -- JSON: plan, units and slots
+  state         TEXT NOT NULL CHECK (state IN ('running', 'paused', 'interrupted', 'finished', 'aborted', 'failed')),
+  reason        TEXT NOT NULL,
+  created_utc_s REAL NOT NULL,
+  updated_utc_s REAL NOT NULL
+);
+-- One chamber: at most one campaign is open.
+CREATE UNIQUE INDEX journal_open ON journal ((state IN ('running', 'paused'))) WHERE state IN ('running', 'paused');
+
+-- Steps of a campaign's plan that came to their end.
+CREATE TABLE step (
+  ordinal       INTEGER PRIMARY KEY, -- order of arrival
+  campaign      TEXT NOT NULL REFERENCES journal (campaign),
+  step_index    INTEGER NOT NULL CHECK (step_index >= 0),   -- in the plan
+  attempt       INTEGER NOT NULL CHECK (attempt >= 0),
+  started_utc_s REAL NOT NULL,
+  ended_utc_s   REAL NOT NULL,
+  outcome       TEXT NOT NULL,
+  text          TEXT NOT NULL,
+  run_id        TEXT NOT NULL,       -- of the run file that was open; empty = none
+  UNIQUE (campaign, step_index, attempt)
+);
+
 -- One unit's part of one run; a run file may hold several units.
 CREATE TABLE run (
   run_id         TEXT NOT NULL,      -- UUIDv7
@@ -34,6 +64,8 @@ CREATE TABLE run (
   campaign       TEXT NOT NULL REFERENCES campaign (name),
   label          TEXT NOT NULL,
   procedure      TEXT NOT NULL,
+  -- What may be done with it: only those for calibration enter a fit.
+  purpose        TEXT NOT NULL CHECK (purpose IN ('calibration', 'verification', 'diagnosis')),
   epoch          INTEGER NOT NULL,
   created_utc_s  REAL NOT NULL,
   clock_rate     REAL NOT NULL,
@@ -107,6 +139,22 @@ CREATE TABLE block (
   FOREIGN KEY (run_id, unit, visit, position, attempt) REFERENCES segment (run_id, unit, visit, position, attempt)
 ) WITHOUT ROWID;
 
+-- What the data gate found in the samples of a segment: 'reject' keeps the segment, or that sensor of it, out of fits.
+CREATE TABLE finding (
+  run_id   TEXT NOT NULL,
+  unit     TEXT NOT NULL,
+  visit    INTEGER NOT NULL,
+  position TEXT NOT NULL,
+  attempt  INTEGER NOT NULL,
+  ordinal  INTEGER NOT NULL,         -- 0, 1, 2, ... within the segment
+  code     TEXT NOT NULL CHECK (code <> ''),
+  severity TEXT NOT NULL CHECK (severity IN ('warn', 'reject')),
+  sensor   TEXT,                     -- NULL = the whole segment
+  text     TEXT NOT NULL,
+  PRIMARY KEY (run_id, unit, visit, position, attempt, ordinal),
+  FOREIGN KEY (run_id, unit, visit, position, attempt) REFERENCES segment (run_id, unit, visit, position, attempt)
+) WITHOUT ROWID;
+
 -- A record withdraws a run of a unit, a visit of it (visit), a position of that (position) or one attempt (attempt).
 CREATE TABLE void (
   void_id  TEXT PRIMARY KEY,         -- UUIDv7
@@ -132,6 +180,17 @@ CREATE TABLE model (
   PRIMARY KEY (unit, version)
 );
 
+-- What was found missing in a model, as `soak gap find` said it.
+CREATE TABLE gap_report (
+  gap_report_id TEXT PRIMARY KEY,     -- UUIDv7
+  unit          TEXT NOT NULL,
+  model_version INTEGER NOT NULL,
+  created_utc_s REAL NOT NULL,
+  document      TEXT NOT NULL,
+  FOREIGN KEY (unit, model_version) REFERENCES model (unit, version)
+);
+CREATE INDEX gap_report_of_unit ON gap_report (unit);
+
 -- Calibration files that were exported.
 CREATE TABLE calibration (
   calibration_id TEXT PRIMARY KEY,   -- UUIDv7
@@ -153,105 +212,6 @@ CREATE TABLE event (
   text     TEXT NOT NULL
 );
 
-CREATE TRIGGER event_keeps_rows BEFORE UPDATE ON event BEGIN SELECT raise(ABORT, 'event is append-only'); END;
-CREATE TRIGGER event_keeps_all BEFORE DELETE ON event BEGIN SELECT raise(ABORT, 'event is append-only'); END;
-CREATE TRIGGER void_keeps_rows BEFORE UPDATE ON void BEGIN SELECT raise(ABORT, 'void is append-only'); END;
-CREATE TRIGGER void_keeps_all BEFORE DELETE ON void BEGIN SELECT raise(ABORT, 'void is append-only'); END;
-
--- REPLACE deletes without asking the triggers above.
-CREATE TRIGGER event_replaces_none BEFORE INSERT ON event
-WHEN EXISTS (SELECT 1 FROM event WHERE ordinal = NEW.ordinal OR event_id = NEW.event_id)
-BEGIN SELECT raise(ABORT, 'event is append-only'); END;
-CREATE TRIGGER void_replaces_none BEFORE INSERT ON void
-WHEN EXISTS (SELECT 1 FROM void WHERE void_id = NEW.void_id OR rowid = NEW.rowid)
-BEGIN SELECT raise(ABORT, 'void is append-only'); END;
-
--- Segments that no record withdraws, means and standard errors in the units of the pages.
-CREATE VIEW segment_dps AS
-SELECT run_id, unit, visit, position, attempt, phase, sweep, plateau_c, t_start_s, t_end_s, temp_c,
-       gyro_x_mean * 57.29577951308232 AS gyro_x_mean_dps, gyro_x_se * 57.29577951308232 AS gyro_x_se_dps,
-       gyro_y_mean * 57.29577951308232 AS gyro_y_mean_dps, gyro_y_se * 57.29577951308232 AS gyro_y_se_dps,
-       gyro_z_mean * 57.29577951308232 AS gyro_z_mean_dps, gyro_z_se * 57.29577951308232 AS gyro_z_se_dps,
-       accel_x_mean AS accel_x_mean_mps2, accel_x_se AS accel_x_se_mps2,
-       accel_y_mean AS accel_y_mean_mps2, accel_y_se AS accel_y_se_mps2,
-       accel_z_mean AS accel_z_mean_mps2, accel_z_se AS accel_z_se_mps2
-FROM segment
-WHERE NOT EXISTS (SELECT 1 FROM void
-                  WHERE void.run_id = segment.run_id AND void.unit = segment.unit
-                    AND (void.visit IS NULL OR void.visit = segment.visit)
-                    AND (void.position IS NULL OR void.position = segment.position)
-                    AND (void.attempt IS NULL OR void.attempt = segment.attempt));
-
-CREATE VIEW run_overview AS
-SELECT datetime(created_utc_s, 'unixepoch') AS created_utc, campaign, unit, label, epoch, row_count, duration_s / 3600 AS hours,
-       simulated, sealed, run_id, file_name,
-       EXISTS (SELECT 1 FROM void
-               WHERE void.run_id = run.run_id AND void.unit = run.unit AND void.visit IS NULL) AS voided
-FROM run
-ORDER BY created_utc_s, run_id, unit;
-)sql";
-
-constexpr const char* kStationV2 = R"sql(
--- What may be done with a run: only those for calibration enter a fit.
-ALTER TABLE run ADD COLUMN purpose TEXT NOT NULL DEFAULT 'calibration'
-  CHECK (purpose IN ('calibration', 'verification', 'diagnosis'));
-UPDATE run SET purpose = 'verification' WHERE procedure = 'verification';
-
--- Campaigns that this station carries out; campaigns of imported runs have no row.
-CREATE TABLE journal (
-  campaign      TEXT PRIMARY KEY REFERENCES campaign (name),
-  document      TEXT NOT NULL,       -- JSON: plan, units and slots
-  state         TEXT NOT NULL CHECK (state IN ('running', 'paused', 'interrupted', 'finished', 'aborted', 'failed')),
-  reason        TEXT NOT NULL,
-  created_utc_s REAL NOT NULL,
-  updated_utc_s REAL NOT NULL
-);
--- One chamber: at most one campaign is open.
-CREATE UNIQUE INDEX journal_open ON journal ((state IN ('running', 'paused'))) WHERE state IN ('running', 'paused');
-
--- Steps of a campaign's plan that came to their end.
-CREATE TABLE step (
-  ordinal       INTEGER PRIMARY KEY, -- order of arrival
-  campaign      TEXT NOT NULL REFERENCES journal (campaign),
-  step_index    INTEGER NOT NULL CHECK (step_index >= 0),   -- in the plan
-  attempt       INTEGER NOT NULL CHECK (attempt >= 0),
-  started_utc_s REAL NOT NULL,
-  ended_utc_s   REAL NOT NULL,
-  outcome       TEXT NOT NULL,
-  text          TEXT NOT NULL,
-  run_id        TEXT NOT NULL,       -- of the run file that was open; empty = none
-  UNIQUE (campaign, step_index, attempt)
-);
-
-DROP VIEW run_overview;
-CREATE VIEW run_overview AS
-SELECT datetime(created_utc_s, 'unixepoch') AS created_utc, campaign, unit, label, purpose, epoch, row_count,
-       duration_s / 3600 AS hours, simulated, sealed, run_id, file_name,
-       EXISTS (SELECT 1 FROM void
-               WHERE void.run_id = run.run_id AND void.unit = run.unit AND void.visit IS NULL) AS voided
-FROM run
-ORDER BY created_utc_s, run_id, unit;
-)sql";
-
-constexpr const char* kStationV3 = R"sql(
--- What the data gate found in the samples of a segment: 'reject' keeps the segment, or that sensor of it, out of fits.
-CREATE TABLE finding (
-  run_id   TEXT NOT NULL,
-  unit     TEXT NOT NULL,
-  visit    INTEGER NOT NULL,
-  position TEXT NOT NULL,
-  attempt  INTEGER NOT NULL,
-  ordinal  INTEGER NOT NULL,         -- 0, 1, 2, ... within the segment
-  code     TEXT NOT NULL CHECK (code <> ''),
-  severity TEXT NOT NULL CHECK (severity IN ('warn', 'reject')),
-  sensor   TEXT,                     -- NULL = the whole segment
-  text     TEXT NOT NULL,
-  PRIMARY KEY (run_id, unit, visit, position, attempt, ordinal),
-  FOREIGN KEY (run_id, unit, visit, position, attempt) REFERENCES segment (run_id, unit, visit, position, attempt)
-) WITHOUT ROWID;
-)sql";
-
-constexpr const char* kStationV4 = R"sql(
 -- The register of references: a row is a certificate. The newest one of a kind and name stands for it. Units by kind:
 -- chamber_probe K, fixture_squareness rad, level rad, gravity m/s2, supply V, rate ppm.
 CREATE TABLE reference (
@@ -269,6 +229,14 @@ CREATE TABLE reference (
 
 -- References that are not used any more.
 CREATE TABLE reference_retirement (
+  record_id TEXT PRIMARY KEY REFERENCES reference (record_id),
+  reason    TEXT NOT NULL CHECK (reason <> ''),
+  user      TEXT NOT NULL CHECK (user <> ''),
+  utc_s     REAL NOT NULL
+);
+
+-- Entries of the register that are wrong: they count as never made.
+CREATE TABLE reference_withdrawal (
   record_id TEXT PRIMARY KEY REFERENCES reference (record_id),
   reason    TEXT NOT NULL CHECK (reason <> ''),
   user      TEXT NOT NULL CHECK (user <> ''),
@@ -311,77 +279,70 @@ CREATE TABLE check_standard_end (
   utc_s  REAL NOT NULL
 );
 
-CREATE TRIGGER reference_keeps_rows BEFORE UPDATE ON reference BEGIN SELECT raise(ABORT, 'reference is append-only'); END;
-CREATE TRIGGER reference_keeps_all BEFORE DELETE ON reference BEGIN SELECT raise(ABORT, 'reference is append-only'); END;
-CREATE TRIGGER reference_replaces_none BEFORE INSERT ON reference
-WHEN EXISTS (SELECT 1 FROM reference WHERE record_id = NEW.record_id OR rowid = NEW.rowid)
-BEGIN SELECT raise(ABORT, 'reference is append-only'); END;
-CREATE TRIGGER reference_retirement_keeps_rows BEFORE UPDATE ON reference_retirement BEGIN SELECT raise(ABORT, 'reference_retirement is append-only'); END;
-CREATE TRIGGER reference_retirement_keeps_all BEFORE DELETE ON reference_retirement BEGIN SELECT raise(ABORT, 'reference_retirement is append-only'); END;
-CREATE TRIGGER reference_retirement_replaces_none BEFORE INSERT ON reference_retirement
-WHEN EXISTS (SELECT 1 FROM reference_retirement WHERE record_id = NEW.record_id OR rowid = NEW.rowid)
-BEGIN SELECT raise(ABORT, 'reference_retirement is append-only'); END;
-CREATE TRIGGER waiver_keeps_rows BEFORE UPDATE ON waiver BEGIN SELECT raise(ABORT, 'waiver is append-only'); END;
-CREATE TRIGGER waiver_keeps_all BEFORE DELETE ON waiver BEGIN SELECT raise(ABORT, 'waiver is append-only'); END;
-CREATE TRIGGER waiver_replaces_none BEFORE INSERT ON waiver
-WHEN EXISTS (SELECT 1 FROM waiver WHERE waiver_id = NEW.waiver_id OR rowid = NEW.rowid)
-BEGIN SELECT raise(ABORT, 'waiver is append-only'); END;
-CREATE TRIGGER campaign_reference_keeps_rows BEFORE UPDATE ON campaign_reference BEGIN SELECT raise(ABORT, 'campaign_reference is append-only'); END;
-CREATE TRIGGER campaign_reference_keeps_all BEFORE DELETE ON campaign_reference BEGIN SELECT raise(ABORT, 'campaign_reference is append-only'); END;
-CREATE TRIGGER campaign_reference_replaces_none BEFORE INSERT ON campaign_reference
-WHEN EXISTS (SELECT 1 FROM campaign_reference WHERE ordinal = NEW.ordinal)
-BEGIN SELECT raise(ABORT, 'campaign_reference is append-only'); END;
-CREATE TRIGGER check_standard_keeps_rows BEFORE UPDATE ON check_standard BEGIN SELECT raise(ABORT, 'check_standard is append-only'); END;
-CREATE TRIGGER check_standard_keeps_all BEFORE DELETE ON check_standard BEGIN SELECT raise(ABORT, 'check_standard is append-only'); END;
-CREATE TRIGGER check_standard_replaces_none BEFORE INSERT ON check_standard
-WHEN EXISTS (SELECT 1 FROM check_standard WHERE check_standard_id = NEW.check_standard_id OR rowid = NEW.rowid)
-BEGIN SELECT raise(ABORT, 'check_standard is append-only'); END;
-CREATE TRIGGER check_standard_end_keeps_rows BEFORE UPDATE ON check_standard_end BEGIN SELECT raise(ABORT, 'check_standard_end is append-only'); END;
-CREATE TRIGGER check_standard_end_keeps_all BEFORE DELETE ON check_standard_end BEGIN SELECT raise(ABORT, 'check_standard_end is append-only'); END;
-CREATE TRIGGER check_standard_end_replaces_none BEFORE INSERT ON check_standard_end
-WHEN EXISTS (SELECT 1 FROM check_standard_end WHERE check_standard_id = NEW.check_standard_id OR rowid = NEW.rowid)
-BEGIN SELECT raise(ABORT, 'check_standard_end is append-only'); END;
+-- Segments that no record withdraws, means and standard errors in the units of the pages.
+CREATE VIEW segment_dps AS
+SELECT run_id, unit, visit, position, attempt, phase, sweep, plateau_c, t_start_s, t_end_s, temp_c,
+       gyro_x_mean * 57.29577951308232 AS gyro_x_mean_dps, gyro_x_se * 57.29577951308232 AS gyro_x_se_dps,
+       gyro_y_mean * 57.29577951308232 AS gyro_y_mean_dps, gyro_y_se * 57.29577951308232 AS gyro_y_se_dps,
+       gyro_z_mean * 57.29577951308232 AS gyro_z_mean_dps, gyro_z_se * 57.29577951308232 AS gyro_z_se_dps,
+       accel_x_mean AS accel_x_mean_mps2, accel_x_se AS accel_x_se_mps2,
+       accel_y_mean AS accel_y_mean_mps2, accel_y_se AS accel_y_se_mps2,
+       accel_z_mean AS accel_z_mean_mps2, accel_z_se AS accel_z_se_mps2
+FROM segment
+WHERE NOT EXISTS (SELECT 1 FROM void
+                  WHERE void.run_id = segment.run_id AND void.unit = segment.unit
+                    AND (void.visit IS NULL OR void.visit = segment.visit)
+                    AND (void.position IS NULL OR void.position = segment.position)
+                    AND (void.attempt IS NULL OR void.attempt = segment.attempt));
+
+CREATE VIEW run_overview AS
+SELECT datetime(created_utc_s, 'unixepoch') AS created_utc, campaign, unit, label, purpose, epoch, row_count,
+       duration_s / 3600 AS hours, simulated, sealed, run_id, file_name,
+       EXISTS (SELECT 1 FROM void
+               WHERE void.run_id = run.run_id AND void.unit = run.unit AND void.visit IS NULL) AS voided
+FROM run
+ORDER BY created_utc_s, run_id, unit;
 )sql";
 
-constexpr const char* kStationV5 = R"sql(
--- Entries of the register that are wrong: they count as never made.
-CREATE TABLE reference_withdrawal (
-  record_id TEXT PRIMARY KEY REFERENCES reference (record_id),
-  reason    TEXT NOT NULL CHECK (reason <> ''),
-  user      TEXT NOT NULL CHECK (user <> ''),
-  utc_s     REAL NOT NULL
-);
-CREATE TRIGGER reference_withdrawal_keeps_rows BEFORE UPDATE ON reference_withdrawal BEGIN SELECT raise(ABORT, 'reference_withdrawal is append-only'); END;
-CREATE TRIGGER reference_withdrawal_keeps_all BEFORE DELETE ON reference_withdrawal BEGIN SELECT raise(ABORT, 'reference_withdrawal is append-only'); END;
-CREATE TRIGGER reference_withdrawal_replaces_none BEFORE INSERT ON reference_withdrawal
-WHEN EXISTS (SELECT 1 FROM reference_withdrawal WHERE record_id = NEW.record_id OR rowid = NEW.rowid)
-BEGIN SELECT raise(ABORT, 'reference_withdrawal is append-only'); END;
-)sql";
+/// Tables whose rows are only ever added, with the column that numbers them.
+constexpr std::pair<std::string_view, std::string_view> kAppendOnlyV1[] = {
+    {"event", "event_id"},
+    {"void", "void_id"},
+    {"gap_report", "gap_report_id"},
+    {"reference", "record_id"},
+    {"reference_retirement", "record_id"},
+    {"reference_withdrawal", "record_id"},
+    {"waiver", "waiver_id"},
+    {"campaign_reference", "ordinal"},
+    {"check_standard", "check_standard_id"},
+    {"check_standard_end", "check_standard_id"},
+};
 
-constexpr const char* kStationV6 = R"sql(
--- What was found missing in a model, as `soak gap find` said it.
-CREATE TABLE gap_report (
-  gap_report_id TEXT PRIMARY KEY,
-  unit          TEXT NOT NULL,
-  model_version INTEGER NOT NULL,
-  created_utc_s REAL NOT NULL,
-  document      TEXT NOT NULL,
-  FOREIGN KEY (unit, model_version) REFERENCES model (unit, version)
-);
-CREATE INDEX gap_report_of_unit ON gap_report (unit);
-CREATE TRIGGER gap_report_keeps_rows BEFORE UPDATE ON gap_report BEGIN SELECT raise(ABORT, 'gap_report is append-only'); END;
-CREATE TRIGGER gap_report_keeps_all BEFORE DELETE ON gap_report BEGIN SELECT raise(ABORT, 'gap_report is append-only'); END;
-CREATE TRIGGER gap_report_replaces_none BEFORE INSERT ON gap_report
-WHEN EXISTS (SELECT 1 FROM gap_report WHERE gap_report_id = NEW.gap_report_id OR rowid = NEW.rowid)
-BEGIN SELECT raise(ABORT, 'gap_report is append-only'); END;
-)sql";
+/// Triggers that refuse a change of any row: UPDATE, DELETE, and an INSERT OR REPLACE, which deletes without asking the
+/// others.
+std::string keep_rows(std::string_view table, std::string_view key) {
+  return fmt::format(
+      R"sql(
+CREATE TRIGGER {0}_keeps_rows BEFORE UPDATE ON {0} BEGIN SELECT raise(ABORT, '{0} is append-only'); END;
+CREATE TRIGGER {0}_keeps_all BEFORE DELETE ON {0} BEGIN SELECT raise(ABORT, '{0} is append-only'); END;
+CREATE TRIGGER {0}_replaces_none BEFORE INSERT ON {0}
+WHEN EXISTS (SELECT 1 FROM {0} WHERE {1} = NEW.{1} OR rowid = NEW.rowid)
+BEGIN SELECT raise(ABORT, '{0} is append-only'); END;
+)sql",
+      table, key);
+}
 
-constexpr std::array kStationSteps = {Step{1, kStationV1}, Step{2, kStationV2}, Step{3, kStationV3},
-                                      Step{4, kStationV4}, Step{5, kStationV5}, Step{6, kStationV6}};
-static_assert(kStationSteps.back().to_version == Catalog::kSchemaVersion);
+std::vector<Step> all_station_steps() {
+  std::string v1 = kStationV1;
+  for (const auto& [table, key] : kAppendOnlyV1) v1 += keep_rows(table, key);
+  return {{Catalog::kSchemaVersion, std::move(v1)}};
+}
 
 }  // namespace
 
-std::span<const Step> station_steps() { return kStationSteps; }
+const std::vector<Step>& station_steps() {
+  static const std::vector<Step> kSteps = all_station_steps();
+  return kSteps;
+}
 
 }  // namespace soak::db::schema

@@ -74,8 +74,8 @@ class RunFileWriter {
   RunFileWriter& operator=(RunFileWriter&&) noexcept;
   ~RunFileWriter();
 
-  /// Adds a stream; returns its index. Refuses a stream whose first channel is not `t_s`, a channel name that stands
-  /// twice, and a second stream of the same name and unit.
+  /// Adds a stream; returns its index. Refuses a stream whose first channel is not `t_s`, a duplicated
+  /// channel name, and a second stream of the same name and unit.
   [[nodiscard]] base::Result<std::size_t> add_stream(const StreamInfo& stream);
   /// Appends rows: one column per channel, in the channels' types, all of one length. The time axis has a finite value
   /// in every row and never falls. Takes all rows or, if it refuses them (bad_input), none.

@@ -9,13 +9,10 @@
 #include <utility>
 
 #include "db/detail/column_codec.h"
-#include "db/detail/durable_file.h"
 #include "db/detail/schema.h"
+#include "db/detail/sqlite.h"
 #include "db/run/detail/chunk_table.h"
-#include "db/run/detail/columns.h"
-#include "db/run/detail/layout.h"
 #include "db/run/detail/open_run_file.h"
-#include "db/run/detail/open_stream.h"
 #include "db/run/detail/pyramid.h"
 #include "db/run/detail/tables.h"
 #include "db/run/run_file.h"

@@ -47,26 +47,10 @@ std::optional<SampleType> sample_type_named(std::string_view name) {
 }
 
 void put_values(const Column& column, std::size_t first, double scale, double offset, std::span<double> values) {
-  switch (column.type) {
-    case SampleType::i8:
-      return convert<std::int8_t>(column, first, scale, offset, values);
-    case SampleType::u8:
-      return convert<std::uint8_t>(column, first, scale, offset, values);
-    case SampleType::i16:
-      return convert<std::int16_t>(column, first, scale, offset, values);
-    case SampleType::u16:
-      return convert<std::uint16_t>(column, first, scale, offset, values);
-    case SampleType::i32:
-      return convert<std::int32_t>(column, first, scale, offset, values);
-    case SampleType::u32:
-      return convert<std::uint32_t>(column, first, scale, offset, values);
-    case SampleType::i64:
-      return convert<std::int64_t>(column, first, scale, offset, values);
-    case SampleType::f32:
-      return convert<float>(column, first, scale, offset, values);
-    case SampleType::f64:
-      return convert<double>(column, first, scale, offset, values);
-  }
+  constexpr std::array kConvert = {convert<std::int8_t>,   convert<std::uint8_t>, convert<std::int16_t>,
+                                   convert<std::uint16_t>, convert<std::int32_t>, convert<std::uint32_t>,
+                                   convert<std::int64_t>,  convert<float>,        convert<double>};
+  kConvert.at(static_cast<std::size_t>(column.type))(column, first, scale, offset, values);
 }
 
 std::vector<double> values_of(const Column& column, double scale, double offset) {

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
 #include "hal/devices/unit_power.h"
+#include "hal/maps/device_map.h"
 
 namespace soak::hal {
 
@@ -61,5 +64,12 @@ class Chamber {
   /// Map and address, for messages and logs.
   [[nodiscard]] virtual std::string description() const = 0;
 };
+
+/// Refuses (bad_input) a map of another kind, or one that lacks what every chamber needs. Nothing is opened yet.
+[[nodiscard]] base::Result<std::unique_ptr<Chamber>> make_chamber(const DeviceMap& map);
+
+/// Whether a chamber can have that reading: a finite number and, for a quantity in °C, one from −150 to 400 that is not
+/// as near to 0 as only a float with exchanged words is.
+[[nodiscard]] bool is_credible(std::string_view quantity, double value);
 
 }  // namespace soak::hal

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/result.h"
+#include "hal/maps/device_map.h"
 
 namespace soak::hal {
 
@@ -46,5 +48,8 @@ class Fixture {
   /// Ends the turning at a rate; read() tells when it stands. Of one that does not turn so nothing is asked.
   [[nodiscard]] virtual base::Status halt() { return {}; }
 };
+
+/// Refuses (bad_input) a map of another kind, or one that lacks what every fixture needs. Nothing is opened yet.
+[[nodiscard]] base::Result<std::unique_ptr<Fixture>> make_fixture(const DeviceMap& map);
 
 }  // namespace soak::hal

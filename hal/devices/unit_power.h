@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "hal/maps/device_map.h"
 
 namespace soak::hal {
 
@@ -47,5 +50,23 @@ class UnitPower {
   [[nodiscard]] virtual bool measures(int output) const = 0;
   [[nodiscard]] virtual std::string description() const = 0;
 };
+
+/// Refuses (bad_input) a map of another kind, or one that lacks what every supply and relay needs. Nothing is opened
+/// yet.
+[[nodiscard]] base::Result<std::unique_ptr<UnitPower>> make_unit_power(const DeviceMap& map);
+
+/// Hubs on the USB that switch the supply of their ports, each by its socket, as "1-4" or "usb1" (a root hub).
+struct UsbHubs {
+  std::vector<std::string> paths;
+};
+/// Output 100 (h - 1) + p is port p of hub h, both counted from 1. Of a port of USB 3 both halves are switched. Many
+/// hubs say that they switched and did not: only the unit proves it.
+/// `devices`: the kernel's folder of USB devices.
+[[nodiscard]] std::unique_ptr<UnitPower> make_usb_hub_power(
+    const UsbHubs& hubs, const std::filesystem::path& devices = "/sys/bus/usb/devices");
+
+/// Whether this process may switch that output. Switches nothing. Error `device`: no such hub or port, no permission...
+[[nodiscard]] base::Status may_switch(const UsbHubs& hubs, int output,
+                                      const std::filesystem::path& devices = "/sys/bus/usb/devices");
 
 }  // namespace soak::hal

@@ -4,11 +4,13 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "hal/links/addresses.h"
 
 namespace soak::hal {
 
@@ -83,5 +85,23 @@ class Imu {
   [[nodiscard]] virtual int wait_fd() const = 0;
   [[nodiscard]] virtual std::string description() const = 0;
 };
+
+/// What a unit speaks.
+enum class UnitDecoder : std::uint8_t { xsens, ahrs400, vectornav };
+
+/// Nominal ranges of a Crossbow AHRS400, from its label: the scale of its numbers.
+struct Ahrs400Ranges {
+  double rate_dps = 0.0;
+  double accel_g = 0.0;
+};
+
+struct UnitLink {
+  UnitAddress address;
+  UnitDecoder decoder = UnitDecoder::xsens;
+  Ahrs400Ranges ranges = {};  ///< for ahrs400 only
+};
+
+/// Any decoder over any address.
+[[nodiscard]] std::unique_ptr<Imu> make_imu(const UnitLink& link);
 
 }  // namespace soak::hal

@@ -10,7 +10,6 @@
 #include <optional>
 #include <system_error>
 
-#include "base/hex.h"
 #include "base/text.h"
 
 namespace soak::hal {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "hal/devices/devices.h"
+#include "hal/links/addresses.h"
 
 namespace soak::hal {
 

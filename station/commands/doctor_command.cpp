@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/commands/doctor_command.h"
-
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -11,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
 #include "station/lab/doctor.h"
@@ -18,7 +18,18 @@
 namespace soak::station {
 namespace {
 
-std::string_view word_of(Finding finding) {
+/// soak doctor [--config FILE]: fails with the most serious kind of failure: stored data before devices before the
+/// rest.
+struct DoctorCommand final : Command {
+  std::string config;  ///< of the station; empty = devices are not checked
+
+  void declare(OptionList& options) override {
+    options.add("--config FILE", &config, "The station's configuration; without it devices are not checked");
+  }
+  base::Status run(Output& output) override;
+};
+
+std::string_view name_of_finding(Finding finding) {
   switch (finding) {
     case Finding::ok:
       return "ok";
@@ -29,13 +40,13 @@ std::string_view word_of(Finding finding) {
   }
 }
 
-/// The data folder that is meant: the option, else that of the configuration, else the usual one.
+/// The data folder: the option, else that of the configuration, else the default one.
 std::string data_option(const DoctorCommand& command, const std::optional<StationConfig>& config) {
   if (!command.data.empty() || !config) return command.data;
   return config->data.string();
 }
 
-/// The configuration; one that is wrong is a failure among the others.
+/// The configuration; mistakes in it are a failed check like others.
 std::optional<StationConfig> read_config(const std::string& file, std::vector<DoctorCheck>& checks) {
   if (file.empty()) return std::nullopt;
   auto config = read_station_config(file);
@@ -46,7 +57,7 @@ std::optional<StationConfig> read_config(const std::string& file, std::vector<Do
   return std::nullopt;
 }
 
-base::Result<std::vector<DoctorCheck>> look(const DoctorCommand& command) {
+base::Result<std::vector<DoctorCheck>> all_checks(const DoctorCommand& command) {
   std::vector<DoctorCheck> checks;
   const auto config = read_config(command.config, checks);
   if (config) {
@@ -59,7 +70,7 @@ base::Result<std::vector<DoctorCheck>> look(const DoctorCommand& command) {
   checks.push_back(check_disk_space(*folder));
   std::error_code ignored;
   if (!std::filesystem::exists(*folder / "station.db", ignored)) {
-    checks.push_back({"database", Finding::ok, fmt::format("none yet in {}", folder->string()), {}});
+    checks.push_back({"database", Finding::ok, fmt::format("not created yet in {}", folder->string()), {}});
     checks.push_back(check_clock(nullptr, now_utc_s()));
     return checks;
   }
@@ -69,42 +80,49 @@ base::Result<std::vector<DoctorCheck>> look(const DoctorCommand& command) {
   return checks;
 }
 
-int gravity(base::ErrorKind kind) {
+int seriousness(base::ErrorKind kind) {
   if (kind == base::ErrorKind::corrupt) return 3;
   if (kind == base::ErrorKind::device) return 2;
   return 1;
 }
 
-base::Status verdict(const std::vector<DoctorCheck>& checks) {
-  const DoctorCheck* gravest = nullptr;
+base::Status doctor_verdict(const std::vector<DoctorCheck>& checks) {
+  const DoctorCheck* worst = nullptr;
   std::string subjects;
   for (const DoctorCheck& check : checks) {
     if (check.finding != Finding::failed) continue;
     subjects += (subjects.empty() ? "" : ", ") + check.subject;
-    if (gravest == nullptr || gravity(check.kind) > gravity(gravest->kind)) gravest = &check;
+    if (worst == nullptr || seriousness(check.kind) > seriousness(worst->kind)) worst = &check;
   }
-  if (gravest == nullptr) return {};
-  return base::fail(gravest->kind, "not as it should be: " + subjects, "doctor");
+  if (worst == nullptr) return {};
+  return base::fail(worst->kind, "failed: " + subjects, "doctor");
 }
 
-}  // namespace
-
-base::Status run_doctor(const DoctorCommand& command, Output& output) {
-  const auto checks = look(command);
+base::Status DoctorCommand::run(Output& output) {
+  const auto checks = all_checks(*this);
   if (!checks) return base::forward_error(checks);
-  base::Status status = verdict(*checks);
+  base::Status status = doctor_verdict(*checks);
   if (output.json()) {
     nlohmann::json list = nlohmann::json::array();
     for (const DoctorCheck& check : *checks) {
-      list.push_back({{"subject", check.subject}, {"finding", word_of(check.finding)}, {"text", check.text}});
+      list.push_back({{"subject", check.subject}, {"finding", name_of_finding(check.finding)}, {"text", check.text}});
     }
     auto printed = output.print_json({{"ok", status.has_value()}, {"checks", std::move(list)}});
     return printed ? status : printed;
   }
   for (const DoctorCheck& check : *checks) {
-    output.print(fmt::format("{:<8} {}: {}\n", word_of(check.finding), check.subject, check.text));
+    output.print(fmt::format("{:<8} {}: {}\n", name_of_finding(check.finding), check.subject, check.text));
   }
   return status;
+}
+
+}  // namespace
+
+CommandGroup doctor_commands() {
+  return {"",
+          "",
+          {{"doctor", "Check devices, permissions, disk, database and clock of this computer",
+            "soak doctor --config station.toml", std::make_shared<DoctorCommand>()}}};
 }
 
 }  // namespace soak::station

@@ -6,34 +6,143 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include <algorithm>
+#include <cmath>
 #include "base/hash.h"
 #include "calib/deploy/calibration_file.h"
 #include "calib/deploy/export.h"
 #include "calib/deploy/table_form.h"
 #include "calib/model/model_document.h"
-#include "station/commands/calibration_commands.h"
-#include "station/commands/export_noise.h"
-#include "station/commands/export_text.h"
-#include "station/commands/waiver_note.h"
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
+#include "station/io/output.h"
 #include "station/io/text_file.h"
 #include "station/records/calibration_reader.h"
 #include "station/records/key_file.h"
 #include "station/records/signing.h"
+#include "station/runs/signal_source.h"
+#include "station/runs/still_segment.h"
 
 namespace soak::station {
 namespace {
 
-/// What an export makes: the file's content, and what the command says of it.
+/// soak export --unit SN --format FORMAT -o FILE
+struct ExportCommand final : CatalogCommand {
+  std::string unit;
+  std::string format;
+  std::string file;
+  std::optional<int> model;              ///< version; absent = the newest
+  bool simulated = false;                ///< the user knows that the model comes from simulated data
+  std::optional<int> instance;           ///< px4, ardupilot: which of the vehicle's units, from 0; absent = 0
+  std::optional<std::int32_t> accel_id;  ///< px4: device ids; absent = left to the user
+  std::optional<std::int32_t> gyro_id;
+  std::optional<int> table;  ///< blob, c: curves as tables of at most so many points; absent = as fitted
+  std::string sign;          ///< blob: secret key file to sign with; empty = unsigned
+
+  void declare(OptionList& options) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// ACCEL_ID or ACCEL_ID,GYRO_ID; one number is both.
+base::Status read_device_ids(const std::string& list, ExportCommand& command) {
+  static const std::string kMustBe = "one or two whole numbers from 1 to 2147483647: ACCEL_ID or ACCEL_ID,GYRO_ID";
+  std::vector<double> ids;
+  if (auto read = number_list(ids, 1.0, 2147483647.0, kMustBe)(list); !read) return read;
+  const bool whole = std::ranges::all_of(ids, [](double id) { return id == std::floor(id); });
+  if (!whole || ids.size() > 2) return base::bad_input("must be " + kMustBe);
+  command.accel_id = static_cast<std::int32_t>(ids.front());
+  command.gyro_id = static_cast<std::int32_t>(ids.back());
+  return {};
+}
+
+void ExportCommand::declare(OptionList& options) {
+  options.add("--unit SN", &unit, "Serial number of the unit").required();
+  options
+      .add("--format FORMAT", &format,
+           "blob: for the deployment runtime; c: the same as a C header; json: for people and scripts; px4, ardupilot: "
+           "parameters of an autopilot; kalibr: noise values of an imu.yaml")
+      .required()
+      .one_of({"blob", "c", "json", "px4", "ardupilot", "kalibr"});
+  options.add("-o,--output FILE", &file, "File to write").required();
+  options.add("--model V", &model, "Model version (default: the newest)");
+  options.add("--simulated", &simulated, "Export even if the model was made from simulated data");
+  options.add("--table N", &table, "blob, c: every curve as a table of at most N points, for small controllers")
+      .range(calib::kFewestTablePoints, calib::kMostTablePoints);
+  options.add("--sign KEY", &sign, "blob: sign with this secret key ('soak key new' makes one)");
+  options.add("--instance N", &instance, "px4, ardupilot: which of the vehicle's units, from 0 (default: 0)");
+  options.add(
+      "--device-id ACCEL[,GYRO]", [this](const std::string& list) { return read_device_ids(list, *this); },
+      "px4: CAL_ACCn_ID of the unit, and CAL_GYROn_ID if it differs");
+}
+
+/// The members "cubic" and "notes" of docs/schema/export.schema.json: what the cubics lose, in deg/s and m/s².
+nlohmann::json losses_json(const calib::AutopilotFile& file) {
+  nlohmann::json sensors = nlohmann::json::object();
+  for (const calib::CubicLoss& loss : file.losses) {
+    const double factor = calib::printed_per_si(loss.sensor);
+    sensors[std::string(calib::name_of(loss.sensor))] = {
+        {"unit", calib::printed_unit(loss.sensor)},
+        {"temp_min_c", loss.temp_min_c},
+        {"temp_max_c", loss.temp_max_c},
+        {"reference_c", loss.reference_c},
+        {"rms", loss.rms * factor},
+        {"worst", loss.worst * factor},
+        {"worst_temp_c", loss.worst_temp_c},
+        {"ci95_at_worst", loss.ci95_at_worst * factor},
+        {"beyond_ci95", loss.beyond_ci95},
+        {"steepest_per_c", loss.steepest_per_c * factor},
+        {"scale_ppm", loss.scale_ppm ? nlohmann::json(*loss.scale_ppm) : nlohmann::json()}};
+  }
+  return {{"cubic", std::move(sensors)}, {"notes", file.notes}};
+}
+
+/// The same as a table with the notes under it.
+std::string losses_text(const calib::AutopilotFile& file) {
+  std::vector<std::vector<std::string>> table = {
+      {"error of the cubic", "rms", "worst", "at degC", "ci95 there", "beyond ci95", "unit"}};
+  for (const calib::CubicLoss& loss : file.losses) {
+    const double factor = calib::printed_per_si(loss.sensor);
+    table.push_back({std::string(calib::name_of(loss.sensor)), fmt::format("{:.3g}", loss.rms * factor),
+                     fmt::format("{:.3g}", loss.worst * factor), fmt::format("{:.1f}", loss.worst_temp_c),
+                     fmt::format("{:.3g}", loss.ci95_at_worst * factor),
+                     fmt::format("{:.0f} %", 100.0 * loss.beyond_ci95), std::string(calib::printed_unit(loss.sensor))});
+  }
+  std::string text = text_table(table);
+  for (const std::string& note : file.notes) text += "- " + note + '\n';
+  return text;
+}
+
+/// The member "noise": the values that kalibr reads.
+nlohmann::json noise_json(const calib::KalibrSource& source, const calib::KalibrFile& file) {
+  nlohmann::json values = nlohmann::json::object();
+  for (const calib::KalibrValue& value : file.values) {
+    values[value.key] = {
+        {"value", value.value}, {"worst_axis", calib::name_of(value.worst)}, {"upper_bound", value.bound}};
+  }
+  return {{"noise", {{"run", source.run}, {"temp_c", source.temp_c}, {"values", std::move(values)}}}};
+}
+
+std::string noise_text(const calib::KalibrSource& source, const calib::KalibrFile& file) {
+  std::vector<std::vector<std::string>> table = {{"run " + source.run, "SI", "worst axis", ""}};
+  for (const calib::KalibrValue& value : file.values) {
+    table.push_back({value.key, fmt::format("{:.4g}", value.value), std::string(calib::name_of(value.worst)),
+                     value.bound ? "upper bound" : "measured"});
+  }
+  return text_table(table);
+}
+
+/// What is exported: the file's content, and what the command prints about it.
 struct Export {
   std::string content;
   std::optional<std::int32_t> model;  ///< version; absent: made of runs
   bool simulated = false;
   nlohmann::json members = nlohmann::json::object();  ///< of the document beyond those of every format
   std::string text;
-  std::vector<calib::ReferenceUse> references;  ///< that the model rests on
+  std::vector<calib::ReferenceUse> references;  ///< that the model's data were measured with
   std::vector<calib::Warning> since;            ///< what of its data was withdrawn after the fit
 };
 
@@ -42,7 +151,7 @@ struct LoadedModel {
   bool relative_accel = false;
 };
 
-/// Whether the model says of an accelerometer that its bias has no level of its own.
+/// Whether the bias of an accelerometer is known up to a constant only.
 bool has_relative_accel(const std::string& document) {
   const auto json = nlohmann::json::parse(document, nullptr, false);
   const nlohmann::json::json_pointer sensors("/fit/sensors");
@@ -54,10 +163,8 @@ bool has_relative_accel(const std::string& document) {
 }
 
 base::Result<LoadedModel> load_model(const db::Catalog& catalog, const ExportCommand& command) {
-  const auto unit = catalog.unit(command.unit);
+  const auto unit = find_unit(catalog, command.unit);
   if (!unit) return base::forward_error(unit);
-  if (!*unit)
-    return base::bad_input(fmt::format("no unit '{}' in this data folder; 'soak unit list' shows them", command.unit));
   const auto row = catalog.model(command.unit, command.model);
   if (!row) return base::forward_error(row);
   if (!*row) {
@@ -67,19 +174,19 @@ base::Result<LoadedModel> load_model(const db::Catalog& catalog, const ExportCom
   }
   auto calibration = calib::calibration_of((*row)->document);
   if (!calibration) return base::forward_error(calibration);
-  if ((*row)->epoch != (*unit)->epoch) {
-    return base::bad_input(fmt::format("model {} of unit {} belongs to epoch {}, the unit is in epoch {}: fit again",
-                                       (*row)->version, command.unit, (*row)->epoch, (*unit)->epoch));
+  if ((*row)->epoch != unit->epoch) {
+    return base::bad_input(fmt::format("model {} of unit {} is of epoch {}, the unit is in epoch {}: fit again",
+                                       (*row)->version, command.unit, (*row)->epoch, unit->epoch));
   }
   if (calibration->simulated && !command.simulated) {
     return base::bad_input(
-        fmt::format("model {} of unit {} comes from SIMULATED data; --simulated exports it all the same",
+        fmt::format("model {} of unit {} was made from SIMULATED data; --simulated exports it nevertheless",
                     (*row)->version, command.unit));
   }
   return LoadedModel{*std::move(calibration), has_relative_accel((*row)->document)};
 }
 
-base::Result<calib::Calibration> in_form(const calib::Calibration& calibration, const ExportCommand& command) {
+base::Result<calib::Calibration> table_or_curves(const calib::Calibration& calibration, const ExportCommand& command) {
   if (!command.table) return calibration;
   return calib::table_form(calibration, *command.table);
 }
@@ -92,7 +199,7 @@ base::Result<base::Bytes> blob(const calib::Calibration& calibration, const std:
   return signed_file(*bytes, key->key);
 }
 
-base::Result<std::string> render(const calib::Calibration& calibration, const ExportCommand& command) {
+base::Result<std::string> calibration_content(const calib::Calibration& calibration, const ExportCommand& command) {
   if (command.format == "json") return calib::export_json(calibration);
   if (command.format == "c") return calib::export_c(calibration);
   const auto bytes = blob(calibration, command.sign);
@@ -122,13 +229,13 @@ base::Result<Export> export_model(const db::Catalog& catalog, const ExportComman
     auto file = render_autopilot(*model, command);
     if (!file) return base::forward_error(file);
     made.content = file->text;
-    made.members = losses_document(*file);
+    made.members = losses_json(*file);
     made.text = losses_text(*file);
     return made;
   }
-  const auto calibration = in_form(model->calibration, command);
+  const auto calibration = table_or_curves(model->calibration, command);
   if (!calibration) return base::forward_error(calibration);
-  auto content = render(*calibration, command);
+  auto content = calibration_content(*calibration, command);
   if (!content) return base::forward_error(content);
   made.content = *std::move(content);
   return made;
@@ -142,82 +249,81 @@ base::Result<Export> export_noise(const db::Catalog& catalog, const ExportComman
   return Export{file->text,
                 std::nullopt,
                 noise->source.simulated,
-                noise_document(noise->source, *file),
+                noise_json(noise->source, *file),
                 noise_text(noise->source, *file),
                 {},
                 {}};
 }
 
-/// Refuses formats that are none and options that mean nothing to the format.
-base::Status check(const ExportCommand& command) {
-  static constexpr std::string_view kFormats = " blob c json px4 ardupilot kalibr ";
-  if (kFormats.find(" " + command.format + " ") == std::string_view::npos) {
-    return base::bad_input(
-        fmt::format("unknown format '{}'; known: blob, c, json, px4, ardupilot, kalibr", command.format), "--format");
-  }
+/// Fails for options that the format does not have.
+base::Status check_export_options(const ExportCommand& command) {
   const bool px4 = command.format == "px4";
   if (command.instance && !px4 && command.format != "ardupilot") {
-    return base::bad_input("only px4 and ardupilot number their sensors", "--instance");
+    return base::bad_input("only valid for the formats px4 and ardupilot", "--instance");
   }
   if (!command.sign.empty() && command.format != "blob") {
-    return base::bad_input("only blob carries a signature", "--sign");
+    return base::bad_input("only valid for the format blob", "--sign");
   }
   if (command.table && command.format != "blob" && command.format != "c") {
-    return base::bad_input("only blob and c have a table form", "--table");
+    return base::bad_input("only valid for the formats blob and c", "--table");
   }
-  if (command.accel_id && !px4) return base::bad_input("only px4 binds parameters to device ids", "--device-id");
+  if (command.accel_id && !px4) return base::bad_input("only valid for the format px4", "--device-id");
   if (command.model && command.format == "kalibr") {
-    return base::bad_input("kalibr's noise comes from the runs, not from a model: leave the option out", "--model");
+    return base::bad_input("not valid for the format kalibr: its noise values come from runs, not from a model",
+                           "--model");
   }
   return {};
 }
 
-nlohmann::json warnings_document(const Export& made) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const auto& warnings : {made.since, waiver_warnings(made.references)}) {
-    for (const calib::Warning& warning : warnings) list.push_back({{"code", warning.code}, {"text", warning.text}});
-  }
-  return list;
-}
-
-base::Status record(db::Catalog& catalog, const ExportCommand& command, const Export& made, const std::string& sha256,
-                    const std::string& path) {
+base::Status record_export(db::Catalog& catalog, const ExportCommand& command, const Export& made,
+                           const std::string& sha256, const std::string& path) {
   if (made.model) {
     return catalog.add_calibration({command.unit, *made.model, now_utc_s(), command.format, sha256, path});
   }
   return catalog.log_event({now_utc_s(), "noise_exported", command.unit, command.format + " to " + path});
 }
 
-}  // namespace
-
-base::Status run_export(const ExportCommand& command, Output& output) {
-  if (const auto known = check(command); !known) return known;
-  auto catalog = open_existing_catalog(command.data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto made = command.format == "kalibr" ? export_noise(*catalog, command) : export_model(*catalog, command);
+base::Status ExportCommand::run_with(db::Catalog& catalog, Output& output) {
+  if (const auto known = check_export_options(*this); !known) return known;
+  const auto made = format == "kalibr" ? export_noise(catalog, *this) : export_model(catalog, *this);
   if (!made) return base::forward_error(made);
-  if (const auto written = write_text_file(command.file, made->content); !written) return written;
+  if (const auto written = write_text_file(file, made->content); !written) return written;
 
   base::Sha256 hash;
   hash.update(made->content);
   const std::string sha256 = base::to_hex(hash.finish());
-  const std::string path = std::filesystem::absolute(command.file).string();
+  const std::string path = std::filesystem::absolute(file).string();
   for (const calib::Warning& warning : made->since) output.note("warning: " + warning.text);
   note_waivers(made->references, output);
-  if (auto recorded = record(*catalog, command, *made, sha256, path); !recorded) return recorded;
+  std::vector<calib::Warning> warnings = made->since;
+  std::ranges::copy(waiver_warnings(made->references), std::back_inserter(warnings));
+  if (auto recorded = record_export(catalog, *this, *made, sha256, path); !recorded) return recorded;
   if (output.json()) {
-    nlohmann::json document = {
-        {"unit", command.unit},          {"model", made->model ? nlohmann::json(*made->model) : nlohmann::json()},
-        {"format", command.format},      {"file", path},
-        {"bytes", made->content.size()}, {"sha256", sha256},
-        {"simulated", made->simulated},  {"warnings", warnings_document(*made)}};
+    nlohmann::json document = {{"unit", unit},
+                               {"model", made->model ? nlohmann::json(*made->model) : nlohmann::json()},
+                               {"format", format},
+                               {"file", path},
+                               {"bytes", made->content.size()},
+                               {"sha256", sha256},
+                               {"simulated", made->simulated},
+                               {"warnings", warnings_json(warnings)}};
     document.update(made->members);
     return output.print_json(document);
   }
-  output.print(fmt::format("{}: unit {}, {}{} bytes{}\n{}", command.file, command.unit,
+  output.print(fmt::format("{}: unit {}, {}{} bytes{}\n{}", file, unit,
                            made->model ? fmt::format("model {}, ", *made->model) : "", made->content.size(),
                            made->simulated ? ", SIMULATED" : "", made->text));
   return {};
 }
+
+}  // namespace
+
+CommandGroup export_commands() {
+  return {"",
+          "",
+          {{"export", "Write a unit's calibration file", "soak export --unit SN0042 --format blob -o SN0042.soakcal",
+            std::make_shared<ExportCommand>()}}};
+}
+// inc <cmath>
 
 }  // namespace soak::station

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/commands/fit_command.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -13,45 +11,81 @@
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
 #include "base/units.h"
 #include "calib/judge/chamber_time.h"
-#include "calib/model/fit_json.h"
-#include "station/fit/accepted_terms.h"
-#include "station/fit/check_warnings.h"
-#include "station/fit/fit_job.h"
+#include "calib/model/model_document.h"
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
 #include "station/fit/fit_unit.h"
 #include "station/io/data_folder.h"
 
 namespace soak::station {
 namespace {
 
-std::string figure(const std::optional<double>& value, double factor) {
+/// soak fit (--unit SN | --all)
+struct FitCommand final : CatalogCommand {
+  std::string unit;  ///< empty with `all`
+  bool all = false;
+  std::optional<std::string> campaign;
+  std::optional<int> rules;   ///< absent = auto
+  int jobs = 0;               ///< threads; 0 = one per core
+  bool chamber_time = false;  ///< also what a shorter campaign would have given
+
+  void declare(OptionList& options) override;
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+void FitCommand::declare(OptionList& options) {
+  const OptionReader read_rules = [this](const std::string& text) -> base::Status {
+    rules.reset();
+    if (text == "auto") return {};
+    const auto number = base::parse_int(text);
+    if (!number || *number < 2 || *number > 64) return base::bad_input("must be auto or a number from 2 to 64");
+    rules = static_cast<int>(*number);
+    return {};
+  };
+  options.add("--unit SN", &unit, "Serial number of the unit");
+  options.add("--all", &all, "Fit every unit of the data folder").excludes("--unit");
+  options.require_one_of({"--unit", "--all"}, "--unit SN or --all");
+  options.add("--campaign NAME", &campaign, "Use only runs of this campaign");
+  options.add("--rules auto|N", read_rules,
+              "Number of ANFIS rules; auto (default): chosen by cross-validation over runs");
+  options.add("--jobs N", &jobs, "Threads (default: one per core)").range(1, 1024);
+  options
+      .add("--chamber-time", &chamber_time,
+           "Also estimate what fewer runs, fewer plateaus or one sweep would have given, and in how many hours")
+      .needs("--unit");
+}
+
+std::string fit_number(const std::optional<double>& value, double factor) {
   return value ? fmt::format("{:.3g}", *value * factor) : "-";
 }
 
-/// A line on what was taken off the readings.
-std::string describe(const std::vector<calib::ModelTerm>& terms) {
+/// A line on the effects that the readings were corrected for.
+std::string terms_line(const std::vector<calib::ModelTerm>& terms) {
   if (terms.empty()) return {};
   std::vector<std::string_view> names;
   for (const calib::ModelTerm& term : terms) names.push_back(term.name);
-  return fmt::format("accepted effects (taken off the readings): {}\n", fmt::join(names, ", "));
+  return fmt::format("accepted effects (subtracted from the readings): {}\n", fmt::join(names, ", "));
 }
 
-/// A line on the level error where headings were given; else it concerns nobody.
-std::string describe(const calib::LevelStatement& level) {
+/// A line on the level error where headings were given.
+std::string level_line(const calib::LevelStatement& level) {
   if (!level.with_headings) return {};
-  if (!level.to_north_east) return fmt::format("level error: not known, {}\n", level.reason);
+  if (!level.to_north_east) return fmt::format("level error: unknown, {}\n", level.reason);
   const auto& [north, east] = *level.to_north_east;
   const auto in_deg = [](const calib::StatedValue& value) {
     return fmt::format("{:+.3g}° ± {:.2g}°", value.value * base::kDegPerRad, value.ci95 * base::kDegPerRad);
   };
-  return fmt::format("level error (subtracted): the true vertical leans {} to north, {} to east (95 %{})\n",
-                     in_deg(north), in_deg(east), north.type_b ? "" : ", without the fixture's faces: not stated");
+  return fmt::format("level error (subtracted): the true vertical is tilted {} to north, {} to east (95 %{})\n",
+                     in_deg(north), in_deg(east),
+                     north.type_b ? "" : ", without the errors of the fixture's faces: not stated");
 }
 
-std::string describe(const calib::UnitModel& model) {
-  std::vector<std::vector<std::string>> table = {
-      {"sensor", "unit", "deployed", "rules", "runs", "range °C", "train", "held-out", "shape", "run-to-run", "ci95"}};
+std::string fit_text(const calib::UnitModel& model) {
+  std::vector<std::vector<std::string>> table = {{"sensor", "unit", "deployed", "rules", "runs", "range °C",
+                                                  "fit error", "cross-validation", "shape", "run-to-run", "ci95"}};
   for (const calib::Sensor sensor : calib::kSensors) {
     const auto& fit = model.sensors[calib::index_of(sensor)];
     if (!fit) continue;
@@ -63,12 +97,12 @@ std::string describe(const calib::UnitModel& model) {
                      std::string(calib::name_of(fit->bias.deployed)), std::to_string(fit->bias.rules),
                      std::to_string(fit->bias.runs.size()),
                      fmt::format("{:.1f}..{:.1f}", fit->bias.temp_min_c, fit->bias.temp_max_c),
-                     figure(fit->bias.train_rmse, factor), error ? figure(error->rmse_abs, factor) : "-",
-                     error ? figure(error->rmse_shape, factor) : "-", figure(fit->bias.run_to_run_sigma, factor),
-                     figure(widest, factor)});
+                     fit_number(fit->bias.train_rmse, factor), error ? fit_number(error->rmse_abs, factor) : "-",
+                     error ? fit_number(error->rmse_shape, factor) : "-",
+                     fit_number(fit->bias.run_to_run_sigma, factor), fit_number(widest, factor)});
   }
   return fmt::format("unit {}, model {}{}\n{}{}{}", model.unit, model.version, model.simulated ? " (SIMULATED)" : "",
-                     text_table(table), describe(model.terms), describe(model.level));
+                     text_table(table), terms_line(model.terms), level_line(model.level));
 }
 
 void note_warnings(const calib::UnitModel& model, Output& output) {
@@ -85,7 +119,7 @@ void note_warnings(const calib::UnitModel& model, Output& output) {
   }
 }
 
-/// The sensor that an option serves worst, measured by the whole campaign.
+/// The sensor whose error grows most against the whole campaign.
 std::optional<calib::Sensor> worst_sensor(const calib::ChamberTimeOption& option,
                                           const calib::ChamberTimeOption& whole) {
   std::optional<calib::Sensor> worst;
@@ -100,7 +134,8 @@ std::optional<calib::Sensor> worst_sensor(const calib::ChamberTimeOption& option
   return worst;
 }
 
-std::vector<std::string> describe(const calib::ChamberTimeOption& option, const calib::ChamberTimeOption& whole) {
+std::vector<std::string> chamber_time_row(const calib::ChamberTimeOption& option,
+                                          const calib::ChamberTimeOption& whole) {
   std::vector<std::string> row = {fmt::format("{:.1f}", option.hours), fmt::format("{:.1f}", option.hours_at_least),
                                   std::to_string(option.runs), std::to_string(option.plateaus_c.size()),
                                   std::string(name_of(option.sweeps))};
@@ -114,13 +149,14 @@ std::vector<std::string> describe(const calib::ChamberTimeOption& option, const 
   const calib::ExpectedError& error = *option.sensors[s];
   row.insert(
       row.end(),
-      {std::string(calib::name_of(*sensor)), std::string(calib::printed_unit(*sensor)), figure(error.error_rms, factor),
-       fmt::format("{}..{}", figure(error.error_low, factor), figure(error.error_high, factor)),
-       figure(error.rmse_shape, factor), fmt::format("{:.2f}", error.rmse_shape / whole.sensors[s]->rmse_shape)});
+      {std::string(calib::name_of(*sensor)), std::string(calib::printed_unit(*sensor)),
+       fit_number(error.error_rms, factor),
+       fmt::format("{}..{}", fit_number(error.error_low, factor), fit_number(error.error_high, factor)),
+       fit_number(error.rmse_shape, factor), fmt::format("{:.2f}", error.rmse_shape / whole.sensors[s]->rmse_shape)});
   return row;
 }
 
-/// Error of the sensor that an option serves worst, in that of the whole campaign; infinite where nothing is known.
+/// The largest error of a sensor as a multiple of that of the whole campaign; infinite where nothing is known.
 double worst_ratio(const calib::ChamberTimeOption& option, const calib::ChamberTimeOption& whole) {
   const auto sensor = worst_sensor(option, whole);
   if (!sensor) return std::numeric_limits<double>::infinity();
@@ -148,28 +184,29 @@ std::set<std::size_t> useful_options(const calib::ChamberTime& study) {
   return useful;
 }
 
-std::string describe(const calib::ChamberTime& study) {
+std::string chamber_time_text(const calib::ChamberTime& study) {
   const std::string title = fmt::format("chamber time: {} runs, {:.1f} hours\n", study.runs, study.hours);
-  if (study.options.empty()) return title + "nothing can be said: " + study.reason + "\n";
+  if (study.options.empty()) return title + "no estimate: " + study.reason + "\n";
   std::vector<std::vector<std::string>> table = {{"hours", "at least", "runs", "plateaus", "sweeps", "worst sensor",
                                                   "unit", "curve error", "95 %", "shape", "of whole"}};
   const std::set<std::size_t> useful = useful_options(study);
-  for (const std::size_t i : useful) table.push_back(describe(study.options[i], study.options.back()));
+  for (const std::size_t i : useful) table.push_back(chamber_time_row(study.options[i], study.options.back()));
   return fmt::format(
-      "{}{}{} of {} choices: those without another that is both shorter and better, and the campaign as "
-      "it was; --json has all\n{}: {}\n",
+      "{}{}shown are {} of {} choices: those for which no other choice is both shorter and better, and the campaign as "
+      "it "
+      "was; --json lists all\n{}: {}\n",
       title, text_table(table), useful.size(), study.options.size(),
       study.recommended ? "recommended" : "no recommendation", study.reason);
 }
 
-/// Adds what parts of the unit's campaign would have given to its document and its text.
+/// Adds the estimate for shorter campaigns to the unit's document and text.
 base::Status add_chamber_time(const calib::UnitInput& input, const calib::UnitModel& model, nlohmann::json& document,
                               std::string& text) {
   const auto rows = calib::make_rows(input);
   if (!rows) return base::forward_error(rows);
   const calib::ChamberTime study = calib::study_chamber_time(input, *rows, model.sensors);
   document["chamber_time"] = calib::chamber_time_json(study);
-  text += "\n" + describe(study);
+  text += "\n" + chamber_time_text(study);
   return {};
 }
 
@@ -179,7 +216,7 @@ base::Result<std::vector<std::string>> units_to_fit(const db::Catalog& catalog, 
   if (!units) return base::forward_error(units);
   std::vector<std::string> serials;
   for (const db::UnitRow& unit : *units) serials.push_back(unit.serial);
-  if (serials.empty()) return base::bad_input("there is no unit in this data folder; import a recording first");
+  if (serials.empty()) return base::bad_input("the data folder has no unit; import a recording first");
   return serials;
 }
 
@@ -200,28 +237,25 @@ base::Status all_failures(const std::vector<base::Error>& failures, std::size_t 
   return base::fail(failures.front().kind, std::move(message));
 }
 
-}  // namespace
-
-base::Status run_fit(const FitCommand& command, Output& output) {
-  auto catalog = open_existing_catalog(command.data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto units = units_to_fit(*catalog, command);
+base::Status FitCommand::run_with(db::Catalog& catalog, Output& output) {
+  const auto units = units_to_fit(catalog, *this);
   if (!units) return base::forward_error(units);
 
-  CheckWarnings check_warnings(*catalog);
+  CheckWarnings check_warnings(catalog);
   const auto progress = output.progress("fitting");
   nlohmann::json documents = nlohmann::json::array();
   std::string text;
   std::vector<base::Error> failures;
   for (std::size_t i = 0; i < units->size(); ++i) {
     if (!progress(static_cast<double>(i) / static_cast<double>(units->size()))) {
-      return base::fail(base::ErrorKind::internal, "interrupted; the models of the units before are stored", "fit");
+      return base::fail(base::ErrorKind::internal, "interrupted; the models of the units fitted so far are stored",
+                        "fit");
     }
     std::vector<calib::Warning> warnings;
-    auto input = load_unit(*catalog, (*units)[i], command.campaign, warnings);
-    const auto model = fit_one(*catalog, input, command, check_warnings, std::move(warnings));
+    auto input = load_unit(catalog, (*units)[i], campaign, warnings);
+    const auto model = fit_one(catalog, input, *this, check_warnings, std::move(warnings));
     if (!model) {
-      if (!command.all) {
+      if (!all) {
         output.end_progress();
         return base::forward_error(model);
       }
@@ -229,8 +263,8 @@ base::Status run_fit(const FitCommand& command, Output& output) {
       continue;
     }
     documents.push_back(calib::fit_json(*model));
-    text += (text.empty() ? "" : "\n") + describe(*model);
-    if (command.chamber_time) {
+    text += (text.empty() ? "" : "\n") + fit_text(*model);
+    if (chamber_time) {
       if (auto added = add_chamber_time(*input, *model, documents.back(), text); !added) return added;
     }
     if (!output.json()) note_warnings(*model, output);
@@ -238,12 +272,22 @@ base::Status run_fit(const FitCommand& command, Output& output) {
   output.end_progress();
 
   if (output.json()) {
-    const auto printed = output.print_json(command.all ? nlohmann::json{{"units", documents}} : documents.front());
+    const auto printed = output.print_json(all ? nlohmann::json{{"units", documents}} : documents.front());
     if (!printed) return printed;
   } else {
     output.print(text);
   }
   return failures.empty() ? base::Status() : all_failures(failures, units->size());
 }
+
+}  // namespace
+
+CommandGroup fit_commands() {
+  return {"",
+          "",
+          {{"fit", "Fit a thermal model per sensor; adds a model version, older versions are kept",
+            "soak fit --unit SN0042 --json", std::make_shared<FitCommand>()}}};
+}
+// inc "base/text.h"
 
 }  // namespace soak::station

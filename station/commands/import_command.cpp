@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/commands/import_command.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstddef>
-#include <nlohmann/json.hpp>
 
 #include "base/units.h"
-#include "calib/model/reference_json.h"
-#include "station/commands/type_commands.h"
-#include "station/import/source_recording.h"
+#include "calib/model/document_parts.h"
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
+#include "station/import/columns_map.h"
+#include "station/import/import.h"
 #include "station/io/data_folder.h"
 
 namespace soak::station {
@@ -18,18 +17,98 @@ namespace {
 
 constexpr std::size_t kBadRowsListed = 20;
 
-void note_bad_rows(const std::vector<BadRow>& rows, const std::string& file, Output& output) {
-  if (rows.empty()) return;
-  output.note(fmt::format("{}: {} bad rows were left out:", file, rows.size()));
-  for (std::size_t i = 0; i < std::min(rows.size(), kBadRowsListed); ++i) {
-    const std::string column = rows[i].column.empty() ? "" : fmt::format(", column '{}'", rows[i].column);
-    output.note(fmt::format("  line {}{}: {}", rows[i].line, column, rows[i].reason));
-  }
-  if (rows.size() > kBadRowsListed)
-    output.note(fmt::format("  and {} more (--json lists all)", rows.size() - kBadRowsListed));
+/// soak import FILE --unit SN
+class ImportCommand final : public Command {
+ public:
+  void declare(OptionList& options) override;
+  base::Status run(Output& output) override;
+
+ private:
+  base::Result<SourceRecording> read_csv(Output& output) const;
+  base::Result<SourceRecording> read_stream(Output& output) const;
+  base::Result<hal::Ahrs400Ranges> ahrs400_ranges() const;
+  nlohmann::json document(const SourceRecording& recording, const ImportSummary& summary) const;
+
+  std::string file_;
+  std::string columns_;  ///< path of a columns map; empty = our own headers
+  bool skip_bad_ = false;
+  std::string decoder_;  ///< of a file of the unit's own bytes; empty = it is CSV
+  std::optional<double> rate_hz_;
+  ImportOptions import_;
+};
+
+void ImportCommand::declare(OptionList& options) {
+  options.add("file FILE", &file_, "CSV file (docs/csv-format.md), or with --decoder a log of the bytes a unit sent")
+      .required();
+  options.add("--unit SN", &import_.unit, "Serial number of the unit").required();
+  options.add("--campaign NAME", &import_.campaign, "Campaign that the runs belong to").with_default();
+  options
+      .add("--procedure NAME", &import_.procedure,
+           "Procedure of a new campaign; runs of 'verification' are never used by fits")
+      .with_default();
+  options.add("--type NAME", &import_.unit_type, "Type of a new unit (default: generic)");
+  calib::Site& site = import_.site;
+  options.add("--latitude-deg DEG", &site.latitude_deg, "Latitude of the station, south negative").range(-90, 90);
+  options.add("--height-m M", &site.height_m, "Height above sea level").range(-500, 9000);
+  options.add("--azimuth-deg DEG", &site.azimuth_deg, "Heading of the fixture, clockwise from north").range(-360, 360);
+  options.add("--gravity-mps2 M/S2", &site.gravity_mps2, "Local gravity (default: from latitude and height)")
+      .range(9.7, 9.9);
+  options.add("--columns FILE.toml", &columns_, "Columns map for other headers, units and separators");
+  options.add("--decoder NAME", &decoder_, "The file holds the bytes that a unit sent, in this protocol")
+      .one_of({"xsens", "ahrs400", "vectornav"});
+  options.add("--rate-hz HZ", &rate_hz_, "With --decoder: packets per second that the unit was set to (default: 100)")
+      .range(1, 10000);
+  options.add("--skip-bad", &skip_bad_, "Skip bad rows and list them");
+  options.add("--simulated", &import_.simulated, "Mark the runs as simulated");
+  options.add("--references", &import_.references,
+              "Recorded with this station's references (docs/records.md): fails if a certificate has expired");
 }
 
-nlohmann::json document(const ImportCommand& command, const SourceRecording& recording, const ImportSummary& summary) {
+base::Result<SourceRecording> ImportCommand::read_csv(Output& output) const {
+  if (rate_hz_) return base::bad_input("only valid together with --decoder", "--rate-hz");
+  CsvOptions csv;
+  csv.skip_bad = skip_bad_;
+  csv.progress = output.progress("reading");
+  if (!columns_.empty()) {
+    auto map = read_columns_map(columns_);
+    if (!map) return base::forward_error(map);
+    csv.map = *std::move(map);
+  }
+  return read_csv_recording(file_, csv);
+}
+
+/// An AHRS400 sends fractions of its ranges; the unit's type states them.
+base::Result<hal::Ahrs400Ranges> ImportCommand::ahrs400_ranges() const {
+  if (!import_.unit_type) {
+    return base::bad_input("ahrs400 needs --type with a unit type that states the measuring ranges", "--decoder");
+  }
+  const auto type = find_unit_type({}, *import_.unit_type);
+  if (!type) return base::forward_error(type);
+  if (type->gyro_range_dps && type->accel_range_mps2) {
+    return hal::Ahrs400Ranges{*type->gyro_range_dps, *type->accel_range_mps2 / base::kStandardGravity_mps2};
+  }
+  return base::bad_input(
+      fmt::format("unit type '{}' states no measuring ranges, which the decoder ahrs400 needs", type->name), "--type");
+}
+
+base::Result<SourceRecording> ImportCommand::read_stream(Output& output) const {
+  if (!columns_.empty() || skip_bad_) {
+    return base::bad_input("cannot be combined with --columns or --skip-bad, which are for CSV files", "--decoder");
+  }
+  StreamOptions stream;
+  stream.rate_hz = rate_hz_.value_or(stream.rate_hz);
+  stream.progress = output.progress("reading");
+  if (decoder_ == "vectornav") stream.decoder = hal::UnitDecoder::vectornav;
+  if (decoder_ == "ahrs400") {
+    stream.decoder = hal::UnitDecoder::ahrs400;
+    const auto ranges = ahrs400_ranges();
+    if (!ranges) return base::forward_error(ranges);
+    stream.ranges = *ranges;
+  }
+  return read_stream_recording(file_, stream);
+}
+
+nlohmann::json ImportCommand::document(const SourceRecording& recording, const ImportSummary& summary) const {
   nlohmann::json runs = nlohmann::json::array();
   for (const ImportedRun& run : summary.runs) {
     runs.push_back({{"run", run.label},
@@ -48,20 +127,32 @@ nlohmann::json document(const ImportCommand& command, const SourceRecording& rec
   }
   nlohmann::json warnings = recording.warnings;
   for (const std::string& warning : summary.warnings) warnings.push_back(warning);
-  return {{"unit", command.import.unit},
-          {"campaign", command.import.campaign},
-          {"file", command.file},
+  return {{"unit", import_.unit},
+          {"campaign", import_.campaign},
+          {"file", file_},
           {"runs", runs},
           {"references", calib::references_json(summary.references)},
           {"bad_rows", bad},
           {"warnings", warnings}};
 }
 
-std::string summary_text(const ImportSummary& summary) {
+void note_bad_rows(const std::vector<BadRow>& rows, const std::string& file, Output& output) {
+  if (rows.empty()) return;
+  output.note(fmt::format("{}: {} bad rows were skipped:", file, rows.size()));
+  for (std::size_t i = 0; i < std::min(rows.size(), kBadRowsListed); ++i) {
+    const std::string column = rows[i].column.empty() ? "" : fmt::format(", column '{}'", rows[i].column);
+    output.note(fmt::format("  line {}{}: {}", rows[i].line, column, rows[i].reason));
+  }
+  if (rows.size() > kBadRowsListed) {
+    output.note(fmt::format("  and {} more (--json lists all)", rows.size() - kBadRowsListed));
+  }
+}
+
+std::string import_text(const ImportSummary& summary) {
   std::string text;
   for (const ImportedRun& run : summary.runs) {
     if (run.was_there) {
-      text += fmt::format("run {}: already there as {} with the same samples, nothing to do\n", run.label, run.run_id);
+      text += fmt::format("run {}: unchanged, already stored as {} with the same samples\n", run.label, run.run_id);
     } else {
       text += fmt::format("run {}: imported as {}: {} rows, {:.1f} s, {} segments\n", run.label, run.run_id, run.rows,
                           run.duration_s, run.segments);
@@ -70,76 +161,34 @@ std::string summary_text(const ImportSummary& summary) {
   return text;
 }
 
-base::Result<SourceRecording> read_csv(const ImportCommand& command, Output& output) {
-  if (command.rate_hz) return base::bad_input("it belongs to a file of a unit's bytes (--decoder)", "--rate-hz");
-  CsvOptions csv;
-  csv.skip_bad = command.skip_bad;
-  csv.progress = output.progress("reading");
-  if (!command.columns.empty()) {
-    auto map = read_columns_map(command.columns);
-    if (!map) return base::forward_error(map);
-    csv.map = *std::move(map);
-  }
-  return read_csv_recording(command.file, csv);
-}
+base::Status ImportCommand::run(Output& output) {
+  const auto recording = decoder_.empty() ? read_csv(output) : read_stream(output);
+  if (!recording) return base::forward_error(recording);
 
-/// From the label of the unit, which its type knows.
-base::Result<hal::Ahrs400Ranges> ranges_of(const ImportCommand& command) {
-  if (!command.import.unit_type) {
-    return base::bad_input("an AHRS400 sends shares of its ranges: --type must name a unit type that states them",
-                           "--decoder");
-  }
-  const auto type = find_unit_type({}, *command.import.unit_type);
-  if (!type) return base::forward_error(type);
-  if (!type->gyro_range_dps || !type->accel_range_mps2) {
-    return base::bad_input(fmt::format("unit type '{}' states no ranges, of which an AHRS400 sends shares", type->name),
-                           "--type");
-  }
-  return hal::Ahrs400Ranges{*type->gyro_range_dps, *type->accel_range_mps2 / base::kStandardGravity_mps2};
-}
+  // The data folder is not touched, not even created, before the file has proved sound.
+  auto catalog = open_catalog(data);
+  if (!catalog) return base::forward_error(catalog);
+  import_.progress = output.progress("storing");
+  const auto summary = store_recording(*catalog, *recording, file_, import_);
+  if (!summary) return base::forward_error(summary);
+  output.end_progress();
 
-hal::UnitDecoder decoder_named(std::string_view name) {
-  if (name == "ahrs400") return hal::UnitDecoder::ahrs400;
-  return name == "vectornav" ? hal::UnitDecoder::vectornav : hal::UnitDecoder::xsens;
-}
-
-base::Result<SourceRecording> read_stream(const ImportCommand& command, Output& output) {
-  if (!command.columns.empty() || command.skip_bad) {
-    return base::bad_input("--columns and --skip-bad belong to CSV files", "--decoder");
-  }
-  StreamOptions stream;
-  stream.decoder = decoder_named(command.decoder);
-  stream.rate_hz = command.rate_hz.value_or(stream.rate_hz);
-  stream.progress = output.progress("reading");
-  if (stream.decoder == hal::UnitDecoder::ahrs400) {
-    const auto ranges = ranges_of(command);
-    if (!ranges) return base::forward_error(ranges);
-    stream.ranges = *ranges;
-  }
-  return read_stream_recording(command.file, stream);
+  note_bad_rows(recording->bad_rows, file_, output);
+  for (const std::string& warning : recording->warnings) output.note("warning: " + warning);
+  for (const std::string& warning : summary->warnings) output.note("warning: " + warning);
+  if (output.json()) return output.print_json(document(*recording, *summary));
+  output.print(import_text(*summary));
+  return {};
 }
 
 }  // namespace
 
-base::Status run_import(const ImportCommand& command, Output& output) {
-  const auto recording = command.decoder.empty() ? read_csv(command, output) : read_stream(command, output);
-  if (!recording) return base::forward_error(recording);
-
-  // The data folder is not touched, not even made, before the file has proved sound.
-  auto catalog = open_catalog(command.data);
-  if (!catalog) return base::forward_error(catalog);
-  ImportOptions options = command.import;
-  options.progress = output.progress("storing");
-  const auto summary = store_recording(*catalog, *recording, command.file, options);
-  if (!summary) return base::forward_error(summary);
-  output.end_progress();
-
-  note_bad_rows(recording->bad_rows, command.file, output);
-  for (const std::string& warning : recording->warnings) output.note("warning: " + warning);
-  for (const std::string& warning : summary->warnings) output.note("warning: " + warning);
-  if (output.json()) return output.print_json(document(command, *recording, *summary));
-  output.print(summary_text(*summary));
-  return {};
+CommandGroup import_commands() {
+  return {"",
+          "",
+          {{"import", "Store the recording of a unit from a file: CSV, or the bytes that it sent",
+            "soak import soak_run_1.csv --unit SN0042 --campaign acceptance --latitude-deg 48.1",
+            std::make_shared<ImportCommand>()}}};
 }
 
 }  // namespace soak::station

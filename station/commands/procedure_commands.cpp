@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/commands/procedure_commands.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,13 +8,35 @@
 #include <system_error>
 #include <utility>
 
-#include "station/commands/type_commands.h"
+#include <fmt/ranges.h>
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
 #include "station/config/plan.h"
 #include "station/config/procedure.h"
 #include "station/config/unit_type_file.h"
 
 namespace soak::station {
 namespace {
+
+/// soak procedure check FILE
+struct ProcedureCheck final : Command {
+  std::string file;
+  std::vector<std::string> types;  ///< unit types whose limits all must allow it; empty = one of all must
+  std::string type_folder;         ///< empty = default_unit_type_folder(), which may be missing
+  bool all_steps = false;          ///< list every step instead of one line per run
+
+  void declare(OptionList& options) override {
+    options.add("file FILE", &file, "Procedure").required();
+    options
+        .add("--type NAME", &types,
+             "Check against this type's temperature limits; may be repeated (default: lists the types that allow it)")
+        .one_each();
+    options.add("--types DIR", &type_folder,
+                "Folder of unit types (default: $SOAK_PROCEDURES/units, else the checkout's)");
+    options.add("--steps", &all_steps, "List every step instead of one line per run");
+  }
+  base::Status run(Output& output) override;
+};
 
 constexpr double kSecondsPerHour = 3600.0;
 
@@ -26,13 +46,13 @@ std::vector<std::string> names_of(const std::vector<calib::UnitType>& types) {
   return names;
 }
 
-/// The unit types that a procedure was checked for.
+/// The unit types that a procedure was checked against.
 struct CheckedTypes {
-  std::vector<calib::UnitType> bearing;  ///< their ratings bear it
+  std::vector<calib::UnitType> allowing;  ///< it stays within their temperature limits
   std::vector<calib::UnitType> too_weak;
 };
 
-nlohmann::json check_document(const Procedure& procedure, const Plan& plan, const CheckedTypes& types) {
+nlohmann::json procedure_document(const Procedure& procedure, const Plan& plan, const CheckedTypes& types) {
   return {{"file", procedure.file},
           {"name", procedure.name},
           {"purpose", name_of(procedure.purpose)},
@@ -42,7 +62,7 @@ nlohmann::json check_document(const Procedure& procedure, const Plan& plan, cons
           {"estimate_h", plan.estimate_s() / kSecondsPerHour},
           {"set_points_c", procedure.set_points_c},
           {"reference_c", number_or_null(procedure.reference_c)},
-          {"types", names_of(types.bearing)},
+          {"types", names_of(types.allowing)},
           {"types_too_weak", names_of(types.too_weak)},
           {"mistakes", nlohmann::json::array()}};
 }
@@ -58,7 +78,7 @@ std::string recorded_positions(const Plan& plan, const PlannedRun& run) {
   return fmt::format("{}", fmt::join(seen, " "));
 }
 
-std::vector<std::string> run_row(const Plan& plan, const PlannedRun& run) {
+std::vector<std::string> planned_run_row(const Plan& plan, const PlannedRun& run) {
   int visits = 0;
   double seconds = 0.0;
   for (std::size_t i = run.first_step; i <= run.last_step; ++i) {
@@ -70,9 +90,9 @@ std::vector<std::string> run_row(const Plan& plan, const PlannedRun& run) {
           run.preflight ? "pre-flight" : recorded_positions(plan, run)};
 }
 
-std::string run_table(const Plan& plan) {
+std::string plan_table(const Plan& plan) {
   std::vector<std::vector<std::string>> rows = {{"run", "visits", "steps", "hours", "positions"}};
-  for (const PlannedRun& run : plan.runs) rows.push_back(run_row(plan, run));
+  for (const PlannedRun& run : plan.runs) rows.push_back(planned_run_row(plan, run));
   return text_table(rows);
 }
 
@@ -89,15 +109,15 @@ std::string reference_line(const Procedure& procedure) {
 }
 
 std::string rating_lines(const CheckedTypes& types) {
-  if (types.bearing.empty()) return "no unit type was checked for its rating\n";
-  std::string text = fmt::format("within the rating of {}\n", fmt::join(names_of(types.bearing), ", "));
+  if (types.allowing.empty()) return "no unit type was checked for its temperature limits\n";
+  std::string text = fmt::format("within the temperature limits of {}\n", fmt::join(names_of(types.allowing), ", "));
   for (const calib::UnitType& type : types.too_weak) {
-    text += fmt::format("NOT for {}, rated {:g} to {:g} °C\n", type.name, *type.temp_min_c, *type.temp_max_c);
+    text += fmt::format("NOT for {}, limits {:g} to {:g} °C\n", type.name, *type.temp_min_c, *type.temp_max_c);
   }
   return text;
 }
 
-std::string summary(const Procedure& procedure, const Plan& plan, const CheckedTypes& types) {
+std::string procedure_text(const Procedure& procedure, const Plan& plan, const CheckedTypes& types) {
   const auto [coldest, warmest] = std::minmax_element(procedure.set_points_c.begin(), procedure.set_points_c.end());
   const double hours = plan.estimate_s() / kSecondsPerHour;
   return fmt::format("{}: {}, kind {}, {} set points from {:g} to {:g} °C\n{}{}estimated {:.1f} h ({:.1f} days)\n",
@@ -105,8 +125,8 @@ std::string summary(const Procedure& procedure, const Plan& plan, const CheckedT
                      *coldest, *warmest, reference_line(procedure), rating_lines(types), hours, hours / 24.0);
 }
 
-/// The types that the user named; a type that states no rating is among them, to be refused.
-base::Result<std::vector<calib::UnitType>> named_types(const ProcedureCheckCommand& command) {
+/// The types that the user named, also those that state no limits, which read_procedure() then reports.
+base::Result<std::vector<calib::UnitType>> named_types(const ProcedureCheck& command) {
   std::vector<calib::UnitType> types;
   for (const std::string& name : command.types) {
     auto type = find_unit_type(command.type_folder, name);
@@ -116,8 +136,8 @@ base::Result<std::vector<calib::UnitType>> named_types(const ProcedureCheckComma
   return types;
 }
 
-/// All types that state a rating; none where no folder was named and there is no default one.
-base::Result<std::vector<calib::UnitType>> rated_types(const ProcedureCheckCommand& command) {
+/// All types that state limits; none where no folder was named and there is no default one.
+base::Result<std::vector<calib::UnitType>> rated_types(const ProcedureCheck& command) {
   const std::filesystem::path folder =
       command.type_folder.empty() ? default_unit_type_folder() : std::filesystem::path(command.type_folder);
   std::error_code error;
@@ -130,8 +150,8 @@ base::Result<std::vector<calib::UnitType>> rated_types(const ProcedureCheckComma
   return types;
 }
 
-/// Types that the user named must all bear it; of the rest one is enough.
-base::Result<CheckedTypes> checked_types(const ProcedureCheckCommand& command) {
+/// All types that the user named must allow it; otherwise one is enough.
+base::Result<CheckedTypes> checked_types(const ProcedureCheck& command) {
   if (!command.types.empty()) {
     auto named = named_types(command);
     if (!named) return base::forward_error(named);
@@ -139,27 +159,36 @@ base::Result<CheckedTypes> checked_types(const ProcedureCheckCommand& command) {
   }
   auto rated = rated_types(command);
   if (!rated) return base::forward_error(rated);
-  const auto bears_it = [&](const calib::UnitType& type) { return read_procedure(command.file, {type}).has_value(); };
-  const auto weak = std::ranges::stable_partition(*rated, bears_it);
+  const auto allows_it = [&](const calib::UnitType& type) { return read_procedure(command.file, {type}).has_value(); };
+  const auto weak = std::ranges::stable_partition(*rated, allows_it);
   CheckedTypes types{{rated->begin(), weak.begin()}, {weak.begin(), weak.end()}};
-  if (!types.bearing.empty()) return types;
+  if (!types.allowing.empty()) return types;
   const auto procedure = read_procedure(command.file, {});
   if (!procedure) return base::forward_error(procedure);
   return CheckedTypes{std::move(types.too_weak), {}};
 }
 
-}  // namespace
-
-base::Status run_procedure_check(const ProcedureCheckCommand& command, Output& output) {
-  const auto types = checked_types(command);
+base::Status ProcedureCheck::run(Output& output) {
+  const auto types = checked_types(*this);
   if (!types) return base::forward_error(types);
-  const auto procedure = read_procedure(command.file, types->bearing);
+  const auto procedure = read_procedure(file, types->allowing);
   if (!procedure) return base::forward_error(procedure);
   const Plan plan = compile_plan(*procedure);
-  if (output.json()) return output.print_json(check_document(*procedure, plan, *types));
-  output.print(summary(*procedure, plan, *types));
-  output.print(command.all_steps ? step_list(plan) : run_table(plan));
+  if (output.json()) return output.print_json(procedure_document(*procedure, plan, *types));
+  output.print(procedure_text(*procedure, plan, *types));
+  output.print(all_steps ? step_list(plan) : plan_table(plan));
   return {};
 }
+
+}  // namespace
+
+CommandGroup procedure_commands() {
+  return {
+      "procedure",
+      "Procedures: check",
+      {{"check", "Check a procedure: all mistakes with their lines; its plan and duration",
+        "soak procedure check procedures/six-position-soak.toml --type mti-300", std::make_shared<ProcedureCheck>()}}};
+}
+// inc <fmt/ranges.h>
 
 }  // namespace soak::station

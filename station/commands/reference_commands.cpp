@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/commands/reference_commands.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -12,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
 #include "station/fit/reference_rule.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
@@ -25,9 +25,106 @@ namespace {
 
 using calib::ReferenceKind;
 
+/// Which reference a command is about.
+struct ReferenceOptions {
+  std::string kind;
+  std::string name;
+  std::string user;  ///< empty = the user that runs the program
+
+  void declare_name(OptionList& options) {
+    options.add("--kind KIND", &kind, "chamber_probe, fixture_squareness, level, gravity, supply or rate").required();
+    options.add("--name NAME", &name, "Name of the reference in the laboratory").required();
+  }
+  void declare_user(OptionList& options) {
+    options.add("--user NAME", &user, "Name for the record (default: the user that runs the program)");
+  }
+};
+
+/// soak reference add: numbers in the unit of the kind, dates as "2027-03-01"
+struct ReferenceAdd final : Command, ReferenceOptions {
+  std::string certificate;
+  std::string issued;
+  std::string due;
+  double uncertainty = 0.0;  ///< expanded, as the certificate states it
+  double coverage = 2.0;     ///< its factor k
+  std::optional<double> correction;
+
+  void declare(OptionList& options) override;
+  base::Status run(Output& output) override;
+};
+
+void ReferenceAdd::declare(OptionList& options) {
+  declare_name(options);
+  options.add("--certificate TEXT", &certificate, "Number of the certificate").required();
+  options.add("--issued YYYY-MM-DD", &issued, "Date of the calibration").required();
+  options.add("--due YYYY-MM-DD", &due, "Date on which it expires").required();
+  options
+      .add("--uncertainty U", &uncertainty,
+           "Expanded uncertainty of the certificate: K, deg, deg, m/s2, V or ppm, in the order of the kinds")
+      .required();
+  options.add("--k K", &coverage, "Coverage factor of the uncertainty").with_default();
+  options.add("--correction X", &correction,
+              "Value to add to the reference's reading, in the same unit; for gravity the value itself");
+  declare_user(options);
+}
+
+/// soak reference list: one line per reference, its newest entry.
+struct ReferenceList final : CatalogCommand {
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// soak reference show: all entries of one reference with waivers and campaigns.
+struct ReferenceShow final : CatalogCommand, ReferenceOptions {
+  void declare(OptionList& options) override { declare_name(options); }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// soak reference retire
+struct ReferenceRetire final : CatalogCommand, ReferenceOptions {
+  std::string reason;
+
+  void declare(OptionList& options) override {
+    declare_name(options);
+    options.add("--reason TEXT", &reason, "Reason, for the record").required();
+    declare_user(options);
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// soak reference withdraw: takes back an entry that was wrong.
+struct ReferenceWithdraw final : CatalogCommand, ReferenceOptions {
+  std::string certificate;  ///< of the entry; empty = the current one
+  std::string reason;
+
+  void declare(OptionList& options) override {
+    declare_name(options);
+    options.add("--certificate TEXT", &certificate, "Another entry than the current one");
+    options.add("--reason TEXT", &reason, "What is wrong").required();
+    declare_user(options);
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// soak reference waive: fails for an entry that is valid for more than 30 days yet, as nobody can judge so far ahead.
+struct ReferenceWaive final : CatalogCommand, ReferenceOptions {
+  std::string certificate;  ///< of the entry; empty = the current one
+  std::string reason;
+  std::string key;     ///< secret key file
+  std::string signer;  ///< empty = the user that runs the program
+
+  void declare(OptionList& options) override {
+    declare_name(options);
+    options.add("--certificate TEXT", &certificate, "An older certificate, for older recordings");
+    options.add("--reason TEXT", &reason, "Why it may be used").required();
+    options.add("--key FILE", &key, "Secret key of the signer ('soak key new')").required();
+    options.add("--signer NAME", &signer, "Name of the signer (default: the user that runs the program)");
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
 constexpr double kLargestCoverage = 4.0;
 
-/// What a certificate of a kind can say, in the kind's printed unit: beyond that it is a slip of the pen.
+/// Plausible numbers of a certificate, in the kind's printed unit: what is beyond is a typing mistake.
 struct KindLimits {
   double uncertainty;
   double correction_min;
@@ -57,14 +154,13 @@ base::Result<ReferenceKind> kind_of(const std::string& name) {
   const auto kind = calib::reference_kind_named(name);
   if (kind) return *kind;
   return base::bad_input(
-      fmt::format("'{}' is no kind of reference; there are {}", name, fmt::join(calib::kReferenceKindNames, ", ")),
-      "--kind");
+      fmt::format("unknown kind '{}': use one of {}", name, fmt::join(calib::kReferenceKindNames, ", ")), "--kind");
 }
 
 base::Result<double> date_of(const std::string& text, const std::string& option) {
   const auto utc_s = parse_iso_date(text);
   if (utc_s) return *utc_s;
-  return base::bad_input(fmt::format("'{}' is not a day; write it as 2027-03-01", text), option);
+  return base::bad_input(fmt::format("'{}' is not a date such as 2027-03-01", text), option);
 }
 
 base::Status check_correction(const calib::Reference& reference, const std::optional<double>& correction) {
@@ -73,28 +169,28 @@ base::Status check_correction(const calib::Reference& reference, const std::opti
   const auto kind = calib::name_of(reference.kind);
   if (!correction) {
     if (reference.kind != ReferenceKind::gravity) return {};
-    return base::bad_input("the entry needs the local gravity itself, in m/s2", "--correction");
+    return base::bad_input("required for gravity: the local gravity itself, in m/s2", "--correction");
   }
   if (reference.kind == ReferenceKind::fixture_squareness) {
-    return base::bad_input("squareness is an uncertainty alone: leave the correction out", "--correction");
+    return base::bad_input("not valid for fixture_squareness, which has an uncertainty only", "--correction");
   }
   if (*correction >= limits.correction_min && *correction <= limits.correction_max) return {};
-  return base::bad_input(fmt::format("{} {} cannot be right for {}: {} to {} {} are taken", *correction, unit, kind,
+  return base::bad_input(fmt::format("{} {} is not plausible for {}: must be from {} to {} {}", *correction, unit, kind,
                                      limits.correction_min, limits.correction_max, unit),
                          "--correction");
 }
 
-base::Status check_numbers(const ReferenceAddCommand& command, const calib::Reference& reference) {
+base::Status check_numbers(const ReferenceAdd& command, const calib::Reference& reference) {
   const double largest = limits_of(reference.kind).uncertainty;
   if (!(command.uncertainty > 0.0) || !(command.uncertainty <= largest)) {
-    return base::bad_input(fmt::format("{} {} cannot be the uncertainty of {}: more than 0 and up to {} {} are taken",
+    return base::bad_input(fmt::format("{} {} is not plausible for {}: must be more than 0 and at most {} {}",
                                        command.uncertainty, calib::printed_unit(reference.kind),
                                        calib::name_of(reference.kind), largest, calib::printed_unit(reference.kind)),
                            "--uncertainty");
   }
   if (!(command.coverage >= 1.0) || !(command.coverage <= kLargestCoverage)) {
     return base::bad_input(
-        fmt::format("{} is no coverage factor; certificates use 1 to {}, mostly 2", command.coverage, kLargestCoverage),
+        fmt::format("{} is not a coverage factor: must be from 1 to {}, usually 2", command.coverage, kLargestCoverage),
         "--k");
   }
   return check_correction(reference, command.correction);
@@ -102,22 +198,22 @@ base::Status check_numbers(const ReferenceAddCommand& command, const calib::Refe
 
 base::Status check_dates(const calib::Reference& reference, double now_s) {
   if (reference.issued_utc_s > now_s) {
-    return base::bad_input("the certificate would be issued after today; see the clock too", "--issued");
+    return base::bad_input("is in the future; check the date and the computer's clock", "--issued");
   }
   if (reference.due_utc_s > reference.issued_utc_s) return {};
-  return base::bad_input(fmt::format("is not after the day of issue, {}", iso_date(reference.issued_utc_s)), "--due");
+  return base::bad_input(fmt::format("must be after the date of issue, {}", iso_date(reference.issued_utc_s)), "--due");
 }
 
-base::Result<calib::Reference> reference_of(const ReferenceAddCommand& command, double now_s) {
-  const auto lines = check_lines({{command.reference.name, "--name"}, {command.certificate, "--certificate"}});
+base::Result<calib::Reference> reference_of(const ReferenceAdd& command, double now_s) {
+  const auto lines = check_lines({{command.name, "--name"}, {command.certificate, "--certificate"}});
   if (!lines) return base::forward_error(lines);
-  const auto kind = kind_of(command.reference.kind);
+  const auto kind = kind_of(command.kind);
   if (!kind) return base::forward_error(kind);
   const auto issued = date_of(command.issued, "--issued");
   if (!issued) return base::forward_error(issued);
   const auto due = date_of(command.due, "--due");
   if (!due) return base::forward_error(due);
-  calib::Reference reference{{}, *kind, command.reference.name, command.certificate, {}, 0.0, *issued, *due};
+  calib::Reference reference{{}, *kind, command.name, command.certificate, {}, 0.0, *issued, *due};
   if (auto status = check_dates(reference, now_s); !status) return base::forward_error(status);
   if (auto status = check_numbers(command, reference); !status) return base::forward_error(status);
   // u = U / k  [JCGM 100:2008, 6.2.1]
@@ -127,22 +223,22 @@ base::Result<calib::Reference> reference_of(const ReferenceAddCommand& command, 
   return reference;
 }
 
-/// The entries of one reference, the newest first; refuses a reference that has none.
-base::Result<std::vector<ShownReference>> entries_of(const db::Catalog& catalog, const ReferenceName& name) {
-  const auto kind = kind_of(name.kind);
+/// The entries of one reference, the newest first; fails (bad_input) if there are none.
+base::Result<std::vector<ShownReference>> entries_of(const db::Catalog& catalog, const ReferenceOptions& command) {
+  const auto kind = kind_of(command.kind);
   if (!kind) return base::forward_error(kind);
   auto shown = shown_register(catalog, now_utc_s());
   if (!shown) return shown;
   std::erase_if(*shown, [&](const ShownReference& one) {
-    return one.row.reference.kind != *kind || one.row.reference.name != name.name;
+    return one.row.reference.kind != *kind || one.row.reference.name != command.name;
   });
   if (!shown->empty()) return shown;
   return base::bad_input(
-      fmt::format("the register has no {} '{}'; 'soak reference list' shows what it has", name.kind, name.name),
+      fmt::format("the register has no {} '{}': 'soak reference list' shows all", command.kind, command.name),
       "--name");
 }
 
-/// Prints the entry with that id as it stands now.
+/// Prints the entry with that id in its present state.
 base::Status print_entry(const db::Catalog& catalog, const std::string& record_id, Output& output) {
   auto shown = shown_register(catalog, now_utc_s());
   if (!shown) return base::forward_error(shown);
@@ -153,61 +249,56 @@ base::Status print_entry(const db::Catalog& catalog, const std::string& record_i
 }
 
 /// The entry with that certificate, or the first, of entries_of().
-base::Result<ShownReference> entry_with(const std::vector<ShownReference>& entries, const ReferenceName& name,
+base::Result<ShownReference> entry_with(const std::vector<ShownReference>& entries, const ReferenceOptions& command,
                                         const std::string& certificate) {
   const auto found = std::find_if(entries.begin(), entries.end(), [&](const ShownReference& one) {
     return certificate.empty() || one.row.reference.certificate == certificate;
   });
   if (found != entries.end()) return *found;
-  return base::bad_input(fmt::format("{} '{}' has no certificate '{}'", name.kind, name.name, certificate),
+  return base::bad_input(fmt::format("{} '{}' has no certificate '{}'", command.kind, command.name, certificate),
                          "--certificate");
 }
 
-/// The entry that a waiver is for.
-base::Result<calib::Reference> entry_to_waive(const db::Catalog& catalog, const ReferenceWaiveCommand& command) {
-  const auto entries = entries_of(catalog, command.reference);
+/// The entry that a waiver is signed for.
+base::Result<calib::Reference> entry_to_waive(const db::Catalog& catalog, const ReferenceWaive& command) {
+  const auto entries = entries_of(catalog, command);
   if (!entries) return base::forward_error(entries);
-  const auto found = entry_with(*entries, command.reference, command.certificate);
+  const auto found = entry_with(*entries, command, command.certificate);
   if (!found) return base::forward_error(found);
   const calib::Reference& reference = found->row.reference;
-  if (found->standing == Standing::withdrawn) {
-    return base::bad_input(fmt::format("the entry of {} is withdrawn", describe(reference)), "--name");
+  if (found->standing == ReferenceStanding::withdrawn) {
+    return base::bad_input(fmt::format("the entry of {} was withdrawn", describe(reference)), "--name");
   }
   // A waiver for an older certificate is for older recordings, whatever has become of the reference since.
-  if (found->standing == Standing::retired && command.certificate.empty()) {
-    return base::bad_input(fmt::format("{} is retired: it is not used any more", describe(reference)), "--name");
+  if (found->standing == ReferenceStanding::retired && command.certificate.empty()) {
+    return base::bad_input(fmt::format("{} is retired: it is no longer in use", describe(reference)), "--name");
   }
   if (reference.due_utc_s - now_utc_s() > kDueSoon_s) {
-    return base::bad_input(fmt::format("{} is good until {}: a waiver is signed when it is needed, at most 30 days "
-                                       "before",
+    return base::bad_input(fmt::format("{} is valid until {}: a waiver can be signed at most 30 days before",
                                        describe(reference), iso_date(reference.due_utc_s)),
                            "--name");
   }
   return reference;
 }
 
-}  // namespace
-
-base::Status run_reference_add(const ReferenceAddCommand& command, Output& output) {
+base::Status ReferenceAdd::run(Output& output) {
   const double now_s = now_utc_s();
-  auto reference = reference_of(command, now_s);
+  auto reference = reference_of(*this, now_s);
   if (!reference) return base::forward_error(reference);
-  const std::string user = command.user.empty() ? user_name() : command.user;
-  if (auto status = check_carried_line(user, "--user"); !status) return status;
-  auto catalog = open_catalog(command.data);
+  const std::string who = user_name(user);
+  if (auto status = check_carried_line(who, "--user"); !status) return status;
+  auto catalog = open_catalog(data);
   if (!catalog) return base::forward_error(catalog);
-  const auto record_id = catalog->add_reference({*reference, user, now_s});
+  const auto record_id = catalog->add_reference({*reference, who, now_s});
   if (!record_id) return base::forward_error(record_id);
-  if (reference->due_utc_s <= now_s) output.note("warning: this certificate has expired already");
+  if (reference->due_utc_s <= now_s) output.note("warning: this certificate has already expired");
   return print_entry(*catalog, *record_id, output);
 }
 
-base::Status run_reference_list(const ReferenceListCommand& command, Output& output) {
-  const auto catalog = open_existing_catalog(command.data);
-  if (!catalog) return base::forward_error(catalog);
-  auto shown = shown_register(*catalog, now_utc_s());
+base::Status ReferenceList::run_with(db::Catalog& catalog, Output& output) {
+  auto shown = shown_register(catalog, now_utc_s());
   if (!shown) return base::forward_error(shown);
-  // The entry that stands for a reference comes first.
+  // The current entry of a reference comes first.
   const auto is_older = [](const ShownReference& newer, const ShownReference& older) {
     return newer.row.reference.kind == older.row.reference.kind && newer.row.reference.name == older.row.reference.name;
   };
@@ -217,57 +308,72 @@ base::Status run_reference_list(const ReferenceListCommand& command, Output& out
   return {};
 }
 
-base::Status run_reference_show(const ReferenceShowCommand& command, Output& output) {
-  const auto catalog = open_existing_catalog(command.data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto shown = entries_of(*catalog, command.reference);
+base::Status ReferenceShow::run_with(db::Catalog& catalog, Output& output) {
+  const auto shown = entries_of(catalog, *this);
   if (!shown) return base::forward_error(shown);
   if (output.json()) return output.print_json(references_document(*shown));
   for (const ShownReference& one : *shown) output.print(reference_text(one));
   return {};
 }
 
-base::Status run_reference_retire(const ReferenceRetireCommand& command, Output& output) {
-  const std::string user = command.user.empty() ? user_name() : command.user;
-  if (auto status = check_lines({{command.reason, "--reason"}, {user, "--user"}}); !status) return status;
-  auto catalog = open_existing_catalog(command.data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto entries = entries_of(*catalog, command.reference);
+base::Status ReferenceRetire::run_with(db::Catalog& catalog, Output& output) {
+  const std::string who = user_name(user);
+  if (auto status = check_lines({{reason, "--reason"}, {who, "--user"}}); !status) return status;
+  const auto entries = entries_of(catalog, *this);
   if (!entries) return base::forward_error(entries);
   const std::string record_id = entries->front().row.reference.record_id;
-  if (auto status = catalog->retire_reference(record_id, {command.reason, user, now_utc_s()}); !status) return status;
-  return print_entry(*catalog, record_id, output);
+  if (auto status = catalog.retire_reference(record_id, {reason, who, now_utc_s()}); !status) return status;
+  return print_entry(catalog, record_id, output);
 }
 
-base::Status run_reference_withdraw(const ReferenceWithdrawCommand& command, Output& output) {
-  const std::string user = command.user.empty() ? user_name() : command.user;
-  if (auto status = check_lines({{command.reason, "--reason"}, {user, "--user"}}); !status) return status;
-  auto catalog = open_existing_catalog(command.data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto entries = entries_of(*catalog, command.reference);
+base::Status ReferenceWithdraw::run_with(db::Catalog& catalog, Output& output) {
+  const std::string who = user_name(user);
+  if (auto status = check_lines({{reason, "--reason"}, {who, "--user"}}); !status) return status;
+  const auto entries = entries_of(catalog, *this);
   if (!entries) return base::forward_error(entries);
-  const auto found = entry_with(*entries, command.reference, command.certificate);
+  const auto found = entry_with(*entries, *this, certificate);
   if (!found) return base::forward_error(found);
   const std::string record_id = found->row.reference.record_id;
-  if (auto status = catalog->withdraw_reference(record_id, {command.reason, user, now_utc_s()}); !status) return status;
-  return print_entry(*catalog, record_id, output);
+  if (auto status = catalog.withdraw_reference(record_id, {reason, who, now_utc_s()}); !status) return status;
+  return print_entry(catalog, record_id, output);
 }
 
-base::Status run_reference_waive(const ReferenceWaiveCommand& command, Output& output) {
-  const std::string signer = command.signer.empty() ? user_name() : command.signer;
-  if (auto status = check_lines({{command.reason, "--reason"}, {signer, "--signer"}}); !status) return status;
-  auto catalog = open_existing_catalog(command.data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto reference = entry_to_waive(*catalog, command);
+base::Status ReferenceWaive::run_with(db::Catalog& catalog, Output& output) {
+  const std::string who = user_name(signer);
+  if (auto status = check_lines({{reason, "--reason"}, {who, "--signer"}}); !status) return status;
+  const auto reference = entry_to_waive(catalog, *this);
   if (!reference) return base::forward_error(reference);
-  const auto key = read_secret_key(command.key);
-  if (!key) return base::forward_error(key);
-  const calib::Waiver unsigned_waiver{
-      new_run_id(), reference->record_id, command.reason, signer, {}, std::floor(now_utc_s()), {}};
-  const auto waiver = signed_waiver(unsigned_waiver, *reference, key->key);
+  const auto secret_key = read_secret_key(key);
+  if (!secret_key) return base::forward_error(secret_key);
+  const calib::Waiver unsigned_waiver{new_run_id(), reference->record_id, reason, who, {}, std::floor(now_utc_s()), {}};
+  const auto waiver = signed_waiver(unsigned_waiver, *reference, secret_key->key);
   if (!waiver) return base::forward_error(waiver);
-  if (auto status = catalog->add_waiver(*waiver); !status) return status;
-  return print_entry(*catalog, reference->record_id, output);
+  if (auto status = catalog.add_waiver(*waiver); !status) return status;
+  return print_entry(catalog, reference->record_id, output);
+}
+
+}  // namespace
+
+CommandGroup reference_commands() {
+  return {"reference",
+          "Register of references: certificates, due dates, waivers",
+          {{"add", "Enter a certificate; it replaces older ones of the same reference",
+            "soak reference add --kind chamber_probe --name 'probe 3' --certificate D-K-15048 --issued 2026-03-01 "
+            "--due 2027-03-01 --uncertainty 0.05 --correction -0.02",
+            std::make_shared<ReferenceAdd>()},
+           {"list", "List all references, and which are expired or due within 30 days", "soak reference list",
+            std::make_shared<ReferenceList>()},
+           {"show", "Show all certificates of one reference, with waivers and campaigns",
+            "soak reference show --kind chamber_probe --name 'probe 3'", std::make_shared<ReferenceShow>()},
+           {"waive", "Sign a waiver for the use of an expired reference",
+            "soak reference waive --kind level --name 'level 1' --reason 'new one is ordered' --key head-of-lab.key",
+            std::make_shared<ReferenceWaive>()},
+           {"retire", "Take a reference out of use",
+            "soak reference retire --kind chamber_probe --name 'probe 3' --reason 'dropped'",
+            std::make_shared<ReferenceRetire>()},
+           {"withdraw", "Take back a wrong entry; then enter the certificate again",
+            "soak reference withdraw --kind chamber_probe --name 'probe 3' --reason 'wrong date of issue'",
+            std::make_shared<ReferenceWithdraw>()}}};
 }
 
 }  // namespace soak::station

@@ -6,13 +6,57 @@
 
 #include "calib/vocabulary/sensor.h"
 #include "db/run/run_file.h"
-#include "station/commands/run_document.h"
-#include "station/commands/runs_command.h"
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
 #include "station/io/data_folder.h"
 #include "station/runs/run_streams.h"
 
 namespace soak::station {
 namespace {
+
+/// soak runs list
+struct RunsList final : CatalogCommand {
+  db::RunFilter filter;
+
+  void declare(OptionList& options) override {
+    options.add("--unit SN", &filter.unit, "Only runs of this unit");
+    options.add("--campaign NAME", &filter.campaign, "Only runs of this campaign");
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// soak runs show RUN
+struct RunsShow final : CatalogCommand {
+  db::RunFilter filter;
+
+  void declare(OptionList& options) override { declare_run(options, filter); }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+std::string run_state(const db::RunRow& run) {
+  std::string text = run.sealed ? "sealed" : "open";
+  if (run.voided) text += ", void";
+  if (run.simulated) text += ", SIMULATED";
+  return text;
+}
+
+base::Status RunsList::run_with(db::Catalog& catalog, Output& output) {
+  const auto runs = catalog.runs(filter);
+  if (!runs) return base::forward_error(runs);
+  if (output.json()) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const db::RunRow& row : *runs) list.push_back(run_json(row));
+    return output.print_json({{"runs", list}});
+  }
+  std::vector<std::vector<std::string>> table = {
+      {"unit", "campaign", "run", "purpose", "run id", "rows", "seconds", "state"}};
+  for (const db::RunRow& row : *runs) {
+    table.push_back({row.unit, row.campaign, row.label, row.purpose, row.run_id, std::to_string(row.rows),
+                     fmt::format("{:.1f}", row.duration_s), run_state(row)});
+  }
+  output.print(text_table(table));
+  return {};
+}
 
 nlohmann::json channel_document(const db::ChannelInfo& channel) {
   return {{"name", channel.name},
@@ -59,11 +103,6 @@ nlohmann::json segment_document(const calib::Segment& segment) {
           {"findings", findings}};
 }
 
-template <class T>
-nlohmann::json value_or_null(const std::optional<T>& value) {
-  return value ? nlohmann::json(*value) : nlohmann::json();
-}
-
 nlohmann::json void_document(const db::VoidRecord& record) {
   return {{"unit", record.unit},
           {"visit", value_or_null(record.visit)},
@@ -74,7 +113,7 @@ nlohmann::json void_document(const db::VoidRecord& record) {
           {"utc_s", record.utc_s}};
 }
 
-std::string header_text(const db::RunRow& run, const db::RunInfo& info) {
+std::string run_header_text(const db::RunRow& run, const db::RunInfo& info) {
   const auto site = [](const std::optional<double>& value) { return value ? fmt::format("{}", *value) : "unknown"; };
   return fmt::format(
       "run        {} ({})\nunit       {}, epoch {}\ncampaign   {}, procedure {}\npurpose    {}\nsource     {}\n"
@@ -88,7 +127,7 @@ std::string header_text(const db::RunRow& run, const db::RunInfo& info) {
 }
 
 std::string channel_table(const std::vector<db::ChannelInfo>& channels) {
-  std::vector<std::vector<std::string>> table = {{"channel", "source's name", "type", "unit", "scale", "offset"}};
+  std::vector<std::vector<std::string>> table = {{"channel", "name in source", "type", "unit", "scale", "offset"}};
   for (const db::ChannelInfo& channel : channels) {
     table.push_back({channel.name, channel.source_name, std::string(db::name_of(channel.type)), channel.unit,
                      fmt::format("{}", channel.scale), fmt::format("{}", channel.offset)});
@@ -146,29 +185,25 @@ std::string void_text(const std::vector<db::VoidRecord>& voids) {
   return text;
 }
 
-}  // namespace
-
-base::Status run_runs_show(const RunsShowCommand& command, Output& output) {
-  const auto catalog = open_existing_catalog(command.data);
-  if (!catalog) return base::forward_error(catalog);
-  const auto run = find_run(*catalog, command.filter);
-  if (!run) return base::forward_error(run);
-  const auto file = db::RunFileReader::open(catalog->run_file_path(*run));
+base::Status RunsShow::run_with(db::Catalog& catalog, Output& output) {
+  const auto row = find_run(catalog, filter);
+  if (!row) return base::forward_error(row);
+  const auto file = db::RunFileReader::open(catalog.run_file_path(*row));
   if (!file) return base::forward_error(file);
-  const auto stream = imu_stream(*file, run->unit);
+  const auto stream = imu_stream(*file, row->unit);
   if (!stream) return base::forward_error(stream);
-  const auto segments = catalog->segments(run->run_id, run->unit, false);
+  const auto segments = catalog.segments(row->run_id, row->unit, false);
   if (!segments) return base::forward_error(segments);
-  const auto voids = catalog->voids(run->run_id);
+  const auto voids = catalog.voids(row->run_id);
   if (!voids) return base::forward_error(voids);
   const auto& channels = file->streams()[*stream].channels;
 
   if (!output.json()) {
-    output.print(header_text(*run, file->info()) + "\n" + channel_table(channels) + "\n" + segment_table(*segments) +
-                 finding_text(*segments) + void_text(*voids));
+    output.print(run_header_text(*row, file->info()) + "\n" + channel_table(channels) + "\n" +
+                 segment_table(*segments) + finding_text(*segments) + void_text(*voids));
     return {};
   }
-  nlohmann::json document = {{"run", run_document(*run)},
+  nlohmann::json document = {{"run", run_json(*row)},
                              {"source", file->info().source},
                              {"channels", nlohmann::json::array()},
                              {"segments", nlohmann::json::array()},
@@ -177,6 +212,16 @@ base::Status run_runs_show(const RunsShowCommand& command, Output& output) {
   for (const calib::Segment& segment : *segments) document["segments"].push_back(segment_document(segment));
   for (const db::VoidRecord& record : *voids) document["voids"].push_back(void_document(record));
   return output.print_json(document);
+}
+
+}  // namespace
+
+CommandGroup run_show_commands() {
+  return {"runs",
+          "Runs: list, show, export, void, verify",
+          {{"list", "List all runs", "soak runs list --unit SN0042 --json", std::make_shared<RunsList>()},
+           {"show", "Show one run: channels, segments with their means, void records", "soak runs show soak_run_1",
+            std::make_shared<RunsShow>()}}};
 }
 
 }  // namespace soak::station

@@ -9,14 +9,17 @@
 #include <utility>
 
 #include "base/units.h"
-#include "station/commands/signal_commands.h"
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
+#include "station/commands/signal_text.h"
+#include "station/io/output.h"
 
 namespace soak::station {
 namespace {
 
 using nlohmann::json;
 
-std::string short_number(const json& value) {
+std::string four_digits(const json& value) {
   return value.is_null() ? "-" : fmt::format("{:.4g}", value.get<double>());
 }
 
@@ -52,8 +55,8 @@ std::optional<RateUnit> rate_unit(std::string_view unit) {
   return std::nullopt;
 }
 
-/// The same coefficient as data sheets print it; empty where there is no such custom.
-std::string customary(std::string_view name, const json& coefficient, std::string_view unit) {
+/// The coefficient in the unit of data sheets; empty where there is none.
+std::string data_sheet_value(std::string_view name, const json& coefficient, std::string_view unit) {
   const auto rate = rate_unit(unit);
   if (!rate) return {};
   const double value = coefficient["value"].get<double>() * rate->factor;
@@ -71,22 +74,22 @@ std::string coefficient_table(const json& coefficients, const std::string& unit)
                                                                          {"rate_ramp", "rate ramp R"},
                                                                          {"markov_sigma", "Markov process, sigma"},
                                                                          {"markov_time", "Markov process, time"}}};
-  std::vector<std::vector<std::string>> table = {{"term", "value", "95 % from", "to", "unit", "that is"}};
+  std::vector<std::vector<std::string>> table = {{"term", "value", "95 % from", "to", "unit", "in data sheets"}};
   for (const auto& [key, title] : names) {
     const json& c = coefficients[key];
     if (!c["found"].get<bool>() && std::string_view(key).starts_with("markov")) continue;
-    table.push_back({title, c["found"].get<bool>() ? short_number(c["value"]) : "not seen", short_number(c["ci95"][0]),
-                     short_number(c["ci95"][1]), c["unit"].get<std::string>(),
-                     c["found"].get<bool>() ? customary(key, c, unit) : ""});
+    table.push_back({title, c["found"].get<bool>() ? four_digits(c["value"]) : "not found", four_digits(c["ci95"][0]),
+                     four_digits(c["ci95"][1]), c["unit"].get<std::string>(),
+                     c["found"].get<bool>() ? data_sheet_value(key, c, unit) : ""});
   }
   return text_table(table);
 }
 
 std::string process_line(std::string_view order, const json& process) {
-  if (process.is_null()) return fmt::format("Gauss-Markov, {} order: none seen\n", order);
+  if (process.is_null()) return fmt::format("Gauss-Markov, {} order: none found\n", order);
   return fmt::format(
-      "Gauss-Markov, {} order: sigma {:.4g}, correlation time {:.4g} s, white beside it {:.4g}; misses the correlation "
-      "by "
+      "Gauss-Markov, {} order: sigma {:.4g}, correlation time {:.4g} s, white noise besides {:.4g}; misfit of the "
+      "correlation "
       "{:.2g} RMS\n",
       order, process["sigma"].get<double>(), process["correlation_s"].get<double>(),
       process["white_sigma"].get<double>(), process["rms_misfit"].get<double>());
@@ -132,14 +135,14 @@ std::string band_table(const json& document, const char* x, const char* y, const
     const std::size_t first = edges[band];
     const std::size_t last = edges[band + 1];
     table.push_back(
-        {short_number(document[x][first]), short_number(document[x][last - 1]), mean_of(document[y], first, last)});
+        {four_digits(document[x][first]), four_digits(document[x][last - 1]), mean_of(document[y], first, last)});
     if (!after.is_null()) table.back().push_back(mean_of(after[y], first, last));
   }
   return text_table(table);
 }
 
 std::string lines_text(const json& lines, const std::string& unit) {
-  if (lines.empty()) return "no line stands out of the noise\n";
+  if (lines.empty()) return "no line above the noise\n";
   std::string text;
   for (const json& line : lines) {
     text += fmt::format("line at {:.5g} Hz, amplitude {:.4g} {}\n", line["frequency_hz"].get<double>(),
@@ -155,9 +158,9 @@ std::string allan_text(const json& document) {
   std::vector<std::vector<std::string>> table = {{"tau s", "adev", "oadev", "95 % from", "to", "mdev", "ohdev"}};
   for (std::size_t i = 0; i < document["tau_s"].size(); ++i) {
     const json& interval = i < document["ci95"].size() ? document["ci95"][i] : json::array({nullptr, nullptr});
-    table.push_back({short_number(document["tau_s"][i]), short_number(document["adev"][i]),
-                     short_number(document["oadev"][i]), short_number(interval[0]), short_number(interval[1]),
-                     short_number(document["mdev"][i]), short_number(document["ohdev"][i])});
+    table.push_back({four_digits(document["tau_s"][i]), four_digits(document["adev"][i]),
+                     four_digits(document["oadev"][i]), four_digits(interval[0]), four_digits(interval[1]),
+                     four_digits(document["mdev"][i]), four_digits(document["ohdev"][i])});
   }
   std::string text = header_line(document) + text_table(table);
   if (!document["coefficients"].empty()) text += "\n" + coefficient_table(document["coefficients"], unit);
@@ -178,5 +181,6 @@ std::string acf_text(const json& document) {
   if (!document["after_wmra"].is_null()) text += "after WMRA: " + correlation_lines(document["after_wmra"]);
   return text + band_table(document, "lag_s", "acf", "s", "mean correlation");
 }
+// inc "station/io/output.h"
 
 }  // namespace soak::station

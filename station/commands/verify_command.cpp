@@ -13,13 +13,11 @@
 #include <utility>
 #include <vector>
 
-#include "calib/estimate/run_copies.h"
+#include "calib/estimate/unit_input.h"
 #include "calib/judge/verification.h"
-#include "station/commands/calibration_commands.h"
-#include "station/commands/waiver_note.h"
-#include "station/config/limits_file.h"
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
 #include "station/config/unit_type_file.h"
-#include "station/fit/accepted_terms.h"
 #include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"
 #include "station/io/data_folder.h"
@@ -28,6 +26,23 @@
 
 namespace soak::station {
 namespace {
+
+/// soak verify FILE.blob --campaign NAME [--limits FILE]
+struct VerifyCommand final : Command {
+  std::string file;
+  std::string campaign;
+  std::string limits_file;  ///< empty = limits of the unit's type
+
+  void declare(OptionList& options) override;
+  base::Status run(Output& output) override;
+};
+
+void VerifyCommand::declare(OptionList& options) {
+  options.add("file FILE.blob", &file, "Calibration file").required();
+  options.add("--campaign NAME", &campaign, "Campaign of the fresh runs").required();
+  options.add("--limits FILE", &limits_file,
+              "Limits per sensor (TOML; default: those of the unit's type); without limits the verdict is 'info'");
+}
 
 base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const calib::Calibration& calibration,
                                              const std::string& campaign, std::vector<calib::Warning>& warnings) {
@@ -44,10 +59,10 @@ base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const c
     input->runs.push_back(*std::move(loaded));
   }
   if (input->runs.empty()) {
-    return base::bad_input(
-        fmt::format("campaign '{}' has no sealed, unvoided run of unit {} in epoch {} but for diagnosis ({} runs of "
-                    "it in all); 'soak runs list' shows what there is",
-                    campaign, calibration.unit, calibration.epoch, runs->size()));
+    return base::bad_input(fmt::format(
+        "campaign '{}' has no usable run of unit {} in epoch {} (sealed, not voided, not for diagnosis; {} runs in "
+        "all): 'soak runs list' shows them",
+        campaign, calibration.unit, calibration.epoch, runs->size()));
   }
   for (calib::Warning& warning : unit_type_warnings(input->type.name)) warnings.push_back(std::move(warning));
   calib::leave_out_copies(input->runs, warnings);
@@ -57,7 +72,7 @@ base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const c
   return input;
 }
 
-/// Limits and where they stand.
+/// Limits and where they come from.
 struct KnownLimits {
   calib::Limits limits;
   std::optional<std::string> source;
@@ -65,10 +80,10 @@ struct KnownLimits {
 
 /// Those of the file that the user names, else of the unit's type.
 base::Result<KnownLimits> limits_for(const VerifyCommand& command, const calib::Calibration& calibration) {
-  if (!command.limits.empty()) {
-    const auto limits = read_limits(command.limits);
+  if (!command.limits_file.empty()) {
+    const auto limits = read_limits(command.limits_file);
     if (!limits) return base::forward_error(limits);
-    return KnownLimits{*limits, command.limits};
+    return KnownLimits{*limits, command.limits_file};
   }
   const auto type = known_unit_type(calibration.unit_type);
   if (!type) return base::forward_error(type);
@@ -76,7 +91,7 @@ base::Result<KnownLimits> limits_for(const VerifyCommand& command, const calib::
   return KnownLimits{type->limits, "unit type " + type->name};
 }
 
-/// What U leaves out of some curve.
+/// Contributions that U lacks for some curve.
 std::set<std::string> not_stated(const calib::Verification& verification) {
   std::set<std::string> names;
   for (const auto& sensor : verification.sensors) {
@@ -87,17 +102,17 @@ std::set<std::string> not_stated(const calib::Verification& verification) {
   return names;
 }
 
-/// The rule in words. It bounds the risk by U, hence not where U is not the whole uncertainty.
+/// The rule in words. Its bound of the risk holds only where U is the whole uncertainty.
 std::string decision_rule(const calib::Verification& verification) {
   const std::set<std::string> missing = not_stated(verification);
   const std::string condition =
       missing.empty() ? ""
-                      : fmt::format(" if what U leaves out ({}) is as good as nothing, with a larger one if it is not",
+                      : fmt::format(" if what U does not contain ({}) is negligible, else with a larger one",
                                     fmt::join(missing, ", "));
   return fmt::format(
       "guard band w = U = t u of each estimate, Student's t for {:g} % at effective degrees of freedom (JCGM 106:2012 "
       "8.3.2, 8.3.3; JCGM 100:2008 G.4): pass where |error| + U <= limit at every temperature, fail where |error| - U "
-      "> limit at one, else marginal; an error beyond its limit passes with a chance of at most {:g} %{}",
+      "> limit at one, else marginal; an error beyond its limit passes with a probability of at most {:g} %{}",
       100.0 * calib::kGuardCoverage, 100.0 * calib::kFalseAcceptance, condition);
 }
 
@@ -110,19 +125,19 @@ nlohmann::json band_document(const std::optional<calib::BandComparison>& band) {
 }
 
 /// A number that is known only where rows are.
-nlohmann::json known(const calib::CurveVerification& curve, double value) {
+nlohmann::json known_value(const calib::CurveVerification& curve, double value) {
   return curve.rows > 0 ? nlohmann::json(value) : nlohmann::json();
 }
 
 /// Of bias (in printed units) or scale; `factor` from the inside unit to that of the document.
 nlohmann::json curve_document(const calib::CurveVerification& curve, double factor) {
   return {{"verdict", calib::name_of(curve.verdict)},
-          {"worst_abs", known(curve, curve.worst_abs * factor)},
-          {"worst_temp_c", known(curve, curve.worst_temp_c)},
-          {"rmse_abs", known(curve, curve.rmse_abs * factor)},
-          {"rmse_shape", known(curve, curve.rmse_shape * factor)},
-          {"guard", known(curve, curve.guard * factor)},
-          {"guard_factor", known(curve, curve.guard_factor)},
+          {"worst_abs", known_value(curve, curve.worst_abs * factor)},
+          {"worst_temp_c", known_value(curve, curve.worst_temp_c)},
+          {"rmse_abs", known_value(curve, curve.rmse_abs * factor)},
+          {"rmse_shape", known_value(curve, curve.rmse_shape * factor)},
+          {"guard", known_value(curve, curve.guard * factor)},
+          {"guard_factor", known_value(curve, curve.guard_factor)},
           {"not_stated", curve.not_stated},
           {"limit", curve.limit ? nlohmann::json(*curve.limit * factor) : nlohmann::json()},
           {"rows", curve.rows},
@@ -140,19 +155,17 @@ nlohmann::json sensor_document(calib::Sensor sensor, const calib::SensorVerifica
   return document;
 }
 
-nlohmann::json document_of(const calib::Calibration& calibration, const KnownLimits& limits,
-                           const calib::Verification& verification, const std::vector<calib::ModelTerm>& terms) {
+nlohmann::json verification_json(const calib::Calibration& calibration, const KnownLimits& limits,
+                                 const calib::Verification& verification, const std::vector<calib::ModelTerm>& terms) {
   nlohmann::json corrected = nlohmann::json::array();
   for (const calib::ModelTerm& term : terms) corrected.push_back(term.name);
   nlohmann::json sensors = nlohmann::json::object();
-  nlohmann::json warnings = nlohmann::json::array();
+
   for (const calib::Sensor sensor : calib::kSensors) {
     const auto& result = verification.sensors[calib::index_of(sensor)];
     if (result) sensors[std::string(calib::name_of(sensor))] = sensor_document(sensor, *result);
   }
-  for (const calib::Warning& warning : verification.warnings) {
-    warnings.push_back({{"code", warning.code}, {"text", warning.text}});
-  }
+
   return {{"unit", calibration.unit},
           {"model", calibration.model_version},
           {"verdict", calib::name_of(verification.verdict)},
@@ -163,7 +176,7 @@ nlohmann::json document_of(const calib::Calibration& calibration, const KnownLim
           {"limits", limits.source ? nlohmann::json(*limits.source) : nlohmann::json()},
           {"moving_terms", std::move(corrected)},
           {"sensors", std::move(sensors)},
-          {"warnings", std::move(warnings)}};
+          {"warnings", warnings_json(verification.warnings)}};
 }
 
 /// Share of errors inside the stated band: that of a fresh power-on, else of the shape.
@@ -173,9 +186,9 @@ std::string inside_text(const calib::CurveVerification& curve) {
   return fmt::format("{:.0f} %{}", 100.0 * band->inside, band->too_narrow() ? " (!)" : "");
 }
 
-std::vector<std::string> table_row(const std::string& name, std::string_view unit,
-                                   const calib::CurveVerification& curve, calib::Verdict verdict, double factor,
-                                   int digits) {
+std::vector<std::string> verify_row(const std::string& name, std::string_view unit,
+                                    const calib::CurveVerification& curve, calib::Verdict verdict, double factor,
+                                    int digits) {
   const auto number = [&](double value) {
     return curve.rows > 0 ? fmt::format("{:.{}f}", value * factor, digits) : std::string("-");
   };
@@ -197,14 +210,14 @@ std::string temperatures_text(const calib::Verification& verification) {
   for (const auto& sensor : verification.sensors) {
     if (!sensor || sensor->temps_c.empty()) continue;
     if (sensor->temps_c.size() > 60) {
-      return fmt::format("verified from {:.1f} to {:.1f} °C\n", sensor->temps_c.front(), sensor->temps_c.back());
+      return fmt::format("compared from {:.1f} to {:.1f} °C\n", sensor->temps_c.front(), sensor->temps_c.back());
     }
-    return fmt::format("verified at {:.1f} °C\n", fmt::join(sensor->temps_c, ", "));
+    return fmt::format("compared at {:.1f} °C\n", fmt::join(sensor->temps_c, ", "));
   }
   return {};
 }
 
-/// What U leaves out, and of which curves.
+/// Contributions that U lacks, and for which curves.
 std::string not_stated_text(const calib::Verification& verification) {
   std::map<std::string, std::vector<std::string>> curves;
   for (const calib::Sensor sensor : calib::kSensors) {
@@ -217,13 +230,27 @@ std::string not_stated_text(const calib::Verification& verification) {
   }
   std::string text;
   for (const auto& [what, of] : curves) {
-    text += fmt::format("not stated, and not in U: {} ({})\n", what, fmt::join(of, ", "));
+    text += fmt::format("not stated, and therefore not in U: {} ({})\n", what, fmt::join(of, ", "));
   }
   return text;
 }
 
-std::string describe(const calib::Calibration& calibration, const KnownLimits& limits,
-                     const calib::Verification& verification, const std::vector<calib::ModelTerm>& terms) {
+/// The sensors without a limit, which are not judged, and how to set limits.
+std::string not_judged_text(const calib::Verification& verification) {
+  std::vector<std::string> names;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const auto& result = verification.sensors[calib::index_of(sensor)];
+    if (result && result->bias_verdict == calib::Verdict::info) names.emplace_back(calib::name_of(sensor));
+  }
+  if (names.empty()) return {};
+  return fmt::format(
+      "not judged, as no limit is set: {}; set limits in procedures/units/TYPE.toml or with --limits FILE "
+      "(docs/guide.md)\n",
+      fmt::join(names, ", "));
+}
+
+std::string verify_text(const calib::Calibration& calibration, const KnownLimits& limits,
+                        const calib::Verification& verification, const std::vector<calib::ModelTerm>& terms) {
   std::vector<std::vector<std::string>> table = {
       {"sensor", "unit", "verdict", "worst", "at °C", "U", "limit", "rmse", "shape", "in band", "rows"}};
   for (const calib::Sensor sensor : calib::kSensors) {
@@ -231,20 +258,20 @@ std::string describe(const calib::Calibration& calibration, const KnownLimits& l
     if (!result) continue;
     const std::string name(calib::name_of(sensor));
     const calib::Verdict bias = result->bias_verdict;
-    table.push_back(table_row(name, calib::printed_unit(sensor), *result, bias, calib::printed_per_si(sensor), 5));
+    table.push_back(verify_row(name, calib::printed_unit(sensor), *result, bias, calib::printed_per_si(sensor), 5));
     if (result->scale)
-      table.push_back(table_row(name + " scale", "ppm", *result->scale, result->scale->verdict, 1.0, 1));
+      table.push_back(verify_row(name + " scale", "ppm", *result->scale, result->scale->verdict, 1.0, 1));
   }
   std::string corrected;
   for (const calib::ModelTerm& term : terms) corrected += fmt::format("{}{}", corrected.empty() ? "" : ", ", term.name);
-  if (!corrected.empty()) corrected = fmt::format("corrected as soak_apply_moving does: {}\n", corrected);
-  return fmt::format("unit {}, model {}: {}\nlimits: {}\n{}{}{}{}rule: {}\n", calibration.unit,
+  if (!corrected.empty()) corrected = fmt::format("effects corrected as by soak_apply_moving: {}\n", corrected);
+  return fmt::format("unit {}, model {}: {}\nlimits: {}\n{}{}{}{}{}rule: {}\n", calibration.unit,
                      calibration.model_version, calib::name_of(verification.verdict), limits.source.value_or("none"),
-                     corrected, text_table(table), temperatures_text(verification), not_stated_text(verification),
-                     decision_rule(verification));
+                     corrected, text_table(table), temperatures_text(verification), not_judged_text(verification),
+                     not_stated_text(verification), decision_rule(verification));
 }
 
-/// What has become of the data of the file and of the references of the fresh runs, each sentence once.
+/// What was withdrawn since of the file's data and of the references of the fresh runs, each sentence once.
 base::Result<std::vector<calib::Warning>> warnings_since(const db::Catalog& catalog,
                                                          const calib::Calibration& calibration,
                                                          const calib::UnitInput& fresh) {
@@ -260,17 +287,15 @@ base::Result<std::vector<calib::Warning>> warnings_since(const db::Catalog& cata
   return warnings;
 }
 
-}  // namespace
-
-base::Status run_verify(const VerifyCommand& command, Output& output) {
-  const auto loaded = read_calibration(command.file);
+base::Status VerifyCommand::run(Output& output) {
+  const auto loaded = read_calibration(file);
   if (!loaded) return base::forward_error(loaded);
-  const auto limits = limits_for(command, loaded->calibration);
+  const auto limits = limits_for(*this, loaded->calibration);
   if (!limits) return base::forward_error(limits);
-  const auto catalog = open_existing_catalog(command.data);
+  const auto catalog = open_existing_catalog(data);
   if (!catalog) return base::forward_error(catalog);
   std::vector<calib::Warning> warnings;
-  auto runs = load_campaign(*catalog, loaded->calibration, command.campaign, warnings);
+  auto runs = load_campaign(*catalog, loaded->calibration, campaign, warnings);
   if (!runs) return base::forward_error(runs);
   // As soak_apply_moving does on the device.
   const std::vector<calib::ModelTerm> terms = moving_terms(loaded->calibration);
@@ -284,7 +309,7 @@ base::Status run_verify(const VerifyCommand& command, Output& output) {
   std::ranges::copy(waiver_warnings(loaded->calibration.references), std::back_inserter(verification->warnings));
   note_waivers(loaded->calibration.references, output);
   if (output.json()) {
-    if (const auto printed = output.print_json(document_of(loaded->calibration, *limits, *verification, terms));
+    if (const auto printed = output.print_json(verification_json(loaded->calibration, *limits, *verification, terms));
         !printed)
       return printed;
   } else {
@@ -292,12 +317,22 @@ base::Status run_verify(const VerifyCommand& command, Output& output) {
       // note_waivers() has told it.
       if (warning.code != "waiver_signature") output.note("warning: " + warning.text);
     }
-    output.print(describe(loaded->calibration, *limits, *verification, terms));
+    output.print(verify_text(loaded->calibration, *limits, *verification, terms));
   }
   if (verification->verdict == calib::Verdict::fail) {
-    return base::fail(base::ErrorKind::limits, "the unit fails its limits", loaded->calibration.unit);
+    return base::fail(base::ErrorKind::limits, "the unit exceeds its limits", loaded->calibration.unit);
   }
   return {};
+}
+
+}  // namespace
+
+CommandGroup verify_commands() {
+  return {
+      "",
+      "",
+      {{"verify", "Compare a calibration file with runs that no fit has used",
+        "soak verify SN0042.soakcal --campaign check-2027 --limits limits.toml", std::make_shared<VerifyCommand>()}}};
 }
 
 }  // namespace soak::station

@@ -4,10 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
 #include <numeric>
+#include <utility>
 
 namespace soak::station {
 namespace {
+
+constexpr std::array<std::string_view, 10> kStepNames = {"turn_fixture",    "power_on",    "move",   "spin",
+                                                         "set_temperature", "wait_stable", "record", "check",
+                                                         "warm_end",        "power_off"};
 
 double sum_from(const std::vector<Step>& steps, std::size_t first) {
   const auto begin = steps.begin() + static_cast<std::ptrdiff_t>(std::min(first, steps.size()));
@@ -46,7 +53,33 @@ std::string action_text(const Step& step) {
   return {};
 }
 
+nlohmann::json procedure_part(const Procedure& p) {
+  return {{"name", p.name},
+          {"description", p.description},
+          {"file", p.file},
+          {"purpose", name_of(p.purpose)},
+          {"kind", name_of(p.kind)},
+          {"runs", p.runs},
+          {"set_points_c", p.set_points_c},
+          {"positions", p.positions},
+          {"dwell_s", p.dwell_s},
+          {"end_c", p.end_c}};
+}
+
+nlohmann::json step_document(const Step& step) {
+  nlohmann::json document = {{"kind", name_of(step.kind)},    {"run", step.run},
+                             {"temp_c", step.temp_c},         {"sweep", calib::name_of(step.sweep)},
+                             {"position", step.position},     {"seconds", step.seconds},
+                             {"after_turn", step.after_turn}, {"estimate_s", step.estimate_s}};
+  if (step.kind == StepKind::turn_fixture) document["heading_deg"] = step.heading_deg;
+  if (step.rate_dps != 0.0) document["rate_dps"] = step.rate_dps;
+  document["visit"] = step.visit >= 0 ? nlohmann::json(step.visit) : nlohmann::json();
+  return document;
+}
+
 }  // namespace
+
+std::string_view name_of(StepKind kind) { return kStepNames.at(static_cast<std::size_t>(kind)); }
 
 double Plan::estimate_s() const { return sum_from(steps, 0); }
 
@@ -60,6 +93,22 @@ std::string describe(const Plan& plan, std::size_t step_index) {
     if (step.sweep != calib::Sweep::unknown) text += fmt::format(" {}", calib::name_of(step.sweep));
   }
   return fmt::format("{}: {}", text, action_text(step));
+}
+
+nlohmann::json plan_document(const Plan& plan) {
+  nlohmann::json runs = nlohmann::json::array();
+  for (const PlannedRun& run : plan.runs) {
+    runs.push_back({{"label", run.label},
+                    {"preflight", run.preflight},
+                    {"first_step", run.first_step},
+                    {"last_step", run.last_step}});
+  }
+  nlohmann::json steps = nlohmann::json::array();
+  for (const Step& step : plan.steps) steps.push_back(step_document(step));
+  return {{"procedure", procedure_part(plan.procedure)},
+          {"runs", std::move(runs)},
+          {"steps", std::move(steps)},
+          {"estimate_s", plan.estimate_s()}};
 }
 
 }  // namespace soak::station

@@ -62,6 +62,12 @@ struct Plan {
   [[nodiscard]] double remaining_s(std::size_t index) const;
 };
 
+/// The order of the positions in run number `run` (from 0). What turns and reverses are the axes, so that + and − of
+/// one stay side by side. `rotate`: each run begins one axis later. `reverse`: every other run goes backwards.
+/// `rotate_and_reverse`: both, backwards in every other run and one axis later after each pair: with three axes, six
+/// runs have six orders.
+[[nodiscard]] std::vector<std::string> positions_of_run(const Procedure& procedure, int run);
+
 /// Compiles a procedure; never fails for one that parse_procedure() made. `room_c`: where a run's first ramp starts.
 [[nodiscard]] Plan compile_plan(const Procedure& procedure, double room_c = 25.0);
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -11,32 +12,25 @@
 #include "calib/judge/reference_plateau.h"
 #include "calib/vocabulary/position.h"
 #include "settings/reader.h"
-#include "station/config/rating_check.h"
 
 namespace soak::station {
 namespace {
 
-using hal::SettingsTable;
+using settings::Table;
 
 /// Any shorter time than this is a mistake where a time is wanted at all.
 constexpr double kShortest_s = 0.1;
 constexpr double kDay_s = 86400.0;
-constexpr hal::Limits kSetPoint_c = {-200.0, 300.0};
+constexpr settings::Limits kSetPoint_c = {-200.0, 300.0};
 constexpr double kMaxVisits = 2000.0;
-constexpr hal::Limits kReference_c = {calib::kReferencePlateau_c - calib::kReferenceReach_c,
-                                      calib::kReferencePlateau_c + calib::kReferenceReach_c};
+constexpr settings::Limits kReference_c = {calib::kReferencePlateau_c - calib::kReferenceReach_c,
+                                           calib::kReferencePlateau_c + calib::kReferenceReach_c};
 /// The slope of a temperature is taken from the means of so many blocks (calib::StabilityJudge::kBlocks): each needs a
 /// reading.
 constexpr double kSlopeBlocks = 12.0;
 constexpr std::size_t kMostSteps = 100'000;
 
-/// A section that may be absent: then every key has its default.
-template <class Read>
-void read_section(const SettingsTable& root, std::string_view name, const Read& read) {
-  if (const auto table = root.table(name)) read(*table);
-}
-
-void read_head(const SettingsTable& root, Procedure& p) {
+void read_head(const settings::Table& root, Procedure& p) {
   p.name = root.text("name");
   if (root.has("name") && p.name.empty()) root.refuse("name", "'name' must not be empty");
   p.description = root.text("description", "");
@@ -49,7 +43,7 @@ void read_head(const SettingsTable& root, Procedure& p) {
 }
 
 /// start_c, stop_c, step_c and sweep as a list.
-std::vector<double> grid(const SettingsTable& table) {
+std::vector<double> grid(const settings::Table& table) {
   const double start_c = table.number("start_c", kSetPoint_c);
   const double stop_c = table.number("stop_c", kSetPoint_c);
   const double step_c = table.number("step_c", {0.1, 200.0});
@@ -57,7 +51,7 @@ std::vector<double> grid(const SettingsTable& table) {
   if (!table.has("start_c") || !table.has("stop_c") || step_c <= 0.0) return {};
   const double steps = (stop_c - start_c) / step_c;
   if (stop_c <= start_c) {
-    table.refuse("stop_c", "'temperatures.stop_c' must lie above start_c; for any other course use list_c");
+    table.refuse("stop_c", "'temperatures.stop_c' must be above start_c; for any other order use list_c");
     return {};
   }
   if (std::abs(steps - std::round(steps)) > 1e-6) {
@@ -71,20 +65,19 @@ std::vector<double> grid(const SettingsTable& table) {
   return points;
 }
 
-std::vector<double> list(const SettingsTable& table) {
+std::vector<double> list(const settings::Table& table) {
   for (const std::string_view key : {"start_c", "stop_c", "step_c"}) {
     if (!table.optional_number(key, kSetPoint_c)) continue;
-    table.refuse(key, fmt::format("'temperatures.{}' does not go with list_c", key));
+    table.refuse(key, fmt::format("'temperatures.{}' cannot be combined with list_c", key));
   }
-  if (!table.text("sweep", "").empty()) table.refuse("sweep", "'temperatures.sweep' does not go with list_c");
-  auto points = table.numbers("list_c", kSetPoint_c, true);
-  if (points.empty()) table.refuse("list_c", "'temperatures.list_c' needs one set point at least");
+  if (!table.text("sweep", "").empty()) table.refuse("sweep", "'temperatures.sweep' cannot be combined with list_c");
+  auto points = table.numbers("list_c", kSetPoint_c, settings::kRequired);
+  if (points.empty()) table.refuse("list_c", "'temperatures.list_c' needs at least one set point");
   return points;
 }
 
-void read_temperatures(const SettingsTable& root, Procedure& p) {
-  constexpr bool required = true;
-  const auto table = root.table("temperatures", required);
+void read_temperatures(const settings::Table& root, Procedure& p) {
+  const auto table = root.table("temperatures", settings::kRequired);
   if (!table) return;
   p.set_points_c = table->has("list_c") ? list(*table) : grid(*table);
   if (static_cast<double>(p.set_points_c.size()) > kMaxVisits) {
@@ -98,10 +91,10 @@ void read_temperatures(const SettingsTable& root, Procedure& p) {
 }
 
 /// The reference plateau as the first and the last visit of a run; an end of the course that is there already stays.
-void read_reference(const SettingsTable& table, Procedure& p) {
+void read_reference(const settings::Table& table, Procedure& p) {
   const double reference_c = table.number("temp_c", kReference_c);
   if (p.kind != ProcedureKind::soak) {
-    table.refuse("temp_c", "a reference plateau goes with kind 'soak' only");
+    table.refuse("temp_c", "a reference plateau needs kind 'soak'");
     return;
   }
   auto& points = p.set_points_c;
@@ -125,7 +118,7 @@ std::string order_finding(const std::vector<std::string>& before, const std::str
   const auto same_axis = [&](const std::string& other) { return other[1] == label[1]; };
   const auto found = std::find_if(before.begin(), before.end(), same_axis);
   if (std::find(before.begin(), before.end(), label) != before.end()) {
-    return fmt::format("'{}' stands twice in positions.order", label);
+    return fmt::format("'{}' is duplicated in positions.order", label);
   }
   if (found == before.end() || found == before.end() - 1) return {};
   return fmt::format("'{}' and '{}' must follow each other in positions.order, so that drift and bias stay apart",
@@ -133,19 +126,18 @@ std::string order_finding(const std::vector<std::string>& before, const std::str
 }
 
 /// Several findings about one key are one mistake.
-void refuse_all(const SettingsTable& table, std::string_view key, const std::vector<std::string>& findings) {
+void refuse_all(const settings::Table& table, std::string_view key, const std::vector<std::string>& findings) {
   if (!findings.empty()) table.refuse(key, fmt::format("{}", fmt::join(findings, "; ")));
 }
 
 /// The positions as the six labels, each once, + and − of an axis side by side.
-std::vector<std::string> read_order(const SettingsTable& table) {
-  constexpr bool required = true;
+std::vector<std::string> read_order(const settings::Table& table) {
   std::vector<std::string> labels;
   std::vector<std::string> findings;
-  for (const std::string& text : table.texts("order", required)) {
+  for (const std::string& text : table.texts("order", settings::kRequired)) {
     const auto position = calib::position_named(text);
     if (!position) {
-      findings.push_back(fmt::format("'{}' is no position: +X, -X, +Y, -Y, +Z or -Z", text));
+      findings.push_back(fmt::format("'{}' is not a position: +X, -X, +Y, -Y, +Z or -Z", text));
       continue;
     }
     if (auto finding = order_finding(labels, position->label); !finding.empty()) findings.push_back(std::move(finding));
@@ -155,13 +147,12 @@ std::vector<std::string> read_order(const SettingsTable& table) {
   return labels;
 }
 
-void read_positions(const SettingsTable& root, Procedure& p) {
-  constexpr bool required = true;
-  const auto table = root.table("positions", required);
+void read_positions(const settings::Table& root, Procedure& p) {
+  const auto table = root.table("positions", settings::kRequired);
   if (!table) return;
   p.positions = read_order(*table);
   if (table->has("order") && p.positions.empty())
-    table->refuse("order", "'positions.order' needs one position at least");
+    table->refuse("order", "'positions.order' needs at least one position");
   if (p.kind != ProcedureKind::soak && p.positions.size() > 1) {
     table->refuse("order", fmt::format("a procedure of kind '{}' has one position", name_of(p.kind)));
   }
@@ -176,46 +167,44 @@ void read_positions(const SettingsTable& root, Procedure& p) {
 }
 
 /// Each of them once, of those in which the fixture also rests: there the bias comes from.
-std::vector<std::string> read_rate_positions(const SettingsTable& table, const Procedure& p) {
-  constexpr bool required = true;
+std::vector<std::string> read_rate_positions(const settings::Table& table, const Procedure& p) {
   std::vector<std::string> labels;
   std::vector<std::string> findings;
-  for (const std::string& text : table.texts("positions", required)) {
+  for (const std::string& text : table.texts("positions", settings::kRequired)) {
     const auto position = calib::position_named(text);
     const std::string label = position ? position->label : text;
     if (std::ranges::find(p.positions, label) == p.positions.end()) {
       findings.push_back(fmt::format("'{}' is none of positions.order", text));
     } else if (std::ranges::find(labels, label) != labels.end()) {
-      findings.push_back(fmt::format("'{}' stands twice in rates.positions", text));
+      findings.push_back(fmt::format("'{}' is duplicated in rates.positions", text));
     }
     labels.push_back(label);
   }
-  if (table.has("positions") && labels.empty()) findings.emplace_back("'rates.positions' needs one position at least");
+  if (table.has("positions") && labels.empty()) findings.emplace_back("'rates.positions' needs at least one position");
   refuse_all(table, "positions", findings);
   return labels;
 }
 
-void read_rates(const SettingsTable& table, Procedure& p) {
-  constexpr bool required = true;
+void read_rates(const settings::Table& table, Procedure& p) {
   constexpr double kSlowest_dps = 5.0;
   constexpr double kFastest_dps = 2000.0;
-  if (p.kind != ProcedureKind::soak) table.refuse("", "[rates] go with kind 'soak' only");
+  if (p.kind != ProcedureKind::soak) table.refuse("", "[rates] needs kind 'soak'");
   p.rate_positions = read_rate_positions(table, p);
-  p.rates_dps = table.numbers("list_dps", {-kFastest_dps, kFastest_dps}, required);
+  p.rates_dps = table.numbers("list_dps", {-kFastest_dps, kFastest_dps}, settings::kRequired);
   p.rate_dwell_s = table.number("dwell_s", {1.0, kDay_s}, p.rate_dwell_s);
   std::vector<std::string> findings;
   for (auto rate = p.rates_dps.begin(); rate != p.rates_dps.end(); ++rate) {
     if (std::abs(*rate) < kSlowest_dps) {
-      findings.push_back(fmt::format("{:g} deg/s is too slow: {:g} at least, in either sense", *rate, kSlowest_dps));
+      findings.push_back(fmt::format("{:g} deg/s is too slow: at least {:g} in either direction", *rate, kSlowest_dps));
     } else if (std::find(p.rates_dps.begin(), rate, *rate) != rate) {
-      findings.push_back(fmt::format("{:g} deg/s stands twice in rates.list_dps", *rate));
+      findings.push_back(fmt::format("{:g} deg/s is duplicated in rates.list_dps", *rate));
     }
   }
-  if (table.has("list_dps") && p.rates_dps.empty()) findings.emplace_back("'rates.list_dps' needs one rate at least");
+  if (table.has("list_dps") && p.rates_dps.empty()) findings.emplace_back("'rates.list_dps' needs at least one rate");
   refuse_all(table, "list_dps", findings);
 }
 
-void read_stability(const SettingsTable& table, StabilitySettings& s) {
+void read_stability(const settings::Table& table, StabilitySettings& s) {
   s.slope_kpmin = table.number("slope_kpmin", {0.0001, 10.0}, s.slope_kpmin);
   s.confidence = table.number("confidence", {0.5, 0.999}, s.confidence);
   s.window_s = table.number("window_s", {kShortest_s, kDay_s}, s.window_s);
@@ -235,13 +224,13 @@ void read_stability(const SettingsTable& table, StabilitySettings& s) {
   }
 }
 
-void read_units(const SettingsTable& table, Procedure& p) {
+void read_units(const settings::Table& table, Procedure& p) {
   p.rate_hz = table.number("rate_hz", {0.1, 10000.0}, p.rate_hz);
   p.temp_rate_hz = table.number("temp_rate_hz", {0.01, 10000.0}, p.temp_rate_hz);
   if (p.temp_rate_hz > p.rate_hz) table.refuse("temp_rate_hz", "'units.temp_rate_hz' must not exceed rate_hz");
 }
 
-void refuse_too_few_readings(const SettingsTable& root, const Procedure& p) {
+void refuse_too_few_readings(const settings::Table& root, const Procedure& p) {
   const double shortest_s = std::min(p.stability.min_window_s, p.stability.after_turn_s);
   if (p.kind == ProcedureKind::ramp || shortest_s * p.temp_rate_hz >= kSlopeBlocks) return;
   root.refuse("stability", fmt::format("{} s of temperature at {} Hz are too few readings for a slope: the shorter of "
@@ -249,7 +238,7 @@ void refuse_too_few_readings(const SettingsTable& root, const Procedure& p) {
                                        shortest_s, p.temp_rate_hz, kSlopeBlocks));
 }
 
-void refuse_too_many_steps(const SettingsTable& root, const Procedure& p) {
+void refuse_too_many_steps(const settings::Table& root, const Procedure& p) {
   const std::size_t spins = p.rate_positions.size() * (3 + 2 * p.rates_dps.size());
   const std::size_t steps =
       static_cast<std::size_t>(p.runs) * p.set_points_c.size() * (3 * p.positions.size() + spins + 2);
@@ -259,7 +248,7 @@ void refuse_too_many_steps(const SettingsTable& root, const Procedure& p) {
                                   steps, kMostSteps));
 }
 
-void read_power(const SettingsTable& table, Procedure& p) {
+void read_power(const settings::Table& table, Procedure& p) {
   constexpr std::string_view kCycle = "cycle_at_visit";
   p.power_off_s = table.number("off_s", {0.0, kDay_s}, p.power_off_s);
   p.warm_up_s = table.number("warm_up_s", {0.0, kDay_s}, p.warm_up_s);
@@ -267,65 +256,117 @@ void read_power(const SettingsTable& table, Procedure& p) {
   p.cycle_at_visit = table.whole(kCycle, {0, static_cast<int>(kMaxVisits)}, 0);
   const auto last = static_cast<int>(p.set_points_c.size()) - 1;
   if (p.kind != ProcedureKind::soak) {
-    table.refuse(kCycle, "'power.cycle_at_visit' goes with kind 'soak' only");
+    table.refuse(kCycle, "'power.cycle_at_visit' needs kind 'soak'");
   } else if (last >= 0 && *p.cycle_at_visit >= last) {
-    table.refuse(kCycle, fmt::format("visit {} has none after it: the course has the visits 0 to {}, reference plateau "
+    table.refuse(kCycle, fmt::format("no visit comes after visit {}: the run has the visits 0 to {}, reference plateau "
                                      "included",
                                      *p.cycle_at_visit, last));
   }
 }
 
-void read_sections(const SettingsTable& root, Procedure& p) {
+void read_sections(const Table& root, Procedure& p) {
   read_temperatures(root, p);
-  read_section(root, "reference", [&](const SettingsTable& t) { read_reference(t, p); });
+  if (const auto reference = root.table("reference")) read_reference(*reference, p);
   read_positions(root, p);
-  read_section(root, "rates", [&](const SettingsTable& t) { read_rates(t, p); });
-  read_section(root, "stability", [&](const SettingsTable& t) { read_stability(t, p.stability); });
-  read_section(root, "segment", [&](const SettingsTable& t) {
-    p.segment_change_c = t.number("change_max_c", {0.001, 100.0}, p.segment_change_c);
-    p.segment_attempts = t.whole("attempts", {1, 20}, p.segment_attempts);
-  });
-  read_section(root, "units", [&](const SettingsTable& t) { read_units(t, p); });
-  read_section(root, "power", [&](const SettingsTable& t) { read_power(t, p); });
-  read_section(root, "preflight", [&](const SettingsTable& t) {
-    p.preflight_position_s = t.number("position_s", {0.0, kDay_s}, p.preflight_position_s);
-  });
-  read_section(root, "end", [&](const SettingsTable& t) { p.end_c = t.number("temp_c", {25.0, 60.0}, p.end_c); });
-  read_section(root, "estimate", [&](const SettingsTable& t) {
-    p.estimate_rate_kpmin = t.number("rate_kpmin", {0.01, 100.0}, p.estimate_rate_kpmin);
-    p.estimate_settle_s = t.number("settle_s", {0.0, kDay_s}, p.estimate_settle_s);
-  });
+  if (const auto rates = root.table("rates")) read_rates(*rates, p);
+  read_stability(root.section("stability"), p.stability);
+  const Table segment = root.section("segment");
+  p.segment_change_c = segment.number("change_max_c", {0.001, 100.0}, p.segment_change_c);
+  p.segment_attempts = segment.whole("attempts", {1, 20}, p.segment_attempts);
+  read_units(root.section("units"), p);
+  read_power(root.section("power"), p);
+  p.preflight_position_s = root.section("preflight").number("position_s", {0.0, kDay_s}, p.preflight_position_s);
+  if (const auto end = root.table("end")) p.end_c = end->number("temp_c", {25.0, 60.0}, p.end_c);
+  const Table estimate = root.section("estimate");
+  p.estimate_rate_kpmin = estimate.number("rate_kpmin", {0.01, 100.0}, p.estimate_rate_kpmin);
+  p.estimate_settle_s = estimate.number("settle_s", {0.0, kDay_s}, p.estimate_settle_s);
   refuse_too_few_readings(root, p);
   refuse_too_many_steps(root, p);
 }
 
 /// Set points that leave a rating, at the line of the list or, of a grid, at that of its table.
-void refuse_ratings(const SettingsTable& root, const Procedure& p, const std::vector<calib::UnitType>& types) {
+void refuse_ratings(const settings::Table& root, const Procedure& p, const std::vector<calib::UnitType>& types) {
   const auto table = root.table("temperatures");
   if (!table) return;
   refuse_all(*table, "list_c", rating_findings(p, types));
+}
+
+/// The first set point of a run, its end included, from which the air, passing it by `overshoot_c`, leaves the range.
+std::optional<double> first_outside(const Procedure& procedure, double overshoot_c, std::optional<double> min_c,
+                                    std::optional<double> max_c) {
+  const auto outside = [&](double temp_c) {
+    return (min_c && temp_c - overshoot_c < *min_c) || (max_c && temp_c + overshoot_c > *max_c);
+  };
+  const auto& points = procedure.set_points_c;
+  const auto found = std::find_if(points.begin(), points.end(), outside);
+  if (found != points.end()) return *found;
+  return outside(procedure.end_c) ? std::optional(procedure.end_c) : std::nullopt;
+}
+
+std::string type_finding(const Procedure& procedure, const calib::UnitType& type) {
+  if (!type.temp_min_c || !type.temp_max_c) {
+    return fmt::format("unit type '{}' states no temperature rating: which temperatures it withstands is unknown",
+                       type.name);
+  }
+  const auto point = first_outside(procedure, procedure.overshoot_c, type.temp_min_c, type.temp_max_c);
+  if (!point) return {};
+  return fmt::format("unit type '{}' is rated {} to {} °C: the set point {} °C with an overshoot of {} °C leaves it",
+                     type.name, *type.temp_min_c, *type.temp_max_c, *point, procedure.overshoot_c);
+}
+
+std::string chamber_finding(const Procedure& procedure, std::optional<double> min_c, std::optional<double> max_c) {
+  constexpr double overshoot_c = 0.0;
+  const auto point = first_outside(procedure, overshoot_c, min_c, max_c);
+  if (!point) return {};
+  const auto limit = [](std::optional<double> value_c) { return value_c ? fmt::format("{}", *value_c) : "any"; };
+  return fmt::format("the chamber takes set points from {} to {} °C: {} °C is outside", limit(min_c), limit(max_c),
+                     *point);
 }
 
 }  // namespace
 
 base::Result<Procedure> parse_procedure(std::string_view text, const std::string& file,
                                         const std::vector<calib::UnitType>& types) {
-  const auto reader = hal::SettingsReader::parse(text, file);
-  if (!reader) return base::forward_error(reader);
-  Procedure procedure;
-  procedure.file = file;
-  read_head(reader->root(), procedure);
-  read_sections(reader->root(), procedure);
-  refuse_ratings(reader->root(), procedure, types);
-  const auto status = reader->finish();
-  if (!status) return base::forward_error(status);
-  return procedure;
+  return settings::read(text, file, [&](const Table& root) {
+    Procedure procedure;
+    procedure.file = file;
+    read_head(root, procedure);
+    read_sections(root, procedure);
+    refuse_ratings(root, procedure, types);
+    return procedure;
+  });
 }
 
 base::Result<Procedure> read_procedure(const std::filesystem::path& file, const std::vector<calib::UnitType>& types) {
-  const auto text = hal::read_settings_text(file.string());
+  const auto text = settings::read_text(file.string());
   if (!text) return base::forward_error(text);
   return parse_procedure(*text, file.string(), types);
+}
+
+std::vector<std::string> rating_findings(const Procedure& procedure, const std::vector<calib::UnitType>& types) {
+  std::vector<std::string> findings;
+  for (const calib::UnitType& type : types) findings.push_back(type_finding(procedure, type));
+  std::erase(findings, "");
+  return findings;
+}
+
+base::Status check_ratings(const Procedure& procedure, const std::vector<calib::UnitType>& types,
+                           std::optional<double> chamber_min_c, std::optional<double> chamber_max_c) {
+  auto findings = rating_findings(procedure, types);
+  findings.push_back(chamber_finding(procedure, chamber_min_c, chamber_max_c));
+  std::erase(findings, "");
+  if (findings.empty()) return {};
+  return base::bad_input(fmt::format("{}", fmt::join(findings, "\n")), procedure.file);
+}
+
+std::string_view name_of(Purpose purpose) {
+  constexpr std::array<std::string_view, 3> kNames = {"calibration", "verification", "diagnosis"};
+  return kNames.at(static_cast<std::size_t>(purpose));
+}
+
+std::string_view name_of(ProcedureKind kind) {
+  constexpr std::array<std::string_view, 3> kNames = {"soak", "ramp", "rest"};
+  return kNames.at(static_cast<std::size_t>(kind));
 }
 
 }  // namespace soak::station

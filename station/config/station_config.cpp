@@ -6,36 +6,36 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
-#include "base/hex.h"
 #include "base/text.h"
 #include "base/units.h"
 #include "settings/reader.h"
-#include "station/config/shared_ports.h"
 #include "station/config/unit_type_file.h"
 
 namespace soak::station {
 namespace {
 
-using hal::SettingsTable;
+using settings::Table;
 
-constexpr hal::Limits kPort = {1, 65535};
-constexpr hal::Limits kBaud = {300, 4000000};
+constexpr settings::Limits kPort = {1, 65535};
+constexpr settings::Limits kBaud = {300, 4000000};
 
 /// An error of another file, in one message of this one.
 std::string foreign(const base::Error& error) {
   return error.where.empty() ? error.message : fmt::format("{}: {}", error.where, error.message);
 }
 
-std::filesystem::path path_in(const SettingsTable& table, std::string_view key, const std::filesystem::path& folder) {
+std::filesystem::path path_in(const settings::Table& table, std::string_view key, const std::filesystem::path& folder) {
   const std::string text = table.text(key);
   return text.empty() ? std::filesystem::path() : (folder / text).lexically_normal();
 }
 
 /// Whether the table names a serial device; one that names both or neither way is a mistake.
-bool wants_serial(const SettingsTable& table) {
+bool wants_serial(const settings::Table& table) {
   const bool serial = table.has("device");
   if (serial == table.has("host")) {
     table.refuse("host", "an address needs either host and port (TCP) or device and baud (serial)");
@@ -43,69 +43,50 @@ bool wants_serial(const SettingsTable& table) {
   return serial;
 }
 
-/// Of a serial line what the section does not say is as the map says.
-std::variant<hal::ModbusTcp, hal::ModbusRtu> read_modbus_address(
-    const SettingsTable& table, const std::variant<hal::ModbusTcp, hal::ModbusRtu>& stated) {
-  if (!wants_serial(table)) return hal::ModbusTcp{table.text("host", ""), table.whole("port", kPort, 502)};
-  const auto* line = std::get_if<hal::ModbusRtu>(&stated);
-  hal::ModbusRtu rtu = line ? *line : hal::ModbusRtu();
-  rtu.device = table.text("device");
+/// The address that a section gives instead of that of its map; of a serial line what it does not say is as the map
+/// says.
+hal::ControllerAddress read_address(const Table& table, const hal::DeviceMap& map) {
+  const bool modbus = map.protocol == hal::MapProtocol::modbus;
+  if (!wants_serial(table)) {
+    const auto* tcp = std::get_if<hal::TcpAddress>(&map.link.address);
+    std::optional<int> usual_port = tcp ? std::optional(tcp->port) : std::nullopt;
+    if (modbus) usual_port = 502;
+    return hal::TcpAddress{table.text("host", ""), table.whole("port", kPort, usual_port)};
+  }
+  const auto* stated = std::get_if<hal::SerialAddress>(&map.link.address);
+  hal::SerialAddress line = stated ? *stated : hal::SerialAddress{.device = "", .baud = 9600};
+  line.device = table.text("device");
+  line.baud = table.whole("baud", kBaud, line.baud);
+  if (!modbus) return line;
   // libmodbus takes any other for 9600.
   const std::vector<int> bauds = {1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200};
-  rtu.baud = table.whole("baud", kBaud, rtu.baud);
-  if (std::find(bauds.begin(), bauds.end(), rtu.baud) == bauds.end()) {
+  if (std::find(bauds.begin(), bauds.end(), line.baud) == bauds.end()) {
     table.refuse("baud", fmt::format("'baud' must be one of {}", fmt::join(bauds, ", ")));
   }
-  rtu.parity = table.choice<char>("parity", {{"N", 'N'}, {"E", 'E'}, {"O", 'O'}}, rtu.parity);
-  rtu.stop_bits = table.whole("stop_bits", {1, 2}, rtu.stop_bits);
-  return rtu;
-}
-
-/// The address and unit number that a section gives instead of those of its map.
-void read_link_of(const SettingsTable& table, hal::RegisterMap& map) {
-  map.link.address = read_modbus_address(table, map.link.address);
-  if (const auto unit = table.optional_whole("unit", {0, 255})) map.link.unit = *unit;
-}
-
-void read_link_of(const SettingsTable& table, hal::TextMap& map) {
-  const auto& stated = map.link.address;
-  if (wants_serial(table)) {
-    const auto* serial = std::get_if<hal::SerialAddress>(&stated);
-    map.link.address =
-        hal::SerialAddress{table.text("device"), table.whole("baud", kBaud, serial ? serial->baud : 9600)};
-    return;
-  }
-  const auto* tcp = std::get_if<hal::TcpAddress>(&stated);
-  const std::optional<int> usual_port = tcp ? std::optional(tcp->port) : std::nullopt;
-  map.link.address = hal::TcpAddress{table.text("host", ""), table.whole("port", kPort, usual_port)};
+  line.parity = table.choice<char>("parity", {{"N", 'N'}, {"E", 'E'}, {"O", 'O'}}, line.parity);
+  line.stop_bits = table.whole("stop_bits", {1, 2}, line.stop_bits);
+  return line;
 }
 
 /// The map that a section names, with the section's address.
-hal::ChamberMap read_controller(const SettingsTable& table, std::string_view kind,
-                                const std::filesystem::path& folder) {
+hal::DeviceMap read_controller(const settings::Table& table, std::string_view kind,
+                               const std::filesystem::path& folder) {
   const auto file = path_in(table, "map", folder);
-  hal::ChamberMap map;
+  hal::DeviceMap map;
   if (!file.empty()) {
-    auto read = hal::read_chamber_map(file.string(), hal::MapUse::device);
+    auto read = hal::read_device_map(file.string(), hal::MapUse::device);
     if (!read) table.refuse("map", foreign(read.error()));
     if (read) map = *std::move(read);
   }
-  std::visit([&table](auto& one) { read_link_of(table, one); }, map);
-  if (const auto found = hal::kind_of(map); !found.empty() && found != kind) {
-    table.refuse("map", fmt::format("'{}' is the map of a {}, not of a {}", file.string(), found, kind));
+  map.link.address = read_address(table, map);
+  if (map.protocol == hal::MapProtocol::modbus) map.link.unit = table.whole("unit", {0, 255}, map.link.unit);
+  if (!map.kind.empty() && map.kind != kind) {
+    table.refuse("map", fmt::format("'{}' is the map of a {}, not of a {}", file.string(), map.kind, kind));
   }
   return map;
 }
 
-/// A fixture.
-hal::RegisterMap read_modbus_controller(const SettingsTable& table, std::string_view kind,
-                                        const std::filesystem::path& folder) {
-  auto map = read_controller(table, kind, folder);
-  auto* registers = std::get_if<hal::RegisterMap>(&map);
-  return registers ? std::move(*registers) : hal::RegisterMap();
-}
-
-std::array<std::string, 3> read_axes(const SettingsTable& table, std::array<std::string, 3> axes) {
+std::array<std::string, 3> read_axes(const settings::Table& table, std::array<std::string, 3> axes) {
   if (!table.has("axes")) return axes;
   const auto labels = table.texts("axes");
   const bool three = labels.size() == axes.size();
@@ -117,7 +98,7 @@ std::array<std::string, 3> read_axes(const SettingsTable& table, std::array<std:
 }
 
 /// "2639:0013": vendor and product as lsusb prints them.
-void read_usb_ids(const SettingsTable& table, hal::UsbAddress& usb) {
+void read_usb_ids(const settings::Table& table, hal::UsbAddress& usb) {
   const std::string text = table.text("usb");
   const std::string_view digits = text;
   const auto vendor = base::bytes_of_hex<2>(digits.substr(0, 4));
@@ -130,7 +111,7 @@ void read_usb_ids(const SettingsTable& table, hal::UsbAddress& usb) {
   usb.product = static_cast<std::uint16_t>((*product)[0] << 8U | (*product)[1]);
 }
 
-hal::UsbAddress read_usb(const SettingsTable& table) {
+hal::UsbAddress read_usb(const settings::Table& table) {
   hal::UsbAddress usb;
   read_usb_ids(table, usb);
   usb.serial = table.text("usb_serial", "");
@@ -139,7 +120,7 @@ hal::UsbAddress read_usb(const SettingsTable& table) {
   return usb;
 }
 
-hal::UnitAddress read_unit_address(const SettingsTable& table) {
+hal::UnitAddress read_unit_address(const settings::Table& table) {
   constexpr std::array<std::string_view, 3> kWays = {"host", "device", "usb"};
   const auto ways = std::count_if(kWays.begin(), kWays.end(), [&](std::string_view way) { return table.has(way); });
   if (ways != 1) {
@@ -151,7 +132,7 @@ hal::UnitAddress read_unit_address(const SettingsTable& table) {
   return hal::TcpAddress{table.text("host", ""), table.whole("port", kPort, no_host)};
 }
 
-Slot read_slot(const SettingsTable& table) {
+Slot read_slot(const settings::Table& table) {
   using enum hal::UnitDecoder;
   Slot slot;
   slot.name = table.text("name");
@@ -168,7 +149,7 @@ Slot read_slot(const SettingsTable& table) {
 }
 
 /// The key that a slot's address is blamed on.
-std::string_view address_key(const SettingsTable& table) {
+std::string_view address_key(const settings::Table& table) {
   if (table.has("usb")) return "usb";
   return table.has("device") ? "device" : "port";
 }
@@ -176,7 +157,7 @@ std::string_view address_key(const SettingsTable& table) {
 /// What two slots cannot share.
 class Taken {
  public:
-  void check(const SettingsTable& table, const Slot& slot) {
+  void check(const settings::Table& table, const Slot& slot) {
     claim(table, "name", slot.name);
     claim(table, address_key(table), hal::text_of(slot.address));
     check_usb(table, slot);
@@ -185,13 +166,13 @@ class Taken {
   }
 
  private:
-  void claim(const SettingsTable& table, std::string_view key, const std::string& value) {
+  void claim(const settings::Table& table, std::string_view key, const std::string& value) {
     if (!table.has(key) || value.empty() || taken_.insert({std::string(key), value}).second) return;
     table.refuse(key, fmt::format("two slots have the {} '{}'", key == address_key(table) ? "address" : key, value));
   }
 
   /// Two devices of one kind must be told apart.
-  void check_usb(const SettingsTable& table, const Slot& slot) {
+  void check_usb(const settings::Table& table, const Slot& slot) {
     const auto* usb = std::get_if<hal::UsbAddress>(&slot.address);
     if (usb == nullptr) return;
     const auto is_any = [](const hal::UsbAddress& address) { return address.serial.empty() && address.path.empty(); };
@@ -207,13 +188,13 @@ class Taken {
   std::vector<hal::UsbAddress> usb_;
 };
 
-void read_unit_type_folder(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
+void read_unit_type_folder(const settings::Table& root, const std::filesystem::path& folder, StationConfig& config) {
   const auto table = root.table("unit_types");
   config.unit_types = table ? path_in(*table, "folder", folder) : default_unit_type_folder();
 }
 
 /// The names of all types; a folder that cannot be read is a mistake.
-std::set<std::string> type_names(const SettingsTable& root, const StationConfig& config) {
+std::set<std::string> type_names(const settings::Table& root, const StationConfig& config) {
   std::set<std::string> names;
   const auto types = read_unit_types(config.unit_types);
   if (!types) {
@@ -224,7 +205,7 @@ std::set<std::string> type_names(const SettingsTable& root, const StationConfig&
   return names;
 }
 
-void refuse_unknown_types(const SettingsTable& root, const std::vector<SettingsTable>& tables,
+void refuse_unknown_types(const settings::Table& root, const std::vector<settings::Table>& tables,
                           const StationConfig& config) {
   const auto names_a_type = [](const Slot& slot) { return !slot.unit_type.empty(); };
   if (std::none_of(config.slots.begin(), config.slots.end(), names_a_type)) return;
@@ -237,11 +218,11 @@ void refuse_unknown_types(const SettingsTable& root, const std::vector<SettingsT
   }
 }
 
-void read_slots(const SettingsTable& root, StationConfig& config) {
+void read_slots(const settings::Table& root, StationConfig& config) {
   const auto tables = root.tables("slot");
   if (tables.empty()) root.refuse("slot", "there is no [[slot]]: a station needs one at least");
   Taken taken;
-  for (const SettingsTable& table : tables) {
+  for (const settings::Table& table : tables) {
     config.slots.push_back(read_slot(table));
     taken.check(table, config.slots.back());
     if (config.slots.back().power_output && !root.has("power")) {
@@ -256,23 +237,21 @@ void read_slots(const SettingsTable& root, StationConfig& config) {
   refuse_unknown_types(root, tables, config);
 }
 
-void read_place(const SettingsTable& root, StationConfig& config) {
-  if (const auto site = root.table("site")) {
-    config.site.latitude_deg = site->optional_number("latitude_deg", {-90.0, 90.0});
-    config.site.height_m = site->optional_number("height_m", {-1000.0, 10000.0});
-    config.site.azimuth_deg = site->optional_number("azimuth_deg", {-360.0, 360.0});
-    config.site.gravity_mps2 = site->optional_number("gravity_mps2", {9.7, 9.9});
-  }
-  if (const auto room = root.table("room")) {
-    config.room_c = room->number("temp_c", {0.0, 50.0}, config.room_c);
-    config.dew_point_c = room->number("dew_point_c", {-50.0, 50.0}, config.dew_point_c);
-    if (config.dew_point_c > config.room_c) {
-      room->refuse("dew_point_c", "'room.dew_point_c' cannot lie above the temperature of the room");
-    }
+void read_place(const Table& root, StationConfig& config) {
+  const Table site = root.section("site");
+  config.site.latitude_deg = site.optional_number("latitude_deg", {-90.0, 90.0});
+  config.site.height_m = site.optional_number("height_m", {-1000.0, 10000.0});
+  config.site.azimuth_deg = site.optional_number("azimuth_deg", {-360.0, 360.0});
+  config.site.gravity_mps2 = site.optional_number("gravity_mps2", {9.7, 9.9});
+  const Table room = root.section("room");
+  config.room_c = room.number("temp_c", {0.0, 50.0}, config.room_c);
+  config.dew_point_c = room.number("dew_point_c", {-50.0, 50.0}, config.dew_point_c);
+  if (config.dew_point_c > config.room_c) {
+    room.refuse("dew_point_c", "'room.dew_point_c' cannot lie above the temperature of the room");
   }
 }
 
-void read_service(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
+void read_service(const settings::Table& root, const std::filesystem::path& folder, StationConfig& config) {
   config.listen = root.text("listen", config.listen);
   const auto colon = config.listen.rfind(':');
   const auto port = colon == std::string::npos ? std::nullopt : base::parse_int(config.listen.substr(colon + 1));
@@ -280,9 +259,7 @@ void read_service(const SettingsTable& root, const std::filesystem::path& folder
     root.refuse("listen", "'listen' must be HOST:PORT, as in \"127.0.0.1:8088\"");
   }
   if (root.has("data")) config.data = path_in(root, "data", folder);
-  if (const auto clock = root.table("clock")) {
-    config.clock_rate = clock->number("rate", {0.001, 1e6}, config.clock_rate);
-  }
+  config.clock_rate = root.section("clock").number("rate", {0.001, 1e6}, config.clock_rate);
 }
 
 /// "1-4.2" or "usb1", as the kernel names sockets.
@@ -301,7 +278,7 @@ bool is_hub_path(std::string_view path) {
   return is_number(ports);
 }
 
-hal::UsbHubs read_usb_hubs(const SettingsTable& table) {
+hal::UsbHubs read_usb_hubs(const settings::Table& table) {
   hal::UsbHubs hubs{table.texts("usb_hubs")};
   const bool sound = !hubs.paths.empty() && std::ranges::all_of(hubs.paths, is_hub_path);
   const bool distinct = std::set(hubs.paths.begin(), hubs.paths.end()).size() == hubs.paths.size();
@@ -311,7 +288,7 @@ hal::UsbHubs read_usb_hubs(const SettingsTable& table) {
   return hubs;
 }
 
-UnitPowerSource read_power(const SettingsTable& table, const std::filesystem::path& folder) {
+UnitPowerSource read_unit_power(const settings::Table& table, const std::filesystem::path& folder) {
   if (table.has("from")) {
     (void)table.choice<bool>("from", {{"chamber", true}});
     return PowerFromChamber();
@@ -320,11 +297,11 @@ UnitPowerSource read_power(const SettingsTable& table, const std::filesystem::pa
   return read_controller(table, "power", folder);
 }
 
-void read_controllers(const SettingsTable& root, const std::filesystem::path& folder, StationConfig& config) {
-  constexpr bool required = true;
-  if (const auto table = root.table("chamber", required)) config.chamber = read_controller(*table, "chamber", folder);
-  if (const auto table = root.table("fixture")) config.fixture = read_modbus_controller(*table, "fixture", folder);
-  if (const auto table = root.table("power")) config.power = read_power(*table, folder);
+void read_controllers(const settings::Table& root, const std::filesystem::path& folder, StationConfig& config) {
+  if (const auto table = root.table("chamber", settings::kRequired))
+    config.chamber = read_controller(*table, "chamber", folder);
+  if (const auto table = root.table("fixture")) config.fixture = read_controller(*table, "fixture", folder);
+  if (const auto table = root.table("power")) config.power = read_unit_power(*table, folder);
   if (const auto table = root.table("purge")) config.purge_below_c = table->number("below_c", {-100.0, 50.0});
 }
 
@@ -338,26 +315,63 @@ double heading_on_fixture(const calib::Vector3& up, const calib::Vector3& axis) 
   return std::atan2(-along(left), along(forward)) * base::kDegPerRad;
 }
 
+/// A serial port that something else owns already.
+struct SharedPort {
+  std::string section;  ///< of the configuration: "fixture", "power", "slot"
+  std::string text;     ///< for people: which port, of whom, and whose it is
+};
+
+/// The serial port that a controller is at; nothing where it has another link.
+std::optional<std::string> port_of(const hal::DeviceMap& map) {
+  const auto* serial = std::get_if<hal::SerialAddress>(&map.link.address);
+  return serial ? std::optional(serial->device) : std::nullopt;
+}
+
+std::vector<std::pair<std::string, hal::DeviceMap>> controllers_of(const StationConfig& config) {
+  std::vector<std::pair<std::string, hal::DeviceMap>> controllers = {{"chamber", config.chamber}};
+  if (config.fixture) controllers.emplace_back("fixture", *config.fixture);
+  if (const auto* power = std::get_if<hal::DeviceMap>(&config.power)) controllers.emplace_back("power", *power);
+  return controllers;
+}
+
+/// Everything that claims a serial port which chamber, fixture or power has: requests of the one would run into the
+/// answers of the other. Two slots at one port are not among them.
+std::vector<SharedPort> shared_ports(const StationConfig& config) {
+  std::map<std::string, std::string> owners;
+  std::vector<SharedPort> shared;
+  for (const auto& [section, map] : controllers_of(config)) {
+    const auto port = port_of(map);
+    if (!port || port->empty()) continue;
+    const auto [owner, is_new] = owners.try_emplace(*port, section);
+    if (is_new) continue;
+    shared.push_back({section, fmt::format("the serial port '{}' of the {} is that of the {} already", *port, section,
+                                           owner->second)});
+  }
+  for (const Slot& slot : config.slots) {
+    const auto* serial = std::get_if<hal::SerialAddress>(&slot.address);
+    const auto owner = serial ? owners.find(serial->device) : owners.end();
+    if (owner == owners.end()) continue;
+    shared.push_back({"slot", fmt::format("the serial port '{}' of slot {} is that of the {} already", serial->device,
+                                          slot.name, owner->second)});
+  }
+  return shared;
+}
+
 }  // namespace
 
 base::Result<StationConfig> read_station_config(const std::filesystem::path& file) {
-  const auto text = hal::read_settings_text(file.string());
-  if (!text) return base::forward_error(text);
-  const auto reader = hal::SettingsReader::parse(*text, file.string());
-  if (!reader) return base::forward_error(reader);
-  StationConfig config;
-  config.file = file.string();
-  const SettingsTable& root = reader->root();
-  const auto folder = file.parent_path();
-  read_service(root, folder, config);
-  read_controllers(root, folder, config);
-  read_unit_type_folder(root, folder, config);
-  read_slots(root, config);
-  for (const SharedPort& port : shared_ports(config)) root.refuse(port.section, port.text);
-  read_place(root, config);
-  const auto status = reader->finish();
-  if (!status) return base::forward_error(status);
-  return config;
+  return settings::read_file(file.string(), [&](const Table& root) {
+    StationConfig config;
+    config.file = file.string();
+    const auto folder = file.parent_path();
+    read_service(root, folder, config);
+    read_controllers(root, folder, config);
+    read_unit_type_folder(root, folder, config);
+    read_slots(root, config);
+    for (const SharedPort& port : shared_ports(config)) root.refuse(port.section, port.text);
+    read_place(root, config);
+    return config;
+  });
 }
 
 hal::UnitLink link_of(const Slot& slot, const calib::UnitType& type) {
@@ -388,7 +402,7 @@ calib::Position unit_position(const Slot& slot, std::string_view fixture_up, std
 std::vector<calib::Position> positions_of(const Slot& slot, const StationConfig& config) {
   std::vector<calib::Position> positions;
   if (!config.fixture) return positions;
-  const hal::RegisterMap& map = *config.fixture;
+  const hal::DeviceMap& map = *config.fixture;
   for (std::size_t i = 0; i < map.azimuths_deg.size(); ++i) {
     calib::Position position = unit_position(slot, map.positions[i], map.azimuths_deg[i]);
     if (!position.label.empty()) positions.push_back(std::move(position));

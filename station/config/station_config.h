@@ -13,8 +13,11 @@
 #include "calib/vocabulary/position.h"
 #include "calib/vocabulary/run.h"
 #include "calib/vocabulary/unit_type.h"
-#include "hal/devices/devices.h"
-#include "hal/maps/chamber_map.h"
+#include "hal/devices/chamber.h"
+#include "hal/devices/fixture.h"
+#include "hal/devices/unit_power.h"
+#include "hal/imu/imu.h"
+#include "hal/links/addresses.h"
 #include "hal/maps/device_map.h"
 
 namespace soak::station {
@@ -37,17 +40,17 @@ struct PowerByHand {};
 /// Outputs of the chamber's controller feed the units, over its link.
 struct PowerFromChamber {};
 /// What switches the units; a map is that of a device of its own.
-using UnitPowerSource = std::variant<PowerByHand, PowerFromChamber, hal::ChamberMap, hal::UsbHubs>;
+using UnitPowerSource = std::variant<PowerByHand, PowerFromChamber, hal::DeviceMap, hal::UsbHubs>;
 
 /// The file that `soakd --config` reads: docs/station-config.md describes it.
 struct StationConfig {
   std::string file;
   std::string listen = "127.0.0.1:8088";
   double clock_rate = 1.0;
-  std::filesystem::path data;               ///< empty = as for `soak`
-  std::filesystem::path unit_types;         ///< folder of unit types
-  hal::ChamberMap chamber;                  ///< map file, its link replaced by the station's
-  std::optional<hal::RegisterMap> fixture;  ///< absent = turned by hand
+  std::filesystem::path data;             ///< empty = as for `soak`
+  std::filesystem::path unit_types;       ///< folder of unit types
+  hal::DeviceMap chamber;                 ///< map file, its link replaced by the station's
+  std::optional<hal::DeviceMap> fixture;  ///< absent = turned by hand
   UnitPowerSource power;
   std::optional<double> purge_below_c;  ///< dry air must flow before the chamber goes below
   std::vector<Slot> slots;

@@ -5,30 +5,65 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdlib>
-#include <functional>
+#include <optional>
 #include <system_error>
 
 #include "calib/vocabulary/position.h"
+#include "calib/vocabulary/sensor.h"
 #include "settings/reader.h"
-#include "station/config/limits_file.h"
 
 namespace soak::station {
 namespace {
 
-using hal::SettingsTable;
+using settings::Table;
 
-constexpr hal::Limits kTemp_c = {-273.15, 1000.0};
-constexpr hal::Limits kPositive = {1e-12, 1e9};
+constexpr settings::Limits kTemp_c = {-273.15, 1000.0};
+constexpr settings::Limits kPositive = {1e-12, 1e9};
 constexpr std::string_view kGeneric = "generic";
+constexpr std::string_view kScaleSuffix = "_scale_ppm";
 
-void read_section(const SettingsTable& root, std::string_view name,
-                  const std::function<void(const SettingsTable&)>& read) {
-  if (const auto table = root.table(name)) read(*table);
+using PerSensor = std::array<std::optional<double>, calib::kSensorCount>;
+
+std::string_view shared_limit_key(calib::Sensor sensor) { return calib::is_gyro(sensor) ? "gyro" : "accel"; }
+
+/// The limits of all sensors whose keys end in `suffix`, as they stand there.
+PerSensor read_limit_keys(const settings::Table& table, std::string_view suffix) {
+  PerSensor limits;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const auto common = table.optional_number(fmt::format("{}{}", shared_limit_key(sensor), suffix), kPositive);
+    const auto own = table.optional_number(fmt::format("{}{}", calib::name_of(sensor), suffix), kPositive);
+    limits[calib::index_of(sensor)] = own ? own : common;
+  }
+  return limits;
 }
 
-void read_axes(const SettingsTable& root, calib::UnitType& type) {
+/// Names the keys that there are beside each that there is not.
+void refuse_unknown_limits(const settings::Table& table) {
+  for (const std::string& key : table.keys()) {
+    std::string_view stem = key;
+    if (stem.ends_with(kScaleSuffix)) stem.remove_suffix(kScaleSuffix.size());
+    if (stem == "gyro" || stem == "accel" || calib::sensor_named(stem)) continue;
+    table.refuse(key, fmt::format("unknown limit '{}'; known: gyro, accel, gyro_x, gyro_y, gyro_z, accel_x, accel_y, "
+                                  "accel_z (deg/s, m/s2), and each with {} behind it",
+                                  key, kScaleSuffix));
+  }
+}
+
+calib::Limits read_limits_table(const settings::Table& table) {
+  calib::Limits limits;
+  limits.bias = read_limit_keys(table, "");
+  limits.scale_ppm = read_limit_keys(table, kScaleSuffix);
+  for (const calib::Sensor sensor : calib::kSensors) {
+    if (auto& limit = limits.bias[calib::index_of(sensor)]) *limit /= calib::printed_per_si(sensor);
+  }
+  refuse_unknown_limits(table);
+  return limits;
+}
+
+void read_type_axes(const settings::Table& root, calib::UnitType& type) {
   if (!root.has("axes")) return;
   const auto labels = root.texts("axes");
   std::array<std::string, 3> axes;
@@ -39,7 +74,7 @@ void read_axes(const SettingsTable& root, calib::UnitType& type) {
   type.axes = axes;
 }
 
-void read_rating(const SettingsTable& table, calib::UnitType& type) {
+void read_rating(const settings::Table& table, calib::UnitType& type) {
   type.temp_min_c = table.number("temp_min_c", kTemp_c);
   type.temp_max_c = table.number("temp_max_c", kTemp_c);
   if (table.has("temp_min_c") && table.has("temp_max_c") && *type.temp_min_c >= *type.temp_max_c) {
@@ -47,21 +82,21 @@ void read_rating(const SettingsTable& table, calib::UnitType& type) {
   }
 }
 
-void read_gyro(const SettingsTable& table, calib::UnitType& type) {
+void read_gyro(const settings::Table& table, calib::UnitType& type) {
   type.gyro_range_dps = table.optional_number("range_dps", kPositive);
   type.gyro_lsb_dps = table.optional_number("lsb_dps", kPositive);
   type.gyro_noise_max_dps_rthz = table.optional_number("noise_max_dps_rthz", kPositive);
   type.gyro_bias_max_dps = table.optional_number("bias_max_dps", kPositive);
 }
 
-void read_accel(const SettingsTable& table, calib::UnitType& type) {
+void read_accel(const settings::Table& table, calib::UnitType& type) {
   type.accel_range_mps2 = table.optional_number("range_mps2", kPositive);
   type.accel_lsb_mps2 = table.optional_number("lsb_mps2", kPositive);
   type.accel_noise_max_mps2_rthz = table.optional_number("noise_max_mps2_rthz", kPositive);
   type.accel_bias_max_mps2 = table.optional_number("bias_max_mps2", kPositive);
 }
 
-void read_thermometers(const SettingsTable& table, calib::UnitType& type) {
+void read_thermometers(const settings::Table& table, calib::UnitType& type) {
   if (table.has("kind")) {
     type.thermometers = table.choice<calib::Thermometers>(
         "kind", {{"one", calib::Thermometers::one}, {"per_sensor", calib::Thermometers::per_sensor}});
@@ -70,7 +105,7 @@ void read_thermometers(const SettingsTable& table, calib::UnitType& type) {
   type.temp_repeatability_c = table.optional_number("repeatability_c", kPositive);
 }
 
-void read_type(const SettingsTable& root, const std::string& stem, calib::UnitType& type) {
+void read_type(const settings::Table& root, const std::string& stem, calib::UnitType& type) {
   type.name = root.text("name");
   if (root.has("name") && type.name != stem) {
     root.refuse("name", fmt::format("the name '{}' is not that of the file, '{}'", type.name, stem));
@@ -79,12 +114,12 @@ void read_type(const SettingsTable& root, const std::string& stem, calib::UnitTy
   type.sign_at_rest = root.whole("sign_at_rest", {-1, 1}, type.sign_at_rest);
   if (type.sign_at_rest == 0) root.refuse("sign_at_rest", "'sign_at_rest' must be 1 or -1");
   type.warm_up_s = root.optional_number("warm_up_s", {0.0, 86400.0});
-  read_axes(root, type);
-  read_section(root, "rating", [&](const SettingsTable& t) { read_rating(t, type); });
-  read_section(root, "gyro", [&](const SettingsTable& t) { read_gyro(t, type); });
-  read_section(root, "accel", [&](const SettingsTable& t) { read_accel(t, type); });
-  read_section(root, "thermometers", [&](const SettingsTable& t) { read_thermometers(t, type); });
-  read_section(root, "limits", [&](const SettingsTable& t) { type.limits = read_limits_table(t); });
+  read_type_axes(root, type);
+  if (const auto rating = root.table("rating")) read_rating(*rating, type);
+  read_gyro(root.section("gyro"), type);
+  read_accel(root.section("accel"), type);
+  read_thermometers(root.section("thermometers"), type);
+  type.limits = read_limits_table(root.section("limits"));
 }
 
 calib::Vector3 cross(const calib::Vector3& a, const calib::Vector3& b) {
@@ -109,6 +144,23 @@ bool is_known(const std::vector<std::string>& names, std::string_view name) {
 
 }  // namespace
 
+base::Result<calib::Limits> read_limits(const std::filesystem::path& path) {
+  return settings::read_file(path.string(), [](const settings::Table& root) {
+    return read_limits_table(root.section("limits", settings::kRequired));
+  });
+}
+
+std::map<std::string, double> stated_limits(const calib::Limits& limits) {
+  std::map<std::string, double> stated;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const std::size_t s = calib::index_of(sensor);
+    const std::string name(calib::name_of(sensor));
+    if (limits.bias[s]) stated[name] = *limits.bias[s] * calib::printed_per_si(sensor);
+    if (limits.scale_ppm[s]) stated[name + std::string(kScaleSuffix)] = *limits.scale_ppm[s];
+  }
+  return stated;
+}
+
 bool is_right_handed(const std::array<std::string, 3>& labels) {
   std::array<calib::Vector3, 3> axes;
   for (std::size_t i = 0; i < axes.size(); ++i) {
@@ -120,17 +172,15 @@ bool is_right_handed(const std::array<std::string, 3>& labels) {
 }
 
 base::Result<calib::UnitType> parse_unit_type(std::string_view text, const std::string& file) {
-  const auto reader = hal::SettingsReader::parse(text, file);
-  if (!reader) return base::forward_error(reader);
-  calib::UnitType type;
-  read_type(reader->root(), std::filesystem::path(file).stem().string(), type);
-  const auto status = reader->finish();
-  if (!status) return base::forward_error(status);
-  return type;
+  return settings::read(text, file, [&](const Table& root) {
+    calib::UnitType type;
+    read_type(root, std::filesystem::path(file).stem().string(), type);
+    return type;
+  });
 }
 
 base::Result<calib::UnitType> read_unit_type(const std::filesystem::path& file) {
-  const auto text = hal::read_settings_text(file.string());
+  const auto text = settings::read_text(file.string());
   if (!text) return base::forward_error(text);
   return parse_unit_type(*text, file.string());
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +32,14 @@ namespace soak::station {
 /// `unit_type_unknown` where the type of a unit has no file (it was entered elsewhere, or by an older version): what
 /// the file would say is missing from everything that is done with the unit.
 [[nodiscard]] std::vector<calib::Warning> unit_type_warnings(const std::string& name);
+
+/// Reads a file that holds a table [limits] and nothing else: gyro, accel (all three axes), gyro_x ... accel_z (one
+/// axis, which wins) in deg/s and m/s², and each of these with _scale_ppm behind it, in ppm. Refuses all mistakes at
+/// once, each with its line. A unit type's file may hold the same table.
+[[nodiscard]] base::Result<calib::Limits> read_limits(const std::filesystem::path& path);
+
+/// Limits under the keys of one axis, in deg/s, m/s² and ppm: what read_limits() reads back.
+[[nodiscard]] std::map<std::string, double> stated_limits(const calib::Limits& limits);
 
 /// Whether three of the labels "+X" ... "-Z" form a right-handed frame, in this order.
 [[nodiscard]] bool is_right_handed(const std::array<std::string, 3>& labels);

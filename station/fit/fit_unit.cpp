@@ -7,21 +7,24 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <set>
+#include <string_view>
 #include <thread>
 #include <utility>
-#include <vector>
 
-#include "calib/estimate/run_copies.h"
+#include "calib/forward/simulation.h"
 #include "calib/model/model_document.h"
 #include "station/config/unit_type_file.h"
 #include "station/fit/reference_rule.h"
+#include "station/gap/gap_search.h"
 #include "station/io/host.h"
 #include "station/io/output.h"
+#include "station/records/check_standard.h"
 
 namespace soak::station {
 namespace {
 
-constexpr std::string_view kCalibration = "calibration";
+constexpr std::string_view kForCalibration = "calibration";
 constexpr std::size_t kCampaignsListed = 10;
 
 std::string reason_without_runs(const std::string& unit, const std::optional<std::string>& campaign,
@@ -44,6 +47,16 @@ std::string reason_without_runs(const std::string& unit, const std::optional<std
       unit, where, runs.size(), voided, unsealed, verification, diagnosis);
 }
 
+/// The references of the campaigns of the unit's runs.
+base::Status load_references(const db::Catalog& catalog, calib::UnitInput& input) {
+  std::vector<std::string> campaigns;
+  for (const calib::RunInput& run : input.runs) campaigns.push_back(run.campaign);
+  auto references = references_of_campaigns(catalog, campaigns);
+  if (!references) return base::forward_error(references);
+  input.references = *std::move(references);
+  return {};
+}
+
 /// Fits the sensors that have rows, each on the first free thread.
 std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> fit_sensors(
     const calib::UnitRows& rows, const calib::CurveFitOptions& options, int jobs) {
@@ -63,7 +76,18 @@ std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> f
   return fits;
 }
 
+/// Content hashes of the runs that a model was fitted to.
+base::Result<std::set<std::string>> run_hashes_of(const db::ModelRow& model) {
+  const auto calibration = calib::calibration_of(model.document);
+  if (!calibration) return base::forward_error(calibration);
+  return std::set<std::string>(calibration->run_hashes.begin(), calibration->run_hashes.end());
+}
+
+constexpr std::array<std::string_view, 3> kMovingTerms = {"temperature_rate", "sensor_lag", "cross_axis"};
+
 }  // namespace
+
+// What is fitted.
 
 base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration) {
   auto type = known_unit_type(calibration.unit_type);
@@ -115,7 +139,7 @@ base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::
   input.type = *std::move(type);
   input.epoch = (*row)->epoch;
   for (const db::RunRow& run : *runs) {
-    if (!run.sealed || run.voided || run.epoch != input.epoch || run.purpose != kCalibration) continue;
+    if (!run.sealed || run.voided || run.epoch != input.epoch || run.purpose != kForCalibration) continue;
     auto loaded = load_run(catalog, run);
     if (!loaded) return base::forward_error(loaded);
     input.runs.push_back(*std::move(loaded));
@@ -123,18 +147,84 @@ base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::
   if (input.runs.empty()) return base::bad_input(reason_without_runs(unit, campaign, *runs));
   for (calib::Warning& warning : unit_type_warnings(input.type.name)) warnings.push_back(std::move(warning));
   calib::leave_out_copies(input.runs, warnings);
-  std::vector<std::string> campaigns;
-  for (const calib::RunInput& run : input.runs) campaigns.push_back(run.campaign);
-  auto references = references_of_campaigns(catalog, campaigns);
-  if (!references) return base::forward_error(references);
-  input.references = *std::move(references);
+  if (auto found = load_references(catalog, input); !found) return base::forward_error(found);
   return input;
+}
+
+// Accepted terms.
+
+base::Result<std::vector<calib::ModelTerm>> accepted_terms(const db::Catalog& catalog, const std::string& unit,
+                                                           std::int32_t epoch) {
+  const auto model = catalog.model(unit);
+  if (!model) return base::forward_error(model);
+  if (!*model || (*model)->epoch != epoch) return std::vector<calib::ModelTerm>();
+  return calib::model_terms_of((*model)->document);
+}
+
+std::vector<calib::ModelTerm> moving_terms(const calib::Calibration& calibration) {
+  std::vector<calib::ModelTerm> terms;
+  for (const calib::AcceptedTerm& accepted : calibration.terms) {
+    if (std::ranges::find(kMovingTerms, accepted.name) == kMovingTerms.end()) continue;
+    // A file has a section for each part of a term.
+    if (terms.empty() || terms.back().name != accepted.name) {
+      terms.emplace_back();
+      terms.back().name = accepted.name;
+    }
+    calib::TermPart part;
+    part.sensors = accepted.sensors;
+    for (const auto& [name, value] : accepted.parameters) part.parameters.push_back({name, value, ""});
+    terms.back().parts.push_back(std::move(part));
+  }
+  return terms;
+}
+
+base::Status take_terms_off(const db::Catalog& catalog, const std::vector<calib::ModelTerm>& terms,
+                            calib::UnitInput& input, std::vector<calib::Warning>& warnings) {
+  if (terms.empty()) return {};
+  auto logged = with_logs(catalog, input, false);
+  if (!logged) return base::forward_error(logged);
+  // Mountings scatter, and the misalignment of the next one is as uncertain as that says: a fit must see it.
+  std::vector<calib::ModelTerm> of_the_unit = terms;
+  std::erase_if(of_the_unit, [](const calib::ModelTerm& term) { return term.name == "fixture_tilt"; });
+  for (std::string& sentence : calib::forward::subtract_terms(of_the_unit, *logged)) {
+    warnings.push_back({"term_not_evaluated", std::move(sentence)});
+  }
+  input.runs.clear();
+  for (calib::gap::LoggedRun& run : logged->runs) input.runs.push_back(std::move(run.run));
+  input.terms = terms;
+  return {};
+}
+
+// The fit.
+
+base::Result<std::vector<calib::Warning>> CheckWarnings::of_campaign(const std::string& campaign) {
+  const auto known = known_.find(campaign);
+  if (known != known_.end()) return known->second;
+  const auto verdicts = check_standard_of(catalog_, campaign);
+  if (!verdicts) return base::forward_error(verdicts);
+  std::vector<calib::Warning> warnings;
+  for (const CheckVerdict& verdict : *verdicts) {
+    if (auto warning = warning_of(verdict)) warnings.push_back(*std::move(warning));
+  }
+  return known_.emplace(campaign, std::move(warnings)).first->second;
+}
+
+base::Result<std::vector<calib::Warning>> CheckWarnings::of(const calib::UnitInput& input) {
+  std::set<std::string> campaigns;
+  for (const calib::RunInput& run : input.runs) campaigns.insert(run.campaign);
+  std::vector<calib::Warning> all;
+  for (const std::string& campaign : campaigns) {
+    const auto warnings = of_campaign(campaign);
+    if (!warnings) return base::forward_error(warnings);
+    all.insert(all.end(), warnings->begin(), warnings->end());
+  }
+  return all;
 }
 
 base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitInput& input,
                                         const calib::CurveFitOptions& options, int jobs,
                                         const std::vector<calib::Warning>& station_warnings) {
-  const auto rows = calib::make_rows(input);
+  auto rows = calib::make_rows(input);
   if (!rows) return base::forward_error(rows);
   auto fits = fit_sensors(*rows, options, jobs);
   if (interrupted()) {
@@ -151,19 +241,57 @@ base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitI
     }
     sensors[s] = **std::move(fits[s]);
   }
-  calib::UnitModel model = calib::make_model(input, *rows, std::move(sensors));
+  calib::UnitModel model = calib::make_model(*std::move(rows), std::move(sensors));
   model.created_utc_s = now_utc_s();
   model.options = options;
   model.warnings.insert(model.warnings.end(), station_warnings.begin(), station_warnings.end());
   // Whether the model can be stored does not depend on its number, which is known only inside the transaction.
   if (const auto document = calib::model_document(model); !document) return base::forward_error(document);
-  const auto version = catalog.add_model(input.unit, input.epoch, model.created_utc_s, [&](std::int32_t number) {
+  const auto version = catalog.add_model(model.unit, model.epoch, model.created_utc_s, [&](std::int32_t number) {
     model.version = number;
     return *calib::model_document(model);
   });
   if (!version) return base::forward_error(version);
   model.version = *version;
   return model;
+}
+
+base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitInput& input,
+                                              const std::vector<calib::ModelTerm>& terms,
+                                              const calib::CurveFitOptions& options, int jobs,
+                                              CheckWarnings& check_warnings, std::vector<calib::Warning> warnings) {
+  const auto checks = check_warnings.of(input);
+  if (!checks) return base::forward_error(checks);
+  warnings.insert(warnings.end(), checks->begin(), checks->end());
+  const auto since = reference_warnings(catalog, input.references);
+  if (!since) return base::forward_error(since);
+  warnings.insert(warnings.end(), since->begin(), since->end());
+  if (const auto taken = take_terms_off(catalog, terms, input, warnings); !taken) return base::forward_error(taken);
+  return fit_unit(catalog, input, options, jobs, warnings);
+}
+
+base::Result<calib::UnitModel> fit_again(db::Catalog& catalog, const db::ModelRow& parent,
+                                         const std::vector<calib::ModelTerm>& terms) {
+  const auto options = calib::fit_options_of(parent.document);
+  if (!options) return base::forward_error(options);
+  auto known = run_hashes_of(parent);
+  if (!known) return base::forward_error(known);
+  std::vector<calib::Warning> warnings;
+  auto input = load_unit(catalog, parent.unit, {}, warnings);
+  if (!input) return base::forward_error(input);
+  std::erase_if(input->runs, [&](const calib::RunInput& run) { return known->count(run.content_sha256) == 0; });
+  if (input->runs.empty()) {
+    return base::bad_input(fmt::format("all runs of model {} of unit {} are void; 'soak fit --unit {}' fits the others",
+                                       parent.version, parent.unit, parent.unit));
+  }
+  if (auto found = load_references(catalog, *input); !found) return base::forward_error(found);
+  if (input->runs.size() < known->size()) {
+    warnings.push_back(
+        {"runs_left_since", fmt::format("of the {} runs of model {}, {} were voided since and are left out",
+                                        known->size(), parent.version, known->size() - input->runs.size())});
+  }
+  CheckWarnings check_warnings(catalog);
+  return fit_with_terms(catalog, *input, terms, *options, 0, check_warnings, std::move(warnings));
 }
 
 }  // namespace soak::station

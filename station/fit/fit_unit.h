@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,11 +12,12 @@
 #include "calib/vocabulary/warning.h"
 #include "db/catalog/catalog.h"
 
+/// From the catalog to the stored model of a unit.
 namespace soak::station {
 
 /// Sealed, unvoided runs of the unit's current epoch that are for calibration (not for verification, no pre-flight),
 /// with the statistics of their segments and the references of their campaigns; of one campaign only, where that is
-/// given. Samples that were stored more than once count once (calib/estimate/run_copies.h). Adds to `warnings` what
+/// given. Samples that were stored more than once count once (calib/estimate/unit_input.h). Adds to `warnings` what
 /// must be told of that and of the unit's type. Refuses an unknown unit or campaign, and a unit without such runs,
 /// saying which runs there are and why they do not count; fails (corrupt) for a damaged waiver and a damaged or missing
 /// run file.
@@ -31,11 +34,53 @@ namespace soak::station {
 /// A run of the catalog as input of a fit or a verification. Fails (corrupt) where its file is missing or damaged.
 [[nodiscard]] base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run);
 
+/// Accepted terms that the unit's newest model carries; none where it has no model, or only of another epoch.
+[[nodiscard]] base::Result<std::vector<calib::ModelTerm>> accepted_terms(const db::Catalog& catalog,
+                                                                         const std::string& unit, std::int32_t epoch);
+
+/// Terms of a calibration file that a device corrects while its temperature moves (soak_apply_moving).
+[[nodiscard]] std::vector<calib::ModelTerm> moving_terms(const calib::Calibration& calibration);
+
+/// Takes terms off the segments of `input`, and notes them there; the run files are read for it. `warnings` gets what
+/// could not be taken off (`term_not_evaluated`). Without terms nothing is done.
+[[nodiscard]] base::Status take_terms_off(const db::Catalog& catalog, const std::vector<calib::ModelTerm>& terms,
+                                          calib::UnitInput& input, std::vector<calib::Warning>& warnings);
+
+/// What the check standards say of the campaigns of units that are fitted one after the other: each campaign is looked
+/// at once, as its charts take all runs of the standard.
+class CheckWarnings {
+ public:
+  explicit CheckWarnings(const db::Catalog& catalog) : catalog_(catalog) {}
+
+  /// Of the campaigns of the unit's runs.
+  [[nodiscard]] base::Result<std::vector<calib::Warning>> of(const calib::UnitInput& input);
+
+ private:
+  base::Result<std::vector<calib::Warning>> of_campaign(const std::string& campaign);
+
+  const db::Catalog& catalog_;
+  std::map<std::string, std::vector<calib::Warning>> known_;
+};
+
 /// Fits all sensors of a unit on `jobs` threads (0: one per core) and stores the model as the unit's next version.
 /// `station_warnings`: what else is to be told of the model. Nothing is stored where a sensor cannot be fitted. The
 /// result does not depend on the number of threads.
 [[nodiscard]] base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitInput& input,
                                                       const calib::CurveFitOptions& options, int jobs,
                                                       const std::vector<calib::Warning>& station_warnings);
+
+/// Fits a unit freed of `terms`, which the new version carries, with all that the station knows of the campaigns of its
+/// runs: check standards, references. `input` comes back as it was fitted; `warnings` are told with the others.
+/// Otherwise as fit_unit().
+[[nodiscard]] base::Result<calib::UnitModel> fit_with_terms(db::Catalog& catalog, calib::UnitInput& input,
+                                                            const std::vector<calib::ModelTerm>& terms,
+                                                            const calib::CurveFitOptions& options, int jobs,
+                                                            CheckWarnings& check_warnings,
+                                                            std::vector<calib::Warning> warnings = {});
+
+/// Fits a unit as `parent` was fitted, to the same runs with the same options, but freed of `terms`. What was voided
+/// since is left out, with the warning `runs_left_since`; refuses (bad_input) where nothing is left.
+[[nodiscard]] base::Result<calib::UnitModel> fit_again(db::Catalog& catalog, const db::ModelRow& parent,
+                                                       const std::vector<calib::ModelTerm>& terms);
 
 }  // namespace soak::station

@@ -9,11 +9,11 @@
 #include <string_view>
 #include <utility>
 
+#include "calib/model/document_parts.h"
 #include "calib/model/model_document.h"
-#include "calib/model/model_term_json.h"
 #include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"
-#include "station/gap/logged_campaign.h"
+#include "station/gap/gap_search.h"
 
 namespace soak::station {
 namespace {

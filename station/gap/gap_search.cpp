@@ -3,14 +3,47 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <utility>
+#include <vector>
 
-#include "calib/forward/take_off.h"
+#include "base/statistics.h"
+#include "calib/estimate/site.h"
+#include "calib/forward/simulation.h"
+#include "calib/gap/campaign/campaign.h"
+#include "calib/gap/campaign/fine_temperature.h"
 #include "calib/model/model_document.h"
-#include "station/gap/logged_campaign.h"
+#include "db/run/run_file.h"
+#include "station/fit/fit_unit.h"
+#include "station/runs/recording_reader.h"
 
 namespace soak::station {
 namespace {
+
+/// Unix time of device time 0: the median over all rows that have both.
+std::optional<double> start_utc_s(const calib::Recording& recording) {
+  std::vector<double> starts;
+  for (const calib::AuxiliaryChannel& channel : recording.auxiliary) {
+    if (channel.name != "utc_s") continue;
+    for (std::size_t i = 0; i < recording.t_s.size(); ++i) {
+      if (std::isfinite(channel.values[i])) starts.push_back(channel.values[i] - recording.t_s[i]);
+    }
+  }
+  if (starts.empty()) return std::nullopt;
+  return base::median(starts);
+}
+
+base::Status look_at_samples(const db::RunFileReader& file, const std::string& unit,
+                             std::array<calib::gap::SampleFacts, calib::kSensorCount>& facts) {
+  std::vector<double> values;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    if (const auto read = read_sensor(file, unit, sensor, values); !read) return read;
+    facts[calib::index_of(sensor)].add(calib::gap::sample_facts(values));
+  }
+  return {};
+}
 
 /// The newest model of the unit, if it is one of the unit as it is now.
 base::Result<db::ModelRow> present_model(const db::Catalog& catalog, const std::string& serial) {
@@ -34,6 +67,46 @@ base::Result<db::ModelRow> present_model(const db::Catalog& catalog, const std::
 
 }  // namespace
 
+base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, calib::UnitInput input,
+                                                   bool with_samples) {
+  calib::gap::LoggedCampaign logged;
+  logged.unit = input.unit;
+  logged.type = input.type;
+  const auto rows = catalog.runs({.unit = input.unit, .campaign = {}, .run = {}});
+  if (!rows) return base::forward_error(rows);
+  for (calib::RunInput& run : input.runs) {
+    const auto row =
+        std::find_if(rows->begin(), rows->end(), [&](const db::RunRow& r) { return r.run_id == run.run_id; });
+    if (row == rows->end()) continue;
+    const auto file = db::RunFileReader::open(catalog.run_file_path(*row));
+    if (!file) return base::forward_error(file);
+    const auto recording = read_axes(*file, input.unit);
+    if (!recording) return base::forward_error(recording);
+    calib::gap::LoggedRun entry;
+    entry.log = calib::gap::make_run_log(*recording);
+    logged.thermometer.add(calib::gap::sample_facts(recording->temp_c));
+    entry.start_utc_s = start_utc_s(*recording);
+    if (with_samples) {
+      if (auto looked = look_at_samples(*file, input.unit, logged.samples); !looked) return base::forward_error(looked);
+    }
+    entry.run = std::move(run);
+    entry.run.site = calib::with_reference_gravity(entry.run.site, input.references);
+    logged.runs.push_back(std::move(entry));
+  }
+  calib::gap::refine_logs(logged);
+  return logged;
+}
+
+base::Result<calib::gap::LoggedCampaign> load_logged_campaign(const db::Catalog& catalog, const std::string& unit,
+                                                              const std::optional<std::string>& campaign) {
+  std::vector<calib::Warning> told_by_the_fit;
+  auto input = load_unit(catalog, unit, campaign, told_by_the_fit);
+  if (!input) return base::forward_error(input);
+  auto logged = with_logs(catalog, *std::move(input), true);
+  if (logged) calib::gap::refine_blocks(*logged);
+  return logged;
+}
+
 base::Result<GapSearch> search_gap(const db::Catalog& catalog, const std::string& unit,
                                    const std::optional<std::string>& campaign) {
   auto model = present_model(catalog, unit);
@@ -46,7 +119,7 @@ base::Result<GapSearch> search_gap(const db::Catalog& catalog, const std::string
   search.model = *std::move(model);
   search.terms = *std::move(terms);
   search.campaign = *std::move(logged);
-  search.not_taken_off = calib::forward::take_off(search.terms, search.campaign);
+  search.not_taken_off = calib::forward::subtract_terms(search.terms, search.campaign);
   search.report = calib::gap::find_gap(search.campaign, search.model.version);
   return search;
 }

@@ -4,11 +4,22 @@
 #include <arpa/inet.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 
 #include "base/text.h"
 
 namespace soak::station {
+namespace {
+
+bool is_known_host(const std::string& host, const std::string& listen_host) {
+  constexpr std::array<std::string_view, 3> kLocal = {"localhost", "127.0.0.1", "::1"};
+  if (host == listen_host || std::find(kLocal.begin(), kLocal.end(), host) != kLocal.end()) return true;
+  const bool listens_everywhere = listen_host == "0.0.0.0" || listen_host == "::";
+  return listens_everywhere && is_numeric_address(host);
+}
+
+}  // namespace
 
 base::Result<HostPort> parse_host_port(std::string_view text) {
   const auto wrong = [&] {
@@ -47,6 +58,16 @@ std::string host_of(std::string_view authority) {
 bool is_numeric_address(const std::string& host) {
   in6_addr bytes{};
   return ::inet_pton(AF_INET, host.c_str(), &bytes) == 1 || ::inet_pton(AF_INET6, host.c_str(), &bytes) == 1;
+}
+
+std::optional<std::string> why_refused(const RequestOrigin& request, const std::string& listen_host) {
+  if (!is_known_host(host_of(request.host), listen_host)) {
+    return "the request is for host '" + request.host + "', which is none of this station's own names or addresses";
+  }
+  if (request.origin && *request.origin != "http://" + request.host) {
+    return "the request comes from a page of '" + *request.origin + "', not from a page of this station";
+  }
+  return std::nullopt;
 }
 
 }  // namespace soak::station

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "base/result.h"
 
 namespace soak::station {
+
+/// Path that all of the interface begins with.
+inline constexpr const char* kApiPath = "/api/v1/";
 
 /// Where a daemon listens or is asked: "127.0.0.1:8088", "localhost:8088", "[::1]:8088".
 struct HostPort {
@@ -25,5 +29,19 @@ struct HostPort {
 
 /// Whether `host` is a numeric IPv4 or IPv6 address, which no name server can point elsewhere.
 [[nodiscard]] bool is_numeric_address(const std::string& host);
+
+/// What a request says about where it comes from.
+struct RequestOrigin {
+  std::string host;                   ///< Host header
+  std::optional<std::string> origin;  ///< Origin header
+};
+
+/// Why a request is refused, or nothing where it may pass. A page of another site can make a browser send requests to
+/// this machine; two things give it away:
+/// - its own name stands in the Host header (also once a name server points that name here: DNS rebinding). Hosts that
+///   pass: the one listened on, localhost, 127.0.0.1, [::1]; with a wildcard address (0.0.0.0, [::]) any numeric one.
+///   Ports are not compared: a tunnel may change them;
+/// - its own name stands in the Origin header, which must name the same host and port as Host.
+[[nodiscard]] std::optional<std::string> why_refused(const RequestOrigin& request, const std::string& listen_host);
 
 }  // namespace soak::station

@@ -16,19 +16,21 @@ using Parameter = std::optional<std::string>;
 
 constexpr std::size_t kLongestLine = 200;
 
-Result<json> status(const LabService& lab, const Parameter&, std::int64_t) { return lab.status(); }
+Result<json> answer_status(const StationService& lab, const Parameter&, std::int64_t) { return lab.status(); }
 
-Result<json> plan(const LabService& lab, const Parameter&, std::int64_t) { return lab.plan(); }
+Result<json> answer_plan(const StationService& lab, const Parameter&, std::int64_t) { return lab.plan(); }
 
-Result<json> history(const LabService& lab, const Parameter& after_s, std::int64_t) {
+Result<json> answer_history(const StationService& lab, const Parameter& after_s, std::int64_t) {
   const auto value = base::parse_double(after_s.value_or("-1"));
   if (!value) return base::bad_input("'" + *after_s + "' is not a number of seconds", "after_s");
   return lab.history(*value);
 }
 
-Result<json> noise(const LabService& lab, const Parameter& unit, std::int64_t) { return lab.noise(unit.value_or("")); }
+Result<json> answer_noise(const StationService& lab, const Parameter& unit, std::int64_t) {
+  return lab.noise(unit.value_or(""));
+}
 
-Result<json> log(const LabService& lab, const Parameter& after, std::int64_t newest_log) {
+Result<json> answer_log(const StationService& lab, const Parameter& after, std::int64_t newest_log) {
   const auto value = base::parse_int(after.value_or("0"));
   if (!value) return base::bad_input("'" + *after + "' is not the number of a log entry", "after");
   return lab.log(*value >= 0 ? *value : std::max<std::int64_t>(0, newest_log + *value));
@@ -37,25 +39,25 @@ Result<json> log(const LabService& lab, const Parameter& after, std::int64_t new
 base::Status only_members(const json& body, std::initializer_list<std::string_view> known) {
   for (const auto& member : body.items()) {
     if (std::find(known.begin(), known.end(), member.key()) != known.end()) continue;
-    return base::bad_input("the command does not take this member", member.key());
+    return base::bad_input("the command has no such member", member.key());
   }
   return {};
 }
 
-base::Status check_line(const std::string& value, const std::string& name) {
+base::Status check_single_line(const std::string& value, const std::string& name) {
   if (value.size() > kLongestLine) {
     return base::bad_input("longer than " + std::to_string(kLongestLine) + " bytes", name);
   }
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
   if (std::any_of(value.begin(), value.end(), is_control)) {
-    return base::bad_input("has a control character; one line of plain text is taken", name);
+    return base::bad_input("has a control character; it must be one line of plain text", name);
   }
   if (!value.empty() && value.find_first_not_of(' ') == std::string::npos) return base::bad_input("is blank", name);
   return {};
 }
 
 /// A text member; `otherwise` where it is absent, refused if that is nothing.
-Result<std::string> text(const json& body, const std::string& name, const Parameter& otherwise) {
+Result<std::string> text_member(const json& body, const std::string& name, const Parameter& otherwise) {
   const auto member = body.find(name);
   if (member == body.end() && otherwise) return *otherwise;
   if (member == body.end()) return base::bad_input("the member is missing", name);
@@ -66,16 +68,16 @@ Result<std::string> text(const json& body, const std::string& name, const Parame
 }
 
 /// A text that stands in one line: of logs, of tables, of file names.
-Result<std::string> line(const json& body, const std::string& name, const Parameter& otherwise) {
-  auto value = text(body, name, otherwise);
+Result<std::string> line_member(const json& body, const std::string& name, const Parameter& otherwise) {
+  auto value = text_member(body, name, otherwise);
   if (!value) return value;
-  if (auto fits = check_line(*value, name); !fits) return base::forward_error(fits);
+  if (auto fits = check_single_line(*value, name); !fits) return base::forward_error(fits);
   return value;
 }
 
-Result<std::string> user_of(const json& body) { return line(body, "user", "unknown"); }
+Result<std::string> user_member(const json& body) { return line_member(body, "user", "unknown"); }
 
-Result<std::map<std::string, std::string>> units(const json& body) {
+Result<std::map<std::string, std::string>> units_member(const json& body) {
   std::map<std::string, std::string> found;
   const auto member = body.find("units");
   if (member == body.end()) return found;
@@ -83,7 +85,8 @@ Result<std::map<std::string, std::string>> units(const json& body) {
   for (const auto& unit : member->items()) {
     if (!unit.value().is_string()) return base::bad_input("the serial number is not text", "units." + unit.key());
     found[unit.key()] = unit.value().get<std::string>();
-    if (auto fits = check_line(found[unit.key()], "units." + unit.key()); !fits) return base::forward_error(fits);
+    if (auto fits = check_single_line(found[unit.key()], "units." + unit.key()); !fits)
+      return base::forward_error(fits);
   }
   return found;
 }
@@ -91,54 +94,54 @@ Result<std::map<std::string, std::string>> units(const json& body) {
 Result<StartRequest> start_request(const json& body) {
   const auto known = only_members(body, {"procedure_text", "procedure_file", "campaign", "units", "user"});
   if (!known) return base::forward_error(known);
-  const auto procedure = text(body, "procedure_text", std::nullopt);
+  const auto procedure = text_member(body, "procedure_text", std::nullopt);
   if (!procedure) return base::forward_error(procedure);
-  const auto file = line(body, "procedure_file", "procedure");
+  const auto file = line_member(body, "procedure_file", "procedure");
   if (!file) return base::forward_error(file);
-  const auto campaign = line(body, "campaign", std::nullopt);
+  const auto campaign = line_member(body, "campaign", std::nullopt);
   if (!campaign) return base::forward_error(campaign);
-  const auto slots = units(body);
+  const auto slots = units_member(body);
   if (!slots) return base::forward_error(slots);
-  const auto user = user_of(body);
+  const auto user = user_member(body);
   if (!user) return base::forward_error(user);
   return StartRequest{*procedure, *file, *campaign, *slots, *user};
 }
 
 /// What every command but start answers: the state that the laboratory is in by now.
-Result<json> state_after(const base::Status& done, const LabService& lab) {
+Result<json> state_after(const base::Status& done, const StationService& lab) {
   if (!done) return base::forward_error(done);
   return json{{"state", lab.status().at("state")}};
 }
 
-Result<json> start(LabService& lab, const json& body) {
+Result<json> do_start(StationService& lab, const json& body) {
   const auto request = start_request(body);
   if (!request) return base::forward_error(request);
   return lab.start(*request);
 }
 
-template <base::Status (LabService::*command)(const std::string&)>
-Result<json> user_command(LabService& lab, const json& body) {
+template <base::Status (StationService::*command)(const std::string&)>
+Result<json> user_command(StationService& lab, const json& body) {
   const auto known = only_members(body, {"user"});
   if (!known) return base::forward_error(known);
-  const auto user = user_of(body);
+  const auto user = user_member(body);
   if (!user) return base::forward_error(user);
   return state_after((lab.*command)(*user), lab);
 }
 
-Result<json> abort(LabService& lab, const json& body) {
+Result<json> do_abort(StationService& lab, const json& body) {
   const auto known = only_members(body, {"user", "reason"});
   if (!known) return base::forward_error(known);
-  const auto user = user_of(body);
+  const auto user = user_member(body);
   if (!user) return base::forward_error(user);
-  const auto reason = line(body, "reason", std::nullopt);
+  const auto reason = line_member(body, "reason", std::nullopt);
   if (!reason) return base::forward_error(reason);
   return state_after(lab.abort(*user, *reason), lab);
 }
 
-Result<json> confirm(LabService& lab, const json& body) {
+Result<json> do_confirm(StationService& lab, const json& body) {
   const auto known = only_members(body, {"user", "prompt"});
   if (!known) return base::forward_error(known);
-  const auto user = user_of(body);
+  const auto user = user_member(body);
   if (!user) return base::forward_error(user);
   const auto prompt = body.find("prompt");
   if (prompt == body.end() || !prompt->is_number_integer()) {
@@ -150,20 +153,20 @@ Result<json> confirm(LabService& lab, const json& body) {
 }  // namespace
 
 const std::vector<ApiQuestion>& api_questions() {
-  static const std::vector<ApiQuestion> questions = {{"status", "", status},
-                                                     {"plan", "", plan},
-                                                     {"history", "after_s", history},
-                                                     {"noise", "unit", noise},
-                                                     {"log", "after", log}};
+  static const std::vector<ApiQuestion> questions = {{"status", "", answer_status},
+                                                     {"plan", "", answer_plan},
+                                                     {"history", "after_s", answer_history},
+                                                     {"noise", "unit", answer_noise},
+                                                     {"log", "after", answer_log}};
   return questions;
 }
 
 const std::vector<ApiCommand>& api_commands() {
-  static const std::vector<ApiCommand> commands = {{"start", start},
-                                                   {"pause", user_command<&LabService::pause>},
-                                                   {"resume", user_command<&LabService::resume>},
-                                                   {"abort", abort},
-                                                   {"confirm", confirm}};
+  static const std::vector<ApiCommand> commands = {{"start", do_start},
+                                                   {"pause", user_command<&StationService::pause>},
+                                                   {"resume", user_command<&StationService::resume>},
+                                                   {"abort", do_abort},
+                                                   {"confirm", do_confirm}};
   return commands;
 }
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "station/lab/lab_service.h"
+#include "station/lab/station_service.h"
 
 namespace soak::station {
 
@@ -18,7 +18,7 @@ struct ApiQuestion {
   std::string_view name;
   std::string_view parameter;
   /// `newest_log` is the number of the newest log entry.
-  base::Result<nlohmann::json> (*answer)(const LabService& lab, const std::optional<std::string>& parameter,
+  base::Result<nlohmann::json> (*answer)(const StationService& lab, const std::optional<std::string>& parameter,
                                          std::int64_t newest_log);
 };
 
@@ -26,7 +26,7 @@ struct ApiQuestion {
 struct ApiCommand {
   std::string_view name;
   /// Refuses (bad_input) a body that is not the command's: where == "body" or the name of the member.
-  base::Result<nlohmann::json> (*carry_out)(LabService& lab, const nlohmann::json& body);
+  base::Result<nlohmann::json> (*carry_out)(StationService& lab, const nlohmann::json& body);
 };
 
 /// All of the interface but the event stream: docs/http-api.md.

@@ -9,8 +9,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
-
-#include "station/http/event_parser.h"
+#include <utility>
 
 namespace soak::station {
 namespace {
@@ -22,7 +21,6 @@ constexpr int kConnectSeconds = 5;
 constexpr int kAnswerSeconds = 60;   // a start checks every device first
 constexpr int kSilenceSeconds = 25;  // a stream says something every ten seconds
 constexpr std::chrono::milliseconds kKeepOnEvery{100};
-constexpr const char* kApi = "/api/v1/";
 
 base::Error unreachable(const HostPort& address, httplib::Error reason) {
   const std::string where = to_text(address);
@@ -36,7 +34,7 @@ base::Error unreachable(const HostPort& address, httplib::Error reason) {
 }
 
 /// The error that an answer other than 2xx describes.
-base::Error refusal(const httplib::Response& response, const HostPort& address) {
+base::Error refusal_of(const httplib::Response& response, const HostPort& address) {
   const json document = json::parse(response.body, nullptr, false);
   const json error = document.is_object() ? document.value("error", json()) : json();
   const json code = error.is_object() ? error.value("code", json()) : json();
@@ -48,9 +46,9 @@ base::Error refusal(const httplib::Response& response, const HostPort& address) 
           error.value("where", std::string())};
 }
 
-base::Result<json> document_of(const httplib::Result& result, const HostPort& address) {
+base::Result<json> answer_document(const httplib::Result& result, const HostPort& address) {
   if (!result) return tl::unexpected(unreachable(address, result.error()));
-  if (result->status != 200) return tl::unexpected(refusal(*result, address));
+  if (result->status != 200) return tl::unexpected(refusal_of(*result, address));
   json document = json::parse(result->body, nullptr, false);
   if (document.is_discarded()) {
     return base::fail(ErrorKind::device, "what answers there is not soakd", to_text(address));
@@ -97,7 +95,7 @@ class StreamReader {
     std::string error_body;
     int status = 0;
     const auto result = client_.Get(
-        std::string(kApi) + "events",
+        std::string(kApiPath) + "events",
         [&](const httplib::Response& response) {
           status = response.status;
           return true;
@@ -110,7 +108,7 @@ class StreamReader {
     if (result && result->status != 200) {
       httplib::Response response = *result;
       response.body = error_body;
-      ended_ = refusal(response, address_);
+      ended_ = refusal_of(response, address_);
     } else {
       ended_ = result ? base::Error{ErrorKind::device, "soakd ended the stream of events", to_text(address_)}
                       : unreachable(address_, result.error());
@@ -138,11 +136,36 @@ class StreamReader {
 
 }  // namespace
 
+std::vector<ServerEvent> EventParser::take(std::string_view piece) {
+  std::vector<ServerEvent> complete;
+  rest_ += piece;
+  std::size_t begin = 0;
+  for (std::size_t end = 0; (end = rest_.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    take_line(std::string_view(rest_).substr(begin, end - begin), complete);
+  }
+  rest_.erase(0, begin);
+  return complete;
+}
+
+void EventParser::take_line(std::string_view line, std::vector<ServerEvent>& complete) {
+  if (line.empty()) {
+    if (!event_.data.empty()) complete.push_back(event_);
+    event_ = {};
+    return;
+  }
+  const std::size_t colon = line.find(':');
+  const std::string_view field = line.substr(0, colon);
+  std::string_view value = colon == std::string_view::npos ? std::string_view() : line.substr(colon + 1);
+  if (value.starts_with(' ')) value.remove_prefix(1);
+  if (field == "event") event_.type = value;
+  if (field == "data") event_.data += (event_.data.empty() ? "" : "\n") + std::string(value);
+}
+
 base::Result<json> Client::get(const std::string& path) const {
   httplib::Client client(address_.host, address_.port);
   client.set_connection_timeout(kConnectSeconds);
   client.set_read_timeout(kAnswerSeconds);
-  return document_of(client.Get(kApi + path), address_);
+  return answer_document(client.Get(kApiPath + path), address_);
 }
 
 base::Result<json> Client::command(const std::string& command, const json& body) const {
@@ -150,7 +173,7 @@ base::Result<json> Client::command(const std::string& command, const json& body)
   client.set_connection_timeout(kConnectSeconds);
   client.set_read_timeout(kAnswerSeconds);
   const std::string text = body.dump(-1, ' ', false, json::error_handler_t::replace);
-  return document_of(client.Post(kApi + ("campaign/" + command), text, "application/json"), address_);
+  return answer_document(client.Post(kApiPath + ("campaign/" + command), text, "application/json"), address_);
 }
 
 base::Status Client::follow(const std::function<bool(const ServerEvent&)>& on_event,

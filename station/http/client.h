@@ -5,6 +5,9 @@
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "base/result.h"
 #include "station/http/address.h"
@@ -15,6 +18,20 @@ namespace soak::station {
 struct ServerEvent {
   std::string type;  ///< "status", "log"
   std::string data;  ///< one JSON document
+};
+
+/// Takes a text/event-stream apart (WHATWG HTML, 9.2.6), whatever pieces it arrives in. Lines end with LF, as
+/// HttpServer writes them.
+class EventParser {
+ public:
+  /// The events that `piece` completes. Comments and events without data yield none.
+  [[nodiscard]] std::vector<ServerEvent> take(std::string_view piece);
+
+ private:
+  void take_line(std::string_view line, std::vector<ServerEvent>& complete);
+
+  std::string rest_;  ///< of a line that has not ended yet
+  ServerEvent event_;
 };
 
 /// The other end of HttpServer. Errors: what the daemon answered, with its kind; `device` where no daemon answers, with

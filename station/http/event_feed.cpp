@@ -15,7 +15,7 @@ constexpr std::chrono::seconds kKeepAlive{10};
 
 }  // namespace
 
-EventFeed::EventFeed(const LabService& lab) : lab_(lab) {
+EventFeed::EventFeed(const StationService& lab) : lab_(lab) {
   look();
   thread_ = std::thread([this] { run(); });
 }
@@ -83,7 +83,7 @@ void EventFeed::stop() {
   changed_.notify_all();
 }
 
-EventStream::EventStream(const LabService& lab, const EventFeed& feed, std::optional<std::int64_t> last_log)
+EventStream::EventStream(const StationService& lab, const EventFeed& feed, std::optional<std::int64_t> last_log)
     : lab_(lab), feed_(feed), last_sent_(std::chrono::steady_clock::now()) {
   const std::int64_t newest = feed.latest().newest_log;
   last_log_ = std::min(last_log.value_or(newest), newest);

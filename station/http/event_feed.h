@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "station/lab/lab_service.h"
+#include "station/lab/station_service.h"
 
 namespace soak::station {
 
@@ -18,7 +18,7 @@ namespace soak::station {
 /// changed status out once, however many streams send it.
 class EventFeed {
  public:
-  explicit EventFeed(const LabService& lab);
+  explicit EventFeed(const StationService& lab);
   ~EventFeed();
 
   struct News {
@@ -40,7 +40,7 @@ class EventFeed {
   void run();
   [[nodiscard]] std::int64_t newest_log(std::int64_t after) const;
 
-  const LabService& lab_;
+  const StationService& lab_;
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   News news_;
@@ -53,7 +53,7 @@ class EventStream {
  public:
   /// Sends log entries above `last_log`; nothing = those that come from now on. A number from before a new log began
   /// (above the newest) counts as the newest.
-  EventStream(const LabService& lab, const EventFeed& feed, std::optional<std::int64_t> last_log);
+  EventStream(const StationService& lab, const EventFeed& feed, std::optional<std::int64_t> last_log);
 
   /// The next piece to send, waiting a second at most: empty where there is nothing new, a comment line after ten
   /// silent seconds. Nothing once the feed has stopped.
@@ -62,7 +62,7 @@ class EventStream {
  private:
   [[nodiscard]] std::string new_log_entries(std::int64_t newest);
 
-  const LabService& lab_;
+  const StationService& lab_;
   const EventFeed& feed_;
   std::uint64_t edition_ = 0;
   std::int64_t last_log_;

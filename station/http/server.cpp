@@ -12,7 +12,6 @@
 #include <thread>
 
 #include "base/text.h"
-#include "station/http/access.h"
 #include "station/http/address.h"
 #include "station/http/api.h"
 #include "station/http/event_feed.h"
@@ -30,7 +29,6 @@ constexpr int kBacklog = 128;
 constexpr std::chrono::seconds kStreamsEndWithin{1};
 constexpr std::chrono::milliseconds kPoll{1};
 constexpr const char* kJson = "application/json";
-constexpr const char* kApi = "/api/v1/";
 
 class Listener : public httplib::Server {
  public:
@@ -72,7 +70,7 @@ std::string content_type(std::string_view name) {
 }
 
 void set_security_headers(const httplib::Request& request, httplib::Response& response) {
-  response.set_header("Cache-Control", request.path.starts_with(kApi) ? "no-store" : "no-cache");
+  response.set_header("Cache-Control", request.path.starts_with(kApiPath) ? "no-store" : "no-cache");
   response.set_header("X-Content-Type-Options", "nosniff");
   response.set_header("Referrer-Policy", "no-referrer");
   response.set_header("Cross-Origin-Resource-Policy", "same-origin");
@@ -105,7 +103,7 @@ void describe_exception(const httplib::Request& request, httplib::Response& resp
 }  // namespace
 
 struct HttpServer::Running {
-  Running(LabService& service, HostPort listen_address)
+  Running(StationService& service, HostPort listen_address)
       : lab(service), address(std::move(listen_address)), feed(service) {
     listener.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
     listener.set_payload_max_length(kMaxBody);
@@ -148,13 +146,13 @@ struct HttpServer::Running {
   void add_routes() {
     for (const ApiQuestion& question : api_questions()) add_question(question);
     for (const ApiCommand& command : api_commands()) add_command(command);
-    listener.Get(std::string(kApi) + "events",
+    listener.Get(std::string(kApiPath) + "events",
                  guarded([this](const auto& request, auto& response) { send_events(request, response); }));
     listener.Get("/([^/]*)", guarded(send_page));
   }
 
   void add_question(const ApiQuestion& question) {
-    listener.Get(kApi + std::string(question.name), guarded([this, &question](const auto& request, auto& response) {
+    listener.Get(kApiPath + std::string(question.name), guarded([this, &question](const auto& request, auto& response) {
                    std::optional<std::string> parameter;
                    const std::string name(question.parameter);
                    if (request.has_param(name)) parameter = request.get_param_value(name);
@@ -163,7 +161,7 @@ struct HttpServer::Running {
   }
 
   void add_command(const ApiCommand& command) {
-    listener.Post(kApi + ("campaign/" + std::string(command.name)),
+    listener.Post(kApiPath + ("campaign/" + std::string(command.name)),
                   guarded([this, &command](const auto& request, auto& response) {
                     if (!is_json(request)) {
                       return refuse(response, 415,
@@ -222,7 +220,7 @@ struct HttpServer::Running {
     return port;
   }
 
-  LabService& lab;
+  StationService& lab;
   HostPort address;
   EventFeed feed;
   std::atomic<int> streams = 0;
@@ -231,7 +229,7 @@ struct HttpServer::Running {
   std::thread thread;
 };
 
-HttpServer::HttpServer(LabService& lab, std::string listen) : lab_(lab), listen_(std::move(listen)) {}
+HttpServer::HttpServer(StationService& lab, std::string listen) : lab_(lab), listen_(std::move(listen)) {}
 
 HttpServer::~HttpServer() = default;
 

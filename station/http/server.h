@@ -5,7 +5,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "station/lab/lab_service.h"
+#include "station/lab/station_service.h"
 
 namespace soak::station {
 
@@ -14,7 +14,7 @@ namespace soak::station {
 class HttpServer {
  public:
   /// `listen`: HOST:PORT, port 0 = any free one. The laboratory must outlive the server.
-  HttpServer(LabService& lab, std::string listen);
+  HttpServer(StationService& lab, std::string listen);
   ~HttpServer();
 
   /// Listens and answers from threads of its own; the port. Refuses an address that is not one or not free (bad_input).
@@ -24,7 +24,7 @@ class HttpServer {
 
  private:
   struct Running;
-  LabService& lab_;
+  StationService& lab_;
   std::string listen_;
   std::unique_ptr<Running> running_;
 };

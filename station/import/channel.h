@@ -18,7 +18,7 @@ enum class ColumnRole : std::uint8_t {
   sweep,      ///< up, down
   position,   ///< label of an attitude
   number,     ///< a known quantity
-  auxiliary,  ///< none of ours: kept as it is, numbers or text
+  auxiliary,  ///< any other: kept as it is, numbers or text
 };
 
 /// What a header cell says.
@@ -31,8 +31,8 @@ struct HeaderMeaning {
   bool operator==(const HeaderMeaning&) const = default;
 };
 
-/// Reads a header cell of the form `quantity_unit`. A header that is not ours is an auxiliary channel; refused are
-/// those that look like a sensor but do not say a unit that we know.
+/// Reads a header cell of the form `quantity_unit`. A header that is not ours is an auxiliary channel. Fails
+/// (bad_input) for one that looks like a sensor but has no unit that we know.
 [[nodiscard]] base::Result<HeaderMeaning> meaning_of_header(std::string_view header);
 
 /// The header under which a canonical channel is written in canonical units: `gx_dps` for `gyro_x`.

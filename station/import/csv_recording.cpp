@@ -9,8 +9,8 @@
 #include <set>
 #include <utility>
 
+#include "base/text.h"
 #include "base/units.h"
-#include "base/utf8.h"
 #include "calib/vocabulary/sensor.h"
 #include "station/import/channel.h"
 #include "station/import/detail/csv_columns.h"
@@ -24,28 +24,27 @@ namespace {
 constexpr double kWarmest_c = 1000.0;
 constexpr double kLargestTime_s = 1e11;  // Unix time in seconds is 1.8e9
 
-/// Why the value read last cannot be a time, a temperature or the rate of a fixture; nothing where it can. Sensors may
-/// say what they like: the fit judges them.
+/// Why the value read last cannot be a time, a temperature or the rate of a fixture; nothing where it can. Sensors are
+/// not checked here: the fit judges them.
 std::optional<std::string> implausible(const db::ChannelInfo& channel, const ColumnBuilder& builder) {
   const bool temperature = channel.name.starts_with("temp_");
   const bool rate = is_fixture_rate(channel);
   if (!temperature && !rate && channel.name != "t_s") return std::nullopt;
   const double value = conversion_to_csv(channel.unit)(builder.pending_value());
   if (temperature && (value < -base::kZeroCelsius_k || value > kWarmest_c)) {
-    return fmt::format("{} °C is no temperature of a unit: check the unit in the column's name", value);
+    return fmt::format("{} °C is not plausible for a unit: check the unit in the column's name", value);
   }
   if (rate && std::abs(value) > kFastestFixture_dps) {
     return fmt::format(
-        "{} deg/s is no rate of a fixture, which turns at up to {} deg/s: check the unit in the column's name", value,
+        "{} deg/s is not plausible for a fixture (at most {} deg/s): check the unit in the column's name", value,
         kFastestFixture_dps);
   }
   if (channel.name == "t_s" && std::abs(value) > kLargestTime_s) {
-    return fmt::format("{} s is no time of a recording: check the unit of the time", value);
+    return fmt::format("{} s is not plausible for a recording: check the unit of the time", value);
   }
   return std::nullopt;
 }
 
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr std::size_t kRowsPerProgress = 20000;
 
 /// The columns of the run that is being read.
@@ -108,9 +107,9 @@ class RecordingParser {
   base::Status read_row() {
     if (cells_.size() != layout_.cells) {
       const bool short_row = cells_.size() < layout_.cells;
-      return refuse_row({},
-                        fmt::format("the line has {} cells where the header has {}: {}", cells_.size(), layout_.cells,
-                                    short_row ? "it is truncated" : "a cell with a separator needs quotes"));
+      return reject_row(
+          {}, fmt::format("the line has {} cells where the header has {}: {}", cells_.size(), layout_.cells,
+                          short_row ? "the line is truncated" : "cells that contain a separator need quotes"));
     }
     if (auto status = enter_run(); !status) return status;
     for (std::size_t i = 0; i < layout_.columns.size(); ++i) {
@@ -119,9 +118,9 @@ class RecordingParser {
       if (problem && !problem->bad_row) {
         return base::bad_input(problem->reason, place(scanner_.line(), plan.header));
       }
-      if (problem) return refuse_row(plan.header, problem->reason);
+      if (problem) return reject_row(plan.header, problem->reason);
       if (auto reason = implausible(plan.channel, run_->builders[i]))
-        return refuse_row(plan.header, *std::move(reason));
+        return reject_row(plan.header, *std::move(reason));
     }
     return commit_row();
   }
@@ -129,13 +128,14 @@ class RecordingParser {
   base::Status commit_row() {
     const ColumnPlan& time = layout_.columns.front();
     const double t_s = run_->builders.front().pending_value();
-    if (std::isnan(t_s)) return refuse_row(time.header, "the cell is empty: every row needs a time");
+    if (std::isnan(t_s)) return reject_row(time.header, "the cell is empty: every row needs a time");
     if (!(t_s > run_->last_t_s)) {
       return base::bad_input(
-          fmt::format("the time {} from {} s (line {}) to {} s within run '{}': it must rise; a new run needs another "
-                      "text in the column 'run'",
-                      t_s == run_->last_t_s ? "stands still" : "falls", run_->last_t_s, run_->last_line, t_s,
-                      run_->label),
+          fmt::format(
+              "the time {} from {} s (line {}) to {} s within run '{}': it must increase; a new run needs another "
+              "text in the column 'run'",
+              t_s == run_->last_t_s ? "does not change" : "decreases", run_->last_t_s, run_->last_line, t_s,
+              run_->label),
           place(scanner_.line(), time.header));
     }
     run_->last_t_s = t_s;
@@ -157,10 +157,9 @@ class RecordingParser {
                              place(scanner_.line(), layout_.run_header));
     }
     if (labels_.contains(label)) {
-      return base::bad_input(fmt::format("run '{}' goes on here after another run: the rows of a run must follow each "
-                                         "other",
-                                         label),
-                             place(scanner_.line(), layout_.run_header));
+      return base::bad_input(
+          fmt::format("run '{}' continues here after another run: the rows of a run must be contiguous", label),
+          place(scanner_.line(), layout_.run_header));
     }
     if (auto status = close_run(); !status) return status;
     if (!base::is_utf8(label)) {
@@ -169,8 +168,8 @@ class RecordingParser {
     }
     if (!base::is_plain_line(label)) {
       return base::bad_input(
-          "the run's label must be plain text: no control characters, line separators or marks that "
-          "turn its direction",
+          "the run's label must be plain text without control characters, line separators or marks that "
+          "change the text's direction",
           place(scanner_.line(), layout_.run_header));
     }
     open_run(std::string(label));
@@ -193,7 +192,7 @@ class RecordingParser {
       const bool has_values = builder.values() > 0;
       auto [channel, column] = builder.finish();
       if (channel.name == "temp_c" && !has_values) {
-        return base::bad_input(fmt::format("run '{}' has no temperature at all", run.label),
+        return base::bad_input(fmt::format("run '{}' has no temperature", run.label),
                                place(run.first_line, channel.source_name));
       }
       has_sensor = has_sensor || (has_values && calib::sensor_named(channel.name));
@@ -201,7 +200,7 @@ class RecordingParser {
       run.columns.push_back(std::move(column));
     }
     if (!has_sensor) {
-      return base::bad_input(fmt::format("run '{}' has no value of any sensor", run.label), place(run.first_line));
+      return base::bad_input(fmt::format("run '{}' has no sensor values", run.label), place(run.first_line));
     }
     add_positions(run);
     recording_.runs.push_back(std::move(run));
@@ -223,9 +222,9 @@ class RecordingParser {
     }
   }
 
-  base::Status refuse_row(std::string_view column, std::string reason) {
+  base::Status reject_row(std::string_view column, std::string reason) {
     if (!options_.skip_bad) {
-      return base::bad_input(std::move(reason) + " (--skip-bad leaves such rows out and lists them)",
+      return base::bad_input(std::move(reason) + " (--skip-bad skips such rows and lists them)",
                              place(scanner_.line(), column));
     }
     recording_.bad_rows.push_back({scanner_.line(), std::string(column), std::move(reason)});
@@ -234,7 +233,7 @@ class RecordingParser {
 
   base::Result<SourceRecording> finish() {
     if (recording_.runs.empty()) {
-      return base::bad_input("the file has no row that can be used below its header", path_.string());
+      return base::bad_input("the file has no usable row below its header", path_.string());
     }
     // A file whose lines end properly and whose last line does not was probably cut while it was written or copied.
     if (!scanner_.row_was_ended()) {

@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-#include "calib/estimate/run_copies.h"
+#include "calib/estimate/unit_input.h"
 #include "db/run/run_file.h"
 #include "station/config/unit_type_file.h"
 #include "station/fit/reference_rule.h"
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 /// Runs of the procedure of that name are for verification.
 std::string purpose_of(const std::string& procedure) { return procedure == "verification" ? procedure : "calibration"; }
 
-/// Files that are removed again unless the import comes to its end.
+/// Files that are removed again unless the import succeeds.
 class NewFiles {
  public:
   NewFiles() = default;
@@ -113,7 +113,7 @@ class Importer {
     if (!*unit) return take_type(stated_unit_type(options_.unit_type.value_or("generic")));
     epoch_ = (*unit)->epoch;
     if (options_.unit_type && *options_.unit_type != (*unit)->type) {
-      return base::bad_input(fmt::format("unit '{}' is of type '{}', not '{}': leave --type out, or correct it",
+      return base::bad_input(fmt::format("unit '{}' is of type '{}', not '{}': omit --type, or correct it",
                                          options_.unit, (*unit)->type, *options_.unit_type),
                              "--type");
     }
@@ -155,7 +155,7 @@ class Importer {
     }
   }
 
-  /// Most runs have the same to say.
+  /// Each warning once: most runs have the same.
   void add_note(std::string note) {
     if (std::ranges::find(summary_.warnings, note) == summary_.warnings.end()) {
       summary_.warnings.push_back(std::move(note));
@@ -223,7 +223,7 @@ class Importer {
     return {};
   }
 
-  /// A staged run is new, is there already, or stands against one that is there.
+  /// A staged run is new, is already stored, or conflicts with a stored one.
   base::Status decide(StagedRun staged) {
     const auto same_label = std::find_if(stored_.begin(), stored_.end(), [&](const db::RunRow& run) {
       return run.unit == options_.unit && run.campaign == options_.campaign && run.label == staged.row.label;
@@ -235,26 +235,25 @@ class Importer {
       return {};
     }
     if (same_label->content_sha256 != staged.row.content_sha256) {
-      return refuse(*same_label, fmt::format("holds other samples (content {:.12} there, {:.12} in the file)",
-                                             same_label->content_sha256, staged.row.content_sha256));
+      return conflict(*same_label, fmt::format("has other samples (content {:.12}; in the file {:.12})",
+                                               same_label->content_sha256, staged.row.content_sha256));
     }
     if (!same_circumstances(*same_label, options_)) {
-      return refuse(*same_label, "holds the same samples with another site or another --simulated");
+      return conflict(*same_label, "has the same samples, but another site or another --simulated");
     }
     if (same_label->voided) {
-      summary_.warnings.push_back(fmt::format("run '{}' is there already, but voided", staged.row.label));
+      summary_.warnings.push_back(fmt::format("run '{}' is already stored, but voided", staged.row.label));
     }
     files_.discard(staged.temporary);
     summary_.runs.push_back(outcome(*same_label, staged.segments.size(), true));
     return {};
   }
 
-  [[nodiscard]] base::Status refuse(const db::RunRow& stored, std::string_view why) const {
+  [[nodiscard]] base::Status conflict(const db::RunRow& stored, std::string_view why) const {
     return base::bad_input(
         fmt::format("run '{0}' of {1}: run '{0}' ({2}) of unit '{3}' in campaign '{4}' {5}. Import into "
-                    "another campaign (--campaign NAME), or give the run another label; a run that is "
-                    "wrong there is withdrawn with 'soak runs void {2} --reason TEXT'. Nothing was "
-                    "imported",
+                    "another campaign (--campaign NAME), or give the run another label; if the stored run is wrong, "
+                    "exclude it with 'soak runs void {2} --reason TEXT'. Nothing was imported",
                     stored.label, source_.filename().string(), stored.run_id, stored.unit, stored.campaign, why),
         source_.string());
   }
@@ -293,12 +292,13 @@ class Importer {
 
   static std::string copy_text(const db::RunRow& row, const db::RunRow& other) {
     if (other.unit == row.unit) {
-      return fmt::format("run '{}' holds the same samples as run '{}' of campaign '{}': a fit counts them once",
-                         row.label, other.label, other.campaign);
+      return fmt::format("run '{}' has the same samples as run '{}' of campaign '{}': a fit uses them once", row.label,
+                         other.label, other.campaign);
     }
     return fmt::format(
-        "run '{}' holds the same samples as run '{}' of unit {} in campaign '{}': one of the two serial numbers is "
-        "wrong; void the runs that are not that unit's ('soak runs void {} --unit {}')",
+        "run '{}' has the same samples as run '{}' of unit {} in campaign '{}': one of the two serial numbers is "
+        "wrong; "
+        "void the runs that are not of that unit ('soak runs void {} --unit {}')",
         row.label, other.label, other.unit, other.campaign, other.run_id, other.unit);
   }
 
@@ -347,18 +347,9 @@ class Importer {
 
 base::Result<ImportSummary> store_recording(db::Catalog& catalog, const SourceRecording& recording,
                                             const fs::path& source, const ImportOptions& options) {
-  if (options.unit.empty()) return base::bad_input("the serial number of the unit is empty", "--unit");
-  if (options.campaign.empty()) return base::bad_input("the name of the campaign is empty", "--campaign");
   if (auto plain = check_carried_line(options.unit, "--unit"); !plain) return base::forward_error(plain);
   if (auto plain = check_text_line(options.campaign, "--campaign"); !plain) return base::forward_error(plain);
   return Importer(catalog, recording, source, options).run();
-}
-
-base::Result<ImportSummary> import_csv(db::Catalog& catalog, const fs::path& path, const CsvOptions& csv,
-                                       const ImportOptions& options) {
-  const auto recording = read_csv_recording(path, csv);
-  if (!recording) return base::forward_error(recording);
-  return store_recording(catalog, *recording, path, options);
 }
 
 }  // namespace soak::station

@@ -30,7 +30,7 @@ struct ImportOptions {
   std::function<bool(double)> progress;
 };
 
-/// What became of one run of the file.
+/// What was done with one run of the file.
 struct ImportedRun {
   std::string label;
   std::string run_id;
@@ -47,21 +47,16 @@ struct ImportSummary {
   std::vector<calib::ReferenceUse> references;  ///< that were noted for the campaign
 };
 
-/// Stores every run of a recording as a sealed run file of its own and records it, with its segments, in the catalog.
-/// Nothing is recorded before all runs are written, sealed and segmented; on a failure the files are removed again.
+/// Stores every run of a recording as a sealed run file of its own and enters it, with its segments, into the catalog.
+/// Nothing is entered before all runs are written, sealed and segmented; on a failure the files are removed again.
 ///
-/// A run whose label the campaign already holds for this unit is refused (bad_input) if its samples, its site or its
+/// Fails (bad_input) for a run whose label the campaign already has for this unit, if its samples, its site or its
 /// being simulated differ; if they are the same nothing is done. Warns where the unit, or another one, has these
-/// samples under another label or in another campaign. Refuses a unit of another type, and a type that nobody knows.
-/// With `references`, refuses as judge_references() does for each run at the times in its channel utc_s, where there is
-/// none at the time of the import. Refuses names that are no plain line of text, and serial numbers too long for a
-/// calibration file.
+/// samples under another label or in another campaign. Fails for a unit of another type, an unknown type,
+/// names that are not one plain line of text, and serial numbers too long for a calibration file. With `references`,
+/// fails as judge_references() does for each run, at the times in its channel utc_s, else at the time of the import.
 [[nodiscard]] base::Result<ImportSummary> store_recording(db::Catalog& catalog, const SourceRecording& recording,
                                                           const std::filesystem::path& source,
                                                           const ImportOptions& options);
-
-/// Reads and stores a CSV file.
-[[nodiscard]] base::Result<ImportSummary> import_csv(db::Catalog& catalog, const std::filesystem::path& path,
-                                                     const CsvOptions& csv, const ImportOptions& options);
 
 }  // namespace soak::station

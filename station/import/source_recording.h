@@ -11,12 +11,12 @@
 #include "base/result.h"
 #include "calib/vocabulary/position.h"
 #include "db/run/sample.h"
-#include "hal/devices/devices.h"
+#include "hal/imu/imu.h"
 #include "station/import/columns_map.h"
 
 namespace soak::station {
 
-/// A row that was left out.
+/// A row that was skipped.
 struct BadRow {
   std::size_t line = 0;
   std::string column;  ///< header cell; empty where the row as a whole is wrong
@@ -44,12 +44,12 @@ struct SourceRecording {
 /// How to read a recording from a CSV file.
 struct CsvOptions {
   ColumnsMap map;
-  bool skip_bad = false;  ///< leave bad rows out and list them, instead of refusing the file
+  bool skip_bad = false;  ///< skip bad rows and list them, instead of failing
   /// Called now and then with the share of the file that is read (0..1); returning false stops the reading.
   std::function<bool(double)> progress;
 };
 
-/// Reads and checks a whole recording (docs/csv-format.md says what is accepted). Every refusal names file, line,
+/// Reads and checks a whole recording (docs/csv-format.md says what is accepted). Every error names file, line,
 /// column and what would be right. Without `run` column the label is the file's stem.
 [[nodiscard]] base::Result<SourceRecording> read_csv_recording(const std::filesystem::path& path,
                                                                const CsvOptions& options);

@@ -19,7 +19,7 @@ namespace soak::station {
 namespace {
 
 namespace fs = std::filesystem;
-using Samples = std::span<const hal::ImuSample>;
+using ImuSamples = std::span<const hal::ImuSample>;
 
 /// Of a thermometer that comes with every packet: it tells nothing new of a body that takes minutes to warm.
 constexpr double kTempRate_hz = 10.0;
@@ -51,7 +51,7 @@ bool is_own(const db::ChannelInfo& channel) {
          channel.name.starts_with("accel_");
 }
 
-SourceRun run_of(Samples samples, std::string label) {
+SourceRun run_of(ImuSamples samples, std::string label) {
   SourceRun run{std::move(label), 0, {}, {}, {}};
   auto channels = imu_channels(false, false);
   auto columns = imu_columns(samples, {}, {}, {}, false);
@@ -64,8 +64,8 @@ SourceRun run_of(Samples samples, std::string label) {
 }
 
 /// The samples of each power-on.
-std::vector<Samples> power_ons(Samples samples) {
-  std::vector<Samples> parts;
+std::vector<ImuSamples> power_ons(ImuSamples samples) {
+  std::vector<ImuSamples> parts;
   while (!samples.empty()) {
     const auto other = [&](const hal::ImuSample& sample) { return sample.power_on != samples.front().power_on; };
     const auto count = static_cast<std::size_t>(std::ranges::find_if(samples, other) - samples.begin());
@@ -77,12 +77,12 @@ std::vector<Samples> power_ons(Samples samples) {
 
 void warn_of_losses(const hal::ImuStatistics& statistics, const fs::path& path, SourceRecording& recording) {
   if (statistics.lost_packets > 0) {
-    recording.warnings.push_back(fmt::format("{}: {} packets were lost, by the unit's own count, of {}", path.string(),
+    recording.warnings.push_back(fmt::format("{}: {} packets of {} were lost, by the unit's own counter", path.string(),
                                              statistics.lost_packets, statistics.lost_packets + statistics.packets));
   }
   if (statistics.garbage_bytes > 0) {
     recording.warnings.push_back(
-        fmt::format("{}: {} bytes belong to no packet", path.string(), statistics.garbage_bytes));
+        fmt::format("{}: {} bytes are not part of any packet", path.string(), statistics.garbage_bytes));
   }
 }
 
@@ -94,7 +94,7 @@ base::Result<SourceRecording> read_stream_recording(const fs::path& path, const 
   if (!samples) return base::forward_error(samples);
   const auto parts = power_ons(*samples);
   if (parts.empty()) {
-    return base::bad_input("no packet with rates and accelerations in it: is it of another protocol (--decoder)?",
+    return base::bad_input("no packet with rates and accelerations: is this another protocol (--decoder)?",
                            path.string());
   }
   SourceRecording recording;
@@ -102,7 +102,7 @@ base::Result<SourceRecording> read_stream_recording(const fs::path& path, const 
     const std::string stem = path.stem().string();
     std::string label = parts.size() == 1 ? stem : fmt::format("{} {}", stem, i + 1);
     if (std::ranges::none_of(parts[i], [](const auto& sample) { return sample.temp_c.has_value(); })) {
-      return base::bad_input(fmt::format("run '{}' has no temperature at all: the unit was not set to send it", label),
+      return base::bad_input(fmt::format("run '{}' has no temperature: the unit was not set to send it", label),
                              path.string());
     }
     recording.runs.push_back(run_of(parts[i], std::move(label)));

@@ -51,7 +51,7 @@ base::Result<bool> CsvScanner::next_quoted(std::vector<std::string_view>& cells)
     if (offset_ < text_.size() && text_[offset_] == '"') {
       std::string& cell = unquoted_.emplace_back();
       if (!read_quoted_cell(cell)) {
-        return base::bad_input("a cell begins with a double quote that nothing ends: close it or double it",
+        return base::bad_input("a cell begins with a double quote that is never closed: close it or double it",
                                fmt::format("line {}", line_));
       }
       cells.push_back(cell);

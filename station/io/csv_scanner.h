@@ -11,6 +11,9 @@
 
 namespace soak::station {
 
+/// The bytes with which some programs begin a UTF-8 file.
+inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
 /// Splits text into the rows and cells of RFC 4180: cells in double quotes may hold separators, doubled quotes and line
 /// ends. Accepts LF and CRLF. Lines without any character are passed over. Does not own the text.
 class CsvScanner {

@@ -17,10 +17,11 @@ namespace soak::station {
 /// Opens the catalog of the data folder, which is created where it is new.
 [[nodiscard]] base::Result<db::Catalog> open_catalog(std::string_view data_option);
 
-/// Opens the catalog of a data folder that must be there already: a mistyped folder shall not look like an empty one.
+/// Opens the catalog of an existing data folder: a mistyped folder must not look like an empty one.
 [[nodiscard]] base::Result<db::Catalog> open_existing_catalog(std::string_view data_option);
 
-/// The one run that `text` names: run id, unique beginning of one, or label. Refuses none and several, listing them.
+/// The one run that `text` names: run id, unique beginning of one, or label. Fails (bad_input) for none and for
+/// several, listing them.
 [[nodiscard]] base::Result<db::RunRow> find_run(const db::Catalog& catalog, const db::RunFilter& filter);
 
 /// The unit with that serial number; fails (bad_input) if there is none.
@@ -30,8 +31,8 @@ namespace soak::station {
 /// however that happens; the file itself stays.
 class FolderLock {
  public:
-  /// Takes the lock of `file`, made where it is missing; refuses (bad_input) where another process holds it, and names
-  /// that process. `what` is the program's name for the message.
+  /// Takes the lock of `file`, which is created where it is missing. Fails (bad_input) if another process holds it, and
+  /// names that process. `what` is the program's name for the message.
   [[nodiscard]] static base::Result<FolderLock> take(const std::filesystem::path& file, std::string_view what);
   FolderLock(FolderLock&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
   FolderLock& operator=(FolderLock&&) = delete;

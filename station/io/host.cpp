@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "base/uuid.h"
+#include "base/text.h"
 
 namespace soak::station {
 namespace {

@@ -50,7 +50,7 @@ base::Status Output::print_json(const nlohmann::json& document) {
 
 void Output::note(std::string_view text) {
   end_progress();
-  err_ << "soak: " << text << '\n';
+  err_ << program_ << ": " << text << '\n';
 }
 
 void Output::print_error(const base::Error& error) {
@@ -60,9 +60,9 @@ void Output::print_error(const base::Error& error) {
         {"error", {{"code", static_cast<int>(error.kind)}, {"message", error.message}, {"where", error.where}}}};
     err_ << dumped(document) << '\n';
   } else if (error.where.empty()) {
-    err_ << "soak: " << error.message << '\n';
+    err_ << program_ << ": " << error.message << '\n';
   } else {
-    err_ << "soak: " << error.where << ": " << error.message << '\n';
+    err_ << program_ << ": " << error.where << ": " << error.message << '\n';
   }
 }
 

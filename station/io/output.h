@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -17,14 +18,15 @@ namespace soak::station {
 /// error.
 class Output {
  public:
-  Output(std::ostream& out, std::ostream& err, bool json, bool progress_bar)
-      : out_(out), err_(err), json_(json), progress_bar_(progress_bar) {}
+  /// Errors and remarks begin with the name of the `program`.
+  Output(std::ostream& out, std::ostream& err, bool json, bool progress_bar, std::string program = "soak")
+      : out_(out), err_(err), json_(json), progress_bar_(progress_bar), program_(std::move(program)) {}
 
   /// Whether --json was given: then print_json() is called once and print() never.
   [[nodiscard]] bool json() const { return json_; }
 
   void print(std::string_view text);
-  /// Lets those who read along see what was printed.
+  /// Passes on at once what was printed.
   void flush();
   /// Prints the document. Refuses (internal) one that holds NaN or infinity: JSON has no such numbers.
   [[nodiscard]] base::Status print_json(const nlohmann::json& document);
@@ -43,6 +45,7 @@ class Output {
   std::ostream& err_;
   bool json_;
   bool progress_bar_;
+  std::string program_;
   bool bar_is_drawn_ = false;
 };
 

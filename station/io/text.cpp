@@ -7,7 +7,6 @@
 #include <chrono>
 
 #include "base/text.h"
-#include "base/utf8.h"
 
 namespace soak::station {
 namespace {
@@ -29,10 +28,11 @@ std::optional<int> digits(std::string_view text) {
 }  // namespace
 
 base::Status check_text_line(std::string_view text, std::string_view where) {
-  if (text.find_first_not_of(' ') == std::string_view::npos) return base::bad_input("is empty", std::string(where));
+  if (text.find_first_not_of(' ') == std::string_view::npos)
+    return base::bad_input("must not be empty", std::string(where));
   if (base::is_plain_line(text)) return {};
   return base::bad_input(
-      "must be one line of plain text: no control characters, line separators or marks that turn its direction",
+      "must be one line of plain text without control characters, line separators or marks that change its direction",
       std::string(where));
 }
 
@@ -40,7 +40,7 @@ base::Status check_carried_line(std::string_view text, std::string_view where) {
   if (auto plain = check_text_line(text, where); !plain) return plain;
   if (text.size() <= kLongestCarried) return {};
   return base::bad_input(
-      fmt::format("has {} bytes, and a calibration file carries {} at most", text.size(), kLongestCarried),
+      fmt::format("has {} bytes: at most {} fit into a calibration file", text.size(), kLongestCarried),
       std::string(where));
 }
 

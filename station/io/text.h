@@ -11,14 +11,14 @@
 /// Texts and dates that people enter.
 namespace soak::station {
 
-/// Refuses (bad_input, at `where`) what is empty or blank, and what is not base::is_plain_line(): names, reasons and
-/// labels stand in tables, records and signed texts, where two of them that look alike must be alike.
+/// Fails (bad_input, at `where`) for an empty or blank text, and for one that is not base::is_plain_line(): names,
+/// reasons and labels appear in tables, records and signed texts, where texts that look the same must be the same.
 [[nodiscard]] base::Status check_text_line(std::string_view text, std::string_view where);
 
-/// Longest text that a calibration file carries, in bytes (docs/blob-format.md).
+/// Longest text in a calibration file, in bytes (docs/blob-format.md).
 inline constexpr std::size_t kLongestCarried = 255;
 
-/// The same for a text that calibration files carry (serial numbers, certificates): refuses one that is too long, too.
+/// The same for a text that is written to calibration files (serial numbers, certificates), which must not be too long.
 [[nodiscard]] base::Status check_carried_line(std::string_view text, std::string_view where);
 
 /// Unix time at which the UTC day "2027-03-01" begins; nothing for a text that is no day of the years 1970 to 9999.

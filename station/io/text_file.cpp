@@ -37,7 +37,7 @@ base::Status check_text(std::string_view text, const std::string& where) {
     return base::bad_input("the file is UTF-16 text: save it as UTF-8", where);
   }
   if (text.find('\0') != std::string_view::npos) {
-    return base::bad_input("the file holds zero bytes, so it is not text: give a text file in UTF-8", where);
+    return base::bad_input("the file contains zero bytes and is not text: give a text file in UTF-8", where);
   }
   const std::size_t carriage_return = text.find('\r');
   if (carriage_return != std::string_view::npos && text.find('\n') == std::string_view::npos) {
@@ -57,7 +57,7 @@ base::Status check_replaceable(const std::filesystem::path& path) {
     return {};
   const std::string_view found(head.data(), head.size());
   if (found != kDatabase && found != kSecretKey) return {};
-  return base::bad_input(fmt::format("the file that is there is a {}, which is never replaced; give another name",
+  return base::bad_input(fmt::format("the existing file is a {} and is never replaced: give another name",
                                      found == kDatabase ? "database (a catalog or a run file)" : "secret key"),
                          path.string());
 }
@@ -87,7 +87,7 @@ base::Result<std::string> read_text_file(const std::filesystem::path& path) {
   if (file.number() < 0) return base::bad_input("cannot open the file: " + reason(errno), where);
   struct stat status{};
   if (::fstat(file.number(), &status) == 0 && S_ISDIR(status.st_mode)) {
-    return base::bad_input("this is a folder: give a file", where);
+    return base::bad_input("is a folder, not a file", where);
   }
   std::string text(status.st_size > 0 ? static_cast<std::size_t>(status.st_size) : 0, '\0');
   std::size_t size = 0;

@@ -17,7 +17,7 @@
 #include <variant>
 
 #include "hal/usb/usb_devices.h"
-#include "station/lab/preflight.h"
+#include "station/lab/run_recorder.h"
 
 namespace soak::station {
 namespace {
@@ -32,7 +32,7 @@ DoctorCheck failed(std::string subject, std::string text, base::ErrorKind kind =
   return {std::move(subject), Finding::failed, std::move(text), kind};
 }
 
-std::string user_name() {
+std::string account_name() {
   std::array<char, 4096> buffer{};
   passwd entry{};
   passwd* found = nullptr;
@@ -57,13 +57,13 @@ bool may_use(const std::string& node) { return ::access(node.c_str(), R_OK | W_O
 DoctorCheck check_serial(const std::string& subject, const std::string& device) {
   struct stat node{};
   if (::stat(device.c_str(), &node) != 0) {
-    return failed(subject, fmt::format("{} is not there ({}): is it plugged in, and is that its name?", device,
-                                       std::generic_category().message(errno)));
+    return failed(subject, fmt::format("{} does not exist ({}): is the device plugged in, and is this its name?",
+                                       device, std::generic_category().message(errno)));
   }
-  if (!S_ISCHR(node.st_mode)) return failed(subject, fmt::format("{} is no serial port", device));
-  if (may_use(device)) return good(subject, fmt::format("{} is there", device));
+  if (!S_ISCHR(node.st_mode)) return failed(subject, fmt::format("{} is not a serial port", device));
+  if (may_use(device)) return good(subject, fmt::format("{} is present", device));
   if ((node.st_mode & (S_IRGRP | S_IWGRP)) != (S_IRGRP | S_IWGRP)) {
-    return failed(subject, fmt::format("no permission for {}, and its group has none either: see docs/hardware.md, "
+    return failed(subject, fmt::format("no permission for {}, nor has its group: see docs/hardware.md, "
                                        "udev rules",
                                        device));
   }
@@ -71,7 +71,7 @@ DoctorCheck check_serial(const std::string& subject, const std::string& device) 
   return failed(subject,
                 fmt::format("no permission for {}: {} is not in its group '{}'. 'sudo usermod -aG {} {}', then "
                             "log in again",
-                            device, user_name(), group, group, user_name()));
+                            device, account_name(), group, group, account_name()));
 }
 
 DoctorCheck check_usb(const std::string& subject, const hal::UsbAddress& address) {
@@ -83,7 +83,7 @@ DoctorCheck check_usb(const std::string& subject, const hal::UsbAddress& address
   if (may_use(device->node)) return good(subject, what);
   return failed(subject, fmt::format("{}: no permission for {}: install the udev rules (docs/hardware.md), put {} into "
                                      "the group 'plugdev', then plug it in again",
-                                     what, device->node, user_name()));
+                                     what, device->node, account_name()));
 }
 
 DoctorCheck check_hubs(const hal::UsbHubs& hubs, const std::vector<Slot>& slots) {
@@ -100,14 +100,12 @@ DoctorCheck check_hubs(const hal::UsbHubs& hubs, const std::vector<Slot>& slots)
 struct CheckAddress {
   std::string subject;
 
-  DoctorCheck operator()(const hal::TcpAddress& tcp) const { return good(subject, hal::text_of(tcp) + ": not tried"); }
+  DoctorCheck operator()(const hal::TcpAddress& tcp) const {
+    return good(subject, fmt::format("tcp {}:{}: not contacted", tcp.host, tcp.port));
+  }
   DoctorCheck operator()(const hal::SerialAddress& serial) const { return check_serial(subject, serial.device); }
   DoctorCheck operator()(const hal::UsbAddress& usb) const { return check_usb(subject, usb); }
   DoctorCheck operator()(const hal::RecordedAddress& recorded) const { return good(subject, hal::text_of(recorded)); }
-  DoctorCheck operator()(const hal::ModbusTcp& tcp) const {
-    return good(subject, fmt::format("tcp {}:{}: not tried", tcp.host, tcp.port));
-  }
-  DoctorCheck operator()(const hal::ModbusRtu& rtu) const { return check_serial(subject, rtu.device); }
 };
 
 /// When the newest run of the catalog was made.
@@ -123,13 +121,13 @@ std::optional<double> newest_run_utc_s(const db::Catalog& catalog) {
 
 std::vector<DoctorCheck> check_devices(const StationConfig& config) {
   std::vector<DoctorCheck> checks;
-  const auto check_controller = [&](const char* subject, const auto& map) {
+  const auto check_controller = [&](const char* subject, const hal::DeviceMap& map) {
     checks.push_back(std::visit(CheckAddress{subject}, map.link.address));
   };
-  std::visit([&](const auto& map) { check_controller("chamber", map); }, config.chamber);
+  check_controller("chamber", config.chamber);
   if (config.fixture) check_controller("fixture", *config.fixture);
-  if (const auto* power = std::get_if<hal::ChamberMap>(&config.power)) {
-    std::visit([&](const auto& map) { check_controller("power", map); }, *power);
+  if (const auto* power = std::get_if<hal::DeviceMap>(&config.power)) {
+    check_controller("power", *power);
   }
   if (const auto* hubs = std::get_if<hal::UsbHubs>(&config.power)) checks.push_back(check_hubs(*hubs, config.slots));
   for (const Slot& slot : config.slots) checks.push_back(std::visit(CheckAddress{"slot " + slot.name}, slot.address));
@@ -146,7 +144,7 @@ DoctorCheck check_disk_space(const fs::path& folder) {
   if (failure)
     return failed(kSubject, fmt::format("{}: {}", there.string(), failure.message()), base::ErrorKind::internal);
   if (::access(there.c_str(), W_OK | X_OK) != 0) {
-    return failed(kSubject, fmt::format("{} cannot write to {}", user_name(), there.string()),
+    return failed(kSubject, fmt::format("{} cannot write to {}", account_name(), there.string()),
                   base::ErrorKind::bad_input);
   }
   const auto left = static_cast<double>(space.available);
@@ -168,20 +166,22 @@ DoctorCheck check_database(const base::Result<db::Catalog>& catalog) {
   };
   if (!catalog) return told(catalog.error());
   if (const auto whole = catalog->verify(); !whole) return told(whole.error());
-  return good(kSubject, "whole ('soak runs verify' checks the run files too)");
+  return good(kSubject, "intact ('soak runs verify' also checks the run files)");
 }
 
 DoctorCheck check_clock(const db::Catalog* catalog, double now_utc_s) {
   constexpr const char* kSubject = "clock";
   if (const auto newest_s = catalog != nullptr ? newest_run_utc_s(*catalog) : std::nullopt;
       newest_s && *newest_s > now_utc_s) {
-    return failed(kSubject, "it stands before the newest run of the catalog: set it right before anything is recorded",
+    return failed(kSubject,
+                  "it is earlier than the newest run in the catalog: set the clock before anything is recorded",
                   base::ErrorKind::bad_input);
   }
   timex state{};
   const bool kept = ::adjtimex(&state) != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
-  if (!kept) return {kSubject, Finding::warning, "no time service keeps it: the dates of runs may be wrong", {}};
-  return good(kSubject, "kept by a time service");
+  if (!kept)
+    return {kSubject, Finding::warning, "not synchronised by a time service: the dates of runs may be wrong", {}};
+  return good(kSubject, "synchronised by a time service");
 }
 
 }  // namespace soak::station

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The loop of the engine, and its way from step to step.
 #include "station/lab/engine.h"
 
 #include <fcntl.h>
@@ -11,9 +12,6 @@
 #include <utility>
 
 #include "station/io/host.h"
-#include "station/lab/lost_runs.h"
-#include "station/lab/start_check.h"
-#include "station/lab/status_document.h"
 
 namespace soak::station {
 namespace {
@@ -21,34 +19,39 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr int kLongestWait_ms = 20;
-constexpr std::chrono::milliseconds kPublishEvery{100};
-constexpr std::chrono::seconds kChamberPatience{60};
-constexpr std::chrono::seconds kKeepAgain{1};
-constexpr int kTellAgain = 5;
+constexpr std::chrono::seconds kChamberTimeout{60};
+constexpr std::chrono::seconds kStoreInterval{1};
+constexpr int kSetPointRepeats = 5;
+
+/// Steps for which temperature and position were judged. A break makes these judgements void.
+bool needs_judgement(StepKind kind) {
+  return kind == StepKind::move || kind == StepKind::spin || kind == StepKind::set_temperature ||
+         kind == StepKind::wait_stable || kind == StepKind::record;
+}
 
 }  // namespace
 
-std::string_view name_of(LabState state) {
-  switch (state) {
-    case LabState::idle:
-      return "idle";
-    case LabState::running:
-      return "running";
-    case LabState::paused:
-      return "paused";
-    case LabState::stopping:
-      return "stopping";
-    case LabState::interrupted:
-      return "interrupted";
-    case LabState::finished:
-      return "finished";
-    case LabState::aborted:
-      return "aborted";
-    case LabState::failed:
-      return "failed";
+std::unique_ptr<StepTask> make_task(const Plan& plan, const Step& step) {
+  switch (step.kind) {
+    case StepKind::power_on:
+    case StepKind::power_off:
+      return make_power_task(plan, step);
+    case StepKind::turn_fixture:
+    case StepKind::move:
+    case StepKind::spin:
+      return make_position_task(step);
+    case StepKind::set_temperature:
+    case StepKind::wait_stable:
+    case StepKind::warm_end:
+      return make_temperature_task(plan, step);
+    case StepKind::record:
+    case StepKind::check:
+      return make_record_task(plan, step);
   }
-  return "";
+  return nullptr;
 }
+
+// --- beginning --------------------------------------------------------------------------------------------------
 
 Engine::Engine(const StationConfig& config, db::Catalog& catalog) : config_(config), catalog_(catalog), log_(catalog) {}
 
@@ -74,18 +77,18 @@ base::Status Engine::make_devices() {
   if (!chamber) return base::forward_error(chamber);
   chamber_ = *std::move(chamber);
   if (config_.fixture) {
-    auto fixture = hal::make_modbus_fixture(*config_.fixture);
+    auto fixture = hal::make_fixture(*config_.fixture);
     if (!fixture) return base::forward_error(fixture);
     fixture_ = *std::move(fixture);
   }
   const auto power = make_power();
   if (!power) return base::forward_error(power);
-  lab_ = std::make_unique<Lab>(config_, catalog_, log_, *chamber_, fixture_.get(), *power);
+  station_ = std::make_unique<Station>(config_, catalog_, log_, *chamber_, fixture_.get(), *power);
   return {};
 }
 
 base::Result<hal::UnitPower*> Engine::make_power() {
-  if (const auto* map = std::get_if<hal::ChamberMap>(&config_.power)) {
+  if (const auto* map = std::get_if<hal::DeviceMap>(&config_.power)) {
     auto made = hal::make_unit_power(*map);
     if (!made) return base::forward_error(made);
     power_ = *std::move(made);
@@ -104,16 +107,57 @@ base::Result<hal::UnitPower*> Engine::make_power() {
   return power;
 }
 
+/// What a predecessor left behind: a campaign that it did not end is driven to the safe state first.
+base::Status Engine::take_over() {
+  const auto open = catalog_.open_campaign();
+  if (!open) return base::forward_error(open);
+  if (!*open) {
+    if (auto entered = enter_lost_runs(catalog_, log_); !entered) return entered;
+    return restore_unfinished();
+  }
+  const std::string reason = "soakd ended during the campaign";
+  station_->campaign.name = (*open)->name;
+  log_.add("campaign", station_->campaign.name,
+           reason + "; the chamber is driven to the safe state, then 'soak campaign resume' can continue it");
+  restore_units(**open);
+  outcome_ = CampaignState::interrupted;
+  safe_end_ = std::make_unique<SafeEnd>(reason, station_->procedure().end_c, false);
+  // Reading what was recorded may take minutes: the chamber comes first.
+  runs_are_lost_ = true;
+  set_state(CampaignState::stopping, reason);
+  return {};
+}
+
+base::Status Engine::restore_unfinished() {
+  const auto last = catalog_.last_campaign();
+  if (!last) return base::forward_error(last);
+  if (!*last || ((*last)->state != "interrupted" && (*last)->state != "failed")) return {};
+  state_ = (*last)->state == "failed" ? CampaignState::failed : CampaignState::interrupted;
+  reason_ = (*last)->reason;
+  unfinished_ = station_->campaign.name = (*last)->name;
+  return {};
+}
+
+void Engine::restore_units(const db::CampaignRow& row) {
+  const auto request = request_of(row);
+  auto checked = request ? check_start(*request, config_, catalog_) : base::forward_error(request);
+  if (checked) {
+    make_units(*checked);
+  } else {
+    log_.add("campaign", row.name, "its units cannot be determined any more: " + checked.error().message);
+  }
+}
+
 void Engine::make_units(const CheckedStart& checked) {
-  lab_->units.clear();
+  station_->units.clear();
   const hal::Imu::Settings settings{checked.plan.procedure.rate_hz, checked.plan.procedure.temp_rate_hz};
   for (const CheckedUnit& unit : checked.units) {
-    lab_->units.push_back(std::make_unique<UnitChannel>(unit.slot, unit.serial, unit.type,
-                                                        hal::make_imu(link_of(unit.slot, unit.type)), settings));
+    station_->units.push_back(std::make_unique<UnitChannel>(unit.slot, unit.serial, unit.type,
+                                                            hal::make_imu(link_of(unit.slot, unit.type)), settings));
   }
   const std::lock_guard lock(status_mutex_);
   noise_.clear();
-  for (const auto& unit : lab_->units) noise_[unit->serial()] = unit->noise;
+  for (const auto& unit : station_->units) noise_[unit->serial()] = unit->noise;
 }
 
 // --- the loop ---------------------------------------------------------------------------------------------------
@@ -121,18 +165,18 @@ void Engine::make_units(const CheckedStart& checked) {
 void Engine::run() {
   while (true) {
     wait();
-    serve_commands();
-    turn();
+    run_commands();
+    cycle();
     publish();
     if (!stop_requested_) continue;
-    if (state_ == LabState::running || state_ == LabState::paused) {
-      end_campaign(LabState::interrupted, "soakd was asked to stop");
+    if (state_ == CampaignState::running || state_ == CampaignState::paused) {
+      end_campaign(CampaignState::interrupted, "soakd was asked to stop");
     }
-    if (state_ != LabState::stopping) break;
+    if (state_ != CampaignState::stopping) break;
   }
-  for (const auto& unit : lab_->units) unit->close();
+  for (const auto& unit : station_->units) unit->close();
   stopped_ = true;
-  serve_commands();
+  run_commands();
 }
 
 void Engine::stop() {
@@ -148,7 +192,7 @@ void Engine::wake() {
 
 void Engine::wait() {
   std::vector<pollfd> fds{{wake_[0], POLLIN, 0}};
-  for (const auto& unit : lab_->units) {
+  for (const auto& unit : station_->units) {
     if (unit->wait_fd() >= 0) fds.push_back({unit->wait_fd(), POLLIN, 0});
   }
   ::poll(fds.data(), fds.size(), kLongestWait_ms);
@@ -157,45 +201,57 @@ void Engine::wait() {
   }
 }
 
-void Engine::turn() {
-  const base::Status stored = lab_->poll();
-  const bool going_on = state_ == LabState::running || state_ == LabState::paused;
+void Engine::cycle() {
+  const base::Status stored = station_->poll();
+  const bool going_on = state_ == CampaignState::running || state_ == CampaignState::paused;
   if (going_on) {
-    remember();
+    record_history();
     watch_alarms();
   }
-  if (!stored && (state_ == LabState::running || state_ == LabState::paused)) {
-    end_campaign(LabState::failed, "cannot record: " + stored.error().message);
+  if (!stored && (state_ == CampaignState::running || state_ == CampaignState::paused)) {
+    end_campaign(CampaignState::failed, "cannot record: " + stored.error().message);
   }
-  if (journal_is_behind_) keep_state();
+  if (journal_is_behind_) store_state();
   if (going_on && !hold_for_chamber()) watch_set_point();
-  if (state_ == LabState::running && !stale_since_) advance();
-  if (state_ == LabState::stopping && safe_end_->poll(*lab_)) {
+  if (state_ == CampaignState::running && !stale_since_) advance();
+  if (state_ == CampaignState::stopping && safe_end_->poll(*station_)) {
     const std::string reason = safe_end_->reason();
     safe_end_.reset();
-    settle_lost_runs();
+    enter_runs_of_predecessor();
     set_state(outcome_, reason);
   }
 }
 
-void Engine::settle_lost_runs() {
+void Engine::advance() {
+  if (station_->run_is_open() && station_->active_units().empty()) {
+    end_campaign(CampaignState::failed, "no unit is left in this run");
+    return;
+  }
+  const StepProgress progress = task_->poll(*station_);
+  if (progress.state != StepState::running) step_ended(progress);
+}
+
+void Engine::enter_runs_of_predecessor() {
   if (!runs_are_lost_) return;
   runs_are_lost_ = false;
   if (const auto entered = enter_lost_runs(catalog_, log_); !entered) {
-    log_.add("run", lab_->campaign.name, "what was recorded cannot be entered: " + entered.error().message);
+    log_.add("run", station_->campaign.name,
+             "what was recorded cannot be entered into the catalog: " + entered.error().message);
   }
 }
 
-void Engine::remember() {
-  const auto& reading = lab_->chamber.reading();
+void Engine::record_history() {
+  const auto& reading = station_->chamber.reading();
   std::vector<std::optional<double>> units_c;
-  for (const auto& unit : lab_->units) units_c.push_back(unit->streaming() ? unit->temp_c() : std::nullopt);
-  history_.add(lab_->now_s(), reading ? std::optional(reading->air_c) : std::nullopt,
+  for (const auto& unit : station_->units) units_c.push_back(unit->streaming() ? unit->temp_c() : std::nullopt);
+  history_.add(station_->now_s(), reading ? std::optional(reading->air_c) : std::nullopt,
                reading ? std::optional(reading->set_point_c) : std::nullopt, units_c);
 }
 
+// --- the chamber ------------------------------------------------------------------------------------------------
+
 void Engine::watch_alarms() {
-  const auto& reading = lab_->chamber.reading();
+  const auto& reading = station_->chamber.reading();
   if (!reading || reading->alarms.empty()) return;
   std::string names;
   bool outputs_off = false;
@@ -203,31 +259,32 @@ void Engine::watch_alarms() {
     names += names.empty() ? alarm.name : ", " + alarm.name;
     outputs_off = outputs_off || alarm.outputs_off;
   }
-  // Not a moment later than this: the rest of the way to the safe state can wait.
+  // At once: the rest of the way to the safe state can wait.
   if (outputs_off && !chamber_->stop()) log_.add("alarm", "chamber", "heating and cooling cannot be switched off yet");
-  end_campaign(LabState::failed, "the chamber reports an alarm: " + names, outputs_off);
+  end_campaign(CampaignState::failed, "the chamber reports an alarm: " + names, outputs_off);
 }
 
 void Engine::watch_set_point() {
-  if (!lab_->chamber.disobeys()) return;
-  const double expected_c = *lab_->chamber.expected_c();
-  const auto& reading = *lab_->chamber.reading();
-  const std::string what = fmt::format("holds {:+.1f} °C, {}, where {:+.1f} °C was asked for", reading.set_point_c,
-                                       reading.running ? "on" : "off", expected_c);
-  told_again_ = expected_c == told_c_ ? told_again_ + 1 : 1;
-  told_c_ = expected_c;
-  if (told_again_ > kTellAgain) {
-    end_campaign(LabState::failed, "the chamber " + what + ", however often it is told");
+  if (!station_->chamber.lost_set_point()) return;
+  const double expected_c = *station_->chamber.expected_c();
+  const auto& reading = *station_->chamber.reading();
+  const std::string what = fmt::format("set point is {:+.1f} °C (heating and cooling {}) instead of {:+.1f} °C",
+                                       reading.set_point_c, reading.running ? "on" : "off", expected_c);
+  set_point_repeats_ = expected_c == repeated_c_ ? set_point_repeats_ + 1 : 1;
+  repeated_c_ = expected_c;
+  if (set_point_repeats_ > kSetPointRepeats) {
+    end_campaign(CampaignState::failed,
+                 fmt::format("the chamber's {}, although it was set again {} times", what, kSetPointRepeats));
     return;
   }
-  const base::Status told = chamber_->set_temperature(expected_c).and_then([&] { return chamber_->start(); });
-  log_.add("device", "chamber", what + (told ? ": told again" : ": refuses: " + told.error().message));
-  lab_->chamber.expect(expected_c);
-  repeat_step("the chamber did not hold its set point");
+  const base::Status sent = chamber_->set_temperature(expected_c).and_then([&] { return chamber_->start(); });
+  log_.add("device", "chamber", what + (sent ? ": set again" : ": setting it again failed: " + sent.error().message));
+  station_->chamber.expect(expected_c);
+  repeat_step("the chamber lost its set point");
 }
 
 bool Engine::hold_for_chamber() {
-  if (!lab_->chamber.stale()) {
+  if (!station_->chamber.stale()) {
     if (stale_since_) {
       stale_since_.reset();
       log_.add("device", "chamber", "answers again");
@@ -238,105 +295,126 @@ bool Engine::hold_for_chamber() {
   const auto now = steady_clock::now();
   if (!stale_since_) {
     stale_since_ = now;
-    log_.add("device", "chamber", "does not answer, holding: " + lab_->chamber.trouble());
+    log_.add("device", "chamber", "does not answer, the campaign waits: " + station_->chamber.trouble());
   }
-  if (now - *stale_since_ > kChamberPatience) {
-    end_campaign(LabState::failed, "the chamber does not answer: " + lab_->chamber.trouble());
+  if (now - *stale_since_ > kChamberTimeout) {
+    end_campaign(CampaignState::failed, "the chamber does not answer: " + station_->chamber.trouble());
   }
   return true;
 }
 
-void Engine::advance() {
-  if (lab_->run_is_open() && lab_->active_units().empty()) {
-    end_campaign(LabState::failed, "no unit is left in this run");
+// --- from step to step ------------------------------------------------------------------------------------------
+
+void Engine::enter_step(std::size_t index) {
+  const Plan& plan = station_->campaign.plan;
+  step_ = index;
+  step_started_utc_s_ = now_utc_s();
+  step_started_s_ = station_->now_s();
+  station_->prompts.withdraw();
+  Step step = plan.steps[index];
+  if (step.kind == StepKind::wait_stable && std::exchange(settle_fully_, false)) step.after_turn = false;
+  task_ = make_task(plan, step);
+  published_ = {};
+}
+
+void Engine::step_ended(const StepProgress& progress) {
+  const Plan& plan = station_->campaign.plan;
+  if (progress.state == StepState::failed) {
+    log_.add("step", describe(plan, step_), "failed: " + progress.text);
+    store_step("failed", progress.text);
+    end_campaign(CampaignState::failed,
+                 progress.error.where.empty() ? progress.text : progress.error.where + ": " + progress.text);
     return;
   }
-  const StepProgress progress = task_->poll(*lab_);
-  if (progress.state != StepState::running) step_ended(progress);
+  if (!progress.text.empty()) log_.add("step", describe(plan, step_), progress.text);
+  const bool skip = progress.state == StepState::skip_visit;
+  if (!store_step(skip ? "skipped" : "done", progress.text)) return;
+  std::size_t next = step_ + 1;
+  if (skip) {
+    const Step& here = plan.steps[step_];
+    while (next < plan.steps.size() && plan.steps[next].run == here.run && plan.steps[next].visit == here.visit) ++next;
+  }
+  if (next < plan.steps.size()) {
+    enter_step(next);
+  } else {
+    task_.reset();
+    step_ = plan.steps.size();
+    const auto& missing = station_->campaign.missing_units;
+    set_state(CampaignState::finished, missing.empty() ? "" : fmt::format("without {}", fmt::join(missing, ", ")));
+  }
+}
+
+bool Engine::store_step(const std::string& outcome, const std::string& text) {
+  db::StepRow row;
+  row.campaign = station_->campaign.name;
+  row.index = static_cast<std::int32_t>(step_);
+  row.attempt = step_attempts_[step_]++;
+  row.started_utc_s = step_started_utc_s_;
+  row.ended_utc_s = now_utc_s();
+  row.outcome = outcome;
+  row.text = text;
+  row.run_id = station_->run_id();
+  const auto stored = catalog_.complete_step(row);
+  if (!stored) end_campaign(CampaignState::failed, "the journal cannot be written: " + stored.error().message);
+  return stored.has_value();
+}
+
+void Engine::repeat_step(const std::string& why) {
+  const Plan& plan = station_->campaign.plan;
+  station_->break_segment(why);
+  if (!needs_judgement(plan.steps[step_].kind)) return;
+  std::size_t step = step_;
+  const auto same_visit = [&](std::size_t other) {
+    return plan.steps[other].run == plan.steps[step].run && plan.steps[other].visit == plan.steps[step].visit;
+  };
+  while (step > 0 && plan.steps[step].kind != StepKind::move && same_visit(step - 1) &&
+         needs_judgement(plan.steps[step - 1].kind)) {
+    --step;
+  }
+  settle_fully_ = plan.steps[step_].visit >= 0;
+  enter_step(step);
 }
 
 // --- states -----------------------------------------------------------------------------------------------------
 
-void Engine::set_state(LabState state, const std::string& reason) {
+void Engine::set_state(CampaignState state, const std::string& reason) {
   state_ = state;
   reason_ = reason;
-  const std::string& campaign = lab_->campaign.name;
+  const std::string& campaign = station_->campaign.name;
   log_.add("campaign", campaign,
            reason.empty() ? std::string(name_of(state)) : fmt::format("{}: {}", name_of(state), reason));
-  // On the way to the safe state the journal's campaign stays open: if soakd dies now, the next one goes on with that.
-  if (state == LabState::stopping) return;
-  next_keep_ = {};
+  // On the way to the safe state the journal's campaign stays open: if soakd ends now, the next one continues that way.
+  if (state == CampaignState::stopping) return;
+  next_store_ = {};
   journal_is_behind_ = true;
-  keep_state();
-  if (state != LabState::running && state != LabState::paused) {
-    const bool resumable = state == LabState::interrupted || state == LabState::failed;
+  store_state();
+  if (state != CampaignState::running && state != CampaignState::paused) {
+    const bool resumable = state == CampaignState::interrupted || state == CampaignState::failed;
     unfinished_ = resumable ? campaign : "";
-    for (const auto& unit : lab_->units) unit->close();
+    for (const auto& unit : station_->units) unit->close();
   }
 }
 
-void Engine::keep_state() {
+void Engine::store_state() {
   const auto now = steady_clock::now();
-  if (now < next_keep_) return;
-  next_keep_ = now + kKeepAgain;
-  const auto kept = catalog_.set_campaign_state(lab_->campaign.name, name_of(state_), reason_);
-  journal_is_behind_ = !kept;
-  if (!kept) log_line("the journal cannot be written: " + kept.error().message);
+  if (now < next_store_) return;
+  next_store_ = now + kStoreInterval;
+  const auto stored = catalog_.set_campaign_state(station_->campaign.name, name_of(state_), reason_);
+  journal_is_behind_ = !stored;
+  if (!stored) log_line("the journal cannot be written: " + stored.error().message);
 }
 
-void Engine::end_campaign(LabState outcome, const std::string& reason, bool outputs_off) {
-  if (state_ == LabState::stopping) return;
+void Engine::end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off) {
+  if (state_ == CampaignState::stopping) return;
   task_.reset();
-  lab_->prompts.withdraw();
-  lab_->break_segment(reason);
-  lab_->set_plateau(std::nullopt, calib::Sweep::unknown, -1);
-  lab_->chamber.expect(std::nullopt);
+  station_->prompts.withdraw();
+  station_->break_segment(reason);
+  station_->set_plateau(std::nullopt, calib::Sweep::unknown, -1);
+  station_->chamber.expect(std::nullopt);
   stale_since_.reset();
   outcome_ = outcome;
-  safe_end_ = std::make_unique<SafeEnd>(reason, lab_->procedure().end_c, outputs_off);
-  set_state(LabState::stopping, reason);
-}
-
-// --- what others see --------------------------------------------------------------------------------------------
-
-void Engine::publish() {
-  const auto now = steady_clock::now();
-  if (now - published_ < kPublishEvery) return;
-  published_ = now;
-  StatusInput input{*lab_,           name_of(state_),         reason_, step_, campaign_started_utc_s_,
-                    step_started_s_, stale_since_.has_value()};
-  if (safe_end_) input.reason = fmt::format("{}; {}", reason_, safe_end_->text(*lab_));
-  nlohmann::json document = status_document(input);
-  const std::lock_guard lock(status_mutex_);
-  if (document == status_) return;
-  status_ = std::move(document);
-  ++status_version_;
-}
-
-nlohmann::json Engine::status() const {
-  const std::lock_guard lock(status_mutex_);
-  return status_;
-}
-
-nlohmann::json Engine::plan() const {
-  const std::lock_guard lock(status_mutex_);
-  return plan_document_;
-}
-
-base::Result<nlohmann::json> Engine::noise(const std::string& unit) const {
-  std::shared_ptr<const NoiseWatch> watch;
-  std::vector<std::string> known;
-  {
-    const std::lock_guard lock(status_mutex_);
-    for (const auto& [serial, of] : noise_) {
-      if (serial == unit) watch = of;
-      known.push_back(serial);
-    }
-  }
-  if (watch) return watch->document(unit);
-  const std::string there_are =
-      known.empty() ? "there was no campaign yet" : fmt::format("the campaign has {}", fmt::join(known, ", "));
-  return base::bad_input(fmt::format("there is no unit '{}': {}", unit, there_are), "unit");
+  safe_end_ = std::make_unique<SafeEnd>(reason, station_->procedure().end_c, outputs_off);
+  set_state(CampaignState::stopping, reason);
 }
 
 }  // namespace soak::station

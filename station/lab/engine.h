@@ -18,36 +18,35 @@
 #include "base/result.h"
 #include "db/catalog/catalog.h"
 #include "station/config/station_config.h"
-#include "station/lab/event_log.h"
-#include "station/lab/history.h"
-#include "station/lab/lab.h"
-#include "station/lab/lab_service.h"
+#include "station/lab/campaign_log.h"
 #include "station/lab/safe_end.h"
 #include "station/lab/start_check.h"
-#include "station/lab/step_task.h"
+#include "station/lab/station.h"
+#include "station/lab/station_service.h"
+#include "station/lab/steps.h"
 
 namespace soak::station {
 
-/// Where the lab stands. docs/architecture.md has the table of all transitions.
-enum class LabState : std::uint8_t {
+/// What the station is doing. docs/architecture.md has the table of all transitions.
+enum class CampaignState : std::uint8_t {
   idle,
   running,
-  paused,       ///< by the operator: the chamber holds its set point, units are recorded as on the way
+  paused,       ///< by the operator: the chamber holds its set point, units are recorded outside of segments
   stopping,     ///< on the way to the safe state
-  interrupted,  ///< soakd died in mid-campaign; resume begins the run anew that was cut short
+  interrupted,  ///< soakd ended during the campaign; resume repeats the run that was cut short
   finished,
   aborted,
   failed,
 };
 
-[[nodiscard]] std::string_view name_of(LabState state);
+[[nodiscard]] std::string_view name_of(CampaignState state);
 
 /// Carries out campaigns: owns the devices and the run files, walks through the plan, persists each step's completion
 /// before the next begins, ends safely whatever happens. Its thread is the only one that touches a device or the
 /// catalog.
-class Engine : public LabService {
+class Engine : public StationService {
  public:
-  /// Makes the devices of the configuration; opens none. Seals what a killed predecessor left behind.
+  /// Makes the devices of the configuration; opens none. Takes over what a killed predecessor left behind.
   [[nodiscard]] static base::Result<std::unique_ptr<Engine>> make(const StationConfig& config, db::Catalog& catalog);
   ~Engine() override;
 
@@ -75,60 +74,69 @@ class Engine : public LabService {
   /// What switches the units; null where that is done by hand.
   [[nodiscard]] base::Result<hal::UnitPower*> make_power();
   [[nodiscard]] base::Status take_over();
-  [[nodiscard]] base::Status know_unfinished();
-  void know_units_of(const db::CampaignRow& row);
+  [[nodiscard]] base::Status restore_unfinished();
+  void restore_units(const db::CampaignRow& row);
   void make_units(const CheckedStart& checked);
-  void settle_lost_runs();
+  void enter_runs_of_predecessor();
 
-  /// Runs a command on the engine's thread and waits for what it says.
+  /// Runs a command on the engine's thread and waits for its answer.
   [[nodiscard]] base::Result<nlohmann::json> command(std::function<base::Result<nlohmann::json>()> work);
-  void serve_commands();
+  [[nodiscard]] base::Status status_command(std::function<base::Status()> work);
+  void run_commands();
   void wait();
   void wake();
-  void turn();
+  /// One turn of the loop in run().
+  void cycle();
   void advance();
   void watch_alarms();
   void watch_set_point();
-  /// Writes the state into the journal; where that fails, again every second and before the next campaign.
-  void keep_state();
+  /// Writes the state into the journal. Where that fails it is tried again every second and before the next campaign.
+  void store_state();
   [[nodiscard]] bool hold_for_chamber();
-  void remember();
+  void record_history();
+  /// Publishes the status document where it has changed, ten times a second at most.
   void publish();
+  [[nodiscard]] nlohmann::json status_document() const;
+  [[nodiscard]] nlohmann::json campaign_document() const;
+  [[nodiscard]] std::string_view shown_state() const;
+  [[nodiscard]] std::string shown_reason() const;
 
   /// `resume_at`: the step at which an interrupted campaign goes on; nothing for a new one.
   [[nodiscard]] base::Result<nlohmann::json> do_start(const StartRequest& request,
                                                       std::optional<std::size_t> resume_at);
-  [[nodiscard]] base::Result<nlohmann::json> do_resume(const std::string& user);
+  [[nodiscard]] base::Status do_pause(const std::string& user);
+  [[nodiscard]] base::Status do_resume(const std::string& user);
+  [[nodiscard]] base::Status do_abort(const std::string& user, const std::string& reason);
+  [[nodiscard]] base::Status do_confirm(const std::string& user, std::int64_t prompt);
   [[nodiscard]] base::Status ready_for_start() const;
   /// Enters a campaign that begins, and what it is measured with from now on, into the catalog.
-  [[nodiscard]] base::Status keep_start(const StartRequest& request, const CheckedStart& checked,
-                                        const std::vector<calib::ReferenceUse>& references,
-                                        const std::vector<std::string>& notes, bool is_resumed);
+  [[nodiscard]] base::Status store_start(const StartRequest& request, const CheckedStart& checked,
+                                         const std::vector<calib::ReferenceUse>& references,
+                                         const std::vector<std::string>& notes, bool is_resumed);
   [[nodiscard]] base::Status connect_devices();
   void begin_campaign(const StartRequest& request, CheckedStart checked, std::optional<std::size_t> resume_at);
 
   void enter_step(std::size_t step);
-  [[nodiscard]] std::unique_ptr<StepTask> new_task(std::size_t index);
   void step_ended(const StepProgress& progress);
   /// False where the journal cannot be written: the campaign then ends.
-  bool persist_step(const std::string& outcome, const std::string& text);
-  /// Goes back to where the position was last proved: after a break the judgements of temperature and position are
-  /// void.
+  bool store_step(const std::string& outcome, const std::string& text);
+  /// Goes back to where the position was last confirmed: after a break nothing that was judged of temperature and
+  /// position counts any more.
   void repeat_step(const std::string& why);
-  void end_campaign(LabState outcome, const std::string& reason, bool outputs_off = false);
-  void set_state(LabState state, const std::string& reason);
+  void end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off = false);
+  void set_state(CampaignState state, const std::string& reason);
 
   const StationConfig& config_;
   db::Catalog& catalog_;
   EventLog log_;
-  History history_;
+  TemperatureHistory history_;
   std::unique_ptr<hal::Chamber> chamber_;
   std::unique_ptr<hal::Fixture> fixture_;
   std::unique_ptr<hal::UnitPower> power_;  ///< where it is a device of its own
-  std::unique_ptr<Lab> lab_;
+  std::unique_ptr<Station> station_;
 
-  LabState state_ = LabState::idle;
-  LabState outcome_ = LabState::idle;  ///< of the safe end
+  CampaignState state_ = CampaignState::idle;
+  CampaignState outcome_ = CampaignState::idle;  ///< of the safe end
   std::string reason_;
   std::size_t step_ = 0;
   std::map<std::size_t, int> step_attempts_;
@@ -138,11 +146,11 @@ class Engine : public LabService {
   std::unique_ptr<StepTask> task_;
   std::unique_ptr<SafeEnd> safe_end_;
   std::optional<std::chrono::steady_clock::time_point> stale_since_;
-  std::chrono::steady_clock::time_point next_keep_{};
+  std::chrono::steady_clock::time_point next_store_{};
   bool journal_is_behind_ = false;
   bool settle_fully_ = false;  ///< the next wait for stability is no short one after a turn
-  int told_again_ = 0;         ///< how often the chamber had to be told the present set point again
-  double told_c_ = 0.0;
+  int set_point_repeats_ = 0;  ///< how often the present set point had to be commanded again
+  double repeated_c_ = 0.0;
   std::string unfinished_;      ///< campaign that can be resumed
   bool runs_are_lost_ = false;  ///< run files that a killed predecessor left are not entered yet
 

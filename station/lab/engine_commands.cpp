@@ -6,18 +6,17 @@
 
 #include "station/io/host.h"
 #include "station/lab/engine.h"
-#include "station/lab/lost_runs.h"
 #include "station/lab/start_check.h"
 
 namespace soak::station {
 namespace {
 
-base::Error wrong_state(std::string message) { return {base::ErrorKind::bad_input, std::move(message), "state"}; }
+tl::unexpected<base::Error> wrong_state(std::string message) { return base::bad_input(std::move(message), "state"); }
 
 }  // namespace
 
 base::Result<nlohmann::json> Engine::command(std::function<base::Result<nlohmann::json>()> work) {
-  // Whoever asked finds the new state when the answer is there.
+  // Who gets the answer also finds the new state published.
   std::packaged_task<base::Result<nlohmann::json>()> task([this, done = std::move(work)] {
     auto result = done();
     published_ = {};
@@ -27,14 +26,14 @@ base::Result<nlohmann::json> Engine::command(std::function<base::Result<nlohmann
   auto answer = task.get_future();
   {
     const std::lock_guard lock(command_mutex_);
-    if (stopped_) return tl::unexpected<base::Error>(wrong_state("soakd is ending"));
+    if (stopped_) return wrong_state("soakd is stopping");
     commands_.push_back(std::move(task));
   }
   wake();
   return answer.get();
 }
 
-void Engine::serve_commands() {
+void Engine::run_commands() {
   while (true) {
     std::packaged_task<base::Result<nlohmann::json>()> task;
     {
@@ -47,16 +46,42 @@ void Engine::serve_commands() {
   }
 }
 
+base::Status Engine::status_command(std::function<base::Status()> work) {
+  const auto done = command([work = std::move(work)]() -> base::Result<nlohmann::json> {
+    if (auto status = work(); !status) return base::forward_error(status);
+    return nlohmann::json();
+  });
+  return done ? base::Status{} : base::forward_error(done);
+}
+
+base::Status Engine::pause(const std::string& user) {
+  return status_command([=, this] { return do_pause(user); });
+}
+
+base::Status Engine::resume(const std::string& user) {
+  return status_command([=, this] { return do_resume(user); });
+}
+
+base::Status Engine::abort(const std::string& user, const std::string& reason) {
+  return status_command([=, this] { return do_abort(user, reason); });
+}
+
+base::Status Engine::confirm(const std::string& user, std::int64_t prompt) {
+  return status_command([=, this] { return do_confirm(user, prompt); });
+}
+
+// --- starting ---------------------------------------------------------------------------------------------------
+
 base::Status Engine::ready_for_start() const {
-  if (stop_requested_) return tl::unexpected<base::Error>(wrong_state("soakd is ending"));
-  if (journal_is_behind_) return tl::unexpected<base::Error>(wrong_state("the journal cannot be written"));
-  if (state_ == LabState::stopping) {
-    return tl::unexpected<base::Error>(
-        wrong_state(fmt::format("campaign '{}' is on its way to the safe state: wait for it", lab_->campaign.name)));
+  if (stop_requested_) return wrong_state("soakd is stopping");
+  if (journal_is_behind_) return wrong_state("the journal cannot be written");
+  if (state_ == CampaignState::stopping) {
+    return wrong_state(
+        fmt::format("campaign '{}' is on its way to the safe state: wait for it", station_->campaign.name));
   }
-  if (state_ == LabState::running || state_ == LabState::paused) {
-    return tl::unexpected<base::Error>(wrong_state(
-        fmt::format("campaign '{}' is {}: wait for its end or abort it", lab_->campaign.name, name_of(state_))));
+  if (state_ == CampaignState::running || state_ == CampaignState::paused) {
+    return wrong_state(
+        fmt::format("campaign '{}' is {}: wait for its end or abort it", station_->campaign.name, name_of(state_)));
   }
   return {};
 }
@@ -76,7 +101,7 @@ base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::
   const auto standards = note_on_check_standards(catalog_, *checked);
   if (!standards) return base::forward_error(standards);
   if (auto connected = connect_devices(); !connected) return base::forward_error(connected);
-  const double air_c = lab_->chamber.reading()->air_c;
+  const double air_c = station_->chamber.reading()->air_c;
   for (const base::Status& able : {check_chamber(*checked, *chamber_), check_fixture(*checked, fixture_.get()),
                                    check_disk(*checked, first_step, catalog_.data_folder()),
                                    check_room(*checked, first_step, config_.room_c, air_c)}) {
@@ -88,8 +113,8 @@ base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::
   }
   std::vector<std::string> notes = judged->notes;
   if (*standards) notes.push_back(**standards);
-  if (auto kept = keep_start(request, *checked, judged->uses, notes, resume_at.has_value()); !kept) {
-    return base::forward_error(kept);
+  if (auto stored = store_start(request, *checked, judged->uses, notes, resume_at.has_value()); !stored) {
+    return base::forward_error(stored);
   }
   nlohmann::json answer = {{"campaign", request.campaign},
                            {"runs", checked->plan.runs.size()},
@@ -102,9 +127,9 @@ base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::
   return answer;
 }
 
-base::Status Engine::keep_start(const StartRequest& request, const CheckedStart& checked,
-                                const std::vector<calib::ReferenceUse>& references,
-                                const std::vector<std::string>& notes, bool is_resumed) {
+base::Status Engine::store_start(const StartRequest& request, const CheckedStart& checked,
+                                 const std::vector<calib::ReferenceUse>& references,
+                                 const std::vector<std::string>& notes, bool is_resumed) {
   db::CampaignRow row;
   row.name = request.campaign;
   row.procedure = checked.plan.procedure.name;
@@ -127,10 +152,10 @@ base::Status Engine::connect_devices() {
     if (auto status = power_->connect(); !status) return status;
   }
   // Nothing may begin before the chamber has once said how it is.
-  lab_->chamber.forget();
-  (void)lab_->chamber.poll(lab_->now_s());
-  if (lab_->chamber.stale())
-    return base::fail(base::ErrorKind::device, lab_->chamber.trouble(), chamber_->description());
+  station_->chamber.forget();
+  (void)station_->chamber.poll(station_->now_s());
+  if (station_->chamber.stale())
+    return base::fail(base::ErrorKind::device, station_->chamber.trouble(), chamber_->description());
   return {};
 }
 
@@ -139,8 +164,8 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, s
   std::vector<std::string> serials;
   for (const CheckedUnit& unit : checked.units) serials.push_back(unit.serial);
   history_.begin(std::move(serials));
-  lab_->campaign = {request.campaign, request.user, std::move(checked.plan)};
-  lab_->preflight.clear();
+  station_->campaign = {request.campaign, request.user, std::move(checked.plan)};
+  station_->preflight.clear();
   step_attempts_.clear();
   if (const auto done = catalog_.completed_steps(request.campaign)) {
     for (const db::StepRow& row : *done) ++step_attempts_[static_cast<std::size_t>(row.index)];
@@ -151,76 +176,64 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, s
   campaign_started_utc_s_ = now_utc_s();
   {
     const std::lock_guard lock(status_mutex_);
-    plan_document_ = plan_document(lab_->campaign.plan);
+    plan_document_ = plan_document(station_->campaign.plan);
   }
-  set_state(LabState::running, (resume_at ? "resumed by " : "started by ") + request.user);
+  set_state(CampaignState::running, (resume_at ? "resumed by " : "started by ") + request.user);
   enter_step(resume_at.value_or(0));
 }
 
-base::Status Engine::pause(const std::string& user) {
-  const auto done = command([this, user]() -> base::Result<nlohmann::json> {
-    if (state_ == LabState::paused) return tl::unexpected<base::Error>(wrong_state("the campaign is paused already"));
-    if (state_ != LabState::running) return tl::unexpected<base::Error>(wrong_state("no campaign is running"));
-    lab_->break_segment("paused by " + user);
-    // Somebody may open the door.
-    if (auto halted = lab_->halt_fixture(); !halted) {
-      log_.add("device", "fixture", "cannot be halted: " + halted.error().message);
-    }
-    set_state(LabState::paused, "paused by " + user);
-    return nlohmann::json();
-  });
-  return done ? base::Status{} : base::forward_error(done);
-}
+// --- the other commands -----------------------------------------------------------------------------------------
 
-base::Status Engine::resume(const std::string& user) {
-  const auto done = command([this, user] { return do_resume(user); });
-  return done ? base::Status{} : base::forward_error(done);
-}
-
-base::Result<nlohmann::json> Engine::do_resume(const std::string& user) {
-  if (state_ == LabState::paused) {
-    set_state(LabState::running, "resumed by " + user);
-    repeat_step("resumed");
-    return nlohmann::json();
+base::Status Engine::do_pause(const std::string& user) {
+  if (state_ == CampaignState::paused) return wrong_state("the campaign is paused already");
+  if (state_ != CampaignState::running) return wrong_state("no campaign is running");
+  station_->break_segment("paused by " + user);
+  // Somebody may open the door.
+  if (auto halted = station_->halt_fixture(); !halted) {
+    log_.add("device", "fixture", "cannot be halted: " + halted.error().message);
   }
-  if (unfinished_.empty() || (state_ != LabState::interrupted && state_ != LabState::failed)) {
-    return tl::unexpected<base::Error>(wrong_state("there is no campaign that was paused, interrupted or failed"));
+  set_state(CampaignState::paused, "paused by " + user);
+  return {};
+}
+
+base::Status Engine::do_resume(const std::string& user) {
+  if (state_ == CampaignState::paused) {
+    set_state(CampaignState::running, "resumed by " + user);
+    repeat_step("resumed");
+    return {};
+  }
+  if (unfinished_.empty() || (state_ != CampaignState::interrupted && state_ != CampaignState::failed)) {
+    return wrong_state("there is no campaign that was paused, interrupted or failed");
   }
   const auto row = catalog_.campaign(unfinished_);
   if (!row) return base::forward_error(row);
-  if (!*row) return tl::unexpected<base::Error>(wrong_state("the journal has no campaign '" + unfinished_ + "'"));
+  if (!*row) return wrong_state("the journal has no campaign '" + unfinished_ + "'");
   auto request = request_of(**row);
   if (!request) return base::forward_error(request);
   request->user = user;
   const auto step = first_step_to_resume(catalog_, **row, config_.room_c);
   if (!step) return base::forward_error(step);
-  return do_start(*request, *step);
+  const auto started = do_start(*request, *step);
+  return started ? base::Status{} : base::forward_error(started);
 }
 
-base::Status Engine::abort(const std::string& user, const std::string& reason) {
-  const auto done = command([this, user, reason]() -> base::Result<nlohmann::json> {
-    if (state_ == LabState::interrupted && !unfinished_.empty()) {
-      set_state(LabState::aborted, fmt::format("aborted by {}: {}", user, reason));
-      return nlohmann::json();
-    }
-    if (state_ != LabState::running && state_ != LabState::paused) {
-      return tl::unexpected<base::Error>(wrong_state("no campaign is running"));
-    }
-    end_campaign(LabState::aborted, fmt::format("aborted by {}: {}", user, reason));
-    return nlohmann::json();
-  });
-  return done ? base::Status{} : base::forward_error(done);
+base::Status Engine::do_abort(const std::string& user, const std::string& reason) {
+  const std::string text = fmt::format("aborted by {}: {}", user, reason);
+  if (state_ == CampaignState::interrupted && !unfinished_.empty()) {
+    set_state(CampaignState::aborted, text);
+    return {};
+  }
+  if (state_ != CampaignState::running && state_ != CampaignState::paused) return wrong_state("no campaign is running");
+  end_campaign(CampaignState::aborted, text);
+  return {};
 }
 
-base::Status Engine::confirm(const std::string& user, std::int64_t prompt) {
-  const auto done = command([this, user, prompt]() -> base::Result<nlohmann::json> {
-    if (!lab_->prompts.answer(prompt)) {
-      return tl::unexpected<base::Error>(wrong_state("there is no such prompt (any more): look again"));
-    }
-    log_.add("prompt", lab_->campaign.name, fmt::format("confirmed by {}: {}", user, lab_->prompts.open()->text));
-    return nlohmann::json();
-  });
-  return done ? base::Status{} : base::forward_error(done);
+base::Status Engine::do_confirm(const std::string& user, std::int64_t prompt) {
+  if (!station_->prompts.answer(prompt)) {
+    return wrong_state("that prompt is not open (any more): see 'soak campaign status'");
+  }
+  log_.add("prompt", station_->campaign.name, fmt::format("confirmed by {}: {}", user, station_->prompts.open()->text));
+  return {};
 }
 
 }  // namespace soak::station

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "station/io/output.h"
-#include "station/lab/sample_reading.h"
+#include "station/lab/segment_capture.h"
 
 namespace soak::station {
 namespace {
@@ -18,9 +18,9 @@ using nlohmann::json;
 
 constexpr std::size_t kFewestTerms = 30;
 constexpr std::size_t kBreak = PhaseRecord::kBridge + 1;  ///< missing samples that end a stretch
-constexpr double kShown_s = 1.0;
-constexpr std::chrono::seconds kRefreshEvery{2};
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+constexpr double kFigureTau_s = 1.0;
+constexpr std::chrono::seconds kNoiseRefresh{2};
+constexpr double kMissingReading = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<AllanStream> new_streams(double rate_hz) {
   std::vector<AllanStream> streams;
@@ -36,13 +36,13 @@ std::size_t nearest_multiple(double samples) {
 }
 
 /// Beyond kExact the stream counts only every 2^j-th difference, of averages of up to kExact steps of that size.
-bool carries(const AllanStream::Point& point) {
+bool has_enough_terms(const AllanStream::Point& point) {
   return point.terms >= std::max(kFewestTerms, std::min(point.multiple, AllanStream::kExact));
 }
 
-std::vector<AllanStream::Point> points_that_carry(const AllanStream& stream) {
+std::vector<AllanStream::Point> reliable_points(const AllanStream& stream) {
   std::vector<AllanStream::Point> points = stream.points();
-  std::erase_if(points, [](const AllanStream::Point& point) { return !carries(point); });
+  std::erase_if(points, [](const AllanStream::Point& point) { return !has_enough_terms(point); });
   return points;
 }
 
@@ -61,8 +61,8 @@ std::optional<std::array<double, 3>> three_at(std::span<const AllanStream> strea
 }
 
 /// One member of the points, null for averaging times that only other sensors have.
-json list_of(std::span<const AllanStream::Point> points, double AllanStream::Point::* member, double factor,
-             std::size_t length) {
+json deviation_list(std::span<const AllanStream::Point> points, double AllanStream::Point::* member, double factor,
+                    std::size_t length) {
   json list = json::array();
   for (const AllanStream::Point& point : points) list.push_back(number_or_null(factor * point.*member));
   while (list.size() < length) list.push_back(nullptr);
@@ -78,7 +78,7 @@ void NoiseWatch::begin_run() {
   streams_ = new_streams(rate_hz_);
   samples_ = 0;
   last_s_.reset();
-  figures_ = {static_cast<double>(nearest_multiple(kShown_s * rate_hz_)) / rate_hz_, std::nullopt, std::nullopt};
+  figures_ = {static_cast<double>(nearest_multiple(kFigureTau_s * rate_hz_)) / rate_hz_, std::nullopt, std::nullopt};
   figures_are_old_ = false;
 }
 
@@ -101,9 +101,9 @@ void NoiseWatch::add(std::span<const hal::ImuSample> samples) {
   for (std::size_t s = 0; s < streams_.size(); ++s) {
     readings_.clear();
     for (std::size_t i = 0; i < samples.size(); ++i) {
-      readings_.insert(readings_.end(), missing[i], kMissing);
+      readings_.insert(readings_.end(), missing[i], kMissingReading);
       const double value = reading_of(samples[i], s);
-      readings_.push_back(std::isfinite(value) ? value : kMissing);
+      readings_.push_back(std::isfinite(value) ? value : kMissingReading);
     }
     // It refuses infinite values only, and there are none.
     static_cast<void>(streams_[s].push(readings_));
@@ -114,9 +114,9 @@ void NoiseWatch::add(std::span<const hal::ImuSample> samples) {
 
 void NoiseWatch::refresh(std::chrono::steady_clock::time_point host_now) {
   if (!figures_are_old_ || host_now < next_refresh_) return;
-  next_refresh_ = host_now + kRefreshEvery;
+  next_refresh_ = host_now + kNoiseRefresh;
   figures_are_old_ = false;
-  const std::size_t multiple = nearest_multiple(kShown_s * rate_hz_);
+  const std::size_t multiple = nearest_multiple(kFigureTau_s * rate_hz_);
   const std::lock_guard lock(mutex_);
   figures_.gyro_dps = three_at(streams_, 0, multiple);
   figures_.accel_mps2 = three_at(streams_, 3, multiple);
@@ -125,7 +125,7 @@ void NoiseWatch::refresh(std::chrono::steady_clock::time_point host_now) {
 json NoiseWatch::document(const std::string& serial) const {
   const std::lock_guard lock(mutex_);
   std::vector<std::vector<AllanStream::Point>> points;
-  for (const AllanStream& stream : streams_) points.push_back(points_that_carry(stream));
+  for (const AllanStream& stream : streams_) points.push_back(reliable_points(stream));
   const auto& longest = *std::ranges::max_element(points, {}, &std::vector<AllanStream::Point>::size);
   json tau_s = json::array();
   for (const AllanStream::Point& point : longest) tau_s.push_back(static_cast<double>(point.multiple) / rate_hz_);
@@ -135,8 +135,8 @@ json NoiseWatch::document(const std::string& serial) const {
     const double factor = calib::printed_per_si(sensor);
     sensors[std::string(calib::name_of(sensor))] = {
         {"unit", calib::printed_unit(sensor)},
-        {"oadev", list_of(of, &AllanStream::Point::overlapping, factor, longest.size())},
-        {"mdev", list_of(of, &AllanStream::Point::modified, factor, longest.size())}};
+        {"oadev", deviation_list(of, &AllanStream::Point::overlapping, factor, longest.size())},
+        {"mdev", deviation_list(of, &AllanStream::Point::modified, factor, longest.size())}};
   }
   return {{"unit", serial},
           {"rate_hz", rate_hz_},

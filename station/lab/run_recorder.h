@@ -2,12 +2,15 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <map>
-#include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -17,19 +20,14 @@
 #include "hal/devices/chamber.h"
 #include "hal/devices/unit_power.h"
 #include "hal/imu/imu.h"
+#include "station/lab/campaign_log.h"
 #include "station/runs/run_columns.h"
 #include "station/runs/run_records.h"
 
 namespace soak::station {
 
-/// A segment that shall not be used. It is withdrawn by a void record, never left out of the file.
-struct Rejected {
-  std::string unit;      ///< serial number
-  int visit = 0;         ///< as in RowLabels; -1 where neither the labels nor a plateau give one
-  std::string position;  ///< where the fixture turns, with the rate: label_at_rate()
-  int attempt = 0;  ///< how many attempts the unit has in that position of that visit before, see RunRecorder::add()
-  std::string reason;
-};
+/// What the run files that soakd records state as their source.
+inline constexpr std::string_view kRunSource = "soakd";
 
 /// Records one run: the open run file of all its units, and at the end their rows in the catalog. One thread at a time.
 /// Destroyed without finish(), it leaves an unsealed file with everything that was flushed (orphan_run_files() finds
@@ -43,16 +41,11 @@ class RunRecorder {
   [[nodiscard]] static base::Result<RunRecorder> begin(db::Catalog& catalog, const db::RunInfo& info,
                                                        std::string purpose, std::vector<RecordedUnit> units,
                                                        bool with_rates = false);
-  RunRecorder(RunRecorder&&) noexcept;
-  RunRecorder& operator=(RunRecorder&&) noexcept;
-  ~RunRecorder();
-
   /// Appends samples of unit number `unit`, oldest first, with the device's own numbers.
   ///
   /// An attempt is a stretch of soak rows of one visit and one position without any other row between: each becomes a
   /// segment of its own. One row is enough to separate two attempts, be it of phase ramp with visit and position as
-  /// before (the same position once more) or without a position (the unit was turned). Attempts count from 0 within
-  /// unit, visit and position.
+  /// before (the same position once more) or without a position (the unit was turned).
   ///
   /// Refuses (bad_input) a time that does not rise and a position that is none of the six; then no row is taken. After
   /// another error (disk full) the rows are kept in memory: they must not be added again.
@@ -66,23 +59,76 @@ class RunRecorder {
   [[nodiscard]] base::Status add_event(double t_s, std::string_view kind, std::string_view text);
   /// Commits what was added: it survives a loss of power. To be called every few seconds.
   [[nodiscard]] base::Status flush();
+  /// The last attempt of unit number `unit` shall not be used. Its rows stay in the file; finish() withdraws the
+  /// segment.
+  void reject(std::size_t unit, std::string reason);
+  /// Rejections so far.
+  [[nodiscard]] std::size_t rejected() const { return sealed_.withdrawals.size(); }
   /// Ends the run: seals the file, enters one row per unit with its segments into the catalog, and withdraws the
   /// segments of rejected attempts (user "soakd"), all or nothing. A unit without rows is left out, with an event in
   /// the file. A rejection without a segment (the unit gave no usable rows there) is logged. Where it fails it may be
   /// called again. Reads the whole file: seconds to minutes.
   /// In the same transaction `void_reason` withdraws the whole run, `void_units` (serial number → why) parts of it.
-  [[nodiscard]] base::Result<std::vector<db::RunRow>> finish(const std::vector<Rejected>& rejected,
-                                                             const std::optional<std::string>& void_reason = {},
+  [[nodiscard]] base::Result<std::vector<db::RunRow>> finish(const std::optional<std::string>& void_reason = {},
                                                              const std::map<std::string, std::string>& void_units = {});
 
-  [[nodiscard]] const db::RunInfo& info() const;
+  [[nodiscard]] const db::RunInfo& info() const { return info_; }
   /// Rows of unit number `unit` so far.
-  [[nodiscard]] std::uint64_t rows(std::size_t unit) const;
+  [[nodiscard]] std::uint64_t rows(std::size_t unit) const { return units_.at(unit).rows; }
 
  private:
-  struct Impl;
-  explicit RunRecorder(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  static constexpr double kNever_s = -std::numeric_limits<double>::infinity();
+
+  /// One recording of a position: what a segment will be made of.
+  struct Attempt {
+    std::optional<int> visit;
+    std::string position;
+    double from_s = 0.0;
+    double to_s = 0.0;
+  };
+  /// What is known of one unit's rows so far.
+  struct UnitRows {
+    RecordedUnit unit;
+    std::size_t stream = 0;
+    std::optional<std::size_t> position_stream = {};  ///< where azimuths are known
+    std::set<std::string> placed = {};                ///< labels of the rows in it
+    std::uint64_t rows = 0;
+    double last_t_s = kNever_s;
+    SlowReadings fresh = {};  ///< for the next row
+    int counted_visit = -1;   ///< where the labels do not number the visits
+    std::optional<double> last_plateau_c = {};
+    bool recording = false;  ///< the last row belongs to the last attempt
+    std::optional<Attempt> attempt = {};
+
+    /// Visit of the rows with these labels; nothing outside plateaus.
+    std::optional<int> visit_of(const RowLabels& labels);
+    void follow_attempt(const RowLabels& labels, std::optional<int> visit, double from_s, double to_s);
+    [[nodiscard]] base::Status check(std::span<const hal::ImuSample> samples, const RowLabels& labels) const;
+  };
+  RunRecorder(db::Catalog& catalog, db::RunFileWriter file, db::RunInfo info, bool with_rates)
+      : catalog_(&catalog), file_(std::move(file)), info_(std::move(info)), with_rates_(with_rates) {}
+  [[nodiscard]] base::Status add_streams(const std::vector<RecordedUnit>& units);
+  [[nodiscard]] base::Status note_position(UnitRows& unit, const std::string& label, double t_s);
+  [[nodiscard]] base::Status seal();
+
+  db::Catalog* catalog_;
+  db::RunFileWriter file_;
+  db::RunInfo info_;
+  SealedRun sealed_;  ///< `sha256` is empty while the file is open
+  bool with_rates_;
+  bool noted_silence_ = false;  ///< the events of units without rows are in the file
+  std::vector<UnitRows> units_;
+  std::size_t chamber_stream_ = 0;
+  double last_chamber_t_s_ = kNever_s;
 };
+
+/// Seals the run files that a killed soakd left open and enters them into the catalog, voided, with every row that was
+/// flushed: nothing that was recorded is lost, and no fit takes half a run unasked. The same is done with files
+/// that were sealed but not entered. A file that cannot be read is logged and left as it is; one without samples is
+/// sealed, and stays outside the catalog.
+[[nodiscard]] base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log);
+
+/// What recording writes to the disk, on the safe side: run files compress, catalog and temporary files do not.
+[[nodiscard]] double estimated_bytes(double rate_hz, std::size_t units, double seconds);
 
 }  // namespace soak::station

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -12,104 +13,209 @@ namespace {
 
 using std::chrono::steady_clock;
 
+constexpr double kLowestEnd_c = 25.0;
+constexpr double kDewMargin_c = 2.0;
+constexpr double kEndReached_c = 1.0;
+constexpr double kEndTolerance_c = 0.5;
+constexpr double kSilentUnit_s = 1800.0;  ///< process time in warm air for a unit that does not send its temperature
+
 /// Between commands to a device that refuses them: their registers may lie in memory that wears out.
-constexpr std::chrono::seconds kBetweenTries{1};
+constexpr std::chrono::seconds kSafeEndInterval{1};
+constexpr int kWarmUpTries = 5;
+constexpr std::chrono::seconds kLaterWarmUpInterval{60};
+
+bool chamber_answers(const Station& station) { return station.chamber.reading() && station.chamber.trouble().empty(); }
 
 /// Power outputs of the campaign's units; of all slots where the units are not known.
-std::vector<int> outputs_of(const Lab& lab) {
+std::vector<int> outputs_of(const Station& station) {
   std::vector<int> outputs;
   const auto add = [&](const Slot& slot) {
     if (slot.power_output) outputs.push_back(*slot.power_output);
   };
-  for (const auto& unit : lab.units) add(unit->slot());
-  if (lab.units.empty()) std::for_each(lab.config.slots.begin(), lab.config.slots.end(), add);
+  for (const auto& unit : station.units) add(unit->slot());
+  if (station.units.empty()) std::for_each(station.config.slots.begin(), station.config.slots.end(), add);
   return outputs;
 }
 
-/// One output that does not obey does not keep the others on.
-base::Status switch_units_off(Lab& lab) {
+/// An output that cannot be switched does not keep the others on.
+base::Status switch_units_off(Station& station) {
   base::Status all;
-  lab.supply->forget();
-  for (const int output : outputs_of(lab)) {
-    if (const auto off = lab.supply->switch_off(output, lab.now_s()); !off) all = off;
+  station.supply->forget();
+  for (const int output : outputs_of(station)) {
+    if (const auto off = station.supply->switch_off(output, station.now_s()); !off) all = off;
   }
   return all;
 }
 
 }  // namespace
 
-SafeEnd::SafeEnd(std::string reason, double end_c, bool outputs_off)
-    : reason_(std::move(reason)), outputs_off_(outputs_off), warmth_(end_c) {}
+// --- DewSafeWarmUp ----------------------------------------------------------------------------------------------
 
-/// Tried for as long as the chamber takes; the chamber does not wait for it.
-void SafeEnd::halt_fixture(Lab& lab) {
-  if (steady_clock::now() < next_halt_) return;
-  next_halt_ = steady_clock::now() + kBetweenTries;
-  const auto halted = lab.halt_fixture();
-  fixture_rests_ = halted.has_value();
-  if (fixture_rests_ || fixture_is_blamed_) return;
-  fixture_is_blamed_ = true;
-  lab.log.add("device", "fixture", "cannot be halted: " + halted.error().message);
+DewSafeWarmUp::DewSafeWarmUp(double temp_c) : temp_c_(std::max(temp_c, kLowestEnd_c)) {}
+
+double DewSafeWarmUp::target_c(const Station& station) const {
+  return std::max(temp_c_, station.config.dew_point_c + 2.0 * kDewMargin_c);
 }
 
-bool SafeEnd::make_chamber_safe(Lab& lab) { return outputs_off_ ? switch_chamber_off(lab) : warmth_.poll(lab); }
+bool DewSafeWarmUp::poll(Station& station) {
+  if (!commanded_) {
+    commanded_ = command(station);
+    return !commanded_ && is_off_ && room_has_warmed(station);
+  }
+  if (!obeys(station)) return false;
+  if (std::abs(station.chamber.reading()->air_c - target_c(station)) > kEndReached_c) {
+    warm_since_s_.reset();
+    return false;
+  }
+  if (!warm_since_s_) warm_since_s_ = station.now_s();
+  return units_are_dry(station) && switch_off(station);
+}
 
-bool SafeEnd::switch_chamber_off(Lab& lab) {
+bool DewSafeWarmUp::command(Station& station) {
+  const auto now = Clock::now();
+  if (now < next_command_) return false;
+  const bool answers = chamber_answers(station);
+  if (answers) ++commands_;
+  next_command_ = now + (answers && commands_ >= kWarmUpTries ? kLaterWarmUpInterval : kSafeEndInterval);
+  hal::Chamber& chamber = station.chamber.chamber();
+  // A ramp that cannot be switched off makes the way longer, not impossible.
+  if (chamber.can_ramp()) (void)chamber.set_ramp_rate(std::nullopt);
+  const auto sent = chamber.set_temperature(target_c(station)).and_then([&] { return chamber.start(); });
+  if (sent) {
+    is_off_ = false;
+    return true;
+  }
+  if (answers) handle_refusal(station, sent.error().message);
+  return false;
+}
+
+void DewSafeWarmUp::handle_refusal(Station& station, const std::string& why) {
+  trouble_ = why;
+  if (commands_ < kWarmUpTries || is_off_) return;
+  is_off_ = station.chamber.chamber().stop().has_value();
+  station.log.add("device", "chamber",
+                  fmt::format("cannot be driven to {:+.0f} °C ({}): heating and cooling {}", target_c(station), why,
+                              is_off_ ? "are switched off" : "cannot be switched off either"));
+}
+
+/// Whether the chamber reports the set point that it was given. One that lost it (it restarted, someone pressed its
+/// keys) is commanded again.
+bool DewSafeWarmUp::obeys(const Station& station) {
+  const auto& reading = station.chamber.reading();
+  if (!reading) return false;
+  commanded_ = reading->running && std::abs(reading->set_point_c - target_c(station)) <= kEndTolerance_c;
+  trouble_ = commanded_ ? ""
+                        : fmt::format("its set point is {:+.1f} °C, heating and cooling {}", reading->set_point_c,
+                                      reading->running ? "on" : "off");
+  return commanded_;
+}
+
+/// Whether the room has warmed what the chamber did not: it is off.
+bool DewSafeWarmUp::room_has_warmed(const Station& station) {
+  const auto& reading = station.chamber.reading();
+  if (!reading || reading->running || reading->air_c <= station.config.dew_point_c + kDewMargin_c) {
+    warm_since_s_.reset();
+    return false;
+  }
+  if (!warm_since_s_) warm_since_s_ = station.now_s();
+  return units_are_dry(station);
+}
+
+bool DewSafeWarmUp::switch_off(Station& station) {
+  const auto now = Clock::now();
+  if (now < next_stop_) return false;
+  next_stop_ = now + kSafeEndInterval;
+  const auto stopped = station.chamber.chamber().stop();
+  trouble_ = stopped ? "" : stopped.error().message;
+  return stopped.has_value();
+}
+
+bool DewSafeWarmUp::units_are_dry(const Station& station) const {
+  const double dry_c = station.config.dew_point_c + kDewMargin_c;
+  const bool rested = station.now_s() - *warm_since_s_ >= kSilentUnit_s;
+  if (station.units.empty()) return rested;
+  return std::all_of(station.units.begin(), station.units.end(), [&](const auto& unit) {
+    return unit->streaming() && unit->temp_c() ? *unit->temp_c() > dry_c : rested;
+  });
+}
+
+// --- SafeEnd ----------------------------------------------------------------------------------------------------
+
+SafeEnd::SafeEnd(std::string reason, double end_c, bool outputs_off)
+    : reason_(std::move(reason)), outputs_off_(outputs_off), warm_up_(end_c) {}
+
+bool SafeEnd::poll(Station& station) {
+  // An alarm may come up on the way.
+  if (const auto& reading = station.chamber.reading()) {
+    for (const hal::ChamberAlarm& alarm : reading->alarms) outputs_off_ = outputs_off_ || alarm.outputs_off;
+  }
+  if (!fixture_is_halted_) halt_fixture(station);
+  if (!chamber_is_safe_) chamber_is_safe_ = outputs_off_ ? switch_chamber_off(station) : warm_up_.poll(station);
+  if (!chamber_is_safe_) return false;
+  if (!run_is_sealed_) seal_run(station);
+  return units_are_off(station);
+}
+
+/// Tried for as long as the chamber takes; the chamber does not wait for it.
+void SafeEnd::halt_fixture(Station& station) {
+  if (steady_clock::now() < next_halt_) return;
+  next_halt_ = steady_clock::now() + kSafeEndInterval;
+  const auto halted = station.halt_fixture();
+  fixture_is_halted_ = halted.has_value();
+  if (fixture_is_halted_ || fixture_was_reported_) return;
+  fixture_was_reported_ = true;
+  station.log.add("device", "fixture", "cannot be halted: " + halted.error().message);
+}
+
+bool SafeEnd::switch_chamber_off(Station& station) {
   if (steady_clock::now() < next_stop_) return false;
-  next_stop_ = steady_clock::now() + kBetweenTries;
-  const auto off = lab.chamber.chamber().stop();
-  if (!off && !chamber_is_blamed_) {
-    chamber_is_blamed_ = true;
-    lab.log.add("device", "chamber", "heating and cooling cannot be switched off: " + off.error().message);
+  next_stop_ = steady_clock::now() + kSafeEndInterval;
+  const auto off = station.chamber.chamber().stop();
+  if (!off && !chamber_was_reported_) {
+    chamber_was_reported_ = true;
+    station.log.add("device", "chamber", "heating and cooling cannot be switched off: " + off.error().message);
   }
   return off.has_value();
 }
 
-bool SafeEnd::poll(Lab& lab) {
-  // An alarm may come up on the way.
-  if (const auto& reading = lab.chamber.reading()) {
-    for (const hal::ChamberAlarm& alarm : reading->alarms) outputs_off_ = outputs_off_ || alarm.outputs_off;
-  }
-  if (!fixture_rests_) halt_fixture(lab);
-  if (!chamber_is_safe_) chamber_is_safe_ = make_chamber_safe(lab);
-  if (!chamber_is_safe_) return false;
-  if (!run_is_sealed_) seal_run(lab);
-  return units_are_off(lab);
-}
-
-void SafeEnd::seal_run(Lab& lab) {
+void SafeEnd::seal_run(Station& station) {
   run_is_sealed_ = true;
-  if (const auto sealed = lab.end_run(reason_); !sealed) {
-    lab.log.add("run", lab.run_id(),
-                "cannot be sealed now, the next start of a campaign or of soakd does it: " + sealed.error().message);
-    lab.leave_run();
+  if (const auto sealed = station.end_run(reason_); !sealed) {
+    station.log.add(
+        "run", station.run_id(),
+        "cannot be sealed now; this is tried again when a campaign or soakd starts: " + sealed.error().message);
+    station.leave_run();
   }
 }
 
 /// A supply that has just been lost is asked again: its link may not even be tried before a pause is over.
-bool SafeEnd::units_are_off(Lab& lab) {
-  if (!lab.supply) return true;
-  const auto off = units_off_.attempt([&] { return switch_units_off(lab); });
+bool SafeEnd::units_are_off(Station& station) {
+  if (!station.supply) return true;
+  const auto off = units_off_.attempt([&] { return switch_units_off(station); });
   if (off) return *off;
-  lab.log.add("device", "power", "cannot be switched off: " + off.error().message);
+  station.log.add("device", "power", "cannot be switched off: " + off.error().message);
   return true;
 }
 
-std::string SafeEnd::text(const Lab& lab) const {
+std::string SafeEnd::text(const Station& station) const {
+  const auto& reading = station.chamber.reading();
   if (chamber_is_safe_) return "the chamber is off, the units are being switched off";
-  if (!lab.chamber.reading()) {
-    return fmt::format("the chamber does not answer ({}): go there, and switch it off by hand once the units are warm",
-                       lab.chamber.trouble());
+  if (!reading) {
+    return fmt::format(
+        "the chamber does not answer ({}): go to the chamber, and switch it off by hand once the units are warm",
+        station.chamber.trouble());
   }
   if (outputs_off_) {
-    return chamber_is_blamed_ ? "heating and cooling cannot be switched off: go there and do it by hand"
-                              : "switching heating and cooling off";
+    return chamber_was_reported_
+               ? "heating and cooling cannot be switched off: go to the chamber and switch them off by hand"
+               : "switching heating and cooling off";
   }
-  if (!warmth_.trouble().empty()) {
-    return fmt::format("the chamber does not go to {:+.0f} °C ({}), heating and cooling are {}: go there",
-                       warmth_.target_c(lab), warmth_.trouble(), lab.chamber.reading()->running ? "on" : "off");
+  const double target = warm_up_.target_c(station);
+  if (!warm_up_.trouble().empty()) {
+    return fmt::format("the chamber does not drive to {:+.0f} °C ({}); heating and cooling are {}: go to the chamber",
+                       target, warm_up_.trouble(), reading->running ? "on" : "off");
   }
-  return fmt::format("driving to {:+.0f} °C, so that no unit gathers dew", warmth_.target_c(lab));
+  return fmt::format("driving the chamber to {:+.0f} °C, so that no unit gathers dew", target);
 }
 
 }  // namespace soak::station

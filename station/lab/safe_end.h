@@ -2,45 +2,83 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 
-#include "station/lab/lab.h"
-#include "station/lab/step_task.h"
-#include "station/lab/warmth.h"
+#include "station/lab/station.h"
+#include "station/lab/steps.h"
 
 namespace soak::station {
 
-/// The way to the safe state when a campaign is cut short: whatever is broken does not keep the rest from being made
+/// Leaves the cold without dew: drives the chamber to at least 25 °C, waits until the air and every unit that still
+/// sends its temperature are above the room's dew point, then switches heating and cooling off. Keeps trying while
+/// the chamber does not answer.
+///
+/// A chamber that answers but does not accept the set point (a limit at its front, somebody else who commands it) must
+/// not go on heating or cooling for ever: after a few tries heating and cooling are switched off, which is written to
+/// the log, and the room warms the chamber instead. The set point is then sent once a minute only: controllers keep it
+/// in memory that wears out.
+class DewSafeWarmUp {
+ public:
+  explicit DewSafeWarmUp(double temp_c);
+
+  /// True once the chamber is off and no unit can gather dew.
+  [[nodiscard]] bool poll(Station& station);
+  /// The temperature that it drives to: above the dew point in any case.
+  [[nodiscard]] double target_c(const Station& station) const;
+  /// Why a chamber that answers is not on its way; empty where it is.
+  [[nodiscard]] const std::string& trouble() const { return trouble_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  [[nodiscard]] bool command(Station& station);
+  void handle_refusal(Station& station, const std::string& why);
+  [[nodiscard]] bool obeys(const Station& station);
+  [[nodiscard]] bool room_has_warmed(const Station& station);
+  [[nodiscard]] bool switch_off(Station& station);
+  [[nodiscard]] bool units_are_dry(const Station& station) const;
+
+  double temp_c_;
+  bool commanded_ = false;
+  int commands_ = 0;  ///< that a chamber which answers was given
+  std::string trouble_;
+  bool is_off_ = false;  ///< switched off because it does not accept the set point
+  Clock::time_point next_command_{};
+  Clock::time_point next_stop_{};
+  std::optional<double> warm_since_s_;
+};
+
+/// The way to the safe state when a campaign is cut short. A broken device does not keep the others from being made
 /// safe. Fixture halted, chamber warm and off (at once off where an alarm asks for it), run file sealed and voided,
 /// units off.
 class SafeEnd {
  public:
-  /// `outputs_off`: heating and cooling must not run a moment longer.
+  /// `outputs_off`: heating and cooling must stop at once.
   SafeEnd(std::string reason, double end_c, bool outputs_off);
 
   /// True once everything that answers is safe. Goes on for as long as the chamber does not answer; a supply of the
   /// units has half a minute after that.
-  [[nodiscard]] bool poll(Lab& lab);
+  [[nodiscard]] bool poll(Station& station);
   [[nodiscard]] const std::string& reason() const { return reason_; }
   /// What it is doing, for the operator.
-  [[nodiscard]] std::string text(const Lab& lab) const;
+  [[nodiscard]] std::string text(const Station& station) const;
 
  private:
-  void halt_fixture(Lab& lab);
-  [[nodiscard]] bool make_chamber_safe(Lab& lab);
-  [[nodiscard]] bool switch_chamber_off(Lab& lab);
-  void seal_run(Lab& lab);
-  [[nodiscard]] bool units_are_off(Lab& lab);
+  void halt_fixture(Station& station);
+  [[nodiscard]] bool switch_chamber_off(Station& station);
+  void seal_run(Station& station);
+  [[nodiscard]] bool units_are_off(Station& station);
 
   std::string reason_;
   bool outputs_off_;
-  Warmth warmth_;
+  DewSafeWarmUp warm_up_;
   bool chamber_is_safe_ = false;
   bool run_is_sealed_ = false;
-  Insistence units_off_;
-  bool fixture_rests_ = false;
-  bool fixture_is_blamed_ = false;
-  bool chamber_is_blamed_ = false;
+  CommandRetry units_off_;
+  bool fixture_is_halted_ = false;
+  bool fixture_was_reported_ = false;
+  bool chamber_was_reported_ = false;
   std::chrono::steady_clock::time_point next_halt_{};
   std::chrono::steady_clock::time_point next_stop_{};
 };

@@ -16,11 +16,11 @@
 #include <utility>
 
 #include "base/hash.h"
-#include "station/config/rating_check.h"
+#include "station/config/procedure.h"
 #include "station/config/unit_type_file.h"
 #include "station/import/slow_channel.h"
 #include "station/io/text.h"
-#include "station/lab/preflight.h"
+#include "station/lab/run_recorder.h"
 #include "station/records/check_standard.h"
 
 namespace soak::station {
@@ -46,9 +46,9 @@ base::Result<std::map<std::string, std::string>> serials(const StartRequest& req
     if (auto plain = check_carried_line(serial, "--unit"); !plain) return base::forward_error(plain);
     const auto [other, is_new] = slot_of.emplace(serial, slot);
     if (!is_new) {
-      return base::bad_input(
-          fmt::format("unit {} stands in slot {} and in slot {}: each unit has one slot", serial, other->second, slot),
-          "--unit");
+      return base::bad_input(fmt::format("unit {} is given for slot {} and for slot {}: a unit can only be in one slot",
+                                         serial, other->second, slot),
+                             "--unit");
     }
   }
   return by_slot;
@@ -89,10 +89,11 @@ std::array<std::string, 3> sent_axes(const std::array<std::string, 3>& mounted,
 /// The numbers of an AHRS400 are shares of the ranges on its label.
 base::Status check_ranges(const Slot& slot, const calib::UnitType& type) {
   if (slot.decoder != hal::UnitDecoder::ahrs400 || (type.gyro_range_dps && type.accel_range_mps2)) return {};
-  return base::bad_input(fmt::format("slot {}: the decoder ahrs400 needs the ranges that the unit's label states: give "
-                                     "gyro.range_dps and accel.range_mps2 in unit type '{}'",
-                                     slot.name, type.name),
-                         "unit type " + type.name);
+  return base::bad_input(
+      fmt::format("slot {}: the decoder ahrs400 needs the ranges that are printed on the unit: state "
+                  "gyro.range_dps and accel.range_mps2 in unit type '{}'",
+                  slot.name, type.name),
+      "unit type " + type.name);
 }
 
 base::Result<std::vector<CheckedUnit>> check_units(const StartRequest& request, const StationConfig& config,
@@ -123,7 +124,7 @@ std::vector<calib::UnitType> types_of(const std::vector<CheckedUnit>& units) {
 base::Status check_headings(const Procedure& procedure, const StationConfig& config) {
   if (procedure.turned_deg == 0.0 || (config.fixture && !config.fixture->azimuths_deg.empty())) return {};
   return base::bad_input(
-      "the procedure turns the fixture about the vertical, but its headings are not known: give "
+      "the procedure turns the fixture about the vertical, but the headings of its positions are not known: state "
       "azimuths_deg in the fixture's register map",
       procedure.file);
 }
@@ -165,8 +166,8 @@ base::Status check_room(const CheckedStart& checked, std::size_t first_step, dou
   const Plan& plan = checked.plan;
   const bool preflight = plan.runs[static_cast<std::size_t>(plan.steps[first_step].run)].preflight;
   if (!preflight || std::abs(air_c - room_c) <= kRoomTolerance_c) return {};
-  return base::bad_input(fmt::format("the chamber stands at {:+.1f} °C; the pre-flight is done at the temperature of "
-                                     "the room, {:+.1f} °C: let it get there first",
+  return base::bad_input(fmt::format("the chamber is at {:+.1f} °C; the pre-flight needs the temperature of the room, "
+                                     "{:+.1f} °C: wait until the chamber has reached it",
                                      air_c, room_c),
                          "state");
 }
@@ -190,7 +191,7 @@ base::Status check_fixture(const CheckedStart& checked, const hal::Fixture* fixt
   for (const Step& step : checked.plan.steps) {
     if (step.kind != StepKind::move || std::ranges::find(positions, step.position) != positions.end()) continue;
     return base::bad_input(
-        fmt::format("the plan needs position {}, the fixture knows {}", step.position, fmt::join(positions, ", ")),
+        fmt::format("the plan needs position {}, the fixture has {}", step.position, fmt::join(positions, ", ")),
         fixture->description());
   }
   for (const std::string& position : procedure.rate_positions) {
@@ -201,7 +202,7 @@ base::Status check_fixture(const CheckedStart& checked, const hal::Fixture* fixt
   for (const CheckedUnit& unit : checked.units) {
     for (const double rate_dps : procedure.rates_dps) {
       if (std::abs(rate_dps) < kRangeShare * unit.type.gyro_range_dps.value_or(kFastestFixture_dps)) continue;
-      return base::bad_input(fmt::format("{:g} deg/s are too near the end of the gyros' range of unit {}, {:g} deg/s",
+      return base::bad_input(fmt::format("{:g} deg/s is too close to the end of the gyro range of unit {} ({:g} deg/s)",
                                          rate_dps, unit.serial, unit.type.gyro_range_dps.value_or(0.0)),
                              procedure.file);
     }
@@ -264,8 +265,8 @@ base::Result<std::size_t> first_step_to_resume(const db::Catalog& catalog, const
   const auto document = nlohmann::json::parse(row.document, nullptr, false);
   if (document.value("plan_sha256", "") != fingerprint(plan)) {
     return base::bad_input(
-        fmt::format("the procedure of campaign '{}' makes another plan today than at its start (another version of "
-                    "Soak, another room temperature): begin a new campaign",
+        fmt::format("the procedure of campaign '{}' now compiles to another plan than at its start (another version of "
+                    "Soak or another room temperature): start a new campaign",
                     row.name),
         "state");
   }

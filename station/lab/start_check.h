@@ -16,7 +16,7 @@
 #include "station/config/plan.h"
 #include "station/config/station_config.h"
 #include "station/fit/reference_rule.h"
-#include "station/lab/lab_service.h"
+#include "station/lab/station_service.h"
 
 namespace soak::station {
 

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
+// Steps that drive the chamber and wait for the units to follow.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+#include <optional>
 
-#include "station/lab/step_task.h"
-#include "station/lab/warmth.h"
+#include "station/lab/safe_end.h"
+#include "station/lab/steps.h"
 
 namespace soak::station {
 namespace {
 
-constexpr double kAirIsThere_c = 1.0;
-constexpr double kGrace_s = 7200.0;       ///< process time beyond three times the estimate
-constexpr double kHostPatience_s = 30.0;  ///< beside it
-
-using std::chrono::steady_clock;
+constexpr double kAirArrived_c = 1.0;
+constexpr double kAirLeft_c = 3.0;
+constexpr double kRampGrace_s = 7200.0;       ///< process time beyond three times the estimate
+constexpr double kRampHostLimit_s = 30.0;     ///< beside it
+constexpr double kStabilityInterval_s = 2.0;  ///< process time between two judgements, which cost some
 
 calib::StabilityCriterion criterion_of(const StabilitySettings& settings, const std::optional<double>& step_c) {
   return {settings.slope_kpmin, settings.confidence, settings.window_s, settings.min_window_s, step_c};
@@ -28,37 +29,36 @@ class SetTemperature : public StepTask {
         is_ramp_(plan.procedure.kind == ProcedureKind::ramp),
         rate_kpmin_(plan.procedure.ramp_rate_kpmin) {}
 
-  StepProgress poll(Lab& lab) override {
-    if (!commanded_) return is_purged(lab) ? command(lab) : StepProgress::running();
-    const auto& reading = lab.chamber.reading();
-    if (reading && std::abs(reading->air_c - step_.temp_c) <= kAirIsThere_c) return StepProgress::done();
-    const bool late = lab.now_s() - since_s_ > 3.0 * step_.estimate_s + kGrace_s &&
-                      std::chrono::duration<double>(steady_clock::now() - since_host_).count() > kHostPatience_s;
-    if (!late) return StepProgress::running();
-    return StepProgress::failed({base::ErrorKind::device,
-                                 fmt::format("the chamber does not reach {:+.1f} °C (air {})", step_.temp_c,
-                                             reading ? fmt::format("{:+.1f} °C", reading->air_c) : "unknown"),
-                                 lab.chamber.chamber().description()});
+  StepProgress poll(Station& station) override {
+    if (!commanded_) return is_purged(station) ? command(station) : StepProgress::running();
+    const auto& reading = station.chamber.reading();
+    if (reading && std::abs(reading->air_c - step_.temp_c) <= kAirArrived_c) return StepProgress::done();
+    if (!timer_.overdue(station, 3.0 * step_.estimate_s + kRampGrace_s, kRampHostLimit_s)) {
+      return StepProgress::running();
+    }
+    return StepProgress::device_failed(fmt::format("the chamber does not reach {:+.1f} °C (air: {})", step_.temp_c,
+                                                   reading ? fmt::format("{:+.1f} °C", reading->air_c) : "unknown"),
+                                       station.chamber.chamber().description());
   }
 
  private:
   /// Whether dry air flows where the station wants it before this set point: asked of the operator once a campaign.
-  bool is_purged(Lab& lab) {
-    const auto& below_c = lab.config.purge_below_c;
-    if (!below_c || step_.temp_c >= *below_c || lab.campaign.purge_confirmed) return true;
+  bool is_purged(Station& station) {
+    const auto& below_c = station.config.purge_below_c;
+    if (!below_c || step_.temp_c >= *below_c || station.campaign.purge_confirmed) return true;
     if (!asked_for_purge_) {
-      lab.prompts.ask(
-          fmt::format("Switch the dry-air purge on and confirm: the chamber goes to {:+.1f} °C.", step_.temp_c));
+      station.prompts.ask(
+          fmt::format("Switch the dry-air purge on, then confirm: the next set point is {:+.1f} °C.", step_.temp_c));
       asked_for_purge_ = true;
     }
-    if (!lab.prompts.take_answer()) return false;
-    lab.log.add("chamber", "purge", "confirmed: dry air flows");
-    return lab.campaign.purge_confirmed = true;
+    if (!station.prompts.take_answer()) return false;
+    station.log.add("chamber", "purge", "confirmed: dry air flows");
+    return station.campaign.purge_confirmed = true;
   }
 
-  StepProgress command(Lab& lab) {
-    hal::Chamber& chamber = lab.chamber.chamber();
-    const auto sent = insistence_.attempt([&]() -> base::Status {
+  StepProgress command(Station& station) {
+    hal::Chamber& chamber = station.chamber.chamber();
+    const auto sent = retry_.attempt([&]() -> base::Status {
       if (chamber.can_ramp()) {
         if (auto status = chamber.set_ramp_rate(rate_kpmin_); !status) return status;
       }
@@ -68,83 +68,78 @@ class SetTemperature : public StepTask {
     if (!sent) return StepProgress::failed(sent.error());
     if (!*sent) return StepProgress::running();
     commanded_ = true;
-    lab.chamber.expect(step_.temp_c);
-    since_s_ = lab.now_s();
-    since_host_ = steady_clock::now();
-    lab.set_plateau(is_ramp_ ? std::nullopt : std::optional(step_.temp_c), step_.sweep, step_.visit);
-    for (const auto& unit : lab.units) unit->disturb();
+    station.chamber.expect(step_.temp_c);
+    timer_.start(station);
+    station.set_plateau(is_ramp_ ? std::nullopt : std::optional(step_.temp_c), step_.sweep, step_.visit);
+    for (const auto& unit : station.units) unit->disturb();
     return StepProgress::running();
   }
 
   Step step_;
   bool is_ramp_;
   std::optional<double> rate_kpmin_;
-  Insistence insistence_;
+  CommandRetry retry_;
   bool asked_for_purge_ = false;
   bool commanded_ = false;
-  double since_s_ = 0.0;
-  steady_clock::time_point since_host_{};
+  WaitTimer timer_;
 };
 
-/// Waits until every unit's own thermometer stands still.
+/// Waits until every unit's own thermometer reads steadily.
 class WaitStable : public StepTask {
  public:
   WaitStable(const Plan& plan, const Step& step) : step_(step), settings_(plan.procedure.stability) {}
 
-  StepProgress poll(Lab& lab) override {
-    if (!begun_) begin(lab);
-    const bool late = lab.now_s() - begun_s_ > settings_.timeout_s;
-    if (air_is_away(lab)) return late ? timed_out("the air is not at the set point") : StepProgress::running();
-    const double waited_s = lab.now_s() - since_s_;
-    if (waited_s < shortest_s()) return StepProgress::running();
-    // A verdict is worth its cost only now and then.
-    if (lab.now_s() - judged_s_ < kJudgeEvery_s) return StepProgress::running();
-    judged_s_ = lab.now_s();
+  StepProgress poll(Station& station) override {
+    if (!begun_) begin(station);
+    const bool late = station.now_s() - begun_s_ > settings_.timeout_s;
+    if (air_is_away(station)) return late ? timed_out("the air is not at the set point") : StepProgress::running();
+    if (station.now_s() - since_s_ < shortest_s()) return StepProgress::running();
+    if (station.now_s() - judged_s_ < kStabilityInterval_s) return StepProgress::running();
+    judged_s_ = station.now_s();
     std::string unsettled;
-    for (UnitChannel* unit : lab.active_units()) {
-      if (!is_settled(lab, *unit)) unsettled += unsettled.empty() ? unit->serial() : ", " + unit->serial();
+    for (UnitChannel* unit : station.active_units()) {
+      if (!is_settled(station, *unit)) unsettled += unsettled.empty() ? unit->serial() : ", " + unit->serial();
     }
     if (unsettled.empty()) return StepProgress::done();
     return late ? timed_out(unsettled) : StepProgress::running();
   }
 
  private:
-  static constexpr double kJudgeEvery_s = 2.0;
-  static constexpr double kAirLeft_c = 3.0;
-
-  void begin(Lab& lab) {
+  void begin(Station& station) {
     begun_ = true;
-    begun_s_ = since_s_ = judged_s_ = lab.now_s();
-    for (UnitChannel* unit : lab.active_units()) {
-      if (!step_.after_turn) unit->judge_by(criterion_of(settings_, unit->type().temp_lsb_c));
-    }
-    if (!step_.after_turn) lab.chamber.judge_air(criterion_of(settings_, std::nullopt));
+    begun_s_ = since_s_ = judged_s_ = station.now_s();
+    if (step_.after_turn) return;
+    for (UnitChannel* unit : station.active_units()) unit->judge_by(criterion_of(settings_, unit->type().temp_lsb_c));
+    station.chamber.judge_air(criterion_of(settings_, std::nullopt));
   }
 
-  /// After a mere turn the short check will do.
+  /// After nothing but a turn the short check is enough.
   [[nodiscard]] double shortest_s() const {
     return step_.after_turn && !air_has_left_ ? settings_.after_turn_s : settings_.minimum_soak_s;
   }
 
   /// An opened door: whatever was judged before does not count.
-  bool air_is_away(Lab& lab) {
-    const auto& reading = lab.chamber.reading();
+  bool air_is_away(Station& station) {
+    const auto& reading = station.chamber.reading();
     if (!reading || step_.visit < 0 || std::abs(reading->air_c - step_.temp_c) <= kAirLeft_c) return false;
-    for (UnitChannel* unit : lab.active_units()) unit->disturb();
-    since_s_ = lab.now_s();
-    if (!air_has_left_)
-      lab.log.add("device", "chamber",
-                  fmt::format("the air left the set point ({:+.1f} °C at {:+.1f} °C): was the door opened?",
-                              reading->air_c, step_.temp_c));
+    for (UnitChannel* unit : station.active_units()) unit->disturb();
+    since_s_ = station.now_s();
+    if (!air_has_left_) {
+      station.log.add("device", "chamber",
+                      fmt::format("the air left the set point (air {:+.1f} °C, set point {:+.1f} °C): was the door "
+                                  "opened?",
+                                  reading->air_c, step_.temp_c));
+    }
     air_has_left_ = true;
     return true;
   }
 
-  [[nodiscard]] static bool is_settled(const Lab& lab, const UnitChannel& unit) {
+  [[nodiscard]] static bool is_settled(const Station& station, const UnitChannel& unit) {
     const calib::StabilityVerdict verdict = unit.stability();
     if (verdict.stable) return true;
-    // A thermometer that cannot show a slope: its standstill, the minimum time and the chamber's air stand in for it.
-    return verdict.quantised && verdict.standing && lab.chamber.air_is_stable();
+    // A thermometer too coarse to show a slope: that its reading does not change, the minimum time and the chamber's
+    // air count instead.
+    return verdict.quantised && verdict.standing && station.chamber.air_is_stable();
   }
 
   [[nodiscard]] StepProgress timed_out(const std::string& unsettled) const {
@@ -157,7 +152,7 @@ class WaitStable : public StepTask {
       case TimeoutOutcome::abort:
         break;
     }
-    return StepProgress::failed({base::ErrorKind::device, text, "stability"});
+    return StepProgress::device_failed(text, "stability");
   }
 
   Step step_;
@@ -174,30 +169,26 @@ class WarmEnd : public StepTask {
  public:
   explicit WarmEnd(const Step& step) : temp_c_(step.temp_c) {}
 
-  StepProgress poll(Lab& lab) override {
-    if (!warmth_) {
-      warmth_.emplace(temp_c_);
-      lab.chamber.expect(std::nullopt);
-      lab.set_plateau(std::nullopt, calib::Sweep::unknown, -1);
+  StepProgress poll(Station& station) override {
+    if (!warm_up_) {
+      warm_up_.emplace(temp_c_);
+      station.chamber.expect(std::nullopt);
+      station.set_plateau(std::nullopt, calib::Sweep::unknown, -1);
     }
-    return warmth_->poll(lab) ? StepProgress::done() : StepProgress::running();
+    return warm_up_->poll(station) ? StepProgress::done() : StepProgress::running();
   }
 
  private:
   double temp_c_;
-  std::optional<Warmth> warmth_;
+  std::optional<DewSafeWarmUp> warm_up_;
 };
 
 }  // namespace
 
-std::unique_ptr<StepTask> make_set_temperature(const Plan& plan, const Step& step) {
-  return std::make_unique<SetTemperature>(plan, step);
+std::unique_ptr<StepTask> make_temperature_task(const Plan& plan, const Step& step) {
+  if (step.kind == StepKind::set_temperature) return std::make_unique<SetTemperature>(plan, step);
+  if (step.kind == StepKind::wait_stable) return std::make_unique<WaitStable>(plan, step);
+  return std::make_unique<WarmEnd>(step);
 }
-
-std::unique_ptr<StepTask> make_wait_stable(const Plan& plan, const Step& step) {
-  return std::make_unique<WaitStable>(plan, step);
-}
-
-std::unique_ptr<StepTask> make_warm_end(const Step& step) { return std::make_unique<WarmEnd>(step); }
 
 }  // namespace soak::station

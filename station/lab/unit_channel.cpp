@@ -9,10 +9,10 @@ namespace {
 
 using std::chrono::steady_clock;
 
-constexpr std::chrono::seconds kBetweenTries{1};
-constexpr int kPauseShare = 20;
-constexpr double kLongestStep_s = 60.0;
-constexpr double kFresh_s = 60.0;             ///< of a temperature, device time
+constexpr std::chrono::seconds kReopenInterval{1};
+constexpr int kReopenPauseFactor = 20;
+constexpr double kLongestClockStep_s = 60.0;
+constexpr double kTemperatureAge_s = 60.0;    ///< of a temperature, device time
 constexpr float kLowestCredible_c = -150.0F;  ///< anything else is no temperature of a unit
 constexpr float kHighestCredible_c = 300.0F;
 
@@ -32,9 +32,9 @@ void UnitChannel::reopen() {
   const auto now = steady_clock::now();
   if (now < next_open_) return;
   if (const auto opened = imu_->open(settings_); !opened) trouble_ = opened.error().message;
-  // A host that is gone lets open() wait: it may take a twentieth of our time, no more.
+  // Opening a host that is gone blocks: it may take a twentieth of our time, no more.
   const auto tried = steady_clock::now();
-  next_open_ = tried + kBetweenTries + kPauseShare * (tried - now);
+  next_open_ = tried + kReopenInterval + kReopenPauseFactor * (tried - now);
 }
 
 void UnitChannel::close() {
@@ -45,7 +45,7 @@ void UnitChannel::close() {
 void UnitChannel::poll() {
   fresh_.clear();
   advance_s_ = 0.0;
-  began_anew_ = false;
+  clock_restarted_ = false;
   if (closed_) return;
   const hal::ImuState state = imu_->state();
   if (state == hal::ImuState::closed || state == hal::ImuState::failed) reopen();
@@ -63,9 +63,9 @@ void UnitChannel::poll() {
 void UnitChannel::take(const hal::ImuSample& sample) {
   // A clock that jumps says nothing of the time that went by.
   const bool begins = !latest_ || sample.power_on != power_on_ || sample.t_s < latest_->t_s ||
-                      sample.t_s - latest_->t_s > kLongestStep_s;
+                      sample.t_s - latest_->t_s > kLongestClockStep_s;
   if (begins) {
-    began_anew_ = true;
+    clock_restarted_ = true;
     advance_s_ = 0.0;
     power_on_ = sample.power_on;
     first_sample_s_ = sample.t_s;
@@ -79,7 +79,7 @@ void UnitChannel::take(const hal::ImuSample& sample) {
     temp_c_ = static_cast<double>(*sample.temp_c);
     temp_s_ = sample.t_s;
     judge_.add(sample.t_s, *temp_c_);
-  } else if (temp_c_ && sample.t_s - temp_s_ > kFresh_s) {
+  } else if (temp_c_ && sample.t_s - temp_s_ > kTemperatureAge_s) {
     temp_c_.reset();
   }
   attitude_.add(sample);

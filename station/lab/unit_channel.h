@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -15,33 +16,73 @@
 #include "calib/vocabulary/unit_type.h"
 #include "hal/imu/imu.h"
 #include "station/config/station_config.h"
-#include "station/lab/attitude_watch.h"
-#include "station/lab/lab_time.h"
 #include "station/lab/noise_watch.h"
-#include "station/lab/rate_watch.h"
+#include "station/lab/position_watch.h"
 #include "station/lab/segment_capture.h"
 
 namespace soak::station {
 
-/// One unit of the campaign: its stream, what its thermometer and accelerometers say, and its part of the segment that
-/// is being recorded.
+/// Process time, in seconds since soakd started: it follows the units' device time while any unit streams,
+/// else the host's clock times `clock.rate`. Dwell, time-outs of the process and polling count it; link time-outs never
+/// do.
+class ProcessTime {
+ public:
+  explicit ProcessTime(double clock_rate) : rate_(clock_rate) {}
+
+  [[nodiscard]] double now_s() const { return now_s_; }
+
+  /// Moves on. `furthest_s`: the clock of the streaming unit that is furthest ahead (UnitClock); absent where no unit
+  /// streams.
+  void advance(std::chrono::steady_clock::time_point host_now, const std::optional<double>& furthest_s) {
+    const std::chrono::duration<double> host_advance =
+        started_ ? host_now - host_last_ : std::chrono::duration<double>{0};
+    now_s_ = furthest_s ? std::max(now_s_, *furthest_s) : now_s_ + host_advance.count() * rate_;
+    host_last_ = host_now;
+    started_ = true;
+  }
+
+ private:
+  double rate_;
+  double now_s_ = 0.0;
+  bool started_ = false;
+  std::chrono::steady_clock::time_point host_last_;
+};
+
+/// Where one unit's clock is on process time. Units reach us one by one: each is followed by itself, or ten of
+/// them would make time go ten times too fast.
+class UnitClock {
+ public:
+  /// The unit's clock went on by `advance_s`; `restarted`: it restarted. The first time it is put at `now_s`.
+  double follow(double now_s, bool restarted, double advance_s) {
+    if (restarted || !at_s_) at_s_ = now_s;
+    return *at_s_ += advance_s;
+  }
+  /// The unit does not stream: its clock is unknown until it does again.
+  void lose() { at_s_.reset(); }
+
+ private:
+  std::optional<double> at_s_;
+};
+
+/// One unit of the campaign: its stream, what its thermometer and its inertial sensors show, and its part of the
+/// segment that is being recorded.
 class UnitChannel {
  public:
   /// `settings`: what the unit is asked to send.
   UnitChannel(Slot slot, std::string serial, calib::UnitType type, std::unique_ptr<hal::Imu> imu,
               const hal::Imu::Settings& settings);
 
-  /// Takes what has arrived, opens the transport again where it broke (1 s of host time between tries). Never fails:
+  /// Receives what has arrived, opens the transport again where it broke (1 s of host time between tries). Never fails:
   /// trouble() says what is wrong.
   void poll();
-  /// Lets go of the transport for good.
+  /// Closes the transport for good.
   void close();
   /// Samples of the last poll(), oldest first.
   [[nodiscard]] std::span<const hal::ImuSample> fresh() const { return fresh_; }
-  /// How far the unit's clock went in the last poll(), since it began anew where it did.
+  /// How far the unit's clock went in the last poll(), since its restart where there was one.
   [[nodiscard]] double advance_s() const { return advance_s_; }
-  /// Whether the clock began anew in the last poll().
-  [[nodiscard]] bool began_anew() const { return began_anew_; }
+  /// Whether the clock restarted in the last poll().
+  [[nodiscard]] bool clock_restarted() const { return clock_restarted_; }
 
   [[nodiscard]] const Slot& slot() const { return slot_; }
   [[nodiscard]] const std::string& serial() const { return serial_; }
@@ -55,10 +96,10 @@ class UnitChannel {
   [[nodiscard]] const std::optional<double>& temp_c() const { return temp_c_; }
   [[nodiscard]] int wait_fd() const { return imu_->wait_fd(); }
 
-  /// The unit takes part in the present run: it is waited for and recorded. Given up when it is lost.
+  /// The unit takes part in the present run: it is waited for and recorded.
   [[nodiscard]] bool active() const { return active_; }
   void begin_run() { active_ = true; }
-  void give_up() { active_ = false; }
+  void end_run() { active_ = false; }
   /// For how long (host time) an active unit has not streamed.
   [[nodiscard]] double silent_s() const;
 
@@ -84,7 +125,7 @@ class UnitChannel {
 
   std::optional<SegmentCapture> capture;  ///< while a segment is recorded
   std::size_t recorder_index = 0;         ///< in the open run file
-  UnitTime time;
+  UnitClock clock;
   const std::shared_ptr<NoiseWatch> noise;  ///< shared with those who ask from other threads
 
  private:
@@ -98,7 +139,7 @@ class UnitChannel {
   hal::Imu::Settings settings_;
   std::vector<hal::ImuSample> fresh_;
   double advance_s_ = 0.0;
-  bool began_anew_ = false;
+  bool clock_restarted_ = false;
   std::string trouble_;
   std::chrono::steady_clock::time_point next_open_{};
   std::chrono::steady_clock::time_point streamed_{};

@@ -19,7 +19,7 @@ base::Result<LoadedCalibration> read_calibration(const std::filesystem::path& pa
   }
   std::ifstream file(path, std::ios::binary);
   if (!file)
-    return base::bad_input("cannot be read; give the path of a calibration file made by 'soak export'", path.string());
+    return base::bad_input("cannot be read: give the path of a calibration file made by 'soak export'", path.string());
   LoadedCalibration loaded;
   loaded.bytes.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
   auto decoded = calib::decode(loaded.bytes);

@@ -190,14 +190,14 @@ base::Result<std::vector<Declared>> wanted(const db::Catalog& catalog, const std
   if (unit) {
     std::erase_if(declared, [&](const Declared& one) { return one.unit != *unit; });
     if (declared.empty()) {
-      return base::bad_input(fmt::format("unit '{}' is no check standard; 'soak check declare' makes it one", *unit),
+      return base::bad_input(fmt::format("unit '{}' is not a check standard: 'soak check declare' makes it one", *unit),
                              "--unit");
     }
     return declared;
   }
   std::erase_if(declared, [](const Declared& one) { return one.ended.has_value(); });
   if (!declared.empty()) return declared;
-  return base::bad_input("this station has no check standard; 'soak check declare' makes a unit one",
+  return base::bad_input("this station has no check standard: 'soak check declare' makes a unit one",
                          catalog.data_folder().string());
 }
 
@@ -336,8 +336,9 @@ base::Result<std::optional<std::string>> missing_check_standard(const db::Catalo
   }
   if (standards.empty()) return std::nullopt;
   return fmt::format(
-      "no check standard is among the units: whether the station has changed cannot be told from this campaign; the "
-      "station's is {}",
+      "no check standard is among the units: this campaign cannot show whether the station has changed; check "
+      "standards "
+      "of the station: {}",
       fmt::join(standards, ", "));
 }
 
@@ -345,8 +346,8 @@ std::optional<calib::Warning> warning_of(const CheckVerdict& verdict) {
   if (verdict.verdict != ControlVerdict::out_of_control) return std::nullopt;
   return calib::Warning{
       "check_standard_out_of_control",
-      fmt::format("check standard {} of campaign '{}' is out of control at {:g} °C: {}; until the cause is known, what "
-                  "this campaign says of its units is in doubt ('soak check chart' shows the course)",
+      fmt::format("check standard {} of campaign '{}' is out of control at {:g} °C: {}; do not trust the results of "
+                  "this campaign until the cause is known ('soak check chart' shows all campaigns)",
                   verdict.unit, verdict.campaign, calib::kReferencePlateau_c, fmt::join(verdict.findings, "; "))};
 }
 

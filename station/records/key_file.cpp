@@ -75,7 +75,7 @@ base::Result<ParsedKey> parse_body(std::string_view text, const std::string& whe
   const std::string_view comment = take_line(text);
   if (comment.starts_with(kCommentWord)) parsed.comment = comment.substr(kCommentWord.size());
   if (!text.empty() || (!comment.empty() && !comment.starts_with(kCommentWord))) {
-    return base::bad_input("a key file ends after the key and a line 'comment TEXT'", where + ", line 3");
+    return base::bad_input("a key file must end after the key and a line 'comment TEXT'", where + ", line 3");
   }
   return parsed;
 }
@@ -89,11 +89,11 @@ std::optional<KeyKind> kind_of(std::string_view head) {
 /// The key in a file that must be of the kind.
 base::Result<ParsedKey> parse_key(std::string_view text, KeyKind wanted, const std::string& where) {
   const auto kind = kind_of(take_line(text));
-  if (!kind) return base::bad_input("is not a key file; 'soak key new' makes one", where);
+  if (!kind) return base::bad_input("is not a key file: 'soak key new' makes one", where);
   if (*kind == wanted) return parse_body(text, where);
   return base::bad_input(wanted == KeyKind::public_key
                              ? "is a secret key: give the public key, the file beside it that ends in .pub"
-                             : "is a public key: to sign takes the secret key, the file beside it without .pub",
+                             : "is a public key: give the secret key, the file beside it without .pub",
                          where);
 }
 
@@ -102,7 +102,7 @@ base::Status check_private(const std::filesystem::path& path) {
   if (::stat(path.c_str(), &status) != 0 || (status.st_mode & kGroupAndOthers) == 0) return {};
   return base::bad_input(
       fmt::format("others may read or write this secret key (mode {:04o}): 'chmod 600' it, and make a new key if "
-                  "somebody may have had it",
+                  "somebody may have copied it",
                   status.st_mode & 0777U),
       path.string());
 }
@@ -116,7 +116,7 @@ std::string key_text(std::string_view head, const KeyBytes& bytes, const std::st
 base::Status create_file(const std::filesystem::path& path, std::string_view text, mode_t mode) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
   if (file < 0 && errno == EEXIST) {
-    return base::bad_input("is there already: keys are never overwritten, give another name", path.string());
+    return base::bad_input("already exists: keys are never overwritten, give another name", path.string());
   }
   if (file < 0) {
     return base::bad_input("cannot create the file: " + std::generic_category().message(errno), path.string());
@@ -139,7 +139,7 @@ base::Result<KeyKind> kind_of_key_file(const std::filesystem::path& path) {
   const WipedText wiped(*std::move(text));
   std::string_view rest = wiped.text;
   const auto kind = kind_of(take_line(rest));
-  if (!kind) return base::bad_input("is not a key file; 'soak key new' makes one", path.string());
+  if (!kind) return base::bad_input("is not a key file: 'soak key new' makes one", path.string());
   return *kind;
 }
 

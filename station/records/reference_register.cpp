@@ -25,18 +25,18 @@ using nlohmann::json;
 
 constexpr double kSecondsPerDay = 86400.0;
 
-Standing standing_of(const db::ReferenceRow& row, bool is_active, double utc_s) {
-  if (row.withdrawn) return Standing::withdrawn;
-  if (!is_active) return row.retired ? Standing::retired : Standing::superseded;
-  if (row.reference.due_utc_s <= utc_s) return Standing::expired;
-  return row.reference.due_utc_s - utc_s <= kDueSoon_s ? Standing::due_soon : Standing::valid;
+ReferenceStanding standing_of(const db::ReferenceRow& row, bool is_active, double utc_s) {
+  if (row.withdrawn) return ReferenceStanding::withdrawn;
+  if (!is_active) return row.retired ? ReferenceStanding::retired : ReferenceStanding::superseded;
+  if (row.reference.due_utc_s <= utc_s) return ReferenceStanding::expired;
+  return row.reference.due_utc_s - utc_s <= kDueSoon_s ? ReferenceStanding::due_soon : ReferenceStanding::valid;
 }
 
 /// Place among the entries of one reference.
-int rank_of(Standing standing) {
-  if (standing == Standing::withdrawn) return 3;
-  if (standing == Standing::superseded) return 2;
-  return standing == Standing::retired ? 1 : 0;
+int rank_of(ReferenceStanding standing) {
+  if (standing == ReferenceStanding::withdrawn) return 3;
+  if (standing == ReferenceStanding::superseded) return 2;
+  return standing == ReferenceStanding::retired ? 1 : 0;
 }
 
 std::vector<ShownWaiver> shown_waivers(const std::vector<calib::Waiver>& waivers, const calib::Reference& reference) {
@@ -69,11 +69,11 @@ std::string expired_text(const ShownReference& shown) {
 /// "valid for 120 days", "EXPIRED 3 days ago, waived by Ann".
 std::string state_text(const ShownReference& shown) {
   switch (shown.standing) {
-    case Standing::valid:
+    case ReferenceStanding::valid:
       return "valid for " + days_text(shown.days_left);
-    case Standing::due_soon:
+    case ReferenceStanding::due_soon:
       return "DUE in " + days_text(shown.days_left);
-    case Standing::expired:
+    case ReferenceStanding::expired:
       return expired_text(shown);
     default:
       return std::string(name_of(shown.standing));
@@ -121,7 +121,7 @@ json reference_document(const ShownReference& shown) {
 
 }  // namespace
 
-std::string_view name_of(Standing standing) {
+std::string_view name_of(ReferenceStanding standing) {
   constexpr std::array<std::string_view, 6> kNames = {"valid",      "due_soon", "expired",
                                                       "superseded", "retired",  "withdrawn"};
   return kNames[static_cast<std::size_t>(standing)];
@@ -190,7 +190,7 @@ std::string reference_text(const ShownReference& shown) {
   for (const ShownWaiver& waiver : shown.waivers) {
     text += fmt::format("  waived on {} by {}, key {}: {}{}\n", iso_date(waiver.waiver.utc_s), waiver.waiver.signer,
                         waiver.waiver.public_key_hex, waiver.waiver.reason,
-                        waiver.good ? "" : " (DAMAGED: the signature does not fit)");
+                        waiver.good ? "" : " (DAMAGED: the signature does not match)");
   }
   if (!shown.campaigns.empty()) text += fmt::format("  used by {}\n", fmt::join(shown.campaigns, ", "));
   return text;

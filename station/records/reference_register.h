@@ -13,9 +13,9 @@
 namespace soak::station {
 
 /// How an entry of the register stands today.
-enum class Standing : std::uint8_t { valid, due_soon, expired, superseded, retired, withdrawn };
+enum class ReferenceStanding : std::uint8_t { valid, due_soon, expired, superseded, retired, withdrawn };
 
-[[nodiscard]] std::string_view name_of(Standing standing);
+[[nodiscard]] std::string_view name_of(ReferenceStanding standing);
 
 /// A waiver, and whether its signature is good.
 struct ShownWaiver {
@@ -26,7 +26,7 @@ struct ShownWaiver {
 /// An entry with all that is known of it.
 struct ShownReference {
   db::ReferenceRow row;
-  Standing standing = Standing::valid;
+  ReferenceStanding standing = ReferenceStanding::valid;
   int days_left = 0;  ///< days_until() its due day
   std::vector<ShownWaiver> waivers;
   std::vector<std::string> campaigns;

@@ -9,7 +9,8 @@
 #include <tuple>
 #include <utility>
 #include "base/hash.h"
-#include "base/hex.h"
+#include "base/text.h"
+#include "calib/deploy/signature.h"
 
 namespace soak::station {
 namespace {
@@ -42,7 +43,7 @@ std::span<const std::uint8_t> bytes_of(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-bool is_good(const calib::Waiver& waiver, const calib::Reference& reference) {
+bool has_good_signature(const calib::Waiver& waiver, const calib::Reference& reference) {
   const auto text = calib::waiver_text(waiver, reference);
   const auto key = base::bytes_of_hex<std::tuple_size_v<PublicKey>>(waiver.public_key_hex);
   const auto signature = base::bytes_of_hex<std::tuple_size_v<calib::Signature>>(waiver.signature_hex);
@@ -58,7 +59,7 @@ SecretKey::~SecretKey() { wipe(seed_); }
 
 base::Result<SecretKey> new_secret_key() {
   if (!is_initialised()) {
-    return base::fail(base::ErrorKind::internal, "the system gives no random numbers for a key", "libsodium");
+    return base::fail(base::ErrorKind::internal, "the system provides no random numbers for a key", "libsodium");
   }
   SecretKey::Seed seed;
   randombytes_buf(seed.data(), seed.size());
@@ -115,31 +116,33 @@ base::Result<calib::Waiver> signed_waiver(calib::Waiver waiver, const calib::Ref
 }
 
 base::Status check_waiver(const calib::Waiver& waiver, const calib::Reference& reference) {
-  if (is_good(waiver, reference)) return {};
+  if (has_good_signature(waiver, reference)) return {};
   if (waiver.signature_hex.empty()) {
     return base::corrupt(
-        fmt::format("the waiver by which {} '{}' was used is gone; restore the catalog from a copy, or sign a new "
+        fmt::format("the waiver for {} '{}' is missing: restore the catalog from a copy, or sign a new "
                     "waiver ('soak reference waive --certificate \"{}\"')",
                     calib::name_of(reference.kind), reference.name, reference.certificate),
         "waiver " + waiver.waiver_id);
   }
   return base::corrupt(
-      fmt::format("the waiver of {} for {} '{}' does not carry a good signature: it, or the entry of the register, was "
-                  "changed after it was signed; restore the catalog from a copy, or sign a new waiver ('soak reference "
-                  "waive')",
-                  waiver.signer, calib::name_of(reference.kind), reference.name),
+      fmt::format(
+          "the signature of {}'s waiver for {} '{}' does not match: the waiver or the entry of the register was "
+          "changed after it was signed; restore the catalog from a copy, or sign a new waiver ('soak reference "
+          "waive')",
+          waiver.signer, calib::name_of(reference.kind), reference.name),
       "waiver " + waiver.waiver_id);
 }
 
 std::vector<calib::Warning> waiver_warnings(const std::vector<calib::ReferenceUse>& references) {
   std::vector<calib::Warning> warnings;
   for (const auto& [reference, waiver] : references) {
-    if (!waiver || is_good(*waiver, reference)) continue;
+    if (!waiver || has_good_signature(*waiver, reference)) continue;
     warnings.push_back(
         {"waiver_signature",
-         fmt::format("the waiver of {} for {} '{}' (certificate {}) does not carry a good signature: it, "
-                     "or what is said of the reference, was changed after it was signed",
-                     waiver->signer, calib::name_of(reference.kind), reference.name, reference.certificate)});
+         fmt::format(
+             "the signature of {}'s waiver for {} '{}' (certificate {}) does not match: the waiver or the data of the "
+             "reference were changed after it was signed",
+             waiver->signer, calib::name_of(reference.kind), reference.name, reference.certificate)});
   }
   return warnings;
 }

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/model/model_term_json.h"
+#include "calib/model/document_parts.h"
 #include "station/report/html.h"
 #include "station/report/page_parts.h"
 

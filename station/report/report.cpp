@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "calib/judge/report_json.h"
+#include "calib/model/document_parts.h"
 #include "calib/model/model_document.h"
-#include "calib/model/model_term_json.h"
 #include "calib/signal/documents/signal_json.h"
 #include "station/config/unit_type_file.h"
-#include "station/fit/accepted_terms.h"
+#include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"
 #include "station/io/output.h"
 #include "station/io/text.h"

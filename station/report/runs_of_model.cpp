@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "base/hash.h"
-#include "calib/estimate/gravity.h"
-#include "calib/estimate/run_copies.h"
+#include "calib/estimate/site.h"
+#include "calib/estimate/unit_input.h"
 #include "db/run/run_file.h"
 #include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"

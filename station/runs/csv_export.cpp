@@ -241,8 +241,8 @@ base::Result<NativeCsv> native_csv(const db::RunFileReader& file, std::string_vi
   const auto map = parse_columns_map(*native.columns_map, "columns map of the export");
   if (map && reads_back(native.csv, *map, *samples, headers)) return native;
   return base::fail(base::ErrorKind::internal,
-                    "the samples have no CSV form that could be read back (numbers that are not finite, or a time that "
-                    "does not rise); copy the run file instead",
+                    "the samples cannot be written as CSV without loss (numbers that are not finite, or a time that "
+                    "does not increase): copy the run file instead",
                     fmt::format("{} ({})", file.info().label, file.info().run_id));
 }
 

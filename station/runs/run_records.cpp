@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "calib/estimate/unit_input.h"
 #include "calib/segments/data_gate.h"
 #include "calib/segments/segmentation.h"
 #include "station/io/host.h"
@@ -66,8 +67,8 @@ base::Status look_at_sensors(const db::RunFileReader& file, const calib::Recordi
   return {};
 }
 
-base::Result<RunRecord> describe(const db::RunFileReader& file, std::string_view unit, const calib::UnitType& type,
-                                 bool with_visits) {
+base::Result<RunRecord> describe_unit_run(const db::RunFileReader& file, std::string_view unit,
+                                          const calib::UnitType& type, bool with_visits) {
   const auto axes = read_axes(file, unit);
   if (!axes) return base::forward_error(axes);
   auto segmenter = calib::Segmenter::begin(*axes);
@@ -81,7 +82,7 @@ base::Result<RunRecord> describe(const db::RunFileReader& file, std::string_view
   }
   store_findings(examination, segmentation.segments);
   RunRecord record{row_of(file.info()), std::move(segmentation.segments), std::move(segmentation.warnings)};
-  for (const calib::Warning& warning : calib::summarise(record.segments)) {
+  for (const calib::Warning& warning : calib::gate_warnings(record.segments)) {
     record.warnings.push_back(fmt::format("{} {}", warning.code, warning.text));
   }
   record.row.unit = unit;
@@ -104,7 +105,7 @@ base::Result<std::vector<RunRecord>> describe_all(const SealedRun& run) {
   std::vector<RunRecord> records;
   for (const RecordedUnit& unit : run.units) {
     if (!has_rows(*file, unit.serial)) continue;
-    auto record = describe(*file, unit.serial, unit.facts, true);
+    auto record = describe_unit_run(*file, unit.serial, unit.facts, true);
     if (!record) return base::forward_error(record);
     record->row.file_name = run.path.filename().string();
     record->row.file_sha256 = run.sha256;
@@ -182,7 +183,7 @@ base::Status enter_all(db::Catalog& catalog, const SealedRun& run, std::vector<R
 
 base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit,
                                      const calib::UnitType& type) {
-  return describe(file, unit, type, false);
+  return describe_unit_run(file, unit, type, false);
 }
 
 base::Result<std::vector<db::RunRow>> enter_run(db::Catalog& catalog, const SealedRun& run) {

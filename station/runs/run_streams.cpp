@@ -98,7 +98,7 @@ std::optional<std::size_t> find_channel(const std::vector<db::ChannelInfo>& chan
 
 base::Result<std::size_t> imu_stream(const db::RunFileReader& file, std::string_view unit) {
   if (const auto stream = find_stream(file, kImuStream, unit)) return *stream;
-  return base::bad_input(fmt::format("the run file holds no samples of unit '{}'", unit), file.info().run_id);
+  return base::bad_input(fmt::format("the run file has no samples of unit '{}'", unit), file.info().run_id);
 }
 
 base::Result<std::size_t> add_position_stream(db::RunFileWriter& file, std::string_view unit,

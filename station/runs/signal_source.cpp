@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/text.h"
-#include "calib/segments/data_gate.h"
+#include "calib/estimate/unit_input.h"
 #include "calib/signal/samples/sample_grid.h"
 #include "calib/vocabulary/sensor.h"
 #include "db/run/run_file.h"
@@ -26,7 +26,6 @@
 namespace soak::station {
 namespace {
 
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr double kRateTolerance = 0.01;
 constexpr double kLargest = 1e100;
 constexpr double kRemarkableShare = 0.001;
@@ -98,24 +97,23 @@ class ColumnReader {
       }
       if (names.back() != column_) continue;
       if (value_)
-        return base::bad_input(fmt::format("there are two columns '{}': name one of them differently", column_), path_);
+        return base::bad_input(fmt::format("column '{}' is duplicated: rename one of the two", column_), path_);
       value_ = i;
     }
     result_.timed = time_.has_value();
     if (value_) return {};
-    return base::bad_input(fmt::format("there is no column '{}': the file has {}", column_, fmt::join(names, ", ")),
-                           path_);
+    return base::bad_input(fmt::format("unknown column '{}': the file has {}", column_, fmt::join(names, ", ")), path_);
   }
 
   [[nodiscard]] base::Result<TimedColumn> finished() {
     if (!result_.values.empty()) return std::move(result_);
-    return base::bad_input("the file has a header line and no rows", path_);
+    return base::bad_input("the file has no rows below its header", path_);
   }
 
   base::Result<double> number(std::string_view cell, std::string_view column) const {
     const auto value = base::parse_double(cell);
     if (value && std::abs(*value) > kLargest) {
-      return base::bad_input(fmt::format("{:g} is no reading of a sensor: at most 1e100 is taken", *value),
+      return base::bad_input(fmt::format("{:g} is not plausible for a sensor: must be at most 1e100", *value),
                              place(column));
     }
     if (value) return *value;
@@ -148,7 +146,7 @@ class ColumnReader {
       const double t_s = *time * time_scale_;
       if (!result_.t_s.empty() && !(t_s > result_.t_s.back())) {
         return base::bad_input(
-            fmt::format("the time goes from {} to {} s: it must rise (cut the file into one run each)",
+            fmt::format("the time goes from {} to {} s: it must increase (split the file into one file per run)",
                         result_.t_s.back(), t_s),
             place(time_header_));
       }
@@ -238,9 +236,9 @@ bool gate_rejects(const calib::Segment& segment, std::optional<calib::Sensor> se
 
 base::Status explain_empty(const Selection& selection, bool run_is_empty, const std::string& run) {
   if (selection.rejected > 0) {
-    return base::bad_input("the data gate rejected every segment that was asked for ('soak runs show' says why)", run);
+    return base::bad_input("the data gate rejected every segment of this selection ('soak runs show' says why)", run);
   }
-  if (run_is_empty) return base::bad_input("the run has no segments: all of it is ramps, moves or void", run);
+  if (run_is_empty) return base::bad_input("the run has no segments: it has ramps, moves and voided parts only", run);
   return base::bad_input("no segment of the run is of this visit and position ('soak runs show' lists them)", run);
 }
 
@@ -327,7 +325,7 @@ base::Result<calib::SignalRecord> read_run_signal(const db::Catalog& catalog, co
   auto record = record_of(channels[*channel].name, unit_of_channel(channels[*channel]), *std::move(grid));
   if (selection->rejected > 0) {
     record.remarks.push_back(fmt::format(
-        "{} segments are left out: the data gate rejected them ('soak runs show' says why)", selection->rejected));
+        "{} segments are not used: the data gate rejected them ('soak runs show' says why)", selection->rejected));
   }
   return record;
 }

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/runs/still_segment.h"
 
-#include "calib/segments/data_gate.h"
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "calib/estimate/unit_input.h"
+#include "station/io/data_folder.h"
+#include "station/io/host.h"
+#include "station/runs/signal_source.h"
 
 namespace soak::station {
-namespace {
-
-bool turns(const calib::Segment& segment) {
-  return segment.position && segment.position->rate_dps.value_or(0.0) != 0.0;
-}
-
-}  // namespace
 
 double length_s(const calib::Segment& segment) { return segment.t_end_s - segment.t_start_s; }
 
@@ -29,6 +29,59 @@ base::Result<std::optional<StillSegment>> longest_still_segment(const db::Catalo
     }
   }
   return longest;
+}
+
+namespace {
+
+/// The unit's longest segment at rest, which must be long enough.
+base::Result<StillSegment> long_still_segment(const db::Catalog& catalog, const db::UnitRow& unit) {
+  auto longest = longest_still_segment(catalog, unit.serial, unit.epoch);
+  if (!longest) return base::forward_error(longest);
+  const double seconds = *longest ? length_s((*longest)->segment) : 0.0;
+  if (seconds >= calib::kKalibrLeastStill_s * 0.99) return **std::move(longest);
+  return base::bad_input(
+      fmt::format("the longest segment at rest of unit {} lasts {:.0f} s; noise density and random walk need at least "
+                  "{:g} minutes, "
+                  "better hours, in one position at a constant temperature: record procedures/static-allan.toml",
+                  unit.serial, seconds, calib::kKalibrLeastStill_s / 60.0));
+}
+
+calib::KalibrSource kalibr_source(const StillSegment& still, const db::UnitRow& unit) {
+  return {.unit = unit.serial,
+          .unit_type = unit.type,
+          .run = still.run.label,
+          .content_sha256 = still.run.content_sha256,
+          .position = still.segment.key.position,
+          .temp_c = still.segment.temp_c,
+          .recorded_utc_s = still.run.created_utc_s,
+          .created_utc_s = now_utc_s(),
+          .simulated = still.run.simulated};
+}
+
+}  // namespace
+
+base::Result<UnitNoise> unit_noise(const db::Catalog& catalog, const std::string& serial, bool simulated) {
+  const auto unit = find_unit(catalog, serial);
+  if (!unit) return base::forward_error(unit);
+  const auto still = long_still_segment(catalog, *unit);
+  if (!still) return base::forward_error(still);
+  if (still->run.simulated && !simulated) {
+    return base::bad_input(fmt::format("run {} of unit {} is SIMULATED; --simulated exports its noise nevertheless",
+                                       still->run.label, serial));
+  }
+  UnitNoise noise{kalibr_source(*still, *unit), {}};
+  const RunPart part{{.unit = serial, .campaign = still->run.campaign, .run = still->run.run_id},
+                     still->segment.key.visit,
+                     still->segment.key.position};
+  for (const calib::Sensor sensor : calib::kSensors) {
+    if (still->segment.sensor[calib::index_of(sensor)].count == 0) continue;
+    const auto record = read_run_signal(catalog, part, std::string(calib::name_of(sensor)));
+    if (!record) return base::forward_error(record);
+    const auto axis = calib::axis_noise(sensor, *record);
+    if (!axis) return base::forward_error(axis);
+    noise.axes.push_back(*axis);
+  }
+  return noise;
 }
 
 }  // namespace soak::station

@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
+#include "calib/deploy/export_kalibr.h"
 #include "calib/vocabulary/segment.h"
 #include "db/catalog/catalog.h"
 
@@ -26,5 +28,15 @@ struct StillSegment {
 [[nodiscard]] base::Result<std::optional<StillSegment>> longest_still_segment(const db::Catalog& catalog,
                                                                               const std::string& unit,
                                                                               std::int32_t epoch);
+
+/// What a kalibr file is made of.
+struct UnitNoise {
+  calib::KalibrSource source;
+  std::vector<calib::AxisNoise> axes;
+};
+
+/// The noise of a unit's sensors in its longest segment at rest of its current epoch. Fails (bad_input) if that is
+/// shorter than calib::kKalibrLeastStill_s, and for simulated data unless `simulated`.
+[[nodiscard]] base::Result<UnitNoise> unit_noise(const db::Catalog& catalog, const std::string& unit, bool simulated);
 
 }  // namespace soak::station

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "anfis/select/structure_search.h"
-#include "anfis/train/variable_projection.h"
+#include "anfis/train/learner.h"
 
 namespace soak::anfis::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/model/detail/elementary.h"
+#include "anfis/model/detail/inference.h"
 
 #include <gtest/gtest.h>
 

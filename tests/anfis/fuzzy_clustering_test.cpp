@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "anfis/select/detail/gath_geva.h"
-#include "anfis/select/detail/scaled_rows.h"
 #include "anfis/select/fuzzy_clustering.h"
 #include "base/random.h"
 #include "tests/anfis/fuzzy_clustering_support.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "anfis/select/detail/error_reduction.h"
-#include "anfis/select/detail/scaled_rows.h"
+#include "anfis/select/detail/compaction.h"
+#include "anfis/select/detail/gath_geva.h"
 #include "base/random.h"
 #include "fuzzy_support.h"
 

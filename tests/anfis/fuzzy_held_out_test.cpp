@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "anfis/select/detail/held_out.h"
+#include "anfis/select/detail/compaction.h"
 #include "fuzzy_support.h"
 
 namespace soak::anfis {

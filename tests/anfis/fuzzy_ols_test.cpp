@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "anfis/train/hybrid_learning.h"
+#include "anfis/train/learner.h"
 #include "base/random.h"
 #include "fuzzy_support.h"
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "anfis/select/detail/separability.h"
+#include "anfis/select/detail/compaction.h"
 #include "anfis/select/fuzzy_clustering.h"
 #include "base/random.h"
 #include "fuzzy_support.h"

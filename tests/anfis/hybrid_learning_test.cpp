@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/train/hybrid_learning.h"
+#include "anfis/train/learner.h"
 
 #include <gtest/gtest.h>
 

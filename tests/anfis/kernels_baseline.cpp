@@ -5,7 +5,7 @@
 // Their headers first, under their own names; then the source as part of another namespace.
 #include <cmath>
 
-#include "anfis/model/detail/membership_functions.h"
+#include "anfis/model/detail/inference.h"
 #include "anfis/objective/kernels.h"
 #include "base/instruction_set.h"
 #undef SOAK_CLONES

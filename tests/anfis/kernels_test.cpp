@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "anfis/model/detail/membership_functions.h"
+#include "anfis/model/detail/inference.h"
 #include "base/random.h"
 #include "kernels_baseline.h"
 
@@ -100,9 +100,9 @@ TEST(Kernels, GradientsArePlainSums) {
   const Columns bell = bell_columns(), gaussian = gaussian_columns();
   expect_sums(
       bell_gradient(kRows, u.data(), bell.distance.data(), bell.degree.data(), pull.data(), kWidth, kSlope, kCentre),
-      pull, [&](std::size_t i) { return inference::log_derivatives_of(anfis::bell(kWidth, kSlope, kCentre), u[i]); });
+      pull, [&](std::size_t i) { return log_degree_derivatives(anfis::bell(kWidth, kSlope, kCentre), u[i]); });
   expect_sums(gaussian_gradient(kRows, u.data(), gaussian.distance.data(), pull.data(), kWidth, kCentre), pull,
-              [&](std::size_t i) { return inference::log_derivatives_of(anfis::gaussian(kWidth, kCentre), u[i]); });
+              [&](std::size_t i) { return log_degree_derivatives(anfis::gaussian(kWidth, kCentre), u[i]); });
 }
 
 TEST(Kernels, DotIsThePlainSum) {

@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "anfis/objective/consequent_vector.h"
-#include "anfis/premises/premise_vector.h"
+#include "anfis/objective/consequents.h"
+#include "anfis/premises/premise_bounds.h"
 #include "base/random.h"
 #include "sample_models.h"
 

@@ -5,8 +5,7 @@
 #include <cstdio>
 
 #include "anfis/model/rule_base.h"
-#include "anfis/train/hybrid_learning.h"
-#include "anfis/train/variable_projection.h"
+#include "anfis/train/learner.h"
 #include "published_data.h"
 
 // Hybrid learning against published errors: those of Jang's paper of 1993 and the outputs of MATLAB's anfis.

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "anfis/train/hybrid_learning.h"
+#include "anfis/train/learner.h"
 #include "sample_models.h"
 #include "support.h"
 

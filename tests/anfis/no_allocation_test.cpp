@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "anfis/train/hybrid_learning.h"
+#include "anfis/train/learner.h"
 #include "sample_models.h"
 #include "support.h"
 

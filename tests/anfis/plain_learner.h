@@ -6,7 +6,7 @@
 
 #include "anfis/data/training_data.h"
 #include "anfis/model/model.h"
-#include "anfis/train/hybrid_learning.h"
+#include "anfis/train/learner.h"
 
 namespace soak::anfis::test {
 

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "anfis/model/one_input.h"
-#include "anfis/premises/premise_vector.h"
 #include "base/random.h"
 #include "sample_models.h"
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "anfis/premises/premise_vector.h"
+#include "anfis/premises/premise_bounds.h"
 #include "base/random.h"
 #include "sample_models.h"
 #include "support.h"

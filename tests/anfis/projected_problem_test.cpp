@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "anfis/linear/least_squares.h"
-#include "anfis/premises/premise_vector.h"
+#include "anfis/premises/premise_bounds.h"
 #include "base/random.h"
 #include "sample_models.h"
 #include "support.h"

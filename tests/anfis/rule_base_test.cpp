@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "anfis/model/one_input.h"
-#include "anfis/train/hybrid_learning.h"
+#include "anfis/train/learner.h"
 #include "sample_models.h"
 #include "support.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "anfis/model/rule_base.h"
-#include "anfis/train/hybrid_learning.h"
+#include "anfis/train/learner.h"
 #include "base/random.h"
 #include "plain_learner.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/linear/sequential_least_squares.h"
+#include "anfis/linear/least_squares.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/train/detail/step_rule.h"
+#include "anfis/train/detail/training_steps.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "anfis/select/fuzzy_ols.h"
-#include "anfis/train/hybrid_learning.h"
+#include "anfis/train/learner.h"
 #include "fuzzy_support.h"
 
 namespace soak::anfis {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "anfis/train/hybrid_learning.h"
+#include "anfis/train/learner.h"
 #include "curves.h"
 #include "published_data.h"
 #include "support.h"

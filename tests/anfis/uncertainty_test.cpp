@@ -8,8 +8,7 @@
 #include <limits>
 
 #include "anfis/model/one_input.h"
-#include "anfis/train/hybrid_learning.h"
-#include "anfis/train/variable_projection.h"
+#include "anfis/train/learner.h"
 #include "base/random.h"
 #include "curves.h"
 #include "support.h"

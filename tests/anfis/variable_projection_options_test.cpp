@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "anfis/train/variable_projection.h"
+#include "anfis/train/learner.h"
 #include "support.h"
 
 namespace soak::anfis {

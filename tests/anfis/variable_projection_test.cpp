@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "anfis/train/variable_projection.h"
+#include "anfis/train/learner.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,6 @@
 #include "anfis/model/one_input.h"
 #include "anfis/objective/projected_problem.h"
 #include "anfis/premises/premise_bounds.h"
-#include "anfis/train/hybrid_learning.h"
 #include "sample_models.h"
 #include "support.h"
 

@@ -6,9 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "base/crc32c.h"
 #include "base/hash.h"
-#include "base/uuid.h"
+#include "base/text.h"
 
 namespace soak::base {
 namespace {

@@ -2,7 +2,7 @@
 // What is refused, and what a later version may add.
 #include <gtest/gtest.h>
 
-#include "base/crc32c.h"
+#include "base/hash.h"
 #include "calib/deploy/calibration_file.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/calib/calibration_file_samples.h"

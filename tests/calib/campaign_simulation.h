@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/model/unit_fit.h"
+#include "calib/model/unit_model.h"
 #include "calib/vocabulary/sensor.h"
 
 /// Campaigns of one unit made up as segment statistics, from physics written down here anew: what the coverage of

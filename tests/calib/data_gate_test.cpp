@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "base/random.h"
-#include "calib/segments/data_gate.h"
+#include "calib/estimate/unit_input.h"
 #include "tests/calib/data_gate_samples.h"
 
 namespace soak::calib {
@@ -154,7 +154,7 @@ TEST(DataGate, AcceptsWhatIsNotRejected) {
   EXPECT_EQ(kept[1].blocks[1].sensor[3].count, 0U);
   EXPECT_EQ(kept[1].sensor[0].count, 10U);
 
-  const auto warnings = summarise(all);
+  const auto warnings = gate_warnings(all);
   ASSERT_EQ(warnings.size(), 3U);
   EXPECT_EQ(warnings[0].code, "dropouts");
   EXPECT_EQ(warnings[0].text, "has 3 of 3 segments; the first, visit 0: few");

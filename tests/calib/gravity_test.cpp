@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/estimate/gravity.h"
+#include "calib/estimate/site.h"
 
 #include <gtest/gtest.h>
 

@@ -10,8 +10,8 @@
 #include "calib/deploy/calibration_file.h"
 #include "calib/deploy/export.h"
 #include "calib/deploy/signature.h"
+#include "calib/model/document_parts.h"
 #include "calib/model/model_document.h"
-#include "calib/model/reference_json.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/calib/calibration_file_samples.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/estimate/run_copies.h"
+#include "calib/estimate/unit_input.h"
 
 #include <gtest/gtest.h>
 

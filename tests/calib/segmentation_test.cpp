@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "base/random.h"
-#include "calib/segments/plateaus.h"
 
 namespace soak::calib {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "base/random.h"
-#include "calib/signal/documents/detail/record_checks.h"
+#include "calib/signal/documents/detail/record.h"
 #include "calib/signal/documents/signal_json.h"
 #include "calib/signal/noise/noise.h"
 #include "tests/calib/schema_check.h"

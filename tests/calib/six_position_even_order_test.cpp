@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "calib/model/unit_fit.h"
+#include "calib/model/unit_model.h"
 #include "six_position_samples.h"
 
 // Even-order term of the accelerometers, and which bias the estimate states.

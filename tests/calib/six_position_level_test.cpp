@@ -7,7 +7,7 @@
 
 #include "calib/estimate/six_position.h"
 #include "calib/estimate/unit_rows.h"
-#include "calib/model/fit_json.h"
+#include "calib/model/model_document.h"
 #include "six_position_level_samples.h"
 #include "six_position_samples.h"
 
@@ -237,7 +237,7 @@ TEST(SixPositionLevel, WithoutHeadingsADocumentSaysWhatIsMissing) {
   }
   const auto rows = make_rows(input);
   ASSERT_TRUE(rows) << rows.error().message;
-  const auto document = fit_json(make_model(input, *rows, {}));
+  const auto document = fit_json(make_model(*rows, {}));
   EXPECT_EQ(document["earth_rate_subtracted"], "vertical");
   EXPECT_TRUE(document["level_error"]["north_rad"].is_null());
   EXPECT_EQ(document["level_error"]["reason"], "the positions have no azimuth");

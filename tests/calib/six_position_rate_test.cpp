@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/model/unit_fit.h"
+#include "calib/model/unit_model.h"
 #include "six_position_samples.h"
 
 // Gyro scale factor from positions in which the fixture turns.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/estimate/static_intervals.h"
+#include "calib/estimate/multi_position.h"
 
 #include <gtest/gtest.h>
 

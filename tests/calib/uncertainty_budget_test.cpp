@@ -7,9 +7,8 @@
 #include <numbers>
 
 #include "base/random.h"
-#include "calib/estimate/detail/type_b_inputs.h"
-#include "calib/estimate/gravity.h"
-#include "calib/model/unit_fit.h"
+#include "calib/estimate/site.h"
+#include "calib/model/unit_model.h"
 #include "tests/calib/campaign_simulation.h"
 
 namespace soak::calib {

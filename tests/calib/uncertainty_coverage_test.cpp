@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/curve/detail/families.h"
-#include "calib/model/unit_fit.h"
+#include "calib/curve/families.h"
+#include "calib/model/unit_model.h"
 #include "tests/calib/campaign_simulation.h"
 
 namespace soak::calib {

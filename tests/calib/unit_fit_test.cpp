@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/model/unit_fit.h"
+#include "calib/model/unit_model.h"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,9 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "calib/estimate/detail/branches.h"
+#include "calib/estimate/detail/row_collector.h"
 #include "calib/judge/verification.h"
 #include "calib/model/model_document.h"
-#include "calib/model/unit_model.h"
 
 namespace soak::calib {
 namespace {
@@ -73,7 +72,7 @@ UnitModel fit_all(const UnitInput& input) {
     if (!fit) throw std::runtime_error(fit.error().message);
     fits[index_of(sensor)] = *std::move(fit);
   }
-  return make_model(input, *rows, std::move(fits));
+  return make_model(*rows, std::move(fits));
 }
 
 bool warns(const std::vector<Warning>& warnings, const std::string& code) {

@@ -75,9 +75,9 @@ class SoakTest(unittest.TestCase):
         self.assertEqual(done.returncode, status, f"{arguments}\n{done.stdout}\n{done.stderr}")
         return done
 
-    def soak_json(self, schema, *arguments, status=0):
+    def soak_json(self, schema, *arguments, status=0, **options):
         """Runs soak with --json and checks the document that it prints."""
-        document = json.loads(self.soak(*arguments, "--json", status=status).stdout)
+        document = json.loads(self.soak(*arguments, "--json", status=status, **options).stdout)
         check_schema(document, schema)
         return document
 

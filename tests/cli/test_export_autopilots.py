@@ -192,41 +192,39 @@ class Forms(AutopilotTest):
     def test_forms_that_mean_nothing_to_the_format_are_refused(self):
         for option, value in (("--table", "64"), ("--sign", "lab.key")):
             error = self.refusal("export", "--unit", SERIAL, "--format", "json", option, value, "-o", self.folder / "x")
-            self.assertIn("only blob", error["message"])
-        self.assertIn("--table", self.refusal("export", "--unit", SERIAL, "--format", "blob", "--table", "1", "-o",
-                                              self.folder / "x")["message"])
+            self.assertEqual(error["where"], option)
+        self.refusal("export", "--unit", SERIAL, "--format", "blob", "--table", "1", "-o", self.folder / "x")
 
 
 class Refusals(AutopilotTest):
     def refused(self, *arguments):
         before = self.state()
-        message = self.refusal("export", "--unit", SERIAL, *arguments, "-o", self.folder / "no.file")["message"]
+        error = self.refusal("export", "--unit", SERIAL, *arguments, "-o", self.folder / "no.file")
         self.assertFalse((self.folder / "no.file").exists())
         self.assertEqual(self.state(), before)
-        return message
+        return error
 
     def test_simulated_models_need_the_flag_and_are_marked(self):
         self.data = self.folder / "simulated"
         for kind in ("px4", "ardupilot"):
-            self.assertIn("SIMULATED", self.refused("--format", kind))
+            self.assertIn("--simulated", self.refused("--format", kind)["message"])
             text, document = self.export(kind, "--simulated")
             self.assertIn("SIMULATED SIMULATED SIMULATED", text)
             self.assertTrue(document["simulated"])
 
     def test_options_that_mean_nothing_to_the_format(self):
-        self.assertIn("px4 and ardupilot", self.refused("--format", "blob", "--instance", "0"))
-        self.assertIn("device ids", self.refused("--format", "ardupilot", "--device-id", "7"))
-        self.assertIn("runs, not from a model", self.refused("--format", "kalibr", "--model", "1"))
+        self.assertEqual(self.refused("--format", "blob", "--instance", "0")["where"], "--instance")
+        self.assertEqual(self.refused("--format", "ardupilot", "--device-id", "7")["where"], "--device-id")
+        self.assertEqual(self.refused("--format", "kalibr", "--model", "1")["where"], "--model")
 
     def test_instances_and_ids_that_do_not_exist(self):
-        self.assertIn("0 to 3", self.refused("--format", "px4", "--instance", "4"))
-        self.assertIn("0 to 2", self.refused("--format", "ardupilot", "--instance", "3"))
+        self.refused("--format", "px4", "--instance", "4")
+        self.refused("--format", "ardupilot", "--instance", "3")
         for ids in ("0", "1.5", "x", "1,2,3", "3000000000"):
-            self.assertIn("--device-id", self.refused("--format", "px4", "--device-id", ids))
+            self.assertIn("--device-id", self.refused("--format", "px4", "--device-id", ids)["message"])
 
     def test_short_segments_give_no_noise_for_kalibr(self):
-        message = self.refused("--format", "kalibr")
-        self.assertIn("lasts 30 s", message)
+        message = self.refused("--format", "kalibr")["message"]
         self.assertIn("procedures/static-allan.toml", message)
 
 
@@ -285,14 +283,13 @@ class Kalibr(SoakTest):
         self.still("--simulated", seconds=1860)
         path = self.folder / "imu.yaml"
         arguments = ("export", "--unit", SERIAL, "--format", "kalibr", "-o", path)
-        self.assertIn("SIMULATED", self.refusal(*arguments)["message"])
+        self.refusal(*arguments)
         self.soak(*arguments, "--simulated")
         self.assertIn("SIMULATED", path.read_text(encoding="ascii"))
 
     def test_an_unknown_unit(self):
         self.still(seconds=60)
-        error = self.refusal("export", "--unit", "NOBODY", "--format", "kalibr", "-o", self.folder / "no.yaml")
-        self.assertIn("no unit 'NOBODY'", error["message"])
+        self.assertIn("'NOBODY'", self.refusal("export", "--unit", "NOBODY", "--format", "kalibr", "-o", self.folder / "no.yaml")["message"])
 
 
 class Logs(SoakTest):
@@ -333,7 +330,7 @@ class Logs(SoakTest):
                   for i in range(400)]
         path = self.write("gyro.csv", "\n".join(lines) + "\n")
         arguments = ("import", path, "--unit", SERIAL, "--columns", ROOT / "procedures/columns/px4-ulog2csv-gyro.toml")
-        self.assertIn("--skip-bad", self.refusal(*arguments)["message"])
+        self.refusal(*arguments)
         document = self.soak_json("import", *arguments, "--skip-bad")
         self.assertEqual(document["runs"][0]["rows"], 397)
 
@@ -355,7 +352,7 @@ class Logs(SoakTest):
     def test_ardupilot_units_that_are_mixed_are_refused(self):
         path = self.write("mixed.csv", self.ardupilot(2))
         error = self.refusal("import", path, "--unit", SERIAL, "--columns", ROOT / "procedures/columns/ardupilot-imu.toml")
-        self.assertIn("time", error["message"])
+        self.assertTrue(error["where"].startswith(f"{path}, line "), error)
 
 
 if __name__ == "__main__":

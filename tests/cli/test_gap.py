@@ -63,8 +63,7 @@ class Find(SoakTest):
     def test_a_unit_without_model_is_refused(self):
         csv = "t_s,temp_c,gx_dps\n" + "".join(f"{i},25,{i % 7}\n" for i in range(100))
         self.soak("import", self.write("a.csv", csv), "--unit", "SN1")
-        error = self.refusal("gap", "find", "--unit", "SN1")
-        self.assertIn("has no model yet", error["message"])
+        self.assertIn("soak fit", self.refusal("gap", "find", "--unit", "SN1")["message"])
         error = self.refusal("gap", "find", "--unit", "SN2")
         self.assertIn("SN2", error["message"])
 

@@ -84,7 +84,7 @@ class Accept(SoakTest):
         self.assertEqual(withdrawn["terms"], [])
         self.assertEqual(self.json("gap", "find", "--unit", "SN1")["effects"][0]["name"], "thermal_hysteresis")
         error = self.refusal("gap", "withdraw", "--unit", "SN1", "--effect", "thermal_hysteresis", "--reason", "again")
-        self.assertIn("carries no accepted effect 'thermal_hysteresis'", error["message"])
+        self.assertIn("'thermal_hysteresis'", error["message"])
 
     def test_accepted_g_sensitivity_reaches_file_and_reading(self):
         self.campaign(81, [hidden("g_sensitivity")])
@@ -114,8 +114,7 @@ class Accept(SoakTest):
         ratios = sorted(errors["after"][name] / errors["before"][name] for name in errors["before"])
         self.assertLess(ratios[3], 0.85, ratios)
         self.assertLess(ratios[-1], 0.95, ratios)
-        self.assertIn("corrected as soak_apply_moving does: sensor_lag",
-                      self.soak("verify", self.folder / "after.soakcal", "--campaign", "fresh").stdout)
+        self.assertIn("sensor_lag", self.soak("verify", self.folder / "after.soakcal", "--campaign", "fresh").stdout)
 
     def test_accepting_fits_what_the_model_was_fitted_to(self):
         self.campaign(77, [hidden("sensor_lag")])
@@ -141,8 +140,8 @@ class Accept(SoakTest):
         self.assertEqual(sorted(named), ["g_sensitivity", "thermal_hysteresis"])
         self.soak("gap", "accept", "--unit", "SN1", "--effect", "g_sensitivity")
         self.soak("gap", "accept", "--unit", "SN1")
-        self.assertIn("a withdrawal needs a reason",
-                      self.refusal("gap", "withdraw", "--unit", "SN1", "--effect", "g_sensitivity", "--reason", "")["message"])
+        refused = self.refusal("gap", "withdraw", "--unit", "SN1", "--effect", "g_sensitivity", "--reason", "")
+        self.assertEqual(refused["where"], "--reason")
         self.soak("gap", "withdraw", "--unit", "SN1", "--effect", "g_sensitivity", "--reason", "a test")
         shown = self.json("gap", "show", "--unit", "SN1")
         self.assertEqual((shown["before"], shown["model"]), (1, 4))
@@ -158,8 +157,7 @@ class Accept(SoakTest):
 
     def test_nothing_is_accepted_that_was_not_named(self):
         self.campaign(90, [])
-        error = self.refusal("gap", "accept", "--unit", "SN1")
-        self.assertIn("nothing to accept: the verdict is 'none'", error["message"])
+        self.assertIn("'none'", self.refusal("gap", "accept", "--unit", "SN1")["message"])
 
     def exported(self):
         target = self.folder / "out.json"

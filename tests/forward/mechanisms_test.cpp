@@ -8,9 +8,9 @@
 #include <cmath>
 #include <map>
 
-#include "calib/forward/take_off.h"
-#include "calib/gap/report/acceptance.h"
-#include "calib/gap/search/campaign_model.h"
+#include "calib/forward/simulation.h"
+#include "calib/gap/report/gap_report.h"
+#include "calib/gap/base/campaign_model.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::forward {
@@ -23,7 +23,7 @@ namespace made_up = gap::made_up;
 ModelTerm term_of(const LoggedCampaign& campaign, const gap::Effect& effect, const gap::Circumstances& circumstances,
                   const gap::Candidate& candidate) {
   gap::GapReport report;
-  report.verdict = gap::Verdict::named;
+  report.conclusion = gap::Conclusion::named;
   gap::NamedEffect named;
   named.effect = &effect;
   named.candidate = candidate;
@@ -81,8 +81,8 @@ double disagreement(const LoggedCampaign& campaign, const gap::Observations& row
 TEST(Mechanisms, SayWhatTheRegressorsSaidThatFoundThem) {
   const LoggedCampaign campaign = made_up::campaign({}, made_up::nothing());
   const gap::Observations rows = gap::observe(campaign);
-  const gap::Courses courses(campaign, rows);
-  const gap::CampaignModel model(rows, courses);
+  const gap::TemperatureHistory history(campaign, rows);
+  const gap::CampaignModel model(rows, history);
   int compared = 0;
   for (const gap::Effect& effect : gap::library()) {
     // A lag moves the temperature that curves are read at: LagsMoveTemperatures. Tilts count about their mean.
@@ -126,7 +126,7 @@ TEST(Mechanisms, APastIsTakenOffAboutItsMeanAtEachTemperature) {
   terms[0].parts = {{{Sensor::gyro_x}, {{"amplitude", 1e-3, "rad/s"}, {"width_c", 6.0, "K"}}, {}, {}}};
   centre(campaign, terms);
   ASSERT_EQ(terms[0].parts[0].centre.size(), 7U);
-  EXPECT_TRUE(take_off(terms, campaign).empty());
+  EXPECT_TRUE(subtract_terms(terms, campaign).empty());
   std::map<double, double> taken;
   double largest = 0.0;
   for (std::size_t r = 0; r < 2; ++r) {
@@ -146,11 +146,11 @@ TEST(Mechanisms, APastIsTakenOffAboutItsMeanAtEachTemperature) {
 TEST(Mechanisms, LagsMoveTemperatures) {
   const LoggedCampaign campaign = made_up::campaign({}, made_up::nothing());
   const gap::Observations rows = gap::observe(campaign);
-  const gap::Courses courses(campaign, rows);
+  const gap::TemperatureHistory history(campaign, rows);
   ModelTerm term;
   term.name = "sensor_lag";
   term.parts = {{{Sensor::gyro_x}, {{"factor", 0.8, "1"}, {"tau_s", 160.0, "s"}}, {}}};
-  const std::vector<double> behind = courses.lag(160.0);
+  const std::vector<double> behind = history.lag(160.0);
   const std::vector<ModelTerm> terms = {term};
   const Mechanisms mechanisms(terms, campaign.runs.front(), 1);
   std::size_t i = 0;
@@ -177,7 +177,7 @@ TEST(Mechanisms, SayWhyARunCannotBeEvaluated) {
   ModelTerm newer;
   newer.name = "magic";
   newer.parts = supply.parts;
-  const auto left_out = take_off({supply, newer}, campaign);
+  const auto left_out = subtract_terms({supply, newer}, campaign);
   ASSERT_EQ(left_out.size(), 2U);
   EXPECT_NE(left_out[0].find("supply voltage was not logged"), std::string::npos) << left_out[0];
   EXPECT_NE(left_out[1].find("does not know it"), std::string::npos) << left_out[1];

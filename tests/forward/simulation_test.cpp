@@ -7,9 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "calib/forward/take_off.h"
 #include "calib/forward/thermal_history.h"
-#include "calib/gap/report/acceptance.h"
 #include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_campaign.h"
 
@@ -93,12 +91,12 @@ SimulatedModel refitted(const gap::LoggedCampaign& campaign) {
 TEST(Simulation, AnAcceptedTermClosesTheGapThatTheReportSaysItCloses) {
   const auto campaign = made_up::campaign({}, hysteresis());
   const gap::GapReport report = gap::find_gap(campaign, 1);
-  ASSERT_EQ(report.verdict, gap::Verdict::named) << report.reason;
+  ASSERT_EQ(report.conclusion, gap::Conclusion::named) << report.reason;
   ASSERT_EQ(report.effects.front().effect->name, "thermal_hysteresis");
   const auto terms = gap::accepted_terms(campaign, report, {});
   ASSERT_TRUE(terms) << terms.error().message;
   auto freed = campaign;
-  ASSERT_TRUE(take_off(*terms, freed).empty());
+  ASSERT_TRUE(subtract_terms(*terms, freed).empty());
   SimulatedModel with = refitted(freed);
   with.terms = *terms;
   const auto before = compare(simulate(refitted(campaign), campaign));
@@ -120,7 +118,7 @@ TEST(Simulation, WhatIsTakenOffIsWhatSimulationAdds) {
   SimulatedModel with = truth();
   with.terms = {term};
   auto freed = recorded;
-  EXPECT_TRUE(take_off({term}, freed).empty());
+  EXPECT_TRUE(subtract_terms({term}, freed).empty());
   const auto simulated = compare(simulate(with, recorded));
   const auto taken = compare(simulate(truth(), freed));
   EXPECT_NEAR(simulated[0]->rms, taken[0]->rms, 1e-12);

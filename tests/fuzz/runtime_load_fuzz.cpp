@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "base/bytes.h"
-#include "base/crc32c.h"
+#include "base/hash.h"
 #include "calib/deploy/calibration_file.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/fuzz/runtime_c/exercise.h"

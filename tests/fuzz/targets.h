@@ -22,7 +22,7 @@ bool csv_recording(Input input);
 /// A TOML text, read as a procedure and as a columns map.
 bool procedure(Input input);
 
-/// A TOML text, read as a register map and as a text map of a controller.
+/// A TOML text, read as the map of a controller.
 bool controller_map(Input input);
 
 /// A line that a chamber might answer, read as numbers, as words and as a refusal.

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "calib/gap/report/acceptance.h"
 #include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_campaign.h"
 
@@ -42,20 +41,20 @@ std::string list_of(const GapReport& report) {
   return names;
 }
 
-TEST(BesideTheMean, NoiseThatGrowsIsNamedInItsSensorOnly) {
+TEST(OutsideTheMean, NoiseThatGrowsIsNamedInItsSensorOnly) {
   const GapReport report = find_gap(noisy_campaign(0.03, 0.0004), 1);
   ASSERT_EQ(list_of(report), "noise_vs_temperature") << report.reason;
   EXPECT_EQ(report.effects[0].sensors, std::vector<Sensor>{Sensor::gyro_x});
   EXPECT_NEAR(report.effects[0].magnitude.value, 0.03, 0.001);
 }
 
-TEST(BesideTheMean, NoiseThatGrowsInTwoSensorsIsNamedInBoth) {
+TEST(OutsideTheMean, NoiseThatGrowsInTwoSensorsIsNamedInBoth) {
   const GapReport report = find_gap(noisy_campaign(0.03, 0.01), 1);
   ASSERT_EQ(list_of(report), "noise_vs_temperature") << report.reason;
   EXPECT_EQ(report.effects[0].sensors, (std::vector<Sensor>{Sensor::gyro_x, Sensor::gyro_y}));
 }
 
-TEST(BesideTheMean, RunsThatAgreeBetterThanTheirSamplesAllowAreNotBelieved) {
+TEST(OutsideTheMean, RunsThatAgreeBetterThanTheirSamplesAllowAreNotBelieved) {
   LoggedCampaign campaign = made_up::campaign(Plan{}, made_up::nothing());
   for (LoggedRun& run : campaign.runs) {
     base::Random scatter(11);  // the same in all runs
@@ -79,7 +78,7 @@ void accept_all(LoggedCampaign& campaign) {
   campaign.carried = *terms;
 }
 
-TEST(BesideTheMean, CarriedNoiseIsNotNamedAgainUntilThereIsMoreOfIt) {
+TEST(OutsideTheMean, CarriedNoiseIsNotNamedAgainUntilThereIsMoreOfIt) {
   LoggedCampaign campaign = noisy_campaign(0.03, 0.0012);
   accept_all(campaign);
   EXPECT_EQ(list_of(find_gap(campaign, 2)), "");
@@ -90,7 +89,7 @@ TEST(BesideTheMean, CarriedNoiseIsNotNamedAgainUntilThereIsMoreOfIt) {
   EXPECT_NEAR(report.effects[0].magnitude.value, 0.02, 0.002);
 }
 
-TEST(BesideTheMean, CarriedStepsAreNotNamedAgainUntilTheyAreCoarser) {
+TEST(OutsideTheMean, CarriedStepsAreNotNamedAgainUntilTheyAreCoarser) {
   LoggedCampaign campaign = made_up::campaign(Plan{}, made_up::nothing());
   SampleFacts& facts = campaign.samples[index_of(Sensor::accel_y)];
   facts = {.count = 1000, .step = 0.004, .noise = 0.002};
@@ -100,7 +99,7 @@ TEST(BesideTheMean, CarriedStepsAreNotNamedAgainUntilTheyAreCoarser) {
   EXPECT_EQ(list_of(find_gap(campaign, 2)), "quantization");
 }
 
-TEST(BesideTheMean, CarriedSaturationIsNotNamedAgainButSaidOfSensorsThatItLeavesOut) {
+TEST(OutsideTheMean, CarriedSaturationIsNotNamedAgainButSaidOfSensorsThatItLeavesOut) {
   LoggedCampaign campaign = made_up::campaign(Plan{}, made_up::nothing());
   campaign.samples[index_of(Sensor::accel_z)] = {
       .count = 1000, .noise = 0.002, .low_rail = -9.5, .high_rail = 9.5, .at_rails = 300};
@@ -108,7 +107,7 @@ TEST(BesideTheMean, CarriedSaturationIsNotNamedAgainButSaidOfSensorsThatItLeaves
   EXPECT_EQ(list_of(before), "saturation") << before.reason;
   accept_all(campaign);
   const GapReport after = find_gap(campaign, 2);
-  EXPECT_EQ(after.verdict, Verdict::none) << after.reason;
+  EXPECT_EQ(after.conclusion, Conclusion::none) << after.reason;
   for (const GapReport* report : {&before, &after}) {
     EXPECT_FALSE(report->gap[index_of(Sensor::accel_z)]);
     EXPECT_NE(report->reason.find("stop at the end of their range: accel_z"), std::string::npos) << report->reason;

@@ -114,12 +114,12 @@ Tally tally(std::string_view truth, Make make) {
     plan.branches = seed % 3 == 0 ? 4 : 3;
     plan.cools_first = seed % 2 == 0;
     const GapReport report = find_gap(make(plan), 1);
-    EXPECT_EQ(report.held_out, HeldOut::branches);
-    EXPECT_EQ(report.effects.empty(), report.verdict != Verdict::named);
-    if (report.verdict == Verdict::none) ++count.none;
+    EXPECT_EQ(report.judged_on, JudgedOn::branches);
+    EXPECT_EQ(report.effects.empty(), report.conclusion != Conclusion::named);
+    if (report.conclusion == Conclusion::none) ++count.none;
     if (is_among(report.effects, truth) || is_among(report.suspects, truth)) ++count.seen;
-    if (report.verdict != Verdict::named) {
-      count.other += std::string(name_of(report.verdict)) + ": " + report.reason + "\n";
+    if (report.conclusion != Conclusion::named) {
+      count.other += std::string(name_of(report.conclusion)) + ": " + report.reason + "\n";
       continue;
     }
     if (report.effects.front().effect->name == truth) ++count.first;
@@ -173,9 +173,9 @@ TEST(Branches, NeverNameADriftAndSayThatItDoesAsWell) {
     RampPlan plan;
     plan.seed = seed;
     const GapReport report = find_gap(ramps(plan, of_time([](double t_s) { return t_s / 200.0; })), 1);
-    EXPECT_EQ(report.verdict, Verdict::unknown) << report.reason;
-    ASSERT_TRUE(report.leftover) << report.reason;
-    EXPECT_EQ(report.leftover->axis, "time of the recording");
+    EXPECT_EQ(report.conclusion, Conclusion::unknown) << report.reason;
+    ASSERT_TRUE(report.residual_structure) << report.reason;
+    EXPECT_EQ(report.residual_structure->axis, "time of the recording");
     EXPECT_NE(report.reason.find("drift"), std::string::npos);
   }
 }
@@ -206,7 +206,7 @@ TEST(Branches, ClosedFractionIsOfBranchesLeftOut) {
   RampPlan plan;
   plan.branches = 4;
   const GapReport report = find_gap(ramps(plan, play(8.0, 5.0)), 1);
-  ASSERT_EQ(report.verdict, Verdict::named) << report.reason;
+  ASSERT_EQ(report.conclusion, Conclusion::named) << report.reason;
   for (const Sensor sensor : report.effects.front().sensors) {
     const auto& gap = report.gap[index_of(sensor)];
     ASSERT_TRUE(gap && gap->closed_fraction);
@@ -235,13 +235,13 @@ TEST(Branches, OfSeveralRunsHaveOffsetsThatAreNoGap) {
     campaign.runs.push_back(std::move(run));
   }
   const GapReport report = find_gap(campaign, 1);
-  EXPECT_EQ(report.verdict, Verdict::none) << report.reason;
+  EXPECT_EQ(report.conclusion, Conclusion::none) << report.reason;
   for (const auto& gap : report.gap) {
     ASSERT_TRUE(gap);
     EXPECT_LT(gap->before_rms, 1.5 * gap->floor_rms);
   }
   campaign.runs[1] = campaign.runs[0];
-  EXPECT_EQ(find_gap(campaign, 1).verdict, Verdict::cannot_judge);
+  EXPECT_EQ(find_gap(campaign, 1).verdict, Conclusion::cannot_judge);
 }
 
 TEST(Branches, OfTwoGiveNoNameAndAskForAThird) {
@@ -250,7 +250,7 @@ TEST(Branches, OfTwoGiveNoNameAndAskForAThird) {
     plan.seed = seed;
     plan.branches = 2;
     const GapReport report = find_gap(ramps(plan, play(8.0, 5.0)), 1);
-    EXPECT_TRUE(report.verdict == Verdict::unknown || report.verdict == Verdict::cannot_judge) << report.reason;
+    EXPECT_TRUE(report.conclusion == Conclusion::unknown || report.conclusion == Conclusion::cannot_judge) << report.reason;
     EXPECT_TRUE(report.effects.empty());
     EXPECT_NE(report.reason.find("third"), std::string::npos) << report.reason;
   }
@@ -260,7 +260,7 @@ TEST(Branches, OfOneCannotJudge) {
   RampPlan plan;
   plan.branches = 1;
   const GapReport report = find_gap(ramps(plan, no_effect()), 1);
-  EXPECT_EQ(report.verdict, Verdict::cannot_judge);
+  EXPECT_EQ(report.conclusion, Conclusion::cannot_judge);
   EXPECT_NE(report.reason.find("branches"), std::string::npos) << report.reason;
 }
 
@@ -283,7 +283,7 @@ TEST(Branches, SurviveReadingsThatAreMissingConstantOrClipped) {
     if (block.t_s < 300.0) block.sensor[3].mean = std::nan("");
   }
   const GapReport report = find_gap(campaign, 1);
-  EXPECT_EQ(report.verdict, Verdict::none) << report.reason;
+  EXPECT_EQ(report.conclusion, Conclusion::none) << report.reason;
   EXPECT_FALSE(report.gap[0] || report.gap[1] || report.gap[2]);
   EXPECT_TRUE(report.gap[3] && report.gap[4] && report.gap[5]);
 }
@@ -291,7 +291,7 @@ TEST(Branches, SurviveReadingsThatAreMissingConstantOrClipped) {
 TEST(Branches, OfACoarseThermometerCannotJudge) {
   LoggedCampaign campaign = ramps({}, no_effect());
   campaign.thermometer.step = 0.5;
-  EXPECT_EQ(find_gap(campaign, 1).verdict, Verdict::cannot_judge);
+  EXPECT_EQ(find_gap(campaign, 1).verdict, Conclusion::cannot_judge);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-#include "calib/gap/campaign/run_log.h"
+#include "calib/gap/campaign/campaign.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {
@@ -38,11 +38,11 @@ struct Course {
 };
 
 // A first-order lag behind the ramp a·t is late by a τ (1 − e^(−t/τ)).
-TEST(Courses, LagBehindARampIsTheAnalyticOne) {
+TEST(TemperatureHistory, LagBehindARampIsTheAnalyticOne) {
   const Course course(7200.0, [](double t_s) { return 0.02 * t_s - 20.0; });
-  const Courses courses(course.campaign, course.observations);
+  const TemperatureHistory history(course.campaign, course.observations);
   for (const double tau_s : {60.0, 300.0, 1500.0}) {
-    const auto lag = courses.lag(tau_s);
+    const auto lag = history.lag(tau_s);
     for (std::size_t i = 0; i < lag.size(); ++i) {
       const double t_s = course.observations.rows[i].t_s;
       EXPECT_NEAR(lag[i], -0.02 * tau_s * (1.0 - std::exp(-t_s / tau_s)), 1e-9);
@@ -50,16 +50,16 @@ TEST(Courses, LagBehindARampIsTheAnalyticOne) {
   }
 }
 
-TEST(Courses, RateIsTheSlopeOfTheThermometer) {
+TEST(TemperatureHistory, RateIsTheSlopeOfTheThermometer) {
   const Course course(3600.0, [](double t_s) { return 25.0 + 10.0 * std::sin(t_s / 900.0); });
-  const Courses courses(course.campaign, course.observations);
-  for (std::size_t i = 3; i + 3 < courses.rate().size(); ++i) {
+  const TemperatureHistory history(course.campaign, course.observations);
+  for (std::size_t i = 3; i + 3 < history.rate().size(); ++i) {
     const double t_s = course.observations.rows[i].t_s;
-    EXPECT_NEAR(courses.rate()[i], 10.0 / 900.0 * std::cos(t_s / 900.0), 1e-4);
+    EXPECT_NEAR(history.rate()[i], 10.0 / 900.0 * std::cos(t_s / 900.0), 1e-4);
   }
 }
 
-TEST(Courses, MemoryOfTheBranchStaysWhileTheTemperatureStands) {
+TEST(TemperatureHistory, MemoryOfTheBranchStaysWhileTheTemperatureStands) {
   // Heats from −20 °C, stands, turns.
   const auto temp_c = [](double t_s) {
     if (t_s < 3000.0) return -20.0 + 0.02 * t_s;
@@ -67,8 +67,8 @@ TEST(Courses, MemoryOfTheBranchStaysWhileTheTemperatureStands) {
     return 40.0 - 0.02 * (t_s - 6000.0);
   };
   const Course course(9000.0, temp_c);
-  const Courses courses(course.campaign, course.observations);
-  const auto memory = courses.branch_memory(10.0);
+  const TemperatureHistory history(course.campaign, course.observations);
+  const auto memory = history.branch_memory(10.0);
   const auto at = [&](double t_s) { return memory[static_cast<std::size_t>(t_s / 60.0) - 1]; };
   EXPECT_NEAR(at(60.0), -1.0 + 2.0 * (1.0 - std::exp(-(1.2 - 0.25) / 10.0)), 0.01);
   EXPECT_NEAR(at(2940.0), 1.0, 0.01);
@@ -77,13 +77,13 @@ TEST(Courses, MemoryOfTheBranchStaysWhileTheTemperatureStands) {
 }
 
 // A ramp that has gone on for long: a τ behind from the first row. A memory that has come the same way is full.
-TEST(Courses, CanBeUnderWayAtTheStart) {
+TEST(TemperatureHistory, CanBeUnderWayAtTheStart) {
   const Course course(3600.0, [](double t_s) { return 70.0 - 0.02 * t_s; });
-  const Courses courses(course.campaign, course.observations);
-  for (const double behind : courses.lag(300.0, true)) EXPECT_NEAR(behind, 0.02 * 300.0, 1e-9);
-  for (const double h : courses.branch_memory(10.0, 1.0)) EXPECT_NEAR(h, -1.0, 1e-9);
-  const auto against = courses.branch_memory(10.0, -1.0);
-  const auto between = courses.branch_memory(10.0, 0.0);
+  const TemperatureHistory history(course.campaign, course.observations);
+  for (const double behind : history.lag(300.0, true)) EXPECT_NEAR(behind, 0.02 * 300.0, 1e-9);
+  for (const double h : history.branch_memory(10.0, 1.0)) EXPECT_NEAR(h, -1.0, 1e-9);
+  const auto against = history.branch_memory(10.0, -1.0);
+  const auto between = history.branch_memory(10.0, 0.0);
   for (std::size_t i = 0; i < against.size(); ++i) {
     const double faded = std::exp(-(0.02 * course.observations.rows[i].t_s - 0.25) / 10.0);
     EXPECT_NEAR(against[i], -1.0 + 2.0 * faded, 1e-6);
@@ -91,14 +91,14 @@ TEST(Courses, CanBeUnderWayAtTheStart) {
   }
 }
 
-TEST(Courses, AHoleInTheLogIsTold) {
+TEST(TemperatureHistory, AHoleInTheLogIsTold) {
   Course course(7200.0, [](double) { return 25.0; });
-  EXPECT_TRUE(Courses(course.campaign, course.observations).continuous());
+  EXPECT_TRUE(TemperatureHistory(course.campaign, course.observations).continuous());
   auto& log = course.campaign.runs[0].log;
   log.t_s.erase(log.t_s.begin() + 100, log.t_s.begin() + 140);
   log.temp_c.erase(log.temp_c.begin() + 100, log.temp_c.begin() + 140);
   log.t_since_power_s.erase(log.t_since_power_s.begin() + 100, log.t_since_power_s.begin() + 140);
-  EXPECT_FALSE(Courses(course.campaign, course.observations).continuous());
+  EXPECT_FALSE(TemperatureHistory(course.campaign, course.observations).continuous());
 }
 
 TEST(RunLog, HoldsMeansOfTenSeconds) {

@@ -23,7 +23,7 @@ using made_up::unit_of;
 GapReport report_of(const Plan& plan, const Hidden& hidden) { return find_gap(made_up::campaign(plan, hidden), 3); }
 
 void expect_named(const GapReport& report, std::string_view name) {
-  EXPECT_EQ(name_of(report.verdict), "named") << name << ": " << report.reason;
+  EXPECT_EQ(name_of(report.conclusion), "named") << name << ": " << report.reason;
   ASSERT_EQ(report.effects.size(), 1U) << name << ": " << report.reason;
   EXPECT_EQ(report.effects[0].effect->name, name);
   EXPECT_LT(report.effects[0].p_adjusted, kGate);
@@ -37,7 +37,7 @@ TEST(FindGap, SaysNoneWhereNothingIsHidden) {
     plan.seed = seed;
     plan.runs = seed % 2 == 0 ? 6 : 3;
     const GapReport report = report_of(plan, made_up::nothing());
-    EXPECT_EQ(report.verdict, Verdict::none) << "seed " << seed << ": " << report.reason;
+    EXPECT_EQ(report.conclusion, Conclusion::none) << "seed " << seed << ": " << report.reason;
     EXPECT_TRUE(report.effects.empty());
     ASSERT_TRUE(report.detection_limit[0]);
     EXPECT_GT(*report.detection_limit[0], 0.0);
@@ -235,11 +235,11 @@ TEST(FindGap, NamesAgeingOfAllSensors) {
   const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
     return 20.0 * unit_of(plan, sensor) * (100000.0 * m.run + m.t_s) / 500000.0;
   });
-  EXPECT_EQ(name_of(report.verdict), "named") << report.reason;
+  EXPECT_EQ(name_of(report.conclusion), "named") << report.reason;
   ASSERT_EQ(report.effects.size(), 1U) << report.reason;
   EXPECT_EQ(report.effects[0].effect->name, "aging_drift");
   EXPECT_GE(report.effects[0].sensors.size(), 4U);
-  EXPECT_FALSE(report.leftover);
+  EXPECT_FALSE(report.residual_structure);
 }
 
 TEST(FindGap, SaysUnknownOfCreepAfterEachTurn) {
@@ -247,21 +247,21 @@ TEST(FindGap, SaysUnknownOfCreepAfterEachTurn) {
   const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
     return 2.0 * unit_of(plan, sensor) * std::exp(-m.in_placement_s / 60.0);
   });
-  EXPECT_EQ(report.verdict, Verdict::unknown);
+  EXPECT_EQ(report.conclusion, Conclusion::unknown);
   EXPECT_TRUE(report.effects.empty());
-  ASSERT_TRUE(report.leftover);
-  EXPECT_EQ(report.leftover->axis, "time since the fixture turned");
+  ASSERT_TRUE(report.residual_structure);
+  EXPECT_EQ(report.residual_structure->axis, "time since the fixture turned");
 }
 
 TEST(FindGap, OfOneRunCannotJudge) {
   Plan plan;
   plan.runs = 1;
   const GapReport report = report_of(plan, hysteresis(plan));
-  EXPECT_EQ(report.verdict, Verdict::cannot_judge);
+  EXPECT_EQ(report.conclusion, Conclusion::cannot_judge);
   EXPECT_NE(report.reason.find("one run only"), std::string::npos);
 }
 
-TEST(FindGap, OfNoRunCannotJudge) { EXPECT_EQ(find_gap({}, 1).verdict, Verdict::cannot_judge); }
+TEST(FindGap, OfNoRunCannotJudge) { EXPECT_EQ(find_gap({}, 1).verdict, Conclusion::cannot_judge); }
 
 TEST(FindGap, SurvivesAConstantSensorAndReadingsThatAreNoNumbers) {
   const Plan plan;
@@ -276,7 +276,7 @@ TEST(FindGap, SurvivesAConstantSensorAndReadingsThatAreNoNumbers) {
     }
   }
   const GapReport report = find_gap(campaign, 1);
-  EXPECT_EQ(report.verdict, Verdict::none) << report.reason;
+  EXPECT_EQ(report.conclusion, Conclusion::none) << report.reason;
   EXPECT_FALSE(report.gap[4]);
   EXPECT_FALSE(report.gap[5]);
 }
@@ -290,7 +290,7 @@ TEST(FindGap, SurvivesADroppedVisitAndPositionsThatWereMixedUp) {
     if (segment.key.visit == 2) segment.position = position_named("+Z");
   }
   const GapReport report = find_gap(campaign, 1);
-  EXPECT_TRUE(report.verdict == Verdict::none || report.verdict == Verdict::unknown) << report.reason;
+  EXPECT_TRUE(report.conclusion == Conclusion::none || report.conclusion == Conclusion::unknown) << report.reason;
 }
 
 // Visits settle some tenths of a kelvin apart, which such a thermometer does not show: readings change, it does not.
@@ -311,7 +311,7 @@ TEST(FindGap, AThermometerInWholeDegreesNamesNothing) {
       }
     }
     const GapReport report = find_gap(campaign, 1);
-    EXPECT_EQ(report.verdict, Verdict::none) << "seed " << seed << ": " << report.reason;
+    EXPECT_EQ(report.conclusion, Conclusion::none) << "seed " << seed << ": " << report.reason;
     EXPECT_NE(report.reason.find("steps of 1 K"), std::string::npos) << report.reason;
   }
 }

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "calib/gap/campaign/detail/interval_likelihood.h"
+#include "calib/gap/campaign/detail/thermal_nodes.h"
 #include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_campaign.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/base_curve/level_spline.h"
+#include "calib/gap/base/base_curve.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/search/narrow_bump.h"
+#include "calib/gap/search/outside_the_mean.h"
 
 #include <gtest/gtest.h>
 
@@ -45,7 +45,7 @@ TEST(NarrowBump, IsNamedWithItsHeightAndPlaceOnAFineGrid) {
     return sensor == Sensor::gyro_z ? 8.0 * plan.gyro_block * std::exp(-off * off) : 0.0;
   };
   const GapReport report = find_gap(made_up::campaign(plan, bump), 1);
-  EXPECT_EQ(name_of(report.verdict), "named") << report.reason;
+  EXPECT_EQ(name_of(report.conclusion), "named") << report.reason;
   ASSERT_EQ(report.effects.size(), 1U) << report.reason;
   EXPECT_EQ(report.effects[0].effect->name, "narrow_bump");
   EXPECT_EQ(report.effects[0].sensors, std::vector<Sensor>{Sensor::gyro_z});
@@ -64,8 +64,8 @@ TEST(NarrowBump, IsNotMadeOfACurveThatIsWavyEverywhere) {
     other.seed = seed;
     const LoggedCampaign wavy = made_up::campaign(other, waves);
     const Observations observations = observe(wavy);
-    const Courses courses(wavy, observations);
-    EXPECT_TRUE(look_for_bump(CampaignModel(observations, courses)).effects.empty()) << "seed " << seed;
+    const TemperatureHistory history(wavy, observations);
+    EXPECT_TRUE(look_for_bump(CampaignModel(observations, history)).effects.empty()) << "seed " << seed;
     EXPECT_EQ(name_of(find_gap(made_up::campaign(other, made_up::nothing()), 1).verdict), "none") << "seed " << seed;
   }
 }

@@ -9,7 +9,7 @@
 #include <map>
 #include <memory>
 
-#include "calib/gap/experiment/detail/experiment_batch.h"
+#include "calib/gap/experiment/detail/discrimination.h"
 #include "calib/gap/experiment/next_experiment.h"
 #include "tests/gap/made_up_campaign.h"
 
@@ -53,12 +53,12 @@ struct Prepared {
   explicit Prepared(LoggedCampaign made)
       : campaign(std::move(made)),
         observations(observe(campaign)),
-        courses(campaign, observations),
-        model(observations, courses) {}
+        history(campaign, observations),
+        model(observations, history) {}
 
   LoggedCampaign campaign;
   Observations observations;
-  Courses courses;
+  TemperatureHistory history;
   CampaignModel model;
 };
 
@@ -108,7 +108,7 @@ NextExperiment between(const Prepared& prepared, std::string_view effect, const 
   EXPECT_TRUE(winner);
   if (!winner) return {};
   for (const auto& rival : rivals) winner->rivals.push_back(effect_named(rival));
-  return next_experiment(prepared.campaign, prepared.observations, prepared.courses, {*winner}, 0);
+  return next_experiment(prepared.campaign, prepared.observations, prepared.history, {*winner}, 0);
 }
 
 // The unit still moves while it is recorded. With a longer soak the rate is gone, the memory is not; at half the ramp

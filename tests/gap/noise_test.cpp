@@ -5,9 +5,8 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "calib/gap/noise/noise_components.h"
-#include "calib/gap/noise/whitening.h"
-#include "calib/gap/search/campaign_model.h"
+#include "calib/gap/noise/noise.h"
+#include "calib/gap/base/campaign_model.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {
@@ -18,8 +17,8 @@ TEST(NoiseComponents, AreThoseOfTheCampaign) {
   plan.runs = 20;
   const auto campaign = made_up::campaign(plan, made_up::nothing());
   const Observations observations = observe(campaign);
-  const Courses courses(campaign, observations);
-  const CampaignModel model(observations, courses);
+  const TemperatureHistory history(campaign, observations);
+  const CampaignModel model(observations, history);
   for (const Sensor sensor : kSensors) {
     const double block = is_gyro(sensor) ? plan.gyro_block : plan.accel_block;
     const NoiseComponents& noise = model.residuals().noise[index_of(sensor)];
@@ -38,8 +37,8 @@ TEST(NoiseComponents, LeaveOutWhatTheRunsShare) {
   };
   const auto campaign = made_up::campaign(plan, shared);
   const Observations observations = observe(campaign);
-  const Courses courses(campaign, observations);
-  const CampaignModel model(observations, courses);
+  const TemperatureHistory history(campaign, observations);
+  const CampaignModel model(observations, history);
   EXPECT_NEAR(model.residuals().noise[0].visit / plan.gyro_block, 0.5, 0.25);
 }
 

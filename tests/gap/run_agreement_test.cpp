@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs of another unit, or recorded otherwise, must be told by name and give no effect; what one unit does must not
 // pass for two.
-#include "calib/gap/observations/run_agreement.h"
+#include "calib/gap/base/run_agreement.h"
 
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ Hidden another_unit_in(std::set<int> runs) {
 }
 
 void expect_no_judgement(const GapReport& report, std::string_view names) {
-  EXPECT_EQ(name_of(report.verdict), "cannot_judge") << report.reason;
+  EXPECT_EQ(name_of(report.conclusion), "cannot_judge") << report.reason;
   EXPECT_TRUE(report.effects.empty() && report.suspects.empty());
   EXPECT_NE(report.reason.find(names), std::string::npos) << report.reason;
 }
@@ -51,8 +51,8 @@ void expect_no_judgement(const GapReport& report, std::string_view names) {
 /// Why the runs would not be of one unit; empty where they are.
 std::string disagreement_of(const LoggedCampaign& campaign) {
   const Observations observations = observe(campaign);
-  const Courses courses(campaign, observations);
-  return disagreement(CampaignModel(observations, courses)).value_or("");
+  const TemperatureHistory history(campaign, observations);
+  return disagreement(CampaignModel(observations, history)).value_or("");
 }
 
 void expect_one_unit(const char* what, const Plan& plan, const Hidden& hidden) {

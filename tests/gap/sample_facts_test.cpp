@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/campaign/sample_facts.h"
+#include "calib/gap/campaign/campaign.h"
 
 #include <gtest/gtest.h>
 

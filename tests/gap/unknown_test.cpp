@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "calib/gap/report/gap_report.h"
-#include "calib/gap/search/slow_noise.h"
+#include "calib/gap/search/detail/slow_noise.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {
@@ -21,11 +21,11 @@ using made_up::unit_of;
 GapReport report_of(const Plan& plan, const Hidden& hidden) { return find_gap(made_up::campaign(plan, hidden), 1); }
 
 void expect_unknown(const GapReport& report, std::string_view axis) {
-  EXPECT_EQ(name_of(report.verdict), "unknown") << report.reason;
+  EXPECT_EQ(name_of(report.conclusion), "unknown") << report.reason;
   EXPECT_TRUE(report.effects.empty());
-  ASSERT_TRUE(report.leftover);
+  ASSERT_TRUE(report.residual_structure);
   if (axis.empty()) return;
-  EXPECT_EQ(report.leftover->axis, axis);
+  EXPECT_EQ(report.residual_structure->axis, axis);
 }
 
 /// State of a mechanism that all sensors of a unit share, carried from moment to moment of a run.
@@ -69,7 +69,7 @@ TEST(Unknown, IsABiasThatJumpsToAndFro) {
     return sensor == Sensor::gyro_y ? 2.0 * plan.gyro_block * next_s->value : 0.0;
   });
   expect_unknown(report, "time, in another way in each run");
-  EXPECT_EQ(report.leftover->sensors, std::vector<Sensor>{Sensor::gyro_y});
+  EXPECT_EQ(report.residual_structure->sensors, std::vector<Sensor>{Sensor::gyro_y});
 }
 
 TEST(Unknown, IsABiasThatStepsOnceInEachRun) {
@@ -110,7 +110,7 @@ TEST(Unknown, IsNotAnEffectWhoseStrengthVariesFromRunToRun) {
     return 3.0 * plan.gyro_block * strength.at(static_cast<std::size_t>(moment.run)) *
            (moment.up[k] - moment.up[(k + 1) % 3]);
   });
-  EXPECT_EQ(name_of(report.verdict), "named") << report.reason;
+  EXPECT_EQ(name_of(report.conclusion), "named") << report.reason;
   ASSERT_FALSE(report.effects.empty());
   EXPECT_EQ(report.effects[0].effect->name, "g_sensitivity");
 }
@@ -125,8 +125,8 @@ TEST(SlowNoise, IsNotSeenInScatterWithoutMemory) {
     plan.placement_share = plan.visit_share;
     const LoggedCampaign campaign = made_up::campaign(plan, made_up::nothing());
     const Observations observations = observe(campaign);
-    const Courses courses(campaign, observations);
-    EXPECT_FALSE(slow_noise(CampaignModel(observations, courses), {})) << "seed " << plan.seed;
+    const TemperatureHistory history(campaign, observations);
+    EXPECT_FALSE(slow_noise(CampaignModel(observations, history), {})) << "seed " << plan.seed;
   }
 }
 

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "hal/links/detail/byte_source.h"
-#include "hal/links/detail/descriptor_source.h"
 #include "tests/hal/xsens_peer.h"
 #include "tests/hal/xsens_wires.h"
 

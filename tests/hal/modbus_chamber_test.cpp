@@ -6,14 +6,16 @@
 
 #include <cmath>
 
-#include "hal/devices/devices.h"
+#include "hal/devices/chamber.h"
+#include "hal/devices/unit_power.h"
+#include "hal/links/addresses.h"
 #include "modbus_peer.h"
 
 namespace soak::hal {
 namespace {
 
 std::unique_ptr<Chamber> f4t(int port) {
-  auto chamber = make_modbus_chamber(test::repository_map("chambers/watlow-f4t.toml", port));
+  auto chamber = make_chamber(test::repository_map("chambers/watlow-f4t.toml", port));
   if (!chamber) throw std::runtime_error(chamber.error().message);
   return *std::move(chamber);
 }
@@ -135,9 +137,9 @@ TEST_F(ModbusChamberTest, RefusesATemperatureThatNoChamberHas) {
 }
 
 TEST_F(ModbusChamberTest, NamesQuantityRegisterAndPlaceOfAnError) {
-  RegisterMap map = test::repository_map("chambers/watlow-f4t.toml", server_->port());
-  map.quantities["air_c"].address = 5000;  // not served
-  const auto chamber = make_modbus_chamber(map);
+  DeviceMap map = test::repository_map("chambers/watlow-f4t.toml", server_->port());
+  map.quantities["air_c"].modbus.address = 5000;  // not served
+  const auto chamber = make_chamber(map);
   ASSERT_TRUE(chamber);
   const auto reading = (*chamber)->read();
   ASSERT_FALSE(reading);
@@ -150,7 +152,7 @@ TEST_F(ModbusChamberTest, FindsAWrongControllerByItsProbe) {
   const auto status = chamber_->connect();
   ASSERT_FALSE(status);
   EXPECT_TRUE(
-      status.error().message.starts_with("display units of Modbus TCP (register 6730) holds 30, not 15: set the units"))
+      status.error().message.starts_with("display units of Modbus TCP (register 6730) is 30, not 15: set the units"))
       << status.error().message;
   const auto reading = chamber_->read();  // no value before the probe is right
   ASSERT_FALSE(reading);
@@ -216,9 +218,9 @@ TEST(ModbusChamber, ReadsIntegersWithDecimalsAndFloatsHighWordFirst) {
   SOAK_START_PYMODBUS(
       server, "tcp",
       {"i16:100:-405", "u16:606:1", "i16:300:-4025", "f32hi:32774:1.001", "in:7:251", "u16:199:1", "u16:74:0x21"});
-  RegisterMap map = test::parsed_map(kIntegerMap);
-  map.link.address = ModbusTcp{"127.0.0.1", server->port()};
-  const auto chamber = make_modbus_chamber(map);
+  DeviceMap map = test::parsed_map(kIntegerMap);
+  map.link.address = TcpAddress{"127.0.0.1", server->port()};
+  const auto chamber = make_chamber(map);
   ASSERT_TRUE(chamber) << chamber.error().message;
   const auto reading = (*chamber)->read();
   ASSERT_TRUE(reading) << reading.error().message;
@@ -237,7 +239,7 @@ TEST(ModbusChamber, SwitchesUnitsByOutputsOfItsOwnAndTellsTheHumidity) {
   SOAK_START_PYMODBUS(server, "tcp",
                       {"i16:100:250", "u16:606:1", "i16:300:2500", "f32hi:32774:0", "in:7:251", "u16:199:1", "u16:74:0",
                        "u16:20:83", "u16:16596:62"});
-  RegisterMap map = test::parsed_map(std::string(kIntegerMap) + R"(
+  DeviceMap map = test::parsed_map(std::string(kIntegerMap) + R"(
 [quantity.air_rh_percent]
 address = 20
 type = "u16"
@@ -248,8 +250,8 @@ type = "u16"
 write_function = 6
 codes = { off = 62, on = 63 }
 )");
-  map.link.address = ModbusTcp{"127.0.0.1", server->port()};
-  const auto chamber = make_modbus_chamber(map);
+  map.link.address = TcpAddress{"127.0.0.1", server->port()};
+  const auto chamber = make_chamber(map);
   ASSERT_TRUE(chamber) << chamber.error().message;
   EXPECT_DOUBLE_EQ((*chamber)->read()->air_rh_percent.value(), 8.3);
   UnitPower* power = (*chamber)->unit_power();
@@ -265,7 +267,7 @@ codes = { off = 62, on = 63 }
 }
 
 TEST(ModbusChamber, WithoutSuchOutputsSwitchesNothing) {
-  const auto chamber = make_modbus_chamber(test::parsed_map(kIntegerMap));
+  const auto chamber = make_chamber(test::parsed_map(kIntegerMap));
   ASSERT_TRUE(chamber);
   EXPECT_EQ((*chamber)->unit_power(), nullptr);
 }
@@ -273,9 +275,9 @@ TEST(ModbusChamber, WithoutSuchOutputsSwitchesNothing) {
 TEST(ModbusChamber, FollowsTheDecimalsRegisterWhenItChanges) {
   SOAK_START_PYMODBUS(server, "tcp",
                       {"i16:100:-405", "u16:606:1", "i16:300:0", "f32hi:32774:0", "in:7:0", "u16:199:1", "u16:74:0"});
-  RegisterMap map = test::parsed_map(kIntegerMap);
-  map.link.address = ModbusTcp{"127.0.0.1", server->port()};
-  const auto chamber = make_modbus_chamber(map);
+  DeviceMap map = test::parsed_map(kIntegerMap);
+  map.link.address = TcpAddress{"127.0.0.1", server->port()};
+  const auto chamber = make_chamber(map);
   ASSERT_TRUE(chamber);
   EXPECT_EQ((*chamber)->read()->air_c, -40.5);
   ASSERT_TRUE(test::mbpoll_write(server->port(), 606, "4", "2"));
@@ -284,16 +286,16 @@ TEST(ModbusChamber, FollowsTheDecimalsRegisterWhenItChanges) {
 
 TEST(ModbusChamber, RefusesAMapThatLacksWhatAChamberNeeds) {
   for (const char* quantity : {"air_c", "set_point_c", "control_mode"}) {
-    RegisterMap map = test::parsed_map(kIntegerMap);
+    DeviceMap map = test::parsed_map(kIntegerMap);
     map.quantities.erase(quantity);
-    const auto chamber = make_modbus_chamber(map);
+    const auto chamber = make_chamber(map);
     ASSERT_FALSE(chamber) << quantity;
     EXPECT_EQ(chamber.error().kind, base::ErrorKind::bad_input);
     EXPECT_NE(chamber.error().message.find(quantity), std::string::npos) << chamber.error().message;
   }
-  RegisterMap map = test::parsed_map(kIntegerMap);
+  DeviceMap map = test::parsed_map(kIntegerMap);
   map.kind = "power";
-  EXPECT_FALSE(make_modbus_chamber(map));
+  EXPECT_FALSE(make_chamber(map));
 }
 
 }  // namespace

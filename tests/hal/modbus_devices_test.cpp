@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "hal/devices/devices.h"
+#include "hal/devices/fixture.h"
+#include "hal/devices/unit_power.h"
 #include "modbus_peer.h"
 
 namespace soak::hal {
@@ -23,7 +24,7 @@ std::vector<std::string> relay_registers(int stuck_contact) {
 
 TEST(ModbusFixture, TurnsAndTellsWhereItStands) {
   SOAK_START_PYMODBUS(server, "tcp", positioner_registers());
-  const auto fixture = make_modbus_fixture(test::repository_map("fixtures/modbus-positioner.toml", server->port()));
+  const auto fixture = make_fixture(test::repository_map("fixtures/modbus-positioner.toml", server->port()));
   ASSERT_TRUE(fixture) << fixture.error().message;
   EXPECT_EQ((*fixture)->positions(), (std::vector<std::string>{"+X", "-X", "+Y", "-Y", "+Z", "-Z"}));
   EXPECT_EQ((*fixture)->read()->position, "+Z");
@@ -40,7 +41,7 @@ TEST(ModbusFixture, TurnsAndTellsWhereItStands) {
 
 TEST(ModbusFixture, ReportsFaultAndUnknownCodesAsDeviceErrors) {
   SOAK_START_PYMODBUS(server, "tcp", positioner_registers());
-  const auto fixture = make_modbus_fixture(test::repository_map("fixtures/modbus-positioner.toml", server->port()));
+  const auto fixture = make_fixture(test::repository_map("fixtures/modbus-positioner.toml", server->port()));
   ASSERT_TRUE(fixture);
   for (const auto& [address, value] : {std::pair{2, "2"}, std::pair{2, "7"}, std::pair{1, "7"}}) {
     ASSERT_TRUE(test::mbpoll_write(server->port(), 2, "4", "0"));
@@ -56,7 +57,7 @@ TEST(ModbusFixture, ReportsFaultAndUnknownCodesAsDeviceErrors) {
 
 TEST(ModbusFixture, ACodeThatTheMapDoesNotKnowIsToldWithItsRegisterAndThoseThatItKnows) {
   SOAK_START_PYMODBUS(server, "tcp", positioner_registers());
-  const auto fixture = make_modbus_fixture(test::repository_map("fixtures/modbus-positioner.toml", server->port()));
+  const auto fixture = make_fixture(test::repository_map("fixtures/modbus-positioner.toml", server->port()));
   ASSERT_TRUE(fixture);
   ASSERT_TRUE(test::mbpoll_write(server->port(), 1, "4", "9"));
   EXPECT_EQ((*fixture)->read().error().message,
@@ -68,12 +69,12 @@ TEST(ModbusFixture, ACodeThatTheMapDoesNotKnowIsToldWithItsRegisterAndThoseThatI
 
 TEST(ModbusFixture, APositionThatIsNoWholeNumberIsRefused) {
   // 1.9 would pass for position 1, and what is no number for anything.
-  RegisterMap as_float = test::repository_map("fixtures/modbus-positioner.toml", 1);
-  as_float.quantities.at("position").type = RegisterType::f32;
-  RegisterMap scaled = test::repository_map("fixtures/modbus-positioner.toml", 1);
-  scaled.quantities.at("position").scale = 0.1;
-  for (const RegisterMap& map : {as_float, scaled}) {
-    const auto fixture = make_modbus_fixture(map);
+  DeviceMap as_float = test::repository_map("fixtures/modbus-positioner.toml", 1);
+  as_float.quantities.at("position").modbus.type = RegisterType::f32;
+  DeviceMap scaled = test::repository_map("fixtures/modbus-positioner.toml", 1);
+  scaled.quantities.at("position").modbus.scale = 0.1;
+  for (const DeviceMap& map : {as_float, scaled}) {
+    const auto fixture = make_fixture(map);
     ASSERT_FALSE(fixture);
     EXPECT_EQ(fixture.error().kind, base::ErrorKind::bad_input);
     EXPECT_NE(fixture.error().message.find("[quantity.position]"), std::string::npos) << fixture.error().message;
@@ -82,7 +83,7 @@ TEST(ModbusFixture, APositionThatIsNoWholeNumberIsRefused) {
 
 TEST(ModbusFixture, RequestsAPositionAgainAfterItWasTurnedByHand) {
   SOAK_START_PYMODBUS(server, "tcp", positioner_registers());
-  const auto fixture = make_modbus_fixture(test::repository_map("fixtures/modbus-positioner.toml", server->port()));
+  const auto fixture = make_fixture(test::repository_map("fixtures/modbus-positioner.toml", server->port()));
   ASSERT_TRUE(fixture);
   ASSERT_TRUE((*fixture)->move_to("+Z"));
   EXPECT_EQ(server->writes(), 1);
@@ -90,7 +91,7 @@ TEST(ModbusFixture, RequestsAPositionAgainAfterItWasTurnedByHand) {
 
 TEST(ModbusPower, SwitchesOneOutputAndReadsItsContact) {
   SOAK_START_PYMODBUS(server, "tcp", relay_registers(0));
-  const auto power = make_modbus_power(test::repository_map("power/modbus-relay.toml", server->port()));
+  const auto power = make_unit_power(test::repository_map("power/modbus-relay.toml", server->port()));
   ASSERT_TRUE(power) << power.error().message;
   ASSERT_TRUE((*power)->set(16, true));
   EXPECT_EQ(test::mbpoll_read(server->port(), 15, "4"), "1");
@@ -106,7 +107,7 @@ TEST(ModbusPower, SwitchesOneOutputAndReadsItsContact) {
 
 TEST(ModbusPower, FindsAContactThatDoesNotFollow) {
   SOAK_START_PYMODBUS(server, "tcp", relay_registers(3));
-  const auto power = make_modbus_power(test::repository_map("power/modbus-relay.toml", server->port()));
+  const auto power = make_unit_power(test::repository_map("power/modbus-relay.toml", server->port()));
   ASSERT_TRUE(power);
   const auto status = (*power)->set(3, true);
   ASSERT_FALSE(status);
@@ -114,7 +115,7 @@ TEST(ModbusPower, FindsAContactThatDoesNotFollow) {
 }
 
 TEST(ModbusPower, RefusesAnOutputThatItDoesNotHave) {
-  const auto power = make_modbus_power(test::repository_map("power/modbus-relay.toml", 1));
+  const auto power = make_unit_power(test::repository_map("power/modbus-relay.toml", 1));
   ASSERT_TRUE(power);
   const auto status = (*power)->set(17, true);
   ASSERT_FALSE(status);
@@ -125,12 +126,12 @@ TEST(ModbusPower, RefusesAnOutputThatItDoesNotHave) {
 
 TEST(ModbusPower, RefusesAPositionerInItsPlace) {
   SOAK_START_PYMODBUS(server, "tcp", positioner_registers());
-  const auto power = make_modbus_power(test::repository_map("power/modbus-relay.toml", server->port()));
+  const auto power = make_unit_power(test::repository_map("power/modbus-relay.toml", server->port()));
   ASSERT_TRUE(power);
   const auto status = (*power)->connect();
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().message,
-            "identification (register 32) holds 20550, not 20562: this is not a relay with this register map");
+            "identification (register 32) is 20550, not 20562: this is not a relay with this register map");
 }
 
 }  // namespace

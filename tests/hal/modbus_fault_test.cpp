@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "hal/devices/detail/controller.h"
-#include "hal/devices/devices.h"
+#include "hal/links/detail/modbus_link.h"
 #include "modbus_fault_proxy.h"
 #include "modbus_peer.h"
 
@@ -48,10 +48,14 @@ const std::vector<std::string> kRegisters = {"f32lo:10:11.5", "f32lo:20:-22.5", 
                                              "u16:40:444",    "u16:50:4711",    "stuck:30:0"};
 const Values kTruth = {{"air_c", 11.5}, {"output_percent", -22.5}, {"actual_mode", 333.0}, {"control_mode", 444.0}};
 
-RegisterMap rig_map(int port) {
-  RegisterMap map = test::parsed_map(kMap);
-  map.link.address = ModbusTcp{"127.0.0.1", port};
+DeviceMap rig_map(int port) {
+  DeviceMap map = test::parsed_map(kMap);
+  map.link.address = TcpAddress{"127.0.0.1", port};
   return map;
+}
+
+base::Result<double> read_one(Controller& controller, const std::string& name) {
+  return controller.read_all({name}).map([&](const Values& values) { return values.at(name); });
 }
 
 /// Reads until all values came, for 20 s at most. Each value on the way must be right.
@@ -61,7 +65,7 @@ void expect_recovery(Controller& controller) {
     ASSERT_LT(Clock::now(), deadline) << "the link did not come back";
     good = 0;
     for (const auto& [name, truth] : kTruth) {
-      const auto value = controller.read(name);
+      const auto value = read_one(controller, name);
       if (!value) break;
       ASSERT_EQ(*value, truth) << name;
       ++good;
@@ -101,7 +105,7 @@ TEST(ModbusFault, ReadsAnAnswerThatComesByteByByte) {
   Controller controller(rig_map(proxy.port()));
   proxy.spoil(Fault::byte_by_byte, 0, 5);
   for (const auto& [name, truth] : kTruth) {
-    const auto value = controller.read(name);
+    const auto value = read_one(controller, name);
     ASSERT_TRUE(value) << value.error().message;
     EXPECT_EQ(*value, truth);
   }
@@ -113,12 +117,12 @@ TEST(ModbusFault, AsksABusyControllerAgain) {
   Controller controller(rig_map(proxy.port()));
   ASSERT_TRUE(controller.connect());
   proxy.spoil(Fault::busy, 0, 3);
-  EXPECT_EQ(controller.read("air_c").value_or(0.0), 11.5);
+  EXPECT_EQ(read_one(controller, "air_c").value_or(0.0), 11.5);
   proxy.spoil(Fault::busy, 0, 4);
-  const auto value = controller.read("air_c");
+  const auto value = read_one(controller, "air_c");
   ASSERT_FALSE(value);
   EXPECT_EQ(value.error().message, "air_c (registers 10 to 11): Slave device or server is busy");
-  EXPECT_EQ(controller.read("air_c").value_or(0.0), 11.5) << "the link is sound, there is no pause";
+  EXPECT_EQ(read_one(controller, "air_c").value_or(0.0), 11.5) << "the link is sound, there is no pause";
 }
 
 TEST(ModbusFault, AsksAgainAfterAnAcknowledge) {
@@ -127,7 +131,7 @@ TEST(ModbusFault, AsksAgainAfterAnAcknowledge) {
   Controller controller(rig_map(proxy.port()));
   ASSERT_TRUE(controller.connect());
   proxy.spoil(Fault::acknowledge, 0, 3);
-  EXPECT_EQ(controller.read("air_c").value_or(0.0), 11.5);
+  EXPECT_EQ(read_one(controller, "air_c").value_or(0.0), 11.5);
 }
 
 // libmodbus' own recovery would connect again within the call, and for ever if nobody listens.
@@ -139,8 +143,8 @@ TEST(ModbusFault, DoesNotReconnectWithinACall) {
   for (const Fault fault : {Fault::reset, Fault::silence, Fault::truncated, Fault::garbage}) {
     const int before = proxy.connections();
     proxy.spoil(fault);
-    EXPECT_FALSE(controller.read("air_c"));
-    EXPECT_FALSE(controller.read("air_c")) << "in the pause";
+    EXPECT_FALSE(read_one(controller, "air_c"));
+    EXPECT_FALSE(read_one(controller, "air_c")) << "in the pause";
     EXPECT_EQ(proxy.connections(), before);
     expect_recovery(controller);
     EXPECT_EQ(proxy.connections(), before + 1);
@@ -168,12 +172,12 @@ TEST(ModbusFault, SaysWhenTheNextTryIsAndFailsAtOnceUntilThen) {
   Controller controller(rig_map(proxy.port()));
   ASSERT_TRUE(controller.connect());
   proxy.spoil(Fault::silence);
-  const auto lost = controller.read("air_c");
+  const auto lost = read_one(controller, "air_c");
   ASSERT_FALSE(lost);
   EXPECT_EQ(lost.error().kind, base::ErrorKind::device);
   EXPECT_EQ(lost.error().message, "air_c (registers 10 to 11): Connection timed out");
   EXPECT_EQ(lost.error().where, fmt::format("rig at 127.0.0.1:{}", proxy.port()));
-  const auto refused = controller.read("air_c");
+  const auto refused = read_one(controller, "air_c");
   ASSERT_FALSE(refused);
   EXPECT_TRUE(refused.error().message.starts_with("Connection timed out; next try in 1.0 s") ||
               refused.error().message.starts_with("Connection timed out; next try in 0."))
@@ -186,17 +190,17 @@ TEST(ModbusFault, ProvesTheControllerAnewAfterReconnecting) {
   Controller controller(rig_map(proxy.port()));
   ASSERT_TRUE(controller.connect());
   ASSERT_TRUE(test::mbpoll_write(server->port(), 50, "4", "4712"));
-  EXPECT_EQ(controller.read("air_c").value_or(0.0), 11.5);
+  EXPECT_EQ(read_one(controller, "air_c").value_or(0.0), 11.5);
   proxy.spoil(Fault::reset);
-  EXPECT_FALSE(controller.read("air_c"));
+  EXPECT_FALSE(read_one(controller, "air_c"));
   const auto deadline = Clock::now() + std::chrono::seconds(20);
   std::string message;
   while (Clock::now() < deadline && message.find("4712") == std::string::npos) {
-    const auto value = controller.read("air_c");
+    const auto value = read_one(controller, "air_c");
     ASSERT_FALSE(value);
     message = value.error().message;
   }
-  EXPECT_EQ(message, "identification (register 50) holds 4712, not 4711: this is another controller");
+  EXPECT_EQ(message, "identification (register 50) is 4712, not 4711: this is another controller");
 }
 
 TEST(ModbusFault, WritesAgainAfterReconnectingToAControllerThatForgot) {
@@ -205,7 +209,7 @@ TEST(ModbusFault, WritesAgainAfterReconnectingToAControllerThatForgot) {
   Controller controller(rig_map(proxy.port()));
   ASSERT_TRUE(controller.write("control_mode", 500.0));
   proxy.spoil(Fault::reset);
-  EXPECT_FALSE(controller.read("air_c"));
+  EXPECT_FALSE(read_one(controller, "air_c"));
   ASSERT_TRUE(test::mbpoll_write(server->port(), 40, "4", "444"));
   expect_recovery(controller);
   ASSERT_TRUE(controller.write("control_mode", 500.0));
@@ -219,7 +223,7 @@ TEST(ModbusFault, ComesBackAfterThePeerHasRestarted) {
   Controller controller(rig_map(port));
   expect_recovery(controller);
   peer.reset();
-  const auto lost = controller.read("air_c");
+  const auto lost = read_one(controller, "air_c");
   ASSERT_FALSE(lost);
   EXPECT_EQ(lost.error().kind, base::ErrorKind::device);
   peer = test::PymodbusServer::start("tcp", kRegisters, port);
@@ -228,17 +232,19 @@ TEST(ModbusFault, ComesBackAfterThePeerHasRestarted) {
 
 TEST(ModbusFault, EndsACallWhoseAnswersAllComeLateButInTime) {
   std::vector<std::string> registers = kRegisters;
-  RegisterMap map = test::parsed_map(kMap);
-  AlarmRule alarm{.name = "spread", .addresses = {}, .inactive = {0}, .active = {}, .mask = {}};
+  DeviceMap map = test::parsed_map(kMap);
+  AlarmRule alarm;
+  alarm.name = "spread";
+  alarm.modbus.inactive = {0};
   for (int address = 100; address < 400; address += 10) {
-    alarm.addresses.push_back(address);
+    alarm.modbus.addresses.push_back(address);
     registers.push_back(fmt::format("u16:{}:0", address));
   }
   map.alarms = {alarm};
   map.link.response_timeout_s = 0.5;
   SOAK_START_PYMODBUS(server, "tcp", registers);
   FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 300);
-  map.link.address = ModbusTcp{"127.0.0.1", proxy.port()};
+  map.link.address = TcpAddress{"127.0.0.1", proxy.port()};
   Controller controller(map);
   ASSERT_TRUE(controller.connect());
   proxy.spoil(Fault::late, 0, 1000);  // thirty answers would take 9 s
@@ -251,27 +257,30 @@ TEST(ModbusFault, EndsACallWhoseAnswersAllComeLateButInTime) {
 
 TEST(ModbusFault, AsksOnlyTheProbesOfItsLink) {
   SOAK_START_PYMODBUS(server, "tcp", kRegisters);
-  RegisterMap map = rig_map(server->port());
-  map.probes.push_back({.name = "units", .address = 40, .expected = {1}, .otherwise = "no", .link = LinkKind::rtu});
+  DeviceMap map = rig_map(server->port());
+  map.probes.push_back({.name = "units",
+                        .otherwise = "no",
+                        .link = LinkKind::serial,
+                        .modbus = {.address = 40, .type = RegisterType::u16, .expected = {1}}});
   EXPECT_TRUE(Controller(map).connect());
   map.probes.back().link = LinkKind::tcp;
   EXPECT_FALSE(Controller(map).connect());
 }
 
 TEST(ModbusLink, PausesBeforeARequestOnASerialLineUnlessTheMapSaysOtherwise) {
-  ModbusLinkSettings settings;
-  settings.address = ModbusTcp{"127.0.0.1", 502};
+  LinkSettings settings;
+  settings.address = TcpAddress{"127.0.0.1", 502};
   EXPECT_EQ(request_gap_s(settings), 0.0);
-  settings.address = ModbusRtu{.device = "/dev/ttyS0"};
+  settings.address = SerialAddress{.device = "/dev/ttyS0"};
   EXPECT_EQ(request_gap_s(settings), 0.03);
   settings.gap_s = 0.1;
   EXPECT_EQ(request_gap_s(settings), 0.1);
-  settings.address = ModbusTcp{"127.0.0.1", 502};
+  settings.address = TcpAddress{"127.0.0.1", 502};
   EXPECT_EQ(request_gap_s(settings), 0.1);
 }
 
 TEST(ModbusLink, SaysThatAHostIsNotKnown) {
-  ModbusLink link({.address = ModbusTcp{"no-such-host.invalid", 502}});
+  ModbusLink link({.address = TcpAddress{"no-such-host.invalid", 502}});
   const LinkResult opened = link.open();
   ASSERT_FALSE(opened);
   EXPECT_TRUE(opened.error().text.starts_with("the host is not known: ")) << opened.error().text;
@@ -279,7 +288,7 @@ TEST(ModbusLink, SaysThatAHostIsNotKnown) {
 
 TEST(ModbusFault, ReadsBlocksWithoutHolesWhereTheControllerRefusesThem) {
   SOAK_START_PYMODBUS(server, "tcp", kRegisters);
-  RegisterMap map = rig_map(server->port());
+  DeviceMap map = rig_map(server->port());
   map.link.max_block = 60;  // one block over registers that the server does not have
   Controller controller(map);
   const auto values = controller.read_all({"air_c", "output_percent", "actual_mode", "control_mode"});
@@ -288,7 +297,7 @@ TEST(ModbusFault, ReadsBlocksWithoutHolesWhereTheControllerRefusesThem) {
 }
 
 TEST(ModbusLink, LengthensItsPauses) {
-  ModbusLink link({.address = ModbusTcp{"127.0.0.1", 1}, .response_timeout_s = 0.3});
+  ModbusLink link({.address = TcpAddress{"127.0.0.1", 1}, .response_timeout_s = 0.3});
   for (const char* expected : {"1.0 s", "2.0 s", "5.0 s", "10.0 s", "10.0 s"}) {
     link.give_up("lost");
     const LinkResult refused = link.open();
@@ -310,7 +319,7 @@ TEST(ModbusLink, RefusesADescriptorThatLibmodbusCannotUse) {
     fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
     taken.push_back(fd);
   }
-  ModbusLink link({.address = ModbusTcp{"127.0.0.1", 1}});
+  ModbusLink link({.address = TcpAddress{"127.0.0.1", 1}});
   const LinkResult opened = link.open();
   for (const int fd : taken) ::close(fd);
   ::setrlimit(RLIMIT_NOFILE, &limit);
@@ -320,9 +329,9 @@ TEST(ModbusLink, RefusesADescriptorThatLibmodbusCannotUse) {
 
 class ModbusRtuFaultTest : public ::testing::TestWithParam<Fault> {
  protected:
-  static RegisterMap rig_map_rtu(const std::string& device) {
-    RegisterMap map = test::parsed_map(kMap);
-    map.link.address = ModbusRtu{.device = device, .baud = 38400};
+  static DeviceMap rig_map_rtu(const std::string& device) {
+    DeviceMap map = test::parsed_map(kMap);
+    map.link.address = SerialAddress{.device = device, .baud = 38400};
     map.link.gap_s = 0.005;
     return map;
   }
@@ -338,7 +347,7 @@ TEST_P(ModbusRtuFaultTest, GivesTheTruthOrAnErrorAndRecovers) {
   expect_recovery(controller);
   expect_truth_or_error(controller, proxy, GetParam());
   ASSERT_TRUE(controller.write("control_mode", 445.0));
-  EXPECT_EQ(controller.read("control_mode").value_or(0.0), 445.0);
+  EXPECT_EQ(read_one(controller, "control_mode").value_or(0.0), 445.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, ModbusRtuFaultTest,
@@ -351,12 +360,12 @@ TEST(ModbusRtuFault, ComesBackAfterTheAdapterWasPulledAndPluggedInAgain) {
   SOAK_START_PYMODBUS(server, "rtu", kRegisters);
   SOAK_NEED_SOCAT();
   auto line = std::make_unique<test::SerialLine>(server->port());
-  RegisterMap map = test::parsed_map(kMap);
-  map.link.address = ModbusRtu{.device = line->path(), .baud = 38400};
+  DeviceMap map = test::parsed_map(kMap);
+  map.link.address = SerialAddress{.device = line->path(), .baud = 38400};
   Controller controller(map);
   expect_recovery(controller);
   line.reset();
-  const auto lost = controller.read("air_c");
+  const auto lost = read_one(controller, "air_c");
   ASSERT_FALSE(lost);
   EXPECT_EQ(lost.error().kind, base::ErrorKind::device);
   line = std::make_unique<test::SerialLine>(server->port());

@@ -18,8 +18,8 @@
 #include <utility>
 #include <vector>
 
-#include "hal/devices/detail/registers.h"
 #include "hal/links/detail/modbus_link.h"
+#include "hal/maps/detail/registers.h"
 
 namespace soak::hal {
 namespace {
@@ -58,9 +58,9 @@ class ScriptedLine {
     ::close(master_);
   }
 
-  [[nodiscard]] ModbusLinkSettings settings(int unit) const {
-    ModbusLinkSettings settings;
-    settings.address = ModbusRtu{.device = path_, .baud = 19200};
+  [[nodiscard]] LinkSettings settings(int unit) const {
+    LinkSettings settings;
+    settings.address = SerialAddress{.device = path_, .baud = 19200};
     settings.unit = unit;
     settings.response_timeout_s = 2.0;
     return settings;
@@ -97,7 +97,7 @@ class ScriptedLine {
 struct ReadFrame {
   const char* what;
   int unit;
-  Quantity quantity;
+  RegisterPlace place;
   int count;
   const char* request;
   const char* reply;
@@ -112,44 +112,44 @@ TEST_P(ReadFrames, AreSentAndReadToTheByte) {
   ModbusLink link(line.settings(frame.unit));
   ASSERT_TRUE(link.open());
   Words words(static_cast<std::size_t>(frame.count));
-  const LinkResult done = link.read(3, frame.quantity.address, words);
+  const LinkResult done = link.read(3, frame.place.address, words);
   EXPECT_EQ(line.request(), frame.request);
   ASSERT_TRUE(done) << done.error().text;
-  EXPECT_EQ(decode_value(frame.quantity, words, frame.quantity.decimals_register ? 1 : 0), frame.value);
+  EXPECT_EQ(decode_value(frame.place, words, frame.place.decimals_register ? 1 : 0), frame.value);
 }
 
-Quantity quantity_at(int address, RegisterType type, WordOrder order = WordOrder::low_first) {
-  Quantity quantity;
-  quantity.address = address;
-  quantity.type = type;
-  quantity.word_order = order;
-  return quantity;
+RegisterPlace place_at(int address, RegisterType type, WordOrder order = WordOrder::low_first) {
+  RegisterPlace place;
+  place.address = address;
+  place.type = type;
+  place.word_order = order;
+  return place;
 }
 
-Quantity tenths_at(int address) {
-  Quantity quantity = quantity_at(address, RegisterType::i16);
-  quantity.decimals_register = 606;
-  return quantity;
+RegisterPlace tenths_at(int address) {
+  RegisterPlace place = place_at(address, RegisterType::i16);
+  place.decimals_register = 606;
+  return place;
 }
 
 // Watlow F4T and F4: ESPEC's and TestEquity's tables, check sums by mbpoll. Eurotherm: handbook HA026230 (unit 2), and
 // its float area.
 INSTANTIATE_TEST_SUITE_P(Documented, ReadFrames,
-                         ::testing::Values(ReadFrame{"f4t_process_value", 1, quantity_at(2820, RegisterType::f32), 2,
+                         ::testing::Values(ReadFrame{"f4t_process_value", 1, place_at(2820, RegisterType::f32), 2,
                                                      "01 03 0B 04 00 02 87 EE", "01 03 04 00 00 41 BA 4B D0", 23.25},
                                            ReadFrame{"f4_input_1", 1, tenths_at(100), 1, "01 03 00 64 00 01 C5 D5",
                                                      "01 03 02 FE 6B B9 CB", -40.5},
                                            ReadFrame{"eurotherm_integers", 2, tenths_at(1), 2,
                                                      "02 03 00 01 00 02 95 F8", "02 03 04 00 B2 00 D8 69 4E", 17.8},
                                            ReadFrame{"eurotherm_float", 1,
-                                                     quantity_at(32770, RegisterType::f32, WordOrder::high_first), 2,
+                                                     place_at(32770, RegisterType::f32, WordOrder::high_first), 2,
                                                      "01 03 80 02 00 02 4C 0B", "01 03 04 41 BA 00 00 CF EA", 23.25}),
                          [](const auto& info) { return std::string(info.param.what); });
 
 struct WriteFrame {
   const char* what;
   int function;
-  Quantity quantity;
+  RegisterPlace place;
   int decimals;
   double value;
   const char* request;
@@ -163,9 +163,9 @@ TEST_P(WriteFrames, AreSentToTheByte) {
   ScriptedLine line(frame.reply);
   ModbusLink link(line.settings(1));
   ASSERT_TRUE(link.open());
-  const auto words = encode_value(frame.quantity, frame.value, frame.decimals);
+  const auto words = encode_value(frame.place, frame.value, frame.decimals);
   ASSERT_TRUE(words);
-  const LinkResult done = link.write(frame.function, frame.quantity.address, *words);
+  const LinkResult done = link.write(frame.function, frame.place.address, *words);
   EXPECT_EQ(line.request(), frame.request);
   EXPECT_TRUE(done) << done.error().text;
 }
@@ -173,12 +173,12 @@ TEST_P(WriteFrames, AreSentToTheByte) {
 // The echoes' check sums are those of pymodbus.
 INSTANTIATE_TEST_SUITE_P(
     Documented, WriteFrames,
-    ::testing::Values(
-        WriteFrame{"f4t_set_point", 16, quantity_at(2782, RegisterType::f32), 0, -40.0,
-                   "01 10 0A DE 00 02 04 00 00 C2 20 51 67", "01 10 0A DE 00 02 22 2A"},
-        WriteFrame{"f4_set_point", 6, tenths_at(300), 1, -40.0, "01 06 01 2C FE 70 08 7B", "01 06 01 2C FE 70 08 7B"},
-        WriteFrame{"eurotherm_set_point", 16, quantity_at(32772, RegisterType::f32, WordOrder::high_first), 0, -40.0,
-                   "01 10 80 04 00 02 04 C2 20 00 00 AF E8", "01 10 80 04 00 02 29 C9"}),
+    ::testing::Values(WriteFrame{"f4t_set_point", 16, place_at(2782, RegisterType::f32), 0, -40.0,
+                                 "01 10 0A DE 00 02 04 00 00 C2 20 51 67", "01 10 0A DE 00 02 22 2A"},
+                      WriteFrame{"f4_set_point", 6, tenths_at(300), 1, -40.0, "01 06 01 2C FE 70 08 7B",
+                                 "01 06 01 2C FE 70 08 7B"},
+                      WriteFrame{"eurotherm_set_point", 16, place_at(32772, RegisterType::f32, WordOrder::high_first),
+                                 0, -40.0, "01 10 80 04 00 02 04 C2 20 00 00 AF E8", "01 10 80 04 00 02 29 C9"}),
     [](const auto& info) { return std::string(info.param.what); });
 
 TEST(ExceptionFrames, SayWhatTheControllerRefuses) {

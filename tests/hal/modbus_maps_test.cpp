@@ -9,7 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/devices/devices.h"
+#include "hal/devices/chamber.h"
+#include "hal/links/addresses.h"
 #include "modbus_peer.h"
 
 namespace soak::hal {
@@ -77,13 +78,13 @@ class ShippedMap : public ::testing::TestWithParam<Case> {
     if (!server_) GTEST_SKIP() << "skipped: python3-pymodbus is not installed";
     if (!test::have_program("mbpoll")) GTEST_SKIP() << "skipped: mbpoll is not installed";
     SOAK_NEED_SOCAT();
-    RegisterMap map = test::repository_map(fmt::format("chambers/{}.toml", model.map), server_->port());
+    DeviceMap map = test::repository_map(fmt::format("chambers/{}.toml", model.map), server_->port());
     if (framing == "rtu") {
       line_ = std::make_unique<test::SerialLine>(server_->port());
-      map.link.address = ModbusRtu{.device = line_->path(), .baud = 19200};
+      map.link.address = SerialAddress{.device = line_->path(), .baud = 19200};
     }
     map.link.response_timeout_s = 1.0;
-    auto chamber = make_modbus_chamber(map);
+    auto chamber = make_chamber(map);
     ASSERT_TRUE(chamber) << chamber.error().message;
     chamber_ = *std::move(chamber);
   }
@@ -173,7 +174,7 @@ TEST(EurothermMap, FindsAWriteThatIsAcceptedAndIgnored) {
   auto registers = eurotherm();
   registers.insert(registers.end(), {"stuck:32772:0", "stuck:32773:0"});
   SOAK_START_PYMODBUS(server, "tcp", registers);
-  const auto chamber = make_modbus_chamber(test::repository_map("chambers/eurotherm-2400.toml", server->port()));
+  const auto chamber = make_chamber(test::repository_map("chambers/eurotherm-2400.toml", server->port()));
   ASSERT_TRUE(chamber);
   const auto status = (*chamber)->set_temperature(60.0);
   ASSERT_FALSE(status);
@@ -183,20 +184,20 @@ TEST(EurothermMap, FindsAWriteThatIsAcceptedAndIgnored) {
 // The handbook: other contents of the instrument mode than 0 and 1 may destroy the calibration.
 TEST(EurothermMap, CanWriteNothingButNormalAndStandbyToTheInstrumentMode) {
   for (const char* file : {"eurotherm-2400", "eurotherm-2200"}) {
-    const RegisterMap map = test::repository_map(fmt::format("chambers/{}.toml", file), 1);
+    const DeviceMap map = test::repository_map(fmt::format("chambers/{}.toml", file), 1);
     const Quantity& mode = map.quantities.at("control_mode");
-    EXPECT_EQ(mode.address, 199);
+    EXPECT_EQ(mode.modbus.address, 199);
     EXPECT_EQ(mode.min, 0.0);
     EXPECT_EQ(mode.max, 1.0);
     EXPECT_EQ(mode.codes, (std::map<std::string, int>{{"auto", 0}, {"off", 1}}));
     for (const auto& [name, quantity] : map.quantities) {
-      EXPECT_TRUE(name == "control_mode" || quantity.address != 199) << name;
+      EXPECT_TRUE(name == "control_mode" || quantity.modbus.address != 199) << name;
     }
   }
 }
 
 TEST(EurothermMap, KeepsTheLimitsOfThe2200) {
-  const RegisterMap map = test::repository_map("chambers/eurotherm-2200.toml", 1);
+  const DeviceMap map = test::repository_map("chambers/eurotherm-2200.toml", 1);
   EXPECT_LE(map.link.max_block, 32);
   EXPECT_GE(map.link.gap_s.value_or(0.0), 0.1);
   EXPECT_TRUE(map.write_policy.only_on_change);
@@ -206,7 +207,7 @@ TEST(F4Map, EndsAProfileEachTimeThoughItsRegisterHoldsTheCommandAlready) {
   auto registers = kF4.registers;
   registers.emplace_back("u16:1217:1");
   SOAK_START_PYMODBUS(server, "tcp", registers);
-  const auto chamber = make_modbus_chamber(test::repository_map("chambers/watlow-f4.toml", server->port()));
+  const auto chamber = make_chamber(test::repository_map("chambers/watlow-f4.toml", server->port()));
   ASSERT_TRUE(chamber);
   ASSERT_TRUE((*chamber)->stop());
   EXPECT_EQ(server->writes(), 1) << "control is off already, the command is sent all the same";

@@ -135,16 +135,16 @@ bool mbpoll_write(int port, int address, const std::string& type, const std::str
   return process.wait() == 0;
 }
 
-RegisterMap repository_map(const std::string& path, int port) {
-  auto map = read_register_map(SOAK_TEST_FOLDER "/../procedures/" + path);
+DeviceMap repository_map(const std::string& path, int port) {
+  auto map = read_device_map(SOAK_TEST_FOLDER "/../procedures/" + path);
   if (!map) throw std::runtime_error(map.error().message);
-  map->link.address = ModbusTcp{"127.0.0.1", port};
+  map->link.address = TcpAddress{"127.0.0.1", port};
   map->link.response_timeout_s = 0.3;
   return *std::move(map);
 }
 
-RegisterMap parsed_map(const std::string& text) {
-  auto map = parse_register_map(text, "test.toml");
+DeviceMap parsed_map(const std::string& text) {
+  auto map = parse_device_map(text, "test.toml");
   if (!map) throw std::runtime_error(map.error().message);
   return *std::move(map);
 }

@@ -73,8 +73,8 @@ class SerialLine {
 [[nodiscard]] bool mbpoll_write(int port, int address, const std::string& type, const std::string& value);
 
 /// A map file of this repository ("chambers/watlow-f4t.toml"), its link set to a local port with short time-outs.
-[[nodiscard]] RegisterMap repository_map(const std::string& path, int port);
-[[nodiscard]] RegisterMap parsed_map(const std::string& text);
+[[nodiscard]] DeviceMap repository_map(const std::string& path, int port);
+[[nodiscard]] DeviceMap parsed_map(const std::string& text);
 
 /// Registers of an idle F4T chamber with the air at 23.25 °C.
 [[nodiscard]] std::vector<std::string> f4t_registers();

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/devices/devices.h"
+#include "hal/imu/imu.h"
+#include "hal/links/addresses.h"
 #include "tests/hal/ahrs400_peer.h"
 #include "tests/hal/vectornav_peer.h"
 #include "tests/hal/xsens_golden.h"

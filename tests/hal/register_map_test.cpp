@@ -8,8 +8,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "hal/devices/devices.h"
-#include "hal/maps/chamber_map.h"
+#include "hal/devices/chamber.h"
+#include "hal/devices/fixture.h"
+#include "hal/devices/unit_power.h"
 
 namespace soak::hal {
 namespace {
@@ -33,14 +34,14 @@ std::string chamber_map(const std::string& more) {
 
 /// "where: message" of the refusal, "" = accepted.
 std::string refusal(const std::string& text) {
-  const auto map = parse_register_map(text, "m.toml");
+  const auto map = parse_device_map(text, "m.toml");
   if (map) return "";
   EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
   return map.error().where + ": " + map.error().message;
 }
 
 TEST(RegisterMap, ReadsEveryKey) {
-  const auto map = parse_register_map(R"(
+  const auto map = parse_device_map(R"(
 name = "full"
 kind = "chamber"
 [link]
@@ -101,12 +102,12 @@ inactive = [0]
 only_on_change = false
 read_back = false
 )",
-                                      "full.toml");
+                                    "full.toml");
   ASSERT_TRUE(map) << map.error().message;
   EXPECT_EQ(map->name, "full");
   EXPECT_EQ(map->kind, "chamber");
   EXPECT_EQ(map->file, "full.toml");
-  const auto& line = std::get<ModbusRtu>(map->link.address);
+  const auto& line = std::get<SerialAddress>(map->link.address);
   EXPECT_EQ(line.device, "/dev/ttyUSB0");
   EXPECT_EQ(line.baud, 19200);
   EXPECT_EQ(line.parity, 'E');
@@ -117,24 +118,24 @@ read_back = false
   EXPECT_EQ(map->link.max_block, 32);
   EXPECT_EQ(map->link.poll_s, 2.0);
   const Quantity& air = map->quantities.at("air_c");
-  EXPECT_EQ(air.address, 100);
-  EXPECT_EQ(air.type, RegisterType::i16);
-  EXPECT_EQ(air.decimals_register, 606);
-  EXPECT_EQ(air.read_function, 4);
-  EXPECT_FALSE(air.write_function);
+  EXPECT_EQ(air.modbus.address, 100);
+  EXPECT_EQ(air.modbus.type, RegisterType::i16);
+  EXPECT_EQ(air.modbus.decimals_register, 606);
+  EXPECT_EQ(air.modbus.read_function, 4);
+  EXPECT_FALSE(air.modbus.write_function);
   const Quantity& set_point = map->quantities.at("set_point_c");
-  EXPECT_EQ(set_point.type, RegisterType::f32);
-  EXPECT_EQ(set_point.word_order, WordOrder::high_first);
-  EXPECT_EQ(set_point.scale, 2.0);
-  EXPECT_EQ(set_point.write_function, 16);
+  EXPECT_EQ(set_point.modbus.type, RegisterType::f32);
+  EXPECT_EQ(set_point.modbus.word_order, WordOrder::high_first);
+  EXPECT_EQ(set_point.modbus.scale, 2.0);
+  EXPECT_EQ(set_point.modbus.write_function, 16);
   EXPECT_EQ(set_point.min, -40.0);
   EXPECT_EQ(set_point.max, 150.0);
   EXPECT_EQ(map->quantities.at("control_mode").codes, (std::map<std::string, int>{{"auto", 0}, {"off", 1}}));
   ASSERT_EQ(map->probes.size(), 1U);
-  EXPECT_EQ(map->probes[0].type, RegisterType::i16);
-  EXPECT_EQ(map->probes[0].expected, (std::vector<int>{1, -1}));
+  EXPECT_EQ(map->probes[0].modbus.type, RegisterType::i16);
+  EXPECT_EQ(map->probes[0].modbus.expected, (std::vector<int>{1, -1}));
   EXPECT_EQ(map->probes[0].otherwise, "set Celsius");
-  EXPECT_EQ(map->probes[0].link, LinkKind::rtu);
+  EXPECT_EQ(map->probes[0].link, LinkKind::serial);
   const auto& start = map->actions.at("start");
   ASSERT_EQ(start.size(), 2U);
   EXPECT_EQ(start[0].quantity, "event");
@@ -142,29 +143,29 @@ read_back = false
   EXPECT_EQ(start[0].delay_s, 2.0);
   EXPECT_EQ(start[1].value, 0.0) << "the code of auto";
   ASSERT_EQ(map->alarms.size(), 3U);
-  EXPECT_EQ(map->alarms[0].addresses, (std::vector<int>{74, 75}));
-  EXPECT_EQ(map->alarms[0].mask, 0x20);
+  EXPECT_EQ(map->alarms[0].modbus.addresses, (std::vector<int>{74, 75}));
+  EXPECT_EQ(map->alarms[0].modbus.mask, 0x20);
   EXPECT_TRUE(map->alarms[0].outputs_off);
-  EXPECT_EQ(map->alarms[1].active, (std::vector<int>{1, 2}));
+  EXPECT_EQ(map->alarms[1].modbus.active, (std::vector<int>{1, 2}));
   EXPECT_FALSE(map->alarms[1].outputs_off);
-  EXPECT_EQ(map->alarms[2].inactive, (std::vector<int>{0}));
+  EXPECT_EQ(map->alarms[2].modbus.inactive, (std::vector<int>{0}));
   EXPECT_FALSE(map->write_policy.only_on_change);
   EXPECT_FALSE(map->write_policy.read_back);
 }
 
 TEST(RegisterMap, WhatIsAbsentHasItsDefault) {
-  const auto map = parse_register_map(chamber_map(""), "m.toml");
+  const auto map = parse_device_map(chamber_map(""), "m.toml");
   ASSERT_TRUE(map) << map.error().message;
-  EXPECT_EQ(std::get<ModbusTcp>(map->link.address).host, "chamber.lab");
-  EXPECT_EQ(std::get<ModbusTcp>(map->link.address).port, 1502);
+  EXPECT_EQ(std::get<TcpAddress>(map->link.address).host, "chamber.lab");
+  EXPECT_EQ(std::get<TcpAddress>(map->link.address).port, 1502);
   EXPECT_EQ(map->link.unit, 1);
   EXPECT_EQ(map->link.response_timeout_s, 1.0);
   EXPECT_FALSE(map->link.gap_s);
   EXPECT_EQ(map->link.max_block, 32);
   EXPECT_EQ(map->link.poll_s, 1.0);
   const Quantity& set_point = map->quantities.at("set_point_c");
-  EXPECT_EQ(set_point.read_function, 3);
-  EXPECT_FALSE(set_point.decimals_register);
+  EXPECT_EQ(set_point.modbus.read_function, 3);
+  EXPECT_FALSE(set_point.modbus.decimals_register);
   EXPECT_TRUE(map->write_policy.only_on_change);
   EXPECT_TRUE(map->write_policy.read_back);
 }
@@ -262,7 +263,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"[[alarm]]\nname = \"a\"\naddresses = []\nmask = 1\n", 15, "'addresses' names no register"},
         Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\nmask = 1\n"
                 "[[alarm]]\nname = \"a\"\naddresses = [2]\nmask = 1\n",
-                18, "alarm 'a' occurs twice"},
+                18, "alarm 'a' is duplicated"},
         Mistake{"[quantity.air_c]\naddress = 1\ntype = \"u16\"\nwrite_function = 6\ncommand = true\n", 13,
                 "'air_c' is read as well: it cannot be a command"},
         Mistake{
@@ -291,7 +292,7 @@ TEST(RegisterMap, TheLinkIsEitherTcpOrRtu) {
   EXPECT_EQ(refusal(head + "tcp = \"a:1\"\ngap_s = 0.2\nresponse_timeout_s = 0.1\n" + rest),
             "m.toml:5: 'link.gap_s' must not be longer than 'response_timeout_s'");
   EXPECT_EQ(refusal(head + "rtu = \"\"\n" + rest), "m.toml:4: 'link.rtu' must name a serial device");
-  EXPECT_EQ(std::get<ModbusTcp>(parse_register_map(head + "tcp = \"host\"\n" + rest, "")->link.address).port, 502);
+  EXPECT_EQ(std::get<TcpAddress>(parse_device_map(head + "tcp = \"host\"\n" + rest, "")->link.address).port, 502);
   for (const char* tcp : {"", ":502", "host:", "host:0", "host:65536", "host:5x"}) {
     EXPECT_EQ(refusal(head + "tcp = \"" + tcp + "\"\n" + rest),
               fmt::format("m.toml:4: 'link.tcp' must be \"host\" or \"host:port\", not \"{}\"", tcp));
@@ -302,7 +303,7 @@ TEST(RegisterMap, OnlyAFixtureHasPositionsAndEachOnce) {
   const std::string rest = "[link]\ntcp = \"a:1\"\n[quantity]\n";
   EXPECT_EQ(refusal("name = \"f\"\nkind = \"fixture\"\n" + rest), "m.toml:1: key 'positions' is missing");
   EXPECT_EQ(refusal("name = \"f\"\nkind = \"fixture\"\npositions = [\"+X\", \"-X\", \"+X\"]\n" + rest),
-            "m.toml:3: position '+X' occurs twice");
+            "m.toml:3: position '+X' is duplicated");
   EXPECT_EQ(refusal("name = \"f\"\nkind = \"fixture\"\npositions = []\n" + rest),
             "m.toml:3: 'positions' names no position");
   EXPECT_EQ(refusal("name = \"f\"\nkind = \"power\"\npositions = [\"+X\"]\n" + rest),
@@ -323,31 +324,31 @@ TEST(RegisterMap, OutputsOfARelayAreNumbered) {
 }
 
 TEST(RegisterMap, WhatADeviceLacksIsOneMistakeBesideTheOthers) {
-  const auto map = parse_register_map(chamber_map("speed = 1\n"), "m.toml", MapUse::device);
+  const auto map = parse_device_map(chamber_map("speed = 1\n"), "m.toml", MapUse::device);
   ASSERT_FALSE(map);
   EXPECT_EQ(map.error().message,
             "2 mistakes\n"
-            "m.toml:2: a register map of kind \"chamber\" needs [quantity.air_c]; "
-            "a register map of kind \"chamber\" needs [quantity.control_mode]\n"
+            "m.toml:2: a map of kind \"chamber\" needs [quantity.air_c]; "
+            "a map of kind \"chamber\" needs [quantity.control_mode]\n"
             "m.toml:13: unknown key 'speed'");
 }
 
 TEST(RegisterMap, WhatAFixtureAndASwitchLackIsToldAsWell) {
   const auto lacking = [](const std::string& head, const std::string& quantities) {
-    const auto map = parse_register_map("name = \"d\"\n" + head + "[link]\ntcp = \"a:1\"\n[quantity]\n" + quantities,
-                                        "m.toml", MapUse::device);
+    const auto map = parse_device_map("name = \"d\"\n" + head + "[link]\ntcp = \"a:1\"\n[quantity]\n" + quantities,
+                                      "m.toml", MapUse::device);
     return map ? "" : map.error().message;
   };
   const std::string fixture = "kind = \"fixture\"\npositions = [\"+X\"]\n";
   EXPECT_EQ(lacking(fixture, "status = { address = 2, type = \"u16\", codes = { standing = 0, moving = 1 } }\n"),
-            "a register map of kind \"fixture\" needs [quantity.request]; "
-            "a register map of kind \"fixture\" needs [quantity.position]; [quantity.status] needs the code 'fault'");
+            "a map of kind \"fixture\" needs [quantity.request]; "
+            "a map of kind \"fixture\" needs [quantity.position]; [quantity.status] needs the code 'fault'");
   const std::string power = "kind = \"power\"\n";
   EXPECT_EQ(lacking(power, "output_2 = { address = 1, type = \"u16\" }\n"),
-            "a register map of kind \"power\" needs [quantity.output_1]; [quantity.output_2] needs a 'write_function'");
+            "a map of kind \"power\" needs [quantity.output_1]; [quantity.output_2] needs a 'write_function'");
   EXPECT_EQ(
       lacking(power, "output_1 = { address = 1, type = \"u16\", write_function = 6, codes = { on = 1, aus = 0 } }\n"),
-      "[quantity.output_1] needs the code 'off'");
+      "[quantity.output_1] needs the code 'off' among its 'codes'");
 }
 
 // 1 and 0 would be written where the controller wants 63 and 62.
@@ -356,21 +357,22 @@ TEST(RegisterMap, AnOutputOfTheChamberWhoseCodesAreNamedOtherwiseIsAMistake) {
   std::ifstream in(file);
   const std::string f4t{std::istreambuf_iterator<char>(in), {}};
   const auto with_codes = [&](const std::string& codes) {
-    const auto map = parse_register_map(f4t + "[quantity.unit_power_2]\naddress = 16596\ntype = \"u16\"\n" +
-                                            "write_function = 6\ncodes = " + codes + "\n",
-                                        "m.toml", MapUse::device);
+    const auto map = parse_device_map(f4t + "[quantity.unit_power_2]\naddress = 16596\ntype = \"u16\"\n" +
+                                          "write_function = 6\ncodes = " + codes + "\n",
+                                      "m.toml", MapUse::device);
     return map ? "" : map.error().message;
   };
   EXPECT_EQ(with_codes("{ off = 62, on = 63 }"), "");
-  EXPECT_EQ(with_codes("{ aus = 62, on = 63 }"), "[quantity.unit_power_2] needs the code 'off'");
+  EXPECT_EQ(with_codes("{ aus = 62, on = 63 }"), "[quantity.unit_power_2] needs the code 'off' among its 'codes'");
 }
 
-TEST(RegisterMap, ATextMapIsSentToItsOwnReader) {
-  EXPECT_EQ(refusal("protocol = \"text\"\n" + chamber_map("")), "m.toml:1: 'protocol' must be one of \"modbus\"");
+TEST(RegisterMap, AProtocolThatNobodySpeaksIsRefused) {
+  EXPECT_EQ(refusal("protocol = \"can\"\n" + chamber_map("")),
+            "m.toml:1: 'protocol' must be one of \"modbus\", \"text\"");
 }
 
 TEST(RegisterMap, AFileThatIsMissingIsBadInput) {
-  const auto map = read_register_map("/nowhere/map.toml");
+  const auto map = read_device_map("/nowhere/map.toml");
   ASSERT_FALSE(map);
   EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(map.error().where, "/nowhere/map.toml");
@@ -383,13 +385,12 @@ TEST(RegisterMap, EveryShippedMapMakesItsDevice) {
        {std::pair{"chambers", "chamber"}, std::pair{"fixtures", "fixture"}, std::pair{"power", "power"}}) {
     for (const auto& entry : std::filesystem::directory_iterator(procedures / folder)) {
       SCOPED_TRACE(entry.path());
-      const auto map = read_chamber_map(entry.path(), MapUse::device);
+      const auto map = read_device_map(entry.path(), MapUse::device);
       ASSERT_TRUE(map) << map.error().message;
-      EXPECT_EQ(kind_of(*map), kind);
-      const auto* registers = std::get_if<RegisterMap>(&*map);
-      const bool made = kind_of(*map) == "chamber"   ? make_chamber(*map).has_value()
-                        : kind_of(*map) == "fixture" ? make_modbus_fixture(*registers).has_value()
-                                                     : make_unit_power(*map).has_value();
+      EXPECT_EQ(map->kind, kind);
+      const bool made = map->kind == "chamber"   ? make_chamber(*map).has_value()
+                        : map->kind == "fixture" ? make_fixture(*map).has_value()
+                                                 : make_unit_power(*map).has_value();
       EXPECT_TRUE(made);
       ++count;
     }
@@ -405,10 +406,10 @@ TEST(RegisterMap, TheExampleOfThePageMakesAChamber) {
     if (line.starts_with("## ")) inside = line == "## The shortest one";
     if (inside && line.starts_with("    ")) example += line + "\n";
   }
-  const auto map = parse_register_map(example, "docs/register-maps.md");
+  const auto map = parse_device_map(example, "docs/register-maps.md");
   ASSERT_TRUE(map) << map.error().message;
   EXPECT_EQ(map->name, "Small chamber");
-  EXPECT_TRUE(make_modbus_chamber(*map));
+  EXPECT_TRUE(make_chamber(*map));
 }
 
 }  // namespace

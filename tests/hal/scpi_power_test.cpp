@@ -10,7 +10,9 @@
 #include <string>
 #include <thread>
 
-#include "hal/maps/chamber_map.h"
+#include "hal/devices/chamber.h"
+#include "hal/devices/unit_power.h"
+#include "hal/maps/device_map.h"
 #include "modbus_peer.h"
 #include "settings/reader.h"
 
@@ -40,17 +42,17 @@ class ScpiSupply {
 
 using Address = std::variant<TcpAddress, SerialAddress>;
 
-TextMap supply_map(const std::string& name, const Address& address) {
-  const auto read = read_chamber_map(SOAK_TEST_FOLDER "/../procedures/power/" + name);
+DeviceMap supply_map(const std::string& name, const Address& address) {
+  const auto read = read_device_map(SOAK_TEST_FOLDER "/../procedures/power/" + name);
   if (!read) throw std::runtime_error(read.error().message);
-  TextMap map = std::get<TextMap>(*read);
+  DeviceMap map = *read;
   map.link.address = address;
   map.link.response_timeout_s = 1.0;  // a busy machine lets the peer wait
   return map;
 }
 
-std::unique_ptr<UnitPower> made(const TextMap& map) {
-  auto power = make_text_power(map);
+std::unique_ptr<UnitPower> made(const DeviceMap& map) {
+  auto power = make_unit_power(map);
   if (!power) throw std::runtime_error(power.error().message);
   return *std::move(power);
 }
@@ -80,7 +82,7 @@ class ScpiPowerTest : public ::testing::TestWithParam<const char*> {
   ScpiSupply peer_;
   std::unique_ptr<test::SerialLine> line_;
   Address address_;
-  TextMap map_;
+  DeviceMap map_;
   std::unique_ptr<UnitPower> power_;
 };
 
@@ -135,7 +137,7 @@ TEST_P(ScpiPowerTest, TellsWhatTheErrorQueueHolds) {
   const auto refused = power_->prepare(1, {99.0, {}});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, base::ErrorKind::device);
-  EXPECT_EQ(refused.error().message, "writing set_v_1: 'VOLT 99.000,(@1)' was refused: '-222,\"Data out of range\"'");
+  EXPECT_EQ(refused.error().message, "writing set_v_1 ('VOLT 99.000,(@1)'): refused: '-222,\"Data out of range\"'");
   EXPECT_EQ(text_of(power_->prepare(1, {5.0, {}})), "") << "the link is sound, the queue is empty again";
 }
 
@@ -152,8 +154,8 @@ TEST_P(ScpiPowerTest, ErrorsOfBeforeAreNotTakenForOurs) {
 TEST_P(ScpiPowerTest, FindsASettingThatIsAcceptedAndIgnored) {
   (void)peer_.tell("stuck");
   EXPECT_EQ(text_of(power_->prepare(1, {12.0, {}})),
-            "set_v_1 (field 1 of 'VOLT? (@1:3)') is 0.000 where 12.000 was written");
-  EXPECT_EQ(text_of(power_->set(1, true)), "output_1 (field 1 of 'OUTP? (@1:3)') is 0 where 1 was written");
+            "set_v_1 (field 1 of 'VOLT? (@1:3)') holds 0.000 where 12.000 was written");
+  EXPECT_EQ(text_of(power_->set(1, true)), "output_1 (field 1 of 'OUTP? (@1:3)') holds 0 where 1 was written");
 }
 
 TEST_P(ScpiPowerTest, TellsAnOutputThatWentOffByItself) {
@@ -250,18 +252,18 @@ INSTANTIATE_TEST_SUITE_P(Wires, ScpiPowerTest, ::testing::Values("tcp", "serial"
 
 TEST(ScpiPower, SaysThatACommandIsUnknownToTheSupply) {
   ScpiSupply peer;
-  TextMap map = supply_map("scpi-supply.toml", TcpAddress{"127.0.0.1", peer.port()});
-  map.quantities.at("output_1").write = "OUTPU {},(@1)";
+  DeviceMap map = supply_map("scpi-supply.toml", TcpAddress{"127.0.0.1", peer.port()});
+  map.quantities.at("output_1").text.write = "OUTPU {},(@1)";
   const auto refused = made(map)->set(1, true);
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().message, "writing output_1: 'OUTPU 1,(@1)' was refused: '-113,\"Undefined header\"'");
+  EXPECT_EQ(refused.error().message, "writing output_1 ('OUTPU 1,(@1)'): refused: '-113,\"Undefined header\"'");
 }
 
 TEST(ScpiPower, AChamberAndASupplyAreNotTakenForEachOther) {
-  const TextMap map = supply_map("scpi-supply.toml", TcpAddress{"127.0.0.1", 1});
-  const auto chamber = make_text_chamber(map);
+  const DeviceMap map = supply_map("scpi-supply.toml", TcpAddress{"127.0.0.1", 1});
+  const auto chamber = make_chamber(map);
   ASSERT_FALSE(chamber);
-  EXPECT_EQ(chamber.error().message, "the text map is of kind \"power\", not \"chamber\"");
+  EXPECT_EQ(chamber.error().message, "the map is of kind \"power\", not \"chamber\"");
 }
 
 }  // namespace

@@ -5,14 +5,14 @@
 
 #include <functional>
 
-namespace soak::hal {
+namespace soak::settings {
 namespace {
 
 constexpr Limits kPercent{0, 100};
 
 /// What finish() says after `ask` has read `text`: "where: message", "" = success.
-std::string verdict(std::string_view text, const std::function<void(const SettingsTable&)>& ask) {
-  const auto reader = SettingsReader::parse(text, "f.toml");
+std::string verdict(std::string_view text, const std::function<void(const Table&)>& ask) {
+  const auto reader = Reader::parse(text, "f.toml");
   if (!reader) return reader.error().where + ": " + reader.error().message;
   ask(reader->root());
   const auto status = reader->finish();
@@ -22,7 +22,7 @@ std::string verdict(std::string_view text, const std::function<void(const Settin
 }
 
 TEST(SettingsReader, ReadsEveryKindOfValue) {
-  const auto ask = [](const SettingsTable& root) {
+  const auto ask = [](const Table& root) {
     EXPECT_EQ(root.number("half", kPercent), 0.5);
     EXPECT_EQ(root.number("count", kPercent), 7.0) << "a whole number is a number";
     EXPECT_EQ(root.whole("count", kPercent), 7);
@@ -46,7 +46,7 @@ TEST(SettingsReader, ReadsEveryKindOfValue) {
 }
 
 TEST(SettingsReader, WhatIsAbsentTakesItsFallback) {
-  const auto ask = [](const SettingsTable& root) {
+  const auto ask = [](const Table& root) {
     EXPECT_EQ(root.number("a", kPercent, 1.5), 1.5);
     EXPECT_EQ(root.whole("b", kPercent, 2), 2);
     EXPECT_EQ(root.text("c", "three"), "three");
@@ -65,7 +65,7 @@ TEST(SettingsReader, WhatIsAbsentTakesItsFallback) {
 }
 
 TEST(SettingsReader, AMissingKeyIsNamedWithItsTableAndTheTablesLine) {
-  const auto ask = [](const SettingsTable& root) {
+  const auto ask = [](const Table& root) {
     const auto inner = root.table("inner");
     ASSERT_TRUE(inner);
     EXPECT_EQ(inner->whole("depth", kPercent), 0);
@@ -75,7 +75,7 @@ TEST(SettingsReader, AMissingKeyIsNamedWithItsTableAndTheTablesLine) {
 
 struct Wrong {
   const char* value;
-  std::function<void(const SettingsTable&)> ask;
+  std::function<void(const Table&)> ask;
   const char* message;
 };
 
@@ -86,16 +86,16 @@ TEST_P(WrongValue, IsRefusedWithItsLine) {
   EXPECT_EQ(verdict(text, GetParam().ask), std::string("f.toml:2: ") + GetParam().message);
 }
 
-void ask_number(const SettingsTable& root) { EXPECT_EQ(root.number("key", kPercent), 0.0); }
-void ask_whole(const SettingsTable& root) { EXPECT_EQ(root.whole("key", kPercent, 9), 9); }
-void ask_text(const SettingsTable& root) { EXPECT_EQ(root.text("key"), ""); }
-void ask_flag(const SettingsTable& root) { EXPECT_FALSE(root.flag("key")); }
-void ask_numbers(const SettingsTable& root) { static_cast<void>(root.numbers("key", kPercent)); }
-void ask_wholes(const SettingsTable& root) { static_cast<void>(root.wholes("key", kPercent)); }
-void ask_texts(const SettingsTable& root) { static_cast<void>(root.texts("key")); }
-void ask_choice(const SettingsTable& root) { EXPECT_EQ(root.choice<int>("key", {{"soak", 1}, {"ramp", 2}}), 0); }
-void ask_table(const SettingsTable& root) { EXPECT_FALSE(root.table("key")); }
-void ask_tables(const SettingsTable& root) { EXPECT_TRUE(root.tables("key").empty()); }
+void ask_number(const Table& root) { EXPECT_EQ(root.number("key", kPercent), 0.0); }
+void ask_whole(const Table& root) { EXPECT_EQ(root.whole("key", kPercent, 9), 9); }
+void ask_text(const Table& root) { EXPECT_EQ(root.text("key"), ""); }
+void ask_flag(const Table& root) { EXPECT_FALSE(root.flag("key")); }
+void ask_numbers(const Table& root) { static_cast<void>(root.numbers("key", kPercent)); }
+void ask_wholes(const Table& root) { static_cast<void>(root.wholes("key", kPercent)); }
+void ask_texts(const Table& root) { static_cast<void>(root.texts("key")); }
+void ask_choice(const Table& root) { EXPECT_EQ(root.choice<int>("key", {{"soak", 1}, {"ramp", 2}}), 0); }
+void ask_table(const Table& root) { EXPECT_FALSE(root.table("key")); }
+void ask_tables(const Table& root) { EXPECT_TRUE(root.tables("key").empty()); }
 
 constexpr const char* kNumber = "'key' must be a number from 0 to 100";
 constexpr const char* kWhole = "'key' must be a whole number from 0 to 100";
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Wrong{"[1]", ask_tables, "'key' must be an array of tables, [[key]]"}));
 
 TEST(SettingsReader, BothEndsOfALimitAreAllowed) {
-  const auto ask = [](const SettingsTable& root) {
+  const auto ask = [](const Table& root) {
     EXPECT_EQ(root.number("low", kPercent), 0.0);
     EXPECT_EQ(root.whole("high", kPercent), 100);
   };
@@ -128,9 +128,9 @@ TEST(SettingsReader, BothEndsOfALimitAreAllowed) {
 }
 
 TEST(SettingsReader, AKeyThatNobodyAskedForIsAMistakeAtAnyDepth) {
-  const auto ask = [](const SettingsTable& root) {
+  const auto ask = [](const Table& root) {
     static_cast<void>(root.table("inner")->has("depht"));
-    for (const SettingsTable& row : root.tables("row")) static_cast<void>(row.text("name"));
+    for (const Table& row : root.tables("row")) static_cast<void>(row.text("name"));
   };
   EXPECT_EQ(
       verdict("[inner]\ndepht = 3\n[[row]]\nname = \"a\"\n[[row]]\nname = \"b\"\nnane = \"c\"\n[stray]\nx = 1\n", ask),
@@ -141,7 +141,7 @@ TEST(SettingsReader, AKeyThatNobodyAskedForIsAMistakeAtAnyDepth) {
 }
 
 TEST(SettingsReader, AllMistakesAreToldAtOnceInTheOrderOfLines) {
-  const auto ask = [](const SettingsTable& root) {
+  const auto ask = [](const Table& root) {
     static_cast<void>(root.table("inner")->flag("on"));
     static_cast<void>(root.whole("count", kPercent));
     static_cast<void>(root.text("word"));
@@ -158,15 +158,15 @@ TEST(SettingsReader, AllMistakesAreToldAtOnceInTheOrderOfLines) {
 }
 
 TEST(SettingsReader, TablesOfAnArrayAreNumberedInMessages) {
-  const auto ask = [](const SettingsTable& root) {
-    for (const SettingsTable& row : root.tables("row")) static_cast<void>(row.whole("n", kPercent));
+  const auto ask = [](const Table& root) {
+    for (const Table& row : root.tables("row")) static_cast<void>(row.whole("n", kPercent));
   };
   EXPECT_EQ(verdict("[[row]]\nn = 1\n\n[[row]]\nn = -1\n", ask),
             "f.toml:5: 'row[2].n' must be a whole number from 0 to 100");
 }
 
 TEST(SettingsReader, KeysComeInTheOrderOfTheTextAndAreNotReadByThat) {
-  const auto ask = [](const SettingsTable& root) {
+  const auto ask = [](const Table& root) {
     EXPECT_EQ(root.keys(), (std::vector<std::string>{"zeta", "alpha", "mid"}));
   };
   EXPECT_EQ(
@@ -176,7 +176,7 @@ TEST(SettingsReader, KeysComeInTheOrderOfTheTextAndAreNotReadByThat) {
 
 TEST(SettingsReader, ASyntaxErrorAndAKeyGivenTwiceAreToldWithTheirLine) {
   for (const char* text : {"a = 1\nb = = 2\n", "a = 1\na = 2\n", "[t]\n[t]\n", "a = 1\nb = \"open\n"}) {
-    const auto reader = SettingsReader::parse(text, "f.toml");
+    const auto reader = Reader::parse(text, "f.toml");
     ASSERT_FALSE(reader) << text;
     EXPECT_EQ(reader.error().kind, base::ErrorKind::bad_input);
     EXPECT_EQ(reader.error().where, "f.toml:2") << text << reader.error().message;
@@ -185,24 +185,24 @@ TEST(SettingsReader, ASyntaxErrorAndAKeyGivenTwiceAreToldWithTheirLine) {
 }
 
 TEST(SettingsReader, WindowsLineEndsAndAByteOrderMarkChangeNothing) {
-  const auto ask = [](const SettingsTable& root) { static_cast<void>(root.whole("b", kPercent)); };
+  const auto ask = [](const Table& root) { static_cast<void>(root.whole("b", kPercent)); };
   EXPECT_EQ(verdict("\xEF\xBB\xBF# comment\r\nb = 500\r\n", ask), "f.toml:2: 'b' must be a whole number from 0 to 100");
 }
 
 TEST(SettingsText, AFileThatIsNoneIsBadInputThatNamesIt) {
   for (const char* file : {"/nowhere/at/all.toml", "/tmp"}) {
-    const auto text = read_settings_text(file);
+    const auto text = read_text(file);
     ASSERT_FALSE(text) << file;
     EXPECT_EQ(text.error().kind, base::ErrorKind::bad_input);
     EXPECT_EQ(text.error().where, file);
   }
-  EXPECT_EQ(read_settings_text("/dev/null").value_or("not read"), "");
+  EXPECT_EQ(read_text("/dev/null").value_or("not read"), "");
 }
 
 TEST(SettingsText, OneOfMoreThan32KiBIsRefused) {
   const auto of_size = [](std::size_t size) { return "a = 1\n#" + std::string(size - 7, 'x'); };
-  EXPECT_TRUE(SettingsReader::parse(of_size(32768), "f.toml"));
-  const auto refused = SettingsReader::parse(of_size(32769), "f.toml");
+  EXPECT_TRUE(Reader::parse(of_size(32768), "f.toml"));
+  const auto refused = Reader::parse(of_size(32769), "f.toml");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(refused.error().where, "f.toml");
@@ -210,11 +210,11 @@ TEST(SettingsText, OneOfMoreThan32KiBIsRefused) {
 }
 
 TEST(SettingsText, OfAFileWithoutEndOnlyWhatIsNeededToRefuseItIsRead) {
-  const auto text = read_settings_text("/dev/zero");
+  const auto text = read_text("/dev/zero");
   ASSERT_TRUE(text);
   EXPECT_EQ(text->size(), 32769U);
-  EXPECT_FALSE(SettingsReader::parse(*text, "/dev/zero"));
+  EXPECT_FALSE(Reader::parse(*text, "/dev/zero"));
 }
 
 }  // namespace
-}  // namespace soak::hal
+}  // namespace soak::settings

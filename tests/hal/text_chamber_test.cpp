@@ -11,8 +11,8 @@
 #include <string>
 #include <thread>
 
-#include "hal/devices/detail/text_controller.h"
-#include "hal/maps/text_map.h"
+#include "hal/devices/detail/controller.h"
+#include "hal/maps/device_map.h"
 #include "modbus_peer.h"
 #include "settings/reader.h"
 
@@ -40,11 +40,11 @@ class EspecPeer {
   int port_ = 0;
 };
 
-TextMap p300(const std::variant<TcpAddress, SerialAddress>& address) {
+DeviceMap p300(const std::variant<TcpAddress, SerialAddress>& address) {
   const std::string file = SOAK_TEST_FOLDER "/../procedures/chambers/espec-p300.toml";
-  auto text = read_settings_text(file);
+  auto text = settings::read_text(file);
   if (!text) throw std::runtime_error(text.error().message);
-  auto map = parse_text_map(*text, file);
+  auto map = parse_device_map(*text, file);
   if (!map) throw std::runtime_error(map.error().message);
   map->link.address = address;
   map->link.response_timeout_s = 1.0;  // a busy machine lets the peer wait
@@ -64,24 +64,24 @@ class TextChamberTest : public ::testing::TestWithParam<const char*> {
       address = SerialAddress{line_->path(), 19200};
     }
     map_ = p300(address);
-    make_chamber();
+    make_device();
   }
 
   /// Late answers and silence are what the test is about.
   void be_impatient() {
     map_.link.response_timeout_s = 0.3;
-    make_chamber();
+    make_device();
   }
 
-  void make_chamber() {
-    auto chamber = make_text_chamber(map_);
+  void make_device() {
+    auto chamber = make_chamber(map_);
     ASSERT_TRUE(chamber) << chamber.error().message;
     chamber_ = *std::move(chamber);
   }
 
   EspecPeer peer_;
   std::unique_ptr<test::SerialLine> line_;
-  TextMap map_;
+  DeviceMap map_;
   std::unique_ptr<Chamber> chamber_;
 };
 
@@ -143,7 +143,7 @@ TEST_P(TextChamberTest, TellsWhatTheControllerRefused) {
   const auto refused = chamber_->set_temperature(60.0);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, base::ErrorKind::device);
-  EXPECT_EQ(refused.error().message, "writing set_point_c: 'TEMP, S60.0' was refused: 'NA:DATA OUT OF RANGE'");
+  EXPECT_EQ(refused.error().message, "writing set_point_c ('TEMP, S60.0'): refused: 'NA:DATA OUT OF RANGE'");
   EXPECT_TRUE(chamber_->read()) << "the link is sound, there is no pause";
 }
 
@@ -151,7 +151,7 @@ TEST_P(TextChamberTest, FindsAWriteThatTheControllerAcceptsAndIgnores) {
   (void)peer_.tell("stuck");
   const auto status = chamber_->set_temperature(60.0);
   ASSERT_FALSE(status);
-  EXPECT_EQ(status.error().message, "set_point_c (field 2 of 'TEMP?') is 25.0 where 60.0 was written");
+  EXPECT_EQ(status.error().message, "set_point_c (field 2 of 'TEMP?') holds 25.0 where 60.0 was written");
 }
 
 TEST_P(TextChamberTest, ReportsAnAlarm) {
@@ -175,7 +175,8 @@ TEST_P(TextChamberTest, RefusesAnotherDeviceByItsProbe) {
   const auto status = chamber_->connect();
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().message,
-            "operation mode ('MODE?') is 'ON', not 'CONSTANT' or 'STANDBY' or 'RUN' or 'OFF': this is no ESPEC P300 or "
+            "operation mode (field 1 of 'MODE?') is ON, not 'CONSTANT' or 'STANDBY' or 'RUN' or 'OFF': this is no "
+            "ESPEC P300 or "
             "SCP-220");
 }
 
@@ -249,7 +250,7 @@ INSTANTIATE_TEST_SUITE_P(Wires, TextChamberTest, ::testing::Values("tcp", "seria
 TEST(TextChamber, ComesBackAfterThePeerHasRestarted) {
   auto peer = std::make_unique<EspecPeer>();
   const int port = peer->port();
-  const auto chamber = make_text_chamber(p300(TcpAddress{"127.0.0.1", port}));
+  const auto chamber = make_chamber(p300(TcpAddress{"127.0.0.1", port}));
   ASSERT_TRUE(chamber);
   expect_recovery(**chamber);
   peer.reset();
@@ -264,7 +265,7 @@ TEST(TextChamber, ComesBackAfterTheAdapterWasPulledAndPluggedInAgain) {
   const EspecPeer peer;
   SOAK_NEED_SOCAT();
   auto line = std::make_unique<test::SerialLine>(peer.port());
-  const auto chamber = make_text_chamber(p300(SerialAddress{line->path(), 19200}));
+  const auto chamber = make_chamber(p300(SerialAddress{line->path(), 19200}));
   ASSERT_TRUE(chamber);
   expect_recovery(**chamber);
   line.reset();
@@ -274,7 +275,7 @@ TEST(TextChamber, ComesBackAfterTheAdapterWasPulledAndPluggedInAgain) {
 }
 
 TEST(TextChamber, SaysThatNobodyListens) {
-  const auto chamber = make_text_chamber(p300(TcpAddress{"127.0.0.1", 1}));
+  const auto chamber = make_chamber(p300(TcpAddress{"127.0.0.1", 1}));
   ASSERT_TRUE(chamber);
   const auto status = (*chamber)->connect();
   ASSERT_FALSE(status);
@@ -285,13 +286,16 @@ TEST(TextChamber, SaysThatNobodyListens) {
 
 TEST(TextChamber, EndsACallWhoseAnswersAllComeLateButInTime) {
   EspecPeer peer;
-  TextMap map = p300(TcpAddress{"127.0.0.1", peer.port()});
+  DeviceMap map = p300(TcpAddress{"127.0.0.1", peer.port()});
   map.link.response_timeout_s = 0.8;  // an answer comes after 0.6 s: a call may last 4 s
   for (int i = 0; i < 20; ++i) {
-    map.alarms.push_back({fmt::format("alarm {}", i), {fmt::format("ALARM?{}", i), {}, 1}, {"0"}, false});
+    map.alarms.push_back({.name = fmt::format("alarm {}", i),
+                          .outputs_off = false,
+                          .modbus = {},
+                          .text = {{fmt::format("ALARM?{}", i), {}, 1}, {"0"}}});
   }
   map.refusals.clear();
-  TextController controller(map);
+  Controller controller(map);
   ASSERT_TRUE(controller.connect());
   (void)peer.tell("fault late 1000");
   const auto active = controller.active_alarms();
@@ -301,9 +305,9 @@ TEST(TextChamber, EndsACallWhoseAnswersAllComeLateButInTime) {
 
 TEST(TextChamber, PutsAnAddressBeforeEachCommandOnABus) {
   EspecPeer peer;
-  TextMap map = p300(TcpAddress{"127.0.0.1", peer.port()});
+  DeviceMap map = p300(TcpAddress{"127.0.0.1", peer.port()});
   map.link.prefix = "1,";
-  (void)make_text_chamber(map).value()->connect();
+  (void)make_chamber(map).value()->connect();
   EXPECT_EQ(peer.tell("log"), "1,MODE?");
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/maps/text_map.h"
+#include "hal/maps/device_map.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,9 @@
 #include <fstream>
 #include <string>
 
-#include "hal/devices/detail/answer.h"
-#include "hal/maps/chamber_map.h"
+#include "hal/devices/chamber.h"
+#include "hal/devices/detail/text_codec.h"
+#include "hal/devices/unit_power.h"
 
 namespace soak::hal {
 namespace {
@@ -30,14 +31,14 @@ std::string text_map(const std::string& more) {
 }
 
 std::string refusal(const std::string& text) {
-  const auto map = parse_text_map(text, "m.toml");
+  const auto map = parse_device_map(text, "m.toml");
   if (map) return "";
   EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
   return map.error().where + ": " + map.error().message;
 }
 
 TEST(TextMap, ReadsEveryKey) {
-  const auto map = parse_text_map(R"(
+  const auto map = parse_device_map(R"(
 name = "full"
 kind = "chamber"
 protocol = "text"
@@ -81,7 +82,7 @@ outputs_off = true
 only_on_change = false
 read_back = false
 )",
-                                  "full.toml");
+                                    "full.toml");
   ASSERT_TRUE(map) << map.error().message;
   EXPECT_EQ(map->name, "full");
   EXPECT_EQ(map->file, "full.toml");
@@ -94,34 +95,34 @@ read_back = false
   EXPECT_EQ(map->link.response_timeout_s, 2.0);
   EXPECT_EQ(map->link.gap_s, 0.1);
   EXPECT_EQ(map->link.poll_s, 5.0);
-  EXPECT_EQ(map->quantities.at("air_c").from.fields, 4);
-  EXPECT_EQ(map->quantities.at("air_c").from.field, 1);
-  const TextQuantity& set_point = map->quantities.at("set_point_c");
-  EXPECT_FALSE(set_point.from.fields);
-  EXPECT_EQ(set_point.from.field, 2);
-  EXPECT_EQ(set_point.decimals, 2);
+  EXPECT_EQ(map->quantities.at("air_c").text.from.fields, 4);
+  EXPECT_EQ(map->quantities.at("air_c").text.from.field, 1);
+  const Quantity& set_point = map->quantities.at("set_point_c");
+  EXPECT_FALSE(set_point.text.from.fields);
+  EXPECT_EQ(set_point.text.from.field, 2);
+  EXPECT_EQ(set_point.text.decimals, 2);
   EXPECT_EQ(set_point.min, -40.0);
   EXPECT_EQ(set_point.max, 150.0);
-  EXPECT_EQ(map->quantities.at("control_mode").code("auto"), 1);
-  EXPECT_EQ(map->probes.at(0).from.field, 3);
-  EXPECT_EQ(map->probes.at(0).expected, (std::vector<std::string>{"SCP220"}));
+  EXPECT_EQ(map->quantities.at("control_mode").codes.at("auto"), 1);
+  EXPECT_EQ(map->probes.at(0).text.from.field, 3);
+  EXPECT_EQ(map->probes.at(0).text.expected, (std::vector<std::string>{"SCP220"}));
   EXPECT_EQ(map->actions.at("start").at(0).delay_s, 2.0);
   EXPECT_EQ(map->actions.at("start").at(1).value, 1.0) << "the number of the code";
-  EXPECT_EQ(map->alarms.at(0).inactive, (std::vector<std::string>{"0"}));
+  EXPECT_EQ(map->alarms.at(0).text.inactive, (std::vector<std::string>{"0"}));
   EXPECT_TRUE(map->alarms.at(0).outputs_off);
   EXPECT_FALSE(map->write_policy.only_on_change);
   EXPECT_FALSE(map->write_policy.read_back);
 }
 
 TEST(TextMap, WhatIsAbsentHasItsDefault) {
-  const auto map = parse_text_map(text_map(""), "m.toml");
+  const auto map = parse_device_map(text_map(""), "m.toml");
   ASSERT_TRUE(map) << map.error().message;
   EXPECT_EQ(std::get<TcpAddress>(map->link.address).host, "chamber.lab");
   EXPECT_EQ(map->link.line_end, "\r\n");
   EXPECT_EQ(map->link.response_timeout_s, 3.0);
   EXPECT_EQ(map->link.gap_s, 0.0);
   EXPECT_EQ(map->link.poll_s, 1.0);
-  EXPECT_EQ(map->quantities.at("set_point_c").decimals, 1);
+  EXPECT_EQ(map->quantities.at("set_point_c").text.decimals, 1);
   EXPECT_TRUE(map->write_policy.only_on_change);
   EXPECT_TRUE(map->write_policy.read_back);
 }
@@ -162,7 +163,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"[[alarm]]\nname = \"a\"\nask = \"A?\"\n", 12, "key 'alarm[1].inactive' is missing"},
         Mistake{"[[alarm]]\nname = \"a\"\nask = \"A?\"\ninactive = [\"0\"]\n"
                 "[[alarm]]\nname = \"a\"\nask = \"A?\"\ninactive = [\"0\"]\n",
-                17, "alarm 'a' occurs twice"},
+                17, "alarm 'a' is duplicated"},
         Mistake{"[action]\nstart = [{ quantity = \"set_point_c\", value = 181 }]\n", 13,
                 "181 is beyond the limits of 'set_point_c'"},
         Mistake{"[action]\nstart = [{ quantity = \"air_c\", value = 1 }]\n[quantity.air_c]\nask = \"A?\"\n", 13,
@@ -181,22 +182,23 @@ TEST(TextMap, TheLinkIsEitherTcpOrSerial) {
 }
 
 TEST(TextMap, WhatAChamberNeedsIsToldAtOnce) {
-  const auto map = parse_text_map(text_map(""), "m.toml", MapUse::device);
+  const auto map = parse_device_map(text_map(""), "m.toml", MapUse::device);
   ASSERT_FALSE(map);
   EXPECT_EQ(map.error().where, "m.toml:2");
-  EXPECT_EQ(map.error().message,
-            "a text map of a chamber needs [quantity.air_c]; a text map of a chamber needs [quantity.control_mode]");
-  EXPECT_FALSE(make_text_chamber(parse_text_map(text_map(""), "m.toml").value()));
+  EXPECT_EQ(
+      map.error().message,
+      "a map of kind \"chamber\" needs [quantity.air_c]; a map of kind \"chamber\" needs [quantity.control_mode]");
+  EXPECT_FALSE(make_chamber(parse_device_map(text_map(""), "m.toml").value()));
 }
 
 TEST(TextMap, AnEmptyRefusalWouldRefuseEverything) {
   EXPECT_EQ(refusal("refusals = [\"\"]\n" + text_map("")), "m.toml:1: an empty text begins every answer");
 }
 
-TextQuantity number(int field, std::optional<int> fields = {}) {
-  TextQuantity quantity;
-  quantity.from = {"TEMP?", fields, field};
-  return quantity;
+TextPlace number(int field, std::optional<int> fields = {}) {
+  TextPlace place;
+  place.from = {"TEMP?", fields, field};
+  return place;
 }
 
 TEST(TextAnswer, ANumberIsTheWholeFieldAndFinite) {
@@ -216,8 +218,8 @@ TEST(TextAnswer, ANumberOfFieldsThatIsStatedIsDemanded) {
 }
 
 TEST(TextAnswer, AWordThatTheMapDoesNotKnowIsNoValue) {
-  TextQuantity mode = number(1);
-  mode.words = {{"off", "STANDBY"}, {"auto", "CONSTANT"}};
+  TextPlace mode = number(1);
+  mode.words = {"STANDBY", "CONSTANT"};
   EXPECT_EQ(decode_answer(mode, "CONSTANT").value_or(-1.0), 1.0);
   for (const char* bad : {"", "constant", "RUN", "CONSTANT1"}) EXPECT_FALSE(decode_answer(mode, bad)) << bad;
   EXPECT_EQ(spell(mode, 0.0).value_or(""), "STANDBY");
@@ -225,7 +227,7 @@ TEST(TextAnswer, AWordThatTheMapDoesNotKnowIsNoValue) {
 }
 
 TEST(TextAnswer, ValuesAreSpelledWithTheDecimalsOfTheMap) {
-  TextQuantity set_point = number(2);
+  TextPlace set_point = number(2);
   set_point.write = "TEMP, S{}";
   EXPECT_EQ(write_command(set_point, spell(set_point, -40.0).value()), "TEMP, S-40.0");
   set_point.decimals = 0;
@@ -246,9 +248,9 @@ std::string power_map(const std::string& more) {
 }
 
 TEST(TextMap, AMapOfASupplyNamesItsOutputsByNumber) {
-  const auto map = parse_text_map(power_map("[quantity.measured_v_12]\nask = \"MEAS:VOLT? 12\"\n"
-                                            "[confirm]\nask = \"SYST:ERR?\"\naccepted = [\"0,\"]\n"),
-                                  "m.toml", MapUse::device);
+  const auto map = parse_device_map(power_map("[quantity.measured_v_12]\nask = \"MEAS:VOLT? 12\"\n"
+                                              "[confirm]\nask = \"SYST:ERR?\"\naccepted = [\"0,\"]\n"),
+                                    "m.toml", MapUse::device);
   ASSERT_TRUE(map) << map.error().message;
   EXPECT_EQ(map->kind, "power");
   EXPECT_EQ(map->confirm->ask, "SYST:ERR?");
@@ -261,7 +263,7 @@ TEST(TextMap, AMapOfASupplyNamesItsOutputsByNumber) {
 
 TEST(TextMap, ExplainsWhatASupplyLacks) {
   const auto lacking = [](const std::string& more) {
-    const auto map = parse_text_map(power_map(more), "m.toml", MapUse::device);
+    const auto map = parse_device_map(power_map(more), "m.toml", MapUse::device);
     return map ? "" : map.error().message;
   };
   EXPECT_EQ(lacking("[quantity.set_v_1]\nask = \"VOLT?\"\n"), "[quantity.set_v_1] needs a 'write'");
@@ -289,13 +291,13 @@ std::string example_of(const std::string& heading) {
 
 TEST(TextMap, TheExamplesOfThePageMakeAChamberAndASupply) {
   const auto chamber =
-      parse_text_map(example_of("## Chambers that speak text"), "docs/register-maps.md", MapUse::device);
+      parse_device_map(example_of("## Chambers that speak text"), "docs/register-maps.md", MapUse::device);
   ASSERT_TRUE(chamber) << chamber.error().message;
-  EXPECT_TRUE(make_text_chamber(*chamber));
+  EXPECT_TRUE(make_chamber(*chamber));
   const auto supply =
-      parse_text_map(example_of("## Supplies that speak text"), "docs/register-maps.md", MapUse::device);
+      parse_device_map(example_of("## Supplies that speak text"), "docs/register-maps.md", MapUse::device);
   ASSERT_TRUE(supply) << supply.error().message;
-  EXPECT_TRUE(make_text_power(*supply));
+  EXPECT_TRUE(make_unit_power(*supply));
 }
 
 }  // namespace

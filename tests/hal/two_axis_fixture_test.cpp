@@ -2,7 +2,7 @@
 // The two-axis fixture against pymodbus: what is written when, and what its answers are taken for.
 #include <gtest/gtest.h>
 
-#include "hal/devices/devices.h"
+#include "hal/devices/fixture.h"
 #include "modbus_peer.h"
 
 namespace soak::hal {
@@ -24,7 +24,7 @@ constexpr const char* kMinusSixty = "49776 (-15760)";  // C270
 constexpr const char* kSixty = "17008";                // 4270
 
 std::unique_ptr<Fixture> fixture_at(int port) {
-  auto fixture = make_modbus_fixture(test::repository_map("fixtures/two-axis.toml", port));
+  auto fixture = make_fixture(test::repository_map("fixtures/two-axis.toml", port));
   EXPECT_TRUE(fixture) << fixture.error().message;
   return *std::move(fixture);
 }
@@ -124,7 +124,7 @@ TEST(TwoAxisFixture, RefusesToSpinWhereItsAxisIsNotVerticalOrItStandsElsewhere) 
 }
 
 TEST(TwoAxisFixture, APositionerWithCodesCannotSpin) {
-  const auto fixture = make_modbus_fixture(test::repository_map("fixtures/modbus-positioner.toml", 1));
+  const auto fixture = make_fixture(test::repository_map("fixtures/modbus-positioner.toml", 1));
   ASSERT_TRUE(fixture);
   const auto refused = (*fixture)->spin("+Z", 60.0);
   ASSERT_FALSE(refused);

@@ -8,7 +8,7 @@
 #include <iterator>
 #include <map>
 
-#include "hal/maps/detail/axis_geometry.h"
+#include "hal/maps/detail/fixture_axes.h"
 #include "hal/maps/device_map.h"
 
 namespace soak::hal {
@@ -30,7 +30,7 @@ std::string with(const std::string& passage, const std::string& other) {
 
 /// Message of the refusal, "" = accepted.
 std::string refusal(const std::string& text) {
-  const auto map = parse_register_map(text, "m.toml");
+  const auto map = parse_device_map(text, "m.toml");
   if (map) return "";
   EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
   return map.error().message;
@@ -44,7 +44,7 @@ void expect_refused(const std::string& text, const std::string& words) {
 // The rotations were done by hand: a tilt about x by 90 degrees brings y up, then a turn by 90 degrees about the
 // table's own axis brings x there. Headings are those of the axis after the vertical one.
 TEST(TwoAxisMap, TellsPositionsHeadingsAndSensesOfTheShippedOne) {
-  const auto map = parse_register_map(shipped(), "two-axis.toml");
+  const auto map = parse_device_map(shipped(), "two-axis.toml");
   ASSERT_TRUE(map) << map.error().message;
   ASSERT_TRUE(map->axes);
   EXPECT_EQ(map->axes->tolerance_deg, 0.1);

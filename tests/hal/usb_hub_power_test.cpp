@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "hal/devices/devices.h"
+#include "hal/devices/unit_power.h"
 
 namespace soak::hal {
 namespace {

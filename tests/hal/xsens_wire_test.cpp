@@ -7,7 +7,8 @@
 #include <functional>
 #include <thread>
 
-#include "hal/devices/devices.h"
+#include "hal/imu/imu.h"
+#include "hal/links/addresses.h"
 #include "tests/hal/xsens_peer.h"
 #include "tests/hal/xsens_wires.h"
 

@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-#include "hal/links/detail/descriptor_source.h"
+#include "hal/links/detail/byte_source.h"
 
 /// Real kernel objects to hang a unit on.
 namespace soak::hal::imu::test {

@@ -14,6 +14,7 @@ import tempfile
 import time
 import unittest
 import urllib.request
+from concurrent.futures import ThreadPoolExecutor
 
 import jsonschema
 from fault_proxy import FaultProxy
@@ -26,6 +27,8 @@ from lab_session import LabSession, ProgramFailed, bin_folder, end  # noqa: E402
 OFF, AUTO = 62, 10  # modes of the controller
 DEW_POINT_C = 15.0  # that the station assumes
 WAIT_S = 180.0  # generous: the machine may be busy
+ENDED = ("finished", "failed", "aborted", "interrupted")
+AT_ONCE = 4  # campaigns: most of their time is spent waiting for time-outs
 
 
 def short_procedure(set_points=(15, 30), runs=1, positions=("+Z", "-Z"), preflight_s=0, dwell_s=30, purpose="calibration",
@@ -115,12 +118,13 @@ class LabTest(unittest.TestCase):
         with urllib.request.urlopen(self.lab.page + "api/v1/status", timeout=30) as answer:
             return json.load(answer)
 
-    def wait(self, what, condition, seconds=WAIT_S):
-        """Waits until `condition(status)` holds; returns that status."""
+    def wait(self, what, condition, seconds=WAIT_S, poll_s=0.002):
+        """Waits until `condition(status)` holds; returns that status. Steps are short at a high clock rate: they are looked for
+        every two milliseconds."""
         end_s = time.monotonic() + seconds
         while not condition(status := self.status()):
             self.assertLess(time.monotonic(), end_s, f"waited for: {what}\n{json.dumps(status, indent=1)}\n{self.lab.log()}")
-            time.sleep(0.002)
+            time.sleep(poll_s)
         return status
 
     def wait_for_step(self, kind, run="R01"):
@@ -131,7 +135,7 @@ class LabTest(unittest.TestCase):
         return self.wait(f"step {kind} of {run}", there)
 
     def wait_for_end(self):
-        return self.wait("the end", lambda s: s["state"] in ("finished", "failed", "aborted", "interrupted"))
+        return self.wait("the end", lambda s: s["state"] in ENDED, poll_s=0.03)
 
     def soak_fails(self, status, *words):
         """The message of a `soak` that must end with that status and print nothing else."""
@@ -148,6 +152,12 @@ class LabTest(unittest.TestCase):
 
     def events(self):
         return self.query("SELECT kind, subject, text FROM event ORDER BY ordinal")
+
+    def assert_event(self, kind, subject, *data):
+        """The log has an event of that kind about that subject with all of `data` in its text: serial numbers, positions,
+        numbers. How it is worded is not judged."""
+        found = [event for event in self.events() if event[0] == kind and subject in event[1]]
+        self.assertTrue(any(all(str(part) in text for part in data) for _, _, text in found), (kind, subject, data, self.events()))
 
     def modbus(self, device):
         """A pymodbus client beside soakd: chamber, fixture or relay."""
@@ -182,3 +192,24 @@ class LabTest(unittest.TestCase):
         self.assertGreater(air_c, DEW_POINT_C)
         count = len(self.lab.ports["units"])
         self.assertEqual(self.modbus("relay").read_holding_registers(16, count, 1).registers, [0] * count, "units are on")
+
+
+def main(first=()):
+    """Runs the tests of the calling script, several at once, each in a process of its own; those that are named in `first`
+    (the longest ones) are begun first. With a test's name as argument only that one, in this process."""
+    loader = unittest.defaultTestLoader.loadTestsFromModule(sys.modules["__main__"])
+    names = [case.id().removeprefix("__main__.") for suite in loader for case in suite]
+    names.sort(key=lambda name: name.split(".")[-1] not in first)
+    if len(sys.argv) > 1 or len(names) == 1:
+        unittest.main()
+
+    def run(name):
+        begin_s = time.monotonic()
+        result = subprocess.run([sys.executable, "-B", sys.argv[0], name], capture_output=True, text=True)
+        print(f"{time.monotonic() - begin_s:6.1f} s  {name}{'' if result.returncode == 0 else '  FAILED'}", flush=True)
+        if result.returncode != 0 or "skipped" in result.stderr:
+            print(result.stdout + result.stderr, flush=True)
+        return result.returncode
+
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        sys.exit(max(pool.map(run, names)))

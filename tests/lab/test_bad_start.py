@@ -4,6 +4,7 @@ import pathlib
 import shutil
 import unittest
 
+import bench
 from bench import AUTO, OFF, LabTest, short_procedure
 from lab_session import ROOT, ProgramFailed, end
 
@@ -23,7 +24,8 @@ class BadStart(LabTest):
         self.start_lab()
         good = short_procedure()
         message = self.refused(2, good + "colour = 1\n")
-        self.assertIn(f":{len(good.splitlines()) + 1}: unknown key 'colour'", message)
+        self.assertIn(f":{len(good.splitlines()) + 1}:", message)
+        self.assertIn("'colour'", message)
         message = self.refused(2, short_procedure(positions=("+X", "-X", "+X")))
         self.assertIn("+X", message)
         self.assertIn("p.toml:8", message)
@@ -47,14 +49,14 @@ class BadStart(LabTest):
         client.write_registers(2730, [AUTO], 1)
         self.wait("hot air", lambda s: (s["chamber"]["air_c"] or 0.0) > 40.0)
         message = self.soak_fails(2, "campaign", "start", self.write("p.toml", short_procedure(preflight_s=10)), "--name", "c")
-        self.assertIn("the pre-flight is done at the temperature of the room", message)
+        self.assertRegex(message, r"^state: .*\+25\.0 °C")
         self.assertEqual(self.query("SELECT * FROM journal"), [])
 
     def test_two_slots_with_one_serial(self):
         self.start_lab(units=2)
         message = self.refused(2, short_procedure(), "--unit", "1=0380A001", "--unit", "2=0380A001")
+        self.assertIn("--unit: ", message)
         self.assertIn("0380A001", message)
-        self.assertIn("slot", message)
 
     def test_a_unit_in_another_slot_than_stated_is_found_before_anything_is_recorded(self):
         self.start_lab(units=2)
@@ -62,46 +64,43 @@ class BadStart(LabTest):
                       "--unit", "2=0380A001")
         status = self.wait_for_end()
         self.assertEqual(status["state"], "failed")
-        self.assertRegex(status["reason"], "slot [12] holds unit 0380A00[12], not 0380A00[12]")
+        self.assertRegex(status["reason"], "slot [12].*0380A00[12].*0380A00[12]")
         self.assertEqual(self.query("SELECT * FROM run"), [])
         self.assert_safe()
 
     def test_a_unit_mounted_otherwise_than_stated_is_found_at_the_first_turn(self):
-        self.start_lab()
-        end(self.lab.soakd)
-        text = self.config.read_text(encoding="utf-8")
-        self.config.write_text(text.replace('axes = ["+X", "+Y", "+Z"]', 'axes = ["+X", "-Y", "-Z"]'), encoding="utf-8")
-        self.lab.start_soakd()
+        self.start_lab(edit=lambda text: text.replace('axes = ["+X", "+Y", "+Z"]', 'axes = ["+X", "-Y", "-Z"]'))
         self.start_campaign(short_procedure())
         status = self.wait_for_end()
         self.assertEqual(status["state"], "failed")
-        self.assertIn("0380A001", status["reason"])
-        self.assertIn("mounted", status["reason"])
+        for part in ("0380A001", "slot 1", "+Z"):
+            self.assertIn(part, status["reason"])
         self.assert_safe()
 
-    def test_one_of_two_units_that_reads_otherwise_is_given_up_but_not_in_the_pre_flight(self):
-        for preflight_s, state in ((0, "finished"), (10, "failed")):
-            with self.subTest(state):
-                self.start_lab(units=2)
-                end(self.lab.soakd)
-                text = self.config.read_text(encoding="utf-8")
-                changed = text.replace('axes = ["+Y", "-X", "+Z"]', 'axes = ["+Y", "+X", "-Z"]')
-                self.assertNotEqual(changed, text)
-                self.config.write_text(changed, encoding="utf-8")
-                self.lab.start_soakd()
-                self.start_campaign(short_procedure(preflight_s=preflight_s))
-                status = self.wait_for_end()
-                self.assertEqual(status["state"], state)
-                self.assertIn("0380A002", status["reason"])
-                self.assert_safe()
-                self.doCleanups()
-                self.setUp()
+    def expect_with_one_of_two_units_mounted_otherwise(self, preflight_s, state):
+        def mount(text):
+            changed = text.replace('axes = ["+Y", "-X", "+Z"]', 'axes = ["+Y", "+X", "-Z"]')
+            self.assertNotEqual(changed, text)
+            return changed
+        self.start_lab(units=2, edit=mount)
+        self.start_campaign(short_procedure(set_points=(20,), preflight_s=preflight_s))
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], state)
+        self.assertIn("0380A002", status["reason"])
+        self.assertNotIn("0380A001", status["reason"])
+        self.assert_safe()
+
+    def test_one_of_two_units_that_reads_otherwise_is_left_out_of_a_run(self):
+        self.expect_with_one_of_two_units_mounted_otherwise(0, "finished")
+
+    def test_one_of_two_units_that_reads_otherwise_ends_the_pre_flight(self):
+        self.expect_with_one_of_two_units_mounted_otherwise(10, "failed")
 
     def test_a_chamber_that_refuses_the_connection(self):
         self.start_lab(cut=["chamber"])
         self.proxies["chamber"].cut()
         message = self.refused(3, short_procedure())
-        self.assertIn("Watlow F4T at 127.0.0.1", message)
+        self.assertIn("127.0.0.1", message)
 
     def test_configurations_with_mistakes(self):
         self.start_lab(units=2)
@@ -125,8 +124,8 @@ class BadStart(LabTest):
         line = next(i for i, l in enumerate(lines.splitlines(), 1) if "f31" in l)
         message = refusal(text.replace(str(pathlib.Path(ROOT) / "procedures"), str(maps)))
         self.assertIn(f"{broken}:{line}", message)
-        self.assertIn("'quantity.air_c.type' must be one of", message)
+        self.assertIn("'quantity.air_c.type'", message)
 
 
 if __name__ == "__main__":
-    unittest.main()
+    bench.main()

@@ -4,7 +4,8 @@ protocols, nothing imported. It is named, accepted, fitted again, and the gap is
 import pathlib
 import unittest
 
-from bench import ROOT, LabTest, short_procedure
+import bench
+from bench import ENDED, ROOT, LabTest, short_procedure
 
 HIDDEN = """
 [[hidden]]
@@ -24,11 +25,11 @@ class Gap(LabTest):
     def test_a_hidden_effect_is_named_accepted_and_gone_from_fresh_runs(self):
         config = self.folder / "hidden.toml"
         config.write_text((ROOT / "hal" / "sim" / "lab.toml").read_text(encoding="utf-8") + HIDDEN, encoding="utf-8")
-        self.start_lab(rate=2000, seed=3, soaksim_options=("--config", config))
+        self.start_lab(rate=4000, seed=3, soaksim_options=("--config", config))
         self.unit = self.lab.truth()["units"][0]["unit"]
         for name, runs, purpose in (("c", 4, "calibration"), ("fresh", 2, "verification")):
             self.start_campaign(short_procedure(BOTH_WAYS, runs, SIX, dwell_s=180, purpose=purpose), name)
-            self.wait("the end of " + name, lambda s, n=name: s["campaign"]["name"] == n and s["state"] in ("finished", "failed"), 600)
+            self.wait("the end of " + name, lambda s, n=name: s["campaign"]["name"] == n and s["state"] in ENDED, 600, poll_s=0.1)
             self.assertEqual(self.status()["state"], "finished", self.lab.log())
         self.lab.soak("fit", "--unit", self.unit)
         found = self.json("find")
@@ -50,4 +51,4 @@ class Gap(LabTest):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    bench.main()

@@ -3,6 +3,7 @@
 import math
 import unittest
 
+import bench
 from bench import LabTest, short_procedure
 
 UNIT = "0380A001"
@@ -36,4 +37,4 @@ class ReferencePlateau(LabTest):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    bench.main()

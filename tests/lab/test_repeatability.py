@@ -5,6 +5,7 @@ import math
 import multiprocessing
 import unittest
 
+import bench
 from bench import LabTest, short_procedure
 
 PROCEDURE = short_procedure(set_points=(10, 40), positions=("+X", "-X", "+Y", "-Y", "+Z", "-Z"))
@@ -49,4 +50,4 @@ class Repeatability(LabTest):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    bench.main()

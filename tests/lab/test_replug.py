@@ -3,17 +3,18 @@
 import time
 import unittest
 
+import bench
 from bench import LabTest, short_procedure
 
 
 class Replug(LabTest):
     def test_it_comes_back_in_the_same_power_on_and_the_segment_is_recorded_again(self):
-        self.start_lab(rate=50, cut=["unit1"])
+        self.start_lab(rate=200, cut=["unit1"])
         self.start_campaign(short_procedure(positions=("+Z", "-Z"), dwell_s=200))
         self.wait_for_step("record")
-        time.sleep(1)
+        time.sleep(0.3)
         self.proxies["unit1"].cut()
-        time.sleep(2)
+        time.sleep(0.3)
         self.proxies["unit1"].mend()
         self.assertEqual(self.wait_for_end()["state"], "finished")
         rows = self.query("SELECT position, visit, attempt, gyro_x_count FROM segment ORDER BY visit, position, attempt")
@@ -22,11 +23,10 @@ class Replug(LabTest):
         counts = [row[3] for row in rows]
         self.assertLess(counts[0], 2000, "it was cut short")
         self.assertEqual(counts[1:], [2000] * 4)
-        self.assertEqual(self.query("SELECT unit, visit, position, attempt, reason FROM void"),
-                         [("0380A001", 0, "+Z", 0, "samples were missing")])
-        self.assertIn(("segment", "0380A001", "+Z is not used: samples were missing"), self.events())
+        self.assertEqual(self.query("SELECT unit, visit, position, attempt FROM void"), [("0380A001", 0, "+Z", 0)])
+        self.assert_event("segment", "0380A001", "+Z")
         self.assert_safe()
 
 
 if __name__ == "__main__":
-    unittest.main()
+    bench.main()

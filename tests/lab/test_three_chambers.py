@@ -3,6 +3,7 @@
 Modbus RTU, ESPEC P300 over lines of text. What the chamber did is read beside soakd, over its F4T's registers."""
 import unittest
 
+import bench
 from bench import LabTest, short_procedure
 
 SET_POINTS = (12, 32)
@@ -11,7 +12,7 @@ SET_POINTS = (12, 32)
 class ThreeChambers(LabTest):
     def run_campaign(self, kind, wire):
         """A campaign from start to safe end on the controller `kind`; the plateaus that were recorded."""
-        self.start_lab(rate=200, soaksim_options=["--chamber", kind])
+        self.start_lab(rate=400, soaksim_options=["--chamber", kind])
         self.assertIn(wire, self.config.read_text(encoding="utf-8"))
         self.start_campaign(short_procedure(set_points=SET_POINTS))
         self.wait_for_step("wait_stable")
@@ -49,4 +50,4 @@ class ThreeChambers(LabTest):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    bench.main()

@@ -6,6 +6,7 @@ import math
 import subprocess
 import unittest
 
+import bench
 import numpy as np
 from bench import LabTest, short_procedure
 from lab_session import bin_folder
@@ -44,7 +45,7 @@ class ThreeDecoders(LabTest):
                                        delta=GYRO_DELTA_DPS, msg=f"{serial} gyro_{axis} at {plateau_c}")
 
     def test_units_of_three_families_in_one_campaign(self):
-        self.start_lab(units=3, rate=80, soaksim_options=["--decoder", "xsens", "ahrs400", "vectornav"])
+        self.start_lab(units=3, rate=160, soaksim_options=["--decoder", "xsens", "ahrs400", "vectornav"])
         self.start_campaign(short_procedure(set_points=SET_POINTS).replace("rate_hz = 10\n", "rate_hz = 50\n"))
         status = self.wait_for_end()
         self.assertEqual(status["state"], "finished", status["reason"])
@@ -55,4 +56,4 @@ class ThreeDecoders(LabTest):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    bench.main()

@@ -11,6 +11,7 @@ import threading
 import time
 import unittest
 
+import bench
 from bench import OFF, ROOT, WAIT_S, LabTest, bin_folder, short_procedure
 
 sys.path.insert(0, str(ROOT / "tests" / "hal"))
@@ -56,12 +57,6 @@ class UnitPower(LabTest):
         self.switched.append((output, on, time.monotonic()))
         self.relays.write_register(output - 1, int(on), 1)
 
-    def texts(self):
-        return [text for _, _, text in self.events()]
-
-    def find_text(self, *parts):
-        self.assertTrue(any(all(part in text for part in parts) for text in self.texts()), self.events())
-
     def test_volts_and_amps_are_shown_and_recorded(self):
         self.start_with_supply()
         self.start_campaign(short_procedure(set_points=(25,), positions=("+Z",)))
@@ -80,11 +75,11 @@ class UnitPower(LabTest):
             said = {(row["supply_v"], row["supply_a"]) for row in csv.DictReader(rows) if row["supply_v"]}
         self.assertEqual({(float(volts), float(amps)) for volts, amps in said}, {(12.0, 0.24)})
 
-    def expect_unit_2_left_out(self, *why):
+    def expect_unit_2_left_out(self, *data):
         status = self.wait_for_end()
         self.assertEqual(status["state"], "finished", status["reason"])
         self.assertIn("0380A002 in R01", status["reason"])
-        self.find_text("unit 0380A002 in slot 2", *why)
+        self.assert_event("unit", "0380A002", "slot 2", *data)
         self.assertEqual(self.query("SELECT DISTINCT unit FROM segment"), [("0380A001",)])
         self.assertFalse(self.supply.outputs[1].on)
 
@@ -92,14 +87,14 @@ class UnitPower(LabTest):
         self.start_with_supply(units=2)
         self.supply.outputs[1].ohm = 1.0
         self.start_campaign(short_procedure(set_points=(25,), positions=("+Z",)))
-        self.expect_unit_2_left_out("output 2", "stays at its current limit of 0.5 A")
+        self.expect_unit_2_left_out("output 2", "0.5 A")
 
     def test_a_unit_that_trips_the_protection_is_tried_once_and_left_out(self):
         self.start_with_supply(units=2)
         self.supply.outputs[1].ohm = 1.0
         self.supply.outputs[1].protects_current = True
         self.start_campaign(short_procedure(set_points=(25,), positions=("+Z",)))
-        self.expect_unit_2_left_out("a protection has switched off output 2")
+        self.expect_unit_2_left_out("output 2")
         self.assertEqual([message for message in self.supply.log if message == "OUTP 1,(@2)"], ["OUTP 1,(@2)"])
 
     def test_a_unit_whose_output_goes_off_in_mid_run_is_lost_and_the_other_goes_on(self):
@@ -109,7 +104,7 @@ class UnitPower(LabTest):
         self.supply.obey(["off", "2"])
         status = self.wait_for_end()
         self.assertEqual(status["state"], "finished", status["reason"])
-        self.find_text("lost for the rest of the run", "output 2", "is off although it was switched on")
+        self.assert_event("unit", "0380A002", "output 2")
         self.assertEqual(self.query("SELECT DISTINCT unit FROM void"), [("0380A002",)])
 
     def test_a_shorted_unit_in_the_pre_flight_ends_the_campaign_before_anything_is_recorded(self):
@@ -118,7 +113,7 @@ class UnitPower(LabTest):
         self.start_campaign(short_procedure(preflight_s=30))
         status = self.wait_for_end()
         self.assertEqual(status["state"], "failed")
-        self.assertIn("unit 0380A002 in slot 2: output 2", status["reason"])
+        self.assertRegex(status["reason"], "0380A002.*slot 2.*output 2")
         self.assertEqual(self.query("SELECT run_id FROM run"), [])
         self.assert_safe()
 
@@ -221,7 +216,7 @@ codes = {{ off = 62, on = 63 }}
         self.start_campaign(short_procedure(set_points=(25,), positions=("+Z",)))
         status = self.wait_for_end()
         self.assertEqual(status["state"], "finished", status["reason"])
-        self.find_text("unit 0380A002 in slot 2 did not restart", "output 9", "another supply feeds it")
+        self.assert_event("unit", "0380A002", "slot 2", "output 9")
         self.assertEqual(self.query("SELECT DISTINCT unit FROM segment"), [("0380A001",)])
 
     def test_the_pre_flight_ends_a_campaign_with_a_unit_that_another_supply_feeds(self):
@@ -229,12 +224,11 @@ codes = {{ off = 62, on = 63 }}
         self.start_campaign(short_procedure(preflight_s=30))
         status = self.wait_for_end()
         self.assertEqual(status["state"], "failed")
-        self.assertIn("unit 0380A002 in slot 2 did not restart", status["reason"])
+        self.assertRegex(status["reason"], "0380A002.*slot 2.*output 9")
         self.assertEqual(self.query("SELECT run_id FROM run"), [])
 
     def test_what_the_supply_cannot_do_is_refused_at_the_start(self):
-        for lines, said in (("power_output = 4", "slot 1: there is no output 4"),
-                            ("power_output = 3\nsupply_v = 48", "slot 1: the voltage of output 3 cannot be 48"),):
+        for lines, said in (("power_output = 4", "slot 1: .* 4"), ("power_output = 3\nsupply_v = 48", "slot 1: .* 3 .* 48")):
             config = self.write("station.toml", f"""[chamber]
 map = "{MAPS}/chambers/watlow-f4t.toml"
 host = "127.0.0.1"
@@ -250,20 +244,20 @@ port = 1
             done = subprocess.run([bin_folder() + "/soakd", "--config", config, "--data", self.folder / "data"], text=True,
                                   capture_output=True, timeout=60)
             self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn(said, done.stderr)
+            self.assertRegex(done.stderr, said)
 
     def test_the_chamber_goes_cold_only_once_somebody_says_that_dry_air_flows(self):
         self.start_lab(edit=lambda text: "[purge]\nbelow_c = 18\n\n" + text)
         self.start_campaign(short_procedure(set_points=(21, 15)))
         status = self.wait("the question", lambda s: s["prompt"] is not None)
-        self.assertIn("dry-air purge", status["prompt"]["text"])
+        self.assertEqual(status["campaign"]["step_kind"], "set_temperature")
         self.assertIn("+15.0 °C", status["prompt"]["text"])
         self.assertEqual(status["state"], "waiting")
         self.assertEqual(self.chamber()[2], 21.0, "the chamber still holds the set point before")
         self.lab.soak("campaign", "confirm")
         self.wait("the cold", lambda s: s["chamber"]["set_point_c"] == 15.0)
-        self.find_text("dry air flows")
+        self.assert_event("chamber", "purge")
 
 
 if __name__ == "__main__":
-    unittest.main()
+    bench.main()

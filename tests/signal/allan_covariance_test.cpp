@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/allan/detail/covariance.h"
+#include "calib/signal/allan/detail/noise_terms.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/spectrum/gauss_markov.h"
+#include "calib/signal/spectrum/autocorrelation.h"
 
 #include <gtest/gtest.h>
 

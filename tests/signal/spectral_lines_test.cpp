@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/spectrum/spectral_lines.h"
+#include "calib/signal/spectrum/spectrum.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "calib/signal/noise/noise.h"
-#include "calib/signal/spectrum/spectrum.h"
 
 namespace soak::calib::signal {
 namespace {

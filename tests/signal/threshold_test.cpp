@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/signal/wavelet/threshold.h"
+#include "calib/signal/wavelet/denoising.h"
 
 #include <gtest/gtest.h>
 

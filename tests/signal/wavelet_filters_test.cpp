@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/signal/wavelet/wavelet.h"
+#include "calib/signal/wavelet/wavelet_transform.h"
 #include "wavelet_support.h"
 
 namespace soak::calib::signal {

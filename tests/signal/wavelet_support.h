@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "base/random.h"
-#include "calib/signal/wavelet/wavelet.h"
 #include "calib/signal/wavelet/wavelet_transform.h"
 
 namespace soak::calib::signal::test {

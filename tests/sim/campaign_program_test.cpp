@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/programs/campaign_program.h"
+#include "hal/sim/programs/programs.h"
 
 #include <gtest/gtest.h>
 

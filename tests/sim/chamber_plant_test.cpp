@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "hal/sim/lab/device_time.h"
+#include "hal/sim/lab/inertial_unit.h"
 #include "tests/sim/support.h"
 
 namespace soak::hal::sim {

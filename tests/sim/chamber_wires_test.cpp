@@ -10,8 +10,6 @@
 
 #include "hal/sim/lab/device_time.h"
 #include "hal/sim/wires/detail/chamber_wire.h"
-#include "hal/sim/wires/detail/espec_text.h"
-#include "hal/sim/wires/detail/eurotherm_registers.h"
 #include "tests/sim/registers.h"
 #include "tests/sim/support.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "hal/sim/programs/campaign_program.h"
+#include "hal/sim/programs/programs.h"
 #include "tests/sim/support.h"
 
 namespace soak::hal::sim::test {

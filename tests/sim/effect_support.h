@@ -10,7 +10,7 @@
 
 namespace soak::hal::sim::test {
 
-/// A mechanism by itself, with the shape that was drawn for it.
+/// An effect by itself, with the shape that was drawn for it.
 struct LoneEffect {
   std::unique_ptr<Effect> effect;
   std::vector<ShapeParameter> parameters;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mechanisms that the position drives, each against its physics.
+// Effects that the position drives, each against its physics.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mechanisms that power, time, compressor and supply drive, and those of the output word, each against its physics.
+// Effects that power, time, compressor and supply drive, and those of the output word, each against its physics.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mechanisms that temperature drives, each against its physics.
+// Effects that temperature drives, each against its physics.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -9,7 +9,7 @@
 #include "base/hash.h"
 #include "hal/sim/lab/inertial_unit.h"
 #include "hal/sim/lab/lab.h"
-#include "hal/sim/programs/soaksim_program.h"
+#include "hal/sim/programs/programs.h"
 #include "tests/sim/design_support.h"
 
 namespace soak::hal::sim {
@@ -124,7 +124,7 @@ TEST(HiddenLab, FeelsForceInTheAxesOfTheUnit) {
 TEST(HiddenLab, LeavesALaboratoryWithoutEffectsAsItWas) {
   CampaignConfig config = test::shipped_config();
   config.seed = 5;
-  Lab lab(config);
+  SimulatedLab lab(config);
   base::Sha256 hash;
   const auto run_until = [&](double time_s) {
     const Tick end = ticks_of(time_s);

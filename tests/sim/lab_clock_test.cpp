@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/wires/lab_clock.h"
+#include "hal/sim/lab/device_time.h"
 
 #include <gtest/gtest.h>
 

@@ -47,7 +47,7 @@ struct RecordedLab {
   }
   [[nodiscard]] int fixture(int address) { return test::number_at(lab.fixture().registers(), address); }
 
-  Lab lab;
+  SimulatedLab lab;
   std::vector<Bytes> sent;
 };
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "hal/sim/electronics/detail/xbus_frame.h"
+#include "hal/sim/electronics/detail/xbus_device.h"
 
 namespace soak::hal::sim::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/electronics/detail/output_plan.h"
+#include "hal/sim/electronics/detail/xbus_device.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "hal/sim/campaign/detail/run_temperature.h"
+#include "hal/sim/campaign/simulated_run.h"
 #include "tests/sim/support.h"
 
 namespace soak::hal::sim {

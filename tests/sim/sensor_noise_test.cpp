@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/campaign/detail/sensor_noise.h"
+#include "hal/sim/campaign/simulated_run.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "hal/sim/campaign/simulated_run.h"
 #include "tests/sim/support.h"
 
 namespace soak::hal::sim {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/lab/temperature_controller.h"
+#include "hal/sim/lab/chamber_plant.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "hal/sim/lab/chamber_plant.h"
 #include "hal/sim/lab/device_time.h"
 #include "tests/sim/support.h"
 

@@ -74,7 +74,7 @@ struct TwoAxisLab {
   }
   [[nodiscard]] bool stands() { return test::number_at(registers(), kStatus) == 0; }
 
-  Lab lab;
+  SimulatedLab lab;
   base::Bytes sent;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/lab/unit_noise.h"
+#include "hal/sim/lab/inertial_unit.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/electronics/detail/xbus_frame.h"
+#include "hal/sim/electronics/detail/xbus_device.h"
 
 #include <gtest/gtest.h>
+
+#include <bit>
 
 #include <numeric>
 #include <vector>
@@ -36,9 +38,9 @@ TEST(XbusFrame, HasAnExtendedLengthBeyond254Bytes) {
 
 TEST(XbusFrame, CarriesNumbersBigEndian) {
   Bytes bytes;
-  append_u16(bytes, 0x1234);
-  append_u32(bytes, 0x89ABCDEF);
-  append_f32(bytes, 37.625F);  // 42 16 80 00 in the capture of an MTi-300
+  base::append_big_endian(bytes, std::uint16_t{0x1234});
+  base::append_big_endian(bytes, std::uint32_t{0x89ABCDEF});
+  base::append_big_endian(bytes, std::bit_cast<std::uint32_t>(37.625F));  // 42 16 80 00 in the capture of an MTi-300
   EXPECT_EQ(bytes, (Bytes{0x12, 0x34, 0x89, 0xAB, 0xCD, 0xEF, 0x42, 0x16, 0x80, 0x00}));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/lab/attitude_watch.h"
+#include "station/lab/position_watch.h"
 
 #include <gtest/gtest.h>
 
@@ -50,7 +50,7 @@ TEST(AttitudeWatch, KnowsNothingBeforeItExpectsAPosition) {
     sample.t_s = 0.01 * i;
     watch.add(sample);
   }
-  EXPECT_EQ(watch.standing(), Standing::unknown);
+  EXPECT_EQ(watch.state(), Attitude::unknown);
 }
 
 TEST(AttitudeWatch, EveryPositionIsRightForItselfAndWrongForTheOthers) {
@@ -59,8 +59,8 @@ TEST(AttitudeWatch, EveryPositionIsRightForItselfAndWrongForTheOthers) {
       const auto up = calib::position_named(actual)->up;
       Bench bench(std::string(expected).c_str());
       bench.stand(3.0, force(kGravity_mps2 * up[0], kGravity_mps2 * up[1], kGravity_mps2 * up[2]));
-      EXPECT_EQ(bench.watch.standing(), expected == actual ? Standing::right : Standing::wrong) << expected << actual;
-      EXPECT_EQ(bench.watch.seen(), actual);
+      EXPECT_EQ(bench.watch.state(), expected == actual ? Attitude::right : Attitude::wrong) << expected << actual;
+      EXPECT_EQ(bench.watch.up_axis(), actual);
     }
   }
 }
@@ -68,60 +68,60 @@ TEST(AttitudeWatch, EveryPositionIsRightForItselfAndWrongForTheOthers) {
 TEST(AttitudeWatch, AUnitThatReadsMinusGUpwardsIsJudgedByItsSign) {
   Bench bench("+Z", -1);
   bench.stand(3.0, force(0.0, 0.0, -kGravity_mps2));
-  EXPECT_EQ(bench.watch.standing(), Standing::right);
+  EXPECT_EQ(bench.watch.state(), Attitude::right);
   bench.stand(3.0, force(0.0, 0.0, kGravity_mps2));
-  EXPECT_EQ(bench.watch.standing(), Standing::wrong);
+  EXPECT_EQ(bench.watch.state(), Attitude::wrong);
 }
 
 TEST(AttitudeWatch, RestLastsTwoSeconds) {
   Bench bench("+Z");
   bench.stand(1.9, tilted(0.0));
-  EXPECT_EQ(bench.watch.standing(), Standing::turning);
+  EXPECT_EQ(bench.watch.state(), Attitude::turning);
   bench.stand(0.2, tilted(0.0));
-  EXPECT_EQ(bench.watch.standing(), Standing::right);
+  EXPECT_EQ(bench.watch.state(), Attitude::right);
   bench.stand(0.01, tilted(0.0), 20.0);
-  EXPECT_EQ(bench.watch.standing(), Standing::turning) << "a single sample interrupts";
+  EXPECT_EQ(bench.watch.state(), Attitude::turning) << "a single sample interrupts";
   bench.stand(1.9, tilted(0.0));
-  EXPECT_EQ(bench.watch.standing(), Standing::turning);
+  EXPECT_EQ(bench.watch.state(), Attitude::turning);
   bench.stand(0.2, tilted(0.0));
-  EXPECT_EQ(bench.watch.standing(), Standing::right);
+  EXPECT_EQ(bench.watch.state(), Attitude::right);
 }
 
 TEST(AttitudeWatch, BearsFiveDegreesAndATenthOfGravity) {
   const auto judged = [](const std::array<float, 3>& accel_mps2, double rate_dps = 0.0) {
     Bench bench("+Z");
     bench.stand(3.0, accel_mps2, rate_dps);
-    return bench.watch.standing();
+    return bench.watch.state();
   };
-  EXPECT_EQ(judged(tilted(4.9)), Standing::right);
-  EXPECT_EQ(judged(tilted(-4.9)), Standing::right);
-  EXPECT_EQ(judged(tilted(5.1)), Standing::wrong);
-  EXPECT_EQ(judged(tilted(0.0, 1.09 * kGravity_mps2)), Standing::right);
-  EXPECT_EQ(judged(tilted(0.0, 1.11 * kGravity_mps2)), Standing::wrong);
-  EXPECT_EQ(judged(tilted(0.0, 0.89 * kGravity_mps2)), Standing::wrong);
-  EXPECT_EQ(judged(force(0.0, 0.0, 0.0)), Standing::wrong);
-  EXPECT_EQ(judged(tilted(0.0), 4.9), Standing::right);
-  EXPECT_EQ(judged(tilted(0.0), -5.1), Standing::turning);
+  EXPECT_EQ(judged(tilted(4.9)), Attitude::right);
+  EXPECT_EQ(judged(tilted(-4.9)), Attitude::right);
+  EXPECT_EQ(judged(tilted(5.1)), Attitude::wrong);
+  EXPECT_EQ(judged(tilted(0.0, 1.09 * kGravity_mps2)), Attitude::right);
+  EXPECT_EQ(judged(tilted(0.0, 1.11 * kGravity_mps2)), Attitude::wrong);
+  EXPECT_EQ(judged(tilted(0.0, 0.89 * kGravity_mps2)), Attitude::wrong);
+  EXPECT_EQ(judged(force(0.0, 0.0, 0.0)), Attitude::wrong);
+  EXPECT_EQ(judged(tilted(0.0), 4.9), Attitude::right);
+  EXPECT_EQ(judged(tilted(0.0), -5.1), Attitude::turning);
 }
 
 TEST(AttitudeWatch, AReadingThatIsNoNumberIsNeverRight) {
   Bench bench("+Z");
   bench.stand(3.0, force(0.0, 0.0, std::nan("")));
-  EXPECT_NE(bench.watch.standing(), Standing::right);
+  EXPECT_NE(bench.watch.state(), Attitude::right);
 }
 
 TEST(AttitudeWatch, SamplesFromBeforeATurnDoNotCountForTheNewPosition) {
   Bench bench("+Z");
   bench.stand(10.0, tilted(0.0));
   bench.watch.expect(*calib::position_named("+Z"), 1);
-  EXPECT_EQ(bench.watch.standing(), Standing::turning);
+  EXPECT_EQ(bench.watch.state(), Attitude::turning);
   bench.watch.expect(*calib::position_named("-Z"), 1);
   bench.stand(1.0, tilted(0.0));
-  EXPECT_EQ(bench.watch.standing(), Standing::turning);
+  EXPECT_EQ(bench.watch.state(), Attitude::turning);
   bench.stand(1.5, tilted(180.0), 60.0);
-  EXPECT_EQ(bench.watch.standing(), Standing::turning);
+  EXPECT_EQ(bench.watch.state(), Attitude::turning);
   bench.stand(2.1, tilted(180.0));
-  EXPECT_EQ(bench.watch.standing(), Standing::right);
+  EXPECT_EQ(bench.watch.state(), Attitude::right);
 }
 
 TEST(AttitudeWatch, ARestartBeginsTheStretchAnew) {
@@ -132,18 +132,18 @@ TEST(AttitudeWatch, ARestartBeginsTheStretchAnew) {
     bench.stand(100.0, tilted(0.0));
     bench.t_s = 10.0;
     bench.stand(1.0, tilted(0.0));
-    EXPECT_EQ(bench.watch.standing(), Standing::turning) << old_stretch_began_s;
+    EXPECT_EQ(bench.watch.state(), Attitude::turning) << old_stretch_began_s;
     bench.stand(1.2, tilted(0.0));
-    EXPECT_EQ(bench.watch.standing(), Standing::right) << old_stretch_began_s;
+    EXPECT_EQ(bench.watch.state(), Attitude::right) << old_stretch_began_s;
   }
 }
 
 TEST(AttitudeWatch, SeenIsTheAxisOfTheLatestSampleWithMostOfGravity) {
   Bench bench("+Z");
   bench.stand(0.1, force(-9.0, 3.0, 2.0));
-  EXPECT_EQ(bench.watch.seen(), "-X");
+  EXPECT_EQ(bench.watch.up_axis(), "-X");
   bench.stand(0.01, force(-1.0, 5.0, 4.9));
-  EXPECT_EQ(bench.watch.seen(), "+Y");
+  EXPECT_EQ(bench.watch.up_axis(), "+Y");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/lab/chamber_monitor.h"
+#include "station/lab/device_monitors.h"
 
 #include <gtest/gtest.h>
 
@@ -123,34 +123,34 @@ TEST_F(ChamberMonitorTest, ForgetsTheReadingAndReadsAtTheNextPoll) {
 TEST_F(ChamberMonitorTest, ThreeReadingsWithAnotherSetPointAreDisobedience) {
   monitor.expect(-30.0);
   look(5);
-  EXPECT_FALSE(monitor.disobeys());
+  EXPECT_FALSE(monitor.lost_set_point());
   chamber.says.set_point_c = 25.0;
   for (int i = 1; i <= 3; ++i) {
     look();
-    EXPECT_EQ(monitor.disobeys(), i == 3) << i;
+    EXPECT_EQ(monitor.lost_set_point(), i == 3) << i;
   }
   chamber.says.set_point_c = -30.0;
   look();
-  EXPECT_FALSE(monitor.disobeys());
+  EXPECT_FALSE(monitor.lost_set_point());
 }
 
 TEST_F(ChamberMonitorTest, ASetPointThatIsRoundedIsObeyed) {
   monitor.expect(-30.0);
   chamber.says.set_point_c = -29.6;
   look(5);
-  EXPECT_FALSE(monitor.disobeys());
+  EXPECT_FALSE(monitor.lost_set_point());
   chamber.says.set_point_c = -29.4;
   look(3);
-  EXPECT_TRUE(monitor.disobeys());
+  EXPECT_TRUE(monitor.lost_set_point());
 }
 
 TEST_F(ChamberMonitorTest, ControlThatIsOffIsDisobedience) {
   monitor.expect(-30.0);
   chamber.says.running = false;
   look(2);
-  EXPECT_FALSE(monitor.disobeys());
+  EXPECT_FALSE(monitor.lost_set_point());
   look();
-  EXPECT_TRUE(monitor.disobeys());
+  EXPECT_TRUE(monitor.lost_set_point());
 }
 
 TEST_F(ChamberMonitorTest, FailedReadsAreNoReadings) {
@@ -159,31 +159,31 @@ TEST_F(ChamberMonitorTest, FailedReadsAreNoReadings) {
   look(2);
   chamber.answers = false;
   look(5);
-  EXPECT_FALSE(monitor.disobeys());
+  EXPECT_FALSE(monitor.lost_set_point());
 }
 
 TEST_F(ChamberMonitorTest, AnExpectationBeginsTheCountAnew) {
   monitor.expect(-30.0);
   chamber.says.set_point_c = 25.0;
   look(3);
-  EXPECT_TRUE(monitor.disobeys());
+  EXPECT_TRUE(monitor.lost_set_point());
   monitor.expect(40.0);
-  EXPECT_FALSE(monitor.disobeys());
+  EXPECT_FALSE(monitor.lost_set_point());
   EXPECT_EQ(monitor.expected_c(), 40.0);
   look(2);
-  EXPECT_FALSE(monitor.disobeys());
+  EXPECT_FALSE(monitor.lost_set_point());
   look();
-  EXPECT_TRUE(monitor.disobeys());
+  EXPECT_TRUE(monitor.lost_set_point());
 }
 
 TEST_F(ChamberMonitorTest, WithoutExpectationItMayDoAsItLikes) {
   chamber.says.running = false;
   look(10);
-  EXPECT_FALSE(monitor.disobeys());
+  EXPECT_FALSE(monitor.lost_set_point());
   monitor.expect(-30.0);
   monitor.expect(std::nullopt);
   look(10);
-  EXPECT_FALSE(monitor.disobeys());
+  EXPECT_FALSE(monitor.lost_set_point());
 }
 
 TEST_F(ChamberMonitorTest, TheAirStandsStillByProcessTime) {

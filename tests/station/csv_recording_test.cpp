@@ -40,11 +40,12 @@ std::pair<db::ChannelInfo, db::Column> channel(const SourceRun& run, std::string
   return {};
 }
 
-void expect_refused(const base::Result<SourceRecording>& result, std::string_view where, std::string_view message) {
+/// `named`: what the message quotes of the file, or names of columns.
+void expect_refused(const base::Result<SourceRecording>& result, std::string_view where, std::string_view named = {}) {
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(result.error().where, where);
-  EXPECT_NE(result.error().message.find(message), std::string::npos) << result.error().message;
+  EXPECT_NE(result.error().message.find(named), std::string::npos) << result.error().message;
 }
 
 TEST(CsvRecording, TakesTheNarrowestTypeThatLosesNothing) {
@@ -116,16 +117,16 @@ TEST(CsvRecording, WarnsOfALastLineWithoutEnd) {
 TEST(CsvRecording, RefusesBadHeaders) {
   const std::string place = "folder/rec.csv, line 1";
   expect_refused(parse("t_s,gx_dps\n0,1\n"), place, "temp_c");
-  expect_refused(parse("t_s,temp_c\n0,1\n"), place, "sensor");
+  expect_refused(parse("t_s,temp_c\n0,1\n"), place);
   expect_refused(parse("temp_c,gx_dps\n0,1\n"), place, "t_s");
-  expect_refused(parse("t_s,temp_c,gx_degs\n0,1,1\n"), place, "gx_dps, gx_rps or gx_degph");
+  expect_refused(parse("t_s,temp_c,gx_degs\n0,1,1\n"), place);
   expect_refused(parse("t_s,temp_c,gyro_x\n0,1,1\n"), place, "gx_dps");
-  expect_refused(parse("t_s,temp_c,gx_dps,gx_rps\n0,1,1,1\n"), place, "'gx_dps' and 'gx_rps' both give gyro_x");
-  expect_refused(parse("t_s,t_ms,temp_c,gx_dps\n0,1,1,1\n"), place, "both give t_s");
-  expect_refused(parse("t_s,temp_c,gx_dps,x,x\n0,1,1,1,1\n"), place, "twice");
-  expect_refused(parse("t_s,temp_c,gx_dps,\n0,1,1,1\n"), place, "no name");
-  expect_refused(parse(""), "folder/rec.csv", "empty");
-  expect_refused(parse("t_s,temp_c,gx_dps\n"), "folder/rec.csv", "no row");
+  expect_refused(parse("t_s,temp_c,gx_dps,gx_rps\n0,1,1,1\n"), place);
+  expect_refused(parse("t_s,t_ms,temp_c,gx_dps\n0,1,1,1\n"), place);
+  expect_refused(parse("t_s,temp_c,gx_dps,x,x\n0,1,1,1,1\n"), place);
+  expect_refused(parse("t_s,temp_c,gx_dps,\n0,1,1,1\n"), place);
+  expect_refused(parse(""), "folder/rec.csv");
+  expect_refused(parse("t_s,temp_c,gx_dps\n"), "folder/rec.csv");
 }
 
 TEST(CsvRecording, NamesLineAndColumnOfABadCell) {
@@ -133,9 +134,9 @@ TEST(CsvRecording, NamesLineAndColumnOfABadCell) {
   expect_refused(parse(head + "1,25,nan\n"), "folder/rec.csv, line 3, column 'gx_dps'", "'nan'");
   expect_refused(parse(head + "1,-INF,1\n"), "folder/rec.csv, line 3, column 'temp_c'", "'-INF'");
   expect_refused(parse(head + "1,25,1;2\n"), "folder/rec.csv, line 3, column 'gx_dps'", "'1;2'");
-  expect_refused(parse(head + ",25,1\n"), "folder/rec.csv, line 3, column 't_s'", "empty");
-  expect_refused(parse(head + "1,25\n"), "folder/rec.csv, line 3", "2 cells where the header has 3");
-  expect_refused(parse(head + "1,25,1,7\n"), "folder/rec.csv, line 3", "4 cells where the header has 3");
+  expect_refused(parse(head + ",25,1\n"), "folder/rec.csv, line 3, column 't_s'");
+  expect_refused(parse(head + "1,25\n"), "folder/rec.csv, line 3");
+  expect_refused(parse(head + "1,25,1,7\n"), "folder/rec.csv, line 3");
   expect_refused(parse("t_s,temp_c,gx_dps,aux\n0,25,1,7\n1,25,1,x\n"), "folder/rec.csv, line 3, column 'aux'", "'x'");
 }
 
@@ -155,9 +156,9 @@ TEST(CsvRecording, LeavesBadRowsOutAndListsThem) {
 TEST(CsvRecording, RefusesTimeThatDoesNotRiseWithinARunAlsoWhenSkippingBadRows) {
   for (const CsvOptions& options : {CsvOptions{}, skipping_bad()}) {
     expect_refused(parse("t_s,temp_c,gx_dps\n0,25,1\n2,25,1\n1,25,1\n", options),
-                   "folder/rec.csv, line 4, column 't_s'", "falls from 2 s (line 3) to 1 s");
+                   "folder/rec.csv, line 4, column 't_s'");
     expect_refused(parse("t_s,run,temp_c,gx_dps\n0,a,25,1\n0,a,25,1\n", options),
-                   "folder/rec.csv, line 3, column 't_s'", "stands still");
+                   "folder/rec.csv, line 3, column 't_s'");
   }
 }
 
@@ -168,17 +169,14 @@ TEST(CsvRecording, RefusesARunThatGoesOnAfterAnother) {
 
 TEST(CsvRecording, RefusesUnknownLabelsAndNamesTheKnownOnes) {
   const std::string head = "t_s,temp_c,gx_dps,phase,sweep,position\n0,25,1,soak,up,+X\n";
-  expect_refused(parse(head + "1,25,1,dwell,up,+X\n", skipping_bad()), "folder/rec.csv, line 3, column 'phase'",
-                 "soak and ramp");
-  expect_refused(parse(head + "1,25,1,soak,left,+X\n", skipping_bad()), "folder/rec.csv, line 3, column 'sweep'",
-                 "up and down");
-  expect_refused(parse(head + "1,25,1,soak,up,X+\n", skipping_bad()), "folder/rec.csv, line 3, column 'position'",
-                 "'X+': known are +X, -X, +Y, -Y, +Z, -Z");
+  expect_refused(parse(head + "1,25,1,dwell,up,+X\n", skipping_bad()), "folder/rec.csv, line 3, column 'phase'");
+  expect_refused(parse(head + "1,25,1,soak,left,+X\n", skipping_bad()), "folder/rec.csv, line 3, column 'sweep'");
+  expect_refused(parse(head + "1,25,1,soak,up,X+\n", skipping_bad()), "folder/rec.csv, line 3, column 'position'");
 }
 
 TEST(CsvRecording, RefusesARunWithoutTemperatureOrSensorValues) {
-  expect_refused(parse("t_s,temp_c,gx_dps\n0,,1\n1,,1\n"), "folder/rec.csv, line 2, column 'temp_c'", "no temperature");
-  expect_refused(parse("t_s,temp_c,gx_dps\n0,25,\n1,25,\n"), "folder/rec.csv, line 2", "no value of any sensor");
+  expect_refused(parse("t_s,temp_c,gx_dps\n0,,1\n1,,1\n"), "folder/rec.csv, line 2, column 'temp_c'");
+  expect_refused(parse("t_s,temp_c,gx_dps\n0,25,\n1,25,\n"), "folder/rec.csv, line 2");
 }
 
 TEST(CsvRecording, FollowsAColumnsMap) {
@@ -215,10 +213,8 @@ P2 = [0, 1, 0]
 
 TEST(CsvRecording, RefusesWhatDoesNotFitTheTypeOfTheMap) {
   const CsvOptions options = with_map("[columns]\ngx_dps = { type = \"i8\" }\n");
-  expect_refused(parse("t_s,temp_c,gx_dps\n0,25,128\n", options), "folder/rec.csv, line 2, column 'gx_dps'",
-                 "128 does not fit type i8 (-128 to 127)");
-  expect_refused(parse("t_s,temp_c,gx_dps\n0,25,1.5\n", options), "folder/rec.csv, line 2, column 'gx_dps'",
-                 "not a whole number");
+  expect_refused(parse("t_s,temp_c,gx_dps\n0,25,128\n", options), "folder/rec.csv, line 2, column 'gx_dps'");
+  expect_refused(parse("t_s,temp_c,gx_dps\n0,25,1.5\n", options), "folder/rec.csv, line 2, column 'gx_dps'");
 }
 
 TEST(CsvRecording, RefusesAMapThatNamesAColumnTheFileLacks) {
@@ -233,7 +229,7 @@ TEST(CsvRecording, StopsWhenTheCallerSaysSo) {
   options.progress = [](double share) { return share < 0.5; };
   const auto recording = parse(text, options);
   ASSERT_FALSE(recording);
-  EXPECT_NE(recording.error().message.find("interrupted"), std::string::npos);
+  EXPECT_EQ(recording.error().kind, base::ErrorKind::internal);
 }
 
 }  // namespace

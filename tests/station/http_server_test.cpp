@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tests/station/http_raw.h"
-#include "tests/station/http_scripted_lab.h"
+#include "tests/station/http_scripted_station.h"
 
 namespace soak::station {
 namespace {
@@ -43,7 +43,7 @@ class Http : public ::testing::Test {
     return events;
   }
 
-  ScriptedLab lab;
+  ScriptedStation lab;
   HttpServer server{lab, "127.0.0.1:0"};
   int port = 0;
 };
@@ -51,7 +51,7 @@ class Http : public ::testing::Test {
 TEST_F(Http, AnswersTheStatusAsTheLaboratoryGivesIt) {
   const std::string answer = get("/api/v1/status");
   EXPECT_EQ(status_of(answer), 200);
-  EXPECT_EQ(json::parse(body_of(answer)), ScriptedLab::running_status());
+  EXPECT_EQ(json::parse(body_of(answer)), ScriptedStation::running_status());
   EXPECT_NE(answer.find("Cache-Control: no-store"), std::string::npos);
   EXPECT_NE(answer.find("Content-Type: application/json"), std::string::npos);
   EXPECT_EQ(answer.find("Access-Control-"), std::string::npos);
@@ -71,11 +71,11 @@ TEST_F(Http, HandsHistoryAndLogTheirParameters) {
 }
 
 TEST_F(Http, HandsTheNoiseOfTheUnitThatIsAskedFor) {
-  json noise = ScriptedLab::no_noise("SN0043");
+  json noise = ScriptedStation::no_noise("SN0043");
   noise["samples"] = 1200;
   lab.set_noise(noise);
   EXPECT_EQ(json::parse(body_of(get("/api/v1/noise?unit=SN0043"))), noise);
-  EXPECT_EQ(json::parse(body_of(get("/api/v1/noise?unit=SN0042"))), ScriptedLab::no_noise("SN0042"));
+  EXPECT_EQ(json::parse(body_of(get("/api/v1/noise?unit=SN0042"))), ScriptedStation::no_noise("SN0042"));
   for (const char* path : {"/api/v1/noise?unit=SN9", "/api/v1/noise?unit=", "/api/v1/noise"}) {
     const std::string answer = get(path);
     EXPECT_EQ(status_of(answer), 400) << path;
@@ -287,7 +287,7 @@ TEST_F(Http, AnAddressInUseIsRefusedAndNamed) {
 }
 
 TEST(HttpAddress, TextThatIsNoAddressIsRefused) {
-  ScriptedLab lab;
+  ScriptedStation lab;
   for (const char* text : {"", "8088", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1", ":8088",
                            "::1:8088", "127.0.0.1:80x"}) {
     EXPECT_FALSE(HttpServer(lab, text).start()) << text;

@@ -7,11 +7,9 @@
 #include <csignal>
 #include <filesystem>
 
-#include "db/catalog/orphans.h"
-#include "station/lab/event_log.h"
-#include "station/lab/lost_runs.h"
+#include "db/catalog/catalog.h"
+#include "station/lab/campaign_log.h"
 #include "station/lab/run_recorder.h"
-#include "station/lab/run_source.h"
 #include "tests/station/run_recorder_bench.h"
 
 namespace soak::station {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/lab/preflight.h"
+#include "station/lab/run_recorder.h"
+#include "station/lab/segment_capture.h"
 
 #include <gtest/gtest.h>
 
@@ -56,10 +57,10 @@ std::vector<PreflightRecord> good_unit(const std::string& serial = "SN1") {
 SampleSpread& spread_of(PreflightRecord& record, Sensor sensor) { return record.spread[calib::index_of(sensor)]; }
 
 /// The only finding; fails where there is another number of them.
-std::string only_finding(const std::vector<PreflightRecord>& records) {
+PreflightFinding only_finding(const std::vector<PreflightRecord>& records) {
   const auto findings = preflight_findings(records);
   EXPECT_EQ(findings.size(), 1U);
-  return findings.empty() ? "" : findings.front();
+  return findings.empty() ? PreflightFinding{} : findings.front();
 }
 
 bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
@@ -70,9 +71,9 @@ TEST(Preflight, AUnitThatSendsAtAnotherRateIsFound) {
   for (const double factor : {0.5, 2.0}) {
     auto records = good_unit();
     for (PreflightRecord& record : records) record.rate_hz = factor * kRate_hz;
-    const std::string text = only_finding(records);
-    EXPECT_TRUE(holds(text, "unit SN1: sends ")) << text;
-    EXPECT_TRUE(holds(text, "where 100 were asked for")) << text;
+    const auto [fault, text] = only_finding(records);
+    EXPECT_EQ(fault, PreflightFault::wrong_rate);
+    EXPECT_TRUE(holds(text, "SN1") && holds(text, "100")) << text;
   }
 }
 
@@ -88,17 +89,17 @@ TEST(Preflight, AReadingThatIsNoNumberIsFound) {
   auto records = good_unit();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   spread_of(records[2], Sensor::accel_z) = {nan, nan};
-  const std::string text = only_finding(records);
+  const auto [fault, text] = only_finding(records);
+  EXPECT_EQ(fault, PreflightFault::not_finite);
   EXPECT_TRUE(holds(text, "unit SN1, accel_z: ")) << text;
-  EXPECT_TRUE(holds(text, "no numbers")) << text;
 }
 
 TEST(Preflight, ASensorWithoutASingleChangeIsStuck) {
   auto records = good_unit();
   for (PreflightRecord& record : records) spread_of(record, Sensor::gyro_y) = {0.002, 0.0};
-  const std::string text = only_finding(records);
+  const auto [fault, text] = only_finding(records);
+  EXPECT_EQ(fault, PreflightFault::stuck);
   EXPECT_TRUE(holds(text, "unit SN1, gyro_y: ")) << text;
-  EXPECT_TRUE(holds(text, "stuck")) << text;
 }
 
 TEST(Preflight, ASensorThatStoodStillInOnePositionOnlyIsNotStuck) {
@@ -113,15 +114,17 @@ TEST(Preflight, NoiseAboveTheTypesLimitIsToldWithBothFigures) {
   auto records = good_unit();
   // 0.05 deg/s/√Hz at 100 samples per second.
   spread_of(records[4], Sensor::gyro_z).sigma = 0.05 * std::sqrt(50.0) * kRadPerDeg;
-  std::string text = only_finding(records);
-  EXPECT_TRUE(holds(text, "unit SN1, gyro_z: noise 0.05 deg/s/√Hz")) << text;
-  EXPECT_TRUE(holds(text, "allows 0.02")) << text;
+  PreflightFinding found = only_finding(records);
+  EXPECT_EQ(found.fault, PreflightFault::noise);
+  EXPECT_TRUE(holds(found.text, "unit SN1, gyro_z: ")) << found.text;
+  EXPECT_TRUE(holds(found.text, " 0.05 deg/s/√Hz") && holds(found.text, " 0.02")) << found.text;
 
   records = good_unit();
   spread_of(records[0], Sensor::accel_x).sigma = 0.003 * std::sqrt(50.0);
-  text = only_finding(records);
-  EXPECT_TRUE(holds(text, "unit SN1, accel_x: noise 0.003 m/s2/√Hz")) << text;
-  EXPECT_TRUE(holds(text, "allows 0.002")) << text;
+  found = only_finding(records);
+  EXPECT_EQ(found.fault, PreflightFault::noise);
+  EXPECT_TRUE(holds(found.text, "unit SN1, accel_x: ")) << found.text;
+  EXPECT_TRUE(holds(found.text, " 0.003 m/s2/√Hz") && holds(found.text, " 0.002")) << found.text;
 }
 
 TEST(Preflight, NoiseDensityDoesNotDependOnTheSampleRate) {
@@ -140,15 +143,17 @@ TEST(Preflight, NoiseDensityDoesNotDependOnTheSampleRate) {
 TEST(Preflight, ABiasIsToldWithoutGravity) {
   auto records = good_unit();
   for (PreflightRecord& record : records) spread_of(record, Sensor::accel_z).mean += 0.35;  // to 0.5 m/s²
-  std::string text = only_finding(records);
-  EXPECT_TRUE(holds(text, "unit SN1, accel_z: bias 0.5 m/s2")) << text;
-  EXPECT_TRUE(holds(text, "allows 0.3")) << text;
+  PreflightFinding found = only_finding(records);
+  EXPECT_EQ(found.fault, PreflightFault::bias);
+  EXPECT_TRUE(holds(found.text, "unit SN1, accel_z: ")) << found.text;
+  EXPECT_TRUE(holds(found.text, " 0.5 m/s2") && holds(found.text, " 0.3")) << found.text;
 
   records = good_unit();
   for (PreflightRecord& record : records) spread_of(record, Sensor::gyro_x).mean = -1.5 * kRadPerDeg;
-  text = only_finding(records);
-  EXPECT_TRUE(holds(text, "unit SN1, gyro_x: bias -1.5 deg/s")) << text;
-  EXPECT_TRUE(holds(text, "allows 1")) << text;
+  found = only_finding(records);
+  EXPECT_EQ(found.fault, PreflightFault::bias);
+  EXPECT_TRUE(holds(found.text, "unit SN1, gyro_x: ")) << found.text;
+  EXPECT_TRUE(holds(found.text, " -1.5 deg/s") && holds(found.text, " 1")) << found.text;
 }
 
 TEST(Preflight, ALimitThatTheTypeDoesNotStateIsNotJudged) {
@@ -167,8 +172,9 @@ TEST(Preflight, SamplesAtARailAreCountedOverThePositions) {
   auto records = good_unit();
   records[1].clipped = 2;
   records[5].clipped = 5;
-  const std::string text = only_finding(records);
-  EXPECT_TRUE(holds(text, "unit SN1: 7 samples at a rail")) << text;
+  const auto [fault, text] = only_finding(records);
+  EXPECT_EQ(fault, PreflightFault::clipped);
+  EXPECT_TRUE(holds(text, "unit SN1: 7 ")) << text;
 }
 
 TEST(Preflight, LostPacketsMayBeOneInAThousand) {
@@ -176,8 +182,9 @@ TEST(Preflight, LostPacketsMayBeOneInAThousand) {
   records.back().lost_packets = 12;
   EXPECT_TRUE(preflight_findings(records).empty());
   records.back().lost_packets = 13;
-  const std::string text = only_finding(records);
-  EXPECT_TRUE(holds(text, "unit SN1: 13 packets lost of 12013")) << text;
+  const auto [fault, text] = only_finding(records);
+  EXPECT_EQ(fault, PreflightFault::lost_packets);
+  EXPECT_TRUE(holds(text, "unit SN1: 13 ") && holds(text, " 12013")) << text;
 }
 
 TEST(Preflight, TooFewSamplesAreToldWithTheirPosition) {
@@ -185,8 +192,9 @@ TEST(Preflight, TooFewSamplesAreToldWithTheirPosition) {
   records[3].samples = 20;
   EXPECT_TRUE(preflight_findings(records).empty());
   records[3].samples = 19;
-  const std::string text = only_finding(records);
-  EXPECT_TRUE(holds(text, "unit SN1: only 19 samples in -Y")) << text;
+  const auto [fault, text] = only_finding(records);
+  EXPECT_EQ(fault, PreflightFault::few_samples);
+  EXPECT_TRUE(holds(text, " 19 ") && holds(text, "-Y")) << text;
 }
 
 TEST(Preflight, AUnitThatGaveNothingHasAFindingForEachPosition) {
@@ -197,8 +205,8 @@ TEST(Preflight, AUnitThatGaveNothingHasAFindingForEachPosition) {
   }
   const auto findings = preflight_findings(records);
   for (const std::string_view label : calib::kSixPositionLabels) {
-    EXPECT_TRUE(std::any_of(findings.begin(), findings.end(), [&](const std::string& text) {
-      return text == "unit SN1: only 0 samples in " + std::string(label);
+    EXPECT_TRUE(std::any_of(findings.begin(), findings.end(), [&](const PreflightFinding& finding) {
+      return finding.fault == PreflightFault::few_samples && holds(finding.text, std::string(label));
     })) << label;
   }
 }
@@ -212,7 +220,7 @@ TEST(Preflight, EachUnitIsJudgedByItself) {
   for (std::size_t i = 0; i < other.size(); ++i) records.insert(records.begin() + static_cast<int>(2 * i), other[i]);
   const auto findings = preflight_findings(records);
   ASSERT_EQ(findings.size(), 2U);
-  for (const std::string& text : findings) EXPECT_TRUE(holds(text, "unit SN2")) << text;
+  for (const PreflightFinding& finding : findings) EXPECT_TRUE(holds(finding.text, "unit SN2")) << finding.text;
 }
 
 TEST(Preflight, WhiteNoiseOfAKnownDensityIsMeasuredRight) {

@@ -50,20 +50,21 @@ TEST(Rates, EndEachVisitInThePositionsThatAreNamed) {
   EXPECT_FALSE(document["steps"][1].contains("rate_dps"));
 }
 
-TEST(Rates, AreRefusedWithWhatWouldBeRight) {
-  EXPECT_EQ(refusal(procedure("positions = [\"+X\"]\nlist_dps = [60]\n")), "'+X' is none of positions.order");
-  EXPECT_EQ(refusal(procedure("positions = [\"+Z\", \"+Z\"]\nlist_dps = [60]\n")),
-            "'+Z' stands twice in rates.positions");
-  EXPECT_EQ(refusal(procedure("positions = []\nlist_dps = [60]\n")), "'rates.positions' needs one position at least");
-  EXPECT_EQ(refusal(procedure("positions = [\"+Z\"]\nlist_dps = [60, 1]\n")),
-            "1 deg/s is too slow: 5 at least, in either sense");
-  EXPECT_EQ(refusal(procedure("positions = [\"+Z\"]\nlist_dps = [60, 60]\n")),
-            "60 deg/s stands twice in rates.list_dps");
-  EXPECT_EQ(refusal(procedure("positions = [\"+Z\"]\nlist_dps = []\n")), "'rates.list_dps' needs one rate at least");
-  EXPECT_EQ(refusal(procedure("positions = [\"+Z\"]\n")), "key 'rates.list_dps' is missing");
+TEST(Rates, AreRefusedWithTheKeyOrValueThatIsWrong) {
   std::string ramp = procedure("positions = [\"+Z\"]\nlist_dps = [60]\n", "ramp");
   ramp.replace(ramp.find("[\"+Z\", \"-Z\"]"), 12, "[\"+Z\"]");
-  EXPECT_EQ(refusal(ramp), "[rates] go with kind 'soak' only");
+  const std::vector<std::pair<std::string, std::string>> mistakes = {
+      {procedure("positions = [\"+X\"]\nlist_dps = [60]\n"), "'+X'"},
+      {procedure("positions = [\"+Z\", \"+Z\"]\nlist_dps = [60]\n"), "'+Z'"},
+      {procedure("positions = []\nlist_dps = [60]\n"), "'rates.positions'"},
+      {procedure("positions = [\"+Z\"]\nlist_dps = [60, 1]\n"), "1 deg/s"},
+      {procedure("positions = [\"+Z\"]\nlist_dps = [60, 60]\n"), "60 deg/s"},
+      {procedure("positions = [\"+Z\"]\nlist_dps = []\n"), "'rates.list_dps'"},
+      {procedure("positions = [\"+Z\"]\n"), "'rates.list_dps'"},
+      {ramp, "[rates]"}};
+  for (const auto& [text, part] : mistakes) {
+    EXPECT_NE(refusal(text).find(part), std::string::npos) << part << ": " << refusal(text);
+  }
 }
 
 /// A fixture that spins about its z axis; nobody asks it for more.
@@ -92,13 +93,14 @@ TEST(Rates, AreCheckedAgainstFixtureAndUnitsBeforeTheStart) {
   const Spinner spinner;
   const std::string rates = procedure("positions = [\"+Z\"]\nlist_dps = [400, -400]\n");
   EXPECT_EQ(start_refusal(rates, &spinner), "");
-  EXPECT_EQ(start_refusal(rates, &spinner, 420.0),
-            "400 deg/s are too near the end of the gyros' range of unit SN1, 420 deg/s");
-  EXPECT_EQ(start_refusal(rates, nullptr), "the procedure has [rates], but the fixture is turned by hand");
+  const std::string too_fast = start_refusal(rates, &spinner, 420.0);
+  for (const char* part : {"400 deg/s", "SN1", "420 deg/s"}) EXPECT_NE(too_fast.find(part), std::string::npos) << part;
+  EXPECT_NE(start_refusal(rates, nullptr), "");
   EXPECT_EQ(start_refusal(procedure("positions = [\"-Z\"]\nlist_dps = [60]\n"), &spinner), "not so");
   std::string lying = procedure("positions = [\"+Z\"]\nlist_dps = [60]\n");
   lying.replace(lying.find("\"-Z\""), 4, "\"+X\"");
-  EXPECT_EQ(start_refusal(lying, &spinner), "the plan needs position +X, the fixture knows +Z, -Z");
+  const std::string unknown = start_refusal(lying, &spinner);
+  for (const char* part : {"position +X", "+Z, -Z"}) EXPECT_NE(unknown.find(part), std::string::npos) << unknown;
 }
 
 using recorder_bench::RunRecorderTest;
@@ -110,12 +112,14 @@ TEST_F(RunRecorderTest, RatesInOnePositionAreSegmentsOfTheirOwnAndWithdrawnOneBy
   Unit unit(8);
   ASSERT_TRUE(begun->add(0, unit.samples(40, 30.0F), {calib::Phase::ramp, calib::Sweep::up, 30.0, "", 0}));
   for (const double rate_dps : {0.0, 60.0, 60.0, -60.0}) {
+    const bool first_at_rate = rate_dps == 60.0 && begun->rejected() == 0;
     RowLabels recording{calib::Phase::soak, calib::Sweep::up, 30.0, "+Z", 0};
     recording.rate_dps = rate_dps;
     ASSERT_TRUE(begun->add(0, unit.samples(100, 30.0F), recording));
+    if (first_at_rate) begun->reject(0, "samples were missing");
     ASSERT_TRUE(begun->add(0, unit.samples(5, 30.0F), {calib::Phase::ramp, calib::Sweep::up, 30.0, "", 0}));
   }
-  const auto runs = begun->finish({{"SN1", 0, "+Z at 60 deg/s", 0, "samples were missing"}});
+  const auto runs = begun->finish();
   ASSERT_TRUE(runs) << runs.error().message;
   const auto left = catalog_->segments(runs->front().run_id, "SN1", false);
   ASSERT_TRUE(left);

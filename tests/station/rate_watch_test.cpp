@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/lab/rate_watch.h"
+#include "station/lab/position_watch.h"
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ TEST(RateWatch, BelievesNothingBeforeTwoSecondsOfTheRightRate) {
   EXPECT_FALSE(bench.watch.right());
   bench.turn(0.2, {0, 0, 60});
   EXPECT_TRUE(bench.watch.right());
-  EXPECT_NEAR(*bench.watch.seen_dps(), 60.0, 1e-3);
+  EXPECT_NEAR(*bench.watch.measured_dps(), 60.0, 1e-3);
 }
 
 TEST(RateWatch, CountsTheRateAboutWhatPointsUp) {
@@ -47,7 +47,7 @@ TEST(RateWatch, CountsTheRateAboutWhatPointsUp) {
   Bench other("-Y", 60.0);
   other.turn(2.1, {0, 60, 0});
   EXPECT_FALSE(other.watch.right());
-  EXPECT_NEAR(*other.watch.seen_dps(), -60.0, 1e-3);
+  EXPECT_NEAR(*other.watch.measured_dps(), -60.0, 1e-3);
 }
 
 TEST(RateWatch, ForgivesTheUnitItsOwnErrorsAndTheFixtureNone) {
@@ -73,7 +73,7 @@ TEST(RateWatch, JudgesTheLastTwoSecondsAndBeginsAnewWithEachRate) {
   bench.turn(4.0, {0, 0, 60});
   bench.watch.expect(*calib::position_named("+Z"), 60.0);
   EXPECT_FALSE(bench.watch.right());
-  EXPECT_EQ(bench.watch.seen_dps(), std::nullopt);
+  EXPECT_EQ(bench.watch.measured_dps(), std::nullopt);
 }
 
 TEST(RateWatch, ARestartOfTheUnitsClockBeginsTheTwoSecondsAnew) {

@@ -35,7 +35,8 @@ class RecordingReaderTest : public ::testing::Test {
     if (!catalog) throw std::runtime_error(catalog.error().message);
     ImportOptions import;
     import.unit = "SN1";
-    const auto summary = import_csv(*catalog, path, options, import);
+    const SourceRecording recording = read_csv_recording(path, options).value();
+    const auto summary = store_recording(*catalog, recording, path, import);
     if (!summary) throw std::runtime_error(summary.error().where + ": " + summary.error().message);
     const auto runs = catalog->runs({.unit = "SN1", .campaign = {}, .run = summary->runs.at(0).run_id});
     const auto file = db::RunFileReader::open(catalog->run_file_path(runs->at(0)));

@@ -194,7 +194,6 @@ TEST_F(ReferenceRule, ANewWaiverHealsTheNoteOfACampaignWhoseWaiverIsDamagedOrGon
   const auto gone = references_of_campaigns(*catalog, {"c1"});
   ASSERT_FALSE(gone);
   EXPECT_EQ(gone.error().kind, base::ErrorKind::corrupt);
-  EXPECT_TRUE(holds(gone.error().message, "gone")) << gone.error().message;
   waive(probe, "01890a5d-ac96-774b-bcce-0000000000a3", "and again");
   EXPECT_EQ(references_of_campaigns(*catalog, {"c1"})->at(0).waiver->reason, "and again");
 }

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include "base/random.h"
 #include "station/io/host.h"
@@ -91,7 +92,10 @@ inline RowLabels soak(double plateau_c, std::string position, Sweep sweep = Swee
 inline RowLabels ramp(Sweep sweep) { return {Phase::ramp, sweep, {}, ""}; }
 
 /// Records both units through 65, 70 and 65 °C again, with +X twice at 70 °C.
-inline void record_up_and_down(RunRecorder& recorder) {
+/// `reject`: unit, stretch (from 0, in the order of time) → reason.
+inline void record_up_and_down(RunRecorder& recorder,
+                               const std::map<std::pair<std::size_t, int>, std::string>& reject = {}) {
+  int stretch = 0;
   std::vector<Unit> units = {Unit(1), Unit(2)};
   const auto add = [&](std::size_t count, float temp_c, const RowLabels& labels) {
     for (std::size_t u = 0; u < units.size(); ++u) {
@@ -100,7 +104,10 @@ inline void record_up_and_down(RunRecorder& recorder) {
         const auto added = recorder.add(u, units[u].samples(std::min<std::size_t>(50, count - done), temp_c), labels);
         ASSERT_TRUE(added) << added.error().message;
       }
+      const auto why = labels.phase == Phase::soak ? reject.find({u, stretch}) : reject.end();
+      if (why != reject.end() && !labels.position.empty()) recorder.reject(u, why->second);
     }
+    if (labels.phase == Phase::soak && !labels.position.empty()) ++stretch;
   };
   // A row before the thermometer's first value would not count.
   add(20, 60.0F, ramp(Sweep::up));

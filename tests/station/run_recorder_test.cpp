@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "db/catalog/orphans.h"
+#include "db/catalog/catalog.h"
 #include "station/fit/fit_unit.h"
 #include "station/io/host.h"
 #include "station/lab/run_recorder.h"
@@ -36,7 +36,7 @@ TEST_F(RunRecorderTest, KeepsTheAzimuthsOfThePositionsThatOccur) {
       ASSERT_TRUE(recorder.add(unit, units[unit].samples(30, 25.0F), soak(25.0, label)));
     }
   }
-  const auto runs = recorder.finish({});
+  const auto runs = recorder.finish();
   ASSERT_TRUE(runs) << runs.error().message;
   for (const db::RunRow& run : *runs) {
     const auto segments = catalog_->segments(run.run_id, run.unit, false);
@@ -81,7 +81,7 @@ TEST_F(RunRecorderTest, GivesBackEveryNumberThatWentIn) {
   add(30, soak(25.0, "-Z", Sweep::down));
   EXPECT_EQ(recorder.rows(0), 0U);
   EXPECT_EQ(recorder.rows(1), sent.size());
-  const auto runs = recorder.finish({});
+  const auto runs = recorder.finish();
   ASSERT_TRUE(runs) << runs.error().message;
 
   ASSERT_EQ(runs->size(), 1U);
@@ -133,7 +133,7 @@ TEST_F(RunRecorderTest, KeepsVoltsAndAmpsInTheNextRowOfTheUnitThatTheyFeed) {
   add(10);
   recorder.add_supply(0, {.on = true, .voltage_v = 11.98});
   add(10);
-  const auto runs = recorder.finish({});
+  const auto runs = recorder.finish();
   ASSERT_TRUE(runs) << runs.error().message;
   const auto channel_of = [](const calib::Recording& recording, std::string_view name) {
     for (const auto& channel : recording.auxiliary) {
@@ -165,7 +165,7 @@ TEST_F(RunRecorderTest, KeepsTheChambersLogAndEvents) {
   reading.working_set_point_c = 21.9;
   ASSERT_TRUE(recorder.add_chamber(0.5, reading)) << "another unit's clock is a little behind";
   ASSERT_TRUE(recorder.add_event(1.5, "door", "opened"));
-  const auto runs = recorder.finish({});
+  const auto runs = recorder.finish();
   ASSERT_TRUE(runs) << runs.error().message;
   const auto file = db::RunFileReader::open(catalog_->run_file_path(runs->front()));
   const auto stream = find_stream(*file, "chamber", "");
@@ -193,7 +193,7 @@ TEST_F(RunRecorderTest, EntersARunThatAFitFinds) {
   const db::RunInfo stated = info();
   RunRecorder recorder = begin(stated);
   record_up_and_down(recorder);
-  const auto entered = recorder.finish({});
+  const auto entered = recorder.finish();
   ASSERT_TRUE(entered) << entered.error().message;
   const auto runs = catalog_->runs({});
   ASSERT_EQ(runs->size(), 2U);
@@ -228,7 +228,7 @@ TEST_F(RunRecorderTest, EntersARunThatAFitFinds) {
 TEST_F(RunRecorderTest, ExportsItsSamplesBitForBit) {
   RunRecorder recorder = begin(info());
   record_up_and_down(recorder);
-  const auto runs = recorder.finish({});
+  const auto runs = recorder.finish();
   const auto file = db::RunFileReader::open(catalog_->run_file_path(runs->front()));
   // native_csv() imports what it has written and compares all numbers.
   const auto native = native_csv(*file, "SN1");
@@ -241,7 +241,7 @@ TEST_F(RunRecorderTest, CountsAnotherClockRateAsSimulated) {
   RunRecorder recorder = begin(fast, {{"SN1", "mti-300"}});
   Unit unit(1);
   ASSERT_TRUE(recorder.add(0, unit.samples(100, 20.0F), soak(20.0, "+X")));
-  const auto runs = recorder.finish({});
+  const auto runs = recorder.finish();
   ASSERT_TRUE(runs) << runs.error().message;
   EXPECT_TRUE(runs->front().simulated);
   EXPECT_TRUE(db::RunFileReader::open(catalog_->run_file_path(runs->front()))->info().simulated);
@@ -254,7 +254,7 @@ TEST_F(RunRecorderTest, KeepsThePurposeAndOffersRunsForCalibrationOnlyToAFit) {
     ASSERT_TRUE(recorder);
     Unit unit(1);
     ASSERT_TRUE(recorder->add(0, unit.samples(100, 20.0F), soak(20.0, "+X")));
-    const auto runs = recorder->finish({});
+    const auto runs = recorder->finish();
     ASSERT_TRUE(runs) << runs.error().message;
     EXPECT_EQ(runs->front().purpose, purpose);
     EXPECT_EQ(db::RunFileReader::open(catalog_->run_file_path(runs->front()))->info().purpose, purpose);
@@ -270,7 +270,7 @@ TEST_F(RunRecorderTest, RefusesWhatCouldNotBeEnteredLater) {
   Unit unit(1);
   RunRecorder recorder = begin(info());
   ASSERT_TRUE(recorder.add(0, unit.samples(100, 20.0F), soak(20.0, "+X")));
-  ASSERT_TRUE(recorder.finish({}));
+  ASSERT_TRUE(recorder.finish());
   const auto refused = [&](const db::RunInfo& info, std::string purpose, std::vector<RecordedUnit> units) {
     const auto begun = RunRecorder::begin(*catalog_, info, std::move(purpose), std::move(units));
     return !begun && begun.error().kind == base::ErrorKind::bad_input;
@@ -295,7 +295,7 @@ TEST_F(RunRecorderTest, TakesAllRowsOfACallOrNone) {
   EXPECT_TRUE(recorder.add(0, samples, soak(20.0, "+X")));
   EXPECT_FALSE(recorder.add(0, samples, soak(20.0, "+X"))) << "the unit has restarted";
   EXPECT_EQ(recorder.rows(0), 10U);
-  EXPECT_EQ(recorder.finish({})->front().rows, 10U);
+  EXPECT_EQ(recorder.finish()->front().rows, 10U);
 }
 
 TEST_F(RunRecorderTest, EntersNoRunIfOneIsRefused) {
@@ -310,7 +310,7 @@ TEST_F(RunRecorderTest, EntersNoRunIfOneIsRefused) {
   other.campaign = "c1";
   other.label = "R01";
   ASSERT_TRUE(catalog_->add_run(other, {}));
-  EXPECT_FALSE(recorder.finish({}));
+  EXPECT_FALSE(recorder.finish());
   EXPECT_EQ(catalog_->runs({})->size(), 1U);
 }
 

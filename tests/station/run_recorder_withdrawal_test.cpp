@@ -25,7 +25,7 @@ std::vector<std::string> names_of(const std::vector<calib::Segment>& segments) {
 TEST_F(RunRecorderTest, NumbersVisitsAndAttemptsAsThePlanDoes) {
   RunRecorder recorder = begin(info());
   record_up_and_down(recorder);
-  const auto runs = recorder.finish({});
+  const auto runs = recorder.finish();
   ASSERT_TRUE(runs) << runs.error().message;
   ASSERT_EQ(runs->size(), 2U);
   for (const db::RunRow& run : *runs) {
@@ -45,10 +45,10 @@ TEST_F(RunRecorderTest, NumbersVisitsAndAttemptsAsThePlanDoes) {
 
 TEST_F(RunRecorderTest, WithdrawsRejectedSegmentsOfTheirUnitOnly) {
   RunRecorder recorder = begin(info());
-  record_up_and_down(recorder);
-  const auto runs = recorder.finish({{"SN1", 1, "+X", 0, "temperature moved 0.2 K"},
-                                     {"SN1", 2, "-X", 0, "unit was silent"},
-                                     {"SN2", 7, "+X", 0, "never recorded"}});
+  recorder.reject(1, "nothing recorded yet");
+  record_up_and_down(recorder, {{{0, 2}, "temperature moved 0.2 K"}, {{0, 5}, "unit was silent"}});
+  EXPECT_EQ(recorder.rejected(), 3U);
+  const auto runs = recorder.finish();
   ASSERT_TRUE(runs) << runs.error().message;
   const std::string& run_id = runs->front().run_id;
   EXPECT_EQ(names_of(*catalog_->segments(run_id, "SN1", false)),
@@ -62,13 +62,13 @@ TEST_F(RunRecorderTest, WithdrawsRejectedSegmentsOfTheirUnitOnly) {
   const auto logged =
       std::find_if(events->begin(), events->end(), [](const auto& e) { return e.kind == "nothing_to_void"; });
   ASSERT_NE(logged, events->end());
-  EXPECT_NE(logged->text.find("never recorded"), std::string::npos);
+  EXPECT_NE(logged->text.find("nothing recorded yet"), std::string::npos);
 }
 
 TEST_F(RunRecorderTest, WithdrawsThePartOfOneUnitOnly) {
   RunRecorder recorder = begin(info());
   record_up_and_down(recorder);
-  const auto entered = recorder.finish({}, {}, {{"SN1", "the unit restarted"}, {"SN9", "is not in this run"}});
+  const auto entered = recorder.finish({}, {{"SN1", "the unit restarted"}, {"SN9", "is not in this run"}});
   ASSERT_TRUE(entered) << entered.error().message;
   const auto runs = catalog_->runs({});
   ASSERT_EQ(runs->size(), 2U);
@@ -90,7 +90,7 @@ TEST_F(RunRecorderTest, WithdrawsThePartOfOneUnitOnly) {
 TEST_F(RunRecorderTest, TheReasonOfTheWholeRunIsThatOfEachUnit) {
   RunRecorder recorder = begin(info());
   record_up_and_down(recorder);
-  const auto entered = recorder.finish({}, "the campaign was aborted", {{"SN1", "the unit restarted"}});
+  const auto entered = recorder.finish("the campaign was aborted", {{"SN1", "the unit restarted"}});
   ASSERT_TRUE(entered) << entered.error().message;
   const auto voids = catalog_->voids(entered->front().run_id);
   ASSERT_EQ(voids->size(), 2U);
@@ -119,8 +119,9 @@ TEST_F(RunRecorderTest, OneRampRowInTheSamePositionSeparatesTwoAttempts) {
     // Two calls that follow each other are one attempt.
     ASSERT_TRUE(recorder.add(0, unit.samples(60, 30.0F), recording));
     ASSERT_TRUE(recorder.add(0, unit.samples(39, 30.0F), recording));
+    if (attempt == 1) recorder.reject(0, "the temperature moved");
   }
-  const auto runs = recorder.finish({{"SN1", 4, "+Y", 1, "the temperature moved"}});
+  const auto runs = recorder.finish();
   ASSERT_TRUE(runs) << runs.error().message;
   const std::string& run_id = runs->front().run_id;
   const auto left = catalog_->segments(run_id, "SN1", false);
@@ -141,8 +142,9 @@ TEST_F(RunRecorderTest, WithdrawsAttemptsOfARunWithoutPlateaus) {
   turned.position = "-X";
   ASSERT_TRUE(recorder.add(0, unit.samples(400, 22.0F), standing));
   ASSERT_TRUE(recorder.add(0, unit.samples(1, 22.0F), ramp(Sweep::unknown)));
+  recorder.reject(0, "samples were missing");
   ASSERT_TRUE(recorder.add(0, unit.samples(400, 22.0F), turned));
-  const auto runs = recorder.finish({{"SN1", -1, "+X", 0, "samples were missing"}});
+  const auto runs = recorder.finish();
   ASSERT_TRUE(runs) << runs.error().message;
   const auto left = catalog_->segments(runs->front().run_id, "SN1", false);
   ASSERT_FALSE(left->empty());
@@ -161,12 +163,13 @@ TEST_F(RunRecorderTest, KeepsThePlansVisitsWhereAPlateauWasSkipped) {
   labels = soak(10.0, "+X", Sweep::down);
   labels.visit = 2;
   ASSERT_TRUE(recorder.add(0, unit.samples(100, 10.0F), labels));
+  recorder.reject(0, "wrong");
   labels.position = "";
   ASSERT_TRUE(recorder.add(0, unit.samples(1, 10.0F), labels));
   labels = soak(10.0, "+X", Sweep::down);
   labels.visit = 3;  // the same set point twice in a row: no excursion tells the two apart
   ASSERT_TRUE(recorder.add(0, unit.samples(100, 10.0F), labels));
-  const auto runs = recorder.finish({{"SN1", 2, "+X", 0, "wrong"}});
+  const auto runs = recorder.finish();
   ASSERT_TRUE(runs) << runs.error().message;
   EXPECT_EQ(names_of(*catalog_->segments(runs->front().run_id, "SN1", false)),
             (std::vector<std::string>{"0+X0", "3+X0"}));
@@ -178,9 +181,10 @@ TEST_F(RunRecorderTest, WithdrawsAllPartsOfASegmentThatAGapHasCut) {
   ASSERT_TRUE(recorder.add(0, unit.samples(100, 10.0F), soak(10.0, "+X")));
   static_cast<void>(unit.samples(150, 10.0F));  // 15 s that were lost
   ASSERT_TRUE(recorder.add(0, unit.samples(100, 10.0F), soak(10.0, "+X")));
+  recorder.reject(0, "15 s are missing");
   ASSERT_TRUE(recorder.add(0, unit.samples(1, 10.0F), soak(10.0, "")));
   ASSERT_TRUE(recorder.add(0, unit.samples(100, 10.0F), soak(10.0, "+X")));
-  const auto runs = recorder.finish({{"SN1", 0, "+X", 0, "15 s are missing"}});
+  const auto runs = recorder.finish();
   ASSERT_TRUE(runs) << runs.error().message;
   EXPECT_EQ(catalog_->voids(runs->front().run_id)->size(), 2U);
   const auto left = catalog_->segments(runs->front().run_id, "SN1", false);

@@ -9,7 +9,6 @@
 #include <iterator>
 #include <string_view>
 
-#include "base/crc32c.h"
 #include "base/hash.h"
 #include "calib/deploy/calibration_file.h"
 

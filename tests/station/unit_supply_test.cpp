@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "station/lab/unit_supply.h"
+#include "station/lab/device_monitors.h"
 
 #include <gtest/gtest.h>
 
@@ -96,44 +96,44 @@ TEST_F(UnitSupplyTest, AnOutputThatCouldNotBeSwitchedOffDoesNotCountAsOff) {
 
 TEST_F(UnitSupplyTest, TellsAnOutputThatIsOffOnlyWhereItWasSwitchedOn) {
   ASSERT_TRUE(supply.read({1}, 0.0));
-  EXPECT_EQ(supply.trouble(1), std::nullopt);
+  EXPECT_EQ(supply.fault_of(1), std::nullopt);
   switch_on();
   ASSERT_TRUE(supply.read({1}, 21.0));
-  EXPECT_EQ(supply.trouble(1), std::nullopt);
+  EXPECT_EQ(supply.fault_of(1), std::nullopt);
   power.outputs[1].on = false;
   ASSERT_TRUE(supply.read({1}, 22.0));
-  EXPECT_EQ(supply.trouble(1), "output 1 of the fake is off although it was switched on");
+  EXPECT_EQ(supply.fault_of(1), "output 1 of the fake is off although it was switched on");
   power.outputs[1].tripped = true;
   ASSERT_TRUE(supply.read({1}, 23.0));
-  EXPECT_EQ(supply.trouble(1), "a protection has switched off output 1 of the fake");
+  EXPECT_EQ(supply.fault_of(1), "a protection has switched off output 1 of the fake");
   ASSERT_TRUE(supply.switch_off(1, 24.0));
-  EXPECT_EQ(supply.trouble(1), std::nullopt) << "it is off because it shall be";
+  EXPECT_EQ(supply.fault_of(1), std::nullopt) << "it is off because it shall be";
 }
 
 TEST_F(UnitSupplyTest, OneReadingAtTheCurrentLimitIsAnInrushTwoAreAFault) {
   switch_on();
   power.outputs[1].current_a = 0.499;
   ASSERT_TRUE(supply.read({1}, 21.0));
-  EXPECT_EQ(supply.trouble(1), std::nullopt);
+  EXPECT_EQ(supply.fault_of(1), std::nullopt);
   power.outputs[1].current_a = 0.3;
   ASSERT_TRUE(supply.read({1}, 22.0));
   power.outputs[1].current_a = 0.499;
   ASSERT_TRUE(supply.read({1}, 23.0));
-  EXPECT_EQ(supply.trouble(1), std::nullopt) << "not in a row";
+  EXPECT_EQ(supply.fault_of(1), std::nullopt) << "not in a row";
   ASSERT_TRUE(supply.read({1}, 24.0));
-  EXPECT_EQ(supply.trouble(1), "output 1 of the fake stays at its current limit of 0.5 A");
+  EXPECT_EQ(supply.fault_of(1), "output 1 of the fake stays at its current limit of 0.5 A");
 }
 
 TEST_F(UnitSupplyTest, WithoutAnAnswerNothingIsKnownAndNothingIsAFault) {
   switch_on();
   power.outputs[1].on = false;
   ASSERT_TRUE(supply.read({1}, 21.0));
-  ASSERT_TRUE(supply.trouble(1));
+  ASSERT_TRUE(supply.fault_of(1));
   power.answers = false;
   EXPECT_FALSE(supply.read({1}, 22.0));
   EXPECT_EQ(supply.reading(1), std::nullopt);
-  EXPECT_EQ(supply.trouble(1), std::nullopt);
-  EXPECT_EQ(supply.fault(), "no answer");
+  EXPECT_EQ(supply.fault_of(1), std::nullopt);
+  EXPECT_EQ(supply.trouble(), "no answer");
 }
 
 TEST_F(UnitSupplyTest, AsksAgainOnceItsTimeHasCome) {

@@ -112,7 +112,7 @@ TEST(UnitTypeFile, ShippedTypesAreReadInTheOrderOfTheirNames) {
   const calib::UnitType& mti = types->back();
   EXPECT_EQ(mti.temp_min_c, -40.0);
   EXPECT_EQ(mti.temp_max_c, 85.0);
-  EXPECT_FALSE(types->at(1).temp_min_c) << "nobody knows what a generic unit bears";
+  EXPECT_FALSE(types->at(1).temp_min_c) << "the limits of a generic unit are unknown";
 }
 
 TEST(UnitTypeFile, AWrongFileSpoilsTheFolderAndAMissingFolderIsRefused) {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/devices/devices.h"
+#include "hal/links/addresses.h"
 #include "hal/links/detail/byte_source.h"
 #include "hal/usb/usb_devices.h"
 #include "tests/hal/xsens_peer.h"

@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/devices/devices.h"
+#include "hal/imu/imu.h"
+#include "hal/links/addresses.h"
 #include "tests/usb/fake_bus.h"
 
 namespace soak::hal::usb::test {

@@ -17,15 +17,15 @@
 #include <string>
 
 #include "station/http/server.h"
-#include "tests/station/http_scripted_lab.h"
+#include "tests/station/http_scripted_station.h"
 
 namespace {
 
 using soak::station::HttpServer;
-using soak::station::ScriptedLab;
+using soak::station::ScriptedStation;
 
 struct Stage {
-  ScriptedLab lab;
+  ScriptedStation lab;
   int port = 0;
   std::unique_ptr<HttpServer> server;
 

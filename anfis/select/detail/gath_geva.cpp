@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <numbers>
 #include <utility>
 
@@ -11,6 +12,86 @@
 
 namespace soak::anfis::fuzzy {
 namespace {
+
+Scale scale_between(double low, double high) {
+  return {0.5 * low + 0.5 * high, high > low ? 0.5 * high - 0.5 * low : 1.0};
+}
+
+Eigen::VectorXd mean_one_weights(const TrainingData& data) {
+  const auto rows = static_cast<Eigen::Index>(data.rows());
+  if (data.weight.empty()) return Eigen::VectorXd::Ones(rows);
+  // Divided by the largest first: the sum of weights near the largest double would overflow.
+  Eigen::VectorXd weight = Eigen::Map<const Eigen::VectorXd>(data.weight.data(), rows);
+  weight /= weight.maxCoeff();
+  return weight / weight.mean();
+}
+
+struct GroupSum {
+  double weight = 0.0;
+  double residual = 0.0;  ///< weighted
+};
+
+// Residuals of generalised least squares on all inputs and a constant. Free offsets have no constant beside them: its
+// column would whiten to rounding errors, which least squares takes for a direction.
+Eigen::VectorXd linear_residuals(const TrainingData& data, const ScaledRows& rows) {
+  Eigen::MatrixXd a = rows.x;
+  if (std::isfinite(data.group_variance)) {
+    a.conservativeResize(Eigen::NoChange, a.cols() + 1);
+    a.rightCols(1).setOnes();
+  }
+  const GroupWhitening whitening(data.rows(), data.weight, data.group, data.group_variance);
+  Eigen::MatrixXd whitened = a;
+  Eigen::VectorXd y = rows.y;
+  whitening.apply(whitened);
+  whitening.apply(y);
+  return rows.y - a * least_squares_coefficients(whitened, y);
+}
+
+void remove_group_offsets(const TrainingData& data, ScaledRows& rows) {
+  const Eigen::VectorXd residual = linear_residuals(data, rows);
+  std::map<int, GroupSum> sums;
+  for (std::size_t k = 0; k < data.rows(); ++k) {
+    const double weight = data.weight.empty() ? 1.0 : data.weight[k];
+    sums[data.group[k]].weight += weight;
+    sums[data.group[k]].residual += weight * residual(static_cast<Eigen::Index>(k));
+  }
+  // b_g = s^2 sum w r / (1 + s^2 sum w), in the limit the weighted mean
+  for (std::size_t k = 0; k < data.rows(); ++k) {
+    const GroupSum& sum = sums[data.group[k]];
+    rows.y(static_cast<Eigen::Index>(k)) -= sum.residual / (1.0 / data.group_variance + sum.weight);
+  }
+}
+
+// Share of a row's membership that goes to the nearest seed; the rest is spread equally, so that the local model of a
+// seed with few rows around it still has rows to stand on.
+constexpr double kNearestShare = 0.9;
+
+Eigen::VectorXd deviation_from_plane(const ScaledRows& rows) {
+  const Eigen::VectorXd root = rows.weight.cwiseSqrt();
+  Eigen::MatrixXd a(rows.x.rows(), rows.x.cols() + 1);
+  a << rows.x, Eigen::VectorXd::Ones(rows.x.rows());
+  return rows.y - a * least_squares_coefficients(root.asDiagonal() * a, root.cwiseProduct(rows.y));
+}
+
+// One row per row of data: what distances are measured in.
+Eigen::MatrixXd features(const ScaledRows& rows, const std::vector<int>& antecedents) {
+  Eigen::MatrixXd z(rows.x.rows(), static_cast<Eigen::Index>(antecedents.size()) + 1);
+  for (std::size_t j = 0; j < antecedents.size(); ++j) z.col(static_cast<Eigen::Index>(j)) = rows.x.col(antecedents[j]);
+  z.rightCols(1) = deviation_from_plane(rows);
+  const Eigen::VectorXd variance = weighted_variances(z, rows.weight);
+  for (Eigen::Index j = 0; j < z.cols(); ++j) z.col(j) *= variance(j) > 0.0 ? 1.0 / std::sqrt(variance(j)) : 0.0;
+  return z;
+}
+
+// A row drawn with probability proportional to its share; the last one where all shares are 0.
+Eigen::Index drawn(const Eigen::VectorXd& share, base::Random& random) {
+  double rest = random.uniform() * share.sum();
+  for (Eigen::Index k = 0; k + 1 < share.size(); ++k) {
+    rest -= share(k);
+    if (rest < 0.0) return k;
+  }
+  return share.size() - 1;
+}
 
 // Least variance where the data themselves do not vary (constant y): keeps densities finite.
 constexpr double kLeastVariance = 1e-12;
@@ -73,6 +154,61 @@ bool drop_collapsed(const ScaledRows& rows, Clustering& clustering) {
 }
 
 }  // namespace
+
+Scales scales_of(const TrainingData& data) {
+  Scales scales;
+  for (std::size_t j = 0; j < data.inputs; ++j) {
+    double low = data.x[j];
+    double high = data.x[j];
+    for (std::size_t k = 0; k < data.rows(); ++k) {
+      low = std::min(low, data.row(k)[j]);
+      high = std::max(high, data.row(k)[j]);
+    }
+    scales.inputs.push_back(scale_between(low, high));
+  }
+  const auto [low, high] = std::minmax_element(data.y.begin(), data.y.end());
+  scales.output = scale_between(*low, *high);
+  return scales;
+}
+
+ScaledRows scaled_rows(const TrainingData& data, const Scales& scales) {
+  const auto count = static_cast<Eigen::Index>(data.rows());
+  ScaledRows rows{Eigen::MatrixXd(count, static_cast<Eigen::Index>(data.inputs)), Eigen::VectorXd(count),
+                  mean_one_weights(data)};
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const auto row = data.row(static_cast<std::size_t>(k));
+    for (std::size_t j = 0; j < data.inputs; ++j) {
+      rows.x(k, static_cast<Eigen::Index>(j)) = scales.inputs[j].scaled(row[j]);
+    }
+    rows.y(k) = scales.output.scaled(data.y[static_cast<std::size_t>(k)]);
+  }
+  if (data.group_variance > 0.0) remove_group_offsets(data, rows);
+  return rows;
+}
+
+Eigen::VectorXd weighted_variances(const Eigen::Ref<const Eigen::MatrixXd>& values, const Eigen::VectorXd& weight) {
+  const Eigen::RowVectorXd mean = weight.transpose() * values / weight.sum();
+  return (values.rowwise() - mean).array().square().matrix().transpose() * weight / weight.sum();
+}
+
+Eigen::MatrixXd seeded_memberships(const ScaledRows& rows, const std::vector<int>& antecedents, int clusters,
+                                   base::Random& random) {
+  const Eigen::MatrixXd z = features(rows, antecedents);
+  Eigen::MatrixXd squared_distance(z.rows(), clusters);
+  Eigen::VectorXd share = rows.weight;
+  for (Eigen::Index i = 0; i < clusters; ++i) {
+    squared_distance.col(i) = (z.rowwise() - z.row(drawn(share, random)).eval()).rowwise().squaredNorm();
+    share = rows.weight.cwiseProduct(squared_distance.leftCols(i + 1).rowwise().minCoeff());
+  }
+  Eigen::MatrixXd memberships =
+      Eigen::MatrixXd::Constant(z.rows(), clusters, (1.0 - kNearestShare) / static_cast<double>(clusters));
+  for (Eigen::Index k = 0; k < z.rows(); ++k) {
+    Eigen::Index nearest = 0;
+    squared_distance.row(k).minCoeff(&nearest);
+    memberships(k, nearest) += kNearestShare;
+  }
+  return memberships;
+}
 
 VarianceFloors variance_floors(const ScaledRows& rows, const ClusteringOptions& options) {
   return {(options.input_variance_floor * weighted_variances(rows.x, rows.weight)).cwiseMax(kLeastVariance),

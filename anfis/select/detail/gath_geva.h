@@ -4,10 +4,41 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "anfis/select/detail/scaled_rows.h"
+#include "anfis/data/training_data.h"
+#include "anfis/model/model.h"
 #include "anfis/select/fuzzy_clustering.h"
+#include "base/random.h"
 
 namespace soak::anfis::fuzzy {
+
+/// Units in which rows span [-1, 1]. Where y is constant its half range is 1.
+struct Scales {
+  std::vector<Scale> inputs;
+  Scale output;
+};
+[[nodiscard]] Scales scales_of(const TrainingData& data);
+
+/// Training data as clustering sees them.
+struct ScaledRows {
+  Eigen::MatrixXd x;       ///< rows x inputs, scaled
+  Eigen::VectorXd y;       ///< scaled, without the groups' offsets
+  Eigen::VectorXd weight;  ///< positive, mean 1
+};
+
+/// The offset of a group is the weighted mean of its residuals from one linear model of all rows (generalised least
+/// squares), shrunk by group_variance. Free offsets take the level of y with them.
+[[nodiscard]] ScaledRows scaled_rows(const TrainingData& data, const Scales& scales);
+
+/// Weighted variance of each column.
+[[nodiscard]] Eigen::VectorXd weighted_variances(const Eigen::Ref<const Eigen::MatrixXd>& values,
+                                                 const Eigen::VectorXd& weight);
+
+/// Memberships to start from: as many rows as clusters are drawn, each with probability proportional to its weight
+/// times its squared distance from the nearest row drawn before (k-means++, Arthur & Vassilvitskii 2007); every row
+/// belongs mostly to the nearest of them. Distances are those of the antecedents and of the output's deviation from one
+/// linear model, each divided by its standard deviation: what one plane explains needs no rules.
+[[nodiscard]] Eigen::MatrixXd seeded_memberships(const ScaledRows& rows, const std::vector<int>& antecedents,
+                                                 int clusters, base::Random& random);
 
 /// Least variances that clusters may have, in scaled units.
 struct VarianceFloors {

@@ -5,12 +5,106 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
+
+#include "base/statistics.h"
 
 namespace soak::calib {
 namespace {
 
+// Heating against cooling.
+
+constexpr double kSweepBin_c = 2.5;
+
+/// Weighted mean of residuals.
+struct WeightedMean {
+  double weight = 0.0;
+  double sum = 0.0;
+
+  void add(double w, double value) {
+    weight += w;
+    sum += w * value;
+  }
+  [[nodiscard]] double value() const { return sum / weight; }
+};
+
+/// Residuals of one run in one bin of temperature.
+struct SweepCell {
+  WeightedMean up;
+  WeightedMean down;
+  WeightedMean temp_c;
+
+  [[nodiscard]] bool both() const { return up.weight > 0.0 && down.weight > 0.0; }
+  [[nodiscard]] double difference() const { return up.value() - down.value(); }
+  [[nodiscard]] double variance() const { return 1.0 / up.weight + 1.0 / down.weight; }
+};
+
+/// Differences of one bin, run by run.
+struct SweepBin {
+  std::vector<double> differences;
+  double own_variance = 0.0;  ///< mean of the runs' own variances
+  double temp_c = 0.0;
+
+  [[nodiscard]] double count() const { return static_cast<double>(differences.size()); }
+  [[nodiscard]] double mean() const {
+    double sum = 0.0;
+    for (const double d : differences) sum += d / count();
+    return sum;
+  }
+};
+
+double typical_error(const CurveData& data) {
+  std::vector<double> errors;
+  for (const CurveRow& row : data.rows) {
+    if (row.standard_error > 0.0) errors.push_back(row.standard_error);
+  }
+  return errors.empty() ? 0.0 : base::median(errors);
+}
+
+std::vector<SweepBin> collect_bins(const CurveData& data, const Curve& curve, double typical) {
+  std::map<std::pair<long, int>, SweepCell> cells;
+  for (const CurveRow& row : data.rows) {
+    if (row.sweep == Sweep::unknown) continue;
+    const double se = std::max(row.standard_error, typical);
+    SweepCell& cell = cells[{std::lround(row.temp_c / kSweepBin_c), row.run}];
+    (row.sweep == Sweep::up ? cell.up : cell.down).add(1.0 / (se * se), row.value - evaluate(curve, row.temp_c));
+    cell.temp_c.add(1.0, row.temp_c);
+  }
+  std::map<long, SweepBin> bins;
+  for (const auto& [key, cell] : cells) {
+    if (!cell.both()) continue;
+    SweepBin& bin = bins[key.first];
+    bin.differences.push_back(cell.difference());
+    bin.own_variance += cell.variance();
+    bin.temp_c += cell.temp_c.value();
+  }
+  std::vector<SweepBin> list;
+  for (auto& [key, bin] : bins) {
+    bin.own_variance /= bin.count();
+    bin.temp_c /= bin.count();
+    list.push_back(std::move(bin));
+  }
+  return list;
+}
+
+/// Variance of one run's difference: pooled scatter between runs, at least what the rows say themselves.
+double variance_of_one(const std::vector<SweepBin>& bins) {
+  double squares = 0.0;
+  double degrees = 0.0;
+  double own = 0.0;
+  for (const SweepBin& bin : bins) {
+    own += bin.own_variance / static_cast<double>(bins.size());
+    for (const double d : bin.differences) squares += (d - bin.mean()) * (d - bin.mean());
+    degrees += bin.count() - 1.0;
+  }
+  return degrees > 0.0 ? std::max(own, squares / degrees) : own;
+}
+
+// Contributions.
+
 /// Where the variance of a curve comes from at one temperature.
-struct Shares {
+struct VarianceShares {
   double level = 0.0;  ///< the runs' mean offset
   double noise = 0.0;
   double model = 0.0;
@@ -38,10 +132,10 @@ bool rows_state_errors(const CurveData& data) {
   return std::all_of(data.rows.begin(), data.rows.end(), [](const CurveRow& row) { return row.standard_error > 0.0; });
 }
 
-Shares shares_at(const CurveEvidence& evidence, double noise_share, double temp_c) {
+VarianceShares shares_at(const CurveEvidence& evidence, double noise_share, double temp_c) {
   const double all = evidence.variance(temp_c);
   const double between = std::pow(evidence.components.run_to_run_sigma.value_or(0.0), 2);
-  Shares shares;
+  VarianceShares shares;
   shares.level = std::min(all, between / evidence.runs);
   shares.noise = noise_share * (all - shares.level);
   shares.model = (1.0 - noise_share) * (all - shares.level);
@@ -50,14 +144,15 @@ Shares shares_at(const CurveEvidence& evidence, double noise_share, double temp_
 
 /// Fills u and u_fresh from variances at each temperature.
 template <class Mean, class Fresh>
-void fill(Contribution& part, std::span<const Shares> at, bool with_fresh, Mean mean, Fresh fresh) {
-  for (const Shares& shares : at) {
+void fill_contribution(Contribution& part, std::span<const VarianceShares> at, bool with_fresh, Mean mean,
+                       Fresh fresh) {
+  for (const VarianceShares& shares : at) {
     part.u.push_back(std::sqrt(std::max(0.0, mean(shares))));
     if (with_fresh) part.u_fresh.push_back(std::sqrt(std::max(0.0, fresh(shares))));
   }
 }
 
-Contribution hysteresis(const CurveEvidence& evidence, std::size_t points, double variance) {
+Contribution hysteresis_part(const CurveEvidence& evidence, std::size_t points, double variance) {
   Contribution part{.name = "hysteresis", .degrees_of_freedom = evidence.components.degrees_of_freedom};
   if (!evidence.gap) {
     part.basis = "not stated: no temperature was visited both heating and cooling in the same run";
@@ -75,7 +170,7 @@ double slope_at(const Curve& curve, double temp_c, std::span<const double> temps
   return above > below ? std::abs(evaluate(curve, above) - evaluate(curve, below)) / (above - below) : 0.0;
 }
 
-Contribution type_b(const TypeBInput& input, const CurveEvidence& evidence, std::span<const double> temps_c) {
+Contribution type_b_part(const TypeBInput& input, const CurveEvidence& evidence, std::span<const double> temps_c) {
   Contribution part{.name = input.name, .type = 'B', .basis = input.basis};
   if (!input.stated) return part;
   for (const double temp_c : temps_c) {
@@ -87,6 +182,28 @@ Contribution type_b(const TypeBInput& input, const CurveEvidence& evidence, std:
 
 }  // namespace
 
+std::optional<SweepGap> find_sweep_gap(const CurveData& data, const Curve& curve) {
+  const double typical = typical_error(data);
+  if (typical <= 0.0) return std::nullopt;
+  const std::vector<SweepBin> bins = collect_bins(data, curve, typical);
+  if (bins.empty()) return std::nullopt;
+  const double variance = variance_of_one(bins);
+  SweepGap gap;
+  double chi_squared = 0.0;
+  double mean_square = 0.0;
+  for (const SweepBin& bin : bins) {
+    chi_squared += bin.mean() * bin.mean() * bin.count() / variance;
+    mean_square += (bin.mean() * bin.mean() - variance / bin.count()) / static_cast<double>(bins.size());
+    if (std::abs(bin.mean()) <= gap.largest) continue;
+    gap.largest = std::abs(bin.mean());
+    gap.at_temp_c = bin.temp_c;
+    gap.noise = std::sqrt(variance / bin.count());
+  }
+  gap.half_sigma = 0.5 * std::sqrt(std::max(0.0, mean_square));
+  gap.p_value = base::chi_squared_upper_tail(chi_squared, static_cast<double>(bins.size()));
+  return gap;
+}
+
 std::vector<Contribution> curve_budget(const CurveEvidence& evidence, std::span<const double> temps_c) {
   const VarianceComponents& components = evidence.components;
   const bool fresh = components.run_to_run_sigma.has_value();
@@ -94,32 +211,32 @@ std::vector<Contribution> curve_budget(const CurveEvidence& evidence, std::span<
   const double lack = std::pow(components.lack_of_fit_sigma, 2);
   const double loop = evidence.gap ? std::min(lack, std::pow(evidence.gap->half_sigma, 2)) : 0.0;
   const double share = noise_share(evidence);
-  std::vector<Shares> at;
+  std::vector<VarianceShares> at;
   for (const double temp_c : temps_c) at.push_back(shares_at(evidence, share, temp_c));
 
   const double within = components.degrees_of_freedom;
   Contribution noise{.name = "noise", .basis = "standard errors of the segments' means"};
   if (!rows_state_errors(evidence.data)) noise.degrees_of_freedom = within;
-  const auto of_noise = [](const Shares& s) { return s.noise; };
-  fill(noise, at, fresh, of_noise, of_noise);
+  const auto of_noise = [](const VarianceShares& s) { return s.noise; };
+  fill_contribution(noise, at, fresh, of_noise, of_noise);
 
   Contribution runs{.name = "run_to_run", .degrees_of_freedom = evidence.runs - 1.0};
   runs.basis = "not stated: one run alone hides its own offset";
   if (fresh) {
     runs.basis = fmt::format("scatter of the offsets of {} runs", evidence.runs);
-    fill(
-        runs, at, fresh, [](const Shares& s) { return s.level; },
-        [between](const Shares& s) { return s.level + between; });
+    fill_contribution(
+        runs, at, fresh, [](const VarianceShares& s) { return s.level; },
+        [between](const VarianceShares& s) { return s.level + between; });
   }
 
   Contribution model{.name = "model", .degrees_of_freedom = within};
   model.basis = "scatter within runs that neither noise nor hysteresis explains";
-  fill(
-      model, at, fresh, [](const Shares& s) { return s.model; },
-      [lack, loop](const Shares& s) { return s.model + lack - loop; });
+  fill_contribution(
+      model, at, fresh, [](const VarianceShares& s) { return s.model; },
+      [lack, loop](const VarianceShares& s) { return s.model + lack - loop; });
 
-  std::vector<Contribution> budget = {noise, runs, hysteresis(evidence, temps_c.size(), loop)};
-  for (const TypeBInput& input : evidence.type_b) budget.push_back(type_b(input, evidence, temps_c));
+  std::vector<Contribution> budget = {noise, runs, hysteresis_part(evidence, temps_c.size(), loop)};
+  for (const TypeBInput& input : evidence.type_b) budget.push_back(type_b_part(input, evidence, temps_c));
   budget.push_back(model);
   return budget;
 }

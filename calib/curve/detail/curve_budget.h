@@ -6,14 +6,16 @@
 #include <span>
 #include <vector>
 
-#include "calib/curve/calibration.h"
-#include "calib/curve/detail/hysteresis.h"
-#include "calib/curve/variance_components.h"
-#include "calib/estimate/curve_data.h"
-#include "calib/estimate/type_b_input.h"
-#include "calib/estimate/uncertainty_budget.h"
+#include "calib/curve/curve_fit.h"
+#include "calib/curve/families.h"
 
 namespace soak::calib {
+
+/// Compares residuals of rows on the way up with those on the way down, bin by bin of temperature. The noise of a
+/// difference is its scatter between runs, pooled over the bins, as slow noise within a run hides from the rows' own
+/// standard errors; one run alone has nothing but those. Nothing where no temperature was visited both ways in the same
+/// run.
+[[nodiscard]] std::optional<SweepGap> find_sweep_gap(const CurveData& data, const Curve& curve);
 
 /// What the budget of a fitted curve is made from.
 struct CurveEvidence {

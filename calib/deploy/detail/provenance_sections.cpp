@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "base/hash.h"
-#include "base/hex.h"
+#include "base/text.h"
 #include "calib/deploy/detail/sections.h"
 #include "calib/runtime/soak_runtime.h"
 

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/hash.h"
+#include "base/text.h"
 #include "calib/deploy/detail/sections.h"
 #include "calib/runtime/soak_runtime.h"
 

@@ -1,12 +1,181 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/estimate/detail/joint_fit.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+
+#include "base/linear/dense_solve.h"
+#include "base/statistics.h"
+#include "base/units.h"
 
 namespace soak::calib::six_position {
 namespace {
+
+// From segments to the posed fit.
+
+constexpr double kScaleSpan = 0.5;         ///< spread of scale_input within a visit that makes its scale observable
+constexpr double kPoolingStrength = 20.0;  ///< prior degrees of freedom of the run's typical standard error
+
+/// Accelerometers of a turning unit read the centripetal acceleration of an unknown lever arm too; gyros across the
+/// axis of rotation their misalignment, which is not among the unknowns.
+bool usable(const Segment& segment, Sensor sensor) {
+  const bool recorded = segment.plateau_c && segment.phase == Phase::soak && segment.sensor[index_of(sensor)].count > 0;
+  if (!recorded || !turns(segment)) return recorded;
+  return is_gyro(sensor) && std::abs(segment.position->up[axis_of(sensor)]) > kOnAxis;
+}
+
+/// Fixture's rate along the sensor's axis.
+double rate_rps(const Segment& segment, Sensor sensor) {
+  if (!turns(segment)) return 0.0;
+  return *segment.position->rate_dps * base::kRadPerDeg * segment.position->up[axis_of(sensor)];
+}
+
+double largest_rate_rps(std::span<const Segment* const> segments, Sensor sensor) {
+  double largest = 0.0;
+  for (const Segment* segment : segments) largest = std::max(largest, std::abs(rate_rps(*segment, sensor)));
+  return largest;
+}
+
+/// Range of values, empty at first.
+struct Range {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+  void add(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  [[nodiscard]] double span() const { return high > low ? high - low : 0.0; }
+};
+
+/// Leaves out turning segments of visits in which no other rate tells scale error from bias.
+void drop_lone_rates(std::vector<const Segment*>& segments, Sensor sensor, double reference_rate_rps) {
+  std::map<std::int32_t, Range> rates;
+  for (const Segment* segment : segments) rates[segment->key.visit].add(rate_rps(*segment, sensor));
+  std::erase_if(segments, [&](const Segment* segment) {
+    return turns(*segment) && rates[segment->key.visit].span() < kScaleSpan * reference_rate_rps;
+  });
+}
+
+/// Standard error for weighting: that of 30 samples is itself uncertain, so it leans on the run's median. Where the run
+/// states none at all, all segments weigh the same, in a unit that says nothing of their size (Problem::typical_se).
+double pooled_se(const SensorStatistics& statistics, double typical_se) {
+  if (typical_se <= 0.0) return 1.0;
+  const double white_variance = statistics.variance / static_cast<double>(std::max<std::size_t>(1, statistics.count));
+  const double inflation = white_variance > 0.0
+                               ? std::max(1.0, statistics.standard_error * statistics.standard_error / white_variance)
+                               : 1.0;
+  const double own_dof = std::max(0.0, static_cast<double>(statistics.count) / inflation - 1.0);
+  const double own = statistics.standard_error * statistics.standard_error;
+  return std::sqrt((kPoolingStrength * typical_se * typical_se + own_dof * own) / (kPoolingStrength + own_dof));
+}
+
+double typical_se(std::span<const Segment> segments, Sensor sensor) {
+  std::vector<double> errors;
+  for (const Segment& segment : segments) {
+    if (usable(segment, sensor)) errors.push_back(segment.sensor[index_of(sensor)].standard_error);
+  }
+  const double middle = base::median(errors);
+  if (middle > 0.0) return middle;
+  const auto largest = std::max_element(errors.begin(), errors.end());
+  return largest != errors.end() ? *largest : 0.0;
+}
+
+std::vector<VisitInfo> collect_visits(std::span<const Segment* const> segments, Sensor sensor,
+                                      std::map<std::int32_t, std::size_t>& index) {
+  std::vector<VisitInfo> visits;
+  for (const Segment* segment : segments) {
+    const auto [entry, added] = index.try_emplace(segment->key.visit, visits.size());
+    if (added) visits.push_back({segment->key.visit, segment->sweep, segment->plateau_c});
+    VisitInfo& visit = visits[entry->second];
+    visit.temp_c += segment->sensor_temp_c[index_of(sensor)];
+    visit.t_s += 0.5 * (segment->t_start_s + segment->t_end_s);
+    ++visit.rows;
+  }
+  for (VisitInfo& visit : visits) {
+    visit.temp_c /= static_cast<double>(visit.rows);
+    visit.t_s /= static_cast<double>(visit.rows);
+  }
+  return visits;
+}
+
+/// Where the axes of the unit point: as the position says, tilted and with north and east where the headings are known.
+/// A unit that turns sees the tilts of whole turns cancel.
+void orient(Row& row, const std::optional<double>& azimuth_deg, const Tilt& tilt) {
+  row.up = row.position->up;
+  if (!azimuth_deg || row.turning) return;
+  const Frame frame = frame_of(*row.position, *azimuth_deg, tilt);
+  row.up = frame.up;
+  row.north = frame.north;
+  row.east = frame.east;
+}
+
+/// What is known of the reading beforehand: gravity on accelerometers, the Earth's rate and the fixture's on gyros.
+double known_part(const Problem& problem, const Row& row) {
+  const std::size_t axis = axis_of(problem.sensor);
+  if (!is_gyro(problem.sensor)) return problem.gravity_mps2 * row.up[axis];
+  return problem.earth.vertical_rps * row.up[axis] + problem.earth.horizontal_rps * row.north[axis] + row.rate_rps;
+}
+
+/// Constants for the positions in which a gyro's axis is not vertical, where its own up/down pair gives the level.
+void choose_nuisances(Problem& problem) {
+  const std::size_t axis = axis_of(problem.sensor);
+  bool up = false;
+  bool down = false;
+  for (const Row& row : problem.rows) {
+    up = up || row.up[axis] > kOnAxis;
+    down = down || row.up[axis] < -kOnAxis;
+  }
+  problem.with_coupling = up && down;
+  if (!problem.with_coupling) return;
+  for (const Row& row : problem.rows) {
+    const bool vertical = std::abs(row.up[axis]) > kOnAxis;
+    const bool listed =
+        std::find(problem.nuisance.begin(), problem.nuisance.end(), row.label) != problem.nuisance.end();
+    if (!vertical && !listed) problem.nuisance.push_back(row.label);
+  }
+}
+
+/// Whether the positions turn axis `a` both up and down.
+bool both_ways(const Problem& problem, std::size_t a) {
+  const auto there = [&](double sign) {
+    return std::ranges::any_of(problem.rows, [&](const Row& row) { return sign * row.up[a] > kOnAxis; });
+  };
+  return there(1.0) && there(-1.0);
+}
+
+void choose_scales(Problem& problem) {
+  std::vector<Range> inputs(problem.visits.size());
+  for (const Row& row : problem.rows) inputs[row.visit].add(row.scale_input);
+  for (std::size_t v = 0; v < inputs.size(); ++v) problem.visits[v].with_scale = inputs[v].span() >= kScaleSpan;
+}
+
+Row row_of(const Segment& segment, const Problem& problem, std::size_t visit) {
+  const SensorStatistics& statistics = segment.sensor[index_of(problem.sensor)];
+  const double se = pooled_se(statistics, problem.typical_se);
+  Row row;
+  row.visit = visit;
+  row.mean = statistics.mean;
+  row.weight = 1.0 / (se * se);
+  row.temp_c = segment.sensor_temp_c[index_of(problem.sensor)];
+  row.tau = 0.5 * (segment.t_start_s + segment.t_end_s) - problem.visits[visit].t_s;
+  row.rate_rps = rate_rps(segment, problem.sensor);
+  row.turning = turns(segment);
+  row.label = segment.key.position;
+  row.position = segment.position;
+  return row;
+}
+
+/// Times from the middles of the visits in units of the longest.
+void normalise_times(Problem& problem) {
+  double longest = 0.0;
+  for (const Row& row : problem.rows) longest = std::max(longest, std::abs(row.tau));
+  if (longest == 0.0) return;
+  for (Row& row : problem.rows) row.tau /= longest;
+}
+
+// Solving it.
 
 constexpr int kDriftIterations = 15;
 
@@ -91,19 +260,19 @@ Normal assemble(const Problem& problem) {
 /// Pseudo-inverse of a symmetric matrix; `null` receives the directions without information.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& matrix, Eigen::MatrixXd& null) {
   if (matrix.size() == 0) return matrix;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(matrix);
-  const double floor = 1e-9 * std::max(1e-300, eigen.eigenvalues().cwiseAbs().maxCoeff());
+  const base::SymmetricEigen eigen = base::symmetric_eigen(matrix);
+  const double floor = 1e-9 * std::max(1e-300, eigen.values.cwiseAbs().maxCoeff());
   Eigen::VectorXd inverse = Eigen::VectorXd::Zero(matrix.rows());
   std::vector<Eigen::Index> empty;
   for (Eigen::Index i = 0; i < inverse.size(); ++i) {
-    if (eigen.eigenvalues()[i] > floor) {
-      inverse[i] = 1.0 / eigen.eigenvalues()[i];
+    if (eigen.values[i] > floor) {
+      inverse[i] = 1.0 / eigen.values[i];
     } else {
       empty.push_back(i);
     }
   }
-  null = eigen.eigenvectors()(Eigen::all, empty);
-  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  null = eigen.vectors(Eigen::all, empty);
+  return eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
 }
 
 /// The normal equations of the shared unknowns once each visit's own are eliminated (Schur complement).
@@ -116,7 +285,7 @@ SharedNormal eliminate_visits(const Problem& problem, const Normal& normal, doub
     LocalMatrix own = normal.local[v].own;
     own(kDrift, kDrift) += 1.0 / drift_variance;
     if (!problem.visits[v].with_scale) own(kScale, kScale) = own(kBias, kBias);
-    inverse[v] = own.inverse();
+    inverse[v] = base::inverse(own);
     reduced.matrix -= normal.local[v].cross.transpose() * inverse[v] * normal.local[v].cross;
     reduced.right -= normal.local[v].cross.transpose() * inverse[v] * normal.local[v].right;
   }
@@ -163,6 +332,45 @@ void judge_residuals(const Problem& problem, Solution& solution, double drift_va
 }
 
 }  // namespace
+
+Problem rows_of(std::span<const Segment> segments, Sensor sensor, const Place& place, const UnitType& type) {
+  Problem problem;
+  problem.sensor = sensor;
+  problem.gravity_mps2 = place.gravity.mps2 * (is_gyro(sensor) ? 1 : type.sign_at_rest);
+  problem.earth = place.earth;
+  problem.azimuth_deg = place.azimuth_deg;
+  problem.typical_se = typical_se(segments, sensor);
+  problem.with_position = std::ranges::any_of(segments, [](const Segment& s) { return s.position.has_value(); });
+  std::vector<const Segment*> kept;
+  for (const Segment& segment : segments) {
+    if (usable(segment, sensor) && segment.position.has_value() == problem.with_position) kept.push_back(&segment);
+  }
+  problem.reference_rate_rps = is_gyro(sensor) ? largest_rate_rps(kept, sensor) : 0.0;
+  drop_lone_rates(kept, sensor, problem.reference_rate_rps);
+  std::map<std::int32_t, std::size_t> index;
+  problem.visits = collect_visits(kept, sensor, index);
+  for (const Segment* segment : kept) problem.rows.push_back(row_of(*segment, problem, index[segment->key.visit]));
+  normalise_times(problem);
+  return problem;
+}
+
+Problem pose(Problem problem, const Tilt& tilt) {
+  const bool gyro = is_gyro(problem.sensor);
+  const std::size_t axis = axis_of(problem.sensor);
+  for (Row& row : problem.rows) {
+    row.value = row.mean;
+    if (!row.position) continue;
+    orient(row, problem.azimuth_deg, tilt);
+    row.value -= known_part(problem, row);
+    if (!gyro) row.scale_input = row.up[axis];
+    if (gyro && row.rate_rps != 0.0) row.scale_input = row.rate_rps / problem.reference_rate_rps;
+  }
+  choose_scales(problem);
+  if (problem.with_position && gyro) choose_nuisances(problem);
+  problem.with_even = problem.with_position && !gyro;
+  problem.with_contrast = problem.with_even && both_ways(problem, (axis + 1) % 3) && both_ways(problem, (axis + 2) % 3);
+  return problem;
+}
 
 bool shows(const Solution& solution, const Eigen::VectorXd& weights) {
   return solution.open.size() == 0 || (weights.transpose() * solution.open).cwiseAbs().maxCoeff() < kOpen;

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/estimate/detail/level_fit.h"
+#include "calib/estimate/detail/joint_fit.h"
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
 #include <vector>
 
+#include "base/linear/dense_solve.h"
 #include "base/units.h"
-#include "calib/estimate/detail/joint_fit.h"
 
 namespace soak::calib::six_position {
 namespace {
@@ -30,30 +29,31 @@ struct LevelNormal {
 LevelNormal eliminate_shared(const SharedNormal& normal) {
   const Eigen::Index k = normal.matrix.rows() - kLevelCount;
   const Eigen::MatrixXd cross = normal.matrix.topRightCorner(k, kLevelCount);
+  const Eigen::MatrixXd own = normal.matrix.topLeftCorner(k, k);
+  const Eigen::VectorXd right = normal.right.head(k);
   // Unknowns that the segments do not show take nothing away.
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> own;
-  own.setThreshold(1e-9);
-  own.compute(normal.matrix.topLeftCorner(k, k));
-  return {normal.matrix.bottomRightCorner<kLevelCount, kLevelCount>() - cross.transpose() * own.solve(cross),
-          normal.right.tail<kLevelCount>() - cross.transpose() * own.solve(normal.right.head(k))};
+  constexpr double kDependent = 1e-9;
+  return {normal.matrix.bottomRightCorner<kLevelCount, kLevelCount>() -
+              cross.transpose() * base::solve_orthogonal(own, cross, kDependent),
+          normal.right.tail<kLevelCount>() - cross.transpose() * base::solve_orthogonal(own, right, kDependent)};
 }
 
 /// One accelerometer on its way into the sum.
-struct Part {
+struct LevelPart {
   Problem problem;
   double drift_variance = 0.0;
   double inflation = 0.0;  ///< of its standard errors
 };
 
-LevelNormal level_normal(const Part& part, const Problem& problem) {
+LevelNormal level_normal(const LevelPart& part, const Problem& problem) {
   return eliminate_shared(shared_normal(problem, part.drift_variance));
 }
 
-std::vector<Part> parts_of(std::span<const Problem> accelerometers, bool with_contrast) {
-  std::vector<Part> parts;
+std::vector<LevelPart> parts_of(std::span<const Problem> accelerometers, bool with_contrast) {
+  std::vector<LevelPart> parts;
   for (const Problem& accelerometer : accelerometers) {
     if (accelerometer.rows.empty()) continue;
-    Part part{accelerometer};
+    LevelPart part{accelerometer};
     part.problem.with_even = part.problem.with_level = true;
     part.problem.with_contrast = with_contrast && accelerometer.with_contrast;
     const Solution solution = solve(part.problem);
@@ -65,9 +65,9 @@ std::vector<Part> parts_of(std::span<const Problem> accelerometers, bool with_co
 }
 
 /// What the readings would say of the tilts if nothing else were unknown.
-double information_without_others(const std::vector<Part>& parts) {
+double information_without_others(const std::vector<LevelPart>& parts) {
   double information = 0.0;
-  for (const Part& part : parts) {
+  for (const LevelPart& part : parts) {
     const std::size_t axis = axis_of(part.problem.sensor);
     for (const Row& row : part.problem.rows) {
       information += row.weight * (row.north[axis] * row.north[axis] + row.east[axis] * row.east[axis]);
@@ -78,9 +78,9 @@ double information_without_others(const std::vector<Part>& parts) {
 
 /// Residuals of all accelerometers together: what one of them does not explain is mostly its faces, and no reason to
 /// trust it less than the others.
-double pooled_variance(const std::vector<Part>& parts) {
+double pooled_variance(const std::vector<LevelPart>& parts) {
   double sum = 0.0;
-  for (const Part& part : parts) sum += part.inflation * part.inflation;
+  for (const LevelPart& part : parts) sum += part.inflation * part.inflation;
   return sum / static_cast<double>(parts.size());
 }
 
@@ -90,9 +90,9 @@ Face face_of(const Row& row) {
 
 /// A face that is tilted by 1 rad changes the readings of each accelerometer that lies in it by g, in the unknowns' own
 /// unit by 1. Root of the sum of squares over faces and accelerometers.
-Eigen::Vector2d response_to_faces(const std::vector<Part>& parts, const Eigen::Matrix2d& inverse) {
+Eigen::Vector2d response_to_faces(const std::vector<LevelPart>& parts, const Eigen::Matrix2d& inverse) {
   Eigen::Vector2d squares = Eigen::Vector2d::Zero();
-  for (const Part& part : parts) {
+  for (const LevelPart& part : parts) {
     const std::size_t axis = axis_of(part.problem.sensor);
     std::set<Face> faces;
     for (const Row& row : part.problem.rows) {
@@ -117,17 +117,17 @@ std::string hidden_direction(const Eigen::Vector2d& direction) {
 }
 
 /// The fit over these parts; absent where a direction stays open, which `open` receives.
-std::optional<LevelFit> fit_parts(const std::vector<Part>& parts, Eigen::Vector2d& open) {
+std::optional<LevelFit> fit_parts(const std::vector<LevelPart>& parts, Eigen::Vector2d& open) {
   LevelNormal sum;
-  for (const Part& part : parts) {
+  for (const LevelPart& part : parts) {
     const LevelNormal normal = level_normal(part, part.problem);
     sum.matrix += normal.matrix;
     sum.right += normal.right;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(sum.matrix);
-  open = eigen.eigenvectors().col(0);
-  if (!(eigen.eigenvalues()[0] > kLeastShare * information_without_others(parts))) return std::nullopt;
-  const Eigen::Matrix2d inverse = sum.matrix.inverse();
+  const base::SymmetricEigen2 eigen = base::symmetric_eigen(sum.matrix);
+  open = eigen.vectors.col(0);
+  if (!(eigen.values[0] > kLeastShare * information_without_others(parts))) return std::nullopt;
+  const Eigen::Matrix2d inverse = base::inverse(sum.matrix);
   const double g = parts.front().problem.gravity_mps2;
   LevelFit fit;
   fit.tilt = inverse * sum.right / g;

@@ -7,13 +7,12 @@
 #include <cmath>
 
 #include "base/units.h"
-#include "calib/estimate/body_frame.h"
-#include "calib/estimate/detail/branches.h"
 
 namespace soak::calib {
 namespace {
 
 constexpr double kSignificant = 4.0;  ///< standard errors from which an even-order term is told
+constexpr double kReversal_c = 3.0;
 
 /// Drops the names of runs that gave no row and renumbers.
 void drop_empty_runs(std::optional<CurveData>& data) {
@@ -32,24 +31,22 @@ void drop_empty_runs(std::optional<CurveData>& data) {
 }
 
 /// What a sensor reads at rest beyond its bias in a segment whose position is known.
-double known_input(const Segment& segment, Sensor sensor, const Site& site, const EarthRate& earth,
-                   const UnitType& type) {
+double known_input(const Segment& segment, Sensor sensor, const Place& place, const UnitType& type) {
   if (!segment.position) return 0.0;
   const std::size_t axis = axis_of(sensor);
   const double up = segment.position->up[axis];
-  if (!is_gyro(sensor)) return gravity_at(site).mps2 * type.sign_at_rest * up;
-  const double vertical = earth.vertical_rps * up;
-  if (earth.horizontal_rps == 0.0) return vertical;
-  return vertical + earth.horizontal_rps * frame_of(*segment.position, *site.azimuth_deg).north[axis];
+  if (!is_gyro(sensor)) return place.gravity.mps2 * type.sign_at_rest * up;
+  const double vertical = place.earth.vertical_rps * up;
+  if (place.earth.horizontal_rps == 0.0) return vertical;
+  return vertical + place.earth.horizontal_rps * frame_of(*segment.position, *place.azimuth_deg).north[axis];
 }
 
-std::vector<CurveRow> block_rows(const RunInput& run, int index, Sensor sensor, const UnitType& type) {
+std::vector<CurveRow> block_rows(const GatedRun& run, int index, Sensor sensor, const UnitType& type) {
   const std::size_t s = index_of(sensor);
-  const auto earth = known_earth_rate(run.segments, run.site);
   std::vector<CurveRow> rows;
   for (const Segment& segment : run.segments) {
     if (turns(segment)) continue;
-    const double known = known_input(segment, sensor, run.site, earth, type);
+    const double known = known_input(segment, sensor, run.place, type);
     for (const Block& block : segment.blocks) {
       if (block.sensor[s].count == 0) continue;
       rows.push_back({index, 0, Sweep::unknown, block.t_s, block.sensor_temp_c[s], block.sensor[s].mean - known,
@@ -59,13 +56,131 @@ std::vector<CurveRow> block_rows(const RunInput& run, int index, Sensor sensor, 
   return rows;
 }
 
+// Averages over runs of what a run's six-position estimation finds constant. Only standard errors: type B is added by
+// whoever knows the circumstances.
+
+/// Weighted mean, its error inflated where the runs scatter by more than theirs.
+std::optional<StatedValue> average_over_runs(std::vector<Estimate> estimates) {
+  std::erase_if(estimates, [](const Estimate& estimate) { return estimate.standard_error <= 0.0; });
+  if (estimates.empty()) return std::nullopt;
+  double weight = 0.0;
+  double sum = 0.0;
+  for (const Estimate& estimate : estimates) {
+    const double w = std::pow(estimate.standard_error, -2);
+    weight += w;
+    sum += w * estimate.value;
+  }
+  const double mean = sum / weight;
+  double scatter = 0.0;
+  for (const Estimate& estimate : estimates) {
+    scatter += std::pow((estimate.value - mean) / estimate.standard_error, 2);
+  }
+  const auto freedoms = static_cast<double>(estimates.size()) - 1.0;
+  const double inflation = freedoms > 0.0 ? std::max(1.0, scatter / freedoms) : 1.0;
+  StatedValue stated;
+  stated.value = mean;
+  stated.standard_error = std::sqrt(inflation / weight);
+  return stated;
+}
+
+/// Misalignment of the accelerometers, or g-sensitivity of the gyros; absent unless all three sensors have all entries.
+std::optional<Coupling> coupling_of(std::span<const SixPositionEstimate> runs, bool gyros) {
+  Coupling mean;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (!gyros && i == j) continue;
+      std::vector<Estimate> entries;
+      for (const SixPositionEstimate& run : runs) {
+        const SensorEstimate& sensor = run.sensor[gyros ? i : i + 3];
+        if (sensor.coupling[j]) entries.push_back({*sensor.coupling[j], sensor.coupling_se[j]});
+      }
+      const auto entry = average_over_runs(entries);
+      if (!entry) return std::nullopt;
+      mean[i][j] = *entry;
+    }
+  }
+  return mean;
+}
+
+std::optional<StatedValue> even_order_of_runs(std::span<const SixPositionEstimate> runs, Sensor accel) {
+  std::vector<Estimate> terms;
+  for (const SixPositionEstimate& run : runs) {
+    if (const auto& term = run.sensor[index_of(accel)].even_order) terms.push_back(*term);
+  }
+  return average_over_runs(terms);
+}
+
+/// Level error: mean over the runs that show it; the reason of the first where none does.
+LevelStatement level_of(std::span<const SixPositionEstimate> runs) {
+  LevelStatement level;
+  std::vector<Estimate> north;
+  std::vector<Estimate> east;
+  const std::string* reason = nullptr;
+  for (const SixPositionEstimate& run : runs) {
+    level.with_headings = level.with_headings || run.with_headings;
+    if (!run.level_error) {
+      if (reason == nullptr) reason = &run.no_level_error;
+      continue;
+    }
+    north.push_back(run.level_error->north);
+    east.push_back(run.level_error->east);
+    // The faces are the same in all runs: no mean lessens what they do.
+    for (std::size_t k = 0; k < 2; ++k) {
+      level.per_face_tilt[k] = std::max(level.per_face_tilt[k], run.level_error->per_face_tilt[k]);
+    }
+  }
+  const auto to_north = average_over_runs(north);
+  const auto to_east = average_over_runs(east);
+  if (to_north && to_east) {
+    level.to_north_east = {*to_north, *to_east};
+  } else {
+    level.reason = reason != nullptr ? *reason
+                   : north.empty()   ? "no run has plateaus"
+                                     : "the readings have no error that it could be judged by";
+  }
+  return level;
+}
+
 }  // namespace
 
-void RowCollector::add_plateaus(const RunInput& run, int index, const UnitType& type) {
-  const SixPositionEstimate estimate = estimate_six_positions(run.segments, run.site, type);
-  add_gravity(estimate.gravity);
+std::vector<Branch> find_branches(std::span<const double> temp_c) {
+  std::vector<Branch> branches;
+  if (temp_c.empty()) return branches;
+  Branch current;
+  std::size_t lowest = 0;
+  std::size_t highest = 0;
+  const auto turn = [&](std::size_t at, Sweep next) {
+    if (current.sweep != Sweep::unknown) {
+      current.last = at;
+      branches.push_back(current);
+      current.first = at;
+    }
+    current.sweep = next;
+  };
+  for (std::size_t i = 0; i < temp_c.size(); ++i) {
+    if (temp_c[i] < temp_c[lowest]) lowest = i;
+    if (temp_c[i] > temp_c[highest]) highest = i;
+    if (current.sweep != Sweep::up && temp_c[i] - temp_c[lowest] > kReversal_c) {
+      turn(lowest, Sweep::up);
+      highest = i;
+    } else if (current.sweep != Sweep::down && temp_c[highest] - temp_c[i] > kReversal_c) {
+      turn(highest, Sweep::down);
+      lowest = i;
+    }
+  }
+  current.last = temp_c.size();
+  branches.push_back(current);
+  return branches;
+}
+
+void RowCollector::add(const GatedRun& run, int index, const UnitType& type) {
+  add_gravity(run.place.gravity);
+  by_plateau_ ? add_plateaus(run, index, type) : add_blocks(run, index, type);
+}
+
+void RowCollector::add_plateaus(const GatedRun& run, int index, const UnitType& type) {
+  const SixPositionEstimate& estimate = estimates_.emplace_back(estimate_six_positions(run.segments, run.place, type));
   note(estimate.warnings, index);
-  shared_.add(estimate);
   for (const Sensor sensor : kSensors) {
     const std::size_t s = index_of(sensor);
     for (const PlateauEstimate& plateau : estimate.sensor[s].plateaus) {
@@ -83,8 +198,7 @@ void RowCollector::add_plateaus(const RunInput& run, int index, const UnitType& 
   }
 }
 
-void RowCollector::add_blocks(const RunInput& run, int index, const UnitType& type) {
-  add_gravity(gravity_at(run.site));
+void RowCollector::add_blocks(const GatedRun& run, int index, const UnitType& type) {
   for (const Sensor sensor : kSensors) {
     std::vector<CurveRow> rows = block_rows(run, index, sensor, type);
     if (rows.empty()) continue;
@@ -98,10 +212,10 @@ void RowCollector::add_blocks(const RunInput& run, int index, const UnitType& ty
 void RowCollector::finish() {
   for (auto& data : rows_.bias) drop_empty_runs(data);
   for (auto& data : rows_.scale) drop_empty_runs(data);
-  rows_.accel_misalignment = shared_.coupling(false);
-  rows_.g_sensitivity = shared_.coupling(true);
-  for (std::size_t i = 0; i < 3; ++i) rows_.even_order[i] = shared_.even_order(kSensors[i + 3]);
-  rows_.level = shared_.level();
+  rows_.accel_misalignment = coupling_of(estimates_, false);
+  rows_.g_sensitivity = coupling_of(estimates_, true);
+  for (std::size_t i = 0; i < 3; ++i) rows_.even_order[i] = even_order_of_runs(estimates_, kSensors[i + 3]);
+  rows_.level = level_of(estimates_);
   state_warnings();
 }
 

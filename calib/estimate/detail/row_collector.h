@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "calib/estimate/detail/shared_terms.h"
+#include "calib/estimate/six_position.h"
 #include "calib/estimate/unit_rows.h"
 
 namespace soak::calib {
@@ -19,15 +21,16 @@ class RowCollector {
   RowCollector(UnitRows& rows, std::vector<std::string> names, bool by_plateau)
       : rows_(rows), names_(std::move(names)), by_plateau_(by_plateau) {}
 
-  /// A row for each plateau visit that six-position estimation gives. `index`: of the run among the names.
-  void add_plateaus(const RunInput& run, int index, const UnitType& type);
-  /// A row for each block of 30 s.
-  void add_blocks(const RunInput& run, int index, const UnitType& type);
+  /// A row for each plateau visit that six-position estimation gives; for each block of 30 s where runs have no
+  /// plateaus. `index`: of the run among the names.
+  void add(const GatedRun& run, int index, const UnitType& type);
   /// After the last run: constants averaged over them, what their estimates warn of (the same words of several runs
   /// once), and tables without the runs that gave no row.
   void finish();
 
  private:
+  void add_plateaus(const GatedRun& run, int index, const UnitType& type);
+  void add_blocks(const GatedRun& run, int index, const UnitType& type);
   void add_gravity(const Gravity& gravity);
   [[nodiscard]] const std::string& name(int index) const { return names_[static_cast<std::size_t>(index)]; }
   CurveData& table(std::optional<CurveData>& data);
@@ -43,7 +46,17 @@ class RowCollector {
   double gravity_count_ = 0.0;
   std::map<std::pair<std::string, std::string>, std::size_t> seen_in_;  ///< runs by code and text of their warnings
   std::vector<std::pair<Warning, std::string>> first_seen_;             ///< in order, with the run's name
-  SharedTerms shared_;
+  std::vector<SixPositionEstimate> estimates_;                          ///< of the runs
 };
+
+/// A monotone piece [first, last) of a temperature history.
+struct Branch {
+  std::size_t first = 0;
+  std::size_t last = 0;
+  Sweep sweep = Sweep::unknown;
+};
+
+/// Cuts a temperature history at its turning points: extremes that it then leaves by more than 3 K.
+[[nodiscard]] std::vector<Branch> find_branches(std::span<const double> temp_c);
 
 }  // namespace soak::calib

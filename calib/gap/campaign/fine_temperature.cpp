@@ -15,7 +15,6 @@
 namespace soak::calib::gap {
 namespace {
 
-constexpr double kCoarseStep_c = 0.1;
 constexpr double kWorst_c = 0.1;      ///< RMS error of a temperature that counts as fine
 constexpr double kSlow_c = 0.1;       ///< way from row to row up to which a change of step tells the temperature
 constexpr double kHole_s = 300.0;     ///< without air

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/effects/columns.h"
 
-#include <algorithm>
-
-#include "calib/gap/effects/meaning.h"
+#include <fmt/format.h>
 
 namespace soak::calib::gap {
+
+double middle_c(const Observations& observations) {
+  return 0.5 * (observations.level_c.back() + observations.level_c.front());
+}
 
 double half_range_c(const Observations& observations) {
   const double half = 0.5 * (observations.level_c.back() - observations.level_c.front());
@@ -26,25 +28,66 @@ Eigen::VectorXd as_vector(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-Eigen::MatrixXd with_temperature_shape(const Observations& observations, const Eigen::VectorXd& column) {
-  Eigen::MatrixXd columns(column.size(), 2);
-  columns.col(0) = column;
-  columns.col(1) = column.cwiseProduct(reduced_temperature(observations));
-  return columns;
+Candidate for_all(std::string shape, std::vector<double> shape_values, const Eigen::MatrixXd& columns) {
+  Candidate candidate{.shape = std::move(shape), .shape_values = std::move(shape_values)};
+  candidate.columns.fill(columns);
+  return candidate;
 }
 
-void set_all(Candidate& candidate, const Eigen::MatrixXd& columns) { candidate.columns.fill(columns); }
-
-void set_gyros(Candidate& candidate, const Eigen::MatrixXd& columns) {
-  for (std::size_t s = 0; s < 3; ++s) candidate.columns[s] = columns;
+std::vector<Candidate> constant_and_linear(const Observations& observations, const std::string& shape,
+                                           const std::vector<double>& shape_values, const Eigen::VectorXd& column) {
+  constexpr const char* kLinear = "linear in temperature";
+  Eigen::MatrixXd both(column.size(), 2);
+  both << column, column.cwiseProduct(reduced_temperature(observations));
+  return {for_all(shape, shape_values, column),
+          for_all(shape.empty() ? kLinear : shape + ", " + kLinear, shape_values, both)};
 }
 
-void set_accelerometers(Candidate& candidate, const Eigen::MatrixXd& columns) {
-  for (std::size_t s = 3; s < kSensorCount; ++s) candidate.columns[s] = columns;
+std::string_view start_text(bool under_way) {
+  return under_way ? ", under way at the start" : ", at rest at the start";
+}
+
+Eigen::VectorXd rate_kpmin(const TemperatureHistory& history) { return kMinute_s * as_vector(history.rate()); }
+
+OnRamps channel_on_ramps(const std::vector<double>& channel, std::string_view per) {
+  OnRamps made{.per = per};
+  if (channel.empty()) return made;
+  Eigen::VectorXd column = as_vector(channel);
+  column.array() -= column.mean();
+  if (column.squaredNorm() > 0.0) made.candidates.push_back(for_all("", {}, column));
+  return made;
+}
+
+std::optional<std::string> one_attitude_only(const Circumstances& c) {
+  return c.observations.has_positions() ? std::nullopt : std::optional<std::string>("one attitude only");
+}
+
+std::optional<std::string> unmoved_channel(const std::vector<double>& channel, double least, std::string_view name) {
+  if (channel.empty()) return fmt::format("the {} was not logged", name);
+  const Eigen::VectorXd values = as_vector(channel);
+  if (values.maxCoeff() - values.minCoeff() < least) return fmt::format("the {} never changed", name);
+  return std::nullopt;
+}
+
+std::string si_unit(Sensor sensor) { return is_gyro(sensor) ? "rad/s" : "m/s2"; }
+
+std::string axis_name(std::size_t axis) {
+  constexpr std::array<std::string_view, 3> kNames = {"x", "y", "z"};
+  return std::string(kNames.at(axis % kNames.size()));
 }
 
 Magnitude linear_magnitude(Sensor sensor, const Eigen::VectorXd& parameters, double factor, std::string_view per) {
   return {parameters(0) * factor * printed_per_si(sensor), std::string(printed_unit(sensor)) + std::string(per)};
+}
+
+Meaning temperature_shaped(const Circumstances& c, const Candidate& candidate, Sensor sensor, std::string_view name,
+                           std::string_view per) {
+  const std::string unit = si_unit(sensor) + std::string(per);
+  Meaning meaning{{{std::string(name), unit}}, {}};
+  if (candidate.columns[index_of(sensor)].cols() < 2) return meaning;
+  meaning.estimated.push_back({std::string(name) + "_per_c", unit + "/K", 1.0 / half_range_c(c.observations)});
+  meaning.given.push_back({"reference_c", middle_c(c.observations), "degC"});
+  return meaning;
 }
 
 }  // namespace soak::calib::gap

@@ -1,28 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/detail/list.h"
-#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
-namespace {
-
-std::vector<Candidate> candidates(const Circumstances& c) {
-  const Eigen::VectorXd z = reduced_temperature(c.observations);
-  Candidate candidate;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    Eigen::MatrixXd columns(z.size(), 2);
-    for (Eigen::Index i = 0; i < z.size(); ++i) {
-      const Observation& row = c.observations.rows[static_cast<std::size_t>(i)];
-      const double g = c.observations.gravity_mps2;
-      columns(i, 0) = z(i) * g * c.observations.force_g(row, (axis + 1) % 3);
-      columns(i, 1) = z(i) * g * c.observations.force_g(row, (axis + 2) % 3);
-    }
-    candidate.columns[axis + 3] = columns;
-  }
-  return {candidate};
-}
-
-}  // namespace
 
 Effect cross_axis() {
   Effect effect;
@@ -35,7 +14,21 @@ Effect cross_axis() {
     if (c.observations.level_count() < 2) return "one temperature only";
     return std::nullopt;
   };
-  effect.candidates = candidates;
+  effect.candidates = [](const Circumstances& c) {
+    const Eigen::VectorXd z = reduced_temperature(c.observations);
+    Candidate candidate;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Eigen::MatrixXd columns(z.size(), 2);
+      for (Eigen::Index i = 0; i < z.size(); ++i) {
+        const Observation& row = c.observations.rows[static_cast<std::size_t>(i)];
+        const double g = c.observations.gravity_mps2;
+        columns(i, 0) = z(i) * g * c.observations.force_g(row, (axis + 1) % 3);
+        columns(i, 1) = z(i) * g * c.observations.force_g(row, (axis + 2) % 3);
+      }
+      candidate.columns[axis + 3] = columns;
+    }
+    return std::vector{std::move(candidate)};
+  };
   effect.magnitude = [](const Circumstances& c, const Candidate&, Sensor, const Eigen::VectorXd& theta) {
     return Magnitude{theta.norm() / half_range_c(c.observations), "rad/K"};
   };

@@ -3,16 +3,15 @@
 #include <cmath>
 
 #include "base/units.h"
-#include "calib/estimate/body_frame.h"
+#include "calib/estimate/site.h"
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/detail/list.h"
 
 namespace soak::calib::gap {
 namespace {
 
 /// Vertical part, and the horizontal one to north and to east: of the heading that the positions have on the fixture, 0
 /// where that is not known.
-std::vector<Candidate> candidates(const Circumstances& c) {
+std::vector<Candidate> earth_rate_candidates(const Circumstances& c) {
   Candidate candidate{.shared = true};
   const auto n = static_cast<Eigen::Index>(c.observations.rows.size());
   for (std::size_t gyro = 0; gyro < 3; ++gyro) candidate.columns[gyro] = Eigen::MatrixXd::Zero(n, 3);
@@ -24,14 +23,14 @@ std::vector<Candidate> candidates(const Circumstances& c) {
       candidate.columns[gyro].row(i) << frame.up[gyro], frame.north[gyro], frame.east[gyro];
     }
   }
-  return {candidate};
+  return {std::move(candidate)};
 }
 
 /// The whole vector is the rotation of the Earth, within its error; hidden from gyros of one axis, it can only be less.
 /// Where its vertical part was taken off by a known latitude, twice as much of that is left if the latitude had the
 /// wrong sign.
-bool plausible(const Circumstances& c, const Candidate&, const Eigen::VectorXd& theta,
-               const Eigen::MatrixXd& covariance) {
+bool can_be_earth_rate(const Circumstances& c, const Candidate&, const Eigen::VectorXd& theta,
+                       const Eigen::MatrixXd& covariance) {
   constexpr double kSigmas = 4.0;
   const double error = std::sqrt(std::max(0.0, covariance.trace()));
   const double most = 1.1 * base::kEarthRate_rps + kSigmas * error;
@@ -50,12 +49,9 @@ Effect earth_rate() {
       "where the latitude is";
   effect.twins = {"g_sensitivity"};
   effect.experiment = "the same positions with the fixture turned in azimuth; a known latitude for the vertical part";
-  effect.missing = [](const Circumstances& c) -> std::optional<std::string> {
-    if (!c.observations.has_positions()) return "one attitude only";
-    return std::nullopt;
-  };
-  effect.candidates = candidates;
-  effect.plausible = plausible;
+  effect.missing = one_attitude_only;
+  effect.candidates = earth_rate_candidates;
+  effect.plausible = can_be_earth_rate;
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor, const Eigen::VectorXd& theta) {
     return Magnitude{theta.norm() * base::kDegPerRad, "deg/s"};
   };

@@ -28,12 +28,25 @@ struct Candidate {
   bool shared = false;
   Folds folds = Folds::runs;
   std::array<Eigen::MatrixXd, kSensorCount> columns = {};  ///< one row per observation; empty = does not act on it
+  /// On ramps: the column is the kelvins by which the curve is read elsewhere, not a regressor.
+  bool shifts = false;
+};
+
+/// How an effect shows in a recording in one attitude without plateaus (ramps/), where every block follows the
+/// temperature history.
+struct OnRamps {
+  /// How its magnitude is read off the parameters of a candidate: the first, the most that it adds anywhere, or the
+  /// number in its shape, seconds.
+  enum class Size { first, largest, time_constant };
+  std::vector<Candidate> candidates = {};
+  std::string_view per = {};  ///< what follows the printed unit in its magnitude, "/V"
+  Size size = Size::first;
 };
 
 /// All that an effect may look at to make its regressors.
 struct Circumstances {
   const Observations& observations;
-  const Courses& courses;
+  const TemperatureHistory& history;
   /// Slope of the present model against temperature at each observation, SI per kelvin: what a wrong temperature costs.
   /// Empty for a sensor without readings.
   const std::array<Eigen::VectorXd, kSensorCount>& slope;
@@ -63,27 +76,30 @@ struct Meaning {
 /// An entry of the library: a mechanism with its physics, its regressors, what it can be confused with, and the
 /// experiment that would tell. The list grows by adding one file.
 struct Effect {
-  std::string_view name;
-  std::string_view physics;
-  std::vector<std::string_view> twins;
-  std::string_view experiment;  ///< what tells it from its twins
+  std::string_view name = {};
+  std::string_view physics = {};
+  std::vector<std::string_view> twins = {};
+  std::string_view experiment = {};  ///< what tells it from its twins
   /// Why this campaign cannot show the effect; nothing where it can.
-  std::function<std::optional<std::string>(const Circumstances&)> missing;
-  std::function<std::vector<Candidate>(const Circumstances&)> candidates;
+  std::function<std::optional<std::string>(const Circumstances&)> missing = {};
+  std::function<std::vector<Candidate>(const Circumstances&)> candidates = {};
   /// The candidates of one value of the shape, for a value between those of the grid; absent = there is no such number.
-  std::function<std::vector<Candidate>(const Circumstances&, double shape_value)> of_shape;
+  std::function<std::vector<Candidate>(const Circumstances&, double shape_value)> of_shape = {};
   /// Whether a mechanism of this kind can have such parameters (of one sensor, of all where shared) with that
   /// covariance; absent = any.
   std::function<bool(const Circumstances&, const Candidate&, const Eigen::VectorXd& parameters,
                      const Eigen::MatrixXd& covariance)>
-      plausible;
+      plausible = {};
   /// From the parameters of one sensor (of all, where shared), SI.
-  std::function<Magnitude(const Circumstances&, const Candidate&, Sensor, const Eigen::VectorXd& parameters)> magnitude;
+  std::function<Magnitude(const Circumstances&, const Candidate&, Sensor, const Eigen::VectorXd& parameters)>
+      magnitude = {};
   /// Of the parameters of one sensor (of all, where shared).
-  std::function<Meaning(const Circumstances&, const Candidate&, Sensor)> meaning;
-  /// Whether its regressors follow the course of temperature or time by a shape that the mechanism need not have: then
+  std::function<Meaning(const Circumstances&, const Candidate&, Sensor)> meaning = {};
+  /// Its candidates on ramps, none where its channel was not recorded; absent = it needs positions, plateaus or runs.
+  std::function<OnRamps(const Observations&, const TemperatureHistory&)> on_ramps = {};
+  /// Whether its regressors follow the history of temperature or time by a shape that the mechanism need not have: then
   /// a small share that a twin takes beside it means that it is neither.
-  bool of_course = false;
+  bool follows_history = false;
   bool lab_only = true;  ///< cannot be evaluated from the unit's temperature and its rate alone
 };
 

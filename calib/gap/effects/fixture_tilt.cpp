@@ -3,33 +3,31 @@
 
 #include "base/units.h"
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/detail/list.h"
-#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
 namespace {
 
 /// A small rotation of the unit on its fixture, three angles per run but the first: what all runs share is
 /// misalignment. f becomes f + f × angle.
-std::vector<Candidate> candidates(const Circumstances& c) {
+std::vector<Candidate> fixture_tilt_candidates(const Circumstances& c) {
   const auto n = static_cast<Eigen::Index>(c.observations.rows.size());
   const Eigen::Index mountings = c.observations.run_count() - 1;
   Candidate candidate{.shared = true, .folds = Folds::levels};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(n, 3 * mountings);
+    const auto next = (axis + 1) % 3;
+    const auto last = (axis + 2) % 3;
     for (Eigen::Index i = 0; i < n; ++i) {
       const Observation& row = c.observations.rows[static_cast<std::size_t>(i)];
       if (row.run == 0) continue;
       const Eigen::Index first = 3 * (row.run - 1);
       const double g = c.observations.gravity_mps2;
-      const auto next = (axis + 1) % 3;
-      const auto last = (axis + 2) % 3;
       columns(i, first + static_cast<Eigen::Index>(last)) = g * c.observations.force_g(row, next);
       columns(i, first + static_cast<Eigen::Index>(next)) = -g * c.observations.force_g(row, last);
     }
     candidate.columns[axis + 3] = columns;
   }
-  return {candidate};
+  return {std::move(candidate)};
 }
 
 }  // namespace
@@ -48,7 +46,7 @@ Effect fixture_tilt() {
     if (c.observations.level_count() < 3) return "fewer than three temperatures";
     return std::nullopt;
   };
-  effect.candidates = candidates;
+  effect.candidates = fixture_tilt_candidates;
   effect.magnitude = [](const Circumstances& c, const Candidate&, Sensor, const Eigen::VectorXd& theta) {
     // Root mean square angle of the runs about their mean, that of the first run being 0 by convention.
     const Eigen::Index runs = c.observations.run_count();
@@ -59,12 +57,14 @@ Effect fixture_tilt() {
   };
   effect.meaning = [](const Circumstances& c, const Candidate&, Sensor) {
     Meaning meaning;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      meaning.given.push_back({axis_name(axis) + "@" + c.observations.run_ids.front(), 0.0, "rad"});
-    }
-    for (std::size_t run = 1; run < c.observations.run_ids.size(); ++run) {
+    for (std::size_t run = 0; run < c.observations.run_ids.size(); ++run) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        meaning.estimated.push_back({axis_name(axis) + "@" + c.observations.run_ids[run], "rad"});
+        const std::string name = axis_name(axis) + "@" + c.observations.run_ids[run];
+        if (run == 0) {
+          meaning.given.push_back({name, 0.0, "rad"});
+        } else {
+          meaning.estimated.push_back({name, "rad"});
+        }
       }
     }
     return meaning;

@@ -1,9 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "calib/gap/effects/detail/list.h"
+#include "calib/gap/effects/effect.h"
 
 namespace soak::calib::gap {
+
+// One maker per file of this folder.
+Effect thermal_hysteresis();
+Effect temperature_rate();
+Effect sensor_lag();
+Effect warmup_transient();
+Effect g_sensitivity();
+Effect earth_rate();
+Effect cross_axis();
+Effect fixture_tilt();
+Effect scale_nonlinearity();
+Effect vibration_rectification();
+Effect supply_sensitivity();
 
 const std::vector<Effect>& library() {
   static const std::vector<Effect> effects = {

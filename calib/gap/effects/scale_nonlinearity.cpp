@@ -1,26 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
-
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/detail/list.h"
 
 namespace soak::calib::gap {
-namespace {
-
-std::vector<Candidate> candidates(const Circumstances& c) {
-  Candidate candidate;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    Eigen::VectorXd column(static_cast<Eigen::Index>(c.observations.rows.size()));
-    for (Eigen::Index i = 0; i < column.size(); ++i) {
-      const double f = c.observations.force_g(c.observations.rows[static_cast<std::size_t>(i)], axis);
-      column(i) = f * f;
-    }
-    candidate.columns[axis + 3] = column;
-  }
-  return {candidate};
-}
-
-}  // namespace
 
 Effect scale_nonlinearity() {
   Effect effect;
@@ -30,11 +11,19 @@ Effect scale_nonlinearity() {
       "like scale in six positions";
   effect.twins = {"fixture_tilt"};
   effect.experiment = "positions at 45 degrees";
-  effect.missing = [](const Circumstances& c) -> std::optional<std::string> {
-    if (!c.observations.has_positions()) return "one attitude only";
-    return std::nullopt;
+  effect.missing = one_attitude_only;
+  effect.candidates = [](const Circumstances& c) {
+    Candidate candidate;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Eigen::VectorXd column(static_cast<Eigen::Index>(c.observations.rows.size()));
+      for (Eigen::Index i = 0; i < column.size(); ++i) {
+        const double f = c.observations.force_g(c.observations.rows[static_cast<std::size_t>(i)], axis);
+        column(i) = f * f;
+      }
+      candidate.columns[axis + 3] = column;
+    }
+    return std::vector{std::move(candidate)};
   };
-  effect.candidates = candidates;
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0, "/g2");
   };

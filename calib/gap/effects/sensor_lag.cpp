@@ -5,34 +5,40 @@
 #include <cmath>
 
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/detail/list.h"
 
 namespace soak::calib::gap {
 namespace {
 
-constexpr std::array kTaus_s = {10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0, 1280.0};
-
-/// A lag of tau moves the temperature by what its course says, not by a tenth of it: what fits a long tau with a small
-/// factor is a memory of another kind. Wide enough for the steps of the grid.
-constexpr double kLeastFactor = 0.35;
-constexpr double kMostFactor = 2.8;
-
-/// The temperatures of a sensor's own thermometer, moved.
-std::vector<double> shifted(const Circumstances& c, Sensor sensor, std::vector<double> by_c) {
-  for (std::size_t i = 0; i < by_c.size(); ++i) by_c[i] += c.observations.rows[i].sensor_temp_c[index_of(sensor)];
-  return by_c;
-}
-
-std::vector<Candidate> of_tau(const Circumstances& c, double tau_s) {
+/// Every curve is read at the temperatures of a sensor's own thermometer, moved by the lag.
+std::vector<Candidate> lag_of_tau(const Circumstances& c, double tau_s) {
   Candidate candidate{.shape = fmt::format("tau {:.3g} s", tau_s), .shape_values = {tau_s}, .shared = true};
-  const std::vector<double> behind = c.courses.lag(tau_s);
+  const std::vector<double> behind = c.history.lag(tau_s);
   for (const Sensor sensor : kSensors) {
     const std::size_t s = index_of(sensor);
     if (c.slope[s].size() == 0) continue;
-    candidate.columns[s] =
-        c.read_at ? c.read_at(sensor, shifted(c, sensor, behind)) : c.slope[s].cwiseProduct(as_vector(behind));
+    std::vector<double> element_c = behind;
+    for (std::size_t i = 0; i < element_c.size(); ++i) element_c[i] += c.observations.rows[i].sensor_temp_c[s];
+    candidate.columns[s] = c.read_at ? c.read_at(sensor, element_c) : c.slope[s].cwiseProduct(as_vector(behind));
   }
   return {std::move(candidate)};
+}
+
+/// Lags of 30 to 960 s, each run at rest or under way at its start, and leads of 30 to 240 s.
+OnRamps lag_on_ramps(const Observations&, const TemperatureHistory& history) {
+  OnRamps made{.size = OnRamps::Size::time_constant};
+  const auto add = [&](std::string shape, double tau_s, const Eigen::VectorXd& moved_c) {
+    made.candidates.push_back(for_all(std::move(shape), {tau_s}, moved_c));
+    made.candidates.back().shared = made.candidates.back().shifts = true;
+  };
+  for (const double tau_s : kRampTaus_s) {
+    for (const bool under_way : {false, true}) {
+      add(fmt::format("tau {:g} s{}", tau_s, start_text(under_way)), tau_s, as_vector(history.lag(tau_s, under_way)));
+    }
+  }
+  for (const double lead_s : {30.0, 60.0, 120.0, 240.0}) {
+    add(fmt::format("tau {:g} s", -lead_s), -lead_s, lead_s / kMinute_s * rate_kpmin(history));
+  }
+  return made;
 }
 
 }  // namespace
@@ -46,13 +52,20 @@ Effect sensor_lag() {
   effect.twins = {"temperature_rate"};
   effect.experiment = "a fast and a slow ramp, with the chamber's air logged";
   effect.missing = [](const Circumstances& c) -> std::optional<std::string> {
-    if (!c.courses.continuous()) return "the temperature between the plateaus was not logged";
-    return c.courses.blurred();
+    if (!c.history.continuous()) return "the temperature between the plateaus was not logged";
+    return c.history.blurred();
   };
-  effect.of_course = true;
-  effect.candidates = [](const Circumstances& c) { return over_grid(c, kTaus_s, of_tau); };
-  effect.of_shape = of_tau;
+  effect.follows_history = true;
+  effect.candidates = [](const Circumstances& c) {
+    return over_grid(c, std::array{10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0, 1280.0}, lag_of_tau);
+  };
+  effect.of_shape = lag_of_tau;
+  effect.on_ramps = lag_on_ramps;
+  // A lag of tau moves the temperature by what its history says, not by a tenth of it: what fits a long tau with a
+  // small factor is a memory of another kind. Wide enough for the steps of the grid.
   effect.plausible = [](const Circumstances&, const Candidate&, const Eigen::VectorXd& theta, const Eigen::MatrixXd&) {
+    constexpr double kLeastFactor = 0.35;
+    constexpr double kMostFactor = 2.8;
     return std::abs(theta(0)) > kLeastFactor && std::abs(theta(0)) < kMostFactor;
   };
   effect.magnitude = [](const Circumstances&, const Candidate& candidate, Sensor, const Eigen::VectorXd& theta) {

@@ -1,20 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/detail/list.h"
-#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
 namespace {
 
-constexpr double kPerMinute = 1.0 / 60.0;
-
-std::vector<Candidate> candidates(const Circumstances& c) {
-  const Eigen::VectorXd rate = as_vector(c.courses.rate());
-  Candidate constant{.shape = ""};
-  set_all(constant, rate);
-  Candidate shaped{.shape = "linear in temperature"};
-  set_all(shaped, with_temperature_shape(c.observations, rate));
-  return {constant, shaped};
+/// The thermometer's slope, or the difference to a second thermal node that follows it.
+OnRamps rate_on_ramps(const Observations& observations, const TemperatureHistory& history) {
+  OnRamps made{.candidates = constant_and_linear(observations, "", {}, rate_kpmin(history)), .per = "/(K/min)"};
+  for (const double tau_s : kRampTaus_s) {
+    for (const bool under_way : {false, true}) {
+      // −(T_τ − T)/τ tends to dT/dt on a long ramp.
+      const Eigen::VectorXd column = -kMinute_s / tau_s * as_vector(history.lag(tau_s, under_way));
+      const auto text = fmt::format("tau {:g} s{}", tau_s, start_text(under_way));
+      for (Candidate& candidate : constant_and_linear(observations, text, {tau_s}, column)) {
+        made.candidates.push_back(std::move(candidate));
+      }
+    }
+  }
+  return made;
 }
 
 }  // namespace
@@ -27,11 +32,14 @@ Effect temperature_rate() {
       "once the plateau is settled";
   effect.twins = {"sensor_lag", "warmup_transient"};
   effect.experiment = "two ramp rates, watched during the ramp and at the start of the soak";
-  effect.missing = [](const Circumstances& c) { return c.courses.blurred(); };
-  effect.of_course = true;
-  effect.candidates = candidates;
+  effect.missing = [](const Circumstances& c) { return c.history.blurred(); };
+  effect.follows_history = true;
+  effect.candidates = [](const Circumstances& c) {
+    return constant_and_linear(c.observations, "", {}, as_vector(c.history.rate()));
+  };
+  effect.on_ramps = rate_on_ramps;
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
-    return linear_magnitude(sensor, theta, kPerMinute, "/(K/min)");
+    return linear_magnitude(sensor, theta, 1.0 / kMinute_s, "/(K/min)");
   };
   effect.meaning = [](const Circumstances& c, const Candidate& candidate, Sensor sensor) {
     return temperature_shaped(c, candidate, sensor, "per_kps", "/(K/s)");

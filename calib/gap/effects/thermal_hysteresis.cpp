@@ -3,29 +3,39 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/detail/list.h"
-#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
 namespace {
 
-constexpr std::array kWidths_c = {2.0, 6.0, 15.0, 35.0};
+std::vector<Candidate> hysteresis_of_width(const Circumstances& c, double width_c) {
+  return constant_and_linear(c.observations, fmt::format("width {:.3g} K", width_c), {width_c},
+                             as_vector(c.history.branch_memory(width_c)));
+}
 
-std::vector<Candidate> of_width(const Circumstances& c, double width_c) {
-  const Eigen::VectorXd memory = as_vector(c.courses.branch_memory(width_c));
-  Candidate constant{.shape = fmt::format("width {:.3g} K", width_c), .shape_values = {width_c}};
-  set_all(constant, memory);
-  Candidate shaped{.shape = fmt::format("width {:.3g} K, linear in temperature", width_c), .shape_values = {width_c}};
-  set_all(shaped, with_temperature_shape(c.observations, memory));
-  return {std::move(constant), std::move(shaped)};
+/// Widths of 2 to 70 K, each run on either branch before its start or between them.
+OnRamps hysteresis_on_ramps(const Observations& observations, const TemperatureHistory& history) {
+  OnRamps made{.size = OnRamps::Size::largest};
+  for (const double width_c : {2.0, 6.0, 15.0, 35.0, 70.0}) {
+    for (const double along : {1.0, 0.0, -1.0}) {
+      const auto text = fmt::format("width {:g} K, before the start {}", width_c,
+                                    along > 0.0   ? "as the first branch"
+                                    : along < 0.0 ? "against the first branch"
+                                                  : "neither way");
+      const Eigen::VectorXd memory = as_vector(history.branch_memory(width_c, along));
+      for (Candidate& candidate : constant_and_linear(observations, text, {width_c}, memory)) {
+        made.candidates.push_back(std::move(candidate));
+      }
+    }
+  }
+  return made;
 }
 
 /// Largest half gap: over the levels, half the difference between the branches.
-Magnitude magnitude(const Circumstances& c, const Candidate& candidate, Sensor sensor, const Eigen::VectorXd& theta) {
+Magnitude largest_half_gap(const Circumstances& c, const Candidate& candidate, Sensor sensor,
+                           const Eigen::VectorXd& theta) {
   const Eigen::VectorXd term = candidate.columns[index_of(sensor)] * theta;
   const auto levels = static_cast<std::size_t>(c.observations.level_count());
   std::vector<double> low(levels, std::numeric_limits<double>::infinity());
@@ -50,11 +60,14 @@ Effect thermal_hysteresis() {
       "the soak";
   effect.twins = {"temperature_rate", "sensor_lag", "warmup_transient"};
   effect.experiment = "a longer soak (memory stays, what follows the rate dies) and a minor loop that turns halfway";
-  effect.missing = [](const Circumstances& c) { return c.courses.blurred(); };
-  effect.of_course = true;
-  effect.candidates = [](const Circumstances& c) { return over_grid(c, kWidths_c, of_width); };
-  effect.of_shape = of_width;
-  effect.magnitude = magnitude;
+  effect.missing = [](const Circumstances& c) { return c.history.blurred(); };
+  effect.follows_history = true;
+  effect.candidates = [](const Circumstances& c) {
+    return over_grid(c, std::array{2.0, 6.0, 15.0, 35.0}, hysteresis_of_width);
+  };
+  effect.of_shape = hysteresis_of_width;
+  effect.on_ramps = hysteresis_on_ramps;
+  effect.magnitude = largest_half_gap;
   effect.meaning = [](const Circumstances& c, const Candidate& candidate, Sensor sensor) {
     Meaning meaning = temperature_shaped(c, candidate, sensor, "amplitude", "");
     meaning.given.push_back({"width_c", candidate.shape_values.front(), "K"});

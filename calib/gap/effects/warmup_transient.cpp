@@ -1,24 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/detail/list.h"
-#include "calib/gap/effects/meaning.h"
 
 namespace soak::calib::gap {
 namespace {
 
-constexpr std::array kTaus_s = {100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0};
+Candidate decay_of_tau(const std::vector<double>& since_power_s, double tau_s, std::string shape) {
+  return for_all(std::move(shape), {tau_s}, (-as_vector(since_power_s).array() / tau_s).exp().matrix());
+}
 
-std::vector<Candidate> of_tau(const Circumstances& c, double tau_s) {
-  const Eigen::ArrayXd since = as_vector(c.courses.since_power_s()).array();
-  Candidate candidate{.shape = fmt::format("tau {:.3g} s", tau_s), .shape_values = {tau_s}};
-  set_all(candidate, (-since / tau_s).exp().matrix());
-  return {std::move(candidate)};
+std::vector<Candidate> warmup_of_tau(const Circumstances& c, double tau_s) {
+  return {decay_of_tau(c.history.since_power_s(), tau_s, fmt::format("tau {:.3g} s", tau_s))};
 }
 
 }  // namespace
@@ -30,12 +25,22 @@ Effect warmup_transient() {
   effect.twins = {"thermal_hysteresis", "temperature_rate"};
   effect.experiment = "a power cycle in the middle of a run";
   effect.missing = [](const Circumstances& c) -> std::optional<std::string> {
-    if (c.courses.since_power_s().empty()) return "the time since power-on is not known";
-    return c.courses.coarse();
+    if (c.history.since_power_s().empty()) return "the time since power-on is not known";
+    return c.history.coarse();
   };
-  effect.of_course = true;
-  effect.candidates = [](const Circumstances& c) { return over_grid(c, kTaus_s, of_tau); };
-  effect.of_shape = of_tau;
+  effect.follows_history = true;
+  effect.candidates = [](const Circumstances& c) {
+    return over_grid(c, std::array{100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0}, warmup_of_tau);
+  };
+  effect.of_shape = warmup_of_tau;
+  effect.on_ramps = [](const Observations&, const TemperatureHistory& history) {
+    OnRamps made;
+    if (history.since_power_s().empty()) return made;
+    for (const double tau_s : {200.0, 400.0, 800.0, 1600.0, 3200.0}) {
+      made.candidates.push_back(decay_of_tau(history.since_power_s(), tau_s, fmt::format("tau {:g} s", tau_s)));
+    }
+    return made;
+  };
   effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0, "");
   };

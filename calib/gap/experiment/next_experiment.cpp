@@ -9,7 +9,7 @@
 #include <optional>
 #include <utility>
 
-#include "calib/gap/experiment/detail/experiment_batch.h"
+#include "calib/gap/experiment/detail/discrimination.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -179,15 +179,16 @@ NextExperiment simulated(const LoggedCampaign& campaign, const CampaignModel& mo
 
 }  // namespace
 
-NextExperiment next_experiment(const LoggedCampaign& campaign, const Observations& observations, const Courses& courses,
-                               const std::vector<NamedEffect>& effects, std::size_t which) {
+NextExperiment next_experiment(const LoggedCampaign& campaign, const Observations& observations,
+                               const TemperatureHistory& history, const std::vector<NamedEffect>& effects,
+                               std::size_t which) {
   Question question{effects.at(which), {}, {}, {}};
   if (question.winner.rivals.empty()) return {};
-  CampaignModel model(observations, courses);
+  CampaignModel model(observations, history);
   for (std::size_t other = 0; other < effects.size(); ++other) {
     const NamedEffect& effect = effects[other];
     if (other == which || !predicts(effect)) continue;
-    model.take_in(effect.candidate, effect.sensors, effect.parameters[index_of(effect.sensors.front())]);
+    model.add_term(effect.candidate, effect.sensors, effect.parameters[index_of(effect.sensors.front())]);
     question.beside.push_back(&effect);
   }
   for (const Effect* rival : question.winner.rivals) {

@@ -31,7 +31,7 @@ struct NextExperiment {
 /// search saw them. Nothing is computed where effects[which] has no rivals. An effect that every mounting draws anew
 /// predicts nothing for the next run: there the library's sentence stands alone.
 [[nodiscard]] NextExperiment next_experiment(const LoggedCampaign& campaign, const Observations& observations,
-                                             const Courses& courses, const std::vector<NamedEffect>& effects,
+                                             const TemperatureHistory& history, const std::vector<NamedEffect>& effects,
                                              std::size_t which);
 
 }  // namespace soak::calib::gap

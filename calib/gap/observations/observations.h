@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,10 +55,38 @@ struct Observations {
   }
 };
 
-/// Segments of all runs as rows. Segments that the data gate rejected are left out, as are those in which the fixture
-/// turns and those of phase ramp. What is known of the Earth's rotation (its vertical part by the latitude, all of it
-/// where every heading is known too) is taken off the gyros, as the fit does. Runs without any such row are left out
-/// and the others numbered anew (`logged`).
+/// "gyro_x, accel_z".
+[[nodiscard]] std::string list_of(const std::vector<Sensor>& sensors);
+
+/// Whether a segment is at rest at a plateau and the data gate (data_gate.h) accepts it.
+[[nodiscard]] bool is_observed(const Segment& segment);
+
+/// Index of the level that is nearest to a temperature, the first of those alike.
+[[nodiscard]] std::size_t nearest_level(const std::vector<double>& level_c, double temp_c);
+
+/// Segments of all runs as rows, without those that the data gate rejected, those in which the fixture turns and those
+/// of phase ramp. What is known of the Earth's rotation (its vertical part by the latitude, all of it where every
+/// heading is known too) is taken off the gyros, as the fit does. Runs without any such row are passed over and the
+/// others numbered anew (`logged`).
 [[nodiscard]] Observations observe(const LoggedCampaign& campaign);
+
+/// Readings of one run that the data gate keeps out of the search.
+struct GateRejection {
+  std::string run;               ///< label
+  std::optional<Sensor> sensor;  ///< absent = whole segments; those are not counted for their sensors again
+  std::size_t segments = 0;      ///< that are rejected
+  std::size_t of = 0;            ///< soak segments of the run
+  std::string code;              ///< of the first finding that rejects
+  std::string why;               ///< its sentence
+};
+
+/// All that the gate rejected, in the order of runs: whole segments first, then sensors.
+[[nodiscard]] std::vector<GateRejection> rejected_by_gate(const LoggedCampaign& campaign);
+
+/// The first three in words, and how many more there are.
+[[nodiscard]] std::string in_words(const std::vector<GateRejection>& rejections);
+
+/// Whether more than half of the segments of a run are rejected.
+[[nodiscard]] bool mostly_rejected_run(const std::vector<GateRejection>& rejections);
 
 }  // namespace soak::calib::gap

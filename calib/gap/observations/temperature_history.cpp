@@ -10,13 +10,12 @@
 namespace soak::calib::gap {
 namespace {
 
-constexpr double kHole_s = 300.0;
+constexpr double kLoggingHole_s = 300.0;
 constexpr double kHoles = 0.05;          ///< share of the time that may be missing: a visit or two
 constexpr double kHalfWindow_s = 120.0;  ///< of the slope of the temperature
 constexpr double kHalfBlock_s = 30.0;
-constexpr double kTurn_c = 0.5;  ///< noise and drift of a plateau are no turn of the course
-constexpr double kRoom_c = 23.0;
-constexpr double kCoarseStep_c = 0.1;
+constexpr double kTurn_c = 0.5;  ///< noise and drift of a plateau are no turn
+constexpr double kStartRoom_c = 23.0;
 constexpr std::size_t kLeastLevels = 5;
 constexpr double kWidest_c = 20.0;
 
@@ -95,7 +94,7 @@ std::vector<double> unix_times(const LoggedCampaign& campaign, const Observation
 bool covers(const std::vector<double>& t_s, const Observations& observations, std::size_t run) {
   return std::all_of(observations.rows.begin(), observations.rows.end(), [&](const Observation& row) {
     return static_cast<std::size_t>(row.run) != run ||
-           (!t_s.empty() && row.t_s > t_s.front() - kHole_s && row.t_s < t_s.back() + kHole_s);
+           (!t_s.empty() && row.t_s > t_s.front() - kLoggingHole_s && row.t_s < t_s.back() + kLoggingHole_s);
   });
 }
 
@@ -118,7 +117,7 @@ std::optional<std::string> why_blurred(const LoggedCampaign& campaign, const Obs
   return std::nullopt;
 }
 
-/// Sign of the first move of a course by more than half of kTurn_c; 1 where there is none.
+/// Sign of the first move of the temperature by more than half of kTurn_c; 1 where there is none.
 double first_movement(const std::vector<double>& temp_c) {
   for (const double c : temp_c) {
     if (std::abs(c - temp_c.front()) > kTurn_c / 2) return std::copysign(1.0, c - temp_c.front());
@@ -128,9 +127,9 @@ double first_movement(const std::vector<double>& temp_c) {
 
 std::vector<double> memory_of(const std::vector<double>& temp_c, double width_c, std::optional<double> along) {
   std::vector<double> memory;
-  // The end of a rod that follows the temperature with a play of ±kTurn_c/2: it stands while the course dithers.
+  // The end of a rod that follows the temperature with a play of ±kTurn_c/2: it stands while the temperature dithers.
   double follower = temp_c.empty() ? 0.0 : temp_c.front();
-  double h = follower < kRoom_c ? -1.0 : 1.0;
+  double h = follower < kStartRoom_c ? -1.0 : 1.0;
   if (along) h = *along * first_movement(temp_c);
   for (const double c : temp_c) {
     const double next = std::clamp(follower, c - kTurn_c / 2, c + kTurn_c / 2);
@@ -144,28 +143,28 @@ std::vector<double> memory_of(const std::vector<double>& temp_c, double width_c,
 
 }  // namespace
 
-Courses::Courses(const LoggedCampaign& campaign, const Observations& observations)
+TemperatureHistory::TemperatureHistory(const LoggedCampaign& campaign, const Observations& observations)
     : observations_(observations), blurred_(why_blurred(campaign, observations)), coarse_(why_coarse(campaign)) {
   double holes_s = 0.0;
   double logged_s = 0.0;
   for (const std::size_t number : observations.logged) {
     const LoggedRun& run = campaign.runs[number];
-    Course course;
+    RunTemperature kept;
     for (std::size_t k = 0; k < run.log.t_s.size(); ++k) {
       if (!std::isfinite(run.log.temp_c[k])) continue;
-      const double step_s = course.t_s.empty() ? 0.0 : run.log.t_s[k] - course.t_s.back();
+      const double step_s = kept.t_s.empty() ? 0.0 : run.log.t_s[k] - kept.t_s.back();
       logged_s += step_s;
-      if (step_s > kHole_s) holes_s += step_s;
-      course.t_s.push_back(run.log.t_s[k]);
-      course.temp_c.push_back(run.log.temp_c[k]);
+      if (step_s > kLoggingHole_s) holes_s += step_s;
+      kept.t_s.push_back(run.log.t_s[k]);
+      kept.temp_c.push_back(run.log.temp_c[k]);
     }
-    courses_.push_back(std::move(course));
-    continuous_ = continuous_ && covers(courses_.back().t_s, observations, courses_.size() - 1);
+    runs_.push_back(std::move(kept));
+    continuous_ = continuous_ && covers(runs_.back().t_s, observations, runs_.size() - 1);
   }
   continuous_ = continuous_ && holes_s <= kHoles * logged_s;
   for (const Observation& row : observations.rows) {
     const auto r = static_cast<std::size_t>(row.run);
-    rate_.push_back(slope_about(courses_[r].t_s, courses_[r].temp_c, row.t_s));
+    rate_.push_back(slope_about(runs_[r].t_s, runs_[r].temp_c, row.t_s));
   }
   since_power_ = at_blocks(campaign, observations, [](const RunLog& log) -> auto& { return log.t_since_power_s; });
   compressor_ = at_blocks(campaign, observations, [](const RunLog& log) -> auto& { return log.compressor; });
@@ -174,26 +173,26 @@ Courses::Courses(const LoggedCampaign& campaign, const Observations& observation
   utc_ = unix_times(campaign, observations);
 }
 
-std::vector<double> Courses::at_observations(const std::vector<std::vector<double>>& of_runs) const {
+std::vector<double> TemperatureHistory::at_observations(const std::vector<std::vector<double>>& of_runs) const {
   std::vector<double> values;
   for (const Observation& row : observations_.rows) {
     const auto r = static_cast<std::size_t>(row.run);
-    values.push_back(of_runs[r].empty() ? 0.0 : interpolate(courses_[r].t_s, of_runs[r], row.t_s));
+    values.push_back(of_runs[r].empty() ? 0.0 : interpolate(runs_[r].t_s, of_runs[r], row.t_s));
   }
   return values;
 }
 
-std::vector<double> Courses::lag(double tau_s, bool under_way) const {
+std::vector<double> TemperatureHistory::lag(double tau_s, bool under_way) const {
   std::vector<std::vector<double>> of_runs;
-  for (const Course& course : courses_) {
-    std::vector<double> behind(course.t_s.size(), 0.0);
+  for (const RunTemperature& run : runs_) {
+    std::vector<double> behind(run.t_s.size(), 0.0);
     if (under_way && !behind.empty()) {
-      behind[0] = -tau_s * slope_about(course.t_s, course.temp_c, course.t_s.front());
+      behind[0] = -tau_s * slope_about(run.t_s, run.temp_c, run.t_s.front());
     }
     for (std::size_t k = 1; k < behind.size(); ++k) {
       // Exact for a straight line between two samples.
-      const double dt = course.t_s[k] - course.t_s[k - 1];
-      const double slope = (course.temp_c[k] - course.temp_c[k - 1]) / dt;
+      const double dt = run.t_s[k] - run.t_s[k - 1];
+      const double slope = (run.temp_c[k] - run.temp_c[k - 1]) / dt;
       const double decay = std::exp(-dt / tau_s);
       behind[k] = behind[k - 1] * decay - slope * tau_s * (1.0 - decay);
     }
@@ -202,9 +201,9 @@ std::vector<double> Courses::lag(double tau_s, bool under_way) const {
   return at_observations(of_runs);
 }
 
-std::vector<double> Courses::branch_memory(double width_c, std::optional<double> along) const {
+std::vector<double> TemperatureHistory::branch_memory(double width_c, std::optional<double> along) const {
   std::vector<std::vector<double>> of_runs;
-  for (const Course& course : courses_) of_runs.push_back(memory_of(course.temp_c, width_c, along));
+  for (const RunTemperature& run : runs_) of_runs.push_back(memory_of(run.temp_c, width_c, along));
   return at_observations(of_runs);
 }
 

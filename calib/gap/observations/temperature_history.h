@@ -10,16 +10,16 @@
 
 namespace soak::calib::gap {
 
-/// What the runs' logs say at each observation, and functionals of the temperature's whole course. Cost of each call:
+/// What the runs' logs say at each observation, and functionals of the temperature's whole history. Cost of each call:
 /// linear in the logs.
-class Courses {
+class TemperatureHistory {
  public:
-  Courses(const LoggedCampaign& campaign, const Observations& observations);
+  TemperatureHistory(const LoggedCampaign& campaign, const Observations& observations);
 
   /// Whether the logs cover the time between the plateaus: holes of more than five minutes make up a twentieth of it at
-  /// most. Over a hole the course is taken for a straight line.
+  /// most. Over a hole the temperature is taken to go straight.
   [[nodiscard]] bool continuous() const { return continuous_; }
-  /// Why what follows the course of the temperature cannot be told from the curve: a thermometer in steps of 0.1 K or
+  /// Why what follows the temperature history cannot be told from the curve: a thermometer in steps of 0.1 K or
   /// more, fewer than five plateaus, or plateaus more than 20 K apart. Nothing where it can.
   [[nodiscard]] const std::optional<std::string>& blurred() const { return blurred_; }
   /// Step of a thermometer so coarse (0.1 K or more) that what changes with time cannot be told from a temperature that
@@ -27,10 +27,10 @@ class Courses {
   [[nodiscard]] const std::optional<std::string>& coarse() const { return coarse_; }
   /// Slope of the unit's thermometer over four minutes about each observation, K/s.
   [[nodiscard]] const std::vector<double>& rate() const { return rate_; }
-  /// Temperature at each observation that a first-order lag makes of the course, less the temperature itself, kelvin.
+  /// Temperature at each observation that a first-order lag makes of its history, less the temperature itself, kelvin.
   /// It starts each run at rest, or, `under_way`, as if the slope of its first two minutes had gone on for long.
   [[nodiscard]] std::vector<double> lag(double tau_s, bool under_way = false) const;
-  /// Memory of the branch, −1 to 1: dh = (sign(dT) − h)(1 − e^{−|dT|/w}) along the course, whose turns of less than
+  /// Memory of the branch, −1 to 1: dh = (sign(dT) − h)(1 − e^{−|dT|/w}) along the history, whose turns of less than
   /// 0.5 K do not count. Each run starts on the branch that leads from room temperature to its first plateau, or, with
   /// `along`, on the branch of its first movement (1), the opposite one (−1) or between them.
   [[nodiscard]] std::vector<double> branch_memory(double width_c, std::optional<double> along = {}) const;
@@ -44,14 +44,14 @@ class Courses {
   [[nodiscard]] const std::vector<double>& utc_s() const { return utc_; }
 
  private:
-  struct Course {
+  struct RunTemperature {
     std::vector<double> t_s;
     std::vector<double> temp_c;
   };
   [[nodiscard]] std::vector<double> at_observations(const std::vector<std::vector<double>>& of_runs) const;
 
   const Observations& observations_;
-  std::vector<Course> courses_;
+  std::vector<RunTemperature> runs_;
   bool continuous_ = true;
   std::optional<std::string> blurred_;
   std::optional<std::string> coarse_;

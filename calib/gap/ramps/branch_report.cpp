@@ -12,112 +12,102 @@
 
 #include "base/statistics.h"
 #include "calib/gap/ramps/detail/branch_search.h"
-#include "calib/gap/ramps/detail/not_testable.h"
 
-namespace soak::calib::gap::reduced {
+namespace soak::calib::gap::ramps {
 namespace {
 
-constexpr double kCoarseStep_c = 0.1;
 constexpr double kLeftOver = 0.25;  ///< share of the sensors with a gap from which names are withheld
 constexpr double kProbability = 0.95;
 
-std::string list_of(const std::vector<Sensor>& sensors) {
-  std::vector<std::string_view> names;
-  for (const Sensor sensor : sensors) names.push_back(name_of(sensor));
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
-Magnitude magnitude_of(const Mechanism& mechanism, const Shape& shape, const WholeFit& fit, Sensor sensor) {
-  if (mechanism.size == Size::time_constant) return {shape.values.front(), "s"};
-  const double value = mechanism.size == Size::largest ? fit.term.cwiseAbs().maxCoeff() : fit.parameters(0);
-  return {value * printed_per_si(sensor), std::string(printed_unit(sensor)) + mechanism.per};
+Magnitude magnitude_on_ramps(const OnRamps& shown, const Candidate& candidate, const WholeFit& fit, Sensor sensor) {
+  if (shown.size == OnRamps::Size::time_constant) return {candidate.shape_values.front(), "s"};
+  const double value = shown.size == OnRamps::Size::largest ? fit.term.cwiseAbs().maxCoeff() : fit.parameters(0);
+  return {value * printed_per_si(sensor), std::string(printed_unit(sensor)) + std::string(shown.per)};
 }
 
 /// What the folds say of one sensor and the winner.
 struct Explained {
   Sensor sensor;
-  const SensorFinding* finding;
+  const SensorResult* result;
   const Outcome* outcome;
 };
 
 /// Sensors that take the same shape, as one entry.
-NamedEffect entry_of(const Mechanism& mechanism, const std::vector<Explained>& group, const Judges& judges) {
-  const Shape& shape = mechanism.shapes[group.front().outcome->shape];
+NamedEffect entry_of(const RampEffect& effect, const std::vector<Explained>& group, const BranchFits& fits) {
+  const Candidate& candidate = effect.candidates()[group.front().outcome->candidate];
   NamedEffect entry;
-  entry.effect = mechanism.effect;
-  entry.candidate.shape = shape.text;
-  entry.candidate.shape_values = shape.values;
-  entry.candidate.shared = mechanism.shared;
+  entry.effect = effect.effect;
+  entry.candidate = {.shape = candidate.shape, .shape_values = candidate.shape_values, .shared = candidate.shared};
   entry.p_adjusted = 0.0;
   double before = 0.0;
   double after = 0.0;
   double clearest = 0.0;
-  for (const auto& [sensor, finding, outcome] : group) {
+  for (const auto& [sensor, result, outcome] : group) {
     entry.sensors.push_back(sensor);
     entry.p_adjusted = std::max(entry.p_adjusted, outcome->p_adjusted);
     entry.delta_bic += outcome->delta_bic;
-    before += finding->before / finding->floor;
-    after += outcome->after / finding->floor;
-    if (finding->before < clearest * outcome->after) continue;
-    clearest = finding->before / outcome->after;
-    entry.magnitude = magnitude_of(mechanism, shape, judges[index_of(sensor)]->whole(&shape), sensor);
+    before += result->before / result->floor;
+    after += outcome->after / result->floor;
+    if (result->before < clearest * outcome->after) continue;
+    clearest = result->before / outcome->after;
+    entry.magnitude = magnitude_on_ramps(effect.shown, candidate, fits[index_of(sensor)]->fit_all(&candidate), sensor);
   }
   entry.merit = entry.delta_bic;
   entry.heldout_gain = 1.0 - std::sqrt(after / before);
   return entry;
 }
 
-std::vector<NamedEffect> entries_of(const BranchFinding& finding, const std::vector<Mechanism>& mechanisms,
-                                    const Judges& judges) {
-  const Mechanism& mechanism = mechanisms[*finding.winner];
-  std::vector<std::vector<Explained>> groups(mechanism.shapes.size());
-  for (const Sensor sensor : finding.explained) {
-    const SensorFinding& own = *finding.sensor[index_of(sensor)];
-    const Outcome& outcome = own.outcomes[*finding.winner];
-    groups[outcome.shape].push_back({sensor, &own, &outcome});
+std::vector<NamedEffect> entries_of(const BranchResult& result, const std::vector<RampEffect>& effects,
+                                    const BranchFits& fits) {
+  const RampEffect& effect = effects[*result.winner];
+  std::vector<std::vector<Explained>> groups(effect.candidates().size());
+  for (const Sensor sensor : result.explained) {
+    const SensorResult& own = *result.sensor[index_of(sensor)];
+    const Outcome& outcome = own.outcomes[*result.winner];
+    groups[outcome.candidate].push_back({sensor, &own, &outcome});
   }
   std::vector<NamedEffect> entries;
   for (const auto& group : groups) {
     if (group.empty()) continue;
-    entries.push_back(entry_of(mechanism, group, judges));
-    for (const std::size_t rival : finding.rivals) entries.back().rivals.push_back(mechanisms[rival].effect);
+    entries.push_back(entry_of(effect, group, fits));
+    for (const std::size_t rival : result.rivals) entries.back().rivals.push_back(effects[rival].effect);
   }
   std::stable_sort(entries.begin(), entries.end(),
                    [](const NamedEffect& a, const NamedEffect& b) { return a.merit > b.merit; });
   return entries;
 }
 
-Leftover leftover_of(const BranchFinding& finding, std::string axis, std::vector<Sensor> sensors) {
-  Leftover leftover{.axis = std::move(axis), .sensors = std::move(sensors)};
-  for (const Sensor sensor : leftover.sensors) {
-    leftover.p_adjusted = std::min(leftover.p_adjusted, finding.sensor[index_of(sensor)]->p_gap);
+ResidualStructure residual_structure_of(const BranchResult& result, std::string axis, std::vector<Sensor> sensors) {
+  ResidualStructure structure{.axis = std::move(axis), .sensors = std::move(sensors)};
+  for (const Sensor sensor : structure.sensors) {
+    structure.p_adjusted = std::min(structure.p_adjusted, result.sensor[index_of(sensor)]->p_gap);
   }
-  return leftover;
+  return structure;
 }
 
-/// No mechanism predicts any sensor.
-void decide_without_names(const BranchFinding& finding, bool halves, GapReport& report) {
-  if (finding.unexplained.empty()) {
-    report.verdict = Verdict::none;
+/// No effect predicts any sensor.
+void decide_without_names(const BranchResult& result, bool halves, GapReport& report) {
+  if (result.unexplained.empty()) {
+    report.conclusion = Conclusion::none;
     report.reason = fmt::format("nothing beyond the scatter of the blocks and the detection limit{}",
                                 halves ? "; two branches only: what comes and goes with a cycle needs a third" : "");
     return;
   }
   std::vector<Sensor> alike;
-  for (const Sensor sensor : finding.unexplained) {
-    if (finding.sensor[index_of(sensor)]->repeats) alike.push_back(sensor);
+  for (const Sensor sensor : result.unexplained) {
+    if (result.sensor[index_of(sensor)]->repeats) alike.push_back(sensor);
   }
   if (alike.empty()) {
-    report.verdict = Verdict::cannot_judge;
+    report.conclusion = Conclusion::cannot_judge;
     report.reason = fmt::format(
         "the branches differ in {}, in a way that neither repeats nor follows from an effect of the library: record {}",
-        list_of(finding.unexplained), halves ? "a third branch" : "the cycle once more");
+        list_of(result.unexplained), halves ? "a third branch" : "the cycle once more");
     return;
   }
-  report.verdict = Verdict::unknown;
+  report.conclusion = Conclusion::unknown;
   report.reason = fmt::format(
       "heating and cooling differ alike each time in {}, and no effect of the library predicts it", list_of(alike));
-  report.leftover = leftover_of(finding, "direction of the sweep", std::move(alike));
+  report.residual_structure = residual_structure_of(result, "direction of the sweep", std::move(alike));
 }
 
 /// "", or " (thermal_hysteresis as well)".
@@ -127,23 +117,23 @@ std::string as_well(const std::vector<const Effect*>& rivals) {
   return names.empty() ? "" : fmt::format(" ({} as well: this recording cannot tell which)", fmt::join(names, ", "));
 }
 
-void decide(const BranchFinding& finding, const std::vector<Mechanism>& mechanisms, const Judges& judges, bool halves,
-            GapReport& report) {
-  if (!finding.winner) return decide_without_names(finding, halves, report);
-  const Mechanism& winner = mechanisms[*finding.winner];
-  const bool drifts = winner.nuisance || std::any_of(finding.rivals.begin(), finding.rivals.end(),
-                                                     [&](std::size_t m) { return mechanisms[m].nuisance; });
-  const auto rest = static_cast<double>(finding.unexplained.size());
-  const bool strange = rest > kLeftOver * (rest + static_cast<double>(finding.explained.size()));
-  std::vector<NamedEffect> entries = entries_of(finding, mechanisms, judges);
-  report.verdict = halves || drifts || strange ? Verdict::unknown : Verdict::named;
+void decide_on_ramps(const BranchResult& result, const std::vector<RampEffect>& effects, const BranchFits& fits,
+                     bool halves, GapReport& report) {
+  if (!result.winner) return decide_without_names(result, halves, report);
+  const RampEffect& winner = effects[*result.winner];
+  const bool drifts = winner.nuisance || std::any_of(result.rivals.begin(), result.rivals.end(),
+                                                     [&](std::size_t m) { return effects[m].nuisance; });
+  const auto rest = static_cast<double>(result.unexplained.size());
+  const bool strange = rest > kLeftOver * (rest + static_cast<double>(result.explained.size()));
+  std::vector<NamedEffect> entries = entries_of(result, effects, fits);
+  report.conclusion = halves || drifts || strange ? Conclusion::unknown : Conclusion::named;
   report.reason = fmt::format("{}{} predicts {} on what was left out", winner.effect->name,
-                              as_well(entries.front().rivals), list_of(finding.explained));
-  (report.verdict == Verdict::named ? report.effects : report.suspects) = std::move(entries);
-  if (rest > 0.0) report.reason += fmt::format("; nothing does in {}", list_of(finding.unexplained));
+                              as_well(entries.front().rivals), list_of(result.explained));
+  (report.conclusion == Conclusion::named ? report.effects : report.suspects) = std::move(entries);
+  if (rest > 0.0) report.reason += fmt::format("; nothing does in {}", list_of(result.unexplained));
   if (drifts) {
     report.reason += "; a drift in time does as well, and the same cycle once more would tell";
-    report.leftover = leftover_of(finding, "time of the recording", finding.explained);
+    report.residual_structure = residual_structure_of(result, "time of the recording", result.explained);
   } else if (strange) {
     report.reason += ": too much is left to give it a name";
   }
@@ -151,17 +141,17 @@ void decide(const BranchFinding& finding, const std::vector<Mechanism>& mechanis
 }
 
 /// Ratio of means over the folds with its t interval.
-void close(const SensorFinding& finding, const Outcome& outcome, const BranchJudge& judge, SensorGap& gap) {
+void close(const SensorResult& result, const Outcome& outcome, const BranchFit& fit, SensorGap& gap) {
   gap.after_rms = std::sqrt(outcome.after);
   std::vector<double> open;
   std::vector<double> closed;
   for (std::size_t f = 0; f < outcome.errors.size(); ++f) {
-    if (judge.weight()[f] <= 0.0) continue;
-    const double before = std::sqrt(judge.base().error[f]);
-    open.push_back(before - std::sqrt(judge.base().floor[f]));
+    if (fit.weight()[f] <= 0.0) continue;
+    const double before = std::sqrt(fit.base().error[f]);
+    open.push_back(before - std::sqrt(fit.base().floor[f]));
     closed.push_back(before - std::sqrt(outcome.errors[f]));
   }
-  const double fraction = (gap.before_rms - gap.after_rms) / (std::sqrt(finding.before) - std::sqrt(finding.floor));
+  const double fraction = (gap.before_rms - gap.after_rms) / (std::sqrt(result.before) - std::sqrt(result.floor));
   gap.closed_fraction = fraction;
   const auto count = static_cast<double>(open.size());
   double mean = 0.0;
@@ -178,11 +168,11 @@ void close(const SensorFinding& finding, const Outcome& outcome, const BranchJud
   gap.closed_ci95 = {fraction - half, fraction + half};
 }
 
-void report_gaps(const BranchFinding& finding, const Judges& judges, GapReport& report) {
+void report_gaps(const BranchResult& result, const BranchFits& fits, GapReport& report) {
   for (const Sensor sensor : kSensors) {
     const std::size_t s = index_of(sensor);
-    if (!finding.sensor[s]) continue;
-    const SensorFinding& own = *finding.sensor[s];
+    if (!result.sensor[s]) continue;
+    const SensorResult& own = *result.sensor[s];
     const double before = std::sqrt(own.before);
     report.detection_limit[s] = std::sqrt(own.limit);
     report.gap[s] = SensorGap{.before_rms = before,
@@ -190,16 +180,38 @@ void report_gaps(const BranchFinding& finding, const Judges& judges, GapReport& 
                               .floor_rms = std::sqrt(own.floor),
                               .closed_fraction = {},
                               .closed_ci95 = {}};
-    const bool named = report.verdict == Verdict::named &&
-                       std::find(finding.explained.begin(), finding.explained.end(), sensor) != finding.explained.end();
-    if (named) close(own, own.outcomes[*finding.winner], *judges[s], *report.gap[s]);
+    const bool named = report.conclusion == Conclusion::named &&
+                       std::find(result.explained.begin(), result.explained.end(), sensor) != result.explained.end();
+    if (named) close(own, own.outcomes[*result.winner], *fits[s], *report.gap[s]);
   }
 }
 
-GapReport cannot_judge(GapReport report, std::string reason) {
-  report.verdict = Verdict::cannot_judge;
-  report.reason = std::move(reason);
-  return report;
+/// Effects that one attitude without plateaus cannot show, each with why: those that need positions, plateaus or runs,
+/// and those whose channel was not recorded.
+std::vector<NotTestable> not_testable_by_branches(const std::vector<RampEffect>& tried) {
+  constexpr const char* kPositions = "one attitude: needs readings in several positions";
+  std::vector<NotTestable> list = {
+      {"g_sensitivity", kPositions},
+      {"earth_rate", kPositions},
+      {"cross_axis", kPositions},
+      {"scale_nonlinearity", kPositions},
+      {"fixture_tilt", "one attitude: a mounting that leans is part of the accelerometers' bias"},
+      {"narrow_bump", "the base follows a feature that all branches share"},
+      {"aging_drift", "runs over weeks are needed; a drift within the recording is a rival, never a name"},
+      {"noise_vs_temperature", "needs three runs with plateaus"},
+      {"quantization", "is looked at in campaigns with plateaus only"},
+      {"saturation", "is looked at in campaigns with plateaus only; sensors with clipped readings were left out"}};
+  const auto missing = [&](std::string_view name) {
+    return std::none_of(tried.begin(), tried.end(),
+                        [&](const RampEffect& effect) { return effect.effect->name == name; });
+  };
+  if (missing("supply_sensitivity"))
+    list.push_back({"supply_sensitivity", "supply_v was not recorded, or never moved"});
+  if (missing("vibration_rectification")) {
+    list.push_back({"vibration_rectification", "compressor was not recorded, or never moved"});
+  }
+  if (missing("warmup_transient")) list.push_back({"warmup_transient", "the time since power-on is not known"});
+  return list;
 }
 
 }  // namespace
@@ -211,34 +223,32 @@ GapReport judge_branches(const LoggedCampaign& campaign, const RampRecording& re
                         "one attitude without plateaus is judged by branches of at least 10 K: needs heating and "
                         "cooling over the same 20 K, better cooling, heating and cooling again");
   }
-  report.held_out = plan->halves ? HeldOut::halves : HeldOut::branches;
-  if (const auto& step_c = campaign.thermometer.step; step_c && *step_c >= kCoarseStep_c) {
+  report.judged_on = plan->halves ? JudgedOn::halves : JudgedOn::branches;
+  const TemperatureHistory history(campaign, recording.observations);
+  if (const auto& coarse = history.coarse()) {
     return cannot_judge(std::move(report),
-                        fmt::format("the thermometer moves in steps of {:.2g} K: the curve cannot be "
-                                    "told from what follows the temperature's course",
-                                    *step_c));
+                        *coarse + ": the curve cannot be told from what follows the temperature history");
   }
-  const Courses courses(campaign, recording.observations);
-  if (!courses.continuous()) {
+  if (!history.continuous()) {
     return cannot_judge(std::move(report),
                         "the temperature was not logged throughout: holes of more than five minutes");
   }
-  Judges judges;
-  for (const Sensor sensor : kSensors) judges[index_of(sensor)] = BranchJudge::of(recording, *plan, sensor);
-  if (std::none_of(judges.begin(), judges.end(), [](const auto& judge) { return judge.has_value(); })) {
+  BranchFits fits;
+  for (const Sensor sensor : kSensors) fits[index_of(sensor)] = BranchFit::of(recording, *plan, sensor);
+  if (std::none_of(fits.begin(), fits.end(), [](const auto& fit) { return fit.has_value(); })) {
     return cannot_judge(std::move(report),
                         "no sensor has readings that scatter in two branches at common temperatures");
   }
-  const std::vector<Mechanism> tried = mechanisms(recording, courses);
-  const BranchFinding finding = search_branches(judges, tried);
-  decide(finding, tried, judges, plan->halves, report);
+  const std::vector<RampEffect> tried = effects_on_ramps(recording, history);
+  const BranchResult result = search_branches(fits, tried);
+  decide_on_ramps(result, tried, fits, plan->halves, report);
   // No procedure repeats a recording without plateaus: the library's sentence stands for the simulated ranking.
   for (const NamedEffect& named : report.effects) {
     report.next.push_back({named.rivals.empty() ? std::string() : std::string(named.effect->experiment), {}});
   }
-  report_gaps(finding, judges, report);
+  report_gaps(result, fits, report);
   report.not_testable = not_testable_by_branches(tried);
   return report;
 }
 
-}  // namespace soak::calib::gap::reduced
+}  // namespace soak::calib::gap::ramps

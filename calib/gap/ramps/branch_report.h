@@ -4,7 +4,7 @@
 #include "calib/gap/ramps/detail/ramp_recording.h"
 #include "calib/gap/report/gap_report.h"
 
-namespace soak::calib::gap::reduced {
+namespace soak::calib::gap::ramps {
 
 /// The reduced mode: what branches that are left out say of a recording in one attitude without plateaus. Completes
 /// `report`, whose unit and model are known. Named effects carry no parameters: there is no curve at plateaus that a
@@ -14,4 +14,4 @@ namespace soak::calib::gap::reduced {
 [[nodiscard]] GapReport judge_branches(const LoggedCampaign& campaign, const RampRecording& recording,
                                        GapReport report);
 
-}  // namespace soak::calib::gap::reduced
+}  // namespace soak::calib::gap::ramps

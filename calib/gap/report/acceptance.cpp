@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/report/acceptance.h"
+#include "calib/gap/report/gap_report.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -64,7 +64,7 @@ base::Result<ModelTerm> term_of(const NamedEffect& named, const GapReport& repor
   term.p_adjusted = named.p_adjusted;
   term.delta_bic = named.delta_bic;
   term.heldout_gain = named.heldout_gain;
-  term.verdict = name_of(report.verdict);
+  term.verdict = name_of(report.conclusion);
   for (const Effect* rival : named.rivals) term.confusable_with.emplace_back(rival->name);
   for (std::size_t s = 0; s < kSensorCount; ++s) {
     if (const auto& gap = report.gap[s]) {
@@ -103,7 +103,7 @@ base::Result<std::vector<ModelTerm>> accepted_terms(const LoggedCampaign& campai
                                                     const std::vector<std::string>& names) {
   if (report.effects.empty()) {
     return base::bad_input(
-        fmt::format("nothing to accept: the verdict is '{}', {}", name_of(report.verdict), report.reason));
+        fmt::format("nothing to accept: the verdict is '{}', {}", name_of(report.conclusion), report.reason));
   }
   for (const std::string& name : names) {
     const bool known = std::any_of(report.effects.begin(), report.effects.end(),

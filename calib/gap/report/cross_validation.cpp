@@ -140,15 +140,15 @@ std::optional<double> mean_square(const Observations& observations, const Eigen:
 
 namespace {
 
-void judge_left_out(const Observations& observations, const Courses& courses, const std::vector<NamedEffect>& effects,
-                    int run, std::array<Judged, kSensorCount>& judged) {
-  const CampaignModel plain(observations, courses, run);
+void judge_left_out(const Observations& observations, const TemperatureHistory& history,
+                    const std::vector<NamedEffect>& effects, int run, std::array<Judged, kSensorCount>& judged) {
+  const CampaignModel plain(observations, history, run);
   CampaignModel with = plain;
   for (const NamedEffect& named : effects) {
     if (!named.effect->candidates) continue;  // nothing that a mean shows
     const auto again = best_shape(with, *named.effect);
     if (!again) continue;
-    with.take_in(again->candidate, named.sensors, again->parameters[index_of(again->sensors.front())]);
+    with.add_term(again->candidate, named.sensors, again->parameters[index_of(again->sensors.front())]);
   }
   judge(observations, plain, with, run, judged);
 }
@@ -164,18 +164,19 @@ std::array<std::optional<SensorGap>, kSensorCount> summarised(const std::array<J
 
 }  // namespace
 
-std::array<std::optional<SensorGap>, kSensorCount> held_out_gap(const Observations& observations,
-                                                                const Courses& courses,
-                                                                const std::vector<NamedEffect>& effects) {
+std::array<std::optional<SensorGap>, kSensorCount> cross_validated_gap(const Observations& observations,
+                                                                       const TemperatureHistory& history,
+                                                                       const std::vector<NamedEffect>& effects) {
   std::array<Judged, kSensorCount> judged;
-  for (int run = 0; run < observations.run_count(); ++run) judge_left_out(observations, courses, effects, run, judged);
+  for (int run = 0; run < observations.run_count(); ++run) judge_left_out(observations, history, effects, run, judged);
   return summarised(judged, effects);
 }
 
-std::array<std::optional<SensorGap>, kSensorCount> gap_of_run(const Observations& observations, const Courses& courses,
-                                                              const std::vector<NamedEffect>& effects, int run) {
+std::array<std::optional<SensorGap>, kSensorCount> gap_of_unseen_run(const Observations& observations,
+                                                                     const TemperatureHistory& history,
+                                                                     const std::vector<NamedEffect>& effects, int run) {
   std::array<Judged, kSensorCount> judged;
-  judge_left_out(observations, courses, effects, run, judged);
+  judge_left_out(observations, history, effects, run, judged);
   auto gaps = summarised(judged, effects);
   for (auto& gap : gaps) {
     if (!gap) continue;

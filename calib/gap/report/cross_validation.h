@@ -28,16 +28,14 @@ struct SensorGap {
 /// act on which sensors was chosen on all runs. The fraction (of means over the runs of their own RMS) is absent where
 /// before − floor is under two standard errors, and where no effect could close it: those beside the mean, and those
 /// that are drawn anew with each mounting. Cost: as many fits of the campaign as there are runs.
-[[nodiscard]] std::array<std::optional<SensorGap>, kSensorCount> held_out_gap(const Observations& observations,
-                                                                              const Courses& courses,
-                                                                              const std::vector<NamedEffect>& effects);
+[[nodiscard]] std::array<std::optional<SensorGap>, kSensorCount> cross_validated_gap(
+    const Observations& observations, const TemperatureHistory& history, const std::vector<NamedEffect>& effects);
 
 /// The same of one run that was locked away before the search, a single number: base, shapes and parameters from all
 /// others. Its fraction has no interval; it is absent where no effect could close the gap, or nothing is above the
 /// floor.
-[[nodiscard]] std::array<std::optional<SensorGap>, kSensorCount> gap_of_run(const Observations& observations,
-                                                                            const Courses& courses,
-                                                                            const std::vector<NamedEffect>& effects,
-                                                                            int run);
+[[nodiscard]] std::array<std::optional<SensorGap>, kSensorCount> gap_of_unseen_run(
+    const Observations& observations, const TemperatureHistory& history, const std::vector<NamedEffect>& effects,
+    int run);
 
 }  // namespace soak::calib::gap

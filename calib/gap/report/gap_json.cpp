@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/report/gap_json.h"
+#include "calib/gap/report/gap_report.h"
 
 #include <nlohmann/json.hpp>
 
@@ -75,9 +75,9 @@ nlohmann::json gaps_json(const std::array<std::optional<SensorGap>, kSensorCount
   return object;
 }
 
-nlohmann::json left_out_json(const std::vector<LeftOut>& left_out) {
+nlohmann::json left_out_json(const std::vector<GateRejection>& left_out) {
   nlohmann::json list = nlohmann::json::array();
-  for (const LeftOut& entry : left_out) {
+  for (const GateRejection& entry : left_out) {
     list.push_back({{"run", entry.run},
                     {"sensor", entry.sensor ? nlohmann::json(name_of(*entry.sensor)) : nlohmann::json()},
                     {"segments", entry.segments},
@@ -101,23 +101,23 @@ nlohmann::json gap_json(const GapReport& report) {
     if (report.detection_limit[s]) limits[std::string(name_of(sensor))] = *report.detection_limit[s] * factor;
   }
   nlohmann::json leftover;
-  if (report.leftover) {
-    leftover = {{"axis", report.leftover->axis},
-                {"p_adjusted", report.leftover->p_adjusted},
-                {"sensors", names_of(report.leftover->sensors)}};
+  if (report.residual_structure) {
+    leftover = {{"axis", report.residual_structure->axis},
+                {"p_adjusted", report.residual_structure->p_adjusted},
+                {"sensors", names_of(report.residual_structure->sensors)}};
   }
   nlohmann::json locked;
   if (report.locked) locked = {{"run", report.locked->label}, {"gap", gaps_json(report.locked->gap)}};
   return {{"unit", report.unit},
           {"model", report.model},
-          {"verdict", name_of(report.verdict)},
+          {"verdict", name_of(report.conclusion)},
           {"reason", report.reason},
-          {"held_out", name_of(report.held_out)},
+          {"held_out", name_of(report.judged_on)},
           {"effects", effects_json(report)},
           {"suspects", suspects_json(report)},
           {"leftover", std::move(leftover)},
           {"not_testable", std::move(not_testable)},
-          {"left_out", left_out_json(report.left_out)},
+          {"left_out", left_out_json(report.rejections)},
           {"detection_limit", std::move(limits)},
           {"gap", gaps_json(report.gap)},
           {"locked_run", std::move(locked)}};

@@ -13,9 +13,9 @@
 #include <utility>
 
 #include "base/statistics.h"
-#include "calib/gap/observations/run_agreement.h"
+#include "calib/gap/base/run_agreement.h"
 #include "calib/gap/ramps/branch_report.h"
-#include "calib/gap/search/narrow_bump.h"
+#include "calib/gap/search/score.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -58,29 +58,25 @@ std::optional<double> detection_limit(const CampaignModel& model, std::size_t s,
   return std::sqrt(f * std::max(1.0, found.typical_heterogeneity) * of_visit / visits);
 }
 
-std::string list_of(const std::vector<NamedEffect>& effects) {
-  std::vector<std::string_view> names;
-  for (const NamedEffect& effect : effects) names.push_back(effect.effect->name);
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
-/// `beside`: effects that the means do not show.
-void decide(SearchResult found, std::vector<NamedEffect> beside, GapReport& report) {
-  report.leftover = std::move(found.leftover);
-  if (report.leftover && report.leftover->forbids_names) {
-    report.verdict = Verdict::unknown;
+/// `outside`: effects that the means do not show.
+void decide(SearchResult found, std::vector<NamedEffect> outside, GapReport& report) {
+  report.residual_structure = std::move(found.residual_structure);
+  if (report.residual_structure && report.residual_structure->forbids_names) {
+    report.conclusion = Conclusion::unknown;
     report.suspects = std::move(found.effects);
-    report.reason =
-        fmt::format("readings change with {}, in a way that no effect of the library explains", report.leftover->axis);
+    report.reason = fmt::format("readings change with {}, in a way that no effect of the library explains",
+                                report.residual_structure->axis);
     return;
   }
   std::stable_sort(found.effects.begin(), found.effects.end(),
                    [](const auto& a, const auto& b) { return a.merit > b.merit; });
   report.effects = std::move(found.effects);
-  std::move(beside.begin(), beside.end(), std::back_inserter(report.effects));
-  report.verdict = report.effects.empty() ? Verdict::none : Verdict::named;
-  report.reason = report.effects.empty() ? "nothing beyond the scatter between runs and the detection limit"
-                                         : fmt::format("explained by {}", list_of(report.effects));
+  std::move(outside.begin(), outside.end(), std::back_inserter(report.effects));
+  std::vector<std::string_view> names;
+  for (const NamedEffect& named : report.effects) names.push_back(named.effect->name);
+  report.conclusion = names.empty() ? Conclusion::none : Conclusion::named;
+  report.reason = names.empty() ? "nothing beyond the scatter between runs and the detection limit"
+                                : fmt::format("explained by {}", fmt::join(names, ", "));
 }
 
 /// Whether runs repeat each other enough to say how they scatter.
@@ -91,21 +87,15 @@ bool replicated(const CampaignModel& model) {
   return true;
 }
 
-GapReport cannot_judge(GapReport report, std::string reason) {
-  report.verdict = Verdict::cannot_judge;
-  report.reason = std::move(reason);
-  return report;
-}
-
-/// Sensors of the campaign that never scatter, which the search has to leave out, in words; empty where there are none.
-std::string stuck(const Observations& observations, const CampaignModel& model) {
-  std::vector<std::string_view> names;
+/// Sensors of the campaign that never scatter, which the search has to pass over, in words; empty where there are none.
+std::string without_scatter(const Observations& observations, const CampaignModel& model) {
+  std::vector<Sensor> sensors;
   for (const Sensor sensor : kSensors) {
     const bool recorded = std::any_of(observations.rows.begin(), observations.rows.end(),
                                       [&](const Observation& row) { return row.sensor[index_of(sensor)].count > 0; });
-    if (recorded && !model.residuals().sensor[index_of(sensor)]) names.push_back(name_of(sensor));
+    if (recorded && !model.residuals().sensor[index_of(sensor)]) sensors.push_back(sensor);
   }
-  return names.empty() ? "" : fmt::format("; not judged, as their readings do not scatter: {}", fmt::join(names, ", "));
+  return sensors.empty() ? "" : "; not judged, as their readings do not scatter: " + list_of(sensors);
 }
 
 /// Whether each position always comes after the same one: what it remembers of that is then a constant of its own.
@@ -130,34 +120,30 @@ std::string order_note(const Observations& observations, const std::vector<Named
 }
 
 /// What a thermometer in steps kept from being looked for, or what stands in for it; empty for a fine one.
-std::string of_thermometer(const LoggedCampaign& campaign, const Courses& courses) {
+std::string thermometer_note(const LoggedCampaign& campaign, const TemperatureHistory& history) {
   if (const auto& fine = campaign.fine_temperature) {
     return fmt::format(
         "; temperatures within the thermometer's steps of {:.2g} K are those of a unit that follows the chamber's air "
         "with {:.0f} s and {:.0f} s, right to {:.2f} K where its reading changes",
         fine->step_c, fine->tau_s[0], fine->tau_s[1], fine->error_c);
   }
-  const auto& coarse = courses.coarse();
+  const auto& coarse = history.coarse();
   return coarse ? fmt::format("; what changes with time was not looked for: {}", *coarse) : "";
 }
 
 /// Clipped readings say nothing of what the unit would have read: their sensors stay out of the search.
-void leave_out_clipped(const LoggedCampaign& campaign, Observations& observations) {
-  for (std::size_t s = 0; s < kSensorCount; ++s) {
-    if (campaign.samples[s].at_rails == 0) continue;
-    for (Observation& row : observations.rows) row.sensor[s].count = 0;
+std::vector<Sensor> clipped_sensors(const LoggedCampaign& campaign) {
+  std::vector<Sensor> sensors;
+  for (const Sensor sensor : kSensors) {
+    if (campaign.samples[index_of(sensor)].at_rails > 0) sensors.push_back(sensor);
   }
+  return sensors;
 }
 
-/// The same in words; empty where no sensor is concerned.
-std::string clipped(const LoggedCampaign& campaign) {
-  std::vector<std::string_view> names;
-  for (const Sensor sensor : kSensors) {
-    if (campaign.samples[index_of(sensor)].at_rails > 0) names.push_back(name_of(sensor));
+void drop_clipped_sensors(const LoggedCampaign& campaign, Observations& observations) {
+  for (const Sensor sensor : clipped_sensors(campaign)) {
+    for (Observation& row : observations.rows) row.sensor[index_of(sensor)].count = 0;
   }
-  return names.empty() ? ""
-                       : fmt::format("; not judged, as their readings stop at the end of their range: {}",
-                                     fmt::join(names, ", "));
 }
 
 /// Index of the last run by time, by order where a run's time is not known.
@@ -170,14 +156,14 @@ std::size_t last_run(const std::vector<LoggedRun>& runs) {
 }
 
 /// Adds to `report` what its effects do for run `number` of the campaign, which they have not seen; nothing where it
-/// has no readings. A run that cannot be compared with the others leaves no verdict.
-void judge_locked(const LoggedCampaign& campaign, std::size_t number, GapReport& report) {
+/// has no readings. A run that cannot be compared with the others leaves no conclusion.
+void judge_locked_run(const LoggedCampaign& campaign, std::size_t number, GapReport& report) {
   Observations observations = observe(campaign);
   const auto found = std::find(observations.logged.begin(), observations.logged.end(), number);
   if (found == observations.logged.end()) return;
-  leave_out_clipped(campaign, observations);
-  const Courses courses(campaign, observations);
-  if (auto differ = disagreement(CampaignModel(observations, courses))) {
+  drop_clipped_sensors(campaign, observations);
+  const TemperatureHistory history(campaign, observations);
+  if (auto differ = disagreement(CampaignModel(observations, history))) {
     GapReport none;
     none.unit = report.unit;
     none.model = report.model;
@@ -186,47 +172,32 @@ void judge_locked(const LoggedCampaign& campaign, std::size_t number, GapReport&
   }
   const auto run = static_cast<int>(found - observations.logged.begin());
   report.locked = {observations.runs[static_cast<std::size_t>(run)],
-                   gap_of_run(observations, courses, report.effects, run)};
+                   gap_of_unseen_run(observations, history, report.effects, run)};
 }
 
-GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
-  GapReport report;
-  report.unit = campaign.unit;
-  report.model = model_version;
-  Observations observations = observe(campaign);
-  if (observations.rows.empty()) {
-    if (auto ramp = reduced::ramp_recording(campaign)) {
-      if (auto same = same_readings(ramp->observations)) return cannot_judge(std::move(report), *std::move(same));
-      leave_out_clipped(campaign, ramp->observations);
-      return reduced::judge_branches(campaign, *ramp, std::move(report));
-    }
+/// Without plateaus: by branches of the temperature, where there are any.
+GapReport find_without_plateaus(const LoggedCampaign& campaign, GapReport report) {
+  auto recording = ramps::ramp_recording(campaign);
+  if (!recording) {
     return cannot_judge(
         std::move(report),
         "no run has a plateau with readings of one-minute blocks; record a soak procedure, or ramps in one attitude");
   }
-  if (observations.run_count() < kLeastRuns) {
-    return cannot_judge(std::move(report),
-                        "one run only: what an effect repeats and what runs scatter cannot be told apart; record a "
-                        "second run of the same procedure");
-  }
-  if (auto same = same_readings(observations)) return cannot_judge(std::move(report), *std::move(same));
-  leave_out_clipped(campaign, observations);
-  const Courses courses(campaign, observations);
-  CampaignModel model(observations, courses);
-  if (!replicated(model)) {
-    return cannot_judge(std::move(report),
-                        "the runs do not repeat each other's plateaus, so that their scatter is not known; record two "
-                        "runs of one procedure");
-  }
-  if (auto differ = disagreement(model)) return cannot_judge(std::move(report), *std::move(differ));
+  if (auto same = same_readings(recording->observations)) return cannot_judge(std::move(report), *std::move(same));
+  drop_clipped_sensors(campaign, recording->observations);
+  return ramps::judge_branches(campaign, *recording, std::move(report));
+}
+
+/// Searches the library, looks outside the means, and decides.
+void search_all(const LoggedCampaign& campaign, CampaignModel& model, GapReport& report) {
   for (const Effect& effect : library()) {
     if (auto why = effect.missing(model.circumstances())) {
       report.not_testable.push_back({std::string(effect.name), *std::move(why)});
     }
   }
   // First: what moves on from run to run does so within a run, where it would pass for a slow warm-up.
-  BesideTheMean aging = look_for_aging(campaign, model);
-  for (const NamedEffect& effect : aging.effects) model.take_in(effect.candidate, effect.sensors, {});
+  OutsideTheMean outside = look_for_aging(campaign, model);
+  for (const NamedEffect& effect : outside.effects) model.add_term(effect.candidate, effect.sensors, {});
   SearchResult found = search(model);
   for (const Effect* effect : found.absorbed) {
     report.not_testable.push_back(
@@ -234,56 +205,85 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
          "no sensor that feels it has readings that can be judged, or in this campaign the thermal model takes it up"});
   }
   for (std::size_t s = 0; s < kSensorCount; ++s) report.detection_limit[s] = detection_limit(model, s, found);
-  BesideTheMean beside = look_beside_the_mean(campaign, model);
-  std::move(aging.effects.begin(), aging.effects.end(), std::inserter(beside.effects, beside.effects.begin()));
-  std::move(aging.not_testable.begin(), aging.not_testable.end(), std::back_inserter(report.not_testable));
-  std::move(beside.not_testable.begin(), beside.not_testable.end(), std::back_inserter(report.not_testable));
-  BesideTheMean bump = look_for_bump(model);
-  std::move(bump.effects.begin(), bump.effects.end(), std::back_inserter(beside.effects));
-  std::move(bump.not_testable.begin(), bump.not_testable.end(), std::back_inserter(report.not_testable));
-  decide(std::move(found), std::move(beside.effects), report);
-  report.reason += stuck(observations, model) + order_note(observations, report.effects);
-  report.reason += of_thermometer(campaign, courses);
-  for (std::size_t e = 0; e < report.effects.size(); ++e) {
-    report.next.push_back(next_experiment(campaign, observations, courses, report.effects, e));
+  outside.add(look_outside_the_mean(campaign, model));
+  outside.add(look_for_bump(model));
+  std::move(outside.not_testable.begin(), outside.not_testable.end(), std::back_inserter(report.not_testable));
+  decide(std::move(found), std::move(outside.effects), report);
+}
+
+GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
+  GapReport report;
+  report.unit = campaign.unit;
+  report.model = model_version;
+  Observations observations = observe(campaign);
+  if (observations.rows.empty()) return find_without_plateaus(campaign, std::move(report));
+  if (observations.run_count() < kLeastRuns) {
+    return cannot_judge(std::move(report),
+                        "one run only: what an effect repeats and what runs scatter cannot be told apart; record a "
+                        "second run of the same procedure");
   }
-  report.gap = held_out_gap(observations, courses, report.effects);
+  if (auto same = same_readings(observations)) return cannot_judge(std::move(report), *std::move(same));
+  drop_clipped_sensors(campaign, observations);
+  const TemperatureHistory history(campaign, observations);
+  CampaignModel model(observations, history);
+  if (!replicated(model)) {
+    return cannot_judge(std::move(report),
+                        "the runs do not repeat each other's plateaus, so that their scatter is not known; record two "
+                        "runs of one procedure");
+  }
+  if (auto differ = disagreement(model)) return cannot_judge(std::move(report), *std::move(differ));
+  search_all(campaign, model, report);
+  report.reason += without_scatter(observations, model) + order_note(observations, report.effects) +
+                   thermometer_note(campaign, history);
+  for (std::size_t e = 0; e < report.effects.size(); ++e) {
+    report.next.push_back(next_experiment(campaign, observations, history, report.effects, e));
+  }
+  report.gap = cross_validated_gap(observations, history, report.effects);
   return report;
 }
 
 /// Of more runs than may be open the last is locked away before the search, and judged alone.
-GapReport find_open(const LoggedCampaign& campaign, std::int32_t model_version) {
+GapReport find_in_open_runs(const LoggedCampaign& campaign, std::int32_t model_version) {
   if (campaign.runs.size() <= kMostOpenRuns) return find_in(campaign, model_version);
   const std::size_t number = last_run(campaign.runs);
   LoggedCampaign open = campaign;
   open.runs.erase(open.runs.begin() + static_cast<std::ptrdiff_t>(number));
   GapReport report = find_in(open, model_version);
-  if (report.verdict != Verdict::cannot_judge) judge_locked(campaign, number, report);
+  if (report.conclusion != Conclusion::cannot_judge) judge_locked_run(campaign, number, report);
   return report;
 }
 
-/// Nothing found in what the data gate left does not mean that nothing is there.
-void note_left_out(const LoggedCampaign& campaign, GapReport& report) {
-  report.left_out = left_out_by_gate(campaign);
-  if (report.left_out.empty()) return;
-  const std::string words = in_words(report.left_out);
-  if (report.verdict == Verdict::none && any_run_lost(report.left_out)) {
-    report.verdict = Verdict::cannot_judge;
+/// Nothing found in what the data gate accepts does not mean that nothing is there.
+void note_rejections(const LoggedCampaign& campaign, GapReport& report) {
+  report.rejections = rejected_by_gate(campaign);
+  if (report.rejections.empty()) return;
+  const std::string words = in_words(report.rejections);
+  if (report.conclusion == Conclusion::none && mostly_rejected_run(report.rejections)) {
     report.reason = fmt::format(
-        "the data gate left out most of a run: {}; import it as it should be, or void it, and look again. In the rest: "
+        "the data gate rejected most of a run: {}; import it as it should be, or void it, and look again. In the rest: "
         "{}",
         words, report.reason);
+    report.conclusion = Conclusion::cannot_judge;
     return;
   }
-  report.reason += "; the data gate left out " + words;
+  report.reason += "; the data gate rejected " + words;
 }
 
 }  // namespace
 
+GapReport cannot_judge(GapReport report, std::string reason) {
+  report.conclusion = Conclusion::cannot_judge;
+  report.reason = std::move(reason);
+  return report;
+}
+
 GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
-  GapReport report = find_open(campaign, model_version);
-  if (report.verdict != Verdict::cannot_judge) report.reason += clipped(campaign);
-  note_left_out(campaign, report);
+  GapReport report = find_in_open_runs(campaign, model_version);
+  const std::vector<Sensor> clipped = clipped_sensors(campaign);
+  if (report.conclusion != Conclusion::cannot_judge && !clipped.empty()) {
+    report.reason += "; not judged, as their readings stop at the end of their range: " + list_of(clipped);
+  }
+  note_rejections(campaign, report);
   return report;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/search/narrow_bump.h"
+#include "calib/gap/search/outside_the_mean.h"
 
 #include <fmt/format.h>
 
@@ -10,12 +10,12 @@
 #include <limits>
 
 #include "base/statistics.h"
-#include "calib/gap/search/sensor_sets.h"
+#include "calib/gap/search/score.h"
 
 namespace soak::calib::gap {
 namespace {
 
-constexpr int kLeastLevels = 12;
+constexpr int kLeastBumpLevels = 12;
 constexpr Eigen::Index kReach = 2;    ///< neighbours on either side
 constexpr double kSensorGate = 0.01;  ///< chance from which a sensor of the set that stands out is counted in
 
@@ -75,11 +75,11 @@ Eigen::VectorXd off_neighbours(const std::vector<double>& level_c, const Eigen::
   return off;
 }
 
-BesideTheMean look_for_bump(const CampaignModel& model) {
-  BesideTheMean result;
+OutsideTheMean look_for_bump(const CampaignModel& model) {
+  OutsideTheMean result;
   const Observations& observations = model.circumstances().observations;
   const Eigen::Index count = observations.level_count();
-  if (count < kLeastLevels) {
+  if (count < kLeastBumpLevels) {
     result.not_testable.push_back(
         {"narrow_bump",
          fmt::format("{} plateaus do not say how smooth the curve is between them: a feature of one is taken for the "
@@ -116,7 +116,7 @@ BesideTheMean look_for_bump(const CampaignModel& model) {
       found.magnitude = {off[index_of(strongest)](k) * printed_per_si(strongest), std::string(printed_unit(strongest))};
     }
   }
-  if (found.p_adjusted <= kBesideGate) result.effects.push_back(std::move(found));
+  if (found.p_adjusted <= kOutsideMeanGate) result.effects.push_back(std::move(found));
   return result;
 }
 

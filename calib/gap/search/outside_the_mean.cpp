@@ -10,13 +10,12 @@
 
 #include "base/statistics.h"
 #include "calib/gap/effects/columns.h"
-#include "calib/gap/effects/meaning.h"
-#include "calib/gap/search/sensor_sets.h"
+#include "calib/gap/search/score.h"
 
 namespace soak::calib::gap {
 namespace {
 
-constexpr int kLeastRuns = 4;
+constexpr int kLeastAgingRuns = 4;
 constexpr double kHours = 3600.0;
 constexpr double kPer1000h = 1000.0;
 constexpr double kLeastChange = 0.02;  ///< of the variance over the range of temperature, relative
@@ -161,10 +160,15 @@ Slope line(std::span<const double> x, std::span<const double> y) {
 
 }  // namespace
 
-BesideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model) {
-  BesideTheMean result;
+void OutsideTheMean::add(OutsideTheMean&& other) {
+  std::move(other.effects.begin(), other.effects.end(), std::back_inserter(effects));
+  std::move(other.not_testable.begin(), other.not_testable.end(), std::back_inserter(not_testable));
+}
+
+OutsideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model) {
+  OutsideTheMean result;
   const Observations& observations = model.circumstances().observations;
-  if (observations.run_count() < kLeastRuns) {
+  if (observations.run_count() < kLeastAgingRuns) {
     result.not_testable.push_back({"aging_drift", "fewer than four runs"});
     return result;
   }
@@ -190,7 +194,7 @@ BesideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignModel
     slopes.back().sensor = sensor;
   }
   const Chosen chosen = choose(slopes, kAgingSensorGate);
-  if (chosen.p > kBesideGate || chosen.slopes.empty()) return result;
+  if (chosen.p > kOutsideMeanGate || chosen.slopes.empty()) return result;
   result.effects.push_back(named(
       aging(), chosen, [](Sensor sensor) { return kPer1000h * printed_per_si(sensor); },
       [](Sensor sensor) { return std::string(printed_unit(sensor)) + " per 1000 h"; },
@@ -198,8 +202,8 @@ BesideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignModel
         return Meaning{{{"per_s", si_unit(sensor) + "/s", 1.0 / kHours}},
                        {{"reference_utc_s", 0.5 * (*first + *last) * kHours, "s"}}};
       }));
-  const Eigen::ArrayXd utc_s = as_vector(model.circumstances().courses.utc_s()).array();
-  set_all(result.effects.back().candidate, ((utc_s - utc_s.mean()) / kHours).matrix());
+  const Eigen::ArrayXd utc_s = as_vector(model.circumstances().history.utc_s()).array();
+  result.effects.back().candidate = for_all("", {}, ((utc_s - utc_s.mean()) / kHours).matrix());
   return result;
 }
 
@@ -258,7 +262,7 @@ double carried_slope(const LoggedCampaign& campaign, Sensor sensor) {
 }
 
 /// What the model carries of it is taken off, as it is off the means.
-void look_for_noise_slope(const LoggedCampaign& campaign, const Observations& observations, BesideTheMean& result) {
+void look_for_noise_slope(const LoggedCampaign& campaign, const Observations& observations, OutsideTheMean& result) {
   std::vector<Slope> slopes;
   double largest = 0.0;
   for (const Sensor sensor : kSensors) {
@@ -280,7 +284,7 @@ void look_for_noise_slope(const LoggedCampaign& campaign, const Observations& ob
   Chosen chosen = choose(slopes, kNoiseSensorGate);
   for (const Slope& slope : chosen.slopes) largest = std::max(largest, std::abs(slope.value));
   std::erase_if(chosen.slopes, [&](const Slope& slope) { return std::abs(slope.value) < kLeastOfLargest * largest; });
-  if (chosen.p > kBesideGate || chosen.slopes.empty()) return;
+  if (chosen.p > kOutsideMeanGate || chosen.slopes.empty()) return;
   result.effects.push_back(named(
       noise_slope(), chosen, [](Sensor) { return 1.0 / kLogVariance; },
       [](Sensor) { return std::string("relative per K"); },
@@ -306,7 +310,7 @@ bool is_coarse(const LoggedCampaign& campaign, Sensor sensor) {
   return part == nullptr || *facts.step > kCoarser * part->value("step").value_or(0.0);
 }
 
-void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
+void look_at_samples(const LoggedCampaign& campaign, OutsideTheMean& result) {
   NamedEffect coarse;
   coarse.effect = &quantization();
   coarse.p_adjusted = 0.0;
@@ -344,8 +348,8 @@ void look_at_samples(const LoggedCampaign& campaign, BesideTheMean& result) {
 
 }  // namespace
 
-BesideTheMean look_beside_the_mean(const LoggedCampaign& campaign, const CampaignModel& model) {
-  BesideTheMean result;
+OutsideTheMean look_outside_the_mean(const LoggedCampaign& campaign, const CampaignModel& model) {
+  OutsideTheMean result;
   look_for_noise_slope(campaign, model.circumstances().observations, result);
   look_at_samples(campaign, result);
   return result;

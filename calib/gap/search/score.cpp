@@ -4,16 +4,17 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
-#include "anfis/linear/least_squares.h"
 #include "base/statistics.h"
 
 namespace soak::calib::gap {
 namespace {
 
-constexpr double kRankTolerance = 1e-9;
+constexpr double kLeastEigenvalue = 1e-9;  ///< of the largest information
 /// Columns of which the base leaves less than this share of their squares cannot be told from it.
-constexpr double kInvisible = 1e-4;
+constexpr double kInvisibleShare = 1e-4;
 
 /// Variance that the strength of an effect may have between runs, as a share of its square, without being thought
 /// uneven: no two mountings are alike. Of a weak effect it is nothing beside the noise.
@@ -32,7 +33,7 @@ Inverse pseudo_inverse(const Eigen::MatrixXd& matrix, double scale) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(matrix);
   for (Eigen::Index k = 0; k < matrix.rows(); ++k) {
     const double value = solver.eigenvalues()(k);
-    if (value <= kRankTolerance * scale) continue;
+    if (value <= kLeastEigenvalue * scale) continue;
     const Eigen::VectorXd v = solver.eigenvectors().col(k);
     inverse.matrix += v * v.transpose() / value;
     inverse.rank += 1.0;
@@ -40,55 +41,32 @@ Inverse pseudo_inverse(const Eigen::MatrixXd& matrix, double scale) {
   return inverse;
 }
 
-Eigen::VectorXd readings(const Observations& observations, Sensor sensor) {
-  Eigen::VectorXd y(static_cast<Eigen::Index>(observations.rows.size()));
-  for (Eigen::Index i = 0; i < y.size(); ++i) {
-    y(i) = observations.rows[static_cast<std::size_t>(i)].sensor[index_of(sensor)].mean;
+/// Score and information of a term's parameters, fold by fold: all that a test of it needs.
+struct TermScore {
+  std::vector<Eigen::VectorXd> score;        ///< Dᵀe of each fold
+  std::vector<Eigen::MatrixXd> information;  ///< DᵀD of each fold
+  Eigen::VectorXd total_score;
+  Eigen::MatrixXd total_information;
+  /// Share of the whitened columns' squares that the base leaves: 0 = the base absorbs the term.
+  double visible_share = 0.0;
+
+  /// Adds that of another sensor with the same parameters.
+  void add(const TermScore& other) {
+    if (score.empty()) {
+      *this = other;
+      return;
+    }
+    for (std::size_t f = 0; f < score.size(); ++f) {
+      score[f] += other.score[f];
+      information[f] += other.information[f];
+    }
+    total_score += other.total_score;
+    total_information += other.total_information;
+    visible_share = std::max(visible_share, other.visible_share);
   }
-  return y;
-}
+};
 
-}  // namespace
-
-SensorResidual::SensorResidual(const Observations& observations, Sensor sensor, const Eigen::MatrixXd& base,
-                               const NoiseComponents& noise, const std::vector<bool>& keep,
-                               const Eigen::VectorXd& prior)
-    : whitening_(observations, sensor, noise, keep) {
-  const Eigen::Index rows = static_cast<Eigen::Index>(whitening_.rows().size());
-  if (rows == 0) return;
-  // A prior about 0 is one more reading of 0 for each column.
-  Eigen::MatrixXd white = Eigen::MatrixXd::Zero(rows + base.cols(), base.cols());
-  white.topRows(rows) = whitening_.apply(base);
-  white.bottomRows(base.cols()) = prior.asDiagonal();
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(white.rows());
-  y.head(rows) = whitening_.apply(readings(observations, sensor));
-  const anfis::LeastSquaresFit fit = anfis::solve_least_squares(white, y, kRankTolerance);
-  coefficients_ = fit.coefficients;
-  coefficient_factor_ = fit.covariance_factor;
-  // X F has orthonormal columns, as F Fᵀ is the pseudo-inverse of XᵀX. Nothing else has a part in the prior's rows.
-  basis_ = white.topRows(rows) * coefficient_factor_;
-  residual_ = y.head(rows) - basis_ * (basis_.transpose() * y.head(rows));
-}
-
-Eigen::MatrixXd SensorResidual::project(Eigen::MatrixXd white) const {
-  white -= basis_ * (basis_.transpose() * white);
-  return white;
-}
-
-void TermScore::add(const TermScore& other) {
-  if (score.empty()) {
-    *this = other;
-    return;
-  }
-  for (std::size_t f = 0; f < score.size(); ++f) {
-    score[f] += other.score[f];
-    information[f] += other.information[f];
-  }
-  total_score += other.total_score;
-  total_information += other.total_information;
-  visible_share = std::max(visible_share, other.visible_share);
-}
-
+/// `folds`: fold number of each observation, `fold_count` of them.
 TermScore score_term(const SensorResidual& sensor, const Eigen::MatrixXd& columns, const std::vector<int>& folds,
                      int fold_count) {
   const Eigen::Index p = columns.cols();
@@ -119,7 +97,7 @@ TermTest test_term(const TermScore& score) {
   TermTest test;
   const auto scale = score.total_information.diagonal().maxCoeff();
   const Inverse inverse = pseudo_inverse(score.total_information, scale);
-  test.dof = score.visible_share > kInvisible ? inverse.rank : 0.0;
+  test.dof = score.visible_share > kInvisibleShare ? inverse.rank : 0.0;
   test.parameters = inverse.matrix * score.total_score;
   test.covariance = inverse.matrix;
   if (test.dof <= 0.0) return test;
@@ -148,25 +126,31 @@ TermTest test_term(const TermScore& score) {
   return test;
 }
 
-int TermTest::judged_folds() const {
-  return static_cast<int>(
-      std::count_if(fold_gain.begin(), fold_gain.end(), [](const auto& g) { return g.has_value(); }));
-}
-
-int TermTest::supporting_folds() const {
-  return static_cast<int>(
-      std::count_if(fold_gain.begin(), fold_gain.end(), [](const auto& g) { return g && *g > 0.0; }));
-}
-
-double TermTest::gain_beside_best_fold() const {
+bool enough_folds(const TermTest& test) {
+  int judged = 0;
+  int supporting = 0;
   double sum = 0.0;
   double best = 0.0;
-  for (const auto& gain : fold_gain) {
-    sum += gain.value_or(0.0);
-    best = std::max(best, gain.value_or(0.0));
+  for (const auto& gain : test.fold_gain) {
+    if (!gain) continue;
+    ++judged;
+    if (*gain > 0.0) ++supporting;
+    sum += *gain;
+    best = std::max(best, *gain);
   }
-  return sum - best;
+  return judged >= 2 && 2 * supporting >= judged && sum - best > 0.0;
 }
+
+/// Sensors that show a term, each tested alone.
+std::vector<Sensor> sensors_that_show(const CandidateTest& test) {
+  std::vector<Sensor> sensors;
+  for (const Sensor sensor : kSensors) {
+    if (test.sensor[index_of(sensor)] && test.sensor[index_of(sensor)]->dof > 0.0) sensors.push_back(sensor);
+  }
+  return sensors;
+}
+
+}  // namespace
 
 TermTest pooled(std::span<const TermTest* const> tests) {
   TermTest sum;
@@ -201,6 +185,88 @@ double p_value(const TermTest& test, double typical) {
   if (test.dof <= 0.0 || test.gain <= 0.0) return 1.0;
   const double f = test.gain / test.dof / moderated_heterogeneity(test, typical);
   return base::f_upper_tail(f, test.dof, test.noise_dof + test.heterogeneity_dof);
+}
+
+std::vector<std::vector<Sensor>> sensor_sets(const std::vector<Sensor>& sensors) {
+  std::vector<std::vector<Sensor>> sets(3);
+  for (const Sensor sensor : sensors) {
+    sets[0].push_back(sensor);
+    sets[is_gyro(sensor) ? 1 : 2].push_back(sensor);
+    sets.push_back({sensor});
+  }
+  std::sort(sets.begin(), sets.end());
+  sets.erase(std::unique(sets.begin(), sets.end()), sets.end());
+  std::erase_if(sets, [](const auto& set) { return set.empty(); });
+  return sets;
+}
+
+double chance_together(std::span<const double> chances) {
+  if (chances.empty()) return 1.0;
+  double squares = 0.0;
+  for (const double p : chances) squares -= 2.0 * std::log(std::max(p, std::numeric_limits<double>::min()));
+  return base::chi_squared_upper_tail(squares, 2.0 * static_cast<double>(chances.size()));
+}
+
+CandidateTest test_candidate(const Residuals& residuals, const Candidate& candidate) {
+  const bool by_run = candidate.folds == Folds::runs;
+  CandidateTest result;
+  TermScore together;
+  double noise_dof = 0.0;
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    if (!residuals.sensor[s] || candidate.columns[s].size() == 0) continue;
+    const TermScore score =
+        score_term(*residuals.sensor[s], candidate.columns[s], by_run ? residuals.run_fold : residuals.level_fold,
+                   by_run ? residuals.runs : residuals.levels);
+    result.sensor[s] = test_term(score);
+    result.sensor[s]->noise_dof = scatter_dof(residuals.noise[s]);
+    noise_dof += scatter_dof(residuals.noise[s]);
+    if (candidate.shared) together.add(score);
+  }
+  if (candidate.shared && !together.score.empty()) {
+    result.shared = test_term(together);
+    result.shared->noise_dof = noise_dof;
+  }
+  return result;
+}
+
+Standing standing(const CandidateTest& test, const Candidate& candidate, double typical, double price) {
+  constexpr double kSensorGate = 0.01;  // chance from which a sensor by itself counts as hit, beside a named effect
+  const auto worth = [&](const TermTest& of) { return of.gain / moderated_heterogeneity(of, typical); };
+  const auto shape_numbers = static_cast<double>(candidate.shape_values.size());
+  Standing result;
+  if (candidate.shared) {
+    if (!test.shared || test.shared->dof <= 0.0) return result;
+    result.p = p_value(*test.shared, typical);
+    result.enough_folds = enough_folds(*test.shared);
+    result.gain = worth(*test.shared);
+    result.merit = result.gain - price * (test.shared->dof + shape_numbers);
+    result.sensors = sensors_that_show(test);
+    return result;
+  }
+  // The set of sensors with the least chance.
+  const std::vector<Sensor> sensors = sensors_that_show(test);
+  const auto sets = sensor_sets(sensors);
+  bool first = true;
+  for (const auto& set : sets) {
+    std::vector<const TermTest*> tests;
+    for (const Sensor sensor : set) tests.push_back(&*test.sensor[index_of(sensor)]);
+    const TermTest together = pooled(tests);
+    const double p = std::min(1.0, p_value(together, typical) * static_cast<double>(sets.size()));
+    if (p >= result.p && !first) continue;
+    first = false;
+    result.p = p;
+    result.enough_folds = enough_folds(together);
+  }
+  result.merit = -price * shape_numbers;
+  for (const Sensor sensor : sensors) {
+    const TermTest& own = *test.sensor[index_of(sensor)];
+    const double gain = worth(own);
+    if (gain <= price * own.dof || p_value(own, typical) > kSensorGate) continue;
+    result.sensors.push_back(sensor);
+    result.gain += gain;
+    result.merit += gain - price * own.dof;
+  }
+  return result;
 }
 
 }  // namespace soak::calib::gap

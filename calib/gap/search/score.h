@@ -7,56 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "calib/gap/base_curve/base_design.h"
-#include "calib/gap/noise/whitening.h"
+#include "calib/gap/base/campaign_model.h"
+#include "calib/vocabulary/sensor.h"
 
 namespace soak::calib::gap {
-
-/// What a term is tested against, sensor by sensor: the readings with base and accepted terms projected out, whitened.
-class SensorResidual {
- public:
-  /// `base`: columns of the base and of accepted terms, one row per observation; they may depend on each other. `keep`:
-  /// observations that take part. `prior`: per column the reciprocal standard deviation that its coefficient has about
-  /// 0; 0 = free.
-  SensorResidual(const Observations& observations, Sensor sensor, const Eigen::MatrixXd& base,
-                 const NoiseComponents& noise, const std::vector<bool>& keep, const Eigen::VectorXd& prior);
-
-  [[nodiscard]] Eigen::MatrixXd whiten(const Eigen::MatrixXd& columns) const { return whitening_.apply(columns); }
-  /// Whitened columns freed of what the base takes up.
-  [[nodiscard]] Eigen::MatrixXd project(Eigen::MatrixXd white) const;
-  /// Whitened readings, freed likewise: the residual.
-  [[nodiscard]] const Eigen::VectorXd& residual() const { return residual_; }
-  [[nodiscard]] const std::vector<Eigen::Index>& rows() const { return whitening_.rows(); }
-  /// Coefficients of the base's columns, by generalised least squares.
-  [[nodiscard]] const Eigen::VectorXd& coefficients() const { return coefficients_; }
-  /// F with F Fᵀ the covariance of the coefficients.
-  [[nodiscard]] const Eigen::MatrixXd& coefficient_factor() const { return coefficient_factor_; }
-
- private:
-  Whitening whitening_;
-  /// Orthonormal, of the whitened base and, below it, the prior's rows; a column's part of the former.
-  Eigen::MatrixXd basis_;
-  Eigen::VectorXd coefficients_;
-  Eigen::MatrixXd coefficient_factor_;
-  Eigen::VectorXd residual_;
-};
-
-/// Score and information of a term's parameters, fold by fold: all that a test of it needs.
-struct TermScore {
-  std::vector<Eigen::VectorXd> score;        ///< Dᵀe of each fold
-  std::vector<Eigen::MatrixXd> information;  ///< DᵀD of each fold
-  Eigen::VectorXd total_score;
-  Eigen::MatrixXd total_information;
-  /// Share of the whitened columns' squares that the base leaves: 0 = the base absorbs the term.
-  double visible_share = 0.0;
-
-  /// Adds that of another sensor with the same parameters.
-  void add(const TermScore& other);
-};
-
-/// `folds`: fold number of each observation, `fold_count` of them.
-[[nodiscard]] TermScore score_term(const SensorResidual& sensor, const Eigen::MatrixXd& columns,
-                                   const std::vector<int>& folds, int fold_count);
 
 /// Result of the test of one term.
 struct TermTest {
@@ -70,19 +24,10 @@ struct TermTest {
   double noise_dof = 0.0;
   /// Squares that parameters from all other folds take out of each fold; empty entries: the fold does not show it.
   std::vector<std::optional<double>> fold_gain;
-
-  [[nodiscard]] int judged_folds() const;
-  /// Folds that parameters from all other folds make better.
-  [[nodiscard]] int supporting_folds() const;
-  /// Sum of fold_gain without the fold that gains most.
-  [[nodiscard]] double gain_beside_best_fold() const;
 };
 
 /// The tests of sensors with parameters of their own as one: gains and degrees of freedom add up, as do the folds'.
 [[nodiscard]] TermTest pooled(std::span<const TermTest* const> tests);
-
-/// Estimates the parameters and how evenly the folds bear them out. A term that the base absorbs has dof 0.
-[[nodiscard]] TermTest test_term(const TermScore& score);
 
 /// Degrees of freedom that the library's median heterogeneity counts for.
 inline constexpr double kPriorDof = 12.0;
@@ -97,5 +42,37 @@ inline constexpr double kPriorDof = 12.0;
 [[nodiscard]] double p_value(const TermTest& test, double typical);
 /// λ so drawn, at least 1.
 [[nodiscard]] double moderated_heterogeneity(const TermTest& test, double typical);
+
+/// One candidate against the residuals.
+struct CandidateTest {
+  std::array<std::optional<TermTest>, kSensorCount> sensor;  ///< each on its own, also of a shared term
+  std::optional<TermTest> shared;                            ///< of all sensors with one set of parameters
+};
+
+/// Estimates the parameters and how evenly the folds bear them out. A term that the base absorbs has dof 0.
+[[nodiscard]] CandidateTest test_candidate(const Residuals& residuals, const Candidate& candidate);
+
+/// How well a candidate stands: what search and verdict compare.
+struct Standing {
+  double p = 1.0;               ///< of its best set of sensors, adjusted for the choice among the sets
+  double merit = 0.0;           ///< gain over heterogeneity less the price of its parameters, over the sensors it helps
+  double gain = 0.0;            ///< the same without the price
+  std::vector<Sensor> sensors;  ///< that it helps, each by itself
+  /// Whether parameters from the other folds make half of the folds better, of at least two, and the sum of all even
+  /// without the one that gains most.
+  bool enough_folds = false;
+};
+
+/// `typical`: median heterogeneity of the library. `price`: of one parameter, in units of the whitened gain; a free
+/// number in the shape costs one more.
+[[nodiscard]] Standing standing(const CandidateTest& test, const Candidate& candidate, double typical, double price);
+
+/// Sets of sensors that a mechanism may act on together: all of those given, their gyros, their accelerometers, and
+/// each alone; none empty, none twice.
+[[nodiscard]] std::vector<std::vector<Sensor>> sensor_sets(const std::vector<Sensor>& sensors);
+
+/// Chance that independent chances are as small together as those given (Fisher): −2 Σ ln p is χ² with two degrees of
+/// freedom for each. 1 for none.
+[[nodiscard]] double chance_together(std::span<const double> chances);
 
 }  // namespace soak::calib::gap

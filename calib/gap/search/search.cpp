@@ -7,6 +7,7 @@
 
 #include "base/statistics.h"
 #include "calib/gap/search/detail/residual_structure.h"
+#include "calib/gap/search/score.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -180,10 +181,10 @@ class Search {
       auto effect = next_effect();
       if (!effect) break;
       const Eigen::VectorXd common = effect->parameters[index_of(effect->sensors.front())];
-      model_.take_in(effect->candidate, effect->sensors, common);
+      model_.add_term(effect->candidate, effect->sensors, common);
       result_.effects.push_back(*std::move(effect));
     }
-    result_.leftover = find_leftover(model_, result_.effects, typical_, price_);
+    result_.residual_structure = find_residual_structure(model_, result_.effects, typical_, price_);
     return std::move(result_);
   }
 
@@ -216,8 +217,7 @@ class Search {
     if (result_.effects.empty()) result_.absorbed = absorbed(list);
     const std::vector<Contender> best = ranked(model_, std::move(list), typical_, price_);
     const auto found = std::find_if(best.begin(), best.end(), [&](const Contender& contender) {
-      return contender.standing.p * tests <= kGate && contender.standing.merit > 0.0 &&
-             enough_folds(contender.standing);
+      return contender.standing.p * tests <= kGate && contender.standing.merit > 0.0 && contender.standing.enough_folds;
     });
     if (found == best.end()) return std::nullopt;
     const Contender& winner = *found;

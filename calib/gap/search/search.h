@@ -7,11 +7,11 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/gap/search/campaign_model.h"
+#include "calib/gap/base/campaign_model.h"
 
 namespace soak::calib::gap {
 
-/// An effect that the search took in.
+/// An effect that was found.
 struct NamedEffect {
   const Effect* effect = nullptr;
   Candidate candidate;
@@ -31,7 +31,7 @@ struct NamedEffect {
 };
 
 /// Where something sits that the library does not know.
-struct Leftover {
+struct ResidualStructure {
   std::string axis;
   double p_adjusted = 1.0;
   double merit = 0.0;  ///< in units of the effects' gain
@@ -41,8 +41,8 @@ struct Leftover {
 
 /// What the forward search found.
 struct SearchResult {
-  std::vector<NamedEffect> effects;  ///< in the order in which they were taken in
-  std::optional<Leftover> leftover;
+  std::vector<NamedEffect> effects;  ///< in the order in which they were found
+  std::optional<ResidualStructure> residual_structure;
   std::vector<const Effect*> absorbed;  ///< effects that the base takes up in this campaign
   std::size_t candidates = 0;           ///< that the first step tested
   double typical_heterogeneity = 1.0;
@@ -50,14 +50,14 @@ struct SearchResult {
 
 /// Chance of a false name that a step of the search may run.
 inline constexpr double kGate = 0.003;
-/// The same of each effect that is looked for beside the means: there are several, and each has its own chance to be
+/// The same of each effect that is looked for outside the means: there are several, and each has its own chance to be
 /// named where there is nothing.
-inline constexpr double kBesideGate = 0.001;
+inline constexpr double kOutsideMeanGate = 0.001;
 
 /// Forward selection over the library: each step takes in the effect of the greatest merit, if its adjusted chance is
-/// below kGate, if enough folds bear it out (enough_folds()), and, after the first, if it takes at least 5 % of what
-/// the first took out of the same sensors. At most three. Then what is left (leftover_search.h). The terms are taken
-/// into `model`.
+/// below kGate, if enough folds bear it out (Standing), and, after the first, if it takes at least 5 % of what
+/// the first took out of the same sensors. At most three. Then the structure of what is left. The terms are added to
+/// `model`.
 [[nodiscard]] SearchResult search(CampaignModel& model);
 
 /// The shape of an effect that stands best against `model`, in the sensors given and with the parameters estimated

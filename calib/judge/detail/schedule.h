@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "calib/judge/chamber_time.h"
-#include "calib/model/unit_fit.h"
+#include "calib/model/unit_model.h"
 #include "calib/vocabulary/run.h"
 
 namespace soak::calib {

@@ -8,7 +8,7 @@
 
 #include "anfis/model/rule_base.h"
 #include "anfis/select/structure_search.h"
-#include "anfis/train/variable_projection.h"
+#include "anfis/train/learner.h"
 #include "base/random.h"
 #include "calib/curve/baselines.h"
 

@@ -10,7 +10,7 @@
 #include "base/result.h"
 #include "calib/curve/calibration.h"
 #include "calib/curve/curve_fit.h"
-#include "calib/curve/variance_components.h"
+#include "calib/curve/families.h"
 #include "calib/estimate/curve_data.h"
 
 namespace soak::calib {

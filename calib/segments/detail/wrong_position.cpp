@@ -10,7 +10,7 @@
 
 #include "base/statistics.h"
 #include "base/units.h"
-#include "calib/segments/detail/checks.h"
+#include "calib/segments/detail/gate.h"
 
 namespace soak::calib::gate {
 namespace {
@@ -41,7 +41,7 @@ Force force_of(const Segment& segment, const Vector3& bias) {
 
 /// Angle between a force and where it should point, both as the recorded axes see them: cos = u·f / (|u|·|f|). Nothing
 /// where they see too little.
-std::optional<double> angle_deg(const Force& force, const Vector3& up, int sign_at_rest) {
+std::optional<double> angle_to_up_deg(const Force& force, const Vector3& up, int sign_at_rest) {
   double along = 0.0;
   double seen = 0.0;
   double squares = 0.0;
@@ -68,12 +68,12 @@ std::string nearest_position(const Force& force, int sign_at_rest) {
 bool is_nearest(const Force& force, const Vector3& up, int sign_at_rest, double label_deg) {
   return std::none_of(kSixPositionLabels.begin(), kSixPositionLabels.end(), [&](std::string_view label) {
     const Vector3 other = position_named(label)->up;
-    return other != up && angle_deg(force, other, sign_at_rest).value_or(360.0) < label_deg;
+    return other != up && angle_to_up_deg(force, other, sign_at_rest).value_or(360.0) < label_deg;
   });
 }
 
 /// Middle of an axis' readings, one per label of the six positions; 0 where it is not known.
-double bias_of(std::span<const Segment> segments, std::size_t axis) {
+double middle_of_labels(std::span<const Segment> segments, std::size_t axis) {
   std::map<std::string, std::vector<double>> readings;
   for (const Segment& segment : segments) {
     const SensorStatistics& accel = segment.sensor[3 + axis];
@@ -91,14 +91,14 @@ bool all_reversed(std::span<const Segment> segments, const Vector3& bias, int si
   std::size_t reversed = 0;
   for (const Segment& segment : segments) {
     if (!segment.position) continue;
-    const auto angle = angle_deg(force_of(segment, bias), segment.position->up, sign_at_rest);
+    const auto angle = angle_to_up_deg(force_of(segment, bias), segment.position->up, sign_at_rest);
     if (angle && *angle < kReversed_deg) return false;
     reversed += angle ? 1 : 0;
   }
   return reversed >= kFewestReversed;
 }
 
-std::string remedy(const View& view) {
+std::string label_remedy(const View& view) {
   if (!view.facts.attitude.reversed) return "check the label, and the signs and order of the axes";
   if (&view.segment != view.segments.data()) return "as in every segment of the run";
   return fmt::format(
@@ -111,7 +111,7 @@ std::string remedy(const View& view) {
 
 AttitudeFacts attitude_facts(std::span<const Segment> segments, const UnitType& type) {
   AttitudeFacts facts;
-  for (std::size_t i = 0; i < 3; ++i) facts.bias[i] = bias_of(segments, i);
+  for (std::size_t i = 0; i < 3; ++i) facts.bias[i] = middle_of_labels(segments, i);
   facts.reversed = all_reversed(segments, facts.bias, type.sign_at_rest);
   return facts;
 }
@@ -120,7 +120,7 @@ void wrong_position(const View& view, std::vector<Finding>& findings) {
   if (!view.segment.position) return;
   const Force force = force_of(view.segment, view.facts.attitude.bias);
   const auto& [label, up, azimuth, rate] = *view.segment.position;
-  const auto label_deg = angle_deg(force, up, view.type.sign_at_rest);
+  const auto label_deg = angle_to_up_deg(force, up, view.type.sign_at_rest);
   if (!label_deg || *label_deg <= view.limits.position_deg) return;
   if (is_nearest(force, up, view.type.sign_at_rest, *label_deg)) {
     findings.push_back({"wrong_position", Severity::warn, std::nullopt,
@@ -133,7 +133,7 @@ void wrong_position(const View& view, std::vector<Finding>& findings) {
                       fmt::format("labelled {}, but gravity points {:.0f} deg away from there (limit {:.0f} deg): it "
                                   "looks like {}; {}",
                                   label, *label_deg, view.limits.position_deg,
-                                  nearest_position(force, view.type.sign_at_rest), remedy(view))});
+                                  nearest_position(force, view.type.sign_at_rest), label_remedy(view))});
 }
 
 }  // namespace soak::calib::gate

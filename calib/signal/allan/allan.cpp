@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/signal/allan/detail/checks.h"
-#include "calib/signal/allan/detail/phase_integrator.h"
-#include "calib/signal/allan/detail/square_sums.h"
+#include "calib/signal/allan/detail/differences.h"
+#include "calib/signal/samples/sample_grid.h"
 
 namespace soak::calib::signal {
 namespace {
@@ -23,8 +22,8 @@ struct RecordSink {
 };
 
 base::Status check_record(std::span<const double> samples, double rate_hz) {
-  if (auto status = allan::check_rate_hz(rate_hz); !status) return status;
-  return allan::check_samples(samples, 0);
+  if (auto status = check_rate(rate_hz); !status) return status;
+  return check_none_infinite(samples);
 }
 
 }  // namespace

@@ -8,13 +8,10 @@
 #include <utility>
 
 #include "base/statistics.h"
-#include "calib/signal/allan/detail/limits.h"
-#include "calib/signal/allan/detail/markov_search.h"
+#include "calib/signal/allan/detail/solution.h"
 
-namespace soak::calib::signal {
+namespace soak::calib::signal::allan_fit {
 namespace {
-
-using namespace allan_fit;
 
 constexpr std::size_t kFewestPoints = 5;
 constexpr std::size_t kMostPoints = 32;
@@ -28,7 +25,7 @@ constexpr double kFlatSlope = -0.2;
 /// A fit less probable than this does not know what the noise is.
 constexpr double kMisfit = 0.01;
 
-base::Status check(const AllanCurve& curve) {
+base::Status check_curve(const AllanCurve& curve) {
   if (!(curve.interval_s > 0.0) || !std::isfinite(curve.interval_s)) {
     return base::bad_input("the sample interval must be positive", "interval_s");
   }
@@ -265,16 +262,21 @@ std::optional<Fitted> fit_terms(const Points& points, const PairCounts& counts) 
     if (with_markov && !misfits(with_markov->solution)) return with_markov;
     if (!misfits(*plain)) return Fitted{table, std::move(*plain)};
   }
-  std::optional<Solution> robust = solve(points, counts, table, Outliers::weighed_down);
+  std::optional<Solution> robust = solve(points, counts, table, Outliers::down_weighted);
   if (!robust) return std::nullopt;
-  std::optional<Fitted> with_markov = fit_with_markov(points, counts, *robust, Outliers::weighed_down);
+  std::optional<Fitted> with_markov = fit_with_markov(points, counts, *robust, Outliers::down_weighted);
   return with_markov ? std::move(with_markov) : Fitted{table, std::move(*robust)};
 }
 
 }  // namespace
 
+}  // namespace soak::calib::signal::allan_fit
+
+namespace soak::calib::signal {
+
 base::Result<AllanFit> fit_allan(const AllanCurve& measured) {
-  if (const base::Status status = check(measured); !status) return tl::unexpected(status.error());
+  using namespace allan_fit;
+  if (const base::Status status = check_curve(measured); !status) return tl::unexpected(status.error());
   const double size = size_of(measured.deviation);
   AllanCurve curve = measured;
   for (double& deviation : curve.deviation) deviation /= size;

@@ -1,13 +1,129 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/signal/allan/allan_stream.h"
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <iterator>
+#include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
-#include "calib/signal/allan/detail/checks.h"
-#include "calib/signal/allan/detail/phase_integrator.h"
-#include "calib/signal/allan/detail/thinned_level.h"
+#include "calib/signal/allan/detail/differences.h"
+#include "calib/signal/samples/sample_grid.h"
 
 namespace soak::calib::signal {
+namespace allan {
+namespace {
+
+constexpr std::array kOfPhase = {AllanKind::overlapping, AllanKind::overlapping_hadamard};
+constexpr std::array kOfMeans = {AllanKind::modified};
+
+void keep_every_second(std::vector<double>& points, bool& skip) {
+  std::size_t kept = 0;
+  for (const double x : points) {
+    if (!skip) points[kept++] = x;
+    skip = !skip;
+  }
+  points.resize(kept);
+}
+
+void keep_means_of_pairs(std::vector<double>& means, std::optional<double>& first_half) {
+  std::size_t kept = 0;
+  for (const double x : means) {
+    if (first_half) {
+      means[kept++] = 0.5 * (*first_half + x);
+      first_half.reset();
+    } else {
+      first_half = x;
+    }
+  }
+  means.resize(kept);
+}
+
+}  // namespace
+
+/// Squared differences of one kind at several multiples.
+struct KindSums {
+  AllanKind kind = AllanKind::overlapping;
+  std::vector<SquareSum> sums;
+};
+
+/// Sums of squared differences of points that come in piece by piece. Keeps the points from the beginning of the first
+/// block that is not added up yet: at most a block and three times the longest multiple.
+class BlockWindow {
+ public:
+  /// Overlapping kinds; multiples up to kBlock.
+  BlockWindow(std::span<const AllanKind> kinds, std::span<const std::size_t> multiples)
+      : multiples_(multiples.begin(), multiples.end()), capacity_(kBlock + 3 * multiples_.back()) {
+    for (const AllanKind kind : kinds) sums_.push_back({kind, std::vector<SquareSum>(multiples_.size())});
+  }
+
+  void add(std::span<const double> points) {
+    while (!points.empty()) {
+      const std::span<const double> fit = points.first(std::min(points.size(), capacity_ - window_.size()));
+      window_.insert(window_.end(), fit.begin(), fit.end());
+      points = points.subspan(fit.size());
+      if (window_.size() < capacity_) return;
+      for (KindSums& of : sums_) add_block(of.kind, window_, multiples_, of.sums);
+      window_.erase(window_.begin(), std::next(window_.begin(), kBlock));
+    }
+  }
+
+  /// Adds up what is left; no difference reaches on to the points that follow.
+  void end_stretch() {
+    for (KindSums& of : sums_) add_blocks(of.kind, window_, multiples_, of.sums);
+    window_.clear();
+  }
+
+  /// Of the blocks that are complete and the stretches that have ended, one entry per kind.
+  [[nodiscard]] std::span<const KindSums> sums() const { return sums_; }
+  [[nodiscard]] std::span<const std::size_t> multiples() const { return multiples_; }
+
+ private:
+  std::vector<std::size_t> multiples_;
+  std::size_t capacity_;
+  std::vector<KindSums> sums_;
+  std::vector<double> window_;
+};
+
+/// A stretch thinned by a power of two: every 2^j-th phase point for the Allan and Hadamard deviations, the means of
+/// 2^j phase points for the modified Allan deviation, whose windows consist of such means.
+class ThinnedLevel {
+ public:
+  /// Multiples in points of this level.
+  explicit ThinnedLevel(std::span<const std::size_t> multiples)
+      : phase_(kOfPhase, multiples), means_(kOfMeans, multiples) {}
+
+  /// Takes the next phase points and means, and leaves in their place what goes on to the next level: every second
+  /// point from the first of the stretch on, and the means of pairs.
+  void add(std::vector<double>& points, std::vector<double>& means) {
+    phase_.add(points);
+    means_.add(means);
+    keep_every_second(points, skip_);
+    keep_means_of_pairs(means, first_half_);
+  }
+
+  void end_stretch() {
+    phase_.end_stretch();
+    means_.end_stretch();
+    skip_ = false;
+    first_half_.reset();
+  }
+
+  [[nodiscard]] const BlockWindow& phase() const { return phase_; }  ///< overlapping Allan, overlapping Hadamard
+  [[nodiscard]] const BlockWindow& means() const { return means_; }  ///< modified Allan
+
+ private:
+  BlockWindow phase_;
+  BlockWindow means_;
+  bool skip_ = false;                 ///< the next phase point
+  std::optional<double> first_half_;  ///< of a pair of means that is not complete
+};
+
+}  // namespace allan
+
 namespace {
 
 constexpr std::size_t kLevels = 24;
@@ -31,43 +147,6 @@ std::vector<allan::ThinnedLevel> make_levels() {
   return levels;
 }
 
-}  // namespace
-
-struct AllanStream::Impl {
-  double interval_s;
-  allan::PhaseIntegrator integrator;
-  std::vector<allan::ThinnedLevel> levels = make_levels();
-  std::vector<double> points;  ///< not in the levels yet
-  std::vector<double> means;   ///< their copy, thinned beside them
-  std::vector<std::size_t> stretches;
-  std::size_t samples = 0;
-
-  Impl(double rate_hz, std::size_t bridge) : interval_s(1.0 / rate_hz), integrator(bridge) {}
-
-  void begin_stretch() {
-    hand_on();
-    for (allan::ThinnedLevel& level : levels) level.end_stretch();
-    stretches.push_back(0);
-  }
-
-  void point(double x) {
-    points.push_back(x);
-    ++stretches.back();
-    if (points.size() == kBatch) hand_on();
-  }
-
-  void hand_on() {
-    means = points;
-    for (allan::ThinnedLevel& level : levels) {
-      if (points.empty() && means.empty()) break;
-      level.add(points, means);
-    }
-    points.clear();
-  }
-};
-
-namespace {
-
 /// Deviations of one level, whose points are 2^j samples apart.
 void append_points(const allan::ThinnedLevel& level, std::size_t spacing, std::vector<AllanStream::Point>& result) {
   const std::span<const allan::KindSums> phase = level.phase().sums();
@@ -85,8 +164,41 @@ void append_points(const allan::ThinnedLevel& level, std::size_t spacing, std::v
 
 }  // namespace
 
+struct AllanStream::Impl {
+  double interval_s;
+  allan::PhaseIntegrator integrator;
+  std::vector<allan::ThinnedLevel> levels = make_levels();
+  std::vector<double> points;  ///< not in the levels yet
+  std::vector<double> means;   ///< their copy, thinned beside them
+  std::vector<std::size_t> stretches;
+  std::size_t samples = 0;
+
+  Impl(double rate_hz, std::size_t bridge) : interval_s(1.0 / rate_hz), integrator(bridge) {}
+
+  void begin_stretch() {
+    feed_levels();
+    for (allan::ThinnedLevel& level : levels) level.end_stretch();
+    stretches.push_back(0);
+  }
+
+  void point(double x) {
+    points.push_back(x);
+    ++stretches.back();
+    if (points.size() == kBatch) feed_levels();
+  }
+
+  void feed_levels() {
+    means = points;
+    for (allan::ThinnedLevel& level : levels) {
+      if (points.empty() && means.empty()) break;
+      level.add(points, means);
+    }
+    points.clear();
+  }
+};
+
 base::Result<AllanStream> AllanStream::create(double rate_hz, std::size_t bridge) {
-  if (auto status = allan::check_rate_hz(rate_hz); !status) return base::forward_error(status);
+  if (auto status = check_rate(rate_hz); !status) return base::forward_error(status);
   return AllanStream(std::make_unique<Impl>(rate_hz, bridge));
 }
 
@@ -96,10 +208,10 @@ AllanStream& AllanStream::operator=(AllanStream&&) noexcept = default;
 AllanStream::~AllanStream() = default;
 
 base::Status AllanStream::push(std::span<const double> rate) {
-  if (auto status = allan::check_samples(rate, impl_->samples); !status) return status;
+  if (auto status = check_none_infinite(rate, impl_->samples); !status) return status;
   impl_->samples += rate.size();
   for (const double value : rate) impl_->integrator.take(value, *impl_);
-  impl_->hand_on();
+  impl_->feed_levels();
   return {};
 }
 

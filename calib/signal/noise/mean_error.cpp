@@ -10,7 +10,6 @@
 
 #include "base/instruction_set.h"
 #include "calib/signal/noise/detail/noise_models.h"
-#include "calib/signal/noise/detail/sums.h"
 
 namespace soak::calib::signal {
 namespace {

@@ -209,6 +209,18 @@ SampleGrid placed(const Present& present, const Steps& steps) {
 
 }  // namespace
 
+base::Status check_rate(double rate_hz) {
+  if (std::isfinite(rate_hz) && rate_hz > 0.0) return {};
+  return base::bad_input(fmt::format("the sampling rate is {} Hz: it must be finite and above 0", rate_hz), "rate_hz");
+}
+
+base::Status check_none_infinite(std::span<const double> samples, std::size_t first) {
+  const auto infinite = std::ranges::find_if(samples, [](double v) { return std::isinf(v); });
+  if (infinite == samples.end()) return {};
+  return base::bad_input("the sample is infinite: values must be finite, or NaN where one is missing",
+                         fmt::format("sample {}", first + static_cast<std::size_t>(infinite - samples.begin())));
+}
+
 base::Result<SampleGrid> equally_spaced(std::span<const double> t_s, std::span<const double> values,
                                         std::span<const std::size_t> breaks) {
   if (t_s.size() != values.size()) {

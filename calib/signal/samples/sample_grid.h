@@ -9,6 +9,12 @@
 
 namespace soak::calib::signal {
 
+/// Refuses (bad_input) a rate that is not finite and positive.
+[[nodiscard]] base::Status check_rate(double rate_hz);
+
+/// Refuses (bad_input) infinite samples, naming the first of them; `first`: index of samples[0] in its record.
+[[nodiscard]] base::Status check_none_infinite(std::span<const double> samples, std::size_t first = 0);
+
 /// Equally spaced samples, NaN where one is missing.
 struct SampleGrid {
   double rate_hz = 0.0;

@@ -9,33 +9,29 @@
 #include <functional>
 #include <numbers>
 #include <numeric>
+#include <span>
 
+#include "base/statistics.h"
+#include "calib/signal/samples/sample_grid.h"
 #include "calib/signal/spectrum/detail/fourier.h"
 
 namespace soak::calib::signal {
 namespace {
 
-constexpr std::size_t kShortest = 8;
+constexpr std::size_t kShortestSection = 8;
 constexpr double kMostOverlap = 0.95;
 
-base::Status check(std::span<const double> samples, double rate_hz, const WelchOptions& options) {
-  if (!std::isfinite(rate_hz) || rate_hz <= 0.0) {
-    return base::bad_input(fmt::format("the rate is {} Hz; a spectrum needs a positive one", rate_hz));
-  }
+base::Status check_welch(std::span<const double> samples, double rate_hz, const WelchOptions& options) {
+  if (auto status = check_rate(rate_hz); !status) return status;
   if (!(options.overlap >= 0.0 && options.overlap <= kMostOverlap)) {
     return base::bad_input(
         fmt::format("the overlap is {}; it must lie within 0 and {}", options.overlap, kMostOverlap));
   }
-  if (options.section < kShortest || samples.size() < kShortest) {
+  if (options.section < kShortestSection || samples.size() < kShortestSection) {
     return base::bad_input(fmt::format("{} samples in sections of {}; a spectrum needs at least {} of both",
-                                       samples.size(), options.section, kShortest));
+                                       samples.size(), options.section, kShortestSection));
   }
-  const auto infinite = std::find_if(samples.begin(), samples.end(), [](double v) { return std::isinf(v); });
-  if (infinite != samples.end()) {
-    return base::bad_input("the sample is infinite; one that is missing must be NaN",
-                           fmt::format("sample {}", infinite - samples.begin()));
-  }
-  return {};
+  return check_none_infinite(samples);
 }
 
 std::vector<double> hann(std::size_t n) {
@@ -109,10 +105,50 @@ double effective_degrees_of_freedom(const std::vector<std::size_t>& sections, st
   return 2.0 * count / (1.0 + 2.0 * sum);
 }
 
+constexpr std::size_t kFewestBins = 64;
+constexpr std::size_t kSide = 16;
+constexpr std::size_t kWidth = 3;  ///< bins on either side that a Hann window spreads a sine over, with room
+constexpr std::size_t kFirst = 6;
+constexpr std::size_t kMost = 8;
+constexpr double kFalseAlarm = 0.001;  ///< per spectrum
+/// A median of 13 bins scatters itself.
+constexpr double kFloorScatter = 1.3;
+
+/// The larger of the median densities below and above bin i, without the bins next to it: on the slope of a coloured
+/// spectrum only what stands above the steeper side is a line.
+double floor_at(const Spectrum& spectrum, std::size_t i) {
+  const std::span<const double> density = spectrum.density;
+  const std::size_t below = i > kSide ? i - kSide : 1;
+  const std::size_t above = std::min(density.size(), i + kSide + 1);
+  double floor = base::median(density.subspan(below, i - kWidth - below));
+  if (above > i + kWidth + 1)
+    floor = std::max(floor, base::median(density.subspan(i + kWidth + 1, above - i - kWidth - 1)));
+  return floor;
+}
+
+bool is_peak(std::span<const double> density, std::size_t i) {
+  for (std::size_t k = i - kWidth; k <= std::min(density.size() - 1, i + kWidth); ++k) {
+    if (density[k] > density[i]) return false;
+  }
+  return true;
+}
+
+SpectralLine line_at(const Spectrum& spectrum, std::size_t i, double floor) {
+  const double spacing_hz = spectrum.frequency_hz[1];
+  double power = 0.0;
+  double moment = 0.0;
+  for (std::size_t k = i - kWidth; k <= std::min(spectrum.density.size() - 1, i + kWidth); ++k) {
+    const double above = std::max(0.0, spectrum.density[k] - floor);
+    power += above * spacing_hz;
+    moment += above * spacing_hz * spectrum.frequency_hz[k];
+  }
+  return {moment / power, std::sqrt(2.0 * power)};
+}
+
 }  // namespace
 
 base::Result<Spectrum> welch(std::span<const double> samples, double rate_hz, const WelchOptions& options) {
-  if (auto status = check(samples, rate_hz, options); !status) return base::forward_error(status);
+  if (auto status = check_welch(samples, rate_hz, options); !status) return base::forward_error(status);
   const std::size_t length = std::min(options.section, samples.size());
   const auto repeated = static_cast<std::size_t>(options.overlap * static_cast<double>(length));
   const std::size_t step = length - repeated;
@@ -132,6 +168,25 @@ base::Result<Spectrum> welch(std::span<const double> samples, double rate_hz, co
     spectrum.frequency_hz.push_back(static_cast<double>(k) * rate_hz / static_cast<double>(length));
   }
   return spectrum;
+}
+
+std::vector<SpectralLine> spectral_lines(const Spectrum& spectrum) {
+  std::vector<SpectralLine> lines;
+  const std::size_t bins = spectrum.density.size();
+  if (bins < kFewestBins) return lines;
+  // Density over its expectation is chi-squared over its degrees of freedom; so is the median that it is compared with.
+  const double dof = spectrum.degrees_of_freedom;
+  const double chance = 1.0 - kFalseAlarm / static_cast<double>(bins);
+  const double factor = kFloorScatter * base::chi_squared_quantile(chance, dof) / base::chi_squared_quantile(0.5, dof);
+  for (std::size_t i = kFirst; i < bins; ++i) {
+    if (!is_peak(spectrum.density, i)) continue;
+    const double floor = floor_at(spectrum, i);
+    if (spectrum.density[i] > factor * floor && spectrum.density[i] > 0.0) lines.push_back(line_at(spectrum, i, floor));
+  }
+  std::sort(lines.begin(), lines.end(),
+            [](const SpectralLine& a, const SpectralLine& b) { return a.amplitude > b.amplitude; });
+  if (lines.size() > kMost) lines.resize(kMost);
+  return lines;
 }
 
 }  // namespace soak::calib::signal

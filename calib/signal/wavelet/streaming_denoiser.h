@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "calib/signal/wavelet/threshold.h"
-#include "calib/signal/wavelet/wavelet.h"
+#include "calib/signal/wavelet/denoising.h"
+#include "calib/signal/wavelet/wavelet_transform.h"
 
 namespace soak::calib::signal {
 

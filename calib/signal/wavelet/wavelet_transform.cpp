@@ -6,25 +6,38 @@
 #include <cmath>
 #include <string>
 
+#include "calib/signal/wavelet/detail/filters.h"
 #include "calib/signal/wavelet/detail/kernels.h"
 #include "calib/signal/wavelet/detail/levels.h"
 
 namespace soak::calib::signal {
 namespace {
 
-constexpr std::size_t kMaxLevels = 40;
-
-base::Status check_wavelet(const Wavelet& wavelet) {
-  const std::size_t length = wavelet.length();
-  const bool usable = length >= 2 && length <= wavelet::kMaxLength && length % 2 == 0;
-  const auto same = [&](const std::vector<double>& filter) { return filter.size() == length; };
-  if (usable && same(wavelet.dec_hi) && same(wavelet.rec_lo) && same(wavelet.rec_hi)) return {};
-  return base::bad_input(
-      "a wavelet needs four filters of one even length from 2 to " + std::to_string(wavelet::kMaxLength),
-      "wavelet '" + wavelet.name + "'");
+std::string known_names() {
+  std::string names;
+  for (const wavelet::NamedFilter& filter : wavelet::filters()) {
+    if (!names.empty()) names += ", ";
+    names += filter.name;
+  }
+  return names;
 }
 
-base::Status check_levels(std::size_t levels) {
+Wavelet wavelet_of(const wavelet::NamedFilter& filter) {
+  Wavelet wavelet;
+  wavelet.name = filter.name;
+  wavelet.rec_lo.assign(filter.rec_lo.begin(), filter.rec_lo.end());
+  wavelet.dec_lo.assign(filter.rec_lo.rbegin(), filter.rec_lo.rend());
+  for (std::size_t k = 0; k < filter.rec_lo.size(); ++k) {
+    // g[k] = (-1)^(k + 1) h[k]
+    wavelet.dec_hi.push_back(k % 2 == 0 ? -filter.rec_lo[k] : filter.rec_lo[k]);
+  }
+  wavelet.rec_hi.assign(wavelet.dec_hi.rbegin(), wavelet.dec_hi.rend());
+  return wavelet;
+}
+
+constexpr std::size_t kMaxLevels = 40;
+
+base::Status check_level_count(std::size_t levels) {
   if (levels >= 1 && levels <= kMaxLevels) return {};
   return base::bad_input("the number of levels must be 1 to " + std::to_string(kMaxLevels) + ", not " +
                          std::to_string(levels));
@@ -83,6 +96,13 @@ class Workspace {
 
 }  // namespace
 
+base::Result<Wavelet> wavelet_named(std::string_view name) {
+  for (const wavelet::NamedFilter& filter : wavelet::filters()) {
+    if (filter.name == name) return wavelet_of(filter);
+  }
+  return base::bad_input("there is no wavelet '" + std::string(name) + "'; there are " + known_names());
+}
+
 std::size_t useful_levels(std::size_t samples, const Wavelet& wavelet) {
   std::size_t levels = 0;
   for (std::size_t n = samples / 2; wavelet.length() >= 2 && n >= wavelet.length() - 1; n /= 2) ++levels;
@@ -91,7 +111,8 @@ std::size_t useful_levels(std::size_t samples, const Wavelet& wavelet) {
 
 base::Status decompose(std::span<const double> signal, const Wavelet& wavelet, std::size_t levels, Boundary boundary,
                        Decomposition& into) {
-  for (const base::Status& status : {check_wavelet(wavelet), check_levels(levels), check_signal(signal)}) {
+  for (const base::Status& status :
+       {wavelet::check_filters(wavelet), check_level_count(levels), check_signal(signal)}) {
     if (!status) return status;
   }
   into.samples = signal.size();
@@ -110,8 +131,8 @@ base::Status decompose(std::span<const double> signal, const Wavelet& wavelet, s
 
 base::Status reconstruct(const Decomposition& decomposition, const Wavelet& wavelet, std::vector<double>& scratch,
                          std::span<double> signal) {
-  for (const base::Status& status :
-       {check_wavelet(wavelet), check_levels(decomposition.levels()), check_coefficients(decomposition, wavelet)}) {
+  for (const base::Status& status : {wavelet::check_filters(wavelet), check_level_count(decomposition.levels()),
+                                     check_coefficients(decomposition, wavelet)}) {
     if (!status) return status;
   }
   if (signal.empty() || signal.size() != decomposition.samples) {

@@ -9,7 +9,7 @@
 
 #include "base/result.h"
 #include "db/catalog/catalog.h"
-#include "db/detail/connection.h"
+#include "db/detail/sqlite.h"
 
 namespace soak::db {
 
@@ -18,6 +18,10 @@ struct Catalog::Impl {
       : data_folder(std::move(folder)), connection(std::move(opened)) {}
 
   [[nodiscard]] SQLite::Database& database() const { return connection.database(); }
+  /// bad_input about the catalog.
+  [[nodiscard]] tl::unexpected<base::Error> refuse(std::string message) const {
+    return base::bad_input(std::move(message), connection.path().string());
+  }
 
   std::filesystem::path data_folder;
   sqlite::Connection connection;

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "db/run/detail/open_run_file.h"
 
-#include <SQLiteCpp/Column.h>
-#include <SQLiteCpp/Statement.h>
-
 #include <string>
 #include <system_error>
 #include <utility>
@@ -23,7 +20,7 @@ bool holds_bytes(const std::filesystem::path& path) {
   return !absent && size > 0;
 }
 
-base::Status check_identity(const sqlite::Connection& connection) {
+base::Status check_run_file_identity(const sqlite::Connection& connection) {
   const auto identity = connection.identity();
   if (!identity) return base::forward_error(identity);
   return schema::check_identity(*identity, schema::kRunFileApplicationId, schema::kRunFileVersion, "run file",
@@ -46,7 +43,7 @@ base::Status check_tables(const sqlite::Connection& connection) {
 base::Result<OpenedRunFile> open_as(const std::filesystem::path& path, sqlite::Access access, bool sealed) {
   auto connection = sqlite::Connection::open(path, access);
   if (!connection) return base::forward_error(connection);
-  if (const auto ours = check_identity(*connection); !ours) return base::forward_error(ours);
+  if (const auto ours = check_run_file_identity(*connection); !ours) return base::forward_error(ours);
   if (const auto tables = check_tables(*connection); !tables) return base::forward_error(tables);
   return OpenedRunFile{std::move(*connection), sealed};
 }
@@ -90,6 +87,43 @@ base::Result<bool> says_sealed(const std::filesystem::path& path) {
   return !header->wal && !holds_bytes(companion(path, "-journal"));
 }
 
+base::Result<std::vector<double>> read_values(const sqlite::Connection& connection, codec::ColumnDecoder& decoder,
+                                              const StoredChannel& channel, std::uint64_t first_row,
+                                              std::uint64_t count) {
+  const auto column = read_rows(connection, decoder, channel, first_row, count);
+  if (!column) return base::forward_error(column);
+  return values_of(*column, channel.info.scale, channel.info.offset);
+}
+
+/// Shows the pyramids the rows of one full chunk, whose bins are stored.
+base::Status pass_chunk(const sqlite::Connection& connection, codec::ColumnDecoder& decoder, OpenStream& stream,
+                        std::uint64_t first_row) {
+  std::vector<double> t_s;
+  for (std::size_t i = 0; i < stream.pyramids.size(); ++i) {
+    const auto values = read_values(connection, decoder, stream.stored.channels[i], first_row, kChunkRows);
+    if (!values) return base::forward_error(values);
+    if (i == 0) t_s = *values;
+    std::vector<LevelBin> stored_already;
+    stream.pyramids[i].add(t_s, *values, stored_already);
+  }
+  return {};
+}
+
+base::Status read_pending(const sqlite::Connection& connection, codec::ColumnDecoder& decoder, OpenStream& stream) {
+  const std::uint64_t rows = stream.stored.rows;
+  stream.flushed = rows - stream.pending_first_row;
+  for (std::size_t i = 0; i < stream.pending.size(); ++i) {
+    auto column = read_rows(connection, decoder, stream.stored.channels[i], stream.pending_first_row, stream.flushed);
+    if (!column) return base::forward_error(column);
+    stream.pending[i] = *std::move(column);
+  }
+  if (rows == 0) return {};
+  const auto last = read_values(connection, decoder, stream.stored.channels.front(), rows - 1, 1);
+  if (!last) return base::forward_error(last);
+  stream.last_t_s = last->front();
+  return {};
+}
+
 }  // namespace
 
 base::Result<std::optional<sqlite::Connection>> open_abandoned(const std::filesystem::path& path) {
@@ -99,7 +133,7 @@ base::Result<std::optional<sqlite::Connection>> open_abandoned(const std::filesy
   auto connection = sqlite::Connection::open(path, sqlite::Access::read_write);
   if (!connection) return base::forward_error(connection);
   if (const auto alone = take_alone(*connection); !alone) return base::forward_error(alone);
-  if (const auto ours = check_identity(*connection); !ours) return base::forward_error(ours);
+  if (const auto ours = check_run_file_identity(*connection); !ours) return base::forward_error(ours);
   if (const auto tables = check_tables(*connection); !tables) return base::forward_error(tables);
   return connection->run("open the run file", [&]() -> base::Result<std::optional<sqlite::Connection>> {
     if (!is_wal(*connection)) return std::nullopt;
@@ -119,6 +153,25 @@ base::Result<OpenedRunFile> open_run_file(const std::filesystem::path& path) {
     return base::corrupt("the file is cut short; restore it from a copy", path.string());
   }
   return open_as(path, interrupted ? sqlite::Access::read_only : sqlite::Access::immutable, true);
+}
+
+OpenStream new_stream(StoredStream stored) {
+  OpenStream stream;
+  for (const StoredChannel& channel : stored.channels) stream.pending.push_back(Column{channel.info.type, {}, {}});
+  stream.pyramids.resize(stored.channels.size());
+  stream.stored = std::move(stored);
+  return stream;
+}
+
+base::Result<OpenStream> restored_stream(const sqlite::Connection& connection, codec::ColumnDecoder& decoder,
+                                         StoredStream stored) {
+  OpenStream stream = new_stream(std::move(stored));
+  stream.pending_first_row = stream.stored.rows - stream.stored.rows % kChunkRows;
+  for (std::uint64_t first = 0; first < stream.pending_first_row; first += kChunkRows) {
+    if (const auto passed = pass_chunk(connection, decoder, stream, first); !passed) return base::forward_error(passed);
+  }
+  if (const auto read = read_pending(connection, decoder, stream); !read) return base::forward_error(read);
+  return stream;
 }
 
 }  // namespace soak::db::run

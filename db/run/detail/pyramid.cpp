@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "db/run/detail/pyramid.h"
 
-#include <SQLiteCpp/Statement.h>
-
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
-
-#include "db/detail/fields.h"
 
 namespace soak::db::run {
 
@@ -100,6 +97,182 @@ std::vector<LevelBin> read_bins(const SQLite::Database& database, std::int64_t c
     bin.maximum = fields.real();
   }
   return bins;
+}
+
+namespace {
+
+struct RowRange {
+  std::uint64_t first = 0;
+  std::uint64_t end = 0;
+};
+
+/// Joins parts whose first rows lie in the same group of rows.
+class Joiner {
+ public:
+  explicit Joiner(std::uint64_t rows_per_group) : rows_per_group_(rows_per_group) {}
+
+  template <class Add>
+  void add(std::uint64_t first_row, const Add& add_to) {
+    const std::uint64_t group = first_row / rows_per_group_;
+    if (group != group_) end_group();
+    group_ = group;
+    add_to(sum_);
+  }
+  std::vector<PyramidBin> take() {
+    end_group();
+    return std::move(bins_);
+  }
+
+ private:
+  void end_group() {
+    const PyramidBin bin = sum_.take();
+    if (bin.count > 0) bins_.push_back(bin);
+  }
+
+  std::uint64_t rows_per_group_;
+  std::uint64_t group_ = 0;
+  BinSum sum_;
+  std::vector<PyramidBin> bins_;
+};
+
+class PyramidQuery {
+ public:
+  PyramidQuery(const sqlite::Connection& connection, codec::ColumnDecoder& decoder, const StoredStream& stream,
+               std::size_t channel, bool finished)
+      : connection_(connection),
+        decoder_(decoder),
+        stream_(stream),
+        time_(stream.channels.front()),
+        channel_(stream.channels[channel]),
+        finished_(finished) {}
+
+  [[nodiscard]] base::Result<std::vector<PyramidBin>> answer(const PyramidSpan& span);
+
+ private:
+  [[nodiscard]] std::uint64_t count_base_bins() const;
+  [[nodiscard]] std::optional<PyramidBin> time_bin(std::uint64_t index) const;
+  [[nodiscard]] base::Result<RowRange> rows_of(const PyramidSpan& span) const;
+  [[nodiscard]] std::uint64_t rows_covered(unsigned level) const;
+  [[nodiscard]] base::Status add_samples(Joiner& joiner, RowRange rows, const PyramidSpan& span);
+  [[nodiscard]] base::Result<std::vector<PyramidBin>> from_samples(RowRange rows, const PyramidSpan& span);
+  [[nodiscard]] base::Result<std::vector<PyramidBin>> from_levels(RowRange rows, const PyramidSpan& span);
+
+  const sqlite::Connection& connection_;
+  codec::ColumnDecoder& decoder_;
+  const StoredStream& stream_;
+  const StoredChannel& time_;
+  const StoredChannel& channel_;
+  bool finished_;
+  std::uint64_t base_bins_ = 0;  ///< of the time axis, which has a value in every row
+};
+
+std::uint64_t PyramidQuery::count_base_bins() const {
+  SQLite::Statement query(connection_.database(),
+                          "SELECT coalesce(max(bin) + 1, 0) FROM pyramid WHERE channel_id = ? AND level = 0");
+  sqlite::bind_all(query, time_.id);
+  query.executeStep();
+  const std::uint64_t possible = (stream_.rows + kBaseBinRows - 1) / kBaseBinRows;
+  return std::min(possible, static_cast<std::uint64_t>(query.getColumn(0).getInt64()));
+}
+
+std::optional<PyramidBin> PyramidQuery::time_bin(std::uint64_t index) const {
+  const auto bins = read_bins(connection_.database(), time_.id, 0, index, index);
+  if (bins.empty()) return std::nullopt;
+  return bins.front().bin;
+}
+
+std::uint64_t PyramidQuery::rows_covered(unsigned level) const {
+  const std::uint64_t rows = std::min(stream_.rows, base_bins_ * kBaseBinRows);
+  return finished_ ? rows : rows / rows_per_bin(level) * rows_per_bin(level);
+}
+
+/// Rows of the span to the precision of a base bin; rows that the pyramid does not cover belong to it.
+base::Result<RowRange> PyramidQuery::rows_of(const PyramidSpan& span) const {
+  // Number of bins, counted from the first, for which `before` holds; the bins are in the order of time.
+  const auto count_while = [&](const auto& before) -> base::Result<std::uint64_t> {
+    std::uint64_t low = 0;
+    std::uint64_t high = base_bins_;
+    while (low < high) {
+      const std::uint64_t middle = low + (high - low) / 2;
+      const auto bin = time_bin(middle);
+      if (!bin) return base::corrupt("a bin of the pyramid is missing", connection_.path().string());
+      (before(*bin) ? low : high) = before(*bin) ? middle + 1 : middle;
+    }
+    return low;
+  };
+  const auto first = count_while([&](const PyramidBin& bin) { return bin.t_last_s < span.from_s; });
+  if (!first) return base::forward_error(first);
+  const auto end = count_while([&](const PyramidBin& bin) { return bin.t_first_s <= span.to_s; });
+  if (!end) return base::forward_error(end);
+  const std::uint64_t end_row = *end == base_bins_ ? stream_.rows : *end * kBaseBinRows;
+  return RowRange{std::min(*first * kBaseBinRows, end_row), std::min(end_row, stream_.rows)};
+}
+
+/// Adds the samples of `rows` that lie in the span.
+base::Status PyramidQuery::add_samples(Joiner& joiner, RowRange rows, const PyramidSpan& span) {
+  if (rows.first >= rows.end) return {};
+  const auto times = read_rows(connection_, decoder_, time_, rows.first, rows.end - rows.first);
+  if (!times) return base::forward_error(times);
+  const auto numbers = read_rows(connection_, decoder_, channel_, rows.first, rows.end - rows.first);
+  if (!numbers) return base::forward_error(numbers);
+  const auto t_s = values_of(*times, time_.info.scale, time_.info.offset);
+  const auto values = values_of(*numbers, channel_.info.scale, channel_.info.offset);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (t_s[i] < span.from_s || t_s[i] > span.to_s) continue;
+    joiner.add(rows.first + i, [&](BinSum& sum) { sum.add(t_s[i], values[i]); });
+  }
+  return {};
+}
+
+base::Result<std::vector<PyramidBin>> PyramidQuery::from_samples(RowRange rows, const PyramidSpan& span) {
+  const auto times = read_rows(connection_, decoder_, time_, rows.first, rows.end - rows.first);
+  if (!times) return base::forward_error(times);
+  const auto t_s = values_of(*times, time_.info.scale, time_.info.offset);
+  const auto first = std::lower_bound(t_s.begin(), t_s.end(), span.from_s);
+  const auto end = std::upper_bound(first, t_s.end(), span.to_s);
+  const RowRange inside{rows.first + static_cast<std::uint64_t>(first - t_s.begin()),
+                        rows.first + static_cast<std::uint64_t>(end - t_s.begin())};
+  Joiner joiner(std::max<std::uint64_t>(1, (inside.end - inside.first + span.max_bins - 1) / span.max_bins));
+  if (const auto added = add_samples(joiner, inside, span); !added) return base::forward_error(added);
+  return joiner.take();
+}
+
+base::Result<std::vector<PyramidBin>> PyramidQuery::from_levels(RowRange rows, const PyramidSpan& span) {
+  unsigned level = 0;
+  while (level + 1 < kPyramidLevels && (rows.end - rows.first) / rows_per_bin(level + 1) >= span.max_bins) ++level;
+  const std::uint64_t bins = (rows.end - rows.first + rows_per_bin(level) - 1) / rows_per_bin(level);
+  Joiner joiner((bins + span.max_bins - 1) / span.max_bins * rows_per_bin(level));
+  std::uint64_t next = rows.first / rows_per_bin(level) * rows_per_bin(level);
+  for (unsigned finer = 0; finer <= level && next < rows.end; ++finer) {
+    const std::uint64_t width = rows_per_bin(level - finer);
+    const std::uint64_t end = std::min(rows.end, rows_covered(level - finer));
+    if (end <= next) continue;
+    for (const LevelBin& part :
+         read_bins(connection_.database(), channel_.id, level - finer, next / width, (end - 1) / width)) {
+      joiner.add(part.index * width, [&](BinSum& sum) { sum.add(part.bin); });
+    }
+    next = end;
+  }
+  if (const auto added = add_samples(joiner, {next, rows.end}, span); !added) return base::forward_error(added);
+  return joiner.take();
+}
+
+base::Result<std::vector<PyramidBin>> PyramidQuery::answer(const PyramidSpan& span) {
+  base_bins_ = count_base_bins();
+  const auto rows = rows_of(span);
+  if (!rows) return base::forward_error(rows);
+  if (rows->first == rows->end) return std::vector<PyramidBin>{};
+  if ((rows->end - rows->first) / kBaseBinRows < span.max_bins) return from_samples(*rows, span);
+  return from_levels(*rows, span);
+}
+
+}  // namespace
+
+base::Result<std::vector<PyramidBin>> query_pyramid(const sqlite::Connection& connection, codec::ColumnDecoder& decoder,
+                                                    const StoredStream& stream, std::size_t channel, bool finished,
+                                                    const PyramidSpan& span) {
+  return connection.run("read the pyramid",
+                        [&] { return PyramidQuery(connection, decoder, stream, channel, finished).answer(span); });
 }
 
 }  // namespace soak::db::run

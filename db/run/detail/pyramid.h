@@ -2,17 +2,37 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
 #include "base/result.h"
-#include "db/detail/connection.h"
-#include "db/run/detail/layout.h"
+#include "db/detail/column_codec.h"
+#include "db/detail/sqlite.h"
+#include "db/run/detail/tables.h"
 #include "db/run/run_file.h"
 
+/// The multi-resolution pyramid of a run file's channels.
 namespace soak::db::run {
+
+/// Rows of a full chunk. A flush in between writes short chunks, which the full one then replaces: every number is
+/// written twice at most, however often a recorder flushes.
+inline constexpr std::size_t kChunkRows = 16384;
+
+/// Rows of a bin of the pyramid's level 0, and how many bins of a level make one of the next.
+inline constexpr std::uint64_t kBaseBinRows = 512;
+inline constexpr std::uint64_t kPyramidFactor = 8;
+inline constexpr unsigned kPyramidLevels = 12;
+
+static_assert(kChunkRows % kBaseBinRows == 0, "a full chunk ends at the end of a bin");
+
+/// Rows that a bin of `level` covers.
+constexpr std::uint64_t rows_per_bin(unsigned level) {
+  std::uint64_t rows = kBaseBinRows;
+  for (unsigned i = 0; i < level; ++i) rows *= kPyramidFactor;
+  return rows;
+}
 
 /// Gathers rows or smaller bins into one bin. Values that are not finite count as absent.
 class BinSum {
@@ -59,5 +79,19 @@ void insert_bins(SQLite::Database& database, std::int64_t channel_id, const std:
 /// Bins of one level from `first` to `last`, in order. Throws SQLite::Exception.
 [[nodiscard]] std::vector<LevelBin> read_bins(const SQLite::Database& database, std::int64_t channel_id, unsigned level,
                                               std::uint64_t first, std::uint64_t last);
+
+/// What a question to the pyramid is about.
+struct PyramidSpan {
+  double from_s = 0.0;
+  double to_s = 0.0;
+  std::size_t max_bins = 1;
+};
+
+/// See RunFileReader::pyramid(). `finished`: all levels cover all rows; otherwise each level covers what its complete
+/// bins do, and smaller bins or samples stand in for the rest.
+[[nodiscard]] base::Result<std::vector<PyramidBin>> query_pyramid(const sqlite::Connection& connection,
+                                                                  codec::ColumnDecoder& decoder,
+                                                                  const StoredStream& stream, std::size_t channel,
+                                                                  bool finished, const PyramidSpan& span);
 
 }  // namespace soak::db::run

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "base/text.h"
-#include "db/detail/fields.h"
+#include "db/detail/sqlite.h"
 
 namespace soak::db::run {
 namespace {
@@ -37,9 +37,7 @@ constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 5> kTextKey
 }};
 
 void insert_pair(SQLite::Database& database, std::string_view key, std::string_view value) {
-  SQLite::Statement insert(database, "INSERT INTO meta VALUES (?, ?)");
-  sqlite::bind_all(insert, key, value);
-  insert.exec();
+  sqlite::execute(database, "INSERT INTO meta VALUES (?, ?)", key, value);
 }
 
 base::Result<MetaTexts> read_texts(const sqlite::Connection& connection) {
@@ -79,11 +77,7 @@ std::string json_of(const SQLite::Database& database, const std::vector<std::str
 }
 
 std::vector<std::string> labels_of(const SQLite::Database& database, const std::string& json) {
-  SQLite::Statement query(database, "SELECT value FROM json_each(?)");
-  sqlite::bind_all(query, json);
-  std::vector<std::string> labels;
-  while (query.executeStep()) labels.push_back(query.getColumn(0).getString());
-  return labels;
+  return sqlite::rows_of(database, "SELECT value FROM json_each(?)", sqlite::text_from, json);
 }
 
 std::string title_of(const StreamInfo& stream, const ChannelInfo& channel) {
@@ -173,8 +167,7 @@ base::Status check_stream(const StreamInfo& info) {
   std::set<std::string> names;
   for (const ChannelInfo& channel : info.channels) {
     const std::string where = "channel " + title_of(info, channel);
-    if (!names.insert(channel.name).second)
-      return base::bad_input("a channel's name stands twice in its stream", where);
+    if (!names.insert(channel.name).second) return base::bad_input("a channel name is duplicated in its stream", where);
     if (!std::isfinite(channel.scale) || !std::isfinite(channel.offset)) {
       return base::bad_input("scale and offset must be finite", where);
     }
@@ -187,9 +180,7 @@ base::Status check_stream(const StreamInfo& info) {
 
 StoredStream insert_stream(SQLite::Database& database, const StreamInfo& info) {
   StoredStream stream{info, {}, 0};
-  SQLite::Statement insert(database, "INSERT INTO stream (name, unit_serial) VALUES (?, ?)");
-  sqlite::bind_all(insert, info.name, info.unit);
-  insert.exec();
+  sqlite::execute(database, "INSERT INTO stream (name, unit_serial) VALUES (?, ?)", info.name, info.unit);
   const std::int64_t stream_id = database.getLastInsertRowid();
   SQLite::Statement add(database,
                         "INSERT INTO channel (stream_id, position, name, source_name, type, unit, scale, offset, "
@@ -225,23 +216,19 @@ base::Result<std::vector<StoredStream>> read_streams(const sqlite::Connection& c
 }
 
 void insert_event(SQLite::Database& database, const RunEvent& event) {
-  SQLite::Statement insert(database, "INSERT INTO event (t_s, kind, text) VALUES (?, ?, ?)");
-  sqlite::bind_all(insert, event.t_s, event.kind, event.text);
-  insert.exec();
+  sqlite::execute(database, "INSERT INTO event (t_s, kind, text) VALUES (?, ?, ?)", event.t_s, event.kind, event.text);
 }
 
 base::Result<std::vector<RunEvent>> read_events(const sqlite::Connection& connection) {
   return connection.run("read the events", [&]() -> base::Result<std::vector<RunEvent>> {
-    std::vector<RunEvent> events;
-    SQLite::Statement query(connection.database(), "SELECT t_s, kind, text FROM event ORDER BY id");
-    while (query.executeStep()) {
-      sqlite::Fields fields(query);
-      RunEvent& event = events.emplace_back();
-      event.t_s = fields.real();
-      event.kind = fields.text();
-      event.text = fields.text();
-    }
-    return events;
+    return sqlite::rows_of(connection.database(), "SELECT t_s, kind, text FROM event ORDER BY id",
+                           [](sqlite::Fields& fields) {
+                             RunEvent event;
+                             event.t_s = fields.real();
+                             event.kind = fields.text();
+                             event.text = fields.text();
+                             return event;
+                           });
   });
 }
 

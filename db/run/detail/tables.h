@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "db/detail/connection.h"
+#include "db/detail/sqlite.h"
 #include "db/run/detail/chunk_table.h"
 #include "db/run/run_file.h"
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "hal/devices/devices.h"
+#include "hal/imu/imu.h"
 #include "hal/imu/detail/ahrs400_clock.h"
 #include "hal/imu/detail/ahrs400_packet.h"
 #include "hal/imu/detail/protocol.h"

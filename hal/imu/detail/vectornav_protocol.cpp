@@ -23,7 +23,7 @@ constexpr VectorNavFields kWithoutSaturation = {field::kTimeStartup, field::kTem
 
 /// Accelerometers and gyros; the others are of the magnetometer and the barometer.
 constexpr std::uint16_t kSaturatedSensors = 0x01F8;
-constexpr double kRateTolerance = 0.01;
+constexpr double kVectorNavRateTolerance = 0.01;
 
 struct Question {
   std::string_view text;
@@ -183,7 +183,7 @@ int VectorNavProtocol::divisor() const {
 base::Status VectorNavProtocol::check_rate() const {
   const double own_hz = own_rate_hz(identity_.product);
   const int nearest = std::max(1, divisor());
-  if (std::abs(own_hz / nearest - settings_.rate_hz) <= kRateTolerance * settings_.rate_hz) return {};
+  if (std::abs(own_hz / nearest - settings_.rate_hz) <= kVectorNavRateTolerance * settings_.rate_hz) return {};
   return base::fail(
       base::ErrorKind::device,
       fmt::format("the unit ({}) divides {:.0f} Hz by whole numbers and offers {:.4g} Hz, not the {:.4g} Hz "

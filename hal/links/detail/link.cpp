@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <utility>
 
 namespace soak::hal {
 namespace {
@@ -16,20 +15,33 @@ constexpr double kTimeoutsPerCall = 5.0;
 
 }  // namespace
 
-void LinkPatience::begin_call() { call_end_ = Clock::now() + clock_time(kTimeoutsPerCall * response_timeout_s_); }
+void Link::begin_call() { call_end_ = Clock::now() + clock_time(kTimeoutsPerCall * settings_.response_timeout_s); }
 
-std::optional<std::string> LinkPatience::must_wait() const {
-  const auto now = Clock::now();
-  if (now >= next_try_) return std::nullopt;
-  const std::chrono::duration<double> left = next_try_ - now;
-  return fmt::format("{}; next try in {:.1f} s", last_fault_, left.count());
+LinkResult Link::open() {
+  if (auto usable = check_use(); !usable) return usable;
+  if (is_open()) return {};
+  if (const std::chrono::duration<double> left = next_try_ - Clock::now(); left.count() > 0.0) {
+    return tl::unexpected(LinkFault{fmt::format("{}; next try in {:.1f} s", last_fault_, left.count())});
+  }
+  auto opened = open_port();
+  if (!opened) give_up(opened.error().text);
+  return opened;
 }
 
-void LinkPatience::give_up(std::string reason) {
+void Link::give_up(std::string reason) {
+  close_port();
   last_fault_ = std::move(reason);
   const auto step = std::min(static_cast<std::size_t>(failures_), kPauses_s.size() - 1);
-  next_try_ = Clock::now() + clock_time(std::max(kPauses_s[step], response_timeout_s_));
+  next_try_ = Clock::now() + clock_time(std::max(kPauses_s[step], settings_.response_timeout_s));
   ++failures_;
+}
+
+LinkResult Link::may_request() {
+  if (auto usable = check_use(); !usable) return usable;
+  if (!is_open()) return last_fault();
+  if (Clock::now() < call_end_) return {};
+  give_up("answers come too late: a longer 'response_timeout_s' gives the controller more time");
+  return last_fault();
 }
 
 }  // namespace soak::hal

@@ -23,19 +23,15 @@ constexpr std::chrono::milliseconds kSettlingTime{100};
 /// On a serial line. The silence of 3.5 characters that the standard asks for is too short for some controllers:
 /// ESPEC's driver of the F4T waits so long.
 constexpr double kSerialGap_s = 0.03;
-const char* const kForeignThread = "the link belongs to another thread";
 
-modbus_t* new_context(const ModbusTcp& address) {
-  return modbus_new_tcp_pi(address.host.c_str(), std::to_string(address.port).c_str());
-}
-
-modbus_t* new_context(const ModbusRtu& address) {
+modbus_t* new_context(const ControllerAddress& address) {
   constexpr int data_bits = 8;
-  return modbus_new_rtu(address.device.c_str(), address.baud, address.parity, data_bits, address.stop_bits);
+  if (const auto* tcp = std::get_if<TcpAddress>(&address)) {
+    return modbus_new_tcp_pi(tcp->host.c_str(), std::to_string(tcp->port).c_str());
+  }
+  const auto& line = std::get<SerialAddress>(address);
+  return modbus_new_rtu(line.device.c_str(), line.baud, line.parity, data_bits, line.stop_bits);
 }
-
-std::string address_text(const ModbusTcp& address) { return fmt::format("{}:{}", address.host, address.port); }
-std::string address_text(const ModbusRtu& address) { return address.device; }
 
 void set_timeouts(modbus_t* context, double response_s) {
   const double whole_s = std::floor(response_s);
@@ -54,8 +50,8 @@ bool descriptor_fits() {
 }
 
 /// libmodbus calls a host that nobody knows "Connection refused".
-std::string connect_fault(const std::variant<ModbusTcp, ModbusRtu>& address, int code) {
-  const auto* tcp = std::get_if<ModbusTcp>(&address);
+std::string connect_fault(const ControllerAddress& address, int code) {
+  const auto* tcp = std::get_if<TcpAddress>(&address);
   if (tcp && code == ECONNREFUSED) {
     addrinfo* found = nullptr;
     const int failure = ::getaddrinfo(tcp->host.c_str(), nullptr, nullptr, &found);
@@ -77,8 +73,8 @@ bool is_busy(int exception) {
 
 }  // namespace
 
-double request_gap_s(const ModbusLinkSettings& settings) {
-  const bool serial = std::holds_alternative<ModbusRtu>(settings.address);
+double request_gap_s(const LinkSettings& settings) {
+  const bool serial = std::holds_alternative<SerialAddress>(settings.address);
   return settings.gap_s.value_or(serial ? kSerialGap_s : 0.0);
 }
 
@@ -95,46 +91,32 @@ struct ModbusLink::Port {
   modbus_t* context;
 };
 
-ModbusLink::ModbusLink(ModbusLinkSettings settings)
-    : settings_(std::move(settings)), patience_(settings_.response_timeout_s) {}
+ModbusLink::ModbusLink(LinkSettings settings) : Link(std::move(settings)) {}
 
 ModbusLink::~ModbusLink() = default;
 
-std::string ModbusLink::address() const {
-  return std::visit([](const auto& address) { return address_text(address); }, settings_.address);
-}
-
-bool ModbusLink::is_foreign_thread() {
+LinkResult ModbusLink::check_use() {
   if (owner_ == std::thread::id()) owner_ = std::this_thread::get_id();
-  return owner_ != std::this_thread::get_id();
+  if (owner_ == std::this_thread::get_id()) return {};
+  return tl::unexpected(LinkFault{"the link belongs to another thread"});
 }
 
-LinkResult ModbusLink::open() {
-  if (is_foreign_thread()) return tl::unexpected(LinkFault{kForeignThread});
-  if (port_) return {};
-  if (auto reason = patience_.must_wait()) return tl::unexpected(LinkFault{*std::move(reason)});
-  const auto fail = [this](std::string reason) {
-    give_up(std::move(reason));
-    return tl::unexpected(LinkFault{patience_.last_fault()});
-  };
+LinkResult ModbusLink::open_port() {
+  const auto fail = [](std::string reason) { return tl::unexpected(LinkFault{std::move(reason)}); };
   if (!descriptor_fits()) return fail("too many open files: libmodbus cannot use a descriptor beyond 1023");
-  auto port =
-      std::make_unique<Port>(std::visit([](const auto& address) { return new_context(address); }, settings_.address));
+  auto port = std::make_unique<Port>(new_context(settings().address));
   if (!port->context) return fail(fmt::format("cannot set up the link: {}", modbus_strerror(errno)));
-  if (modbus_set_slave(port->context, settings_.unit) != 0) {
-    return fail(fmt::format("unit {}: {}", settings_.unit, modbus_strerror(errno)));
+  if (modbus_set_slave(port->context, settings().unit) != 0) {
+    return fail(fmt::format("unit {}: {}", settings().unit, modbus_strerror(errno)));
   }
-  set_timeouts(port->context, settings_.response_timeout_s);
-  if (modbus_connect(port->context) != 0) return fail(connect_fault(settings_.address, errno));
+  set_timeouts(port->context, settings().response_timeout_s);
+  if (modbus_connect(port->context) != 0) return fail(connect_fault(settings().address, errno));
   port_ = std::move(port);
   std::this_thread::sleep_for(kSettlingTime);
   return {};
 }
 
-void ModbusLink::give_up(std::string reason) {
-  port_.reset();
-  patience_.give_up(std::move(reason));
-}
+void ModbusLink::close_port() { port_.reset(); }
 
 LinkFault ModbusLink::fault_of(int code) {
   LinkFault fault{modbus_strerror(code), exception_of(code)};
@@ -143,14 +125,9 @@ LinkFault ModbusLink::fault_of(int code) {
 }
 
 LinkResult ModbusLink::exchange(int count, const std::function<int()>& request) {
-  if (is_foreign_thread()) return tl::unexpected(LinkFault{kForeignThread});
-  if (!port_) return tl::unexpected(LinkFault{patience_.last_fault()});
   for (int attempt = 1;; ++attempt) {
-    if (patience_.call_is_over()) {
-      give_up("answers come too late: a longer 'response_timeout_s' gives the controller more time");
-      return tl::unexpected(LinkFault{patience_.last_fault()});
-    }
-    std::this_thread::sleep_until(last_request_ + clock_time(request_gap_s(settings_)));
+    if (auto able = may_request(); !able) return able;
+    std::this_thread::sleep_until(last_request_ + clock_time(request_gap_s(settings())));
     // What still lies in the buffer answers an earlier request.
     modbus_flush(port_->context);
     errno = 0;

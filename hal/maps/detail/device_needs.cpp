@@ -1,90 +1,128 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/maps/detail/device_needs.h"
 
-#include <algorithm>
-#include <initializer_list>
-#include <string_view>
-#include <utility>
+#include <fmt/format.h>
 
-#include "base/result.h"
-#include "hal/maps/detail/map_check.h"
-#include "hal/maps/detail/vocabulary.h"
+#include <algorithm>
+#include <utility>
 
 namespace soak::hal {
 namespace {
 
-using Needs = std::vector<std::string>;
-
-void note(const base::Status& status, Needs& needs) {
-  if (status) return;
-  const std::string& text = status.error().message;
-  if (std::find(needs.begin(), needs.end(), text) == needs.end()) needs.push_back(text);
-}
-
-void note_writable(const RegisterMap& map, std::initializer_list<std::string_view> numbered, Needs& needs) {
-  for (const auto& [name, quantity] : map.quantities) {
-    if (is_numbered(name, numbered)) note(require_writable(map, name), needs);
-  }
-}
-
-/// A switch is 1 and 0, or it has codes: then these two are asked for.
-void note_switch_codes(const RegisterMap& map, std::initializer_list<std::string_view> numbered, Needs& needs) {
-  for (const auto& [name, quantity] : map.quantities) {
-    if (quantity.codes.empty() || !is_numbered(name, numbered)) continue;
-    for (const char* code : {"on", "off"}) note(require_code(map, name, code), needs);
-  }
-}
-
-Needs chamber_needs(const RegisterMap& map) {
-  Needs needs;
-  note(require_quantity(map, "air_c"), needs);
-  note(require_writable(map, "set_point_c"), needs);
-  const bool actual = map.quantities.contains("actual_mode");
-  note(require_code(map, actual ? "actual_mode" : "control_mode", "auto"), needs);
-  for (const auto& [action, mode] : {std::pair{"start", "auto"}, std::pair{"stop", "off"}}) {
-    if (map.actions.contains(action)) continue;
-    note(require_writable(map, "control_mode"), needs);
-    note(require_code(map, "control_mode", mode), needs);
-  }
-  if (map.quantities.contains("ramp_rate")) note(require_writable(map, "ramp_rate"), needs);
-  note_writable(map, {kChamberOutput}, needs);
-  note_switch_codes(map, {kChamberOutput}, needs);
-  return needs;
+const std::set<std::string>& known_quantities(const DeviceMap& map) {
+  static const std::set<std::string> chamber = {
+      "air_c",       "set_point_c", "working_set_point_c", "output_percent",  "control_mode",
+      "actual_mode", "ramp_rate",   "min_set_point_c",     "max_set_point_c", "air_rh_percent"};
+  static const std::set<std::string> positions = {"request", "position", "status"};
+  static const std::set<std::string> angles = {"outer_request", "outer_position", "inner_request", "inner_position",
+                                               "status",        "rate_request",   "rate"};
+  static const std::set<std::string> none;  // those of unit power are numbered
+  if (map.kind == "chamber") return chamber;
+  if (map.kind != "fixture") return none;
+  return map.axes ? angles : positions;
 }
 
 bool is_whole(const Quantity& quantity) {
-  return quantity.type != RegisterType::f32 && quantity.scale == 1.0 && !quantity.decimals_register;
+  const RegisterPlace& place = quantity.modbus;
+  return place.type != RegisterType::f32 && place.scale == 1.0 && !place.decimals_register;
 }
 
-Needs fixture_needs(const RegisterMap& map) {
-  Needs needs;
-  if (map.axes) return needs;
-  note(require_writable(map, "request"), needs);
-  note(require_quantity(map, "position"), needs);
-  const auto position = map.quantities.find("position");
-  if (position != map.quantities.end() && !is_whole(position->second)) {
-    needs.emplace_back(
-        "[quantity.position] numbers the positions: a plain whole number without 'scale' and "
-        "'decimals_register'");
+void need_chamber(const DeviceMap& map, Needs& needs) {
+  needs.quantity("air_c");
+  needs.writable("set_point_c");
+  needs.code(map.quantities.contains("actual_mode") ? "actual_mode" : "control_mode", "auto");
+  for (const auto& [action, mode] : {std::pair{"start", "auto"}, std::pair{"stop", "off"}}) {
+    if (map.actions.contains(action)) continue;
+    needs.writable("control_mode");
+    needs.code("control_mode", mode);
   }
-  for (const char* code : {"standing", "moving", "fault"}) note(require_code(map, "status", code), needs);
-  return needs;
+  if (map.quantities.contains("ramp_rate")) needs.writable("ramp_rate");
 }
 
-Needs power_needs(const RegisterMap& map) {
-  Needs needs;
-  note(require_writable(map, std::string(kOutput) + "1"), needs);
-  note_writable(map, {kOutput, kSetVoltage, kCurrentLimit}, needs);
-  note_switch_codes(map, {kOutput, kState}, needs);
-  return needs;
+void need_positions(const DeviceMap& map, Needs& needs) {
+  needs.writable("request");
+  if (needs.quantity("position") && !is_whole(map.quantities.at("position"))) {
+    needs.note(
+        "[quantity.position] numbers the positions: a plain whole number without 'scale' and 'decimals_register'");
+  }
+  for (const char* code : {"standing", "moving", "fault"}) needs.code("status", code);
+}
+
+/// Outputs: `written` are given a value; `switched` are 1 and 0, or they have codes: then these two are asked for.
+void need_outputs(const DeviceMap& map, std::initializer_list<std::string_view> written,
+                  std::initializer_list<std::string_view> switched, Needs& needs) {
+  for (const auto& [name, quantity] : map.quantities) {
+    if (is_numbered(name, written)) needs.writable(name);
+  }
+  for (const auto& [name, quantity] : map.quantities) {
+    if (quantity.codes.empty() || !is_numbered(name, switched)) continue;
+    for (const char* code : {"on", "off"}) needs.code(name, code);
+  }
 }
 
 }  // namespace
 
-std::vector<std::string> device_needs(const RegisterMap& map) {
-  if (map.kind == "chamber") return chamber_needs(map);
-  if (map.kind == "fixture") return fixture_needs(map);
-  return map.kind == "power" ? power_needs(map) : Needs();
+bool is_numbered(std::string_view name, std::initializer_list<std::string_view> beginnings) {
+  for (const std::string_view beginning : beginnings) {
+    if (!name.starts_with(beginning)) continue;
+    const std::string_view number = name.substr(beginning.size());
+    return !number.empty() && number.front() != '0' && number.find_first_not_of("0123456789") == number.npos;
+  }
+  return false;
+}
+
+bool asks_for(const DeviceMap& map, const std::string& quantity) {
+  if (known_quantities(map).contains(quantity)) return true;
+  if (map.kind == "chamber") return is_numbered(quantity, {kChamberOutput});
+  return map.kind == "power" && is_numbered(quantity, {kOutput, kState, kCurrentTrip, kVoltageTrip, kSetVoltage,
+                                                       kCurrentLimit, kVoltage, kCurrent});
+}
+
+std::set<std::string> known_actions(const DeviceMap& map) {
+  if (map.kind == "chamber") return {"start", "stop", "ramp_on", "ramp_off"};
+  return map.axes ? std::set<std::string>{"go", "spin"} : std::set<std::string>();
+}
+
+bool Needs::quantity(const std::string& name) {
+  const bool there = map_.quantities.contains(name);
+  if (!there) note(fmt::format("a map of kind \"{}\" needs [quantity.{}]", map_.kind, name));
+  return there;
+}
+
+bool Needs::writable(const std::string& name) {
+  if (!quantity(name)) return false;
+  const bool can = map_.quantities.at(name).writable();
+  const char* key = map_.protocol == MapProtocol::text ? "write" : "write_function";
+  if (!can) note(fmt::format("[quantity.{}] needs a '{}'", name, key));
+  return can;
+}
+
+bool Needs::code(const std::string& name, const std::string& code) {
+  if (!quantity(name)) return false;
+  const bool there = map_.quantities.at(name).codes.contains(code);
+  const char* where = map_.protocol == MapProtocol::text ? "words" : "codes";
+  if (!there) note(fmt::format("[quantity.{}] needs the code '{}' among its '{}'", name, code, where));
+  return there;
+}
+
+void Needs::note(std::string sentence) {
+  if (std::find(sentences_.begin(), sentences_.end(), sentence) == sentences_.end()) {
+    sentences_.push_back(std::move(sentence));
+  }
+}
+
+std::vector<std::string> device_needs(const DeviceMap& map) {
+  Needs needs(map);
+  if (map.kind == "chamber") {
+    need_chamber(map, needs);
+    need_outputs(map, {kChamberOutput}, {kChamberOutput}, needs);
+  } else if (map.kind == "fixture" && !map.axes) {
+    need_positions(map, needs);
+  } else if (map.kind == "power") {
+    needs.writable(std::string(kOutput) + "1");
+    need_outputs(map, {kOutput, kSetVoltage, kCurrentLimit}, {kOutput, kState}, needs);
+  }
+  return needs.sentences();
 }
 
 }  // namespace soak::hal

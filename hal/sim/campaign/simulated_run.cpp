@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/sim/campaign/simulated_run.h"
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
 #include "base/random.h"
-#include "base/units.h"
-#include "hal/sim/campaign/detail/run_temperature.h"
-#include "hal/sim/campaign/detail/sensor_noise.h"
+#include "hal/sim/unit/attitude.h"
 #include "hal/sim/unit/draws.h"
 
 namespace soak::hal::sim {
 namespace {
 
-calib::Vector3 gravity_force_mps2(const calib::Vector3& up) {
-  constexpr double g_mps2 = base::kStandardGravity_mps2;
-  return {g_mps2 * up[0], g_mps2 * up[1], g_mps2 * up[2]};
-}
+constexpr std::uint64_t kMaxSlowProcesses = 1 << 16;
 
 void record_plan(const RunPlan& plan, calib::Recording& recording) {
   recording.positions.assign(plan.positions.begin(), plan.positions.end());
@@ -42,6 +41,69 @@ void record_thermometers(const CampaignConfig& config, const RunPlan& plan, cons
 
 }  // namespace
 
+RunTemperature::RunTemperature(const CampaignConfig& config, const std::vector<Visit>& visits, std::uint64_t run_seed)
+    : thermometer_(config.thermometer), chamber_(config.chamber) {
+  base::Random random(run_seed, stream_of(Purpose::visit));
+  for (std::size_t i = 0; i < visits.size(); ++i) {
+    VisitTemperature visit_state;
+    visit_state.visit = visits[i];
+    visit_state.settled_c = visits[i].set_point.temp_c + drawn_within(random, thermometer_.visit_offset_half_width_c);
+    visit_state.drift_c = drawn_within(random, thermometer_.plateau_drift_half_width_c);
+    visit_state.from_c = i == 0 ? visit_state.settled_c : unit_c(i - 1, visits[i].t_change_s);
+    visit_state.chamber_from_c = visits[i == 0 ? 0 : i - 1].set_point.temp_c;
+    visits_.push_back(visit_state);
+  }
+}
+
+double RunTemperature::unit_c(std::size_t visit, double t_s) const {
+  const VisitTemperature& visit_state = visits_[visit];
+  const double to_go = std::exp(-(t_s - visit_state.visit.t_change_s) / thermometer_.settling_time_s);
+  const double plateau_s = std::max(visit_state.visit.t_end_s - visit_state.visit.t_soak_s, 1e-9);
+  const double passed = std::clamp((t_s - visit_state.visit.t_soak_s) / plateau_s, 0.0, 1.0);
+  return visit_state.settled_c + (visit_state.from_c - visit_state.settled_c) * to_go + visit_state.drift_c * passed;
+}
+
+double RunTemperature::chamber_c(std::size_t visit, double t_s) const {
+  const VisitTemperature& visit_state = visits_[visit];
+  const double to_go = std::exp(-(t_s - visit_state.visit.t_change_s) / chamber_.settling_time_s);
+  const double set_point_c = visit_state.visit.set_point.temp_c;
+  return set_point_c + (visit_state.chamber_from_c - set_point_c) * to_go;
+}
+
+double mean_variance_of_gauss_markov(double correlation_time_s, double interval_s, int count) {
+  double sum = count;
+  for (int lag = 1; lag < count; ++lag) sum += 2.0 * (count - lag) * std::exp(-lag * interval_s / correlation_time_s);
+  return sum / (static_cast<double>(count) * count);
+}
+
+SensorNoise::SensorNoise(const CampaignConfig& config, calib::Sensor sensor, std::uint64_t run_seed)
+    : run_seed_(run_seed), sensor_index_(calib::index_of(sensor)) {
+  const double sigma = config.magnitudes(sensor).segment_mean_sigma;
+  white_sigma_ = sigma * std::sqrt((1.0 - config.noise.slow_share) * config.rows_per_position);
+  double slow_mean_variance = 0.0;
+  for (const double time_s : config.noise.slow_correlation_times_s) {
+    slow_.push_back({time_s});
+    slow_mean_variance += mean_variance_of_gauss_markov(time_s, config.row_interval_s, config.rows_per_position);
+  }
+  slow_sigma_ = sigma * std::sqrt(config.noise.slow_share / slow_mean_variance);
+}
+
+double SensorNoise::at(std::uint64_t index, double t_s) {
+  const std::uint64_t white_stream = stream_of(Purpose::white_noise, sensor_index_);
+  double noise = white_sigma_ * base::hashed_gaussian(run_seed_, white_stream, index);
+  for (std::size_t i = 0; i < slow_.size(); ++i) {
+    Process& process = slow_[i];
+    const std::uint64_t stream = stream_of(Purpose::slow_noise, sensor_index_ * kMaxSlowProcesses + i);
+    const double decay = started_ ? std::exp(-(t_s - last_t_s_) / process.correlation_time_s) : 0.0;
+    const double innovation = base::hashed_gaussian(run_seed_, stream, index);
+    process.state = decay * process.state + std::sqrt(1.0 - decay * decay) * innovation;
+    noise += slow_sigma_ * process.state;
+  }
+  last_t_s_ = t_s;
+  started_ = true;
+  return noise;
+}
+
 calib::Recording simulate_run(const CampaignConfig& config, const SimulatedUnit& unit, int run,
                               const std::vector<SetPoint>& set_points) {
   const RunPlan plan = plan_run(config, set_points, run);
@@ -60,7 +122,7 @@ calib::Recording simulate_run(const CampaignConfig& config, const SimulatedUnit&
     for (std::size_t i = 0; i < plan.rows.size(); ++i) {
       const PlannedRow& row = plan.rows[i];
       const double temp_c = temperature.unit_c(row.visit, row.t_s);
-      const calib::Vector3 force_mps2 = gravity_force_mps2(row.attitude.up);
+      const calib::Vector3 force_mps2 = force_at_rest_mps2(row.attitude.up);
       values.push_back(ideal_reading(unit, sensor, temp_c, force_mps2, row.attitude.rate_rps) + offset +
                        noise.at(i, row.t_s));
     }

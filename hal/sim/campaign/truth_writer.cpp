@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
-#include "hal/sim/effects/effect_text.h"
+#include "hal/sim/effects/hidden_effects.h"
 #include "hal/sim/unit/thermal_curve.h"
 
 namespace soak::hal::sim {
@@ -18,47 +18,51 @@ std::vector<double> values_of(const ThermalCurve& curve, const std::vector<doubl
 }
 
 std::string number_list(const std::vector<double>& values, int decimals) {
-  std::string text = "[";
-  for (const double value : values) fmt::format_to(std::back_inserter(text), "{:.{}f}, ", value, decimals);
-  if (!values.empty()) text.resize(text.size() - 2);
-  return text + "]";
+  return json_list(values, [decimals](double value) { return fmt::format("{:.{}f}", value, decimals); });
+}
+
+std::string number_list(const calib::Vector3& vector, double factor) {
+  return number_list(std::vector<double>{factor * vector[0], factor * vector[1], factor * vector[2]}, 7);
 }
 
 std::string sensor_json(const CampaignConfig& config, const SimulatedUnit& unit, const ListedRuns& listed,
                         calib::Sensor sensor) {
   const SimulatedSensor& truth = unit.sensors[calib::index_of(sensor)];
+  const bool gyro = calib::is_gyro(sensor);
   const double printed = calib::printed_per_si(sensor);
   const std::vector<double> grid_c = dense_grid_c(config.curve);
   const std::vector<double> bias = values_of(truth.bias, grid_c, printed);
-  std::vector<double> offsets;
-  for (const ListedRun& run : listed.runs) {
-    offsets.push_back(printed * power_on_offset(config, unit, run.run, sensor));
-  }
-  std::string verification = "null";
-  if (listed.verification) {
-    verification = fmt::format("{:.7f}", printed * power_on_offset(config, unit, listed.verification->run, sensor));
-  }
-  std::string scale = "null";
-  std::string g_sensitivity = "null";
-  if (calib::is_gyro(sensor)) {
-    const double per_g = printed * base::kStandardGravity_mps2;
-    const calib::Vector3& g = truth.g_sensitivity;
-    g_sensitivity = number_list({per_g * g[0], per_g * g[1], per_g * g[2]}, 7);
-  } else {
-    scale = number_list(values_of(truth.scale_ppm, grid_c, 1.0), 3);
-  }
-  const calib::Vector3& tilt = truth.misalignment;
+  const auto offset_of = [&](const ListedRun& run) {
+    return fmt::format("{:.7f}", printed * power_on_offset(config, unit, run.run, sensor));
+  };
   return fmt::format(
       "{{\"unit\": \"{}\", \"uncompensated_span\": {:.7f},\n"
       "     \"power_on_sigma\": {:.7f}, \"power_on_offset\": {}, \"verification_power_on_offset\": {},\n"
       "     \"misalignment_rad\": {}, \"g_sensitivity_dps_per_g\": {},\n"
       "     \"bias\": {},\n     \"scale_ppm\": {}}}",
       calib::printed_unit(sensor), span_of(bias), printed * config.magnitudes(sensor).power_on_sigma,
-      number_list(offsets, 7), verification, number_list({tilt[0], tilt[1], tilt[2]}, 7), g_sensitivity,
-      number_list(bias, 7), scale);
+      json_list(listed.runs, offset_of), listed.verification ? offset_of(*listed.verification) : "null",
+      number_list(truth.misalignment, 1.0),
+      gyro ? number_list(truth.g_sensitivity, printed * base::kStandardGravity_mps2) : "null", number_list(bias, 7),
+      gyro ? "null" : number_list(values_of(truth.scale_ppm, grid_c, 1.0), 3));
 }
 
-std::string unit_json(const CampaignConfig& config, const SimulatedUnit& unit, int number, const ListedRuns& listed) {
+/// What one hidden effect does to a unit of soaksim: name, amplitude and unit per sensor, shape.
+std::string lab_effect_json(const LabEffect& effect, const EffectSurroundings& surroundings) {
+  const DrawnEffect& drawn = effect.drawn;
+  std::string sensors;
+  for (const calib::Sensor sensor : drawn.sensors) {
+    sensors += fmt::format("{}\"{}\": {{\"amplitude\": {:.7g}, \"unit\": \"{}\"}}", sensors.empty() ? "" : ", ",
+                           calib::name_of(sensor), amplitude_of(drawn, sensor, effect.amplitude),
+                           unit_of(*drawn.entry, sensor));
+  }
+  const ActiveEffect active(drawn, effect.amplitude, surroundings);
+  return fmt::format("{{\"name\": \"{}\", \"nameable\": {}, \"sensors\": {{{}}}, \"shape\": {}}}", drawn.entry->name,
+                     drawn.entry->nameable, sensors, shape_json(active.shape()));
+}
+
+std::string unit_truth_json(const CampaignConfig& config, const SimulatedUnit& unit, int number,
+                            const ListedRuns& listed) {
   std::string text = fmt::format("  {{\"unit\": \"{}\", \"sensors\": {{", unit.serial);
   std::string_view separator = "\n";
   for (const calib::Sensor sensor : calib::kSensors) {
@@ -67,22 +71,11 @@ std::string unit_json(const CampaignConfig& config, const SimulatedUnit& unit, i
     separator = ",\n";
   }
   text += "}";
-  if (!config.hidden.empty()) text += ",\n   \"hidden\": " + lab_effects_json(config, number);
-  return text + "}";
-}
-
-std::string run_labels(const ListedRuns& listed) {
-  std::string text = "[";
-  std::string_view separator;
-  for (const ListedRun& run : listed.runs) {
-    text += fmt::format("{}\"{}\"", separator, run.label);
-    separator = ", ";
+  if (!config.hidden.empty()) {
+    const auto json_of = [&](const LabEffect& effect) { return lab_effect_json(effect, lab_surroundings(config)); };
+    text += ",\n   \"hidden\": " + json_list(lab_effects(config, number), json_of);
   }
-  return text + "]";
-}
-
-std::string verification_label(const ListedRuns& listed) {
-  return listed.verification ? fmt::format("\"{}\"", listed.verification->label) : "null";
+  return text + "}";
 }
 
 }  // namespace
@@ -96,16 +89,17 @@ ListedRuns campaign_runs(const CampaignConfig& config) {
 
 std::string truth_json(const CampaignConfig& config, const std::vector<SimulatedUnit>& units,
                        const ListedRuns& listed) {
+  const auto quoted_label = [](const ListedRun& run) { return fmt::format("\"{}\"", run.label); };
   std::string text = fmt::format(
       "{{\"seed\": {}, \"gravity_mps2\": {}, \"runs\": {}, \"verification_run\": {},\n \"temp_c\": {},\n "
       "\"units\": [",
-      config.seed, base::kStandardGravity_mps2, run_labels(listed), verification_label(listed),
-      number_list(dense_grid_c(config.curve), 2));
+      config.seed, base::kStandardGravity_mps2, json_list(listed.runs, quoted_label),
+      listed.verification ? quoted_label(*listed.verification) : "null", number_list(dense_grid_c(config.curve), 2));
   std::string_view separator = "\n";
   int number = 0;
   for (const SimulatedUnit& unit : units) {
     text += separator;
-    text += unit_json(config, unit, ++number, listed);
+    text += unit_truth_json(config, unit, ++number, listed);
     separator = ",\n";
   }
   return text + "]}\n";

@@ -25,6 +25,14 @@ struct ListedRuns {
 /// All runs of a campaign and its verification run.
 [[nodiscard]] ListedRuns campaign_runs(const CampaignConfig& config);
 
+/// `[a, b, ...]` of what `text_of` makes of each item.
+template <class Items, class TextOf>
+[[nodiscard]] std::string json_list(const Items& items, TextOf text_of) {
+  std::string text = "[";
+  for (const auto& item : items) text += (text.size() > 1 ? ", " : "") + text_of(item);
+  return text + "]";
+}
+
 /// JSON text of what is true of the units, the first of which is number 1, for judging what was found out about them.
 /// Its format stands in README.md.
 [[nodiscard]] std::string truth_json(const CampaignConfig& config, const std::vector<SimulatedUnit>& units,

@@ -7,10 +7,9 @@
 #include <string_view>
 
 #include "calib/vocabulary/sensor.h"
+#include "settings/reader.h"
 
 namespace soak::hal::sim {
-
-class ConfigReader;
 
 /// What the runs of a designed campaign have in common and what not.
 enum class DesignKind : std::uint8_t {
@@ -75,8 +74,8 @@ inline constexpr int kMaxDesignBlocks = 60;
 /// units.
 [[nodiscard]] double mps2_per_dps(const DesignConfig& design);
 
-/// Reads [design]; nothing where it is absent. Mistakes stay in `reader`.
-[[nodiscard]] std::optional<DesignConfig> read_design(ConfigReader& reader);
+/// Reads [design]; nothing where it is absent. Mistakes are recorded in it.
+[[nodiscard]] std::optional<DesignConfig> read_design(const settings::Table& root);
 
 /// The defaults of lab.toml, of a kind.
 [[nodiscard]] DesignConfig default_design(DesignKind kind);

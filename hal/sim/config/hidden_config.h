@@ -4,13 +4,13 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calib/vocabulary/sensor.h"
+#include "settings/reader.h"
 
 namespace soak::hal::sim {
-
-class ConfigReader;
 
 /// One effect that [[hidden]] or [[candidate]] asks for. Exactly one of `magnitude` and `amplitude` is given.
 struct HiddenSpec {
@@ -21,7 +21,7 @@ struct HiddenSpec {
   std::vector<calib::Sensor> sensors;  ///< that are hit; empty = drawn
 };
 
-/// Reads the tables [[`table`]], hidden or candidate, none where there are none; mistakes stay in `reader`.
-[[nodiscard]] std::vector<HiddenSpec> read_hidden(ConfigReader& reader, const std::string& table);
+/// Reads the tables [[`name`]], hidden or candidate, none where there are none; mistakes are recorded in it.
+[[nodiscard]] std::vector<HiddenSpec> read_hidden(const settings::Table& root, std::string_view name);
 
 }  // namespace soak::hal::sim

@@ -5,84 +5,84 @@
 #include <optional>
 
 #include "base/units.h"
-#include "hal/sim/config/config_reader.h"
 
 namespace soak::hal::sim {
 namespace {
 
 using calib::Vector3;
-using Limits = ConfigReader::Limits;
+using settings::Limits;
+using settings::Table;
 
-constexpr Limits kTemperature_c = {-200.0, 300.0};
-constexpr Limits kTimeConstant_s = {0.5, 1e7};  // the physics advances in steps of 0.1 s
-constexpr Limits kPositive = {1e-9, 1e6};
-constexpr Limits kMagnitude = {0.0, 1e6};
+constexpr Limits kLabTimeConstant_s = {0.5, 1e7};  // the physics advances in steps of 0.1 s
+constexpr Limits kLabPositive = {1e-9, 1e6};
 constexpr double kPerMinute = 1.0 / 60.0;
 constexpr double kPerRootHour = 1.0 / 60.0;  // 1/√h in √Hz
 constexpr double kPerHour = 1.0 / 3600.0;
 
-PlantMagnitudes read_plant(ConfigReader& reader) {
+PlantMagnitudes read_plant(const Table& root) {
+  const Table table = root.section("lab_chamber", settings::kRequired);
   PlantMagnitudes plant;
-  plant.room_c = reader.number("lab_chamber.room_c", kTemperature_c);
-  plant.heating_kps = kPerMinute * reader.number("lab_chamber.heating_kpmin", kPositive);
-  plant.cooling_kps = kPerMinute * reader.number("lab_chamber.cooling_kpmin", kPositive);
-  plant.load_to_air = reader.number("lab_chamber.load_to_air", {0.0, 100.0});
-  plant.load_settling_time_s = reader.number("lab_chamber.load_settling_time_s", {10.0, 1e7});
-  plant.leak_time_s = reader.number("lab_chamber.leak_time_s", {100.0, 1e7});
-  plant.heater_lag_s = reader.number("lab_chamber.heater_lag_s", kTimeConstant_s);
-  plant.refrigeration_lag_s = reader.number("lab_chamber.refrigeration_lag_s", kTimeConstant_s);
-  plant.compressor_period_s = reader.number("lab_chamber.compressor_period_s", kTimeConstant_s);
-  plant.compressor_depth = reader.number("lab_chamber.compressor_depth", {0.0, 1.0});
+  plant.room_c = table.number("room_c", kAnyTemperature_c);
+  plant.heating_kps = kPerMinute * table.number("heating_kpmin", kLabPositive);
+  plant.cooling_kps = kPerMinute * table.number("cooling_kpmin", kLabPositive);
+  plant.load_to_air = table.number("load_to_air", {0.0, 100.0});
+  plant.load_settling_time_s = table.number("load_settling_time_s", {10.0, 1e7});
+  plant.leak_time_s = table.number("leak_time_s", {100.0, 1e7});
+  plant.heater_lag_s = table.number("heater_lag_s", kLabTimeConstant_s);
+  plant.refrigeration_lag_s = table.number("refrigeration_lag_s", kLabTimeConstant_s);
+  plant.compressor_period_s = table.number("compressor_period_s", kLabTimeConstant_s);
+  plant.compressor_depth = table.number("compressor_depth", {0.0, 1.0});
   return plant;
 }
 
-ControllerMagnitudes read_controller(ConfigReader& reader) {
+ControllerMagnitudes read_controller(const Table& root) {
+  const Table table = root.section("lab_controller", settings::kRequired);
   ControllerMagnitudes controller;
-  controller.gain_pk = 0.01 * reader.number("lab_controller.gain_percent_per_k", kPositive);
-  controller.integral_time_s = reader.number("lab_controller.integral_time_s", kTimeConstant_s);
-  controller.sensor_lag_s = reader.number("lab_controller.sensor_lag_s", kTimeConstant_s);
-  controller.sensor_noise_sigma_c = reader.number("lab_controller.sensor_noise_sigma_c", kMagnitude);
-  controller.set_point_low_c = reader.number("lab_controller.set_point_low_c", kTemperature_c);
-  controller.set_point_high_c = reader.number("lab_controller.set_point_high_c", kTemperature_c);
-  controller.alarm_low_c = reader.number("lab_controller.alarm_low_c", kTemperature_c);
-  controller.alarm_high_c = reader.number("lab_controller.alarm_high_c", kTemperature_c);
-  controller.limit_high_c = reader.number("lab_controller.limit_high_c", kTemperature_c);
+  controller.gain_pk = 0.01 * table.number("gain_percent_per_k", kLabPositive);
+  controller.integral_time_s = table.number("integral_time_s", kLabTimeConstant_s);
+  controller.sensor_lag_s = table.number("sensor_lag_s", kLabTimeConstant_s);
+  controller.sensor_noise_sigma_c = table.number("sensor_noise_sigma_c", kAnyMagnitude);
+  controller.set_point_low_c = table.number("set_point_low_c", kAnyTemperature_c);
+  controller.set_point_high_c = table.number("set_point_high_c", kAnyTemperature_c);
+  controller.alarm_low_c = table.number("alarm_low_c", kAnyTemperature_c);
+  controller.alarm_high_c = table.number("alarm_high_c", kAnyTemperature_c);
+  controller.limit_high_c = table.number("limit_high_c", kAnyTemperature_c);
   if (controller.set_point_low_c >= controller.set_point_high_c) {
-    reader.refuse("lab_controller.set_point_high_c",
-                  "'lab_controller.set_point_high_c' must be above 'lab_controller.set_point_low_c'");
+    table.refuse("set_point_high_c",
+                 "'lab_controller.set_point_high_c' must be above 'lab_controller.set_point_low_c'");
   }
   return controller;
 }
 
-ElectronicsMagnitudes read_electronics(ConfigReader& reader) {
+ElectronicsMagnitudes read_electronics(const Table& root) {
+  const Table table = root.section("lab_unit", settings::kRequired);
   ElectronicsMagnitudes electronics;
-  electronics.settling_time_s = reader.range("lab_unit.settling_time_s", kTimeConstant_s);
-  electronics.load_coupling_time_s = reader.number("lab_unit.load_coupling_time_s", kTimeConstant_s);
-  electronics.self_heating_c = reader.range("lab_unit.self_heating_c", kMagnitude);
-  electronics.thermometer_noise_sigma_c = reader.number("lab_unit.thermometer_noise_sigma_c", kMagnitude);
-  electronics.thermometer_lsb_c = reader.number("lab_unit.thermometer_lsb_c", kPositive);
-  electronics.boot_s = reader.number("lab_unit.boot_s", {0.0, 100.0});
-  electronics.wake_up_s = reader.number("lab_unit.wake_up_s", {0.0, 100.0});
+  electronics.settling_time_s = read_range(table, "settling_time_s", kLabTimeConstant_s);
+  electronics.load_coupling_time_s = table.number("load_coupling_time_s", kLabTimeConstant_s);
+  electronics.self_heating_c = read_range(table, "self_heating_c", kAnyMagnitude);
+  electronics.thermometer_noise_sigma_c = table.number("thermometer_noise_sigma_c", kAnyMagnitude);
+  electronics.thermometer_lsb_c = table.number("thermometer_lsb_c", kLabPositive);
+  electronics.boot_s = table.number("boot_s", {0.0, 100.0});
+  electronics.wake_up_s = table.number("wake_up_s", {0.0, 100.0});
   return electronics;
 }
 
-OutputMagnitudes read_gyro(ConfigReader& reader) {
+OutputMagnitudes read_gyro(const Table& noise, const Table& unit) {
   OutputMagnitudes gyro;
   gyro.random_walk =
-      base::kRadPerDeg * kPerRootHour * reader.number("lab_noise.gyro_angle_random_walk_deg_per_sqrt_h", kMagnitude);
-  gyro.bias_instability =
-      base::kRadPerDeg * kPerHour * reader.number("lab_noise.gyro_bias_instability_deg_per_h", kMagnitude);
-  gyro.range = base::kRadPerDeg * reader.number("lab_unit.gyro_range_dps", kPositive);
-  gyro.lsb = base::kRadPerDeg * reader.number("lab_unit.gyro_lsb_dps", kPositive);
+      base::kRadPerDeg * kPerRootHour * noise.number("gyro_angle_random_walk_deg_per_sqrt_h", kAnyMagnitude);
+  gyro.bias_instability = base::kRadPerDeg * kPerHour * noise.number("gyro_bias_instability_deg_per_h", kAnyMagnitude);
+  gyro.range = base::kRadPerDeg * unit.number("gyro_range_dps", kLabPositive);
+  gyro.lsb = base::kRadPerDeg * unit.number("gyro_lsb_dps", kLabPositive);
   return gyro;
 }
 
-OutputMagnitudes read_accel(ConfigReader& reader) {
+OutputMagnitudes read_accel(const Table& noise, const Table& unit) {
   OutputMagnitudes accel;
-  accel.random_walk = kPerRootHour * reader.number("lab_noise.accel_velocity_random_walk_mps_per_sqrt_h", kMagnitude);
-  accel.bias_instability = reader.number("lab_noise.accel_bias_instability_mps2", kMagnitude);
-  accel.range = reader.number("lab_unit.accel_range_mps2", kPositive);
-  accel.lsb = reader.number("lab_unit.accel_lsb_mps2", kPositive);
+  accel.random_walk = kPerRootHour * noise.number("accel_velocity_random_walk_mps_per_sqrt_h", kAnyMagnitude);
+  accel.bias_instability = noise.number("accel_bias_instability_mps2", kAnyMagnitude);
+  accel.range = unit.number("accel_range_mps2", kLabPositive);
+  accel.lsb = unit.number("accel_lsb_mps2", kLabPositive);
   return accel;
 }
 
@@ -105,14 +105,16 @@ std::optional<Mounting> parse_mounting(const std::string& text) {
   return mounting;
 }
 
-std::vector<Mounting> read_mountings(ConfigReader& reader) {
+std::vector<Mounting> read_mountings(const Table& slots) {
   std::vector<Mounting> mountings;
-  for (const std::string& text : reader.texts("lab_slots.mountings")) {
+  const auto texts = slots.texts("mountings", settings::kRequired);
+  if (texts.empty() && slots.has("mountings")) slots.refuse("mountings", "'mountings' must be a list of texts");
+  for (const std::string& text : texts) {
     const auto mounting = parse_mounting(text);
     if (!mounting) {
-      reader.refuse("lab_slots.mountings", "'" + text +
-                                               "' in 'lab_slots.mountings' must name three fixture directions, "
-                                               "right-handed, such as \"+Y-X+Z\"");
+      slots.refuse("mountings", "'" + text +
+                                    "' in 'lab_slots.mountings' must name three fixture directions, right-handed, "
+                                    "such as \"+Y-X+Z\"");
     }
     mountings.push_back(mounting.value_or(Mounting{}));
   }
@@ -121,16 +123,19 @@ std::vector<Mounting> read_mountings(ConfigReader& reader) {
 
 }  // namespace
 
-LabMagnitudes read_lab_magnitudes(ConfigReader& reader) {
+LabMagnitudes read_lab_magnitudes(const Table& root) {
+  const Table noise = root.section("lab_noise", settings::kRequired);
+  const Table unit = root.section("lab_unit", settings::kRequired);
   LabMagnitudes lab;
-  lab.plant = read_plant(reader);
-  lab.controller = read_controller(reader);
-  lab.electronics = read_electronics(reader);
-  lab.gyro = read_gyro(reader);
-  lab.accel = read_accel(reader);
-  lab.slow_correlation_times_s = reader.numbers("lab_noise.correlation_times_s", kTimeConstant_s);
-  lab.turn_s_per_rad = reader.number("lab_fixture.quarter_turn_s", {0.1, 1e4}) / (std::numbers::pi / 2.0);
-  lab.mountings = read_mountings(reader);
+  lab.plant = read_plant(root);
+  lab.controller = read_controller(root);
+  lab.electronics = read_electronics(root);
+  lab.gyro = read_gyro(noise, unit);
+  lab.accel = read_accel(noise, unit);
+  lab.slow_correlation_times_s = read_some_numbers(noise, "correlation_times_s", kLabTimeConstant_s);
+  const Table fixture = root.section("lab_fixture", settings::kRequired);
+  lab.turn_s_per_rad = fixture.number("quarter_turn_s", {0.1, 1e4}) / (std::numbers::pi / 2.0);
+  lab.mountings = read_mountings(root.section("lab_slots", settings::kRequired));
   return lab;
 }
 

@@ -11,8 +11,6 @@
 
 namespace soak::hal::sim {
 
-class ConfigReader;
-
 /// Heat flows of the chamber. Powers are stated as the rate at which they warm or cool air and load together.
 struct PlantMagnitudes {
   double room_c = 0.0;
@@ -82,7 +80,7 @@ struct LabMagnitudes {
   }
 };
 
-/// Reads the sections lab_* of lab.toml; mistakes stay in `reader`.
-[[nodiscard]] LabMagnitudes read_lab_magnitudes(ConfigReader& reader);
+/// Reads the sections lab_* of lab.toml; mistakes are recorded in it.
+[[nodiscard]] LabMagnitudes read_lab_magnitudes(const settings::Table& root);
 
 }  // namespace soak::hal::sim

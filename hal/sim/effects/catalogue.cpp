@@ -4,83 +4,76 @@
 #include <algorithm>
 #include <array>
 
-#include "hal/sim/effects/detail/aging_drift.h"
-#include "hal/sim/effects/detail/bias_step.h"
-#include "hal/sim/effects/detail/cross_axis.h"
-#include "hal/sim/effects/detail/daily_wave.h"
-#include "hal/sim/effects/detail/earth_rate.h"
-#include "hal/sim/effects/detail/fixture_tilt.h"
-#include "hal/sim/effects/detail/g_sensitivity.h"
-#include "hal/sim/effects/detail/gradient_rate.h"
-#include "hal/sim/effects/detail/moisture.h"
-#include "hal/sim/effects/detail/narrow_bump.h"
-#include "hal/sim/effects/detail/noise_vs_temperature.h"
-#include "hal/sim/effects/detail/position_memory.h"
-#include "hal/sim/effects/detail/quantization.h"
-#include "hal/sim/effects/detail/reposition_creep.h"
-#include "hal/sim/effects/detail/saturation.h"
-#include "hal/sim/effects/detail/scale_nonlinearity.h"
-#include "hal/sim/effects/detail/sensor_lag.h"
-#include "hal/sim/effects/detail/supply_sensitivity.h"
-#include "hal/sim/effects/detail/telegraph_noise.h"
-#include "hal/sim/effects/detail/temperature_rate.h"
-#include "hal/sim/effects/detail/thermal_hysteresis.h"
-#include "hal/sim/effects/detail/vibration_rectification.h"
-#include "hal/sim/effects/detail/warmup_transient.h"
+#include "hal/sim/effects/detail/effect_makers.h"
 
 namespace soak::hal::sim {
 namespace {
 
-// clang-format off
+constexpr bool kNameable = true;
+constexpr bool kInNoLibrary = false;  // a workflow that names another effect for it is wrong
+constexpr bool kWeighted = true;
+constexpr bool kEqual = false;
+
+// A response is what one unit of amplitude adds to the reading. The makers draw the shape: its ranges stand there.
 constexpr CatalogueEntry kCatalogue[] = {
-    {"thermal_hysteresis", true, Hits::some, Measure::blocks, AmplitudeSign::any, true, "*",
-     make_thermal_hysteresis},
-    {"temperature_rate", true, Hits::some, Measure::blocks, AmplitudeSign::any, true, "* per K/min",
-     make_temperature_rate},
-    {"sensor_lag", true, Hits::all, Measure::blocks, AmplitudeSign::positive, false, "s",
-     make_sensor_lag},
-    {"warmup_transient", true, Hits::some, Measure::blocks, AmplitudeSign::any, true, "*",
-     make_warmup_transient},
-    {"g_sensitivity", true, Hits::some_gyros, Measure::blocks, AmplitudeSign::any, false, "* per g",
-     make_g_sensitivity},
-    {"earth_rate", true, Hits::all_gyros, Measure::blocks, AmplitudeSign::any, false, "*",
-     make_earth_rate},
-    {"cross_axis", true, Hits::some_accels, Measure::blocks, AmplitudeSign::any, false, "rad per K",
-     make_cross_axis},
-    {"fixture_tilt", true, Hits::all_accels, Measure::blocks, AmplitudeSign::any, false, "deg",
-     make_fixture_tilt},
-    {"scale_nonlinearity", true, Hits::some_accels, Measure::blocks, AmplitudeSign::any, true, "* per g2",
-     make_scale_nonlinearity},
-    {"narrow_bump", true, Hits::some, Measure::curve, AmplitudeSign::any, true, "*",
-     make_narrow_bump},
-    {"vibration_rectification", true, Hits::some, Measure::blocks, AmplitudeSign::any, true, "* per unit duty",
-     make_vibration_rectification},
-    {"supply_sensitivity", true, Hits::some, Measure::blocks, AmplitudeSign::any, true, "* per V",
-     make_supply_sensitivity},
-    {"aging_drift", true, Hits::some, Measure::runs, AmplitudeSign::any, true, "* per 1000 h",
-     make_aging_drift},
-    {"noise_vs_temperature", true, Hits::some, Measure::block_noise, AmplitudeSign::any, false, "relative per K",
-     make_noise_vs_temperature},
-    {"quantization", true, Hits::some, Measure::row_noise, AmplitudeSign::positive, false, "*",
-     make_quantization},
-    {"saturation", true, Hits::some_accels, Measure::clipped_share, AmplitudeSign::positive, false, "*",
-     make_saturation},
-    {"reposition_creep", false, Hits::some, Measure::blocks, AmplitudeSign::any, true, "*",
-     make_reposition_creep},
-    {"position_memory", false, Hits::some, Measure::blocks, AmplitudeSign::any, true, "*",
-     make_position_memory},
-    {"daily_wave", false, Hits::some, Measure::blocks, AmplitudeSign::any, true, "*",
-     make_daily_wave},
-    {"telegraph_noise", false, Hits::some, Measure::blocks, AmplitudeSign::any, true, "*",
-     make_telegraph_noise},
-    {"gradient_rate", false, Hits::some_gyros, Measure::blocks, AmplitudeSign::any, true, "* per K/min",
-     make_gradient_rate},
-    {"bias_step", false, Hits::some, Measure::blocks, AmplitudeSign::any, true, "*",
-     make_bias_step},
-    {"moisture", false, Hits::some, Measure::blocks, AmplitudeSign::any, true, "*",
-     make_moisture},
+    // Stress that follows the temperature with play (Prandtl and Ishlinskii): +1 after a long way up, −1 after a long
+    // way down, whatever the speed and however long ago; grows or shrinks with temperature about 25 °C.
+    {"thermal_hysteresis", "*", Hits::some, kNameable, kWeighted, make_thermal_hysteresis},
+    // Thermal gradients in the unit: the rate of its temperature, 1 at 1 K/min, with a slope in temperature.
+    {"temperature_rate", "* per K/min", Hits::some, kNameable, kWeighted, make_temperature_rate},
+    // The sensing elements are a thermal node of their own behind the thermometer's, the amplitude its time constant.
+    {"sensor_lag", "s", Hits::all, kNameable, kEqual, make_sensor_lag, Measure::blocks, AmplitudeSign::positive},
+    // Electronics that warm up after each power-on, a fast part and a slow one: 1 at power-on, then decaying.
+    {"warmup_transient", "*", Hits::some, kNameable, kWeighted, make_warmup_transient},
+    // Gyros that feel specific force: a 3 × 3 matrix times the force in g. Of each gyro that is hit either its own axis
+    // alone or all three; the largest element of the matrix is 1.
+    {"g_sensitivity", "* per g", Hits::some_gyros, kNameable, kEqual, make_g_sensitivity},
+    // The rotation of the Earth, or of as much of it as nobody subtracts; the amplitude is the whole rate, 0.004178 °/s
+    // the real one. While the fixture turns only the vertical part is felt.
+    {"earth_rate", "*", Hits::all_gyros, kNameable, kEqual, make_earth_rate},
+    // Sensing axes of accelerometers that bend with temperature: off-axis force times the kelvins above 25 °C.
+    {"cross_axis", "rad per K", Hits::some_accels, kNameable, kEqual, make_cross_axis},
+    // The unit sits a little crooked, each time it is mounted in another way: a small rotation of the body. The
+    // amplitude is the standard deviation of its angle over mountings.
+    {"fixture_tilt", "deg", Hits::all_accels, kNameable, kEqual, make_fixture_tilt},
+    // Accelerometers whose springs are not the same both ways: the square of the force along the axis.
+    {"scale_nonlinearity", "* per g2", Hits::some_accels, kNameable, kWeighted, make_scale_nonlinearity},
+    // A resonance or a phase change in the package at one temperature: a Lorentzian, or a step that is smeared.
+    {"narrow_bump", "*", Hits::some, kNameable, kWeighted, make_narrow_bump, Measure::curve},
+    // Vibration of the compressor, which rises and falls with its spin-up, rectified by its square: 1 while it runs.
+    {"vibration_rectification", "* per unit duty", Hits::some, kNameable, kWeighted, make_vibration_rectification},
+    // A reference that follows the supply: volts above 5 V.
+    {"supply_sensitivity", "* per V", Hits::some, kNameable, kWeighted, make_supply_sensitivity},
+    // Ageing: thousands of hours since the unit was first seen, by the calendar.
+    {"aging_drift", "* per 1000 h", Hits::some, kNameable, kWeighted, make_aging_drift, Measure::runs},
+    // Noise that grows with temperature: standard deviation times e^(a·(T − 25 °C)) with the amplitude a.
+    {"noise_vs_temperature", "relative per K", Hits::some, kNameable, kEqual, make_noise_vs_temperature,
+     Measure::block_noise},
+    // Output words with coarse steps: the nearest multiple of the amplitude.
+    {"quantization", "*", Hits::some, kNameable, kEqual, make_quantization, Measure::row_noise,
+     AmplitudeSign::positive},
+    // Output words that go no further than a rail: clipped at minus and plus the amplitude.
+    {"saturation", "*", Hits::some_accels, kNameable, kEqual, make_saturation, Measure::clipped_share,
+     AmplitudeSign::positive},
+    // Stress of the mount after each repositioning: every turn of the up vector adds its part along a direction of the
+    // body (2 at most), which then decays.
+    {"reposition_creep", "*", Hits::some, kInNoLibrary, kWeighted, make_reposition_creep},
+    // The position before this one is not forgotten: the part of the last up vector along a direction of the body, for
+    // as long as the unit rests in the next position.
+    {"position_memory", "*", Hits::some, kInNoLibrary, kWeighted, make_position_memory},
+    // Something in the building that follows the time of day: a sine of one period per day.
+    {"daily_wave", "*", Hits::some, kInNoLibrary, kWeighted, make_daily_wave},
+    // Random telegraph noise: a trap in the electronics that is full (+1) or empty (−1) for exponentially distributed
+    // times.
+    {"telegraph_noise", "*", Hits::some, kInNoLibrary, kWeighted, make_telegraph_noise},
+    // A lid that the air heats before the board: how fast the difference between air and unit changes, 1 at 1 K/min,
+    // smoothed by the heat capacity of the lid.
+    {"gradient_rate", "* per K/min", Hits::some_gyros, kInNoLibrary, kWeighted, make_gradient_rate},
+    // A bond that gives way: a step at a random time after each power-on, until the next one; 0.5 ... 1 of random sign.
+    {"bias_step", "*", Hits::some, kInNoLibrary, kWeighted, make_bias_step},
+    // Moisture in the package, driven out by heat and taken up again in the cold: water content between 0 and 1.
+    {"moisture", "*", Hits::some, kInNoLibrary, kWeighted, make_moisture},
 };
-// clang-format on
 
 }  // namespace
 
@@ -93,18 +86,8 @@ const CatalogueEntry* catalogue_entry(std::string_view name) {
 }
 
 bool can_hit(Hits hits, calib::Sensor sensor) {
-  switch (hits) {
-    case Hits::some_gyros:
-    case Hits::all_gyros:
-      return calib::is_gyro(sensor);
-    case Hits::some_accels:
-    case Hits::all_accels:
-      return !calib::is_gyro(sensor);
-    case Hits::some:
-    case Hits::all:
-      return true;
-  }
-  return false;
+  if (hits == Hits::some || hits == Hits::all) return true;
+  return calib::is_gyro(sensor) == (hits == Hits::some_gyros || hits == Hits::all_gyros);
 }
 
 bool can_choose_sensors(Hits hits) {

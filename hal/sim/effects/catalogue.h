@@ -11,30 +11,30 @@
 
 namespace soak::hal::sim {
 
-/// Which sensors a mechanism can hit: one, three or six of those that its physics allows, or all of them at once.
+/// Which sensors an effect can hit: one, three or six of those that its physics allows, or all of them at once.
 enum class Hits : std::uint8_t { some, some_gyros, some_accels, all_gyros, all_accels, all };
 
-/// How the magnitude of a mechanism is counted; blind/effect_size.h has the definitions.
+/// How the magnitude of an effect is counted; design/detail/effect_size.h has the definitions.
 enum class Measure : std::uint8_t { blocks, curve, runs, block_noise, row_noise, clipped_share };
 
 /// Whether a negative amplitude means anything.
 enum class AmplitudeSign : std::uint8_t { any, positive };
 
-/// A mechanism that can be hidden.
+/// An effect that can be hidden.
 struct CatalogueEntry {
   std::string_view name;
-  bool nameable;  ///< in the list of names that the gap workflow knows
-  Hits hits;
-  Measure measure;
-  AmplitudeSign amplitude_sign;
-  bool weighted;          ///< sensors differ in amplitude where the magnitude is given
   std::string_view unit;  ///< of the amplitude; "*" stands for the printed unit of the sensor
+  Hits hits;
+  bool nameable;  ///< in the list of names that the gap workflow knows
+  bool weighted;  ///< sensors differ in amplitude where the magnitude is given
   EffectMaker make;
+  Measure measure = Measure::blocks;
+  AmplitudeSign amplitude_sign = AmplitudeSign::any;
 };
 
-/// All mechanisms.
+/// All effects; catalogue.cpp says the physics of each.
 [[nodiscard]] std::span<const CatalogueEntry> catalogue();
-/// The mechanism of a name; null for another text.
+/// The effect of a name; null for another text.
 [[nodiscard]] const CatalogueEntry* catalogue_entry(std::string_view name);
 
 [[nodiscard]] bool can_hit(Hits hits, calib::Sensor sensor);

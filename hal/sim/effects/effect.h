@@ -2,20 +2,24 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
+#include "base/random.h"
 #include "calib/vocabulary/sensor.h"
 #include "hal/sim/config/campaign_config.h"
+#include "hal/sim/config/range.h"
 #include "hal/sim/effects/conditions.h"
-#include "hal/sim/effects/shape_draws.h"
 
 namespace soak::hal::sim {
 
-/// One hidden mechanism of one unit. It is told the conditions moment by moment and keeps what it remembers of them;
-/// then it says what it does to the sensors at that moment. A mechanism overrides only what it acts by.
+/// One hidden effect of one unit. It is told the conditions moment by moment and keeps what it remembers of them;
+/// then it says what it does to the sensors at that moment. An effect overrides only what it acts by.
 class Effect {
  public:
   virtual ~Effect() = default;
@@ -33,19 +37,53 @@ class Effect {
   [[nodiscard]] virtual double output(calib::Sensor, double value) const { return value; }
 };
 
-/// What a mechanism is made from.
+/// What an effect is made from.
 struct EffectOrder {
   /// SI per unit of response; of a sensor that is not hit 0. Read by those that act on output words.
   std::array<double, calib::kSensorCount> gain{};
-  /// In the unit of the mechanism: read by those that are not proportional to an amplitude.
+  /// In the unit of the effect: read by those that are not proportional to an amplitude.
   double amplitude = 0.0;
   std::uint64_t seed = 0;            ///< of everything that happens by chance while time passes
   std::optional<EarthFrame> earth;   ///< where the lab lies, if the configuration says so
   std::vector<double> set_points_c;  ///< of the campaign, or the ends of the range of temperature
 };
 
-/// Makes a mechanism; draws its shape from `shape`. Each is declared, with its physics and the ranges of its shape, in
-/// the file of its name.
+/// One number that gives an effect its shape, as it was drawn; the name carries the unit.
+struct ShapeParameter {
+  std::string name;
+  double value = 0.0;
+};
+
+/// Draws the shape of an effect and remembers it for the truth.
+class ShapeDraws {
+ public:
+  explicit ShapeDraws(base::Random random) : random_(random) {}
+
+  /// Uniform in `range`.
+  [[nodiscard]] double within(std::string_view name, Range range) {
+    return kept(name, random_.uniform(range.low, range.high));
+  }
+  /// As within(), the logarithm uniform: for time constants.
+  [[nodiscard]] double spread(std::string_view name, Range range) {
+    return kept(name, range.low * std::pow(range.high / range.low, random_.uniform()));
+  }
+  /// True with probability one half; 1 or 0 in the truth.
+  [[nodiscard]] bool toss(std::string_view name) { return kept(name, random_.uniform() < 0.5 ? 1.0 : 0.0) > 0.5; }
+  /// Remembers a number that was not drawn here.
+  double kept(std::string_view name, double value) {
+    parameters_.push_back({std::string(name), value});
+    return value;
+  }
+  /// For what needs many numbers that no truth lists.
+  [[nodiscard]] base::Random& random() { return random_; }
+  [[nodiscard]] const std::vector<ShapeParameter>& parameters() const { return parameters_; }
+
+ private:
+  base::Random random_;
+  std::vector<ShapeParameter> parameters_;
+};
+
+/// Makes an effect; draws its shape from `shape`.
 using EffectMaker = std::unique_ptr<Effect> (*)(const EffectOrder& order, ShapeDraws& shape);
 
 }  // namespace soak::hal::sim

@@ -2,17 +2,38 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "calib/vocabulary/sensor.h"
 #include "hal/sim/config/campaign_config.h"
+#include "hal/sim/config/hidden_config.h"
+#include "hal/sim/effects/catalogue.h"
 #include "hal/sim/effects/conditions.h"
-#include "hal/sim/effects/drawn_effect.h"
 #include "hal/sim/effects/effect.h"
 
 namespace soak::hal::sim {
+
+/// What chance decides of a hidden effect of one unit before its size is known.
+struct DrawnEffect {
+  const CatalogueEntry* entry = nullptr;
+  std::uint64_t seed = 0;                            ///< of shape and chance
+  std::vector<calib::Sensor> sensors;                ///< that are hit, in the order of calib::kSensors
+  std::array<double, calib::kSensorCount> weight{};  ///< of the amplitude; 0 where a sensor is not hit
+};
+
+/// The effect that `spec` hides in the `number`-th unit. Sensors that `spec` does not name are drawn: of those that may
+/// be hit one, three of a kind or all. Where the magnitude is given and the entry says so, the weights are of random
+/// sign and between 0.5 and 1, the largest 1; else 1. Beside gyros the weight of an accelerometer is also multiplied by
+/// `mps2_per_dps`, so that both kinds are hit equally hard.
+[[nodiscard]] DrawnEffect draw_effect(const HiddenSpec& spec, int number, double mps2_per_dps);
+
+/// Amplitude of a sensor that an effect hits, in printed units, where the amplitude of the effect is `amplitude`: that
+/// of its gyros or, without gyros, of its accelerometers.
+[[nodiscard]] double amplitude_of(const DrawnEffect& drawn, calib::Sensor sensor, double amplitude);
 
 /// What effects are told about the laboratory.
 struct EffectSurroundings {
@@ -21,7 +42,7 @@ struct EffectSurroundings {
   double amplitude_spread = 0.0;  ///< relative standard deviation of the strength from mounting to mounting
 };
 
-/// A hidden effect at work: a mechanism, its size, and its strength in the present mounting.
+/// A hidden effect at work: an effect, its size, and its strength in the present mounting.
 class ActiveEffect {
  public:
   ActiveEffect(const DrawnEffect& drawn, double amplitude, const EffectSurroundings& surroundings);
@@ -71,5 +92,20 @@ class HiddenEffects {
   std::vector<ActiveEffect*> order_;  ///< of the calls
   double element_c_ = 0.0;
 };
+
+/// A hidden effect of a unit in the laboratory of soaksim.
+struct LabEffect {
+  DrawnEffect drawn;
+  double amplitude = 0.0;
+};
+
+/// What [[hidden]] does to the `number`-th unit of soaksim. Every effect must state its amplitude.
+[[nodiscard]] std::vector<LabEffect> lab_effects(const CampaignConfig& config, int number);
+
+/// What effects are told about the laboratory: its set points are those of [campaign].
+[[nodiscard]] EffectSurroundings lab_surroundings(const CampaignConfig& config);
+
+/// JSON object {name: value} of a shape.
+[[nodiscard]] std::string shape_json(const std::vector<ShapeParameter>& shape);
 
 }  // namespace soak::hal::sim

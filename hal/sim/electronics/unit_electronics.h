@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "base/bytes.h"
 #include "hal/sim/config/campaign_config.h"
@@ -41,11 +42,11 @@ class UnitElectronics {
 
   [[nodiscard]] InertialUnit& unit() { return unit_; }
   /// Bytes for the host since the last call.
-  [[nodiscard]] base::Bytes take_output();
+  [[nodiscard]] base::Bytes take_output() { return std::exchange(output_, {}); }
   [[nodiscard]] std::size_t output_size() const { return output_.size(); }
 
  protected:
-  void put_out(std::span<const std::uint8_t> bytes);
+  void put_out(std::span<const std::uint8_t> bytes) { output_.insert(output_.end(), bytes.begin(), bytes.end()); }
 
   ElectronicsMagnitudes magnitudes_;
   InertialUnit unit_;
@@ -56,7 +57,15 @@ class UnitElectronics {
   base::Bytes output_;
 };
 
-/// The `number`-th unit, from 1, of the laboratory.
-[[nodiscard]] std::unique_ptr<UnitElectronics> make_unit(UnitKind kind, const CampaignConfig& config, int number);
+// The `number`-th unit, from 1, of the laboratory, by family.
+[[nodiscard]] std::unique_ptr<UnitElectronics> make_xbus_device(const CampaignConfig& config, int number);
+[[nodiscard]] std::unique_ptr<UnitElectronics> make_ahrs400_device(const CampaignConfig& config, int number);
+[[nodiscard]] std::unique_ptr<UnitElectronics> make_vectornav_device(const CampaignConfig& config, int number);
+
+[[nodiscard]] inline std::unique_ptr<UnitElectronics> make_unit(UnitKind kind, const CampaignConfig& config,
+                                                                int number) {
+  if (kind == UnitKind::ahrs400) return make_ahrs400_device(config, number);
+  return kind == UnitKind::vectornav ? make_vectornav_device(config, number) : make_xbus_device(config, number);
+}
 
 }  // namespace soak::hal::sim

@@ -39,23 +39,67 @@ class ChamberPlant {
   double compressor_s_ = 0.0;   ///< time in the compressor's cycle
 };
 
-/// Temperature of one unit in the chamber: (Tair + self-heating − T)/τ + (Tload − T)/τload.
-class UnitHeat {
- public:
-  UnitHeat(double start_c, double settling_time_s, double load_coupling_time_s, double self_heating_c)
-      : temp_c_(start_c),
-        settling_time_s_(settling_time_s),
-        load_coupling_time_s_(load_coupling_time_s),
-        self_heating_c_(self_heating_c) {}
+/// When the working set point moves at the ramp rate instead of jumping.
+struct RampSettings {
+  bool at_start = false;      ///< from the process value when control is switched on
+  bool at_set_point = false;  ///< when a new set point is given
+  double rate_kps = 1.0 / 60.0;
+};
 
-  void step(double dt_s, const ChamberPlant& chamber, bool powered);
-  [[nodiscard]] double temp_c() const { return temp_c_; }
+/// PI controller of the air's temperature with a working set point that can ramp.
+class TemperatureController {
+ public:
+  explicit TemperatureController(const ControllerMagnitudes& magnitudes, double start_c);
+
+  /// Advances by `dt_s`; `air_c` is where the sensor hangs.
+  void step(double dt_s, double air_c);
+
+  void switch_control(bool on);
+  void set_set_point_c(double set_point_c) { set_point_c_ = set_point_c; }
+  void set_ramp(const RampSettings& ramp) { ramp_ = ramp; }
+
+  [[nodiscard]] bool is_on() const { return on_; }
+  [[nodiscard]] double set_point_c() const { return set_point_c_; }
+  /// Set point that the output acts on; the process value while control is off.
+  [[nodiscard]] double working_set_point_c() const { return on_ ? working_c_ : sensed_c_; }
+  /// The air's temperature as the sensor follows it, without noise.
+  [[nodiscard]] double sensed_c() const { return sensed_c_; }
+  /// −1 (full refrigeration) to +1 (full heat); 0 while control is off.
+  [[nodiscard]] double output() const { return output_; }
+  [[nodiscard]] const RampSettings& ramp() const { return ramp_; }
 
  private:
-  double temp_c_;
-  double settling_time_s_;
-  double load_coupling_time_s_;
-  double self_heating_c_;
+  void move_working_set_point(double dt_s);
+
+  ControllerMagnitudes magnitudes_;
+  RampSettings ramp_;
+  bool on_ = false;
+  bool starting_ = false;  ///< on the way from the process value at the start to the set point
+  double set_point_c_;
+  double working_c_;
+  double sensed_c_;
+  double integral_ = 0.0;  ///< share of full output
+  double output_ = 0.0;
+};
+
+/// An over-temperature protection: trips above its limit and stays tripped until control has been switched off and the
+/// temperature is back below.
+class LatchedTrip {
+ public:
+  explicit LatchedTrip(double high_c) : high_c_(high_c) {}
+
+  void check(double temp_c, bool control_on) {
+    if (temp_c > high_c_) tripped_ = true;
+    if (temp_c < high_c_ && !control_on) tripped_ = false;
+  }
+  void set_high_c(double high_c) { high_c_ = high_c; }
+
+  [[nodiscard]] double high_c() const { return high_c_; }
+  [[nodiscard]] bool tripped() const { return tripped_; }
+
+ private:
+  double high_c_;
+  bool tripped_ = false;
 };
 
 }  // namespace soak::hal::sim

@@ -2,10 +2,34 @@
 #include "hal/sim/lab/lab.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <utility>
 
 namespace soak::hal::sim {
+namespace {
 
-Lab::Lab(const CampaignConfig& config, const LabKinds& kinds)
+constexpr int kRelayState = 16;
+constexpr int kRelayIdentification = 32;
+constexpr int kRelayIdentity = 0x5052;
+
+}  // namespace
+
+SimulatedRelay::SimulatedRelay(std::function<void(int, bool)> switched) : switched_(std::move(switched)) {
+  for (int output = 0; output < kRelayOutputs; ++output) {
+    bool& on = on_[static_cast<std::size_t>(output)];
+    const auto read = [&on] { return on ? 1 : 0; };
+    const auto store = [this, &on, output](int request) {
+      if (on == (request == 1)) return;
+      on = request == 1;
+      switched_(output + 1, on);
+    };
+    registers_.add_number(output, 1, read, {[](int request) { return request == 0 || request == 1; }, store});
+    registers_.add_number(kRelayState + output, 1, read);
+  }
+  registers_.add_number(kRelayIdentification, 1, [] { return kRelayIdentity; });
+}
+
+SimulatedLab::SimulatedLab(const CampaignConfig& config, const LabKinds& kinds)
     : chamber_(config.lab, config.seed),
       fixture_(make_fixture(kinds.fixture, config)),
       relay_([this](int output, bool on) {
@@ -21,13 +45,13 @@ UnitKind LabKinds::unit(int number) const {
   return units[std::min(static_cast<std::size_t>(number), units.size()) - 1];
 }
 
-Tick Lab::next_due() const {
+Tick SimulatedLab::next_due() const {
   Tick next = (now_ / kTicksPerStep + 1) * kTicksPerStep;
   for (const auto& device : devices_) next = std::min(next, device->next_due());
   return next;
 }
 
-void Lab::advance_to(Tick next) {
+void SimulatedLab::advance_to(Tick next) {
   now_ = next;
   fixture_->advance_to(now_);
   const Attitude attitude = fixture_->attitude();

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -9,10 +11,28 @@
 #include "hal/sim/electronics/unit_electronics.h"
 #include "hal/sim/lab/device_time.h"
 #include "hal/sim/lab/lab_fixture.h"
+#include "hal/sim/lab/register_table.h"
 #include "hal/sim/lab/simulated_chamber.h"
-#include "hal/sim/lab/simulated_relay.h"
 
 namespace soak::hal::sim {
+
+inline constexpr int kRelayOutputs = 16;
+
+/// The relay card that feeds the units. All outputs are off at the start; they switch at once.
+class SimulatedRelay {
+ public:
+  /// `switched` is told each output (from 1) that changes.
+  explicit SimulatedRelay(std::function<void(int output, bool on)> switched);
+  SimulatedRelay(const SimulatedRelay&) = delete;
+  SimulatedRelay& operator=(const SimulatedRelay&) = delete;
+
+  [[nodiscard]] RegisterTable& registers() { return registers_; }
+
+ private:
+  std::function<void(int, bool)> switched_;
+  std::array<bool, kRelayOutputs> on_{};
+  RegisterTable registers_;
+};
 
 /// What stands in the laboratory.
 struct LabKinds {
@@ -25,10 +45,10 @@ struct LabKinds {
 
 /// The whole laboratory in its own time: a chamber with a fixture in it, units on the fixture, a relay card that feeds
 /// them. What happens depends on the configuration and on what is written at which tick, and on nothing else.
-class Lab {
+class SimulatedLab {
  public:
   /// `config.units` units: relay output n feeds unit n.
-  explicit Lab(const CampaignConfig& config, const LabKinds& kinds = {});
+  explicit SimulatedLab(const CampaignConfig& config, const LabKinds& kinds = {});
 
   [[nodiscard]] Tick now() const { return now_; }
   /// Next tick at which anything happens.

@@ -19,8 +19,8 @@ constexpr int kCelsius = 15;
 constexpr int kError = 28;
 constexpr int kFail = 32;
 constexpr int kHigh = 37;
-constexpr int kPerHour = 39;
-constexpr int kPerMinute = 57;
+constexpr int kRampPerHour = 39;
+constexpr int kRampPerMinute = 57;
 constexpr int kNone = 61;
 constexpr int kOff = 62;
 constexpr int kOn = 63;
@@ -93,7 +93,7 @@ SimulatedChamber::SimulatedChamber(const LabMagnitudes& magnitudes, std::uint64_
       set_point_high_c_(magnitudes.controller.set_point_high_c),
       alarm_low_c_(magnitudes.controller.alarm_low_c),
       ramp_action_(kOff),
-      ramp_scale_(kPerMinute) {
+      ramp_scale_(kRampPerMinute) {
   events_.fill(kOff);
   add_loop_registers();
   add_ramp_registers();
@@ -122,7 +122,7 @@ void SimulatedChamber::apply_ramp() {
   RampSettings ramp;
   ramp.at_start = ramp_action_ == kAtStart || ramp_action_ == kBoth;
   ramp.at_set_point = ramp_action_ == kAtSetPoint || ramp_action_ == kBoth;
-  ramp.rate_kps = ramp_rate_ / (ramp_scale_ == kPerHour ? 3600.0 : 60.0);
+  ramp.rate_kps = ramp_rate_ / (ramp_scale_ == kRampPerHour ? 3600.0 : 60.0);
   controller_.set_ramp(ramp);
 }
 
@@ -158,7 +158,7 @@ void SimulatedChamber::add_ramp_registers() {
       kRampAction, 2, [this] { return ramp_action_; },
       one_of({kOff, kAtStart, kAtSetPoint, kBoth}, setting(ramp_action_)));
   registers_.add_number(
-      kRampScale, 2, [this] { return ramp_scale_; }, one_of({kPerMinute, kPerHour}, setting(ramp_scale_)));
+      kRampScale, 2, [this] { return ramp_scale_; }, one_of({kRampPerMinute, kRampPerHour}, setting(ramp_scale_)));
   registers_.add_value(
       kRampRate, [this] { return ramp_rate_; },
       between([] { return 0.0; }, [] { return 9999.0; },

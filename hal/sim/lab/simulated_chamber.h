@@ -6,7 +6,6 @@
 
 #include "hal/sim/lab/chamber_plant.h"
 #include "hal/sim/lab/register_table.h"
-#include "hal/sim/lab/temperature_controller.h"
 
 namespace soak::hal::sim {
 

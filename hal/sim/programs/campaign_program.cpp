@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/programs/campaign_program.h"
+#include "hal/sim/programs/programs.h"
 
 #include <fmt/format.h>
 
@@ -13,8 +13,8 @@
 namespace soak::hal::sim {
 namespace {
 
-constexpr std::string_view kName = "soaksim-campaign";
-constexpr std::string_view kUsage =
+constexpr std::string_view kCampaignProgram = "soaksim-campaign";
+constexpr std::string_view kCampaignUsage =
     R"(usage: soaksim-campaign --out DIR [--seed N] [--units N] [--runs N] [--rows-per-position N] [--config FILE]
                         [--design KIND] [--truth FILE]
 Writes the recordings of a made-up soak campaign as CSV, and the truth about its units as JSON, into DIR.
@@ -24,18 +24,18 @@ Writes the recordings of a made-up soak campaign as CSV, and the truth about its
   --truth FILE   what is hidden in such a campaign goes there and nowhere else
 )";
 
-struct Order {
+struct CampaignOrder {
   std::string folder;
   ProgramOptions options;
 };
 
-base::Result<Order> parse_order(const std::vector<std::string>& arguments) {
+base::Result<CampaignOrder> parse_campaign_order(const std::vector<std::string>& arguments) {
   auto options = ProgramOptions::parse(
       arguments, {"--out", "--seed", "--units", "--runs", "--rows-per-position", "--config", "--design", "--truth"});
   if (!options) return base::forward_error(options);
   const auto folder = options->required("--out", "the folder to write");
   if (!folder) return base::forward_error(folder);
-  return Order{*folder, *std::move(options)};
+  return CampaignOrder{*folder, *std::move(options)};
 }
 
 /// The design that the options or the configuration ask for; none where neither does.
@@ -83,7 +83,7 @@ base::Result<CampaignConfig> configured_campaign(const ProgramOptions& options) 
   return config;
 }
 
-base::Status write(const CampaignConfig& config, const Order& order) {
+base::Status write_recordings(const CampaignConfig& config, const CampaignOrder& order) {
   if (config.design) return write_designed_campaign(config, order.folder, order.options.text("--truth"));
   return write_campaign(config, order.folder);
 }
@@ -100,16 +100,17 @@ std::string summary(const CampaignConfig& config, const std::string& folder) {
 }  // namespace
 
 ProgramOutcome run_campaign_program(const std::vector<std::string>& arguments) {
-  if (arguments.size() == 1 && arguments[0] == "--help") return {0, std::string(kUsage), ""};
-  const auto order = parse_order(arguments);
+  if (arguments.size() == 1 && arguments[0] == "--help") return {0, std::string(kCampaignUsage), ""};
+  const auto order = parse_campaign_order(arguments);
   if (!order) {
-    ProgramOutcome outcome = failed_program(kName, order.error());
-    outcome.errors += kUsage;
+    ProgramOutcome outcome = failed_program(kCampaignProgram, order.error());
+    outcome.errors += kCampaignUsage;
     return outcome;
   }
   const auto config = configured_campaign(order->options);
-  if (!config) return failed_program(kName, config.error());
-  if (const base::Status written = write(*config, *order); !written) return failed_program(kName, written.error());
+  if (!config) return failed_program(kCampaignProgram, config.error());
+  if (const base::Status written = write_recordings(*config, *order); !written)
+    return failed_program(kCampaignProgram, written.error());
   return {0, summary(*config, order->folder), ""};
 }
 

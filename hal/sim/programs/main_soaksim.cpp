@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/sim/programs/soaksim_program.h"
+#include "hal/sim/programs/programs.h"
 
 int main(int argc, char** argv) {
   sigset_t signals;

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/sim/programs/soaksim_program.h"
+#include "hal/sim/programs/programs.h"
 
 int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);

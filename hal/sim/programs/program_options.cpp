@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/programs/program_options.h"
+#include "hal/sim/programs/programs.h"
 
 #include <fmt/format.h>
 

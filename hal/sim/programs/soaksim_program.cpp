@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/programs/soaksim_program.h"
+#include "hal/sim/programs/programs.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "base/result.h"
 #include "base/text.h"
 #include "hal/sim/campaign/truth_writer.h"
-#include "hal/sim/lab/simulated_relay.h"
 #include "hal/sim/programs/station_file.h"
 #include "hal/sim/wires/lab_server.h"
 
 namespace soak::hal::sim {
 namespace {
 
-constexpr std::string_view kUsage =
+constexpr std::string_view kLabUsage =
     R"(usage: soaksim --out DIR [--seed N] [--units N] [--rate R|max] [--config FILE]
                [--base-port P] [--pty SLOT...] [--chamber KIND] [--fixture KIND] [--decoder KIND...] [--maps DIR]
 Runs a simulated laboratory: a chamber, a fixture and a relay card that speak Modbus TCP, and units that speak the Xsens
@@ -62,54 +62,53 @@ base::Result<double> rate_option(const ProgramOptions& options) {
   return *rate;
 }
 
-base::Result<ChamberKind> chamber_option(const ProgramOptions& options) {
-  const std::map<std::string, ChamberKind> kinds = {{"f4t", ChamberKind::f4t},
-                                                    {"f4t-rtu", ChamberKind::f4t_rtu},
-                                                    {"eurotherm-2400", ChamberKind::eurotherm_2400},
-                                                    {"espec-p300", ChamberKind::espec_p300}};
-  const std::string text = options.text("--chamber").value_or("f4t");
-  const auto found = kinds.find(text);
-  if (found != kinds.end()) return found->second;
-  return base::bad_input(
-      fmt::format("option --chamber must be f4t, f4t-rtu, eurotherm-2400 or espec-p300, not '{}'", text));
-}
+template <class Value>
+using Choices = std::vector<std::pair<std::string_view, Value>>;
 
-base::Result<std::vector<UnitKind>> unit_options(const ProgramOptions& options) {
-  const std::map<std::string, UnitKind> kinds = {
-      {"xsens", UnitKind::xsens}, {"ahrs400", UnitKind::ahrs400}, {"vectornav", UnitKind::vectornav}};
-  std::vector<UnitKind> units;
-  for (const std::string& text : options.texts("--decoder")) {
-    const auto found = kinds.find(text);
-    if (found == kinds.end()) {
-      return base::bad_input(fmt::format("option --decoder takes xsens, ahrs400 and vectornav, not '{}'", text));
+const Choices<ChamberKind> kChambers = {{"f4t", ChamberKind::f4t},
+                                        {"f4t-rtu", ChamberKind::f4t_rtu},
+                                        {"eurotherm-2400", ChamberKind::eurotherm_2400},
+                                        {"espec-p300", ChamberKind::espec_p300}};
+const Choices<FixtureKind> kFixtures = {{"six-positions", FixtureKind::six_positions},
+                                        {"two-axis", FixtureKind::two_axis}};
+const Choices<UnitKind> kDecoders = {
+    {"xsens", UnitKind::xsens}, {"ahrs400", UnitKind::ahrs400}, {"vectornav", UnitKind::vectornav}};
+
+/// Puts what each of `texts`, values of an option, stands for into `take`.
+template <class Value, class Take>
+base::Status choose(std::string_view option, const Choices<Value>& choices, const std::vector<std::string>& texts,
+                    Take take) {
+  for (const std::string& text : texts) {
+    std::string known;
+    bool found = false;
+    for (const auto& [name, value] : choices) {
+      if (name == text) take(value);
+      found = found || name == text;
+      known += known.empty() ? "" : name == choices.back().first ? " or " : ", ";
+      known += name;
     }
-    units.push_back(found->second);
+    if (!found) return base::bad_input(fmt::format("option {} must be {}, not '{}'", option, known, text));
   }
-  if (units.empty()) units.push_back(UnitKind::xsens);
-  return units;
-}
-
-base::Result<FixtureKind> fixture_option(const ProgramOptions& options) {
-  const std::string text = options.text("--fixture").value_or("six-positions");
-  if (text == "six-positions") return FixtureKind::six_positions;
-  if (text == "two-axis") return FixtureKind::two_axis;
-  return base::bad_input(fmt::format("option --fixture must be six-positions or two-axis, not '{}'", text));
+  return {};
 }
 
 base::Result<LabServerOptions> server_options(const ProgramOptions& options, int units) {
   LabServerOptions server;
+  std::vector<UnitKind> kinds;
+  const auto set = [](auto& target) { return [&target](const auto& value) { target = value; }; };
+  const auto chosen =
+      choose("--chamber", kChambers, options.texts("--chamber"), set(server.chamber))
+          .and_then(
+              [&] { return choose("--fixture", kFixtures, options.texts("--fixture"), set(server.kinds.fixture)); })
+          .and_then([&] {
+            return choose("--decoder", kDecoders, options.texts("--decoder"),
+                          [&](UnitKind kind) { kinds.push_back(kind); });
+          });
+  if (!chosen) return base::forward_error(chosen);
+  if (!kinds.empty()) server.kinds.units = std::move(kinds);
   const auto rate = rate_option(options);
   if (!rate) return base::forward_error(rate);
   server.rate = *rate;
-  const auto chamber = chamber_option(options);
-  if (!chamber) return base::forward_error(chamber);
-  server.chamber = *chamber;
-  const auto fixture = fixture_option(options);
-  if (!fixture) return base::forward_error(fixture);
-  server.kinds.fixture = *fixture;
-  auto kinds = unit_options(options);
-  if (!kinds) return base::forward_error(kinds);
-  server.kinds.units = *std::move(kinds);
   const auto base_port = options.whole("--base-port", 1, kMaxBasePort);
   if (!base_port) return base::forward_error(base_port);
   if (*base_port) server.base_port = static_cast<int>(**base_port);
@@ -135,14 +134,14 @@ base::Status refuse_what_needs_a_plan(const CampaignConfig& config) {
 }
 
 /// What a command line asks soaksim to do.
-struct Order {
+struct LabOrder {
   std::string folder;
   std::string maps;
   CampaignConfig config;
   LabServerOptions server;
 };
 
-base::Result<Order> parse_order(const std::vector<std::string>& arguments) {
+base::Result<LabOrder> parse_lab_order(const std::vector<std::string>& arguments) {
   const auto options = ProgramOptions::parse(
       arguments,
       {"--out", "--seed", "--units", "--rate", "--config", "--base-port", "--chamber", "--fixture", "--maps"},
@@ -159,10 +158,10 @@ base::Result<Order> parse_order(const std::vector<std::string>& arguments) {
   if (const base::Status stated = refuse_what_needs_a_plan(*config); !stated) return base::forward_error(stated);
   auto server = server_options(*options, config->units);
   if (!server) return base::forward_error(server);
-  return Order{*folder, options->text("--maps").value_or(SOAK_SIM_MAPS), *std::move(config), *std::move(server)};
+  return LabOrder{*folder, options->text("--maps").value_or(SOAK_SIM_MAPS), *std::move(config), *std::move(server)};
 }
 
-base::Status serve(const Order& order, int stop_fd, const std::function<void(const std::string&)>& announce) {
+base::Status serve_lab(const LabOrder& order, int stop_fd, const std::function<void(const std::string&)>& announce) {
   const auto server = LabServer::open(order.config, order.server);
   if (!server) return base::forward_error(server);
   const LabAddresses addresses = (*server)->addresses();
@@ -196,10 +195,11 @@ bool asks_for_help(const std::vector<std::string>& arguments) {
 
 ProgramOutcome run_soaksim(const std::vector<std::string>& arguments, int stop_fd,
                            const std::function<void(const std::string&)>& announce) {
-  if (asks_for_help(arguments)) return {0, std::string(kUsage), ""};
-  const auto order = parse_order(arguments);
+  if (asks_for_help(arguments)) return {0, std::string(kLabUsage), ""};
+  const auto order = parse_lab_order(arguments);
   if (!order) return failed_program("soaksim", order.error());
-  if (const auto served = serve(*order, stop_fd, announce); !served) return failed_program("soaksim", served.error());
+  if (const auto served = serve_lab(*order, stop_fd, announce); !served)
+    return failed_program("soaksim", served.error());
   return {};
 }
 

@@ -2,20 +2,11 @@
 #include "hal/sim/unit/attitude.h"
 
 #include <cmath>
-#include <numbers>
-
-#include "base/units.h"
 
 namespace soak::hal::sim {
 namespace {
 
 using calib::Vector3;
-
-Vector3 cross(const Vector3& a, const Vector3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-double dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /// a·x + b·y
 Vector3 combined(double a, const Vector3& x, double b, const Vector3& y) {

@@ -3,10 +3,25 @@
 
 #include <optional>
 
+#include "base/units.h"
 #include "calib/vocabulary/position.h"
 #include "hal/sim/config/campaign_config.h"
 
 namespace soak::hal::sim {
+
+[[nodiscard]] inline double dot(const calib::Vector3& a, const calib::Vector3& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+[[nodiscard]] inline calib::Vector3 cross(const calib::Vector3& a, const calib::Vector3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// Specific force in m/s² of a body at rest, whose axes see `up`.
+[[nodiscard]] inline calib::Vector3 force_at_rest_mps2(const calib::Vector3& up) {
+  constexpr double g = base::kStandardGravity_mps2;
+  return {g * up[0], g * up[1], g * up[2]};
+}
 
 /// How the fixture holds or turns a unit at one moment, in the unit's body axes.
 struct Attitude {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "base/random.h"
+#include "hal/sim/unit/attitude.h"
 #include "hal/sim/unit/draws.h"
 
 namespace soak::hal::sim {
@@ -11,8 +12,6 @@ namespace {
 
 using calib::Sensor;
 using calib::Vector3;
-
-double dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 SimulatedSensor draw_sensor(const CampaignConfig& config, std::uint64_t unit_seed, Sensor sensor) {
   const SensorMagnitudes& magnitudes = config.magnitudes(sensor);

@@ -2,12 +2,8 @@
 #include "hal/sim/wires/lab_server.h"
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <cstddef>
-
-#include "hal/sim/wires/detail/eurotherm_registers.h"
-#include "hal/sim/wires/detail/poll_set.h"
 
 namespace soak::hal::sim {
 namespace {
@@ -26,11 +22,6 @@ constexpr std::int64_t kSlice_ns = 5'000'000;
 constexpr std::int64_t kShortestWait_ns = 1'000'000;
 constexpr std::int64_t kWatch_ns = 20'000'000;
 constexpr std::int64_t kForever_ns = -1;
-
-std::int64_t host_ns() {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
-}
 
 int port_at(const std::optional<int>& base_port, int offset) { return base_port ? *base_port + offset : 0; }
 
@@ -124,9 +115,9 @@ void LabServer::hand_on_output() {
 
 void LabServer::advance() {
   hand_on_output();
-  const std::int64_t start_ns = host_ns();
+  const std::int64_t start_ns = host_now_ns();
   const Tick target = clock_.allowed(start_ns, lab_.now());
-  const auto slice_lasts = [start_ns] { return host_ns() - start_ns < kSlice_ns; };
+  const auto slice_lasts = [start_ns] { return host_now_ns() - start_ns < kSlice_ns; };
   while (!reader_lags() && slice_lasts()) {
     Tick next = lab_.next_due();
     while (next <= target && !batch_is_full() && slice_lasts()) {
@@ -136,7 +127,7 @@ void LabServer::advance() {
     hand_on_output();
     if (next > target) return;
   }
-  if (reader_lags()) clock_.hold(host_ns(), lab_.now());
+  if (reader_lags()) clock_.hold(host_now_ns(), lab_.now());
 }
 
 std::int64_t LabServer::idle_ns() const {
@@ -145,7 +136,7 @@ std::int64_t LabServer::idle_ns() const {
       std::any_of(ports_.begin(), ports_.end(), [](const auto& port) { return port->needs_watching(); });
   const std::int64_t longest = watches ? kWatch_ns : kForever_ns;
   if (reader_lags()) return longest;
-  const std::int64_t due_ns = std::max(clock_.ns_until(lab_.next_due(), host_ns()), kShortestWait_ns);
+  const std::int64_t due_ns = std::max(clock_.ns_until(lab_.next_due(), host_now_ns()), kShortestWait_ns);
   return watches ? std::min(due_ns, longest) : due_ns;
 }
 

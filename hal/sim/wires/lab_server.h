@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "base/result.h"
+#include "hal/sim/lab/device_time.h"
 #include "hal/sim/lab/lab.h"
 #include "hal/sim/wires/detail/chamber_wire.h"
 #include "hal/sim/wires/detail/modbus_server.h"
-#include "hal/sim/wires/detail/unit_port.h"
-#include "hal/sim/wires/lab_clock.h"
+#include "hal/sim/wires/detail/ports.h"
 
 namespace soak::hal::sim {
 
@@ -63,7 +63,7 @@ class LabServer {
   [[nodiscard]] bool batch_is_full() const;
   [[nodiscard]] std::int64_t idle_ns() const;
 
-  Lab lab_;
+  SimulatedLab lab_;
   LabClock clock_;
   std::unique_ptr<ModbusServer> chamber_;
   std::unique_ptr<ModbusServer> fixture_;

@@ -16,7 +16,7 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
-#include "hal/links/detail/descriptor_source.h"
+#include "hal/links/detail/byte_source.h"
 #include "hal/usb/detail/usb_context.h"
 #include "hal/usb/detail/usb_handle.h"
 

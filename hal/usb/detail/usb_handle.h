@@ -11,7 +11,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "hal/links/detail/descriptor_source.h"
+#include "hal/links/detail/byte_source.h"
 #include "hal/usb/detail/usb_context.h"
 #include "hal/usb/usb_devices.h"
 

@@ -105,7 +105,7 @@ base::Status check_given_once(const CsvLayout& layout) {
   for (const ColumnPlan& plan : layout.columns) {
     const auto [other, is_new] = header_of.emplace(plan.channel.name, plan.header);
     if (is_new) continue;
-    return bad_input(fmt::format("columns '{}' and '{}' both give {}: keep one of them", other->second, plan.header,
+    return bad_input(fmt::format("columns '{}' and '{}' both give {}: remove one of them", other->second, plan.header,
                                  plan.channel.name));
   }
   return {};
@@ -123,8 +123,8 @@ base::Status check_required(const CsvLayout& layout, const std::vector<std::stri
   if (!has_sensor) missing.emplace_back("one sensor (gx_dps ... az_mps2)");
   if (missing.empty()) return {};
   return bad_input(
-      fmt::format("there is no column for {}; the header has: {}. Name the columns so, or map them with "
-                  "--columns (another separator is set there too)",
+      fmt::format("no column for {}; the header has: {}. Rename the columns, or map them with "
+                  "--columns (which can also set another separator)",
                   fmt::join(missing, ", "), fmt::join(header, ", ")));
 }
 
@@ -139,7 +139,7 @@ base::Status check_rate(const CsvLayout& layout, const ColumnsMap& map) {
   if (find("position") == layout.columns.end()) {
     return bad_input(
         fmt::format("column '{}' gives the rate at which the fixture turns about the vertical, but no "
-                    "column says which axis points up: add 'position'",
+                    "column gives the axis that points up: add 'position'",
                     rate->header));
   }
   for (const calib::Position& position : map.positions) {
@@ -155,7 +155,7 @@ base::Status check_rate(const CsvLayout& layout, const ColumnsMap& map) {
 base::Status check_map_is_used(const ColumnsMap& map, const std::vector<std::string_view>& header) {
   for (const MappedColumn& column : map.columns) {
     if (std::find(header.begin(), header.end(), column.source) != header.end()) continue;
-    return bad_input(fmt::format("the columns map names '{}', which the header lacks; it has: {}", column.source,
+    return bad_input(fmt::format("the columns map names column '{}', which is not in the header: {}", column.source,
                                  fmt::join(header, ", ")));
   }
   return {};
@@ -164,8 +164,8 @@ base::Status check_map_is_used(const ColumnsMap& map, const std::vector<std::str
 base::Status check_names(const std::vector<std::string_view>& header) {
   std::set<std::string_view> seen;
   for (std::size_t i = 0; i < header.size(); ++i) {
-    if (header[i].empty()) return bad_input(fmt::format("column {} of {} has no name: name it", i + 1, header.size()));
-    if (!seen.insert(header[i]).second) return bad_input(fmt::format("column '{}' stands there twice", header[i]));
+    if (header[i].empty()) return bad_input(fmt::format("column {} of {} has no name", i + 1, header.size()));
+    if (!seen.insert(header[i]).second) return bad_input(fmt::format("column '{}' is duplicated", header[i]));
   }
   return {};
 }
@@ -185,7 +185,7 @@ base::Result<CsvLayout> layout_of_csv(const std::vector<std::string_view>& raw_h
     if (!plan) return base::forward_error(plan);
     if (plan->role == ColumnRole::run && layout.run) {
       return bad_input(
-          fmt::format("columns '{}' and '{}' both give run: keep one of them", header[*layout.run], header[i]));
+          fmt::format("columns '{}' and '{}' both give the run: remove one of them", header[*layout.run], header[i]));
     }
     if (plan->role == ColumnRole::run) {
       layout.run = i;

@@ -14,7 +14,9 @@
 #include <thread>
 #include <vector>
 
-#include "hal/devices/devices.h"
+#include "hal/devices/unit_power.h"
+#include "hal/imu/imu.h"
+#include "hal/links/addresses.h"
 #include "hal/usb/usb_devices.h"
 
 namespace soak::hal::usb {

@@ -11,7 +11,7 @@ namespace soak::calib::gap {
 namespace {
 
 constexpr double kMinute_s = 60.0;
-constexpr double kRoom_c = 23.0;  ///< as in courses.cpp: where runs begin
+constexpr double kRoom_c = 23.0;  ///< as in history.cpp: where runs begin
 constexpr double kTurn_deg = 90.0;
 constexpr double kGrid_c = 5.0;
 constexpr double kGridReach_c = 15.0;

@@ -4,36 +4,28 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <utility>
 
-namespace soak::calib::gap::reduced {
+#include "calib/segments/data_gate.h"
+
+namespace soak::calib::gap::ramps {
 namespace {
 
 constexpr double kTurn_c = 5.0;
 constexpr double kLeastSpan_c = 10.0;
 constexpr std::size_t kLeastBlocks = 8;
 
-bool rejected(const Segment& segment, std::optional<Sensor> sensor) {
-  return std::any_of(segment.findings.begin(), segment.findings.end(), [&](const Finding& finding) {
-    return finding.severity == Severity::reject && finding.sensor == sensor;
-  });
-}
-
-std::vector<Observation> rows_of(const LoggedRun& run, int number) {
+/// Blocks of a run in the order of time, without what the data gate rejected.
+std::vector<Observation> rows_of_run(const LoggedRun& run, int number) {
   std::vector<Observation> rows;
-  for (const Segment& segment : run.run.segments) {
-    if (segment.phase != Phase::soak || rejected(segment, std::nullopt)) continue;
+  for (const Segment& segment : accepted(run.run.segments)) {
+    if (segment.phase != Phase::soak) continue;
     for (const Block& block : segment.blocks) {
-      Observation row;
+      Observation& row = rows.emplace_back();
       row.run = number;
       row.t_s = block.t_s;
       row.temp_c = block.temp_c;
       row.sensor_temp_c = block.sensor_temp_c;
       row.sensor = block.sensor;
-      for (const Sensor sensor : kSensors) {
-        if (rejected(segment, sensor)) row.sensor[index_of(sensor)].count = 0;
-      }
-      rows.push_back(row);
     }
   }
   std::sort(rows.begin(), rows.end(), [](const Observation& a, const Observation& b) { return a.t_s < b.t_s; });
@@ -77,7 +69,7 @@ std::vector<Stretch> stretches_of(const std::vector<Observation>& rows) {
   return stretches;
 }
 
-void add(const std::vector<Observation>& rows, const Stretch& stretch, RampRecording& recording) {
+void add_branch(const std::vector<Observation>& rows, const Stretch& stretch, RampRecording& recording) {
   if (stretch.sweep == Sweep::unknown || stretch.last - stretch.first < kLeastBlocks) return;
   const auto first = rows.begin() + static_cast<std::ptrdiff_t>(stretch.first);
   const auto last = rows.begin() + static_cast<std::ptrdiff_t>(stretch.last);
@@ -106,19 +98,52 @@ bool is_ramp(const LoggedCampaign& campaign) {
   return any != nullptr;
 }
 
+constexpr double kLeastCommon_c = 20.0;
+
+std::optional<FoldPlan> halves_of(const RampRecording& recording) {
+  const double low_c = std::max(recording.branches[0].low_c, recording.branches[1].low_c);
+  const double high_c = std::min(recording.branches[0].high_c, recording.branches[1].high_c);
+  if (high_c - low_c < kLeastCommon_c) return std::nullopt;
+  FoldPlan plan;
+  plan.halves = true;
+  plan.count = 2;
+  for (std::size_t i = 0; i < recording.branch.size(); ++i) {
+    const double temp_c = recording.observations.rows[i].temp_c;
+    const bool common = recording.branch[i] == 0 && temp_c >= low_c && temp_c <= high_c;
+    plan.fold.push_back(common ? (temp_c < 0.5 * (low_c + high_c) ? 0 : 1) : -1);
+  }
+  return plan;
+}
+
 }  // namespace
 
 std::optional<RampRecording> ramp_recording(const LoggedCampaign& campaign) {
   if (!is_ramp(campaign)) return std::nullopt;
   RampRecording recording;
   for (std::size_t r = 0; r < campaign.runs.size(); ++r) {
-    const std::vector<Observation> rows = rows_of(campaign.runs[r], recording.observations.run_count());
+    const std::vector<Observation> rows = rows_of_run(campaign.runs[r], recording.observations.run_count());
     if (rows.empty()) continue;
     recording.observations.runs.push_back(campaign.runs[r].run.label);
     recording.observations.logged.push_back(r);
-    for (const Stretch& stretch : stretches_of(rows)) add(rows, stretch, recording);
+    for (const Stretch& stretch : stretches_of(rows)) add_branch(rows, stretch, recording);
   }
+  const auto& rows = recording.observations.rows;
+  const auto [low, high] = std::minmax_element(
+      rows.begin(), rows.end(), [](const Observation& a, const Observation& b) { return a.temp_c < b.temp_c; });
+  if (!rows.empty()) recording.observations.level_c = {low->temp_c, high->temp_c};
   return recording;
 }
 
-}  // namespace soak::calib::gap::reduced
+std::optional<FoldPlan> plan_folds(const RampRecording& recording) {
+  const auto& branches = recording.branches;
+  const bool both_ways = std::any_of(branches.begin(), branches.end(),
+                                     [&](const Branch& branch) { return branch.sweep != branches.front().sweep; });
+  if (!both_ways) return std::nullopt;
+  if (branches.size() == 2) return halves_of(recording);
+  FoldPlan plan;
+  plan.fold = recording.branch;
+  plan.count = static_cast<int>(branches.size());
+  return plan;
+}
+
+}  // namespace soak::calib::gap::ramps

@@ -4,13 +4,88 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
 
-#include "calib/gap/search/detail/residual_axes.h"
-#include "calib/gap/search/slow_noise.h"
+#include "calib/gap/base/base_curve.h"
+#include "calib/gap/effects/columns.h"
+#include "calib/gap/search/detail/slow_noise.h"
+#include "calib/gap/search/score.h"
 
 namespace soak::calib::gap {
 namespace {
+
+constexpr double kDayLength_s = 86400.0;
+constexpr int kKnots = 6;  ///< of what is smooth in the time within a run
+
+/// Indicator columns of all groups but the first; a group number below 0 belongs to none.
+Eigen::MatrixXd indicators(const std::vector<int>& group) {
+  std::map<int, Eigen::Index> column;
+  for (const int g : group) {
+    if (g >= 0) column.try_emplace(g, 0);
+  }
+  Eigen::Index next = -1;
+  for (auto& [g, index] : column) index = next++;
+  Eigen::MatrixXd columns =
+      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(group.size()), std::max<Eigen::Index>(0, next));
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    if (group[i] < 0) continue;
+    const Eigen::Index index = column.at(group[i]);
+    if (index >= 0) columns(static_cast<Eigen::Index>(i), index) = 1.0;
+  }
+  return columns;
+}
+
+template <class Group>
+Eigen::MatrixXd by(const Observations& observations, Group group) {
+  std::vector<int> groups;
+  for (const Observation& row : observations.rows) groups.push_back(group(row));
+  return indicators(groups);
+}
+
+double direction(const Observation& row) { return row.sweep == Sweep::down ? -1.0 : 1.0; }
+
+/// Half the difference between heating and cooling in each group that knows both: no group's mean, which the base has.
+template <class Group>
+Eigen::MatrixXd directions_by(const Observations& observations, Group group) {
+  std::map<int, std::array<bool, 2>> seen;
+  for (const Observation& row : observations.rows) seen[group(row)].at(row.sweep == Sweep::down ? 1 : 0) = true;
+  std::map<int, Eigen::Index> column;
+  for (const auto& [g, ways] : seen) {
+    if (ways[0] && ways[1]) column.try_emplace(g, static_cast<Eigen::Index>(column.size()));
+  }
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(observations.rows.size()),
+                                                  static_cast<Eigen::Index>(column.size()));
+  for (Eigen::Index i = 0; i < columns.rows(); ++i) {
+    const Observation& row = observations.rows[static_cast<std::size_t>(i)];
+    const auto found = column.find(group(row));
+    if (found != column.end()) columns(i, found->second) = direction(row);
+  }
+  return columns;
+}
+
+/// A smooth function of the time since each run's first row, the same in all runs.
+Eigen::MatrixXd of_time_in_run(const Observations& observations) {
+  std::map<int, double> start_s;
+  for (const Observation& row : observations.rows) start_s.try_emplace(row.run, row.t_s);
+  double longest_s = 1.0;
+  for (const Observation& row : observations.rows) longest_s = std::max(longest_s, row.t_s - start_s.at(row.run));
+  std::vector<double> knots;
+  for (int k = 0; k < kKnots; ++k) knots.push_back(longest_s * k / (kKnots - 1));
+  const LevelSpline spline(knots);
+  Eigen::MatrixXd columns(static_cast<Eigen::Index>(observations.rows.size()), kKnots - 1);
+  for (Eigen::Index i = 0; i < columns.rows(); ++i) {
+    const Observation& row = observations.rows[static_cast<std::size_t>(i)];
+    columns.row(i) = spline.weights(row.t_s - start_s.at(row.run)).tail(kKnots - 1);
+  }
+  return columns;
+}
 
 /// Share of the strongest named merit from which an axis, or a wander, forbids names.
 constexpr double kStrange = 0.25;
@@ -23,21 +98,86 @@ constexpr double kMended = 0.5;
 /// Between the sensors, of the second effect's share of the first one's gain: twice for the error of each.
 constexpr double kProportion = 2.0;
 
+/// An axis along which something unknown may sit, as free levels, tested: it names no physics.
 struct AxisTest {
-  std::string name;
+  std::string name;  ///< "time since the fixture turned", ...
   CandidateTest test;
   Standing standing;
 };
 
-std::vector<AxisTest> tested_axes(const CampaignModel& model, double typical, double price) {
-  std::vector<AxisTest> tests;
-  for (const Axis& axis : leftover_axes(model.circumstances())) {
-    AxisTest test{axis.name, test_candidate(model.residuals(), axis.candidate), {}};
-    test.standing = standing(test.test, axis.candidate, typical, price);
-    tests.push_back(std::move(test));
+/// Tests the axes that a campaign can show.
+class AxisTests {
+ public:
+  AxisTests(const CampaignModel& model, double typical, double price)
+      : model_(model), typical_(typical), price_(price) {
+    const Circumstances c = model.circumstances();
+    const Observations& o = c.observations;
+    if (!c.history.blurred()) {
+      add("temperature and direction of the sweep", directions_by(o, [](const Observation& row) { return row.level; }));
+    }
+    if (!c.history.coarse()) {
+      add("time since the plateau was reached and direction of the sweep",
+          directions_by(o, [](const Observation& row) { return row.order; }));
+      add("time since the fixture turned",
+          by(o, [](const Observation& row) { return static_cast<int>(row.t_in_placement_s / 60.0); }));
+      add("order of the positions in a visit", by(o, [](const Observation& row) { return row.order; }));
+    }
+    if (o.has_positions()) add_positions(o);
+    if (c.history.coarse()) return;
+    add_times(c);
+    if (!c.history.chamber_c().empty()) {
+      Eigen::VectorXd across = as_vector(c.history.chamber_c());
+      for (Eigen::Index i = 0; i < across.size(); ++i) across(i) -= o.rows[static_cast<std::size_t>(i)].temp_c;
+      add("chamber air less unit", across);
+    }
   }
-  return tests;
-}
+
+  [[nodiscard]] std::vector<AxisTest> take() { return std::move(tests_); }
+
+ private:
+  void add(std::string name, const Eigen::MatrixXd& columns) {
+    if (columns.cols() == 0) return;
+    const Candidate candidate = for_all("", {}, columns);
+    AxisTest test{std::move(name), test_candidate(model_.residuals(), candidate), {}};
+    test.standing = standing(test.test, candidate, typical_, price_);
+    tests_.push_back(std::move(test));
+  }
+
+  void add_positions(const Observations& o) {
+    const Eigen::MatrixXd position = by(o, [](const Observation& row) { return row.position; });
+    add("position", position);
+    add("position before", by(o, [](const Observation& row) { return row.previous; }));
+    Eigen::VectorXd since_min(position.rows());
+    for (Eigen::Index i = 0; i < since_min.size(); ++i) {
+      since_min(i) = o.rows[static_cast<std::size_t>(i)].t_in_placement_s / 60.0;
+    }
+    add("position and time since the fixture turned", since_min.asDiagonal() * position);
+    add("position and temperature", reduced_temperature(o).asDiagonal() * position);
+  }
+
+  void add_times(const Circumstances& c) {
+    add("time within the run", of_time_in_run(c.observations));
+    if (!c.history.utc_s().empty()) {
+      const Eigen::ArrayXd angle = as_vector(c.history.utc_s()).array() * (2.0 * std::numbers::pi / kDayLength_s);
+      Eigen::MatrixXd day(angle.size(), 2);
+      day.col(0) = angle.sin();
+      day.col(1) = angle.cos();
+      add("time of day", day);
+    }
+    if (!c.history.since_power_s().empty()) {
+      std::vector<int> octave;
+      for (const double t_s : c.history.since_power_s()) {
+        octave.push_back(static_cast<int>(std::floor(std::log2(std::max(60.0, t_s)))));
+      }
+      add("time since power-on", indicators(octave));
+    }
+  }
+
+  const CampaignModel& model_;
+  double typical_;
+  double price_;
+  std::vector<AxisTest> tests_;
+};
 
 /// Gain of all effects in those sensors.
 double explained(const std::vector<NamedEffect>& effects, const std::vector<Sensor>& sensors) {
@@ -66,7 +206,7 @@ bool in_proportion(const NamedEffect& first, const NamedEffect& second) {
   return one_sign && most < kProportion * least;
 }
 
-std::optional<Leftover> between_twins(const std::vector<NamedEffect>& effects) {
+std::optional<ResidualStructure> between_twins(const std::vector<NamedEffect>& effects) {
   for (std::size_t k = 1; k < effects.size(); ++k) {
     for (std::size_t before = 0; before < k; ++before) {
       const NamedEffect& first = effects[before];
@@ -75,24 +215,24 @@ std::optional<Leftover> between_twins(const std::vector<NamedEffect>& effects) {
         return std::find(first.sensors.begin(), first.sensors.end(), sensor) != first.sensors.end();
       });
       if (!inside || !are_twins(*first.effect, *second.effect)) continue;
-      if (!first.effect->of_course || !second.effect->of_course) continue;
+      if (!first.effect->follows_history || !second.effect->follows_history) continue;
       const bool small = explained({second}, second.sensors) < kMended * explained({first}, second.sensors);
       if (!small && !in_proportion(first, second)) continue;
-      return Leftover{.axis = fmt::format("the course of the temperature as {} and {} do, but as neither",
-                                          first.effect->name, second.effect->name),
-                      .p_adjusted = second.p_adjusted,
-                      .merit = second.merit,
-                      .sensors = second.sensors,
-                      .forbids_names = true};
+      return ResidualStructure{.axis = fmt::format("the course of the temperature as {} and {} do, but as neither",
+                                                   first.effect->name, second.effect->name),
+                               .p_adjusted = second.p_adjusted,
+                               .merit = second.merit,
+                               .sensors = second.sensors,
+                               .forbids_names = true};
     }
   }
   return std::nullopt;
 }
 
 /// The axis that finds most of what an effect should have explained in its own sensors.
-std::optional<Leftover> misfit(const std::vector<AxisTest>& axes, const std::vector<NamedEffect>& effects,
-                               double typical) {
-  std::optional<Leftover> worst;
+std::optional<ResidualStructure> misfit(const std::vector<AxisTest>& axes, const std::vector<NamedEffect>& effects,
+                                        double typical) {
+  std::optional<ResidualStructure> worst;
   for (const NamedEffect& effect : effects) {
     const double known = explained(effects, effect.sensors);
     const double tolerated = effect.candidate.shape_values.empty() ? kCloseFit : kLooseFit;
@@ -108,43 +248,44 @@ std::optional<Leftover> misfit(const std::vector<AxisTest>& axes, const std::vec
       const double found = together.gain / moderated_heterogeneity(together, typical) - together.dof;
       if (p > kGate || found < tolerated * (known + found)) continue;
       if (worst && worst->merit >= found) continue;
-      worst = Leftover{axis.name, p, found, effect.sensors, true};
+      worst = ResidualStructure{axis.name, p, found, effect.sensors, true};
     }
   }
   return worst;
 }
 
-std::optional<Leftover> wander(const CampaignModel& model, const std::vector<NamedEffect>& effects) {
+std::optional<ResidualStructure> wander(const CampaignModel& model, const std::vector<NamedEffect>& effects) {
   const auto slow = slow_noise(model, effects);
   if (!slow || slow->excess < kStrange * explained(effects, slow->sensors)) return std::nullopt;
-  return Leftover{"time, in another way in each run", slow->p_adjusted, slow->excess, slow->sensors, true};
+  return ResidualStructure{"time, in another way in each run", slow->p_adjusted, slow->excess, slow->sensors, true};
 }
 
-std::optional<Leftover> strongest(const std::vector<AxisTest>& axes, const std::vector<NamedEffect>& effects) {
+std::optional<ResidualStructure> strongest(const std::vector<AxisTest>& axes, const std::vector<NamedEffect>& effects) {
   double named = 0.0;
   for (const NamedEffect& effect : effects) named = std::max(named, effect.merit);
-  std::optional<Leftover> best;
+  std::optional<ResidualStructure> best;
   for (const AxisTest& axis : axes) {
     const Standing& stands = axis.standing;
     const double p = std::min(1.0, stands.p * static_cast<double>(axes.size()));
-    if (p > kGate || !enough_folds(stands) || stands.merit <= 0.0) continue;
+    if (p > kGate || !stands.enough_folds || stands.merit <= 0.0) continue;
     if (best && best->merit >= stands.merit) continue;
-    best = Leftover{axis.name, p, stands.merit, stands.sensors, stands.merit >= kStrange * named};
+    best = ResidualStructure{axis.name, p, stands.merit, stands.sensors, stands.merit >= kStrange * named};
   }
   return best;
 }
 
 }  // namespace
 
-std::optional<Leftover> find_leftover(const CampaignModel& model, const std::vector<NamedEffect>& effects,
-                                      double typical, double price) {
-  const std::vector<AxisTest> axes = tested_axes(model, typical, price);
+std::optional<ResidualStructure> find_residual_structure(const CampaignModel& model,
+                                                         const std::vector<NamedEffect>& effects, double typical,
+                                                         double price) {
+  const std::vector<AxisTest> axes = AxisTests(model, typical, price).take();
   auto any = strongest(axes, effects);
   if (any && any->forbids_names) return any;
   if (auto found = between_twins(effects)) return found;
   if (auto found = misfit(axes, effects, typical)) return found;
   // A temperature that is known to a step wanders within it, and the readings with it.
-  if (model.circumstances().courses.coarse()) return any;
+  if (model.circumstances().history.coarse()) return any;
   if (auto found = wander(model, effects)) return found;
   return any;
 }

@@ -5,9 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "calib/signal/allan/detail/confidence.h"
-#include "calib/signal/allan/detail/covariance.h"
-#include "calib/signal/allan/detail/least_squares.h"
+#include "calib/signal/allan/detail/intervals.h"
+#include "calib/signal/allan/detail/models.h"
 
 namespace soak::calib::signal::allan_fit {
 
@@ -17,7 +16,7 @@ struct Points {
   Eigen::VectorXd variance;  ///< measured
 };
 
-/// Every term's curve at the multiples, n x kColumns (see least_squares.h).
+/// Every term's curve at the multiples, n x kColumns (see models.h).
 [[nodiscard]] Eigen::MatrixXd term_curves(const std::vector<double>& multiples, double markov_time);
 
 /// The curves hold to this share of the Allan variance at best: sampled sensors are no textbook integrals.
@@ -39,7 +38,7 @@ struct Solution {
 /// How the iteration treats averaging times that lie far off the curve.
 enum class Outliers {
   kept,         ///< like all others
-  weighed_down  ///< additional variance in the size of their residual, and all variances inflated by chi^2 per degree
+  down_weighted  ///< additional variance in the size of their residual, and all variances inflated by chi^2 per degree
                 ///< of freedom
 };
 
@@ -55,5 +54,18 @@ enum class Outliers {
 /// The estimate of a term's variance in one model, with the variance that it would have at other true values.
 [[nodiscard]] VarianceEstimate variance_estimate(const Solution& solution, const CovarianceTable& table,
                                                  const Model& model, Term term);
+
+/// A solution and the table of covariances that it was made with.
+struct Fitted {
+  CovarianceTable table;
+  Solution solution;
+};
+
+/// The fit with a first-order Gauss-Markov term, if the measured curve demands one: its correlation time by least chi^2
+/// over a logarithmic grid, refined by Gauss-Newton steps together with all other coefficients. Nothing if its two
+/// parameters improve chi^2 by less than 16 beyond the penalty for parameters (the time was searched for, and flicker
+/// between white noise and random walk looks much the same).
+[[nodiscard]] std::optional<Fitted> fit_with_markov(const Points& points, const PairCounts& counts,
+                                                    const Solution& without, Outliers outliers);
 
 }  // namespace soak::calib::signal::allan_fit

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "base/instruction_set.h"
-#include "calib/signal/noise/detail/sums.h"
 
 namespace soak::calib::signal {
 namespace {

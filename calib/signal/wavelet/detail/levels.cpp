@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/signal/wavelet/detail/levels.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <string>
 
 namespace soak::calib::signal::wavelet {
 namespace {
@@ -71,6 +75,24 @@ void interleave_into(std::span<double> signal, Index first, Index pairs, const C
 }
 
 }  // namespace
+
+base::Status check_filters(const Wavelet& wavelet) {
+  const std::size_t length = wavelet.length();
+  const bool usable = length >= 2 && length <= kMaxLength && length % 2 == 0;
+  const auto same = [&](const std::vector<double>& filter) { return filter.size() == length; };
+  if (usable && same(wavelet.dec_hi) && same(wavelet.rec_lo) && same(wavelet.rec_hi)) return {};
+  return base::bad_input("a wavelet needs four filters of one even length from 2 to " + std::to_string(kMaxLength),
+                         "wavelet '" + wavelet.name + "'");
+}
+
+base::Status check_not_negative(std::span<const double> values, std::string_view what) {
+  for (std::size_t j = 0; j < values.size(); ++j) {
+    if (std::isfinite(values[j]) && values[j] >= 0.0) continue;
+    return base::bad_input(fmt::format("{} is {}; it must be finite and at least 0", what, values[j]),
+                           fmt::format("level {}", j + 1));
+  }
+  return {};
+}
 
 Banks banks_of(const Wavelet& wavelet) {
   Banks banks;

@@ -3,12 +3,19 @@
 
 #include <cstddef>
 #include <span>
+#include <string_view>
 
+#include "base/result.h"
 #include "calib/signal/wavelet/detail/kernels.h"
-#include "calib/signal/wavelet/wavelet.h"
 #include "calib/signal/wavelet/wavelet_transform.h"
 
 namespace soak::calib::signal::wavelet {
+
+/// Refuses a wavelet whose filters do not all have the same even length from 2 to kMaxLength.
+[[nodiscard]] base::Status check_filters(const Wavelet& wavelet);
+
+/// Refuses a value that is negative or not finite; `what` names the values ("threshold"), `where` tells the level.
+[[nodiscard]] base::Status check_not_negative(std::span<const double> values, std::string_view what);
 
 /// A wavelet's filters as the kernels take them.
 struct Banks {

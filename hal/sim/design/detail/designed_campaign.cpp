@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/random.h"
-#include "base/units.h"
+#include "hal/sim/unit/attitude.h"
 #include "hal/sim/unit/draws.h"
 
 namespace soak::hal::sim {
@@ -60,8 +60,6 @@ double rounded_to(double value, double step) { return step > 0.0 ? step * std::r
 DesignedRow read_out(const CampaignConfig& config, const SimulatedUnit& unit, const DesignReadout& readout,
                      const HiddenEffects& effects, const Moment& moment, std::size_t index) {
   const Conditions& now = moment.conditions;
-  constexpr double g = base::kStandardGravity_mps2;
-  const calib::Vector3 force_mps2 = {g * now.up[0], g * now.up[1], g * now.up[2]};
   DesignedRow row;
   row.moment = index;
   row.chamber_c = now.air_c + config.chamber.noise_sigma_c * readout.thermometer(Purpose::design_chamber, index);
@@ -69,7 +67,7 @@ DesignedRow read_out(const CampaignConfig& config, const SimulatedUnit& unit, co
       now.thermometer_c + config.thermometer.noise_sigma_c * readout.thermometer(Purpose::design_thermometer, index);
   row.temp_c = rounded_to(temp_c, config.design->thermometer_step_c);
   for (const Sensor sensor : calib::kSensors) {
-    const double ideal = ideal_reading(unit, sensor, effects.element_c(), force_mps2, moment.rate_rps);
+    const double ideal = ideal_reading(unit, sensor, effects.element_c(), force_at_rest_mps2(now.up), moment.rate_rps);
     const double felt = ideal + readout.offset(sensor, now.run);
     const double word = effects.sensed(sensor, felt, readout.noise(sensor, moment, index));
     row.sensor[calib::index_of(sensor)] = effects.output(sensor, word);
@@ -86,11 +84,11 @@ SimulatedUnit draw_designed_unit(const CampaignConfig& config, int number) {
   return unit;
 }
 
-base::Result<DesignedUnit> simulate_designed_unit(const CampaignConfig& config, const CampaignCourse& course,
+base::Result<DesignedUnit> simulate_designed_unit(const CampaignConfig& config, const CampaignTimeline& timeline,
                                                   int number) {
   DesignedUnit designed;
   designed.unit = draw_designed_unit(config, number);
-  const EffectSizer sizer(config, course, designed.unit);
+  const EffectSizer sizer(config, timeline, designed.unit);
   designed.blocks = sizer.blocks();
   HiddenEffects effects;
   for (const HiddenSpec& spec : config.hidden) {
@@ -105,10 +103,10 @@ base::Result<DesignedUnit> simulate_designed_unit(const CampaignConfig& config, 
     designed.candidates.push_back(*std::move(effect));
   }
   const DesignReadout readout(config, designed.unit);
-  for (std::size_t i = 0; i < course.moments.size(); ++i) {
-    const Moment& moment = course.moments[i];
+  for (std::size_t i = 0; i < timeline.moments.size(); ++i) {
+    const Moment& moment = timeline.moments[i];
     effects.advance_to(moment.conditions);
-    if (!is_written(course, *config.design, moment)) continue;
+    if (!is_written(timeline, *config.design, moment)) continue;
     designed.rows.push_back(read_out(config, designed.unit, readout, effects, moment, i));
   }
   return designed;

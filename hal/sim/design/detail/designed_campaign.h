@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "hal/sim/design/detail/campaign_course.h"
+#include "hal/sim/design/detail/campaign_timeline.h"
 #include "hal/sim/design/detail/effect_size.h"
 #include "hal/sim/unit/simulated_unit.h"
 
@@ -32,9 +32,9 @@ struct DesignedUnit {
 /// known.
 [[nodiscard]] SimulatedUnit draw_designed_unit(const CampaignConfig& config, int number);
 
-/// All that is recorded of the `number`-th unit in a campaign, which campaign_course(config) is. The same configuration
-/// gives the same numbers. Errors (bad_input): a magnitude that cannot be reached.
+/// All that is recorded of the `number`-th unit in a campaign, which campaign_timeline(config) is. The same
+/// configuration gives the same numbers. Errors (bad_input): a magnitude that cannot be reached.
 [[nodiscard]] base::Result<DesignedUnit> simulate_designed_unit(const CampaignConfig& config,
-                                                                const CampaignCourse& course, int number);
+                                                                const CampaignTimeline& timeline, int number);
 
 }  // namespace soak::hal::sim

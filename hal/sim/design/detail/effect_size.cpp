@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <functional>
+#include <utility>
 
-#include "base/units.h"
+#include "hal/sim/unit/attitude.h"
 
 namespace soak::hal::sim {
 namespace {
@@ -57,7 +59,7 @@ std::vector<double> run_means(const std::vector<PlannedBlock>& blocks, const std
 }
 
 /// Where a magnitude that rises with the amplitude is met: in proportion to the last trial until there is one on either
-/// side, then on the straight line between the logarithms. All mechanisms but the lag are proportional: the second
+/// side, then on the straight line between the logarithms. All effects but the lag are proportional: the second
 /// trial ends their search.
 class AmplitudeSearch {
  public:
@@ -87,23 +89,96 @@ class AmplitudeSearch {
   Trial above_;
 };
 
+/// A column that keeps less than this of its length is a combination of those before it.
+constexpr double kDependent = 1e-8;
+
+double product_sum(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+template <class Value>
+std::vector<double> column_of(const std::vector<PlannedBlock>& blocks, Value value) {
+  std::vector<double> column;
+  column.reserve(blocks.size());
+  for (const PlannedBlock& block : blocks) column.push_back(value(block));
+  return column;
+}
+
 }  // namespace
+
+std::vector<PlannedBlock> planned_blocks(const CampaignTimeline& timeline) {
+  std::vector<PlannedBlock> blocks;
+  std::size_t rows = 0;
+  for (std::size_t i = 0; i < timeline.moments.size(); ++i) {
+    const Moment& moment = timeline.moments[i];
+    if (moment.block < 0) continue;
+    const Conditions& now = moment.conditions;
+    if (rows++ % kRowsPerBlock == 0) blocks.push_back({i, now.run, moment.set_point, 0.0, now.up});
+    blocks.back().temp_c += now.thermometer_c / kRowsPerBlock;
+  }
+  return blocks;
+}
+
+BaseFit::BaseFit(const std::vector<PlannedBlock>& blocks, calib::Sensor sensor, Temperature temperature) {
+  int set_points = 0;
+  int runs = 0;
+  for (const PlannedBlock& block : blocks) {
+    set_points = std::max(set_points, block.set_point + 1);
+    runs = std::max(runs, block.run + 1);
+  }
+  const std::size_t axis = calib::axis_of(sensor);
+  for (int point = 0; point < set_points; ++point) {
+    const auto here = [point](const PlannedBlock& block) { return block.set_point == point ? 1.0 : 0.0; };
+    if (temperature == Temperature::levels) add_column(column_of(blocks, here));
+    if (calib::is_gyro(sensor)) continue;
+    add_column(column_of(blocks, [&](const PlannedBlock& block) { return here(block) * block.up[axis]; }));
+  }
+  for (int power = 0; power < 4 && temperature == Temperature::cubic; ++power) {
+    add_column(column_of(blocks, [power](const PlannedBlock& block) { return std::pow(block.temp_c / 50.0, power); }));
+  }
+  for (int run = 0; run < runs; ++run) {
+    add_column(column_of(blocks, [run](const PlannedBlock& block) { return block.run == run ? 1.0 : 0.0; }));
+  }
+  for (std::size_t other = 0; other < 3 && !calib::is_gyro(sensor); ++other) {
+    if (other != axis) add_column(column_of(blocks, [other](const PlannedBlock& block) { return block.up[other]; }));
+  }
+}
+
+// Gram-Schmidt, twice: once leaves rounding errors along earlier columns.
+void BaseFit::add_column(std::vector<double> column) {
+  const double length = std::sqrt(product_sum(column, column));
+  column = residual(residual(std::move(column)));
+  const double left = std::sqrt(product_sum(column, column));
+  if (left <= kDependent * length) return;
+  for (double& value : column) value /= left;
+  columns_.push_back(std::move(column));
+}
+
+std::vector<double> BaseFit::residual(std::vector<double> values) const {
+  for (const std::vector<double>& column : columns_) {
+    const double part = product_sum(column, values);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] -= part * column[i];
+  }
+  return values;
+}
 
 EffectSurroundings design_surroundings(const CampaignConfig& config) {
   return {config.earth, design_set_points_c(*config.design), config.design->amplitude_spread};
 }
 
-EffectSizer::EffectSizer(const CampaignConfig& config, const CampaignCourse& course, const SimulatedUnit& unit)
+EffectSizer::EffectSizer(const CampaignConfig& config, const CampaignTimeline& timeline, const SimulatedUnit& unit)
     : config_(config),
       design_(*config.design),
-      course_(course),
+      timeline_(timeline),
       unit_(unit),
       surroundings_(design_surroundings(config)),
-      blocks_(planned_blocks(course)) {
+      blocks_(planned_blocks(timeline)) {
   for (const Sensor sensor : calib::kSensors) {
     levels_.emplace_back(blocks_, sensor, BaseFit::Temperature::levels);
     cubics_.emplace_back(blocks_, sensor, BaseFit::Temperature::cubic);
-    for (const Moment& moment : course_.moments) {
+    for (const Moment& moment : timeline_.moments) {
       if (moment.block < 0) continue;
       readings_[calib::index_of(sensor)].push_back(reading(sensor, moment, moment.conditions.thermometer_c));
     }
@@ -111,9 +186,7 @@ EffectSizer::EffectSizer(const CampaignConfig& config, const CampaignCourse& cou
 }
 
 double EffectSizer::reading(Sensor sensor, const Moment& moment, double element_c) const {
-  const calib::Vector3& up = moment.conditions.up;
-  constexpr double g = base::kStandardGravity_mps2;
-  return ideal_reading(unit_, sensor, element_c, {g * up[0], g * up[1], g * up[2]}, moment.rate_rps);
+  return ideal_reading(unit_, sensor, element_c, force_at_rest_mps2(moment.conditions.up), moment.rate_rps);
 }
 
 BlockValues EffectSizer::contributions(const DrawnEffect& drawn, double amplitude) const {
@@ -122,7 +195,7 @@ BlockValues EffectSizer::contributions(const DrawnEffect& drawn, double amplitud
   BlockValues values;
   for (const Sensor sensor : drawn.sensors) values[calib::index_of(sensor)].assign(blocks_.size(), 0.0);
   std::size_t row = 0;
-  for (const Moment& moment : course_.moments) {
+  for (const Moment& moment : timeline_.moments) {
     effects.advance_to(moment.conditions);
     if (moment.block < 0) continue;
     const double element_c = effects.element_c();
@@ -142,7 +215,7 @@ BlockValues EffectSizer::log_variances(const DrawnEffect& drawn, double amplitud
   effects.add(drawn, amplitude, surroundings_);
   BlockValues values;
   std::size_t row = 0;
-  for (const Moment& moment : course_.moments) {
+  for (const Moment& moment : timeline_.moments) {
     effects.advance_to(moment.conditions);
     if (moment.block < 0 || row++ % kRowsPerBlock != 0) continue;
     for (const Sensor sensor : drawn.sensors) {
@@ -157,7 +230,7 @@ double EffectSizer::sum_of_squares(const DrawnEffect& drawn, Sensor sensor, cons
   const auto blocks = static_cast<double>(blocks_.size());
   switch (drawn.entry->measure) {
     case Measure::runs: {
-      const std::vector<double> means = run_means(blocks_, values, course_.runs.size());
+      const std::vector<double> means = run_means(blocks_, values, timeline_.runs.size());
       const double squares = squares_of(means, mean_of(means)) / static_cast<double>(means.size());
       return blocks * squares / (noise.run_sigma * noise.run_sigma);
     }

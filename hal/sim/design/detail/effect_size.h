@@ -1,16 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "base/result.h"
-#include "hal/sim/design/detail/base_fit.h"
-#include "hal/sim/design/detail/block_table.h"
+#include "calib/vocabulary/sensor.h"
+#include "hal/sim/design/detail/campaign_timeline.h"
 #include "hal/sim/effects/hidden_effects.h"
 #include "hal/sim/unit/simulated_unit.h"
 
 namespace soak::hal::sim {
+
+/// One block of a minute in one position of one visit.
+struct PlannedBlock {
+  std::size_t first_moment = 0;  ///< of kRowsPerBlock that follow each other
+  int run = 0;                   ///< index into CampaignTimeline::runs
+  int set_point = 0;
+  double temp_c = 0.0;  ///< mean of the thermometer, without noise
+  calib::Vector3 up{};
+};
+
+/// All blocks of the plan, also those of a visit that is dropped, in order of time.
+[[nodiscard]] std::vector<PlannedBlock> planned_blocks(const CampaignTimeline& timeline);
+
+/// One number per block, for each sensor; empty = nothing happens to the sensor.
+using BlockValues = std::array<std::vector<double>, calib::kSensorCount>;
+
+/// What a refitted model without hidden effects can absorb of block means of one sensor, by least squares:
+///
+///   one free level per set point (or, instead, a cubic in temperature), one offset per run;
+///   accelerometers also one free scale per set point and two constant off-axis terms.
+class BaseFit {
+ public:
+  enum class Temperature { levels, cubic };
+
+  BaseFit(const std::vector<PlannedBlock>& blocks, calib::Sensor sensor, Temperature temperature);
+
+  /// What is left of `values`, one per block.
+  [[nodiscard]] std::vector<double> residual(std::vector<double> values) const;
+
+ private:
+  void add_column(std::vector<double> column);
+
+  std::vector<std::vector<double>> columns_;  ///< orthonormal
+};
 
 /// A hidden effect of one unit whose size is known.
 struct SizedEffect {
@@ -38,7 +73,7 @@ struct SizedEffect {
 class EffectSizer {
  public:
   /// All must outlive the object.
-  EffectSizer(const CampaignConfig& config, const CampaignCourse& course, const SimulatedUnit& unit);
+  EffectSizer(const CampaignConfig& config, const CampaignTimeline& timeline, const SimulatedUnit& unit);
 
   /// The effect that `spec` hides in unit `number`. Errors (bad_input): a magnitude that no amplitude reaches.
   [[nodiscard]] base::Result<SizedEffect> sized(const HiddenSpec& spec, int number) const;
@@ -59,7 +94,7 @@ class EffectSizer {
 
   const CampaignConfig& config_;
   const DesignConfig& design_;
-  const CampaignCourse& course_;
+  const CampaignTimeline& timeline_;
   const SimulatedUnit& unit_;
   EffectSurroundings surroundings_;
   std::vector<PlannedBlock> blocks_;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/design/detail/run_profile.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -8,6 +6,7 @@
 
 #include "base/random.h"
 #include "hal/sim/campaign/run_plan.h"
+#include "hal/sim/design/detail/campaign_timeline.h"
 #include "hal/sim/unit/draws.h"
 
 namespace soak::hal::sim {

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/electronics/detail/ahrs400_device.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <numeric>
+#include <span>
 #include <string_view>
 
+#include "base/bytes.h"
 #include "base/units.h"
-#include "hal/sim/electronics/detail/xbus_frame.h"
+
+#include "hal/sim/electronics/unit_electronics.h"
 
 namespace soak::hal::sim {
 namespace {
@@ -35,11 +37,35 @@ std::uint16_t number_of_temp(double temp_c) {
   return static_cast<std::uint16_t>(std::clamp(std::round(volts * 4096.0 / 5.0), 0.0, 4095.0));
 }
 
-std::uint8_t sum_of(std::span<const std::uint8_t> bytes) {
+std::uint8_t ahrs400_sum_of(std::span<const std::uint8_t> bytes) {
   return static_cast<std::uint8_t>(std::accumulate(bytes.begin(), bytes.end(), 0U));
 }
 
-}  // namespace
+/// A Crossbow AHRS400 of 100 °/s and 2 g: commands of one byte; in scaled mode packets of 24 bytes, asked for one by
+/// one (G) or sent without being asked (C) every sixth or seventh internal sample. Wakes up idle and forgets what it
+/// was told. The modes "voltage" and "angle" are known by name only: nothing is measured in them.
+class Ahrs400Device final : public UnitElectronics {
+ public:
+  using UnitElectronics::UnitElectronics;
+
+  void switch_power(bool on, Tick now) override;
+  void receive(std::span<const std::uint8_t> bytes, Tick now) override;
+  void advance_to(Tick now, const Attitude& fixture) override;
+  [[nodiscard]] bool streams() const override { return state_ == State::streaming; }
+
+ private:
+  enum class State : std::uint8_t { off, booting, idle, streaming };
+
+  void obey(char command, Tick now);
+  void tell_serial_number();
+  /// Ticks from packet number `sent_` to the next.
+  [[nodiscard]] Tick step() const;
+  void send_packet(Tick now, const Attitude& fixture);
+
+  State state_ = State::off;
+  bool scaled_ = false;
+  std::uint64_t sent_ = 0;
+};
 
 void Ahrs400Device::switch_power(bool on, Tick now) {
   scaled_ = false;
@@ -104,8 +130,8 @@ void Ahrs400Device::obey(char command, Tick now) {
 
 void Ahrs400Device::tell_serial_number() {
   base::Bytes answer{kHeader};
-  append_u32(answer, unit_.device_id());
-  answer.push_back(sum_of(std::span(answer).subspan(1)));
+  base::append_big_endian(answer, unit_.device_id());
+  answer.push_back(ahrs400_sum_of(std::span(answer).subspan(1)));
   put_out(answer);
 }
 
@@ -131,14 +157,23 @@ void Ahrs400Device::send_packet(Tick now, const Attitude& fixture) {
   const double time_s = static_cast<double>(index) / static_cast<double>(kTicksPerSecond);
   base::Bytes packet{kHeader};
   packet.reserve(kPacketSize);
-  for (const float rps : rate.value) append_u16(packet, number_of(rps * base::kDegPerRad / kRange_dps));
-  for (const float mps2 : accel.value) append_u16(packet, number_of(mps2 / base::kStandardGravity_mps2 / kRange_g));
-  for (int axis = 0; axis < 3; ++axis) append_u16(packet, 0);  // no magnetic field in this laboratory
-  append_u16(packet, number_of_temp(unit_.thermometer_c(index)));
-  append_u16(packet, static_cast<std::uint16_t>(0xFFFF - static_cast<std::uint64_t>(time_s / kTimerTick_s) % 0x10000));
-  packet.push_back(sum_of(std::span(packet).subspan(1)));
+  for (const float rps : rate.value) base::append_big_endian(packet, number_of(rps * base::kDegPerRad / kRange_dps));
+  for (const float mps2 : accel.value)
+    base::append_big_endian(packet, number_of(mps2 / base::kStandardGravity_mps2 / kRange_g));
+  for (int axis = 0; axis < 3; ++axis)
+    base::append_big_endian(packet, std::uint16_t{0});  // no magnetic field in this laboratory
+  base::append_big_endian(packet, number_of_temp(unit_.thermometer_c(index)));
+  base::append_big_endian(
+      packet, static_cast<std::uint16_t>(0xFFFF - static_cast<std::uint64_t>(time_s / kTimerTick_s) % 0x10000));
+  packet.push_back(ahrs400_sum_of(std::span(packet).subspan(1)));
   put_out(packet);
   ++sent_;
+}
+
+}  // namespace
+
+std::unique_ptr<UnitElectronics> make_ahrs400_device(const CampaignConfig& config, int number) {
+  return std::make_unique<Ahrs400Device>(config, number);
 }
 
 }  // namespace soak::hal::sim

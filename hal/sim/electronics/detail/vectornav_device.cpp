@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sim/electronics/detail/vectornav_device.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
+#include <span>
+#include <string>
+#include <string_view>
 
 #include "base/bytes.h"
+
+#include "hal/sim/electronics/unit_electronics.h"
 
 namespace soak::hal::sim {
 namespace {
 
-constexpr std::string_view kModel = "VN-200T-SIMULATED";
-constexpr std::string_view kFirmware = "2.1.0.0";
+constexpr std::string_view kVectorNavModel = "VN-200T-SIMULATED";
+constexpr std::string_view kVectorNavFirmware = "2.1.0.0";
 /// Lines that are sent unasked: 40 a second.
 constexpr Tick kLinePeriod = kTicksPerSecond / 40;
 constexpr std::size_t kLongestLine = 256;
@@ -23,12 +27,12 @@ constexpr std::size_t kLongestLine = 256;
 constexpr std::uint16_t kTimeStartup = 1U << 0U;
 constexpr std::uint16_t kCommonRate = 1U << 5U;
 constexpr std::uint16_t kCommonAccel = 1U << 8U;
-constexpr std::uint16_t kTemp = 1U << 4U;
-constexpr std::uint16_t kAccel = 1U << 9U;
-constexpr std::uint16_t kRate = 1U << 10U;
+constexpr std::uint16_t kImuTemp = 1U << 4U;
+constexpr std::uint16_t kImuAccel = 1U << 9U;
+constexpr std::uint16_t kImuRate = 1U << 10U;
 constexpr std::uint16_t kSaturation = 1U << 11U;
 constexpr std::uint16_t kKnownCommon = kTimeStartup | kCommonRate | kCommonAccel;
-constexpr std::uint16_t kKnownImu = kTemp | kAccel | kRate | kSaturation;
+constexpr std::uint16_t kKnownImu = kImuTemp | kImuAccel | kImuRate | kSaturation;
 // Saturation flags.
 constexpr unsigned kAccelSaturated = 3;
 constexpr unsigned kRateSaturated = 6;
@@ -66,7 +70,40 @@ unsigned flags_of(const SensedVector& sensed, unsigned first) {
   return flags;
 }
 
-}  // namespace
+/// A VectorNav VN-200 on its serial port 1: registers 1, 3, 4 (who it is), 6 (lines, on after each start) and 75
+/// (binary output 1, off after each start), 400 Hz divided by a whole number. Of the binary output's fields it has the
+/// time since startup, rate of turn and acceleration (groups 1 and 3), temperature and the saturation flags.
+class VectorNavDevice final : public UnitElectronics {
+ public:
+  using UnitElectronics::UnitElectronics;
+
+  void switch_power(bool on, Tick now) override;
+  void receive(std::span<const std::uint8_t> bytes, Tick now) override;
+  void advance_to(Tick now, const Attitude& fixture) override;
+  [[nodiscard]] bool streams() const override { return divisor_ > 0; }
+
+ private:
+  enum class State : std::uint8_t { off, booting, running };
+  /// Fields of the binary output, as masks of their groups.
+  struct Fields {
+    std::uint16_t common = 0;
+    std::uint16_t imu = 0;
+  };
+
+  void obey(std::string_view line, Tick now);
+  [[nodiscard]] std::string answer(std::string_view command, Tick now);
+  [[nodiscard]] std::string configure(std::string_view command, Tick now);
+  void send_line(std::string_view text);
+  void send_asynchronous_line();
+  void send_packet(Tick since_start, const Attitude& fixture);
+  void plan(Tick now);
+
+  State state_ = State::off;
+  bool lines_ = true;
+  Tick divisor_ = 0;  ///< of output 1; 0 = off
+  Fields fields_;
+  std::string pending_;
+};
 
 void VectorNavDevice::switch_power(bool on, Tick now) {
   lines_ = true;
@@ -105,9 +142,9 @@ void VectorNavDevice::obey(std::string_view line, Tick now) {
 }
 
 std::string VectorNavDevice::answer(std::string_view command, Tick now) {
-  if (command == "VNRRG,01") return fmt::format("VNRRG,01,{}", kModel);
+  if (command == "VNRRG,01") return fmt::format("VNRRG,01,{}", kVectorNavModel);
   if (command == "VNRRG,03") return fmt::format("VNRRG,03,{:010}", unit_.device_id());
-  if (command == "VNRRG,04") return fmt::format("VNRRG,04,{}", kFirmware);
+  if (command == "VNRRG,04") return fmt::format("VNRRG,04,{}", kVectorNavFirmware);
   if (command.starts_with("VNWRG,75,")) return configure(command, now);
   if (command == "VNWRG,06,0" || command == "VNWRG,06,14") {
     lines_ = command == "VNWRG,06,14";
@@ -180,15 +217,21 @@ void VectorNavDevice::send_packet(Tick since_start, const Attitude& fixture) {
   if ((fields_.common & kTimeStartup) != 0) data.write(index * (1'000'000'000ULL / kTicksPerSecond));
   if ((fields_.common & kCommonRate) != 0) append(data, rate);
   if ((fields_.common & kCommonAccel) != 0) append(data, accel);
-  if ((fields_.imu & kTemp) != 0) data.write(unit_.thermometer_c(index));
-  if ((fields_.imu & kAccel) != 0) append(data, accel);
-  if ((fields_.imu & kRate) != 0) append(data, rate);
+  if ((fields_.imu & kImuTemp) != 0) data.write(unit_.thermometer_c(index));
+  if ((fields_.imu & kImuAccel) != 0) append(data, accel);
+  if ((fields_.imu & kImuRate) != 0) append(data, rate);
   if ((fields_.imu & kSaturation) != 0)
     data.write(static_cast<std::uint16_t>(flags_of(accel, kAccelSaturated) | flags_of(rate, kRateSaturated)));
   const std::uint16_t crc = crc16(data.bytes());
   put_out({{0xFA}});
   put_out(data.bytes());
   put_out({{static_cast<std::uint8_t>(crc >> 8U), static_cast<std::uint8_t>(crc & 0xFFU)}});
+}
+
+}  // namespace
+
+std::unique_ptr<UnitElectronics> make_vectornav_device(const CampaignConfig& config, int number) {
+  return std::make_unique<VectorNavDevice>(config, number);
 }
 
 }  // namespace soak::hal::sim

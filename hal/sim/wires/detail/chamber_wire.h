@@ -5,11 +5,13 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "base/result.h"
+#include "hal/sim/lab/register_table.h"
 #include "hal/sim/lab/simulated_chamber.h"
-#include "hal/sim/wires/detail/unit_port.h"
+#include "hal/sim/wires/detail/ports.h"
 
 namespace soak::hal::sim {
 
@@ -71,5 +73,14 @@ class TextWire final : public ChamberWire {
 
 /// CRC-16 of Modbus RTU (polynomial A001 reflected, start FFFF), low byte first on the wire.
 [[nodiscard]] std::uint16_t rtu_crc(std::span<const std::uint8_t> bytes);
+
+/// The registers of a Eurotherm 2400 that controls the chamber (the maker's handbook HA026230): parameter n as an
+/// integer of one decimal in register n, and as a float, high word first, in 32768 + 2 n. Reading what is not there
+/// gives an arbitrary number, writing it succeeds. `chamber` must outlive them.
+[[nodiscard]] RegisterTable eurotherm_registers(SimulatedChamber& chamber);
+
+/// The answer of an ESPEC P300 that controls the chamber to a line, both without their ends: TEMP?, MODE?, ALARM?,
+/// MON?, "TEMP, S25.0", "MODE,CONSTANT", "MODE,STANDBY"; "NA:..." to anything else.
+[[nodiscard]] std::string espec_answer(SimulatedChamber& chamber, std::string_view line);
 
 }  // namespace soak::hal::sim

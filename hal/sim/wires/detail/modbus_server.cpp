@@ -11,6 +11,8 @@
 #include <span>
 #include <utility>
 
+#include "base/bytes.h"
+
 namespace soak::hal::sim {
 namespace {
 
@@ -23,17 +25,13 @@ constexpr std::size_t kHeaderSize = 7;  // transaction, protocol, length, unit
 constexpr std::size_t kCountedFromByte = 6;
 constexpr std::size_t kMinFrame = 8;
 constexpr std::size_t kMaxFrame = MODBUS_TCP_MAX_ADU_LENGTH;
-constexpr std::size_t kFixedRequest = 12;  // functions 3 and 6
-constexpr std::size_t kWriteHeader = 13;   // function 16 up to its byte count
-
-std::uint16_t u16_at(std::span<const std::uint8_t> bytes, std::size_t at) {
-  return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
-}
+constexpr std::size_t kTcpFixedRequest = 12;  // functions 3 and 6
+constexpr std::size_t kTcpWriteHeader = 13;   // function 16 up to its byte count
 
 /// Size of the frame whose first bytes are given; nothing where it is none.
 std::optional<std::size_t> frame_size(std::span<const std::uint8_t> start) {
-  const std::size_t size = kCountedFromByte + u16_at(start, 4);
-  if (u16_at(start, 2) != 0 || size < kMinFrame || size > kMaxFrame) return std::nullopt;
+  const std::size_t size = kCountedFromByte + base::big_endian_u16(start, 4);
+  if (base::big_endian_u16(start, 2) != 0 || size < kMinFrame || size > kMaxFrame) return std::nullopt;
   return size;
 }
 
@@ -42,9 +40,9 @@ bool is_consistent(std::span<const std::uint8_t> frame) {
   switch (frame[kHeaderSize]) {
     case MODBUS_FC_READ_HOLDING_REGISTERS:
     case MODBUS_FC_WRITE_SINGLE_REGISTER:
-      return frame.size() == kFixedRequest;
+      return frame.size() == kTcpFixedRequest;
     case MODBUS_FC_WRITE_MULTIPLE_REGISTERS:
-      return frame.size() > kWriteHeader && frame.size() == kWriteHeader + frame[kWriteHeader - 1];
+      return frame.size() > kTcpWriteHeader && frame.size() == kTcpWriteHeader + frame[kTcpWriteHeader - 1];
     default:
       return true;
   }
@@ -148,8 +146,8 @@ bool ModbusServer::serve_request(int fd, std::size_t size) {
 ModbusAnswer ModbusServer::carry_out(const std::vector<std::uint8_t>& request) {
   const std::uint8_t function = request[kHeaderSize];
   if (!is_supported(function)) return ModbusAnswer::illegal_function;
-  const int address = u16_at(request, 8);
-  const std::uint16_t argument = u16_at(request, 10);
+  const int address = base::big_endian_u16(request, 8);
+  const std::uint16_t argument = base::big_endian_u16(request, 10);
   if (function == MODBUS_FC_WRITE_SINGLE_REGISTER) return registers_.write(address, std::span(&argument, 1));
 
   const bool reads = function == MODBUS_FC_READ_HOLDING_REGISTERS;
@@ -158,9 +156,9 @@ ModbusAnswer ModbusServer::carry_out(const std::vector<std::uint8_t>& request) {
   if (address + argument > kRegisterCount) return ModbusAnswer::illegal_address;
   if (reads) return registers_.read(address, std::span(mapping_->tab_registers + address, argument));
 
-  if (request[kWriteHeader - 1] != 2 * argument) return ModbusAnswer::illegal_value;
+  if (request[kTcpWriteHeader - 1] != 2 * argument) return ModbusAnswer::illegal_value;
   std::vector<std::uint16_t> words(argument);
-  for (std::size_t i = 0; i < words.size(); ++i) words[i] = u16_at(request, kWriteHeader + 2 * i);
+  for (std::size_t i = 0; i < words.size(); ++i) words[i] = base::big_endian_u16(request, kTcpWriteHeader + 2 * i);
   return registers_.write(address, words);
 }
 

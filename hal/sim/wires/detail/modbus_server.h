@@ -7,9 +7,7 @@
 
 #include "base/result.h"
 #include "hal/sim/lab/register_table.h"
-#include "hal/sim/wires/detail/file_descriptor.h"
-#include "hal/sim/wires/detail/poll_set.h"
-#include "hal/sim/wires/detail/tcp_listener.h"
+#include "hal/sim/wires/detail/ports.h"
 
 // libmodbus' own names, so that its header stays in one source file.
 struct _modbus;            // NOLINT(bugprone-reserved-identifier)

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/curve/families.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <set>
+
+#include "anfis/model/rule_base.h"
+#include "anfis/select/structure_search.h"
+#include "anfis/select/uncertainty.h"
+#include "base/statistics.h"
+
+namespace soak::calib {
+namespace {
+
+// How the rows scatter.
+
+constexpr int kComponentIterations = 12;
+
+/// A floor for the rows' variances, so that a row without a standard error does not weigh infinitely.
+double smallest_variance(const CurveData& data) {
+  std::vector<double> values;
+  std::vector<double> errors;
+  for (const CurveRow& row : data.rows) {
+    values.push_back(row.value);
+    if (row.standard_error > 0.0) errors.push_back(row.standard_error);
+  }
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  const double typical = errors.empty() ? 1e-6 * (*high - *low) : 0.1 * base::median(errors);
+  return std::max(typical * typical, 1e-300);
+}
+
+struct RunOffset {
+  double weight = 0.0;
+  double sum = 0.0;
+};
+
+/// Weighted mean residual of each run about the curve.
+std::map<int, RunOffset> run_offsets(const CurveData& data, const anfis::TrainingData& rows, const Curve& curve) {
+  std::map<int, RunOffset> offsets;
+  for (std::size_t i = 0; i < data.rows.size(); ++i) {
+    RunOffset& offset = offsets[data.rows[i].run];
+    offset.weight += rows.weight[i];
+    offset.sum += rows.weight[i] * (rows.y[i] - evaluate(curve, rows.x[i]));
+  }
+  return offsets;
+}
+
+double offset_variance(const std::map<int, RunOffset>& offsets) {
+  const double n = static_cast<double>(offsets.size());
+  double mean = 0.0;
+  double noise = 0.0;
+  for (const auto& [run, offset] : offsets) {
+    mean += offset.sum / offset.weight / n;
+    noise += 1.0 / offset.weight / n;
+  }
+  double squares = 0.0;
+  for (const auto& [run, offset] : offsets) squares += std::pow(offset.sum / offset.weight - mean, 2);
+  return std::max(0.0, squares / (n - 1.0) - noise);
+}
+
+// The ANFIS.
+
+constexpr int kBlockFolds = 5;
+constexpr std::size_t kRowsPerBlock = 10;
+constexpr int kMostInnerFolds = 5;
+constexpr int kMostRules = 10;
+/// Shapes of membership that compete.
+constexpr std::array kShapes = {anfis::Shape::bell, anfis::Shape::gaussian};
+/// Price of curvature, for the temperatures that no run visits (docs/decisions/0017-variable-projection.md).
+constexpr double kSmoothness = 1e-7;
+
+/// How the model learns.
+anfis::VariableProjectionOptions learner() {
+  anfis::VariableProjectionOptions options;
+  options.smoothness = kSmoothness;
+  return options;
+}
+
+/// How the candidates of a search learn: their errors settle long before their premises do.
+anfis::VariableProjectionOptions quick_learner() {
+  anfis::VariableProjectionOptions options = learner();
+  options.evaluations = 12;
+  options.min_rmse_change = 1e-3;
+  return options;
+}
+/// Resolved temperatures that must be left over once every consequent has its own: premises move too.
+constexpr int kSpareTemperatures = 2;
+
+/// Inner folds over runs: at most five, each run whole in one of them.
+std::vector<int> run_folds(const CurveData& data) {
+  std::set<int> runs;
+  for (const CurveRow& row : data.rows) runs.insert(row.run);
+  std::vector<int> folds;
+  for (const CurveRow& row : data.rows) {
+    folds.push_back(static_cast<int>(std::distance(runs.begin(), runs.find(row.run))) % kMostInnerFolds);
+  }
+  return folds;
+}
+
+/// For each shape the fewest rules within one standard error of its least error over inner folds; of the shapes the one
+/// whose choice has the lesser error.
+base::Result<anfis::RuleBaseOptions> choose_structure(const CurveData& data, const anfis::TrainingData& rows,
+                                                      const CurveFitOptions& options) {
+  anfis::RuleBaseOptions structure;
+  const int resolved = anfis::resolved_values(rows);
+  if (options.rules) {
+    if (2 * *options.rules >= resolved) {
+      return base::bad_input(fmt::format("{} rules have {} consequents; {} temperatures carry at most {} rules",
+                                         *options.rules, 2 * *options.rules, resolved, (resolved - 1) / 2));
+    }
+    structure.memberships = {*options.rules};
+    return structure;
+  }
+  anfis::StructureSearchOptions search;
+  search.learner = quick_learner();
+  search.max_memberships = std::min(kMostRules, (resolved - kSpareTemperatures) / 2);
+  if (search.max_memberships < search.min_memberships) return base::bad_input("too few temperatures for two rules");
+  const std::vector<int> folds = count_runs(data) > 1 ? run_folds(data) : block_folds(data);
+  double least = std::numeric_limits<double>::infinity();
+  for (const anfis::Shape shape : kShapes) {
+    search.rule_base.shape = shape;
+    const auto found = anfis::search_structure(rows, folds, search);
+    if (!found) return base::forward_error(found);
+    const double error = found->curve[static_cast<std::size_t>(found->chosen - search.min_memberships)].mean_error;
+    if (error >= least) continue;
+    least = error;
+    structure.shape = shape;
+    structure.memberships = {found->chosen};
+  }
+  return structure;
+}
+
+base::Status train_anfis(const CurveData& data, const anfis::TrainingData& rows, const CurveFitOptions& options,
+                         TrainedFamilies& trained) {
+  const auto structure = choose_structure(data, rows, options);
+  if (!structure) return base::forward_error(structure);
+  const auto initial = anfis::grid_rules(rows, *structure);
+  if (!initial) return base::forward_error(initial);
+  const auto result = anfis::train_variable_projection(*initial, rows, learner());
+  if (!result) return base::forward_error(result);
+  auto linearised = anfis::PredictionVariance::of(result->model, rows, kSmoothness);
+  if (!linearised) return base::forward_error(linearised);
+  const auto variance = std::make_shared<const anfis::PredictionVariance>(*std::move(linearised));
+  FittedCurve fitted;
+  fitted.curve = result->model;
+  fitted.variance = [variance](double temp_c) { return variance->at(temp_c); };
+  fitted.parameters = variance->effective_parameters();
+  const double total_weight = std::accumulate(rows.weight.begin(), rows.weight.end(), 0.0);
+  fitted.whitened_rss = result->summary.train_rmse * result->summary.train_rmse * total_weight;
+  trained.rules = static_cast<int>(result->model.rules.size());
+  trained.membership = anfis::name(structure->shape);
+  trained.training = result->summary.one_line();
+  trained.fitted[static_cast<std::size_t>(Family::anfis)] = std::move(fitted);
+  return {};
+}
+
+}  // namespace
+
+std::size_t count_runs(const CurveData& data) {
+  std::set<int> runs;
+  for (const CurveRow& row : data.rows) runs.insert(row.run);
+  return runs.size();
+}
+
+std::vector<int> block_folds(const CurveData& data) {
+  // Few rows still have to reach every fold.
+  const std::size_t block = std::clamp<std::size_t>(data.rows.size() / (2 * kBlockFolds), 1, kRowsPerBlock);
+  std::vector<int> folds;
+  for (std::size_t i = 0; i < data.rows.size(); ++i) folds.push_back(static_cast<int>(i / block) % kBlockFolds);
+  return folds;
+}
+
+CurveData select(const CurveData& data, const std::vector<bool>& keep) {
+  CurveData selected = data;
+  selected.rows.clear();
+  for (std::size_t i = 0; i < data.rows.size(); ++i) {
+    if (keep[i]) selected.rows.push_back(data.rows[i]);
+  }
+  return selected;
+}
+
+anfis::TrainingData training_data(const CurveData& data, const VarianceComponents& components,
+                                  const std::vector<bool>& keep) {
+  anfis::TrainingData rows;
+  const double floor = smallest_variance(data);
+  const double extra = components.lack_of_fit_sigma * components.lack_of_fit_sigma;
+  for (std::size_t i = 0; i < data.rows.size(); ++i) {
+    if (!keep.empty() && !keep[i]) continue;
+    const CurveRow& row = data.rows[i];
+    rows.x.push_back(row.temp_c);
+    rows.y.push_back(row.value);
+    rows.weight.push_back(1.0 / (std::max(floor, row.standard_error * row.standard_error) + extra));
+    rows.group.push_back(row.run);
+  }
+  const double sigma = components.run_to_run_sigma.value_or(0.0);
+  rows.group_variance = sigma * sigma;
+  return rows;
+}
+
+base::Result<VarianceComponents> estimate_variance_components(const CurveData& data) {
+  VarianceComponents components;
+  const std::size_t runs = count_runs(data);
+  Curve curve;
+  for (int i = 0; i < kComponentIterations; ++i) {
+    anfis::TrainingData rows = training_data(data, components);
+    rows.group_variance = runs > 1 ? std::numeric_limits<double>::infinity() : 0.0;
+    const auto fit = fit_smoothing_spline(rows);
+    if (!fit) return base::forward_error(fit);
+    curve = fit->curve;
+    components.degrees_of_freedom =
+        static_cast<double>(data.rows.size()) - fit->parameters - (runs > 1 ? static_cast<double>(runs) - 1.0 : 0.0);
+    if (components.degrees_of_freedom < 1.0) break;
+    double mean_variance = 0.0;
+    for (const double w : rows.weight) mean_variance += 1.0 / w / static_cast<double>(rows.weight.size());
+    const double extra = components.lack_of_fit_sigma * components.lack_of_fit_sigma;
+    const double next =
+        std::max(0.0, extra + (fit->whitened_rss / components.degrees_of_freedom - 1.0) * mean_variance);
+    components.lack_of_fit_sigma = std::sqrt(next);
+    if (std::abs(next - extra) < 1e-6 * (extra + mean_variance)) break;
+  }
+  if (runs > 1) {
+    const anfis::TrainingData rows = training_data(data, components);
+    components.run_to_run_sigma = std::sqrt(offset_variance(run_offsets(data, rows, curve)));
+  }
+  return components;
+}
+
+base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options) {
+  const auto components = estimate_variance_components(data);
+  if (!components) return base::forward_error(components);
+  TrainedFamilies trained;
+  trained.components = *components;
+  anfis::TrainingData rows = training_data(data, *components);
+  if (count_runs(data) < 2) rows.group.clear();
+
+  const auto keep = [&](Family family, base::Result<FittedCurve> fit) {
+    if (fit) trained.fitted[static_cast<std::size_t>(family)] = std::move(*fit);
+  };
+  keep(Family::poly3, fit_polynomial(rows, 3));
+  keep(Family::poly5, fit_polynomial(rows, 5));
+  auto spline = fit_smoothing_spline(rows);
+  if (!spline) return base::forward_error(spline);
+  keep(Family::spline, std::move(spline));
+  const base::Status learned = train_anfis(data, rows, options, trained);
+  // Too few temperatures leave the ANFIS out; a rule count that the user asked for is the user's to mend.
+  if (!learned && options.rules) return base::forward_error(learned);
+  return trained;
+}
+
+}  // namespace soak::calib

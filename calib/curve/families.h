@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "anfis/data/training_data.h"
+#include "base/result.h"
+#include "calib/curve/baselines.h"
+#include "calib/curve/curve_fit.h"
+#include "calib/estimate/curve_data.h"
+
+namespace soak::calib {
+
+/// How the rows of a thermal fit scatter about a smooth curve.
+struct VarianceComponents {
+  /// Standard deviation of the rows within a run beyond their own standard errors: what no function of the thermometer
+  /// follows (hysteresis, drift).
+  double lack_of_fit_sigma = 0.0;
+  /// Standard deviation of the runs' offsets; absent with fewer than two runs.
+  std::optional<double> run_to_run_sigma;
+  double degrees_of_freedom = 0.0;  ///< of the scatter within runs
+};
+
+/// Method of moments about a smoothing spline with free run offsets: the variance added to each row's own is the one
+/// that makes the weighted residuals as large as they should be; the offsets' variance is that of the estimated offsets
+/// less what noise contributes.
+[[nodiscard]] base::Result<VarianceComponents> estimate_variance_components(const CurveData& data);
+
+/// The rows of `data` whose flag is set (all, where `keep` is empty) as training data under the given components.
+[[nodiscard]] anfis::TrainingData training_data(const CurveData& data, const VarianceComponents& components,
+                                                const std::vector<bool>& keep = {});
+
+/// All families fitted to the same rows; absent where the rows have too few temperatures for one.
+struct TrainedFamilies {
+  VarianceComponents components;
+  std::array<std::optional<FittedCurve>, kFamilyCount> fitted;
+  int rules = 0;
+  std::string membership;
+  std::string training;  ///< one line about the ANFIS' training
+
+  [[nodiscard]] const std::optional<FittedCurve>& operator[](Family family) const {
+    return fitted[static_cast<std::size_t>(family)];
+  }
+};
+
+/// Fits every family to the rows, the ANFIS' rule count chosen by folds inside them: over runs where there are two or
+/// more, else over blocks of time.
+[[nodiscard]] base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options);
+
+/// Fold of each row by stretches of time, five folds taken in turn.
+[[nodiscard]] std::vector<int> block_folds(const CurveData& data);
+
+/// The rows whose flag is set.
+[[nodiscard]] CurveData select(const CurveData& data, const std::vector<bool>& keep);
+
+/// Number of different runs among the rows.
+[[nodiscard]] std::size_t count_runs(const CurveData& data);
+
+}  // namespace soak::calib

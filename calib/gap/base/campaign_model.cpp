@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/gap/base/campaign_model.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "anfis/linear/least_squares.h"
+
+namespace soak::calib::gap {
+namespace {
+
+constexpr double kRankTolerance = 1e-9;
+constexpr int kPasses = 3;
+constexpr double kNoSlope = 1e12;  ///< prior that keeps a slope at that of the spline
+
+/// Whether a sensor has any noise: one that is stuck at a number says nothing.
+bool scatters(const NoiseComponents& noise) {
+  constexpr double kLeast = 1e-12;  ///< far below the resolution of any output, deg/s or m/s²
+  return std::hypot(noise.block, noise.placement, noise.visit) > kLeast;
+}
+
+Eigen::VectorXd readings(const Observations& observations, Sensor sensor) {
+  Eigen::VectorXd y(static_cast<Eigen::Index>(observations.rows.size()));
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    y(i) = observations.rows[static_cast<std::size_t>(i)].sensor[index_of(sensor)].mean;
+  }
+  return y;
+}
+
+}  // namespace
+
+SensorResidual::SensorResidual(const Observations& observations, Sensor sensor, const Eigen::MatrixXd& base,
+                               const NoiseComponents& noise, const std::vector<bool>& keep,
+                               const Eigen::VectorXd& prior)
+    : whitening_(observations, sensor, noise, keep) {
+  const Eigen::Index rows = static_cast<Eigen::Index>(whitening_.rows().size());
+  if (rows == 0) return;
+  // A prior about 0 is one more reading of 0 for each column.
+  Eigen::MatrixXd white = Eigen::MatrixXd::Zero(rows + base.cols(), base.cols());
+  white.topRows(rows) = whitening_.apply(base);
+  white.bottomRows(base.cols()) = prior.asDiagonal();
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(white.rows());
+  y.head(rows) = whitening_.apply(readings(observations, sensor));
+  const anfis::LeastSquaresFit fit = anfis::solve_least_squares(white, y, kRankTolerance);
+  coefficients_ = fit.coefficients;
+  coefficient_factor_ = fit.covariance_factor;
+  // X F has orthonormal columns, as F Fᵀ is the pseudo-inverse of XᵀX. Nothing else has a part in the prior's rows.
+  basis_ = white.topRows(rows) * coefficient_factor_;
+  residual_ = y.head(rows) - basis_ * (basis_.transpose() * y.head(rows));
+}
+
+Eigen::MatrixXd SensorResidual::project(Eigen::MatrixXd white) const {
+  white -= basis_ * (basis_.transpose() * white);
+  return white;
+}
+
+CampaignModel::CampaignModel(const Observations& observations, const TemperatureHistory& history,
+                             std::optional<int> without_run)
+    : observations_(observations), history_(history) {
+  terms_.fill(Eigen::MatrixXd(static_cast<Eigen::Index>(observations.rows.size()), 0));
+  for (const Observation& row : observations.rows) {
+    keep_.push_back(row.run != without_run);
+    residuals_.run_fold.push_back(row.run);
+    residuals_.level_fold.push_back(row.level);
+    for (std::size_t s = 0; s < kSensorCount; ++s) temp_c_[s].push_back(row.sensor_temp_c[s]);
+  }
+  residuals_.runs = observations.run_count();
+  residuals_.levels = observations.level_count();
+  fit();
+}
+
+Circumstances CampaignModel::circumstances() const {
+  return {observations_, history_, slope_,
+          [this](Sensor sensor, const std::vector<double>& temp_c) { return read_at(sensor, temp_c); }};
+}
+
+void CampaignModel::add_term(const Candidate& candidate, const std::vector<Sensor>& sensors,
+                             const Eigen::VectorXd& common) {
+  for (const Sensor sensor : sensors) {
+    const std::size_t s = index_of(sensor);
+    const Eigen::MatrixXd joined =
+        candidate.shared ? Eigen::MatrixXd(candidate.columns[s] * common) : candidate.columns[s];
+    Eigen::MatrixXd all(joined.rows(), terms_[s].cols() + joined.cols());
+    all << terms_[s], joined;
+    terms_[s] = std::move(all);
+  }
+  fit();
+}
+
+Eigen::VectorXd CampaignModel::remainder(Sensor sensor) const {
+  const std::size_t s = index_of(sensor);
+  Eigen::VectorXd residual = -(columns_[s] * residuals_.sensor[s]->coefficients());
+  for (Eigen::Index i = 0; i < residual.size(); ++i) {
+    const SensorStatistics& statistics = observations_.rows[static_cast<std::size_t>(i)].sensor[s];
+    residual(i) = statistics.count > 0 ? residual(i) + statistics.mean : std::numeric_limits<double>::quiet_NaN();
+  }
+  return residual;
+}
+
+Eigen::VectorXd CampaignModel::prediction_variance(Sensor sensor, int run) const {
+  const std::size_t s = index_of(sensor);
+  Eigen::MatrixXd columns = columns_[s];
+  // Offsets are the runs' own: levels about their mean say what is predicted.
+  columns.rightCols(terms_[s].cols() + observations_.run_count() - 1).leftCols(observations_.run_count() - 1).setZero();
+  const Eigen::MatrixXd factor = residuals_.sensor[s]->coefficient_factor();
+  Eigen::MatrixXd spread = columns * factor;
+  Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(spread.cols());
+  double count = 0.0;
+  for (Eigen::Index i = 0; i < spread.rows(); ++i) {
+    if (observations_.rows[static_cast<std::size_t>(i)].run != run) continue;
+    mean += spread.row(i);
+    count += 1.0;
+  }
+  if (count > 0.0) spread.rowwise() -= mean / count;
+  return spread.rowwise().squaredNorm();
+}
+
+/// By normal equations with columns of unit length: many temperatures are tried.
+Eigen::VectorXd CampaignModel::read_at(Sensor sensor, const std::vector<double>& temp_c) const {
+  constexpr double kRidge = 1e-12;
+  const std::size_t s = index_of(sensor);
+  const SensorResidual& present = *residuals_.sensor[s];
+  const Eigen::MatrixXd base = base_design(observations_, sensor, temp_c).columns;
+  Eigen::MatrixXd columns(base.rows(), base.cols() + terms_[s].cols());
+  columns << base, terms_[s];
+  const Eigen::MatrixXd white = present.whiten(columns);
+  const Eigen::VectorXd readings = present.residual() + present.whiten(columns_[s]) * present.coefficients();
+  Eigen::MatrixXd normal = white.transpose() * white;
+  normal.diagonal() += prior_[s].cwiseAbs2();
+  Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
+  for (double& x : scale) x = x > 0.0 ? 1.0 / x : 0.0;
+  normal = scale.asDiagonal() * normal * scale.asDiagonal();
+  normal.diagonal().array() += kRidge;
+  const Eigen::VectorXd wanted = scale.asDiagonal() * (white.transpose() * readings);
+  const Eigen::VectorXd coefficients = scale.asDiagonal() * normal.ldlt().solve(wanted);
+  return (base - columns_[s].leftCols(base.cols())) * coefficients.head(base.cols());
+}
+
+std::vector<double> CampaignModel::run_offsets(Sensor sensor) const {
+  const Eigen::VectorXd& coefficients = residuals_.sensor[index_of(sensor)]->coefficients();
+  const Eigen::Index offsets = observations_.run_count() - 1;
+  const Eigen::Index first = coefficients.size() - terms_[index_of(sensor)].cols() - offsets;
+  std::vector<double> values = {0.0};
+  for (Eigen::Index r = 0; r < offsets; ++r) values.push_back(coefficients(first + r));
+  return values;
+}
+
+void CampaignModel::fit() {
+  for (const Sensor sensor : kSensors) fit(sensor);
+}
+
+/// Noise is estimated first as if all rows were alike, then from what the fit under that noise leaves; so is how far
+/// the curve's slope may be off.
+void CampaignModel::fit(Sensor sensor) {
+  const std::size_t s = index_of(sensor);
+  const BaseDesign design = base_design(observations_, sensor, temp_c_[s]);
+  columns_[s].resize(design.columns.rows(), design.columns.cols() + terms_[s].cols());
+  columns_[s] << design.columns, terms_[s];
+  NoiseComponents noise;
+  noise.block = 1.0;
+  Eigen::VectorXd prior = Eigen::VectorXd::Zero(columns_[s].cols());
+  prior.segment(design.levels, design.levels).setConstant(kNoSlope);
+  for (int pass = 0; pass < kPasses; ++pass) {
+    residuals_.sensor[s].emplace(observations_, sensor, columns_[s], noise, keep_, prior);
+    if (residuals_.sensor[s]->rows().empty()) return residuals_.sensor[s].reset();
+    if (pass + 1 == kPasses) break;
+    const Eigen::VectorXd sigmas =
+        slope_sigmas(observations_.level_c, residuals_.sensor[s]->coefficients().head(design.levels));
+    prior.segment(design.levels, design.levels) = sigmas.cwiseMax(1.0 / kNoSlope).cwiseInverse();
+    Eigen::VectorXd left = remainder(sensor);
+    for (std::size_t i = 0; i < keep_.size(); ++i) {
+      if (!keep_[i]) left(static_cast<Eigen::Index>(i)) = std::numeric_limits<double>::quiet_NaN();
+    }
+    noise = noise_components(observations_, left);
+    if (!scatters(noise)) return residuals_.sensor[s].reset();
+  }
+  residuals_.noise[s] = noise;
+  prior_[s] = prior;
+  slope_[s] = base_slope(observations_, sensor, temp_c_[s], residuals_.sensor[s]->coefficients());
+}
+
+}  // namespace soak::calib::gap

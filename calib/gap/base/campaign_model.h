@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "calib/gap/base/base_curve.h"
+#include "calib/gap/effects/effect.h"
+#include "calib/gap/noise/noise.h"
+
+namespace soak::calib::gap {
+
+/// What a term is tested against, sensor by sensor: the readings with base and accepted terms projected out, whitened.
+class SensorResidual {
+ public:
+  /// `base`: columns of the base and of accepted terms, one row per observation; they may depend on each other. `keep`:
+  /// observations that take part. `prior`: per column the reciprocal standard deviation that its coefficient has about
+  /// 0; 0 = free.
+  SensorResidual(const Observations& observations, Sensor sensor, const Eigen::MatrixXd& base,
+                 const NoiseComponents& noise, const std::vector<bool>& keep, const Eigen::VectorXd& prior);
+
+  [[nodiscard]] Eigen::MatrixXd whiten(const Eigen::MatrixXd& columns) const { return whitening_.apply(columns); }
+  /// Whitened columns freed of what the base takes up.
+  [[nodiscard]] Eigen::MatrixXd project(Eigen::MatrixXd white) const;
+  /// Whitened readings, freed likewise: the residual.
+  [[nodiscard]] const Eigen::VectorXd& residual() const { return residual_; }
+  [[nodiscard]] const std::vector<Eigen::Index>& rows() const { return whitening_.rows(); }
+  /// Coefficients of the base's columns, by generalised least squares.
+  [[nodiscard]] const Eigen::VectorXd& coefficients() const { return coefficients_; }
+  /// F with F Fᵀ the covariance of the coefficients.
+  [[nodiscard]] const Eigen::MatrixXd& coefficient_factor() const { return coefficient_factor_; }
+
+ private:
+  Whitening whitening_;
+  /// Orthonormal, of the whitened base and, below it, the prior's rows; a column's part of the former.
+  Eigen::MatrixXd basis_;
+  Eigen::VectorXd coefficients_;
+  Eigen::MatrixXd coefficient_factor_;
+  Eigen::VectorXd residual_;
+};
+
+/// Sensors of a campaign with base and accepted terms taken off; a sensor that was not recorded has none.
+struct Residuals {
+  std::array<std::optional<SensorResidual>, kSensorCount> sensor;
+  std::array<NoiseComponents, kSensorCount> noise;
+  std::vector<int> run_fold;    ///< of each observation
+  std::vector<int> level_fold;  ///< likewise
+  int runs = 0;
+  int levels = 0;
+};
+
+/// The saturated base of all sensors with the terms taken in so far, fitted to the blocks of a campaign: what
+/// candidates are tested against. One run may be left out of every fit, to be judged later. Observations and history
+/// must outlive it. A sensor without readings, or whose readings never scatter, has no residual.
+class CampaignModel {
+ public:
+  CampaignModel(const Observations& observations, const TemperatureHistory& history,
+                std::optional<int> without_run = {});
+
+  [[nodiscard]] const Residuals& residuals() const { return residuals_; }
+  /// Must not outlive the model.
+  [[nodiscard]] Circumstances circumstances() const;
+  /// Adds a term to the base of the given sensors and fits anew. Sensors with parameters of their own get the term's
+  /// columns; of a shared term they get one column that carries `common`.
+  void add_term(const Candidate& candidate, const std::vector<Sensor>& sensors, const Eigen::VectorXd& common);
+  /// Readings less base and terms in SI, one per observation, those of the run left out too; NaN where the sensor has
+  /// no reading.
+  [[nodiscard]] Eigen::VectorXd remainder(Sensor sensor) const;
+  /// Variance of what base and terms predict at each observation, less their mean over `run`, SI squared.
+  [[nodiscard]] Eigen::VectorXd prediction_variance(Sensor sensor, int run) const;
+  /// Offsets of the runs, the first being 0, SI. Only of a model that leaves no run out.
+  [[nodiscard]] std::vector<double> run_offsets(Sensor sensor) const;
+
+ private:
+  void fit();
+  void fit(Sensor sensor);
+  [[nodiscard]] Eigen::VectorXd read_at(Sensor sensor, const std::vector<double>& temp_c) const;
+
+  const Observations& observations_;
+  const TemperatureHistory& history_;
+  std::vector<bool> keep_;
+  std::array<std::vector<double>, kSensorCount> temp_c_;
+  std::array<Eigen::MatrixXd, kSensorCount> terms_;
+  std::array<Eigen::MatrixXd, kSensorCount> columns_;
+  std::array<Eigen::VectorXd, kSensorCount> prior_;
+  std::array<Eigen::VectorXd, kSensorCount> slope_;
+  Residuals residuals_;
+};
+
+}  // namespace soak::calib::gap

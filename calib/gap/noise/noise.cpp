@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/gap/noise/noise.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace soak::calib::gap {
+namespace {
+
+constexpr double kEnoughReplicates = 10.0;  ///< degrees of freedom from which replicates say how visits scatter
+
+/// Sum of squares about group means, pooled.
+struct Pool {
+  double squares = 0.0;
+  double dof = 0.0;
+
+  [[nodiscard]] double variance() const { return dof > 0.0 ? squares / dof : 0.0; }
+};
+
+/// A deviation of a part from its whole (a block from its placement...), and which of them are replicates.
+struct Deviation {
+  std::pair<int, int> replicate;
+  double value;
+};
+
+/// `freedom`: share of the deviations within one whole that are free, as they sum to zero there. Without replicates the
+/// deviations count as they are.
+Pool pool(const std::vector<Deviation>& deviations, double freedom, bool replicated) {
+  std::map<std::pair<int, int>, Mean> means;
+  for (const Deviation& d : deviations) means[d.replicate].add(d.value);
+  Pool result;
+  for (const Deviation& d : deviations) {
+    const Mean about = replicated ? means.at(d.replicate) : Mean{};
+    if (replicated && about.count < 2.0) continue;
+    result.squares += (d.value - about.value) * (d.value - about.value);
+    result.dof += replicated ? (about.count - 1.0) / about.count * freedom : freedom;
+  }
+  return result;
+}
+
+double mean_count(const std::vector<Stay>& stays) {
+  double sum = 0.0;
+  for (const Stay& stay : stays) sum += stay.value.count;
+  return stays.empty() ? 1.0 : std::max(1.0, sum / static_cast<double>(stays.size()));
+}
+
+/// Lower triangular factor of the covariance of rows [first, last) of `rows`, which belong to one visit.
+Eigen::MatrixXd visit_covariance_factor(const Observations& observations, const std::vector<Eigen::Index>& rows,
+                                        std::size_t first, std::size_t last, const NoiseComponents& noise) {
+  const auto m = static_cast<Eigen::Index>(last - first);
+  // A noise-free simulation still has to have a factor.
+  const double total = noise.block * noise.block + noise.placement * noise.placement + noise.visit * noise.visit;
+  const double own = std::max(noise.block * noise.block, 1e-12 * total + 1e-300);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Constant(m, m, noise.visit * noise.visit);
+  for (Eigen::Index a = 0; a < m; ++a) {
+    for (Eigen::Index b = 0; b < m; ++b) {
+      const auto& row = observations.rows[static_cast<std::size_t>(rows[first + static_cast<std::size_t>(a)])];
+      const auto& other = observations.rows[static_cast<std::size_t>(rows[first + static_cast<std::size_t>(b)])];
+      if (row.placement == other.placement) covariance(a, b) += noise.placement * noise.placement;
+    }
+    covariance(a, a) += own;
+  }
+  return covariance.llt().matrixL();
+}
+
+}  // namespace
+
+bool same_visit(const Stay& a, const Stay& b) { return a.run == b.run && a.visit == b.visit; }
+
+std::vector<Stay> placements_of(const Observations& observations, const Eigen::VectorXd& values) {
+  std::vector<Stay> placements;
+  for (std::size_t i = 0; i < observations.rows.size(); ++i) {
+    const double value = values(static_cast<Eigen::Index>(i));
+    if (!std::isfinite(value)) continue;
+    const Observation& row = observations.rows[i];
+    if (placements.empty() || placements.back().placement != row.placement) {
+      placements.push_back({row.run, row.visit, row.placement, row.cell, {}, {}});
+    }
+    placements.back().t_s.add(row.t_s);
+    placements.back().value.add(value);
+  }
+  return placements;
+}
+
+std::vector<Stay> visits_of(const std::vector<Stay>& placements) {
+  std::vector<Stay> visits;
+  for (const Stay& placement : placements) {
+    if (visits.empty() || !same_visit(visits.back(), placement)) {
+      visits.push_back(placement);
+      visits.back().t_s = visits.back().value = {};
+    }
+    Stay& visit = visits.back();
+    visit.cell = std::min(visit.cell, placement.cell);
+    visit.t_s.add(placement.t_s.value);
+    visit.value.add(placement.value.value);
+  }
+  return visits;
+}
+
+NoiseComponents noise_components(const Observations& observations, const Eigen::VectorXd& residual) {
+  const std::vector<Stay> placement_means = placements_of(observations, residual);
+  const std::vector<Stay> visit_means = visits_of(placement_means);
+  std::vector<Stay> run_means;
+  for (const Stay& visit : visit_means) {
+    if (run_means.empty() || run_means.back().run != visit.run) run_means.push_back({.run = visit.run});
+    run_means.back().value.add(visit.value.value);
+  }
+  const double blocks = mean_count(placement_means);
+  const double placements = mean_count(visit_means);
+  const double visits = mean_count(run_means);
+
+  // What each part differs from its whole by; rows, placements, visits and runs follow each other in one order.
+  std::vector<Deviation> within_placement;
+  auto placement_mean = placement_means.begin();
+  for (std::size_t i = 0; i < observations.rows.size(); ++i) {
+    const double value = residual(static_cast<Eigen::Index>(i));
+    if (!std::isfinite(value)) continue;
+    const Observation& row = observations.rows[i];
+    while (placement_mean->placement != row.placement) ++placement_mean;
+    within_placement.push_back({{row.cell, row.block}, value - placement_mean->value.value});
+  }
+  std::vector<Deviation> within_visit;
+  auto visit_mean = visit_means.begin();
+  for (const Stay& stay : placement_means) {
+    while (!same_visit(*visit_mean, stay)) ++visit_mean;
+    within_visit.push_back({{stay.cell, 0}, stay.value.value - visit_mean->value.value});
+  }
+  std::vector<Deviation> within_run;
+  auto run_mean = run_means.begin();
+  for (const Stay& stay : visit_means) {
+    while (run_mean->run != stay.run) ++run_mean;
+    within_run.push_back({{stay.cell, 0}, stay.value.value - run_mean->value.value});
+  }
+
+  const auto pools = [&](bool replicated) {
+    return std::array{pool(within_placement, (blocks - 1.0) / blocks, replicated),
+                      pool(within_visit, (placements - 1.0) / placements, replicated),
+                      pool(within_run, (visits - 1.0) / visits, replicated)};
+  };
+  auto [block, placement, visit] = pools(true);
+  NoiseComponents noise;
+  noise.replicated = visit.dof >= kEnoughReplicates;
+  if (!noise.replicated) std::tie(block, placement, visit) = std::tuple_cat(pools(false));
+  noise.block_dof = block.dof;
+  noise.placement_dof = placement.dof;
+  noise.visit_dof = visit.dof;
+  const double of_block = block.variance();
+  const double of_placement = std::max(0.0, placement.variance() - of_block / blocks);
+  const double of_visit = std::max(0.0, visit.variance() - (of_placement + of_block / blocks) / placements);
+  noise.block = std::sqrt(of_block);
+  noise.placement = std::sqrt(of_placement);
+  noise.visit = std::sqrt(of_visit);
+  return noise;
+}
+
+Whitening::Whitening(const Observations& observations, Sensor sensor, const NoiseComponents& noise,
+                     const std::vector<bool>& keep) {
+  const std::size_t s = index_of(sensor);
+  for (std::size_t i = 0; i < observations.rows.size(); ++i) {
+    const SensorStatistics& statistics = observations.rows[i].sensor[s];
+    if (keep[i] && statistics.count > 0 && std::isfinite(statistics.mean))
+      rows_.push_back(static_cast<Eigen::Index>(i));
+  }
+  const auto visit_at = [&](std::size_t k) {
+    const auto& row = observations.rows[static_cast<std::size_t>(rows_[k])];
+    return std::pair{row.run, row.visit};
+  };
+  for (std::size_t first = 0; first < rows_.size();) {
+    std::size_t last = first + 1;
+    while (last < rows_.size() && visit_at(last) == visit_at(first)) ++last;
+    visits_.push_back(
+        {static_cast<Eigen::Index>(first), visit_covariance_factor(observations, rows_, first, last, noise)});
+    first = last;
+  }
+}
+
+Eigen::MatrixXd Whitening::apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
+  Eigen::MatrixXd result(static_cast<Eigen::Index>(rows_.size()), columns.cols());
+  for (std::size_t k = 0; k < rows_.size(); ++k) result.row(static_cast<Eigen::Index>(k)) = columns.row(rows_[k]);
+  for (const Visit& visit : visits_) {
+    visit.factor.triangularView<Eigen::Lower>().solveInPlace(result.middleRows(visit.first, visit.factor.rows()));
+  }
+  return result;
+}
+
+}  // namespace soak::calib::gap

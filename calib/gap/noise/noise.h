@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "calib/gap/observations/observations.h"
+
+namespace soak::calib::gap {
+
+/// Mean of what was added.
+struct Mean {
+  double count = 0.0;
+  double value = 0.0;
+
+  void add(double x) {
+    count += 1.0;
+    value += (x - value) / count;
+  }
+};
+
+/// One stay in a position, or one visit to a plateau: what a sensor read on average.
+struct Stay {
+  int run = 0;
+  int visit = 0;
+  int placement = 0;
+  int cell = 0;   ///< equal for what runs repeat (Observation::cell); of a visit the smallest of its placements
+  Mean t_s = {};  ///< of a visit over its placements, likewise
+  Mean value = {};
+};
+
+[[nodiscard]] bool same_visit(const Stay& a, const Stay& b);
+
+/// Means over placements, in the order of the rows. `values`: one per observation; NaN = no reading.
+[[nodiscard]] std::vector<Stay> placements_of(const Observations& observations, const Eigen::VectorXd& values);
+
+/// Means over visits of the means over their placements.
+[[nodiscard]] std::vector<Stay> visits_of(const std::vector<Stay>& placements);
+
+/// How the blocks of one sensor scatter, standard deviations in its unit: block within placement, placement within
+/// visit, visit within run. The runs' own offsets are free parameters of the base.
+struct NoiseComponents {
+  double block = 0.0;
+  double placement = 0.0;
+  double visit = 0.0;
+  double block_dof = 0.0;
+  double placement_dof = 0.0;
+  double visit_dof = 0.0;
+  bool replicated = false;  ///< whether runs repeat each other enough to say so
+};
+
+/// Nested analysis of variance of what differs between runs that repeat the same cell (plateau, sweep, occurrence,
+/// position, block): an effect that the runs share drops out of it, so that the noise never comes from the fit's own
+/// residual. `residual`: readings less the base, NaN where the sensor has none. Where runs share fewer than ten
+/// degrees of freedom, the scatter within runs stands in and `replicated` is false.
+[[nodiscard]] NoiseComponents noise_components(const Observations& observations, const Eigen::VectorXd& residual);
+
+/// Turns the rows of one sensor into rows of unit variance that do not correlate, under nested noise: one Cholesky
+/// factor per visit. Rows without a value, and those whose `keep` is false, are passed over.
+class Whitening {
+ public:
+  Whitening(const Observations& observations, Sensor sensor, const NoiseComponents& noise,
+            const std::vector<bool>& keep);
+
+  /// Whitened rows of `columns`, which has one row per observation.
+  [[nodiscard]] Eigen::MatrixXd apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const;
+  /// Observation that whitened row i belongs to: rows keep their visit and run.
+  [[nodiscard]] const std::vector<Eigen::Index>& rows() const { return rows_; }
+
+ private:
+  struct Visit {
+    Eigen::Index first;  ///< index into rows_
+    Eigen::MatrixXd factor;
+  };
+  std::vector<Eigen::Index> rows_;
+  std::vector<Visit> visits_;
+};
+
+}  // namespace soak::calib::gap

@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <cstdint>
+#include "calib/forward/mechanisms.h"
+#include "calib/gap/report/gap_report.h"
+#include "calib/model/document_parts.h"
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
+#include "station/fit/fit_unit.h"
+#include "station/gap/gap_comparison.h"
+#include "station/gap/gap_search.h"
+#include "station/io/data_folder.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
+#include "station/io/text_file.h"
+#include "station/report/page.h"
+
+namespace soak::station {
+namespace {
+
+using calib::gap::GapReport;
+using calib::gap::NamedEffect;
+
+/// What all gap commands take.
+struct GapCommand : CatalogCommand {
+  std::string unit;
+  std::optional<std::string> campaign;
+
+  void declare_unit(OptionList& options) { options.add("--unit SN", &unit, "Serial number of the unit").required(); }
+  void declare_campaign(OptionList& options) {
+    options.add("--campaign NAME", &campaign, "Use only runs of this campaign");
+  }
+};
+
+void declare_gap_user(OptionList& options, std::string& user) {
+  options.add("--user NAME", &user, "Name for the log (default: the user that runs the program)");
+}
+
+/// soak gap find: looks for what the unit's newest model lacks in the runs that a fit uses, less the effects that the
+/// model contains already, and stores the report in the catalog. Fails (bad_input) for a unit without a model.
+struct GapFind final : GapCommand {
+  void declare(OptionList& options) override {
+    declare_unit(options);
+    declare_campaign(options);
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// soak gap accept: finds the gap as GapFind does, adds the effects that it names to the terms of the unit's model, and
+/// fits a new version to readings corrected for all of them. Fails (bad_input) if no effect is named, or one is wanted
+/// that is not named.
+struct GapAccept final : GapCommand {
+  std::vector<std::string> effects;  ///< empty = all that are named
+  std::string user;                  ///< empty = the user that runs the program
+
+  void declare(OptionList& options) override {
+    declare_unit(options);
+    declare_campaign(options);
+    options.add("--effect NAME", &effects, "Only this one of the effects that are named (may be repeated)");
+    declare_gap_user(options, user);
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// soak gap withdraw: fits a new version of the unit's model without an effect that was accepted. Fails (bad_input) for
+/// an effect that the newest model does not contain.
+struct GapWithdraw final : GapCommand {
+  std::string effect;
+  std::string reason;
+  std::string user;  ///< empty = the user that runs the program
+
+  void declare(OptionList& options) override {
+    declare_unit(options);
+    options.add("--effect NAME", &effect, "Name of the effect").required();
+    options.add("--reason TEXT", &reason, "Reason, for the log").required();
+    declare_gap_user(options, user);
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// soak gap show: simulates the unit's runs with a model before and after its accepted effects and shows how far each
+/// is from what was measured, on runs that the model was fitted to and on fresh ones. Fails (bad_input) for a unit
+/// without a model.
+struct GapShow final : GapCommand {
+  std::optional<std::int32_t> model;  ///< absent = the newest
+  std::string file;                   ///< empty = text only
+
+  void declare(OptionList& options) override {
+    declare_unit(options);
+    options.add("--model V", &model, "Model version (default: the newest)").range(1, 1000000);
+    declare_campaign(options);
+    options.add("-o,--output FILE.html", &file, "Also write a page with pictures to this file");
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+std::string sensors_text(const std::vector<calib::Sensor>& sensors) {
+  std::vector<std::string_view> names;
+  for (const calib::Sensor sensor : sensors) names.push_back(calib::name_of(sensor));
+  return sensors.size() == calib::kSensorCount ? "all sensors" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::string effect_text(const NamedEffect& effect, const std::string& next_experiment) {
+  std::string text = fmt::format("  {}: {:.3g} {}{}{}, {}\n    {}\n    probability that noise looks like it: {:.2g}\n",
+                                 effect.effect->name, effect.magnitude.value, effect.magnitude.unit,
+                                 effect.candidate.shape.empty() ? "" : ", ", effect.candidate.shape,
+                                 sensors_text(effect.sensors), effect.effect->physics, effect.p_adjusted);
+  if (!effect.rivals.empty()) {
+    std::vector<std::string_view> names;
+    for (const auto* rival : effect.rivals) names.push_back(rival->name);
+    text += fmt::format("    nearly as likely: {}\n", fmt::join(names, ", "));
+  }
+  if (!next_experiment.empty()) {
+    text += fmt::format("    next experiment: {}\n", next_experiment);
+  }
+  return text;
+}
+
+std::string gap_table(const GapReport& report) {
+  std::vector<std::vector<std::string>> table = {
+      {"sensor", "unit", "before", "after", "noise floor", "closed", "95 %", "detectable"}};
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const auto& gap = report.gap[calib::index_of(sensor)];
+    const auto& limit = report.detection_limit[calib::index_of(sensor)];
+    if (!gap) continue;
+    const double factor = calib::printed_per_si(sensor);
+    table.push_back({std::string(calib::name_of(sensor)), std::string(calib::printed_unit(sensor)),
+                     fmt::format("{:.3g}", gap->before_rms * factor), fmt::format("{:.3g}", gap->after_rms * factor),
+                     fmt::format("{:.3g}", gap->floor_rms * factor),
+                     gap->closed_fraction ? fmt::format("{:.0f} %", 100.0 * *gap->closed_fraction)
+                     : report.judged_on == calib::gap::JudgedOn::runs ? "too small to tell"
+                                                                      : "-",
+                     gap->closed_ci95 ? fmt::format("{:.0f}..{:.0f} %", 100.0 * gap->closed_ci95->first,
+                                                    100.0 * gap->closed_ci95->second)
+                                      : "-",
+                     limit ? fmt::format("{:.2g}", *limit * factor) : "-"});
+  }
+  return text_table(table);
+}
+
+std::string_view held_out_text(calib::gap::JudgedOn held_out) {
+  return held_out == calib::gap::JudgedOn::runs       ? "runs"
+         : held_out == calib::gap::JudgedOn::branches ? "branches"
+                                                      : "halves of the branches' difference";
+}
+
+/// What the data gate rejected, a line for each run and sensor.
+std::string rejected_text(const GapReport& report) {
+  std::string text;
+  for (const calib::gap::GateRejection& entry : report.rejections) {
+    text += fmt::format("rejected by the data gate: run {}{}: {} of {} segments ({}): {}\n", entry.run,
+                        entry.sensor ? fmt::format(", {}", calib::name_of(*entry.sensor)) : "", entry.segments,
+                        entry.of, entry.code, entry.why);
+  }
+  return text;
+}
+
+std::string gap_report_text(const GapReport& report) {
+  std::string text = fmt::format("unit {}, model {}: {}\n{}\n", report.unit, report.model,
+                                 calib::gap::name_of(report.conclusion), report.reason);
+  for (std::size_t e = 0; e < report.effects.size(); ++e) {
+    text += effect_text(report.effects[e], report.next.at(e).text);
+  }
+  if (!report.suspects.empty()) {
+    text += "possible, but not certain enough to be named:\n";
+    for (const NamedEffect& effect : report.suspects) text += effect_text(effect, "");
+  }
+  if (report.conclusion != calib::gap::Conclusion::cannot_judge) {
+    text += fmt::format("\ngap on {} that were not used for the fit (RMS of {} means):\n{}",
+                        held_out_text(report.judged_on),
+                        report.judged_on == calib::gap::JudgedOn::runs ? "one-minute" : "30-second", gap_table(report));
+  }
+  for (const auto& entry : report.not_testable) text += fmt::format("not testable: {}: {}\n", entry.name, entry.why);
+  return text + rejected_text(report);
+}
+
+base::Status GapFind::run_with(db::Catalog& catalog, Output& output) {
+  const auto search = search_gap(catalog, unit, campaign);
+  if (!search) return base::forward_error(search);
+  const nlohmann::json document = calib::gap::gap_json(search->report);
+  if (auto stored = catalog.add_gap_report({unit, search->model.version, now_utc_s(), document.dump()}); !stored) {
+    return stored;
+  }
+  for (const std::string& sentence : search->not_taken_off) output.note("warning: " + sentence);
+  if (output.json()) return output.print_json(document);
+  output.print(gap_report_text(search->report));
+  return {};
+}
+
+/// Fits `parent` again to readings corrected for `terms`, and logs why.
+base::Result<calib::UnitModel> refit(db::Catalog& catalog, const db::ModelRow& parent,
+                                     const std::vector<calib::ModelTerm>& terms, const std::string& event_kind,
+                                     const std::string& event_text) {
+  auto model = fit_again(catalog, parent, terms);
+  if (!model) return model;
+  const auto logged = catalog.log_event(
+      {now_utc_s(), event_kind, parent.unit, fmt::format("model {}: {}", model->version, event_text)});
+  if (!logged) return base::forward_error(logged);
+  return model;
+}
+
+std::string parameters_text(const calib::TermPart& part) {
+  std::string text;
+  for (const calib::TermParameter& parameter : part.parameters) {
+    text += fmt::format("{}{} = {:.4g}", text.empty() ? "" : ", ", parameter.name, parameter.value);
+    if (parameter.unit != "1") text += " " + parameter.unit;
+  }
+  return text;
+}
+
+std::string term_text(const calib::ModelTerm& term) {
+  std::string text = fmt::format("  {}{}\n", term.name, term.lab_only ? " (lab only)" : " (in the calibration file)");
+  for (const calib::TermPart& part : term.parts) {
+    std::string sensors;
+    for (const calib::Sensor sensor : part.sensors) {
+      sensors += (sensors.empty() ? "" : ", ") + std::string(calib::name_of(sensor));
+    }
+    text += fmt::format("    {}: {}\n", sensors, parameters_text(part));
+  }
+  return text;
+}
+
+base::Status print_new_version(const calib::UnitModel& model, std::int32_t parent, Output& output) {
+  for (const calib::Warning& warning : model.warnings) output.note("warning: " + warning.text);
+  if (output.json()) {
+    return output.print_json({{"unit", model.unit},
+                              {"parent", parent},
+                              {"model", model.version},
+                              {"terms", calib::terms_json(model.terms)}});
+  }
+  std::string text = fmt::format("unit {}: model {} follows model {}; it contains {}\n", model.unit, model.version,
+                                 parent, model.terms.empty() ? "no accepted effect" : "these accepted effects:");
+  for (const calib::ModelTerm& term : model.terms) text += term_text(term);
+  if (!model.terms.empty())
+    text += fmt::format("'soak gap show --unit {}' shows the gap before and after\n", model.unit);
+  output.print(text);
+  return {};
+}
+
+/// An effect that is found again was estimated wrongly: a second term of that name would hide it.
+base::Status check_not_contained(const std::string& unit, const std::vector<calib::ModelTerm>& carried,
+                                 const std::vector<calib::ModelTerm>& found) {
+  for (const calib::ModelTerm& term : found) {
+    const bool known = std::any_of(carried.begin(), carried.end(),
+                                   [&](const calib::ModelTerm& other) { return other.name == term.name; });
+    if (known) {
+      return base::bad_input(fmt::format(
+          "the model contains {0} already, but the runs show more of it: withdraw it ('soak gap withdraw --unit {1} "
+          "--effect {0} --reason ...'), then find and accept it again",
+          term.name, unit));
+    }
+  }
+  return {};
+}
+
+base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
+  auto search = search_gap(catalog, unit, campaign);
+  if (!search) return base::forward_error(search);
+  auto found = calib::gap::accepted_terms(search->campaign, search->report, effects);
+  if (!found) return base::forward_error(found);
+  if (auto twice = check_not_contained(unit, search->terms, *found); !twice) return twice;
+  calib::forward::centre(search->campaign, *found);
+  std::string names;
+  for (const calib::ModelTerm& term : *found) names += (names.empty() ? "" : ", ") + term.name;
+  std::vector<calib::ModelTerm> terms = search->terms;
+  std::move(found->begin(), found->end(), std::back_inserter(terms));
+  auto stored =
+      catalog.add_gap_report({unit, search->model.version, now_utc_s(), calib::gap::gap_json(search->report).dump()});
+  if (!stored) return stored;
+  const auto model =
+      refit(catalog, search->model, terms, "gap_accepted", fmt::format("{} accepted by {}", names, user_name(user)));
+  if (!model) return base::forward_error(model);
+  return print_new_version(*model, search->model.version, output);
+}
+
+base::Status GapWithdraw::run_with(db::Catalog& catalog, Output& output) {
+  if (auto plain = check_text_line(reason, "--reason"); !plain) return plain;
+  const auto row = find_unit(catalog, unit);
+  if (!row) return base::forward_error(row);
+  auto terms = accepted_terms(catalog, unit, row->epoch);
+  if (!terms) return base::forward_error(terms);
+  const auto left = std::erase_if(*terms, [&](const calib::ModelTerm& term) { return term.name == effect; });
+  if (left == 0) {
+    return base::bad_input(fmt::format(
+        "the newest model of unit {} contains no accepted effect '{}': 'soak gap show' lists them", unit, effect));
+  }
+  const auto parent = catalog.model(unit);
+  if (!parent) return base::forward_error(parent);
+  const auto model = refit(catalog, **parent, *terms, "gap_withdrawn",
+                           fmt::format("{} withdrawn by {}: {}", effect, user_name(user), reason));
+  if (!model) return base::forward_error(model);
+  return print_new_version(*model, (*parent)->version, output);
+}
+
+std::vector<std::string> comparison_row(calib::Sensor sensor, const SensorComparison& figures, const std::string& runs,
+                                        const std::string& closed) {
+  const double factor = calib::printed_per_si(sensor);
+  const auto text = [&](double value) { return fmt::format("{:.3g}", value * factor); };
+  return {std::string(calib::name_of(sensor)),
+          std::string(calib::printed_unit(sensor)),
+          runs,
+          text(figures.before_rms),
+          text(figures.after_rms),
+          figures.floor_rms ? text(*figures.floor_rms) : "-",
+          text(figures.noise_rms),
+          closed};
+}
+
+std::string closed_text(const SensorComparison& figures) {
+  return figures.closed_fraction ? fmt::format("{:.0f} %", 100.0 * *figures.closed_fraction) : "too small to tell";
+}
+
+std::string comparison_text(const GapComparison& comparison) {
+  std::string text = fmt::format("unit {}: simulation less measurement, with model {} and with model {}\n",
+                                 comparison.unit, comparison.before, comparison.model);
+  if (comparison.terms.empty()) text += "the model contains no accepted effect: before and after are the same\n";
+  for (const calib::ModelTerm& term : comparison.terms) {
+    text += fmt::format("  {}, found missing in model {}{}\n", term.name, term.parent_version,
+                        term.lab_only ? "; lab only: not computed in the unit" : "");
+  }
+  std::vector<std::vector<std::string>> table = {
+      {"sensor", "unit", "runs", "before", "after", "floor", "noise", "closed"}};
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const std::size_t s = calib::index_of(sensor);
+    if (comparison.fitted[s]) table.push_back(comparison_row(sensor, *comparison.fitted[s], "fitted", "-"));
+    if (comparison.fresh[s])
+      table.push_back(comparison_row(sensor, *comparison.fresh[s], "fresh", closed_text(*comparison.fresh[s])));
+  }
+  text += text_table(table) +
+          "RMS of one-minute blocks about each run's own mean. fresh: runs that neither model was fitted to; floor: "
+          "what noise and\nscatter between runs leave of a perfect model (fitted runs lie below it, because the fit "
+          "follows "
+          "part of their noise)\n";
+  for (const std::string& sentence : remarks(comparison)) text += sentence + "\n";
+  return text;
+}
+
+base::Status GapShow::run_with(db::Catalog& catalog, Output& output) {
+  const auto comparison = compare_gap(catalog, unit, model, campaign);
+  if (!comparison) return base::forward_error(comparison);
+  if (!file.empty()) {
+    const std::string page = gap_page(*comparison, "soak " + software_version(), now_utc_s());
+    if (const auto written = write_text_file(file, page); !written) return written;
+  }
+  for (const std::string& sentence : comparison->simulated_after.left_out) output.note("warning: " + sentence);
+  if (output.json()) return output.print_json(comparison_json(*comparison));
+  output.print(comparison_text(*comparison));
+  return {};
+}
+
+}  // namespace
+
+CommandGroup gap_commands() {
+  return {"gap",
+          "Difference between simulation and measurement, and which effect causes it",
+          {{"find", "Find the effect that a unit's model lacks", "soak gap find --unit SN0042",
+            std::make_shared<GapFind>()},
+           {"accept", "Add the effects that were found to the model: a new version", "soak gap accept --unit SN0042",
+            std::make_shared<GapAccept>()},
+           {"withdraw", "Remove an accepted effect from the model: a new version",
+            "soak gap withdraw --unit SN0042 --effect temperature_rate --reason 'longer soak: it was hysteresis'",
+            std::make_shared<GapWithdraw>()},
+           {"show", "Simulate the runs with the model before and after the accepted effects",
+            "soak gap show --unit SN0042 -o gap.html", std::make_shared<GapShow>()}}};
+}
+// inc <cstdint>
+
+}  // namespace soak::station

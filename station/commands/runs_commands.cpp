@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include <cstdint>
+#include "base/hash.h"
+#include "db/run/run_file.h"
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
+#include "station/io/data_folder.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
+#include "station/io/text_file.h"
+#include "station/runs/csv_export.h"
+
+namespace soak::station {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// soak runs export RUN [--native] [-o FILE]
+struct RunsExport final : CatalogCommand {
+  db::RunFilter filter;
+  bool native = false;
+  std::string file;  ///< empty = standard output
+
+  void declare(OptionList& options) override {
+    declare_run(options, filter);
+    options.add("--native", &native,
+                "Headers and numbers as in the source; writes a columns map beside the CSV if its import needs one");
+    options.add("-o,--output FILE", &file, "File to write (default: standard output)");
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// soak runs void RUN [--visit N [--position P [--attempt K]]] --reason TEXT
+struct RunsVoid final : CatalogCommand {
+  db::RunFilter filter;
+  std::optional<std::int32_t> visit;
+  std::optional<std::string> position;
+  std::optional<std::int32_t> attempt;
+  std::string reason;
+  std::string user;  ///< empty = the user that runs the program
+
+  void declare(OptionList& options) override {
+    declare_run(options, filter);
+    options.add("--visit N", &visit, "Only this visit (number of the plateau in the run, from 0)");
+    options.add("--position P", &position, "Only this position of the visit");
+    options.add("--attempt K", &attempt, "Only this attempt at the position");
+    options.add("--reason TEXT", &reason, "Reason, for the record").required();
+    options.add("--user NAME", &user, "Name for the record (default: the user that runs the program)");
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// soak runs verify [RUN...]
+struct RunsVerify final : CatalogCommand {
+  std::vector<std::string> names;  ///< empty = all
+
+  void declare(OptionList& options) override { options.add("run RUN", &names, "Runs to check (default: all)"); }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+fs::path map_path_beside(const fs::path& csv) { return csv.parent_path() / (csv.stem().string() + ".columns.toml"); }
+
+base::Status write_native(const NativeCsv& made, const fs::path& csv, Output& output) {
+  if (csv.empty()) {
+    if (made.columns_map) {
+      return base::bad_input("this run needs a columns map beside the CSV for an identical import: give -o FILE", "-o");
+    }
+    output.print(made.csv);
+    return {};
+  }
+  if (made.columns_map) {
+    const fs::path map = map_path_beside(csv);
+    if (auto status = write_text_file(map, *made.columns_map); !status) return status;
+    output.note(
+        fmt::format("the CSV alone does not give all types and meanings: import it with --columns {}", map.string()));
+  }
+  return write_text_file(csv, made.csv);
+}
+
+base::Status RunsExport::run_with(db::Catalog& catalog, Output& output) {
+  const auto row = find_run(catalog, filter);
+  if (!row) return base::forward_error(row);
+  const auto reader = db::RunFileReader::open(catalog.run_file_path(*row));
+  if (!reader) return base::forward_error(reader);
+  if (native) {
+    const auto made = native_csv(*reader, row->unit);
+    if (!made) return base::forward_error(made);
+    return write_native(*made, file, output);
+  }
+  const auto csv = canonical_csv(*reader, row->unit);
+  if (!csv) return base::forward_error(csv);
+  if (!file.empty()) return write_text_file(file, *csv);
+  output.print(*csv);
+  return {};
+}
+
+bool is_voided_by(const calib::SegmentKey& key, const RunsVoid& command) {
+  return key.visit == command.visit.value_or(key.visit) && key.position == command.position.value_or(key.position) &&
+         key.attempt == command.attempt.value_or(key.attempt);
+}
+
+std::string segments_text(const std::vector<calib::Segment>& segments) {
+  std::string text;
+  for (const calib::Segment& segment : segments) {
+    text += fmt::format("{}{}/{}/{}", text.empty() ? "" : ", ", segment.key.visit, segment.key.position,
+                        segment.key.attempt);
+  }
+  return text.empty() ? "none" : text;
+}
+
+nlohmann::json void_json(const db::RunRow& run, const db::VoidRecord& record, std::ptrdiff_t withdrawn,
+                         std::size_t counted) {
+  return {{"run", run.label},
+          {"run_id", run.run_id},
+          {"unit", run.unit},
+          {"visit", value_or_null(record.visit)},
+          {"position", value_or_null(record.position)},
+          {"attempt", value_or_null(record.attempt)},
+          {"reason", record.reason},
+          {"user", record.user},
+          {"utc_s", record.utc_s},
+          {"segments_withdrawn", withdrawn},
+          {"segments_before", counted}};
+}
+
+base::Status check_void(const RunsVoid& command) {
+  if (auto plain = check_text_line(command.reason, "--reason"); !plain) return plain;
+  if (command.position && !command.visit) return base::bad_input("requires --visit", "--position");
+  if (command.attempt && !command.position) return base::bad_input("requires --position", "--attempt");
+  return {};
+}
+
+base::Status RunsVoid::run_with(db::Catalog& catalog, Output& output) {
+  if (auto status = check_void(*this); !status) return status;
+  const auto row = find_run(catalog, filter);
+  if (!row) return base::forward_error(row);
+  if (row->voided) return base::bad_input("the whole run is already voided", row->run_id);
+  const auto segments = catalog.segments(row->run_id, row->unit, false);
+  if (!segments) return base::forward_error(segments);
+  const auto withdrawn =
+      std::count_if(segments->begin(), segments->end(), [&](const auto& s) { return is_voided_by(s.key, *this); });
+  if (visit && withdrawn == 0) {
+    return base::bad_input(
+        fmt::format("the run has no such segment that is not yet voided; it has (visit/position/attempt): {}",
+                    segments_text(*segments)),
+        row->run_id);
+  }
+  const db::VoidRecord record{row->run_id, row->unit, visit, position, attempt, reason, user_name(user), now_utc_s()};
+  if (auto status = catalog.add_void(record); !status) return status;
+  if (output.json()) return output.print_json(void_json(*row, record, withdrawn, segments->size()));
+  output.print(
+      fmt::format("run {} ({}): {} of {} segments voided\n", row->label, row->run_id, withdrawn, segments->size()));
+  return {};
+}
+
+base::Result<std::string> file_sha256(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return base::corrupt("the run file is missing or cannot be read", path.string());
+  base::Sha256 hash;
+  std::vector<char> buffer(1U << 20);
+  while (file) {
+    file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    hash.update(std::string_view(buffer.data(), static_cast<std::size_t>(file.gcount())));
+  }
+  return base::to_hex(hash.finish());
+}
+
+/// All problems of a run's file.
+std::vector<std::string> problems_of(const db::Catalog& catalog, const db::RunRow& run) {
+  std::vector<std::string> problems;
+  const std::filesystem::path path = catalog.run_file_path(run);
+  const auto sha256 = file_sha256(path);
+  if (!sha256) return {sha256.error().message};
+  if (run.sealed && *sha256 != run.file_sha256) {
+    problems.push_back(fmt::format("the file's SHA-256 is {}, the catalog says {}", *sha256, run.file_sha256));
+  }
+  const auto file = db::RunFileReader::open(path);
+  if (!file) {
+    problems.push_back(file.error().message);
+    return problems;
+  }
+  if (const auto status = file->verify(); !status) {
+    problems.push_back(status.error().where.empty() ? status.error().message
+                                                    : status.error().where + ": " + status.error().message);
+  }
+  return problems;
+}
+
+base::Result<std::vector<db::RunRow>> runs_to_verify(const db::Catalog& catalog, const RunsVerify& command) {
+  if (command.names.empty()) return catalog.runs({});
+  std::vector<db::RunRow> runs;
+  for (const std::string& name : command.names) {
+    auto run = find_run(catalog, {.unit = {}, .campaign = {}, .run = name});
+    if (!run) return base::forward_error(run);
+    runs.push_back(*std::move(run));
+  }
+  return runs;
+}
+
+base::Status damage_error(const std::vector<std::string>& damaged) {
+  if (damaged.empty()) return {};
+  std::string message = "damaged:";
+  for (const std::string& text : damaged) message += " " + text + ";";
+  message.back() = '.';
+  return base::corrupt(message + " Restore them from a copy; 'soak runs void' excludes a run from fits", "verify");
+}
+
+base::Status RunsVerify::run_with(db::Catalog& catalog, Output& output) {
+  const auto runs = runs_to_verify(catalog, *this);
+  if (!runs) return base::forward_error(runs);
+
+  std::vector<std::string> damaged;
+  const auto catalog_status = catalog.verify();
+  if (!catalog_status) damaged.push_back("station.db (" + catalog_status.error().message + ")");
+  nlohmann::json list = nlohmann::json::array();
+  std::string text =
+      fmt::format("station.db  {}\n", catalog_status ? "ok" : "DAMAGED: " + catalog_status.error().message);
+  const auto report = output.progress("verifying");
+  for (const db::RunRow& row : *runs) {
+    if (!report(static_cast<double>(list.size()) / static_cast<double>(runs->size()))) {
+      return base::fail(base::ErrorKind::internal, "interrupted", "verify");
+    }
+    const std::vector<std::string> problems = problems_of(catalog, row);
+    list.push_back({{"run_id", row.run_id},
+                    {"run", row.label},
+                    {"unit", row.unit},
+                    {"ok", problems.empty()},
+                    {"problems", problems}});
+    text +=
+        fmt::format("{}  unit {}, run {}: {}\n", row.run_id, row.unit, row.label, problems.empty() ? "ok" : "DAMAGED");
+    for (const std::string& problem : problems) text += "    " + problem + "\n";
+    if (!problems.empty()) damaged.push_back(fmt::format("run {} of unit {} ({})", row.label, row.unit, row.run_id));
+  }
+  output.end_progress();
+
+  if (!output.json()) {
+    output.print(text);
+    return damage_error(damaged);
+  }
+  const nlohmann::json catalog_problem =
+      catalog_status ? nlohmann::json() : nlohmann::json(catalog_status.error().message);
+  auto printed = output.print_json({{"ok", damaged.empty()},
+                                    {"catalog", {{"ok", catalog_status.has_value()}, {"problem", catalog_problem}}},
+                                    {"runs", list}});
+  if (!printed) return printed;
+  return damage_error(damaged);
+}
+
+}  // namespace
+
+CommandGroup run_commands() {
+  return {"runs",
+          "Runs: list, show, export, void, verify",
+          {{"export", "Write the samples of a run as CSV", "soak runs export soak_run_1 --native -o soak_run_1.csv",
+            std::make_shared<RunsExport>(), false},
+           {"void", "Exclude a run, a visit or a segment from all results; nothing is deleted",
+            "soak runs void soak_run_1 --visit 3 --position +X --reason 'door was open'", std::make_shared<RunsVoid>()},
+           {"verify", "Check the catalog and the run files against their hashes", "soak runs verify",
+            std::make_shared<RunsVerify>()}}};
+}
+// inc <cstdint>
+
+}  // namespace soak::station

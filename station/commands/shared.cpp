@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/commands/shared.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "station/config/unit_type_file.h"
+#include "station/fit/reference_rule.h"
+#include "station/io/data_folder.h"
+#include "station/io/text.h"
+#include "station/records/signing.h"
+
+namespace soak::station {
+
+base::Status CatalogCommand::run(Output& output) {
+  auto catalog = open_existing_catalog(data);
+  if (!catalog) return base::forward_error(catalog);
+  return run_with(*catalog, output);
+}
+
+nlohmann::json warnings_json(const std::vector<calib::Warning>& warnings) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const calib::Warning& warning : warnings) list.push_back({{"code", warning.code}, {"text", warning.text}});
+  return list;
+}
+
+void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& output) {
+  std::vector<std::string> texts;
+  for (const auto& [reference, waiver] : references) {
+    if (!waiver) continue;
+    texts.push_back(fmt::format("{}, due {}, by a waiver of {}: {}", describe(reference), iso_date(reference.due_utc_s),
+                                waiver->signer, waiver->reason));
+  }
+  if (!texts.empty()) output.note(fmt::format("warning: measured with {}", fmt::join(texts, "; ")));
+  for (const calib::Warning& warning : waiver_warnings(references)) output.note("warning: " + warning.text);
+}
+
+void declare_run(OptionList& options, db::RunFilter& filter) {
+  options.add("run RUN", &filter.run, "Run id, unique beginning of one, or label").required();
+  options.add("--unit SN", &filter.unit, "Only runs of this unit");
+  options.add("--campaign NAME", &filter.campaign, "Only runs of this campaign");
+}
+
+nlohmann::json run_json(const db::RunRow& run) {
+  return {{"unit", run.unit},
+          {"campaign", run.campaign},
+          {"run", run.label},
+          {"run_id", run.run_id},
+          {"procedure", run.procedure},
+          {"purpose", run.purpose},
+          {"epoch", run.epoch},
+          {"created_utc_s", run.created_utc_s},
+          {"clock_rate", run.clock_rate},
+          {"rows", run.rows},
+          {"duration_s", run.duration_s},
+          {"sealed", run.sealed},
+          {"voided", run.voided},
+          {"simulated", run.simulated},
+          {"file", run.file_name},
+          {"file_sha256", run.file_sha256},
+          {"content_sha256", run.content_sha256},
+          {"site",
+           {{"latitude_deg", number_or_null(run.site.latitude_deg)},
+            {"height_m", number_or_null(run.site.height_m)},
+            {"azimuth_deg", number_or_null(run.site.azimuth_deg)},
+            {"gravity_mps2", number_or_null(run.site.gravity_mps2)}}}};
+}
+
+base::Result<calib::UnitType> find_unit_type(const std::string& folder, const std::string& name) {
+  const std::filesystem::path path = folder.empty() ? default_unit_type_folder() : std::filesystem::path(folder);
+  auto types = read_unit_types(path);
+  if (!types) return base::forward_error(types);
+  const auto type = std::ranges::find(*types, name, &calib::UnitType::name);
+  if (type != types->end()) return std::move(*type);
+  return base::bad_input(fmt::format("unknown unit type '{}': 'soak type list' shows all", name), path.string());
+}
+
+}  // namespace soak::station

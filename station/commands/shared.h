@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/vocabulary/reference.h"
+#include "calib/vocabulary/unit_type.h"
+#include "calib/vocabulary/warning.h"
+#include "db/catalog/catalog.h"
+#include "station/io/output.h"
+
+/// What several commands do.
+namespace soak::station {
+
+/// {"code", "text"} of each.
+[[nodiscard]] nlohmann::json warnings_json(const std::vector<calib::Warning>& warnings);
+
+/// One line on standard error for all references that were used by a waiver, and one for each waiver whose signature
+/// does not match; nothing where no waiver was used.
+void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& output);
+
+/// The argument RUN of a command, and the options that narrow its search.
+void declare_run(OptionList& options, db::RunFilter& filter);
+
+/// A run of the catalog as it stands in JSON results.
+[[nodiscard]] nlohmann::json run_json(const db::RunRow& run);
+
+/// The value, or null where it is absent.
+template <class T>
+nlohmann::json value_or_null(const std::optional<T>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json();
+}
+
+/// The type of that name; fails (bad_input) if the folder (empty = default_unit_type_folder()) does not have it.
+[[nodiscard]] base::Result<calib::UnitType> find_unit_type(const std::string& folder, const std::string& name);
+
+}  // namespace soak::station

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+// What others see of the engine: docs/http-api.md.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "base/units.h"
+#include "station/io/host.h"
+#include "station/io/output.h"
+#include "station/lab/engine.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::chrono::milliseconds kPublishInterval{100};
+
+constexpr std::array<std::string_view, 8> kStateNames = {"idle",        "running",  "paused",  "stopping",
+                                                         "interrupted", "finished", "aborted", "failed"};
+
+std::string_view imu_state_name(hal::ImuState state) {
+  constexpr std::array<std::string_view, 5> kNames = {"closed", "silent", "configuring", "streaming", "failed"};
+  return kNames.at(static_cast<std::size_t>(state));
+}
+
+json null_if_empty(const std::string& text) { return text.empty() ? json() : json(text); }
+
+json three(const std::array<float, 3>& values, double factor) {
+  json list = json::array();
+  for (const float value : values) list.push_back(factor * static_cast<double>(value));
+  return list;
+}
+
+json three_or_null(const std::optional<std::array<double, 3>>& values) { return values ? json(*values) : json(); }
+
+json noise_part(const NoiseFigures& noise) {
+  return {{"tau_s", noise.tau_s},
+          {"gyro_dps", three_or_null(noise.gyro_dps)},
+          {"accel_mps2", three_or_null(noise.accel_mps2)}};
+}
+
+json chamber_part(const Station& station) {
+  const auto& reading = station.chamber.reading();
+  json alarms = json::array();
+  if (reading) {
+    for (const hal::ChamberAlarm& alarm : reading->alarms) alarms.push_back(alarm.name);
+  }
+  return {{"description", station.chamber.chamber().description()},
+          {"connected", reading.has_value()},
+          {"air_c", reading ? json(reading->air_c) : json()},
+          {"set_point_c", reading ? json(reading->set_point_c) : json()},
+          {"output_percent", reading ? number_or_null(reading->output_percent) : json()},
+          {"air_rh_percent", reading ? number_or_null(reading->air_rh_percent) : json()},
+          {"running", reading ? json(reading->running) : json()},
+          {"alarms", std::move(alarms)},
+          {"age_s", number_or_null(station.chamber.age_s())}};
+}
+
+json fixture_part(const Station& station) {
+  const auto& reading = station.fixture_reading();
+  return {{"description", station.fixture ? station.fixture->description() : "by hand"},
+          {"connected", reading.has_value()},
+          {"position", reading && reading->position ? json(*reading->position) : json()},
+          {"moving", reading ? json(reading->moving) : json()}};
+}
+
+/// What the output that feeds the unit said last.
+hal::OutputReading supply_of(const Station& station, const UnitChannel& unit) {
+  const auto& output = unit.slot().power_output;
+  const auto reading = station.supply && output ? station.supply->reading(*output) : std::nullopt;
+  return reading.value_or(hal::OutputReading{});
+}
+
+json unit_part(const Station& station, const UnitChannel& unit) {
+  const hal::OutputReading supply = supply_of(station, unit);
+  const calib::StabilityVerdict verdict = unit.stability();
+  const bool streaming = unit.streaming();
+  const auto& latest = unit.latest();
+  return {{"slot", unit.slot().name},
+          {"serial", unit.serial()},
+          {"type", unit.type().name},
+          {"state", imu_state_name(unit.imu().state())},
+          {"powered", streaming ? json(true) : json()},
+          {"supply_v", number_or_null(supply.voltage_v)},
+          {"supply_a", number_or_null(supply.current_a)},
+          {"simulated", unit.simulated()},
+          {"temp_c", streaming ? number_or_null(unit.temp_c()) : json()},
+          {"slope_kpmin", streaming ? number_or_null(verdict.slope_kpmin) : json()},
+          {"slope_half_width_kpmin", streaming ? number_or_null(verdict.half_width_kpmin) : json()},
+          {"stable", streaming && verdict.stable},
+          {"position", streaming ? null_if_empty(unit.position().label) : json()},
+          {"samples", unit.imu().statistics().packets},
+          {"lost", unit.imu().statistics().lost_packets},
+          {"gyro_dps", streaming && latest ? three(latest->rate_rps, base::kDegPerRad) : json()},
+          {"accel_mps2", streaming && latest ? three(latest->accel_mps2, 1.0) : json()},
+          {"noise", noise_part(unit.noise->figures())}};
+}
+
+}  // namespace
+
+std::string_view name_of(CampaignState state) { return kStateNames.at(static_cast<std::size_t>(state)); }
+
+void Engine::publish() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - published_ < kPublishInterval) return;
+  published_ = now;
+  json document = status_document();
+  const std::lock_guard lock(status_mutex_);
+  if (document == status_) return;
+  status_ = std::move(document);
+  ++status_version_;
+}
+
+json Engine::status_document() const {
+  json units = json::array();
+  for (const auto& unit : station_->units) units.push_back(unit_part(*station_, *unit));
+  const auto& prompt = station_->prompts.open();
+  return {{"state", shown_state()},
+          {"reason", null_if_empty(shown_reason())},
+          {"campaign", campaign_document()},
+          {"prompt", prompt ? json{{"id", prompt->id}, {"text", prompt->text}} : json()},
+          {"chamber", chamber_part(*station_)},
+          {"fixture", fixture_part(*station_)},
+          {"units", std::move(units)},
+          {"clock", {{"rate", config_.clock_rate}, {"process_s", station_->now_s()}}},
+          {"simulated", station_->simulated()},
+          {"version", software_version()}};
+}
+
+json Engine::campaign_document() const {
+  const Plan& plan = station_->campaign.plan;
+  if (plan.steps.empty()) return nullptr;
+  const bool ended = step_ >= plan.steps.size();
+  const std::size_t index = std::min(step_, plan.steps.size() - 1);
+  const Step& step = plan.steps[index];
+  const double in_step_s = std::max(0.0, station_->now_s() - step_started_s_);
+  const double remaining_s = ended ? 0.0 : plan.remaining_s(index + 1) + std::max(0.0, step.estimate_s - in_step_s);
+  const double total_s = plan.estimate_s();
+  return {{"name", station_->campaign.name},
+          {"procedure", plan.procedure.name},
+          {"purpose", name_of(plan.procedure.purpose)},
+          {"run_label", plan.runs[static_cast<std::size_t>(step.run)].label},
+          {"run", step.run + 1},
+          {"runs", plan.runs.size()},
+          {"step", index},
+          {"steps", plan.steps.size()},
+          {"step_kind", name_of(step.kind)},
+          {"step_text", ended ? "all steps are done" : describe(plan, index)},
+          {"progress", total_s > 0.0 ? std::clamp(1.0 - remaining_s / total_s, 0.0, 1.0) : 1.0},
+          {"remaining_s", remaining_s},
+          {"started_utc_s", campaign_started_utc_s_}};
+}
+
+std::string_view Engine::shown_state() const {
+  if (state_ != CampaignState::running) return name_of(state_);
+  if (stale_since_ || station_->prompts.open()) return "waiting";
+  const Plan& plan = station_->campaign.plan;
+  const bool preflight =
+      step_ < plan.steps.size() && plan.runs[static_cast<std::size_t>(plan.steps[step_].run)].preflight;
+  return preflight ? "preflight" : "running";
+}
+
+std::string Engine::shown_reason() const {
+  if (stale_since_) return "the chamber does not answer: " + station_->chamber.trouble();
+  return safe_end_ ? fmt::format("{}; {}", reason_, safe_end_->text(*station_)) : reason_;
+}
+
+json Engine::status() const {
+  const std::lock_guard lock(status_mutex_);
+  return status_;
+}
+
+json Engine::plan() const {
+  const std::lock_guard lock(status_mutex_);
+  return plan_document_;
+}
+
+base::Result<json> Engine::noise(const std::string& unit) const {
+  std::shared_ptr<const NoiseWatch> watch;
+  std::vector<std::string> known;
+  {
+    const std::lock_guard lock(status_mutex_);
+    for (const auto& [serial, of_unit] : noise_) {
+      if (serial == unit) watch = of_unit;
+      known.push_back(serial);
+    }
+  }
+  if (watch) return watch->document(unit);
+  const std::string hint = known.empty() ? "there was no campaign yet"
+                                         : fmt::format("the units of the campaign are {}", fmt::join(known, ", "));
+  return base::bad_input(fmt::format("there is no unit '{}': {}", unit, hint), "unit");
+}
+
+}  // namespace soak::station

@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: Apache-2.0
+// Power-on at the beginning of a run and power-off at its end.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <vector>
+
+#include "station/lab/steps.h"
+
+namespace soak::station {
+namespace {
+
+using std::chrono::steady_clock;
+
+/// In-rush is over within milliseconds; the supply's own measurement may take tenths of a second.
+constexpr std::chrono::seconds kInrushCheckInterval{1};
+constexpr int kInrushChecks = 2;
+
+constexpr double kShortestOff_s = 1.0;
+constexpr double kClockAfterPowerOn_s = 60.0;  ///< largest that the clock of a unit that was just switched on may show
+// Host time after the units were switched on.
+constexpr double kPowerOnTimeout_s = 60.0;  ///< for all units to send
+constexpr double kRestart_s = 10.0;         ///< a unit that still sends by then was never off
+constexpr double kSilent_s = 2.0;           ///< without a sample: the unit has stopped sending
+
+int output_of(const UnitChannel& unit) { return *unit.slot().power_output; }
+
+/// Takes the supply from all units and gives it back: by the outputs of their slots, by hand where a slot has none.
+class PowerCycle {
+ public:
+  /// `off_s`: process time that an output is off at least, whoever switched it off.
+  explicit PowerCycle(double off_s) : off_s_(off_s) {}
+
+  /// True once all have their supply, but for those of faults(). An error: the switch does not answer.
+  [[nodiscard]] base::Result<bool> poll(Station& station) {
+    const auto next = next_stage(station);
+    if (!next) return base::forward_error(next);
+    if (*next != stage_) retry_ = CommandRetry();
+    stage_ = *next;
+    return stage_ == Stage::done;
+  }
+
+  /// When the last one was switched on.
+  [[nodiscard]] steady_clock::time_point on_since() const { return on_since_; }
+  /// Why a unit has no supply, and that its output is off: it went off by itself or stayed at its current limit.
+  [[nodiscard]] const std::map<std::string, std::string>& faults() const { return faults_; }
+  [[nodiscard]] bool is_faulty(const UnitChannel& unit) const { return faults_.contains(unit.serial()); }
+
+ private:
+  enum class Stage : std::uint8_t { begin, by_hand, off, wait_off, on, inrush, done };
+
+  base::Result<Stage> next_stage(Station& station) {
+    switch (stage_) {
+      case Stage::begin:
+        return begin(station);
+      case Stage::by_hand:
+        return station.prompts.take_answer() ? Stage::off : stage_;
+      case Stage::off:
+        return switch_off(station);
+      case Stage::wait_off:
+        return was_off_long_enough(station) ? Stage::on : stage_;
+      case Stage::on:
+        return switch_on(station);
+      case Stage::inrush:
+        return check_inrush(station);
+      case Stage::done:
+        break;
+    }
+    return stage_;
+  }
+
+  Stage begin(Station& station) {
+    std::vector<std::string> by_hand;
+    for (const auto& unit : station.units) {
+      if (station.supply && unit->slot().power_output) {
+        switched_.push_back(unit.get());
+      } else {
+        by_hand.push_back(unit->slot().name);
+      }
+    }
+    if (by_hand.empty()) return Stage::off;
+    const std::string which = switched_.empty() ? "units" : fmt::format("units in slots {}", fmt::join(by_hand, ", "));
+    station.prompts.ask(
+        fmt::format("Switch the {} off for at least {:.0f} s, then on again, and confirm.", which, off_s_));
+    return Stage::by_hand;
+  }
+
+  base::Result<Stage> switch_off(Station& station) {
+    if (switched_.empty()) {
+      on_since_ = steady_clock::now();
+      return Stage::done;
+    }
+    std::vector<int> outputs;
+    for (const UnitChannel* unit : switched_) outputs.push_back(output_of(*unit));
+    const auto off = retry_.attempt([&]() -> base::Status {
+      if (auto read = station.supply->read(outputs, station.now_s()); !read) return read;
+      for (const int output : outputs) {
+        if (!station.supply->is_on(output)) continue;
+        if (auto status = station.supply->switch_off(output, station.now_s()); !status) return status;
+      }
+      return {};
+    });
+    if (!off) return base::forward_error(off);
+    return *off ? Stage::wait_off : Stage::off;
+  }
+
+  [[nodiscard]] bool was_off_long_enough(const Station& station) const {
+    return std::all_of(switched_.begin(), switched_.end(), [&](const UnitChannel* unit) {
+      return station.supply->off_for_s(output_of(*unit), station.now_s()).value_or(0.0) >= off_s_;
+    });
+  }
+
+  base::Result<Stage> switch_on(Station& station) {
+    const auto on = retry_.attempt([&]() -> base::Status {
+      for (; next_ < switched_.size(); ++next_) {
+        if (auto status = switch_on_unit(station, *switched_[next_]); !status) return status;
+      }
+      return {};
+    });
+    if (!on) return base::forward_error(on);
+    if (!*on) return Stage::on;
+    on_since_ = steady_clock::now();
+    return measured_outputs(station).empty() ? Stage::done : Stage::inrush;
+  }
+
+  /// An output that goes off again while it is being switched on shows a fault of the unit and must not be tried again
+  /// and again.
+  base::Status switch_on_unit(Station& station, const UnitChannel& unit) {
+    const int output = output_of(unit);
+    auto on = station.supply->switch_on(output, unit.slot().supply, off_s_, station.now_s());
+    if (on || on.error().kind != base::ErrorKind::device) return on;
+    if (!station.supply->read({output}, station.now_s())) return on;
+    return find_fault(station, unit) || station.supply->is_on(output) ? base::Status{} : on;
+  }
+
+  [[nodiscard]] std::vector<int> measured_outputs(const Station& station) const {
+    std::vector<int> outputs;
+    for (const UnitChannel* unit : switched_) {
+      if (!is_faulty(*unit) && station.supply->measures(output_of(*unit))) outputs.push_back(output_of(*unit));
+    }
+    return outputs;
+  }
+
+  Stage check_inrush(Station& station) {
+    if (steady_clock::now() - on_since_ < kInrushCheckInterval * (checks_ + 1)) return Stage::inrush;
+    // A supply that cannot be read has still switched on: the units will show it.
+    if (const auto outputs = measured_outputs(station); !outputs.empty()) {
+      (void)station.supply->read(outputs, station.now_s());
+    }
+    for (const UnitChannel* unit : switched_) {
+      if (!is_faulty(*unit)) find_fault(station, *unit);
+    }
+    return ++checks_ < kInrushChecks ? Stage::inrush : Stage::done;
+  }
+
+  bool find_fault(Station& station, const UnitChannel& unit) {
+    const auto fault = station.supply->fault_of(output_of(unit));
+    if (!fault) return false;
+    faults_[unit.serial()] = *fault;
+    station.cut_off(unit);
+    return true;
+  }
+
+  double off_s_;
+  Stage stage_ = Stage::begin;
+  std::vector<const UnitChannel*> switched_;  ///< the units whose slot has an output
+  std::size_t next_ = 0;                      ///< of switched_, the next one to be switched on
+  CommandRetry retry_;
+  steady_clock::time_point on_since_{};
+  int checks_ = 0;  ///< of the in-rush
+  std::map<std::string, std::string> faults_;
+};
+
+/// Takes the units' supply away and gives it back, waits until each has identified itself and proved that it
+/// restarted, opens the run file, lets the units warm up. A unit without proof is reported and left out; in the
+/// pre-flight, and where none is left, it ends the campaign.
+class PowerOn : public StepTask {
+ public:
+  PowerOn(const Plan& plan, const Step& step)
+      : run_(plan.runs[static_cast<std::size_t>(step.run)]),
+        warm_up_s_(plan.procedure.warm_up_s),
+        cycle_(std::max(plan.procedure.power_off_s, kShortestOff_s)) {}
+
+  StepProgress poll(Station& station) override {
+    switch (stage_) {
+      case Stage::begin:
+        return begin(station);
+      case Stage::cycle:
+        return cycle(station);
+      case Stage::identify:
+        return identify(station);
+      case Stage::warm_up:
+        return warm_up(station);
+    }
+    return StepProgress::running();
+  }
+
+ private:
+  enum class Stage { begin, cycle, identify, warm_up };
+
+  StepProgress begin(Station& station) {
+    for (const auto& unit : station.units) {
+      unit->begin_run();
+      before_[unit->serial()] = {unit->latest().has_value(), unit->power_on()};
+      warm_up_s_ = std::max(warm_up_s_, unit->type().warm_up_s.value_or(0.0));
+    }
+    station.expect_run();
+    stage_ = Stage::cycle;
+    return StepProgress::running();
+  }
+
+  StepProgress cycle(Station& station) {
+    const auto done = cycle_.poll(station);
+    if (!done) return StepProgress::failed(done.error());
+    if (*done) stage_ = Stage::identify;
+    return StepProgress::running();
+  }
+
+  /// Host time since the units were switched on.
+  [[nodiscard]] double on_for_s() const {
+    return std::chrono::duration<double>(steady_clock::now() - cycle_.on_since()).count();
+  }
+
+  StepProgress identify(Station& station) {
+    std::vector<UnitChannel*> missing;
+    bool worth_waiting = false;
+    for (const auto& unit : station.units) {
+      if (unit->streaming() && unit->imu().identity()) {
+        if (auto wrong = wrong_identity(station, *unit)) return StepProgress::failed(*std::move(wrong));
+      }
+      if (has_restarted(station, *unit)) continue;
+      missing.push_back(unit.get());
+      worth_waiting = worth_waiting || may_restart(station, *unit);
+    }
+    if (missing.empty()) return open_run(station);
+    if (worth_waiting && on_for_s() < kPowerOnTimeout_s) return StepProgress::running();
+    if (!run_.preflight && missing.size() < station.units.size()) {
+      for (UnitChannel* unit : missing) leave_out(station, *unit);
+      return open_run(station);
+    }
+    std::vector<std::string> findings;
+    for (const UnitChannel* unit : missing) findings.push_back(finding(station, *unit));
+    return StepProgress::device_failed(fmt::format("{}", fmt::join(findings, "; ")), "power");
+  }
+
+  void leave_out(Station& station, UnitChannel& unit) const {
+    station.log.add("unit", unit.serial(), fmt::format("left out of {}: {}", run_.label, finding(station, unit)));
+    station.campaign.missing_units.push_back(fmt::format("{} in {}", unit.serial(), run_.label));
+    unit.end_run();
+  }
+
+  /// A unit has proved that it restarted if its own count of power-ons rose, or if it was never heard before and its
+  /// clock cannot have begun long before it was switched on.
+  [[nodiscard]] bool has_restarted(const Station& station, const UnitChannel& unit) const {
+    if (cycle_.is_faulty(unit) || !unit.streaming() || !unit.first_sample_s()) return false;
+    const Before& before = before_.at(unit.serial());
+    if (unit.power_on() != before.power_on) return true;
+    const std::chrono::duration<double> on = unit.first_heard() - cycle_.on_since();
+    const double since_switch_s = std::max(on.count(), 0.0) * station.config.clock_rate;
+    return !before.heard && *unit.first_sample_s() < since_switch_s + kClockAfterPowerOn_s;
+  }
+
+  [[nodiscard]] static bool is_switched(const Station& station, const UnitChannel& unit) {
+    return station.supply && unit.slot().power_output;
+  }
+
+  [[nodiscard]] static bool still_sends(const UnitChannel& unit) {
+    return unit.streaming() && unit.silent_s() < kSilent_s;
+  }
+
+  /// Whether a unit that has not restarted is worth waiting for. People who switch by hand may be early.
+  [[nodiscard]] bool may_restart(const Station& station, const UnitChannel& unit) const {
+    if (cycle_.is_faulty(unit)) return false;
+    return !(is_switched(station, unit) && on_for_s() >= kRestart_s && still_sends(unit));
+  }
+
+  /// Why a unit has not restarted, with its slot.
+  [[nodiscard]] std::string finding(const Station& station, const UnitChannel& unit) const {
+    const std::string who = fmt::format("unit {} in slot {}", unit.serial(), unit.slot().name);
+    if (cycle_.is_faulty(unit)) return fmt::format("{}: {}; switched off", who, cycle_.faults().at(unit.serial()));
+    if (still_sends(unit)) {
+      const std::string what =
+          is_switched(station, unit) ? fmt::format("output {} was", output_of(unit)) : std::string("the units were");
+      return fmt::format("{} did not restart: its clock ran on while {} off; is it fed by another supply?", who, what);
+    }
+    return fmt::format("{} did not show within {:.0f} s that it was switched on{}{}", who, kPowerOnTimeout_s,
+                       unit.trouble().empty() ? "" : ": ", unit.trouble());
+  }
+
+  static std::optional<base::Error> wrong_identity(const Station& station, const UnitChannel& unit) {
+    const std::string& found = unit.imu().identity()->serial;
+    if (found == unit.serial()) return std::nullopt;
+    const auto other =
+        std::find_if(station.units.begin(), station.units.end(), [&](const auto& u) { return u->serial() == found; });
+    const std::string hint = other == station.units.end()
+                                 ? "correct the campaign's --unit or the wiring"
+                                 : fmt::format("{} belongs in slot {}", found, (*other)->slot().name);
+    return base::Error{base::ErrorKind::bad_input,
+                       fmt::format("slot {} holds unit {}, not {}: {}", unit.slot().name, found, unit.serial(), hint),
+                       "slot " + unit.slot().name};
+  }
+
+  StepProgress open_run(Station& station) {
+    if (const auto begun = station.begin_run(run_); !begun) return StepProgress::failed(begun.error());
+    stage_ = Stage::warm_up;
+    return StepProgress::running();
+  }
+
+  StepProgress warm_up(Station& station) {
+    const auto active = station.active_units();
+    const bool warm = std::all_of(active.begin(), active.end(), [&](const UnitChannel* unit) {
+      return unit->latest() && unit->latest()->t_s >= warm_up_s_;
+    });
+    return warm ? StepProgress::done() : StepProgress::running();
+  }
+
+  struct Before {
+    bool heard = false;
+    std::uint32_t power_on = 0;
+  };
+
+  PlannedRun run_;
+  double warm_up_s_;
+  PowerCycle cycle_;
+  Stage stage_ = Stage::begin;
+  std::map<std::string, Before> before_;
+};
+
+/// Ends the run: its file is sealed and entered into the catalog, then the units are off for a while.
+class PowerOff : public StepTask {
+ public:
+  explicit PowerOff(const Step& step) : seconds_(step.seconds) {}
+
+  StepProgress poll(Station& station) override {
+    if (!sealed_) {
+      if (const auto ended = station.end_run(std::nullopt); !ended) return StepProgress::failed(ended.error());
+      sealed_ = true;
+    }
+    if (!off_at_s_) {
+      const auto off = station.supply ? retry_.attempt([&] { return switch_off(station); }) : base::Result<bool>(true);
+      if (!off) return StepProgress::failed(off.error());
+      if (*off) off_at_s_ = station.now_s();
+      return StepProgress::running();
+    }
+    return station.now_s() - *off_at_s_ >= seconds_ ? StepProgress::done() : StepProgress::running();
+  }
+
+ private:
+  static base::Status switch_off(Station& station) {
+    for (const auto& unit : station.units) {
+      if (!unit->slot().power_output) continue;
+      if (auto status = station.supply->switch_off(output_of(*unit), station.now_s()); !status) return status;
+    }
+    return {};
+  }
+
+  double seconds_;
+  bool sealed_ = false;
+  std::optional<double> off_at_s_;
+  CommandRetry retry_;
+};
+
+}  // namespace
+
+std::unique_ptr<StepTask> make_power_task(const Plan& plan, const Step& step) {
+  if (step.kind == StepKind::power_off) return std::make_unique<PowerOff>(step);
+  return std::make_unique<PowerOn>(plan, step);
+}
+
+}  // namespace soak::station

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace soak::station {
+
+/// What `soak campaign start` asks for.
+struct StartRequest {
+  std::string procedure_text;  ///< the TOML itself: the daemon need not see the caller's files
+  std::string procedure_file;  ///< its name, for messages
+  std::string campaign;
+  std::map<std::string, std::string> units;  ///< slot → serial number; empty = the units that the configuration names
+  std::string user;
+};
+
+/// The running station as the HTTP interface sees it. Every call may come from any thread and returns soon; commands
+/// are carried out by the engine's thread between two of its steps. Errors: bad_input where the command does not fit
+/// the state ("no campaign is running") or is wrong in itself, device where a device refuses.
+class StationService {
+ public:
+  StationService() = default;
+  StationService(const StationService&) = delete;
+  StationService& operator=(const StationService&) = delete;
+  virtual ~StationService() = default;
+
+  /// Checks everything (procedure, ratings, slots, references, devices) and begins; {"campaign", "runs", "steps",
+  /// "estimate_s", "notes"}.
+  [[nodiscard]] virtual base::Result<nlohmann::json> start(const StartRequest& request) = 0;
+  [[nodiscard]] virtual base::Status pause(const std::string& user) = 0;
+  [[nodiscard]] virtual base::Status resume(const std::string& user) = 0;
+  [[nodiscard]] virtual base::Status abort(const std::string& user, const std::string& reason) = 0;
+  /// Answers the prompt with that number. Refuses another number: the prompt that the user saw is gone.
+  [[nodiscard]] virtual base::Status confirm(const std::string& user, std::int64_t prompt) = 0;
+
+  /// docs/http-api.md: the document of GET /api/v1/status.
+  [[nodiscard]] virtual nlohmann::json status() const = 0;
+  /// Rises whenever status() has changed.
+  [[nodiscard]] virtual std::uint64_t status_version() const = 0;
+  /// The plan of the running or last campaign, null if there was none.
+  [[nodiscard]] virtual nlohmann::json plan() const = 0;
+  /// Temperatures since `after_s` of the history's own time, thinned to at most a few thousand points.
+  [[nodiscard]] virtual nlohmann::json history(double after_s) const = 0;
+  /// Allan deviations of that unit in its present or last run. Refuses (bad_input, where == "unit") a serial number
+  /// that no unit of the campaign has.
+  [[nodiscard]] virtual base::Result<nlohmann::json> noise(const std::string& unit) const = 0;
+  /// Log entries with a number above `after`, at most 500.
+  [[nodiscard]] virtual nlohmann::json log(std::int64_t after) const = 0;
+};
+
+}  // namespace soak::station
