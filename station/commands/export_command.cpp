@@ -12,10 +12,7 @@
 #include <cmath>
 #include "base/hash.h"
 #include "calib/deploy/calibration_file.h"
-#include "calib/deploy/export_ardupilot.h"
-#include "calib/deploy/export_c.h"
-#include "calib/deploy/export_json.h"
-#include "calib/deploy/export_px4.h"
+#include "calib/deploy/export.h"
 #include "calib/deploy/table_form.h"
 #include "calib/model/model_document.h"
 #include "station/commands/command.h"

@@ -22,7 +22,7 @@
 #include "station/io/host.h"
 #include "station/io/text.h"
 #include "station/io/text_file.h"
-#include "station/report/gap_page.h"
+#include "station/report/page.h"
 
 namespace soak::station {
 namespace {
