@@ -17,6 +17,7 @@
 #include "station/config/unit_type_file.h"
 #include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"
+#include "station/io/data_folder.h"
 #include "station/io/output.h"
 #include "station/io/text.h"
 #include "station/records/check_standard.h"
@@ -93,13 +94,6 @@ base::Result<json> noise_json(const db::Catalog& catalog, const std::string& uni
 }
 
 // ---- model, limits, records ----
-
-base::Result<db::UnitRow> find_unit(const db::Catalog& catalog, const std::string& serial) {
-  const auto unit = catalog.unit(serial);
-  if (!unit) return base::forward_error(unit);
-  if (*unit) return **unit;
-  return base::bad_input(fmt::format("no unit '{}' in this data folder; 'soak unit list' shows them", serial));
-}
 
 base::Result<db::ModelRow> find_model(const db::Catalog& catalog, const ReportRequest& request) {
   const auto row = catalog.model(request.unit, request.model);

@@ -77,7 +77,7 @@ std::vector<calib::Warning> warnings_of(const RunsOfModel& found, const std::vec
 using nlohmann::json;
 
 /// Void records of one kind: the whole run, or parts of it withdrawn for one reason by one user.
-struct Withdrawal {
+struct VoidGroup {
   bool whole = false;
   std::string reason;
   std::string user;
@@ -86,11 +86,11 @@ struct Withdrawal {
 };
 
 /// The station withdraws each repeated segment on its own: hundreds of records may say the same.
-std::vector<Withdrawal> withdrawals_of(const std::vector<db::VoidRecord>& voids) {
-  std::vector<Withdrawal> list;
+std::vector<VoidGroup> void_groups_of(const std::vector<db::VoidRecord>& voids) {
+  std::vector<VoidGroup> list;
   for (const db::VoidRecord& record : voids) {
     const bool whole = !record.visit;
-    const auto same = std::find_if(list.begin(), list.end(), [&](const Withdrawal& other) {
+    const auto same = std::find_if(list.begin(), list.end(), [&](const VoidGroup& other) {
       return other.whole == whole && other.reason == record.reason && other.user == record.user;
     });
     if (same == list.end()) {
@@ -105,7 +105,7 @@ std::vector<Withdrawal> withdrawals_of(const std::vector<db::VoidRecord>& voids)
 
 json voids_json(const std::vector<db::VoidRecord>& voids) {
   json list = json::array();
-  for (const Withdrawal& entry : withdrawals_of(voids)) {
+  for (const VoidGroup& entry : void_groups_of(voids)) {
     list.push_back({{"what", entry.whole ? "run" : "segments"},
                     {"records", entry.records},
                     {"reason", entry.reason},
