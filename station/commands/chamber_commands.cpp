@@ -53,9 +53,10 @@ struct ChamberProbe final : Command {
 constexpr int kModbusPort = 502;
 constexpr int kUsualBaud = 9600;
 
-base::Result<hal::TcpAddress> parse_tcp_address(const std::string& text, std::optional<int> usual_port) {
+/// `usual_port`: where the text names none; 0 = it must.
+base::Result<hal::TcpAddress> parse_tcp_address(const std::string& text, int usual_port) {
   const std::size_t colon = text.rfind(':');
-  hal::TcpAddress address{text.substr(0, colon), usual_port.value_or(0)};
+  hal::TcpAddress address{text.substr(0, colon), usual_port};
   if (colon != std::string::npos) {
     const auto port = base::parse_int(text.substr(colon + 1));
     address.port = port && *port >= 1 && *port <= 65535 ? static_cast<int>(*port) : 0;
@@ -66,8 +67,8 @@ base::Result<hal::TcpAddress> parse_tcp_address(const std::string& text, std::op
 
 base::Status set_tcp(const std::string& text, hal::DeviceMap& map) {
   const auto* stated = std::get_if<hal::TcpAddress>(&map.link.address);
-  std::optional<int> usual_port = stated ? std::optional(stated->port) : std::nullopt;
-  if (map.protocol == hal::MapProtocol::modbus) usual_port = kModbusPort;
+  const bool is_modbus = map.protocol == hal::MapProtocol::modbus;
+  const int usual_port = is_modbus ? kModbusPort : stated != nullptr ? stated->port : 0;
   const auto address = parse_tcp_address(text, usual_port);
   if (!address) return base::forward_error(address);
   map.link.address = *address;

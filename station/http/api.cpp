@@ -75,7 +75,11 @@ Result<std::string> line_member(const json& body, const std::string& name, const
   return value;
 }
 
-Result<std::string> user_member(const json& body) { return line_member(body, "user", "unknown"); }
+/// The user of a command that has no other members than `known`.
+Result<std::string> user_of_command(const json& body, std::initializer_list<std::string_view> known) {
+  if (auto status = only_members(body, known); !status) return base::forward_error(status);
+  return line_member(body, "user", "unknown");
+}
 
 Result<std::map<std::string, std::string>> units_member(const json& body) {
   std::map<std::string, std::string> found;
@@ -92,8 +96,8 @@ Result<std::map<std::string, std::string>> units_member(const json& body) {
 }
 
 Result<StartRequest> start_request(const json& body) {
-  const auto known = only_members(body, {"procedure_text", "procedure_file", "campaign", "units", "user"});
-  if (!known) return base::forward_error(known);
+  const auto user = user_of_command(body, {"procedure_text", "procedure_file", "campaign", "units", "user"});
+  if (!user) return base::forward_error(user);
   const auto procedure = text_member(body, "procedure_text", std::nullopt);
   if (!procedure) return base::forward_error(procedure);
   const auto file = line_member(body, "procedure_file", "procedure");
@@ -102,8 +106,6 @@ Result<StartRequest> start_request(const json& body) {
   if (!campaign) return base::forward_error(campaign);
   const auto slots = units_member(body);
   if (!slots) return base::forward_error(slots);
-  const auto user = user_member(body);
-  if (!user) return base::forward_error(user);
   return StartRequest{*procedure, *file, *campaign, *slots, *user};
 }
 
@@ -121,17 +123,13 @@ Result<json> do_start(StationService& lab, const json& body) {
 
 template <base::Status (StationService::*command)(const std::string&)>
 Result<json> user_command(StationService& lab, const json& body) {
-  const auto known = only_members(body, {"user"});
-  if (!known) return base::forward_error(known);
-  const auto user = user_member(body);
+  const auto user = user_of_command(body, {"user"});
   if (!user) return base::forward_error(user);
   return state_after((lab.*command)(*user), lab);
 }
 
 Result<json> do_abort(StationService& lab, const json& body) {
-  const auto known = only_members(body, {"user", "reason"});
-  if (!known) return base::forward_error(known);
-  const auto user = user_member(body);
+  const auto user = user_of_command(body, {"user", "reason"});
   if (!user) return base::forward_error(user);
   const auto reason = line_member(body, "reason", std::nullopt);
   if (!reason) return base::forward_error(reason);
@@ -139,9 +137,7 @@ Result<json> do_abort(StationService& lab, const json& body) {
 }
 
 Result<json> do_confirm(StationService& lab, const json& body) {
-  const auto known = only_members(body, {"user", "prompt"});
-  if (!known) return base::forward_error(known);
-  const auto user = user_member(body);
+  const auto user = user_of_command(body, {"user", "prompt"});
   if (!user) return base::forward_error(user);
   const auto prompt = body.find("prompt");
   if (prompt == body.end() || !prompt->is_number_integer()) {

@@ -10,7 +10,7 @@ namespace soak::station {
 namespace {
 
 constexpr std::chrono::milliseconds kLookEvery{200};
-constexpr std::chrono::milliseconds kStreamPatience{1000};
+constexpr std::chrono::milliseconds kStreamWait{1000};
 constexpr std::chrono::seconds kKeepAlive{10};
 
 }  // namespace
@@ -68,10 +68,9 @@ EventFeed::News EventFeed::latest() const {
   return news_;
 }
 
-EventFeed::News EventFeed::wait(std::uint64_t edition, std::int64_t log, std::chrono::milliseconds patience) const {
+EventFeed::News EventFeed::wait(std::uint64_t edition, std::int64_t log, std::chrono::milliseconds timeout) const {
   std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, patience,
-                    [&] { return news_.stopped || news_.edition != edition || news_.newest_log > log; });
+  changed_.wait_for(lock, timeout, [&] { return news_.stopped || news_.edition != edition || news_.newest_log > log; });
   return news_;
 }
 
@@ -103,7 +102,7 @@ std::string EventStream::new_log_entries(std::int64_t newest) {
 }
 
 std::optional<std::string> EventStream::next() {
-  const EventFeed::News news = feed_.wait(edition_, last_log_, kStreamPatience);
+  const EventFeed::News news = feed_.wait(edition_, last_log_, kStreamWait);
   if (news.stopped) return std::nullopt;
   std::string text;
   // A stream begins with what holds now, not with what the feed saw last: the caller may just have changed it.

@@ -29,9 +29,9 @@ class EventFeed {
   };
 
   [[nodiscard]] News latest() const;
-  /// Waits until the status is of a later edition, the log has a later entry, or the feed is stopped; `patience` at
+  /// Waits until the status is of a later edition, the log has a later entry, or the feed is stopped; `timeout` at
   /// most.
-  [[nodiscard]] News wait(std::uint64_t edition, std::int64_t log, std::chrono::milliseconds patience) const;
+  [[nodiscard]] News wait(std::uint64_t edition, std::int64_t log, std::chrono::milliseconds timeout) const;
   /// Ends all waiting, now and later.
   void stop();
 

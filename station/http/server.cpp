@@ -127,8 +127,8 @@ struct HttpServer::Running {
   ~Running() {
     feed.stop();
     // The library cuts off what is still being sent when it stops.
-    const auto patience_ends = std::chrono::steady_clock::now() + kStreamsEndWithin;
-    while (streams > 0 && std::chrono::steady_clock::now() < patience_ends) std::this_thread::sleep_for(kPoll);
+    const auto latest_end = std::chrono::steady_clock::now() + kStreamsEndWithin;
+    while (streams > 0 && std::chrono::steady_clock::now() < latest_end) std::this_thread::sleep_for(kPoll);
     listener.stop();
     if (thread.joinable()) thread.join();
   }
