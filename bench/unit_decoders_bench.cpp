@@ -5,10 +5,9 @@
 #include <numeric>
 #include <vector>
 
-#include "hal/imu/detail/ahrs400_packet.h"
-#include "hal/imu/detail/mt_data2.h"
+#include "hal/imu/detail/ahrs400_decoder.h"
+#include "hal/imu/detail/xsens_frames.h"
 #include "hal/imu/detail/vectornav_frame.h"
-#include "hal/imu/detail/xbus.h"
 #include "tests/hal/ahrs400_peer.h"
 #include "tests/hal/vectornav_peer.h"
 #include "tests/hal/xsens_peer.h"

@@ -17,7 +17,7 @@ import time
 from lab_session import ROOT, LabSession, ProgramFailed, bin_folder, call, fresh_folder, page_address, procedure
 
 SHAPE_LIMIT = 0.01
-RATE = 2000
+RATE = 20000
 SENSORS = ["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]
 
 

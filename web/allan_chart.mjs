@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Allan deviation over averaging time of three sensors of a unit, both axes logarithmic.
 
+import { grid, LogAxis, svg } from "./axes.mjs";
 import { significant } from "./format.mjs";
-import { Plot, svg } from "./plot.mjs";
+import { Plot } from "./plot.mjs";
 
 const MARGIN = { top: 24, right: 14, bottom: 44, left: 52 };
 const AXES = ["x", "y", "z"];
 const ROOM = 1.25; // factor left above and below the lines
-const FEW_DECADES = 1.7; // with no more of them 2 and 5 are marked too
 const RESTING_S = 1;
 
 /** What is shown of each kind of sensor: the document's numbers are too small to read. */
@@ -15,20 +15,6 @@ export const KINDS = {
   gyro: { name: "gyros", unit: "m°/s", factor: 1000 },
   accel: { name: "accelerometers", unit: "mm/s²", factor: 1000 },
 };
-
-function logTicks(low, high) {
-  const mantissas = Math.log10(high / low) > FEW_DECADES ? [1] : [1, 2, 5];
-  const found = [];
-  for (let k = Math.floor(Math.log10(low)); k <= Math.log10(high); ++k) {
-    found.push(...mantissas.map((m) => Number(`${m}e${k}`)).filter((v) => v >= low && v <= high));
-  }
-  return found;
-}
-
-/** From `low`…`high` to `from`…`to` pixels. */
-function logScale([low, high], from, to) {
-  return (value) => from + (Math.log(value / low) / Math.log(high / low)) * (to - from);
-}
 
 export class AllanChart extends Plot {
   #tau_s = [];
@@ -85,25 +71,16 @@ export class AllanChart extends Plot {
     return `at ${significant(this.#tau_s[index], 3)} s`;
   }
 
-  scales(box) {
-    return { x: logScale(this.#times(), box.left, box.right), y: logScale(this.#range(), box.bottom, box.top) };
+  get axes() {
+    return { x: new LogAxis(...this.#times()), y: new LogAxis(...this.#range()) };
   }
 
-  grid(box, x, y) {
+  grid(box) {
     if (this.empty) return [];
-    const nodes = this.#guides(x, y);
-    for (const value of logTicks(...this.#range())) {
-      nodes.push(svg("line", { x1: box.left, x2: box.right, y1: y(value), y2: y(value) }));
-      nodes.push(svg("text", { x: box.left - 8, y: y(value) + 4, "text-anchor": "end" }, String(value)));
-    }
-    for (const tau_s of logTicks(...this.#times())) {
-      nodes.push(svg("line", { x1: x(tau_s), x2: x(tau_s), y1: box.top, y2: box.bottom + 5 }));
-      nodes.push(svg("text", { x: x(tau_s), y: box.bottom + 20, "text-anchor": "middle" }, String(tau_s)));
-    }
-    nodes.push(svg("text", { x: 4, y: 10, class: "axis" }, `Allan deviation, ${KINDS[this.#kind].unit}`));
-    const middle = (box.left + box.right) / 2;
-    nodes.push(svg("text", { x: middle, y: box.bottom + 38, "text-anchor": "middle" }, "averaging time τ, s"));
-    return nodes;
+    const { x, y } = this.axes;
+    const name = `Allan deviation, ${KINDS[this.#kind].unit}`;
+    const guides = this.#guides(x.scale(box.left, box.right), y.scale(box.bottom, box.top));
+    return [...guides, ...grid(box, x, y, "averaging time τ, s", name)];
   }
 
   /** σ = c / √τ for each power of ten c, as far as the chart reaches. */

@@ -1,25 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lines of temperature over process time: chamber air, set point and one line a unit.
 
+import { Axis, multiples, niceStep, svg } from "./axes.mjs";
 import { duration, number } from "./format.mjs";
-import { Plot, svg } from "./plot.mjs";
+import { Plot } from "./plot.mjs";
 
 const MARGIN = { top: 24, right: 14, bottom: 26, left: 46 };
 const MAX_POINTS = 8000;
 const COLOURS = 8;
 const TIME_STEPS_S = [1, 2, 5, 10, 30, 60, 120, 300, 600, 1800, 3600, 7200, 14400, 21600, 43200, 86400, 172800, 604800];
-
-/** The smallest of 1, 2, 5 × 10^k that is not below `raw`. */
-function niceStep(raw) {
-  const power = 10 ** Math.floor(Math.log10(raw));
-  return power * ([1, 2, 5].find((m) => m * power >= raw) ?? 10);
-}
-
-function ticks(low, high, step) {
-  const found = [];
-  for (let k = Math.ceil(low / step); k * step <= high; ++k) found.push(k * step);
-  return found;
-}
 
 /** "0", "30 min", "2 h", "2 h 30" */
 function timeLabel(t_s, step_s) {
@@ -92,27 +81,21 @@ export class Chart extends Plot {
     return this.cursor === null ? "" : `at ${duration(this.#t_s[index])}`;
   }
 
-  scales(box) {
-    const [low, high] = this.#range();
-    const [t0, t1] = this.#times();
-    return {
-      x: (t) => box.left + ((t - t0) / (t1 - t0)) * (box.right - box.left),
-      y: (c) => box.bottom - ((c - low) / (high - low)) * (box.bottom - box.top),
-    };
+  get axes() {
+    return { x: new Axis(...this.#times()), y: new Axis(...this.#range()) };
   }
 
-  grid(box, x, y) {
+  grid(box) {
     const nodes = [svg("text", { x: 4, y: 10, class: "axis" }, "°C")];
-    const [low, high] = this.#range();
-    const stepC = niceStep(((high - low) * 44) / (box.bottom + MARGIN.bottom));
-    for (const c of ticks(low, high, stepC)) {
-      nodes.push(svg("line", { x1: box.left, x2: box.right, y1: y(c), y2: y(c) }));
-      nodes.push(svg("text", { x: box.left - 8, y: y(c) + 4, "text-anchor": "end" }, number(c, stepC < 1 ? 1 : 0)));
+    const { x: times, y: temperatures } = this.axes;
+    const [x, y] = [times.scale(box.left, box.right), temperatures.scale(box.bottom, box.top)];
+    for (const { value, text } of temperatures.ticks(box.bottom + MARGIN.bottom, 44)) {
+      nodes.push(svg("line", { x1: box.left, x2: box.right, y1: y(value), y2: y(value) }));
+      nodes.push(svg("text", { x: box.left - 8, y: y(value) + 4, "text-anchor": "end" }, text));
     }
-    const [t0, t1] = this.#times();
-    const rough = ((t1 - t0) * 84) / (box.right + MARGIN.right);
+    const rough = ((times.high - times.low) * 84) / (box.right + MARGIN.right);
     const stepS = TIME_STEPS_S.find((s) => s >= rough) ?? niceStep(rough);
-    for (const t of ticks(t0, t1, stepS)) {
+    for (const t of multiples(times.low, times.high, stepS)) {
       nodes.push(svg("line", { x1: x(t), x2: x(t), y1: box.bottom, y2: box.bottom + 5 }));
       nodes.push(svg("text", { x: x(t), y: box.bottom + 20, "text-anchor": "middle" }, timeLabel(t, stepS)));
     }

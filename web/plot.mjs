@@ -1,25 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the charts share: lines over an abscissa, a cursor that pointer and arrow keys move, a legend that says the
-// values there. SVG, so that colours come from the style sheet and the text is text.
+// values there.
 
+import { svg } from "./axes.mjs";
 import { element } from "./dom.mjs";
-
-const SVG = "http://www.w3.org/2000/svg";
-
-export function svg(name, attributes = {}, text = "") {
-  const node = document.createElementNS(SVG, name);
-  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-  node.textContent = text;
-  return node;
-}
 
 /**
  * A chart derives from this and says what it shows:
  *   abscissae        of the points, rising
  *   lines            {name, style, values}: a value for each abscissa, null or undefined where it is not known
  *   title            for those who cannot see it
- *   scales(box)      {x, y}: functions from abscissa and value to pixels; box: {left, right, top, bottom}
- *   grid(box, x, y)  nodes behind the lines
+ *   axes             {x, y}: Axis of the abscissae, Axis of the values
+ *   grid(box)        nodes behind the lines; box: {left, right, top, bottom}
  *   resting          index of the point that the legend shows while there is no cursor
  *   text(value)      a value in the legend
  *   where(index)     what the legend says of that point itself, "" for nothing
@@ -72,11 +64,12 @@ export class Plot {
     const margin = this.#margin;
     const box = { left: margin.left, right: width - margin.right, top: margin.top, bottom: height - margin.bottom };
     if (box.right - box.left < 20 || box.bottom - box.top < 10) return;
-    const { x, y } = this.scales(box);
+    const axes = this.axes;
+    const [x, y] = [axes.x.scale(box.left, box.right), axes.y.scale(box.bottom, box.top)];
     this.#x = x;
     const root = svg("svg", { viewBox: `0 0 ${width} ${height}`, "aria-hidden": "true" });
     const grid = svg("g", { class: "grid" });
-    grid.append(...this.grid(box, x, y));
+    grid.append(...this.grid(box));
     root.append(grid);
     for (const line of this.lines) {
       root.append(svg("path", { d: this.#path(line.values, x, y), class: `line ${line.style}` }));

@@ -4,145 +4,196 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "calib/deploy/detail/coupling_section.h"
-#include "calib/deploy/detail/curve_section.h"
-#include "calib/deploy/detail/float32_check.h"
-#include "calib/deploy/detail/record_section.h"
-#include "calib/deploy/detail/reference_section.h"
-#include "calib/deploy/detail/section.h"
-#include "calib/deploy/detail/spline_form.h"
+#include "base/hash.h"
+#include "calib/deploy/detail/sections.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib {
+
+// ---- parts of payloads (detail/sections.h) ----
+
+namespace file {
+
+std::string place(Sensor sensor, Quantity quantity) {
+  return std::string(name_of(sensor)) + (quantity == Quantity::bias ? " bias" : " scale_ppm");
+}
+
+base::ByteWriter payload_of(Sensor sensor, Quantity quantity) {
+  base::ByteWriter out;
+  out.write(static_cast<std::uint8_t>(index_of(sensor)));
+  out.write(static_cast<std::uint8_t>(quantity));
+  return out;
+}
+
+void write_floats(base::ByteWriter& out, const std::vector<double>& values) {
+  for (const double value : values) out.write(static_cast<float>(value));
+}
+
+std::vector<double> read_floats(const std::uint8_t* payload, std::size_t count) {
+  std::vector<double> values(count);
+  for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<double>(soak_f32(payload + 4 * i));
+  return values;
+}
+
+bool fits_float(double value) { return std::isfinite(static_cast<float>(value)); }
+
+bool fit_float(const std::vector<double>& values) { return std::all_of(values.begin(), values.end(), fits_float); }
+
+void write_text(base::ByteWriter& out, const std::string& text) {
+  out.write(std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+base::Status check_text(const std::string& text, const std::string& what) {
+  if (text.size() <= kMaxText) return {};
+  return base::bad_input(what + " is longer than " + std::to_string(kMaxText) + " bytes", what);
+}
+
+}  // namespace file
+
 namespace {
 
 using file::Quantity;
 using file::Section;
 
-/// Sections in the making; the error bounds come last.
+constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'S', 'O', 'A', 'K', 0x0D, 0x0A, 0x1A};
+constexpr std::uint16_t kMajorVersion = 1;
+constexpr std::uint8_t kSectionVersion = 1;
+constexpr std::uint32_t kHeaderSize = 24;
+constexpr std::size_t kSectionHeadSize = 8;
+constexpr std::size_t kCheckSize = 4;
+
+// ---- writing ----
+
+/// Sections in the making, up to the first that is refused; the error bounds come last.
 struct Draft {
   std::vector<Section> sections;
   std::vector<Section> bounds;
+  base::Status status;
 
-  base::Status add(base::Result<Section> section) {
-    if (!section) return base::forward_error(section);
-    sections.push_back(*std::move(section));
-    return {};
+  void add(base::Result<Section> section) {
+    if (!status) return;
+    if (section) {
+      sections.push_back(*std::move(section));
+    } else {
+      status = base::forward_error(section);
+    }
+  }
+  void refuse(std::string message, std::string where) {
+    if (status) status = base::bad_input(std::move(message), std::move(where));
   }
 };
 
-base::Status add_curve(Draft& draft, const SensorCalibration& sensor, Quantity quantity, const Curve& curve) {
-  if (auto status = file::check_curve(curve, file::place(sensor.sensor, quantity)); !status) return status;
-  const auto samples = file::sample(curve, sensor, quantity);
-  if (!samples) return base::forward_error(samples);
-  auto checked = file::checked_curve(curve, *samples, sensor.sensor, quantity);
-  if (!checked && std::holds_alternative<anfis::Model>(curve)) {
-    const auto [low_c, high_c] = domain_of(curve);
-    const auto spline = file::spline_form(curve, std::max(low_c, sensor.temp_min_c),
-                                          std::min(high_c, sensor.temp_max_c), samples->span());
-    auto other = spline ? file::checked_curve(*spline, *samples, sensor.sensor, quantity) : checked;
-    if (other) checked = std::move(other);
-  }
-  if (!checked) return base::forward_error(checked);
-  draft.sections.push_back(std::move(checked->curve));
+void add_curve(Draft& draft, const SensorCalibration& sensor, Quantity quantity, const Curve& curve) {
+  auto checked = file::checked_curve(curve, sensor, quantity);
+  if (!checked) return draft.add(base::forward_error(checked));
+  draft.add(std::move(checked->curve));
   draft.bounds.push_back(std::move(checked->bound));
   if (auto bound = file::table_bound_section(sensor.sensor, quantity, curve)) draft.bounds.push_back(*std::move(bound));
-  return {};
 }
 
-base::Status add_uncertainty(Draft& draft, Sensor sensor, Quantity quantity, const UncertaintyTable& table) {
-  if (table.temp_c.empty()) return {};
-  return draft.add(file::uncertainty_section(sensor, quantity, table));
+void add_sensor(Draft& draft, const SensorCalibration& sensor) {
+  const auto add_uncertainty = [&](Quantity quantity, const UncertaintyTable& table) {
+    if (!table.temp_c.empty()) draft.add(file::uncertainty_section(sensor.sensor, quantity, table));
+  };
+  draft.add(file::sensor_section(sensor));
+  if (draft.status) add_curve(draft, sensor, Quantity::bias, sensor.bias);
+  add_uncertainty(Quantity::bias, sensor.bias_uncertainty);
+  if (!sensor.scale_ppm) return;
+  if (draft.status) add_curve(draft, sensor, Quantity::scale_ppm, *sensor.scale_ppm);
+  if (sensor.scale_uncertainty) add_uncertainty(Quantity::scale_ppm, *sensor.scale_uncertainty);
 }
 
-base::Status add_sensor(Draft& draft, const SensorCalibration& sensor) {
-  if (auto status = draft.add(file::sensor_section(sensor)); !status) return status;
-  if (auto status = add_curve(draft, sensor, Quantity::bias, sensor.bias); !status) return status;
-  if (auto status = add_uncertainty(draft, sensor.sensor, Quantity::bias, sensor.bias_uncertainty); !status) {
-    return status;
-  }
-  if (!sensor.scale_ppm) return {};
-  if (auto status = add_curve(draft, sensor, Quantity::scale_ppm, *sensor.scale_ppm); !status) return status;
-  if (!sensor.scale_uncertainty) return {};
-  return add_uncertainty(draft, sensor.sensor, Quantity::scale_ppm, *sensor.scale_uncertainty);
-}
-
-base::Status add_sensors(Draft& draft, const Calibration& calibration) {
-  if (calibration.sensors.empty()) return base::bad_input("the calibration has no sensor", "sensors");
+void add_sensors(Draft& draft, const Calibration& calibration) {
+  if (calibration.sensors.empty()) draft.refuse("the calibration has no sensor", "sensors");
   std::array<bool, kSensorCount> seen{};
+  unsigned own_thermometers = 0;
   for (const SensorCalibration& sensor : calibration.sensors) {
     if (std::exchange(seen[index_of(sensor.sensor)], true)) {
-      return base::bad_input("the sensor occurs twice", std::string(name_of(sensor.sensor)));
+      draft.refuse("the sensor is duplicated", std::string(name_of(sensor.sensor)));
     }
-    if (auto status = add_sensor(draft, sensor); !status) return status;
+    add_sensor(draft, sensor);
+    if (sensor.own_thermometer) own_thermometers |= 1U << index_of(sensor.sensor);
   }
-  return {};
+  if (own_thermometers == 0) return;
+  draft.add(Section{SOAK_SECTION_THERMOMETERS, true, {static_cast<std::uint8_t>(own_thermometers), 0, 0, 0}});
 }
 
-base::Status add_cross_terms(Draft& draft, const Calibration& calibration) {
-  if (calibration.accel_misalignment) {
-    if (auto status = draft.add(file::misalignment_section(*calibration.accel_misalignment)); !status) return status;
-  }
-  if (calibration.g_sensitivity) {
-    if (auto status = draft.add(file::g_sensitivity_section(*calibration.g_sensitivity)); !status) return status;
-  }
+void add_cross_terms(Draft& draft, const Calibration& calibration) {
+  if (calibration.accel_misalignment) draft.add(file::misalignment_section(*calibration.accel_misalignment));
+  if (calibration.g_sensitivity) draft.add(file::g_sensitivity_section(*calibration.g_sensitivity));
   auto couplings = file::coupling_section(calibration);
-  if (!couplings) return base::forward_error(couplings);
-  if (*couplings) draft.sections.push_back(**std::move(couplings));
+  if (!couplings) return draft.add(base::forward_error(couplings));
+  if (*couplings) draft.add(**std::move(couplings));
   if (calibration.terms.size() > SOAK_MAX_TERMS) {
-    return base::bad_input("the file carries at most " + std::to_string(SOAK_MAX_TERMS) + " accepted terms", "terms");
+    draft.refuse("the file carries at most " + std::to_string(SOAK_MAX_TERMS) + " accepted terms", "terms");
   }
-  for (const AcceptedTerm& term : calibration.terms) {
-    if (auto status = draft.add(file::term_section(term)); !status) return status;
-  }
-  return {};
+  for (const AcceptedTerm& term : calibration.terms) draft.add(file::term_section(term));
 }
 
-void add_thermometers(Draft& draft, const Calibration& calibration) {
-  unsigned own = 0;
-  for (const SensorCalibration& sensor : calibration.sensors) {
-    if (sensor.own_thermometer) own |= 1U << index_of(sensor.sensor);
-  }
-  if (own == 0) return;
-  draft.sections.push_back({SOAK_SECTION_THERMOMETERS, true, {static_cast<std::uint8_t>(own), 0, 0, 0}});
-}
-
-base::Status add_references(Draft& draft, const Calibration& calibration) {
+void add_references(Draft& draft, const Calibration& calibration) {
   if (calibration.references.size() > file::kMaxReferences) {
-    return base::bad_input("the runs were measured with " + std::to_string(calibration.references.size()) +
-                               " entries of the register of references, a file carries at most " +
-                               std::to_string(file::kMaxReferences) +
-                               "; fit fewer campaigns together ('soak fit --campaign NAME')",
-                           "references");
+    draft.refuse("the runs were measured with " + std::to_string(calibration.references.size()) +
+                     " entries of the register of references, a file carries at most " +
+                     std::to_string(file::kMaxReferences) +
+                     "; fit fewer campaigns together ('soak fit --campaign NAME')",
+                 "references");
   }
-  for (const ReferenceUse& use : calibration.references) {
-    if (auto status = draft.add(file::reference_section(use)); !status) return status;
-  }
-  return {};
+  for (const ReferenceUse& use : calibration.references) draft.add(file::reference_section(use));
 }
 
-base::Status check_size(const base::Bytes& bytes) {
-  if (bytes.size() <= SOAK_MAX_FILE) return {};
-  return base::bad_input("the file would have " + std::to_string(bytes.size()) + " bytes; the format allows " +
-                         std::to_string(SOAK_MAX_FILE));
+/// The minor version that a type of section came with.
+std::uint16_t minor_version_of(const Section& section) {
+  switch (section.type) {
+    case SOAK_SECTION_THERMOMETERS:
+      return 4;
+    case SOAK_SECTION_COUPLINGS:
+      return 3;
+    case file::kReferenceSection:
+      return 2;
+    case SOAK_SECTION_TABLE_BOUND:
+      return 1;
+    default:
+      return 0;
+  }
 }
 
-/// The runtime must accept what is about to leave the lab.
-base::Status check_loads(const base::Bytes& bytes) {
-  soak_cal loaded;
-  if (soak_load(&loaded, bytes.data(), bytes.size()) == SOAK_OK) return {};
-  return base::fail(base::ErrorKind::internal, "the runtime refuses the file that was just written",
-                    "byte " + std::to_string(loaded.error_offset));
+std::size_t padded(std::size_t size) { return (size + 3) / 4 * 4; }
+
+/// The whole file: header, sections, CRC.
+base::Bytes assemble(const std::vector<Section>& sections) {
+  std::size_t size = kHeaderSize + kCheckSize;
+  std::uint16_t minor_version = 0;  // the least that has all these sections
+  for (const Section& section : sections) {
+    size += kSectionHeadSize + padded(section.payload.size());
+    minor_version = std::max(minor_version, minor_version_of(section));
+  }
+  base::ByteWriter out;
+  out.write(kMagic);
+  out.write(kMajorVersion);
+  out.write(minor_version);
+  out.write(static_cast<std::uint32_t>(size));
+  out.write(kHeaderSize);
+  out.write(static_cast<std::uint32_t>(sections.size()));
+  for (const Section& section : sections) {
+    out.write(section.type);
+    out.write(kSectionVersion);
+    out.write(static_cast<std::uint8_t>(section.critical ? 1 : 0));
+    out.write(static_cast<std::uint32_t>(padded(section.payload.size())));
+    out.write(section.payload);
+    while (out.size() % 4 != 0) out.write(std::uint8_t{0});
+  }
+  out.write(base::crc32c(out.bytes()));
+  return out.take();
 }
 
 // ---- reading ----
 
-constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'S', 'O', 'A', 'K', 0x0D, 0x0A, 0x1A};
 // A few wrong bits in the magic are damage; more, and it is some other file.
 constexpr int kDamagedMagicBits = 8;
 // Of a file that ends within the magic: one byte alone begins other kinds of file too.
@@ -208,51 +259,30 @@ SensorCalibration& sensor_of(Calibration& calibration, std::uint8_t index) {
                        [&](const SensorCalibration& s) { return index_of(s.sensor) == index; });
 }
 
-void take_curve(Calibration& calibration, std::uint32_t type, const std::uint8_t* payload) {
+/// Takes over one section that belongs to a curve; the curve's own comes first.
+void take_of_curve(Calibration& calibration, std::uint32_t type, const std::uint8_t* payload) {
   SensorCalibration& sensor = sensor_of(calibration, payload[0]);
-  if (payload[1] == 0) {
-    sensor.bias = file::read_curve(type, payload);
+  const bool of_bias = payload[1] == 0;
+  if (type == SOAK_SECTION_UNCERTAINTY) {
+    (of_bias ? sensor.bias_uncertainty : sensor.scale_uncertainty.emplace()) = file::read_uncertainty(payload);
+  } else if (type == SOAK_SECTION_TABLE_BOUND) {
+    Curve& curve = of_bias ? sensor.bias : *sensor.scale_ppm;
+    std::get<TableCurve>(curve).bound = static_cast<double>(soak_f32(payload + 4));
   } else {
-    sensor.scale_ppm = file::read_curve(type, payload);
+    (of_bias ? sensor.bias : sensor.scale_ppm.emplace()) = file::read_curve(type, payload);
   }
 }
 
-void take_table_bound(Calibration& calibration, const std::uint8_t* payload) {
-  SensorCalibration& sensor = sensor_of(calibration, payload[0]);
-  Curve& curve = payload[1] == 0 ? sensor.bias : *sensor.scale_ppm;
-  std::get<TableCurve>(curve).bound = static_cast<double>(soak_f32(payload + 4));
-}
-
-void take_uncertainty(Calibration& calibration, const std::uint8_t* payload) {
-  SensorCalibration& sensor = sensor_of(calibration, payload[0]);
-  if (payload[1] == 0) {
-    sensor.bias_uncertainty = file::read_uncertainty(payload);
-  } else {
-    sensor.scale_uncertainty = file::read_uncertainty(payload);
-  }
-}
-
-base::Status take_reference(Calibration& calibration, std::span<const std::uint8_t> payload) {
-  if (calibration.references.size() == file::kMaxReferences) {
+/// Adds one more entry to a list of `most` at most.
+template <class T>
+base::Status take_entry(std::vector<T>& list, std::size_t most, const char* what, const char* where,
+                        base::Result<T> entry) {
+  if (list.size() == most) {
     return base::corrupt(
-        "the calibration file has more than " + std::to_string(file::kMaxReferences) + " references; export it again",
-        "references");
+        "the calibration file has more than " + std::to_string(most) + ' ' + what + "; export it again", where);
   }
-  auto use = file::read_reference(payload);
-  if (!use) return base::forward_error(use);
-  calibration.references.push_back(*std::move(use));
-  return {};
-}
-
-base::Status take_term(Calibration& calibration, std::span<const std::uint8_t> payload) {
-  if (calibration.terms.size() == SOAK_MAX_TERMS) {
-    return base::corrupt(
-        "the calibration file has more than " + std::to_string(SOAK_MAX_TERMS) + " accepted terms; export it again",
-        "terms");
-  }
-  auto term = file::read_term(payload);
-  if (!term) return base::forward_error(term);
-  calibration.terms.push_back(*std::move(term));
+  if (!entry) return base::forward_error(entry);
+  list.push_back(*std::move(entry));
   return {};
 }
 
@@ -268,13 +298,9 @@ base::Status take_section(Calibration& calibration, std::uint32_t type, std::spa
     case SOAK_SECTION_FIS:
     case SOAK_SECTION_SPLINE:
     case SOAK_SECTION_TABLE:
-      take_curve(calibration, type, payload.data());
-      break;
     case SOAK_SECTION_UNCERTAINTY:
-      take_uncertainty(calibration, payload.data());
-      break;
     case SOAK_SECTION_TABLE_BOUND:
-      take_table_bound(calibration, payload.data());
+      take_of_curve(calibration, type, payload.data());
       break;
     case SOAK_SECTION_MISALIGNMENT:
       calibration.accel_misalignment = file::read_matrix(payload.data());
@@ -286,9 +312,10 @@ base::Status take_section(Calibration& calibration, std::uint32_t type, std::spa
       file::read_couplings(payload.data(), calibration);
       break;
     case SOAK_SECTION_TERM:
-      return take_term(calibration, payload);
+      return take_entry(calibration.terms, SOAK_MAX_TERMS, "accepted terms", "terms", file::read_term(payload));
     case file::kReferenceSection:
-      return take_reference(calibration, payload);
+      return take_entry(calibration.references, file::kMaxReferences, "references", "references",
+                        file::read_reference(payload));
     default:
       break;
   }
@@ -299,16 +326,22 @@ base::Status take_section(Calibration& calibration, std::uint32_t type, std::spa
 
 base::Result<base::Bytes> encode(const Calibration& calibration) {
   Draft draft;
-  if (auto status = draft.add(file::provenance_section(calibration)); !status) return base::forward_error(status);
-  if (auto status = add_references(draft, calibration); !status) return base::forward_error(status);
-  if (auto status = add_sensors(draft, calibration); !status) return base::forward_error(status);
-  add_thermometers(draft, calibration);
-  if (auto status = add_cross_terms(draft, calibration); !status) return base::forward_error(status);
+  draft.add(file::provenance_section(calibration));
+  add_references(draft, calibration);
+  add_sensors(draft, calibration);
+  add_cross_terms(draft, calibration);
+  if (!draft.status) return base::forward_error(draft.status);
   draft.sections.insert(draft.sections.end(), draft.bounds.begin(), draft.bounds.end());
-  base::Bytes bytes = file::assemble(draft.sections);
-  if (auto status = check_size(bytes); !status) return base::forward_error(status);
-  if (auto status = check_loads(bytes); !status) return base::forward_error(status);
-  return bytes;
+  base::Bytes bytes = assemble(draft.sections);
+  if (bytes.size() > SOAK_MAX_FILE) {
+    return base::bad_input("the file would have " + std::to_string(bytes.size()) + " bytes; the format allows " +
+                           std::to_string(SOAK_MAX_FILE));
+  }
+  // The runtime must accept what is about to leave the lab.
+  soak_cal loaded;
+  if (soak_load(&loaded, bytes.data(), bytes.size()) == SOAK_OK) return bytes;
+  return base::fail(base::ErrorKind::internal, "the runtime refuses the file that was just written",
+                    "byte " + std::to_string(loaded.error_offset));
 }
 
 base::Result<Calibration> decode(std::span<const std::uint8_t> bytes) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/deploy/export_c.h"
+#include "calib/deploy/export.h"
 
 #include <algorithm>
 #include <string_view>
@@ -8,7 +8,7 @@
 #include "base/hash.h"
 #include "base/text.h"
 #include "calib/deploy/calibration_file.h"
-#include "calib/deploy/detail/reference_lines.h"
+#include "calib/deploy/detail/comment.h"
 
 namespace soak::calib {
 namespace {
@@ -40,29 +40,18 @@ std::string scale_text(const SensorCalibration& sensor) {
   return ", scale measured from " + base::shortest(low_c) + " to " + base::shortest(high_c) + " degC only";
 }
 
-std::string provenance_comment(const Calibration& calibration) {
+std::string head_comment(const Calibration& calibration) {
   std::string text = "/*\n";
-  const auto line = [&](std::string_view name, const std::string& value) {
-    text.append(" * ").append(name).append(": ").append(value).append("\n");
-  };
   if (calibration.simulated) text += " * SIMULATED SIMULATED SIMULATED: made from simulated data. Do not deploy.\n *\n";
-  text += " * Thermal calibration by Soak (format: docs/blob-format.md).\n";
-  line("unit", comment_text(calibration.unit));
-  line("unit type", comment_text(calibration.unit_type));
-  line("epoch", std::to_string(calibration.epoch));
-  line("model version", std::to_string(calibration.model_version));
-  line("created", base::utc_text(calibration.created_utc_s));
-  line("gravity",
-       base::shortest(calibration.gravity_mps2) + " m/s2" + (calibration.gravity_assumed ? " (assumed)" : ""));
+  const auto add = [&](const std::string& line) { text.append(" * ").append(line).append("\n"); };
+  add("Thermal calibration by Soak (format: docs/blob-format.md).");
+  for (const std::string& line : exporting::identity_lines(calibration, comment_text)) add(line);
   for (const SensorCalibration& sensor : calibration.sensors) {
-    line(name_of(sensor.sensor), comment_text(sensor.model) + ", valid from " + base::shortest(sensor.temp_min_c) +
-                                     " to " + base::shortest(sensor.temp_max_c) + " degC" + scale_text(sensor) +
-                                     (sensor.own_thermometer ? ", over a thermometer of its own" : ""));
+    add(std::string(name_of(sensor.sensor)) + ": " + comment_text(sensor.model) + ", valid from " +
+        base::shortest(sensor.temp_min_c) + " to " + base::shortest(sensor.temp_max_c) + " degC" + scale_text(sensor) +
+        (sensor.own_thermometer ? ", over a thermometer of its own" : ""));
   }
-  for (const std::string& hash : calibration.run_hashes) line("run", hash);
-  for (const std::string& reference : exporting::reference_lines(calibration.references, comment_text)) {
-    text += " * " + reference + "\n";
-  }
+  for (const std::string& line : exporting::source_lines(calibration, comment_text)) add(line);
   return text;
 }
 
@@ -100,7 +89,7 @@ base::Result<std::string> export_c(const Calibration& calibration) {
   const std::string symbol = "soak_calibration_" + identifier(calibration.unit);
   const std::string guard = "SOAK_CALIBRATION_" + identifier(calibration.unit) + "_H_";
   std::string text =
-      provenance_comment(calibration) +
+      head_comment(calibration) +
       usage_comment(symbol, std::ranges::any_of(calibration.sensors, &SensorCalibration::own_thermometer));
   text += "#ifndef " + guard + "\n#define " + guard + "\n\n#include \"soak_runtime.h\"\n\n";
   if (calibration.simulated) {

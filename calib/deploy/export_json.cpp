@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/deploy/export_json.h"
+#include "calib/deploy/export.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -170,8 +170,9 @@ Mechanisms::Mechanisms(const std::vector<ModelTerm>& terms, const gap::LoggedRun
     const auto found = std::find_if(kMechanisms.begin(), kMechanisms.end(),
                                     [&](const Mechanism& mechanism) { return mechanism.name == term.name; });
     if (found == kMechanisms.end() || found->missing(run)) {
-      left_out_.push_back(fmt::format("{} is not evaluated in run {}: {}", term.name, run.run.label,
-                                      found == kMechanisms.end() ? "this program does not know it" : found->needs));
+      not_evaluated_.push_back(
+          fmt::format("{} is not evaluated in run {}: {}", term.name, run.run.label,
+                      found == kMechanisms.end() ? "this program does not know it" : found->needs));
       continue;
     }
     for (const TermPart& part : term.parts) prepared_.push_back({&*found, &part, found->course(part, run)});

@@ -34,7 +34,7 @@ class Mechanisms {
   /// Temperature of the sensing element, where a term says that it lags behind its thermometer; else that of `moment`.
   [[nodiscard]] double element_temp_c(Sensor sensor, const Moment& moment) const;
   /// Terms that this run cannot evaluate and why, a sentence each.
-  [[nodiscard]] const std::vector<std::string>& left_out() const { return left_out_; }
+  [[nodiscard]] const std::vector<std::string>& not_evaluated() const { return not_evaluated_; }
 
  private:
   struct Prepared {
@@ -49,7 +49,7 @@ class Mechanisms {
   int sign_at_rest_;
   double gravity_mps2_;
   std::vector<Prepared> prepared_;
-  std::vector<std::string> left_out_;
+  std::vector<std::string> not_evaluated_;
 };
 
 /// Completes terms of a unit's past (`thermal_hysteresis`, `warmup_transient`) with their mean over the blocks of each

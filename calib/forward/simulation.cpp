@@ -7,6 +7,8 @@
 
 #include "calib/estimate/site.h"
 #include "calib/forward/mechanisms.h"
+#include "calib/gap/observations/observations.h"
+#include "calib/segments/data_gate.h"
 
 namespace soak::calib::forward {
 namespace {
@@ -40,18 +42,6 @@ void subtract_terms(const Mechanisms& mechanisms, Segment& segment) {
 
 constexpr double kPpm = 1e-6;
 
-bool usable(const Segment& segment) {
-  if (segment.phase != Phase::soak || !segment.plateau_c || turns(segment)) return false;
-  return std::none_of(segment.findings.begin(), segment.findings.end(),
-                      [](const Finding& finding) { return finding.severity == Severity::reject && !finding.sensor; });
-}
-
-bool rejected(const Segment& segment, Sensor sensor) {
-  return std::any_of(segment.findings.begin(), segment.findings.end(), [&](const Finding& finding) {
-    return finding.severity == Severity::reject && finding.sensor == sensor;
-  });
-}
-
 /// A model in one run.
 class RunSimulation {
  public:
@@ -63,7 +53,7 @@ class RunSimulation {
         earth_(place_of(run.run.segments, run.run.site).earth),
         mechanisms_(model.terms, run, sign_at_rest) {}
 
-  [[nodiscard]] const std::vector<std::string>& left_out() const { return mechanisms_.left_out(); }
+  [[nodiscard]] const std::vector<std::string>& not_evaluated() const { return mechanisms_.not_evaluated(); }
 
   [[nodiscard]] double reading(const SensorCalibration& sensor, const Moment& moment) const {
     const double temp_c = mechanisms_.element_temp_c(sensor.sensor, moment);
@@ -111,7 +101,7 @@ SimulatedBlock simulate_block(const RunSimulation& simulation, const Calibration
     const std::size_t s = index_of(sensor.sensor);
     const Moment moment{&segment, block.t_s, 0.5 * block.duration_s, block.sensor_temp_c[s]};
     result.simulated[s] = simulation.reading(sensor, moment);
-    if (block.sensor[s].count == 0 || rejected(segment, sensor.sensor)) continue;
+    if (block.sensor[s].count == 0 || is_rejected(segment, sensor.sensor)) continue;
     result.measured[s] = block.sensor[s].mean;
     result.noise[s] = block.sensor[s].standard_error;
   }
@@ -131,15 +121,15 @@ struct Sums {
 }  // namespace
 
 std::vector<std::string> subtract_terms(const std::vector<ModelTerm>& terms, gap::LoggedCampaign& campaign) {
-  std::vector<std::string> left_out;
-  if (terms.empty()) return left_out;
+  std::vector<std::string> not_evaluated;
+  if (terms.empty()) return not_evaluated;
   campaign.carried = terms;
   for (gap::LoggedRun& run : campaign.runs) {
     const Mechanisms mechanisms(terms, run, campaign.type.sign_at_rest);
-    left_out.insert(left_out.end(), mechanisms.left_out().begin(), mechanisms.left_out().end());
+    not_evaluated.insert(not_evaluated.end(), mechanisms.not_evaluated().begin(), mechanisms.not_evaluated().end());
     for (Segment& segment : run.run.segments) subtract_terms(mechanisms, segment);
   }
-  return left_out;
+  return not_evaluated;
 }
 
 SimulatedCampaign simulate(const SimulatedModel& model, const gap::LoggedCampaign& campaign) {
@@ -147,10 +137,11 @@ SimulatedCampaign simulate(const SimulatedModel& model, const gap::LoggedCampaig
   for (std::size_t r = 0; r < campaign.runs.size(); ++r) {
     const gap::LoggedRun& run = campaign.runs[r];
     const RunSimulation simulation(model, run, campaign.type.sign_at_rest);
-    result.left_out.insert(result.left_out.end(), simulation.left_out().begin(), simulation.left_out().end());
+    result.not_evaluated.insert(result.not_evaluated.end(), simulation.not_evaluated().begin(),
+                                simulation.not_evaluated().end());
     for (std::size_t k = 0; k < run.run.segments.size(); ++k) {
       const Segment& segment = run.run.segments[k];
-      if (!usable(segment)) continue;
+      if (!gap::is_observed(segment)) continue;
       for (const Block& block : segment.blocks) {
         result.blocks.push_back(simulate_block(simulation, model.calibration, segment, block));
         result.blocks.back().run = static_cast<int>(r);

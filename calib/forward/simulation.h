@@ -14,10 +14,11 @@ namespace soak::calib::forward {
 
 /// Takes what accepted terms say off the readings of a campaign, segments and blocks, so that a fit or a search for a
 /// gap sees what is left: means lose what each mechanism adds, and the temperatures of sensors that lag become those of
-/// their elements; `carried` names the terms, for what is beside the means. Nothing recorded is touched: `campaign` is
+/// their elements; `carried` names the terms, for what is outside the means. Nothing recorded is touched: `campaign` is
 /// a copy for computing. Returns what could not be taken off and why, a sentence each. Cost: linear in blocks and logs,
 /// per term.
-[[nodiscard]] std::vector<std::string> subtract_terms(const std::vector<ModelTerm>& terms, gap::LoggedCampaign& campaign);
+[[nodiscard]] std::vector<std::string> subtract_terms(const std::vector<ModelTerm>& terms,
+                                                      gap::LoggedCampaign& campaign);
 
 /// What a campaign is simulated with: curves and couplings of a model version, and its accepted terms.
 struct SimulatedModel {
@@ -40,8 +41,8 @@ struct SimulatedBlock {
 
 /// A campaign as the model says it should read.
 struct SimulatedCampaign {
-  std::vector<SimulatedBlock> blocks;  ///< of segments in soak at plateaus, in the order of runs and time
-  std::vector<std::string> left_out;   ///< terms that could not be evaluated and why
+  std::vector<SimulatedBlock> blocks;      ///< of segments in soak at plateaus, in the order of runs and time
+  std::vector<std::string> not_evaluated;  ///< terms that could not be evaluated and why
 };
 
 /// Reads off the model what each block of the campaign should read: thermal history, positions, headings and place from

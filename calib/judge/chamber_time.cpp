@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <tuple>
 #include <utility>
 
@@ -239,8 +240,7 @@ std::string recommendation(const ChamberTimeOption& option, double hours) {
       option.sweeps == Sweeps::both ? "" : fmt::format(", {} sweep only", name_of(option.sweeps));
   return fmt::format(
       "{} runs at {} plateaus{}: {:.1f} of {:.1f} hours; the shape error on a fresh run is expected to stay within 10 "
-      "% "
-      "of the whole campaign's for every sensor",
+      "%  of the whole campaign's for every sensor",
       option.runs, option.plateaus_c.size(), sweeps, option.hours, hours);
 }
 
@@ -256,6 +256,42 @@ void recommend(ChamberTime& study) {
   study.reason =
       "no shorter campaign of at least 3 runs is certain to keep the shape error of every sensor within 10 % of the "
       "whole campaign's";
+}
+
+// ---- the document ----
+
+using nlohmann::json;
+
+json expected_error_json(Sensor sensor, const ExpectedError& error) {
+  const double factor = printed_per_si(sensor);
+  return {{"rmse_shape", error.rmse_shape * factor},
+          {"rmse_shape_high", error.rmse_shape_high * factor},
+          {"error_rms", error.error_rms * factor},
+          {"ci95", {error.error_low * factor, error.error_high * factor}},
+          {"level_rms", error.level_rms * factor}};
+}
+
+json option_json(const ChamberTimeOption& option) {
+  json sensors = json::object();
+  for (const Sensor sensor : kSensors) {
+    const auto& error = option.sensors[index_of(sensor)];
+    if (error) sensors[std::string(name_of(sensor))] = expected_error_json(sensor, *error);
+  }
+  return {{"runs", option.runs},           {"plateau_step", option.plateau_step},
+          {"plateaus", option.plateaus_c}, {"sweeps", name_of(option.sweeps)},
+          {"hours", option.hours},         {"hours_at_least", option.hours_at_least},
+          {"measured", option.measured},   {"sensors", std::move(sensors)}};
+}
+
+/// What every option is compared with: shape error of the whole campaign.
+json reference_rmse_json(const ChamberTime& study) {
+  json reference = json::object();
+  if (study.options.empty()) return reference;
+  for (const Sensor sensor : kSensors) {
+    const auto& error = study.options.back().sensors[index_of(sensor)];
+    if (error) reference[std::string(name_of(sensor))] = error->rmse_shape * printed_per_si(sensor);
+  }
+  return reference;
 }
 
 }  // namespace
@@ -293,6 +329,18 @@ ChamberTime study_chamber_time(const UnitInput& input, const UnitRows& rows, con
                    [](const auto& a, const auto& b) { return a.hours < b.hours; });
   recommend(study);
   return study;
+}
+
+json chamber_time_json(const ChamberTime& study) {
+  json options = json::array();
+  for (const ChamberTimeOption& option : study.options) options.push_back(option_json(option));
+  return {{"hours", study.hours},
+          {"runs", study.runs},
+          {"reference_rmse_shape", reference_rmse_json(study)},
+          {"options", std::move(options)},
+          {"recommended", study.recommended ? json(*study.recommended) : json()},
+          {"recommendation", study.recommended ? json(study.reason) : json()},
+          {"reason", study.reason}};
 }
 
 }  // namespace soak::calib

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -40,7 +41,7 @@ struct ChamberTimeOption {
   std::vector<double> plateaus_c;  ///< set points, rising
   Sweeps sweeps = Sweeps::both;
   /// Hours of recording: with the recorded ways between plateaus in full, and with only the longest of the ways that a
-  /// longer step joins (chamber_time/schedule.h). The truth is between the two.
+  /// longer step joins (detail/schedule.h). The truth is between the two.
   double hours = 0.0;
   double hours_at_least = 0.0;
   /// Whether runs were left over to judge it by; false: all runs, from the trend a + b / runs of the smaller numbers.
@@ -62,7 +63,7 @@ struct ChamberTime {
 using SensorFits = std::array<std::optional<SensorFit>, kSensorCount>;
 
 /// Fits parts of a campaign (fewer runs, every second to fourth plateau, one sweep) and judges each by the runs that it
-/// did not contain, at all plateaus of both sweeps, those left out included.
+/// did not contain, at all plateaus of both sweeps, skipped ones included.
 ///
 /// A part is fitted with the family and the rules that the whole campaign led to (fewer rules where it has too few
 /// temperatures) and its variance components; biases only. With r_b the errors of held-out run b, own mean removed,
@@ -77,5 +78,9 @@ using SensorFits = std::array<std::optional<SensorFit>, kSensorCount>;
 ///
 /// `rows` are make_rows(input), `fits` those of the rows.
 [[nodiscard]] ChamberTime study_chamber_time(const UnitInput& input, const UnitRows& rows, const SensorFits& fits);
+
+/// The value of `chamber_time` in the document of `soak fit --chamber-time --json` (docs/schema/fit.schema.json):
+/// errors in deg/s and m/s².
+[[nodiscard]] nlohmann::json chamber_time_json(const ChamberTime& study);
 
 }  // namespace soak::calib

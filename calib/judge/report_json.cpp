@@ -4,13 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
 
-#include "calib/judge/detail/remedies.h"
-#include "calib/judge/detail/verdict_sentence.h"
-#include "calib/judge/report_data.h"
+#include "calib/judge/detail/report_words.h"
 #include "calib/judge/verification.h"
 #include "calib/model/model_document.h"
 
@@ -18,6 +17,61 @@ namespace soak::calib {
 namespace {
 
 using nlohmann::json;
+
+// ---- rows beside a stored curve ----
+
+std::vector<ReportRow> residual_rows(const CurveData& data, const Curve& curve, double printed_per_unit) {
+  std::vector<double> temps_c;
+  for (const CurveRow& row : data.rows) temps_c.push_back(row.temp_c);
+  std::vector<double> predicted(temps_c.size());
+  evaluate(curve, temps_c, predicted);
+  std::vector<ReportRow> rows;
+  for (std::size_t i = 0; i < data.rows.size(); ++i) {
+    const CurveRow& row = data.rows[i];
+    rows.push_back({row.run, row.sweep, row.temp_c, row.value * printed_per_unit, row.standard_error * printed_per_unit,
+                    (row.value - predicted[i]) * printed_per_unit, 0.0});
+  }
+  return rows;
+}
+
+void remove_mean_residual(std::vector<ReportRow>& rows) {
+  double mean = 0.0;
+  for (const ReportRow& row : rows) mean += row.residual / static_cast<double>(rows.size());
+  for (ReportRow& row : rows) {
+    row.value -= mean;
+    row.residual -= mean;
+  }
+}
+
+/// shape residual = residual − mean residual of the run
+void set_shape_residuals(std::vector<ReportRow>& rows, std::size_t runs) {
+  std::vector<double> sum(runs, 0.0);
+  std::vector<double> count(runs, 0.0);
+  for (const ReportRow& row : rows) {
+    sum[static_cast<std::size_t>(row.run)] += row.residual;
+    count[static_cast<std::size_t>(row.run)] += 1.0;
+  }
+  for (ReportRow& row : rows) {
+    const auto run = static_cast<std::size_t>(row.run);
+    row.shape_residual = row.residual - sum[run] / count[run];
+  }
+}
+
+double rms_of(const std::vector<ReportRow>& rows, double ReportRow::* error) {
+  double squares = 0.0;
+  for (const ReportRow& row : rows) squares += row.*error * row.*error;
+  return std::sqrt(squares / static_cast<double>(rows.size()));
+}
+
+/// At most kMostReportRows of the rows, at even steps.
+std::vector<ReportRow> thinned(const std::vector<ReportRow>& rows) {
+  if (rows.size() <= kMostReportRows) return rows;
+  std::vector<ReportRow> kept;
+  for (std::size_t k = 0; k < kMostReportRows; ++k) kept.push_back(rows[k * rows.size() / kMostReportRows]);
+  return kept;
+}
+
+// ---- the document ----
 
 json rows_json(const ReportRows& compared) {
   json points = json::array();
@@ -117,7 +171,7 @@ std::optional<Verification> verification_of(const Calibration& calibration, cons
   if (input.fresh.runs.empty()) return std::nullopt;
   auto verification = verify(calibration, input.fresh, input.limits);
   if (!verification) {
-    warnings.add({"verification_failed", "fresh runs say nothing: " + verification.error().message});
+    warnings.add({"verification_failed", "fresh runs could not be used: " + verification.error().message});
     return std::nullopt;
   }
   for (const Warning& warning : verification->warnings) warnings.add({warning.code, "fresh runs: " + warning.text});
@@ -195,7 +249,7 @@ json couplings_json(const json& fit) {
 json sections(const ReportInput& input, const json& fit, const Calibration& calibration) {
   WarningList warnings;
   if (calibration.simulated) {
-    warnings.add({"simulated", "the model comes from SIMULATED data: it says nothing of a real unit"});
+    warnings.add({"simulated", "the model comes from SIMULATED data: it is not of a real unit"});
   }
   for (const Warning& warning : input.warnings) warnings.add(warning);
   warnings.add_stored(fit.at("warnings"));
@@ -211,6 +265,25 @@ json sections(const ReportInput& input, const json& fit, const Calibration& cali
 }
 
 }  // namespace
+
+ReportRows compare_rows(const CurveData& data, const Curve& curve, double printed_per_unit, bool relative) {
+  std::vector<ReportRow> rows = residual_rows(data, curve, printed_per_unit);
+  if (relative) remove_mean_residual(rows);
+  set_shape_residuals(rows, data.runs.size());
+  const ReportRow& worst = *std::max_element(rows.begin(), rows.end(), [](const ReportRow& a, const ReportRow& b) {
+    return std::abs(a.residual) < std::abs(b.residual);
+  });
+  ReportRows result;
+  result.runs = data.runs;
+  result.total = rows.size();
+  result.rmse_abs = rms_of(rows, &ReportRow::residual);
+  result.rmse_shape = rms_of(rows, &ReportRow::shape_residual);
+  result.worst_abs = std::abs(worst.residual);
+  result.worst_temp_c = worst.temp_c;
+  result.worst_run = data.runs[static_cast<std::size_t>(worst.run)];
+  result.rows = thinned(rows);
+  return result;
+}
 
 base::Result<json> report_json(const ReportInput& input) {
   const auto calibration = calibration_of(input.document);

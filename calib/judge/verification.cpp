@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "calib/judge/detail/row_errors.h"
-#include "calib/judge/detail/stated_band.h"
 
 namespace soak::calib {
 namespace {
@@ -103,7 +102,7 @@ CurveVerification verify_curve(const CurveTask& task) {
   describe_errors(rows, task, result);
   if (task.limit) result.verdict = judge(rows, *task.limit, task.common_u, result.covered >= kNeededCoverage);
   if (task.table == nullptr) return result;
-  // Without a level of its own an error says nothing of the band of a fresh power-on, only of the shape.
+  // Without a level of its own an error can be compared with the band of the shape only.
   if (!task.relative) result.fresh_band = verification::compare_fresh(rows, *task.table, task.file_runs);
   result.shape_band = verification::compare_shape(std::move(rows), *task.table, task.file_runs);
   return result;
@@ -127,7 +126,7 @@ int severity_of(Verdict verdict) {
 }
 
 Verdict sensor_verdict(const SensorVerification& sensor) {
-  // A scale curve that nobody set a limit for takes nothing from the verdict on bias.
+  // A scale curve without a limit does not change the verdict on bias.
   if (!sensor.scale || !sensor.scale->limit) return sensor.bias_verdict;
   const Verdict scale = sensor.scale->verdict;
   return severity_of(scale) > severity_of(sensor.bias_verdict) ? scale : sensor.bias_verdict;
@@ -160,11 +159,11 @@ CurveTask scale_task(Sensor sensor, const SensorCalibration* stated, const UnitR
 
 void warn_of_rows(const CurveTask& task, const CurveVerification& result, std::vector<Warning>& warnings) {
   if (task.curve == nullptr) {
-    warnings.push_back({"not_verified", fmt::format("{}: a limit stands, but the file says nothing of it", task.name)});
+    warnings.push_back({"not_verified", fmt::format("{}: a limit is set, but the file has no such curve", task.name)});
     return;
   }
   if (task.data == nullptr) {
-    warnings.push_back({"not_verified", fmt::format("{}: the runs do not give it", task.name)});
+    warnings.push_back({"not_verified", fmt::format("{}: the runs do not measure it", task.name)});
     return;
   }
   if (result.covered < kNeededCoverage) {
@@ -184,8 +183,8 @@ void warn_of_band(const std::string& name, std::string_view what, const std::opt
   if (!band || !band->too_narrow()) return;
   warnings.push_back(
       {"band_too_narrow",
-       fmt::format("{}: {} {:.2f} times the 95 % band that the file states, in the root mean square; where all bands "
-                   "are right one file in a hundred has a curve beyond {:.2f} ({:.0f} % are inside)",
+       fmt::format("{}: {} {:.2f} times the 95 % band that the file states (RMS); with correct bands one file in a "
+                   "hundred has a curve beyond {:.2f} ({:.0f} % are inside)",
                    name, what, band->ratio, band->ratio_max, 100.0 * band->inside)});
 }
 
@@ -318,13 +317,13 @@ base::Result<Verification> verify(const Calibration& calibration, const UnitInpu
   if (!rows) return base::forward_error(rows);
   Verification result = Verifier(calibration, limits, *rows).verify();
   if (says_nothing(result)) {
-    return base::bad_input("the runs say nothing inside the file's valid temperature range", runs.unit);
+    return base::bad_input("the runs have no estimate inside the file's valid temperature range", runs.unit);
   }
   const double apart = rows->gravity.mps2 - calibration.gravity_mps2;
   if (calibration.gravity_mps2 > 0.0 && std::abs(apart) > kSameGravity * calibration.gravity_mps2) {
     result.warnings.push_back(
         {"gravity_differs",
-         fmt::format("these runs take gravity as {:.6g} m/s2, the file as {:.6g} m/s2: that alone is "
+         fmt::format("gravity is {:.6g} m/s2 for these runs and {:.6g} m/s2 in the file: that alone is "
                      "{:.3g} ppm of the accelerometers' scale",
                      rows->gravity.mps2, calibration.gravity_mps2, 1e6 * std::abs(apart) / calibration.gravity_mps2)});
   }

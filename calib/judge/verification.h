@@ -59,7 +59,7 @@ struct CurveVerification {
   double rmse_shape = 0.0;              ///< each run's own mean error removed
   double guard = 0.0;                   ///< largest U of a row
   double guard_factor = 0.0;            ///< that U over its standard uncertainty
-  std::vector<std::string> not_stated;  ///< what U leaves out, as nobody has said how large it is: "gravity", "fixture"
+  std::vector<std::string> not_stated;  ///< contributions of unknown size, not in U: "gravity", "fixture"
   double covered = 0.0;                 ///< share of the file's valid range that the rows span
   std::size_t out_of_range = 0;
   std::vector<double> temps_c;  ///< rising: where it was verified, rows within 1.5 K as one
@@ -74,7 +74,7 @@ struct CurveVerification {
 struct SensorVerification : CurveVerification {
   Verdict bias_verdict = Verdict::info;
   bool relative = false;                   ///< one attitude: each run's mean error was taken out before judging
-  std::optional<CurveVerification> scale;  ///< where file and runs have it, or a limit stands
+  std::optional<CurveVerification> scale;  ///< where file and runs have it, or a limit is set
 };
 
 struct Verification {

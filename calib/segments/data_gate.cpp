@@ -11,17 +11,10 @@
 namespace soak::calib {
 namespace {
 
-/// What the times of a segment's rows say, for the sensors of which no sample is missing.
-struct KnownTimes {
-  double interval_s = 0.0;  ///< usual one that they were judged by
-  gate::Loss loss;
-  std::optional<double> share_off;
-};
-
 /// Dropouts and irregular sampling. `rows`: what is known of the rows' times, or becomes known now.
-void judge_times(const gate::Samples& samples, KnownTimes& rows, gate::SensorSummary& summary) {
+void judge_times(const gate::Samples& samples, gate::KnownTimes& rows, gate::SensorSummary& summary) {
   const double interval_s = samples.facts().interval_s;
-  KnownTimes times = rows;
+  gate::KnownTimes times = rows;
   if (!summary.complete || rows.interval_s != interval_s) {
     const auto t_s = samples.present.t_s();
     times = {interval_s, gate::loss_of(samples.view.t_s(), t_s, interval_s), gate::share_off(t_s, interval_s)};
@@ -42,7 +35,7 @@ struct Examination::Impl {
   gate::Facts facts;
   double row_interval_s = 0.0;
   std::vector<gate::SegmentState> states;
-  std::vector<KnownTimes> known;
+  std::vector<gate::KnownTimes> known;
 
   [[nodiscard]] gate::View view(std::size_t index) const {
     return {recording, segments, segments[index], type, limits, facts, states[index]};

@@ -152,29 +152,6 @@ std::vector<Piece> cut_pieces(const Recording& r, const std::vector<double>& pla
   return pieces;
 }
 
-/// Least-squares mean and slope of a temperature over rows; NaN mean where there is no value. Its memory is used again.
-class TemperatureLine {
- public:
-  Line operator()(std::span<const double> t_s, std::span<const double> temp_c) {
-    minutes_.resize(t_s.size());
-    minutes_since(t_s, t_s.front(), minutes_);
-    if (!has_gap(temp_c)) return fit_line(minutes_, temp_c);
-    values_.clear();
-    for (std::size_t i = 0; i < temp_c.size(); ++i) {
-      if (std::isnan(temp_c[i])) continue;
-      minutes_[values_.size()] = minutes_[i];
-      values_.push_back(temp_c[i]);
-    }
-    Line line = fit_line(std::span(minutes_).first(values_.size()), values_);
-    if (values_.empty()) line.mean_y = kNone;
-    return line;
-  }
-
- private:
-  std::vector<double> minutes_;
-  std::vector<double> values_;
-};
-
 /// Coarser output steps are none: a simulation without noise shows few numbers, gravity apart.
 constexpr double kCoarsestAccel_mps2 = 0.5;
 constexpr double kCoarsestGyro_dps = 5.0;
@@ -300,6 +277,30 @@ std::vector<Plateau> find_plateaus(std::span<const double> t_s, std::span<const 
 }
 
 struct Segmenter::Impl {
+  /// Least-squares mean and slope of a temperature over rows; NaN mean where there is no value. Its memory is used
+  /// again.
+  class TemperatureLine {
+   public:
+    Line operator()(std::span<const double> t_s, std::span<const double> temp_c) {
+      minutes_.resize(t_s.size());
+      minutes_since(t_s, t_s.front(), minutes_);
+      if (!has_gap(temp_c)) return fit_line(minutes_, temp_c);
+      values_.clear();
+      for (std::size_t i = 0; i < temp_c.size(); ++i) {
+        if (std::isnan(temp_c[i])) continue;
+        minutes_[values_.size()] = minutes_[i];
+        values_.push_back(temp_c[i]);
+      }
+      Line line = fit_line(std::span(minutes_).first(values_.size()), values_);
+      if (values_.empty()) line.mean_y = kNone;
+      return line;
+    }
+
+   private:
+    std::vector<double> minutes_;
+    std::vector<double> values_;
+  };
+
   /// Rows [first, last).
   struct Rows {
     std::size_t first = 0;

@@ -175,12 +175,10 @@ base::Status Catalog::complete_step(const StepRow& step) {
 }
 
 base::Result<std::vector<StepRow>> Catalog::completed_steps(std::string_view campaign) const {
-  return impl_->connection.run("read the journal", [&]() -> base::Result<std::vector<StepRow>> {
-    return sqlite::rows_of(impl_->database(),
-                           "SELECT campaign, step_index, attempt, started_utc_s, ended_utc_s, outcome, text, run_id "
-                           "FROM step WHERE campaign = ? ORDER BY ordinal",
-                           step_from, campaign);
-  });
+  return impl_->rows("read the journal",
+                     "SELECT campaign, step_index, attempt, started_utc_s, ended_utc_s, outcome, text, run_id "
+                     "FROM step WHERE campaign = ? ORDER BY ordinal",
+                     step_from, campaign);
 }
 
 }  // namespace soak::db

@@ -111,12 +111,10 @@ base::Status Catalog::add_void(const VoidRecord& record) {
 }
 
 base::Result<std::vector<VoidRecord>> Catalog::voids(std::string_view run_id) const {
-  return impl_->connection.run("read the void records", [&]() -> base::Result<std::vector<VoidRecord>> {
-    return sqlite::rows_of(impl_->database(),
-                           "SELECT run_id, unit, visit, position, attempt, reason, user, utc_s FROM void "
-                           "WHERE run_id = ? ORDER BY rowid",
-                           void_from, run_id);
-  });
+  return impl_->rows("read the void records",
+                     "SELECT run_id, unit, visit, position, attempt, reason, user, utc_s FROM void "
+                     "WHERE run_id = ? ORDER BY rowid",
+                     void_from, run_id);
 }
 
 base::Result<std::int32_t> Catalog::add_model(std::string_view unit, std::int32_t epoch, double created_utc_s,
@@ -175,12 +173,10 @@ base::Status Catalog::add_gap_report(const GapReportRow& report) {
 }
 
 base::Result<std::vector<GapReportRow>> Catalog::gap_reports(std::string_view unit) const {
-  return impl_->connection.run("read the gap reports", [&]() -> base::Result<std::vector<GapReportRow>> {
-    return sqlite::rows_of(impl_->database(),
-                           "SELECT unit, model_version, created_utc_s, document FROM gap_report WHERE unit = ? "
-                           "ORDER BY rowid",
-                           report_from, unit);
-  });
+  return impl_->rows("read the gap reports",
+                     "SELECT unit, model_version, created_utc_s, document FROM gap_report WHERE unit = ? "
+                     "ORDER BY rowid",
+                     report_from, unit);
 }
 
 base::Status Catalog::add_calibration(const CalibrationRow& calibration) {
@@ -208,10 +204,7 @@ base::Status Catalog::log_event(const EventRow& event) {
 }
 
 base::Result<std::vector<EventRow>> Catalog::events() const {
-  return impl_->connection.run("read the event log", [&]() -> base::Result<std::vector<EventRow>> {
-    return sqlite::rows_of(impl_->database(), "SELECT utc_s, kind, subject, text FROM event ORDER BY ordinal",
-                           event_from);
-  });
+  return impl_->rows("read the event log", "SELECT utc_s, kind, subject, text FROM event ORDER BY ordinal", event_from);
 }
 
 }  // namespace soak::db

@@ -220,14 +220,12 @@ base::Result<std::string> Catalog::add_reference(const ReferenceRow& row) {
 }
 
 base::Result<std::vector<ReferenceRow>> Catalog::references() const {
-  return impl_->connection.run("read the register", [&]() -> base::Result<std::vector<ReferenceRow>> {
-    return sqlite::rows_of(impl_->database(),
-                           std::string("SELECT ") + kEntryColumns +
-                               ", reference.user, entered_utc_s, r.reason, r.user, r.utc_s, w.reason, w.user, w.utc_s "
-                               "FROM reference LEFT JOIN reference_retirement AS r USING (record_id) "
-                               "LEFT JOIN reference_withdrawal AS w USING (record_id) ORDER BY reference.rowid",
-                           entry_from);
-  });
+  return impl_->rows("read the register",
+                     std::string("SELECT ") + kEntryColumns +
+                         ", reference.user, entered_utc_s, r.reason, r.user, r.utc_s, w.reason, w.user, w.utc_s "
+                         "FROM reference LEFT JOIN reference_retirement AS r USING (record_id) "
+                         "LEFT JOIN reference_withdrawal AS w USING (record_id) ORDER BY reference.rowid",
+                     entry_from);
 }
 
 base::Status Catalog::retire_reference(std::string_view record_id, const EndRecord& end) {
@@ -254,10 +252,8 @@ base::Status Catalog::add_waiver(const calib::Waiver& waiver) {
 }
 
 base::Result<std::vector<calib::Waiver>> Catalog::waivers() const {
-  return impl_->connection.run("read the waivers", [&]() -> base::Result<std::vector<calib::Waiver>> {
-    return sqlite::rows_of(impl_->database(),
-                           std::string("SELECT ") + kWaiverColumns + " FROM waiver ORDER BY waiver.rowid", waiver_from);
-  });
+  return impl_->rows("read the waivers", std::string("SELECT ") + kWaiverColumns + " FROM waiver ORDER BY waiver.rowid",
+                     waiver_from);
 }
 
 base::Status Catalog::add_campaign_references(std::string_view campaign, const std::vector<calib::ReferenceUse>& uses) {
@@ -301,12 +297,10 @@ base::Result<std::vector<calib::ReferenceUse>> Catalog::campaign_references(std:
 }
 
 base::Result<std::vector<std::string>> Catalog::campaigns_of_reference(std::string_view record_id) const {
-  return impl_->connection.run("read the campaigns", [&]() -> base::Result<std::vector<std::string>> {
-    return sqlite::rows_of(impl_->database(),
-                           "SELECT campaign FROM campaign_reference WHERE record_id = ? "
-                           "GROUP BY campaign ORDER BY min(ordinal)",
-                           sqlite::text_from, record_id);
-  });
+  return impl_->rows("read the campaigns",
+                     "SELECT campaign FROM campaign_reference WHERE record_id = ? "
+                     "GROUP BY campaign ORDER BY min(ordinal)",
+                     sqlite::text_from, record_id);
 }
 
 // ---- Check standards
@@ -349,13 +343,11 @@ base::Status Catalog::end_check_standard(std::string_view check_standard_id, con
 }
 
 base::Result<std::vector<CheckStandardRow>> Catalog::check_standards() const {
-  return impl_->connection.run("read the check standards", [&]() -> base::Result<std::vector<CheckStandardRow>> {
-    return sqlite::rows_of(impl_->database(),
-                           "SELECT check_standard_id, unit, since_utc_s, c.reason, c.user, e.reason, e.user, e.utc_s "
-                           "FROM check_standard AS c LEFT JOIN check_standard_end AS e USING (check_standard_id) "
-                           "ORDER BY c.rowid",
-                           check_standard_from);
-  });
+  return impl_->rows("read the check standards",
+                     "SELECT check_standard_id, unit, since_utc_s, c.reason, c.user, e.reason, e.user, e.utc_s "
+                     "FROM check_standard AS c LEFT JOIN check_standard_end AS e USING (check_standard_id) "
+                     "ORDER BY c.rowid",
+                     check_standard_from);
 }
 
 }  // namespace soak::db

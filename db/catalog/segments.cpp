@@ -103,37 +103,32 @@ std::optional<calib::Position> read_position(sqlite::Fields& fields) {
   return position;
 }
 
-void insert_blocks(SQLite::Database& database, const calib::Segment& segment) {
-  SQLite::Statement insert(database, insert_into("block", block_columns()));
-  const calib::SegmentKey& key = segment.key;
-  for (std::size_t ordinal = 0; ordinal < segment.blocks.size(); ++ordinal) {
-    const calib::Block& block = segment.blocks[ordinal];
+/// Inserts the parts of a segment into a table that numbers them by an ordinal; `add_rest` binds the columns after it.
+template <class Part, class AddRest>
+void insert_parts(SQLite::Database& database, const char* table, const Names& columns, const calib::SegmentKey& key,
+                  const std::vector<Part>& parts, const AddRest& add_rest) {
+  SQLite::Statement insert(database, insert_into(table, columns));
+  for (std::size_t ordinal = 0; ordinal < parts.size(); ++ordinal) {
     sqlite::Binder binder(insert);
     binder.add(key.run_id).add(key.unit).add(key.visit).add(key.position).add(key.attempt).add(ordinal);
-    binder.add(block.t_s).add(block.duration_s).add(block.temp_c).add(block.temp_rate_kpmin);
-    for (const double temp_c : block.sensor_temp_c) binder.add(temp_c);
-    add_statistics(binder, block.sensor);
+    add_rest(binder, parts[ordinal]);
     insert.exec();
     insert.reset();
   }
 }
 
-void insert_findings(SQLite::Database& database, const calib::Segment& segment) {
-  SQLite::Statement insert(database, insert_into("finding", finding_columns()));
-  const calib::SegmentKey& key = segment.key;
-  for (std::size_t ordinal = 0; ordinal < segment.findings.size(); ++ordinal) {
-    const calib::Finding& finding = segment.findings[ordinal];
-    sqlite::Binder binder(insert);
-    binder.add(key.run_id).add(key.unit).add(key.visit).add(key.position).add(key.attempt).add(ordinal);
-    binder.add(finding.code).add(calib::name_of(finding.severity));
-    binder.add(finding.sensor ? std::optional(calib::name_of(*finding.sensor)) : std::nullopt).add(finding.text);
-    insert.exec();
-    insert.reset();
-  }
+void add_block(sqlite::Binder& binder, const calib::Block& block) {
+  binder.add(block.t_s).add(block.duration_s).add(block.temp_c).add(block.temp_rate_kpmin);
+  for (const double temp_c : block.sensor_temp_c) binder.add(temp_c);
+  add_statistics(binder, block.sensor);
 }
 
-calib::Segment segment_from(SQLite::Statement& query, std::string_view run_id, std::string_view unit) {
-  sqlite::Fields fields(query);
+void add_finding(sqlite::Binder& binder, const calib::Finding& finding) {
+  binder.add(finding.code).add(calib::name_of(finding.severity));
+  binder.add(finding.sensor ? std::optional(calib::name_of(*finding.sensor)) : std::nullopt).add(finding.text);
+}
+
+calib::Segment segment_from(sqlite::Fields& fields, std::string_view run_id, std::string_view unit) {
   calib::Segment segment;
   segment.key.run_id = run_id;
   segment.key.unit = unit;
@@ -155,16 +150,14 @@ calib::Segment segment_from(SQLite::Statement& query, std::string_view run_id, s
 
 std::vector<calib::Segment> read_segments(const SQLite::Database& database, std::string_view run_id,
                                           std::string_view unit) {
-  SQLite::Statement query(
-      database, "SELECT " + list_of(segment_columns()) +
-                    " FROM segment AS s WHERE run_id = ? AND unit = ? AND NOT EXISTS (SELECT 1 FROM void AS v WHERE "
-                    "v.run_id = s.run_id AND v.unit = s.unit AND (v.visit IS NULL OR v.visit = s.visit) AND "
-                    "(v.position IS NULL OR v.position = s.position) AND (v.attempt IS NULL OR v.attempt = s.attempt)) "
-                    "ORDER BY t_start_s, visit, attempt, position");
-  sqlite::bind_all(query, run_id, unit);
-  std::vector<calib::Segment> segments;
-  while (query.executeStep()) segments.push_back(segment_from(query, run_id, unit));
-  return segments;
+  return sqlite::rows_of(
+      database,
+      "SELECT " + list_of(segment_columns()) +
+          " FROM segment AS s WHERE run_id = ? AND unit = ? AND NOT EXISTS (SELECT 1 FROM void AS v WHERE "
+          "v.run_id = s.run_id AND v.unit = s.unit AND (v.visit IS NULL OR v.visit = s.visit) AND "
+          "(v.position IS NULL OR v.position = s.position) AND (v.attempt IS NULL OR v.attempt = s.attempt)) "
+          "ORDER BY t_start_s, visit, attempt, position",
+      [&](sqlite::Fields& fields) { return segment_from(fields, run_id, unit); }, run_id, unit);
 }
 
 /// Gives each segment its rows of a table that numbers them by an ordinal; those of withdrawn segments are left out.
@@ -224,8 +217,8 @@ void insert_segment(SQLite::Database& database, const calib::Segment& segment) {
   for (const double temp_c : segment.sensor_temp_c) binder.add(temp_c);
   add_statistics(binder, segment.sensor);
   insert.exec();
-  insert_blocks(database, segment);
-  insert_findings(database, segment);
+  insert_parts(database, "block", block_columns(), key, segment.blocks, add_block);
+  insert_parts(database, "finding", finding_columns(), key, segment.findings, add_finding);
 }
 
 }  // namespace catalog

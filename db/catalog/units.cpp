@@ -56,9 +56,7 @@ base::Result<std::optional<UnitRow>> Catalog::unit(std::string_view serial) cons
 }
 
 base::Result<std::vector<UnitRow>> Catalog::units() const {
-  return impl_->connection.run("read the units", [&]() -> base::Result<std::vector<UnitRow>> {
-    return sqlite::rows_of(impl_->database(), "SELECT serial, type, epoch FROM unit ORDER BY serial", unit_from);
-  });
+  return impl_->rows("read the units", "SELECT serial, type, epoch FROM unit ORDER BY serial", unit_from);
 }
 
 base::Result<UnitRow> Catalog::begin_epoch(std::string_view serial, std::string_view reason, std::string_view user) {
@@ -91,9 +89,7 @@ base::Status Catalog::ensure_campaign(std::string_view name, std::string_view pr
 }
 
 base::Result<std::vector<std::string>> Catalog::campaigns() const {
-  return impl_->connection.run("read the campaigns", [&]() -> base::Result<std::vector<std::string>> {
-    return sqlite::rows_of(impl_->database(), "SELECT name FROM campaign ORDER BY name", sqlite::text_from);
-  });
+  return impl_->rows("read the campaigns", "SELECT name FROM campaign ORDER BY name", sqlite::text_from);
 }
 
 }  // namespace soak::db

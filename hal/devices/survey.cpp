@@ -61,7 +61,8 @@ class Survey {
     entry.name = name;
     entry.place = codec_->place(subject);
     if (const auto asked = ask(subject, entry); !asked) {
-      entry.trouble = fmt::format("{}: {}", asked.error().place, asked.error().why);
+      const NoAnswer& fault = asked.error();
+      entry.trouble = fault.place == entry.place ? fault.why : fmt::format("{}: {}", fault.place, fault.why);
     }
     if (link_.is_open()) link_.confirm();
     answered_ = answered_ || link_.is_open();

@@ -12,10 +12,7 @@
 #include <cmath>
 #include "base/hash.h"
 #include "calib/deploy/calibration_file.h"
-#include "calib/deploy/export_ardupilot.h"
-#include "calib/deploy/export_c.h"
-#include "calib/deploy/export_json.h"
-#include "calib/deploy/export_px4.h"
+#include "calib/deploy/export.h"
 #include "calib/deploy/table_form.h"
 #include "calib/model/model_document.h"
 #include "station/commands/command.h"
@@ -106,7 +103,7 @@ nlohmann::json losses_json(const calib::AutopilotFile& file) {
 /// The same as a table with the notes under it.
 std::string losses_text(const calib::AutopilotFile& file) {
   std::vector<std::vector<std::string>> table = {
-      {"error of the cubic", "rms", "worst", "at degC", "ci95 there", "beyond ci95", "unit"}};
+      {"loss of the cubic", "rms", "worst", "at degC", "ci95 there", "beyond ci95", "unit"}};
   for (const calib::CubicLoss& loss : file.losses) {
     const double factor = calib::printed_per_si(loss.sensor);
     table.push_back({std::string(calib::name_of(loss.sensor)), fmt::format("{:.3g}", loss.rms * factor),

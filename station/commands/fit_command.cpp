@@ -14,7 +14,6 @@
 #include "base/text.h"
 #include "base/units.h"
 #include "calib/judge/chamber_time.h"
-#include "calib/judge/chamber_time_json.h"
 #include "calib/model/model_document.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"

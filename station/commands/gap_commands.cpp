@@ -22,7 +22,7 @@
 #include "station/io/host.h"
 #include "station/io/text.h"
 #include "station/io/text_file.h"
-#include "station/report/gap_page.h"
+#include "station/report/page.h"
 
 namespace soak::station {
 namespace {
@@ -147,10 +147,10 @@ std::string gap_table(const GapReport& report) {
   return text_table(table);
 }
 
-std::string_view held_out_text(calib::gap::JudgedOn held_out) {
-  return held_out == calib::gap::JudgedOn::runs       ? "runs"
-         : held_out == calib::gap::JudgedOn::branches ? "branches"
-                                                      : "halves of the branches' difference";
+std::string_view judged_on_text(calib::gap::JudgedOn judged_on) {
+  return judged_on == calib::gap::JudgedOn::runs       ? "runs"
+         : judged_on == calib::gap::JudgedOn::branches ? "branches"
+                                                       : "halves of the branches' difference";
 }
 
 /// What the data gate rejected, a line for each run and sensor.
@@ -176,7 +176,7 @@ std::string gap_report_text(const GapReport& report) {
   }
   if (report.conclusion != calib::gap::Conclusion::cannot_judge) {
     text += fmt::format("\ngap on {} that were not used for the fit (RMS of {} means):\n{}",
-                        held_out_text(report.judged_on),
+                        judged_on_text(report.judged_on),
                         report.judged_on == calib::gap::JudgedOn::runs ? "one-minute" : "30-second", gap_table(report));
   }
   for (const auto& entry : report.not_testable) text += fmt::format("not testable: {}: {}\n", entry.name, entry.why);
@@ -351,7 +351,7 @@ base::Status GapShow::run_with(db::Catalog& catalog, Output& output) {
     const std::string page = gap_page(*comparison, "soak " + software_version(), now_utc_s());
     if (const auto written = write_text_file(file, page); !written) return written;
   }
-  for (const std::string& sentence : comparison->simulated_after.left_out) output.note("warning: " + sentence);
+  for (const std::string& sentence : comparison->simulated_after.not_evaluated) output.note("warning: " + sentence);
   if (output.json()) return output.print_json(comparison_json(*comparison));
   output.print(comparison_text(*comparison));
   return {};

@@ -18,9 +18,9 @@
 namespace soak::station {
 namespace {
 
-using Name = std::pair<calib::ReferenceKind, std::string>;
+using ReferenceName = std::pair<calib::ReferenceKind, std::string>;
 
-Name name_of(const db::ReferenceRow& row) { return {row.reference.kind, row.reference.name}; }
+ReferenceName reference_name(const db::ReferenceRow& row) { return {row.reference.kind, row.reference.name}; }
 
 /// From when on each entry stands for nothing: a reference is retired with all its entries that were made before.
 std::vector<double> closing_times(const std::vector<db::ReferenceRow>& entries) {
@@ -30,21 +30,21 @@ std::vector<double> closing_times(const std::vector<db::ReferenceRow>& entries) 
     const double end_s = entries[r].retired->utc_s;
     for (std::size_t i = 0; i < entries.size(); ++i) {
       const bool is_before = i <= r || entries[i].entered_utc_s < end_s;
-      if (is_before && name_of(entries[i]) == name_of(entries[r])) closed[i] = std::min(closed[i], end_s);
+      if (is_before && reference_name(entries[i]) == reference_name(entries[r])) closed[i] = std::min(closed[i], end_s);
     }
   }
   return closed;
 }
 
 /// Of each reference the entry that was issued last, up to `issued_by_s`, of those that stand for something at `utc_s`.
-std::map<Name, const db::ReferenceRow*> newest_entries(const std::vector<db::ReferenceRow>& entries, double utc_s,
-                                                       double issued_by_s) {
+std::map<ReferenceName, const db::ReferenceRow*> newest_entries(const std::vector<db::ReferenceRow>& entries,
+                                                                double utc_s, double issued_by_s) {
   const std::vector<double> closed = closing_times(entries);
-  std::map<Name, const db::ReferenceRow*> newest;
+  std::map<ReferenceName, const db::ReferenceRow*> newest;
   for (std::size_t i = 0; i < entries.size(); ++i) {
     const db::ReferenceRow& row = entries[i];
     if (row.withdrawn || closed[i] <= utc_s || row.reference.issued_utc_s > issued_by_s) continue;
-    const db::ReferenceRow*& known = newest[name_of(row)];
+    const db::ReferenceRow*& known = newest[reference_name(row)];
     if (known == nullptr || row.reference.issued_utc_s >= known->reference.issued_utc_s) known = &row;
   }
   return newest;
@@ -67,8 +67,9 @@ std::string ending_text(const db::EndRecord& end) {
 }
 
 /// An entry with the waiver that it needs because it is due before the end, if there is one.
-base::Result<calib::ReferenceUse> use_of(const calib::Reference& reference, const std::vector<calib::Waiver>& waivers,
-                                         const MeasurementTime& time) {
+base::Result<calib::ReferenceUse> use_with_waiver(const calib::Reference& reference,
+                                                  const std::vector<calib::Waiver>& waivers,
+                                                  const MeasurementTime& time) {
   if (reference.due_utc_s > time.end_utc_s) return calib::ReferenceUse{reference, std::nullopt};
   auto waiver = waiver_for(waivers, reference);
   if (!waiver) return base::forward_error(waiver);
@@ -90,7 +91,7 @@ std::string record_id_of(const db::ReferenceRow& row) { return row.reference.rec
 const db::ReferenceRow* correction_of(const db::ReferenceRow& withdrawn, const std::vector<db::ReferenceRow>& entries) {
   const db::ReferenceRow* found = nullptr;
   for (const db::ReferenceRow& row : entries) {
-    const bool is_same = name_of(row) == name_of(withdrawn) &&
+    const bool is_same = reference_name(row) == reference_name(withdrawn) &&
                          row.reference.certificate == withdrawn.reference.certificate && !row.withdrawn;
     if (is_same) found = &row;
   }
@@ -200,7 +201,7 @@ base::Result<JudgedReferences> judge_references(const db::Catalog& catalog, cons
   if (entries->empty()) judged.notes.emplace_back("the register of references is empty ('soak reference add')");
   std::vector<calib::Reference> expired;
   for (const db::ReferenceRow& row : active_references(*entries, time.begin_utc_s)) {
-    auto use = use_of(row.reference, *waivers, time);
+    auto use = use_with_waiver(row.reference, *waivers, time);
     if (!use) return base::forward_error(use);
     if (row.reference.due_utc_s <= time.begin_utc_s && !use->waiver) expired.push_back(row.reference);
     if (auto note = note_of(*use, time); !note.empty()) judged.notes.push_back(std::move(note));

@@ -249,7 +249,7 @@ nlohmann::json comparison_json(const GapComparison& comparison) {
           {"terms", calib::terms_json(comparison.terms)},
           {"runs", std::move(runs)},
           {"sensors", std::move(sensors)},
-          {"not_evaluated", comparison.simulated_after.left_out},
+          {"not_evaluated", comparison.simulated_after.not_evaluated},
           {"remarks", remarks(comparison)}};
 }
 

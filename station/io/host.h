@@ -15,7 +15,7 @@ namespace soak::station {
 /// `stated`, else the name of the user that runs the program: what $USER says, else the account's, else "unknown".
 [[nodiscard]] std::string user_name(const std::string& stated = {});
 
-/// Version of the programs: "0.1.0".
+/// Version of the programs: "0.2.0".
 [[nodiscard]] std::string software_version();
 
 /// One line of the daemon's own log on standard error, with date and time.

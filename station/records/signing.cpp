@@ -10,7 +10,7 @@
 #include <utility>
 #include "base/hash.h"
 #include "base/text.h"
-#include "calib/judge/waiver_text.h"
+#include "calib/deploy/signature.h"
 
 namespace soak::station {
 namespace {

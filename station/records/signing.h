@@ -9,7 +9,7 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
-#include "calib/deploy/signature_section.h"
+#include "calib/deploy/signature.h"
 #include "calib/vocabulary/reference.h"
 #include "calib/vocabulary/warning.h"
 

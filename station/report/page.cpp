@@ -2,33 +2,101 @@
 #include "station/report/page.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
+#include "calib/vocabulary/sensor.h"
+#include "station/http/web_files.h"
 #include "station/report/html.h"
 #include "station/report/page_parts.h"
 
 namespace soak::station {
 namespace {
 
+using html::member;
 using nlohmann::json;
+
+// ---- frame ----
+
+constexpr std::string_view kSimulatedBar =
+    "<div class=\"simulated-bar\" role=\"note\">SIMULATED DATA: not measured on a real unit</div>\n"
+    "<div class=\"watermark\" aria-hidden=\"true\">SIMULATED</div>\n";
+
+constexpr std::string_view kWithoutScript =
+    "<noscript><p class=\"soft\">The drawings of this page need its script, which does not run here; tables and texts "
+    "need none.</p></noscript>\n";
+
+// ---- head, warnings, overview ----
+
+std::string verdict_word(const std::string& verdict) {
+  std::string word = verdict;
+  std::replace(word.begin(), word.end(), '_', ' ');
+  std::transform(word.begin(), word.end(), word.begin(),
+                 [](char c) { return c >= 'a' && c <= 'z' ? char(c - 32) : c; });
+  return html::escaped(word);
+}
+
+std::string who(const json& warning) {
+  const auto sensors = warning["sensors"].get<std::vector<std::string>>();
+  if (sensors.empty()) return {};
+  const std::string text = warning["text"];
+  if (sensors.size() == 1 && text.starts_with(sensors.front())) return {};
+  return html::escaped(sensors.size() == 6 ? "all sensors" : fmt::format("{}", fmt::join(sensors, ", "))) + ": ";
+}
+
+/// The largest of a member over the points of the curve; null where one is null.
+json largest(const json& curve, const char* key) {
+  double value = 0.0;
+  for (const json& point : curve) {
+    if (!point[key].is_number()) return {};
+    value = std::max(value, point[key].get<double>());
+  }
+  return value;
+}
+
+/// Held-out errors of the deployed family.
+const json& deployed_error(const json& fit, const char* of_anfis, const char* of_baseline) {
+  const std::string deployed = fit["deployed"];
+  return deployed == "anfis" ? member(fit, of_anfis) : member(member(member(fit, "baselines"), deployed), of_baseline);
+}
+
+/// `verdict` null: no fresh run said anything; `limited`: there is a limit to be judged by.
+html::Cell verdict_cell(const json& verdict, bool limited) {
+  if (!verdict.is_string() || verdict == "not_measured")
+    return {.html = limited ? "not measured" : "no limit", .style = "nowrap"};
+  if (verdict == "info") return {.html = "no limit", .style = "nowrap"};
+  return {.html = html::escaped(verdict.get<std::string>()), .style = verdict.get<std::string>()};
+}
+
+html::Cell bias_verdict_cell(const json& sensor) {
+  return verdict_cell(member(member(sensor["verification"], "bias"), "verdict"), !sensor["limit"].is_null());
+}
+
+/// The worst of bias and scale.
+html::Cell sensor_verdict_cell(const json& sensor) {
+  const bool limited = !sensor["limit"].is_null() || !sensor["scale_limit_ppm"].is_null();
+  return verdict_cell(member(sensor["verification"], "verdict"), limited);
+}
+
+// ---- the whole ----
 
 constexpr std::string_view kHowToRead = R"html(<section id="reading"><h2>How to read this page</h2>
 <p>A <b>row</b> is what one run says of a sensor at one plateau, estimated jointly from all six positions. The
 <b>curve</b> is what the calibration file carries: the mean over all power-ons. Its dark <b>band</b> holds that mean with
 95 % probability, the light one what the sensor will do after one fresh power-on. The offset that changes from power-on to
-power-on (<b>run-to-run</b>) is what no thermal model can remove. <b>Held-out</b> errors come from runs that were left out
-of the fit: <b>absolute</b> with the run's own offset, <b>shape</b> without it. A dash means that the data cannot say.
+power-on (<b>run-to-run</b>) is what no thermal model can remove. <b>Held-out</b> errors come from runs that were not
+fitted: <b>absolute</b> with the run's own offset, <b>shape</b> without it. A dash means that the data cannot say.
 Numbers show three digits; the page's source has all of them (<code>&lt;data value&gt;</code>).</p></section>
 )html";
-
-/// The sensors in their usual order, whatever the order of the document.
-constexpr std::string_view kOrder[] = {"gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"};
 
 std::string navigation(const json& sections) {
   const json& sensors = sections["sensors"];
   std::string html = "<nav aria-label=\"Sections\"><ul>\n";
-  for (const std::string_view name : kOrder) {
+  for (const std::string_view name : calib::kSensorNames) {
     if (sensors.contains(name)) html += fmt::format("<li><a href=\"#{0}\">{0}</a></li>\n", name);
   }
   if (!html::member(sections, "terms").empty()) html += "<li><a href=\"#terms\">accepted effects</a></li>\n";
@@ -49,7 +117,7 @@ std::string body(const json& document) {
   const json& sensors = sections["sensors"];
   std::string html = head_part(document) + warnings_part(sections["summary"]) + overview_part(sensors);
   html += navigation(sections);
-  for (const std::string_view name : kOrder) {
+  for (const std::string_view name : calib::kSensorNames) {
     const json& sensor = html::member(sensors, name);
     if (!sensor.is_null()) html += sensor_part(name, sensor);
   }
@@ -61,9 +129,83 @@ std::string body(const json& document) {
 
 }  // namespace
 
+std::string page_frame(const Frame& frame, std::string_view body, const json& data) {
+  const Script script = figure_script(data);
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
+      "img-src data:; script-src {}\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<link rel=\"icon\" "
+      "href=\"data:,\">\n<title>{}</title>\n<style>{}{}</style>\n</head>\n<body>\n{}<main>\n{}{}"
+      "<footer>{}, {}</footer>\n</main>\n{}</body>\n</html>\n",
+      script.policy, html::escaped(frame.title), find_web_file("colours.css")->content,
+      find_web_file("report.css")->content, frame.simulated ? kSimulatedBar : "", kWithoutScript, body,
+      html::escaped(frame.software), html::date_time(frame.created_utc_s), script.html);
+}
+
+std::string head_part(const json& document) {
+  const json& summary = document["sections"]["summary"];
+  const std::string verdict = summary["verdict"];
+  std::string html = fmt::format("<header>\n<p class=\"brand\">Soak calibration report</p>\n<h1>Unit {}</h1>\n",
+                                 html::text_of(document, "unit"));
+  html += fmt::format("<p class=\"verdict {}\"><b>{}</b>{}</p>\n", html::escaped(verdict), verdict_word(verdict),
+                      html::text_of(summary, "sentence"));
+  html += html::facts({{"Type", html::text_of(summary, "unit_type")},
+                       {"Epoch", html::text_of(summary, "epoch")},
+                       {"Model version", html::text_of(document, "model")},
+                       {"Fitted", html::date_time(summary["model_created_utc_s"])},
+                       {"This page", html::date_time(document["created_utc_s"])},
+                       {"Data", summary["simulated"].get<bool>() ? "SIMULATED" : "measured"},
+                       {"Limits", summary["limits"].is_null() ? "none" : html::text_of(summary, "limits")},
+                       {"Gravity", fmt::format("{} m/s² ({})", html::number(summary["gravity_mps2"].get<double>(), 5),
+                                               html::text_of(summary, "gravity"))}});
+  return html + "</header>\n";
+}
+
+std::string warnings_part(const json& summary) {
+  const json& warnings = summary["warnings"];
+  if (warnings.empty()) return {};
+  std::string html = "<section id=\"warnings\"><h2>Warnings</h2>\n<ul class=\"warnings\">\n";
+  for (const json& warning : warnings) {
+    const std::string remedy = html::text_of(warning, "remedy");
+    html += fmt::format("<li><span class=\"who\">{}</span>{} <code>{}</code>{}</li>\n", who(warning),
+                        html::text_of(warning, "text"), html::text_of(warning, "code"),
+                        remedy.empty() ? "" : fmt::format("<span class=\"do\">What to do: {}</span>", remedy));
+  }
+  return html + "</ul></section>\n";
+}
+
+std::string overview_part(const json& sensors) {
+  html::Table table("All sensors", {"sensor", "unit", "in the file", "range, °C", "held-out, absolute",
+                                    "held-out, shape", "run-to-run", "widest ci95", "widest pi95", "limit of bias",
+                                    "worst fresh error of bias", "verdict on bias", "on the sensor"});
+  for (const std::string_view name : calib::kSensorNames) {
+    const json& sensor = member(sensors, name);
+    if (sensor.is_null()) continue;
+    const json& fit = sensor["fit"];
+    table.row({html::row_heading(name), html::html_cell(html::unit_text(sensor["unit"].get<std::string>())),
+               html::text_cell(fit["deployed"].get<std::string>()),
+               html::html_cell(html::number(fit["temp_min_c"].get<double>(), 1) + " to " +
+                                   html::number(fit["temp_max_c"].get<double>(), 1),
+                               true),
+               html::number_cell(deployed_error(fit, "check_rmse", "rmse_abs")),
+               html::number_cell(deployed_error(fit, "check_rmse_shape", "rmse_shape")),
+               html::number_cell(member(fit, "run_to_run_sigma")), html::number_cell(largest(fit["curve"], "ci95")),
+               html::number_cell(largest(fit["curve"], "pi95")), html::number_cell(sensor["limit"]),
+               html::number_cell(member(member(sensor["verification"], "bias"), "worst_abs")),
+               bias_verdict_cell(sensor), sensor_verdict_cell(sensor)});
+  }
+  return "<section id=\"overview\"><h2>At a glance</h2>\n" + table.html() +
+         "<p class=\"soft\">A limit is judged on fresh runs that no fit has seen, with a guard band of the 95 % "
+         "uncertainty of each estimate (JCGM 106). The verdict on the sensor is the worst of bias and scale. "
+         "Without a limit nothing passes.</p></section>\n";
+}
+
 std::string report_page(const json& document) {
-  return page_frame(title_of(document), body(document), document["software"].get<std::string>(),
-                    document["created_utc_s"], document["sections"]["summary"]["simulated"].get<bool>());
+  const Frame frame = {title_of(document), document["software"].get<std::string>(),
+                       document["created_utc_s"].get<double>(),
+                       document["sections"]["summary"]["simulated"].get<bool>()};
+  return page_frame(frame, body(document), figure_data(document["sections"]));
 }
 
 }  // namespace soak::station

@@ -7,10 +7,40 @@
 
 namespace soak::station {
 
-/// A whole page that needs nothing else: no script, no font, no picture from elsewhere; a content security policy
-/// forbids them. `title` is escaped here, `body` is HTML. `simulated`: a bar and a watermark say so.
-[[nodiscard]] std::string page_frame(std::string_view title, std::string_view body, std::string_view software,
-                                     const nlohmann::json& created_utc_s, bool simulated);
+/// A page around its body.
+struct Frame {
+  std::string title;     ///< escaped here
+  std::string software;  ///< that made the page; escaped here
+  double created_utc_s = 0.0;
+  bool simulated = false;  ///< a bar and a watermark say so
+};
+
+/// A whole page that needs nothing else: no font, no picture, no script but its own; a content security policy forbids
+/// them. `body` is HTML, `data` what its figures are drawn from (figure_data()).
+[[nodiscard]] std::string page_frame(const Frame& frame, std::string_view body, const nlohmann::json& data);
+
+// Figures (figures.cpp). The modules of the station's page draw them (web/report.mjs) when the page is opened.
+
+/// What stands under a figure; without a script it stands alone.
+struct Caption {
+  std::string title;
+  std::string description;  ///< for those who do not see the drawing
+};
+
+/// The place of a figure. `chart`: a key of CHARTS in web/report.mjs; `of`: what of its data it shows; `attributes`:
+/// HTML, more that the chart wants to know.
+[[nodiscard]] std::string figure(std::string_view chart, std::string_view of, const Caption& caption,
+                                 std::string_view attributes = {});
+
+/// What the figures of a unit's report are drawn from; `sections` are those of report_document().
+[[nodiscard]] nlohmann::json figure_data(const nlohmann::json& sections);
+
+/// The data and the script that draws them, as elements; and the source that the page's policy must allow.
+struct Script {
+  std::string html;
+  std::string policy;
+};
+[[nodiscard]] Script figure_script(const nlohmann::json& data);
 
 // Parts of the page, each from one section of the document; HTML.
 
@@ -28,6 +58,8 @@ namespace soak::station {
 [[nodiscard]] std::string couplings_part(const nlohmann::json& couplings);
 /// Allan deviation and noise coefficients.
 [[nodiscard]] std::string noise_part(const nlohmann::json& noise);
+/// Whether a campaign of a check standard is one of the model's; `check_standards`: the section.
+[[nodiscard]] bool is_of_model(const nlohmann::json& check_standards, const nlohmann::json& campaign);
 /// Charts of the check standards that were in the campaigns of the model.
 [[nodiscard]] std::string check_part(const nlohmann::json& check_standards);
 /// References of the laboratory.

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "station/report/charts.h"
 #include "station/report/html.h"
 #include "station/report/page_parts.h"
 
@@ -107,6 +106,18 @@ std::string coefficient_text(const json& coefficient) {
                        html::number(interval[1]));
   }
   return interval[1].is_number() ? fmt::format("none seen; below {} {}", html::number(interval[1]), unit) : "none seen";
+}
+
+/// Empty where no sensor of the kind ("gyro", "accel") has a deviation.
+std::string allan_figure(std::string_view kind, const json& sensors) {
+  for (const auto& [name, document] : sensors.items()) {
+    if (!name.starts_with(kind) || !member(document, "tau_s").is_array()) continue;
+    return figure("allan", kind,
+                  {fmt::format("Allan deviation of the {}", kind == "gyro" ? "gyros" : "accelerometers"),
+                   "Overlapping Allan deviation over averaging time, both axes logarithmic; the table has the noise "
+                   "coefficients."});
+  }
+  return {};
 }
 
 std::string coefficients_table(std::string_view kind, const json& sensors) {
@@ -223,7 +234,7 @@ std::string noise_part(const json& noise) {
   }
   const json& sensors = noise["sensors"];
   html += segment_words(noise);
-  html += "<div class=\"figures\">\n" + allan_chart("gyro", sensors) + allan_chart("accel", sensors) + "</div>\n";
+  html += "<div class=\"figures\">\n" + allan_figure("gyro", sensors) + allan_figure("accel", sensors) + "</div>\n";
   html += coefficients_table("gyro", sensors) + coefficients_table("accel", sensors) + noise_remarks(sensors);
   return html + "</section>\n";
 }

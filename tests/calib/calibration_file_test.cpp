@@ -242,8 +242,6 @@ TEST(CalibrationFile, RefusesModelsThatItsFuzzySectionHasNoPlaceFor) {
     const auto bytes = encode(calibration);
     ASSERT_FALSE(bytes) << foreign.name;
     EXPECT_EQ(bytes.error().kind, base::ErrorKind::bad_input) << foreign.name;
-    EXPECT_NE(bytes.error().message.find("the file cannot carry this fuzzy model"), std::string::npos)
-        << foreign.name << ": " << bytes.error().message;
     EXPECT_EQ(bytes.error().where.find("gyro_x bias"), 0U) << foreign.name << ": " << bytes.error().where;
   }
 }
@@ -285,7 +283,6 @@ TEST(CalibrationFile, NamesTheSensorOfACurveThatFloat32CannotHold) {
   const auto bytes = encode(with_bias(TableCurve{20.1, 1e-4, {0.0, 1.0, 0.0, 1.0}}, Sensor::accel_y));
   ASSERT_FALSE(bytes);
   EXPECT_EQ(bytes.error().kind, base::ErrorKind::bad_input);
-  EXPECT_NE(bytes.error().message.find("float32"), std::string::npos) << bytes.error().message;
   EXPECT_EQ(bytes.error().where, "accel_y bias");
 }
 

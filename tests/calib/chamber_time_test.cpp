@@ -10,7 +10,6 @@
 
 #include "base/random.h"
 #include "base/statistics.h"
-#include "calib/judge/detail/part_fit.h"
 #include "calib/judge/detail/schedule.h"
 #include "calib/judge/detail/subsampling.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "calib/deploy/calibration_file.h"
-#include "calib/deploy/export_json.h"
+#include "calib/deploy/export.h"
 #include "calib/model/model_document.h"
 #include "calib/runtime/soak_runtime.h"
 #include "tests/calib/calibration_file_samples.h"

@@ -155,7 +155,6 @@ TEST(CurveFit, RefusesAConstantSensor) {
   const auto result = fit_curve(data, {}, {"gyro_x", "deg/s", 1.0});
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().kind, base::ErrorKind::bad_input);
-  EXPECT_NE(result.error().message.find("constant"), std::string::npos);
 }
 
 TEST(CurveFit, RefusesFewerThanThreeTemperatures) {
@@ -163,7 +162,7 @@ TEST(CurveFit, RefusesFewerThanThreeTemperatures) {
   for (CurveRow& row : data.rows) row.temp_c = row.temp_c < 20.0 ? -30.0 : 70.0;
   const auto result = fit_curve(data, {}, {"gyro_x", "deg/s", 1.0});
   ASSERT_FALSE(result);
-  EXPECT_NE(result.error().message.find("at least 3"), std::string::npos);
+  EXPECT_EQ(result.error().kind, base::ErrorKind::bad_input);
 }
 
 TEST(CurveFit, DeploysTheSplineWhereTemperaturesAreTooFewForRules) {

@@ -4,8 +4,7 @@
 
 #include <string>
 
-#include "calib/deploy/export_ardupilot.h"
-#include "calib/deploy/export_px4.h"
+#include "calib/deploy/export.h"
 #include "tests/calib/calibration_file_samples.h"
 
 namespace soak::calib {

@@ -91,8 +91,6 @@ TEST(ModelDocument, RefusesAModelThatAsksForMoreThanTemperature) {
   const auto calibration = calibration_of(document.dump());
   ASSERT_FALSE(calibration);
   EXPECT_EQ(calibration.error().kind, base::ErrorKind::corrupt);
-  EXPECT_NE(calibration.error().message.find("one input, this model has 2"), std::string::npos)
-      << calibration.error().message;
 }
 
 TEST(ModelDocument, StatesAFormatThatOlderProgramsRefuseByNumber) {

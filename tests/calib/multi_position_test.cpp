@@ -177,10 +177,10 @@ TEST(MultiPosition, TiltsInOnePlaneShowTheMisalignmentOfThatPlaneAlone) {
 TEST(MultiPosition, RefusesTooFewAttitudes) {
   const auto five = calibrate_triad(attitudes_of(spread_directions(5), 0.3), kG);
   ASSERT_FALSE(five);
-  EXPECT_NE(five.error().message.find("5 static attitudes"), std::string::npos) << five.error().message;
+  EXPECT_EQ(five.error().kind, base::ErrorKind::bad_input);
   const auto eight = calibrate_triad(attitudes_of(spread_directions(8), 0.3), kG);
   ASSERT_FALSE(eight);
-  EXPECT_NE(eight.error().message.find("do not show bias_"), std::string::npos) << eight.error().message;
+  EXPECT_EQ(eight.error().kind, base::ErrorKind::bad_input);
 }
 
 TEST(MultiPosition, NamesTheAxisThatGravityNeverReached) {
@@ -195,7 +195,7 @@ TEST(MultiPosition, NamesTheAxisThatGravityNeverReached) {
 TEST(MultiPosition, RefusesAnErrorThatNothingWouldSupport) {
   const auto fit = calibrate_triad(attitudes_of(spread_directions(9), 0.0), kG);
   ASSERT_FALSE(fit);
-  EXPECT_NE(fit.error().message.find("as many attitudes as parameters"), std::string::npos) << fit.error().message;
+  EXPECT_EQ(fit.error().kind, base::ErrorKind::bad_input);
   EXPECT_TRUE(calibrate_triad(attitudes_of(spread_directions(9), 0.3), kG));
 }
 

@@ -8,8 +8,8 @@
 #include <numbers>
 
 #include "calib/deploy/calibration_file.h"
-#include "calib/deploy/export_json.h"
-#include "calib/judge/waiver_text.h"
+#include "calib/deploy/export.h"
+#include "calib/deploy/signature.h"
 #include "calib/model/document_parts.h"
 #include "calib/model/model_document.h"
 #include "calib/runtime/soak_runtime.h"

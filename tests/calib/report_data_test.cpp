@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/judge/report_data.h"
+#include "calib/judge/report_json.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/judge/detail/remedies.h"
-#include "calib/judge/detail/verdict_sentence.h"
+#include "calib/judge/detail/report_words.h"
 
 namespace soak::calib {
 namespace {

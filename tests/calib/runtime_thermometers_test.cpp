@@ -8,10 +8,7 @@
 #include <string>
 
 #include "calib/deploy/calibration_file.h"
-#include "calib/deploy/export_ardupilot.h"
-#include "calib/deploy/export_c.h"
-#include "calib/deploy/export_json.h"
-#include "calib/deploy/export_px4.h"
+#include "calib/deploy/export.h"
 #include "calib/deploy/table_form.h"
 #include "calib/runtime/soak_terms.h"
 #include "tests/calib/calibration_file_samples.h"

@@ -211,11 +211,11 @@ TEST(AllanJson, AStuckSensorIsRefused) {
   stuck[500] = std::numeric_limits<double>::quiet_NaN();
   const auto allan = allan_json(record_of(stuck), {});
   ASSERT_FALSE(allan);
-  EXPECT_NE(allan.error().message.find("never change"), std::string::npos);
+  EXPECT_EQ(allan.error().kind, base::ErrorKind::bad_input);
   EXPECT_FALSE(allan_json(record_of(stuck), {.phase = true}));
   const auto psd = psd_json(record_of(stuck), {});
   ASSERT_FALSE(psd);
-  EXPECT_NE(psd.error().message.find("never change"), std::string::npos);
+  EXPECT_EQ(psd.error().kind, base::ErrorKind::bad_input);
   // Stuck in one position after the other.
   for (std::size_t i = 500; i < 520; ++i) stuck[i] = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 520; i < 1000; ++i) stuck[i] = 0.75;

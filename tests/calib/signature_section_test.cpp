@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of format version 1.1: with a signature section, which readers of version 1.0 pass over.
-#include "calib/deploy/signature_section.h"
+#include "calib/deploy/signature.h"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,6 @@
 #include "base/random.h"
 #include "base/statistics.h"
 #include "calib/judge/detail/row_errors.h"
-#include "calib/judge/detail/stated_band.h"
 #include "six_position_samples.h"
 
 // A calibration against fresh runs: decision rule, uncertainty, and the bands that the file states.

@@ -93,7 +93,7 @@ class BadRuns(SoakTest):
                 mixed[visit] = dict(zip(names, mix.sample(names, 6)))
             row[self.column["position"]] = mixed[visit].get(label, label)
         report = self.find(head, self.of_run(rows, "R01", "R02", "R03", "R04", "R05"), bad)
-        self.refused(report, "the data gate left out most of a run: run R06")
+        self.refused(report, "the data gate rejected most of a run: run R06")
         (entry,) = report["left_out"]
         self.assertEqual((entry["run"], entry["sensor"], entry["code"]), ("R06", None, "wrong_position"))
         self.assertGreater(2 * entry["segments"], entry["of"])
@@ -106,7 +106,7 @@ class BadRuns(SoakTest):
             row[self.column["gy_dps"]] = "0.01000"
         report = self.find(head, self.of_run(rows, "R01", "R02", "R03", "R04", "R05"), bad)
         self.assertEqual(report["verdict"], "none", report["reason"])
-        self.assertIn("the data gate left out gyro_y of run R06", report["reason"])
+        self.assertIn("the data gate rejected gyro_y of run R06", report["reason"])
         self.assertEqual([(entry["run"], entry["sensor"]) for entry in report["left_out"]], [("R06", "gyro_y")])
 
 

@@ -59,7 +59,7 @@ double disagreement(const LoggedCampaign& campaign, const gap::Observations& row
     for (const gap::LoggedRun& run : campaign.runs) {
       const std::vector<ModelTerm> terms = {term};
       const Mechanisms mechanisms(terms, run, 1);
-      EXPECT_TRUE(mechanisms.left_out().empty());
+      EXPECT_TRUE(mechanisms.not_evaluated().empty());
       std::vector<double> off;
       for (const Segment& segment : run.run.segments) {
         for (const Block& block : segment.blocks) {
@@ -177,10 +177,10 @@ TEST(Mechanisms, SayWhyARunCannotBeEvaluated) {
   ModelTerm newer;
   newer.name = "magic";
   newer.parts = supply.parts;
-  const auto left_out = subtract_terms({supply, newer}, campaign);
-  ASSERT_EQ(left_out.size(), 2U);
-  EXPECT_NE(left_out[0].find("supply voltage was not logged"), std::string::npos) << left_out[0];
-  EXPECT_NE(left_out[1].find("does not know it"), std::string::npos) << left_out[1];
+  const auto not_evaluated = subtract_terms({supply, newer}, campaign);
+  ASSERT_EQ(not_evaluated.size(), 2U);
+  EXPECT_NE(not_evaluated[0].find("supply voltage was not logged"), std::string::npos) << not_evaluated[0];
+  EXPECT_NE(not_evaluated[1].find("does not know it"), std::string::npos) << not_evaluated[1];
 }
 
 TEST(Mechanisms, AgeingRunsThroughTheCalendar) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/imu/detail/ahrs400_packet.h"
+#include "hal/imu/detail/ahrs400_decoder.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/imu/detail/mt_data2.h"
+#include "hal/imu/detail/xsens_frames.h"
 
 #include <cstring>
 #include <vector>

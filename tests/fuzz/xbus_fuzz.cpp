@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "base/bytes.h"
-#include "hal/imu/detail/xbus.h"
+#include "hal/imu/detail/xsens_frames.h"
 #include "tests/fuzz/stream_promises.h"
 
 namespace soak::fuzz {

@@ -241,7 +241,7 @@ TEST(Branches, OfSeveralRunsHaveOffsetsThatAreNoGap) {
     EXPECT_LT(gap->before_rms, 1.5 * gap->floor_rms);
   }
   campaign.runs[1] = campaign.runs[0];
-  EXPECT_EQ(find_gap(campaign, 1).verdict, Conclusion::cannot_judge);
+  EXPECT_EQ(find_gap(campaign, 1).conclusion, Conclusion::cannot_judge);
 }
 
 TEST(Branches, OfTwoGiveNoNameAndAskForAThird) {
@@ -291,7 +291,7 @@ TEST(Branches, SurviveReadingsThatAreMissingConstantOrClipped) {
 TEST(Branches, OfACoarseThermometerCannotJudge) {
   LoggedCampaign campaign = ramps({}, no_effect());
   campaign.thermometer.step = 0.5;
-  EXPECT_EQ(find_gap(campaign, 1).verdict, Conclusion::cannot_judge);
+  EXPECT_EQ(find_gap(campaign, 1).conclusion, Conclusion::cannot_judge);
 }
 
 }  // namespace

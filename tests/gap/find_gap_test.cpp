@@ -261,7 +261,7 @@ TEST(FindGap, OfOneRunCannotJudge) {
   EXPECT_NE(report.reason.find("one run only"), std::string::npos);
 }
 
-TEST(FindGap, OfNoRunCannotJudge) { EXPECT_EQ(find_gap({}, 1).verdict, Conclusion::cannot_judge); }
+TEST(FindGap, OfNoRunCannotJudge) { EXPECT_EQ(find_gap({}, 1).conclusion, Conclusion::cannot_judge); }
 
 TEST(FindGap, SurvivesAConstantSensorAndReadingsThatAreNoNumbers) {
   const Plan plan;

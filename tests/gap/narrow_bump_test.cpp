@@ -66,7 +66,7 @@ TEST(NarrowBump, IsNotMadeOfACurveThatIsWavyEverywhere) {
     const Observations observations = observe(wavy);
     const TemperatureHistory history(wavy, observations);
     EXPECT_TRUE(look_for_bump(CampaignModel(observations, history)).effects.empty()) << "seed " << seed;
-    EXPECT_EQ(name_of(find_gap(made_up::campaign(other, made_up::nothing()), 1).verdict), "none") << "seed " << seed;
+    EXPECT_EQ(name_of(find_gap(made_up::campaign(other, made_up::nothing()), 1).conclusion), "none") << "seed " << seed;
   }
 }
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "hal/imu/detail/ahrs400_packet.h"
+#include "hal/imu/detail/ahrs400_decoder.h"
 #include "tests/hal/ahrs400_peer.h"
 
 namespace soak::hal::imu::test {

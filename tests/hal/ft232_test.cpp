@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/usb/detail/ft232.h"
+#include "hal/usb/detail/bulk_stream.h"
 
 #include <gtest/gtest.h>
 

@@ -132,7 +132,8 @@ TEST_F(ModbusChamberTest, RefusesATemperatureThatNoChamberHas) {
     const auto reading = chamber_->read();
     ASSERT_FALSE(reading) << value;
     EXPECT_EQ(reading.error().kind, base::ErrorKind::device);
-    EXPECT_NE(reading.error().message.find("air_c (register 2820)"), std::string::npos) << reading.error().message;
+    EXPECT_NE(reading.error().message.find("air_c (registers 2820 to 2821)"), std::string::npos)
+        << reading.error().message;
   }
 }
 

@@ -153,7 +153,7 @@ TEST_P(ShippedMap, RefusesAnotherControllerOrSetting) {
   poke(model_.probe, model_.wrong_content);
   const auto status = chamber_->connect();
   ASSERT_FALSE(status);
-  EXPECT_NE(status.error().message.find(fmt::format("(register {}) holds", model_.probe)), std::string::npos)
+  EXPECT_NE(status.error().message.find(fmt::format("(register {}) is ", model_.probe)), std::string::npos)
       << status.error().message;
 }
 

@@ -342,7 +342,8 @@ TEST(RegisterMap, WhatAFixtureAndASwitchLackIsToldAsWell) {
   const std::string fixture = "kind = \"fixture\"\npositions = [\"+X\"]\n";
   EXPECT_EQ(lacking(fixture, "status = { address = 2, type = \"u16\", codes = { standing = 0, moving = 1 } }\n"),
             "a map of kind \"fixture\" needs [quantity.request]; "
-            "a map of kind \"fixture\" needs [quantity.position]; [quantity.status] needs the code 'fault'");
+            "a map of kind \"fixture\" needs [quantity.position]; [quantity.status] needs the code 'fault' among its "
+            "'codes'");
   const std::string power = "kind = \"power\"\n";
   EXPECT_EQ(lacking(power, "output_2 = { address = 1, type = \"u16\" }\n"),
             "a map of kind \"power\" needs [quantity.output_1]; [quantity.output_2] needs a 'write_function'");

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -13,31 +14,14 @@
 #include "hal/devices/chamber.h"
 #include "hal/devices/unit_power.h"
 #include "hal/maps/device_map.h"
-#include "modbus_peer.h"
-#include "settings/reader.h"
+#include "text_peer.h"
 
 namespace soak::hal {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-class ScpiSupply {
+class ScpiSupply : public test::TextPeer {
  public:
-  explicit ScpiSupply(int port = 0)
-      : process_({"/usr/bin/python3", "-B", SOAK_TEST_FOLDER "/hal/scpi_supply.py", std::to_string(port)}) {
-    const std::string greeting = process_.line().value_or("");
-    if (!greeting.starts_with("PORT ")) throw std::runtime_error("scpi_supply.py did not start");
-    port_ = std::stoi(greeting.substr(5));
-  }
-  [[nodiscard]] int port() const { return port_; }
-  std::string tell(const std::string& order) {
-    process_.tell(order);
-    return process_.line().value_or("");
-  }
-
- private:
-  test::Process process_;
-  int port_ = 0;
+  explicit ScpiSupply(int port = 0) : TextPeer("scpi_supply.py", port) {}
 };
 
 using Address = std::variant<TcpAddress, SerialAddress>;
@@ -57,7 +41,7 @@ std::unique_ptr<UnitPower> made(const DeviceMap& map) {
   return *std::move(power);
 }
 
-std::string text_of(const base::Status& status) { return status ? "" : status.error().message; }
+using test::text_of;
 
 OutputReading reading_of(UnitPower& power, int output) {
   const auto readings = power.read({output});
@@ -154,7 +138,7 @@ TEST_P(ScpiPowerTest, ErrorsOfBeforeAreNotTakenForOurs) {
 TEST_P(ScpiPowerTest, FindsASettingThatIsAcceptedAndIgnored) {
   (void)peer_.tell("stuck");
   EXPECT_EQ(text_of(power_->prepare(1, {12.0, {}})),
-            "set_v_1 (field 1 of 'VOLT? (@1:3)') holds 0.000 where 12.000 was written");
+            "set_v_1 (field 1 of 'VOLT? (@1:3)') holds +0.000000E+00 where 12.000 was written");
   EXPECT_EQ(text_of(power_->set(1, true)), "output_1 (field 1 of 'OUTP? (@1:3)') holds 0 where 1 was written");
 }
 
@@ -194,22 +178,14 @@ TEST_P(ScpiPowerTest, TheStandardsNotANumberIsNoMeasurement) {
   EXPECT_EQ(reading.limit_a, 1.0);
 }
 
-/// Reads until three readings in a row came, for 30 s at most. Each on the way must be right.
 void expect_recovery(UnitPower& power) {
-  const auto deadline = Clock::now() + std::chrono::seconds(30);
-  for (int good = 0; good < 3;) {
-    ASSERT_LT(Clock::now(), deadline) << "the link did not come back";
-    const auto readings = power.read({1});
-    good = readings ? good + 1 : 0;
-    if (!readings) {
-      ASSERT_EQ(readings.error().kind, base::ErrorKind::device);
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      continue;
-    }
-    ASSERT_TRUE(readings->at(1).on);
-    ASSERT_EQ(readings->at(1).voltage_v, 5.0);
-    ASSERT_EQ(readings->at(1).current_a, 0.5);
-  }
+  using Readings = std::map<int, OutputReading>;
+  test::expect_recovery<Readings>([&] { return power.read({1}); },
+                                  [](const Readings& readings) {
+                                    ASSERT_TRUE(readings.at(1).on);
+                                    ASSERT_EQ(readings.at(1).voltage_v, 5.0);
+                                    ASSERT_EQ(readings.at(1).current_a, 0.5);
+                                  });
 }
 
 TEST_P(ScpiPowerTest, GivesTheTruthOrAnErrorAndRecoversFromEveryFault) {

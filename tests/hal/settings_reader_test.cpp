@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <utility>
 
 namespace soak::settings {
 namespace {
@@ -155,6 +156,54 @@ TEST(SettingsReader, AllMistakesAreToldAtOnceInTheOrderOfLines) {
             "f.toml:2: 'good' occurs elsewhere\n"
             "f.toml:3: 'count' must be a whole number from 0 to 100\n"
             "f.toml:5: 'inner.on' must be true or false");
+}
+
+TEST(SettingsReader, InAnAbsentSectionEveryKeyHasItsFallbackAndNoneIsMissing) {
+  const auto ask = [](const Table& root) {
+    const Table section = root.section("power");
+    EXPECT_EQ(section.number("off_s", kPercent, 3.0), 3.0);
+    EXPECT_EQ(section.number("warm_up_s", kPercent), 0.0);
+    EXPECT_TRUE(section.keys().empty());
+    EXPECT_FALSE(section.table("inner"));
+  };
+  EXPECT_EQ(verdict("", ask), "");
+}
+
+TEST(SettingsReader, ARequiredSectionThatIsAbsentIsOneMistake) {
+  const auto ask = [](const Table& root) {
+    for (int time = 0; time < 2; ++time) {
+      const Table section = root.section("power", kRequired);
+      static_cast<void>(section.number("off_s", kPercent));
+      section.refuse("off_s", "follows from what is missing");
+    }
+  };
+  EXPECT_EQ(verdict("# nothing\n", ask), "f.toml:1: key 'power' is missing");
+}
+
+TEST(SettingsReader, TellsWhatStandsUnderAKey) {
+  const auto ask = [](const Table& root) {
+    const std::pair<const char*, Kind> expected[] = {{"a", Kind::text},  {"b", Kind::whole}, {"c", Kind::real},
+                                                     {"d", Kind::flag},  {"e", Kind::list},  {"f", Kind::table},
+                                                     {"g", Kind::other}, {"h", Kind::absent}};
+    for (const auto& [key, kind] : expected) {
+      EXPECT_EQ(root.kind(key), kind) << key;
+      root.refuse(key, key);
+    }
+  };
+  EXPECT_NE(verdict("a = \"x\"\nb = 1\nc = 1.5\nd = true\ne = [1]\nf = {}\ng = 2026-11-23\n", ask), "");
+}
+
+TEST(SettingsReader, ReadsSeedsBeyondTheRangeOfInt) {
+  const auto ask = [](const Table& root) { EXPECT_EQ(root.large_whole("seed", {0, 9e18}), 5'000'000'000); };
+  EXPECT_EQ(verdict("seed = 5000000000\n", ask), "");
+}
+
+TEST(SettingsReader, SaysWhichKeysAreKnownWhereTheFormatListsThem) {
+  const auto ask = [](const Table& root) {
+    root.allow_only({"up", "rate"}, " (in quotes)");
+    static_cast<void>(root.whole("up", kPercent));
+  };
+  EXPECT_EQ(verdict("up = 1\ndown = 2\n", ask), "f.toml:2: unknown key 'down': known are up, rate (in quotes)");
 }
 
 TEST(SettingsReader, TablesOfAnArrayAreNumberedInMessages) {

@@ -13,45 +13,26 @@
 
 #include "hal/devices/detail/controller.h"
 #include "hal/maps/device_map.h"
-#include "modbus_peer.h"
-#include "settings/reader.h"
+#include "text_peer.h"
 
 namespace soak::hal {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-class EspecPeer {
+class EspecPeer : public test::TextPeer {
  public:
-  explicit EspecPeer(int port = 0)
-      : process_({"/usr/bin/python3", SOAK_TEST_FOLDER "/hal/espec_peer.py", std::to_string(port)}) {
-    const std::string greeting = process_.line().value_or("");
-    if (!greeting.starts_with("PORT ")) throw std::runtime_error("espec_peer.py did not start");
-    port_ = std::stoi(greeting.substr(5));
-  }
-  [[nodiscard]] int port() const { return port_; }
-  std::string tell(const std::string& order) {
-    process_.tell(order);
-    return process_.line().value_or("");
-  }
-
- private:
-  test::Process process_;
-  int port_ = 0;
+  explicit EspecPeer(int port = 0) : TextPeer("espec_peer.py", port) {}
 };
 
 DeviceMap p300(const std::variant<TcpAddress, SerialAddress>& address) {
   const std::string file = SOAK_TEST_FOLDER "/../procedures/chambers/espec-p300.toml";
-  auto text = settings::read_text(file);
-  if (!text) throw std::runtime_error(text.error().message);
-  auto map = parse_device_map(*text, file);
+  auto map = read_device_map(file);
   if (!map) throw std::runtime_error(map.error().message);
   map->link.address = address;
   map->link.response_timeout_s = 1.0;  // a busy machine lets the peer wait
   return *std::move(map);
 }
 
-std::string text_of(const base::Status& status) { return status ? "" : status.error().message; }
+using test::text_of;
 
 /// Over TCP, and over a serial line that socat makes of it.
 class TextChamberTest : public ::testing::TestWithParam<const char*> {
@@ -180,22 +161,14 @@ TEST_P(TextChamberTest, RefusesAnotherDeviceByItsProbe) {
             "SCP-220");
 }
 
-/// Reads until three readings in a row came, for 30 s at most. Each on the way must be right.
 void expect_recovery(Chamber& chamber) {
-  const auto deadline = Clock::now() + std::chrono::seconds(30);
-  for (int good = 0; good < 3;) {
-    ASSERT_LT(Clock::now(), deadline) << "the link did not come back";
-    const auto reading = chamber.read();
-    good = reading ? good + 1 : 0;
-    if (!reading) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      continue;
-    }
-    ASSERT_EQ(reading->air_c, 23.2);
-    ASSERT_EQ(reading->set_point_c, 25.0);
-    ASSERT_FALSE(reading->running);
-    ASSERT_TRUE(reading->alarms.empty());
-  }
+  test::expect_recovery<ChamberReading>([&] { return chamber.read(); },
+                                        [](const ChamberReading& reading) {
+                                          ASSERT_EQ(reading.air_c, 23.2);
+                                          ASSERT_EQ(reading.set_point_c, 25.0);
+                                          ASSERT_FALSE(reading.running);
+                                          ASSERT_TRUE(reading.alarms.empty());
+                                        });
 }
 
 TEST_P(TextChamberTest, GivesTheTruthOrAnErrorAndRecoversFromEveryFault) {

@@ -108,7 +108,7 @@ TEST(TwoAxisMap, RefusesAnglesThatTheCablesDoNotBear) {
 
 TEST(TwoAxisMap, RefusesWhatItLacksOrWhatBelongsElsewhere) {
   expect_refused(with("[quantity.inner_position]", "[quantity.position]"),
-                 "a register map of kind \"fixture\" needs [quantity.inner_position]");
+                 "a map of kind \"fixture\" needs [quantity.inner_position]");
   expect_refused(with("moving = 1, ", ""), "[quantity.status] needs the code 'moving'");
   expect_refused(with("kind = \"fixture\"", "kind = \"fixture\"\npositions = [\"+X\"]"),
                  "'positions' is of fixtures without [axes]: here the angles tell it");

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "base/random.h"
-#include "hal/imu/detail/xbus.h"
+#include "hal/imu/detail/xsens_frames.h"
 #include "tests/hal/xsens_golden.h"
 #include "tests/hal/xsens_peer.h"
 

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "base/random.h"
-#include "hal/imu/detail/mt_data2.h"
+#include "hal/imu/detail/xsens_frames.h"
 #include "tests/hal/xsens_golden.h"
 #include "tests/hal/xsens_peer.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "hal/imu/detail/packet_timeline.h"
+#include "hal/imu/detail/xsens_protocol.h"
 
 namespace soak::hal::imu::test {
 namespace {
@@ -51,7 +51,7 @@ TEST(PacketTimeline, TimeThatRunsBackwardsBeginsAnew) {
   ASSERT_TRUE(timeline.advance({.counter = 5000, .time_fine = 500'000}));
   EXPECT_FALSE(timeline.advance({.counter = 0, .time_fine = 0}));
   EXPECT_DOUBLE_EQ(timeline.time_s(), 50.0);
-  timeline.begin_anew();
+  timeline.restart_clock();
   EXPECT_TRUE(timeline.empty());
   ASSERT_TRUE(timeline.advance({.counter = 0, .time_fine = 25}));
   EXPECT_DOUBLE_EQ(timeline.time_s(), 0.0025);

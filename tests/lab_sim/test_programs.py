@@ -47,7 +47,7 @@ class ProgramsTest(unittest.TestCase):
         self.assertIn("option --seed is given twice", self.refused(*out, "--seed", 1, "--seed", 2))
         self.assertIn("'seven'", self.refused(*out, "--seed", "seven"))
         self.assertIn("1 to 16, not '17'", self.refused(*out, "--units", 17))
-        self.assertIn("0.01 to 5000 or 'max', not '0'", self.refused(*out, "--rate", 0))
+        self.assertIn("0.01 to 20000 or 'max', not '0'", self.refused(*out, "--rate", 0))
         self.assertIn("not 'nan'", self.refused(*out, "--rate", "nan"))
         self.assertIn("1 to 2, not '3'", self.refused(*out, "--units", 2, "--pty", 1, 3))
         self.assertIn("not '70000'", self.refused(*out, "--base-port", 70000))

@@ -369,30 +369,28 @@ TEST(Denoise, TrendIsWhatRemainsAboveEveryThreshold) {
   }
 }
 
-void expect_refused(const Signal& samples, const DenoisingOptions& options, const std::string& what) {
+void expect_refused(const Signal& samples, const DenoisingOptions& options, const std::string& where) {
   const auto result = denoise(samples, wavelet("db2"), options);
-  ASSERT_FALSE(result) << what;
+  ASSERT_FALSE(result) << where;
   EXPECT_EQ(result.error().kind, base::ErrorKind::bad_input);
-  const std::string text = result.error().message + " | " + result.error().where;
-  EXPECT_NE(text.find(what), std::string::npos) << text;
+  EXPECT_EQ(result.error().where, where);
 }
 
 TEST(Denoise, RefusesWhatItCannotUse) {
   const Signal x = gaussian(100, 1.0, 13);
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  expect_refused(x, {.levels = 2, .relaxation = {1, 1, 1}}, "3 relaxation factors for 2 levels");
-  expect_refused(x, {.levels = 2, .relaxation = {1, -0.5}},
-                 "relaxation factor is -0.5; it must be finite and at least 0 | level 2");
+  expect_refused(x, {.levels = 2, .relaxation = {1, 1, 1}}, "relaxation");
+  expect_refused(x, {.levels = 2, .relaxation = {1, -0.5}}, "level 2");
   expect_refused(x, {.levels = 2, .relaxation = {kNan}}, "level 1");
-  expect_refused(x, {.threshold = -1.0}, "threshold is -1; it must be finite and at least 0");
-  expect_refused(x, {.threshold = kInfinity}, "threshold is inf");
-  expect_refused(x, {.levels = 0}, "");
-  expect_refused(x, {.levels = 41}, "");
+  expect_refused(x, {.threshold = -1.0}, "threshold");
+  expect_refused(x, {.threshold = kInfinity}, "threshold");
+  expect_refused(x, {.levels = 0}, "levels");
+  expect_refused(x, {.levels = 41}, "levels");
   expect_refused({}, {}, "");
   Signal missing = x;
   missing[17] = kNan;
-  expect_refused(missing, {}, "17");
+  expect_refused(missing, {}, "sample 17");
 }
 
 }  // namespace

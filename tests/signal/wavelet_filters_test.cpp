@@ -114,13 +114,11 @@ TEST(WaveletNamed, GivesSymletsWhoseDelayVariesLessThanThatOfDaubechiesFilters) 
   }
 }
 
-TEST(WaveletNamed, RefusesOtherNamesAndListsWhatThereIs) {
+TEST(WaveletNamed, RefusesOtherNames) {
   for (const char* name : {"", "db0", "db11", "sym1", "DB8", "db8 ", "haar"}) {
     const auto wavelet = wavelet_named(name);
     ASSERT_FALSE(wavelet) << name;
     EXPECT_EQ(wavelet.error().kind, base::ErrorKind::bad_input);
-    EXPECT_NE(wavelet.error().message.find("db1, db2"), std::string::npos) << wavelet.error().message;
-    EXPECT_NE(wavelet.error().message.find("sym10"), std::string::npos);
   }
 }
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A report in a real browser: it shows, asks the network for nothing, runs no script, and fits screen and paper."""
+"""A report in a real browser: it shows, asks the network for nothing, draws itself, and fits screen and paper."""
 import functools
 import http.server
 import os
@@ -16,6 +16,7 @@ from browser import BROWSER, DRIVER, Browser
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from soak_cli import recording  # noqa: E402
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 SERIAL = "<img src=http://127.0.0.1:9/x onerror=alert(1)>"
 A4_PIXELS = 703  # 186 mm between the margins at 96 dpi
 
@@ -74,7 +75,8 @@ class Report(unittest.TestCase):
         self.assertEqual(self.browser.run("return performance.getEntriesByType('resource').map(e => e.name)"), [])
         self.assertEqual(Witness.asked, ["/report.html"])
         self.assertEqual(self.browser.console(), [])
-        self.assertEqual(self.browser.run("return document.images.length + document.scripts.length"), 0)
+        self.assertEqual(self.browser.run("return document.images.length"), 0)
+        self.assertEqual(self.browser.run("return document.scripts.length"), 2)  # its data and its own
         self.assertIn(SERIAL, self.browser.run("return document.querySelector('h1').innerText"))
 
     def test_drawings_have_a_size_and_hold_their_text(self):
@@ -84,7 +86,7 @@ class Report(unittest.TestCase):
             const box = svg.getBoundingClientRect();
             const out = [...svg.querySelectorAll('text, path, line')].map(n => n.getBoundingClientRect()).filter(
               b => b.left < box.left - 1 || b.right > box.right + 1 || b.top < box.top - 1 || b.bottom > box.bottom + 1);
-            return {id: svg.getAttribute('aria-labelledby'), width: box.width, height: box.height,
+            return {id: svg.getAttribute('aria-label'), width: box.width, height: box.height,
                     marks: svg.querySelectorAll('path').length, outside: out.length};
           })""")
         self.assertGreaterEqual(len(drawings), 15)
@@ -93,6 +95,48 @@ class Report(unittest.TestCase):
             self.assertGreater(drawing["height"], 150, drawing)
             self.assertGreater(drawing["marks"], 0, drawing)
             self.assertEqual(drawing["outside"], 0, drawing)
+
+    def test_every_figure_is_drawn_with_numbers_and_a_legend(self):
+        self.open()
+        figures = self.browser.run("""
+          return [...document.querySelectorAll('figure')].map(figure => ({
+            chart: figure.dataset.chart, name: figure.querySelector('svg')?.getAttribute('aria-label') ?? '',
+            legend: figure.querySelectorAll('.legend li').length,
+            numbers: [...figure.querySelectorAll('.grid text')].map(n => n.textContent).filter(t => /^−?[0-9.]+$/.test(t))}))""")
+        self.assertLessEqual({"curve", "residuals", "scale", "allan"}, {figure["chart"] for figure in figures})
+        for figure in figures:
+            self.assertGreater(len(figure["name"]), 20, figure)
+            self.assertGreaterEqual(len(figure["numbers"]), 6, figure)
+            self.assertEqual(figure["chart"] != "residuals", figure["legend"] > 0, figure)  # no fresh run, no limit
+
+    def test_without_its_script_texts_and_tables_remain(self):
+        self.browser.devtools("Emulation.setScriptExecutionDisabled", value=True)
+        self.addCleanup(self.browser.devtools, "Emulation.setScriptExecutionDisabled", value=False)
+        self.open()
+        text = self.browser.text("body")
+        self.assertIn("need its script", text)
+        self.assertIn("Deployed curve from", text)
+        self.assertIn("Held-out errors", text)
+
+    def test_axes_have_round_numbers_inside(self):
+        for module in (ROOT / "web").glob("*.mjs"):
+            shutil.copy(module, self.folder)
+        (self.folder / "bare.html").write_text("<title>axes</title>", encoding="utf-8")
+        self.browser.go(f"http://127.0.0.1:{self.server.server_port}/bare.html")
+        found = self.browser.run("""
+          return import('./axes.mjs').then(({ Axis, LogAxis }) => ({
+            tens: new Axis(-30, 70).ticks(400, 40).map(tick => tick.text),
+            spans: [1e-6, 0.37, 12, 9e4].map(span => new Axis(-0.3 * span, 0.7 * span).ticks(300, 40).map(tick => tick.value / span)),
+            edges: [5, -5, 50].map(new Axis(0, 10).scale(100, 200)),
+            decades: new LogAxis(0.01, 100).ticks().map(tick => tick.text),
+            middle: new LogAxis(0.01, 100).scale(0, 400)(1)}))""")
+        self.assertEqual(found["tens"], ["−30", "−20", "−10", "0", "10", "20", "30", "40", "50", "60", "70"])
+        for values in found["spans"]:
+            self.assertTrue(3 <= len(values) <= 12, values)
+            self.assertTrue(-0.3 * (1 + 1e-9) <= values[0] < values[-1] <= 0.7 * (1 + 1e-9), values)
+        self.assertEqual(found["edges"], [150, 100, 200])
+        self.assertEqual(found["decades"], ["0.01", "0.1", "1", "10", "100"])
+        self.assertAlmostEqual(found["middle"], 200)
 
     def test_shows_the_simulated_banner_and_the_verdict_first(self):
         self.open()

@@ -3,12 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <charconv>
 
 #include "base/text.h"
-#include "calib/deploy/detail/reference_lines.h"
 
 namespace soak::calib::exporting {
 namespace {
@@ -18,19 +16,44 @@ std::string loss_text(const CubicLoss& loss) {
   const double factor = printed_per_si(loss.sensor);
   return fmt::format(
       "{}: rms {:.3g}, worst {:.3g} {} at {:.1f} degC, where the model's own 95 % band is +-{:.3g}; beyond that band "
-      "in "
-      "{:.0f} % of the range",
+      "in {:.0f} % of the range",
       name_of(loss.sensor), loss.rms * factor, loss.worst * factor, printed_unit(loss.sensor), loss.worst_temp_c,
       loss.ci95_at_worst * factor, 100.0 * loss.beyond_ci95);
 }
 
-std::string scale_text(const CubicLoss& loss) {
+std::string scale_loss_text(const CubicLoss& loss) {
   if (!loss.scale_ppm) return fmt::format("{}: scale factor error not known", name_of(loss.sensor));
   return fmt::format("{}: scale factor error from {:.0f} to {:.0f} ppm where it was measured", name_of(loss.sensor),
                      (*loss.scale_ppm)[0], (*loss.scale_ppm)[1]);
 }
 
 }  // namespace
+
+std::vector<std::string> identity_lines(const Calibration& calibration, const Clean& clean) {
+  return {"unit: " + clean(calibration.unit),
+          "unit type: " + clean(calibration.unit_type),
+          fmt::format("epoch: {}", calibration.epoch),
+          fmt::format("model version: {}", calibration.model_version),
+          "created: " + base::utc_text(calibration.created_utc_s),
+          fmt::format("gravity: {} m/s2{}", base::shortest(calibration.gravity_mps2),
+                      calibration.gravity_assumed ? " (assumed)" : "")};
+}
+
+std::vector<std::string> source_lines(const Calibration& calibration, const Clean& clean) {
+  std::vector<std::string> lines;
+  for (const std::string& hash : calibration.run_hashes) lines.push_back("run: " + hash);
+  for (const auto& [reference, waiver] : calibration.references) {
+    lines.push_back(fmt::format("reference: {} {}, certificate {}, issued {}, due {}, standard uncertainty {} {}",
+                                name_of(reference.kind), clean(reference.name), clean(reference.certificate),
+                                base::utc_text(reference.issued_utc_s), base::utc_text(reference.due_utc_s),
+                                base::shortest(printed_per_si(reference.kind) * reference.standard_uncertainty),
+                                printed_unit(reference.kind)));
+    if (!waiver) continue;
+    lines.push_back(fmt::format("  WAIVER, signed {} by {}: {}", base::utc_text(waiver->utc_s), clean(waiver->signer),
+                                clean(waiver->reason)));
+  }
+  return lines;
+}
 
 std::string comment(std::string_view text) {
   std::string line = "# ";
@@ -48,16 +71,9 @@ std::string provenance_comment(const Calibration& calibration) {
   std::string text;
   if (calibration.simulated) text += comment("SIMULATED SIMULATED SIMULATED: made from simulated data. Do not fly it.");
   text += comment("Thermal calibration by Soak (docs/deployment.md).");
-  text += comment("unit: " + calibration.unit);
-  text += comment("unit type: " + calibration.unit_type);
-  text += comment("epoch: " + std::to_string(calibration.epoch));
-  text += comment("model version: " + std::to_string(calibration.model_version));
-  text += comment("created: " + base::utc_text(calibration.created_utc_s));
-  text += comment("gravity: " + base::shortest(calibration.gravity_mps2) + " m/s2" +
-                  (calibration.gravity_assumed ? " (assumed)" : ""));
-  for (const std::string& hash : calibration.run_hashes) text += comment("run: " + hash);
-  const auto as_it_is = [](std::string words) { return words; };  // comment() leaves no line break in them
-  for (const std::string& line : reference_lines(calibration.references, as_it_is)) text += comment(line);
+  const Clean as_it_is = [](std::string words) { return words; };  // comment() leaves no line break in them
+  for (const std::string& line : identity_lines(calibration, as_it_is)) text += comment(line);
+  for (const std::string& line : source_lines(calibration, as_it_is)) text += comment(line);
   return text;
 }
 
@@ -65,7 +81,7 @@ std::string loss_comment(const AutopilotFile& file) {
   std::string text = comment("Loss of these cubics against the model, over the valid range:");
   for (const CubicLoss& loss : file.losses) text += comment("  " + loss_text(loss));
   text += comment("Not carried (the format knows no scale factor over temperature, and no misalignment):");
-  for (const CubicLoss& loss : file.losses) text += comment("  " + scale_text(loss));
+  for (const CubicLoss& loss : file.losses) text += comment("  " + scale_loss_text(loss));
   text += comment("Left to you:");
   for (const std::string& note : file.notes) text += comment("  - " + note);
   return text;

@@ -1,13 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "calib/curve/calibration.h"
-#include "calib/deploy/export_loss.h"
+#include "calib/deploy/export.h"
 
+/// The comments of exported files.
 namespace soak::calib::exporting {
+
+/// Makes what people wrote (names, reasons) fit for a comment.
+using Clean = std::function<std::string(std::string)>;
+
+/// "name: value" of what a calibration is of: unit, type, epoch, version, time, gravity.
+[[nodiscard]] std::vector<std::string> identity_lines(const Calibration& calibration, const Clean& clean);
+
+/// What it was made from and measured with: a line for each run and each reference, and one behind the reference,
+/// indented, for its waiver.
+[[nodiscard]] std::vector<std::string> source_lines(const Calibration& calibration, const Clean& clean);
 
 /// "# text" as a line of its own. Whatever could begin another line or is not printable ASCII becomes '_'.
 [[nodiscard]] std::string comment(std::string_view text);

@@ -3,10 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <string>
+
+#include "base/linear/dense_solve.h"
 
 namespace soak::calib::exporting {
 namespace {
@@ -138,7 +140,7 @@ Cubic best_cubic(const SensorCalibration& sensor, TempRange range, double refere
     design.row(i) << root, root * s, root * s * s, root * s * s * s;
     target[i] = root * bias[at];
   }
-  const Eigen::Vector4d a = design.colPivHouseholderQr().solve(target);
+  const Eigen::Vector4d a = base::solve_pivoted_qr(design, target);
   // s = (d + reference − middle) / half
   return with_argument(a, 1.0 / half, (reference_c - middle) / half);
 }

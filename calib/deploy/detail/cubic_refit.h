@@ -9,7 +9,7 @@
 
 #include "base/result.h"
 #include "calib/curve/calibration.h"
-#include "calib/deploy/export_loss.h"
+#include "calib/deploy/export.h"
 
 namespace soak::calib::exporting {
 

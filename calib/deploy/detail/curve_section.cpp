@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/deploy/detail/curve_section.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <vector>
 
 #include "anfis/model/one_input.h"
+#include "calib/deploy/detail/sections.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib::file {
@@ -29,7 +28,7 @@ double rounded_up(double value) {
   return static_cast<double>(below ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest);
 }
 
-base::Status check(const anfis::Model& model, const std::string& where) {
+base::Status check_form(const anfis::Model& model, const std::string& where) {
   if (auto status = anfis::validate(model); !status) {
     return base::bad_input("the fuzzy model is not usable: " + status.error().message,
                            where + ' ' + status.error().where);
@@ -51,7 +50,7 @@ base::Status check(const anfis::Model& model, const std::string& where) {
   return {};
 }
 
-base::Status check(const SplineCurve& spline, const std::string& where) {
+base::Status check_form(const SplineCurve& spline, const std::string& where) {
   if (spline.coefficients.empty() || spline.coefficients.size() > SOAK_MAX_PIECES ||
       spline.knots_c.size() != spline.coefficients.size() + 1) {
     return base::bad_input("a spline needs 1 to " + std::to_string(SOAK_MAX_PIECES) +
@@ -65,7 +64,7 @@ base::Status check(const SplineCurve& spline, const std::string& where) {
   return {};
 }
 
-base::Status check(const TableCurve& table, const std::string& where) {
+base::Status check_form(const TableCurve& table, const std::string& where) {
   if (table.values.empty() || table.values.size() > SOAK_MAX_POINTS) {
     return base::bad_input(
         "a table needs 1 to " + std::to_string(SOAK_MAX_POINTS) + " points, not " + std::to_string(table.values.size()),
@@ -218,7 +217,7 @@ TableCurve read_table(const std::uint8_t* payload) {
 }  // namespace
 
 base::Status check_curve(const Curve& curve, const std::string& where) {
-  return std::visit([&](const auto& kind) { return check(kind, where); }, curve);
+  return std::visit([&](const auto& kind) { return check_form(kind, where); }, curve);
 }
 
 base::Result<Section> curve_section(Sensor sensor, Quantity quantity, const Curve& curve, const OutputScale& scale) {

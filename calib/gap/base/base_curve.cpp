@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/base/base_curve.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <utility>
+
+#include "base/linear/dense_solve.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -27,7 +28,7 @@ Eigen::MatrixXd second_derivatives(const std::vector<double>& knots) {
     right(k, k) = -1.0 / h(k - 1) - 1.0 / h(k);
     right(k, k + 1) = 1.0 / h(k);
   }
-  return left.partialPivLu().solve(right);
+  return base::solve_lu(left, right);
 }
 
 /// Where a temperature lies among the knots.

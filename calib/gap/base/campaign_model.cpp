@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/base/campaign_model.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "anfis/linear/least_squares.h"
+#include "base/linear/dense_solve.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -134,7 +134,7 @@ Eigen::VectorXd CampaignModel::read_at(Sensor sensor, const std::vector<double>&
   normal = scale.asDiagonal() * normal * scale.asDiagonal();
   normal.diagonal().array() += kRidge;
   const Eigen::VectorXd wanted = scale.asDiagonal() * (white.transpose() * readings);
-  const Eigen::VectorXd coefficients = scale.asDiagonal() * normal.ldlt().solve(wanted);
+  const Eigen::VectorXd coefficients = scale.asDiagonal() * base::solve_ldlt(normal, wanted);
   return (base - columns_[s].leftCols(base.cols())) * coefficients.head(base.cols());
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/noise/noise.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,8 @@
 #include <tuple>
 #include <utility>
 #include <vector>
+
+#include "base/linear/dense_solve.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -66,7 +67,7 @@ Eigen::MatrixXd visit_covariance_factor(const Observations& observations, const 
     }
     covariance(a, a) += own;
   }
-  return covariance.llt().matrixL();
+  return base::cholesky(covariance);
 }
 
 }  // namespace
@@ -184,7 +185,7 @@ Eigen::MatrixXd Whitening::apply(const Eigen::Ref<const Eigen::MatrixXd>& column
   Eigen::MatrixXd result(static_cast<Eigen::Index>(rows_.size()), columns.cols());
   for (std::size_t k = 0; k < rows_.size(); ++k) result.row(static_cast<Eigen::Index>(k)) = columns.row(rows_[k]);
   for (const Visit& visit : visits_) {
-    visit.factor.triangularView<Eigen::Lower>().solveInPlace(result.middleRows(visit.first, visit.factor.rows()));
+    base::solve_lower_in_place(visit.factor, result.middleRows(visit.first, visit.factor.rows()));
   }
   return result;
 }

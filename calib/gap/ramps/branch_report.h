@@ -6,7 +6,7 @@
 
 namespace soak::calib::gap::ramps {
 
-/// The reduced mode: what branches that are left out say of a recording in one attitude without plateaus. Completes
+/// what branches predict of each other in a recording in one attitude without plateaus. Completes
 /// `report`, whose unit and model are known. Named effects carry no parameters: there is no curve at plateaus that a
 /// model could add them to. `named` needs three branches, three quarters of the sensors with a gap explained by one
 /// mechanism, and a straight drift that does not do as well; `unknown` where names are withheld or heating and cooling

@@ -41,12 +41,14 @@ double mean_over_run(const Observations& observations, const Eigen::VectorXd& va
   return count > 0.0 ? sum / count : 0.0;
 }
 
-/// What each run left out says of one sensor.
-struct Judged {
+/// What the unseen runs say of one sensor.
+struct JudgedRuns {
   std::vector<double> before;
   std::vector<double> after;
   std::vector<double> floor;
 };
+
+using SensorJudgements = std::array<JudgedRuns, kSensorCount>;
 
 double root_mean(const std::vector<double>& squares) {
   double sum = 0.0;
@@ -78,7 +80,7 @@ bool can_close(const std::vector<NamedEffect>& effects, Sensor sensor) {
   });
 }
 
-SensorGap summarise(const Judged& judged, bool closing) {
+SensorGap summarise(const JudgedRuns& judged, bool closing) {
   SensorGap gap{.before_rms = root_mean(judged.before),
                 .after_rms = root_mean(judged.after),
                 .floor_rms = root_mean(judged.floor),
@@ -104,8 +106,8 @@ SensorGap summarise(const Judged& judged, bool closing) {
   return gap;
 }
 
-void judge(const Observations& observations, const CampaignModel& plain, const CampaignModel& with, int run,
-           std::array<Judged, kSensorCount>& judged) {
+void judge_run(const Observations& observations, const CampaignModel& plain, const CampaignModel& with, int run,
+               SensorJudgements& judged) {
   for (const Sensor sensor : kSensors) {
     const std::size_t s = index_of(sensor);
     if (!plain.residuals().sensor[s] || !with.residuals().sensor[s]) continue;
@@ -118,6 +120,27 @@ void judge(const Observations& observations, const CampaignModel& plain, const C
     judged[s].floor.push_back(expected_noise(observations, noise, run) +
                               mean_over_run(observations, with.prediction_variance(sensor, run), run));
   }
+}
+
+void judge_unseen_run(const Observations& observations, const TemperatureHistory& history,
+                      const std::vector<NamedEffect>& effects, int run, SensorJudgements& judged) {
+  const CampaignModel plain(observations, history, run);
+  CampaignModel with = plain;
+  for (const NamedEffect& named : effects) {
+    if (!named.effect->candidates) continue;  // nothing that a mean shows
+    const auto again = best_shape(with, *named.effect);
+    if (!again) continue;
+    with.add_term(again->candidate, named.sensors, again->parameters[index_of(again->sensors.front())]);
+  }
+  judge_run(observations, plain, with, run, judged);
+}
+
+SensorGaps summarised(const SensorJudgements& judged, const std::vector<NamedEffect>& effects) {
+  SensorGaps gaps;
+  for (std::size_t s = 0; s < kSensorCount; ++s) {
+    if (!judged[s].before.empty()) gaps[s] = summarise(judged[s], can_close(effects, kSensors[s]));
+  }
+  return gaps;
 }
 
 }  // namespace
@@ -138,45 +161,18 @@ std::optional<double> mean_square(const Observations& observations, const Eigen:
   return squares / count;
 }
 
-namespace {
-
-void judge_left_out(const Observations& observations, const TemperatureHistory& history,
-                    const std::vector<NamedEffect>& effects, int run, std::array<Judged, kSensorCount>& judged) {
-  const CampaignModel plain(observations, history, run);
-  CampaignModel with = plain;
-  for (const NamedEffect& named : effects) {
-    if (!named.effect->candidates) continue;  // nothing that a mean shows
-    const auto again = best_shape(with, *named.effect);
-    if (!again) continue;
-    with.add_term(again->candidate, named.sensors, again->parameters[index_of(again->sensors.front())]);
-  }
-  judge(observations, plain, with, run, judged);
-}
-
-std::array<std::optional<SensorGap>, kSensorCount> summarised(const std::array<Judged, kSensorCount>& judged,
-                                                              const std::vector<NamedEffect>& effects) {
-  std::array<std::optional<SensorGap>, kSensorCount> gaps;
-  for (std::size_t s = 0; s < kSensorCount; ++s) {
-    if (!judged[s].before.empty()) gaps[s] = summarise(judged[s], can_close(effects, kSensors[s]));
-  }
-  return gaps;
-}
-
-}  // namespace
-
-std::array<std::optional<SensorGap>, kSensorCount> cross_validated_gap(const Observations& observations,
-                                                                       const TemperatureHistory& history,
-                                                                       const std::vector<NamedEffect>& effects) {
-  std::array<Judged, kSensorCount> judged;
-  for (int run = 0; run < observations.run_count(); ++run) judge_left_out(observations, history, effects, run, judged);
+SensorGaps cross_validated_gap(const Observations& observations, const TemperatureHistory& history,
+                               const std::vector<NamedEffect>& effects) {
+  SensorJudgements judged;
+  for (int run = 0; run < observations.run_count(); ++run)
+    judge_unseen_run(observations, history, effects, run, judged);
   return summarised(judged, effects);
 }
 
-std::array<std::optional<SensorGap>, kSensorCount> gap_of_unseen_run(const Observations& observations,
-                                                                     const TemperatureHistory& history,
-                                                                     const std::vector<NamedEffect>& effects, int run) {
-  std::array<Judged, kSensorCount> judged;
-  judge_left_out(observations, history, effects, run, judged);
+SensorGaps gap_of_unseen_run(const Observations& observations, const TemperatureHistory& history,
+                             const std::vector<NamedEffect>& effects, int run) {
+  SensorJudgements judged;
+  judge_unseen_run(observations, history, effects, run, judged);
   auto gaps = summarised(judged, effects);
   for (auto& gap : gaps) {
     if (!gap) continue;

@@ -19,23 +19,23 @@ struct SensorGap {
   std::optional<std::pair<double, double>> closed_ci95;  ///< t interval over the runs
 };
 
+using SensorGaps = std::array<std::optional<SensorGap>, kSensorCount>;
+
 /// Mean square of values in one run about their own mean; nothing where fewer than two are numbers.
 [[nodiscard]] std::optional<double> mean_square(const Observations& observations, const Eigen::VectorXd& values,
                                                 int run);
 
-/// Leaves out one run after the other: base, shapes and parameters of `effects` from the others, judged on that run.
-/// Which effects
-/// act on which sensors was chosen on all runs. The fraction (of means over the runs of their own RMS) is absent where
-/// before − floor is under two standard errors, and where no effect could close it: those beside the mean, and those
-/// that are drawn anew with each mounting. Cost: as many fits of the campaign as there are runs.
-[[nodiscard]] std::array<std::optional<SensorGap>, kSensorCount> cross_validated_gap(
-    const Observations& observations, const TemperatureHistory& history, const std::vector<NamedEffect>& effects);
+/// Cross-validation, one run after the other: base, shapes and parameters of `effects` from the others, judged on that
+/// run. Which effects act on which sensors was chosen on all runs. The fraction (of means over the runs of their own
+/// RMS) is absent where before − floor is under two standard errors, and where no effect could close it: those outside
+/// the mean, and those that are drawn anew with each mounting. Cost: as many fits of the campaign as there are runs.
+[[nodiscard]] SensorGaps cross_validated_gap(const Observations& observations, const TemperatureHistory& history,
+                                             const std::vector<NamedEffect>& effects);
 
 /// The same of one run that was locked away before the search, a single number: base, shapes and parameters from all
 /// others. Its fraction has no interval; it is absent where no effect could close the gap, or nothing is above the
 /// floor.
-[[nodiscard]] std::array<std::optional<SensorGap>, kSensorCount> gap_of_unseen_run(
-    const Observations& observations, const TemperatureHistory& history, const std::vector<NamedEffect>& effects,
-    int run);
+[[nodiscard]] SensorGaps gap_of_unseen_run(const Observations& observations, const TemperatureHistory& history,
+                                           const std::vector<NamedEffect>& effects, int run);
 
 }  // namespace soak::calib::gap

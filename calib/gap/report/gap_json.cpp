@@ -66,7 +66,7 @@ nlohmann::json gap_of(const SensorGap& gap, double factor) {
           {"closed_ci95", std::move(interval)}};
 }
 
-nlohmann::json gaps_json(const std::array<std::optional<SensorGap>, kSensorCount>& gaps) {
+nlohmann::json gaps_json(const SensorGaps& gaps) {
   nlohmann::json object = nlohmann::json::object();
   for (const Sensor sensor : kSensors) {
     const auto& gap = gaps[index_of(sensor)];
@@ -75,9 +75,9 @@ nlohmann::json gaps_json(const std::array<std::optional<SensorGap>, kSensorCount
   return object;
 }
 
-nlohmann::json left_out_json(const std::vector<GateRejection>& left_out) {
+nlohmann::json rejections_json(const std::vector<GateRejection>& rejections) {
   nlohmann::json list = nlohmann::json::array();
-  for (const GateRejection& entry : left_out) {
+  for (const GateRejection& entry : rejections) {
     list.push_back({{"run", entry.run},
                     {"sensor", entry.sensor ? nlohmann::json(name_of(*entry.sensor)) : nlohmann::json()},
                     {"segments", entry.segments},
@@ -100,11 +100,11 @@ nlohmann::json gap_json(const GapReport& report) {
     const double factor = printed_per_si(sensor);
     if (report.detection_limit[s]) limits[std::string(name_of(sensor))] = *report.detection_limit[s] * factor;
   }
-  nlohmann::json leftover;
+  nlohmann::json structure;
   if (report.residual_structure) {
-    leftover = {{"axis", report.residual_structure->axis},
-                {"p_adjusted", report.residual_structure->p_adjusted},
-                {"sensors", names_of(report.residual_structure->sensors)}};
+    structure = {{"axis", report.residual_structure->axis},
+                 {"p_adjusted", report.residual_structure->p_adjusted},
+                 {"sensors", names_of(report.residual_structure->sensors)}};
   }
   nlohmann::json locked;
   if (report.locked) locked = {{"run", report.locked->label}, {"gap", gaps_json(report.locked->gap)}};
@@ -115,9 +115,9 @@ nlohmann::json gap_json(const GapReport& report) {
           {"held_out", name_of(report.judged_on)},
           {"effects", effects_json(report)},
           {"suspects", suspects_json(report)},
-          {"leftover", std::move(leftover)},
+          {"leftover", std::move(structure)},
           {"not_testable", std::move(not_testable)},
-          {"left_out", left_out_json(report.rejections)},
+          {"left_out", rejections_json(report.rejections)},
           {"detection_limit", std::move(limits)},
           {"gap", gaps_json(report.gap)},
           {"locked_run", std::move(locked)}};

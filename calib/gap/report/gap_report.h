@@ -33,7 +33,7 @@ constexpr std::string_view name_of(Conclusion conclusion) {
 /// A run that was locked away before the search.
 struct LockedRun {
   std::string label;
-  std::array<std::optional<SensorGap>, kSensorCount> gap;  ///< fractions without interval: one run has no scatter
+  SensorGaps gap;  ///< fractions without interval: one run has no scatter
 };
 
 /// What the gap's figures have not seen: each run in turn; each branch; each half of the difference of two branches.
@@ -58,7 +58,7 @@ struct GapReport {
   /// RMS of a term of one parameter, changing from visit to visit, that stands at the gate (scatter then decides, half
   /// to half); SI.
   std::array<std::optional<double>, kSensorCount> detection_limit;
-  std::array<std::optional<SensorGap>, kSensorCount> gap;
+  SensorGaps gap;
   std::vector<GateRejection> rejections;  ///< by the data gate, in the order of runs
   std::optional<LockedRun> locked;        ///< of campaigns of more than eight runs that could be judged
 };

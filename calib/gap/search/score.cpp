@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/search/score.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "base/linear/dense_solve.h"
 #include "base/statistics.h"
 
 namespace soak::calib::gap {
@@ -30,11 +30,11 @@ Inverse pseudo_inverse(const Eigen::MatrixXd& matrix, double scale) {
   Inverse inverse;
   inverse.matrix = Eigen::MatrixXd::Zero(matrix.rows(), matrix.cols());
   if (matrix.size() == 0 || !(scale > 0.0)) return inverse;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(matrix);
+  const base::SymmetricEigen eigen = base::symmetric_eigen(matrix);
   for (Eigen::Index k = 0; k < matrix.rows(); ++k) {
-    const double value = solver.eigenvalues()(k);
+    const double value = eigen.values(k);
     if (value <= kLeastEigenvalue * scale) continue;
-    const Eigen::VectorXd v = solver.eigenvectors().col(k);
+    const Eigen::VectorXd v = eigen.vectors.col(k);
     inverse.matrix += v * v.transpose() / value;
     inverse.rank += 1.0;
   }

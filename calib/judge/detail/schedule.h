@@ -50,7 +50,7 @@ struct RunHours {
 };
 
 /// The time before the first visit, the kept visits, and the ways between them. A way is the time from the last row in
-/// position to the next one: ramp, settling and soak. Where visits between two kept ones are left out, the joined way
+/// position to the next one: ramp, settling and soak. Where visits between two kept ones are skipped, the joined way
 /// takes at most the sum of the recorded ways between them (no settling saved) and at least the longest of them (no
 /// longer ramp). What follows the last visit, and the time without power between runs, are not counted.
 [[nodiscard]] RunHours run_hours(const RunSchedule& run, const std::vector<bool>& kept);

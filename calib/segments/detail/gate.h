@@ -184,6 +184,12 @@ struct Loss {
 [[nodiscard]] std::optional<Finding> dropouts(const Samples& samples, const Loss& loss);
 /// Share of the intervals that differ from the usual one by more than half of it; nothing where there are too few.
 [[nodiscard]] std::optional<double> share_off(std::span<const double> times, double interval_s);
+/// What the times of a segment's rows say, for the sensors of which no sample is missing.
+struct KnownTimes {
+  double interval_s = 0.0;  ///< usual one that they were judged by
+  Loss loss;
+  std::optional<double> share_off;
+};
 /// Intervals that differ from the usual one. Not asked where samples are missing.
 [[nodiscard]] std::optional<Finding> irregular_sampling(const Samples& samples, double share);
 

@@ -133,11 +133,13 @@ double median_size(std::span<const double> values) {
 base::Status check_options(const DenoisingOptions& options) {
   if (options.relaxation.size() > options.levels) {
     return base::bad_input(fmt::format("{} relaxation factors for {} levels; give at most one per level",
-                                       options.relaxation.size(), options.levels));
+                                       options.relaxation.size(), options.levels),
+                           "relaxation");
   }
   if (const auto sound = wavelet::check_not_negative(options.relaxation, "relaxation factor"); !sound) return sound;
   if (!options.threshold || (std::isfinite(*options.threshold) && *options.threshold >= 0.0)) return {};
-  return base::bad_input(fmt::format("threshold is {}; it must be finite and at least 0", *options.threshold));
+  return base::bad_input(fmt::format("threshold is {}; it must be finite and at least 0", *options.threshold),
+                         "threshold");
 }
 
 /// Threshold of level j = 1, 2.. before its relaxation factor.

@@ -207,7 +207,7 @@ constexpr std::size_t kSlice = 1024;
 base::Status check_threshold_count(std::size_t levels) {
   if (levels >= 1 && levels <= StreamingDenoiser::kMaxLevels) return {};
   return base::bad_input(
-      fmt::format("{} thresholds; give one per level, 1 to {}", levels, StreamingDenoiser::kMaxLevels));
+      fmt::format("{} thresholds; give one per level, 1 to {}", levels, StreamingDenoiser::kMaxLevels), "thresholds");
 }
 
 }  // namespace
@@ -298,7 +298,8 @@ void StreamingDenoiser::flush(StreamedSamples& into) {
 base::Status StreamingDenoiser::set_thresholds(std::span<const double> thresholds) {
   if (thresholds.size() != impl_->levels.size()) {
     return base::bad_input(
-        fmt::format("{} thresholds for {} levels; give one per level", thresholds.size(), impl_->levels.size()));
+        fmt::format("{} thresholds for {} levels; give one per level", thresholds.size(), impl_->levels.size()),
+        "thresholds");
   }
   if (const auto sound = wavelet::check_not_negative(thresholds, "threshold"); !sound) return sound;
   impl_->thresholds.assign(thresholds.begin(), thresholds.end());

@@ -39,8 +39,8 @@ constexpr std::size_t kMaxLevels = 40;
 
 base::Status check_level_count(std::size_t levels) {
   if (levels >= 1 && levels <= kMaxLevels) return {};
-  return base::bad_input("the number of levels must be 1 to " + std::to_string(kMaxLevels) + ", not " +
-                         std::to_string(levels));
+  return base::bad_input(
+      "the number of levels must be 1 to " + std::to_string(kMaxLevels) + ", not " + std::to_string(levels), "levels");
 }
 
 base::Status check_signal(std::span<const double> signal) {

@@ -5,7 +5,9 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "base/result.h"
 #include "db/catalog/catalog.h"
@@ -21,6 +23,15 @@ struct Catalog::Impl {
   /// bad_input about the catalog.
   [[nodiscard]] tl::unexpected<base::Error> refuse(std::string message) const {
     return base::bad_input(std::move(message), connection.path().string());
+  }
+
+  /// What `read` makes of each row of a query; an error says "cannot `doing`".
+  template <class Read, class... Values>
+  [[nodiscard]] auto rows(std::string_view doing, const std::string& sql, const Read& read,
+                          const Values&... values) const {
+    using Rows = std::vector<std::invoke_result_t<const Read&, sqlite::Fields&>>;
+    return connection.run(doing,
+                          [&]() -> base::Result<Rows> { return sqlite::rows_of(database(), sql, read, values...); });
   }
 
   std::filesystem::path data_folder;

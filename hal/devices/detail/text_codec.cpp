@@ -62,7 +62,7 @@ class TextCodec final : public Codec {
       auto field = read_field(name, place.from, lines);
       if (!field) return tl::unexpected(std::move(field.error()));
       const auto value = decode_answer(place, lines.at(place.from.ask));
-      if (!value) return tl::unexpected(NoAnswer{name, quoted(place.from.ask), value.error().message});
+      if (!value) return tl::unexpected(NoAnswer{name, field_text(place.from), value.error().message});
       contents.push_back({*value, *std::move(field), {}, 0});
     }
     return contents;
@@ -128,10 +128,13 @@ class TextCodec final : public Codec {
   }
 
   Answer<std::string> read_field(const std::string& what, const TextField& from, Lines& lines) {
-    const auto answer = ask(what, from.ask, lines);
-    if (!answer) return answer;
+    auto answer = ask(what, from.ask, lines);
+    if (!answer) {
+      answer.error().place = field_text(from);
+      return answer;
+    }
     auto field = field_of(from, *answer);
-    if (!field) return tl::unexpected(NoAnswer{what, quoted(from.ask), field.error().message});
+    if (!field) return tl::unexpected(NoAnswer{what, field_text(from), field.error().message});
     return *std::move(field);
   }
 

@@ -9,24 +9,21 @@
 #include <vector>
 
 #include "base/units.h"
-#include "hal/imu/detail/big_endian.h"
 
 namespace soak::hal::imu {
 namespace {
 
-using namespace std::chrono_literals;
-
 constexpr double kHighestRate_hz = 70.0;
 /// The longest step between packets is 20 ms or so; a byte takes 0.3 ms.
-constexpr auto kEndOfAnswer = 100ms;
-constexpr auto kIdle = 300ms;
+constexpr auto kEndOfAnswer = std::chrono::milliseconds(100);
+constexpr auto kIdle = std::chrono::milliseconds(300);
 /// So many bytes are decoded although more waits: a flood from something else must not fill the memory.
 constexpr std::size_t kMostUndecoded = 256U << 10U;
 constexpr std::size_t kMostAnswer = 256;
 constexpr double kShareOfNewStep = 1.0 / 16.0;
 
 /// Printable characters of an answer.
-std::string text_of(std::span<const std::uint8_t> bytes) {
+std::string ahrs400_text(std::span<const std::uint8_t> bytes) {
   std::string text;
   for (const std::uint8_t byte : bytes) {
     if (byte >= 0x20 && byte < 0x7F) text.push_back(static_cast<char>(byte));
@@ -143,7 +140,7 @@ std::string_view Ahrs400Protocol::request_name() const {
   }
 }
 
-base::Result<bool> Ahrs400Protocol::take_quiet(std::chrono::steady_clock::duration quiet) {
+base::Result<bool> Ahrs400Protocol::end_answer(std::chrono::steady_clock::duration quiet) {
   if (step_ == Step::done) return false;
   if (step_ == Step::listen) {
     if (quiet < kIdle) return false;
@@ -175,7 +172,7 @@ bool Ahrs400Protocol::take_answer() {
     case Step::serial:
       return take_serial();
     case Step::version:
-      identity_.product = text_of(answer_);
+      identity_.product = ahrs400_text(answer_);
       identity_.simulated = identity_.product.find("SIMULATED") != std::string::npos;
       return !identity_.product.empty();
     default:
@@ -197,14 +194,14 @@ bool Ahrs400Protocol::take_serial() {
   return true;
 }
 
-base::Bytes Ahrs400Protocol::last_word() const { return told_to_stream_ ? base::Bytes{'C'} : base::Bytes{}; }
+base::Bytes Ahrs400Protocol::start_command() const { return told_to_stream_ ? base::Bytes{'C'} : base::Bytes{}; }
 
 void Ahrs400Protocol::assume_done(const Imu::Settings& /*settings*/) {
   step_ = Step::done;
   told_to_stream_ = false;
 }
 
-std::chrono::steady_clock::duration Ahrs400Protocol::patience() const { return 3s; }
+std::chrono::steady_clock::duration Ahrs400Protocol::silence_limit() const { return std::chrono::seconds(3); }
 
 // --- measurements and the unit's clock
 
@@ -243,7 +240,7 @@ void Ahrs400Protocol::count_loss() {
   mean_step_ += mean_step_ > 0.0 ? kShareOfNewStep * (step - mean_step_) : step;
 }
 
-void Ahrs400Protocol::begin_anew() {
+void Ahrs400Protocol::restart_clock() {
   clock_.clear();
   ticks_ = 0;
   has_time_ = false;

@@ -6,16 +6,14 @@
 #include <optional>
 #include <string>
 
-#include "hal/imu/imu.h"
-#include "hal/imu/detail/ahrs400_clock.h"
-#include "hal/imu/detail/ahrs400_packet.h"
+#include "hal/imu/detail/ahrs400_decoder.h"
 #include "hal/imu/detail/protocol.h"
+#include "hal/imu/imu.h"
 
 namespace soak::hal::imu {
 
-/// Crossbow AHRS400 in scaled mode: packets of 24 bytes (ahrs400_packet.h) whose timer tells the time modulo 51.8 ms
-/// (ahrs400_clock.h), commands of one byte. Begins to count the time with the first packet: the unit does not say when
-/// it was switched on.
+/// Crossbow AHRS400 in scaled mode: packets of 24 bytes whose timer tells the time modulo 51.8 ms (ahrs400_decoder.h),
+/// commands of one byte. Begins to count the time with the first packet: the unit does not say when it was switched on.
 ///
 /// - No answer has an end of its own: one is complete when the line has been quiet for 0.1 s.
 /// - Before the dialogue it listens: a unit that streams has kept its power since it was told to, one that stands idle
@@ -41,8 +39,8 @@ class Ahrs400Protocol final : public Protocol {
   bool done() const override { return step_ == Step::done; }
   base::Bytes request() override;
   std::string_view request_name() const override;
-  base::Result<bool> take_quiet(std::chrono::steady_clock::duration quiet) override;
-  base::Bytes last_word() const override;
+  base::Result<bool> end_answer(std::chrono::steady_clock::duration quiet) override;
+  base::Bytes start_command() const override;
   base::Bytes wake_up_answer() const override { return {}; }
   const ImuIdentity& identity() const override { return identity_; }
   bool found_idle() const override { return found_idle_; }
@@ -53,10 +51,10 @@ class Ahrs400Protocol final : public Protocol {
   bool clock_empty() const override { return !has_time_; }
   double time_s() const override { return Ahrs400Clock::kTick_s * static_cast<double>(ticks_); }
   std::uint32_t lost_packets() const override { return lost_packets_; }
-  void begin_anew() override;
+  void restart_clock() override;
   void interrupt() override { clock_.interrupt(); }
 
-  std::chrono::steady_clock::duration patience() const override;
+  std::chrono::steady_clock::duration silence_limit() const override;
   bool temp_with_every_packet() const override { return true; }
 
  private:

@@ -77,9 +77,9 @@ class Protocol {
   /// What the current request is, for messages to the user.
   [[nodiscard]] virtual std::string_view request_name() const = 0;
   /// No byte has come for `quiet`: the end of an answer that nothing else ends. Returns whether the dialogue moved on.
-  [[nodiscard]] virtual base::Result<bool> take_quiet(std::chrono::steady_clock::duration quiet) = 0;
+  [[nodiscard]] virtual base::Result<bool> end_answer(std::chrono::steady_clock::duration quiet) = 0;
   /// What is to be sent when the dialogue is done, and is not answered but by the stream.
-  [[nodiscard]] virtual base::Bytes last_word() const = 0;
+  [[nodiscard]] virtual base::Bytes start_command() const = 0;
   /// What is to be sent upon a wake-up message before the dialogue begins.
   [[nodiscard]] virtual base::Bytes wake_up_answer() const = 0;
   /// Complete once done().
@@ -104,14 +104,14 @@ class Protocol {
   /// Packets missing between the last two.
   [[nodiscard]] virtual std::uint32_t lost_packets() const = 0;
   /// The next packet is the first one after a power-on.
-  virtual void begin_anew() = 0;
+  virtual void restart_clock() = 0;
   /// The next packet follows an interruption that the station itself has made.
   virtual void interrupt() = 0;
 
   // --- habits of the family
 
   /// How long a stream may be silent before the unit is asked again.
-  [[nodiscard]] virtual std::chrono::steady_clock::duration patience() const = 0;
+  [[nodiscard]] virtual std::chrono::steady_clock::duration silence_limit() const = 0;
   /// The thermometer comes with every packet, whatever rate was asked for.
   [[nodiscard]] virtual bool temp_with_every_packet() const = 0;
 };

@@ -6,17 +6,20 @@
 #include <algorithm>
 #include <array>
 #include <utility>
+#include <variant>
+
+#include "hal/imu/detail/ahrs400_protocol.h"
+#include "hal/imu/detail/vectornav_protocol.h"
+#include "hal/imu/detail/xsens_protocol.h"
 
 namespace soak::hal::imu {
 namespace {
 
-using namespace std::chrono_literals;
-
-constexpr auto kAnswerTimeout = 1s;
+constexpr auto kAnswerTimeout = std::chrono::seconds(1);
 constexpr int kRepetitions = 3;
 /// A frame whose rest has not come by then does not come at all: its beginning was garbage.
-constexpr auto kFrameTimeout = 500ms;
-constexpr auto kSilentAfter = 3s;
+constexpr auto kFrameTimeout = std::chrono::milliseconds(500);
+constexpr auto kSilentAfter = std::chrono::seconds(3);
 constexpr std::size_t kMostUnsentBytes = 1024;
 
 }  // namespace
@@ -207,7 +210,7 @@ void StreamImu::append_sample(const UnitPacket& packet, std::vector<ImuSample>& 
 
 base::Status StreamImu::watch_time(std::vector<ImuSample>& samples) {
   const auto quiet = now_ - last_bytes_;
-  if (const auto moved_on = protocol_->take_quiet(quiet); !moved_on) {
+  if (const auto moved_on = protocol_->end_answer(quiet); !moved_on) {
     return base::forward_error(moved_on);
   } else if (*moved_on) {
     move_dialogue_on();
@@ -239,7 +242,7 @@ base::Status StreamImu::watch_stream() {
   const auto quiet = now_ - last_message_;
   if (quiet >= kSilentAfter) {
     state_ = ImuState::silent;
-    if (quiet >= protocol_->patience()) begin_setup();
+    if (quiet >= protocol_->silence_limit()) begin_setup();
   } else if (now_ - last_sample_ >= kSilentAfter) {
     if (!sampled_) {
       return base::fail(base::ErrorKind::device, "the unit sends packets, but not what it agreed to send");
@@ -269,7 +272,7 @@ void StreamImu::finish_setup() {
     if ((another || protocol_->found_idle()) && !protocol_->clock_empty()) notice_restart();
     identity_ = protocol_->identity();
   }
-  queue(protocol_->last_word());
+  queue(protocol_->start_command());
   protocol_->interrupt();
   first_packet_ = true;
   last_message_ = now_;
@@ -281,10 +284,46 @@ void StreamImu::finish_setup() {
 void StreamImu::notice_restart() {
   ++statistics_.restarts;
   ++power_on_;
-  protocol_->begin_anew();
+  protocol_->restart_clock();
   pending_temp_c_.reset();
   sample_s_.reset();
   next_temp_s_ = 0.0;
 }
+
+}  // namespace soak::hal::imu
+
+namespace soak::hal {
+namespace {
+
+std::unique_ptr<imu::Protocol> make_protocol(const UnitLink& link) {
+  switch (link.decoder) {
+    case UnitDecoder::ahrs400:
+      return std::make_unique<imu::Ahrs400Protocol>(link.ranges);
+    case UnitDecoder::vectornav:
+      return std::make_unique<imu::VectorNavProtocol>();
+    case UnitDecoder::xsens:
+      break;
+  }
+  return std::make_unique<imu::XsensProtocol>();
+}
+
+struct SourceOf {
+  auto operator()(const TcpAddress& address) const { return imu::make_tcp_source(address); }
+  auto operator()(const SerialAddress& address) const { return imu::make_serial_source(address); }
+  auto operator()(const UsbAddress& address) const { return imu::make_usb_source(address); }
+  auto operator()(const RecordedAddress& address) const { return imu::make_recorded_source(address); }
+};
+
+}  // namespace
+
+std::unique_ptr<Imu> make_imu(const UnitLink& link) {
+  return std::make_unique<imu::StreamImu>(imu::make_source(link.address), make_protocol(link));
+}
+
+}  // namespace soak::hal
+
+namespace soak::hal::imu {
+
+std::unique_ptr<ByteSource> make_source(const UnitAddress& address) { return std::visit(hal::SourceOf{}, address); }
 
 }  // namespace soak::hal::imu

@@ -5,12 +5,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 
 namespace soak::hal::imu {
 namespace {
-
-using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::uint8_t kBinaryStart = 0xFA;
 constexpr std::uint8_t kTextStart = '$';
@@ -35,7 +32,9 @@ constexpr std::array<std::uint16_t, 256> make_crc_table() {
 
 constexpr auto kCrcTable = make_crc_table();
 
-Bytes bytes_of(std::string_view text) { return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}; }
+std::span<const std::uint8_t> bytes_of(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
 
 std::uint8_t exclusive_or(std::string_view text) {
   unsigned sum = 0;
@@ -52,7 +51,7 @@ T little_endian(const std::uint8_t* bytes) {
 
 float read_float(const std::uint8_t* bytes) { return std::bit_cast<float>(little_endian<std::uint32_t>(bytes)); }
 
-std::array<float, 3> read_three(const std::uint8_t* bytes) {
+std::array<float, 3> read_three_floats(const std::uint8_t* bytes) {
   return {read_float(bytes), read_float(bytes + 4), read_float(bytes + 8)};
 }
 
@@ -75,7 +74,7 @@ struct Frame {
 
 Frame incomplete() { return {Frame::Kind::incomplete}; }
 
-Frame read_binary(Bytes bytes) {
+Frame read_binary(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < 2) return incomplete();
   const std::uint8_t groups = bytes[1];
   if (groups == 0 || (groups & ~(kCommonGroup | kImuGroup)) != 0) return {};
@@ -107,7 +106,7 @@ bool check_holds(std::string_view text, std::string_view check) {
   return check.size() == 4 && check == fmt::format("{:04X}", vectornav_crc(bytes_of(text)));
 }
 
-Frame read_text(Bytes bytes) {
+Frame read_text(std::span<const std::uint8_t> bytes) {
   constexpr std::string_view kPrefix = "$VN";
   const std::string_view all(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), kLongestLine));
   if (all.substr(0, kPrefix.size()) != kPrefix.substr(0, all.size())) return {};
@@ -126,14 +125,14 @@ Frame read_text(Bytes bytes) {
 
 void take_common(VectorNavPacket& packet, std::uint16_t bit, const std::uint8_t* value) {
   if (bit == vectornav_field::kTimeStartup) packet.time_ns = little_endian<std::uint64_t>(value);
-  if (bit == vectornav_field::kCommonRate) packet.rate_rps = read_three(value);
-  if (bit == vectornav_field::kCommonAccel) packet.accel_mps2 = read_three(value);
+  if (bit == vectornav_field::kCommonRate) packet.rate_rps = read_three_floats(value);
+  if (bit == vectornav_field::kCommonAccel) packet.accel_mps2 = read_three_floats(value);
 }
 
 void take_imu(VectorNavPacket& packet, std::uint16_t bit, const std::uint8_t* value) {
   if (bit == vectornav_field::kTemp) packet.temp_c = read_float(value);
-  if (bit == vectornav_field::kAccel) packet.accel_mps2 = read_three(value);
-  if (bit == vectornav_field::kRate) packet.rate_rps = read_three(value);
+  if (bit == vectornav_field::kAccel) packet.accel_mps2 = read_three_floats(value);
+  if (bit == vectornav_field::kRate) packet.rate_rps = read_three_floats(value);
   if (bit == vectornav_field::kSaturation) packet.saturation = little_endian<std::uint16_t>(value);
 }
 
@@ -167,48 +166,19 @@ VectorNavPacket decode_vectornav(const VectorNavMessage& binary) {
   return packet;
 }
 
-void VectorNavDecoder::append(std::span<const std::uint8_t> bytes) {
-  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(begin_));
-  begin_ = 0;
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
 std::optional<VectorNavMessage> VectorNavDecoder::next() {
   for (;;) {
-    skip_to_start();
+    skip_until([](std::uint8_t byte) { return byte == kBinaryStart || byte == kTextStart; });
     if (pending_bytes() == 0) return std::nullopt;
-    const auto pending = std::span<const std::uint8_t>(buffer_).subspan(begin_);
-    const Frame frame = pending[0] == kBinaryStart ? read_binary(pending) : read_text(pending);
+    const auto bytes = pending();
+    const Frame frame = bytes[0] == kBinaryStart ? read_binary(bytes) : read_text(bytes);
     if (frame.kind == Frame::Kind::incomplete) return std::nullopt;
     if (frame.kind == Frame::Kind::found) {
-      begin_ += frame.message.frame_size;
+      take_frame(frame.message.frame_size);
       return frame.message;
     }
     skip_garbage(1);
   }
-}
-
-bool VectorNavDecoder::drop_partial() {
-  if (pending_bytes() == 0) return false;
-  skip_garbage(1);
-  return true;
-}
-
-void VectorNavDecoder::clear() {
-  buffer_.clear();
-  begin_ = 0;
-}
-
-void VectorNavDecoder::skip_to_start() {
-  const auto first = buffer_.begin() + static_cast<std::ptrdiff_t>(begin_);
-  const auto start =
-      std::find_if(first, buffer_.end(), [](std::uint8_t byte) { return byte == kBinaryStart || byte == kTextStart; });
-  skip_garbage(static_cast<std::size_t>(start - first));
-}
-
-void VectorNavDecoder::skip_garbage(std::size_t count) {
-  begin_ += count;
-  garbage_bytes_ += count;
 }
 
 }  // namespace soak::hal::imu

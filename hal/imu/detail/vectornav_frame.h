@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "base/bytes.h"
+#include "hal/imu/detail/frame_decoder.h"
 
 namespace soak::hal::imu {
 
@@ -63,26 +64,10 @@ struct VectorNavMessage {
 /// stream that may be split and damaged anywhere. Only groups 1 and 3 are known: outputs with others count as garbage.
 /// Behind a frame that does not hold it goes on with the byte after its first, so that a true frame which begins inside
 /// a false one is found. Keeps at most one incomplete frame (some 400 bytes) besides what the last append() brought.
-class VectorNavDecoder {
+class VectorNavDecoder : public FrameDecoder {
  public:
-  /// Takes bytes. next() is to be called until it has no more before the next append().
-  void append(std::span<const std::uint8_t> bytes);
   /// The next message; its contents are valid until the next call of any kind.
   [[nodiscard]] std::optional<VectorNavMessage> next();
-  /// Gives up the frame that has begun but does not end. False if nothing was pending.
-  bool drop_partial();
-  void clear();
-
-  [[nodiscard]] std::uint64_t garbage_bytes() const { return garbage_bytes_; }
-  [[nodiscard]] std::size_t pending_bytes() const { return buffer_.size() - begin_; }
-
- private:
-  void skip_to_start();
-  void skip_garbage(std::size_t count);
-
-  base::Bytes buffer_;
-  std::size_t begin_ = 0;  ///< of what is not yet decoded
-  std::uint64_t garbage_bytes_ = 0;
 };
 
 }  // namespace soak::hal::imu

@@ -13,7 +13,6 @@
 namespace soak::hal::imu {
 namespace {
 
-using namespace std::chrono_literals;
 namespace field = vectornav_field;
 
 constexpr VectorNavFields kWithSaturation = {field::kTimeStartup,
@@ -192,7 +191,7 @@ base::Status VectorNavProtocol::check_rate() const {
 }
 
 /// A unit that was restarted sends its lines at once; one whose lines are turned off for good waits.
-std::chrono::steady_clock::duration VectorNavProtocol::patience() const { return 10s; }
+std::chrono::steady_clock::duration VectorNavProtocol::silence_limit() const { return std::chrono::seconds(10); }
 
 // --- measurements and the unit's clock
 
@@ -208,7 +207,7 @@ bool VectorNavProtocol::advance() {
   return true;
 }
 
-void VectorNavProtocol::begin_anew() {
+void VectorNavProtocol::restart_clock() {
   last_ns_.reset();
   interrupted_ = true;
   lost_packets_ = 0;

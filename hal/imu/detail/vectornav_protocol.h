@@ -32,8 +32,8 @@ class VectorNavProtocol final : public Protocol {
   bool done() const override { return step_ == Step::done; }
   base::Bytes request() override;
   std::string_view request_name() const override;
-  base::Result<bool> take_quiet(std::chrono::steady_clock::duration) override { return false; }
-  base::Bytes last_word() const override { return {}; }
+  base::Result<bool> end_answer(std::chrono::steady_clock::duration) override { return false; }
+  base::Bytes start_command() const override { return {}; }
   base::Bytes wake_up_answer() const override { return {}; }
   const ImuIdentity& identity() const override { return identity_; }
   bool found_idle() const override { return false; }
@@ -44,10 +44,10 @@ class VectorNavProtocol final : public Protocol {
   bool clock_empty() const override { return !last_ns_; }
   double time_s() const override { return 1e-9 * static_cast<double>(last_ns_.value_or(0)); }
   std::uint32_t lost_packets() const override { return lost_packets_; }
-  void begin_anew() override;
+  void restart_clock() override;
   void interrupt() override { interrupted_ = true; }
 
-  std::chrono::steady_clock::duration patience() const override;
+  std::chrono::steady_clock::duration silence_limit() const override;
   bool temp_with_every_packet() const override { return true; }
 
  private:

@@ -269,7 +269,7 @@ std::unique_ptr<ByteSource> make_recorded_source(const RecordedAddress& address)
   return std::make_unique<RecordedSource>(address);
 }
 
-// --- any of them
+// --- addresses in words
 
 namespace {
 
@@ -284,16 +284,7 @@ struct AddressText {
   std::string operator()(const RecordedAddress& recorded) const { return fmt::format("recording {}", recorded.file); }
 };
 
-struct SourceOf {
-  auto operator()(const TcpAddress& address) const { return make_tcp_source(address); }
-  auto operator()(const SerialAddress& address) const { return make_serial_source(address); }
-  auto operator()(const UsbAddress& address) const { return make_usb_source(address); }
-  auto operator()(const RecordedAddress& address) const { return make_recorded_source(address); }
-};
-
 }  // namespace
-
-std::unique_ptr<ByteSource> make_source(const UnitAddress& address) { return std::visit(SourceOf{}, address); }
 
 }  // namespace soak::hal::imu
 

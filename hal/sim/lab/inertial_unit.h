@@ -43,7 +43,7 @@ class SlowNoise {
  public:
   SlowNoise(const std::vector<double>& correlation_times_s, double bias_instability, double step_s);
 
-  /// Starts anew in the stationary state, with the random numbers of `stream` (below 2^24) of `seed`.
+  /// Restarts in the stationary state, with the random numbers of `stream` (below 2^24) of `seed`.
   void start(std::uint64_t seed, std::uint64_t stream);
   void step();
   /// In the unit of the bias instability.
@@ -71,7 +71,7 @@ class UnitNoise {
  public:
   explicit UnitNoise(const LabMagnitudes& magnitudes);
 
-  /// Starts anew; `seed` names unit and power-on.
+  /// Restarts; `seed` names unit and power-on.
   void start(std::uint64_t seed);
   /// Advances the slow noise, which has a new value each kTicksPerStep internal samples, to sample `index`.
   void advance_to(std::uint64_t index);

@@ -27,7 +27,7 @@ the ports. Ends with status 0 on SIGTERM or SIGINT.
   --out DIR        folder for station.toml; made where it is missing
   --seed N         seed of all random numbers (default: that of the configuration)
   --units N        number of units, 1 to 16, in slots 1, 2, ...
-  --rate R         device seconds per second of host time, 0.01 to 5000 (default 1); max = 5000. A reader that does not
+  --rate R         device seconds per second of host time, 0.01 to 20000 (default 1); max = 20000. A reader that does not
                    keep up makes the laboratory's clock wait.
   --config FILE    magnitudes, in the format of lab.toml
   --base-port P    ports P (chamber), P+1 (fixture), P+2 (relay), P+3 (espec-p300), P+10+n (unit n); else any free ones
@@ -47,7 +47,7 @@ offsets of the first 64 power-ons of each. hal/sim/README.md describes the forma
 )";
 
 constexpr double kMinRate = 0.01;
-constexpr double kMaxRate = 5000.0;
+constexpr double kMaxRate = 20000.0;
 constexpr int kMaxBasePort = 65535 - 10 - kRelayOutputs;
 constexpr int kListedPowerOns = 64;
 

@@ -1,27 +1,90 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/usb/detail/bulk_stream.h"
 
+#include <fmt/format.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
-#include "hal/usb/detail/ft232.h"
-
 namespace soak::hal::usb {
+
+// --- chips of FTDI
+
 namespace {
 
-using namespace std::chrono_literals;
+constexpr std::size_t kStatusSize = 2;
+constexpr double kClock_hz = 3e6;
+constexpr double kMostDeviation = 0.03;
+/// Codes of 0/8 … 7/8.
+constexpr std::array<unsigned, 8> kFractionCodes = {0, 3, 2, 4, 1, 5, 6, 7};
+constexpr unsigned kMostDivisor = 0x3FFF;
+
+/// Requests of the chip, with values in the order in which they are sent.
+struct Ft232Request {
+  std::uint8_t request;
+  std::uint16_t value;
+};
+constexpr std::uint8_t kBaud = 3;
+constexpr std::array kRequests = {
+    Ft232Request{0, 0},       // reset
+    Ft232Request{0, 2},       // drop stale input
+    Ft232Request{0, 1},       // drop stale output
+    Ft232Request{4, 0x0008},  // 8 bits, no parity, 1 stop bit
+    Ft232Request{2, 0},       // no flow control
+    Ft232Request{9, 8},       // ms until a packet that is not full is sent
+    Ft232Request{1, 0x0101},  // DTR on
+    Ft232Request{1, 0x0202},  // RTS on
+};
+
+}  // namespace
+
+std::optional<Ft232Divisor> ft232_divisor(int baud) {
+  if (baud <= 0) return std::nullopt;
+  const auto eighths = static_cast<unsigned>(std::lround(std::min(8.0 * kClock_hz / baud, 1e9)));
+  if (eighths < 8 || eighths / 8 > kMostDivisor) return std::nullopt;
+  if (std::abs(8.0 * kClock_hz / eighths - baud) > kMostDeviation * baud) return std::nullopt;
+  // Between 3 and 1.5 megabaud the chip knows 2 only, and writes both ends in its own way.
+  if (eighths == 8) return Ft232Divisor{0, 0};
+  if (eighths == 12) return Ft232Divisor{1, 0};
+  if (eighths < 16) return std::nullopt;
+  const unsigned code = kFractionCodes[eighths % 8];
+  return Ft232Divisor{static_cast<std::uint16_t>(eighths / 8 | (code & 3U) << 14U),
+                      static_cast<std::uint16_t>(code >> 2U)};
+}
+
+void append_without_status(std::span<const std::uint8_t> transfer, std::size_t packet_size, base::Bytes& bytes) {
+  while (transfer.size() > kStatusSize) {
+    const auto packet = transfer.first(std::min(transfer.size(), packet_size));
+    bytes.insert(bytes.end(), packet.begin() + kStatusSize, packet.end());
+    transfer = transfer.subspan(packet.size());
+  }
+}
+
+base::Status set_up_ft232(UsbHandle& handle, int baud) {
+  const auto divisor = ft232_divisor(baud);
+  if (!divisor) return base::bad_input(fmt::format("the chip has no {} baud: 184 to 3000000 (docs/hardware.md)", baud));
+  for (const Ft232Request& request : kRequests) {
+    if (auto done = handle.vendor_request(request.request, request.value, 0); !done) return done;
+  }
+  return handle.vendor_request(kBaud, divisor->value, divisor->index);
+}
+
+// --- the bytes of a device
+
+namespace {
 
 constexpr std::size_t kTransferSize = 4096;
 constexpr std::size_t kMostToSend = 1024;
 constexpr unsigned kSendTimeout_ms = 1000;
 constexpr std::size_t kMostBuffered = 1U << 20U;
 constexpr int kMostErrors = 3;
-constexpr auto kLongestStop = 2s;
-constexpr auto kCancelAgain = 50ms;
+constexpr auto kLongestStop = std::chrono::seconds(2);
+constexpr auto kCancelAgain = std::chrono::milliseconds(50);
 constexpr const char* kGone = "the unit was unplugged";
 
 std::string text_of_status(libusb_transfer_status status) {

@@ -7,9 +7,7 @@
 
 #include "hal/links/detail/byte_source.h"
 #include "hal/usb/detail/bulk_stream.h"
-#include "hal/usb/detail/ft232.h"
 #include "hal/usb/detail/usb_context.h"
-#include "hal/usb/detail/usb_handle.h"
 #include "hal/usb/usb_devices.h"
 
 namespace soak::hal::usb {
@@ -81,7 +79,7 @@ void UsbSource::close_stream() {
   if (!stream_) return;
   stalled_ = stream_->stalled();
   stream_->stop();
-  if (!stream_->finished()) context_->bury(std::move(stream_));
+  if (!stream_->finished()) context_->keep_until_finished(std::move(stream_));
   stream_.reset();
 }
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/campaign/detail/thermal_nodes.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <utility>
+
+#include "base/linear/dense_solve.h"
 
 namespace soak::calib::gap {
 namespace {
@@ -81,7 +82,7 @@ class Fit {
         const Eigen::MatrixXd x = columns(taus);
         Eigen::MatrixXd normal = x.transpose() * x;
         normal.diagonal() += price(step_c_);
-        const Eigen::VectorXd theta = normal.ldlt().solve(x.transpose() * readings_);
+        const Eigen::VectorXd theta = base::solve_ldlt(normal, Eigen::VectorXd(x.transpose() * readings_));
         const double squares = (readings_ - x * theta).squaredNorm();
         if (squares >= best) continue;
         best = squares;
@@ -192,7 +193,7 @@ class Fit {
       Eigen::MatrixXd damped = normal;
       damped.diagonal() *= 1.0 + damping;
       damped.diagonal().array() += 1e-9 * normal.diagonal().maxCoeff();
-      const Eigen::VectorXd step = damped.ldlt().solve(slope);
+      const Eigen::VectorXd step = base::solve_ldlt(damped, slope);
       LogTaus taus = taus_;
       for (std::size_t k = 0; k < taus.size(); ++k) {
         const double moved = taus[k] + std::clamp(step(parameters_ + static_cast<Eigen::Index>(k)), -0.5, 0.5);

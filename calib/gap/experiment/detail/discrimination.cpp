@@ -3,19 +3,18 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "base/linear/dense_solve.h"
 #include "calib/gap/base/base_curve.h"
 
 namespace soak::calib::gap {
 namespace {
 
-LoggedCampaign with(const LoggedCampaign& campaign, const std::vector<LoggedRun>& planned) {
+LoggedCampaign with_planned(const LoggedCampaign& campaign, const std::vector<LoggedRun>& planned) {
   LoggedCampaign all = campaign;
   all.runs.insert(all.runs.end(), planned.begin(), planned.end());
   return all;
@@ -25,13 +24,6 @@ std::vector<double> temperatures_of(const Observations& observations, Sensor sen
   std::vector<double> temp_c;
   for (const Observation& row : observations.rows) temp_c.push_back(row.sensor_temp_c[index_of(sensor)]);
   return temp_c;
-}
-
-std::size_t nearest(const std::vector<double>& level_c, double temp_c) {
-  const auto off = [&](double c) { return std::abs(c - temp_c); };
-  const auto best =
-      std::min_element(level_c.begin(), level_c.end(), [&](double a, double b) { return off(a) < off(b); });
-  return static_cast<std::size_t>(best - level_c.begin());
 }
 
 /// What the model's coefficients say at the levels of the extended campaign, in the layout of base_design() up to the
@@ -57,7 +49,7 @@ Eigen::VectorXd slope_prior(const Observations& known, const Observations& exten
   const Eigen::VectorXd sigmas = slope_sigmas(known.level_c, levels);
   Eigen::VectorXd prior(extended.level_count());
   for (Eigen::Index k = 0; k < prior.size(); ++k) {
-    const std::size_t same = nearest(known.level_c, extended.level_c[static_cast<std::size_t>(k)]);
+    const std::size_t same = nearest_level(known.level_c, extended.level_c[static_cast<std::size_t>(k)]);
     prior(k) = 1.0 / std::max(kLeast, sigmas(static_cast<Eigen::Index>(same)));
   }
   return prior;
@@ -124,12 +116,12 @@ double left_of(const Eigen::MatrixXd& products, const Eigen::VectorXd& norm, Eig
   }
   const Eigen::MatrixXd inner = scale.asDiagonal() * products.block(first, first, count, count) * scale.asDiagonal();
   const Eigen::VectorXd with = scale.asDiagonal() * products.col(v).segment(first, count);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(inner);
+  const base::SymmetricEigen eigen = base::symmetric_eigen(inner);
   double left = products(v, v);
   for (Eigen::Index k = 0; k < count; ++k) {
-    if (solver.eigenvalues()(k) <= kInvisible) continue;
-    const double along = solver.eigenvectors().col(k).dot(with);
-    left -= along * along / solver.eigenvalues()(k);
+    if (eigen.values(k) <= kInvisible) continue;
+    const double along = eigen.vectors.col(k).dot(with);
+    left -= along * along / eigen.values(k);
   }
   return std::max(0.0, left);
 }
@@ -138,7 +130,7 @@ double left_of(const Eigen::MatrixXd& products, const Eigen::VectorXd& norm, Eig
 
 ExtendedCampaign::ExtendedCampaign(const LoggedCampaign& campaign, const std::vector<LoggedRun>& planned,
                                    const CampaignModel& model)
-    : campaign_(with(campaign, planned)),
+    : campaign_(with_planned(campaign, planned)),
       observations_(observe(campaign_)),
       history_(campaign_, observations_),
       whitening_(kSensorCount) {
@@ -255,7 +247,7 @@ Discrimination::Products Discrimination::beside_the_base(const std::vector<int>&
     const Eigen::MatrixXd mixed = scale.asDiagonal() * all.topRightCorner(base, rest);
     // Bottom row: squares before the base was taken off.
     result.at(s).resize(rest + 1, rest);
-    result.at(s).topRows(rest) = all.bottomRightCorner(rest, rest) - mixed.transpose() * inner.llt().solve(mixed);
+    result.at(s).topRows(rest) = all.bottomRightCorner(rest, rest) - mixed.transpose() * base::solve_llt(inner, mixed);
     result.at(s).bottomRows(1) = all.diagonal().tail(rest).transpose();
   }
   return result;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/ramps/detail/branch_fit.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+
+#include "base/linear/dense_solve.h"
 
 namespace soak::calib::gap::ramps {
 namespace {
@@ -49,7 +49,7 @@ void add_branch(const Eigen::VectorXd& values, const Eigen::VectorXd& temp_c, in
   const int most = std::max(1, static_cast<int>(rows / 2) - 3);
   const Eigen::MatrixXd basis =
       ramp_spline(temp_c, temp_c.minCoeff(), temp_c.maxCoeff(), std::clamp(intervals, 1, most));
-  const Eigen::VectorXd left = values - basis * basis.completeOrthogonalDecomposition().solve(values);
+  const Eigen::VectorXd left = values - basis * base::solve_orthogonal(basis, values);
   total.squares += left.squaredNorm();
   total.neighbours += left.head(rows - 1).dot(left.tail(rows - 1));
   total.rows += static_cast<double>(rows);
@@ -254,8 +254,8 @@ FoldSquares BranchFit::predict_folds(const Candidate* shape) const {
     const Normal left = normal_of(columns, values, own);
     Eigen::MatrixXd normal = all.matrix - left.matrix;
     normal.diagonal() += ridge(made, all.matrix);
-    const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
-    const Eigen::VectorXd parameters = solver.solve(all.side - left.side);
+    const base::Ldlt solver(normal);
+    const Eigen::VectorXd parameters = solver.solve(Eigen::VectorXd(all.side - left.side));
     squares.error.back() = mean_square(values_ - made.columns * parameters, fold);
     double leverage = 0.0;
     for (std::size_t i = 0; i < row_.size(); ++i) {
@@ -286,7 +286,7 @@ std::vector<double> BranchFit::predict_by_direction() const {
     if (std::none_of(alike.begin(), alike.end(), [](bool is) { return is; })) continue;
     Normal normal = normal_of(columns, values, alike);
     normal.matrix.diagonal() += ridge(made, normal.matrix);
-    errors.back() = mean_square(values_ - made.columns * normal.matrix.ldlt().solve(normal.side), fold);
+    errors.back() = mean_square(values_ - made.columns * base::solve_ldlt(normal.matrix, normal.side), fold);
   }
   return errors;
 }
@@ -297,7 +297,7 @@ WholeFit BranchFit::fit_all(const Candidate* shape) const {
   const Eigen::VectorXd values = white(values_);
   Normal normal = normal_of(columns, values, std::vector<bool>(row_.size(), true));
   normal.matrix.diagonal() += ridge(made, normal.matrix);
-  const Eigen::VectorXd parameters = normal.matrix.ldlt().solve(normal.side);
+  const Eigen::VectorXd parameters = base::solve_ldlt(normal.matrix, normal.side);
   const Eigen::Index terms = made.columns.cols() - made.base;
   WholeFit fit;
   fit.squares = (values - columns * parameters).squaredNorm();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/search/detail/slow_noise.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/linear/dense_solve.h"
 #include "base/statistics.h"
 #include "calib/gap/noise/noise.h"
 #include "calib/gap/search/score.h"
@@ -42,11 +42,10 @@ struct Spectrum {
 
 /// Squares and degrees of freedom that a least-squares fit leaves.
 std::pair<double, double> left_by(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y) {
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
+  const base::TurnedByQr qr = base::turn_by_pivoted_qr(columns, y);
   // Runs and cells depend on each other: what lies beyond the rank is left, whatever the coefficients.
-  const Eigen::Index dof = y.size() - qr.rank();
-  const Eigen::VectorXd turned = qr.householderQ().adjoint() * y;
-  return {turned.tail(dof).squaredNorm(), static_cast<double>(dof)};
+  const Eigen::Index dof = y.size() - qr.rank;
+  return {qr.turned.tail(dof).squaredNorm(), static_cast<double>(dof)};
 }
 
 /// Half waves over each run against the other scatter of visits, with runs and cells taken off.
@@ -144,7 +143,8 @@ void take_off_strength(const Observations& observations, const Eigen::MatrixXd& 
     if (static_cast<Eigen::Index>(rows.size()) <= columns.cols()) continue;
     Eigen::MatrixXd x = columns(rows, Eigen::all);
     x.rowwise() -= x.colwise().mean().eval();
-    const Eigen::VectorXd more = x.colPivHouseholderQr().solve(remainder(rows)).cwiseMax(-kMost).cwiseMin(kMost);
+    const Eigen::VectorXd more =
+        base::solve_pivoted_qr(x, Eigen::VectorXd(remainder(rows))).cwiseMax(-kMost).cwiseMin(kMost);
     remainder(rows) -= x * more;
   }
 }

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/judge/detail/report_words.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+namespace soak::calib {
+namespace {
+
+using nlohmann::json;
+
+/// Widest band of a fresh power-on over the sensors of one kind, in printed units; absent where a sensor has none.
+std::optional<double> widest_pi95(const json& fit, std::string_view kind) {
+  std::optional<double> widest;
+  for (const auto& [name, sensor] : fit.at("sensors").items()) {
+    if (!name.starts_with(kind)) continue;
+    for (const json& point : sensor.at("curve")) {
+      if (point.at("pi95").is_null()) return std::nullopt;
+      widest = std::max(widest.value_or(0.0), point.at("pi95").get<double>());
+    }
+  }
+  return widest;
+}
+
+/// How near to the curves a fresh power-on is expected.
+std::string expectation(const json& fit) {
+  const auto gyro = widest_pi95(fit, "gyro");
+  const auto accel = widest_pi95(fit, "accel");
+  std::vector<std::string> parts;
+  if (gyro) parts.push_back(fmt::format("±{:.3g} deg/s (gyros)", *gyro));
+  if (accel) parts.push_back(fmt::format("±{:.3g} m/s² (accelerometers)", *accel));
+  if (parts.empty()) return "how far a fresh power-on is from the curves is not known";
+  return fmt::format("95 % of fresh power-ons are expected within {} of the curves", fmt::join(parts, " and "));
+}
+
+std::string runs_text(const std::vector<std::string>& runs) {
+  return fmt::format("{} fresh run{} ({})", runs.size(), runs.size() == 1 ? "" : "s", fmt::join(runs, ", "));
+}
+
+/// A curve of a sensor with the verdict that is looked for.
+struct Judged {
+  std::string name;
+  const CurveVerification* curve;
+  double factor;
+  std::string_view unit;
+
+  [[nodiscard]] double share() const { return curve->worst_abs / curve->limit.value_or(1.0); }
+};
+
+/// The curves with this verdict, that with the largest error measured by its limit first.
+std::vector<Judged> curves_with(const Verification& verification, Verdict verdict) {
+  std::vector<Judged> found;
+  for (const Sensor sensor : kSensors) {
+    const auto& result = verification.sensors[index_of(sensor)];
+    if (!result) continue;
+    const std::string name(name_of(sensor));
+    if (result->bias_verdict == verdict) {
+      found.push_back({name, &*result, printed_per_si(sensor), is_gyro(sensor) ? "deg/s" : "m/s²"});
+    }
+    if (result->scale && result->scale->verdict == verdict) {
+      found.push_back({name + " scale", &*result->scale, 1.0, "ppm"});
+    }
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Judged& a, const Judged& b) { return a.share() > b.share(); });
+  return found;
+}
+
+/// "gyro_x is 0.06 deg/s off at 34.2 °C, its limit is 0.05 deg/s (and 2 more curves)"
+std::string worst_text(const Verification& verification, Verdict verdict) {
+  const std::vector<Judged> curves = curves_with(verification, verdict);
+  if (curves.empty()) return "no curve";
+  const Judged& worst = curves.front();
+  const std::size_t more = curves.size() - 1;
+  return fmt::format("{} is {:.3g} {} off at {:.1f} °C, its limit is {:.3g} {}{}", worst.name,
+                     worst.curve->worst_abs * worst.factor, worst.unit, worst.curve->worst_temp_c,
+                     worst.curve->limit.value_or(0.0) * worst.factor, worst.unit,
+                     more == 0 ? "" : fmt::format(" (and {} more curve{})", more, more == 1 ? "" : "s"));
+}
+
+/// The sensors that kept a unit with limits from being judged, and why.
+std::string unjudged_text(const Verification& verification) {
+  std::vector<std::string> parts;
+  for (const Sensor sensor : kSensors) {
+    const auto& result = verification.sensors[index_of(sensor)];
+    if (!result || result->verdict == Verdict::pass) continue;
+    parts.push_back(fmt::format("{} {}", name_of(sensor),
+                                result->verdict == Verdict::info ? "has no limit" : "was not measured enough"));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::string judged_sentence(const Verification& verification, const std::vector<std::string>& runs) {
+  switch (verification.verdict) {
+    case Verdict::pass:
+      return fmt::format("In {} every error, with its guard band, is within its limit.", runs_text(runs));
+    case Verdict::marginal:
+      return fmt::format("Too close to call in {}: {}; with the guard band it could be on either side.",
+                         runs_text(runs), worst_text(verification, Verdict::marginal));
+    case Verdict::fail:
+      return fmt::format("The unit fails in {}: {}.", runs_text(runs), worst_text(verification, Verdict::fail));
+    default:
+      return fmt::format("Not judged as a whole, although limits were given: in {} {}.", runs_text(runs),
+                         unjudged_text(verification));
+  }
+}
+
+// ---- remedies ----
+
+struct Remedy {
+  std::string_view code;
+  std::string_view text;
+};
+
+constexpr std::string_view kRecordAgain =
+    "Record those segments again; where a label was wrong, correct it and import into a new campaign.";
+constexpr std::string_view kNothing = "No action needed.";
+constexpr std::string_view kFitAgain = "Fit again with 'soak fit', then make this report again.";
+
+constexpr std::array kRemedies = {
+    // of the data gate
+    Remedy{"moved", kRecordAgain},
+    Remedy{"knocked", kRecordAgain},
+    Remedy{"wrong_position", kRecordAgain},
+    Remedy{"saturated", kRecordAgain},
+    Remedy{"stuck", "Check the sensor and its connection, then record those segments again."},
+    Remedy{"dropouts", "Check cable and logger for lost samples, then record those segments again."},
+    Remedy{"irregular_sampling", "Check the logger's clock; standard errors assume equally spaced samples."},
+    Remedy{"coarse_thermometer", "Record a thermometer with finer steps, if the unit has one."},
+    // of the fit
+    Remedy{"runs_left_since", "Check whether the effect is still found without them: soak gap find"},
+    Remedy{"copied_runs", "No action needed, they count once; to remove the copies: soak runs void."},
+    Remedy{"unit_type_unknown", "Write the type's file in procedures/units, then fit again."},
+    Remedy{"term_not_evaluated", "Record the column that the effect needs, or withdraw the effect: soak gap withdraw."},
+    Remedy{"few_runs", "Record more runs: at least three power-ons are needed for an error on unseen runs."},
+    Remedy{"few_temperatures", "Record more plateaus."},
+    Remedy{"baseline_deployed", "No action needed: the file has the curve that was better on unseen runs."},
+    Remedy{"hysteresis", "Use slower ramps, a longer soak or a better placed thermometer; expect errors of that size."},
+    Remedy{"missing_position", "Record the missing positions."},
+    Remedy{"scale_range", "Record the missing positions at those temperatures if the unit is used there."},
+    Remedy{"own_thermometer", "Give the temperature of that sensor's own thermometer: soak eval --own-temp-c."},
+    Remedy{"scale_not_measured", "Record the missing positions at those temperatures if the unit is used there."},
+    Remedy{"even_order",
+           "Check that the fixture's faces are square to each other: a fixture out of square looks the same."},
+    Remedy{"heading_incomplete", "Give the missing azimuths and import into a new campaign, or do without them."},
+    Remedy{"rate_positions", kNothing},
+    Remedy{"check_standard_out_of_control", "Find what changed in the station ('soak check chart') before you ship."},
+    Remedy{"reference_retired", "Check whether the reason also affects what was measured with it before."},
+    Remedy{"reference_withdrawn", "Enter the correct certificate, then fit again."},
+    Remedy{"reference_expired",
+           "Have it calibrated and enter the certificate; if its value has changed, void what was measured with it."},
+    Remedy{"waiver_signature", "Compare with the laboratory's records; sign a new waiver, then fit and export again."},
+    Remedy{"gravity_assumed", "Void these runs and import them again with latitude and height, or with gravity."},
+    Remedy{"one_attitude", "Record six positions if you need absolute accelerometer bias and scale."},
+    Remedy{"runs_without_plateaus", "Give plateau_c in those recordings, or fit them in a campaign of their own."},
+    // of a verification
+    Remedy{"not_verified", "Record or import the verification runs with that sensor."},
+    Remedy{"gravity_differs", "Import the verification runs with the gravity that the file was made with."},
+    Remedy{"partial_range", "Verify over the whole temperature range."},
+    Remedy{"out_of_range", "Verify inside the valid range."},
+    Remedy{"band_too_narrow",
+           "Rely on the errors of the fresh runs, not on the bands; find what changed since the fit, or record more "
+           "runs."},
+    // of a report
+    Remedy{"simulated", "Do not deploy this to a real unit."},
+    Remedy{"voided_since", kFitAgain},
+    Remedy{"not_in_model", kFitAgain},
+    Remedy{"run_missing", "Restore the run, or fit again with the remaining runs."},
+    Remedy{"rows_missing", "Restore or record the runs, then fit again."},
+    Remedy{"older_epoch", "Record the unit as it is now, and fit again."},
+    Remedy{"older_model", "Make the report of the newest version, unless you want this one."},
+    Remedy{"verification_failed", "Record or import verification runs that cover the model's temperatures."},
+};
+
+}  // namespace
+
+VerdictSentence verdict_sentence(const json& fit, bool limits_given, const std::optional<Verification>& verification,
+                                 const std::vector<std::string>& fresh_runs) {
+  if (!limits_given) {
+    return {"info",
+            fmt::format(
+                "Not judged: no limits were given (--limits FILE, or limits of the unit type). For information: {}.",
+                expectation(fit))};
+  }
+  if (!verification) {
+    return {"not_measured",
+            fmt::format("Not measured: limits were given, but there is no verification run that tests them; {}.",
+                        expectation(fit))};
+  }
+  return {std::string(name_of(verification->verdict)), judged_sentence(*verification, fresh_runs)};
+}
+
+std::string_view remedy_of(std::string_view code) {
+  const auto* found =
+      std::find_if(kRemedies.begin(), kRemedies.end(), [&](const Remedy& remedy) { return remedy.code == code; });
+  return found == kRemedies.end() ? std::string_view() : found->text;
+}
+
+}  // namespace soak::calib
