@@ -26,7 +26,7 @@ from lab_session import LabSession, ProgramFailed, bin_folder, end  # noqa: E402
 
 OFF, AUTO = 62, 10  # modes of the controller
 DEW_POINT_C = 15.0  # that the station assumes
-WAIT_S = 180.0  # generous: the machine may be busy
+WAIT_S = 300.0  # generous: the machine may be busy
 ENDED = ("finished", "failed", "aborted", "interrupted")
 AT_ONCE = 4  # campaigns: most of their time is spent waiting for time-outs
 
