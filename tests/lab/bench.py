@@ -194,7 +194,7 @@ class LabTest(unittest.TestCase):
         self.assertEqual(self.modbus("relay").read_holding_registers(16, count, 1).registers, [0] * count, "units are on")
 
 
-def main(first=()):
+def main(first=(), at_once=AT_ONCE):
     """Runs the tests of the calling script, several at once, each in a process of its own; those that are named in `first`
     (the longest ones) are begun first. With a test's name as argument only that one, in this process."""
     loader = unittest.defaultTestLoader.loadTestsFromModule(sys.modules["__main__"])
@@ -211,5 +211,5 @@ def main(first=()):
             print(result.stdout + result.stderr, flush=True)
         return result.returncode
 
-    with ThreadPoolExecutor(AT_ONCE) as pool:
+    with ThreadPoolExecutor(at_once) as pool:
         sys.exit(max(pool.map(run, names)))

@@ -223,4 +223,4 @@ class Campaign(LabTest):
 
 
 if __name__ == "__main__":
-    bench.main()
+    bench.main(at_once=2)  # fast clocks: they compute more than they wait
