@@ -54,6 +54,7 @@ Eigen::MatrixXd solve_lower(const Eigen::MatrixXd& lower, const Eigen::MatrixXd&
   return lower.triangularView<Eigen::Lower>().solve(b);
 }
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): a Ref is a view; it is what the caller's matrix is written through.
 void solve_lower_in_place(const Eigen::MatrixXd& lower, Eigen::Ref<Eigen::MatrixXd> b) {
   lower.triangularView<Eigen::Lower>().solveInPlace(b);
 }
