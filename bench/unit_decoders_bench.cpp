@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "hal/imu/detail/ahrs400_decoder.h"
-#include "hal/imu/detail/xsens_frames.h"
 #include "hal/imu/detail/vectornav_frame.h"
+#include "hal/imu/detail/xsens_frames.h"
 #include "tests/hal/ahrs400_peer.h"
 #include "tests/hal/vectornav_peer.h"
 #include "tests/hal/xsens_peer.h"

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs clang-tidy-19 over all translation units of a build folder, two at a time.
+"""Runs clang-tidy-19 over all translation units of build folders, two at a time; batches of sources (unity builds) as such: the
+headers, which take most of the time, are read once for all of them.
 
 What passed is known twice. On this machine by the hash of the preprocessed text and the configuration that applies to
 it. In the tree (tidy_passed.txt) by the hash of the unit, of all headers of the tree that it includes, and of the
@@ -40,7 +41,7 @@ def included(source, found):
     if source in found or not os.path.isfile(source):
         return
     with open(source, "rb") as f:
-        found[source] = f.read()
+        found[source] = f.read().replace(ROOT.encode() + b"/", b"")  # a batch names its sources by absolute paths
     for name in re.findall(rb'^\s*#\s*include\s*"([^"]+)"', found[source], re.M):
         for folder in (ROOT, os.path.dirname(source)):
             included(os.path.normpath(os.path.join(folder, name.decode())), found)
@@ -68,6 +69,10 @@ def record(sources):
         f.writelines(sorted(lines, key=lambda line: line.split()[1]))
 
 
+def is_batch(source):
+    return "/Unity/" in source
+
+
 def compiler_arguments(entry):
     """The compilation's arguments without launcher, output and precompiled header."""
     words = shlex.split(entry["command"])
@@ -80,7 +85,8 @@ def compiler_arguments(entry):
             skip = True
         elif word == "-include" and "cmake_pch" in following:
             skip = True
-        elif word not in ("-MD", "-Winvalid-pch", "-Wno-restrict", "-Wno-maybe-uninitialized") and "cmake_pch" not in word:
+        elif word not in ("-MD", "-Winvalid-pch", "-Wno-restrict", "-Wno-maybe-uninitialized",
+                          "-Wno-subobject-linkage") and "cmake_pch" not in word:
             kept.append(word)
     return words[first], kept
 
@@ -97,24 +103,40 @@ def check(entry):
     if os.path.exists(mark):
         return source, None
     arguments = [a for a in arguments if not a.startswith("-Werror")]
-    result = subprocess.run(["clang-tidy-19", "--quiet", source, "--", *arguments], cwd=ROOT, capture_output=True, text=True)
+    batch = ["--checks=-bugprone-suspicious-include"] if is_batch(source) else []
+    result = subprocess.run(["clang-tidy-19", "--quiet", *batch, source, "--", *arguments], cwd=ROOT, capture_output=True, text=True)
     if result.returncode != 0 or "warning:" in result.stdout or "error:" in result.stdout:
         return source, result.stdout + result.stderr
     open(mark, "w").close()
     return source, None
 
 
+def units_of(builds):
+    """Compilations of sources of the tree and of batches of them; not of what a build generates."""
+    entries, batches = {}, set()
+    for build in builds:
+        with open(os.path.join(build, "compile_commands.json"), encoding="utf-8") as f:
+            for entry in json.load(f):
+                source = entry["file"]
+                key = source.split("/CMakeFiles/")[-1]  # a batch has the same name in each build
+                generated = source.startswith(os.path.join(ROOT, "build") + os.sep) and not is_batch(source)
+                if not generated and key not in batches:
+                    batches.add(key)
+                    entries[source] = entry
+    return list(entries.values())
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--build", required=True, help="build folder with compile_commands.json")
+    parser.add_argument("--build", required=True, action="append", help="build folder with compile_commands.json; of several, each source "
+                        "counts once, in the first that has it")
     parser.add_argument("--skip-tests", action="store_true", help="leave out the units of tests/")
     parser.add_argument("--full", action="store_true", help="also what the tree says has passed")
     parser.add_argument("--record", action="store_true", help="write what passed into the tree")
     parser.add_argument("paths", nargs="*", help="only units whose path contains one of these")
     options = parser.parse_args()
     os.makedirs(CACHE, exist_ok=True)
-    with open(os.path.join(options.build, "compile_commands.json"), encoding="utf-8") as f:
-        entries = [e for e in json.load(f) if not e["file"].startswith(os.path.join(ROOT, "build") + os.sep)]
+    entries = units_of(options.build)
     if options.skip_tests:
         entries = [e for e in entries if not e["file"].startswith(os.path.join(ROOT, "tests") + os.sep)]
     if options.paths:

@@ -54,6 +54,8 @@ Eigen::MatrixXd solve_lower(const Eigen::MatrixXd& lower, const Eigen::MatrixXd&
   return lower.triangularView<Eigen::Lower>().solve(b);
 }
 
+// A Ref is a view, through which the matrix of the caller is written.
+// NOLINTNEXTLINE(performance-unnecessary-value-param)
 void solve_lower_in_place(const Eigen::MatrixXd& lower, Eigen::Ref<Eigen::MatrixXd> b) {
   lower.triangularView<Eigen::Lower>().solveInPlace(b);
 }

@@ -214,8 +214,6 @@ calib::Position read_map_position(const Table& positions, const std::string& lab
 }
 
 void read_map_positions(const Table& root, ColumnsMap& map) {
-  const Table positions = root.section("positions");
-  for (const std::string& label : sorted_keys(positions)) map.positions.push_back(read_map_position(positions, label));
   const Table azimuths = root.section("azimuths_deg");
   for (const std::string& label : sorted_keys(azimuths)) {
     const double azimuth_deg = azimuths.number(label, {-360.0, 360.0});
@@ -233,6 +231,8 @@ void read_map_positions(const Table& root, ColumnsMap& map) {
     }
     map.positions.push_back(*std::move(position));
   }
+  const Table positions = root.section("positions");
+  for (const std::string& label : sorted_keys(positions)) map.positions.push_back(read_map_position(positions, label));
 }
 
 ColumnsMap read_columns_root(const Table& root) {

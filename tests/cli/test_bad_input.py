@@ -104,7 +104,7 @@ class BadRecording(SoakTest):
         error = self.refusal("import", self.folder / "good.csv", "--unit", "SN1", "--columns", columns)
         self.assertEqual(error["where"], str(columns))
         for line in (1, 3, 4):
-            self.assertIn(f"line {line}: ", error["message"])
+            self.assertIn(f"{columns}:{line}: ", error["message"])
         self.assertEqual(self.state(), before)
 
     def test_wrong_usage(self):

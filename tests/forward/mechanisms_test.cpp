@@ -9,8 +9,8 @@
 #include <map>
 
 #include "calib/forward/simulation.h"
-#include "calib/gap/report/gap_report.h"
 #include "calib/gap/base/campaign_model.h"
+#include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::forward {

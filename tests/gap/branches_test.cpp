@@ -250,7 +250,8 @@ TEST(Branches, OfTwoGiveNoNameAndAskForAThird) {
     plan.seed = seed;
     plan.branches = 2;
     const GapReport report = find_gap(ramps(plan, play(8.0, 5.0)), 1);
-    EXPECT_TRUE(report.conclusion == Conclusion::unknown || report.conclusion == Conclusion::cannot_judge) << report.reason;
+    EXPECT_TRUE(report.conclusion == Conclusion::unknown || report.conclusion == Conclusion::cannot_judge)
+        << report.reason;
     EXPECT_TRUE(report.effects.empty());
     EXPECT_NE(report.reason.find("third"), std::string::npos) << report.reason;
   }

@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "calib/gap/noise/noise.h"
 #include "calib/gap/base/campaign_model.h"
+#include "calib/gap/noise/noise.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {

@@ -280,13 +280,13 @@ base::Result<CheckedCurve> checked_curve(const Curve& curve, const SensorCalibra
   if (auto status = check_curve(curve, place(sensor.sensor, quantity)); !status) return base::forward_error(status);
   const auto samples = sample_curve(curve, sensor, quantity);
   if (!samples) return base::forward_error(samples);
-  const auto own = checked_form(curve, *samples, sensor.sensor, quantity);
+  auto own = checked_form(curve, *samples, sensor.sensor, quantity);
   if (own || !std::holds_alternative<anfis::Model>(curve)) return own;
   const auto [low_c, high_c] = domain_of(curve);
   const auto spline =
       spline_form(curve, std::max(low_c, sensor.temp_min_c), std::min(high_c, sensor.temp_max_c), samples->span());
   if (!spline) return own;
-  const auto other = checked_form(*spline, *samples, sensor.sensor, quantity);
+  auto other = checked_form(*spline, *samples, sensor.sensor, quantity);
   return other ? other : own;
 }
 

@@ -37,9 +37,9 @@ struct Solution {
 
 /// How the iteration treats averaging times that lie far off the curve.
 enum class Outliers {
-  kept,         ///< like all others
+  kept,          ///< like all others
   down_weighted  ///< additional variance in the size of their residual, and all variances inflated by chi^2 per degree
-                ///< of freedom
+                 ///< of freedom
 };
 
 /// Iterated generalised least squares: terms -> covariance of the measured variances -> terms. `start`: begin with this
