@@ -30,7 +30,7 @@ export class Chart extends Plot {
     this.#clear();
   }
 
-  /** Begins anew with the document of GET /history. */
+  /** Starts over with the document of GET /history. */
   setHistory(history) {
     this.#clear();
     this.#t_s = [...history.t_s];

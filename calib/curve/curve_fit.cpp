@@ -128,7 +128,7 @@ std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds&
     const auto trained = train_families(select(data, train), options);
     if (!trained) continue;  // a fold that leaves too little to learn from says nothing about the model
     FoldErrors errors;
-    errors.held_out = folds.names[f];
+    errors.fold = folds.names[f];
     FamilySums sums;
     for (std::size_t k = 0; k < kFamilyCount; ++k) {
       if (!trained->fitted[k]) continue;
@@ -141,7 +141,7 @@ std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds&
   return all;
 }
 
-void add_held_out_errors(const std::vector<FamilySums>& folds, CurveFit& fit) {
+void add_cross_validation(const std::vector<FamilySums>& folds, CurveFit& fit) {
   for (std::size_t k = 0; k < kFamilyCount; ++k) {
     FoldSums total;
     for (const FamilySums& fold : folds) {
@@ -151,7 +151,7 @@ void add_held_out_errors(const std::vector<FamilySums>& folds, CurveFit& fit) {
       total.shape += fold[k]->shape;
     }
     if (total.count <= 0.0) continue;
-    fit.held_out[k] = HeldOutError{std::sqrt(total.absolute / total.count), std::sqrt(total.shape / total.count)};
+    fit.cross_validation[k] = CrossValidationError{std::sqrt(total.absolute / total.count), std::sqrt(total.shape / total.count)};
   }
 }
 
@@ -175,7 +175,7 @@ bool beats_anfis(const std::vector<FamilySums>& folds, std::size_t k) {
 /// Whether the ANFIS of all rows is the one that the folds have judged: fitted rows lie nearer to a curve than those of
 /// runs that were left out, unless all rows together led to another number of rules than the rows of the folds.
 bool anfis_is_as_judged(const CurveData& data, const Curve& curve, const CurveFit& fit) {
-  const auto& judged = fit.held_out[static_cast<std::size_t>(Family::anfis)];
+  const auto& judged = fit.cross_validation[static_cast<std::size_t>(Family::anfis)];
   if (!judged) return true;
   double squares = 0.0;
   for (std::size_t run = 0; run < data.runs.size(); ++run) {
@@ -191,10 +191,10 @@ Family choose_winner(const std::vector<FamilySums>& folds, const CurveFit& fit, 
   Family winner = Family::anfis;
   double least = 0.0;
   for (std::size_t k = 1; k < kFamilyCount; ++k) {
-    if (!fit.held_out[k] || (anfis_competes && !beats_anfis(folds, k))) continue;
-    if (winner == Family::anfis || fit.held_out[k]->rmse_shape < least) {
+    if (!fit.cross_validation[k] || (anfis_competes && !beats_anfis(folds, k))) continue;
+    if (winner == Family::anfis || fit.cross_validation[k]->rmse_shape < least) {
       winner = static_cast<Family>(k);
-      least = fit.held_out[k]->rmse_shape;
+      least = fit.cross_validation[k]->rmse_shape;
     }
   }
   return winner;
@@ -296,7 +296,7 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
   fit.deployed = fit.rules > 0 ? Family::anfis : Family::spline;
   bool anfis_competed = true;
   if (folds.kind == "run") {
-    add_held_out_errors(sums, fit);
+    add_cross_validation(sums, fit);
     if (fit.rules > 0) {
       anfis_competed = anfis_is_as_judged(data, (*trained)[Family::anfis]->curve, fit);
       fit.deployed = choose_winner(sums, fit, anfis_competed);

@@ -37,12 +37,12 @@ struct CurveSubject {
 
 /// Root mean square error of each family on rows that it did not see; absent where it could not be fitted.
 struct FoldErrors {
-  std::string held_out;  ///< run label, branch name or block
+  std::string fold;  ///< what was held out: run label, branch name or block
   std::array<std::optional<double>, kFamilyCount> rmse;
 };
 
 /// Held-out error of one family: absolute, and with each held-out run's own mean error removed.
-struct HeldOutError {
+struct CrossValidationError {
   double rmse_abs = 0.0;
   double rmse_shape = 0.0;
 };
@@ -75,7 +75,7 @@ struct CurveFit {
   std::vector<FoldErrors> checks;  ///< one per outer fold, absolute
   double train_rmse = 0.0;         ///< of the ANFIS on all rows, absolute
   /// Outer-fold errors over held-out runs; absent under three runs.
-  std::array<std::optional<HeldOutError>, kFamilyCount> held_out;
+  std::array<std::optional<CrossValidationError>, kFamilyCount> cross_validation;
   std::optional<double> run_to_run_sigma;
   double lack_of_fit_sigma = 0.0;
   std::optional<SweepGap> sweeps;  ///< absent: no temperature was visited both ways in one run

@@ -28,7 +28,7 @@ json warnings_json(const std::vector<Warning>& warnings) {
 json checks_json(const CurveFit& fit, double factor) {
   json list = json::array();
   for (const FoldErrors& check : fit.checks) {
-    json entry = {{"held_out", check.held_out}};
+    json entry = {{"held_out", check.fold}};
     for (std::size_t k = 0; k < kFamilyCount; ++k)
       entry[std::string(kFamilyNames[k])] = number_json(check.rmse[k], factor);
     list.push_back(std::move(entry));
@@ -39,7 +39,7 @@ json checks_json(const CurveFit& fit, double factor) {
 json baselines_json(const CurveFit& fit, double factor) {
   json list = json::object();
   for (std::size_t k = 1; k < kFamilyCount; ++k) {
-    const auto& error = fit.held_out[k];
+    const auto& error = fit.cross_validation[k];
     list[std::string(kFamilyNames[k])] = {{"rmse_abs", error ? number_json(error->rmse_abs, factor) : json()},
                                           {"rmse_shape", error ? number_json(error->rmse_shape, factor) : json()}};
   }
@@ -112,7 +112,7 @@ json sweeps_json(const CurveFit& fit, double factor) {
 json fitted_sensor_json(Sensor sensor, const SensorFit& fit, bool own_thermometer) {
   const double factor = printed_per_si(sensor);
   const CurveFit& bias = fit.bias;
-  const auto& error = bias.held_out[static_cast<std::size_t>(Family::anfis)];
+  const auto& error = bias.cross_validation[static_cast<std::size_t>(Family::anfis)];
   return {{"rules", bias.rules},
           {"order", bias.order},
           {"membership", bias.membership.empty() ? json() : json(bias.membership)},

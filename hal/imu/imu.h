@@ -17,7 +17,7 @@ namespace soak::hal {
 /// One packet of a unit's stream, in the unit's own numbers.
 struct ImuSample {
   double t_s = 0.0;            ///< device time since power-on, unwrapped
-  std::uint32_t power_on = 0;  ///< counts the restarts that were noticed, from 0: time begins anew with each
+  std::uint32_t power_on = 0;  ///< counts the restarts that were noticed, from 0: time starts from 0 with each
   std::uint32_t packet = 0;    ///< the unit's own counter as sent
   std::array<float, 3> rate_rps{};
   std::array<float, 3> accel_mps2{};

@@ -49,9 +49,9 @@ std::string errors_table(const json& sensor) {
 std::string folds_table(const json& sensor) {
   const json& checks = member(sensor["fit"], "checks");
   if (!checks.is_array() || checks.empty()) return {};
-  const std::string left_out = html::text_of(sensor["fit"], "holdout");
+  const std::string fold = html::text_of(sensor["fit"], "holdout");
   html::Table table(fmt::format("Each fold: absolute error on the runs not fitted, {}", unit_of(sensor)),
-                    {left_out, "anfis", "poly3", "poly5", "spline"});
+                    {fold, "anfis", "poly3", "poly5", "spline"});
   for (const json& check : checks) {
     std::vector<html::Cell> cells = {html::row_heading(check["held_out"].get<std::string>())};
     for (const std::string_view family : kFamilies) cells.push_back(html::number_cell(member(check, family)));

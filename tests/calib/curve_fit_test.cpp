@@ -84,7 +84,7 @@ TEST(CurveFit, FollowsTheShapeBetweenThePlateaus) {
 TEST(CurveFit, StatesTheRunToRunScatterThatItCannotRemove) {
   const CurveFit result = fit(make_data({.runs = 12, .seed = 4}));
   EXPECT_NEAR(*result.run_to_run_sigma, 0.02, 0.01);
-  const auto& error = result.held_out[static_cast<std::size_t>(Family::anfis)];
+  const auto& error = result.cross_validation[static_cast<std::size_t>(Family::anfis)];
   ASSERT_TRUE(error);
   EXPECT_GT(error->rmse_abs, 0.01);
   // The shape error of a held-out run is little more than the noise of its rows.
@@ -121,7 +121,7 @@ TEST(CurveFit, WarnsWhereHeatingAndCoolingDiffer) {
 
 TEST(CurveFit, GivesNoHeldOutErrorUnderThreeRuns) {
   const CurveFit two = fit(make_data({.runs = 2}));
-  EXPECT_FALSE(two.held_out[0]);
+  EXPECT_FALSE(two.cross_validation[0]);
   EXPECT_EQ(two.holdout, "branch");
   EXPECT_EQ(two.checks.size(), 4U);
   EXPECT_TRUE(has_warning(two, "few_runs"));
@@ -218,7 +218,7 @@ TEST(CurveFit, WhatIsDeployedFitsItsRowsAsWellAsTheHeldOutRunsPromised) {
   for (std::uint64_t seed = 1; seed <= 80; ++seed) {
     const CurveData data = short_campaign(seed);
     const CurveFit fitted = fit(data);
-    const auto promised = fitted.held_out[static_cast<std::size_t>(fitted.deployed)];
+    const auto promised = fitted.cross_validation[static_cast<std::size_t>(fitted.deployed)];
     ASSERT_TRUE(promised);
     // Runs that were left out are never fitted better than those that were not.
     EXPECT_LT(shape_error(fitted, data), 1.25 * promised->rmse_shape)

@@ -70,7 +70,7 @@ TEST(HiddenLab, AddsWarmUpSincePowerOn) {
   EXPECT_NEAR(units.gyro_difference(0), 0.0, 2.0 * kTolerance);
   units.power();
   units.run(0.1, 0.0);
-  EXPECT_NEAR(units.gyro_difference(0), 2.0 * base::kRadPerDeg, 2.0 * kTolerance) << "each power-on begins anew";
+  EXPECT_NEAR(units.gyro_difference(0), 2.0 * base::kRadPerDeg, 2.0 * kTolerance) << "each power-on draws its own";
 }
 
 TEST(HiddenLab, ShiftsWhileTheCompressorCools) {

@@ -82,7 +82,7 @@ class Ahrs400Clock {
   [[nodiscard]] std::vector<std::uint64_t> take(std::span<const Stamp> stamps, HostTime now, bool drained);
   /// Something may be missing before the next packet.
   void interrupt() { gap_open_ = true; }
-  /// Begins anew.
+  /// Back to the state before the first packet.
   void clear() { *this = {}; }
 
  private:

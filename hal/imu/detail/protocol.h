@@ -95,7 +95,7 @@ class Protocol {
   /// The measurement that next() has told of; valid until the next call of that.
   [[nodiscard]] virtual const UnitPacket& packet() const = 0;
   /// Brings the clock to packet(), which is stamped. False, and nothing is changed, if its stamp cannot follow the last
-  /// one: the unit has begun anew.
+  /// one: the unit has restarted.
   [[nodiscard]] virtual bool advance() = 0;
   /// No stamped packet yet since power-on.
   [[nodiscard]] virtual bool clock_empty() const = 0;

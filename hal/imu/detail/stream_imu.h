@@ -29,7 +29,7 @@ namespace soak::hal::imu {
 ///   it has just been, the device has failed.
 /// - The times of the samples of one power-on rise: a packet whose stamp is that of the sample before (sent twice) is
 ///   passed over.
-/// - A restart is a wake-up message of a unit that was heard before, a time or counter that begins anew, another
+/// - A restart is a wake-up message of a unit that was heard before, a time or counter that starts again, another
 ///   serial number, or a unit that stands idle though it was told to stream. The samples before it keep their number;
 ///   what comes from then on until the unit is configured again is dropped.
 /// - A source that cannot answer (a recording) is not asked: its stream is taken as it is, without an identity.

@@ -21,7 +21,7 @@ struct PacketStamp {
   std::uint32_t time_fine = 0;  ///< ticks of 0.1 ms since power-on
 };
 
-/// Follows the stamps of a stream: unwraps the time, counts lost packets, notices that the unit has begun anew.
+/// Follows the stamps of a stream: unwraps the time, counts lost packets, notices that the unit has restarted.
 class PacketTimeline {
  public:
   /// Moves on to the next packet. False, and nothing is changed, if the stamp cannot follow the last one: the time runs
