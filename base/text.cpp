@@ -141,4 +141,12 @@ bool is_plain_line(std::string_view text) {
       text, [](std::uint32_t point) { return !is_control(point) && !ends_a_line(point) && !turns_direction(point); });
 }
 
+bool is_blank(std::string_view text) {
+  return all_points(text, [](std::uint32_t c) {
+    return (c >= 0x09 && c <= 0x0D) || c == 0x20 || c == 0x85 || c == 0xA0 || c == 0x115F || c == 0x1160 ||
+           c == 0x1680 || (c >= 0x2000 && c <= 0x200D) || c == 0x2028 || c == 0x2029 || c == 0x202F || c == 0x205F ||
+           c == 0x2060 || c == 0x2800 || c == 0x3000 || c == 0x3164 || c == 0xFEFF || c == 0xFFA0;
+  });
+}
+
 }  // namespace soak::base

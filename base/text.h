@@ -64,4 +64,8 @@ constexpr std::optional<std::array<std::uint8_t, N>> bytes_of_hex(std::string_vi
 /// U+202A to U+202E, U+2066 to U+2069: Unicode Standard Annex #9). False for what is no UTF-8.
 [[nodiscard]] bool is_plain_line(std::string_view text);
 
+/// Whether UTF-8 text shows nothing: empty, or only spaces of any kind (Unicode property White_Space), marks of no
+/// width (U+200B to U+200D, U+2060, U+FEFF) and blank fillers (U+115F, U+1160, U+2800, U+3164, U+FFA0).
+[[nodiscard]] bool is_blank(std::string_view text);
+
 }  // namespace soak::base

@@ -155,6 +155,7 @@ struct EventRow {
 class Catalog {
  public:
   /// Opens the catalog of a data folder, creating folder and file where absent and migrating an older version forward.
+  /// Where the folder cannot be written (an archive), all that reads works and all that writes is refused.
   /// Refuses a file of a newer version or of a development version (bad_input), a damaged one (corrupt), a folder that
   /// cannot be written (internal, with the reason: read-only, full).
   [[nodiscard]] static base::Result<Catalog> open(const std::filesystem::path& data_folder);
@@ -163,7 +164,7 @@ class Catalog {
   ~Catalog();
 
   /// Schema version that this program writes.
-  static constexpr int kSchemaVersion = 1;
+  static constexpr int kSchemaVersion = 2;
 
   [[nodiscard]] const std::filesystem::path& data_folder() const;
   [[nodiscard]] std::filesystem::path run_file_path(const RunRow& run) const;
@@ -211,9 +212,13 @@ class Catalog {
   /// file. Reads all of it, of the runs of several units in one file once.
   [[nodiscard]] base::Status check_run_file(const RunRow& run) const;
   /// Segments of one unit's run that no void record withdraws, in the order of time, with their findings; with their
-  /// blocks if asked. Those with findings that reject them are among them.
+  /// blocks if asked. Those with findings that reject them are among them. Refuses (corrupt) a run whose numbers in the
+  /// catalog are not those that were stored.
   [[nodiscard]] base::Result<std::vector<calib::Segment>> segments(std::string_view run_id, std::string_view unit,
                                                                    bool with_blocks) const;
+
+  /// Whether the catalog's numbers of a run are those that were stored; fails (corrupt), naming the run.
+  [[nodiscard]] base::Status check_numbers(const RunRow& run) const;
 
   [[nodiscard]] base::Status add_void(const VoidRecord& record);
   [[nodiscard]] base::Result<std::vector<VoidRecord>> voids(std::string_view run_id) const;

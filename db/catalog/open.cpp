@@ -4,8 +4,10 @@
 #include <SQLiteCpp/Statement.h>
 #include <SQLiteCpp/Transaction.h>
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <random>
 #include <set>
@@ -78,6 +80,35 @@ base::Status prepare(const sqlite::Connection& connection) {
   return schema::migrate(connection, schema::station_steps(), schema::kStationApplicationId);
 }
 
+/// Whether nobody may write here: a read-only medium, an archive whose owner took the right to write away.
+bool is_read_only(const std::filesystem::path& data_folder) {
+  const std::filesystem::path file = data_folder / "station.db";
+  const auto refused = [](const std::filesystem::path& path) {
+    return ::access(path.c_str(), W_OK) != 0 && (errno == EROFS || errno == EACCES);
+  };
+  return refused(file) || refused(data_folder);
+}
+
+/// A catalog that can only be read. SQLite's log beside it may hold rows that only a writer can bring in.
+base::Result<sqlite::Connection> open_archive(const std::filesystem::path& path, std::uint32_t version) {
+  std::error_code ignored;
+  const auto log_bytes = std::filesystem::file_size(std::filesystem::path(path) += "-wal", ignored);
+  if (!ignored && log_bytes > 0) {
+    return base::bad_input(
+        "the data folder is read-only, and station.db-wal holds rows that are not in station.db yet; copy the folder "
+        "to where "
+        "it can be written and use the copy",
+        path.string());
+  }
+  if (version != Catalog::kSchemaVersion) {
+    return base::bad_input("the data folder is read-only, and its catalog has version " + std::to_string(version) +
+                               "; copy the folder to where it can be written, which brings it to version " +
+                               std::to_string(Catalog::kSchemaVersion),
+                           path.string());
+  }
+  return sqlite::Connection::open(path, sqlite::Access::immutable);
+}
+
 /// Names of all run files in a folder.
 base::Result<std::set<std::string>> run_files_in(const std::filesystem::path& folder) {
   std::set<std::string> names;
@@ -137,6 +168,11 @@ base::Result<Catalog> Catalog::open(const std::filesystem::path& data_folder) {
   if (!header->empty && header->identity.application_id != 0) {
     const auto ours = check_kind(header->identity, path);
     if (!ours) return base::forward_error(ours);
+  }
+  if (!header->empty && is_read_only(data_folder)) {
+    auto archive = open_archive(path, header->identity.user_version);
+    if (!archive) return base::forward_error(archive);
+    return Catalog(std::make_unique<Impl>(data_folder, *std::move(archive)));
   }
   if (const auto made = make_folders(data_folder); !made) return base::forward_error(made);
   auto connection = sqlite::Connection::open(path, sqlite::Access::read_write);

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "db/catalog/detail/impl.h"
+#include "db/catalog/detail/run_digest.h"
 #include "db/detail/sqlite.h"
 
 namespace soak::db {
@@ -140,6 +141,7 @@ base::Status Catalog::add_run(const RunRow& run, const std::vector<calib::Segmen
     if (!unique) return unique;
     insert_run(impl_->database(), run);
     for (const calib::Segment& segment : segments) catalog::insert_segment(impl_->database(), segment);
+    catalog::store_numbers_sha256(impl_->database(), run.run_id, run.unit);
     catalog::insert_event(impl_->database(), {catalog::now_utc_s(), "run_added", run.run_id,
                                               "unit " + run.unit + ", campaign '" + run.campaign + "', label '" +
                                                   run.label + "', " + std::to_string(segments.size()) + " segments"});
@@ -164,6 +166,12 @@ base::Status Catalog::check_run_file(const RunRow& run) const {
   return base::corrupt(fmt::format("the run file of run '{}' is damaged: its SHA-256 is {}, the catalog says {}; {}",
                                    run.label, known->second, run.file_sha256, kRemedy),
                        path.string());
+}
+
+base::Status Catalog::check_numbers(const RunRow& run) const {
+  return impl_->connection.run("check the run's numbers", [&]() -> base::Status {
+    return catalog::check_numbers(impl_->connection, run.run_id, run.unit);
+  });
 }
 
 base::Result<std::vector<RunRow>> Catalog::runs(const RunFilter& filter) const {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "db/catalog/detail/impl.h"
+#include "db/catalog/detail/run_digest.h"
 #include "db/detail/sqlite.h"
 
 namespace soak::db {
@@ -228,6 +229,12 @@ base::Result<std::vector<calib::Segment>> Catalog::segments(std::string_view run
   return impl_->connection.run("read the segments", [&]() -> base::Result<std::vector<calib::Segment>> {
     if (const auto known = catalog::require_run(impl_->connection, run_id, unit); !known) {
       return base::forward_error(known);
+    }
+    const auto checked = std::pair(std::string(run_id), std::string(unit));
+    if (!impl_->sound.contains(checked)) {
+      if (const auto sound = catalog::check_numbers(impl_->connection, run_id, unit); !sound)
+        return base::forward_error(sound);
+      impl_->sound.insert(checked);
     }
     auto segments = read_segments(impl_->database(), run_id, unit);
     read_parts(impl_->database(), run_id, unit, "finding", finding_columns(), segments, take_finding);

@@ -104,6 +104,7 @@ base::Status migrate(const sqlite::Connection& connection, std::span<const Step>
     for (const Step& step : steps) {
       if (step.to_version <= version) continue;
       database.exec(step.sql);
+      if (step.then) step.then(database);
       database.exec("PRAGMA user_version = " + std::to_string(step.to_version));
     }
     return {};

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -26,6 +27,7 @@ inline constexpr std::uint32_t kDevelopmentApplicationId = 0x534F4B43;
 struct Step {
   std::uint32_t to_version;
   std::string sql;
+  std::function<void(SQLite::Database&)> then{};  ///< what SQL cannot say, after it; throws SQLite::Exception
 };
 
 extern const char* const kRunFileSql;

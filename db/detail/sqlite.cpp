@@ -58,6 +58,9 @@ std::optional<std::string> cause_of(const SQLite::Exception& exception, int syst
   if (is_disk_full(exception, system_errno)) {
     return "the disk is full or the file may not grow; free space and repeat, nothing of this step was stored";
   }
+  if (exception.getExtendedErrorCode() == SQLITE_READONLY_DBMOVED) {
+    return "the file was moved or deleted while it was open; put it back where it was";
+  }
   switch (exception.getErrorCode() & 0xFF) {
     case SQLITE_READONLY:
       return "file or folder is read-only; make both writable or use another data folder";

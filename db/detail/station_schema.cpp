@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include "db/catalog/catalog.h"
+#include "db/catalog/detail/run_digest.h"
 #include "db/detail/schema.h"
 
 namespace soak::db::schema {
@@ -304,6 +304,11 @@ FROM run
 ORDER BY created_utc_s, run_id, unit;
 )sql";
 
+constexpr const char* kStationV2 = R"sql(
+-- SHA-256 of the row itself and of its rows in segment, block and finding (docs/file-formats.md).
+ALTER TABLE run ADD COLUMN numbers_sha256 TEXT NOT NULL DEFAULT '';
+)sql";
+
 /// Tables whose rows are only ever added, with the column that numbers them.
 constexpr std::pair<std::string_view, std::string_view> kAppendOnlyV1[] = {
     {"event", "event_id"},
@@ -335,7 +340,7 @@ BEGIN SELECT raise(ABORT, '{0} is append-only'); END;
 std::vector<Step> all_station_steps() {
   std::string v1 = kStationV1;
   for (const auto& [table, key] : kAppendOnlyV1) v1 += keep_rows(table, key);
-  return {{Catalog::kSchemaVersion, std::move(v1)}};
+  return {{1, std::move(v1)}, {2, kStationV2, catalog::store_all_numbers_sha256}};
 }
 
 }  // namespace

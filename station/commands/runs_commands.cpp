@@ -178,9 +178,13 @@ base::Result<std::string> file_sha256(const std::filesystem::path& path) {
 /// All problems of a run's file.
 std::vector<std::string> problems_of(const db::Catalog& catalog, const db::RunRow& run) {
   std::vector<std::string> problems;
+  if (const auto sound = catalog.check_numbers(run); !sound) problems.push_back(sound.error().message);
   const std::filesystem::path path = catalog.run_file_path(run);
   const auto sha256 = file_sha256(path);
-  if (!sha256) return {sha256.error().message};
+  if (!sha256) {
+    problems.push_back(sha256.error().message);
+    return problems;
+  }
   if (run.sealed && *sha256 != run.file_sha256) {
     problems.push_back(fmt::format("the file's SHA-256 is {}, the catalog says {}", *sha256, run.file_sha256));
   }

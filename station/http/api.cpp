@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
+#include "station/io/text.h"
 
 namespace soak::station {
 namespace {
@@ -48,12 +49,8 @@ base::Status check_single_line(const std::string& value, const std::string& name
   if (value.size() > kLongestLine) {
     return base::bad_input("longer than " + std::to_string(kLongestLine) + " bytes", name);
   }
-  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
-  if (std::any_of(value.begin(), value.end(), is_control)) {
-    return base::bad_input("has a control character; it must be one line of plain text", name);
-  }
-  if (!value.empty() && value.find_first_not_of(' ') == std::string::npos) return base::bad_input("is blank", name);
-  return {};
+  if (value.empty()) return {};
+  return check_text_line(value, name);
 }
 
 /// A text member; `otherwise` where it is absent, refused if that is nothing.

@@ -14,6 +14,7 @@
 #include "base/text.h"
 #include "station/http/address.h"
 #include "station/http/api.h"
+#include "station/http/connections.h"
 #include "station/http/event_feed.h"
 #include "station/http/web_files.h"
 
@@ -22,19 +23,11 @@ namespace {
 
 using base::ErrorKind;
 
-constexpr std::size_t kThreads = 96;  // each event stream holds one
-constexpr int kMaxStreams = 80;       // what is left answers everything else
-constexpr std::size_t kMaxBody = std::size_t{1} << 20;
-constexpr int kBacklog = 128;
+constexpr int kMaxStreams = 80;  // each holds one of the listener's threads
 constexpr std::chrono::seconds kStreamsEndWithin{1};
 constexpr std::chrono::milliseconds kPoll{1};
 constexpr const char* kJson = "application/json";
-
-class Listener : public httplib::Server {
- public:
-  /// The library lets five connections wait: a dozen browser tabs that reconnect at once are more.
-  void widen_backlog() { ::listen(svr_sock_, kBacklog); }
-};
+const std::string kEventsPath = std::string(kApiPath) + "events";
 
 /// The library's own default, SO_REUSEPORT, would let two daemons share one port unnoticed.
 void set_socket_options(socket_t socket) {
@@ -51,6 +44,11 @@ void answer(httplib::Response& response, const base::Result<nlohmann::json>& res
   if (!result) return refuse(response, http_status(result.error()), result.error());
   response.set_content(compact(*result), kJson);
 }
+
+struct Refusal {
+  int status;
+  base::Error error;
+};
 
 std::optional<std::string> header(const httplib::Request& request, const char* name) {
   if (!request.has_header(name)) return std::nullopt;
@@ -105,17 +103,11 @@ void describe_exception(const httplib::Request& request, httplib::Response& resp
 struct HttpServer::Running {
   Running(StationService& service, HostPort listen_address)
       : lab(service), address(std::move(listen_address)), feed(service) {
-    listener.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
-    listener.set_payload_max_length(kMaxBody);
     listener.set_socket_options(set_socket_options);
-    // One request a connection: an idle connection holds no thread, and no part of a refused request can be taken for
-    // the next one.
-    listener.set_keep_alive_max_count(1);
-    listener.set_tcp_nodelay(true);
-    // The library counts the length of a body only where it is stated.
-    listener.set_pre_routing_handler([](const httplib::Request& request, httplib::Response& response) {
-      if (!request.has_header("Transfer-Encoding")) return httplib::Server::HandlerResponse::Unhandled;
-      refuse(response, 411, {ErrorKind::bad_input, "the length of the body must be stated", "Content-Length"});
+    listener.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
+      const auto refusal = refusal_before_body(request);
+      if (!refusal) return httplib::Server::HandlerResponse::Unhandled;
+      refuse(response, refusal->status, refusal->error);
       return httplib::Server::HandlerResponse::Handled;
     });
     listener.set_error_handler(httplib::Server::Handler(describe_library_error));
@@ -129,47 +121,54 @@ struct HttpServer::Running {
     // The library cuts off what is still being sent when it stops.
     const auto latest_end = std::chrono::steady_clock::now() + kStreamsEndWithin;
     while (streams > 0 && std::chrono::steady_clock::now() < latest_end) std::this_thread::sleep_for(kPoll);
+    listener.cut_all();
     listener.stop();
     if (thread.joinable()) thread.join();
   }
 
-  /// A handler that runs for requests that may pass.
-  httplib::Server::Handler guarded(httplib::Server::Handler handler) const {
-    return [this, handler = std::move(handler)](const httplib::Request& request, httplib::Response& response) {
-      const auto refused =
-          why_refused({request.get_header_value("Host"), header(request, "Origin")}, host_of(to_text(address)));
-      if (refused) return refuse(response, 403, {ErrorKind::bad_input, *refused, "headers"});
-      handler(request, response);
-    };
+  /// Why a request is refused by its head alone, before anything of its body is read or unpacked.
+  std::optional<Refusal> refusal_before_body(const httplib::Request& request) const {
+    const auto stranger =
+        why_refused({request.get_header_value("Host"), header(request, "Origin")}, host_of(to_text(address)));
+    if (stranger) return Refusal{403, {ErrorKind::bad_input, *stranger, "headers"}};
+    // The library counts the length of a body only where it is stated, and unpacks a packed one to any size.
+    if (request.has_header("Transfer-Encoding")) {
+      return Refusal{411, {ErrorKind::bad_input, "the length of the body must be stated", "Content-Length"}};
+    }
+    if (request.get_header_value_count("Content-Length") > 1) {
+      return Refusal{400, {ErrorKind::bad_input, "the length of the body must be stated once", "Content-Length"}};
+    }
+    if (request.has_header("Content-Encoding")) {
+      return Refusal{415, {ErrorKind::bad_input, "the body must not be compressed", "Content-Encoding"}};
+    }
+    return std::nullopt;
   }
 
   void add_routes() {
     for (const ApiQuestion& question : api_questions()) add_question(question);
     for (const ApiCommand& command : api_commands()) add_command(command);
-    listener.Get(std::string(kApiPath) + "events",
-                 guarded([this](const auto& request, auto& response) { send_events(request, response); }));
-    listener.Get("/([^/]*)", guarded(send_page));
+    listener.Get(kEventsPath, [this](const auto& request, auto& response) { send_events(request, response); });
+    listener.Get("/([^/]*)", send_page);
   }
 
   void add_question(const ApiQuestion& question) {
-    listener.Get(kApiPath + std::string(question.name), guarded([this, &question](const auto& request, auto& response) {
-                   std::optional<std::string> parameter;
-                   const std::string name(question.parameter);
-                   if (request.has_param(name)) parameter = request.get_param_value(name);
-                   answer(response, question.answer(lab, parameter, feed.latest().newest_log));
-                 }));
+    listener.Get(kApiPath + std::string(question.name), [this, &question](const auto& request, auto& response) {
+      std::optional<std::string> parameter;
+      const std::string name(question.parameter);
+      if (request.has_param(name)) parameter = request.get_param_value(name);
+      answer(response, question.answer(lab, parameter, feed.latest().newest_log));
+    });
   }
 
   void add_command(const ApiCommand& command) {
-    listener.Post(kApiPath + ("campaign/" + std::string(command.name)),
-                  guarded([this, &command](const auto& request, auto& response) {
-                    if (!is_json(request)) {
-                      return refuse(response, 415,
-                                    {ErrorKind::bad_input, "the body must be application/json", "Content-Type"});
-                    }
-                    const auto body = parse_body(request.body);
-                    answer(response, body ? command.carry_out(lab, *body) : body);
-                  }));
+    listener.Post(
+        kApiPath + ("campaign/" + std::string(command.name)), [this, &command](const auto& request, auto& response) {
+          if (!is_json(request)) {
+            return refuse(response, 415, {ErrorKind::bad_input, "the body must be application/json", "Content-Type"});
+          }
+          const auto body = parse_body(request.body);
+          answer(response, body ? command.carry_out(lab, *body) : body);
+        });
   }
 
   static void send_page(const httplib::Request& request, httplib::Response& response) {
@@ -225,7 +224,8 @@ struct HttpServer::Running {
   EventFeed feed;
   std::atomic<int> streams = 0;
   std::atomic<bool> ended = false;
-  Listener listener;
+  BoundedListener listener{ConnectionLimits{},
+                           [](const httplib::Request& request) { return request.path == kEventsPath; }};
   std::thread thread;
 };
 

@@ -28,8 +28,7 @@ std::optional<int> digits(std::string_view text) {
 }  // namespace
 
 base::Status check_text_line(std::string_view text, std::string_view where) {
-  if (text.find_first_not_of(' ') == std::string_view::npos)
-    return base::bad_input("must not be empty", std::string(where));
+  if (base::is_blank(text)) return base::bad_input("must not be empty", std::string(where));
   if (base::is_plain_line(text)) return {};
   return base::bad_input(
       "must be one line of plain text without control characters, line separators or marks that change its direction",

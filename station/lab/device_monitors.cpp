@@ -17,6 +17,7 @@ constexpr std::chrono::milliseconds kShortestPoll{2};
 constexpr std::chrono::seconds kStale{10};
 constexpr int kFailuresUntilStale = 3;
 constexpr int kMismatchesUntilLost = 3;
+constexpr int kReadingsOfAlarm = 2;
 constexpr double kSetPointTolerance_c = 0.5;
 
 constexpr double kAtLimitShare = 0.98;  ///< of the current limit: what supplies set and measure differs by a per cent
@@ -50,6 +51,8 @@ bool ChamberMonitor::poll(double now_s) {
   heard_host_ = polled_host_;
   reading_ = *std::move(reading);
   air_.add(now_s, reading_->air_c);
+  alarmed_ = reading_->alarms.empty() ? 0 : alarmed_ + 1;
+  if (alarmed_ == 1) polled_s_.reset();
   const bool as_expected =
       !expected_c_ || (reading_->running && std::abs(reading_->set_point_c - *expected_c_) <= kSetPointTolerance_c);
   mismatches_ = as_expected ? 0 : mismatches_ + 1;
@@ -57,6 +60,10 @@ bool ChamberMonitor::poll(double now_s) {
 }
 
 bool ChamberMonitor::lost_set_point() const { return mismatches_ >= kMismatchesUntilLost; }
+
+std::vector<hal::ChamberAlarm> ChamberMonitor::alarms() const {
+  return reading_ && alarmed_ >= kReadingsOfAlarm ? reading_->alarms : std::vector<hal::ChamberAlarm>{};
+}
 
 std::optional<double> ChamberMonitor::age_s() const {
   if (heard_host_ == steady_clock::time_point{}) return std::nullopt;

@@ -30,6 +30,7 @@ class ChamberMonitor {
     polled_s_.reset();
     polled_host_ = {};
     reading_.reset();
+    alarmed_ = 0;
   }
   /// The last reading; nothing while it is older than 10 s of host time or three tries in a row have failed.
   [[nodiscard]] const std::optional<hal::ChamberReading>& reading() const { return reading_; }
@@ -37,6 +38,9 @@ class ChamberMonitor {
   /// Why the last try failed; empty after one that did not.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
   [[nodiscard]] std::optional<double> age_s() const;
+  /// The alarms of the last reading if the one before had alarms too: a single flipped bit on the wire is none. After a
+  /// first one the next poll() reads at once.
+  [[nodiscard]] std::vector<hal::ChamberAlarm> alarms() const;
 
   /// Whether the air is stable, by the criterion that was last set.
   [[nodiscard]] bool air_is_stable() const { return air_.verdict().stable; }
@@ -64,6 +68,7 @@ class ChamberMonitor {
   std::optional<hal::ChamberReading> reading_;
   std::string trouble_;
   int failures_ = 0;
+  int alarmed_ = 0;  ///< readings in a row with alarms
   std::optional<double> expected_c_;
   int mismatches_ = 0;
   calib::StabilityJudge air_;

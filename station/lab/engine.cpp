@@ -208,6 +208,7 @@ void Engine::cycle() {
     record_history();
     watch_alarms();
   }
+  if (going_on || state_ == CampaignState::stopping) watch_guard();
   if (!stored && (state_ == CampaignState::running || state_ == CampaignState::paused)) {
     end_campaign(CampaignState::failed, "cannot record: " + stored.error().message);
   }
@@ -251,17 +252,31 @@ void Engine::record_history() {
 // --- the chamber ------------------------------------------------------------------------------------------------
 
 void Engine::watch_alarms() {
-  const auto& reading = station_->chamber.reading();
-  if (!reading || reading->alarms.empty()) return;
+  const auto alarms = station_->chamber.alarms();
+  if (alarms.empty()) return;
   std::string names;
   bool outputs_off = false;
-  for (const hal::ChamberAlarm& alarm : reading->alarms) {
+  for (const hal::ChamberAlarm& alarm : alarms) {
     names += names.empty() ? alarm.name : ", " + alarm.name;
     outputs_off = outputs_off || alarm.outputs_off;
   }
   // At once: the rest of the way to the safe state can wait.
   if (outputs_off && !chamber_->stop()) log_.add("alarm", "chamber", "heating and cooling cannot be switched off yet");
   end_campaign(CampaignState::failed, "the chamber reports an alarm: " + names, outputs_off);
+}
+
+void Engine::watch_guard() {
+  const auto& reading = station_->chamber.reading();
+  std::vector<GuardedUnit> units;
+  for (const auto& unit : station_->units) {
+    if (!unit->streaming() || !unit->temp_c()) continue;
+    units.push_back({unit->serial(), *unit->temp_c(), unit->type().temp_min_c, unit->type().temp_max_c});
+  }
+  const auto trouble = guard_.look(station_->now_s(), steady_clock::now(), reading ? &*reading : nullptr, units);
+  if (!trouble) return;
+  if (safe_end_) return safe_end_->switch_off_at_once(*station_, *trouble);
+  if (!chamber_->stop()) log_.add("alarm", "chamber", "heating and cooling cannot be switched off yet");
+  end_campaign(CampaignState::failed, *trouble, true);
 }
 
 void Engine::watch_set_point() {

@@ -19,6 +19,7 @@
 #include "db/catalog/catalog.h"
 #include "station/config/station_config.h"
 #include "station/lab/campaign_log.h"
+#include "station/lab/chamber_guard.h"
 #include "station/lab/safe_end.h"
 #include "station/lab/start_check.h"
 #include "station/lab/station.h"
@@ -89,6 +90,8 @@ class Engine : public StationService {
   void cycle();
   void advance();
   void watch_alarms();
+  /// Ends the campaign where chamber and units do not fit together.
+  void watch_guard();
   void watch_set_point();
   /// Writes the state into the journal. Where that fails it is tried again every second and before the next campaign.
   void store_state();
@@ -145,6 +148,7 @@ class Engine : public StationService {
   double step_started_s_ = 0.0;
   std::unique_ptr<StepTask> task_;
   std::unique_ptr<SafeEnd> safe_end_;
+  ChamberGuard guard_;
   std::optional<std::chrono::steady_clock::time_point> stale_since_;
   std::chrono::steady_clock::time_point next_store_{};
   bool journal_is_behind_ = false;

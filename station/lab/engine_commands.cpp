@@ -160,6 +160,7 @@ base::Status Engine::connect_devices() {
 }
 
 void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, std::optional<std::size_t> resume_at) {
+  guard_.forget();
   make_units(checked);
   std::vector<std::string> serials;
   for (const CheckedUnit& unit : checked.units) serials.push_back(unit.serial);

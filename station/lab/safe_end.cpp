@@ -23,6 +23,10 @@ constexpr double kSilentUnit_s = 1800.0;  ///< process time in warm air for a un
 constexpr std::chrono::seconds kSafeEndInterval{1};
 constexpr int kWarmUpTries = 5;
 constexpr std::chrono::seconds kLaterWarmUpInterval{60};
+constexpr std::chrono::seconds kUnreadable{60};  ///< after which a chamber that nobody can read is switched off
+constexpr double kSlowest_kpmin = 0.5;
+constexpr double kWarmUpReserve_s = 7200.0;
+constexpr double kNight_s = 28800.0;  ///< process time in which a room warms any chamber that is off
 
 bool chamber_answers(const Station& station) { return station.chamber.reading() && station.chamber.trouble().empty(); }
 
@@ -58,6 +62,8 @@ double DewSafeWarmUp::target_c(const Station& station) const {
 }
 
 bool DewSafeWarmUp::poll(Station& station) {
+  watch(station);
+  if (gave_up_) return is_off_ && room_has_warmed(station);
   if (!commanded_) {
     commanded_ = command(station);
     return !commanded_ && is_off_ && room_has_warmed(station);
@@ -71,10 +77,48 @@ bool DewSafeWarmUp::poll(Station& station) {
   return units_are_dry(station) && switch_off(station);
 }
 
+void DewSafeWarmUp::watch(Station& station) {
+  const auto now = Clock::now();
+  const auto& reading = station.chamber.reading();
+  if (!read_ || reading) read_ = now;
+  if (reading && !begun_) {
+    begun_ = now;
+    begun_s_ = station.now_s();
+    limit_s_ = kWarmUpReserve_s + 60.0 * std::abs(reading->air_c - target_c(station)) / kSlowest_kpmin;
+  }
+  if (gave_up_ && is_off_) return;
+  if (gave_up_ || overdue(station)) {
+    gave_up_ = true;
+    return give_up(station,
+                   fmt::format("it has not come to {:+.0f} °C in {:.1f} h", target_c(station), limit_s_ / 3600.0));
+  }
+  if (!is_off_ && now - *read_ > kUnreadable) give_up(station, station.chamber.trouble());
+}
+
+/// By both clocks: with a fast simulated one process time alone would give a slow host no chance.
+bool DewSafeWarmUp::overdue(const Station& station) {
+  return begun_ && !warm_since_s_ && !is_off_ && station.now_s() - begun_s_ > limit_s_ &&
+         Clock::now() - *begun_ > kUnreadable;
+}
+
+void DewSafeWarmUp::give_up(Station& station, const std::string& why) {
+  trouble_ = why;
+  if (Clock::now() < next_stop_) return;
+  next_stop_ = Clock::now() + kSafeEndInterval;
+  is_off_ = station.chamber.chamber().stop().has_value();
+  if (!is_off_) return;
+  commanded_ = false;
+  off_since_s_ = station.now_s();
+  warm_since_s_.reset();
+  next_command_ = Clock::now() + kLaterWarmUpInterval;
+  station.log.add("device", "chamber", why + ": heating and cooling are switched off");
+}
+
 bool DewSafeWarmUp::command(Station& station) {
   const auto now = Clock::now();
   if (now < next_command_) return false;
   const bool answers = chamber_answers(station);
+  if (is_off_ && !answers) return false;  // what nobody can read is not switched on again
   if (answers) ++commands_;
   next_command_ = now + (answers && commands_ >= kWarmUpTries ? kLaterWarmUpInterval : kSafeEndInterval);
   hal::Chamber& chamber = station.chamber.chamber();
@@ -93,6 +137,7 @@ void DewSafeWarmUp::handle_refusal(Station& station, const std::string& why) {
   trouble_ = why;
   if (commands_ < kWarmUpTries || is_off_) return;
   is_off_ = station.chamber.chamber().stop().has_value();
+  off_since_s_ = station.now_s();
   station.log.add("device", "chamber",
                   fmt::format("cannot be driven to {:+.0f} °C ({}): heating and cooling {}", target_c(station), why,
                               is_off_ ? "are switched off" : "cannot be switched off either"));
@@ -113,9 +158,14 @@ bool DewSafeWarmUp::obeys(const Station& station) {
 /// Whether the room has warmed what the chamber did not: it is off.
 bool DewSafeWarmUp::room_has_warmed(const Station& station) {
   const auto& reading = station.chamber.reading();
-  if (!reading || reading->running || reading->air_c <= station.config.dew_point_c + kDewMargin_c) {
+  if (reading && reading->running) {
     warm_since_s_.reset();
     return false;
+  }
+  if (!reading || reading->air_c <= station.config.dew_point_c + kDewMargin_c) {
+    warm_since_s_.reset();
+    // Where its thermometer cannot be believed, a night is enough for any room.
+    return (!reading || gave_up_) && station.now_s() - off_since_s_ >= kNight_s;
   }
   if (!warm_since_s_) warm_since_s_ = station.now_s();
   return units_are_dry(station);
@@ -146,14 +196,18 @@ SafeEnd::SafeEnd(std::string reason, double end_c, bool outputs_off)
 
 bool SafeEnd::poll(Station& station) {
   // An alarm may come up on the way.
-  if (const auto& reading = station.chamber.reading()) {
-    for (const hal::ChamberAlarm& alarm : reading->alarms) outputs_off_ = outputs_off_ || alarm.outputs_off;
-  }
+  for (const hal::ChamberAlarm& alarm : station.chamber.alarms()) outputs_off_ = outputs_off_ || alarm.outputs_off;
   if (!fixture_is_halted_) halt_fixture(station);
   if (!chamber_is_safe_) chamber_is_safe_ = outputs_off_ ? switch_chamber_off(station) : warm_up_.poll(station);
   if (!chamber_is_safe_) return false;
   if (!run_is_sealed_) seal_run(station);
   return units_are_off(station);
+}
+
+void SafeEnd::switch_off_at_once(Station& station, const std::string& why) {
+  if (outputs_off_) return;
+  outputs_off_ = true;
+  station.log.add("alarm", "chamber", why + ": heating and cooling are switched off");
 }
 
 /// Tried for as long as the chamber takes; the chamber does not wait for it.

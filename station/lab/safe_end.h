@@ -17,7 +17,9 @@ namespace soak::station {
 /// A chamber that answers but does not accept the set point (a limit at its front, somebody else who commands it) must
 /// not go on heating or cooling for ever: after a few tries heating and cooling are switched off, which is written to
 /// the log, and the room warms the chamber instead. The set point is then sent once a minute only: controllers keep it
-/// in memory that wears out.
+/// in memory that wears out. The same holds for a chamber that has not come to its set point in the time that the way
+/// takes at 0.5 K/min and two hours more, and for one whose readings nobody can believe for a minute: that one is
+/// driven again once it can be read.
 class DewSafeWarmUp {
  public:
   explicit DewSafeWarmUp(double temp_c);
@@ -33,9 +35,13 @@ class DewSafeWarmUp {
   using Clock = std::chrono::steady_clock;
 
   [[nodiscard]] bool command(Station& station);
+  /// Switches heating and cooling off where nothing has been read for too long, or the way has taken too long.
+  void watch(Station& station);
+  void give_up(Station& station, const std::string& why);
   void handle_refusal(Station& station, const std::string& why);
   [[nodiscard]] bool obeys(const Station& station);
   [[nodiscard]] bool room_has_warmed(const Station& station);
+  [[nodiscard]] bool overdue(const Station& station);
   [[nodiscard]] bool switch_off(Station& station);
   [[nodiscard]] bool units_are_dry(const Station& station) const;
 
@@ -43,7 +49,13 @@ class DewSafeWarmUp {
   bool commanded_ = false;
   int commands_ = 0;  ///< that a chamber which answers was given
   std::string trouble_;
-  bool is_off_ = false;  ///< switched off because it does not accept the set point
+  bool is_off_ = false;   ///< switched off because it does not accept the set point, or nobody can read it
+  bool gave_up_ = false;  ///< the way took too long: it is not driven any more
+  std::optional<Clock::time_point> read_;  ///< when there was a reading, at last
+  std::optional<Clock::time_point> begun_;
+  double begun_s_ = 0.0;
+  double limit_s_ = 0.0;  ///< process time that the way may take
+  double off_since_s_ = 0.0;
   Clock::time_point next_command_{};
   Clock::time_point next_stop_{};
   std::optional<double> warm_since_s_;
@@ -63,6 +75,8 @@ class SafeEnd {
   [[nodiscard]] const std::string& reason() const { return reason_; }
   /// What it is doing, for the operator.
   [[nodiscard]] std::string text(const Station& station) const;
+  /// Heating and cooling must not go on, for this reason.
+  void switch_off_at_once(Station& station, const std::string& why);
 
  private:
   void halt_fixture(Station& station);

@@ -47,5 +47,11 @@ TEST(Utf8, APlainLineHoldsNothingThatPeopleCannotSee) {
   }
 }
 
+TEST(Blank, IsTextThatShowsNothing) {
+  for (const char* text : {"", " ", "\t\r\n", "\u00a0", "\u2003\u3000", "\u200b", "\ufeff", "\u3164"})
+    EXPECT_TRUE(is_blank(text));
+  for (const char* text : {"a", " a ", "\u00a0.", "−", "\xa0"}) EXPECT_FALSE(is_blank(text)) << text;
+}
+
 }  // namespace
 }  // namespace soak::base

@@ -172,6 +172,13 @@ class BadSurroundings(SoakTest):
         self.assertIn(str(self.data), error["where"])
         self.assertRegex(error["message"].lower(), "read-only|readonly|permission")
         self.assertEqual(self.state(), before)
+        # An archive: all that only reads works.
+        self.assertEqual([run["run"] for run in self.soak_json("runs-list", "runs", "list")["runs"]], ["good"])
+        self.assertTrue(self.soak_json("runs-verify", "runs", "verify")["ok"])
+        rows = self.soak("runs", "export", "good", "--native", "-o", self.folder / "again.csv")
+        self.assertEqual(rows.returncode, 0)
+        self.refusal("runs", "void", "good", "--reason", "r", "--user", "u", status=1)
+        self.assertEqual(self.state(), before)
 
     def test_full_disk(self):
         if not self.mount("size=1m"):

@@ -5,6 +5,7 @@ import json
 import os
 import pty
 import pwd
+import re
 import shutil
 import subprocess
 import unittest
@@ -73,10 +74,14 @@ class DoctorTest(SoakTest):
         os.chown(port, 0, dialout)
         os.chmod(port, 0o660)
         nobody = pwd.getpwnam("nobody")
+        # Program and map where anybody may read them: the project may lie in a home that is closed to others.
+        program = shutil.copy(os.environ["SOAK_BIN"], self.folder / "soak")
+        chamber = shutil.copy(ROOT / "procedures" / "chambers" / "watlow-f4t.toml", self.folder)
         config = self.config(f'device = "{port}"')
-        for path in [self.folder, config]:
+        config.write_text(re.sub('^map = .*', f'map = "{chamber}"', config.read_text(), flags=re.M))
+        for path in [self.folder, config, program, chamber]:
             shutil.chown(path, nobody.pw_uid)
-        somebody = {"user": nobody.pw_uid, "group": nobody.pw_gid}
+        somebody = {"user": nobody.pw_uid, "group": nobody.pw_gid, "executable": program, "cwd": self.folder}
         checks = self.doctor("--config", config, status=3, extra_groups=[], **somebody)
         self.assertIn(port, checks["slot 1"]["text"])
         self.assertIn("sudo usermod -aG dialout nobody", checks["slot 1"]["text"])

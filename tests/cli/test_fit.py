@@ -14,6 +14,7 @@ import tempfile
 import unittest
 
 from blob_reader import Calibration
+from run_digest import run_digest
 from soak_cli import ROOT, SoakTest, check_schema, recording, shared_data
 
 SERIAL = "SIM-0001"
@@ -363,7 +364,17 @@ class Verify(FittedTest):
     def test_takes_no_runs_for_diagnosis(self):
         with contextlib.closing(sqlite3.connect(self.data / "station.db")) as catalog, catalog:
             catalog.execute("UPDATE run SET purpose = 'diagnosis' WHERE campaign = 'verification'")
+            for key in catalog.execute("SELECT run_id, unit FROM run WHERE campaign = 'verification'").fetchall():
+                catalog.execute("UPDATE run SET numbers_sha256 = ? WHERE run_id = ? AND unit = ?", (run_digest(catalog, *key), *key))
         self.refusal("verify", self.blob(), "--campaign", "verification")
+
+    def test_refuses_numbers_of_the_catalog_that_were_changed(self):
+        with contextlib.closing(sqlite3.connect(self.data / "station.db")) as catalog, catalog:
+            runs = catalog.execute("SELECT run_id, unit, numbers_sha256 FROM run").fetchall()
+            self.assertEqual([digest for _, _, digest in runs], [run_digest(catalog, run_id, unit) for run_id, unit, _ in runs])
+            catalog.execute("UPDATE segment SET gyro_x_mean = gyro_x_mean + 0.05")
+        for arguments in (("verify", self.blob(), "--campaign", "verification"), ("fit", "--unit", SERIAL), ("runs", "verify")):
+            self.assertIn(runs[0][1], self.soak(*arguments, status=4).stderr)
 
     def test_refuses_runs_that_the_fit_has_seen(self):
         self.refusal("verify", self.blob(), "--campaign", "campaign")

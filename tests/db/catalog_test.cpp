@@ -327,5 +327,36 @@ TEST(Catalog, OpensInManyProcessesAtOnceAndNumbersModelsWithoutGap) {
   EXPECT_TRUE(catalog->verify());
 }
 
+// The numbers that a fit uses stand in the catalog: whoever or whatever changes one must not go unnoticed.
+TEST_F(CatalogTest, AChangedNumberOfARunIsFound) {
+  fill(*catalog_);
+  ASSERT_TRUE(catalog_->check_numbers(run_row()));
+  for (const char* change : {"UPDATE segment SET gyro_x_mean = gyro_x_mean + 1e-9",
+                             "UPDATE segment SET plateau_c = 0 WHERE visit = 0", "UPDATE block SET accel_z_se = 1",
+                             "DELETE FROM block WHERE ordinal = 1", "UPDATE run SET purpose = 'verification'",
+                             "UPDATE run SET gravity_mps2 = 9.8", "UPDATE run SET numbers_sha256 = ''",
+                             "INSERT INTO finding VALUES ((SELECT run_id FROM run), 'SN1', 0, (SELECT position FROM "
+                             "segment WHERE visit = 0), 0, 9, "
+                             "'stuck', 'reject', NULL, '')"}) {
+    const TempFolder folder;
+    {
+      auto catalog = Catalog::open(folder.path());
+      ASSERT_TRUE(catalog);
+      fill(*catalog);
+    }
+    SQLite::Database file((folder / "station.db").string(), SQLite::OPEN_READWRITE);
+    ASSERT_GT(file.exec(change), 0) << change;
+    const auto catalog = Catalog::open(folder.path());
+    ASSERT_TRUE(catalog);
+    const auto sound = catalog->check_numbers(run_row());
+    ASSERT_FALSE(sound) << change;
+    EXPECT_EQ(sound.error().kind, base::ErrorKind::corrupt);
+    EXPECT_NE(sound.error().message.find(kRunId), std::string::npos);
+    const auto segments = catalog->segments(kRunId, "SN1", false);
+    ASSERT_FALSE(segments) << change;
+    EXPECT_EQ(segments.error().kind, base::ErrorKind::corrupt);
+  }
+}
+
 }  // namespace
 }  // namespace soak::db

@@ -96,6 +96,16 @@ TEST_F(DamagedRunFile, NoticesAMissingChunkAndAWrongPyramid) {
   }
 }
 
+TEST_F(DamagedRunFile, NamesTheChannelWhoseLabelsAreDamaged) {
+  for (const char* labels : {"[\"+X\", ", "", "7", "{}"}) {
+    execute(path_, std::string("UPDATE channel SET labels = '") + labels + "' WHERE id = 2");
+    const auto status = check();
+    ASSERT_FALSE(status) << labels;
+    EXPECT_EQ(status.error().kind, base::ErrorKind::corrupt) << labels;
+    EXPECT_EQ(status.error().where, path_.string() + ", channel imu/SN1/value") << labels;
+  }
+}
+
 TEST_F(DamagedRunFile, IsRefusedWhenCutShort) {
   const std::string original = bytes_of_file(path_);
   for (const std::size_t size : {std::size_t{1}, std::size_t{99}, std::size_t{1024}, std::size_t{2048},

@@ -152,6 +152,13 @@ TEST_F(Version1Catalog, GivesRunsSegmentsAndModels) {
   EXPECT_TRUE(catalog_->verify());
 }
 
+TEST_F(Version1Catalog, GetsADigestOfEachRunWhenItIsOpened) {
+  for (const RunRow& run : *catalog_->runs({})) EXPECT_TRUE(catalog_->check_numbers(run)) << run.label;
+  SQLite::Database((folder_ / "station.db").string(), SQLite::OPEN_READWRITE)
+      .exec("UPDATE segment SET gyro_x_mean = gyro_x_mean + 0.05");
+  EXPECT_EQ(Catalog::open(folder_.path())->segments(kSecondRun, "SN1", true).error().kind, base::ErrorKind::corrupt);
+}
+
 TEST_F(Version1Catalog, GivesFindings) {
   for (const bool with_blocks : {false, true}) {
     const auto segments = catalog_->segments(kSecondRun, "SN1", with_blocks);
@@ -234,7 +241,6 @@ TEST(Catalog, RefusesADataFolderOfADevelopmentVersionAndLeavesItAsItIs) {
   }
 }
 
-// Migrations begin with the first release: what they will rest on.
 TEST(Migration, BringsAFileForwardOnceAndKeepsItsRows) {
   const TempFolder folder;
   const std::array<schema::Step, 2> steps = {schema::Step{1, "CREATE TABLE t (a); INSERT INTO t VALUES (7);"},

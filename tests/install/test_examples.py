@@ -30,7 +30,7 @@ class Examples(unittest.TestCase):
         run("cmake", "--install", os.environ["SOAK_RELEASE_BUILD"], "--component", "library", "--prefix", prefix)
         shutil.copytree(ROOT / "docs" / "examples", source)
         cls.build = cls.folder / "build"
-        run("cmake", "-S", source, "-B", cls.build, f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=Release")
+        run("cmake", "-S", source, "-B", cls.build, f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=Release", "-G", "Ninja")
         run("cmake", "--build", cls.build, "--parallel", os.environ.get("JOBS", "2"))
 
     def test_nothing_private_is_installed(self):

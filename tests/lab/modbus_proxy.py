@@ -10,12 +10,15 @@ ILLEGAL_VALUE = 3
 
 
 class ModbusProxy:
-    """`answer`: takes a request (function code and what follows) and returns the answer, or None to hand it on.
+    """`answer`: takes a request (function code and what follows) and returns the answer, or None to hand it on. `change_request`
+    and `change_answer` (request, answer) change what passes.
     `writes`: (first register, data) of all writes that came, whatever became of them."""
 
     def __init__(self, target):
         self.target = target
         self.answer = lambda request: None
+        self.change_request = lambda request: request
+        self.change_answer = lambda request, answer: answer
         self.writes = []
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = self._listener.getsockname()[1]
@@ -45,8 +48,10 @@ class ModbusProxy:
                                             else request[6:]))
                     answer = self.answer(request)
                     if answer is None:
-                        server.sendall(head + request)
+                        request_on = self.change_request(request)
+                        server.sendall(head + request_on)
                         head, answer = receive(server)
+                        answer = self.change_answer(request, answer)
                     client.sendall(head[:4] + struct.pack(">H", len(answer) + 1) + head[6:] + answer)
         except OSError:
             pass
@@ -82,3 +87,31 @@ def forgets(register):
         written = request[0] in (WRITE_ONE, WRITE) and struct.unpack(">H", request[1:3])[0] == register
         return request[:5] if written else None
     return answer
+
+
+def with_read_f32(register, change):
+    """A change of answers: the float (low word first) that begins at `register` reads change(value), in whatever block."""
+    def changed(request, answer):
+        if request[0] != READ or answer[0] != READ:
+            return answer
+        first, count = struct.unpack(">HH", request[1:5])
+        at = 2 + 2 * (register - first)
+        if register < first or register + 2 > first + count:
+            return answer
+        low, high = struct.unpack(">HH", answer[at:at + 4])
+        value, = struct.unpack(">f", struct.pack(">HH", high, low))
+        high, low = struct.unpack(">HH", struct.pack(">f", change(value)))
+        return answer[:at] + struct.pack(">HH", low, high) + answer[at + 4:]
+    return changed
+
+
+def with_written_f32(register, change):
+    """A change of requests: the float that is written to `register` alone becomes change(value)."""
+    def changed(request):
+        if request[0] != WRITE or request[1:5] != struct.pack(">HH", register, 2):
+            return request
+        low, high = struct.unpack(">HH", request[6:10])
+        value, = struct.unpack(">f", struct.pack(">HH", high, low))
+        high, low = struct.unpack(">HH", struct.pack(">f", change(value)))
+        return request[:6] + struct.pack(">HH", low, high)
+    return changed

@@ -203,5 +203,24 @@ TEST_F(ChamberMonitorTest, TheAirStandsStillByProcessTime) {
   EXPECT_TRUE(monitor.air_is_stable());
 }
 
+TEST_F(ChamberMonitorTest, AnAlarmCountsOnceTwoReadingsInARowHaveIt) {
+  look();
+  chamber.says.alarms = {{"alarm 1", true}};
+  look();
+  EXPECT_TRUE(monitor.alarms().empty());
+  const int before = chamber.reads;
+  while (chamber.reads == before) static_cast<void>(monitor.poll(now_s));  // at once: the interval has not passed
+  EXPECT_EQ(monitor.alarms(), chamber.says.alarms);
+  chamber.says.alarms.clear();
+  look();
+  EXPECT_TRUE(monitor.alarms().empty());
+  for (int i = 0; i < 6; ++i) {
+    chamber.says.alarms =
+        i % 2 == 0 ? std::vector<hal::ChamberAlarm>{{"alarm 1", true}} : std::vector<hal::ChamberAlarm>{};
+    look();
+    EXPECT_TRUE(monitor.alarms().empty()) << i;
+  }
+}
+
 }  // namespace
 }  // namespace soak::station

@@ -254,7 +254,8 @@ TEST_F(Http, NamesAndReasonsAreOneLineOfTwoHundredBytesAtMost) {
   };
   for (std::size_t i = 0; i < commands.size(); ++i) {
     for (const std::string& text : {std::string("two\nlines"), std::string("tab\t"), std::string("\x1b[2J"),
-                                    std::string("\x7f"), std::string("a\0b", 3), std::string(201, 'x')}) {
+                                    std::string("\x7f"), std::string("a\0b", 3), std::string(201, 'x'),
+                                    std::string("\u009b2J"), std::string("\u202etxt"), std::string("\u00a0")}) {
       EXPECT_EQ(status(commands[i](text)), 400) << i << " " << json(text);
     }
   }

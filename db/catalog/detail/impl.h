@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -36,7 +37,8 @@ struct Catalog::Impl {
 
   std::filesystem::path data_folder;
   sqlite::Connection connection;
-  std::map<std::string, std::string> file_sha256;  ///< of the run files that check_run_file() has read, by name
+  std::set<std::pair<std::string, std::string>> sound;  ///< run and unit whose numbers were checked
+  std::map<std::string, std::string> file_sha256;       ///< of the run files that check_run_file() has read, by name
 };
 
 namespace catalog {

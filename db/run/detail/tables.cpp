@@ -76,7 +76,11 @@ std::string json_of(const SQLite::Database& database, const std::vector<std::str
   return json += ']';
 }
 
-std::vector<std::string> labels_of(const SQLite::Database& database, const std::string& json) {
+/// The labels of a channel; nothing where the text is no JSON array.
+std::optional<std::vector<std::string>> labels_of(const SQLite::Database& database, const std::string& json) {
+  if (!sqlite::has_row(database, "SELECT 1 WHERE CASE WHEN json_valid(?1) THEN json_type(?1) = 'array' ELSE 0 END",
+                       json))
+    return std::nullopt;
   return sqlite::rows_of(database, "SELECT value FROM json_each(?)", sqlite::text_from, json);
 }
 
@@ -99,8 +103,14 @@ base::Status read_channels(const sqlite::Connection& connection, std::int64_t st
     channel.info.unit = fields.text();
     channel.info.scale = fields.real();
     channel.info.offset = fields.real();
-    channel.info.labels = labels_of(connection.database(), fields.text());
+    const std::string labels = fields.text();
     channel.title = title_of(stream.info, channel.info);
+    auto names = labels_of(connection.database(), labels);
+    if (!names) {
+      return base::corrupt("the labels of its numbers are damaged; restore the file from a copy",
+                           connection.path().string() + ", channel " + channel.title);
+    }
+    channel.info.labels = *std::move(names);
     const auto known = sample_type_named(type);
     if (!known) {
       return base::corrupt("unknown type of numbers '" + type + "'",

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/http/connections.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <deque>
+#include <limits>
+#include <list>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+namespace soak::station {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+Clock::time_point after(double seconds) {
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+/// Waits until `socket` has one of `events` or the time is over.
+bool wait_for(socket_t socket, short events, Clock::time_point latest) {
+  while (true) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(latest - Clock::now()).count();
+    if (left <= 0) return false;
+    pollfd descriptor{socket, events, 0};
+    const int ready =
+        ::poll(&descriptor, 1, static_cast<int>(std::min<std::int64_t>(left, std::numeric_limits<int>::max())));
+    if (ready > 0) return true;
+    if (ready < 0 && errno != EINTR) return false;
+  }
+}
+
+void address_of(const sockaddr_storage& address, std::string& ip, int& port) {
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  const auto* v4 = reinterpret_cast<const sockaddr_in*>(&address);
+  const auto* v6 = reinterpret_cast<const sockaddr_in6*>(&address);
+  const bool six = address.ss_family == AF_INET6;
+  const void* number = six ? static_cast<const void*>(&v6->sin6_addr) : static_cast<const void*>(&v4->sin_addr);
+  if (::inet_ntop(address.ss_family, number, text.data(), text.size()) == nullptr) return;
+  ip = text.data();
+  port = ntohs(six ? v6->sin6_port : v4->sin_port);
+}
+
+/// A fixed number of threads. The one that accepts connections waits while too many have no thread yet: they stay with
+/// the kernel, where they take no descriptor of ours.
+class BoundedPool : public httplib::TaskQueue {
+ public:
+  BoundedPool(std::size_t threads, std::size_t waiting) : most_waiting_(waiting) {
+    for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
+  }
+  ~BoundedPool() override { shutdown(); }
+
+  void enqueue(std::function<void()> task) override {
+    std::unique_lock lock(mutex_);
+    room_.wait(lock, [this] { return tasks_.size() < most_waiting_ || ended_; });
+    tasks_.push_back(std::move(task));
+    lock.unlock();
+    task_.notify_one();
+  }
+
+  void shutdown() override {
+    {
+      const std::lock_guard lock(mutex_);
+      ended_ = true;
+    }
+    task_.notify_all();
+    room_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+    threads_.clear();
+  }
+
+ private:
+  void work() {
+    while (true) {
+      std::unique_lock lock(mutex_);
+      task_.wait(lock, [this] { return !tasks_.empty() || ended_; });
+      if (tasks_.empty()) return;
+      const auto task = std::move(tasks_.front());
+      tasks_.pop_front();
+      lock.unlock();
+      room_.notify_one();
+      task();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable task_;
+  std::condition_variable room_;
+  std::deque<std::function<void()>> tasks_;
+  std::vector<std::thread> threads_;
+  std::size_t most_waiting_;
+  bool ended_ = false;
+};
+
+}  // namespace
+
+/// All open connections, oldest first. Cutting one off is shutdown(): its thread then closes it, so that no descriptor
+/// is closed while another thread may name it.
+class BoundedListener::Register {
+ public:
+  explicit Register(std::size_t most_short_ones) : most_short_ones_(most_short_ones) {}
+
+  void add(socket_t socket) {
+    const std::lock_guard lock(mutex_);
+    entries_.push_back({socket});
+    if (all_cut_) cut(entries_.back());
+    const auto is_short = [](const Entry& entry) { return !entry.endless && !entry.cut; };
+    if (static_cast<std::size_t>(std::ranges::count_if(entries_, is_short)) <= most_short_ones_) return;
+    cut(*std::ranges::find_if(entries_, is_short));
+  }
+
+  void set_endless(socket_t socket) {
+    const std::lock_guard lock(mutex_);
+    std::ranges::find(entries_, socket, &Entry::socket)->endless = true;
+  }
+
+  void remove_and_close(socket_t socket) {
+    const std::lock_guard lock(mutex_);
+    entries_.erase(std::ranges::find(entries_, socket, &Entry::socket));
+    ::shutdown(socket, SHUT_RDWR);
+    ::close(socket);
+  }
+
+  void cut_all() {
+    const std::lock_guard lock(mutex_);
+    all_cut_ = true;
+    for (Entry& entry : entries_) cut(entry);
+  }
+
+ private:
+  struct Entry {
+    socket_t socket;
+    bool endless = false;
+    bool cut = false;
+  };
+  static void cut(Entry& entry) {
+    entry.cut = true;
+    ::shutdown(entry.socket, SHUT_RDWR);
+  }
+
+  std::mutex mutex_;
+  std::list<Entry> entries_;
+  std::size_t most_short_ones_;
+  bool all_cut_ = false;
+};
+
+/// One connection as the library reads and writes it, within the limits: beyond them it looks closed.
+class BoundedListener::Connection : public httplib::Stream {
+ public:
+  Connection(socket_t socket, const ConnectionLimits& limits)
+      : socket_(socket),
+        limits_(limits),
+        request_until_(after(limits.request_s)),
+        answer_until_(after(limits.answer_s)) {}
+
+  /// From here on the body is read.
+  void head_is_read() { allowed_bytes_ = limits_.head_bytes + limits_.body_bytes; }
+  void make_endless() { answer_until_ = Clock::time_point::max(); }
+
+  bool is_readable() const override { return next_ < held_ || wait_for(socket_, POLLIN, request_until_); }
+  bool is_writable() const override {
+    pollfd descriptor{socket_, POLLOUT | POLLRDHUP, 0};
+    return ::poll(&descriptor, 1, 0) >= 0 && (descriptor.revents & (POLLERR | POLLHUP | POLLRDHUP)) == 0;
+  }
+
+  ssize_t read(char* bytes, std::size_t size) override {
+    if (next_ == held_ && !refill()) return -1;
+    const std::size_t n = std::min(size, held_ - next_);
+    std::memcpy(bytes, buffer_.data() + next_, n);
+    next_ += n;
+    return static_cast<ssize_t>(n);
+  }
+
+  ssize_t write(const char* bytes, std::size_t size) override {
+    if (!answer_until_) answer_until_ = after(limits_.answer_s);
+    const auto latest = std::min(*answer_until_, after(limits_.write_s));
+    while (wait_for(socket_, POLLOUT, latest)) {
+      const ssize_t n = ::send(socket_, bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+      if (n >= 0 || (errno != EAGAIN && errno != EINTR)) return n;
+    }
+    return -1;
+  }
+
+  void get_remote_ip_and_port(std::string& ip, int& port) const override {
+    sockaddr_storage address{};
+    socklen_t length = sizeof address;
+    if (::getpeername(socket_, reinterpret_cast<sockaddr*>(&address), &length) == 0) address_of(address, ip, port);
+  }
+  void get_local_ip_and_port(std::string& ip, int& port) const override {
+    sockaddr_storage address{};
+    socklen_t length = sizeof address;
+    if (::getsockname(socket_, reinterpret_cast<sockaddr*>(&address), &length) == 0) address_of(address, ip, port);
+  }
+  socket_t socket() const override { return socket_; }
+
+  /// Ends the answer and passes over what the client still sends: a socket closed over unread bytes takes the answer
+  /// with it.
+  void finish() {
+    ::shutdown(socket_, SHUT_WR);
+    request_until_ = after(limits_.linger_s);
+    allowed_bytes_ = read_bytes_ + limits_.body_bytes;
+    while (refill()) {
+    }
+  }
+
+ private:
+  bool refill() {
+    const std::size_t allowed = std::min(buffer_.size(), allowed_bytes_ - read_bytes_);
+    if (allowed == 0) return false;
+    while (wait_for(socket_, POLLIN, request_until_)) {
+      const ssize_t n = ::recv(socket_, buffer_.data(), allowed, MSG_DONTWAIT);
+      if (n < 0 && (errno == EAGAIN || errno == EINTR)) continue;
+      if (n <= 0) return false;
+      next_ = 0;
+      held_ = static_cast<std::size_t>(n);
+      read_bytes_ += held_;
+      return true;
+    }
+    return false;
+  }
+
+  socket_t socket_;
+  const ConnectionLimits& limits_;
+  Clock::time_point request_until_;
+  std::optional<Clock::time_point> answer_until_;  ///< from the first byte of the answer on
+  std::size_t allowed_bytes_ = limits_.head_bytes;
+  std::size_t read_bytes_ = 0;
+  std::array<char, 4096> buffer_{};
+  std::size_t next_ = 0;
+  std::size_t held_ = 0;
+};
+
+BoundedListener::BoundedListener(ConnectionLimits limits, std::function<bool(const httplib::Request&)> endless)
+    : limits_(limits), endless_(std::move(endless)), register_(std::make_unique<Register>(limits.short_ones)) {
+  new_task_queue = [this] { return new BoundedPool(limits_.threads, limits_.waiting); };
+  set_payload_max_length(limits_.body_bytes);
+  set_keep_alive_max_count(1);
+  set_tcp_nodelay(true);
+}
+
+BoundedListener::~BoundedListener() = default;
+
+void BoundedListener::widen_backlog() { ::listen(svr_sock_, static_cast<int>(limits_.threads)); }
+
+void BoundedListener::cut_all() { register_->cut_all(); }
+
+bool BoundedListener::process_and_close_socket(socket_t socket) {
+  register_->add(socket);
+  Connection connection(socket, limits_);
+  bool closed = false;
+  const bool answered = process_request(connection, true, closed, [&](httplib::Request& request) {
+    connection.head_is_read();
+    if (!endless_(request)) return;
+    connection.make_endless();
+    register_->set_endless(socket);
+  });
+  connection.finish();
+  register_->remove_and_close(socket);
+  return answered;
+}
+
+}  // namespace soak::station

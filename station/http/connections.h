@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <httplib.h>
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace soak::station {
+
+/// Limits of one HTTP connection and of all of them together: whoever sends slowly, much or often shall not keep others
+/// from commanding the station, nor take the descriptors that its devices need.
+struct ConnectionLimits {
+  std::size_t threads = 160;       ///< at work at a time; those that the event streams hold among them
+  std::size_t short_ones = 64;     ///< connections but event streams; the oldest is cut off for one more
+  std::size_t waiting = 32;        ///< accepted, without a thread yet; more are not accepted until one is free
+  std::size_t head_bytes = 65536;  ///< request line and headers
+  std::size_t body_bytes = 1 << 20;
+  double request_s = 10.0;  ///< from the connection to the end of the request
+  double answer_s = 60.0;   ///< from the first byte of the answer to its end, event streams apart
+  double write_s = 5.0;     ///< without any progress of an answer
+  double linger_s = 1.0;    ///< after the answer, for what the client still sends
+};
+
+/// httplib's server with these limits. The library bounds one line of a header and the pause between two bytes, but
+/// neither the sum of all headers nor the time of a request nor the number of connections. One request a connection: an
+/// idle connection holds no thread, and no part of a refused request can be taken for the next one.
+class BoundedListener : public httplib::Server {
+ public:
+  /// `endless`: whether the answer to this request goes on until the client leaves (an event stream).
+  BoundedListener(ConnectionLimits limits, std::function<bool(const httplib::Request&)> endless);
+  ~BoundedListener() override;
+
+  /// Lets as many connections wait in the kernel as there are threads: the library's five are less than a dozen browser
+  /// tabs.
+  void widen_backlog();
+  /// Cuts off all connections, so that stop() returns at once.
+  void cut_all();
+
+ private:
+  class Connection;
+  class Register;
+
+  bool process_and_close_socket(socket_t socket) override;
+
+  ConnectionLimits limits_;
+  std::function<bool(const httplib::Request&)> endless_;
+  std::unique_ptr<Register> register_;
+};
+
+}  // namespace soak::station
