@@ -151,7 +151,8 @@ void add_cross_validation(const std::vector<FamilySums>& folds, CurveFit& fit) {
       total.shape += fold[k]->shape;
     }
     if (total.count <= 0.0) continue;
-    fit.cross_validation[k] = CrossValidationError{std::sqrt(total.absolute / total.count), std::sqrt(total.shape / total.count)};
+    fit.cross_validation[k] =
+        CrossValidationError{std::sqrt(total.absolute / total.count), std::sqrt(total.shape / total.count)};
   }
 }
 

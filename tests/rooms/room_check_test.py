@@ -73,6 +73,19 @@ class RoomCheck(unittest.TestCase):
         self.refuse("calib", '"hal/sim/effects/conditions.h"', "does not depend on 'hal/sim'")
         self.refuse("hal/sim", '"calib/estimate/six_position.h"', "only the vocabulary of 'calib'")
 
+    def test_a_stage_includes_only_stages_before_it(self):
+        with open(os.path.join(ROOT, "cmake", "rooms.toml"), "rb") as f:
+            rooms = tomllib.load(f)["room"]
+        for room, stages in ((name, entry["stages"]) for name, entry in rooms.items() if "stages" in entry):
+            seen = set()
+            for source, include in includes_below(room):
+                stage, other = (path[len(room) + 1:].split("/")[0] for path in (source, include))
+                if not include.startswith(room + "/") or stage not in stages or other not in stages:
+                    continue
+                seen |= {stage, other}
+                self.assertLessEqual(stages.index(other), stages.index(stage), f"{source} includes {include}")
+            self.assertEqual(seen, set(stages), room)
+
     def test_private_part_of_another_room(self):
         self.refuse("station", '"calib/curve/detail/curve_budget.h"', "private part of 'calib'")
 
