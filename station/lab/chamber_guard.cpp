@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kRatingMargin_c = 5.0;  ///< thermometers of units are 1 to 3 K off
 constexpr double kFastest_kpmin = 20.0;  ///< twice what the quickest chambers for units do
-constexpr double kRateWindow_s = 60.0;
+constexpr double kFastWindow_s = 60.0;
 constexpr double kApart_c = 25.0;      ///< units warm themselves by up to 15 K
 constexpr double kSettled_s = 1800.0;  ///< of the air at its set point
 constexpr double kAtSetPoint_c = 2.0;
@@ -48,7 +48,7 @@ std::optional<std::string> ChamberGuard::judge(const GuardedUnit& unit, double n
                                                const hal::ChamberReading* reading) {
   Track& track = tracks_[unit.serial];
   track.temps.emplace_back(now_s, unit.temp_c);
-  while (track.temps.size() > 2 && now_s - track.temps[1].first >= kRateWindow_s) track.temps.pop_front();
+  while (track.temps.size() > 2 && now_s - track.temps[1].first >= kFastWindow_s) track.temps.pop_front();
 
   const bool too_hot = unit.rated_max_c && unit.temp_c > *unit.rated_max_c + kRatingMargin_c;
   const bool too_cold = unit.rated_min_c && unit.temp_c < *unit.rated_min_c - kRatingMargin_c;
@@ -60,7 +60,7 @@ std::optional<std::string> ChamberGuard::judge(const GuardedUnit& unit, double n
 
   const auto& [then_s, then_c] = track.temps.front();
   const double elapsed_s = now_s - then_s;
-  const double rate_kpmin = elapsed_s >= kRateWindow_s ? 60.0 * (unit.temp_c - then_c) / elapsed_s : 0.0;
+  const double rate_kpmin = elapsed_s >= kFastWindow_s ? 60.0 * (unit.temp_c - then_c) / elapsed_s : 0.0;
   if (track.fast.seen(std::abs(rate_kpmin) > kFastest_kpmin, now_s)) {
     return fmt::format("the temperature of unit {} moves by {:+.0f} K/min (now {:+.1f} °C)", unit.serial, rate_kpmin,
                        unit.temp_c);

@@ -17,6 +17,7 @@ namespace soak::hal {
 namespace {
 
 constexpr int kBusyTries = 4;
+constexpr int kSpoiltTries = 3;
 constexpr std::chrono::milliseconds kBusyPause{100};
 /// Between connecting and the first request; the F4T needs it (ESPEC's driver).
 constexpr std::chrono::milliseconds kSettlingTime{100};
@@ -69,6 +70,15 @@ int exception_of(int code) {
 
 bool is_busy(int exception) {
   return exception == MODBUS_EXCEPTION_ACKNOWLEDGE || exception == MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY;
+}
+
+/// Whether an answer came that is none to this request, or says that the controller failed: over TCP, where answers
+/// carry the number of their request, and for a broken check sum, nothing late can be mistaken for the next answer.
+bool is_spoilt(int code, const ControllerAddress& address) {
+  if (code == EMBBADCRC || exception_of(code) == MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE) return true;
+  const bool wrong =
+      code == EMBBADDATA || code == EMBBADEXC || code == EMBUNKEXC || code == EMBMDATA || code == EMBBADSLAVE;
+  return wrong && std::holds_alternative<TcpAddress>(address);
 }
 
 }  // namespace
@@ -125,6 +135,7 @@ LinkFault ModbusLink::fault_of(int code) {
 }
 
 LinkResult ModbusLink::exchange(int count, const std::function<int()>& request) {
+  int spoilt = 0;
   for (int attempt = 1;; ++attempt) {
     if (auto able = may_request(); !able) return able;
     std::this_thread::sleep_until(last_request_ + clock_time(request_gap_s(settings())));
@@ -135,6 +146,7 @@ LinkResult ModbusLink::exchange(int count, const std::function<int()>& request) 
     const int code = done < 0 ? errno : EMBBADDATA;
     last_request_ = Clock::now();
     if (done == count) return {};
+    if (is_spoilt(code, settings().address) && ++spoilt < kSpoiltTries) continue;
     if (!is_busy(exception_of(code)) || attempt == kBusyTries) return tl::unexpected(fault_of(code));
     std::this_thread::sleep_for(kBusyPause);
   }

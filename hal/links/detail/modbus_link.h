@@ -27,7 +27,7 @@ class ModbusLink final : public Link {
   [[nodiscard]] bool is_open() const override { return port_ != nullptr; }
 
   /// Reads registers of an open link by function 3 or 4. A busy controller (exceptions 5 and 6) is asked again a few
-  /// times.
+  /// times, one whose answer is spoilt or that reports a failure of its own (exception 4) twice.
   [[nodiscard]] LinkResult read(int function, int address, std::span<std::uint16_t> words);
   /// Writes registers by function 6 (one) or 16.
   [[nodiscard]] LinkResult write(int function, int address, std::span<const std::uint16_t> words);
