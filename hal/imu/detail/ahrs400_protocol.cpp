@@ -40,7 +40,7 @@ base::Status Ahrs400Protocol::check(const Imu::Settings& settings) const {
         fmt::format("an AHRS400 sends at most {} packets a second, at a rate of its own: ask for 1 to {} Hz, not {}",
                     kHighestRate_hz, kHighestRate_hz, settings.rate_hz));
   }
-  if (!(settings.temp_rate_hz > 0.0)) return base::bad_input("the rate of the temperature must lie above 0 Hz");
+  if (!(settings.temp_rate_hz > 0.0)) return base::bad_input("the temperature rate must be above 0 Hz");
   return {};
 }
 
