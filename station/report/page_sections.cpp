@@ -73,14 +73,14 @@ std::string even_order_table(const json& terms) {
 std::string level_words(const json& level) {
   if (!level.is_object()) return {};
   if (!level.at("north_rad").is_object()) {
-    return "<p>Level error of the chamber's side: not known; " + html::text_of(level, "reason") + ".</p>\n";
+    return "<p>Level error of the chamber: not known; " + html::text_of(level, "reason") + ".</p>\n";
   }
   const auto lean = [&](const char* key) {
     const json& stated = level.at(key);
     return html::number(stated["value"].get<double>() * kMillirad) + " ± " +
            html::number(stated["ci95"].get<double>() * kMillirad) + " mrad";
   };
-  return "<p>Level error of the chamber's side, subtracted (95 %): the true vertical leans " + lean("north_rad") +
+  return "<p>Level error of the chamber, subtracted (95 %): the true vertical leans " + lean("north_rad") +
          " to north and " + lean("east_rad") + " to east of the fixture's.</p>\n";
 }
 

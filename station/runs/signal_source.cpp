@@ -322,8 +322,9 @@ base::Result<calib::SignalRecord> read_run_signal(const db::Catalog& catalog, co
   if (!grid) return base::bad_input(grid.error().message, fmt::format("run {}, {}", run->label, channel_name));
   auto record = record_of(channels[*channel].name, unit_of_channel(channels[*channel]), *std::move(grid));
   if (selection->rejected > 0) {
-    record.remarks.push_back(fmt::format(
-        "{} segments are not used: the data gate rejected them ('soak runs show' says why)", selection->rejected));
+    record.remarks.push_back(
+        fmt::format("segments that the data gate rejected and that are not used: {} ('soak runs show' says why)",
+                    selection->rejected));
   }
   return record;
 }

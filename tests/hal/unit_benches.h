@@ -19,6 +19,7 @@ namespace soak::hal::imu::test {
 struct XsensBench : UnitBench<ScriptedUnit> {
   static constexpr double kStep_s = 0.01;  ///< from packet to packet
   static constexpr auto kFirstRequest = "(30)";
+  static constexpr std::size_t kRequests = 4;  ///< that are sent before it counts as failed
   static constexpr double kImpossibleRates_hz[] = {0.0, 0.5, 100.5, 2001.0, -1.0};
 
   XsensBench() : UnitBench(std::make_unique<XsensProtocol>(), {}) {}
@@ -34,6 +35,7 @@ struct XsensBench : UnitBench<ScriptedUnit> {
 struct VectorNavBench : UnitBench<VectorNavUnit> {
   static constexpr double kStep_s = 0.02;
   static constexpr auto kFirstRequest = "(register 6)";
+  static constexpr std::size_t kRequests = 4;
   static constexpr double kImpossibleRates_hz[] = {0.0, 0.5, 801.0, -1.0};
 
   VectorNavBench() : UnitBench(std::make_unique<VectorNavProtocol>(), {.rate_hz = 50.0, .temp_rate_hz = 10.0}) {}
@@ -45,6 +47,7 @@ struct VectorNavBench : UnitBench<VectorNavUnit> {
 struct AhrsBench : UnitBench<Ahrs400Unit> {
   static constexpr double kStep_s = 0.0155;
   static constexpr auto kFirstRequest = "(R)";
+  static constexpr std::size_t kRequests = 3;  ///< the first of four attempts listens for a stream
   static constexpr double kImpossibleRates_hz[] = {0.0, 71.0, 100.0};
 
   AhrsBench()

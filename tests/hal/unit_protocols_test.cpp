@@ -101,7 +101,7 @@ TYPED_TEST(UnitProtocol, ALineThatBabblesButDoesNotAnswerFailsAfterThreeRepetiti
   EXPECT_TRUE(names(status.error(), {TypeParam::kFirstRequest}));
   EXPECT_EQ(bench.imu->state(), ImuState::failed);
   EXPECT_EQ(bench.imu->wait_fd(), -1);
-  EXPECT_EQ(bench.unit.heard.size(), 4U);
+  EXPECT_EQ(bench.unit.heard.size(), TypeParam::kRequests);
 }
 
 TYPED_TEST(UnitProtocol, APacketThatIsSentAgainIsOneSample) {

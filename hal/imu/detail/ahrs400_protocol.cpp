@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "base/units.h"
@@ -221,9 +222,10 @@ void Ahrs400Protocol::fill_packet(const Ahrs400Packet& packet) {
 
 bool Ahrs400Protocol::advance() {
   lost_packets_ = 0;
+  const bool interrupted = std::exchange(interrupted_, false);
   if (has_time_) {
     ticks_ += current_.step;
-    count_loss();
+    if (!interrupted) count_loss();
   }
   has_time_ = true;
   return true;
