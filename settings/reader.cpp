@@ -272,7 +272,7 @@ std::vector<Table> Table::tables(std::string_view key) const {
 
 base::Result<Reader> Reader::parse(std::string_view text, std::string file, std::size_t longest) {
   if (text.size() > longest) {
-    return base::bad_input(fmt::format("longer than {} bytes: this is no settings file", longest), file);
+    return base::bad_input(fmt::format("longer than {} bytes: this is not a settings file", longest), file);
   }
   auto document = std::make_shared<Table::Document>();
   document->file = std::move(file);

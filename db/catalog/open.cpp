@@ -198,7 +198,7 @@ base::Status Catalog::verify() const {
     SQLite::Statement check(impl_->database(), "PRAGMA foreign_key_check");
     if (!check.executeStep()) return {};
     return base::corrupt("a row of table '" + check.getColumn(0).getString() + "' refers to a missing row of '" +
-                             check.getColumn(2).getString() + "'; restore the catalog from a copy",
+                             check.getColumn(2).getString() + "'; restore the catalog from a backup",
                          impl_->connection.path().string());
   });
 }

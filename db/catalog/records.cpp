@@ -152,8 +152,9 @@ base::Result<std::optional<ModelRow>> Catalog::model(std::string_view unit, std:
     row.document = fields.text();
     if (sha256_of_text(row.document) != fields.text()) {
       return base::corrupt(
-          fmt::format("model {} of unit {} is not as it was stored; fit again, or take the catalog's backup",
-                      row.version, row.unit),
+          fmt::format(
+              "model {} of unit {} has changed since it was stored; fit again, or restore the catalog from a backup",
+              row.version, row.unit),
           "station.db");
     }
     return row;

@@ -151,7 +151,7 @@ base::Status Catalog::add_run(const RunRow& run, const std::vector<calib::Segmen
 
 base::Status Catalog::check_run_file(const RunRow& run) const {
   const std::filesystem::path path = run_file_path(run);
-  constexpr std::string_view kRemedy = "restore it from a copy, or void the run ('soak runs verify' says more)";
+  constexpr std::string_view kRemedy = "restore it from a backup, or void the run ('soak runs verify' says more)";
   auto known = impl_->file_sha256.find(run.file_name);
   if (known == impl_->file_sha256.end()) {
     std::error_code ignored;

@@ -56,7 +56,7 @@ bool is_disk_full(const SQLite::Exception& exception, int system_errno) {
 /// Why, and what helps, for the codes that say something about the world or the file.
 std::optional<std::string> cause_of(const SQLite::Exception& exception, int system_errno) {
   if (is_disk_full(exception, system_errno)) {
-    return "the disk is full or the file may not grow; free space and repeat, nothing of this step was stored";
+    return "the disk is full or the file may not grow; free some space and try again: nothing of this step was stored";
   }
   if (exception.getExtendedErrorCode() == SQLITE_READONLY_DBMOVED) {
     return "the file was moved or deleted while it was open; put it back where it was";
@@ -70,13 +70,13 @@ std::optional<std::string> cause_of(const SQLite::Exception& exception, int syst
       return "access is not permitted; check owner and mode of file and folder";
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return "another process keeps the file locked; end it or wait for it, then repeat";
+      return "another process keeps the file locked; end it or wait for it, then try again";
     case SQLITE_IOERR:
       return std::string("input/output error (") + std::strerror(system_errno) + "); check the disk";
     case SQLITE_CORRUPT:
-      return "the file is damaged; restore it from a copy";
+      return "the file is damaged; restore it from a backup";
     case SQLITE_NOTADB:
-      return "the file is damaged or no SQLite file; restore it from a copy";
+      return "the file is damaged or not a SQLite file; restore it from a backup";
     default:
       return std::nullopt;
   }
@@ -137,7 +137,7 @@ base::Result<Header> read_header(const std::filesystem::path& path) {
   if (file.gcount() == 0 && !file.bad()) return Header{};
   if (file.gcount() < static_cast<std::streamsize>(bytes.size()) ||
       std::string_view(bytes.data(), kMagic.size()) != kMagic) {
-    return base::corrupt("the file is damaged or no SQLite file; restore it from a copy", path.string());
+    return base::corrupt("the file is damaged or not a SQLite file; restore it from a backup", path.string());
   }
   Header header;
   header.empty = false;
@@ -200,7 +200,7 @@ base::Status Connection::integrity_check() const {
     if (!check.executeStep()) return base::corrupt("the integrity check gives no answer", path_.string());
     const std::string finding = check.getColumn(0).getString();
     if (finding != "ok") {
-      return base::corrupt("the file is damaged (" + finding + "); restore it from a copy", path_.string());
+      return base::corrupt("the file is damaged (" + finding + "); restore it from a backup", path_.string());
     }
     return {};
   });
@@ -209,7 +209,7 @@ base::Status Connection::integrity_check() const {
 base::Status create_exclusively(const std::filesystem::path& path) {
   const Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
   if (file.valid()) return {};
-  if (errno == EEXIST) return base::bad_input("the file exists already; give a path that is free", path.string());
+  if (errno == EEXIST) return base::bad_input("the file already exists; choose another path", path.string());
   return tl::unexpected<base::Error>(system_error("create the file", path));
 }
 

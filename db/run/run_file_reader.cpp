@@ -89,7 +89,7 @@ base::Result<std::vector<double>> checked_times(const sqlite::Connection& connec
   if (!read) return base::forward_error(read);
   const bool finite = std::all_of(t_s.begin(), t_s.end(), [](double t) { return std::isfinite(t); });
   if (!finite || !std::is_sorted(t_s.begin(), t_s.end())) {
-    return base::corrupt("the time axis is not finite or falls",
+    return base::corrupt("the time axis is not finite or decreases",
                          connection.path().string() + ", channel " + channel.title);
   }
   return t_s;

@@ -127,8 +127,9 @@ class MappedChamber final : public Chamber {
   base::Status check_credible(const Values& values) const {
     for (const auto& [name, value] : values) {
       if (is_credible(name, value)) continue;
-      return controller_->fail(fmt::format("{} ({}) reads {}, which no chamber has: sensor, word order or map", name,
-                                           controller_->place(name), value));
+      return controller_->fail(
+          fmt::format("{} ({}) reads {}, which is impossible for a chamber: check sensor, word order and map", name,
+                      controller_->place(name), value));
     }
     return {};
   }

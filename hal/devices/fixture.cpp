@@ -124,7 +124,7 @@ class TwoAxisFixture final : public Fixture {
     if (auto within = check_cables(now->angles); !within) return within;
     if (spinning(*now)) {
       if (auto halted = halt(); !halted) return halted;
-      return controller_.fail("the fixture still turns at a rate: it is being halted");
+      return controller_.fail("the fixture is still rotating: it is being stopped");
     }
     const AxisAngles& target = axes_.angles_deg[*index];
     return controller_.write("outer_request", target.outer_deg)
@@ -171,8 +171,7 @@ class TwoAxisFixture final : public Fixture {
     if (!now) return base::forward_error(now);
     const FixtureAxis still = *axes_.spins == FixtureAxis::outer ? FixtureAxis::inner : FixtureAxis::outer;
     if (!stands_at(still, now->angles, index)) {
-      return controller_.fail(
-          fmt::format("the fixture cannot turn as in {}: it stands at {}", label, angles_text(*now)));
+      return controller_.fail(fmt::format("the fixture cannot rotate as in {}: it is at {}", label, angles_text(*now)));
     }
     spin_sign_ = axes_.spin_sign[index];
     return controller_.write("rate_request", spin_sign_ * rate_dps).and_then([&] { return run_if_there("spin"); });
@@ -199,7 +198,7 @@ class TwoAxisFixture final : public Fixture {
     if (!values) return base::forward_error(values);
     for (const std::string& name : names) {
       if (!std::isfinite(values->at(name))) {
-        return controller_.fail(fmt::format("{} ({}) is no number", name, controller_.place(name)));
+        return controller_.fail(fmt::format("{} ({}) is not a number", name, controller_.place(name)));
       }
     }
     const auto moving = status_.moving(controller_, values->at("status"));
@@ -230,10 +229,9 @@ class TwoAxisFixture final : public Fixture {
       if (axes_.spins == axis || (angle_deg >= *limits.min - slack_deg && angle_deg <= *limits.max + slack_deg)) {
         return {};
       }
-      return controller_.fail(
-          fmt::format("the {} axis stands at {:.2f}°, beyond the {:g} to {:g}° that its cables bear: "
-                      "bring it back by hand",
-                      name, angle_deg, *limits.min, *limits.max));
+      return controller_.fail(fmt::format(
+          "the {} axis is at {:.2f}°, outside the {:g} to {:g}° that its cables allow: turn it back by hand", name,
+          angle_deg, *limits.min, *limits.max));
     };
     return check(FixtureAxis::outer, "outer", angles.outer_deg).and_then([&] {
       return check(FixtureAxis::inner, "inner", angles.inner_deg);

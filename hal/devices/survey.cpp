@@ -67,7 +67,7 @@ class Survey {
     if (link_.is_open()) link_.confirm();
     answered_ = answered_ || link_.is_open();
     if (!answered_ && survey_.entries.size() >= kMostUnanswered) {
-      lost_ = fmt::format("none of the first three questions got a sound answer: {}", entry.trouble);
+      lost_ = fmt::format("none of the first three requests got a valid answer: {}", entry.trouble);
     }
   }
 
@@ -98,7 +98,8 @@ class Survey {
                                      [&](const auto& one) { return one.second == content.value; });
       if (code != quantity.codes.end()) entry.text = code->first;
     } else if (!is_credible(entry.name, content.value)) {
-      entry.trouble = "no chamber has that: sensor, word order or map" + swapped_text(entry.name, quantity, content);
+      entry.trouble =
+          "impossible for a chamber: check sensor, word order and map" + swapped_text(entry.name, quantity, content);
     }
     return {};
   }

@@ -143,7 +143,7 @@ class UsbHubPower final : public UnitPower {
     const auto is_on = any_on(*switches);
     if (!is_on) return base::forward_error(is_on);
     if (*is_on == on) return {};
-    return base::fail(base::ErrorKind::device, fmt::format("output {} does not go {}", output, on ? "on" : "off"),
+    return base::fail(base::ErrorKind::device, fmt::format("output {} does not switch {}", output, on ? "on" : "off"),
                       description());
   }
 

@@ -77,7 +77,7 @@ void read_actions(const Table& actions, const MapFormat& format, DeviceMap& map)
     }
     if (steps.empty()) actions.refuse(name, fmt::format("action '{}' has no step", name));
     if (delays_s > kLongestDelay_s) {
-      actions.refuse(name, fmt::format("the delays of '{}' are more than {} s together", name, kLongestDelay_s));
+      actions.refuse(name, fmt::format("the delays of '{}' add up to more than {} s", name, kLongestDelay_s));
     }
     if (!map.kind.empty() && !known.contains(name)) {
       actions.refuse(name, fmt::format("a device of kind \"{}\" has no action '{}'", map.kind, name));

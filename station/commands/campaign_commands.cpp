@@ -163,7 +163,7 @@ void CampaignStart::declare(OptionList& options) {
   };
   options
       .add("--unit SLOT=SERIAL", read_unit,
-           "Unit in a slot, once per unit (default: those of the station's configuration)")
+           "Unit in a slot; repeat for each unit (default: those of the station's configuration)")
       .one_each();
   StationCommand::declare(options);
   declare_user(options);
@@ -241,7 +241,7 @@ struct CampaignConfirm final : StationCommand {
     const auto status = daemon->get("status");
     if (!status) return base::forward_error(status);
     const json prompt = status->value("prompt", json());
-    if (prompt.is_null()) return base::bad_input("no prompt is open", "state");
+    if (prompt.is_null()) return base::bad_input("no prompt is waiting for an answer", "state");
     return send("confirm", {{"prompt", prompt.at("id")}}, "confirmed: " + prompt.at("text").get<std::string>(), output);
   }
 };
@@ -389,8 +389,8 @@ CommandGroup campaign_commands() {
            {"status", "State of the campaign, the chamber and the units", "soak campaign status",
             std::make_shared<CampaignStatus>()},
            {"watch", "Follow the campaign to its end", "soak campaign watch", std::make_shared<CampaignWatch>(), true,
-            "Ends with the campaign: exit status 0 finished, 1 aborted or interrupted, 3 a device failed. Ctrl-C ends "
-            "the watch, not the campaign."},
+            "Stops when the campaign ends: exit status 0 if it finished, 1 if it was aborted or interrupted, 3 if a "
+            "device failed. Ctrl-C stops watching; the campaign continues."},
            {"pause", "Pause the campaign in a safe state", "soak campaign pause",
             std::make_shared<CampaignChange>("pause", "the campaign pauses: 'soak campaign resume' continues it")},
            {"resume", "Continue a paused campaign", "soak campaign resume",

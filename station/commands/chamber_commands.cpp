@@ -25,7 +25,7 @@ struct ChamberCheck final : Command {
   std::string file;
 
   void declare(OptionList& options) override {
-    options.add("file FILE", &file, "Map of a chamber's controller, a fixture or unit power").required();
+    options.add("file FILE", &file, "Map of a chamber controller, a fixture or a power supply").required();
   }
   base::Status run(Output& output) override;
 };
@@ -40,7 +40,7 @@ struct ChamberProbe final : Command {
   int unit = -1;       ///< Modbus unit; negative = as the map says
 
   void declare(OptionList& options) override {
-    options.add("file FILE", &file, "Map of a chamber's controller, a fixture or unit power").required();
+    options.add("file FILE", &file, "Map of a chamber controller, a fixture or a power supply").required();
     options.add("--tcp HOST[:PORT]", &tcp, "Address of the controller, instead of the map's");
     options.add("--serial DEVICE", &serial, "Serial port of the controller, instead of the map's address");
     options.add("--baud N", &baud, "With --serial: baud rate (default: the map's, else 9600)")
@@ -252,7 +252,7 @@ base::Status ChamberProbe::run(Output& output) {
     output.print(fmt::format("{}\n{}", survey->description, probe_table(*survey)));
   }
   if (survey->sound()) return {};
-  return base::fail(base::ErrorKind::device, "correct what is listed under 'trouble' first", survey->description);
+  return base::fail(base::ErrorKind::device, "first correct what is listed under 'trouble'", survey->description);
 }
 
 }  // namespace
@@ -260,7 +260,7 @@ base::Status ChamberProbe::run(Output& output) {
 CommandGroup chamber_commands() {
   return {"chamber",
           "Maps of chambers: check, probe",
-          {{"check", "Check the map of a controller: all mistakes, and what the map can do",
+          {{"check", "Check the map of a controller: list its mistakes, or what it provides",
             "soak chamber check procedures/chambers/watlow-f4t.toml", std::make_shared<ChamberCheck>()},
            {"probe", "Read a live controller by its map: all values and alarms; writes nothing",
             "soak chamber probe procedures/chambers/watlow-f4t.toml --tcp 192.168.7.20",

@@ -30,7 +30,8 @@ struct EvalCommand final : Command {
 
 /// SENSOR=T between commas, no sensor twice.
 base::Status read_own_temperatures(const std::string& list, EvalCommand& command) {
-  static const std::string kMustBe = "a temperature from -273.15 to 1000 for each, such as gyro_x=33,gyro_y=33.5";
+  static const std::string kMustBe =
+      "a temperature from -273.15 to 1000 for each sensor, such as gyro_x=33,gyro_y=33.5";
   for (std::size_t first = 0; first <= list.size();) {
     const std::size_t last = std::min(list.find(',', first), list.size());
     const std::string part = list.substr(first, last - first);
@@ -61,15 +62,16 @@ void EvalCommand::declare(OptionList& options) {
   options.add("file FILE.blob", &file, "Calibration file").required();
   options
       .add("--temp-c T[,T...]",
-           number_list(temps_c, -273.15, 1000.0, "temperatures from -273.15 to 1000 between commas, such as -30,25,70"),
+           number_list(temps_c, -273.15, 1000.0,
+                       "temperatures from -273.15 to 1000 separated by commas, such as -30,25,70"),
            "Temperatures in °C")
       .required();
   options.add(
       "--own-temp-c SENSOR=T[,...]", [this](const std::string& list) { return read_own_temperatures(list, *this); },
-      "Temperatures of sensors that were calibrated with thermometers of their own");
+      "Temperatures of sensors that were calibrated with their own thermometers");
   options.add(
       "--raw GX,GY,GZ,AX,AY,AZ", [this](const std::string& list) { return read_sample(list, *this); },
-      "Also correct this sample (deg/s, m/s2) as the runtime does, with all couplings: for test vectors");
+      "Also correct this sample (deg/s, m/s2) as the runtime does, with all cross-couplings: for test vectors");
 }
 
 using calib::Sensor;
@@ -184,11 +186,9 @@ std::optional<calib::Warning> thermometer_warning(const Evaluation& asked) {
     wanted.push_back(names.back() + "=T");
   }
   if (names.empty()) return std::nullopt;
-  return calib::Warning{
-      "own_thermometer",
-      fmt::format(
-          "{}: no value: calibrated with a thermometer of its own, which --temp-c does not give; add --own-temp-c {}",
-          fmt::join(names, ", "), fmt::join(wanted, ","))};
+  return calib::Warning{"own_thermometer", fmt::format("{}: no value: it was calibrated with its own thermometer, "
+                                                       "whose reading --temp-c does not give; add --own-temp-c {}",
+                                                       fmt::join(names, ", "), fmt::join(wanted, ","))};
 }
 
 /// Where the scale factor of a sensor was not measured.

@@ -64,7 +64,7 @@ void ExportCommand::declare(OptionList& options) {
   options
       .add("--format FORMAT", &format,
            "blob: for the deployment runtime; c: the same as a C header; json: for people and scripts; px4, ardupilot: "
-           "parameters of an autopilot; kalibr: noise values of an imu.yaml")
+           "autopilot parameters; kalibr: noise values for imu.yaml")
       .required()
       .one_of({"blob", "c", "json", "px4", "ardupilot", "kalibr"});
   options.add("-o,--output FILE", &file, "File to write").required();
@@ -175,12 +175,13 @@ base::Result<LoadedModel> load_model(const db::Catalog& catalog, const ExportCom
   auto calibration = calib::calibration_of((*row)->document);
   if (!calibration) return base::forward_error(calibration);
   if ((*row)->epoch != unit->epoch) {
-    return base::bad_input(fmt::format("model {} of unit {} is of epoch {}, the unit is in epoch {}: fit again",
-                                       (*row)->version, command.unit, (*row)->epoch, unit->epoch));
+    return base::bad_input(
+        fmt::format("model {} of unit {} belongs to epoch {}, but the unit is now in epoch {}: fit again",
+                    (*row)->version, command.unit, (*row)->epoch, unit->epoch));
   }
   if (calibration->simulated && !command.simulated) {
     return base::bad_input(
-        fmt::format("model {} of unit {} was made from SIMULATED data; --simulated exports it nevertheless",
+        fmt::format("model {} of unit {} was made from SIMULATED data; use --simulated to export it anyway",
                     (*row)->version, command.unit));
   }
   return LoadedModel{*std::move(calibration), has_relative_accel((*row)->document)};

@@ -80,7 +80,7 @@ std::string level_line(const calib::LevelStatement& level) {
   };
   return fmt::format("level error (subtracted): the true vertical is tilted {} to north, {} to east (95 %{})\n",
                      in_deg(north), in_deg(east),
-                     north.type_b ? "" : ", without the errors of the fixture's faces: not stated");
+                     north.type_b ? "" : "; the fixture's squareness error is not stated and not included");
 }
 
 std::string fit_text(const calib::UnitModel& model) {
@@ -192,9 +192,8 @@ std::string chamber_time_text(const calib::ChamberTime& study) {
   const std::set<std::size_t> useful = useful_options(study);
   for (const std::size_t i : useful) table.push_back(chamber_time_row(study.options[i], study.options.back()));
   return fmt::format(
-      "{}{}shown are {} of {} choices: those for which no other choice is both shorter and better, and the campaign as "
-      "it "
-      "was; --json lists all\n{}: {}\n",
+      "{}{}showing {} of {} options: the full campaign, and those that no other option beats in both time and error; "
+      "--json lists all\n{}: {}\n",
       title, text_table(table), useful.size(), study.options.size(),
       study.recommended ? "recommended" : "no recommendation", study.reason);
 }

@@ -110,10 +110,10 @@ std::string sensors_text(const std::vector<calib::Sensor>& sensors) {
 }
 
 std::string effect_text(const NamedEffect& effect, const std::string& next_experiment) {
-  std::string text = fmt::format("  {}: {:.3g} {}{}{}, {}\n    {}\n    probability that noise looks like it: {:.2g}\n",
-                                 effect.effect->name, effect.magnitude.value, effect.magnitude.unit,
-                                 effect.candidate.shape.empty() ? "" : ", ", effect.candidate.shape,
-                                 sensors_text(effect.sensors), effect.effect->physics, effect.p_adjusted);
+  std::string text = fmt::format(
+      "  {}: {:.3g} {}{}{}, {}\n    {}\n    probability that noise alone looks like this: {:.2g}\n",
+      effect.effect->name, effect.magnitude.value, effect.magnitude.unit, effect.candidate.shape.empty() ? "" : ", ",
+      effect.candidate.shape, sensors_text(effect.sensors), effect.effect->physics, effect.p_adjusted);
   if (!effect.rivals.empty()) {
     std::vector<std::string_view> names;
     for (const auto* rival : effect.rivals) names.push_back(rival->name);
@@ -150,7 +150,7 @@ std::string gap_table(const GapReport& report) {
 std::string_view judged_on_text(calib::gap::JudgedOn judged_on) {
   return judged_on == calib::gap::JudgedOn::runs       ? "runs"
          : judged_on == calib::gap::JudgedOn::branches ? "branches"
-                                                       : "halves of the branches' difference";
+                                                       : "half the difference between branches";
 }
 
 /// What the data gate rejected, a line for each run and sensor.
@@ -253,10 +253,10 @@ base::Status check_not_contained(const std::string& unit, const std::vector<cali
     const bool known = std::any_of(carried.begin(), carried.end(),
                                    [&](const calib::ModelTerm& other) { return other.name == term.name; });
     if (known) {
-      return base::bad_input(fmt::format(
-          "the model contains {0} already, but the runs show more of it: withdraw it ('soak gap withdraw --unit {1} "
-          "--effect {0} --reason ...'), then find and accept it again",
-          term.name, unit));
+      return base::bad_input(
+          fmt::format("the model already contains {0}, but the runs show more of it: withdraw it ('soak gap withdraw "
+                      "--unit {1} --effect {0} --reason ...'), then find and accept it again",
+                      term.name, unit));
     }
   }
   return {};
@@ -320,11 +320,11 @@ std::string closed_text(const SensorComparison& figures) {
 }
 
 std::string comparison_text(const GapComparison& comparison) {
-  std::string text = fmt::format("unit {}: simulation less measurement, with model {} and with model {}\n",
+  std::string text = fmt::format("unit {}: simulation minus measurement, with model {} and with model {}\n",
                                  comparison.unit, comparison.before, comparison.model);
   if (comparison.terms.empty()) text += "the model contains no accepted effect: before and after are the same\n";
   for (const calib::ModelTerm& term : comparison.terms) {
-    text += fmt::format("  {}, found missing in model {}{}\n", term.name, term.parent_version,
+    text += fmt::format("  {}, found to be missing from model {}{}\n", term.name, term.parent_version,
                         term.lab_only ? "; lab only: not computed in the unit" : "");
   }
   std::vector<std::vector<std::string>> table = {
@@ -337,9 +337,8 @@ std::string comparison_text(const GapComparison& comparison) {
   }
   text += text_table(table) +
           "RMS of one-minute blocks about each run's own mean. fresh: runs that neither model was fitted to; floor: "
-          "what noise and\nscatter between runs leave of a perfect model (fitted runs lie below it, because the fit "
-          "follows "
-          "part of their noise)\n";
+          "what noise and\nrun-to-run scatter would leave with a perfect model (fitted runs lie below it, because the "
+          "fit follows part of their noise)\n";
   for (const std::string& sentence : remarks(comparison)) text += sentence + "\n";
   return text;
 }

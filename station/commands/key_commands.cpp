@@ -61,7 +61,7 @@ struct KeyVerify final : Command {
   void declare(OptionList& options) override {
     options.add("file FILE.soakcal", &file, "Calibration file").required();
     options.add("--key FILE.pub", &key, "Public key");
-    options.add("--trusted DIR", &trusted, "Folder of public keys (*.pub), any of which may have signed")
+    options.add("--trusted DIR", &trusted, "Folder of public keys (*.pub); a signature by any of them is accepted")
         .excludes("--key");
     options.require_one_of({"--key", "--trusted"}, "--key FILE.pub or --trusted DIR");
   }
@@ -163,7 +163,7 @@ base::Status KeySign::run(Output& output) {
   }
   output.print(fmt::format("{}: unit {}, model {}, signed with key {}{}{}\n", file, loaded->calibration.unit,
                            loaded->calibration.model_version, id, with_comment(secret_key->comment),
-                           replaced ? ", replacing its former signature" : ""));
+                           replaced ? ", replacing its previous signature" : ""));
   return {};
 }
 

@@ -112,7 +112,8 @@ std::string rating_lines(const CheckedTypes& types) {
   if (types.allowing.empty()) return "no unit type was checked for its temperature limits\n";
   std::string text = fmt::format("within the temperature limits of {}\n", fmt::join(names_of(types.allowing), ", "));
   for (const calib::UnitType& type : types.too_weak) {
-    text += fmt::format("NOT for {}, limits {:g} to {:g} °C\n", type.name, *type.temp_min_c, *type.temp_max_c);
+    text +=
+        fmt::format("NOT within the limits of {}, {:g} to {:g} °C\n", type.name, *type.temp_min_c, *type.temp_max_c);
   }
   return text;
 }

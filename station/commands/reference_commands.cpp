@@ -60,7 +60,8 @@ void ReferenceAdd::declare(OptionList& options) {
   options.add("--due YYYY-MM-DD", &due, "Date on which it expires").required();
   options
       .add("--uncertainty U", &uncertainty,
-           "Expanded uncertainty of the certificate: K, deg, deg, m/s2, V or ppm, in the order of the kinds")
+           "Expanded uncertainty stated in the certificate, in K (chamber_probe), deg (fixture_squareness, level), "
+           "m/s2 (gravity), V (supply) or ppm (rate)")
       .required();
   options.add("--k K", &coverage, "Coverage factor of the uncertainty").with_default();
   options.add("--correction X", &correction,
@@ -98,7 +99,7 @@ struct ReferenceWithdraw final : CatalogCommand, ReferenceOptions {
 
   void declare(OptionList& options) override {
     declare_name(options);
-    options.add("--certificate TEXT", &certificate, "Another entry than the current one");
+    options.add("--certificate TEXT", &certificate, "An entry other than the current one");
     options.add("--reason TEXT", &reason, "What is wrong").required();
     declare_user(options);
   }
@@ -172,7 +173,7 @@ base::Status check_correction(const calib::Reference& reference, const std::opti
     return base::bad_input("required for gravity: the local gravity itself, in m/s2", "--correction");
   }
   if (reference.kind == ReferenceKind::fixture_squareness) {
-    return base::bad_input("not valid for fixture_squareness, which has an uncertainty only", "--correction");
+    return base::bad_input("not valid for fixture_squareness, which has only an uncertainty", "--correction");
   }
   if (*correction >= limits.correction_min && *correction <= limits.correction_max) return {};
   return base::bad_input(fmt::format("{} {} is not plausible for {}: must be from {} to {} {}", *correction, unit, kind,
@@ -365,13 +366,13 @@ CommandGroup reference_commands() {
             std::make_shared<ReferenceList>()},
            {"show", "Show all certificates of one reference, with waivers and campaigns",
             "soak reference show --kind chamber_probe --name 'probe 3'", std::make_shared<ReferenceShow>()},
-           {"waive", "Sign a waiver for the use of an expired reference",
+           {"waive", "Sign a waiver that allows an expired reference to be used",
             "soak reference waive --kind level --name 'level 1' --reason 'new one is ordered' --key head-of-lab.key",
             std::make_shared<ReferenceWaive>()},
            {"retire", "Take a reference out of use",
             "soak reference retire --kind chamber_probe --name 'probe 3' --reason 'dropped'",
             std::make_shared<ReferenceRetire>()},
-           {"withdraw", "Take back a wrong entry; then enter the certificate again",
+           {"withdraw", "Withdraw a wrong entry; then enter the certificate again",
             "soak reference withdraw --kind chamber_probe --name 'probe 3' --reason 'wrong date of issue'",
             std::make_shared<ReferenceWithdraw>()}}};
 }

@@ -34,7 +34,8 @@ struct RunsExport final : CatalogCommand {
   void declare(OptionList& options) override {
     declare_run(options, filter);
     options.add("--native", &native,
-                "Headers and numbers as in the source; writes a columns map beside the CSV if its import needs one");
+                "Keep the headers and numbers of the source; also writes a columns map next to the CSV if importing it "
+                "needs one");
     options.add("-o,--output FILE", &file, "File to write (default: standard output)");
   }
   base::Status run_with(db::Catalog& catalog, Output& output) override;
@@ -73,7 +74,8 @@ fs::path map_path_beside(const fs::path& csv) { return csv.parent_path() / (csv.
 base::Status write_native(const NativeCsv& made, const fs::path& csv, Output& output) {
   if (csv.empty()) {
     if (made.columns_map) {
-      return base::bad_input("this run needs a columns map beside the CSV for an identical import: give -o FILE", "-o");
+      return base::bad_input("this run needs a columns map next to the CSV for an identical import: give -o FILE",
+                             "-o");
     }
     output.print(made.csv);
     return {};
@@ -151,7 +153,7 @@ base::Status RunsVoid::run_with(db::Catalog& catalog, Output& output) {
       std::count_if(segments->begin(), segments->end(), [&](const auto& s) { return is_voided_by(s.key, *this); });
   if (visit && withdrawn == 0) {
     return base::bad_input(
-        fmt::format("the run has no such segment that is not yet voided; it has (visit/position/attempt): {}",
+        fmt::format("the run has no such segment, or it is already voided; it has (visit/position/attempt): {}",
                     segments_text(*segments)),
         row->run_id);
   }
@@ -216,7 +218,7 @@ base::Status damage_error(const std::vector<std::string>& damaged) {
   std::string message = "damaged:";
   for (const std::string& text : damaged) message += " " + text + ";";
   message.back() = '.';
-  return base::corrupt(message + " Restore them from a copy; 'soak runs void' excludes a run from fits", "verify");
+  return base::corrupt(message + " Restore them from a backup; 'soak runs void' excludes a run from fits", "verify");
 }
 
 base::Status RunsVerify::run_with(db::Catalog& catalog, Output& output) {

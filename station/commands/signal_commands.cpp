@@ -94,7 +94,7 @@ struct SignalAllan final : SignalCommand {
     SignalCommand::declare(options);
     options.add(
         "--taus A[,B...]",
-        number_list(request.taus_s, 0.0, kLargestListed, "averaging times in s between commas, such as 1,10,100"),
+        number_list(request.taus_s, 0.0, kLargestListed, "averaging times in s separated by commas, such as 1,10,100"),
         "Averaging times in s (default: log-spaced)");
     options.add("--phase", &request.phase, "The column is an angle or velocity, not a rate");
   }
@@ -170,25 +170,25 @@ struct SignalWmra final : SignalCommand {
 void SignalWmra::declare(OptionList& options) {
   SignalCommand::declare(options);
   options.add("--wavelet W", &request.wavelet, "db1 to db10 or sym2 to sym10").with_default();
-  options.add("--level L", &request.options.levels, "Levels: the trend is what is slower than 2^L samples")
+  options.add("--level L", &request.options.levels, "Number of levels; the trend is what is slower than 2^L samples")
       .range(1, 40)
       .with_default();
-  options.add("--mode MODE", &mode, "How the signal is continued beyond its ends")
+  options.add("--mode MODE", &mode, "How the signal is extended beyond its ends")
       .one_of({"symmetric", "periodization"})
       .with_default();
-  options.add("--threshold RULE", &threshold, "How small details are reduced")
+  options.add("--threshold RULE", &threshold, "How small wavelet coefficients are shrunk")
       .one_of({"soft", "hard", "garrote", "none"})
       .with_default();
   options.add("--threshold-value T", &request.options.threshold, "Threshold (default: the universal one)")
       .range(0.0, 1e300);
   options
       .add("--noise FROM", &noise,
-           "Noise from the finest level, right for white noise, or from each level, for coloured noise")
+           "Estimate the noise from the finest level (for white noise) or from each level (for coloured noise)")
       .one_of({"finest", "level"})
       .with_default();
   options.add("--relaxation A[,B...]",
               number_list(request.options.relaxation, 0.0, kLargestListed,
-                          "factors of 0 or more between commas, the finest level first"),
+                          "factors of 0 or more separated by commas, the finest level first"),
               "Factor of each level's threshold, the finest first");
   options.add("-o,--output OUT.csv", &output_file, "CSV file to write").required();
 }
@@ -262,8 +262,8 @@ base::Status SignalWmra::run(Output& output) {
   if (!result) return base::forward_error(result);
   if (result->useful_levels < options.levels) {
     output.note(
-        fmt::format("level {}: the longest part without a gap is long enough for {} levels of {} only; beyond "
-                    "these the result shows the continuation at the signal's ends",
+        fmt::format("level {}: the longest part without a gap is long enough for only {} levels of {}; deeper levels "
+                    "mainly show how the signal was extended at its ends",
                     options.levels, result->useful_levels, request.wavelet));
   }
   if (auto status = not_interrupted(); !status) return status;

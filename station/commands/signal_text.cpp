@@ -74,7 +74,7 @@ std::string coefficient_table(const json& coefficients, const std::string& unit)
                                                                          {"rate_ramp", "rate ramp R"},
                                                                          {"markov_sigma", "Markov process, sigma"},
                                                                          {"markov_time", "Markov process, time"}}};
-  std::vector<std::vector<std::string>> table = {{"term", "value", "95 % from", "to", "unit", "in data sheets"}};
+  std::vector<std::vector<std::string>> table = {{"term", "value", "95 % from", "to", "unit", "as in data sheets"}};
   for (const auto& [key, title] : names) {
     const json& c = coefficients[key];
     if (!c["found"].get<bool>() && std::string_view(key).starts_with("markov")) continue;
@@ -88,8 +88,7 @@ std::string coefficient_table(const json& coefficients, const std::string& unit)
 std::string process_line(std::string_view order, const json& process) {
   if (process.is_null()) return fmt::format("Gauss-Markov, {} order: none found\n", order);
   return fmt::format(
-      "Gauss-Markov, {} order: sigma {:.4g}, correlation time {:.4g} s, white noise besides {:.4g}; misfit of the "
-      "correlation "
+      "Gauss-Markov, {} order: sigma {:.4g}, correlation time {:.4g} s, plus white noise {:.4g}; correlation misfit "
       "{:.2g} RMS\n",
       order, process["sigma"].get<double>(), process["correlation_s"].get<double>(),
       process["white_sigma"].get<double>(), process["rms_misfit"].get<double>());

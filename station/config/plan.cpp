@@ -33,10 +33,10 @@ std::string action_text(const Step& step) {
     case StepKind::move:
       return fmt::format("turn to {}", step.position);
     case StepKind::spin:
-      return step.rate_dps == 0.0 ? "halt the turning"
-                                  : fmt::format("turn at {:+g} deg/s in {}", step.rate_dps, step.position);
+      return step.rate_dps == 0.0 ? "stop the rotation"
+                                  : fmt::format("rotate at {:+g} deg/s in {}", step.rate_dps, step.position);
     case StepKind::set_temperature:
-      return "drive the chamber there";
+      return "drive the chamber to the set point";
     case StepKind::wait_stable:
       return fmt::format("wait until settled{}, at most {:.0f} s", step.after_turn ? " after the turn" : "",
                          step.seconds);
@@ -44,7 +44,7 @@ std::string action_text(const Step& step) {
       return fmt::format("record {:g} s at {}{}", step.seconds, step.position,
                          step.rate_dps == 0.0 ? "" : fmt::format(", {:+g} deg/s", step.rate_dps));
     case StepKind::check:
-      return "judge the pre-flight recordings";
+      return "check the pre-flight recordings";
     case StepKind::warm_end:
       return fmt::format("warm to {:+g} °C, then chamber off", step.temp_c);
     case StepKind::power_off:

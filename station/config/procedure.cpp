@@ -81,10 +81,10 @@ void read_temperatures(const settings::Table& root, Procedure& p) {
   if (!table) return;
   p.set_points_c = table->has("list_c") ? list(*table) : grid(*table);
   if (static_cast<double>(p.set_points_c.size()) > kMaxVisits) {
-    table->refuse("step_c", fmt::format("{} set points are more than {}", p.set_points_c.size(), kMaxVisits));
+    table->refuse("step_c", fmt::format("{} set points are too many: at most {}", p.set_points_c.size(), kMaxVisits));
   }
   if (p.kind == ProcedureKind::rest && p.set_points_c.size() > 1) {
-    table->refuse("list_c", "a procedure of kind 'rest' has one temperature");
+    table->refuse("list_c", "a procedure of kind 'rest' must have exactly one temperature");
   }
   p.ramp_rate_kpmin = table->optional_number("ramp_rate_kpmin", {0.01, 100.0});
   p.overshoot_c = table->number("overshoot_c", {0.0, 50.0}, p.overshoot_c);
@@ -121,7 +121,7 @@ std::string order_finding(const std::vector<std::string>& before, const std::str
     return fmt::format("'{}' is duplicated in positions.order", label);
   }
   if (found == before.end() || found == before.end() - 1) return {};
-  return fmt::format("'{}' and '{}' must follow each other in positions.order, so that drift and bias stay apart",
+  return fmt::format("'{}' and '{}' must follow each other in positions.order, so that drift can be told from bias",
                      *found, label);
 }
 
@@ -154,7 +154,7 @@ void read_positions(const settings::Table& root, Procedure& p) {
   if (table->has("order") && p.positions.empty())
     table->refuse("order", "'positions.order' needs at least one position");
   if (p.kind != ProcedureKind::soak && p.positions.size() > 1) {
-    table->refuse("order", fmt::format("a procedure of kind '{}' has one position", name_of(p.kind)));
+    table->refuse("order", fmt::format("a procedure of kind '{}' must have exactly one position", name_of(p.kind)));
   }
   p.position_change = table->choice<PositionChange>("between_runs",
                                                     {{"same", PositionChange::same},
@@ -174,7 +174,7 @@ std::vector<std::string> read_rate_positions(const settings::Table& table, const
     const auto position = calib::position_named(text);
     const std::string label = position ? position->label : text;
     if (std::ranges::find(p.positions, label) == p.positions.end()) {
-      findings.push_back(fmt::format("'{}' is none of positions.order", text));
+      findings.push_back(fmt::format("'{}' is not in positions.order", text));
     } else if (std::ranges::find(labels, label) != labels.end()) {
       findings.push_back(fmt::format("'{}' is duplicated in rates.positions", text));
     }
@@ -220,7 +220,8 @@ void read_stability(const settings::Table& table, StabilitySettings& s) {
   if (s.min_window_s > s.window_s) table.refuse("min_window_s", "'stability.min_window_s' must not exceed window_s");
   if (s.after_turn_s > s.window_s) table.refuse("after_turn_s", "'stability.after_turn_s' must not exceed window_s");
   if (s.timeout_s <= std::max(s.minimum_soak_s, s.min_window_s)) {
-    table.refuse("timeout_s", "'stability.timeout_s' must exceed minimum_soak_s and min_window_s: nothing could pass");
+    table.refuse("timeout_s",
+                 "'stability.timeout_s' must exceed minimum_soak_s and min_window_s, otherwise no plateau can pass");
   }
 }
 
@@ -233,7 +234,7 @@ void read_units(const settings::Table& table, Procedure& p) {
 void refuse_too_few_readings(const settings::Table& root, const Procedure& p) {
   const double shortest_s = std::min(p.stability.min_window_s, p.stability.after_turn_s);
   if (p.kind == ProcedureKind::ramp || shortest_s * p.temp_rate_hz >= kSlopeBlocks) return;
-  root.refuse("stability", fmt::format("{} s of temperature at {} Hz are too few readings for a slope: the shorter of "
+  root.refuse("stability", fmt::format("{} s at {} Hz give too few temperature readings for a slope: the shorter of "
                                        "stability.min_window_s and after_turn_s needs {} of them",
                                        shortest_s, p.temp_rate_hz, kSlopeBlocks));
 }
@@ -243,9 +244,10 @@ void refuse_too_many_steps(const settings::Table& root, const Procedure& p) {
   const std::size_t steps =
       static_cast<std::size_t>(p.runs) * p.set_points_c.size() * (3 * p.positions.size() + spins + 2);
   if (steps <= kMostSteps || !root.has("runs")) return;
-  root.refuse("runs", fmt::format("the procedure makes about {} steps; at most {} are taken: fewer runs, or several "
-                                  "campaigns",
-                                  steps, kMostSteps));
+  root.refuse(
+      "runs",
+      fmt::format("the procedure has about {} steps, more than the {} allowed: use fewer runs, or several campaigns",
+                  steps, kMostSteps));
 }
 
 void read_power(const settings::Table& table, Procedure& p) {
@@ -305,12 +307,12 @@ std::optional<double> first_outside(const Procedure& procedure, double overshoot
 
 std::string type_finding(const Procedure& procedure, const calib::UnitType& type) {
   if (!type.temp_min_c || !type.temp_max_c) {
-    return fmt::format("unit type '{}' states no temperature rating: which temperatures it withstands is unknown",
+    return fmt::format("unit type '{}' states no temperature rating, so the temperatures it can withstand are unknown",
                        type.name);
   }
   const auto point = first_outside(procedure, procedure.overshoot_c, type.temp_min_c, type.temp_max_c);
   if (!point) return {};
-  return fmt::format("unit type '{}' is rated {} to {} °C: the set point {} °C with an overshoot of {} °C leaves it",
+  return fmt::format("unit type '{}' is rated {} to {} °C: the set point {} °C with an overshoot of {} °C is outside",
                      type.name, *type.temp_min_c, *type.temp_max_c, *point, procedure.overshoot_c);
 }
 

@@ -220,7 +220,7 @@ void refuse_unknown_types(const settings::Table& root, const std::vector<setting
 
 void read_slots(const settings::Table& root, StationConfig& config) {
   const auto tables = root.tables("slot");
-  if (tables.empty()) root.refuse("slot", "there is no [[slot]]: a station needs one at least");
+  if (tables.empty()) root.refuse("slot", "there is no [[slot]]: a station needs at least one");
   Taken taken;
   for (const settings::Table& table : tables) {
     config.slots.push_back(read_slot(table));
@@ -283,7 +283,9 @@ hal::UsbHubs read_usb_hubs(const settings::Table& table) {
   const bool sound = !hubs.paths.empty() && std::ranges::all_of(hubs.paths, is_hub_path);
   const bool distinct = std::set(hubs.paths.begin(), hubs.paths.end()).size() == hubs.paths.size();
   if (!sound || !distinct) {
-    table.refuse("usb_hubs", "'usb_hubs' must be the sockets of USB hubs, each once, as in [\"1-4\", \"1-4.3\"]");
+    table.refuse(
+        "usb_hubs",
+        "'usb_hubs' must list the ports that USB hubs are plugged into, each once, as in [\"1-4\", \"1-4.3\"]");
   }
   return hubs;
 }
@@ -344,14 +346,14 @@ std::vector<SharedPort> shared_ports(const StationConfig& config) {
     if (!port || port->empty()) continue;
     const auto [owner, is_new] = owners.try_emplace(*port, section);
     if (is_new) continue;
-    shared.push_back({section, fmt::format("the serial port '{}' of the {} is that of the {} already", *port, section,
+    shared.push_back({section, fmt::format("the serial port '{}' of the {} is already used by the {}", *port, section,
                                            owner->second)});
   }
   for (const Slot& slot : config.slots) {
     const auto* serial = std::get_if<hal::SerialAddress>(&slot.address);
     const auto owner = serial ? owners.find(serial->device) : owners.end();
     if (owner == owners.end()) continue;
-    shared.push_back({"slot", fmt::format("the serial port '{}' of slot {} is that of the {} already", serial->device,
+    shared.push_back({"slot", fmt::format("the serial port '{}' of slot {} is already used by the {}", serial->device,
                                           slot.name, owner->second)});
   }
   return shared;

@@ -47,7 +47,7 @@ void refuse_unknown_limits(const settings::Table& table) {
     if (stem.ends_with(kScaleSuffix)) stem.remove_suffix(kScaleSuffix.size());
     if (stem == "gyro" || stem == "accel" || calib::sensor_named(stem)) continue;
     table.refuse(key, fmt::format("unknown limit '{}'; known: gyro, accel, gyro_x, gyro_y, gyro_z, accel_x, accel_y, "
-                                  "accel_z (deg/s, m/s2), and each with {} behind it",
+                                  "accel_z (deg/s, m/s2), each also with the suffix {}",
                                   key, kScaleSuffix));
   }
 }
@@ -108,7 +108,7 @@ void read_thermometers(const settings::Table& table, calib::UnitType& type) {
 void read_type(const settings::Table& root, const std::string& stem, calib::UnitType& type) {
   type.name = root.text("name");
   if (root.has("name") && type.name != stem) {
-    root.refuse("name", fmt::format("the name '{}' is not that of the file, '{}'", type.name, stem));
+    root.refuse("name", fmt::format("the name '{}' differs from the file name, '{}'", type.name, stem));
   }
   type.description = root.text("description", "");
   type.sign_at_rest = root.whole("sign_at_rest", {-1, 1}, type.sign_at_rest);
@@ -221,20 +221,18 @@ base::Result<calib::UnitType> stated_unit_type(const std::string& name) {
   std::vector<std::string> names = known_names();
   if (is_known(names, name)) return known_unit_type(name);
   if (std::ranges::find(names, kGeneric) == names.end()) names.emplace_back(kGeneric);
-  return base::bad_input(
-      fmt::format("there is no unit type '{}'; known: {} ('soak type list'). A type of your own is a "
-                  "file {}, or stands in units/ of the folder that $SOAK_PROCEDURES names",
-                  name, fmt::join(names, ", "), (default_unit_type_folder() / "NAME.toml").string()),
-      "--type");
+  return base::bad_input(fmt::format("there is no unit type '{}'; known: {} ('soak type list'). To add a type, create "
+                                     "the file {}, or put it in units/ of the folder that $SOAK_PROCEDURES names",
+                                     name, fmt::join(names, ", "), (default_unit_type_folder() / "NAME.toml").string()),
+                         "--type");
 }
 
 std::vector<calib::Warning> unit_type_warnings(const std::string& name) {
   if (is_known(known_names(), name)) return {};
-  return {
-      {"unit_type_unknown",
-       fmt::format("the unit is of type '{}', of which there is no file in {}: its limits, ratings, thermometers and "
-                   "sign_at_rest are not known",
-                   name, default_unit_type_folder().string())}};
+  return {{"unit_type_unknown",
+           fmt::format(
+               "the unit's type '{}' has no file in {}: its limits, ratings, thermometers and sign_at_rest are unknown",
+               name, default_unit_type_folder().string())}};
 }
 
 std::filesystem::path default_unit_type_folder() {

@@ -287,7 +287,7 @@ base::Result<calib::UnitModel> fit_again(db::Catalog& catalog, const db::ModelRo
   if (auto found = load_references(catalog, *input); !found) return base::forward_error(found);
   if (input->runs.size() < known->size()) {
     warnings.push_back(
-        {"runs_left_since", fmt::format("of the {} runs of model {}, {} were voided since and are left out",
+        {"runs_left_since", fmt::format("of the {} runs of model {}, {} have since been voided and are left out",
                                         known->size(), parent.version, known->size() - input->runs.size())});
   }
   CheckWarnings check_warnings(catalog);

@@ -81,8 +81,8 @@ std::string note_of(const calib::ReferenceUse& use, const MeasurementTime& time)
   if (use.reference.due_utc_s > time.end_utc_s) return {};
   const std::string due = iso_date(use.reference.due_utc_s);
   if (!use.waiver) return fmt::format("{} expires on {}, before the end", describe(use.reference), due);
-  return fmt::format("{} is due on {}: used by the waiver of {}: {}", describe(use.reference), due, use.waiver->signer,
-                     use.waiver->reason);
+  return fmt::format("{} is due on {}: used under the waiver by {}: {}", describe(use.reference), due,
+                     use.waiver->signer, use.waiver->reason);
 }
 
 std::string record_id_of(const db::ReferenceRow& row) { return row.reference.record_id; }
@@ -102,8 +102,8 @@ calib::Warning withdrawn_warning(const db::ReferenceRow& row, const std::vector<
   return {"reference_withdrawn",
           fmt::format("the entry of {} was withdrawn {}; {}", describe(row.reference), ending_text(*row.withdrawn),
                       correction_of(row, entries) != nullptr
-                          ? "what it says still counts here, the entry that corrects it counts from the next fit on"
-                          : "no entry corrects it, and what it says still counts here")};
+                          ? "its values still apply here; the corrected entry applies from the next fit on"
+                          : "no entry corrects it, and its values still apply here")};
 }
 
 /// Whether the reference has a certificate that is good at a time.
@@ -160,14 +160,13 @@ base::Error blocked(const std::vector<calib::Reference>& expired, double utc_s) 
     texts.push_back(fmt::format("{} expired on {}", describe(reference), iso_date(reference.due_utc_s)));
   }
   const calib::Reference& first = expired.front();
-  return {
-      base::ErrorKind::bad_input,
-      fmt::format("{}: nothing may be measured with it on {}. Enter its new certificate ('soak reference add --kind "
-                  "{} --name \"{}\" ...'), or sign for its use ('soak reference waive --kind {} --name \"{}\" "
-                  "--reason TEXT --key FILE'); one that is not used any more is taken out by 'soak reference retire'",
-                  fmt::join(texts, "; "), iso_date(utc_s), calib::name_of(first.kind), first.name,
-                  calib::name_of(first.kind), first.name),
-      "references"};
+  return {base::ErrorKind::bad_input,
+          fmt::format("{}: it must not be used on {}. Enter its new certificate ('soak reference add --kind {} --name "
+                      "\"{}\" ...'), or sign a waiver ('soak reference waive --kind {} --name \"{}\" --reason TEXT "
+                      "--key FILE'); if it is no longer in use, 'soak reference retire' says so",
+                      fmt::join(texts, "; "), iso_date(utc_s), calib::name_of(first.kind), first.name,
+                      calib::name_of(first.kind), first.name),
+          "references"};
 }
 
 }  // namespace
@@ -247,14 +246,13 @@ base::Result<std::vector<calib::Warning>> reference_warnings(const db::Catalog& 
     if (row->withdrawn) {
       warnings.push_back(withdrawn_warning(*row, *entries));
     } else if (row->retired) {
-      warnings.push_back({"reference_retired", fmt::format("{}, which it was measured with, was retired {}",
+      warnings.push_back({"reference_retired", fmt::format("{}, which was used for this measurement, was retired {}",
                                                            describe(row->reference), ending_text(*row->retired))});
     } else if (!use.waiver && row->reference.due_utc_s <= now_s && !is_good(row->reference, *entries, now_s)) {
       warnings.push_back(
-          {"reference_expired",
-           fmt::format("{}, which it was measured with, expired on {} and has no newer certificate: that "
-                       "it was still right is not confirmed",
-                       describe(row->reference), iso_date(row->reference.due_utc_s))});
+          {"reference_expired", fmt::format("{}, which was used for this measurement, expired on {} and has no newer "
+                                            "certificate: nothing confirms that it was still correct",
+                                            describe(row->reference), iso_date(row->reference.due_utc_s))});
     }
   }
   return warnings;

@@ -211,7 +211,7 @@ std::vector<std::string> remarks(const GapComparison& comparison) {
   for (const calib::ModelTerm& term : comparison.terms) {
     if (!moves_blocks(term.name)) {
       sentences.push_back(
-          fmt::format("{} does not move what is compared here (blocks about each run's own mean)", term.name));
+          fmt::format("{} does not change what is compared here (blocks about each run's own mean)", term.name));
     } else if (term.lab_only) {
       sentences.push_back(
           fmt::format("{} stays in what the unit itself computes: 'soak verify' shows all of it", term.name));
@@ -220,10 +220,10 @@ std::vector<std::string> remarks(const GapComparison& comparison) {
   for (const calib::Sensor sensor : calib::kSensors) {
     const auto& fresh = comparison.fresh[calib::index_of(sensor)];
     if (!fresh || fresh->after_rms <= kWorse * fresh->before_rms) continue;
-    sentences.push_back(fmt::format(
-        "{}: model {} is farther from the fresh runs than model {}: look at its curve in 'soak report' before "
-        "it is deployed",
-        calib::name_of(sensor), comparison.model, comparison.before));
+    sentences.push_back(
+        fmt::format("{}: model {} agrees less well with the fresh runs than model {}: look at its curve in 'soak "
+                    "report' before deploying it",
+                    calib::name_of(sensor), comparison.model, comparison.before));
   }
   return sentences;
 }

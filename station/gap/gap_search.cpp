@@ -58,9 +58,9 @@ base::Result<db::ModelRow> present_model(const db::Catalog& catalog, const std::
     return base::bad_input(fmt::format("unit {} has no model yet; 'soak fit --unit {}' makes one", serial, serial));
   }
   if ((*model)->epoch != (*unit)->epoch) {
-    return base::bad_input(
-        fmt::format("model {} of unit {} is of epoch {}, the unit is in epoch {}: 'soak fit --unit {}'",
-                    (*model)->version, serial, (*model)->epoch, (*unit)->epoch, serial));
+    return base::bad_input(fmt::format(
+        "model {} of unit {} belongs to epoch {}, but the unit is now in epoch {}: run 'soak fit --unit {}'",
+        (*model)->version, serial, (*model)->epoch, (*unit)->epoch, serial));
   }
   return **model;
 }

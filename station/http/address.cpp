@@ -62,7 +62,7 @@ bool is_numeric_address(const std::string& host) {
 
 std::optional<std::string> why_refused(const RequestOrigin& request, const std::string& listen_host) {
   if (!is_known_host(host_of(request.host), listen_host)) {
-    return "the request is for host '" + request.host + "', which is none of this station's own names or addresses";
+    return "the request is for host '" + request.host + "', which is not one of this station's names or addresses";
   }
   if (request.origin && *request.origin != "http://" + request.host) {
     return "the request comes from a page of '" + *request.origin + "', not from a page of this station";

@@ -39,7 +39,8 @@ base::Error refusal_of(const httplib::Response& response, const HostPort& addres
   const json error = document.is_object() ? document.value("error", json()) : json();
   const json code = error.is_object() ? error.value("code", json()) : json();
   if (!code.is_number_integer() || code < 1 || code > 5 || !error.value("message", json()).is_string()) {
-    return {ErrorKind::device, "what answers there (HTTP status " + std::to_string(response.status) + ") is not soakd",
+    return {ErrorKind::device,
+            "the program that answers there (HTTP status " + std::to_string(response.status) + ") is not soakd",
             to_text(address)};
   }
   return {static_cast<ErrorKind>(code.get<int>()), error["message"].get<std::string>(),
@@ -51,7 +52,7 @@ base::Result<json> answer_document(const httplib::Result& result, const HostPort
   if (result->status != 200) return tl::unexpected(refusal_of(*result, address));
   json document = json::parse(result->body, nullptr, false);
   if (document.is_discarded()) {
-    return base::fail(ErrorKind::device, "what answers there is not soakd", to_text(address));
+    return base::fail(ErrorKind::device, "the program that answers there is not soakd", to_text(address));
   }
   return document;
 }

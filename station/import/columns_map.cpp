@@ -76,7 +76,7 @@ void read_column_labels(const Table& table, MappedColumn& column) {
 void read_column_table(const Table& table, MappedColumn& column) {
   table.allow_only({"as", "type", "scale", "offset", "labels"}, " (a header with dots must be in quotes)");
   column.as = table.text("as", column.source);
-  if (column.as.empty()) table.refuse("as", "'as' must be one of our headers, for example \"gx_dps\"");
+  if (column.as.empty()) table.refuse("as", "'as' must be one of Soak's headers, for example \"gx_dps\"");
   read_column_type(table, column);
   read_column_labels(table, column);
   column.scale = table.number("scale", kFiniteNumber, column.scale);
@@ -116,9 +116,10 @@ std::optional<MappedColumn> read_column(const Table& columns, const std::string&
       read_column_table(*columns.table(source), column);
       break;
     default:
-      columns.refuse(source, fmt::format("column '{}' must be one of our headers (\"gx_dps\") or a table "
-                                         "{{ as = \"gx_dps\", ... }}",
-                                         source));
+      columns.refuse(
+          source,
+          fmt::format("column '{}' must be one of Soak's headers (\"gx_dps\") or a table {{ as = \"gx_dps\", ... }}",
+                      source));
       return std::nullopt;
   }
   auto meaning = meaning_of_header(column.as);
@@ -219,9 +220,11 @@ void read_map_positions(const Table& root, ColumnsMap& map) {
     const double azimuth_deg = azimuths.number(label, {-360.0, 360.0});
     auto position = calib::position_named(label);
     if (!position) {
-      azimuths.refuse(label, fmt::format("'{}' is none of the six named positions: those of [positions] have their "
-                                         "azimuth_deg there",
-                                         label));
+      azimuths.refuse(
+          label,
+          fmt::format(
+              "'{}' is not one of the six named positions; positions in [positions] have their azimuth_deg there",
+              label));
       continue;
     }
     position->azimuth_deg = azimuth_deg;

@@ -38,7 +38,7 @@ base::Result<std::filesystem::path> data_folder(std::string_view option) {
   if (const std::string home = environment("HOME"); !home.empty()) {
     return std::filesystem::path(home) / ".local" / "share" / "soak";
   }
-  return base::bad_input("the data folder is not known: give --data DIR or set SOAK_DATA", "--data");
+  return base::bad_input("no data folder was given: use --data DIR or set SOAK_DATA", "--data");
 }
 
 base::Result<db::Catalog> open_catalog(std::string_view data_option) {

@@ -77,7 +77,7 @@ base::Status Engine::ready_for_start() const {
   if (journal_is_behind_) return wrong_state("the journal cannot be written");
   if (state_ == CampaignState::stopping) {
     return wrong_state(
-        fmt::format("campaign '{}' is on its way to the safe state: wait for it", station_->campaign.name));
+        fmt::format("campaign '{}' is being brought to the safe state: wait for it", station_->campaign.name));
   }
   if (state_ == CampaignState::running || state_ == CampaignState::paused) {
     return wrong_state(
@@ -231,7 +231,7 @@ base::Status Engine::do_abort(const std::string& user, const std::string& reason
 
 base::Status Engine::do_confirm(const std::string& user, std::int64_t prompt) {
   if (!station_->prompts.answer(prompt)) {
-    return wrong_state("that prompt is not open (any more): see 'soak campaign status'");
+    return wrong_state("that prompt is no longer open: see 'soak campaign status'");
   }
   log_.add("prompt", station_->campaign.name, fmt::format("confirmed by {}: {}", user, station_->prompts.open()->text));
   return {};

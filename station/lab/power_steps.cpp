@@ -283,9 +283,10 @@ class PowerOn : public StepTask {
     if (still_sends(unit)) {
       const std::string what =
           is_switched(station, unit) ? fmt::format("output {} was", output_of(unit)) : std::string("the units were");
-      return fmt::format("{} did not restart: its clock ran on while {} off; is it fed by another supply?", who, what);
+      return fmt::format("{} did not restart: its clock kept running while {} off; is it powered by another supply?",
+                         who, what);
     }
-    return fmt::format("{} did not show within {:.0f} s that it was switched on{}{}", who, kPowerOnTimeout_s,
+    return fmt::format("{} gave no sign of power within {:.0f} s{}{}", who, kPowerOnTimeout_s,
                        unit.trouble().empty() ? "" : ": ", unit.trouble());
   }
 

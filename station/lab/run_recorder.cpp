@@ -32,7 +32,7 @@ bool is_six_position(std::string_view label) {
 
 base::Status check_run_purpose(const std::string& purpose) {
   if (db::is_purpose(purpose)) return {};
-  return base::bad_input(fmt::format("'{}' is no purpose of a run", purpose));
+  return base::bad_input(fmt::format("'{}' is not a purpose of a run", purpose));
 }
 
 base::Status check_recorded_units(const std::vector<RecordedUnit>& units) {
@@ -151,16 +151,16 @@ void RunRecorder::UnitRows::follow_attempt(const RowLabels& labels, std::optiona
 
 base::Status RunRecorder::UnitRows::check(std::span<const hal::ImuSample> samples, const RowLabels& labels) const {
   if (!labels.position.empty() && !is_six_position(labels.position)) {
-    return base::bad_input(fmt::format("'{}' is none of the six positions", labels.position), unit.serial);
+    return base::bad_input(fmt::format("'{}' is not one of the six positions", labels.position), unit.serial);
   }
   if (labels.visit > std::numeric_limits<std::int16_t>::max()) {
-    return base::bad_input(fmt::format("{} is no number of a visit", labels.visit), unit.serial);
+    return base::bad_input(fmt::format("{} is not a visit number", labels.visit), unit.serial);
   }
   double before_s = last_t_s;
   for (const hal::ImuSample& sample : samples) {
     if (!(sample.t_s > before_s) || !std::isfinite(sample.t_s)) {
-      return base::bad_input(fmt::format("the device time does not rise from {} s to {} s", before_s, sample.t_s),
-                             unit.serial);
+      return base::bad_input(
+          fmt::format("the device time must increase: it goes from {} s to {} s", before_s, sample.t_s), unit.serial);
     }
     before_s = sample.t_s;
   }

@@ -269,7 +269,7 @@ std::string SafeEnd::text(const Station& station) const {
     return fmt::format("the chamber does not drive to {:+.0f} °C ({}); heating and cooling are {}: go to the chamber",
                        target, warm_up_.trouble(), reading->running ? "on" : "off");
   }
-  return fmt::format("driving the chamber to {:+.0f} °C, so that no unit gathers dew", target);
+  return fmt::format("driving the chamber to {:+.0f} °C, so that no dew forms on the units", target);
 }
 
 }  // namespace soak::station

@@ -164,7 +164,7 @@ std::string finding(Sensor sensor, const calib::ControlPoint& point) {
   if (!point.beyond_limits()) {
     const calib::ControlShift& shift = *point.shift;
     return fmt::format(
-        "{} reads {:.5g} {} in the mean of the last {} campaigns, outside {:.5g} to {:.5g} of {} campaigns before",
+        "{} reads {:.5g} {} on average over the last {} campaigns, outside {:.5g} to {:.5g} of {} campaigns before",
         calib::name_of(sensor), shift.mean * factor, unit, calib::kShiftValues, shift.limits.lower * factor,
         shift.limits.upper * factor, shift.limits.values);
   }

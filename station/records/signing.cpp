@@ -118,19 +118,16 @@ base::Result<calib::Waiver> signed_waiver(calib::Waiver waiver, const calib::Ref
 base::Status check_waiver(const calib::Waiver& waiver, const calib::Reference& reference) {
   if (has_good_signature(waiver, reference)) return {};
   if (waiver.signature_hex.empty()) {
-    return base::corrupt(
-        fmt::format("the waiver for {} '{}' is missing: restore the catalog from a copy, or sign a new "
-                    "waiver ('soak reference waive --certificate \"{}\"')",
-                    calib::name_of(reference.kind), reference.name, reference.certificate),
-        "waiver " + waiver.waiver_id);
+    return base::corrupt(fmt::format("the waiver for {} '{}' is missing: restore the catalog from a backup, or sign a "
+                                     "new waiver ('soak reference waive --certificate \"{}\"')",
+                                     calib::name_of(reference.kind), reference.name, reference.certificate),
+                         "waiver " + waiver.waiver_id);
   }
-  return base::corrupt(
-      fmt::format(
-          "the signature of {}'s waiver for {} '{}' does not match: the waiver or the entry of the register was "
-          "changed after it was signed; restore the catalog from a copy, or sign a new waiver ('soak reference "
-          "waive')",
-          waiver.signer, calib::name_of(reference.kind), reference.name),
-      "waiver " + waiver.waiver_id);
+  return base::corrupt(fmt::format("the signature of {}'s waiver for {} '{}' does not match: the waiver or the entry "
+                                   "of the register was changed after it was signed; restore the catalog from a "
+                                   "backup, or sign a new waiver ('soak reference waive')",
+                                   waiver.signer, calib::name_of(reference.kind), reference.name),
+                       "waiver " + waiver.waiver_id);
 }
 
 std::vector<calib::Warning> waiver_warnings(const std::vector<calib::ReferenceUse>& references) {

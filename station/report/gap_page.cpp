@@ -89,9 +89,9 @@ json gap_data(const GapComparison& comparison, calib::Sensor sensor) {
 
 std::string gap_figure(calib::Sensor sensor) {
   return figure("gap", calib::name_of(sensor),
-                {fmt::format("{}: read beyond the simulation", calib::name_of(sensor)),
-                 "Measured less simulated over temperature: faint marks per position, full ones per visit, each run's "
-                 "own mean taken off; where an effect was accepted, before above and after below."});
+                {fmt::format("{}: measured minus simulated", calib::name_of(sensor)),
+                 "Measured minus simulated, over temperature: faint marks per position, solid ones per visit, each "
+                 "run's own mean removed; where an effect was accepted, before above and after below."});
 }
 
 /// Sensors that an accepted effect acts on, then the others.
@@ -114,7 +114,7 @@ html::Cell closed_cell(const std::optional<double>& fraction) {
 }
 
 std::string figures(const GapComparison& comparison) {
-  html::Table table("RMS of what was read beyond the simulation, about each run's own mean",
+  html::Table table("RMS of measured minus simulated, about each run's own mean",
                     {"Sensor", "Unit", "Runs", "Before", "After", "Floor", "Noise alone", "Closed"});
   for (const calib::Sensor sensor : calib::kSensors) {
     const std::size_t s = calib::index_of(sensor);
@@ -146,10 +146,11 @@ std::string introduction(const GapComparison& comparison) {
   for (const ComparedRun& run : comparison.runs) fresh += run.fitted ? 0 : 1;
   return fmt::format(
       "<h1>Simulation and measurement, unit {}</h1>\n<p>Each run was simulated from its own log of temperature, "
-      "positions and place: with model {} (before) and with model {} (after its accepted effects). What the unit read "
-      "beyond that is the gap. {} runs, {} of them fresh: neither model was fitted to those. <b>Floor</b> is what "
-      "noise and the scatter between runs would leave of a perfect model, <b>noise alone</b> what the samples' noise "
-      "leaves. Fitted runs lie below the floor by what the fit took of their noise.</p>\n",
+      "positions and place: with model {} (before) and with model {} (after its accepted effects). The gap is what the "
+      "unit measured minus what was simulated. {} runs, {} of them fresh: neither model was fitted to those. "
+      "<b>Floor</b> is what noise and run-to-run scatter would leave with a perfect model, <b>noise alone</b> what the "
+      "noise of the samples would leave. Fitted runs lie below the floor, because the fit follows part of their "
+      "noise.</p>\n",
       html::escaped(comparison.unit), comparison.before, comparison.model, comparison.runs.size(), fresh);
 }
 

@@ -27,8 +27,8 @@ constexpr std::string_view kSimulatedBar =
     "<div class=\"watermark\" aria-hidden=\"true\">SIMULATED</div>\n";
 
 constexpr std::string_view kWithoutScript =
-    "<noscript><p class=\"soft\">The drawings of this page need its script, which does not run here; tables and texts "
-    "need none.</p></noscript>\n";
+    "<noscript><p class=\"soft\">The charts on this page need its script, which is not running; tables and text do "
+    "not.</p></noscript>\n";
 
 // ---- head, warnings, overview ----
 

@@ -105,12 +105,11 @@ std::string sentence_of(const json& unit, const json& check_standards) {
 
 std::string basis() {
   return fmt::format(
-      "<p class=\"soft\">The unit above is measured in every campaign and deployed nowhere: what changes in it is a "
-      "change of the station. Its biases are carried to one temperature. Limits: prediction limits of Student's t from "
-      "mean and standard deviation of earlier campaigns in control, {} at least, the first {}; by chance at most {:g} "
-      "% "
-      "of campaigns in which nothing has changed are out of control. Fewer earlier campaigns: not established, nothing "
-      "is judged.</p>\n",
+      "<p class=\"soft\">The unit above is measured in every campaign and never deployed: a change in its results is a "
+      "change of the station. Its biases are converted to one temperature. Limits: prediction limits of Student's t "
+      "from mean and standard deviation of earlier campaigns in control, {} at least, the first {}; by chance at most "
+      "{:g} % of campaigns in which nothing has changed are out of control. Fewer earlier campaigns: not established, "
+      "nothing is judged.</p>\n",
       calib::kFewestForLimits, calib::kMostForLimits, 100.0 * calib::kFalseAlarmPerCampaign);
 }
 
@@ -174,7 +173,7 @@ std::string voids_table(const json& runs) {
            {.html = html::date_time(entry["utc_s"]), .style = "nowrap"}});
     }
   }
-  return any ? table.html() : "<p>Nothing of these runs is withdrawn.</p>\n";
+  return any ? table.html() : "<p>No part of these runs is withdrawn.</p>\n";
 }
 
 }  // namespace
@@ -188,7 +187,9 @@ std::string check_part(const json& check_standards) {
   std::string html = "<section id=\"check\"><h2>Check standards</h2>\n";
   const json& units = check_standards["units"];
   if (units.empty()) {
-    return html + "<p>None was in the campaigns of this model: changes of the station would not show.</p></section>\n";
+    return html +
+           "<p>No check standard was in the campaigns of this model: changes of the station would not "
+           "show.</p></section>\n";
   }
   std::size_t ordinal = 0;
   for (const json& unit : units) {

@@ -49,9 +49,9 @@ std::string coupling_table(std::string_view caption, const json& coupling, std::
 /// Whether the model says how far the fixture may be off, which no reading shows.
 std::string type_b_words(const json& coupling) {
   if (entry_of(coupling, "type_b", 0, 1, 1.0).is_number()) {
-    return " The 95 % intervals hold what the fixture's squareness adds (type B).";
+    return " The 95 % intervals include what the fixture's squareness adds (type B).";
   }
-  return " What the fixture's squareness adds (type B) is not stated: no reference for it.";
+  return " What the fixture's squareness adds (type B) is not stated: no reference was entered for it.";
 }
 
 std::string even_order_table(const json& terms) {
@@ -73,14 +73,14 @@ std::string even_order_table(const json& terms) {
 std::string level_words(const json& level) {
   if (!level.is_object()) return {};
   if (!level.at("north_rad").is_object()) {
-    return "<p>Level error of the chamber's side: not known; " + html::text_of(level, "reason") + ".</p>\n";
+    return "<p>Level error of the chamber: not known; " + html::text_of(level, "reason") + ".</p>\n";
   }
   const auto lean = [&](const char* key) {
     const json& stated = level.at(key);
     return html::number(stated["value"].get<double>() * kMillirad) + " ± " +
            html::number(stated["ci95"].get<double>() * kMillirad) + " mrad";
   };
-  return "<p>Level error of the chamber's side, subtracted (95 %): the true vertical leans " + lean("north_rad") +
+  return "<p>Level error of the chamber, subtracted (95 %): the true vertical leans " + lean("north_rad") +
          " to north and " + lean("east_rad") + " to east of the fixture's.</p>\n";
 }
 
@@ -163,15 +163,15 @@ std::string segment_words(const json& noise) {
   const double length_s = segment["duration_s"];
   const std::string position = segment["position"];
   return fmt::format(
-      "<p>From the longest segment at rest: run {} of campaign {}, visit {}, {}, {} °C, {} long{}{}. "
-      "Averaging times end where the segment does: what is slower cannot be seen.{}</p>\n",
+      "<p>From the longest segment at rest: run {} of campaign {}, visit {}, {}, {} °C, {} long{}{}. Averaging times "
+      "end with the segment: slower effects cannot be seen.{}</p>\n",
       html::text_of(segment, "run"), html::text_of(segment, "campaign"), html::text_of(segment, "visit"),
       position.empty() ? "one attitude" : "position " + html::escaped(position),
       segment["temp_c"].is_number() ? html::number(segment["temp_c"].get<double>(), 1) : "–", html::duration(length_s),
       used_s > 0.0 && used_s < 0.95 * length_s ? ", its first " + html::duration(used_s) : "",
       segment["simulated"].get<bool>() ? ", SIMULATED" : "",
       segment["plateau_c"].is_null()
-          ? " The temperature was not held: what it does to the sensor passes for slow noise."
+          ? " The temperature was not held constant: its effect on the sensor looks like slow noise."
           : "");
 }
 
@@ -211,18 +211,18 @@ std::string couplings_part(const json& couplings) {
     html += coupling_table("g-sensitivity of the gyros, deg/s per g ± standard error", sensitivity, "gyro", 1.0);
   }
   html += even_order_table(member(couplings, "accel_even_order_g_per_g2")) + "</div>\n";
-  html += misalignment.is_object()
-              ? "<p>Misalignment is one constant for all temperatures, mean over runs, and in the file. A tilt of the "
-                "fixture that stays the same looks like it." +
-                    type_b_words(misalignment) + "</p>\n"
-              : "<p>Misalignment: not known, the positions do not show all of it.</p>\n";
-  html += sensitivity.is_object()
-              ? "<p>g-sensitivity stands beside the model and is not in the file" +
-                    std::string(member(couplings, "earth_rate_subtracted") == "whole"
-                                    ? "; the whole rotation of the Earth was subtracted.</p>\n"
-                                    : "; off its diagonal it holds the horizontal part of the Earth's rotation "
-                                      "too.</p>\n")
-              : "<p>g-sensitivity: not known, the positions do not show all of it.</p>\n";
+  html += misalignment.is_object() ? "<p>Misalignment is one constant for all temperatures, mean over runs, and in the "
+                                     "file. A constant tilt of the fixture looks the same." +
+                                         type_b_words(misalignment) + "</p>\n"
+                                   : "<p>Misalignment: not known: the positions do not determine all of it.</p>\n";
+  html +=
+      sensitivity.is_object()
+          ? "<p>g-sensitivity is reported only here and is not in the file" +
+                std::string(
+                    member(couplings, "earth_rate_subtracted") == "whole"
+                        ? "; the whole rotation of the Earth was subtracted.</p>\n"
+                        : "; its off-diagonal terms also contain the horizontal part of the Earth's rotation.</p>\n")
+          : "<p>g-sensitivity: not known: the positions do not determine all of it.</p>\n";
   html += level_words(member(couplings, "level_error"));
   return html + "</section>\n";
 }
@@ -246,7 +246,7 @@ std::string records_part(const json& records) {
   return html + (references.is_array()
                      ? "<p>No reference was entered for the campaigns of this model: nothing here is traceable to a "
                        "certificate.</p></section>\n"
-                     : "<p>Not stated: the model was stored by a version of Soak that kept no register of "
+                     : "<p>Not stated: the model was stored by a version of Soak without a register of "
                        "references.</p></section>\n");
 }
 

@@ -95,8 +95,8 @@ bool has_pi95(const json& fit) {
 std::string budget_table(const json& sensor) {
   const json& budget = member(sensor["fit"], "uncertainty");
   if (!budget.is_array() || budget.empty()) {
-    return "<h3>Uncertainty budget</h3><p>Not stated: the model was stored by a version of Soak that kept no budget. "
-           "Fit again to have one.</p>\n";
+    return "<h3>Uncertainty budget</h3><p>Not stated: the model was stored by a version of Soak without a budget. Fit "
+           "again to get one.</p>\n";
   }
   std::string html = budget_rows("Uncertainty budget of the bias: standard uncertainties (k = 1), " + unit_of(sensor),
                                  budget, has_pi95(sensor["fit"]));
@@ -203,17 +203,17 @@ std::string term_html(const json& term) {
   const json& rivals = term["confusable_with"];
   return fmt::format(
       "<h3>{}</h3>\n{}{}", html::text_of(term, "name"),
-      html::facts({{"Found missing in", "model " + html::text_of(term, "parent_version")},
-                   {"Chance that scatter looks like it", html::number(term["p_adjusted"])},
+      html::facts({{"Found missing from", "model " + html::text_of(term, "parent_version")},
+                   {"Probability that scatter looks like this", html::number(term["p_adjusted"])},
                    {"Nearly as good", rivals.empty() ? "nothing" : list_of(rivals)},
-                   {"Where it counts", term["lab_only"].get<bool>()
-                                           ? "lab only: needs more than the unit's temperature and its rate"
-                                           : "in the calibration file"}}),
+                   {"Where it is corrected", term["lab_only"].get<bool>()
+                                                 ? "lab only: needs more than the unit's temperature and its rate"
+                                                 : "in the calibration file"}}),
       parameter_table(term));
 }
 
 std::string gap_table(const json& gap) {
-  html::Table table("Gap on runs that neither base nor parameters had seen, when the effects were accepted",
+  html::Table table("Gap on runs used for neither the base nor the parameters, when the effects were accepted",
                     {"Sensor", "Unit", "Before", "After", "Floor", "Closed"});
   for (const auto& [sensor, entry] : gap.items()) {
     const bool gyro = sensor.starts_with("gyro");
@@ -256,7 +256,7 @@ std::string curve_figure(std::string_view name, const json& sensor) {
 std::string residual_figure(std::string_view name, const json& sensor) {
   const json& rows = sensor["rows"];
   if (rows.is_null() && sensor["fresh"].is_null()) return {};
-  Caption caption{fmt::format("{}: residuals, rows less curve", name), {}};
+  Caption caption{fmt::format("{}: residuals, rows minus curve", name), {}};
   if (!rows.is_null()) {
     caption.description = fmt::format(
         "Residuals of {} rows, RMS {:.3g} {}, largest {:.3g} in run {}; with each run's offset removed RMS {:.3g}.",
@@ -282,7 +282,7 @@ std::string sensor_part(std::string_view name, const json& sensor) {
   std::string html = fmt::format("<section id=\"{0}\" class=\"sensor\"><h2>{0}</h2>\n", html::escaped(name));
   html += model_facts(sensor);
   if (sensor["fit"].value("relative", false)) {
-    html += "<p>One attitude only: this bias has no level of its own, it is relative to that at 25 °C.</p>\n";
+    html += "<p>One attitude only: this bias has no absolute level; it is relative to the bias at 25 °C.</p>\n";
   }
   if (sensor["rows"].is_null()) html += "<p>The rows of the fit cannot be shown: see the warnings.</p>\n";
   // Beside the third drawing there is room for the tables.
@@ -297,10 +297,9 @@ std::string sensor_part(std::string_view name, const json& sensor) {
 std::string terms_part(const json& terms) {
   if (terms.empty()) return {};
   std::string html =
-      "<section id=\"terms\"><h2>Accepted effects</h2>\n<p>Found missing in an earlier model and added to this one. "
-      "The "
-      "readings were freed of them before the curves were fitted; rows and residuals on this page are without "
-      "them.</p>\n";
+      "<section id=\"terms\"><h2>Accepted effects</h2>\n<p>Found missing from an earlier model and added to this one. "
+      "They were subtracted from the readings before the curves were fitted; rows and residuals on this page do not "
+      "contain them.</p>\n";
   for (const json& term : terms) html += term_html(term);
   return html + gap_table(terms.back()["gap"]) + "</section>\n";
 }

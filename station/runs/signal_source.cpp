@@ -118,7 +118,7 @@ class ColumnReader {
     }
     if (value) return *value;
     return base::bad_input(
-        fmt::format("'{}' is no number: write a decimal number with a dot, or leave the cell empty", cell),
+        fmt::format("'{}' is not a number: write a decimal number with a dot, or leave the cell empty", cell),
         place(column));
   }
 
@@ -180,8 +180,7 @@ std::vector<std::string> remarks_on(const calib::signal::SampleGrid& grid) {
   }
   if (grid.scatter > kRemarkableScatter) {
     remarks.push_back(
-        fmt::format("the times scatter by {:.0f} % of a step (RMS) about an even {:.6g} Hz, which the analysis "
-                    "takes them to be",
+        fmt::format("the times scatter by {:.0f} % of a step (RMS) about an even {:.6g} Hz, which the analysis assumes",
                     100.0 * grid.scatter, grid.rate_hz));
   }
   return remarks;
@@ -282,10 +281,9 @@ base::Result<calib::SignalRecord> read_csv_signal(const std::filesystem::path& p
   auto grid = calib::signal::equally_spaced(read->t_s, read->values);
   if (!grid) return base::bad_input(grid.error().message, fmt::format("{}, column '{}'", path.string(), column));
   if (rate_hz && std::abs(grid->rate_hz / *rate_hz - 1.0) > kRateTolerance) {
-    return base::bad_input(
-        fmt::format("{:g} Hz: the times in the file say {:g} Hz (leave the option out to believe them)", *rate_hz,
-                    grid->rate_hz),
-        "--rate-hz");
+    return base::bad_input(fmt::format("{:g} Hz: the times in the file say {:g} Hz (omit the option to use that rate)",
+                                       *rate_hz, grid->rate_hz),
+                           "--rate-hz");
   }
   if (rate_hz) grid->rate_hz = *rate_hz;
   return record_of(column, std::move(unit), *std::move(grid));
@@ -324,8 +322,9 @@ base::Result<calib::SignalRecord> read_run_signal(const db::Catalog& catalog, co
   if (!grid) return base::bad_input(grid.error().message, fmt::format("run {}, {}", run->label, channel_name));
   auto record = record_of(channels[*channel].name, unit_of_channel(channels[*channel]), *std::move(grid));
   if (selection->rejected > 0) {
-    record.remarks.push_back(fmt::format(
-        "{} segments are not used: the data gate rejected them ('soak runs show' says why)", selection->rejected));
+    record.remarks.push_back(
+        fmt::format("segments that the data gate rejected and that are not used: {} ('soak runs show' says why)",
+                    selection->rejected));
   }
   return record;
 }

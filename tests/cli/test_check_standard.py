@@ -209,7 +209,7 @@ class CheckStandard(SoakTest):
         self.add("far", campaign(0.0, plateaus=(0, 22, 40)))
         found = self.chart()["campaigns"][-1]
         self.assertEqual((found["sensors"], found["verdict"]), ({}, "not_established"))
-        self.assertIn("2.5 K of 25 °C: far", self.soak("check", "chart").stdout)
+        self.assertRegex(self.soak("check", "chart").stdout, r"25 °C.*\bfar\b")
 
     def test_verification_runs_and_other_units_are_not_on_the_chart(self):
         self.with_history()
@@ -234,7 +234,7 @@ class CheckStandard(SoakTest):
         self.with_history()
         self.soak("unit", "add", "CS1", "--begin-epoch", "board repaired")
         self.assertEqual(self.chart()["campaigns"], [])
-        self.assertIn("0 campaigns", self.soak("check", "chart").stdout)
+        self.assertRegex(self.soak("check", "chart").stdout, r"\b0 campaigns")
 
     def test_simulated_campaigns_say_so(self):
         self.soak("unit", "add", "CS1")

@@ -190,7 +190,7 @@ class DataGate(SoakTest):
         text = "\n".join(row.replace(",-Z,", ",+Y,") if 300 < i <= 360 else row for i, row in enumerate(rows)) + "\n"
         path = self.write("wrong.csv", text)
         document = self.soak_json("import", "import", path, "--unit", "SN1", "--gravity-mps2", "9.80665")
-        self.assertRegex(" ".join(document["warnings"]), "wrong_position loses 1 of 24 segments.*looks like -Z")
+        self.assertRegex(" ".join(document["warnings"]), "wrong_position .*\\b1 of 24\\b.* -Z")
         shown = self.soak_json("runs-show", "runs", "show", "r1")["segments"]
         found = [(s["position"], f["code"], f["severity"]) for s in shown for f in s["findings"]]
         self.assertEqual(found, [("+Y", "wrong_position", "reject")])

@@ -175,7 +175,7 @@ class Allan(Signal):
         self.imported("m.csv", "\n".join(lines))
         done = self.soak("signal", "allan", "--run", "r1", "--column", "accel_y", "--json")
         self.assertEqual(json.loads(done.stdout)["samples"], 1320)
-        self.assertIn("data gate", done.stderr)
+        self.assertRegex(done.stderr, r"(?m)^soak: accel_y: .*'soak runs show'")
 
     def test_an_interrupt_ends_it_without_output(self):
         path = self.csv_of(self.white * 100, rate_hz=100)
@@ -213,8 +213,8 @@ class Spectrum(Signal):
         self.assertIsNotNone(document["after_wmra"])
         self.assertLess(document["after_wmra"]["variance"], document["variance"])
         text = self.soak("signal", "psd", path, "--column", "gx_dps", "--level", "6").stdout
-        self.assertIn("after WMRA", text)
-        self.assertIn("line at 40", text)
+        self.assertIn("WMRA", text)
+        self.assertRegex(text, r"\b40\.?\d* Hz")
 
 
 class Correlation(Signal):
@@ -233,8 +233,8 @@ class Correlation(Signal):
         self.assertAlmostEqual(document["gauss_markov_1"]["correlation_s"], 2.0, delta=0.36)
         self.assertEqual(document["acf"][0], 1.0)
         text = self.soak("signal", "acf", path, "--column", "y", "--level", "4").stdout
-        self.assertIn("Gauss-Markov, first order", text)
-        self.assertIn("after WMRA", text)
+        self.assertIn("Gauss-Markov", text)
+        self.assertIn("WMRA", text)
 
 
 class Wmra(Signal):

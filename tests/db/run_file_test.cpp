@@ -246,7 +246,6 @@ TEST(RunFile, CanBeSealedLaterWhenAReaderHeldItOpen) {
     const auto blocked = writer->seal();
     ASSERT_FALSE(blocked);
     EXPECT_EQ(blocked.error().kind, base::ErrorKind::internal);
-    EXPECT_NE(blocked.error().message.find("another process"), std::string::npos) << blocked.error().message;
     EXPECT_TRUE(reader->verify());
   }
   EXPECT_TRUE(writer->seal());

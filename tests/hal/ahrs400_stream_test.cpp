@@ -4,36 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hal/imu/detail/ahrs400_protocol.h"
-#include "tests/hal/ahrs400_peer.h"
-#include "tests/hal/unit_bench.h"
+#include "tests/hal/unit_benches.h"
 
 namespace soak::hal::imu::test {
 namespace {
-
-constexpr Imu::Settings kSettings{.rate_hz = 60.0, .temp_rate_hz = 10.0};
-
-struct AhrsBench : UnitBench<Ahrs400Unit> {
-  AhrsBench() : UnitBench(std::make_unique<Ahrs400Protocol>(Ahrs400Ranges{100.0, 2.0})) {}
-
-  base::Status open() { return UnitBench::open(kSettings); }
-
-  /// Host and unit live through `count` packets, one every 15.5 ms.
-  base::Status stream(int count, double step_s = 0.0155) {
-    for (int i = 0; i < count; ++i) {
-      now += std::chrono::round<Clock::duration>(std::chrono::duration<double>(step_s));
-      send(unit.packets(1, step_s));
-      if (auto status = step(); !status) return status;
-    }
-    return {};
-  }
-
-  /// Both let time pass; the unit sends nothing.
-  base::Status silence(double seconds) {
-    unit.time_s += seconds;
-    return pass(seconds, 0.02);
-  }
-};
 
 /// Driver and unit in the middle of a stream.
 class Ahrs400Stream : public ::testing::Test {
@@ -44,6 +18,21 @@ class Ahrs400Stream : public ::testing::Test {
     ASSERT_TRUE(bench.unit.continuous);
     ASSERT_EQ(bench.imu->state(), ImuState::streaming);
     bench.unit.heard.clear();
+  }
+
+  /// Host and unit live through `count` packets, one every 15.5 ms.
+  void stream(int count, double step_s = AhrsBench::kStep_s) {
+    for (int i = 0; i < count; ++i) {
+      bench.now += std::chrono::round<AhrsBench::Clock::duration>(std::chrono::duration<double>(step_s));
+      bench.send(bench.unit.packets(1, step_s));
+      ASSERT_TRUE(bench.step());
+    }
+  }
+
+  /// Both let time pass; the unit sends nothing.
+  void silence(double seconds) {
+    bench.pause_unit(seconds);
+    ASSERT_TRUE(bench.pass(seconds, 0.02));
   }
 
   [[nodiscard]] double span_s() const { return bench.samples.back().t_s - bench.samples.front().t_s; }
@@ -71,15 +60,6 @@ TEST(Ahrs400Setup, TakesASerialNumberWithoutHeader) {
   EXPECT_EQ(bench.imu->identity()->serial, "9911750");
 }
 
-TEST(Ahrs400Setup, RatesThatTheUnitDoesNotReachAreBadInput) {
-  for (const double rate_hz : {0.0, 71.0, 100.0}) {
-    AhrsBench bench;
-    const auto opened = bench.UnitBench::open({.rate_hz = rate_hz});
-    ASSERT_FALSE(opened) << rate_hz;
-    EXPECT_EQ(opened.error().kind, base::ErrorKind::bad_input);
-  }
-}
-
 TEST(Ahrs400Setup, AUnitThatStillStreamsIsStoppedAndAskedAndStreamsAgain) {
   AhrsBench bench;
   bench.unit.mode = 's';
@@ -95,51 +75,8 @@ TEST(Ahrs400Setup, AUnitThatStillStreamsIsStoppedAndAskedAndStreamsAgain) {
   EXPECT_EQ(bench.imu->statistics().restarts, 0U);
 }
 
-TEST(Ahrs400Setup, AUnitWithoutPowerIsAskedOnceASecondAndNeverFails) {
-  AhrsBench bench;
-  bench.unit.answers = false;
-  ASSERT_TRUE(bench.open());
-  ASSERT_TRUE(bench.pass(60.0, 0.05));
-  EXPECT_EQ(bench.imu->state(), ImuState::silent);
-  EXPECT_NEAR(static_cast<double>(bench.unit.heard.size()), 60.0, 3.0);
-  bench.unit.answers = true;
-  ASSERT_TRUE(bench.pass(3.0, 0.05));
-  EXPECT_TRUE(bench.unit.continuous);
-  EXPECT_EQ(bench.imu->statistics().restarts, 0U);
-}
-
-TEST(Ahrs400Setup, ALineThatBabblesButDoesNotAnswerFails) {
-  AhrsBench bench;
-  bench.unit.answers = false;
-  ASSERT_TRUE(bench.open());
-  base::Status status;
-  for (int i = 0; i < 200 && status; ++i) {
-    bench.send(hex("55 AA 12"));
-    status = bench.pass(0.05, 0.05);
-  }
-  ASSERT_FALSE(status);
-  EXPECT_NE(status.error().message.find("the ping (R)"), std::string::npos) << status.error().message;
-  EXPECT_EQ(bench.imu->state(), ImuState::failed);
-}
-
-TEST_F(Ahrs400Stream, APacketThatComesTwiceIsOneSample) {
-  ASSERT_TRUE(bench.stream(20));
-  const std::size_t before = bench.samples.size();
-  for (int i = 0; i < 40; ++i) {
-    bench.now += std::chrono::microseconds(15500);
-    const Bytes packet = bench.unit.packets(1, 0.0155);
-    bench.send(packet + packet);
-    ASSERT_TRUE(bench.step());
-  }
-  EXPECT_EQ(bench.samples.size(), before + 40);
-  for (std::size_t i = 1; i < bench.samples.size(); ++i) {
-    EXPECT_GT(bench.samples[i].t_s, bench.samples[i - 1].t_s) << i;
-  }
-  EXPECT_EQ(bench.imu->statistics().lost_packets, 0U);
-}
-
 TEST_F(Ahrs400Stream, PacketsBecomeSamplesInSi) {
-  ASSERT_TRUE(bench.stream(20));
+  stream(20);
   ASSERT_EQ(bench.samples.size(), 20U);
   const ImuSample& sample = bench.samples[10];
   EXPECT_NEAR(sample.rate_rps[0], 10 * 150.0 / 32768 * std::numbers::pi / 180.0, 1e-6);
@@ -152,7 +89,7 @@ TEST_F(Ahrs400Stream, PacketsBecomeSamplesInSi) {
 }
 
 TEST_F(Ahrs400Stream, ReadingsOfTheThermometerComeAtTheRateAskedFor) {
-  ASSERT_TRUE(bench.stream(645));  // 10 s
+  stream(645);  // 10 s
   const auto readings = std::count_if(bench.samples.begin(), bench.samples.end(),
                                       [](const ImuSample& sample) { return sample.temp_c.has_value(); });
   EXPECT_NEAR(static_cast<double>(readings), 100.0, 2.0);
@@ -160,7 +97,7 @@ TEST_F(Ahrs400Stream, ReadingsOfTheThermometerComeAtTheRateAskedFor) {
 }
 
 TEST_F(Ahrs400Stream, ANumberAtFullScaleIsClipped) {
-  ASSERT_TRUE(bench.stream(3));
+  stream(3);
   bench.unit.time_s += 0.0155;
   const int timer = 65535 - static_cast<int>(static_cast<std::uint64_t>(bench.unit.time_s / 0.79e-6) % 65536);
   bench.send(ahrs400_packet({0, 32767, 0, 0, 0, 0, 0, 0, 0, 0, timer}));
@@ -170,11 +107,11 @@ TEST_F(Ahrs400Stream, ANumberAtFullScaleIsClipped) {
 
 TEST_F(Ahrs400Stream, TheTimeFollowsManyWrapsOfTheTimerOnAnUnevenGrid) {
   double length_s = 0.0;
-  ASSERT_TRUE(bench.stream(1));
+  stream(1);
   for (int i = 0; i < 3000; ++i) {
     const double step_s = i % 3 == 0 ? 0.0195 : 0.0135;
     length_s += step_s;
-    ASSERT_TRUE(bench.stream(1, step_s));
+    stream(1, step_s);
   }
   EXPECT_NEAR(span_s(), length_s, 1e-4);
   EXPECT_EQ(bench.imu->statistics().lost_packets, 0U);
@@ -182,33 +119,24 @@ TEST_F(Ahrs400Stream, TheTimeFollowsManyWrapsOfTheTimerOnAnUnevenGrid) {
 
 TEST_F(Ahrs400Stream, AGapOfManyWrapsIsMeasuredByTheHostAndStampedByTheUnit) {
   for (const double gap_s : {0.04, 0.08, 0.31, 2.0}) {
-    ASSERT_TRUE(bench.stream(50));
+    stream(50);
     const double before_s = bench.samples.back().t_s;
-    ASSERT_TRUE(bench.silence(gap_s));
-    ASSERT_TRUE(bench.stream(1));
+    silence(gap_s);
+    stream(1);
     EXPECT_NEAR(bench.samples.back().t_s - before_s, gap_s + 0.0155, 1e-5) << gap_s;
   }
 }
 
-TEST_F(Ahrs400Stream, LostPacketsAreCountedByTheTimeOfTheUnit) {
-  ASSERT_TRUE(bench.stream(50));
-  static_cast<void>(bench.unit.packets(7));
-  bench.now += std::chrono::microseconds(7 * 15500);
-  ASSERT_TRUE(bench.stream(50));
-  EXPECT_EQ(bench.imu->statistics().lost_packets, 7U);
-  EXPECT_NEAR(span_s(), 106 * 0.0155, 1e-4);
-}
-
 TEST_F(Ahrs400Stream, ADamagedPacketIsLostAndTwoGoodOnesEndTheSearch) {
-  ASSERT_TRUE(bench.stream(20));
+  stream(20);
   Bytes damaged = bench.unit.packets(1);
   damaged[5] ^= 0x40;
   bench.now += std::chrono::microseconds(15500);
   bench.send(damaged);
   ASSERT_TRUE(bench.step());
-  ASSERT_TRUE(bench.stream(1));
+  stream(1);
   EXPECT_EQ(bench.samples.size(), 20U);
-  ASSERT_TRUE(bench.stream(1));
+  stream(1);
   EXPECT_EQ(bench.samples.size(), 22U);
   EXPECT_EQ(bench.imu->statistics().lost_packets, 1U);
   EXPECT_EQ(bench.imu->statistics().garbage_bytes, 24U);
@@ -216,23 +144,23 @@ TEST_F(Ahrs400Stream, ADamagedPacketIsLostAndTwoGoodOnesEndTheSearch) {
 }
 
 TEST_F(Ahrs400Stream, ABusyStationThatReadsLateGivesTheSameTimes) {
-  ASSERT_TRUE(bench.stream(50));
+  stream(50);
   bench.send(bench.unit.packets(130));
   bench.now += std::chrono::milliseconds(2015);  // all of it waited in the kernel
   ASSERT_TRUE(bench.step());
-  ASSERT_TRUE(bench.stream(20));
+  stream(20);
   ASSERT_EQ(bench.samples.size(), 200U);
   EXPECT_NEAR(span_s(), 199 * 0.0155, 1e-4);
   EXPECT_EQ(bench.imu->statistics().lost_packets, 0U);
 }
 
 TEST_F(Ahrs400Stream, ABacklogThatABufferCutOffHasItsGapBehindIt) {
-  ASSERT_TRUE(bench.stream(50));
+  stream(50);
   bench.send(bench.unit.packets(100));
   static_cast<void>(bench.unit.packets(60));  // the buffer was full
   bench.now += std::chrono::microseconds(160 * 15500);
   ASSERT_TRUE(bench.step());
-  ASSERT_TRUE(bench.stream(20));
+  stream(20);
   ASSERT_EQ(bench.samples.size(), 170U);
   EXPECT_NEAR(bench.samples[149].t_s - bench.samples[0].t_s, 149 * 0.0155, 1e-4);
   EXPECT_NEAR(bench.samples[150].t_s - bench.samples[149].t_s, 61 * 0.0155, 1e-4);
@@ -247,58 +175,6 @@ TEST_F(Ahrs400Stream, AClockThatRunsOnePercentSlowShowsNoGaps) {
   }
   EXPECT_NEAR(span_s(), 3999 * 0.0155, 1e-3);
   EXPECT_EQ(bench.imu->statistics().lost_packets, 0U);
-}
-
-TEST_F(Ahrs400Stream, AStreamThatGoesOnByItselfIsNoRestart) {
-  ASSERT_TRUE(bench.stream(50));
-  ASSERT_TRUE(bench.silence(2.5));
-  EXPECT_EQ(bench.imu->state(), ImuState::streaming);
-  ASSERT_TRUE(bench.stream(5));
-  EXPECT_EQ(bench.power_ons(), std::vector<std::uint32_t>(55, 0));
-  EXPECT_TRUE(bench.unit.heard.empty());
-}
-
-TEST_F(Ahrs400Stream, AUnitThatStandsIdleAfterASilenceHasRestarted) {
-  ASSERT_TRUE(bench.stream(50));
-  bench.unit.answers = false;
-  ASSERT_TRUE(bench.silence(10.0));
-  EXPECT_EQ(bench.imu->state(), ImuState::silent);
-  bench.unit.restart();
-  bench.unit.answers = true;
-  ASSERT_TRUE(bench.pass(3.0, 0.02));
-  ASSERT_TRUE(bench.unit.continuous);
-  ASSERT_TRUE(bench.stream(5));
-  EXPECT_EQ(bench.samples.back().power_on, 1U);
-  EXPECT_NEAR(bench.samples.back().t_s, 4 * 0.0155, 1e-4);
-  EXPECT_EQ(bench.imu->statistics().restarts, 1U);
-}
-
-TEST_F(Ahrs400Stream, AnInterruptionOfTheLinkThatTheUnitStreamedThroughIsNoRestart) {
-  ASSERT_TRUE(bench.stream(50));
-  bench.imu->close();
-  bench.unit.time_s += 4.0;
-  bench.now += std::chrono::seconds(4);
-  ASSERT_TRUE(bench.open());
-  for (int i = 0; i < 150; ++i) {
-    bench.now += std::chrono::microseconds(15500);
-    const Bytes packet = bench.unit.packets(1);
-    if (bench.unit.continuous) bench.send(packet);
-    ASSERT_TRUE(bench.step());
-  }
-  EXPECT_EQ(bench.samples.back().power_on, 0U);
-  EXPECT_NEAR(span_s(), 49 * 0.0155 + 4.0 + 150 * 0.0155, 1e-3);
-  EXPECT_EQ(bench.imu->statistics().restarts, 0U);
-}
-
-TEST_F(Ahrs400Stream, AnotherUnitAfterAnInterruptionBeginsANewPowerOn) {
-  ASSERT_TRUE(bench.stream(5));
-  bench.imu->close();
-  bench.unit.serial = 1234;
-  ASSERT_TRUE(bench.open());
-  ASSERT_TRUE(bench.pass(2.0, 0.05));
-  ASSERT_TRUE(bench.stream(5));
-  EXPECT_EQ(bench.samples.back().power_on, 1U);
-  EXPECT_EQ(bench.imu->identity()->serial, "1234");
 }
 
 }  // namespace

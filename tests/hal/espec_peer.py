@@ -6,6 +6,7 @@ usage: espec_peer.py PORT    (0 = any)
 
 One client at a time. Lines end in CR LF. Prints "PORT n", then obeys lines on standard input and answers each by "OK":
   set NAME VALUE      air, sp, high, low, mode, alarm (codes, as "3 7")
+  get NAME            prints the value or the mode, instead of "OK"
   fault KIND COUNT    the next COUNT answers: late (0.6 s), later (1.5 s), silence, fragments, cut (half an answer),
                       garbage, twice, stale (the answer before this one first), refuse, endless, close
   then KIND COUNT     after those, the next COUNT
@@ -107,6 +108,8 @@ def obey(chamber, words):
         chamber.alarms = words[2:]
     elif words[0] == "set":
         chamber.values[words[1]] = float(words[2])
+    elif words[0] == "get":
+        return chamber.mode if words[1] == "mode" else f"{chamber.values[words[1]]:.1f}"
     elif words[0] == "fault":
         chamber.faults = [words[1]] * int(words[2])
     elif words[0] == "then":

@@ -6,6 +6,7 @@
 #include "hal/devices/fixture.h"
 #include "hal/devices/unit_power.h"
 #include "modbus_peer.h"
+#include "tests/errors.h"
 
 namespace soak::hal {
 namespace {
@@ -60,11 +61,9 @@ TEST(ModbusFixture, ACodeThatTheMapDoesNotKnowIsToldWithItsRegisterAndThoseThatI
   const auto fixture = make_fixture(test::repository_map("fixtures/modbus-positioner.toml", server->port()));
   ASSERT_TRUE(fixture);
   ASSERT_TRUE(test::mbpoll_write(server->port(), 1, "4", "9"));
-  EXPECT_EQ((*fixture)->read().error().message,
-            "position (register 1) is 9: the map names 6 positions, 0 is between them");
+  EXPECT_TRUE(names((*fixture)->read().error(), {"position (register 1)", " 9"}));
   ASSERT_TRUE(test::mbpoll_write(server->port(), 2, "4", "77"));
-  EXPECT_EQ((*fixture)->read().error().message,
-            "status (register 2) is 77: the map knows standing = 0, moving = 1, fault = 2");
+  EXPECT_TRUE(names((*fixture)->read().error(), {"status (register 2)", "77", "standing = 0", "fault = 2"}));
 }
 
 TEST(ModbusFixture, APositionThatIsNoWholeNumberIsRefused) {
@@ -77,7 +76,7 @@ TEST(ModbusFixture, APositionThatIsNoWholeNumberIsRefused) {
     const auto fixture = make_fixture(map);
     ASSERT_FALSE(fixture);
     EXPECT_EQ(fixture.error().kind, base::ErrorKind::bad_input);
-    EXPECT_NE(fixture.error().message.find("[quantity.position]"), std::string::npos) << fixture.error().message;
+    EXPECT_TRUE(names(fixture.error(), {"[quantity.position]"}));
   }
 }
 
@@ -111,7 +110,7 @@ TEST(ModbusPower, FindsAContactThatDoesNotFollow) {
   ASSERT_TRUE(power);
   const auto status = (*power)->set(3, true);
   ASSERT_FALSE(status);
-  EXPECT_EQ(status.error().message, "state_3 (register 18) holds 0 where 1 was written");
+  EXPECT_TRUE(names(status.error(), {"state_3 (register 18)"}));
 }
 
 TEST(ModbusPower, RefusesAnOutputThatItDoesNotHave) {
@@ -120,8 +119,7 @@ TEST(ModbusPower, RefusesAnOutputThatItDoesNotHave) {
   const auto status = (*power)->set(17, true);
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().kind, base::ErrorKind::bad_input);
-  EXPECT_EQ((*power)->check(3, {.voltage_v = 12.0}).error().message,
-            "the voltage of output 3 cannot be set: the map has no 'set_v_3'");
+  EXPECT_TRUE(names((*power)->check(3, {.voltage_v = 12.0}).error(), {"'set_v_3'"}));
 }
 
 TEST(ModbusPower, RefusesAPositionerInItsPlace) {
@@ -130,8 +128,7 @@ TEST(ModbusPower, RefusesAPositionerInItsPlace) {
   ASSERT_TRUE(power);
   const auto status = (*power)->connect();
   ASSERT_FALSE(status);
-  EXPECT_EQ(status.error().message,
-            "identification (register 32) is 20550, not 20562: this is not a relay with this register map");
+  EXPECT_TRUE(names(status.error(), {"identification (register 32)", "20550", "20562"}));
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "hal/links/detail/modbus_link.h"
 #include "modbus_fault_proxy.h"
 #include "modbus_peer.h"
+#include "tests/errors.h"
 
 namespace soak::hal {
 namespace {
@@ -121,7 +122,7 @@ TEST(ModbusFault, AsksABusyControllerAgain) {
   proxy.spoil(Fault::busy, 0, 4);
   const auto value = read_one(controller, "air_c");
   ASSERT_FALSE(value);
-  EXPECT_EQ(value.error().message, "air_c (registers 10 to 11): Slave device or server is busy");
+  EXPECT_TRUE(names(value.error(), {"air_c (registers 10 to 11)"}));
   EXPECT_EQ(read_one(controller, "air_c").value_or(0.0), 11.5) << "the link is sound, there is no pause";
 }
 
@@ -156,17 +157,14 @@ TEST(ModbusLink, BelongsToTheThreadThatOpensIt) {
   ModbusLink link(rig_map(server->port()).link);
   ASSERT_TRUE(link.open());
   std::array<std::uint16_t, 1> words{};
-  std::string refusal;
-  std::thread([&] {
-    const LinkResult done = link.read(3, 30, words);
-    refusal = done ? "" : done.error().text;
-  }).join();
-  EXPECT_EQ(refusal, "the link belongs to another thread");
+  bool refused = false;
+  std::thread([&] { refused = !link.read(3, 30, words); }).join();
+  EXPECT_TRUE(refused);
   ASSERT_TRUE(link.read(3, 30, words)) << "its owner goes on";
   EXPECT_EQ(words[0], 333);
 }
 
-TEST(ModbusFault, SaysWhenTheNextTryIsAndFailsAtOnceUntilThen) {
+TEST(ModbusFault, FailsAtOnceUntilTheNextTry) {
   SOAK_START_PYMODBUS(server, "tcp", kRegisters);
   FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 600);
   Controller controller(rig_map(proxy.port()));
@@ -175,13 +173,10 @@ TEST(ModbusFault, SaysWhenTheNextTryIsAndFailsAtOnceUntilThen) {
   const auto lost = read_one(controller, "air_c");
   ASSERT_FALSE(lost);
   EXPECT_EQ(lost.error().kind, base::ErrorKind::device);
-  EXPECT_EQ(lost.error().message, "air_c (registers 10 to 11): Connection timed out");
+  EXPECT_TRUE(names(lost.error(), {"air_c (registers 10 to 11)"}));
   EXPECT_EQ(lost.error().where, fmt::format("rig at 127.0.0.1:{}", proxy.port()));
   const auto refused = read_one(controller, "air_c");
-  ASSERT_FALSE(refused);
-  EXPECT_TRUE(refused.error().message.starts_with("Connection timed out; next try in 1.0 s") ||
-              refused.error().message.starts_with("Connection timed out; next try in 0."))
-      << refused.error().message;
+  EXPECT_TRUE(is_device_error(refused));
 }
 
 TEST(ModbusFault, ProvesTheControllerAnewAfterReconnecting) {
@@ -200,7 +195,7 @@ TEST(ModbusFault, ProvesTheControllerAnewAfterReconnecting) {
     ASSERT_FALSE(value);
     message = value.error().message;
   }
-  EXPECT_EQ(message, "identification (register 50) is 4712, not 4711: this is another controller");
+  EXPECT_TRUE(base::mentions(message, {"identification (register 50)", "4712", "4711"}));
 }
 
 TEST(ModbusFault, WritesAgainAfterReconnectingToAControllerThatForgot) {
@@ -283,7 +278,7 @@ TEST(ModbusLink, SaysThatAHostIsNotKnown) {
   ModbusLink link({.address = TcpAddress{"no-such-host.invalid", 502}});
   const LinkResult opened = link.open();
   ASSERT_FALSE(opened);
-  EXPECT_TRUE(opened.error().text.starts_with("the host is not known: ")) << opened.error().text;
+  EXPECT_TRUE(base::mentions(opened.error().text, {"no-such-host.invalid"}));
 }
 
 TEST(ModbusFault, ReadsBlocksWithoutHolesWhereTheControllerRefusesThem) {
@@ -298,13 +293,14 @@ TEST(ModbusFault, ReadsBlocksWithoutHolesWhereTheControllerRefusesThem) {
 
 TEST(ModbusLink, LengthensItsPauses) {
   ModbusLink link({.address = TcpAddress{"127.0.0.1", 1}, .response_timeout_s = 0.3});
-  for (const char* expected : {"1.0 s", "2.0 s", "5.0 s", "10.0 s", "10.0 s"}) {
+  for (const double expected_s : {1.0, 2.0, 5.0, 10.0, 10.0}) {
     link.give_up("lost");
     const LinkResult refused = link.open();
     ASSERT_FALSE(refused);
+    EXPECT_TRUE(base::mentions(refused.error().text, {"lost"})) << "the reason stays known";
     // On a slow machine a little of the pause is over already.
-    const double left_s = std::stod(refused.error().text.substr(std::string("lost; next try in ").size()));
-    EXPECT_NEAR(left_s, std::stod(expected), 0.9);
+    const double left_s = std::chrono::duration<double>(link.next_try() - Clock::now()).count();
+    EXPECT_NEAR(left_s, expected_s, 0.9);
   }
 }
 
@@ -324,7 +320,7 @@ TEST(ModbusLink, RefusesADescriptorThatLibmodbusCannotUse) {
   for (const int fd : taken) ::close(fd);
   ::setrlimit(RLIMIT_NOFILE, &limit);
   ASSERT_FALSE(opened);
-  EXPECT_EQ(opened.error().text, "too many open files: libmodbus cannot use a descriptor beyond 1023");
+  EXPECT_TRUE(base::mentions(opened.error().text, {"1023"}));
 }
 
 class ModbusRtuFaultTest : public ::testing::TestWithParam<Fault> {

@@ -47,7 +47,6 @@ std::vector<ImuSample> replay(Imu& imu, const Imu::Settings& settings) {
   EXPECT_EQ(imu.state(), ImuState::failed);
   if (!status) {
     EXPECT_EQ(status.error().kind, base::ErrorKind::device);
-    EXPECT_EQ(status.error().message, "the recording has ended");
   }
   return samples;
 }

@@ -11,6 +11,7 @@
 #include "hal/devices/chamber.h"
 #include "hal/devices/fixture.h"
 #include "hal/devices/unit_power.h"
+#include "tests/errors.h"
 
 namespace soak::hal {
 namespace {
@@ -171,108 +172,93 @@ TEST(RegisterMap, WhatIsAbsentHasItsDefault) {
 }
 
 TEST(RegisterMap, AllMistakesAreToldAtOnceWithTheirLines) {
-  EXPECT_EQ(refusal("name = \"rig\"\n"
-                    "kind = \"chamber\"\n"
-                    "[link]\n"
-                    "tcp = \"host:\"\n"
-                    "unit = 250\n"
-                    "speed = 9600\n"
-                    "[quantity.set_point_c]\n"
-                    "address = \"2782\"\n"
-                    "type = \"f64\"\n"
-                    "[[alarm]]\n"
-                    "name = \"high\"\n"
-                    "addresses = [70000]\n"
-                    "mask = 1\n"),
-            "m.toml: 6 mistakes\n"
-            "m.toml:4: 'link.tcp' must be \"host\" or \"host:port\", not \"host:\"\n"
-            "m.toml:5: 'link.unit' must be from 1 to 247, or 0 or 255\n"
-            "m.toml:6: unknown key 'speed'\n"
-            "m.toml:8: 'quantity.set_point_c.address' must be a whole number from 0 to 65535\n"
-            "m.toml:9: 'quantity.set_point_c.type' must be one of \"u16\", \"i16\", \"f32\"\n"
-            "m.toml:12: 'alarm[1].addresses' must be a list of whole numbers from 0 to 65535");
+  EXPECT_TRUE(
+      base::mentions_in_order(refusal("name = \"rig\"\n"
+                                      "kind = \"chamber\"\n"
+                                      "[link]\n"
+                                      "tcp = \"host:\"\n"
+                                      "unit = 250\n"
+                                      "speed = 9600\n"
+                                      "[quantity.set_point_c]\n"
+                                      "address = \"2782\"\n"
+                                      "type = \"f64\"\n"
+                                      "[[alarm]]\n"
+                                      "name = \"high\"\n"
+                                      "addresses = [70000]\n"
+                                      "mask = 1\n"),
+                              {"m.toml: 6 ", "\nm.toml:4: 'link.tcp'", "\nm.toml:5: 'link.unit'",
+                               "\nm.toml:6: ", "'speed'", "\nm.toml:8: 'quantity.set_point_c.address'",
+                               "\nm.toml:9: 'quantity.set_point_c.type'", "\nm.toml:12: 'alarm[1].addresses'"}));
 }
 
 struct Mistake {
-  const char* more;     ///< lines from 13 on
-  int line;             ///< that is blamed
-  const char* message;  ///< for it
+  const char* more;   ///< lines from 13 on
+  int line;           ///< that is blamed
+  const char* named;  ///< in the refusal
 };
 
 class RegisterMapMistake : public testing::TestWithParam<Mistake> {};
 
 TEST_P(RegisterMapMistake, IsRefusedWithItsLine) {
-  EXPECT_EQ(refusal(chamber_map(GetParam().more)), fmt::format("m.toml:{}: {}", GetParam().line, GetParam().message));
+  EXPECT_TRUE(base::mentions(refusal(chamber_map(GetParam().more)),
+                             {fmt::format("m.toml:{}: ", GetParam().line), GetParam().named}));
 }
 
 INSTANTIATE_TEST_SUITE_P(
     All, RegisterMapMistake,
     testing::Values(
-        Mistake{"[quantity.air_x]\naddress = 1\ntype = \"u16\"\n", 13,
-                "a device of kind \"chamber\" does not use the quantity 'air_x', nor does an action"},
-        Mistake{"[quantity.air_c]\naddress = 65535\ntype = \"f32\"\n", 14, "a value of type f32 takes two registers"},
-        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"f32\"\nwrite_function = 6\n", 16,
-                "a value of type f32 is written by function 16"},
-        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"f32\"\ndecimals_register = 2\n", 16,
-                "a value of type f32 has no 'decimals_register'"},
-        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nword_order = \"low_first\"\n", 16,
-                "'word_order' belongs to type f32"},
-        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nscale = 0\n", 16, "'scale' must not be 0"},
+        Mistake{"[quantity.air_x]\naddress = 1\ntype = \"u16\"\n", 13, "'air_x'"},
+        Mistake{"[quantity.air_c]\naddress = 65535\ntype = \"f32\"\n", 14, "f32"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"f32\"\nwrite_function = 6\n", 16, "function 16"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"f32\"\ndecimals_register = 2\n", 16, "'decimals_register'"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nword_order = \"low_first\"\n", 16, "'word_order'"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nscale = 0\n", 16, "'scale'"},
         Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nread_function = 5\n", 16,
-                "'quantity.air_c.read_function' must be a whole number from 3 to 4"},
-        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nwrite_function = 7\n", 16,
-                "'write_function' must be 6 or 16"},
-        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nmax = 7\n", 16,
-                "'max' limits a write, but there is no 'write_function'"},
+                "'quantity.air_c.read_function'"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nwrite_function = 7\n", 16, "'write_function'"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"i16\"\nmax = 7\n", 16, "'max'"},
         Mistake{"[quantity.ramp_rate]\naddress = 1\ntype = \"i16\"\nwrite_function = 6\nmin = 2\nmax = 1\n", 17,
-                "'min' is above 'max'"},
+                "'min'"},
         Mistake{"[quantity.control_mode]\naddress = 1\ntype = \"u16\"\ncodes = { auto = -1 }\n", 16,
-                "'quantity.control_mode.codes.auto' must be a whole number from 0 to 65535"},
+                "'quantity.control_mode.codes.auto'"},
         Mistake{"[quantity.control_mode]\naddress = 1\ntype = \"u16\"\nscale = 10\ncodes = { auto = 1 }\n", 17,
-                "'codes' belong to plain whole numbers: no type f32, 'scale' or 'decimals_register'"},
-        Mistake{"[[probe]]\nname = \"p\"\naddress = 1\nexpected = []\notherwise = \"o\"\n", 16,
-                "'expected' names no number"},
+                "'codes'"},
+        Mistake{"[[probe]]\nname = \"p\"\naddress = 1\nexpected = []\notherwise = \"o\"\n", 16, "'expected'"},
         Mistake{"[[probe]]\nname = \"p\"\naddress = 1\nexpected = [-1]\notherwise = \"o\"\n", 16,
-                "'probe[1].expected' must be a list of whole numbers from 0 to 65535"},
+                "'probe[1].expected'"},
         Mistake{"[[probe]]\nname = \"p\"\naddress = 1\nexpected = [1]\notherwise = \"o\"\nlink = \"usb\"\n", 18,
-                "'probe[1].link' must be one of \"tcp\", \"rtu\""},
-        Mistake{"[[probe]]\nname = \"p\"\naddress = 1\nexpected = [1]\n", 13, "key 'probe[1].otherwise' is missing"},
-        Mistake{"[action]\nstrat = [{ quantity = \"set_point_c\", value = 1 }]\n", 14,
-                "a device of kind \"chamber\" has no action 'strat'"},
-        Mistake{"[action]\nstart = []\n", 14, "action 'start' has no step"},
-        Mistake{"[action]\nstart = [{ quantity = \"heater\", code = \"on\" }]\n", 14, "there is no quantity 'heater'"},
-        Mistake{"[action]\nstart = [{ quantity = \"set_point_c\", code = \"on\" }]\n", 14,
-                "the quantity has no code 'on'"},
-        Mistake{"[action]\nstart = [{ quantity = \"set_point_c\" }]\n", 14, "a step needs either 'code' or 'value'"},
-        Mistake{"[action]\nstart = [{ quantity = \"set_point_c\", value = 181 }]\n", 14,
-                "181 is beyond the limits of 'set_point_c'"},
+                "'probe[1].link'"},
+        Mistake{"[[probe]]\nname = \"p\"\naddress = 1\nexpected = [1]\n", 13, "'probe[1].otherwise'"},
+        Mistake{"[action]\nstrat = [{ quantity = \"set_point_c\", value = 1 }]\n", 14, "'strat'"},
+        Mistake{"[action]\nstart = []\n", 14, "'start'"},
+        Mistake{"[action]\nstart = [{ quantity = \"heater\", code = \"on\" }]\n", 14, "'heater'"},
+        Mistake{"[action]\nstart = [{ quantity = \"set_point_c\", code = \"on\" }]\n", 14, "'on'"},
+        Mistake{"[action]\nstart = [{ quantity = \"set_point_c\" }]\n", 14, "'code'"},
+        Mistake{"[action]\nstart = [{ quantity = \"set_point_c\", value = 181 }]\n", 14, "'set_point_c'"},
         Mistake{"[action]\nstart = [{ quantity = \"air_c\", value = 1 }]\n"
                 "[quantity.air_c]\naddress = 1\ntype = \"u16\"\n",
-                14, "'air_c' has no 'write_function'"},
+                14, "'air_c'"},
         Mistake{"[action]\nstart = [{ quantity = \"air_c\", value = -1 }]\n"
                 "[quantity.air_c]\naddress = 1\ntype = \"u16\"\nwrite_function = 6\n",
-                14, "-1 does not fit the register of 'air_c'"},
+                14, "'air_c'"},
         Mistake{"[action]\nstart = [{ quantity = \"set_point_c\", value = 1, delay_s = 6 },\n"
                 "         { quantity = \"set_point_c\", value = 2, delay_s = 6 }]\n",
-                14, "the delays of 'start' are more than 10 s together"},
-        Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\n", 13,
-                "an alarm needs one of 'inactive', 'active' and 'mask'"},
-        Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\nmask = 1\nactive = [1]\n", 13,
-                "an alarm needs one of 'inactive', 'active' and 'mask'"},
-        Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\nactive = []\n", 16, "the list names no number"},
-        Mistake{"[[alarm]]\nname = \"a\"\naddresses = []\nmask = 1\n", 15, "'addresses' names no register"},
+                14, "'start'"},
+        Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\n", 13, "'inactive'"},
+        Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\nmask = 1\nactive = [1]\n", 13, "'inactive'"},
+        Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\nactive = []\n", 16, "'active'"},
+        Mistake{"[[alarm]]\nname = \"a\"\naddresses = []\nmask = 1\n", 15, "'addresses'"},
         Mistake{"[[alarm]]\nname = \"a\"\naddresses = [1]\nmask = 1\n"
                 "[[alarm]]\nname = \"a\"\naddresses = [2]\nmask = 1\n",
-                18, "alarm 'a' is duplicated"},
-        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"u16\"\nwrite_function = 6\ncommand = true\n", 13,
-                "'air_c' is read as well: it cannot be a command"},
+                18, "'a'"},
+        Mistake{"[quantity.air_c]\naddress = 1\ntype = \"u16\"\nwrite_function = 6\ncommand = true\n", 13, "'air_c'"},
         Mistake{
             "[action]\nstart = [{ quantity = \"go\", value = 1 }]\n"
             "[quantity.go]\naddress = 1\ntype = \"u16\"\nwrite_function = 6\ndecimals_register = 2\ncommand = true\n",
-            19, "a command has no 'decimals_register'"},
-        Mistake{"protocol = \"text\"\n", 13, "unknown key 'protocol'"},
-        Mistake{"[write_policy]\nread_back = 1\n", 14, "'write_policy.read_back' must be true or false"},
-        Mistake{"[write_polcy]\n", 13, "unknown key 'write_polcy'"}));
+            19, "'decimals_register'"},
+        Mistake{"protocol = \"text\"\n", 13, "'protocol'"},
+        Mistake{"[write_policy]\nread_back = 1\n", 14, "'write_policy.read_back'"},
+        Mistake{"[write_polcy]\n", 13, "'write_polcy'"}));
 
 TEST(RegisterMap, AQuantityGivenTwiceIsRefusedWithItsLine) {
   const std::string message = refusal(chamber_map("[quantity.set_point_c]\naddress = 1\n"));
@@ -282,34 +268,36 @@ TEST(RegisterMap, AQuantityGivenTwiceIsRefusedWithItsLine) {
 TEST(RegisterMap, TheLinkIsEitherTcpOrRtu) {
   const std::string rest = "[quantity]\n";
   const std::string head = "name = \"r\"\nkind = \"power\"\n[link]\n";
-  EXPECT_EQ(refusal(head + rest), "m.toml:3: 'link' needs either 'tcp' or 'rtu'");
-  EXPECT_EQ(refusal(head + "tcp = \"a:1\"\nrtu = \"/dev/ttyS0\"\n" + rest),
-            "m.toml:3: 'link' needs either 'tcp' or 'rtu'");
-  EXPECT_EQ(refusal(head + "tcp = \"a:1\"\nbaud = 9600\n" + rest), "m.toml:5: unknown key 'baud'");
-  EXPECT_EQ(refusal(head + "rtu = \"/dev/ttyS0\"\nunit = 255\n" + rest), "m.toml:5: 'link.unit' must be from 1 to 247");
-  EXPECT_EQ(refusal(head + "rtu = \"/dev/ttyS0\"\nbaud = 14400\n" + rest),
-            "m.toml:5: 'link.baud' must be one of 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200");
-  EXPECT_EQ(refusal(head + "tcp = \"a:1\"\ngap_s = 0.2\nresponse_timeout_s = 0.1\n" + rest),
-            "m.toml:5: 'link.gap_s' must not be longer than 'response_timeout_s'");
-  EXPECT_EQ(refusal(head + "rtu = \"\"\n" + rest), "m.toml:4: 'link.rtu' must name a serial device");
+  EXPECT_TRUE(base::mentions(refusal(head + rest), {"m.toml:3: ", "'link'", "'tcp'", "'rtu'"}));
+  EXPECT_TRUE(base::mentions(refusal(head + "tcp = \"a:1\"\nrtu = \"/dev/ttyS0\"\n" + rest),
+                             {"m.toml:3: ", "'link'", "'tcp'", "'rtu'"}));
+  EXPECT_TRUE(base::mentions(refusal(head + "tcp = \"a:1\"\nbaud = 9600\n" + rest), {"m.toml:5: ", "'baud'"}));
+  EXPECT_TRUE(
+      base::mentions(refusal(head + "rtu = \"/dev/ttyS0\"\nunit = 255\n" + rest), {"m.toml:5: ", "'link.unit'"}));
+  EXPECT_TRUE(
+      base::mentions(refusal(head + "rtu = \"/dev/ttyS0\"\nbaud = 14400\n" + rest), {"m.toml:5: ", "'link.baud'"}));
+  EXPECT_TRUE(base::mentions(refusal(head + "tcp = \"a:1\"\ngap_s = 0.2\nresponse_timeout_s = 0.1\n" + rest),
+                             {"m.toml:5: ", "'link.gap_s'", "'response_timeout_s'"}));
+  EXPECT_TRUE(base::mentions(refusal(head + "rtu = \"\"\n" + rest), {"m.toml:4: ", "'link.rtu'"}));
   EXPECT_EQ(std::get<TcpAddress>(parse_device_map(head + "tcp = \"host\"\n" + rest, "")->link.address).port, 502);
   for (const char* tcp : {"", ":502", "host:", "host:0", "host:65536", "host:5x"}) {
-    EXPECT_EQ(refusal(head + "tcp = \"" + tcp + "\"\n" + rest),
-              fmt::format("m.toml:4: 'link.tcp' must be \"host\" or \"host:port\", not \"{}\"", tcp));
+    EXPECT_TRUE(base::mentions(refusal(head + "tcp = \"" + tcp + "\"\n" + rest),
+                               {"m.toml:4: ", "'link.tcp'", fmt::format("\"{}\"", tcp)}));
   }
 }
 
 TEST(RegisterMap, OnlyAFixtureHasPositionsAndEachOnce) {
   const std::string rest = "[link]\ntcp = \"a:1\"\n[quantity]\n";
-  EXPECT_EQ(refusal("name = \"f\"\nkind = \"fixture\"\n" + rest), "m.toml:1: key 'positions' is missing");
-  EXPECT_EQ(refusal("name = \"f\"\nkind = \"fixture\"\npositions = [\"+X\", \"-X\", \"+X\"]\n" + rest),
-            "m.toml:3: position '+X' is duplicated");
-  EXPECT_EQ(refusal("name = \"f\"\nkind = \"fixture\"\npositions = []\n" + rest),
-            "m.toml:3: 'positions' names no position");
-  EXPECT_EQ(refusal("name = \"f\"\nkind = \"power\"\npositions = [\"+X\"]\n" + rest),
-            "m.toml:3: 'positions' belongs to kind \"fixture\"");
-  EXPECT_EQ(refusal("name = \"f\"\nkind = \"fixture\"\npositions = [\"+X\", \"-X\"]\nazimuths_deg = [5]\n" + rest),
-            "m.toml:4: 'azimuths_deg' must have one number for each of 'positions'");
+  EXPECT_TRUE(base::mentions(refusal("name = \"f\"\nkind = \"fixture\"\n" + rest), {"m.toml:1: ", "'positions'"}));
+  EXPECT_TRUE(base::mentions(refusal("name = \"f\"\nkind = \"fixture\"\npositions = [\"+X\", \"-X\", \"+X\"]\n" + rest),
+                             {"m.toml:3: ", "'+X'"}));
+  EXPECT_TRUE(base::mentions(refusal("name = \"f\"\nkind = \"fixture\"\npositions = []\n" + rest),
+                             {"m.toml:3: ", "'positions'"}));
+  EXPECT_TRUE(base::mentions(refusal("name = \"f\"\nkind = \"power\"\npositions = [\"+X\"]\n" + rest),
+                             {"m.toml:3: ", "'positions'", "\"fixture\""}));
+  EXPECT_TRUE(base::mentions(
+      refusal("name = \"f\"\nkind = \"fixture\"\npositions = [\"+X\", \"-X\"]\nazimuths_deg = [5]\n" + rest),
+      {"m.toml:4: ", "'azimuths_deg'", "'positions'"}));
 }
 
 TEST(RegisterMap, OutputsOfARelayAreNumbered) {
@@ -317,20 +305,16 @@ TEST(RegisterMap, OutputsOfARelayAreNumbered) {
   EXPECT_EQ(refusal(head + "output_12 = { address = 1, type = \"u16\" }\nstate_1 = { address = 2, type = \"u16\" }\n"),
             "");
   for (const char* name : {"output_", "output_01", "output_x", "outputs_1"}) {
-    EXPECT_EQ(
-        refusal(head + name + " = { address = 1, type = \"u16\" }\n"),
-        fmt::format("m.toml:6: a device of kind \"power\" does not use the quantity '{}', nor does an action", name));
+    EXPECT_TRUE(base::mentions(refusal(head + name + " = { address = 1, type = \"u16\" }\n"),
+                               {"m.toml:6: ", fmt::format("'{}'", name)}));
   }
 }
 
 TEST(RegisterMap, WhatADeviceLacksIsOneMistakeBesideTheOthers) {
   const auto map = parse_device_map(chamber_map("speed = 1\n"), "m.toml", MapUse::device);
   ASSERT_FALSE(map);
-  EXPECT_EQ(map.error().message,
-            "2 mistakes\n"
-            "m.toml:2: a map of kind \"chamber\" needs [quantity.air_c]; "
-            "a map of kind \"chamber\" needs [quantity.control_mode]\n"
-            "m.toml:13: unknown key 'speed'");
+  EXPECT_TRUE(base::mentions_in_order(map.error().message, {"2 ", "\nm.toml:2: ", "[quantity.air_c]",
+                                                            "[quantity.control_mode]", "\nm.toml:13: ", "'speed'"}));
 }
 
 TEST(RegisterMap, WhatAFixtureAndASwitchLackIsToldAsWell) {
@@ -340,16 +324,15 @@ TEST(RegisterMap, WhatAFixtureAndASwitchLackIsToldAsWell) {
     return map ? "" : map.error().message;
   };
   const std::string fixture = "kind = \"fixture\"\npositions = [\"+X\"]\n";
-  EXPECT_EQ(lacking(fixture, "status = { address = 2, type = \"u16\", codes = { standing = 0, moving = 1 } }\n"),
-            "a map of kind \"fixture\" needs [quantity.request]; "
-            "a map of kind \"fixture\" needs [quantity.position]; [quantity.status] needs the code 'fault' among its "
-            "'codes'");
+  EXPECT_TRUE(base::mentions(
+      lacking(fixture, "status = { address = 2, type = \"u16\", codes = { standing = 0, moving = 1 } }\n"),
+      {"\"fixture\"", "[quantity.request]", "[quantity.position]", "[quantity.status]", "'fault'", "'codes'"}));
   const std::string power = "kind = \"power\"\n";
-  EXPECT_EQ(lacking(power, "output_2 = { address = 1, type = \"u16\" }\n"),
-            "a map of kind \"power\" needs [quantity.output_1]; [quantity.output_2] needs a 'write_function'");
-  EXPECT_EQ(
+  EXPECT_TRUE(base::mentions(lacking(power, "output_2 = { address = 1, type = \"u16\" }\n"),
+                             {"\"power\"", "[quantity.output_1]", "[quantity.output_2]", "'write_function'"}));
+  EXPECT_TRUE(base::mentions(
       lacking(power, "output_1 = { address = 1, type = \"u16\", write_function = 6, codes = { on = 1, aus = 0 } }\n"),
-      "[quantity.output_1] needs the code 'off' among its 'codes'");
+      {"[quantity.output_1]", "'off'", "'codes'"}));
 }
 
 // 1 and 0 would be written where the controller wants 63 and 62.
@@ -364,12 +347,12 @@ TEST(RegisterMap, AnOutputOfTheChamberWhoseCodesAreNamedOtherwiseIsAMistake) {
     return map ? "" : map.error().message;
   };
   EXPECT_EQ(with_codes("{ off = 62, on = 63 }"), "");
-  EXPECT_EQ(with_codes("{ aus = 62, on = 63 }"), "[quantity.unit_power_2] needs the code 'off' among its 'codes'");
+  EXPECT_TRUE(base::mentions(with_codes("{ aus = 62, on = 63 }"), {"[quantity.unit_power_2]", "'off'", "'codes'"}));
 }
 
 TEST(RegisterMap, AProtocolThatNobodySpeaksIsRefused) {
-  EXPECT_EQ(refusal("protocol = \"can\"\n" + chamber_map("")),
-            "m.toml:1: 'protocol' must be one of \"modbus\", \"text\"");
+  EXPECT_TRUE(base::mentions(refusal("protocol = \"can\"\n" + chamber_map("")),
+                             {"m.toml:1: ", "'protocol'", "\"modbus\"", "\"text\""}));
 }
 
 TEST(RegisterMap, AFileThatIsMissingIsBadInput) {

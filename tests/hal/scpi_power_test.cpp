@@ -14,6 +14,7 @@
 #include "hal/devices/chamber.h"
 #include "hal/devices/unit_power.h"
 #include "hal/maps/device_map.h"
+#include "tests/errors.h"
 #include "text_peer.h"
 
 namespace soak::hal {
@@ -110,7 +111,7 @@ TEST_P(ScpiPowerTest, RefusesWhatTheMapDoesNotAllow) {
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().kind, base::ErrorKind::bad_input);
   }
-  EXPECT_EQ(text_of(power_->check(4, {})), "there is no output 4: the map has no 'output_4'");
+  EXPECT_TRUE(fails(power_->check(4, {}), base::ErrorKind::bad_input, {"'output_4'"}));
   EXPECT_EQ(peer_.tell("log"), "");
 }
 
@@ -121,7 +122,7 @@ TEST_P(ScpiPowerTest, TellsWhatTheErrorQueueHolds) {
   const auto refused = power_->prepare(1, {99.0, {}});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, base::ErrorKind::device);
-  EXPECT_EQ(refused.error().message, "writing set_v_1 ('VOLT 99.000,(@1)'): refused: '-222,\"Data out of range\"'");
+  EXPECT_TRUE(names(refused.error(), {"'VOLT 99.000,(@1)'", "-222"}));
   EXPECT_EQ(text_of(power_->prepare(1, {5.0, {}})), "") << "the link is sound, the queue is empty again";
 }
 
@@ -137,9 +138,9 @@ TEST_P(ScpiPowerTest, ErrorsOfBeforeAreNotTakenForOurs) {
 
 TEST_P(ScpiPowerTest, FindsASettingThatIsAcceptedAndIgnored) {
   (void)peer_.tell("stuck");
-  EXPECT_EQ(text_of(power_->prepare(1, {12.0, {}})),
-            "set_v_1 (field 1 of 'VOLT? (@1:3)') holds +0.000000E+00 where 12.000 was written");
-  EXPECT_EQ(text_of(power_->set(1, true)), "output_1 (field 1 of 'OUTP? (@1:3)') holds 0 where 1 was written");
+  EXPECT_TRUE(fails(power_->prepare(1, {12.0, {}}), base::ErrorKind::device,
+                    {"set_v_1 (field 1 of 'VOLT? (@1:3)')", "12.000"}));
+  EXPECT_TRUE(fails(power_->set(1, true), base::ErrorKind::device, {"output_1 (field 1 of 'OUTP? (@1:3)')"}));
 }
 
 TEST_P(ScpiPowerTest, TellsAnOutputThatWentOffByItself) {
@@ -232,14 +233,14 @@ TEST(ScpiPower, SaysThatACommandIsUnknownToTheSupply) {
   map.quantities.at("output_1").text.write = "OUTPU {},(@1)";
   const auto refused = made(map)->set(1, true);
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().message, "writing output_1 ('OUTPU 1,(@1)'): refused: '-113,\"Undefined header\"'");
+  EXPECT_TRUE(names(refused.error(), {"'OUTPU 1,(@1)'", "-113"}));
 }
 
 TEST(ScpiPower, AChamberAndASupplyAreNotTakenForEachOther) {
   const DeviceMap map = supply_map("scpi-supply.toml", TcpAddress{"127.0.0.1", 1});
   const auto chamber = make_chamber(map);
   ASSERT_FALSE(chamber);
-  EXPECT_EQ(chamber.error().message, "the map is of kind \"power\", not \"chamber\"");
+  EXPECT_TRUE(names(chamber.error(), {"\"power\"", "\"chamber\""}));
 }
 
 }  // namespace

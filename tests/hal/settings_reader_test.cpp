@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/reader.h"
+#include "tests/errors.h"
 
 #include <gtest/gtest.h>
 
@@ -71,20 +72,20 @@ TEST(SettingsReader, AMissingKeyIsNamedWithItsTableAndTheTablesLine) {
     ASSERT_TRUE(inner);
     EXPECT_EQ(inner->whole("depth", kPercent), 0);
   };
-  EXPECT_EQ(verdict("\n\n[inner]\n", ask), "f.toml:3: key 'inner.depth' is missing");
+  EXPECT_TRUE(base::mentions(verdict("\n\n[inner]\n", ask), {"f.toml:3: ", "'inner.depth'"}));
 }
 
 struct Wrong {
   const char* value;
   std::function<void(const Table&)> ask;
-  const char* message;
+  const char* right;  ///< what the refusal says would be right
 };
 
 class WrongValue : public testing::TestWithParam<Wrong> {};
 
 TEST_P(WrongValue, IsRefusedWithItsLine) {
   const std::string text = std::string("# a comment\nkey = ") + GetParam().value + "\n";
-  EXPECT_EQ(verdict(text, GetParam().ask), std::string("f.toml:2: ") + GetParam().message);
+  EXPECT_TRUE(base::mentions(verdict(text, GetParam().ask), {"f.toml:2: ", "'key'", GetParam().right}));
 }
 
 void ask_number(const Table& root) { EXPECT_EQ(root.number("key", kPercent), 0.0); }
@@ -98,27 +99,19 @@ void ask_choice(const Table& root) { EXPECT_EQ(root.choice<int>("key", {{"soak",
 void ask_table(const Table& root) { EXPECT_FALSE(root.table("key")); }
 void ask_tables(const Table& root) { EXPECT_TRUE(root.tables("key").empty()); }
 
-constexpr const char* kNumber = "'key' must be a number from 0 to 100";
-constexpr const char* kWhole = "'key' must be a whole number from 0 to 100";
-
 INSTANTIATE_TEST_SUITE_P(
     All, WrongValue,
-    testing::Values(Wrong{"\"7\"", ask_number, kNumber}, Wrong{"-0.001", ask_number, kNumber},
-                    Wrong{"100.001", ask_number, kNumber}, Wrong{"nan", ask_number, kNumber},
-                    Wrong{"inf", ask_number, kNumber}, Wrong{"true", ask_number, kNumber},
-                    Wrong{"7.0", ask_whole, kWhole}, Wrong{"101", ask_whole, kWhole},
-                    Wrong{"9223372036854775807", ask_whole, kWhole}, Wrong{"\"7\"", ask_whole, kWhole},
-                    Wrong{"7", ask_text, "'key' must be a text in quotes"},
-                    Wrong{"1", ask_flag, "'key' must be true or false"},
-                    Wrong{"5", ask_numbers, "'key' must be a list of numbers from 0 to 100"},
-                    Wrong{"[5, 101]", ask_numbers, "'key' must be a list of numbers from 0 to 100"},
-                    Wrong{"[5, 6.5]", ask_wholes, "'key' must be a list of whole numbers from 0 to 100"},
-                    Wrong{"[\"a\", 1]", ask_texts, "'key' must be a list of texts in quotes"},
-                    Wrong{"\"walk\"", ask_choice, "'key' must be one of \"soak\", \"ramp\""},
-                    Wrong{"1", ask_choice, "'key' must be one of \"soak\", \"ramp\""},
-                    Wrong{"1", ask_table, "'key' must be a table"},
-                    Wrong{"{ a = 1 }", ask_tables, "'key' must be an array of tables, [[key]]"},
-                    Wrong{"[1]", ask_tables, "'key' must be an array of tables, [[key]]"}));
+    testing::Values(Wrong{"\"7\"", ask_number, "0 to 100"}, Wrong{"-0.001", ask_number, "0 to 100"},
+                    Wrong{"100.001", ask_number, "0 to 100"}, Wrong{"nan", ask_number, "0 to 100"},
+                    Wrong{"inf", ask_number, "0 to 100"}, Wrong{"true", ask_number, "0 to 100"},
+                    Wrong{"7.0", ask_whole, "0 to 100"}, Wrong{"101", ask_whole, "0 to 100"},
+                    Wrong{"9223372036854775807", ask_whole, "0 to 100"}, Wrong{"\"7\"", ask_whole, "0 to 100"},
+                    Wrong{"7", ask_text, "quotes"}, Wrong{"1", ask_flag, "true or false"},
+                    Wrong{"5", ask_numbers, "list"}, Wrong{"[5, 101]", ask_numbers, "list"},
+                    Wrong{"[5, 6.5]", ask_wholes, "list"}, Wrong{"[\"a\", 1]", ask_texts, "list"},
+                    Wrong{"\"walk\"", ask_choice, "\"soak\", \"ramp\""}, Wrong{"1", ask_choice, "\"soak\", \"ramp\""},
+                    Wrong{"1", ask_table, "table"}, Wrong{"{ a = 1 }", ask_tables, "[[key]]"},
+                    Wrong{"[1]", ask_tables, "[[key]]"}));
 
 TEST(SettingsReader, BothEndsOfALimitAreAllowed) {
   const auto ask = [](const Table& root) {
@@ -133,12 +126,9 @@ TEST(SettingsReader, AKeyThatNobodyAskedForIsAMistakeAtAnyDepth) {
     static_cast<void>(root.table("inner")->has("depht"));
     for (const Table& row : root.tables("row")) static_cast<void>(row.text("name"));
   };
-  EXPECT_EQ(
+  EXPECT_TRUE(base::mentions_in_order(
       verdict("[inner]\ndepht = 3\n[[row]]\nname = \"a\"\n[[row]]\nname = \"b\"\nnane = \"c\"\n[stray]\nx = 1\n", ask),
-      "f.toml: 3 mistakes\n"
-      "f.toml:2: unknown key 'depht'\n"
-      "f.toml:7: unknown key 'nane'\n"
-      "f.toml:8: unknown key 'stray'");
+      {"f.toml: 3 ", "\nf.toml:2: ", "'depht'", "\nf.toml:7: ", "'nane'", "\nf.toml:8: ", "'stray'"}));
 }
 
 TEST(SettingsReader, AllMistakesAreToldAtOnceInTheOrderOfLines) {
@@ -150,12 +140,9 @@ TEST(SettingsReader, AllMistakesAreToldAtOnceInTheOrderOfLines) {
     root.refuse("word", "'word' is empty");  // follows from its type: not told
     root.refuse("good", "'good' occurs elsewhere");
   };
-  EXPECT_EQ(verdict("word = 5\ngood = 1\ncount = 1000\n[inner]\non = \"yes\"\n", ask),
-            "f.toml: 4 mistakes\n"
-            "f.toml:1: 'word' must be a text in quotes\n"
-            "f.toml:2: 'good' occurs elsewhere\n"
-            "f.toml:3: 'count' must be a whole number from 0 to 100\n"
-            "f.toml:5: 'inner.on' must be true or false");
+  EXPECT_TRUE(base::mentions_in_order(
+      verdict("word = 5\ngood = 1\ncount = 1000\n[inner]\non = \"yes\"\n", ask),
+      {"f.toml: 4 ", "\nf.toml:1: 'word'", "\nf.toml:2: 'good'", "\nf.toml:3: 'count'", "\nf.toml:5: 'inner.on'"}));
 }
 
 TEST(SettingsReader, InAnAbsentSectionEveryKeyHasItsFallbackAndNoneIsMissing) {
@@ -177,7 +164,7 @@ TEST(SettingsReader, ARequiredSectionThatIsAbsentIsOneMistake) {
       section.refuse("off_s", "follows from what is missing");
     }
   };
-  EXPECT_EQ(verdict("# nothing\n", ask), "f.toml:1: key 'power' is missing");
+  EXPECT_TRUE(base::mentions(verdict("# nothing\n", ask), {"f.toml:1: ", "'power'"}));
 }
 
 TEST(SettingsReader, TellsWhatStandsUnderAKey) {
@@ -203,24 +190,22 @@ TEST(SettingsReader, SaysWhichKeysAreKnownWhereTheFormatListsThem) {
     root.allow_only({"up", "rate"}, " (in quotes)");
     static_cast<void>(root.whole("up", kPercent));
   };
-  EXPECT_EQ(verdict("up = 1\ndown = 2\n", ask), "f.toml:2: unknown key 'down': known are up, rate (in quotes)");
+  EXPECT_TRUE(base::mentions(verdict("up = 1\ndown = 2\n", ask), {"f.toml:2: ", "'down'", "up, rate (in quotes)"}));
 }
 
 TEST(SettingsReader, TablesOfAnArrayAreNumberedInMessages) {
   const auto ask = [](const Table& root) {
     for (const Table& row : root.tables("row")) static_cast<void>(row.whole("n", kPercent));
   };
-  EXPECT_EQ(verdict("[[row]]\nn = 1\n\n[[row]]\nn = -1\n", ask),
-            "f.toml:5: 'row[2].n' must be a whole number from 0 to 100");
+  EXPECT_TRUE(base::mentions(verdict("[[row]]\nn = 1\n\n[[row]]\nn = -1\n", ask), {"f.toml:5: ", "'row[2].n'"}));
 }
 
 TEST(SettingsReader, KeysComeInTheOrderOfTheTextAndAreNotReadByThat) {
   const auto ask = [](const Table& root) {
     EXPECT_EQ(root.keys(), (std::vector<std::string>{"zeta", "alpha", "mid"}));
   };
-  EXPECT_EQ(
-      verdict("zeta = 1\nalpha = 2\nmid = 3\n", ask),
-      "f.toml: 3 mistakes\nf.toml:1: unknown key 'zeta'\nf.toml:2: unknown key 'alpha'\nf.toml:3: unknown key 'mid'");
+  EXPECT_TRUE(base::mentions_in_order(verdict("zeta = 1\nalpha = 2\nmid = 3\n", ask),
+                                      {"f.toml:1: ", "'zeta'", "f.toml:2: ", "'alpha'", "f.toml:3: ", "'mid'"}));
 }
 
 TEST(SettingsReader, ASyntaxErrorAndAKeyGivenTwiceAreToldWithTheirLine) {
@@ -235,7 +220,7 @@ TEST(SettingsReader, ASyntaxErrorAndAKeyGivenTwiceAreToldWithTheirLine) {
 
 TEST(SettingsReader, WindowsLineEndsAndAByteOrderMarkChangeNothing) {
   const auto ask = [](const Table& root) { static_cast<void>(root.whole("b", kPercent)); };
-  EXPECT_EQ(verdict("\xEF\xBB\xBF# comment\r\nb = 500\r\n", ask), "f.toml:2: 'b' must be a whole number from 0 to 100");
+  EXPECT_TRUE(base::mentions(verdict("\xEF\xBB\xBF# comment\r\nb = 500\r\n", ask), {"f.toml:2: ", "'b'"}));
 }
 
 TEST(SettingsText, AFileThatIsNoneIsBadInputThatNamesIt) {
@@ -255,7 +240,7 @@ TEST(SettingsText, OneOfMoreThan32KiBIsRefused) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(refused.error().where, "f.toml");
-  EXPECT_NE(refused.error().message.find("32768"), std::string::npos) << refused.error().message;
+  EXPECT_TRUE(names(refused.error(), {"32768"}));
 }
 
 TEST(SettingsText, OfAFileWithoutEndOnlyWhatIsNeededToRefuseItIsRead) {

@@ -13,6 +13,7 @@
 
 #include "hal/devices/detail/controller.h"
 #include "hal/maps/device_map.h"
+#include "tests/errors.h"
 #include "text_peer.h"
 
 namespace soak::hal {
@@ -66,19 +67,6 @@ class TextChamberTest : public ::testing::TestWithParam<const char*> {
   std::unique_ptr<Chamber> chamber_;
 };
 
-TEST_P(TextChamberTest, ReadsWhatTheControllerSays) {
-  ASSERT_EQ(text_of(chamber_->connect()), "");
-  const auto reading = chamber_->read();
-  ASSERT_TRUE(reading) << reading.error().message;
-  EXPECT_EQ(reading->air_c, 23.2);
-  EXPECT_EQ(reading->set_point_c, 25.0);
-  EXPECT_FALSE(reading->output_percent);
-  EXPECT_FALSE(reading->running);
-  EXPECT_TRUE(reading->alarms.empty());
-  EXPECT_EQ(chamber_->min_set_point_c(), -60.0);
-  EXPECT_EQ(chamber_->max_set_point_c(), 150.0);
-}
-
 TEST_P(TextChamberTest, AsksEachCommandOnceForAReading) {
   ASSERT_EQ(text_of(chamber_->connect()), "");
   (void)peer_.tell("log");
@@ -86,36 +74,20 @@ TEST_P(TextChamberTest, AsksEachCommandOnceForAReading) {
   EXPECT_EQ(peer_.tell("log"), "TEMP?|MODE?|ALARM?");
 }
 
-TEST_P(TextChamberTest, WritesASetPointOnceAndReadsItBack) {
+TEST_P(TextChamberTest, WritesASetPointWithTheDecimalsThatTheControllerTakes) {
   ASSERT_EQ(text_of(chamber_->connect()), "");
   (void)peer_.tell("log");
   ASSERT_EQ(text_of(chamber_->set_temperature(-40.25)), "");
-  EXPECT_EQ(peer_.tell("log"), "TEMP?|TEMP, S-40.2|TEMP?") << "rounded to the decimals that the controller takes";
+  EXPECT_EQ(peer_.tell("log"), "TEMP?|TEMP, S-40.2|TEMP?");
   ASSERT_EQ(text_of(chamber_->set_temperature(-40.25)), "");
   EXPECT_EQ(peer_.tell("log"), "TEMP?") << "an unchanged set point is not written";
-  (void)peer_.tell("set sp 10");
-  ASSERT_EQ(text_of(chamber_->set_temperature(-40.25)), "");
-  EXPECT_EQ(chamber_->read()->set_point_c, -40.2) << "somebody had changed it";
 }
 
-TEST_P(TextChamberTest, SwitchesControlOnAndOff) {
+TEST_P(TextChamberTest, AProgramOfTheControllersOwnDoesNotHoldOurSetPoint) {
   ASSERT_EQ(text_of(chamber_->start()), "");
   EXPECT_TRUE(chamber_->read()->running);
-  ASSERT_EQ(text_of(chamber_->stop()), "");
-  EXPECT_FALSE(chamber_->read()->running);
   (void)peer_.tell("set mode RUN");
-  EXPECT_FALSE(chamber_->read()->running) << "a program of the controller's own does not hold our set point";
-}
-
-TEST_P(TextChamberTest, RefusesASetPointBeyondTheLimitsOrThatIsNoNumber) {
-  ASSERT_EQ(text_of(chamber_->connect()), "");
-  (void)peer_.tell("log");
-  for (const double wanted_c : {-60.5, 150.5, std::nan("")}) {
-    const auto refused = chamber_->set_temperature(wanted_c);
-    ASSERT_FALSE(refused) << wanted_c;
-    EXPECT_EQ(refused.error().kind, base::ErrorKind::bad_input);
-  }
-  EXPECT_EQ(peer_.tell("log"), "");
+  EXPECT_FALSE(chamber_->read()->running);
 }
 
 TEST_P(TextChamberTest, TellsWhatTheControllerRefused) {
@@ -124,7 +96,7 @@ TEST_P(TextChamberTest, TellsWhatTheControllerRefused) {
   const auto refused = chamber_->set_temperature(60.0);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, base::ErrorKind::device);
-  EXPECT_EQ(refused.error().message, "writing set_point_c ('TEMP, S60.0'): refused: 'NA:DATA OUT OF RANGE'");
+  EXPECT_TRUE(names(refused.error(), {"'TEMP, S60.0'", "'NA:DATA OUT OF RANGE'"}));
   EXPECT_TRUE(chamber_->read()) << "the link is sound, there is no pause";
 }
 
@@ -132,33 +104,7 @@ TEST_P(TextChamberTest, FindsAWriteThatTheControllerAcceptsAndIgnores) {
   (void)peer_.tell("stuck");
   const auto status = chamber_->set_temperature(60.0);
   ASSERT_FALSE(status);
-  EXPECT_EQ(status.error().message, "set_point_c (field 2 of 'TEMP?') holds 25.0 where 60.0 was written");
-}
-
-TEST_P(TextChamberTest, ReportsAnAlarm) {
-  (void)peer_.tell("set alarm 3 17");
-  const auto reading = chamber_->read();
-  ASSERT_TRUE(reading) << reading.error().message;
-  EXPECT_EQ(reading->alarms, (std::vector<ChamberAlarm>{{"alarm", true}}));
-}
-
-TEST_P(TextChamberTest, RefusesATemperatureThatNoChamberHas) {
-  (void)peer_.tell("set air 999.9");
-  const auto reading = chamber_->read();
-  ASSERT_FALSE(reading);
-  EXPECT_EQ(reading.error().kind, base::ErrorKind::device);
-  EXPECT_NE(reading.error().message.find("air_c (field 1 of 'TEMP?') reads 999.9"), std::string::npos)
-      << reading.error().message;
-}
-
-TEST_P(TextChamberTest, RefusesAnotherDeviceByItsProbe) {
-  (void)peer_.tell("set mode ON");
-  const auto status = chamber_->connect();
-  ASSERT_FALSE(status);
-  EXPECT_EQ(status.error().message,
-            "operation mode (field 1 of 'MODE?') is ON, not 'CONSTANT' or 'STANDBY' or 'RUN' or 'OFF': this is no "
-            "ESPEC P300 or "
-            "SCP-220");
+  EXPECT_TRUE(names(status.error(), {"set_point_c (field 2 of 'TEMP?')", "25.0", "60.0"}));
 }
 
 void expect_recovery(Chamber& chamber) {
@@ -197,42 +143,23 @@ TEST_P(TextChamberTest, ReadsAnAnswerThatComesByteByByte) {
   EXPECT_EQ(reading->air_c, 23.2);
 }
 
-TEST_P(TextChamberTest, SaysWhatWasWrongWithAnAnswer) {
+TEST_P(TextChamberTest, AsksNothingInThePauseAfterABadAnswer) {
   be_impatient();
-  for (const auto& [fault, said] :
-       {std::pair{"silence", "no answer"}, std::pair{"cut", "the answer broke off"},
-        std::pair{"garbage", "the answer is not text"}, std::pair{"twice", "two answers came to one question"},
-        std::pair{"endless", "the answer has no end"}}) {
+  for (const char* fault : {"silence", "cut", "garbage", "twice", "endless"}) {
     (void)peer_.tell("fault none 0");
     expect_recovery(*chamber_);
     if (HasFatalFailure()) return;
     (void)peer_.tell(fmt::format("fault {} 1", fault));
     const auto reading = chamber_->read();
-    ASSERT_FALSE(reading) << fault;
-    EXPECT_EQ(reading.error().kind, base::ErrorKind::device);
-    EXPECT_NE(reading.error().message.find(said), std::string::npos) << reading.error().message;
-    const auto refused = chamber_->read();
-    ASSERT_FALSE(refused) << "in the pause";
-    EXPECT_NE(refused.error().message.find("; next try in "), std::string::npos) << refused.error().message;
+    EXPECT_TRUE(is_device_error(reading)) << fault;
+    (void)peer_.tell("log");
+    EXPECT_TRUE(is_device_error(chamber_->read())) << "in the pause";
+    EXPECT_EQ(peer_.tell("log"), "");
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Wires, TextChamberTest, ::testing::Values("tcp", "serial"),
                          [](const auto& info) { return std::string(info.param); });
-
-TEST(TextChamber, ComesBackAfterThePeerHasRestarted) {
-  auto peer = std::make_unique<EspecPeer>();
-  const int port = peer->port();
-  const auto chamber = make_chamber(p300(TcpAddress{"127.0.0.1", port}));
-  ASSERT_TRUE(chamber);
-  expect_recovery(**chamber);
-  peer.reset();
-  const auto lost = (*chamber)->read();
-  ASSERT_FALSE(lost);
-  EXPECT_EQ(lost.error().kind, base::ErrorKind::device);
-  peer = std::make_unique<EspecPeer>(port);
-  expect_recovery(**chamber);
-}
 
 TEST(TextChamber, ComesBackAfterTheAdapterWasPulledAndPluggedInAgain) {
   const EspecPeer peer;
@@ -245,16 +172,6 @@ TEST(TextChamber, ComesBackAfterTheAdapterWasPulledAndPluggedInAgain) {
   EXPECT_FALSE((*chamber)->read());
   line = std::make_unique<test::SerialLine>(peer.port());
   expect_recovery(**chamber);
-}
-
-TEST(TextChamber, SaysThatNobodyListens) {
-  const auto chamber = make_chamber(p300(TcpAddress{"127.0.0.1", 1}));
-  ASSERT_TRUE(chamber);
-  const auto status = (*chamber)->connect();
-  ASSERT_FALSE(status);
-  EXPECT_EQ(status.error().kind, base::ErrorKind::device);
-  EXPECT_EQ(status.error().message, "cannot connect: Connection refused");
-  EXPECT_EQ(status.error().where, "ESPEC P300 at 127.0.0.1:1");
 }
 
 TEST(TextChamber, EndsACallWhoseAnswersAllComeLateButInTime) {
@@ -272,8 +189,7 @@ TEST(TextChamber, EndsACallWhoseAnswersAllComeLateButInTime) {
   ASSERT_TRUE(controller.connect());
   (void)peer.tell("fault late 1000");
   const auto active = controller.active_alarms();
-  ASSERT_FALSE(active);
-  EXPECT_NE(active.error().message.find("answers come too late"), std::string::npos) << active.error().message;
+  EXPECT_TRUE(is_device_error(active));
 }
 
 TEST(TextChamber, PutsAnAddressBeforeEachCommandOnABus) {

@@ -10,6 +10,7 @@
 #include "hal/devices/chamber.h"
 #include "hal/devices/detail/text_codec.h"
 #include "hal/devices/unit_power.h"
+#include "tests/errors.h"
 
 namespace soak::hal {
 namespace {
@@ -129,70 +130,65 @@ TEST(TextMap, WhatIsAbsentHasItsDefault) {
 
 struct Mistake {
   const char* more;
-  int line;
-  const char* message;
+  int line;           ///< that is blamed
+  const char* named;  ///< in the refusal
 };
 
 class TextMapMistake : public testing::TestWithParam<Mistake> {};
 
 TEST_P(TextMapMistake, IsRefusedWithItsLine) {
-  EXPECT_EQ(refusal(text_map(GetParam().more)), fmt::format("m.toml:{}: {}", GetParam().line, GetParam().message));
+  EXPECT_TRUE(base::mentions(refusal(text_map(GetParam().more)),
+                             {fmt::format("m.toml:{}: ", GetParam().line), GetParam().named}));
 }
 
 INSTANTIATE_TEST_SUITE_P(
     All, TextMapMistake,
-    testing::Values(
-        Mistake{"decimals = 7\n", 12, "'quantity.set_point_c.decimals' must be a whole number from 0 to 6"},
-        Mistake{"address = 7\n", 12, "unknown key 'address'"},
-        Mistake{"[quantity.air_x]\nask = \"A?\"\n", 12,
-                "a device of kind \"chamber\" does not use the quantity 'air_x', nor does an action"},
-        Mistake{"[quantity.air_c]\nask = \"\"\n", 13, "'ask' is empty"},
-        Mistake{"[quantity.air_c]\nask = \"A\\n\"\n", 13, "'ask' must be printable ASCII"},
-        Mistake{"[quantity.air_c]\nask = \"A?\"\nfields = 2\nfield = 3\n", 15, "'field' is beyond 'fields'"},
-        Mistake{"[quantity.air_c]\nask = \"A?\"\nmax = 3\n", 14, "'max' belongs to a write, but there is no 'write'"},
-        Mistake{"[quantity.ramp_rate]\nask = \"A?\"\nwrite = \"A\"\n", 14,
-                "'write' must say with {} where the value stands"},
-        Mistake{"[quantity.ramp_rate]\nask = \"A?\"\nwrite = \"A{}\"\nmin = 2\nmax = 1\n", 15, "'min' is above 'max'"},
-        Mistake{"[quantity.control_mode]\nask = \"A?\"\nwords = {}\n", 14, "'words' names no code"},
-        Mistake{"[quantity.control_mode]\nask = \"A?\"\nwords = { a = \"X\", b = \"X\" }\n", 14,
-                "two codes have the word 'X'"},
-        Mistake{"[quantity.control_mode]\nask = \"A?\"\nwords = { a = \"X\" }\nwrite = \"A{}\"\nmax = 1\n", 16,
-                "'max' belongs to a number, not to 'words'"},
-        Mistake{"[[probe]]\nname = \"p\"\nask = \"A?\"\nexpected = []\notherwise = \"o\"\n", 15,
-                "'expected' names no text"},
-        Mistake{"[[alarm]]\nname = \"a\"\nask = \"A?\"\n", 12, "key 'alarm[1].inactive' is missing"},
-        Mistake{"[[alarm]]\nname = \"a\"\nask = \"A?\"\ninactive = [\"0\"]\n"
-                "[[alarm]]\nname = \"a\"\nask = \"A?\"\ninactive = [\"0\"]\n",
-                17, "alarm 'a' is duplicated"},
-        Mistake{"[action]\nstart = [{ quantity = \"set_point_c\", value = 181 }]\n", 13,
-                "181 is beyond the limits of 'set_point_c'"},
-        Mistake{"[action]\nstart = [{ quantity = \"air_c\", value = 1 }]\n[quantity.air_c]\nask = \"A?\"\n", 13,
-                "'air_c' has no 'write'"}));
+    testing::Values(Mistake{"decimals = 7\n", 12, "'quantity.set_point_c.decimals'"},
+                    Mistake{"address = 7\n", 12, "'address'"},
+                    Mistake{"[quantity.air_x]\nask = \"A?\"\n", 12, "'air_x'"},
+                    Mistake{"[quantity.air_c]\nask = \"\"\n", 13, "'ask'"},
+                    Mistake{"[quantity.air_c]\nask = \"A\\n\"\n", 13, "'ask'"},
+                    Mistake{"[quantity.air_c]\nask = \"A?\"\nfields = 2\nfield = 3\n", 15, "'field'"},
+                    Mistake{"[quantity.air_c]\nask = \"A?\"\nmax = 3\n", 14, "'max'"},
+                    Mistake{"[quantity.ramp_rate]\nask = \"A?\"\nwrite = \"A\"\n", 14, "'write'"},
+                    Mistake{"[quantity.ramp_rate]\nask = \"A?\"\nwrite = \"A{}\"\nmin = 2\nmax = 1\n", 15, "'min'"},
+                    Mistake{"[quantity.control_mode]\nask = \"A?\"\nwords = {}\n", 14, "'words'"},
+                    Mistake{"[quantity.control_mode]\nask = \"A?\"\nwords = { a = \"X\", b = \"X\" }\n", 14, "'X'"},
+                    Mistake{"[quantity.control_mode]\nask = \"A?\"\nwords = { a = \"X\" }\nwrite = \"A{}\"\nmax = 1\n",
+                            16, "'max'"},
+                    Mistake{"[[probe]]\nname = \"p\"\nask = \"A?\"\nexpected = []\notherwise = \"o\"\n", 15,
+                            "'expected'"},
+                    Mistake{"[[alarm]]\nname = \"a\"\nask = \"A?\"\n", 12, "'alarm[1].inactive'"},
+                    Mistake{"[[alarm]]\nname = \"a\"\nask = \"A?\"\ninactive = [\"0\"]\n"
+                            "[[alarm]]\nname = \"a\"\nask = \"A?\"\ninactive = [\"0\"]\n",
+                            17, "'a'"},
+                    Mistake{"[action]\nstart = [{ quantity = \"set_point_c\", value = 181 }]\n", 13, "'set_point_c'"},
+                    Mistake{"[action]\nstart = [{ quantity = \"air_c\", value = 1 }]\n[quantity.air_c]\nask = \"A?\"\n",
+                            13, "'air_c'"}));
 
 TEST(TextMap, TheLinkIsEitherTcpOrSerial) {
   const std::string head = "name = \"r\"\nkind = \"chamber\"\nprotocol = \"text\"\n[link]\n";
   const std::string rest = "[quantity]\n";
-  EXPECT_EQ(refusal(head + rest), "m.toml:4: 'link' needs either 'tcp' or 'serial'");
-  EXPECT_EQ(refusal(head + "tcp = \"host\"\n" + rest), "m.toml:5: 'link.tcp' must be \"host:port\", not \"host\"");
-  EXPECT_EQ(refusal(head + "tcp = \"h:1\"\nbaud = 9600\n" + rest), "m.toml:6: unknown key 'baud'");
-  EXPECT_EQ(refusal(head + "serial = \"/dev/x\"\nbaud = 14400\n" + rest),
-            "m.toml:6: 'link.baud' must be one of 4800, 9600, 19200, 38400, 57600, 115200");
+  EXPECT_TRUE(base::mentions(refusal(head + rest), {"m.toml:4: ", "'link'", "'tcp'", "'serial'"}));
+  EXPECT_TRUE(base::mentions(refusal(head + "tcp = \"host\"\n" + rest),
+                             {"m.toml:5: ", "'link.tcp'", "\"host:port\"", "\"host\""}));
+  EXPECT_TRUE(base::mentions(refusal(head + "tcp = \"h:1\"\nbaud = 9600\n" + rest), {"m.toml:6: ", "'baud'"}));
   EXPECT_TRUE(
-      refusal(head + "tcp = \"h:1\"\nline_end = \";\"\n" + rest).starts_with("m.toml:6: 'link.line_end' must be"));
+      base::mentions(refusal(head + "serial = \"/dev/x\"\nbaud = 14400\n" + rest), {"m.toml:6: ", "'link.baud'"}));
+  EXPECT_TRUE(
+      base::mentions(refusal(head + "tcp = \"h:1\"\nline_end = \";\"\n" + rest), {"m.toml:6: ", "'link.line_end'"}));
 }
 
 TEST(TextMap, WhatAChamberNeedsIsToldAtOnce) {
   const auto map = parse_device_map(text_map(""), "m.toml", MapUse::device);
   ASSERT_FALSE(map);
   EXPECT_EQ(map.error().where, "m.toml:2");
-  EXPECT_EQ(
-      map.error().message,
-      "a map of kind \"chamber\" needs [quantity.air_c]; a map of kind \"chamber\" needs [quantity.control_mode]");
+  EXPECT_TRUE(names(map.error(), {"[quantity.air_c]", "[quantity.control_mode]"}));
   EXPECT_FALSE(make_chamber(parse_device_map(text_map(""), "m.toml").value()));
 }
 
 TEST(TextMap, AnEmptyRefusalWouldRefuseEverything) {
-  EXPECT_EQ(refusal("refusals = [\"\"]\n" + text_map("")), "m.toml:1: an empty text begins every answer");
+  EXPECT_TRUE(base::mentions(refusal("refusals = [\"\"]\n" + text_map("")), {"m.toml:1: "}));
 }
 
 TextPlace number(int field, std::optional<int> fields = {}) {
@@ -266,15 +262,15 @@ TEST(TextMap, ExplainsWhatASupplyLacks) {
     const auto map = parse_device_map(power_map(more), "m.toml", MapUse::device);
     return map ? "" : map.error().message;
   };
-  EXPECT_EQ(lacking("[quantity.set_v_1]\nask = \"VOLT?\"\n"), "[quantity.set_v_1] needs a 'write'");
-  EXPECT_EQ(lacking("words = { on = \"ON\", away = \"OFF\" }\n"),
-            "[quantity.output_1] needs the code 'off' among its 'words'");
+  EXPECT_TRUE(base::mentions(lacking("[quantity.set_v_1]\nask = \"VOLT?\"\n"), {"[quantity.set_v_1]", "'write'"}));
+  EXPECT_TRUE(base::mentions(lacking("words = { on = \"ON\", away = \"OFF\" }\n"),
+                             {"[quantity.output_1]", "'off'", "'words'"}));
 }
 
 TEST(TextMap, AConfirmationAcceptsSomethingInParticular) {
-  EXPECT_EQ(refusal(text_map("[confirm]\nask = \"ERR?\"\naccepted = []\n")), "m.toml:14: 'accepted' names no text");
-  EXPECT_EQ(refusal(text_map("[confirm]\nask = \"ERR?\"\naccepted = [\"\"]\n")),
-            "m.toml:14: an empty text begins every answer");
+  EXPECT_TRUE(
+      base::mentions(refusal(text_map("[confirm]\nask = \"ERR?\"\naccepted = []\n")), {"m.toml:14: ", "'accepted'"}));
+  EXPECT_TRUE(base::mentions(refusal(text_map("[confirm]\nask = \"ERR?\"\naccepted = [\"\"]\n")), {"m.toml:14: "}));
 }
 
 /// The indented lines of a section of the page.

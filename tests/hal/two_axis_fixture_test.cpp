@@ -4,6 +4,7 @@
 
 #include "hal/devices/fixture.h"
 #include "modbus_peer.h"
+#include "tests/errors.h"
 
 namespace soak::hal {
 namespace {
@@ -75,8 +76,7 @@ TEST(TwoAxisFixture, NeverTurnsOneThatIsWoundUpBeyondItsCables) {
   const auto refused = fixture->move_to("+Z");
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, base::ErrorKind::device);
-  EXPECT_EQ(refused.error().message,
-            "the outer axis stands at 360.00°, beyond the -5 to 185° that its cables bear: bring it back by hand");
+  EXPECT_TRUE(names(refused.error(), {"outer", "360.00", "185"}));
   EXPECT_FALSE(fixture->read());
   EXPECT_EQ(server->writes(), 0);
 }
@@ -127,8 +127,7 @@ TEST(TwoAxisFixture, APositionerWithCodesCannotSpin) {
   const auto fixture = make_fixture(test::repository_map("fixtures/modbus-positioner.toml", 1));
   ASSERT_TRUE(fixture);
   const auto refused = (*fixture)->spin("+Z", 60.0);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().message, "the fixture cannot turn at a rate");
+  EXPECT_TRUE(is_bad_input(refused));
   EXPECT_TRUE((*fixture)->halt());
 }
 

@@ -19,13 +19,14 @@ class UnitBench {
  public:
   using Clock = StreamImu::Clock;
 
-  explicit UnitBench(std::unique_ptr<Protocol> protocol) {
+  UnitBench(std::unique_ptr<Protocol> protocol, const Imu::Settings& settings) : settings_(settings) {
     auto source = std::make_unique<PairSource>();
     wire = source.get();
     imu = std::make_unique<StreamImu>(std::move(source), std::move(protocol), [this] { return now; });
   }
 
-  base::Status open(const Imu::Settings& settings = {}) { return imu->open(settings); }
+  base::Status open() { return open(settings_); }
+  base::Status open(const Imu::Settings& settings) { return imu->open(settings); }
 
   /// One poll of the driver, then the unit obeys what it was told.
   base::Status step() {
@@ -76,6 +77,9 @@ class UnitBench {
   PairSource* wire = nullptr;
   std::unique_ptr<StreamImu> imu;
   std::vector<ImuSample> samples;
+
+ private:
+  Imu::Settings settings_;
 };
 
 }  // namespace soak::hal::imu::test

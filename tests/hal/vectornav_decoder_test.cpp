@@ -4,42 +4,16 @@
 #include <vector>
 
 #include "base/random.h"
-#include "hal/imu/detail/vectornav_frame.h"
-#include "tests/hal/vectornav_peer.h"
+#include "tests/hal/decoder_wires.h"
 
 namespace soak::hal::imu::test {
 namespace {
 
-struct Message {
-  std::string text;
-  VectorNavFields fields;
-  Bytes data;
+using Message = VectorNavWire::Message;
 
-  bool operator==(const Message&) const = default;
-};
-
-void drain(VectorNavDecoder& decoder, std::vector<Message>& messages) {
-  while (const auto message = decoder.next()) {
-    messages.push_back(
-        {std::string(message->text), message->fields, Bytes(message->data.begin(), message->data.end())});
-  }
-}
-
-std::vector<Message> decode(const Bytes& bytes) {
-  VectorNavDecoder decoder;
-  std::vector<Message> messages;
-  decoder.append(bytes);
-  drain(decoder, messages);
-  return messages;
-}
+std::vector<Message> decode(const Bytes& bytes) { return test::decode<VectorNavWire>(bytes); }
 
 Message said(const std::string& text) { return {text, {}, {}}; }
-
-Bytes difficult_stream() {
-  return hex("24 FA FA 05") + golden_vectornav() + text("$VNxx\r\n$$V") + line("VNRRG,03,0100011981") +
-         hex("FA 01 FF") + golden_vectornav_ypr() + line("VNWRG,06,0") + hex("FA 05 01 00 10 06 08") +
-         golden_vectornav();
-}
 
 TEST(VectorNavDecoder, TheCrcIsThatOfXmodem) {
   EXPECT_EQ(vectornav_crc(text("123456789")), 0x31C3);
@@ -103,21 +77,6 @@ TEST(VectorNavDecoder, ReadsLinesWithEitherCheck) {
   EXPECT_EQ(encode_vectornav("VNRRG,03"), line("VNRRG,03"));
 }
 
-TEST(VectorNavDecoder, EverySplitOfTheStreamGivesTheSameMessages) {
-  const Bytes stream = difficult_stream();
-  const auto expected = decode(stream);
-  ASSERT_EQ(expected.size(), 5U);
-  for (std::size_t split = 0; split <= stream.size(); ++split) {
-    VectorNavDecoder decoder;
-    std::vector<Message> messages;
-    decoder.append(std::span(stream).first(split));
-    drain(decoder, messages);
-    decoder.append(std::span(stream).subspan(split));
-    drain(decoder, messages);
-    ASSERT_EQ(messages, expected) << split;
-  }
-}
-
 TEST(VectorNavDecoder, EverySingleFlippedBitIsDetectedAndTheNextMessageFound) {
   for (const Bytes& original : {golden_vectornav(), golden_vectornav_ypr(), line("VNRRG,03,0100011981")}) {
     for (std::size_t bit = 0; bit < 8 * original.size(); ++bit) {
@@ -130,27 +89,6 @@ TEST(VectorNavDecoder, EverySingleFlippedBitIsDetectedAndTheNextMessageFound) {
       ASSERT_EQ(messages[0].fields.common, 8) << bit;
     }
   }
-}
-
-TEST(VectorNavDecoder, AccountsForEveryRandomByteInBoundedMemory) {
-  base::Random random(9);
-  VectorNavDecoder decoder;
-  std::uint64_t fed = 0;
-  std::uint64_t framed = 0;
-  for (int round = 0; round < 2000; ++round) {
-    Bytes bytes = round % 2 == 0 ? difficult_stream() : Bytes{};
-    for (std::uint64_t i = random.next() % 300; i > 0; --i) {
-      constexpr std::array<std::uint8_t, 8> kSpecial = {0xFA, '$', 'V', 'N', 0x05, 0x01, '*', '\n'};
-      const std::uint64_t word = random.next();
-      bytes.push_back(word % 2 == 0 ? kSpecial[(word >> 8U) % kSpecial.size()] : static_cast<std::uint8_t>(word >> 8U));
-    }
-    decoder.append(bytes);
-    fed += bytes.size();
-    while (const auto message = decoder.next()) framed += message->frame_size;
-    ASSERT_LT(decoder.pending_bytes(), 500U);
-    ASSERT_EQ(decoder.garbage_bytes() + framed + decoder.pending_bytes(), fed);
-  }
-  EXPECT_GT(framed, fed / 10);
 }
 
 }  // namespace

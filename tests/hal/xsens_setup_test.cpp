@@ -3,7 +3,8 @@
 
 #include <algorithm>
 
-#include "tests/hal/xsens_bench.h"
+#include "tests/errors.h"
+#include "tests/hal/unit_benches.h"
 
 namespace soak::hal::imu::test {
 namespace {
@@ -11,7 +12,7 @@ namespace {
 const std::vector<unsigned> kDialogue = {0x30, 0x00, 0x1C, 0x12, 0xC0, 0x10};
 
 TEST(XsensSetup, IdentifiesAndConfiguresTheUnit) {
-  Bench bench;
+  XsensBench bench;
   EXPECT_EQ(bench.imu->state(), ImuState::closed);
   EXPECT_EQ(bench.imu->wait_fd(), -1);
   ASSERT_TRUE(bench.open());
@@ -27,25 +28,15 @@ TEST(XsensSetup, IdentifiesAndConfiguresTheUnit) {
 }
 
 TEST(XsensSetup, AsksForTheRatesOfTheSettings) {
-  Bench bench;
+  XsensBench bench;
   ASSERT_TRUE(bench.open({.rate_hz = 400.0, .temp_rate_hz = 1.0}));
   ASSERT_TRUE(bench.settle());
   EXPECT_EQ(bench.unit.output_configuration,
             hex("10 20 FF FF 10 60 FF FF 40 20 01 90 80 20 01 90 08 10 00 01 E0 20 FF FF"));
 }
 
-TEST(XsensSetup, RatesThatNoUnitCanBeAskedForAreBadInput) {
-  for (const double rate_hz : {0.0, 0.5, 100.5, 2001.0, -1.0}) {
-    Bench bench;
-    const auto opened = bench.open({.rate_hz = rate_hz});
-    ASSERT_FALSE(opened) << rate_hz;
-    EXPECT_EQ(opened.error().kind, base::ErrorKind::bad_input);
-    EXPECT_EQ(bench.imu->state(), ImuState::closed);
-  }
-}
-
 TEST(XsensSetup, AUnitThatSaysSoIsSimulated) {
-  Bench bench;
+  XsensBench bench;
   bench.unit.product = "SIMULATED MTi-30";
   ASSERT_TRUE(bench.open());
   ASSERT_TRUE(bench.settle());
@@ -53,7 +44,7 @@ TEST(XsensSetup, AUnitThatSaysSoIsSimulated) {
 }
 
 TEST(XsensSetup, DataOfAnEarlierConfigurationAreDiscarded) {
-  Bench bench;
+  XsensBench bench;
   ASSERT_TRUE(bench.open());
   bench.send(bench.unit.packets(50));
   ASSERT_TRUE(bench.step());
@@ -69,21 +60,8 @@ TEST(XsensSetup, DataOfAnEarlierConfigurationAreDiscarded) {
   EXPECT_EQ(bench.imu->statistics().lost_packets, 0U);
 }
 
-TEST(XsensSetup, AUnitWithoutPowerIsAskedOnceASecondAndNeverFails) {
-  Bench bench;
-  bench.unit.answers = false;
-  ASSERT_TRUE(bench.open());
-  ASSERT_TRUE(bench.pass(600.0));
-  EXPECT_EQ(bench.imu->state(), ImuState::silent);
-  EXPECT_NEAR(static_cast<double>(bench.unit.heard.size()), 600.0, 2.0);
-  EXPECT_EQ(std::ranges::count(bench.unit.heard, 0x30U), std::ssize(bench.unit.heard));
-  bench.unit.answers = true;
-  ASSERT_TRUE(bench.pass(2.0));
-  EXPECT_EQ(bench.imu->state(), ImuState::streaming);
-}
-
 TEST(XsensSetup, TheFirstWakeUpIsNoRestart) {
-  Bench bench;
+  XsensBench bench;
   ASSERT_TRUE(bench.open());
   bench.unit.answers = false;
   ASSERT_TRUE(bench.pass(5.0));
@@ -95,7 +73,7 @@ TEST(XsensSetup, TheFirstWakeUpIsNoRestart) {
 }
 
 TEST(XsensSetup, ALostRequestIsRepeatedFromTheFirstOneOn) {
-  Bench bench;
+  XsensBench bench;
   bench.unit.answers = true;
   ASSERT_TRUE(bench.open());
   ASSERT_TRUE(bench.step());  // answers the first request
@@ -107,25 +85,8 @@ TEST(XsensSetup, ALostRequestIsRepeatedFromTheFirstOneOn) {
   EXPECT_TRUE(std::equal(kDialogue.begin(), kDialogue.end(), bench.unit.heard.begin() + 2));
 }
 
-TEST(XsensSetup, AUnitThatIsHeardButDoesNotAnswerFailsAfterThreeRepetitions) {
-  Bench bench;
-  bench.unit.answers = false;
-  ASSERT_TRUE(bench.open());
-  base::Status status;
-  for (int i = 0; i < 100 && status; ++i) {
-    bench.send(hex("55 AA 12"));
-    status = bench.pass(0.1);
-  }
-  ASSERT_FALSE(status);
-  EXPECT_EQ(status.error().kind, base::ErrorKind::device);
-  EXPECT_NE(status.error().message.find("enter configuration"), std::string::npos) << status.error().message;
-  EXPECT_EQ(bench.imu->state(), ImuState::failed);
-  EXPECT_EQ(bench.imu->wait_fd(), -1);
-  EXPECT_EQ(bench.unit.heard, std::vector<unsigned>(4, 0x30));
-}
-
 TEST(XsensSetup, AUnitThatLosesPowerInTheMiddleIsSilentAndNotFailed) {
-  Bench bench;
+  XsensBench bench;
   ASSERT_TRUE(bench.open());
   ASSERT_TRUE(bench.step());
   ASSERT_TRUE(bench.step());
@@ -136,32 +97,31 @@ TEST(XsensSetup, AUnitThatLosesPowerInTheMiddleIsSilentAndNotFailed) {
 }
 
 TEST(XsensSetup, AnErrorMessageFailsAndNamesItsCodeAndTheRequest) {
-  Bench bench;
+  XsensBench bench;
   bench.unit.error_upon = 0xC0;
   ASSERT_TRUE(bench.open());
   const auto status = bench.settle();
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().kind, base::ErrorKind::device);
-  EXPECT_NE(status.error().message.find("code 33"), std::string::npos) << status.error().message;
+  EXPECT_TRUE(names(status.error(), {"33", "(C0)"}));
   EXPECT_NE(status.error().message.find("(C0)"), std::string::npos) << status.error().message;
   EXPECT_EQ(status.error().where, bench.imu->description());
   EXPECT_EQ(bench.imu->state(), ImuState::failed);
 }
 
 TEST(XsensSetup, ARateThatDiffersByMoreThanOnePercentFails) {
-  Bench bench;
+  XsensBench bench;
   bench.unit.offered_share = 0.5;
   ASSERT_TRUE(bench.open());
   const auto status = bench.settle();
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().kind, base::ErrorKind::device);
-  EXPECT_NE(status.error().message.find("rate of turn (8020) at 50 Hz, not at the 100 Hz"), std::string::npos)
-      << status.error().message;
+  EXPECT_TRUE(names(status.error(), {"8020", "50 Hz", "100 Hz"}));
 }
 
 TEST(XsensSetup, ARateThatDiffersByOnePercentIsTaken) {
   for (const double share : {0.99, 1.01}) {
-    Bench bench;
+    XsensBench bench;
     bench.unit.offered_share = share;
     ASSERT_TRUE(bench.open());
     ASSERT_TRUE(bench.settle()) << share;
@@ -179,11 +139,11 @@ TEST(XsensSetup, AnOutputThatTheUnitDoesNotOfferIsNamed) {
   ASSERT_TRUE(answer(Mid{0x13}, {1, 2, 3}).value());
   const auto status = answer(Mid{0xC1}, hex("10 20 FF FF 10 60 FF FF 40 20 00 64 80 20 00 64"));
   ASSERT_FALSE(status);
-  EXPECT_NE(status.error().message.find("temperature (0810)"), std::string::npos);
+  EXPECT_TRUE(names(status.error(), {"0810"}));
 }
 
 TEST(XsensSetup, ADialogueGetsThroughGarbageBehindAFalseLongFrame) {
-  Bench bench;
+  XsensBench bench;
   ASSERT_TRUE(bench.open());
   bench.send(hex("FA FF 36 FF 1F F0 01 02 03"));
   ASSERT_TRUE(bench.pass(2.0));

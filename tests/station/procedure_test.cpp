@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "calib/judge/stability.h"
+#include "tests/errors.h"
 
 namespace soak::station {
 namespace {
@@ -167,8 +168,8 @@ temp_c = 10
   ASSERT_FALSE(p);
   EXPECT_EQ(p.error().kind, base::ErrorKind::bad_input);
   const std::string& message = p.error().message;
-  for (const char* found : {"bad.toml:2: ", "bad.toml:4: ", "bad.toml:8: ", "bad.toml:11: '+Q'", "; '+X' is duplicated",
-                            "bad.toml:12: unknown key 'dwel_s'", "bad.toml:14: "}) {
+  for (const char* found : {"bad.toml:2: ", "bad.toml:4: ", "bad.toml:8: ", "bad.toml:11: '+Q'", "; '+X'",
+                            "bad.toml:12: ", "'dwel_s'", "bad.toml:14: "}) {
     EXPECT_NE(message.find(found), std::string::npos) << found << "\n" << message;
   }
 }
@@ -196,8 +197,8 @@ TEST_P(OneMistake, IsRefusedAtItsLine) {
 
 // Lines of the short procedure: 1 name, 2 purpose, 3 kind, 4 [temperatures], 5 list_c, 6 [positions], 7 order.
 INSTANTIATE_TEST_SUITE_P(Procedure, OneMistake,
-                         testing::Values(Mistake{1, "", "p.toml:1", "'name' is missing"},
-                                         Mistake{2, "", "p.toml:1", "'purpose' is missing"},
+                         testing::Values(Mistake{1, "", "p.toml:1", "'name'"},
+                                         Mistake{2, "", "p.toml:1", "'purpose'"},
                                          Mistake{5, "start_c = 0", "p.toml:6", "temperatures.start_c"},
                                          Mistake{5, "overshoot_c = -1", "p.toml:6", "overshoot_c"},
                                          Mistake{5, "ramp_rate_kpmin = 0", "p.toml:6", "ramp_rate_kpmin"},
@@ -208,10 +209,10 @@ INSTANTIATE_TEST_SUITE_P(Procedure, OneMistake,
                                          Mistake{7, "[stability]\ntimeout_s = 600", "p.toml:9", "timeout_s"},
                                          Mistake{7, "[stability]\non_timeout = \"hope\"", "p.toml:9", "skip_plateau"},
                                          Mistake{7, "[units]\nrate_hz = 5", "p.toml:8", "temp_rate_hz"},
-                                         Mistake{7, "[units]\ntemp_rate_hz = 0.1", "p.toml:1", "readings"},
+                                         Mistake{7, "[units]\ntemp_rate_hz = 0.1", "p.toml:1", "0.1 Hz"},
                                          Mistake{7, "[segment]\nattempts = 0", "p.toml:9", "attempts"},
                                          Mistake{7, "[end]\ntemp_c = 24.9", "p.toml:9", "25"},
-                                         Mistake{7, "[power]\ncycle_at_visit = 1", "p.toml:9", "visit"},
+                                         Mistake{7, "[power]\ncycle_at_visit = 1", "p.toml:9", "cycle_at_visit"},
                                          Mistake{7, "[power]\ncycle_at_visit = -1", "p.toml:9", "cycle_at_visit"},
                                          Mistake{7, "turned_deg = 181", "p.toml:8", "turned_deg"},
                                          Mistake{7, "[preflight]\nposition_s = -1", "p.toml:9", "position_s"}));
@@ -223,7 +224,7 @@ TEST(Procedure, PlusAndMinusOfAnAxisMustFollowEachOther) {
       "p.toml");
   ASSERT_FALSE(p);
   EXPECT_EQ(p.error().where, "p.toml:5");
-  EXPECT_NE(p.error().message.find("'+X' and '-X'"), std::string::npos) << p.error().message;
+  EXPECT_TRUE(names(p.error(), {"'+X'", "'-X'"}));
 }
 
 TEST(Procedure, RampAndRestHaveOnePositionAndRestOneTemperature) {
@@ -263,7 +264,7 @@ TEST(Procedure, OneThatMakesMoreThanAHundredThousandStepsIsRefusedAtItsLine) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(refused.error().where, "p.toml:4");
-  EXPECT_NE(refused.error().message.find("100800 steps"), std::string::npos) << refused.error().message;
+  EXPECT_NE(refused.error().message.find("100800"), std::string::npos) << refused.error().message;
 }
 
 }  // namespace

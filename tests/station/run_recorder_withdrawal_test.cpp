@@ -62,7 +62,6 @@ TEST_F(RunRecorderTest, WithdrawsRejectedSegmentsOfTheirUnitOnly) {
   const auto logged =
       std::find_if(events->begin(), events->end(), [](const auto& e) { return e.kind == "nothing_to_void"; });
   ASSERT_NE(logged, events->end());
-  EXPECT_NE(logged->text.find("nothing recorded yet"), std::string::npos);
 }
 
 TEST_F(RunRecorderTest, WithdrawsThePartOfOneUnitOnly) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/config/station_config.h"
+#include "tests/errors.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -125,7 +126,7 @@ decoder = "vectornav"
 
 TEST_F(StationConfigFile, UsbAddressesThatNameNoDeviceAreRefused) {
   for (const char* usb : {"2639", "2639:13", "2639-0013", "xxxx:0013", "2639:0013:1", "263F:0013", ""}) {
-    EXPECT_NE(refusal(std::string(kChamber) + "[[slot]]\nname = \"1\"\nusb = \"" + usb + "\"\n").find("'usb' must be"),
+    EXPECT_NE(refusal(std::string(kChamber) + "[[slot]]\nname = \"1\"\nusb = \"" + usb + "\"\n").find("'usb'"),
               std::string::npos)
         << usb;
   }
@@ -134,8 +135,7 @@ TEST_F(StationConfigFile, UsbAddressesThatNameNoDeviceAreRefused) {
 TEST_F(StationConfigFile, TwoUsbDevicesOfOneKindMustBeToldApart) {
   const std::string any =
       std::string(kChamber) + "[[slot]]\nname = \"1\"\nusb = \"2639:0013\"\n[[slot]]\nname = \"2\"\n";
-  EXPECT_NE(refusal(any + "usb = \"2639:0013\"\nusb_path = \"1-1\"\n").find("usb_serial or usb_path"),
-            std::string::npos);
+  EXPECT_TRUE(base::mentions(refusal(any + "usb = \"2639:0013\"\nusb_path = \"1-1\"\n"), {"usb_serial", "usb_path"}));
   EXPECT_TRUE(read(any + "usb = \"2639:0012\"\n"));
 }
 
@@ -207,8 +207,8 @@ TEST_F(StationConfigFile, AChamberThatSpeaksTextIsNamedLikeAnyOther) {
   const auto& serial = std::get<hal::SerialAddress>(config->chamber.link.address);
   EXPECT_EQ(serial.device, "/dev/ttyS0");
   EXPECT_EQ(serial.baud, 19200);
-  EXPECT_EQ(refusal(section + "host = \"h\"\nunit = 3\n" + slot),
-            fmt::format("{}:4: unknown key 'unit'", file_.string()))
+  EXPECT_TRUE(base::mentions(refusal(section + "host = \"h\"\nunit = 3\n" + slot),
+                             {fmt::format("{}:4: ", file_.string()), "'unit'"}))
       << "only Modbus has unit numbers";
 }
 
@@ -257,8 +257,7 @@ position = { address = 1, type = "u16" }
                                       "[fixture]\nmap = \"lacking.toml\"\nhost = \"10.0.0.8\"\n"
                                       "[[slot]]\nname = \"1\"\ndevice = \"/dev/ttyS2\"\n");
   EXPECT_TRUE(message.starts_with(place(6))) << message;
-  EXPECT_NE(message.find("lacking.toml:2: a map of kind \"fixture\" needs [quantity.status]"), std::string::npos)
-      << message;
+  EXPECT_TRUE(base::mentions(message, {"lacking.toml:2: ", "[quantity.status]"}));
 }
 
 TEST_F(StationConfigFile, ASupplySaysWhatItsOutputsShallDeliver) {
@@ -294,12 +293,8 @@ TEST_F(StationConfigFile, ASerialPortHasOneOwner) {
     return "[power]\nmap = \"procedures/power/modbus-relay.toml\"\ndevice = \"" + port + "\"\n";
   };
   EXPECT_TRUE(read(chamber + relay("/dev/ttyUSB1") + slot("/dev/ttyUSB2")));
-  EXPECT_NE(refusal(chamber + relay("/dev/ttyUSB0") + slot("/dev/ttyUSB2"))
-                .find("'/dev/ttyUSB0' of the power is that of the chamber already"),
-            std::string::npos);
-  EXPECT_NE(refusal(chamber + relay("/dev/ttyUSB1") + slot("/dev/ttyUSB1"))
-                .find("'/dev/ttyUSB1' of slot A is that of the power already"),
-            std::string::npos);
+  EXPECT_TRUE(base::mentions(refusal(chamber + relay("/dev/ttyUSB0") + slot("/dev/ttyUSB2")), {"'/dev/ttyUSB0'", "power", "chamber"}));
+  EXPECT_TRUE(base::mentions(refusal(chamber + relay("/dev/ttyUSB1") + slot("/dev/ttyUSB1")), {"'/dev/ttyUSB1'", "slot A", "power"}));
 }
 
 TEST_F(StationConfigFile, UsbHubsAreNamedByTheirSockets) {
@@ -311,9 +306,9 @@ TEST_F(StationConfigFile, UsbHubsAreNamedByTheirSockets) {
   ASSERT_TRUE(config) << config.error().where << config.error().message;
   EXPECT_EQ(std::get<hal::UsbHubs>(config->power).paths, (std::vector<std::string>{"1-4", "1-4.3.1", "usb2"}));
   for (const char* hubs : {"[]", R"(["../4"])", R"(["1-4:1.0"])", R"(["1-4", "1-4"])", R"([""])"}) {
-    EXPECT_NE(refusal(power(hubs)).find("'usb_hubs' must be the sockets"), std::string::npos) << hubs;
+    EXPECT_NE(refusal(power(hubs)).find("'usb_hubs'"), std::string::npos) << hubs;
   }
-  EXPECT_NE(refusal(power("[\"1-4\"]\nhost = \"h\"")).find("unknown key 'host'"), std::string::npos);
+  EXPECT_NE(refusal(power("[\"1-4\"]\nhost = \"h\"")).find("'host'"), std::string::npos);
 }
 
 TEST_F(StationConfigFile, OutputsOfTheChamberNeedNoAddressOfTheirOwn) {
@@ -328,7 +323,7 @@ TEST_F(StationConfigFile, OutputsOfTheChamberNeedNoAddressOfTheirOwn) {
 TEST_F(StationConfigFile, AVoltageWithoutAnOutputIsRefused) {
   const std::string message =
       refusal(std::string(kChamber) + "[[slot]]\nname = \"1\"\nhost = \"h\"\nport = 7\nsupply_v = 5\n");
-  EXPECT_NE(message.find("'supply_v' belongs to an output: 'power_output' is missing"), std::string::npos) << message;
+  EXPECT_TRUE(base::mentions(message, {"'supply_v'", "'power_output'"}));
 }
 
 TEST_F(StationConfigFile, WhatTwoSlotsCannotShareIsRefusedAtTheSecond) {
@@ -349,8 +344,7 @@ power_output = 1
 unit = "A"
 )";
   const std::string message = refusal(kChamber + slots);
-  for (const int line : {15, 17, 18, 19})
-    EXPECT_NE(message.find(place(line) + "two slots"), std::string::npos) << message;
+  for (const int line : {15, 17, 18, 19}) EXPECT_TRUE(base::mentions(message, {place(line)}));
 }
 
 TEST_F(StationConfigFile, EveryMistakeIsReportedWithItsLine) {
@@ -385,13 +379,12 @@ decoder = "morse"
   for (const int line : {1, 2, 4, 6, 8, 9, 11, 14, 19, 22, 26, 27}) {
     EXPECT_NE(message.find(place(line)), std::string::npos) << line << "\n" << message;
   }
-  EXPECT_NE(message.find("12 mistakes"), std::string::npos) << message;
+  EXPECT_NE(message.find(": 12 "), std::string::npos) << message;
 }
 
 TEST_F(StationConfigFile, AStationNeedsChamberAndSlots) {
   const std::string message = refusal("listen = \"h:1\"\n");
-  EXPECT_NE(message.find("'chamber' is missing"), std::string::npos) << message;
-  EXPECT_NE(message.find("[[slot]]"), std::string::npos) << message;
+  EXPECT_TRUE(base::mentions(message, {"'chamber'", "[[slot]]"}));
 }
 
 using Matrix = std::array<std::array<int, 3>, 3>;

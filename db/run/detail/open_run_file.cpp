@@ -150,7 +150,7 @@ base::Result<OpenedRunFile> open_run_file(const std::filesystem::path& path) {
   const bool interrupted = holds_bytes(companion(path, "-journal"));
   std::error_code error;
   if (!interrupted && std::filesystem::file_size(path, error) < header->stated_size && !error) {
-    return base::corrupt("the file is cut short; restore it from a copy", path.string());
+    return base::corrupt("the file is cut short; restore it from a backup", path.string());
   }
   return open_as(path, interrupted ? sqlite::Access::read_only : sqlite::Access::immutable, true);
 }

@@ -177,7 +177,7 @@ base::Result<std::string> field_of(const TextField& from, std::string_view answe
   const auto wanted = static_cast<std::size_t>(from.fields.value_or(from.field));
   const bool right = from.fields ? fields.size() == wanted : fields.size() >= wanted;
   if (!right) {
-    return unusable(fmt::format("the answer '{}' has not {} field{}", answer, wanted, wanted == 1 ? "" : "s"));
+    return unusable(fmt::format("the answer '{}' does not have {} field{}", answer, wanted, wanted == 1 ? "" : "s"));
   }
   return std::move(fields[static_cast<std::size_t>(from.field) - 1]);
 }
@@ -187,12 +187,12 @@ base::Result<double> decode_answer(const TextPlace& place, std::string_view answ
   if (!field) return base::forward_error(field);
   if (place.words.empty()) {
     const auto number = base::parse_double(without_plus(*field));
-    if (!number) return unusable(fmt::format("'{}' in the answer '{}' is no number", *field, answer));
+    if (!number) return unusable(fmt::format("'{}' in the answer '{}' is not a number", *field, answer));
     return *number;
   }
   const auto found = std::find(place.words.begin(), place.words.end(), *field);
   if (found == place.words.end()) {
-    return unusable(fmt::format("the map has no word '{}' of the answer '{}'", *field, answer));
+    return unusable(fmt::format("the map does not know the word '{}' in the answer '{}'", *field, answer));
   }
   return static_cast<double>(found - place.words.begin());
 }
@@ -201,7 +201,7 @@ base::Result<std::string> spell(const TextPlace& place, double value) {
   if (place.words.empty()) return fmt::format("{:.{}f}", value, place.decimals);
   const double last = static_cast<double>(place.words.size()) - 1.0;
   if (!(value >= 0.0 && value <= last) || value != std::floor(value)) {
-    return base::bad_input(fmt::format("{} stands for no code", value));
+    return base::bad_input(fmt::format("no code has the number {}", value));
   }
   return place.words[static_cast<std::size_t>(value)];
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "base/units.h"
@@ -40,7 +41,7 @@ base::Status Ahrs400Protocol::check(const Imu::Settings& settings) const {
         fmt::format("an AHRS400 sends at most {} packets a second, at a rate of its own: ask for 1 to {} Hz, not {}",
                     kHighestRate_hz, kHighestRate_hz, settings.rate_hz));
   }
-  if (!(settings.temp_rate_hz > 0.0)) return base::bad_input("the rate of the temperature must lie above 0 Hz");
+  if (!(settings.temp_rate_hz > 0.0)) return base::bad_input("the temperature rate must be above 0 Hz");
   return {};
 }
 
@@ -221,9 +222,10 @@ void Ahrs400Protocol::fill_packet(const Ahrs400Packet& packet) {
 
 bool Ahrs400Protocol::advance() {
   lost_packets_ = 0;
+  const bool interrupted = std::exchange(interrupted_, false);
   if (has_time_) {
     ticks_ += current_.step;
-    count_loss();
+    if (!interrupted) count_loss();
   }
   has_time_ = true;
   return true;

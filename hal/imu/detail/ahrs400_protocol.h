@@ -52,7 +52,10 @@ class Ahrs400Protocol final : public Protocol {
   double time_s() const override { return Ahrs400Clock::kTick_s * static_cast<double>(ticks_); }
   std::uint32_t lost_packets() const override { return lost_packets_; }
   void restart_clock() override;
-  void interrupt() override { clock_.interrupt(); }
+  void interrupt() override {
+    clock_.interrupt();
+    interrupted_ = true;
+  }
 
   std::chrono::steady_clock::duration silence_limit() const override;
   bool temp_with_every_packet() const override { return true; }
@@ -87,7 +90,8 @@ class Ahrs400Protocol final : public Protocol {
   std::uint64_t passed_over_ = 0;  ///< bytes while nobody listened to the stream
   std::uint64_t ticks_ = 0;
   bool has_time_ = false;
-  double mean_step_ = 0.0;  ///< ticks, of steps without a loss; 0 = not known
+  bool interrupted_ = false;  ///< the station itself did not listen before the next packet: none of that time is lost
+  double mean_step_ = 0.0;    ///< ticks, of steps without a loss; 0 = not known
   std::uint32_t lost_packets_ = 0;
 };
 

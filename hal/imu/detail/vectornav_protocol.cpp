@@ -62,7 +62,7 @@ base::Status VectorNavProtocol::check(const Imu::Settings& settings) const {
   if (settings.rate_hz < 1.0 || settings.rate_hz > 800.0) {
     return base::bad_input(fmt::format("a VectorNav sends 1 to 800 packets a second, not {}", settings.rate_hz));
   }
-  if (!(settings.temp_rate_hz > 0.0)) return base::bad_input("the rate of the temperature must lie above 0 Hz");
+  if (!(settings.temp_rate_hz > 0.0)) return base::bad_input("the temperature rate must be above 0 Hz");
   return {};
 }
 
@@ -183,11 +183,10 @@ base::Status VectorNavProtocol::check_rate() const {
   const double own_hz = own_rate_hz(identity_.product);
   const int nearest = std::max(1, divisor());
   if (std::abs(own_hz / nearest - settings_.rate_hz) <= kVectorNavRateTolerance * settings_.rate_hz) return {};
-  return base::fail(
-      base::ErrorKind::device,
-      fmt::format("the unit ({}) divides {:.0f} Hz by whole numbers and offers {:.4g} Hz, not the {:.4g} Hz "
-                  "asked for: ask for a rate that it has",
-                  identity_.product, own_hz, own_hz / nearest, settings_.rate_hz));
+  return base::fail(base::ErrorKind::device,
+                    fmt::format("the unit ({}) offers only {:.0f} Hz divided by a whole number: the nearest is {:.4g} "
+                                "Hz, not {:.4g} Hz; choose a rate that it has",
+                                identity_.product, own_hz, own_hz / nearest, settings_.rate_hz));
 }
 
 /// A unit that was restarted sends its lines at once; one whose lines are turned off for good waits.

@@ -198,9 +198,9 @@ base::Status XsensSetup::check_offer(std::span<const std::uint8_t> data) const {
     const auto offered_hz = rate_of(asked.id, data);
     if (!offered_hz) return device_error(fmt::format("the unit does not offer {} ({:04X})", asked.name, asked.id));
     if (asked.rate_hz != kWithEveryPacket && !is_near(*offered_hz, asked.rate_hz)) {
-      return device_error(
-          fmt::format("the unit offers {} ({:04X}) at {} Hz, not at the {} Hz asked for: ask for a rate that it has",
-                      asked.name, asked.id, *offered_hz, asked.rate_hz));
+      return device_error(fmt::format(
+          "the unit offers {} ({:04X}) at {} Hz, not at the {} Hz requested: choose a rate that it supports",
+          asked.name, asked.id, *offered_hz, asked.rate_hz));
     }
   }
   return {};

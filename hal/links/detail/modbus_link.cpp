@@ -56,7 +56,7 @@ std::string connect_fault(const ControllerAddress& address, int code) {
   if (tcp && code == ECONNREFUSED) {
     addrinfo* found = nullptr;
     const int failure = ::getaddrinfo(tcp->host.c_str(), nullptr, nullptr, &found);
-    if (failure != 0) return fmt::format("the host is not known: {}", ::gai_strerror(failure));
+    if (failure != 0) return fmt::format("unknown host '{}': {}", tcp->host, ::gai_strerror(failure));
     ::freeaddrinfo(found);
   }
   return fmt::format("cannot connect: {}", modbus_strerror(code));

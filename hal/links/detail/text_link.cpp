@@ -60,7 +60,7 @@ LinkResult TextLink::drain() {
     if (*count == 0) return {};
     thrown_away += *count;
   }
-  return text_fault("the other end talks without being asked");
+  return text_fault("the other end sends data without being asked");
 }
 
 LinkResult TextLink::send(std::string_view line, Clock::time_point deadline) {
@@ -85,7 +85,7 @@ LinkAnswer<std::string> TextLink::receive(Clock::time_point deadline) {
     const auto count = source_->read(buffer);
     if (!count) return text_fault(count.error().message);
     text.append(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(*count));
-    if (text.size() > kLongestAnswer) return text_fault("the answer has no end");
+    if (text.size() > kLongestAnswer) return text_fault("the answer does not end");
     end = text.find(settings().line_end);
   }
   if (end + settings().line_end.size() != text.size()) return text_fault("two answers came to one question");

@@ -97,8 +97,8 @@ std::vector<std::string> axes_needs(const DeviceMap& map, bool spins) {
     const Quantity& quantity = map.quantities.at(name);
     if (!quantity.min || !quantity.max) needs.note(fmt::format("[quantity.{}] needs 'min' and 'max': {}", name, why));
   };
-  request("outer_request", "the angles that its cables bear");
-  request("inner_request", "the angles that its cables bear");
+  request("outer_request", "the angles that its cables allow");
+  request("inner_request", "the angles that its cables allow");
   for (const char* name : {"outer_position", "inner_position"}) needs.quantity(name);
   for (const char* code : {"standing", "moving", "fault"}) {
     if (!needs.code("status", code)) break;
@@ -134,8 +134,8 @@ class AnglesReader {
     const auto numbers = table_.numbers(label, kAnyNumber);
     const auto position = calib::position_named(label);
     if (!position || position->label != label) {
-      table_.refuse(
-          label, fmt::format("'{}' is no position: known are {}", label, fmt::join(calib::kSixPositionLabels, ", ")));
+      table_.refuse(label, fmt::format("'{}' is not a position: known are {}", label,
+                                       fmt::join(calib::kSixPositionLabels, ", ")));
       return std::nullopt;
     }
     if (numbers.size() != 2) {
@@ -192,7 +192,7 @@ void refuse_what_belongs_elsewhere(const settings::Table& root, const settings::
   (void)root.numbers("azimuths_deg", kAnyNumber);
   for (const char* key : {"positions", "azimuths_deg"}) {
     if (root.has(key))
-      root.refuse(key, fmt::format("'{}' is of fixtures without [axes]: here the angles tell it", key));
+      root.refuse(key, fmt::format("'{}' is for fixtures without [axes]: here the angles define it", key));
   }
   if (map.axes->spins) return;
   if (axes.has("rate_tolerance_dps")) {

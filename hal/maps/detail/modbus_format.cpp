@@ -135,7 +135,8 @@ void read_register_alarm(const Table& table, AlarmRule& rule) {
   if (int{table.has("inactive")} + int{table.has("active")} + int{table.has("mask")} != 1) {
     table.refuse("", "an alarm needs one of 'inactive', 'active' and 'mask'");
   } else if (!table.has("mask") && alarm.inactive.empty() && alarm.active.empty()) {
-    table.refuse(table.has("active") ? "active" : "inactive", "the list names no number");
+    const char* const list = table.has("active") ? "active" : "inactive";
+    table.refuse(list, fmt::format("'{}' names no number", list));
   }
 }
 

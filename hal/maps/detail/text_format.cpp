@@ -43,7 +43,7 @@ TextField read_field(const Table& table) {
   from.ask = read_line_of_text(table, "ask", {});
   from.fields = table.optional_whole("fields", kFieldLimits);
   from.field = table.whole("field", kFieldLimits, from.field);
-  if (from.fields && from.field > *from.fields) table.refuse("field", "'field' is beyond 'fields'");
+  if (from.fields && from.field > *from.fields) table.refuse("field", "'field' is greater than 'fields'");
   return from;
 }
 
@@ -69,7 +69,7 @@ Quantity read_text_quantity(const Table& table) {
   quantity.text.decimals = table.whole("decimals", {0, 6}, quantity.text.decimals);
   read_write_limits(table, quantity);
   if (quantity.writable() && quantity.text.write.find("{}") == std::string::npos) {
-    table.refuse("write", "'write' must say with {} where the value stands");
+    table.refuse("write", "'write' must show with {} where the value goes");
   }
   for (const char* key : {"min", "max", "decimals"}) {
     if (!table.has(key)) continue;
@@ -108,7 +108,7 @@ bool text_holds(const Quantity& quantity, double value) {
 void read_text_root(const Table& root, DeviceMap& map) {
   const auto refuse_empty = [](const Table& table, std::string_view key, const std::vector<std::string>& beginnings) {
     if (std::find(beginnings.begin(), beginnings.end(), "") == beginnings.end()) return;
-    table.refuse(key, "an empty text begins every answer");
+    table.refuse(key, "an empty text would match every answer");
   };
   map.refusals = root.texts("refusals");
   refuse_empty(root, "refusals", map.refusals);

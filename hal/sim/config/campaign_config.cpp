@@ -36,7 +36,7 @@ void read_procedure(const Table& campaign, CampaignConfig& config) {
   if (!(steps >= 0.5)) {
     campaign.refuse("turn_c", "'campaign.turn_c' must be above 'campaign.start_c'");
   } else if (std::abs(steps - std::round(steps)) > 1e-9) {
-    campaign.refuse("step_c", "'campaign.step_c' must divide the way from start_c to turn_c");
+    campaign.refuse("step_c", "'campaign.step_c' must divide the range from start_c to turn_c");
   }
 }
 
@@ -125,14 +125,14 @@ Range read_range(const Table& table, std::string_view key, Limits limits) {
     table.refuse(key, fmt::format("'{}' must be a pair [low, high]", key));
     return {};
   }
-  if (ends[0] > ends[1]) table.refuse(key, fmt::format("'{}' must have its lower end first", key));
+  if (ends[0] > ends[1]) table.refuse(key, fmt::format("'{}' must have the lower value first", key));
   return {ends[0], ends[1]};
 }
 
 Range read_whole_range(const Table& table, std::string_view key, Limits limits) {
   const Range both = read_range(table, key, limits);
   if (both.low != std::floor(both.low) || both.high != std::floor(both.high)) {
-    table.refuse(key, fmt::format("both ends of '{}' must be whole", key));
+    table.refuse(key, fmt::format("both values of '{}' must be whole numbers", key));
   }
   return both;
 }
@@ -149,7 +149,7 @@ base::Result<CampaignConfig> parse_campaign_config(std::string_view text, const 
 
 base::Result<CampaignConfig> read_campaign_config(const std::string& file) {
   const auto text = settings::read_text(file, kLongestConfig);
-  if (!text) return base::bad_input("cannot read this file; --config wants one in the format of lab.toml", file);
+  if (!text) return base::bad_input("cannot read this file; --config needs one in the format of lab.toml", file);
   return parse_campaign_config(*text, file);
 }
 

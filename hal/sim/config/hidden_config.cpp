@@ -25,7 +25,7 @@ void read_hidden_sensors(const settings::Table& table, const CatalogueEntry& ent
   for (const std::string& name : names) {
     const auto sensor = calib::sensor_named(name);
     if (!sensor) {
-      table.refuse("sensors", fmt::format("'{}' in 'sensors' is no sensor: gyro_x ... accel_z", name));
+      table.refuse("sensors", fmt::format("'{}' in 'sensors' is not a sensor: gyro_x ... accel_z", name));
     } else if (!can_choose_sensors(entry.hits) || !can_hit(entry.hits, *sensor)) {
       table.refuse("sensors", fmt::format("effect '{}' cannot be given '{}': it acts on {}", entry.name, name,
                                           description_of(entry.hits)));
@@ -46,7 +46,7 @@ HiddenSpec read_hidden_effect(const settings::Table& table) {
     read_hidden_sensors(table, *entry, spec);
   } else {
     table.refuse("effect",
-                 fmt::format("'{}' in 'effect' is none of the effects {}", spec.effect, known_effect_names()));
+                 fmt::format("'{}' in 'effect' is not one of the effects {}", spec.effect, known_effect_names()));
     static_cast<void>(table.texts("sensors"));
   }
   if (spec.magnitude.has_value() == spec.amplitude.has_value()) {

@@ -17,11 +17,11 @@ constexpr std::string_view kCampaignProgram = "soaksim-campaign";
 constexpr std::string_view kCampaignUsage =
     R"(usage: soaksim-campaign --out DIR [--seed N] [--units N] [--runs N] [--rows-per-position N] [--config FILE]
                         [--design KIND] [--truth FILE]
-Writes the recordings of a made-up soak campaign as CSV, and the truth about its units as JSON, into DIR.
+Writes the recordings of a simulated soak campaign as CSV, and the truth about its units as JSON, into DIR.
 
-  --design KIND  a campaign of the blind benchmark instead: identical, mixed, three, one or missing_logs; in place of
-                 design.kind of the configuration. Also with [design], [[hidden]] or [[candidate]] there.
-  --truth FILE   what is hidden in such a campaign goes there and nowhere else
+  --design KIND  write a campaign of the blind benchmark instead: identical, mixed, three, one or missing_logs. Replaces
+                 design.kind of the configuration. A configuration with [design], [[hidden]] or [[candidate]] does the same.
+  --truth FILE   write what is hidden in such a campaign to this file and nowhere else
 )";
 
 struct CampaignOrder {
@@ -58,10 +58,11 @@ base::Status choose_design(const ProgramOptions& options, CampaignConfig& config
 
 base::Status refuse_other_kind(const ProgramOptions& options, bool designed) {
   if (designed && options.text("--rows-per-position")) {
-    return base::bad_input("option --rows-per-position does not go with a design: there blocks have six rows");
+    return base::bad_input("option --rows-per-position cannot be combined with a design, whose blocks have six rows");
   }
   if (!designed && options.text("--truth")) {
-    return base::bad_input("option --truth needs a design (--design, [design] or [[hidden]]); else DIR has truth.json");
+    return base::bad_input(
+        "option --truth needs a design (--design, [design] or [[hidden]]); without one, DIR holds truth.json");
   }
   return {};
 }

@@ -20,30 +20,30 @@ namespace {
 constexpr std::string_view kLabUsage =
     R"(usage: soaksim --out DIR [--seed N] [--units N] [--rate R|max] [--config FILE]
                [--base-port P] [--pty SLOT...] [--chamber KIND] [--fixture KIND] [--decoder KIND...] [--maps DIR]
-Runs a simulated laboratory: a chamber, a fixture and a relay card that speak Modbus TCP, and units that speak the Xsens
-MTi's Xbus protocol or that of another family, all on 127.0.0.1. Writes DIR/station.toml when everything listens, then prints one line of JSON with
-the ports. Ends with status 0 on SIGTERM or SIGINT.
+Runs a simulated laboratory on 127.0.0.1: a chamber, a fixture and a relay card over Modbus TCP, and units that speak the
+Xbus protocol of the Xsens MTi or another unit protocol. Writes DIR/station.toml once everything is listening, then prints
+one line of JSON with the ports. Ends with status 0 on SIGTERM or SIGINT.
 
-  --out DIR        folder for station.toml; made where it is missing
-  --seed N         seed of all random numbers (default: that of the configuration)
+  --out DIR        folder for station.toml; created if missing
+  --seed N         seed of all random numbers (default: from the configuration)
   --units N        number of units, 1 to 16, in slots 1, 2, ...
-  --rate R         device seconds per second of host time, 0.01 to 20000 (default 1); max = 20000. A reader that does not
-                   keep up makes the laboratory's clock wait.
-  --config FILE    magnitudes, in the format of lab.toml
-  --base-port P    ports P (chamber), P+1 (fixture), P+2 (relay), P+3 (espec-p300), P+10+n (unit n); else any free ones
-  --pty SLOT...    these slots get a pseudo-terminal instead of a TCP port; the JSON line and station.toml name it
-  --chamber KIND   controller that station.toml names: f4t (Modbus TCP, the default), f4t-rtu, eurotherm-2400 (Modbus RTU on
+  --rate R         simulated seconds per real second, 0.01 to 20000 (default 1); max = 20000. If a reader cannot keep up,
+                   the laboratory's clock waits for it.
+  --config FILE    what is simulated and how strong it is, in the format of lab.toml
+  --base-port P    ports P (chamber), P+1 (fixture), P+2 (relay), P+3 (espec-p300), P+10+n (unit n); default: any free ports
+  --pty SLOT...    these slots get a pseudo-terminal instead of a TCP port; the JSON line and station.toml give its name
+  --chamber KIND   controller for station.toml: f4t (Modbus TCP, the default), f4t-rtu, eurotherm-2400 (Modbus RTU on
                    a pseudo-terminal), espec-p300 (lines of text over TCP)
-  --fixture KIND   what turns the units: six-positions (the default), two-axis (angles, and a rate of the inner axis)
+  --fixture KIND   fixture for station.toml: six-positions (the default), two-axis (angles, and a rate of the inner axis)
   --decoder KIND...
-                   what the units of slot 1, 2, ... speak, the last counting for all that follow: xsens (the default),
-                   ahrs400, vectornav
-  --maps DIR       folder of register maps and unit types that station.toml names
+                   protocols of the units in slots 1, 2, ...; the last one given applies to all further slots: xsens (the
+                   default), ahrs400, vectornav
+  --maps DIR       folder of register maps and unit types for station.toml
 )";
 constexpr std::string_view kTruthUsage =
     R"(usage: soaksim-truth [--seed N] [--units N] [--config FILE]
-Prints as JSON what is true of the units that soaksim simulates with the same options: thermal curves, axes, and the
-offsets of the first 64 power-ons of each. hal/sim/README.md describes the format.
+Prints as JSON the truth about the units that soaksim simulates with the same options: thermal curves, axes, and the
+offsets of each unit's first 64 power-ons. hal/sim/README.md describes the format.
 )";
 
 constexpr double kMinRate = 0.01;
@@ -126,7 +126,7 @@ base::Status refuse_what_needs_a_plan(const CampaignConfig& config) {
   for (const HiddenSpec& spec : config.hidden) {
     if (spec.amplitude) continue;
     return base::bad_input(
-        fmt::format("hidden effect '{}' has a magnitude, but there is no planned campaign here to count it by; give "
+        fmt::format("hidden effect '{}' has a magnitude, but there is no planned campaign here to scale it by; give "
                     "its 'amplitude'",
                     spec.effect));
   }

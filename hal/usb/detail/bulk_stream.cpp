@@ -67,7 +67,9 @@ void append_without_status(std::span<const std::uint8_t> transfer, std::size_t p
 
 base::Status set_up_ft232(UsbHandle& handle, int baud) {
   const auto divisor = ft232_divisor(baud);
-  if (!divisor) return base::bad_input(fmt::format("the chip has no {} baud: 184 to 3000000 (docs/hardware.md)", baud));
+  if (!divisor)
+    return base::bad_input(
+        fmt::format("the chip does not support {} baud: use 184 to 3000000 (docs/hardware.md)", baud));
   for (const Ft232Request& request : kRequests) {
     if (auto done = handle.vendor_request(request.request, request.value, 0); !done) return done;
   }

@@ -163,7 +163,7 @@ std::optional<BulkPair> first_bulk_pair(libusb_device* device) {
 
 std::string why_not_opened(const std::string& node, int error_number) {
   if (error_number == EACCES || error_number == EPERM) {
-    return fmt::format("no permission to open {}: install the udev rules (docs/hardware.md) and plug the unit again",
+    return fmt::format("no permission to open {}: install the udev rules (docs/hardware.md) and plug the unit in again",
                        node);
   }
   return fmt::format("cannot open {}: {}", node, std::generic_category().message(error_number));

@@ -143,7 +143,7 @@ std::optional<CellProblem> ColumnBuilder::read_number(std::string_view cell) {
   if (!real) {
     return CellProblem{
         is_nan_or_inf(cell)
-            ? fmt::format("'{}' is no measurement: give a finite number, or an empty cell for no new value", cell)
+            ? fmt::format("'{}' is not a measurement: give a finite number, or an empty cell for no new value", cell)
             : fmt::format("'{}' is not a number: give a decimal number with a dot, or an empty cell for no "
                           "new value",
                           cell)};
@@ -164,8 +164,7 @@ std::optional<CellProblem> ColumnBuilder::read_label(std::string_view cell) {
   }
   pending_.whole = static_cast<std::int64_t>(labels_.size());
   if (plan_->type && pending_.whole > whole_range(*plan_->type).high) {
-    return CellProblem{fmt::format("'{}' is one label more than type {} can number", cell, db::name_of(*plan_->type)),
-                       false};
+    return CellProblem{fmt::format("label '{}' is one too many for type {}", cell, db::name_of(*plan_->type)), false};
   }
   pending_.label = cell;
   return std::nullopt;

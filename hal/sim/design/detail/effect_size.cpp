@@ -296,8 +296,8 @@ base::Result<double> EffectSizer::amplitude_for(const DrawnEffect& drawn, double
     search.reached(reached);
   }
   return base::bad_input(
-      fmt::format("hidden effect '{}' reaches magnitude {} at no amplitude in this design; a smaller one, more runs or "
-                  "an 'amplitude' would do",
+      fmt::format("hidden effect '{}' cannot reach magnitude {} at any amplitude in this design: use a smaller "
+                  "magnitude or more runs, or give its 'amplitude'",
                   drawn.entry->name, magnitude));
 }
 

@@ -27,9 +27,8 @@ constexpr int kSendBuffer = 8192;
 base::Result<TcpListener> TcpListener::open(int port, int send_buffer) {
   const auto refused = [port] {
     return base::bad_input(
-        fmt::format("cannot listen on port {} of 127.0.0.1 ({}); --base-port wants one followed by "
-                    "free ports",
-                    port, std::strerror(errno)));
+        fmt::format("cannot listen on port {} of 127.0.0.1 ({}); --base-port needs one followed by free ports", port,
+                    std::strerror(errno)));
   };
   TcpListener listener;
   listener.fd_ = FileDescriptor(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
