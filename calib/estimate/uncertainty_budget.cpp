@@ -198,26 +198,38 @@ double faces_in_level_rad(const Circumstances& circumstances, const LevelStateme
   return face_uncertainty_rad(circumstances).value_or(0.0) * std::ranges::max(level.per_face_tilt);
 }
 
-/// Standard uncertainty of the level error in horizontal readings, rad: where it was estimated and subtracted, what the
-/// faces did to that; else the register's. It is common to all positions, so that no mean over them lessens it: what it
-/// does to misalignment lies between nothing (an axis of the same heading with the other one up and down) and all of it
-/// (opposite headings, as a turn about a horizontal axis leaves them).
+/// Standard uncertainty of the level error by the register, rad; 0 where it was estimated in every run and subtracted.
+/// It is common to all positions, so that no mean over them lessens it.
 double level_uncertainty_rad(const Circumstances& circumstances, const LevelStatement& level) {
-  const double of_faces = faces_in_level_rad(circumstances, level);
-  if (level.in_every_run) return of_faces;
-  return std::hypot(of_faces, reference_uncertainty(circumstances, ReferenceKind::level).value_or(0.0));
+  if (level.in_every_run) return 0.0;
+  return reference_uncertainty(circumstances, ReferenceKind::level).value_or(0.0);
 }
 
-/// Misalignment: half the difference of the tilts of two opposite faces about one axis, and at most the whole level
-/// error.
-void state_misalignment(const Circumstances& circumstances, double level_rad, Coupling& coupling) {
+/// Misalignment: half the difference of the tilts of two opposite faces about one axis; of the level error between
+/// nothing (an axis of the same heading with the other one up and down) and all of it (opposite headings, as a half
+/// turn about a horizontal axis leaves them); and at most the whole error of a level error that was subtracted.
+void state_misalignment(const Circumstances& circumstances, const LevelStatement& level, Coupling& coupling) {
   auto type_b = face_uncertainty_rad(circumstances);
-  if (type_b) *type_b = std::hypot(*type_b / std::numbers::sqrt2, level_rad);
+  if (type_b) {
+    *type_b = std::hypot(*type_b / std::numbers::sqrt2, level_uncertainty_rad(circumstances, level),
+                         faces_in_level_rad(circumstances, level));
+  }
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       if (i != j) complete_value(coupling[i][j], type_b, circumstances.runs);
     }
   }
+}
+
+/// Even-order term, 1/(m/s²). The four horizontal faces lean to one side by u/√4 on average. Of the level error an axis
+/// has all of it in the mean of two opposite faces, if their headings are the same, and the two pairs have headings of
+/// their own: u/√2, root mean square over the angle between them.
+std::optional<double> even_order_type_b(const Circumstances& circumstances, const LevelStatement& level) {
+  const auto faces = face_uncertainty_rad(circumstances);
+  if (!faces) return std::nullopt;
+  const double lean = std::hypot(*faces / 2.0, level_uncertainty_rad(circumstances, level) / std::numbers::sqrt2,
+                                 faces_in_level_rad(circumstances, level));
+  return lean / circumstances.gravity.mps2;
 }
 
 /// g-sensitivity off a gyro's axis, rad/s: the horizontal rotation of the Earth under an unknown heading (arcsine
@@ -327,13 +339,10 @@ std::optional<TypeBInput> supply_input(const Circumstances& circumstances, const
 void state_type_b(Circumstances circumstances, UnitRows& rows) {
   circumstances.gravity = with_reference_uncertainty(rows.gravity, circumstances.references);
   rows.gravity = circumstances.gravity;
-  const double level_rad = level_uncertainty_rad(circumstances, rows.level);
-  if (rows.accel_misalignment) state_misalignment(circumstances, level_rad, *rows.accel_misalignment);
+  if (rows.accel_misalignment) state_misalignment(circumstances, rows.level, *rows.accel_misalignment);
   if (rows.g_sensitivity) state_g_sensitivity(circumstances, rows.earth_removed, *rows.g_sensitivity);
   state_level(circumstances, rows.level);
-  // The four horizontal faces lean to one side by u/√4 on average, the level by at most the whole of it.
-  auto lean = face_uncertainty_rad(circumstances);
-  if (lean) *lean = std::hypot(*lean / 2.0, level_rad) / circumstances.gravity.mps2;
+  const auto lean = even_order_type_b(circumstances, rows.level);
   for (auto& even_order : rows.even_order) {
     if (even_order) complete_value(*even_order, lean, circumstances.runs);
   }

@@ -366,6 +366,7 @@ TEST(TypeB, TheLevelCountsInFullInMisalignmentUnlessItWasEstimated) {
   UnitRows rows;
   rows.gravity = {9.81, false, 3e-4, "stated"};
   rows.accel_misalignment.emplace();
+  rows.even_order[0].emplace();
   Circumstances of = circumstances();
   ReferenceUse level;
   level.reference.kind = ReferenceKind::level;
@@ -377,8 +378,10 @@ TEST(TypeB, TheLevelCountsInFullInMisalignmentUnlessItWasEstimated) {
     return *(*rows.accel_misalignment)[0][1].type_b;
   };
   EXPECT_NEAR(type_b(), std::hypot(0.1 / std::numbers::sqrt2, 0.2) * kRad, 1e-12);
+  EXPECT_NEAR(*rows.even_order[0]->type_b, std::hypot(0.05, 0.2 / std::numbers::sqrt2) * kRad / 9.81, 1e-12);
   rows.level.in_every_run = true;
   EXPECT_NEAR(type_b(), 0.1 / std::numbers::sqrt2 * kRad, 1e-12);
+  EXPECT_NEAR(*rows.even_order[0]->type_b, 0.05 * kRad / 9.81, 1e-12);
 }
 
 }  // namespace
