@@ -9,6 +9,7 @@
 
 #include "base/statistics.h"
 #include "base/units.h"
+#include "calib/estimate/certificates.h"
 #include "calib/estimate/unit_rows.h"
 
 namespace soak::calib {
@@ -18,8 +19,8 @@ namespace {
 
 constexpr double kPpmPerOne = 1e6;
 
-/// The largest standard uncertainty of the references of a kind: a unit's runs may have seen several. A correction that
-/// nobody applies is part of it.
+/// The largest standard uncertainty of the references of a kind that corrects nothing: a unit's runs may have seen
+/// several. A correction is part of it.
 std::optional<double> reference_uncertainty(const Circumstances& circumstances, ReferenceKind kind) {
   std::optional<double> largest;
   for (const ReferenceUse& use : circumstances.references) {
@@ -28,6 +29,23 @@ std::optional<double> reference_uncertainty(const Circumstances& circumstances, 
     largest = std::max(largest.value_or(0.0), u);
   }
   return largest;
+}
+
+/// As good as the readings of a kind are known in the worst of the campaigns that have a reference of it.
+CertifiedReading worst_reading(const Circumstances& circumstances, ReferenceKind kind) {
+  CertifiedReading worst;
+  std::vector<std::string> campaigns = circumstances.campaigns;
+  if (campaigns.empty()) campaigns.emplace_back();
+  for (const std::string& campaign : campaigns) {
+    const CertifiedReading reading = certified_reading(circumstances.references, kind, campaign);
+    if (reading.standard_uncertainty.value_or(-1.0) > worst.standard_uncertainty.value_or(-1.0)) worst = reading;
+  }
+  return worst;
+}
+
+std::string how_corrected(const CertifiedReading& reading) {
+  if (reading.undecided) return "not corrected, as the references differ: their corrections count";
+  return reading.correction == 0.0 ? "references" : "corrected by the references";
 }
 
 std::string missing_reference(std::string_view kind, std::string_view what) {
@@ -117,10 +135,12 @@ TypeBInput gravity_in_scale(const Circumstances& circumstances, Sensor sensor) {
 
 TypeBInput fixture_in_scale(const Circumstances& circumstances, Sensor sensor) {
   if (is_gyro(sensor)) {
-    const auto rate_ppm = reference_uncertainty(circumstances, ReferenceKind::rate);
-    if (!rate_ppm)
+    const CertifiedReading rate = worst_reading(circumstances, ReferenceKind::rate);
+    if (!rate.standard_uncertainty)
       return {.name = "fixture", .stated = false, .basis = missing_reference("rate", "rate of the fixture")};
-    return {.name = "fixture", .constant = *rate_ppm, .basis = "rate of the fixture (references)"};
+    return {.name = "fixture",
+            .constant = *rate.standard_uncertainty,
+            .basis = fmt::format("rate of the fixture ({})", how_corrected(rate))};
   }
   const auto u_rad = attitude_uncertainty_rad(circumstances);
   if (!u_rad) return fixture_not_stated();
@@ -178,16 +198,38 @@ double faces_in_level_rad(const Circumstances& circumstances, const LevelStateme
   return face_uncertainty_rad(circumstances).value_or(0.0) * std::ranges::max(level.per_face_tilt);
 }
 
-/// Misalignment: half the difference of the tilts of two opposite faces about one axis, and at most the whole error of
-/// a level error that was subtracted.
-void state_misalignment(const Circumstances& circumstances, double level_rad, Coupling& coupling) {
-  auto type_b = attitude_uncertainty_rad(circumstances);
-  if (type_b) *type_b = std::hypot(*type_b / std::numbers::sqrt2, level_rad);
+/// Standard uncertainty of the level error by the register, rad; 0 where it was estimated in every run and subtracted.
+/// It is common to all positions, so that no mean over them lessens it.
+double level_uncertainty_rad(const Circumstances& circumstances, const LevelStatement& level) {
+  if (level.in_every_run) return 0.0;
+  return reference_uncertainty(circumstances, ReferenceKind::level).value_or(0.0);
+}
+
+/// Misalignment: half the difference of the tilts of two opposite faces about one axis; of the level error between
+/// nothing (an axis of the same heading with the other one up and down) and all of it (opposite headings, as a half
+/// turn about a horizontal axis leaves them); and at most the whole error of a level error that was subtracted.
+void state_misalignment(const Circumstances& circumstances, const LevelStatement& level, Coupling& coupling) {
+  auto type_b = face_uncertainty_rad(circumstances);
+  if (type_b) {
+    *type_b = std::hypot(*type_b / std::numbers::sqrt2, level_uncertainty_rad(circumstances, level),
+                         faces_in_level_rad(circumstances, level));
+  }
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       if (i != j) complete_value(coupling[i][j], type_b, circumstances.runs);
     }
   }
+}
+
+/// Even-order term, 1/(m/s²). The four horizontal faces lean to one side by u/√4 on average. Of the level error an axis
+/// has all of it in the mean of two opposite faces, if their headings are the same, and the two pairs have headings of
+/// their own: u/√2, root mean square over the angle between them.
+std::optional<double> even_order_type_b(const Circumstances& circumstances, const LevelStatement& level) {
+  const auto faces = face_uncertainty_rad(circumstances);
+  if (!faces) return std::nullopt;
+  const double lean = std::hypot(*faces / 2.0, level_uncertainty_rad(circumstances, level) / std::numbers::sqrt2,
+                                 faces_in_level_rad(circumstances, level));
+  return lean / circumstances.gravity.mps2;
 }
 
 /// g-sensitivity off a gyro's axis, rad/s: the horizontal rotation of the Earth under an unknown heading (arcsine
@@ -273,16 +315,34 @@ std::vector<TypeBInput> scale_inputs(const Circumstances& circumstances, Sensor 
           fixture_in_scale(circumstances, sensor)};
 }
 
+std::optional<TypeBInput> supply_input(const Circumstances& circumstances, const std::vector<ModelTerm>& terms,
+                                       Sensor sensor) {
+  double per_v = 0.0;
+  bool acts = false;
+  for (const ModelTerm& term : terms) {
+    const TermPart* part = term.name == "supply_sensitivity" ? term.part_of(sensor) : nullptr;
+    if (part == nullptr) continue;
+    acts = true;
+    per_v += part->value("per_v").value_or(0.0);
+  }
+  if (!acts) return std::nullopt;
+  const CertifiedReading supply = worst_reading(circumstances, ReferenceKind::supply);
+  if (!supply.standard_uncertainty)
+    return TypeBInput{
+        .name = "supply", .stated = false, .basis = missing_reference("supply", "voltage of the units' supply")};
+  return TypeBInput{.name = "supply",
+                    .constant = std::abs(per_v) * *supply.standard_uncertainty,
+                    .basis = fmt::format("{:.2g} V of the supply's voltage ({}) times the sensitivity to it",
+                                         *supply.standard_uncertainty, how_corrected(supply))};
+}
+
 void state_type_b(Circumstances circumstances, UnitRows& rows) {
   circumstances.gravity = with_reference_uncertainty(rows.gravity, circumstances.references);
   rows.gravity = circumstances.gravity;
-  const double level_rad = faces_in_level_rad(circumstances, rows.level);
-  if (rows.accel_misalignment) state_misalignment(circumstances, level_rad, *rows.accel_misalignment);
+  if (rows.accel_misalignment) state_misalignment(circumstances, rows.level, *rows.accel_misalignment);
   if (rows.g_sensitivity) state_g_sensitivity(circumstances, rows.earth_removed, *rows.g_sensitivity);
   state_level(circumstances, rows.level);
-  // The four horizontal faces lean to one side by u/√4 on average.
-  auto lean = attitude_uncertainty_rad(circumstances);
-  if (lean) *lean = std::hypot(*lean / 2.0, level_rad) / circumstances.gravity.mps2;
+  const auto lean = even_order_type_b(circumstances, rows.level);
   for (auto& even_order : rows.even_order) {
     if (even_order) complete_value(*even_order, lean, circumstances.runs);
   }
@@ -290,6 +350,9 @@ void state_type_b(Circumstances circumstances, UnitRows& rows) {
     const std::size_t s = index_of(sensor);
     rows.bias_type_b[s] = bias_inputs(circumstances, sensor, circumstances.turned[axis_of(sensor)],
                                       cross_sensitivity(circumstances, rows, sensor));
+    if (auto supply = supply_input(circumstances, rows.terms, sensor)) {
+      rows.bias_type_b[s].push_back(*std::move(supply));
+    }
     rows.scale_type_b[s] = scale_inputs(circumstances, sensor);
   }
 }

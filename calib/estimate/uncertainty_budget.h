@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calib/estimate/curve_data.h"
+#include "calib/estimate/model_term.h"
 #include "calib/estimate/site.h"
 #include "calib/vocabulary/reference.h"
 #include "calib/vocabulary/sensor.h"
@@ -17,8 +18,10 @@ namespace soak::calib {
 /// One line of the uncertainty budget of a curve (JCGM 100:2008, 8): standard uncertainties at each of its points, in
 /// its unit. Contributions count as independent.
 struct Contribution {
-  std::string name = {};  ///< "noise", "run_to_run", "hysteresis", "thermometer", "gravity", "fixture", "model"
-  char type = 'A';        ///< 'A': from the scatter of these runs; 'B': from elsewhere
+  /// "noise", "run_to_run", "hysteresis", "thermometer", "gravity", "fixture", "model"; "supply" where the model has a
+  /// term of it
+  std::string name = {};
+  char type = 'A';  ///< 'A': from the scatter of these runs; 'B': from elsewhere
   std::optional<double> degrees_of_freedom = std::nullopt;  ///< absent = infinite
   std::vector<double> u = {};        ///< of the mean curve (ci95); empty = not part of it, or not stated
   std::vector<double> u_fresh = {};  ///< of one fresh power-on (pi95); empty = not part of it, or not stated
@@ -43,8 +46,9 @@ struct Circumstances {
   std::optional<double> thermometer_repeatability_c;  ///< UnitType
   std::optional<double> thermometer_lsb_c;
   std::vector<ReferenceUse> references;
-  bool positions = true;         ///< false: one attitude throughout
-  std::array<bool, 3> turned{};  ///< whether in every run the axis pointed up and down at rest
+  std::vector<std::string> campaigns;  ///< of the runs
+  bool positions = true;               ///< false: one attitude throughout
+  std::array<bool, 3> turned{};        ///< whether in every run the axis pointed up and down at rest
   std::size_t runs = 0;
 };
 
@@ -52,7 +56,8 @@ struct Circumstances {
 [[nodiscard]] std::optional<double> face_uncertainty_rad(const Circumstances& circumstances);
 
 /// Standard uncertainty of the direction of gravity in the unit's frame, rad: faces of the fixture and its level, each
-/// about two axes. Absent where the register has no squareness.
+/// about two axes. A correction of the level has no heading, so that nothing can apply it: it counts as uncertainty.
+/// Absent where the register has no squareness.
 [[nodiscard]] std::optional<double> attitude_uncertainty_rad(const Circumstances& circumstances);
 
 /// Rotation of the Earth across the vertical, rad/s; all of it where nobody knows the latitude.
@@ -68,8 +73,13 @@ struct Circumstances {
                                                   double cross_g_sensitivity);
 
 /// The same for the scale curve in ppm. Accelerometer: u(g)/g, and (cos ε₊ + cos ε₋)/2 − 1, of root mean square
-/// u²√(3/2). Gyro: the rate of the fixture.
+/// u²√(3/2). Gyro: the rate of the fixture, the largest uncertainty of the campaigns.
 [[nodiscard]] std::vector<TypeBInput> scale_inputs(const Circumstances& circumstances, Sensor sensor);
+
+/// What the voltmeter adds to the bias of a sensor that follows the supply: the curve is that at the term's
+/// `reference_v`, known to u(V), so it is off by |per_v| u(V). Absent where no term of the supply acts on the sensor.
+[[nodiscard]] std::optional<TypeBInput> supply_input(const Circumstances& circumstances,
+                                                     const std::vector<ModelTerm>& terms, Sensor sensor);
 
 struct UnitRows;
 

@@ -12,6 +12,8 @@
 #include <string>
 #include <utility>
 
+#include "calib/estimate/certificates.h"
+
 namespace soak::calib {
 namespace {
 
@@ -200,6 +202,7 @@ std::vector<GatedRun> gate_runs(const UnitInput& input, std::vector<Warning>& wa
   for (const RunInput& run : input.runs) {
     add_gate_warnings(run, all);
     gated.push_back({&run, accepted(run.segments), {}});
+    correct_rates(gated.back().segments, input.references, run.campaign);
   }
   for (GatedRun& run : gated) {
     run.place = place_of(run.segments, with_reference_gravity(run.run->site, input.references));

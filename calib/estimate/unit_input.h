@@ -83,8 +83,8 @@ struct GatedRun {
 };
 
 /// Every run of the unit without what the gate rejected; gravity of a site that does not know it comes from the
-/// references where they have one. `warnings`: one per code, that of the first run that has it, and how many more runs
-/// do.
+/// references where they have one, and rates of the fixture are corrected as they say. `warnings`: one per code, that
+/// of the first run that has it, and how many more runs do.
 [[nodiscard]] std::vector<GatedRun> gate_runs(const UnitInput& input, std::vector<Warning>& warnings);
 
 }  // namespace soak::calib

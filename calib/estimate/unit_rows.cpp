@@ -190,6 +190,7 @@ Circumstances circumstances_of(const UnitInput& input, std::span<const GatedRun>
   of.turned.fill(true);
   bool latitudes = true;
   for (const auto& [run, segments, place] : used) {
+    if (std::ranges::find(of.campaigns, run->campaign) == of.campaigns.end()) of.campaigns.push_back(run->campaign);
     of.positions =
         of.positions || std::ranges::any_of(segments, [](const Segment& s) { return s.position.has_value(); });
     for (std::size_t axis = 0; axis < 3; ++axis) of.turned[axis] = of.turned[axis] && turned_both_ways(segments, axis);

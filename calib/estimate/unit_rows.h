@@ -41,6 +41,7 @@ struct LevelStatement {
   std::array<double, 2> per_face_tilt{};                    ///< as in LevelError, the largest of the runs
   std::string reason;                                       ///< why there is none; empty where there is one
   bool with_headings = false;                               ///< some run knows the headings of all its positions
+  bool in_every_run = false;                                ///< each has shown it
 };
 
 /// A run that a model was fitted to.

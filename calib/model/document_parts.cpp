@@ -184,6 +184,7 @@ base::Result<ReferenceUse> reference_use_of(const json& stored) {
   stored.at("standard_uncertainty").get_to(use.reference.standard_uncertainty);
   stored.at("issued_utc_s").get_to(use.reference.issued_utc_s);
   stored.at("due_utc_s").get_to(use.reference.due_utc_s);
+  if (stored.contains("campaigns")) stored["campaigns"].get_to(use.campaigns);
   if (stored.contains("waiver")) use.waiver = stored_waiver_of(stored["waiver"], use.reference.record_id);
   return use;
 }
@@ -224,6 +225,7 @@ json stored_references(const std::vector<ReferenceUse>& uses) {
                   {"issued_utc_s", reference.issued_utc_s},
                   {"due_utc_s", reference.due_utc_s}};
     if (reference.correction) entry["correction"] = *reference.correction;
+    if (!use.campaigns.empty()) entry["campaigns"] = use.campaigns;
     if (use.waiver) entry["waiver"] = stored_waiver(*use.waiver);
     list.push_back(std::move(entry));
   }

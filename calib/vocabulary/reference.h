@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/units.h"
 
@@ -32,6 +33,19 @@ constexpr std::string_view printed_unit(ReferenceKind kind) {
 }
 constexpr double printed_per_si(ReferenceKind kind) { return printed_unit(kind) == "deg" ? base::kDegPerRad : 1.0; }
 
+/// What the numbers of a kind do to a calibration, for people; where nothing, why not.
+constexpr std::string_view bears_on(ReferenceKind kind) {
+  constexpr std::array<std::string_view, kReferenceKindNames.size()> kTexts = {
+      "no number: curves are over the unit's own thermometer",
+      "uncertainty of bias, scale and misalignment; known angles of faces stand in the positions",
+      "uncertainty of misalignment where the level error was not estimated; a correction has no heading and counts as "
+      "uncertainty",
+      "scale of the accelerometers: local gravity and its uncertainty",
+      "voltages that were recorded are corrected; uncertainty of biases that follow the supply",
+      "rates that were recorded are corrected; uncertainty of the gyros' scale"};
+  return kTexts[static_cast<std::size_t>(kind)];
+}
+
 /// One calibrated reference of the laboratory, as its certificate has it. Units by kind: chamber_probe K,
 /// fixture_squareness rad (angle of a face to the nominal one), level rad, gravity m/s², supply V, rate ppm of the
 /// rate.
@@ -41,6 +55,7 @@ struct Reference {
   std::string name;  ///< what the laboratory calls it, unique within the kind: "probe 3", serial number
   std::string certificate;
   /// Added to what the reference says (chamber_probe, level, supply, rate); local gravity itself for kind gravity.
+  /// certificates.h says what is done with it.
   std::optional<double> correction;
   double standard_uncertainty = 0.0;  ///< k = 1
   double issued_utc_s = 0.0;
@@ -58,10 +73,11 @@ struct Waiver {
   std::string signature_hex;   ///< Ed25519 by `public_key_hex`
 };
 
-/// A reference that a campaign was measured with.
+/// A reference that campaigns were measured with.
 struct ReferenceUse {
   Reference reference;
-  std::optional<Waiver> waiver;  ///< where it was expired
+  std::optional<Waiver> waiver = std::nullopt;  ///< where it was expired
+  std::vector<std::string> campaigns = {};      ///< those campaigns; empty: all that are looked at
 };
 
 }  // namespace soak::calib

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -166,7 +167,10 @@ struct DeviceMap {
   std::optional<TextConfirm> confirm;  ///< text: where commands that write are not answered
   std::vector<std::string> positions;  ///< of a fixture: label of position code 1, 2, ..., or of a pair of angles
   std::vector<double> azimuths_deg;    ///< of those positions, as calib::Position says; empty = not known
-  std::optional<FixtureAxes> axes;     ///< of a fixture that is told angles; absent = position codes
+  /// Of those positions whose up is known better than by its label, degrees by which the true up leans from the label's
+  /// direction: towards the fixture's axis that follows it cyclically (x after z), and towards the one after that.
+  std::map<std::string, std::array<double, 2>> leans_deg;
+  std::optional<FixtureAxes> axes;  ///< of a fixture that is told angles; absent = position codes
 };
 
 /// What a map must have beyond being sound in itself.

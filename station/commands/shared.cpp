@@ -29,7 +29,7 @@ nlohmann::json warnings_json(const std::vector<calib::Warning>& warnings) {
 
 void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& output) {
   std::vector<std::string> texts;
-  for (const auto& [reference, waiver] : references) {
+  for (const auto& [reference, waiver, campaigns] : references) {
     if (!waiver) continue;
     texts.push_back(fmt::format("{}, due {}, by a waiver of {}: {}", describe(reference), iso_date(reference.due_utc_s),
                                 waiver->signer, waiver->reason));

@@ -307,14 +307,26 @@ void read_controllers(const settings::Table& root, const std::filesystem::path& 
   if (const auto table = root.table("purge")) config.purge_below_c = table->number("below_c", {-100.0, 50.0});
 }
 
+double dot(const calib::Vector3& a, const calib::Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/// Up in the fixture's axes where it leans from the direction of a label (DeviceMap::leans_deg).
+calib::Vector3 leaned(calib::Vector3 up, const std::array<double, 2>& lean_deg) {
+  if (lean_deg[0] == 0.0 && lean_deg[1] == 0.0) return up;
+  const std::size_t axis = up[0] != 0.0 ? 0 : up[1] != 0.0 ? 1 : 2;
+  up[(axis + 1) % 3] = std::tan(lean_deg[0] * base::kRadPerDeg);
+  up[(axis + 2) % 3] = std::tan(lean_deg[1] * base::kRadPerDeg);
+  const double length = std::sqrt(dot(up, up));
+  for (double& part : up) part /= length;
+  return up;
+}
+
 /// Heading of a horizontal axis of the fixture that stands with `up` upwards, clockwise from the axis after the
 /// vertical one, degrees.
 double heading_on_fixture(const calib::Vector3& up, const calib::Vector3& axis) {
   const calib::Vector3 forward = {std::abs(up[2]), std::abs(up[0]), std::abs(up[1])};
   const calib::Vector3 left = {up[1] * forward[2] - up[2] * forward[1], up[2] * forward[0] - up[0] * forward[2],
                                up[0] * forward[1] - up[1] * forward[0]};
-  const auto along = [&](const calib::Vector3& d) { return axis[0] * d[0] + axis[1] * d[1] + axis[2] * d[2]; };
-  return std::atan2(-along(left), along(forward)) * base::kDegPerRad;
+  return std::atan2(-dot(axis, left), dot(axis, forward)) * base::kDegPerRad;
 }
 
 /// A serial port that something else owns already.
@@ -385,14 +397,16 @@ hal::UnitLink link_of(const Slot& slot, const calib::UnitType& type) {
   return link;
 }
 
-calib::Position unit_position(const Slot& slot, std::string_view fixture_up, std::optional<double> azimuth_deg) {
+calib::Position unit_position(const Slot& slot, std::string_view fixture_up, std::optional<double> azimuth_deg,
+                              const std::array<double, 2>& lean_deg) {
   const auto up = calib::position_named(fixture_up);
   if (!up || !is_right_handed(slot.axes)) return {};
+  const calib::Vector3 true_up = leaned(up->up, lean_deg);
   calib::Position position;
   for (std::size_t axis = 0; axis < slot.axes.size(); ++axis) {
     const calib::Vector3 direction = calib::position_named(slot.axes[axis])->up;
-    const double part = direction[0] * up->up[0] + direction[1] * up->up[1] + direction[2] * up->up[2];
-    position.up[axis] = part;
+    const double part = dot(direction, up->up);
+    position.up[axis] = dot(direction, true_up);
     if (part == 0.0) continue;
     position.label = {part > 0.0 ? '+' : '-', static_cast<char>('X' + axis)};
     const auto next = calib::position_named(slot.axes[(axis + 1) % 3])->up;
@@ -405,8 +419,14 @@ std::vector<calib::Position> positions_of(const Slot& slot, const StationConfig&
   std::vector<calib::Position> positions;
   if (!config.fixture) return positions;
   const hal::DeviceMap& map = *config.fixture;
-  for (std::size_t i = 0; i < map.azimuths_deg.size(); ++i) {
-    calib::Position position = unit_position(slot, map.positions[i], map.azimuths_deg[i]);
+  for (std::size_t i = 0; i < map.positions.size(); ++i) {
+    const auto lean = map.leans_deg.find(map.positions[i]);
+    const bool leans = lean != map.leans_deg.end();
+    const bool heads = i < map.azimuths_deg.size();
+    if (!leans && !heads) continue;
+    calib::Position position =
+        unit_position(slot, map.positions[i], heads ? std::optional(map.azimuths_deg[i]) : std::nullopt,
+                      leans ? lean->second : std::array<double, 2>{});
     if (!position.label.empty()) positions.push_back(std::move(position));
   }
   return positions;

@@ -69,11 +69,12 @@ struct StationConfig {
 
 /// The unit's position when the fixture stands with `fixture_up` (a label of the six) upwards: label and up vector in
 /// the unit's own axes; both empty where the label is none of the six. `azimuth_deg`: the fixture's own in that
-/// position; the unit's is that of its own axis after the vertical one.
+/// position; the unit's is that of its own axis after the vertical one. `lean_deg`: as DeviceMap::leans_deg.
 [[nodiscard]] calib::Position unit_position(const Slot& slot, std::string_view fixture_up,
-                                            std::optional<double> azimuth_deg = {});
+                                            std::optional<double> azimuth_deg = {},
+                                            const std::array<double, 2>& lean_deg = {});
 
-/// The positions of a unit in the slot whose azimuth the fixture's register map gives.
+/// The positions of a unit in the slot of which the fixture's register map gives more than a label: azimuth or lean.
 [[nodiscard]] std::vector<calib::Position> positions_of(const Slot& slot, const StationConfig& config);
 
 }  // namespace soak::station

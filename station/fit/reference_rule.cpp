@@ -143,15 +143,16 @@ base::Result<calib::ReferenceUse> use_today(calib::ReferenceUse noted, const std
   return noted;
 }
 
-/// Each entry once, with the waiver that was signed last.
+/// Each entry once, with its campaigns and the waiver that was signed last.
 void add_use(std::vector<calib::ReferenceUse>& uses, calib::ReferenceUse use) {
   const auto same = std::ranges::find_if(
       uses, [&](const calib::ReferenceUse& other) { return other.reference.record_id == use.reference.record_id; });
   if (same == uses.end()) {
     uses.push_back(std::move(use));
-  } else if (use.waiver && (!same->waiver || same->waiver->utc_s < use.waiver->utc_s)) {
-    same->waiver = std::move(use.waiver);
+    return;
   }
+  same->campaigns.insert(same->campaigns.end(), use.campaigns.begin(), use.campaigns.end());
+  if (use.waiver && (!same->waiver || same->waiver->utc_s < use.waiver->utc_s)) same->waiver = std::move(use.waiver);
 }
 
 base::Error blocked(const std::vector<calib::Reference>& expired, double utc_s) {
@@ -228,6 +229,7 @@ base::Result<std::vector<calib::ReferenceUse>> references_of_campaigns(const db:
     for (calib::ReferenceUse& noted : *of_campaign) {
       auto use = use_today(std::move(noted), *entries, *waivers);
       if (!use) return base::forward_error(use);
+      use->campaigns = {campaign};
       add_use(uses, *std::move(use));
     }
   }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/statistics.h"
+#include "calib/estimate/certificates.h"
 #include "calib/estimate/site.h"
 #include "calib/forward/simulation.h"
 #include "calib/gap/campaign/campaign.h"
@@ -84,6 +85,7 @@ base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, c
     if (!recording) return base::forward_error(recording);
     calib::gap::LoggedRun entry;
     entry.log = calib::gap::make_run_log(*recording);
+    calib::correct_supply(entry.log.supply_v, input.references, run.campaign);
     logged.thermometer.add(calib::gap::sample_facts(recording->temp_c));
     entry.start_utc_s = start_utc_s(*recording);
     if (with_samples) {

@@ -178,6 +178,14 @@ void read_constants(const Table& constants, ColumnsMap& map) {
 // --- [positions], [azimuths_deg]
 
 /// Direction up in body axes, as a unit vector.
+constexpr double kFaceCosine = 0.99939;  ///< of 2°, the most that a face of the six positions may lean
+
+/// Whether it is one of the six as its label alone says it.
+bool is_nominal(const calib::Position& position) {
+  const auto named = calib::position_named(position.label);
+  return named && named->up == position.up;
+}
+
 void set_up_vector(const std::vector<double>& numbers, const Table& table, const std::string& key,
                    calib::Position& position) {
   double norm = 0.0;
@@ -197,20 +205,29 @@ void set_up_vector(const std::vector<double>& numbers, const Table& table, const
 calib::Position read_map_position(const Table& positions, const std::string& label) {
   calib::Position position{.label = label, .up = {}, .azimuth_deg = {}, .rate_dps = {}};
   if (label.empty()) positions.refuse(label, "a position needs a label");
-  if (calib::position_named(label)) {
-    positions.refuse(label, fmt::format("position '{}' is one of the six fixed ones: give yours another label, or its "
-                                        "azimuth in [azimuths_deg]",
-                                        label));
-  }
   if (positions.kind(label) != Kind::table) {
     set_up_vector(positions.numbers(label, kFiniteNumber), positions, label, position);
-    return position;
+  } else {
+    const Table table = positions.section(label);
+    table.allow_only({"up", "azimuth_deg", "rate_dps"});
+    position.azimuth_deg = table.optional_number("azimuth_deg", {-360.0, 360.0});
+    position.rate_dps = table.optional_number("rate_dps", {-kFastestFixture_dps, kFastestFixture_dps});
+    set_up_vector(table.numbers("up", kFiniteNumber), positions, label, position);
   }
-  const Table table = positions.section(label);
-  table.allow_only({"up", "azimuth_deg", "rate_dps"});
-  position.azimuth_deg = table.optional_number("azimuth_deg", {-360.0, 360.0});
-  position.rate_dps = table.optional_number("rate_dps", {-kFastestFixture_dps, kFastestFixture_dps});
-  set_up_vector(table.numbers("up", kFiniteNumber), positions, label, position);
+  const auto named = calib::position_named(label);
+  if (!named) return position;
+  position.label = named->label;
+  if (position.rate_dps) {
+    positions.refuse(label, fmt::format("position '{}' is one of the six fixed ones, in which nothing turns: give "
+                                        "yours another label",
+                                        label));
+  }
+  const double cosine = position.up[0] * named->up[0] + position.up[1] * named->up[1] + position.up[2] * named->up[2];
+  if (cosine < kFaceCosine) {
+    positions.refuse(label, fmt::format("position '{}' is one of the six fixed ones, whose faces may lean by 2° at "
+                                        "most: give yours another label",
+                                        label));
+  }
   return position;
 }
 
@@ -235,7 +252,17 @@ void read_map_positions(const Table& root, ColumnsMap& map) {
     map.positions.push_back(*std::move(position));
   }
   const Table positions = root.section("positions");
-  for (const std::string& label : sorted_keys(positions)) map.positions.push_back(read_map_position(positions, label));
+  for (const std::string& label : sorted_keys(positions)) {
+    calib::Position position = read_map_position(positions, label);
+    const auto same = std::ranges::find(map.positions, position.label, &calib::Position::label);
+    if (same != map.positions.end()) {
+      positions.refuse(label, fmt::format("position '{}' is duplicated; where its face leans, its azimuth_deg stands "
+                                          "beside its 'up'",
+                                          position.label));
+      continue;
+    }
+    map.positions.push_back(std::move(position));
+  }
 }
 
 ColumnsMap read_columns_root(const Table& root) {
@@ -285,15 +312,18 @@ std::string column_text(const MappedColumn& column) {
 
 std::string positions_text(const std::vector<calib::Position>& positions) {
   std::string text;
+  std::set<std::string> written;
   for (const calib::Position& position : positions) {
-    if (calib::position_named(position.label)) continue;
+    const auto named = calib::position_named(position.label);
+    const std::string label = named ? named->label : position.label;
+    if (is_nominal(position) || !written.insert(label).second) continue;
     const std::string up = fmt::format("[{}, {}, {}]", toml_number(position.up[0]), toml_number(position.up[1]),
                                        toml_number(position.up[2]));
     std::string more;
     if (position.azimuth_deg) more += ", azimuth_deg = " + toml_number(*position.azimuth_deg);
     if (position.rate_dps) more += ", rate_dps = " + toml_number(*position.rate_dps);
     const std::string value = more.empty() ? up : fmt::format("{{ up = {}{} }}", up, more);
-    text += fmt::format("{} = {}\n", toml_string(position.label), value);
+    text += fmt::format("{} = {}\n", toml_string(label), value);
   }
   return text.empty() ? text : "\n[positions]\n" + text;
 }
@@ -304,7 +334,7 @@ std::string azimuths_text(const std::vector<calib::Position>& positions) {
   std::set<std::string> written;
   for (const calib::Position& position : positions) {
     const auto named = calib::position_named(position.label);
-    if (!named || !position.azimuth_deg || !written.insert(named->label).second) continue;
+    if (!is_nominal(position) || !position.azimuth_deg || !written.insert(named->label).second) continue;
     text += fmt::format("{} = {}\n", toml_string(named->label), toml_number(*position.azimuth_deg));
   }
   return text.empty() ? text : "\n[azimuths_deg]\n" + text;

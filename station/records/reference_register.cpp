@@ -176,11 +176,12 @@ std::string reference_text(const ShownReference& shown) {
   const calib::Reference& reference = shown.row.reference;
   std::string text = fmt::format(
       "{} '{}'\n  certificate {}, issued {}, due {}: {}\n  correction {}, standard uncertainty {}\n"
+      "  bears on {}\n"
       "  entered on {} by {} as {}\n",
       calib::name_of(reference.kind), reference.name, reference.certificate, iso_date(reference.issued_utc_s),
       iso_date(reference.due_utc_s), state_text(shown), correction_text(reference),
-      number_text(reference.standard_uncertainty, reference.kind), iso_date(shown.row.entered_utc_s), shown.row.user,
-      reference.record_id);
+      number_text(reference.standard_uncertainty, reference.kind), calib::bears_on(reference.kind),
+      iso_date(shown.row.entered_utc_s), shown.row.user, reference.record_id);
   if (const auto& end = shown.row.retired) {
     text += fmt::format("  retired on {} by {}: {}\n", iso_date(end->utc_s), end->user, end->reason);
   }

@@ -132,7 +132,7 @@ base::Status check_waiver(const calib::Waiver& waiver, const calib::Reference& r
 
 std::vector<calib::Warning> waiver_warnings(const std::vector<calib::ReferenceUse>& references) {
   std::vector<calib::Warning> warnings;
-  for (const auto& [reference, waiver] : references) {
+  for (const auto& [reference, waiver, campaigns] : references) {
     if (!waiver || has_good_signature(*waiver, reference)) continue;
     warnings.push_back(
         {"waiver_signature",

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/vocabulary/reference.h"
 #include "station/report/html.h"
 #include "station/report/page_parts.h"
 
@@ -184,13 +185,17 @@ std::string waiver_text(const json& reference) {
 
 std::string references_table(const json& references) {
   html::Table table("References that the campaigns were measured with",
-                    {"kind", "name", "certificate", "standard uncertainty", "due", "waiver", "since then"});
+                    {"kind", "name", "certificate", "correction", "standard uncertainty", "what it bears on", "due",
+                     "waiver", "since then"});
   for (const json& reference : references) {
+    const auto kind = calib::reference_kind_named(reference.value("kind", ""));
+    const std::string unit = html::unit_text(reference.value("unit", ""));
+    const json& correction = member(reference, "correction");
     table.row({html::html_cell(html::text_of(reference, "kind")), html::html_cell(html::text_of(reference, "name")),
                html::html_cell(html::text_of(reference, "certificate")),
-               html::html_cell(html::number(member(reference, "standard_uncertainty")) + " " +
-                                   html::unit_text(reference.value("unit", "")),
-                               true),
+               html::html_cell(correction.is_number() ? html::number(correction) + " " + unit : "–", true),
+               html::html_cell(html::number(member(reference, "standard_uncertainty")) + " " + unit, true),
+               html::text_cell(kind ? calib::bears_on(*kind) : "–"),
                html::html_cell(html::text_of(reference, "due_utc")), html::html_cell(waiver_text(reference)),
                html::html_cell(member(reference, "since").is_string() ? html::text_of(reference, "since") : "–")});
   }

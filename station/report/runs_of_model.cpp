@@ -40,6 +40,14 @@ RunUse use_of(const db::RunRow& run, bool could_be_fitted, std::vector<std::stri
   return run.purpose == "diagnosis" ? RunUse::diagnosis : RunUse::not_used;
 }
 
+/// The references as the fit took them: one that corrected rates and voltages has stored in which campaigns.
+std::vector<calib::ReferenceUse> as_fitted(std::vector<calib::ReferenceUse> uses) {
+  for (calib::ReferenceUse& use : uses) {
+    if (use.campaigns.empty() && use.reference.kind != calib::ReferenceKind::gravity) use.reference.correction.reset();
+  }
+  return uses;
+}
+
 /// "R01, R02"
 template <class Condition>
 std::string labels_where(const std::vector<UsedRun>& runs, Condition condition) {
@@ -183,7 +191,7 @@ base::Result<calib::UnitInput> input_of(const db::Catalog& catalog, const calib:
   }
   calib::leave_out_copies(input->runs, warnings);
   if (use == RunUse::fitted) {
-    input->references = calibration.references;
+    input->references = as_fitted(calibration.references);
     return input;
   }
   std::vector<std::string> campaigns;

@@ -201,9 +201,12 @@ TEST(ReferencesInTheModelDocument, ComeBackToTheLastBit) {
   std::vector<ReferenceUse> uses = references();
   uses[0].reference.standard_uncertainty = 0.1 / 3.0;
   uses[0].reference.correction = -1.0 / 3.0;
+  uses[0].campaigns = {"spring", "autumn"};
   const auto back = references_of(json::parse(stored_references(uses).dump()));
   ASSERT_TRUE(back) << back.error().message;
   expect_equal(*back, uses);
+  EXPECT_EQ((*back)[0].campaigns, uses[0].campaigns);
+  EXPECT_TRUE((*back)[1].campaigns.empty());
 }
 
 TEST(ReferencesInTheModelDocument, ReachTheCalibrationOfALaterExport) {

@@ -16,13 +16,13 @@ TEST(SixPositionTilt, HorizontalFacesThatAreNotSquareDoNotReachTheLevelOfTheBias
   simulated::Scatter scatter;
   scatter.face_tilt_rad = 0.1 * std::numbers::pi / 180.0;
   scatter.gravity_mps2 = scatter.thermometer_c = 0.0;
-  scatter.accel_run_mps2 = scatter.accel_visit_mps2 = 0.0;
+  scatter.accel_run_mps2 = scatter.accel_visit_mps2 = scatter.accel_half_gap_mps2 = scatter.accel_per_v = 0.0;
   scatter.accel_noise_mps2 = 1e-4;
   base::Random random(3);
   double squares = 0.0;
   double count = 0.0;
   for (int i = 0; i < 10; ++i) {
-    const auto truth = simulated::Truth::draw(random, Sensor::gyro_y);
+    const auto truth = simulated::Truth::draw(random);
     const UnitInput input = simulated::campaign(truth, Sensor::gyro_y, 1, scatter, random);
     const auto estimate = estimate_six_positions(input.runs[0].segments, input.runs[0].site, input.type);
     for (const PlateauEstimate& plateau : estimate.sensor[index_of(Sensor::accel_y)].plateaus) {

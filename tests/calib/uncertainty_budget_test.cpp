@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "base/random.h"
+#include "calib/estimate/certificates.h"
 #include "calib/estimate/site.h"
 #include "calib/model/unit_model.h"
 #include "tests/calib/campaign_simulation.h"
@@ -121,8 +122,10 @@ TEST(TypeB, TiltsOfTheFacesAreAsLargeAsDrawnOnes) {
 }
 
 UnitInput small_campaign(base::Random& random, int runs) {
-  const auto truth = simulated::Truth::draw(random, Sensor::gyro_x);
-  return simulated::campaign(truth, Sensor::gyro_x, runs, {}, random);
+  const auto truth = simulated::Truth::draw(random);
+  simulated::Scatter scatter;
+  scatter.gyro_half_gap_rps = scatter.accel_half_gap_mps2 = 0.0;
+  return simulated::campaign(truth, Sensor::gyro_x, runs, scatter, random);
 }
 
 TEST(UncertaintyBudget, AFitListsAllSevenAndTheirSumIsTheBand) {
@@ -228,14 +231,157 @@ TEST(UncertaintyBudget, OneRunWithoutAPairBringsTheFirstOrderOfItsFaces) {
   EXPECT_NEAR(fixture(), 9.81e-3, 1e-8);
 }
 
-TEST(UncertaintyBudget, ACorrectionThatNobodyAppliesCounts) {
+ReferenceUse rate_of(double correction_ppm, double standard_uncertainty, std::vector<std::string> campaigns = {}) {
+  ReferenceUse use;
+  use.reference.kind = ReferenceKind::rate;
+  use.reference.standard_uncertainty = standard_uncertainty;
+  use.reference.correction = correction_ppm;
+  use.campaigns = std::move(campaigns);
+  return use;
+}
+
+TEST(UncertaintyBudget, ACorrectionCountsAsUncertaintyOnlyWhereItCannotBeApplied) {
   Circumstances of = circumstances();
-  ReferenceUse rate;
-  rate.reference.kind = ReferenceKind::rate;
-  rate.reference.standard_uncertainty = 30.0;
-  rate.reference.correction = -400.0;
-  of.references = {rate};
-  EXPECT_NEAR(named(scale_inputs(of, Sensor::gyro_x), "fixture").constant, std::hypot(30.0, 400.0), 1e-9);
+  const auto fixture_ppm = [&] { return named(scale_inputs(of, Sensor::gyro_x), "fixture").constant; };
+  of.references = {rate_of(-400.0, 30.0)};
+  EXPECT_NEAR(fixture_ppm(), 30.0, 1e-9);
+  of.references.push_back(rate_of(-400.0, 50.0));
+  EXPECT_NEAR(fixture_ppm(), 50.0, 1e-9);
+  of.references.push_back(rate_of(100.0, 10.0));
+  EXPECT_NEAR(fixture_ppm(), std::hypot(50.0, 400.0), 1e-9);
+  // Of two campaigns, each with a certificate of its own, the worse.
+  of.campaigns = {"spring", "autumn"};
+  of.references = {rate_of(-400.0, 30.0, {"spring"}), rate_of(100.0, 45.0, {"autumn"})};
+  EXPECT_NEAR(fixture_ppm(), 45.0, 1e-9);
+}
+
+/// Scale of the gyros along x, each run's mean over its plateaus, ppm.
+std::vector<double> gyro_scales_ppm(const UnitInput& input) {
+  const auto rows = make_rows(input);
+  if (!rows || !rows->scale[0]) return {};
+  std::vector<double> sum(rows->scale[0]->runs.size());
+  std::vector<double> count(sum.size());
+  for (const CurveRow& row : rows->scale[0]->rows) {
+    sum[static_cast<std::size_t>(row.run)] += row.value;
+    count[static_cast<std::size_t>(row.run)] += 1.0;
+  }
+  for (std::size_t r = 0; r < sum.size(); ++r) sum[r] /= count[r];
+  return sum;
+}
+
+/// A fixture that turns by 1000 ppm faster than it says gives gyros 1000 ppm of scale that they do not have.
+TEST(Certificates, ARateIsCorrectedRunByRunAsItsCampaignsCertificateSays) {
+  base::Random random(11);
+  const auto truth = simulated::Truth::draw(random);
+  simulated::Scatter scatter;
+  scatter.rate_ppm = scatter.gyro_noise_rps = scatter.gyro_visit_rps = scatter.thermometer_c = 0.0;
+  scatter.rate_correction_ppm = 1000.0;
+  scatter.face_tilt_rad = scatter.level_rad = 0.0;
+  UnitInput input = simulated::campaign(truth, Sensor::gyro_x, 2, scatter, random);
+  double mean_ppm = 0.0;  // of the truth, over the visits of a run
+  for (int visit = 0; visit < 41; ++visit) {
+    mean_ppm += truth.gyro_scale.at(-30.0 + 5.0 * (visit <= 20 ? visit : 40 - visit)) / 41.0;
+  }
+  // The curve between a set point and where the unit settles: 0.2 K of at most 110 ppm/K.
+  constexpr double kSettled_ppm = 10.0;
+  for (const double scale : gyro_scales_ppm(input)) EXPECT_NEAR(scale, mean_ppm + 1000.0, kSettled_ppm);
+  input.references = {rate_of(1000.0, 20.0)};
+  for (const double scale : gyro_scales_ppm(input)) EXPECT_NEAR(scale, mean_ppm, kSettled_ppm);
+  // Two campaigns with a certificate each: the second one's is 600 ppm short.
+  input.runs[0].campaign = "spring";
+  input.runs[1].campaign = "autumn";
+  input.references = {rate_of(1000.0, 20.0, {"spring"}), rate_of(400.0, 20.0, {"autumn"})};
+  const auto scales = gyro_scales_ppm(input);
+  ASSERT_EQ(scales.size(), 2U);
+  EXPECT_NEAR(scales[0], mean_ppm, kSettled_ppm);
+  EXPECT_NEAR(scales[1], mean_ppm + 600.0, kSettled_ppm);
+  // What cannot be decided is not applied.
+  for (ReferenceUse& use : input.references) use.campaigns.clear();
+  for (const double scale : gyro_scales_ppm(input)) EXPECT_NEAR(scale, mean_ppm + 1000.0, kSettled_ppm);
+}
+
+TEST(Certificates, AVoltageIsCorrectedAndAHoleInTheLogStaysOne) {
+  std::vector<double> supply_v = {4.9, std::nan(""), 5.1};
+  ReferenceUse meter;
+  meter.reference.kind = ReferenceKind::supply;
+  meter.reference.correction = 0.25;
+  meter.campaigns = {"spring"};
+  correct_supply(supply_v, std::vector{meter}, "autumn");
+  EXPECT_EQ(supply_v[0], 4.9);
+  correct_supply(supply_v, std::vector{meter}, "spring");
+  EXPECT_NEAR(supply_v[0], 5.15, 1e-12);
+  EXPECT_TRUE(std::isnan(supply_v[1]));
+  EXPECT_NEAR(supply_v[2], 5.35, 1e-12);
+}
+
+TEST(Certificates, TheVoltmeterBearsOnTheBiasOfSensorsThatFollowTheSupply) {
+  base::Random random(12);
+  UnitInput input = small_campaign(random, 3);
+  simulated::Scatter scatter;
+  simulated::state(input, scatter);
+  auto rows = make_rows(input);
+  ASSERT_TRUE(rows);
+  EXPECT_NEAR(named(rows->bias_type_b[0], "supply").constant, scatter.gyro_per_v * scatter.supply_v, 1e-15);
+  std::erase_if(input.references, [](const ReferenceUse& use) { return use.reference.kind == ReferenceKind::supply; });
+  rows = make_rows(input);
+  EXPECT_FALSE(named(rows->bias_type_b[0], "supply").stated);
+  input.terms.clear();
+  rows = make_rows(input);
+  EXPECT_THROW(named(rows->bias_type_b[0], "supply"), std::runtime_error);
+}
+
+/// Faces that lean by 0.3° read 50 mm/s² more or less where they are horizontal.
+TEST(Certificates, KnownAnglesOfTheFacesComeOutOfMisalignmentAndEvenOrder) {
+  base::Random random(13);
+  const auto truth = simulated::Truth::draw(random);
+  simulated::Scatter scatter;
+  scatter.face_tilt_rad = scatter.level_rad = scatter.thermometer_c = scatter.gravity_mps2 = 0.0;
+  scatter.accel_noise_mps2 = 1e-4;
+  scatter.accel_visit_mps2 = 0.0;
+  scatter.face_lean_rad = 0.3 * kRad;
+  UnitInput input = simulated::campaign(truth, Sensor::gyro_x, 2, scatter, random);
+  const auto worst = [&] {
+    const auto rows = make_rows(input);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      largest = std::max(largest, std::abs(rows->even_order[i]->value) * 9.81);
+      for (std::size_t j = 0; j < 3; ++j) {
+        const double off = (*rows->accel_misalignment)[i][j].value - truth.misalignment[i][j];
+        if (i != j) largest = std::max(largest, std::abs(off));
+      }
+    }
+    return largest;
+  };
+  EXPECT_LT(worst(), 2e-5);
+  for (RunInput& run : input.runs) {
+    for (Segment& s : run.segments) {
+      if (!turns(s)) s.position = position_named(s.position->label);
+    }
+  }
+  EXPECT_GT(worst(), 1e-3);
+}
+
+/// A lean of the base shows in full, or not at all: by the headings of an axis while another one points up and down.
+TEST(TypeB, TheLevelCountsInFullInMisalignmentUnlessItWasEstimated) {
+  UnitRows rows;
+  rows.gravity = {9.81, false, 3e-4, "stated"};
+  rows.accel_misalignment.emplace();
+  rows.even_order[0].emplace();
+  Circumstances of = circumstances();
+  ReferenceUse level;
+  level.reference.kind = ReferenceKind::level;
+  level.reference.standard_uncertainty = 0.2 * kRad;
+  of.references.push_back(level);
+  of.runs = 4;
+  const auto type_b = [&] {
+    state_type_b(of, rows);
+    return *(*rows.accel_misalignment)[0][1].type_b;
+  };
+  EXPECT_NEAR(type_b(), std::hypot(0.1 / std::numbers::sqrt2, 0.2) * kRad, 1e-12);
+  EXPECT_NEAR(*rows.even_order[0]->type_b, std::hypot(0.05, 0.2 / std::numbers::sqrt2) * kRad / 9.81, 1e-12);
+  rows.level.in_every_run = true;
+  EXPECT_NEAR(type_b(), 0.1 / std::numbers::sqrt2 * kRad, 1e-12);
+  EXPECT_NEAR(*rows.even_order[0]->type_b, 0.05 * kRad / 9.81, 1e-12);
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ CurveData drawn(const CurveData& data, const CurveFit& fit, double thermometer_c
 TEST(UncertaintyMonteCarlo, RefitsScatterAsTheBudgetSays) {
   base::Random random(21);
   const simulated::Scatter scatter;
-  const auto truth = simulated::Truth::draw(random, Sensor::gyro_x);
+  const auto truth = simulated::Truth::draw(random);
   UnitInput input = simulated::campaign(truth, Sensor::gyro_x, 8, scatter, random);
   input.type.temp_repeatability_c = scatter.thermometer_c;
   const auto rows = make_rows(input);

@@ -26,6 +26,14 @@ def upper_tail(n, k, p):
     return min(1.0, sum(map(math.exp, terms)))
 
 
+def fewest_inside(n, share=0.95, chance=0.01):
+    """The smallest count that n independent intervals of that share still allow: fewer come with less than `chance`."""
+    k = n
+    while k > 0 and 1.0 - upper_tail(n, k, share) >= chance:  # P(X <= k - 1)
+        k -= 1
+    return k
+
+
 def clopper_pearson(n, k, level=0.95):
     """Exact interval of a share of which k of n were seen."""
     tail = (1.0 - level) / 2.0

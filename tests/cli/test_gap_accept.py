@@ -3,6 +3,7 @@
 smaller on runs that nothing was fitted to; file, report and later fits know of it."""
 import csv
 import json
+import math
 import os
 import pathlib
 import sqlite3
@@ -22,21 +23,27 @@ def hidden(effect):
 
 
 class Accept(SoakTest):
-    def campaign(self, seed, effects):
-        """Six runs as CSV: four to fit, two that no fit sees."""
+    def campaign(self, seed, effects, supply_off_v=0.0, *options):
+        """Six runs as CSV: four to fit, two that no fit sees. The voltmeter of the supply is off by `supply_off_v`. Mean
+        of the true voltage."""
         programs = Programs(pathlib.Path(os.environ["SOAK_BIN"]).parent, ROOT / "hal" / "sim" / "lab.toml")
         config = self.write("lab.toml", configuration(programs.lab, {"kind": "identical"}, effects, []))
         programs.run("soaksim-campaign", "--out", self.folder / "csv", "--seed", seed, "--units", 1, "--config", config)
         with open(next((self.folder / "csv" / "campaign").glob("*.csv")), encoding="utf-8", newline="") as file:
             head, *rows = csv.reader(file)
-        run = head.index("run")
+        run, supply = head.index("run"), head.index("supply_v")
+        volts = [float(row[supply]) for row in rows if row[supply] and row[run] not in FRESH]
+        for row in rows:
+            if row[supply] and supply_off_v:
+                row[supply] = repr(float(row[supply]) + supply_off_v)
         for name, fresh in (("fit.csv", False), ("fresh.csv", True)):
             with open(self.folder / name, "w", encoding="utf-8", newline="") as file:
                 csv.writer(file).writerows([head] + [row for row in rows if (row[run] in FRESH) == fresh])
-        place = ("--unit", "SN1", "--gravity-mps2", "9.80665")
+        place = ("--unit", "SN1", "--gravity-mps2", "9.80665", *options)
         self.soak("import", self.folder / "fit.csv", *place)
         self.soak("import", self.folder / "fresh.csv", *place, "--procedure", "verification", "--campaign", "fresh")
         self.soak("fit", "--unit", "SN1", "--rules", 3)
+        return sum(volts) / len(volts)
 
     def json(self, *arguments):
         return json.loads(self.soak(*arguments, "--json").stdout)
@@ -85,6 +92,25 @@ class Accept(SoakTest):
         self.assertEqual(self.json("gap", "find", "--unit", "SN1")["effects"][0]["name"], "thermal_hysteresis")
         error = self.refusal("gap", "withdraw", "--unit", "SN1", "--effect", "thermal_hysteresis", "--reason", "again")
         self.assertIn("'thermal_hysteresis'", error["message"])
+
+    def test_the_voltmeters_certificate_moves_the_reference_voltage(self):
+        # In force whenever the simulated campaign says that it was.
+        self.soak("reference", "add", "--kind", "supply", "--name", "meter", "--certificate", "A", "--issued", "1990-01-01",
+                  "--due", "2190-01-01", "--uncertainty", 0.02, "--correction", 0.4)
+        mean_v = self.campaign(77, [hidden("supply_sensitivity")], -0.4, "--references")
+        accepted = self.json("gap", "accept", "--unit", "SN1")
+        term = accepted["terms"][0]
+        self.assertEqual(term["name"], "supply_sensitivity")
+        fitted = self.json("fit", "--unit", "SN1")
+        check_schema(fitted, "fit")
+        for part in term["parts"]:
+            numbers = {parameter["name"]: parameter["value"] for parameter in part["parameters"]}
+            # Of blocks at plateaus and of all rows; the supply wanders by 0.02 V.
+            self.assertAlmostEqual(numbers["reference_v"], mean_v, delta=0.05)
+            for sensor in part["sensors"]:
+                line = next(p for p in fitted["sensors"][sensor]["uncertainty"] if p["name"] == "supply")
+                printed = 180 / math.pi if sensor.startswith("gyro") else 1.0
+                self.assertAlmostEqual(line["curve"]["max"], 0.01 * abs(numbers["per_v"]) * printed, delta=1e-12)
 
     def test_accepted_g_sensitivity_reaches_file_and_reading(self):
         self.campaign(81, [hidden("g_sensitivity")])

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings in which the fixture turns: rates in a column or in the columns map, to the scale curve of a gyro."""
+import datetime
 import math
 import random
 import unittest
@@ -41,6 +42,10 @@ def recording(seed, run, rate_header="rate_dps", plateaus=PLATEAUS, per_dps=1.0)
     return "\n".join(lines) + "\n"
 
 
+def day(offset):
+    return (datetime.datetime.now(datetime.timezone.utc) + datetime.timedelta(days=offset)).strftime("%Y-%m-%d")
+
+
 class Rates(SoakTest):
     def check_scale(self):
         fit = self.soak_json("fit", "fit", "--unit", "SN1")
@@ -61,6 +66,19 @@ class Rates(SoakTest):
         self.check_scale()
         positions = {s["position"] for s in self.soak_json("runs-show", "runs", "show", "r1")["segments"]}
         self.assertEqual(positions, set(UPS) | {f"{face} at {rate} deg/s" for face, rate in STOPS if rate})
+
+    def test_the_fixtures_certificate_corrects_its_rates(self):
+        """A fixture that turns 400 ppm faster than it says: without its certificate that is 400 ppm of scale."""
+        entry = ("reference", "add", "--kind", "rate", "--name", "table", "--issued", day(-100), "--due", day(200))
+        self.soak(*entry, "--certificate", "A", "--uncertainty", 40, "--correction", 400)
+        for n in (1, 2, 3):
+            self.imported(f"r{n}.csv", recording(n, f"r{n}", per_dps=1 / 1.0004), "--gravity-mps2", "9.80665", "--references")
+        fit = self.check_scale()
+        for name in GYROS:
+            line = next(part for part in fit["sensors"][name]["scale_uncertainty"] if part["name"] == "fixture")
+            self.assertAlmostEqual(line["curve"]["max"], 20.0, places=9)
+        self.soak("report", "--unit", "SN1", "-o", self.folder / "page.html")
+        self.assertRegex((self.folder / "page.html").read_text(encoding="utf-8"), '<data value="400(.0)?">[^<]*</data> ppm')
 
     def test_positions_of_a_columns_map_may_turn(self):
         columns = self.write("columns.toml", MAP)
@@ -91,6 +109,12 @@ class Rates(SoakTest):
         columns = self.write("columns.toml", MAP)
         written = self.round_trip(self.imported("b.csv", recording(1, "b", None, **short), "--columns", columns))
         self.assertIn('"table +X left" = { up = [1.0, 0.0, 0.0], rate_dps = 100.0 }', written.read_text(encoding="utf-8"))
+
+    def test_leaning_faces_come_back_to_the_last_bit(self):
+        columns = self.write("columns.toml", '[positions]\n"+X" = [1, 0.004, -0.0021]\n'
+                             '"-z" = { up = [0.001, 0, -1], azimuth_deg = 33.3 }\n[azimuths_deg]\n"-X" = 12\n')
+        run = self.imported("a.csv", recording(1, "a", plateaus=(0, 20, 40)), "--columns", columns)
+        self.assertIn('"+X" = [0.99', self.round_trip(run).read_text(encoding="utf-8"))
 
     def test_the_canonical_export_keeps_the_rates(self):
         self.imported("a.csv", recording(1, "a", "rate_rps", per_dps=math.pi / 180, plateaus=(0, 20, 40)))

@@ -88,6 +88,26 @@ TEST(FineTemperature, OfAThermometerThatTruncatesIsRightButForAConstant) {
   EXPECT_LT(difference_c(fine, true_one), 0.1);
 }
 
+/// Why no number needs the certificate of the air probe.
+TEST(FineTemperature, AConstantErrorOfTheAirDropsOut) {
+  const LoggedCampaign coarse = in_whole_degrees(made_up::campaign({}, made_up::nothing()));
+  LoggedCampaign warmer = coarse;
+  for (LoggedRun& run : warmer.runs) {
+    for (double& c : run.log.chamber_c) c += 0.7;
+  }
+  const LoggedCampaign fine = refined(coarse);
+  const LoggedCampaign same = refined(std::move(warmer));
+  ASSERT_TRUE(fine.fine_temperature && same.fine_temperature);
+  // What a run began with is not told by a unit that stands within one step, but by how far it was from the air.
+  double largest_c = 0.0;
+  for (std::size_t r = 0; r < fine.runs.size(); ++r) {
+    for (std::size_t k = 60; k < fine.runs[r].log.temp_c.size(); ++k) {
+      largest_c = std::max(largest_c, std::abs(fine.runs[r].log.temp_c[k] - same.runs[r].log.temp_c[k]));
+    }
+  }
+  EXPECT_LT(largest_c, 0.03);
+}
+
 TEST(FineTemperature, LetsAHysteresisBeNamed) {
   const Plan plan;
   const LoggedCampaign coarse = in_whole_degrees(made_up::campaign(plan, made_up::hysteresis(plan)));

@@ -300,6 +300,19 @@ TEST(RegisterMap, OnlyAFixtureHasPositionsAndEachOnce) {
       {"m.toml:4: ", "'azimuths_deg'", "'positions'"}));
 }
 
+TEST(RegisterMap, FacesLeanAsTheirCertificateSays) {
+  const std::string rest = "[link]\ntcp = \"a:1\"\n[quantity]\n";
+  const std::string head = "name = \"f\"\nkind = \"fixture\"\npositions = [\"+X\", \"-X\"]\n" + rest + "[leans_deg]\n";
+  const auto map = parse_device_map(head + "\"-X\" = [0.02, -0.01]\n", "m.toml");
+  ASSERT_TRUE(map) << map.error().message;
+  ASSERT_EQ(map->leans_deg.size(), 1U);
+  EXPECT_EQ(map->leans_deg.at("-X"), (std::array<double, 2>{0.02, -0.01}));
+  for (const char* wrong : {"\"+Z\" = [0, 0]\n", "\"+X\" = [0.1]\n", "\"+X\" = [0.1, 1.1]\n", "\"+X\" = 0.1\n"}) {
+    EXPECT_NE(refusal(head + wrong), "") << wrong;
+  }
+  EXPECT_NE(refusal("name = \"p\"\nkind = \"power\"\n" + rest + "[leans_deg]\n"), "");
+}
+
 TEST(RegisterMap, OutputsOfARelayAreNumbered) {
   const std::string head = "name = \"p\"\nkind = \"power\"\n[link]\ntcp = \"a:1\"\n[quantity]\n";
   EXPECT_EQ(refusal(head + "output_12 = { address = 1, type = \"u16\" }\nstate_1 = { address = 2, type = \"u16\" }\n"),

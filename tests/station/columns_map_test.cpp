@@ -72,7 +72,7 @@ TEST(ColumnsMap, ReportsEveryMistakeWithItsLine) {
       "j = { as = \"az_g\", offset = nan }\n"
       "[positions]\n"
       "P1 = [0, 0]\n"
-      "\"+X\" = [1, 0, 0]\n"
+      "\"+X\" = [1, 0.05, 0]\n"
       "P2 = [0, 0, 0]\n"
       "[constants]\n"
       "t_s = 1\n"
@@ -121,6 +121,8 @@ P1 = [1, 1, 1]
 P2 = { up = [1, 2, 3], rate_dps = -0.1 }
 P3 = { up = [0, 0, 1], rate_dps = 1e-300 }
 P4 = { up = [0, 0, 1], rate_dps = 1, azimuth_deg = 0.1 }
+"+Y" = [0.0002, 1, -0.0001]
+"-X" = { up = [-1, 0.0005, 0], azimuth_deg = 12.5 }
 [azimuths_deg]
 "+X" = 0
 "-Z" = -359.9

@@ -211,6 +211,21 @@ P2 = [0, 1, 0]
   EXPECT_EQ(channel(run, "phase").first.labels, (std::vector<std::string>{"ramp"}));
 }
 
+/// Programs that know only floating point write counts as "-2052.0".
+TEST(CsvRecording, AWholeTypeTakesWholeNumbersHoweverTheyAreSpelt) {
+  const CsvOptions options = with_map("[columns]\ngx_dps = { type = \"i16\" }\n");
+  const auto recording =
+      parse("t_s,temp_c,gx_dps\n0,25,-2052.0\n1,25,7\n2,25,-0.0\n3,25,3.2767e4\n4,25,+12.\n", options);
+  ASSERT_TRUE(recording) << recording.error().message;
+  const auto [gyro, counts] = channel(recording->runs.at(0), "gyro_x");
+  EXPECT_EQ(gyro.type, SampleType::i16);
+  EXPECT_EQ(db::values_of(counts, 1.0, 0.0), (std::vector<double>{-2052.0, 7.0, 0.0, 32767.0, 12.0}));
+  for (const char* cell : {"-2052.5", "32768.0", "-3.2769e4", "1e300", "nan"}) {
+    expect_refused(parse(std::string("t_s,temp_c,gx_dps\n0,25,") + cell + "\n", options),
+                   "folder/rec.csv, line 2, column 'gx_dps'");
+  }
+}
+
 TEST(CsvRecording, RefusesWhatDoesNotFitTheTypeOfTheMap) {
   const CsvOptions options = with_map("[columns]\ngx_dps = { type = \"i8\" }\n");
   expect_refused(parse("t_s,temp_c,gx_dps\n0,25,128\n", options), "folder/rec.csv, line 2, column 'gx_dps'");

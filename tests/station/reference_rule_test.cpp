@@ -179,6 +179,22 @@ TEST_F(ReferenceRule, AReferenceThatWasRetiredSinceIsToldOfAndKept) {
   EXPECT_TRUE(holds(warnings->at(0).text, "'probe 3'") && holds(warnings->at(0).text, "dropped"));
 }
 
+TEST_F(ReferenceRule, AUseSaysInWhichOfTheCampaignsItWas) {
+  const auto spring = add(ReferenceKind::rate, "table", "A", "2025-01-01", "2030-01-01");
+  const auto autumn = add(ReferenceKind::rate, "table", "B", "2025-07-01", "2030-01-01");
+  const auto level = add(ReferenceKind::level, "level 1", "L", "2025-01-01", "2030-01-01");
+  for (const char* campaign : {"c1", "c2", "c3"}) ASSERT_TRUE(catalog->ensure_campaign(campaign, "soak"));
+  ASSERT_TRUE(catalog->add_campaign_references("c1", {{spring, std::nullopt}, {level, std::nullopt}}));
+  ASSERT_TRUE(catalog->add_campaign_references("c2", {{autumn, std::nullopt}, {level, std::nullopt}}));
+  const auto uses = references_of_campaigns(*catalog, {"c1", "c2", "c2", "c3"});
+  ASSERT_EQ(uses->size(), 3U);
+  for (const calib::ReferenceUse& use : *uses) {
+    const bool both = use.reference.kind == ReferenceKind::level;
+    const std::vector<std::string> one = {use.reference.certificate == "A" ? "c1" : "c2"};
+    EXPECT_EQ(use.campaigns, both ? (std::vector<std::string>{"c1", "c2"}) : one);
+  }
+}
+
 TEST_F(ReferenceRule, ANewWaiverHealsTheNoteOfACampaignWhoseWaiverIsDamagedOrGone) {
   const auto probe = add(ReferenceKind::chamber_probe, "probe 3", "A", "2025-01-01", "2026-01-01");
   const auto waiver = waive(probe, "01890a5d-ac96-774b-bcce-0000000000a1");

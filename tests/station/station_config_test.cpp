@@ -484,6 +484,38 @@ TEST(UnitPosition, HeadingsComeFromTheFixturesMap) {
   EXPECT_EQ(positions[1].azimuth_deg, 20.0);
 }
 
+/// A face that leans by a towards the fixture's next axis and by b towards the one after it; the unit sees its up
+/// turned by its slot.
+TEST(UnitPosition, TurnsTheLeanOfAFaceWithTheSlotInAll24Mountings) {
+  constexpr double kTan_a = 0.0034906726;   // 0.2°
+  constexpr double kTan_b = -0.0087268678;  // -0.5°
+  StationConfig config;
+  config.fixture.emplace();
+  for (const auto label : calib::kSixPositionLabels) {
+    config.fixture->positions.emplace_back(label);
+    config.fixture->leans_deg[std::string(label)] = {0.2, -0.5};
+  }
+  for (const Matrix& r : mountings()) {
+    Slot slot;
+    for (std::size_t axis = 0; axis < 3; ++axis) slot.axes[axis] = label_of(r[0][axis], r[1][axis], r[2][axis]);
+    const auto positions = positions_of(slot, config);
+    ASSERT_EQ(positions.size(), 6U);
+    for (std::size_t k = 0; k < 6; ++k) {
+      std::array<double, 3> up{};
+      up[k / 2] = k % 2 == 0 ? 1.0 : -1.0;
+      up[(k / 2 + 1) % 3] = kTan_a;
+      up[(k / 2 + 2) % 3] = kTan_b;
+      const double length = std::sqrt(1.0 + kTan_a * kTan_a + kTan_b * kTan_b);
+      EXPECT_EQ(positions[k].label, unit_position(slot, calib::kSixPositionLabels[k]).label);
+      EXPECT_FALSE(positions[k].azimuth_deg);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double expected = (r[0][i] * up[0] + r[1][i] * up[1] + r[2][i] * up[2]) / length;
+        EXPECT_NEAR(positions[k].up[i], expected, 1e-9) << positions[k].label;
+      }
+    }
+  }
+}
+
 TEST(UnitPosition, AnUnknownLabelGivesNone) { EXPECT_TRUE(unit_position(Slot{}, "up").label.empty()); }
 
 }  // namespace

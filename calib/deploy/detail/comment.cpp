@@ -42,7 +42,7 @@ std::vector<std::string> identity_lines(const Calibration& calibration, const Cl
 std::vector<std::string> source_lines(const Calibration& calibration, const Clean& clean) {
   std::vector<std::string> lines;
   for (const std::string& hash : calibration.run_hashes) lines.push_back("run: " + hash);
-  for (const auto& [reference, waiver] : calibration.references) {
+  for (const auto& [reference, waiver, campaigns] : calibration.references) {
     lines.push_back(fmt::format("reference: {} {}, certificate {}, issued {}, due {}, standard uncertainty {} {}",
                                 name_of(reference.kind), clean(reference.name), clean(reference.certificate),
                                 base::utc_text(reference.issued_utc_s), base::utc_text(reference.due_utc_s),

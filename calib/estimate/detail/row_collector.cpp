@@ -133,6 +133,7 @@ LevelStatement level_of(std::span<const SixPositionEstimate> runs) {
   const auto to_east = average_over_runs(east);
   if (to_north && to_east) {
     level.to_north_east = {*to_north, *to_east};
+    level.in_every_run = north.size() == runs.size();
   } else {
     level.reason = reason != nullptr ? *reason
                    : north.empty()   ? "no run has plateaus"

@@ -190,7 +190,8 @@ void read_angles(const settings::Table& axes, const AxisDirections& directions, 
 void refuse_what_belongs_elsewhere(const settings::Table& root, const settings::Table& axes, const DeviceMap& map) {
   (void)root.texts("positions");
   (void)root.numbers("azimuths_deg", kAnyNumber);
-  for (const char* key : {"positions", "azimuths_deg"}) {
+  (void)root.table("leans_deg");
+  for (const char* key : {"positions", "azimuths_deg", "leans_deg"}) {
     if (root.has(key))
       root.refuse(key, fmt::format("'{}' is for fixtures without [axes]: here the angles define it", key));
   }

@@ -156,6 +156,26 @@ std::vector<std::string> read_labels_of_positions(const Table& root, bool fixtur
   return labels;
 }
 
+/// What a certificate says of the faces of a fixture without axes; one that is told angles is told better ones.
+void read_leans(const Table& root, DeviceMap& map) {
+  constexpr Limits kLean{-1.0, 1.0};
+  const auto table = root.table("leans_deg");
+  if (!table) return;
+  if (map.kind != "fixture") return root.refuse("leans_deg", "'leans_deg' belongs to kind \"fixture\"");
+  for (const std::string& label : table->keys()) {
+    const std::vector<double> angles = table->numbers(label, kLean);
+    if (std::find(map.positions.begin(), map.positions.end(), label) == map.positions.end()) {
+      table->refuse(label, fmt::format("'{}' is none of 'positions'", label));
+    } else if (angles.size() != 2) {
+      table->refuse(label, fmt::format("'{}' must be two angles in degrees: towards the fixture's next axis, and "
+                                       "towards the one after it",
+                                       label));
+    } else {
+      map.leans_deg[label] = {angles[0], angles[1]};
+    }
+  }
+}
+
 /// Positions of a fixture: by number, or by the angles of two axes.
 void read_register_root(const Table& root, DeviceMap& map) {
   if (map.kind == "fixture" && root.has("axes")) return read_axes(root, map);
@@ -164,6 +184,7 @@ void read_register_root(const Table& root, DeviceMap& map) {
   if (root.has("azimuths_deg") && map.azimuths_deg.size() != map.positions.size()) {
     root.refuse("azimuths_deg", "'azimuths_deg' must have one number for each of 'positions'");
   }
+  read_leans(root, map);
 }
 
 }  // namespace

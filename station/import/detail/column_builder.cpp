@@ -51,6 +51,16 @@ bool is_nan_or_inf(std::string_view cell) {
   return lower == "nan" || lower == "inf" || lower == "infinity";
 }
 
+/// A whole number however it is spelt, "-2052.0" and "1e3" too, as programs that know only floating point write counts.
+/// Nothing for what lies between whole numbers, or beyond those that a float64 tells apart.
+std::optional<std::int64_t> whole_however_spelt(std::string_view cell) {
+  if (const auto whole = base::parse_int(cell)) return whole;
+  constexpr double kLargestExact = 9007199254740992.0;  // 2⁵³
+  const auto real = base::parse_double(cell);
+  if (!real || std::abs(*real) > kLargestExact || std::trunc(*real) != *real) return std::nullopt;
+  return static_cast<std::int64_t>(*real);
+}
+
 /// Little-endian bytes of `values`, each cast to T.
 template <class T, class Source>
 base::Bytes encoded(const std::vector<Source>& values) {
@@ -116,7 +126,7 @@ bool ColumnBuilder::reads_as_number(std::string_view cell) {
 std::optional<CellProblem> ColumnBuilder::read_number(std::string_view cell) {
   const bool whole_type = plan_->type && !is_real_type(*plan_->type);
   if (!is_real_) {
-    const auto whole = base::parse_int(cell);
+    const auto whole = whole_type ? whole_however_spelt(cell) : base::parse_int(cell);
     // "-0" is left to floating point: a whole number would lose the sign.
     if (whole && (*whole != 0 || whole_type || !cell.starts_with('-'))) {
       const bool fits =
