@@ -91,9 +91,23 @@ std::string provenance(const KalibrSource& source, std::span<const AxisNoise> no
   text += comment("run: " + source.run + ", " + source.content_sha256);
   text += comment("recorded: " + base::utc_text(source.recorded_utc_s));
   text += comment("created: " + base::utc_text(source.created_utc_s));
-  text += comment(fmt::format("at rest: position {}, unit at {:.1f} degC; other temperatures may be noisier",
-                              source.position.empty() ? "not known" : source.position, source.temp_c));
+  text += comment(fmt::format(
+      "at rest: position {}, unit at {:.1f} degC ({:.1f} to {:.1f}); other temperatures may be "
+      "noisier",
+      source.position.empty() ? "not known" : source.position, source.temp_c, source.least_temp_c, source.most_temp_c));
+  if (source.most_temp_c - source.least_temp_c > kKalibrMostSwing_k) {
+    text +=
+        comment(fmt::format("TEMPERATURE NOT CONSTANT, it swings by {:.1f} K: drift with it passes for random walk. "
+                            "Record at rest at one temperature.",
+                            source.most_temp_c - source.least_temp_c));
+  }
   text += comment(fmt::format("longest averaging time: {:.0f} s", first.longest_tau_s));
+  for (const AxisNoise& axis : noise) {
+    const std::optional<double> corner_hz = axis.low_pass ? axis.low_pass->half_power_hz() : std::nullopt;
+    if (!corner_hz) continue;
+    text += comment(
+        fmt::format("{}: low-pass of {:.3g} Hz; the density is that well below it", name_of(axis.sensor), *corner_hz));
+  }
   text +=
       comment("Flicker and drift with temperature are in neither value; many users raise both by a factor for that.");
   return text;
@@ -116,13 +130,8 @@ base::Result<AxisNoise> axis_noise(Sensor sensor, const SignalRecord& record) {
                     longest_tau_s, kKalibrLeastStill_s / 3.0, kKalibrLeastStill_s / 60.0),
         place);
   }
-  signal::AllanCurve curve;
-  curve.interval_s = phase->interval_s();
-  for (const signal::Stretch& stretch : phase->stretches()) curve.stretches.push_back(stretch.count);
-  curve.multiples = signal::log_spaced_multiples(longest, kPerDecade);
-  for (const auto& point : signal::allan_points(*phase, signal::AllanKind::overlapping, curve.multiples)) {
-    curve.deviation.push_back(point.deviation);
-  }
+  signal::AllanCurve curve = signal::overlapping_curve(*phase, signal::log_spaced_multiples(longest, kPerDecade));
+  curve.low_pass = signal::find_low_pass(record.values, record.rate_hz);
   const auto fit = signal::fit_allan(curve);
   if (!fit) return base::bad_input("no noise terms: " + fit.error().message, place);
   const double si_per_printed = 1.0 / printed_per_si(sensor);
@@ -131,7 +140,8 @@ base::Result<AxisNoise> axis_noise(Sensor sensor, const SignalRecord& record) {
                    scaled(fit->rate_random_walk, si_per_printed),
                    record.rate_hz,
                    longest_tau_s,
-                   fit->p_value};
+                   fit->p_value,
+                   curve.low_pass};
 }
 
 base::Result<KalibrFile> export_kalibr(const KalibrSource& source, std::span<const AxisNoise> noise) {

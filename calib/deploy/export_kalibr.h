@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -15,6 +16,8 @@ namespace soak::calib {
 /// What a record must hold at rest without a gap for its random walk to mean anything: half an hour, which carries
 /// averaging times of up to ten minutes.
 inline constexpr double kKalibrLeastStill_s = 1800.0;
+/// A swing of more is not the constant temperature that a random walk is to be taken at: the file says so.
+inline constexpr double kKalibrMostSwing_k = 2.0;
 
 /// Noise of one sensor at rest, from the Allan deviation's fit. SI: rad/s, m/s².
 struct AxisNoise {
@@ -22,8 +25,9 @@ struct AxisNoise {
   signal::AllanCoefficient density;      ///< N, white noise, in U/√Hz
   signal::AllanCoefficient random_walk;  ///< K, rate random walk, in U/√s = (U/s)/√Hz
   double rate_hz = 0.0;
-  double longest_tau_s = 0.0;  ///< longest averaging time that the fit has seen
-  double p_value = 1.0;        ///< of the misfit (signal::AllanFit)
+  double longest_tau_s = 0.0;               ///< longest averaging time that the fit has seen
+  double p_value = 1.0;                     ///< of the misfit (signal::AllanFit)
+  std::optional<signal::LowPass> low_pass;  ///< of the unit: N is the density below its corner
 };
 
 /// Noise of a sensor from its record in printed units (deg/s, m/s²). Refuses a record whose longest averaging time is
@@ -36,8 +40,10 @@ struct KalibrSource {
   std::string unit_type;
   std::string run;  ///< label
   std::string content_sha256;
-  std::string position;  ///< label; empty = not known
-  double temp_c = 0.0;   ///< of the unit's own thermometer
+  std::string position;       ///< label; empty = not known
+  double temp_c = 0.0;        ///< of the unit's own thermometer, mean
+  double least_temp_c = 0.0;  ///< of its means over minutes
+  double most_temp_c = 0.0;
   double recorded_utc_s = 0.0;
   double created_utc_s = 0.0;
   bool simulated = false;

@@ -123,7 +123,11 @@ nlohmann::json noise_json(const calib::KalibrSource& source, const calib::Kalibr
     values[value.key] = {
         {"value", value.value}, {"worst_axis", calib::name_of(value.worst)}, {"upper_bound", value.bound}};
   }
-  return {{"noise", {{"run", source.run}, {"temp_c", source.temp_c}, {"values", std::move(values)}}}};
+  return {{"noise",
+           {{"run", source.run},
+            {"temp_c", source.temp_c},
+            {"temp_range_c", {source.least_temp_c, source.most_temp_c}},
+            {"values", std::move(values)}}}};
 }
 
 std::string noise_text(const calib::KalibrSource& source, const calib::KalibrFile& file) {
@@ -132,7 +136,13 @@ std::string noise_text(const calib::KalibrSource& source, const calib::KalibrFil
     table.push_back({value.key, fmt::format("{:.4g}", value.value), std::string(calib::name_of(value.worst)),
                      value.bound ? "upper bound" : "measured"});
   }
-  return text_table(table);
+  std::string text = text_table(table);
+  const double swing_k = source.most_temp_c - source.least_temp_c;
+  if (swing_k > calib::kKalibrMostSwing_k) {
+    text += fmt::format("note: the temperature swings by {:.1f} K in this segment; drift passes for random walk\n",
+                        swing_k);
+  }
+  return text;
 }
 
 /// What is exported: the file's content, and what the command prints about it.

@@ -150,6 +150,17 @@ std::string lines_text(const json& lines, const std::string& unit) {
   return text;
 }
 
+std::string low_pass_line(const json& filter) {
+  if (!filter["found"].get<bool>()) return {};
+  std::string line = filter["corner_hz"].is_null()
+                         ? "low-pass of the unit, its corner beyond half the rate"
+                         : fmt::format("low-pass of the unit at {:.3g} Hz", filter["corner_hz"].get<double>());
+  if (!filter["fitted_from_s"].is_null()) {
+    line += fmt::format("; terms are fitted from {:.3g} s on", filter["fitted_from_s"].get<double>());
+  }
+  return line + "\n";
+}
+
 }  // namespace
 
 std::string allan_text(const json& document) {
@@ -161,7 +172,7 @@ std::string allan_text(const json& document) {
                      four_digits(document["oadev"][i]), four_digits(interval[0]), four_digits(interval[1]),
                      four_digits(document["mdev"][i]), four_digits(document["ohdev"][i])});
   }
-  std::string text = header_line(document) + text_table(table);
+  std::string text = header_line(document) + text_table(table) + low_pass_line(document["low_pass"]);
   if (!document["coefficients"].empty()) text += "\n" + coefficient_table(document["coefficients"], unit);
   return text + warning_lines(document);
 }

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <optional>
 
 #include "calib/estimate/unit_input.h"
@@ -46,13 +48,30 @@ base::Result<StillSegment> long_still_segment(const db::Catalog& catalog, const 
                   unit.serial, seconds, calib::kKalibrLeastStill_s / 60.0));
 }
 
-calib::KalibrSource kalibr_source(const StillSegment& still, const db::UnitRow& unit) {
+/// Least and greatest of the means over the segment's minutes.
+base::Result<std::array<double, 2>> temperatures_of(const db::Catalog& catalog, const StillSegment& still) {
+  const auto segments = catalog.segments(still.run.run_id, still.run.unit, true);
+  if (!segments) return base::forward_error(segments);
+  std::array<double, 2> range = {still.segment.temp_c, still.segment.temp_c};
+  for (const calib::Segment& segment : *segments) {
+    if (segment.key != still.segment.key) continue;
+    for (const calib::Block& block : segment.blocks) {
+      range = {std::min(range[0], block.temp_c), std::max(range[1], block.temp_c)};
+    }
+  }
+  return range;
+}
+
+calib::KalibrSource kalibr_source(const StillSegment& still, const std::array<double, 2>& range_c,
+                                  const db::UnitRow& unit) {
   return {.unit = unit.serial,
           .unit_type = unit.type,
           .run = still.run.label,
           .content_sha256 = still.run.content_sha256,
           .position = still.segment.key.position,
           .temp_c = still.segment.temp_c,
+          .least_temp_c = range_c[0],
+          .most_temp_c = range_c[1],
           .recorded_utc_s = still.run.created_utc_s,
           .created_utc_s = now_utc_s(),
           .simulated = still.run.simulated};
@@ -69,7 +88,9 @@ base::Result<UnitNoise> unit_noise(const db::Catalog& catalog, const std::string
     return base::bad_input(fmt::format("run {} of unit {} is SIMULATED; use --simulated to export its noise anyway",
                                        still->run.label, serial));
   }
-  UnitNoise noise{kalibr_source(*still, *unit), {}};
+  const auto range_c = temperatures_of(catalog, *still);
+  if (!range_c) return base::forward_error(range_c);
+  UnitNoise noise{kalibr_source(*still, *range_c, *unit), {}};
   const RunPart part{{.unit = serial, .campaign = still->run.campaign, .run = still->run.run_id},
                      still->segment.key.visit,
                      still->segment.key.position};

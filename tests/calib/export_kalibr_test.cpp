@@ -8,6 +8,7 @@
 
 #include "calib/signal/noise/noise.h"
 #include "tests/calib/export_cubic_samples.h"
+#include "tests/signal/filtered_noise.h"
 
 namespace soak::calib {
 namespace {
@@ -75,6 +76,35 @@ TEST(KalibrNoise, OfAShortRecordIsRefusedWithWhatToRecord) {
   ASSERT_FALSE(noise);
   EXPECT_EQ(noise.error().kind, base::ErrorKind::bad_input);
   EXPECT_EQ(noise.error().where, "gyro_x");
+}
+
+/// An hour of a gyro behind a low-pass, by a generator apart from calib.
+TEST(KalibrNoise, DensityBehindALowPassIsThatOfThePlateau) {
+  for (const double corner_hz : {5.0, 42.0}) {
+    const filtered_noise::Unit unit{
+        .filter = "butter2", .corner_hz = corner_hz, .rate_hz = 200.0, .length_s = 2400.0, .white = 0.01};
+    const filtered_noise::Record made = filtered_noise::make_record(unit, 17);
+    const auto noise = axis_noise(Sensor::gyro_x, {"gyro_x", "deg/s", unit.rate_hz, {}, made.rate, {}});
+    ASSERT_TRUE(noise) << noise.error().message;
+    ASSERT_TRUE(noise->density.found);
+    // Beyond 0.6 s, the longer of the two, there are 4000 independent differences: N to 1.5 %, half as much again for
+    // the filter's lag. Bound: four of these.
+    EXPECT_NEAR(noise->density.value / (made.density * kRadPerDeg), 1.0, 0.09) << corner_hz;
+    ASSERT_TRUE(noise->low_pass);
+    EXPECT_NEAR(noise->low_pass->half_power_hz().value_or(0.0) / corner_hz, 1.0, 0.1);
+  }
+}
+
+TEST(ExportKalibr, ATemperatureThatSwingsIsToldInTheFile) {
+  const auto swinging =
+      export_kalibr({.unit = "SN1", .temp_c = 27.4, .least_temp_c = -17.6, .most_temp_c = 74.0}, six_axes());
+  ASSERT_TRUE(swinging);
+  EXPECT_NE(swinging->text.find("-17.6 to 74.0"), std::string::npos);
+  EXPECT_NE(swinging->text.find("91.6 K"), std::string::npos);
+  const auto steady =
+      export_kalibr({.unit = "SN1", .temp_c = 25.0, .least_temp_c = 24.9, .most_temp_c = 25.2}, six_axes());
+  ASSERT_TRUE(steady);
+  EXPECT_EQ(steady->text.find("NOT CONSTANT"), std::string::npos);
 }
 
 TEST(ExportKalibr, WritesTheWorstAxisOfEachKind) {

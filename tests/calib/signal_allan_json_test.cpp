@@ -13,6 +13,7 @@
 #include "calib/signal/documents/signal_json.h"
 #include "calib/signal/noise/noise.h"
 #include "tests/calib/schema_check.h"
+#include "tests/signal/filtered_noise.h"
 
 namespace soak::calib {
 namespace {
@@ -204,6 +205,36 @@ TEST(AllanJson, AProbabilityTooSmallForANumberIsSaidToBeBelowIt) {
   const json document = document_of(values);
   ASSERT_EQ(document["p_value"].get<double>(), 0.0);
   EXPECT_NE(warning(document, "poor_fit").find("p below 1e-300"), std::string::npos) << warning(document, "poor_fit");
+}
+
+TEST(AllanJson, TheLowPassOfTheUnitIsNamedAndTheDensityIsThatBelowIt) {
+  const filtered_noise::Unit unit{
+      .filter = "butter2", .corner_hz = 42.0, .rate_hz = 500.0, .length_s = 600.0, .white = 0.01};
+  const filtered_noise::Record made = filtered_noise::make_record(unit, 19);
+  SignalRecord record = record_of(made.rate);
+  record.rate_hz = unit.rate_hz;
+  const auto document = allan_json(record, {});
+  ASSERT_TRUE(document);
+  const json& filter = (*document)["low_pass"];
+  EXPECT_TRUE(filter["found"].get<bool>());
+  EXPECT_NEAR(filter["corner_hz"].get<double>(), 42.0, 4.2);
+  EXPECT_GT(filter["fitted_from_s"].get<double>(), 1.0 / 42.0);
+  EXPECT_TRUE((*document)["coefficients"]["angle_random_walk"]["found"].get<bool>());
+  EXPECT_TRUE(holds((*document)["coefficients"]["angle_random_walk"], made.density));
+  EXPECT_FALSE((*document)["coefficients"]["bias_instability"]["found"].get<bool>());
+  for (std::size_t i = 0; i < (*document)["tau_s"].size(); ++i) {
+    EXPECT_FALSE((*document)["ci95"][i][0].is_null());
+    EXPECT_FALSE((*document)["fitted"][i].is_null());
+  }
+  // The same of its integral.
+  record.values = {0.0};
+  for (const double rate : made.rate) record.values.push_back(record.values.back() + rate / unit.rate_hz);
+  record.t_s.push_back(static_cast<double>(record.t_s.size()));
+  record.unit = "deg";
+  const auto of_phase = allan_json(record, {.phase = true});
+  ASSERT_TRUE(of_phase);
+  EXPECT_NEAR((*of_phase)["low_pass"]["corner_hz"].get<double>(), filter["corner_hz"].get<double>(), 1e-6);
+  EXPECT_FALSE(document_of(white(4000, 42))["low_pass"]["found"].get<bool>());
 }
 
 TEST(AllanJson, AStuckSensorIsRefused) {

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/signal/allan/allan_fit.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <numeric>
 #include <string>
 #include <utility>
 
 #include "base/statistics.h"
+#include "calib/signal/allan/detail/low_pass_curve.h"
 #include "calib/signal/allan/detail/solution.h"
 
 namespace soak::calib::signal::allan_fit {
@@ -24,6 +29,13 @@ const double kFlickerDeviation = std::sqrt(allan_variances(1.0, 0.0)[flicker]);
 constexpr double kFlatSlope = -0.2;
 /// A fit less probable than this does not know what the noise is.
 constexpr double kMisfit = 0.01;
+/// Averaging times from so many periods of a low-pass' corner on: what the filter still remembers there is less than
+/// 1e-3 of the variance for all but the slowest to settle (Butterworth of fourth order: 3e-3).
+constexpr double kBeyondLowPass = 3.0;
+/// The lag of a low-pass is known to this share (one standard deviation): the form is not exactly the filter's.
+constexpr double kLagError = 0.1;
+/// And to so many sample intervals, where a filter is too fast for the spectrum to show it.
+constexpr double kLeastLagError = 0.015;
 
 base::Status check_curve(const AllanCurve& curve) {
   if (!(curve.interval_s > 0.0) || !std::isfinite(curve.interval_s)) {
@@ -62,11 +74,16 @@ double size_of(const std::vector<double>& deviations) {
 }
 
 /// Every averaging time that lies far enough beyond the one before.
-Points thinned(const AllanCurve& curve) {
+Points thinned(const AllanCurve& curve, double lag) {
   const double first = static_cast<double>(curve.multiples.front());
   const double range = static_cast<double>(curve.multiples.back()) / first;
   const double ratio = std::max(kLeastRatio, std::pow(range, 1.0 / static_cast<double>(kMostPoints - 1)));
   Points points;
+  points.lag = lag;
+  // Slower sampling than any filter's corner: no memory from sample to sample.
+  const bool may_be_filtered = 1.0 / curve.interval_s >= 4.0 * kLeastCorner_hz;
+  if (may_be_filtered) points.lag_error = std::hypot(kLagError * lag, kLeastLagError);
+  points.shortest_markov_time = std::max(1.0, 1.0 / (2.0 * std::numbers::pi * kLeastCorner_hz * curve.interval_s));
   std::vector<double> variance;
   double next = 0.0;
   for (std::size_t i = 0; i < curve.multiples.size(); ++i) {
@@ -117,6 +134,8 @@ void limit(AllanCoefficient& coefficient, double highest, bool misfit) {
 AllanCoefficient fitted_coefficient(const Fitted& fit, Term term, double unit) {
   const auto column = static_cast<Eigen::Index>(term);
   const Model& best = fit.solution.best();
+  // Not in any model: only the curve limits it.
+  if (term == quantization && fit.lag != 0.0) return {.high = std::numeric_limits<double>::infinity()};
   if (!best.has(column)) return hidden(fit, term, unit);
   std::vector<VarianceEstimate> estimates;
   for (const Model& model : fit.solution.models) {
@@ -165,7 +184,7 @@ double end_slope(const std::vector<std::size_t>& multiples, const Eigen::VectorX
 
 void add_curve(const AllanCurve& curve, const Fitted& fit, AllanFit& result) {
   const std::vector<double> multiples(curve.multiples.begin(), curve.multiples.end());
-  const Eigen::MatrixXd curves = term_curves(multiples, fit.table.markov_time());
+  const Eigen::MatrixXd curves = term_curves(multiples, fit.table.markov_time(), fit.lag);
   const Model& best = fit.solution.best();
   const Eigen::VectorXd fitted = curves(Eigen::all, best.columns) * best.estimate;
   result.deviation.assign(fitted.begin(), fitted.end());
@@ -192,6 +211,12 @@ double scatter(const TermPairs& pairs, const PerTerm& theta, double m, double me
   return std::max({model, power_law_relative_variance(pairs, m), residual * residual});
 }
 
+/// Two-sided 95 % of a deviation whose square is chi-squared.
+std::array<double, 2> interval(double deviation, double edf) {
+  const auto bound = [&](double p) { return deviation * std::sqrt(edf / base::chi_squared_quantile(p, edf)); };
+  return {bound(kTails[1]), bound(kTails[0])};
+}
+
 void add_intervals(const AllanCurve& curve, const PairCounts& counts, const Fitted& fit, AllanFit& result) {
   const PerTerm theta = fit.solution.best().theta();
   const bool misfit = misfits(fit);
@@ -203,10 +228,7 @@ void add_intervals(const AllanCurve& curve, const PairCounts& counts, const Fitt
     // No quadratic form of Gaussian noise has less than one degree of freedom.
     const double edf = 2.0 / std::min(2.0, scatter(pairs, theta, m, measured, fitted, misfit));
     result.degrees_of_freedom.push_back(edf);
-    const auto bound = [&](double p) {
-      return curve.deviation[i] * std::sqrt(edf / base::chi_squared_quantile(p, edf));
-    };
-    result.ci95.push_back({bound(kTails[1]), bound(kTails[0])});
+    result.ci95.push_back(interval(curve.deviation[i], edf));
   }
 }
 
@@ -216,7 +238,7 @@ void add_coefficients(const AllanCurve& curve, const Fitted& fit, AllanFit& resu
   const std::vector<double> multiples(curve.multiples.begin(), curve.multiples.end());
   std::vector<double> highest;
   for (const auto& [low, high] : result.ci95) highest.push_back(high * high);
-  const UpperCurve upper{multiples, highest};
+  const UpperCurve upper{multiples, highest, fit.lag};
   const double tau0 = curve.interval_s;
   result.quantization = term_coefficient(fit, upper, quantization, tau0);
   result.angle_random_walk = term_coefficient(fit, upper, white, std::sqrt(tau0));
@@ -260,12 +282,59 @@ std::optional<Fitted> fit_terms(const Points& points, const PairCounts& counts) 
   if (plain) {
     std::optional<Fitted> with_markov = fit_with_markov(points, counts, *plain, Outliers::kept);
     if (with_markov && !misfits(with_markov->solution)) return with_markov;
-    if (!misfits(*plain)) return Fitted{table, std::move(*plain)};
+    if (!misfits(*plain)) return Fitted{table, std::move(*plain), points.lag};
   }
   std::optional<Solution> robust = solve(points, counts, table, Outliers::down_weighted);
   if (!robust) return std::nullopt;
   std::optional<Fitted> with_markov = fit_with_markov(points, counts, *robust, Outliers::down_weighted);
-  return with_markov ? std::move(with_markov) : Fitted{table, std::move(*robust)};
+  return with_markov ? std::move(with_markov) : Fitted{table, std::move(*robust), points.lag};
+}
+
+double lag_of(const AllanCurve& curve) {
+  return curve.low_pass ? LowPassCurve(*curve.low_pass, curve.interval_s).lag() : 0.0;
+}
+
+/// Takes the averaging times that the low-pass still shapes off the curve and returns them.
+AllanCurve cut_within_low_pass(AllanCurve& curve) {
+  AllanCurve shorter = curve;
+  const double least = curve.low_pass ? kBeyondLowPass / (curve.low_pass->corner_hz * curve.interval_s) : 0.0;
+  const auto first = std::partition_point(curve.multiples.begin(), curve.multiples.end(),
+                                          [&](std::size_t m) { return static_cast<double>(m) < least; });
+  const auto count = first - curve.multiples.begin();
+  shorter.multiples.resize(static_cast<std::size_t>(count));
+  shorter.deviation.resize(static_cast<std::size_t>(count));
+  curve.multiples.erase(curve.multiples.begin(), first);
+  curve.deviation.erase(curve.deviation.begin(), curve.deviation.begin() + count);
+  return shorter;
+}
+
+tl::unexpected<base::Error> behind_low_pass_too_short(const LowPass& filter) {
+  return base::bad_input(fmt::format("a fit needs at least 5 averaging times beyond {:.2g} s, {:g} periods of the "
+                                     "unit's low-pass of {:.3g} Hz: the record is too short",
+                                     kBeyondLowPass / filter.corner_hz, kBeyondLowPass, filter.corner_hz),
+                         "multiples");
+}
+
+/// The same for the averaging times that the low-pass shapes: the white noise as the filter's form makes it, the other
+/// terms as they are.
+void add_shorter(const AllanCurve& shorter, const PairCounts& counts, const Fitted& fit, AllanFit& result) {
+  const PerTerm theta = fit.solution.best().theta();
+  std::vector<double> deviations;
+  std::vector<double> freedoms;
+  std::vector<std::array<double, 2>> ci95;
+  for (std::size_t i = 0; i < shorter.multiples.size(); ++i) {
+    const auto m = static_cast<double>(shorter.multiples[i]);
+    const LowPassCurve::Point point = LowPassCurve(*shorter.low_pass, shorter.interval_s).at(m, counts.differences(m));
+    PerTerm phi = allan_variances(m, fit.table.markov_time());
+    phi[white] = point.variance;
+    deviations.push_back(std::sqrt(std::inner_product(phi.begin(), phi.end(), theta.begin(), 0.0)));
+    freedoms.push_back(std::max(1.0, point.degrees_of_freedom));
+    ci95.push_back(interval(shorter.deviation[i], freedoms.back()));
+  }
+  result.first_fitted = deviations.size();
+  result.deviation.insert(result.deviation.begin(), deviations.begin(), deviations.end());
+  result.degrees_of_freedom.insert(result.degrees_of_freedom.begin(), freedoms.begin(), freedoms.end());
+  result.ci95.insert(result.ci95.begin(), ci95.begin(), ci95.end());
 }
 
 }  // namespace
@@ -274,19 +343,33 @@ std::optional<Fitted> fit_terms(const Points& points, const PairCounts& counts) 
 
 namespace soak::calib::signal {
 
+AllanCurve overlapping_curve(const PhaseRecord& record, std::span<const std::size_t> multiples) {
+  AllanCurve curve;
+  curve.interval_s = record.interval_s();
+  for (const Stretch& stretch : record.stretches()) curve.stretches.push_back(stretch.count);
+  curve.multiples.assign(multiples.begin(), multiples.end());
+  for (const AllanPoint& point : allan_points(record, AllanKind::overlapping, multiples)) {
+    curve.deviation.push_back(point.deviation);
+  }
+  return curve;
+}
+
 base::Result<AllanFit> fit_allan(const AllanCurve& measured) {
   using namespace allan_fit;
   if (const base::Status status = check_curve(measured); !status) return tl::unexpected(status.error());
   const double size = size_of(measured.deviation);
   AllanCurve curve = measured;
   for (double& deviation : curve.deviation) deviation /= size;
+  const AllanCurve shorter = cut_within_low_pass(curve);
+  if (curve.multiples.size() < kFewestPoints) return behind_low_pass_too_short(*curve.low_pass);
   const PairCounts counts(curve.stretches);
-  const std::optional<Fitted> fit = fit_terms(thinned(curve), counts);
+  const std::optional<Fitted> fit = fit_terms(thinned(curve, lag_of(curve)), counts);
   if (!fit) return base::bad_input("no sum of noise terms comes near this curve", "deviation");
   AllanFit result;
   add_curve(curve, *fit, result);
   add_intervals(curve, counts, *fit, result);
   add_coefficients(curve, *fit, result);
+  add_shorter(shorter, counts, *fit, result);
   scale(result, size);
   if (!is_representable(result)) {
     return base::bad_input("coefficients of this curve are beyond the range of numbers: choose another unit",

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "base/result.h"
+#include "calib/signal/allan/allan.h"
+#include "calib/signal/spectrum/low_pass.h"
 
 namespace soak::calib::signal {
 
@@ -18,7 +20,12 @@ struct AllanCurve {
   std::vector<std::size_t> stretches;  ///< phase points of each stretch without a gap
   std::vector<std::size_t> multiples;  ///< averaging times in intervals, rising
   std::vector<double> deviation;       ///< overlapping Allan deviation at each
+  std::optional<LowPass>
+      low_pass;  ///< of the unit, from find_low_pass(): without it what a filter does passes for noise
 };
+
+/// The overlapping deviations of a record at these averaging times; without a low-pass.
+[[nodiscard]] AllanCurve overlapping_curve(const PhaseRecord& record, std::span<const std::size_t> multiples);
 
 /// A coefficient with its two-sided 95 % interval (never below 0). `found` false: the curve shows no trace of the term;
 /// `value` is then 0 (but see AllanFit::bias_instability) and `high` what could have stayed hidden. Where a term was
@@ -54,6 +61,7 @@ struct AllanFit {
   /// no more than white noise, flicker or a random walk alone would have, nor than 2 over the squared relative misfit.
   std::vector<double> degrees_of_freedom;
   std::vector<std::array<double, 2>> ci95;  ///< of each measured deviation (chi-squared at these degrees of freedom)
+  std::size_t first_fitted = 0;             ///< index of the first averaging time beyond the low-pass
   double p_value = 1.0;                     ///< of the misfit: small = the six terms cannot make this curve
 };
 
@@ -64,6 +72,11 @@ struct AllanFit {
 /// is left: a weak rise at the longest times then passes unnoticed, only the upper limits tell. Refuses fewer than 5
 /// averaging times, times without a difference, lengths that differ, deviations that are not finite and positive (and
 /// normal numbers), coefficients that no double holds.
+///
+/// Behind a low-pass (curve.low_pass) only averaging times from three periods of its corner on are fitted. There white
+/// noise has N^2/tau (1 - 1.5 lag/tau), N^2 the density at low frequencies; the lag follows from the filter's form and
+/// is taken to be known to 15 %. At shorter times `deviation` and `degrees_of_freedom` are those of the form. No
+/// Gauss-Markov term is faster than kLeastCorner_hz: that is a filter's.
 [[nodiscard]] base::Result<AllanFit> fit_allan(const AllanCurve& curve);
 
 }  // namespace soak::calib::signal

@@ -7,10 +7,13 @@
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "calib/signal/allan/allan_fit.h"
 #include "calib/signal/documents/detail/record.h"
+#include "calib/signal/samples/sample_grid.h"
+#include "calib/signal/spectrum/low_pass.h"
 
 namespace soak::calib::signal_json {
 namespace {
@@ -80,15 +83,6 @@ std::vector<double> deviations(const signal::PhaseRecord& record, signal::AllanK
   return result;
 }
 
-signal::AllanCurve curve_of(const signal::PhaseRecord& record, const std::vector<std::size_t>& multiples) {
-  signal::AllanCurve curve;
-  curve.interval_s = record.interval_s();
-  for (const signal::Stretch& stretch : record.stretches()) curve.stretches.push_back(stretch.count);
-  curve.multiples = multiples;
-  curve.deviation = deviations(record, signal::AllanKind::overlapping, multiples);
-  return curve;
-}
-
 void warn(json& document, const char* code, const std::string& text) {
   document["warnings"].push_back({{"code", code}, {"text", text}});
 }
@@ -97,19 +91,17 @@ double time_at(const SignalRecord& record, std::size_t i) {
   return i < record.t_s.size() ? record.t_s[i] : static_cast<double>(i) / record.rate_hz;
 }
 
-/// The record as a rate, short gaps bridged as PhaseRecord does.
-std::vector<double> rates(const SignalRecord& record, bool phase) {
-  if (!phase) return bridged_values(record);
+std::vector<double> rates_of_phase(const SignalRecord& record) {
   std::vector<double> rates;
+  rates.reserve(record.values.size());
   for (std::size_t i = 1; i < record.values.size(); ++i) {
     rates.push_back((record.values[i] - record.values[i - 1]) * record.rate_hz);
   }
   return rates;
 }
 
-/// What the curve alone would take for noise.
-void check_record(json& document, const SignalRecord& record, const AllanRequest& request, const std::string& unit) {
-  std::vector<double> values = rates(record, request.phase);
+/// What the curve alone would take for noise. `values`: the rate, short gaps bridged as PhaseRecord does.
+void check_record(json& document, const SignalRecord& record, std::vector<double> values, const std::string& unit) {
   const Outliers outside = outliers(values);
   if (!outside.at.empty()) {
     warn(document, "outliers",
@@ -143,6 +135,13 @@ void allow_for_bridges(signal::AllanFit& fit, double excess) {
   for (auto& [low, high] : fit.ci95) low /= factor;
 }
 
+/// The low-pass, and from which averaging time on terms were fitted.
+json low_pass_json(const std::optional<signal::LowPass>& filter) {
+  const std::optional<double> corner_hz = filter ? filter->half_power_hz() : std::nullopt;
+  return {
+      {"found", filter.has_value()}, {"corner_hz", corner_hz ? json(*corner_hz) : json()}, {"fitted_from_s", json()}};
+}
+
 /// Nothing was fitted at the averaging times shown.
 void add_nothing(json& document, std::size_t shown) {
   const json none;
@@ -169,6 +168,8 @@ void add_fit(json& document, const signal::AllanFit& fit, const std::vector<std:
     document["fitted"][k] = fit.deviation[i];
   }
   document["coefficients"] = coefficients(fit, unit);
+  document["low_pass"]["fitted_from_s"] =
+      static_cast<double>(multiples[fit.first_fitted]) / document["rate_hz"].get<double>();
   document["bias_instability_tau_s"] = fit.bias_instability_tau_s;
   document["p_value"] = fit.p_value;
   if (fit.p_value < kDoubtfulFit) {
@@ -189,18 +190,22 @@ std::string bridged_text(const Bridging& bridges, std::size_t first, double inte
 
 /// Fits the noise terms to the averaging times at which the bridged samples do no harm.
 base::Result<signal::AllanFit> fit(const signal::PhaseRecord& phase, const Bridging& bridges,
+                                   const std::optional<signal::LowPass>& filter,
                                    const std::vector<std::size_t>& multiples) {
   if (bridges.share > kMostBridged) {
     return base::bad_input(fmt::format("{:.0f} % of the samples are lacking and bridged, at most {:.0f} % may be",
                                        100.0 * bridges.share, 100.0 * kMostBridged));
   }
-  auto fitted = signal::fit_allan(curve_of(phase, multiples));
+  signal::AllanCurve curve = signal::overlapping_curve(phase, multiples);
+  curve.low_pass = filter;
+  auto fitted = signal::fit_allan(curve);
   if (fitted && !bridges.negligible()) allow_for_bridges(*fitted, bridges.excess);
   return fitted;
 }
 
 void add_noise_terms(json& document, const SignalRecord& record, const signal::PhaseRecord& phase,
-                     std::vector<std::size_t> multiples, const std::vector<std::size_t>& shown) {
+                     const std::optional<signal::LowPass>& filter, std::vector<std::size_t> multiples,
+                     const std::vector<std::size_t>& shown) {
   // Missing points of phase are never bridged.
   const Bridging bridges =
       phase.gaps().bridged > 0 ? bridging(record.values, signal::PhaseRecord::kBridge) : Bridging{};
@@ -210,7 +215,8 @@ void add_noise_terms(json& document, const SignalRecord& record, const signal::P
     if (bridges.share <= kMostBridged) warn(document, "bridged", bridged_text(bridges, first, phase.interval_s()));
   }
   add_nothing(document, shown.size());
-  if (const auto fitted = fit(phase, bridges, multiples)) {
+  document["low_pass"] = low_pass_json(filter);
+  if (const auto fitted = fit(phase, bridges, filter, multiples)) {
     add_fit(document, *fitted, multiples, shown, document["unit"]);
   } else {
     warn(document, "no_fit", "no noise terms: " + fitted.error().message);
@@ -226,6 +232,17 @@ namespace soak::calib {
 base::Result<nlohmann::json> allan_json(const SignalRecord& record, const AllanRequest& request) {
   using namespace signal_json;
   if (auto status = check_changes(record.values); !status) return base::forward_error(status);
+  const std::string unit = request.phase ? derivative_unit(record.unit) : record.unit;
+  json document = header(record);
+  document["unit"] = unit;
+  document["warnings"] = json::array();
+  // Before the phase is there: copies of the samples come and go one at a time.
+  if (auto status = signal::check_none_infinite(record.values); !status) return base::forward_error(status);
+  if (auto status = signal::check_rate(record.rate_hz); !status) return base::forward_error(status);
+  check_record(document, record, request.phase ? rates_of_phase(record) : bridged_values(record), unit);
+  const std::optional<signal::LowPass> filter = request.phase
+                                                    ? signal::find_low_pass(rates_of_phase(record), record.rate_hz)
+                                                    : signal::find_low_pass(record.values, record.rate_hz);
   const auto phase = request.phase ? signal::PhaseRecord::from_phase(record.values, record.rate_hz)
                                    : signal::PhaseRecord::from_rate(record.values, record.rate_hz);
   if (!phase) return base::forward_error(phase);
@@ -239,9 +256,6 @@ base::Result<nlohmann::json> allan_json(const SignalRecord& record, const AllanR
   std::vector<std::size_t> multiples;
   std::set_union(standard.begin(), standard.end(), shown.begin(), shown.end(), std::back_inserter(multiples));
 
-  const std::string unit = request.phase ? derivative_unit(record.unit) : record.unit;
-  json document = header(record);
-  document["unit"] = unit;
   document["bridged"] = phase->gaps().bridged;
   document["gaps"] = phase->gaps().gaps;
   std::vector<double> taus_s;
@@ -251,9 +265,7 @@ base::Result<nlohmann::json> allan_json(const SignalRecord& record, const AllanR
   document["oadev"] = numbers(deviations(*phase, signal::AllanKind::overlapping, shown));
   document["mdev"] = numbers(deviations(*phase, signal::AllanKind::modified, shown));
   document["ohdev"] = numbers(deviations(*phase, signal::AllanKind::overlapping_hadamard, shown));
-  document["warnings"] = json::array();
-  check_record(document, record, request, unit);
-  add_noise_terms(document, record, *phase, std::move(multiples), shown);
+  add_noise_terms(document, record, *phase, filter, std::move(multiples), shown);
   return document;
 }
 

@@ -80,7 +80,7 @@ double power_law_relative_variance(const TermPairs& pairs, double m) {
 double largest_theta(const UpperCurve& upper, Term term, double markov_time) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < upper.multiples.size(); ++i) {
-    least = std::min(least, upper.variance[i] / allan_variances(upper.multiples[i], markov_time)[term]);
+    least = std::min(least, upper.variance[i] / allan_variances(upper.multiples[i], markov_time, upper.lag)[term]);
   }
   return least;
 }

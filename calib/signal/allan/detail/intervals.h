@@ -47,6 +47,7 @@ class ConfidenceDistribution {
 struct UpperCurve {
   std::span<const double> multiples;
   std::span<const double> variance;
+  double lag = 0.0;  ///< of a low-pass, see allan_variances()
 };
 
 /// No term can have more variance than there is: min over m of upper(m)/phi(m), the largest theta that keeps the

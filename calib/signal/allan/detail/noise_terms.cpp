@@ -137,10 +137,10 @@ class LagSum {
 
 }  // namespace
 
-PerTerm allan_variances(double m, double markov_time) {
+PerTerm allan_variances(double m, double markov_time, double lag) {
   PerTerm phi{};
   phi[quantization] = 3.0 / (m * m);
-  phi[white] = 1.0 / m;
+  phi[white] = 1.0 / m - 1.5 * lag / (m * m);
   phi[flicker] = 2.0 * std::numbers::ln2 / std::numbers::pi;
   phi[random_walk] = m / 3.0;
   phi[ramp] = 0.5 * m * m;

@@ -18,7 +18,10 @@ using PerTerm = std::array<double, kTerms>;
 /// Allan variance of each term at theta = 1 and averaging time m > 0 [IEEE 952-1997 annex C]: 3/m^2, 1/m, 2 ln2/pi,
 /// m/3, m^2/2, and for the first-order Gauss-Markov process of variance 1 and correlation time T
 /// 2 T/m (1 - T/(2 m) (3 - 4 exp(-m/T) + exp(-2 m/T))). T = 0: no such term, its entry is 0.
-[[nodiscard]] PerTerm allan_variances(double m, double markov_time);
+///
+/// `lag`: of a low-pass behind the white noise, whose variance beyond the filter's memory is 1/m - 1.5 lag/m^2 (see
+/// low_pass_curve.h).
+[[nodiscard]] PerTerm allan_variances(double m, double markov_time, double lag = 0.0);
 
 /// For each random term at theta = 1 the covariance of second differences of phase,
 ///   c_ab(u) = Cov(z_a(i), z_b(i + u)),  z_a(i) = x(i + 2 m_a) - 2 x(i + m_a) + x(i),  m_a <= m_b,

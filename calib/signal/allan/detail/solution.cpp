@@ -44,9 +44,14 @@ std::vector<Model> starting_models(const Points& points, const PairCounts& count
 }
 
 /// Of the measured variances, for the terms as they are believed now.
-Eigen::MatrixXd model_covariance(const CovarianceTable& table, const Solution& s) {
+Eigen::MatrixXd model_covariance(const Points& points, const CovarianceTable& table, const Solution& s) {
   Eigen::MatrixXd covariance = table.covariance(s.theta);
   covariance.diagonal() += kModelError * kModelError * curve(s.curves, s.theta).cwiseAbs2();
+  if (points.lag_error > 0.0) {
+    const Eigen::Map<const Eigen::VectorXd> m(points.multiples.data(), covariance.rows());
+    const Eigen::VectorXd error = 1.5 * points.lag_error * s.theta[white] * m.cwiseAbs2().cwiseInverse();
+    covariance += error * error.transpose();
+  }
   return covariance;
 }
 
@@ -74,7 +79,7 @@ Eigen::VectorXd outlier_variance(const Eigen::VectorXd& measured, const Eigen::V
 /// One step from the models of `s` to better ones; false if the covariance cannot be factored.
 bool improve(const Points& points, const CovarianceTable& table, bool robust, Solution& s) {
   s.theta = mean_theta(s.models);
-  const Eigen::MatrixXd covariance = model_covariance(table, s);
+  const Eigen::MatrixXd covariance = model_covariance(points, table, s);
   s.covariance = covariance;
   if (robust) {
     const Eigen::VectorXd model = curve(s.curves, closest(s.models).theta());
@@ -108,7 +113,7 @@ PerTerm with_truth(const Solution& solution, const Model& model, Eigen::Index i,
 }
 
 constexpr double kEvidence = 16.0;
-/// Correlation times from 1 interval; neighbours on the grid make curves that differ by less than 10 %.
+/// Neighbours on the grid make curves that differ by less than 10 %.
 constexpr double kGridRatio = 1.5;
 constexpr int kRefinements = 8;
 constexpr int kTables = 2;
@@ -117,7 +122,7 @@ constexpr double kLongestStep = 0.5;
 
 /// The best model with a Markov term of this time under a given covariance of the data.
 std::optional<Model> model_at(const Points& points, const Eigen::MatrixXd& factor, double time) {
-  const Eigen::MatrixXd curves = term_curves(points.multiples, time);
+  const Eigen::MatrixXd curves = term_curves(points.multiples, time, points.lag);
   const Whitened whitened{base::solve_lower(factor, curves), base::solve_lower(factor, points.variance)};
   for (Model& model : positive_models(whitened)) {
     if (model.has(markov)) return std::move(model);
@@ -132,7 +137,7 @@ struct Found {
 
 std::optional<Found> best_on_grid(const Points& points, const Eigen::MatrixXd& factor) {
   std::optional<Found> best;
-  for (double time = 1.0; time < 0.5 * points.multiples.back(); time *= kGridRatio) {
+  for (double time = points.shortest_markov_time; time < 0.5 * points.multiples.back(); time *= kGridRatio) {
     std::optional<Model> model = model_at(points, factor, time);
     if (model && (!best || cost(*model) < cost(best->model))) best = Found{time, std::move(*model)};
   }
@@ -154,12 +159,13 @@ double refined_time(const Points& points, const Eigen::MatrixXd& factor, Found f
 
 }  // namespace
 
-Eigen::MatrixXd term_curves(const std::vector<double>& multiples, double markov_time) {
+Eigen::MatrixXd term_curves(const std::vector<double>& multiples, double markov_time, double lag) {
   Eigen::MatrixXd curves = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(multiples.size()), kColumns);
   for (std::size_t i = 0; i < multiples.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    const PerTerm phi = allan_variances(multiples[i], markov_time);
+    const PerTerm phi = allan_variances(multiples[i], markov_time, lag);
     for (std::size_t k = 0; k < kTerms; ++k) curves(row, static_cast<Eigen::Index>(k)) = phi[k];
+    if (lag != 0.0) curves(row, quantization) = 0.0;
     if (markov_time <= 0.0) continue;
     constexpr double kStep = 1e-3;
     const double above = allan_variances(multiples[i], markov_time * std::exp(kStep))[markov];
@@ -172,7 +178,7 @@ Eigen::MatrixXd term_curves(const std::vector<double>& multiples, double markov_
 std::optional<Solution> solve(const Points& points, const PairCounts& counts, const CovarianceTable& table,
                               Outliers outliers, const std::optional<Model>& start) {
   Solution s;
-  s.curves = term_curves(points.multiples, table.markov_time());
+  s.curves = term_curves(points.multiples, table.markov_time(), points.lag);
   s.models = start ? std::vector<Model>{*start} : starting_models(points, counts, s.curves);
   if (s.models.empty()) return std::nullopt;
   for (int i = 0; i < kIterations; ++i) {
@@ -224,7 +230,7 @@ std::optional<Fitted> fit_with_markov(const Points& points, const PairCounts& co
     if (!solution || !solution->best().has(markov)) return std::nullopt;
     found = Found{time, solution->best()};
     if (i + 1 < kTables) time = refined_time(points, base::cholesky(solution->covariance), *found);
-    fitted = Fitted{std::move(table), std::move(*solution)};
+    fitted = Fitted{std::move(table), std::move(*solution), points.lag};
   }
   return fitted;
 }

@@ -14,10 +14,14 @@ namespace soak::calib::signal::allan_fit {
 struct Points {
   std::vector<double> multiples;
   Eigen::VectorXd variance;  ///< measured
+  double lag = 0.0;          ///< of the low-pass whose memory all of them lie beyond
+  double lag_error = 0.0;    ///< standard deviation
+  double shortest_markov_time = 1.0;
 };
 
-/// Every term's curve at the multiples, n x kColumns (see models.h).
-[[nodiscard]] Eigen::MatrixXd term_curves(const std::vector<double>& multiples, double markov_time);
+/// Every term's curve at the multiples, n x kColumns (see models.h). With a lag quantization is not available: both
+/// bend the curve at the shortest times, and nothing tells them apart.
+[[nodiscard]] Eigen::MatrixXd term_curves(const std::vector<double>& multiples, double markov_time, double lag);
 
 /// The curves hold to this share of the Allan variance at best: sampled sensors are no textbook integrals.
 constexpr double kModelError = 1e-3;
@@ -59,12 +63,13 @@ enum class Outliers {
 struct Fitted {
   CovarianceTable table;
   Solution solution;
+  double lag = 0.0;  ///< of the points
 };
 
 /// The fit with a first-order Gauss-Markov term, if the measured curve demands one: its correlation time by least chi^2
-/// over a logarithmic grid, refined by Gauss-Newton steps together with all other coefficients. Nothing if its two
-/// parameters improve chi^2 by less than 16 beyond the penalty for parameters (the time was searched for, and flicker
-/// between white noise and random walk looks much the same).
+/// over a logarithmic grid from points.shortest_markov_time on, refined by Gauss-Newton steps together with all other
+/// coefficients. Nothing if its two parameters improve chi^2 by less than 16 beyond the penalty for parameters (the
+/// time was searched for, and flicker between white noise and random walk looks much the same).
 [[nodiscard]] std::optional<Fitted> fit_with_markov(const Points& points, const PairCounts& counts,
                                                     const Solution& without, Outliers outliers);
 
