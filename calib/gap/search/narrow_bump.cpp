@@ -20,6 +20,8 @@ constexpr double kResolved_c = 7.5;   ///< plateaus further apart do not show a 
 constexpr double kSensorGate = 0.01;  ///< chance from which a sensor of the set that stands out is counted in
 /// Least likelihood of a bump over that of the best kink or step in its place.
 constexpr double kOdds = 10.0;
+/// Least correlation length of the rest of the curve over the distance of the levels: what is rougher is not resolved.
+constexpr double kResolvedLength = 1.9;
 
 const Effect& bump() {
   static const Effect effect = [] {
@@ -136,29 +138,26 @@ Shapes shapes_about(const Levels& levels, const Five& five) {
 struct BumpTest {
   double chance = 1.0;  ///< that it is none
   double height = 0.0;
-  bool undecided = false;  ///< something sticks out, but a kink or a step explains it as well
+  double turns = 1.0;  ///< chance that the curve does not turn sharply there, whatever does that
 };
 
-/// `gate`: chance from which a bump is named.
-BumpTest test_bump(const Levels& levels, const SmoothCurve& curve, const Five& five, double gate) {
+BumpTest test_bump(const Levels& levels, const SmoothCurve& curve, const Five& five) {
   BumpTest result;
-  const double turns = chance_of_turns(levels, five);
-  if (turns > kSensorGate) return result;
+  result.turns = chance_of_turns(levels, five);
+  if (result.turns > kSensorGate) return result;
   const Shapes shapes = shapes_about(levels, five);
   const std::vector<FeatureFit> fits = curve.with_each(shapes.columns);
   const auto likelier = [](const FeatureFit& a, const FeatureFit& b) { return a.log_likelihood < b.log_likelihood; };
   const auto first_rival = fits.begin() + static_cast<std::ptrdiff_t>(shapes.bumps);
   const FeatureFit& best = *std::max_element(fits.begin(), first_rival, likelier);
   const FeatureFit& rival = *std::max_element(first_rival, fits.end(), likelier);
+  const double distance_c = 0.5 * (levels.at_c(five[3]) - levels.at_c(five[1]));
+  if (!(best.log_likelihood - rival.log_likelihood >= std::log(kOdds))) return result;
+  if (best.length_c < kResolvedLength * distance_c) return result;
   // Line, height and the two numbers of the scale were taken from the levels.
   const double dof = static_cast<double>(levels.value.size()) - 5.0;
-  const double chance = std::max(turns, base::f_upper_tail(best.squared_ratio, 1.0, dof));
-  if (best.log_likelihood - rival.log_likelihood >= std::log(kOdds)) {
-    result.chance = chance;
-    result.height = best.height;
-  } else {
-    result.undecided = chance <= gate;
-  }
+  result.chance = std::max(result.turns, base::f_upper_tail(best.squared_ratio, 1.0, dof));
+  result.height = best.height;
   return result;
 }
 
@@ -184,25 +183,57 @@ std::vector<SensorCurve> curves_of(const CampaignModel& model) {
   return curves;
 }
 
+/// The best set of sensors at one place.
+struct PlacedBump {
+  std::size_t place = 0;
+  double p = 1.0;  ///< adjusted
+  std::vector<Sensor> sensors;
+  Sensor strongest = Sensor::gyro_x;
+  double height = 0.0;  ///< in the strongest
+};
+
 /// Takes the sets of sensors at one place into `found` where their chance together is less.
 void pool_sensors(const std::array<BumpTest, kSensorCount>& test, const std::vector<std::vector<Sensor>>& sets,
-                  double tests, const std::string& place, NamedEffect& found) {
+                  double tests, std::size_t place, PlacedBump& found) {
   for (const auto& set : sets) {
     std::vector<double> chances;
     for (const Sensor sensor : set) chances.push_back(test[index_of(sensor)].chance);
     const double p = std::min(1.0, chance_together(chances) * tests);
-    if (p >= found.p_adjusted) continue;
-    found.p_adjusted = p;
-    found.sensors.clear();
+    if (p >= found.p) continue;
     const auto least = static_cast<std::size_t>(std::min_element(chances.begin(), chances.end()) - chances.begin());
+    found = {place, p, {}, set[least], test[index_of(set[least])].height};
     for (std::size_t i = 0; i < set.size(); ++i) {
       if (chances[i] <= kSensorGate || i == least) found.sensors.push_back(set[i]);
     }
-    const Sensor strongest = set[least];
-    found.candidate.shape = place;
-    found.magnitude = {test[index_of(strongest)].height * printed_per_si(strongest),
-                       std::string(printed_unit(strongest))};
   }
+}
+
+/// Where a sensor's curve turns sharply.
+struct SharpTurn {
+  std::size_t place;
+  Sensor sensor;
+};
+
+std::string place_text(const std::vector<double>& level_c, const Five& five) {
+  return fmt::format("at {:.1f} degC", level_c[static_cast<std::size_t>(five[2])]);
+}
+
+/// Whether the five levels of one place hold the middle of the other.
+bool overlap(const Five& one, const Five& other) { return other[2] >= one[0] && other[2] <= one[4]; }
+
+NotTestable turns_without_name(const std::vector<double>& level_c, const std::vector<Five>& places,
+                               const std::vector<SharpTurn>& turns) {
+  constexpr std::size_t kShown = 3;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(kShown, turns.size()); ++i) {
+    list += fmt::format("{}{} {}", i == 0 ? "" : ", ", name_of(turns[i].sensor),
+                        place_text(level_c, places[turns[i].place]));
+  }
+  if (turns.size() > kShown) list += fmt::format(" and {} more", turns.size() - kShown);
+  return {"narrow_bump",
+          fmt::format("curves turn sharply ({}): a kink, a step or a rough curve reads the same as a bump at these "
+                      "plateaus, and some more every 2 K about it would tell",
+                      list)};
 }
 
 NotTestable too_few_plateaus(std::size_t levels, std::size_t places) {
@@ -232,26 +263,31 @@ OutsideTheMean look_for_bump(const CampaignModel& model) {
   for (const SensorCurve& curve : curves) sensors.push_back(curve.sensor);
   const auto sets = sensor_sets(sensors);
   const auto tests = static_cast<double>(sets.size() * places.size());
-  NamedEffect found;
-  found.effect = &bump();
-  std::string undecided;
-  for (const Five& five : places) {
-    const std::string place = fmt::format("at {:.1f} degC", level_c[static_cast<std::size_t>(five[2])]);
+  PlacedBump found;
+  std::vector<SharpTurn> turns;
+  for (std::size_t place = 0; place < places.size(); ++place) {
     std::array<BumpTest, kSensorCount> test;
     for (const SensorCurve& curve : curves) {
       BumpTest& own = test[index_of(curve.sensor)];
-      own = test_bump(curve.levels, curve.smooth, five, kOutsideMeanGate / tests);
-      if (own.undecided)
-        undecided += fmt::format("{}{} {}", undecided.empty() ? "" : ", ", name_of(curve.sensor), place);
+      own = test_bump(curve.levels, curve.smooth, places[place]);
+      if (own.turns * tests <= kOutsideMeanGate) turns.push_back({place, curve.sensor});
     }
     pool_sensors(test, sets, tests, place, found);
   }
-  if (found.p_adjusted <= kOutsideMeanGate) result.effects.push_back(std::move(found));
-  if (!undecided.empty()) {
-    result.not_testable.push_back(
-        {"narrow_bump", fmt::format("the curve turns sharply in {}: a kink or a step reads the same at these plateaus, "
-                                    "and some more every 2 K about it would tell",
-                                    undecided)});
+  // A bump is one feature. Curves that turn in several places are rough, and none of these stands out.
+  const bool alone = std::all_of(turns.begin(), turns.end(), [&](const SharpTurn& turn) {
+    return overlap(places[found.place], places[turn.place]);
+  });
+  if (alone && found.p <= kOutsideMeanGate) {
+    NamedEffect named;
+    named.effect = &bump();
+    named.p_adjusted = found.p;
+    named.sensors = found.sensors;
+    named.candidate.shape = place_text(level_c, places[found.place]);
+    named.magnitude = {found.height * printed_per_si(found.strongest), std::string(printed_unit(found.strongest))};
+    result.effects.push_back(std::move(named));
+  } else if (!turns.empty()) {
+    result.not_testable.push_back(turns_without_name(level_c, places, turns));
   }
   return result;
 }

@@ -44,7 +44,8 @@ struct OutsideTheMean {
 ///   three signs sure against the levels' own covariance (an intersection-union test, exact for any curve whose
 ///   curvature does not do that);
 /// - the bump stands out of how far a smooth curve strays between its levels (smooth_curve.h), the scale of that taken
-///   from the levels with the bump allowed for: where the whole curve is wavy none stands out;
+///   from the levels with the bump allowed for: where the whole curve is wavy none stands out, and none is named where
+///   its correlation length is below 1.9 distances of the levels;
 /// - it is ten times as likely as the best kink or step in its place.
 /// The largest of the first two chances is that of the sensor; those of several sensors at one level are pooled, and
 /// adjusted for all levels and sets of sensors. What fails only by the third is said in `not_testable`. Not testable
