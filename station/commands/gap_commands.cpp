@@ -29,6 +29,7 @@ namespace {
 
 using calib::gap::GapReport;
 using calib::gap::NamedEffect;
+using calib::gap::NotAdded;
 
 /// What all gap commands take.
 struct GapCommand : CatalogCommand {
@@ -56,8 +57,8 @@ struct GapFind final : GapCommand {
 };
 
 /// soak gap accept: finds the gap as GapFind does, adds the effects that it names to the terms of the unit's model, and
-/// fits a new version to readings corrected for all of them. Fails (bad_input) if no effect is named, or one is wanted
-/// that is not named.
+/// fits a new version to readings corrected for all of them. Says which it does not add, and why. Fails (bad_input) if
+/// no effect is named, if none can be added, or if one is wanted that is not named or cannot be added.
 struct GapAccept final : GapCommand {
   std::vector<std::string> effects;  ///< empty = all that are named
   std::string user;                  ///< empty = the user that runs the program
@@ -229,37 +230,43 @@ std::string term_text(const calib::ModelTerm& term) {
   return text;
 }
 
-base::Status print_new_version(const calib::UnitModel& model, std::int32_t parent, Output& output) {
+/// `not_added`: effects that were named and are not among the new terms.
+base::Status print_new_version(const calib::UnitModel& model, std::int32_t parent,
+                               const std::vector<NotAdded>& not_added, Output& output) {
   for (const calib::Warning& warning : model.warnings) output.note("warning: " + warning.text);
   if (output.json()) {
+    nlohmann::json left = nlohmann::json::array();
+    for (const NotAdded& entry : not_added) left.push_back({{"name", entry.name}, {"why", entry.why}});
     return output.print_json({{"unit", model.unit},
                               {"parent", parent},
                               {"model", model.version},
-                              {"terms", calib::terms_json(model.terms)}});
+                              {"terms", calib::terms_json(model.terms)},
+                              {"not_added", std::move(left)}});
   }
   std::string text = fmt::format("unit {}: model {} follows model {}; it contains {}\n", model.unit, model.version,
                                  parent, model.terms.empty() ? "no accepted effect" : "these accepted effects:");
   for (const calib::ModelTerm& term : model.terms) text += term_text(term);
+  for (const NotAdded& entry : not_added) text += fmt::format("not added: {}: {}\n", entry.name, entry.why);
   if (!model.terms.empty())
     text += fmt::format("'soak gap show --unit {}' shows the gap before and after\n", model.unit);
   output.print(text);
   return {};
 }
 
-/// An effect that is found again was estimated wrongly: a second term of that name would hide it.
-base::Status check_not_contained(const std::string& unit, const std::vector<calib::ModelTerm>& carried,
-                                 const std::vector<calib::ModelTerm>& found) {
-  for (const calib::ModelTerm& term : found) {
-    const bool known = std::any_of(carried.begin(), carried.end(),
-                                   [&](const calib::ModelTerm& other) { return other.name == term.name; });
-    if (known) {
-      return base::bad_input(
-          fmt::format("the model already contains {0}, but the runs show more of it: withdraw it ('soak gap withdraw "
-                      "--unit {1} --effect {0} --reason ...'), then find and accept it again",
-                      term.name, unit));
-    }
+/// An effect that is found again was estimated wrongly, and a second term of that name would hide it: it moves from the
+/// terms to those that are not added.
+void leave_contained(const std::string& unit, const std::vector<calib::ModelTerm>& carried,
+                     calib::gap::Acceptance& found) {
+  for (const calib::ModelTerm& known : carried) {
+    const auto again =
+        std::erase_if(found.terms, [&](const calib::ModelTerm& term) { return term.name == known.name; });
+    if (again == 0) continue;
+    found.not_added.push_back(
+        {known.name,
+         fmt::format("the model already contains {0}, but the runs show more of it: withdraw it ('soak gap withdraw "
+                     "--unit {1} --effect {0} --reason ...'), then find and accept it again",
+                     known.name, unit)});
   }
-  return {};
 }
 
 base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
@@ -267,19 +274,23 @@ base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
   if (!search) return base::forward_error(search);
   auto found = calib::gap::accepted_terms(search->campaign, search->report, effects);
   if (!found) return base::forward_error(found);
-  if (auto twice = check_not_contained(unit, search->terms, *found); !twice) return twice;
-  calib::forward::centre(search->campaign, *found);
+  const std::size_t wanted = found->terms.size();
+  leave_contained(unit, search->terms, *found);
+  if (found->terms.empty() || (!effects.empty() && found->terms.size() < wanted)) {
+    return base::bad_input(found->not_added.back().why);
+  }
+  calib::forward::centre(search->campaign, found->terms);
   std::string names;
-  for (const calib::ModelTerm& term : *found) names += (names.empty() ? "" : ", ") + term.name;
+  for (const calib::ModelTerm& term : found->terms) names += (names.empty() ? "" : ", ") + term.name;
   std::vector<calib::ModelTerm> terms = search->terms;
-  std::move(found->begin(), found->end(), std::back_inserter(terms));
+  std::move(found->terms.begin(), found->terms.end(), std::back_inserter(terms));
   auto stored =
       catalog.add_gap_report({unit, search->model.version, now_utc_s(), calib::gap::gap_json(search->report).dump()});
   if (!stored) return stored;
   const auto model =
       refit(catalog, search->model, terms, "gap_accepted", fmt::format("{} accepted by {}", names, user_name(user)));
   if (!model) return base::forward_error(model);
-  return print_new_version(*model, search->model.version, output);
+  return print_new_version(*model, search->model.version, found->not_added, output);
 }
 
 base::Status GapWithdraw::run_with(db::Catalog& catalog, Output& output) {
@@ -298,7 +309,7 @@ base::Status GapWithdraw::run_with(db::Catalog& catalog, Output& output) {
   const auto model = refit(catalog, **parent, *terms, "gap_withdrawn",
                            fmt::format("{} withdrawn by {}: {}", effect, user_name(user), reason));
   if (!model) return base::forward_error(model);
-  return print_new_version(*model, (*parent)->version, output);
+  return print_new_version(*model, (*parent)->version, {}, output);
 }
 
 std::vector<std::string> comparison_row(calib::Sensor sensor, const SensorComparison& figures, const std::string& runs,

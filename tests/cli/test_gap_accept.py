@@ -13,6 +13,7 @@ import unittest
 from soak_cli import ROOT, SoakTest, check_schema
 
 sys.path.insert(0, str(ROOT / "tests" / "blind"))
+import steep_curves  # noqa: E402
 from blind_campaign import Programs, configuration  # noqa: E402
 
 FRESH = ("R05", "R06")
@@ -54,7 +55,7 @@ class Accept(SoakTest):
         self.assertEqual(found["effects"][0]["name"], "thermal_hysteresis")
         accepted = self.json("gap", "accept", "--unit", "SN1")
         check_schema(accepted, "gap-accept")
-        self.assertEqual((accepted["parent"], accepted["model"]), (1, 2))
+        self.assertEqual((accepted["parent"], accepted["model"], accepted["not_added"]), (1, 2, []))
         term = accepted["terms"][0]
         self.assertEqual((term["name"], term["parent_version"], term["lab_only"]), ("thermal_hysteresis", 1, True))
         self.assertEqual(len(term["run_hashes"]), 4)
@@ -179,6 +180,25 @@ class Accept(SoakTest):
         fitted = next(run["campaign"] for run in self.json("runs", "list", "--unit", "SN1")["runs"] if run["run"] == "R01")
         shown = self.soak("gap", "show", "--unit", "SN1", "--campaign", fitted).stdout
         self.assertIn("--procedure verification", shown)
+
+    def test_what_can_be_added_is_and_the_rest_is_said(self):
+        """A resonance belongs to the curve; the steps of an output do not."""
+        csv = self.folder / "unit.csv"
+        steep_curves.write_campaign(csv, 2, "smooth", steep_curves.Bump(30.0, 4.0, 45.0, (0, 1, 2)), runs=3)
+        head, *rows = csv.read_text(encoding="utf-8").splitlines()
+        coarse = head.split(",").index("ay_mps2")
+        cells = [row.split(",") for row in rows]
+        for row in cells:
+            row[coarse] = f"{0.01 * round(float(row[coarse]) / 0.01):.2f}"
+        csv.write_text("\n".join([head] + [",".join(row) for row in cells]) + "\n", encoding="utf-8")
+        self.soak("import", csv, "--unit", "SN1", "--gravity-mps2", "9.80665")
+        self.soak("fit", "--unit", "SN1", "--rules", 3)
+        refused = self.refusal("gap", "accept", "--unit", "SN1", "--effect", "narrow_bump")
+        self.assertIn("narrow_bump", refused["message"])
+        accepted = self.json("gap", "accept", "--unit", "SN1")
+        check_schema(accepted, "gap-accept")
+        self.assertEqual([term["name"] for term in accepted["terms"]], ["quantization"])
+        self.assertEqual([entry["name"] for entry in accepted["not_added"]], ["narrow_bump"])
 
     def test_nothing_is_accepted_that_was_not_named(self):
         self.campaign(90, [])

@@ -38,9 +38,9 @@ ModelTerm term_of(const LoggedCampaign& campaign, const gap::Effect& effect, con
     named.meaning[s] = effect.meaning(circumstances, candidate, sensor);
   }
   report.effects.push_back(named);
-  const auto terms = gap::accepted_terms(campaign, report, {});
-  EXPECT_TRUE(terms) << effect.name;
-  return terms ? terms->front() : ModelTerm{};
+  const auto accepted = gap::accepted_terms(campaign, report, {});
+  EXPECT_TRUE(accepted) << effect.name;
+  return accepted ? accepted->terms.front() : ModelTerm{};
 }
 
 /// Largest difference between what regressors and mechanism say at the blocks, each less its mean over the run (offsets

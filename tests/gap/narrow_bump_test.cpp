@@ -5,6 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "calib/gap/report/gap_report.h"
 #include "tests/gap/made_up_campaign.h"
@@ -14,22 +18,6 @@ namespace {
 
 using made_up::Moment;
 using made_up::Plan;
-
-TEST(OffNeighbours, IsNothingForACubicAndTheHeightOfASpike) {
-  std::vector<double> level_c;
-  Eigen::VectorXd levels(9);
-  for (Eigen::Index k = 0; k < 9; ++k) {
-    const double c = -20.0 + 5.0 * static_cast<double>(k) + (k == 3 ? 0.4 : 0.0);
-    level_c.push_back(c);
-    levels(k) = 1.0 - 0.2 * c + 0.01 * c * c - 0.0003 * c * c * c;
-  }
-  Eigen::VectorXd off = off_neighbours(level_c, levels);
-  EXPECT_TRUE(std::isnan(off(0)) && std::isnan(off(1)) && std::isnan(off(7)) && std::isnan(off(8)));
-  for (Eigen::Index k = 2; k < 7; ++k) EXPECT_NEAR(off(k), 0.0, 1e-12);
-  levels(4) += 2.5;
-  off = off_neighbours(level_c, levels);
-  EXPECT_NEAR(off(4), 2.5, 1e-12);
-}
 
 Plan fine_grid() {
   Plan plan;
@@ -68,6 +56,64 @@ TEST(NarrowBump, IsNotMadeOfACurveThatIsWavyEverywhere) {
     EXPECT_TRUE(look_for_bump(CampaignModel(observations, history)).effects.empty()) << "seed " << seed;
     EXPECT_EQ(name_of(find_gap(made_up::campaign(other, made_up::nothing()), 1).conclusion), "none") << "seed " << seed;
   }
+}
+
+/// `curve`: over the temperature, in noises of a block.
+OutsideTheMean bumps_of(const Plan& plan, const std::function<double(double temp_c)>& curve) {
+  const LoggedCampaign made = made_up::campaign(
+      plan, [&](Sensor sensor, const Moment& moment) { return curve(moment.temp_c) * made_up::unit_of(plan, sensor); });
+  const Observations observations = observe(made);
+  const TemperatureHistory history(made, observations);
+  return look_for_bump(CampaignModel(observations, history));
+}
+
+TEST(NarrowBump, IsNotMadeOfAStepHoweverHighNorOfKinksOrASplineThroughKnots) {
+  const std::vector<std::pair<std::string, std::function<double(double)>>> curves = {
+      {"tanh", [](double c) { return 60.0 * std::tanh((c - 21.0) / 5.0); }},
+      {"tanh at a plateau", [](double c) { return 60.0 * std::tanh((c - 25.0) / 5.0); }},
+      {"kink", [](double c) { return 2.0 * std::max(0.0, c - 25.0); }},
+      {"kink between plateaus", [](double c) { return 2.0 * std::max(0.0, c - 27.0); }},
+      {"two kinks", [](double c) { return 3.0 * (std::max(0.0, c - 12.0) - std::max(0.0, c - 22.0)); }},
+      {"spline", [](double c) {
+         static const LevelSpline spline({-30.0, -9.0, 1.0, 9.0, 30.0, 42.0, 80.0});
+         Eigen::VectorXd values(7);
+         values << 10.0, -30.0, 20.0, 45.0, -15.0, 30.0, 0.0;
+         return spline.weights(c).dot(values);
+       }}};
+  for (const auto& [name, curve] : curves) {
+    const OutsideTheMean found = bumps_of(fine_grid(), curve);
+    EXPECT_TRUE(found.effects.empty()) << name << " " << found.effects.front().candidate.shape;
+  }
+}
+
+TEST(NarrowBump, IsFoundBesideASteepStep) {
+  const OutsideTheMean found = bumps_of(fine_grid(), [](double c) {
+    return 30.0 * std::tanh((c + 5.0) / 5.0) + 30.0 / (1.0 + std::pow((c - 40.0) / 2.0, 2));
+  });
+  ASSERT_EQ(found.effects.size(), 1U);
+  EXPECT_EQ(found.effects[0].candidate.shape.substr(0, 5), "at 40") << found.effects[0].candidate.shape;
+}
+
+TEST(NarrowBump, IsNoTermOfAModelButDoesNotKeepOthersFromIt) {
+  const Plan plan = fine_grid();
+  LoggedCampaign campaign = made_up::campaign(plan, [&](Sensor sensor, const Moment& moment) {
+    const double off = (moment.temp_c - 30.0) / 1.5;
+    return sensor == Sensor::gyro_z ? 8.0 * plan.gyro_block * std::exp(-off * off) : 0.0;
+  });
+  const auto alone = accepted_terms(campaign, find_gap(campaign, 1), {});
+  ASSERT_FALSE(alone.has_value());
+  EXPECT_EQ(alone.error().kind, base::ErrorKind::bad_input);
+
+  campaign.samples[index_of(Sensor::accel_y)] = {.count = 1000, .step = 0.004, .noise = 0.002};
+  const GapReport report = find_gap(campaign, 1);
+  const auto both = accepted_terms(campaign, report, {});
+  ASSERT_TRUE(both.has_value()) << both.error().message;
+  ASSERT_EQ(both->terms.size(), 1U);
+  EXPECT_EQ(both->terms[0].name, "quantization");
+  ASSERT_EQ(both->not_added.size(), 1U);
+  EXPECT_EQ(both->not_added[0].name, "narrow_bump");
+  EXPECT_FALSE(accepted_terms(campaign, report, {"narrow_bump", "quantization"}).has_value());
+  EXPECT_TRUE(accepted_terms(campaign, report, {"quantization"}).has_value());
 }
 
 TEST(NarrowBump, IsNotTestableWithSevenPlateaus) {

@@ -73,9 +73,9 @@ TEST(OutsideTheMean, RunsThatAgreeBetterThanTheirSamplesAllowAreNotBelieved) {
 
 /// Accepts all that is named, as a model that carries it would.
 void accept_all(LoggedCampaign& campaign) {
-  auto terms = accepted_terms(campaign, find_gap(campaign, 1), {});
-  ASSERT_TRUE(terms.has_value()) << terms.error().message;
-  campaign.carried = *terms;
+  auto accepted = accepted_terms(campaign, find_gap(campaign, 1), {});
+  ASSERT_TRUE(accepted.has_value()) << accepted.error().message;
+  campaign.carried = accepted->terms;
 }
 
 TEST(OutsideTheMean, CarriedNoiseIsNotNamedAgainUntilThereIsMoreOfIt) {

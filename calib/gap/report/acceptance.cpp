@@ -5,25 +5,33 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 namespace soak::calib::gap {
 namespace {
 
+/// Why an effect is no term of a model, of what it was named in; nothing where it is one.
+std::optional<std::string> why_no_term(const NamedEffect& named, JudgedOn judged_on) {
+  const bool with_numbers = std::all_of(named.sensors.begin(), named.sensors.end(), [&](Sensor sensor) {
+    const Meaning& meaning = named.meaning[index_of(sensor)];
+    const auto count = static_cast<std::size_t>(named.parameters[index_of(sensor)].size());
+    return meaning.estimated.size() == count && (count > 0 || !meaning.given.empty());
+  });
+  if (with_numbers) return std::nullopt;
+  return judged_on == JudgedOn::runs
+             ? "it is part of the curve over temperature, not beside it: the fitted curve follows it where plateaus "
+               "are "
+               "close enough"
+             : "a recording without plateaus gives no parameters for a model; record plateaus in six positions";
+}
+
 /// Parameters and covariance of one sensor in the units that their meaning states.
-base::Result<TermPart> part_of(const NamedEffect& named, Sensor sensor) {
+TermPart part_of(const NamedEffect& named, Sensor sensor) {
   const std::size_t s = index_of(sensor);
   const Meaning& meaning = named.meaning[s];
   const auto count = static_cast<std::size_t>(named.parameters[s].size());
-  if (meaning.estimated.size() != count || (count == 0 && meaning.given.empty())) {
-    return base::bad_input(
-        fmt::format(
-            "{} cannot be added to a model: these data name it without parameters (a bump belongs to the curve, "
-            "and a recording without plateaus gives none); choose others with --effect",
-            named.effect->name),
-        std::string(name_of(sensor)));
-  }
   TermPart part;
   part.sensors = {sensor};
   for (std::size_t i = 0; i < count; ++i) {
@@ -38,29 +46,25 @@ base::Result<TermPart> part_of(const NamedEffect& named, Sensor sensor) {
   return part;
 }
 
-base::Result<std::vector<TermPart>> parts_of(const NamedEffect& named) {
+std::vector<TermPart> parts_of(const NamedEffect& named) {
   std::vector<TermPart> parts;
   for (const Sensor sensor : named.sensors) {
     if (named.candidate.shared && !parts.empty()) {
       parts.front().sensors.push_back(sensor);
-      continue;
+    } else {
+      parts.push_back(part_of(named, sensor));
     }
-    auto part = part_of(named, sensor);
-    if (!part) return base::forward_error(part);
-    parts.push_back(*std::move(part));
   }
   return parts;
 }
 
-base::Result<ModelTerm> term_of(const NamedEffect& named, const GapReport& report) {
-  auto parts = parts_of(named);
-  if (!parts) return base::forward_error(parts);
+ModelTerm term_of(const NamedEffect& named, const GapReport& report) {
   ModelTerm term;
   term.name = named.effect->name;
   term.library = kLibraryVersion;
   term.parent_version = report.model;
   term.lab_only = named.effect->lab_only;
-  term.parts = *std::move(parts);
+  term.parts = parts_of(named);
   term.p_adjusted = named.p_adjusted;
   term.delta_bic = named.delta_bic;
   term.heldout_gain = named.heldout_gain;
@@ -97,10 +101,16 @@ std::string named_list(const GapReport& report) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+std::string in_words(const std::vector<NotAdded>& list) {
+  std::vector<std::string> words;
+  for (const NotAdded& entry : list) words.push_back(fmt::format("{}: {}", entry.name, entry.why));
+  return fmt::format("{}", fmt::join(words, "; "));
+}
+
 }  // namespace
 
-base::Result<std::vector<ModelTerm>> accepted_terms(const LoggedCampaign& campaign, const GapReport& report,
-                                                    const std::vector<std::string>& names) {
+base::Result<Acceptance> accepted_terms(const LoggedCampaign& campaign, const GapReport& report,
+                                        const std::vector<std::string>& names) {
   if (report.effects.empty()) {
     return base::bad_input(
         fmt::format("nothing to accept: the verdict is '{}', {}", name_of(report.conclusion), report.reason));
@@ -111,15 +121,21 @@ base::Result<std::vector<ModelTerm>> accepted_terms(const LoggedCampaign& campai
     if (!known)
       return base::bad_input(fmt::format("'{}' is not among the effects named: {}", name, named_list(report)));
   }
-  std::vector<ModelTerm> terms;
+  Acceptance acceptance;
   for (const NamedEffect& named : report.effects) {
     if (!wanted(named, names)) continue;
-    auto term = term_of(named, report);
-    if (!term) return base::forward_error(term);
-    note_data(campaign, *term);
-    terms.push_back(*std::move(term));
+    if (auto why = why_no_term(named, report.judged_on)) {
+      acceptance.not_added.push_back({std::string(named.effect->name), *std::move(why)});
+      continue;
+    }
+    acceptance.terms.push_back(term_of(named, report));
+    note_data(campaign, acceptance.terms.back());
   }
-  return terms;
+  // Who asks for an effect by name wants that one, not the rest.
+  if (acceptance.terms.empty() || (!names.empty() && !acceptance.not_added.empty())) {
+    return base::bad_input("cannot be added to a model: " + in_words(acceptance.not_added));
+  }
+  return acceptance;
 }
 
 }  // namespace soak::calib::gap

@@ -1,23 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/search/outside_the_mean.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
-#include <limits>
+#include <optional>
 
 #include "base/statistics.h"
+#include "calib/gap/base/smooth_curve.h"
+#include "calib/gap/search/outside_the_mean.h"
 #include "calib/gap/search/score.h"
 
 namespace soak::calib::gap {
 namespace {
 
-constexpr int kLeastBumpLevels = 12;
-constexpr Eigen::Index kReach = 2;    ///< neighbours on either side
+constexpr std::size_t kLeastBumpLevels = 12;
+constexpr double kNarrow_c = 5.0;     ///< distance over which curvature has to turn and turn back
+constexpr double kResolved_c = 7.5;   ///< plateaus further apart do not show a bump of that kind
 constexpr double kSensorGate = 0.01;  ///< chance from which a sensor of the set that stands out is counted in
+/// Least likelihood of a bump over that of the best kink or step in its place.
+constexpr double kOdds = 10.0;
+/// Least correlation length of the rest of the curve over the distance of the levels: what is rougher is not resolved.
+constexpr double kResolvedLength = 1.9;
 
 const Effect& bump() {
   static const Effect effect = [] {
@@ -25,98 +29,266 @@ const Effect& bump() {
     made.name = "narrow_bump";
     made.physics =
         "a feature of the curve at one temperature, narrower than the distance of the plateaus: a resonance, a range "
-        "that switches";
+        "that switches on and off again";
     made.experiment = "a grid of 2 K about it, up and down";
     return made;
   }();
   return effect;
 }
 
-/// Levels that do not touch level `k` or its neighbours' cubics: what says how far levels lie off by themselves.
-struct Others {
-  double mean_square = 0.0;
-  double dof = 0.0;
+/// The levels of one sensor's bias, from the saturated base.
+struct Levels {
+  const std::vector<double>& temp_c;
+  Eigen::VectorXd value;
+  Eigen::MatrixXd covariance;
+  double dof;  ///< with which the covariance is known
+
+  [[nodiscard]] double at_c(Eigen::Index k) const { return temp_c[static_cast<std::size_t>(k)]; }
 };
 
-Others others_than(Eigen::Index k, const Eigen::VectorXd& off) {
-  Others others;
-  for (Eigen::Index j = kReach; j + kReach < off.size(); ++j) {
-    if (std::abs(j - k) <= kReach) continue;
-    others.dof += 1.0;
-    others.mean_square += (off(j) * off(j) - others.mean_square) / others.dof;
+/// A level, and two on either side of it at some 5 K from one to the next.
+using Five = std::array<Eigen::Index, 5>;
+
+/// The level whose distance from level `from` in the direction `step` is nearest to 5 K; nothing beyond 7.5 K.
+std::optional<Eigen::Index> next_level(const std::vector<double>& level_c, Eigen::Index from, Eigen::Index step) {
+  const auto count = static_cast<Eigen::Index>(level_c.size());
+  const auto distance_c = [&](Eigen::Index k) {
+    return std::abs(level_c[static_cast<std::size_t>(k)] - level_c[static_cast<std::size_t>(from)]);
+  };
+  std::optional<Eigen::Index> best;
+  for (Eigen::Index k = from + step; k >= 0 && k < count && distance_c(k) <= kResolved_c; k += step) {
+    if (!best || std::abs(distance_c(k) - kNarrow_c) < std::abs(distance_c(*best) - kNarrow_c)) best = k;
   }
-  return others;
+  return best;
 }
 
-/// Chance that level `k` lies so far off as one of the others.
-double chance_of(Eigen::Index k, const Eigen::VectorXd& off) {
-  const Others others = others_than(k, off);
-  if (others.dof < 1.0 || others.mean_square <= 0.0) return 1.0;
-  return base::f_upper_tail(off(k) * off(k) / others.mean_square, 1.0, others.dof);
+std::optional<Five> five_about(const std::vector<double>& level_c, Eigen::Index k) {
+  Five five = {k, k, k, k, k};
+  for (const int side : {-1, 1}) {
+    for (int i = 1; i <= 2; ++i) {
+      const auto next = next_level(level_c, five[static_cast<std::size_t>(2 + side * (i - 1))], side);
+      if (!next) return std::nullopt;
+      five[static_cast<std::size_t>(2 + side * i)] = *next;
+    }
+  }
+  return five;
+}
+
+/// Weights of three levels in their second divided difference, which is a mean of f″ between the outer two.
+Eigen::RowVectorXd curvature_weights(const Levels& levels, Eigen::Index a, Eigen::Index b, Eigen::Index c) {
+  Eigen::RowVectorXd weights = Eigen::RowVectorXd::Zero(levels.value.size());
+  const auto weight = [&](Eigen::Index i, Eigen::Index j, Eigen::Index k) {
+    weights(i) = 1.0 / ((levels.at_c(i) - levels.at_c(j)) * (levels.at_c(i) - levels.at_c(k)));
+  };
+  weight(a, b, c);
+  weight(b, a, c);
+  weight(c, a, b);
+  return weights;
+}
+
+/// Chance that scatter alone makes the curvature turn and turn back within the five levels: that about the middle has
+/// one sign, those beside it the other. However steep a curve is, a kink or a step has one turn there at most. All
+/// three signs have to be sure, so that the largest of their chances is that of the three [Berger 1982].
+double chance_of_turns(const Levels& levels, const Five& five) {
+  std::array<Eigen::RowVectorXd, 3> weights;
+  for (std::size_t i = 0; i < 3; ++i) weights.at(i) = curvature_weights(levels, five[i], five[i + 1], five[i + 2]);
+  const double turn = weights[1] * levels.value > 0.0 ? 1.0 : -1.0;
+  double chance = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double value = (i == 1 ? turn : -turn) * weights.at(i).dot(levels.value);
+    const double variance = weights.at(i) * levels.covariance * weights.at(i).transpose();
+    if (value <= 0.0) return 1.0;
+    if (variance > 0.0) chance = std::max(chance, 0.5 * base::f_upper_tail(value * value / variance, 1.0, levels.dof));
+  }
+  return chance;
+}
+
+/// Shapes of height 1 over the levels, one per column: the first `bumps` are bumps about one level.
+struct Shapes {
+  Eigen::MatrixXd columns;
+  std::size_t bumps = 0;
+};
+
+/// Bumps 1/(1 + ((T − T₀)/w)²) about the middle of the five, and what may be taken for one: kinks max(0, T − T₀) and
+/// steps tanh((T − T₀)/w) within the five. Widths and distances are shares of that of the levels.
+Shapes shapes_about(const Levels& levels, const Five& five) {
+  const double distance_c = 0.5 * (levels.at_c(five[3]) - levels.at_c(five[1]));
+  std::vector<Eigen::ArrayXd> columns;
+  const Eigen::ArrayXd temp_c = Eigen::Map<const Eigen::ArrayXd>(levels.temp_c.data(), levels.value.size());
+  for (const double off : {-0.4, -0.2, 0.0, 0.2, 0.4}) {
+    for (const double width : {0.3, 0.5, 0.8}) {
+      const double centre_c = levels.at_c(five[2]) + off * distance_c;
+      columns.emplace_back(1.0 / (1.0 + ((temp_c - centre_c) / (width * distance_c)).square()));
+    }
+  }
+  Shapes shapes;
+  shapes.bumps = columns.size();
+  for (double centre_c = levels.at_c(five[0]); centre_c <= levels.at_c(five[4]); centre_c += 0.25 * distance_c) {
+    columns.emplace_back((temp_c - centre_c).max(0.0));
+    for (const double width : {0.1, 0.5, 1.0, 2.0}) {
+      columns.emplace_back(((temp_c - centre_c) / (width * distance_c)).tanh());
+    }
+  }
+  shapes.columns.resize(levels.value.size(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t c = 0; c < columns.size(); ++c) shapes.columns.col(static_cast<Eigen::Index>(c)) = columns[c];
+  return shapes;
+}
+
+/// What one sensor's curve says of a bump at one level.
+struct BumpTest {
+  double chance = 1.0;  ///< that it is none
+  double height = 0.0;
+  double turns = 1.0;  ///< chance that the curve does not turn sharply there, whatever does that
+};
+
+BumpTest test_bump(const Levels& levels, const SmoothCurve& curve, const Five& five) {
+  BumpTest result;
+  result.turns = chance_of_turns(levels, five);
+  if (result.turns > kSensorGate) return result;
+  const Shapes shapes = shapes_about(levels, five);
+  const std::vector<FeatureFit> fits = curve.with_each(shapes.columns);
+  const auto likelier = [](const FeatureFit& a, const FeatureFit& b) { return a.log_likelihood < b.log_likelihood; };
+  const auto first_rival = fits.begin() + static_cast<std::ptrdiff_t>(shapes.bumps);
+  const FeatureFit& best = *std::max_element(fits.begin(), first_rival, likelier);
+  const FeatureFit& rival = *std::max_element(first_rival, fits.end(), likelier);
+  const double distance_c = 0.5 * (levels.at_c(five[3]) - levels.at_c(five[1]));
+  if (!(best.log_likelihood - rival.log_likelihood >= std::log(kOdds))) return result;
+  if (best.length_c < kResolvedLength * distance_c) return result;
+  // Line, height and the two numbers of the scale were taken from the levels.
+  const double dof = static_cast<double>(levels.value.size()) - 5.0;
+  result.chance = std::max(result.turns, base::f_upper_tail(best.squared_ratio, 1.0, dof));
+  result.height = best.height;
+  return result;
+}
+
+/// One sensor's levels and what a smooth curve through them knows.
+struct SensorCurve {
+  Sensor sensor;
+  Levels levels;
+  SmoothCurve smooth;
+};
+
+std::vector<SensorCurve> curves_of(const CampaignModel& model) {
+  const std::vector<double>& level_c = model.circumstances().observations.level_c;
+  const auto count = static_cast<Eigen::Index>(level_c.size());
+  std::vector<SensorCurve> curves;
+  for (const Sensor sensor : kSensors) {
+    const auto& residual = model.residuals().sensor[index_of(sensor)];
+    if (!residual) continue;
+    const Eigen::MatrixXd factor = residual->coefficient_factor().topRows(count);
+    const Levels levels{level_c, residual->coefficients().head(count), factor * factor.transpose(),
+                        scatter_dof(model.residuals().noise[index_of(sensor)])};
+    curves.push_back({sensor, levels, SmoothCurve(level_c, levels.value, levels.covariance)});
+  }
+  return curves;
+}
+
+/// The best set of sensors at one place.
+struct PlacedBump {
+  std::size_t place = 0;
+  double p = 1.0;  ///< adjusted
+  std::vector<Sensor> sensors;
+  Sensor strongest = Sensor::gyro_x;
+  double height = 0.0;  ///< in the strongest
+};
+
+/// Takes the sets of sensors at one place into `found` where their chance together is less.
+void pool_sensors(const std::array<BumpTest, kSensorCount>& test, const std::vector<std::vector<Sensor>>& sets,
+                  double tests, std::size_t place, PlacedBump& found) {
+  for (const auto& set : sets) {
+    std::vector<double> chances;
+    for (const Sensor sensor : set) chances.push_back(test[index_of(sensor)].chance);
+    const double p = std::min(1.0, chance_together(chances) * tests);
+    if (p >= found.p) continue;
+    const auto least = static_cast<std::size_t>(std::min_element(chances.begin(), chances.end()) - chances.begin());
+    found = {place, p, {}, set[least], test[index_of(set[least])].height};
+    for (std::size_t i = 0; i < set.size(); ++i) {
+      if (chances[i] <= kSensorGate || i == least) found.sensors.push_back(set[i]);
+    }
+  }
+}
+
+/// Where a sensor's curve turns sharply.
+struct SharpTurn {
+  std::size_t place;
+  Sensor sensor;
+};
+
+std::string place_text(const std::vector<double>& level_c, const Five& five) {
+  return fmt::format("at {:.1f} degC", level_c[static_cast<std::size_t>(five[2])]);
+}
+
+/// Whether the five levels of one place hold the middle of the other.
+bool overlap(const Five& one, const Five& other) { return other[2] >= one[0] && other[2] <= one[4]; }
+
+NotTestable turns_without_name(const std::vector<double>& level_c, const std::vector<Five>& places,
+                               const std::vector<SharpTurn>& turns) {
+  constexpr std::size_t kShown = 3;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(kShown, turns.size()); ++i) {
+    list += fmt::format("{}{} {}", i == 0 ? "" : ", ", name_of(turns[i].sensor),
+                        place_text(level_c, places[turns[i].place]));
+  }
+  if (turns.size() > kShown) list += fmt::format(" and {} more", turns.size() - kShown);
+  return {"narrow_bump",
+          fmt::format("curves turn sharply ({}): a kink, a step or a rough curve reads the same as a bump at these "
+                      "plateaus, and some more every 2 K about it would tell",
+                      list)};
+}
+
+NotTestable too_few_plateaus(std::size_t levels, std::size_t places) {
+  return {
+      "narrow_bump",
+      fmt::format("of {} plateaus {} have two neighbours on either side within {} K of each other: the others do not "
+                  "say how smooth the curve is there, and a feature of one is taken for the curve's own. Record "
+                  "twelve or more, 5 K apart about it",
+                  levels, places, kResolved_c)};
 }
 
 }  // namespace
 
-Eigen::VectorXd off_neighbours(const std::vector<double>& level_c, const Eigen::VectorXd& levels) {
-  Eigen::VectorXd off = Eigen::VectorXd::Constant(levels.size(), std::numeric_limits<double>::quiet_NaN());
-  const auto at_c = [&](Eigen::Index k) { return level_c[static_cast<std::size_t>(k)]; };
-  for (Eigen::Index k = kReach; k + kReach < levels.size(); ++k) {
-    double predicted = 0.0;
-    for (Eigen::Index j = k - kReach; j <= k + kReach; ++j) {
-      if (j == k) continue;
-      double weight = 1.0;  // Lagrange's
-      for (Eigen::Index i = k - kReach; i <= k + kReach; ++i) {
-        if (i != j && i != k) weight *= (at_c(k) - at_c(i)) / (at_c(j) - at_c(i));
-      }
-      predicted += weight * levels(j);
-    }
-    off(k) = levels(k) - predicted;
-  }
-  return off;
-}
-
 OutsideTheMean look_for_bump(const CampaignModel& model) {
   OutsideTheMean result;
-  const Observations& observations = model.circumstances().observations;
-  const Eigen::Index count = observations.level_count();
-  if (count < kLeastBumpLevels) {
-    result.not_testable.push_back(
-        {"narrow_bump",
-         fmt::format("{} plateaus do not say how smooth the curve is between them: a feature of one is taken for the "
-                     "curve's own. Record twelve or more, 5 K apart about it",
-                     count)});
+  const std::vector<double>& level_c = model.circumstances().observations.level_c;
+  std::vector<Five> places;
+  for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(level_c.size()); ++k) {
+    if (const auto five = five_about(level_c, k)) places.push_back(*five);
+  }
+  if (level_c.size() < kLeastBumpLevels || places.empty()) {
+    result.not_testable.push_back(too_few_plateaus(level_c.size(), places.size()));
     return result;
   }
-  std::array<Eigen::VectorXd, kSensorCount> off;
+  const std::vector<SensorCurve> curves = curves_of(model);
   std::vector<Sensor> sensors;
-  for (const Sensor sensor : kSensors) {
-    const auto& residual = model.residuals().sensor[index_of(sensor)];
-    if (!residual) continue;
-    off[index_of(sensor)] = off_neighbours(observations.level_c, residual->coefficients().head(count));
-    sensors.push_back(sensor);
-  }
+  for (const SensorCurve& curve : curves) sensors.push_back(curve.sensor);
   const auto sets = sensor_sets(sensors);
-  const auto tests = static_cast<double>(sets.size()) * static_cast<double>(count - 2 * kReach);
-  NamedEffect found;
-  found.effect = &bump();
-  for (Eigen::Index k = kReach; k + kReach < count; ++k) {
-    for (const auto& set : sets) {
-      std::vector<double> chances;
-      for (const Sensor sensor : set) chances.push_back(chance_of(k, off[index_of(sensor)]));
-      const double p = std::min(1.0, chance_together(chances) * tests);
-      if (p >= found.p_adjusted) continue;
-      found.p_adjusted = p;
-      found.sensors.clear();
-      const auto least = static_cast<std::size_t>(std::min_element(chances.begin(), chances.end()) - chances.begin());
-      for (std::size_t i = 0; i < set.size(); ++i) {
-        if (chances[i] <= kSensorGate || i == least) found.sensors.push_back(set[i]);
-      }
-      const Sensor strongest = set[least];
-      found.candidate.shape = fmt::format("at {:.1f} degC", observations.level_c[static_cast<std::size_t>(k)]);
-      found.magnitude = {off[index_of(strongest)](k) * printed_per_si(strongest), std::string(printed_unit(strongest))};
+  const auto tests = static_cast<double>(sets.size() * places.size());
+  PlacedBump found;
+  std::vector<SharpTurn> turns;
+  for (std::size_t place = 0; place < places.size(); ++place) {
+    std::array<BumpTest, kSensorCount> test;
+    for (const SensorCurve& curve : curves) {
+      BumpTest& own = test[index_of(curve.sensor)];
+      own = test_bump(curve.levels, curve.smooth, places[place]);
+      if (own.turns * tests <= kOutsideMeanGate) turns.push_back({place, curve.sensor});
     }
+    pool_sensors(test, sets, tests, place, found);
   }
-  if (found.p_adjusted <= kOutsideMeanGate) result.effects.push_back(std::move(found));
+  // A bump is one feature. Curves that turn in several places are rough, and none of these stands out.
+  const bool alone = std::all_of(turns.begin(), turns.end(), [&](const SharpTurn& turn) {
+    return overlap(places[found.place], places[turn.place]);
+  });
+  if (alone && found.p <= kOutsideMeanGate) {
+    NamedEffect named;
+    named.effect = &bump();
+    named.p_adjusted = found.p;
+    named.sensors = found.sensors;
+    named.candidate.shape = place_text(level_c, places[found.place]);
+    named.magnitude = {found.height * printed_per_si(found.strongest), std::string(printed_unit(found.strongest))};
+    result.effects.push_back(std::move(named));
+  } else if (!turns.empty()) {
+    result.not_testable.push_back(turns_without_name(level_c, places, turns));
+  }
   return result;
 }
 

@@ -37,14 +37,19 @@ struct OutsideTheMean {
 /// as large again, and a sensor that it has stop at the ends is known to.
 [[nodiscard]] OutsideTheMean look_outside_the_mean(const LoggedCampaign& campaign, const CampaignModel& model);
 
-/// Distance of each inner level from the cubic through its two neighbours on either side; NaN for the two at each end.
-[[nodiscard]] Eigen::VectorXd off_neighbours(const std::vector<double>& level_c, const Eigen::VectorXd& levels);
-
-/// Looks for `narrow_bump` in the levels of the saturated base, which takes up any feature of the curve: a level that
-/// lies off the cubic through its neighbours by much more than the others lie off theirs (Student's t, with as many
-/// degrees of freedom as levels that do not touch it; a wavy curve has a wide scatter and raises nothing), in one
-/// sensor or in several at the same temperature. Adjusted for all levels and sets of sensors; under the gate of the
-/// search. Not testable with fewer than twelve levels: they do not say how smooth the curve is.
+/// Looks for `narrow_bump` in the levels of the saturated base, which takes up any feature of the curve. However steep
+/// a smooth curve is, it is not named: of a sensor with a bump at a level,
+/// - the curvature turns and turns back within the two levels on either side, some 5 K from one to the next, each of
+/// the
+///   three signs sure against the levels' own covariance (an intersection-union test, exact for any curve whose
+///   curvature does not do that);
+/// - the bump stands out of how far a smooth curve strays between its levels (smooth_curve.h), the scale of that taken
+///   from the levels with the bump allowed for: where the whole curve is wavy none stands out, and none is named where
+///   its correlation length is below 1.9 distances of the levels;
+/// - it is ten times as likely as the best kink or step in its place.
+/// The largest of the first two chances is that of the sensor; those of several sensors at one level are pooled, and
+/// adjusted for all levels and sets of sensors. What fails only by the third is said in `not_testable`. Not testable
+/// with fewer than twelve levels, or where none has neighbours within 7.5 K.
 [[nodiscard]] OutsideTheMean look_for_bump(const CampaignModel& model);
 
 }  // namespace soak::calib::gap
