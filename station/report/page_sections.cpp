@@ -202,10 +202,14 @@ std::string references_table(const json& references) {
 std::string couplings_part(const json& couplings) {
   std::string html = "<section id=\"couplings\"><h2>Misalignment and g-sensitivity</h2>\n";
   const json& misalignment = member(couplings, "accel_misalignment_rad");
+  const json& of_gyros = member(couplings, "gyro_misalignment_rad");
   const json& sensitivity = member(couplings, "g_sensitivity_dps_per_g");
   html += "<div class=\"tables\">\n";
   if (misalignment.is_object()) {
     html += coupling_table("Accelerometer misalignment, mrad ± standard error", misalignment, "accel", kMillirad);
+  }
+  if (of_gyros.is_object()) {
+    html += coupling_table("Misalignment of the gyros, mrad ± standard error", of_gyros, "gyro", kMillirad);
   }
   if (sensitivity.is_object()) {
     html += coupling_table("g-sensitivity of the gyros, deg/s per g ± standard error", sensitivity, "gyro", 1.0);
@@ -216,6 +220,10 @@ std::string couplings_part(const json& couplings) {
                 "fixture that stays the same looks like it." +
                     type_b_words(misalignment) + "</p>\n"
               : "<p>Misalignment: not known, the positions do not show all of it.</p>\n";
+  if (of_gyros.is_object()) {
+    html += "<p>Misalignment of the gyros is from movements between rests, against the axes of the accelerometers, and "
+            "in the file.</p>\n";
+  }
   html += sensitivity.is_object()
               ? "<p>g-sensitivity stands beside the model and is not in the file" +
                     std::string(member(couplings, "earth_rate_subtracted") == "whole"
