@@ -39,9 +39,11 @@ Eigen::Vector3d vector_of(const Vector3& v) { return {v[0], v[1], v[2]}; }
 
 // The gyros at rest.
 
-/// Readings at rest as the line (and the response to gravity) fitted to them says, and how well they are known.
+/// What the gyros read at rest: a line in time, and a response to where up is (g-sensitivity and what of the Earth's
+/// rotation goes with it), which acts while the unit is moved too.
 struct RestBias {
-  Eigen::MatrixX3d at_rest;
+  Eigen::MatrixX3d line;                                ///< at each rest
+  Eigen::Matrix3d per_up = Eigen::Matrix3d::Zero();     ///< row: gyro
   Eigen::Vector3d standard_error = Eigen::Vector3d::Zero();
 };
 
@@ -58,13 +60,16 @@ RestBias fit_bias(std::span<const RestAttitude> rests) {
     if (rests.size() >= kRestsForLine) design(i, 4) = (0.5 * (rest.t_start_s + rest.t_end_s) - start_s) / length_s - 0.5;
     readings.row(i) = vector_of(rest.rate_rps).transpose();
   }
-  RestBias bias{Eigen::MatrixX3d(n, 3)};
+  RestBias bias;
+  bias.line.resize(n, 3);
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::VectorXd y = readings.col(axis);
     const auto solution = base::solve_orthogonal_with_factor(design, y, 1e-6);
-    bias.at_rest.col(axis) = design * solution.x;
+    bias.per_up.row(axis) = solution.x.segment<3>(1).transpose();
+    bias.line.col(axis) = solution.x[0] + solution.x[4] * design.col(4).array();
     const double freedoms = std::max(1.0, static_cast<double>(n - solution.rank));
-    bias.standard_error[axis] = std::sqrt((y - bias.at_rest.col(axis)).squaredNorm() / freedoms / static_cast<double>(n));
+    const double scatter = (y - design * solution.x).squaredNorm() / freedoms;
+    bias.standard_error[axis] = std::sqrt(scatter / static_cast<double>(n));
   }
   return bias;
 }
@@ -79,6 +84,7 @@ struct Path {
   Eigen::Vector3d up_before;
   Eigen::Vector3d up_after;
   Eigen::Vector3d bias;
+  Eigen::Matrix3d per_up;
   std::array<Eigen::Vector3d, 2> across;  ///< unit vectors across up_after
   bool tilt = false;
   double turn_rad = 0.0;  ///< stated, with its sign; 0 = none
@@ -95,10 +101,10 @@ Rotation integrate(const Path& path, const Eigen::Matrix3d& inverse_gain, const 
   Rotation rotation;
   const Move& move = *path.move;
   Eigen::Vector3d up = path.up_before;
-  Eigen::Vector3d a = inverse_gain * (vector_of(move.rate_rps[0]) - bias);
+  Eigen::Vector3d a = inverse_gain * (vector_of(move.rate_rps[0]) - bias - path.per_up * up);
   for (std::size_t i = 1; i < move.t_s.size(); ++i) {
     const double dt_s = move.t_s[i] - move.t_s[i - 1];
-    const Eigen::Vector3d b = inverse_gain * (vector_of(move.rate_rps[i]) - bias);
+    const Eigen::Vector3d b = inverse_gain * (vector_of(move.rate_rps[i]) - bias - path.per_up * up);
     const Eigen::Vector3d vector = 0.5 * dt_s * (a + b) + dt_s * dt_s / 12.0 * a.cross(b);
     rotation.about_up_rad += vector.dot(up);
     const double angle = vector.norm();
@@ -294,7 +300,8 @@ std::vector<Path> paths_of(std::span<const RestAttitude> rests, std::span<const 
     path.move = &move;
     path.up_before = vector_of(before->up);
     path.up_after = vector_of(after->up);
-    path.bias = 0.5 * (bias.at_rest.row(before - rests.begin()) + bias.at_rest.row(after - rests.begin())).transpose();
+    path.bias = 0.5 * (bias.line.row(before - rests.begin()) + bias.line.row(after - rests.begin())).transpose();
+    path.per_up = bias.per_up;
     path.across[0] = path.up_after.unitOrthogonal();
     path.across[1] = path.up_after.cross(path.across[0]);
     const double apart = std::atan2(path.up_before.cross(path.up_after).norm(), path.up_before.dot(path.up_after));

@@ -46,7 +46,8 @@ struct GyroGains {
 ///   angle that the gyros miss by more than a fifth is not that of this movement. A table that is not level does not
 ///   matter where the unit comes back to its place.
 ///
-/// Bias at rest is a line in time, and a response to gravity, fitted to the rests; its error is an unknown with the
+/// Bias at rest is a line in time, and a response to gravity (which acts during the movement too), fitted to the rests;
+/// its error is an unknown with the
 /// standard error of that fit. `with_tilts` false: the accelerometers' misalignment is not known, so their vertical is
 /// not good enough for tilts; turns about the faces then show scale errors alone.
 ///

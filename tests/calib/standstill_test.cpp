@@ -161,6 +161,10 @@ TEST_F(Xsens, ConstantsAgreeWithTheFactory) {
   constexpr Vector3 kAccelOffset = {33123.0, 33276.0, 32360.0};
   constexpr Vector3 kAccelScale = {415.0, 413.0, 415.0};
   constexpr Vector3 kGyroScale = {4778.0, 4758.0, 4766.0};
+  // Its gain matrices, to two digits, are A = [1 0 -.01; .01 1 .01; .02 .01 1] of the accelerometers and G = [1 -.01 -.02;
+  // 0 1 .04; -.01 .01 1] of the gyros, in axes of its housing (imu_tk_matlab, calibrate.m). Turned by the W for which
+  // A·(1 + W) is upper triangular (w_xy = .01, w_xz = .02, w_yz = .01), the axes used here, G·(1 + W) is:
+  constexpr std::array<Vector3, 3> kGyroGain = {{{1.0, 0.0, 0.0}, {-0.01, 1.0, 0.05}, {-0.03, 0.0, 1.0}}};
   for (std::size_t i = 0; i < 3; ++i) {
     const PlateauEstimate& accel = estimate->sensor[3 + i].plateaus.at(0);
     EXPECT_NEAR(32768.0 + 415.0 * accel.bias, kAccelOffset[i], 5.0);
@@ -178,6 +182,8 @@ TEST_F(Xsens, ConstantsAgreeWithTheFactory) {
     ASSERT_TRUE(estimate->sensor[i].rate_coupling);
     for (std::size_t j = 0; j < 3; ++j) {
       const Estimate& entry = (*estimate->sensor[i].rate_coupling)[j];
+      // Two numbers rounded to 0.01 add up to each of these.
+      if (i != j) EXPECT_NEAR(entry.value, kGyroGain[i][j], 0.01 + 2.0 * entry.standard_error);
       std::printf("   gyro misalignment %zu%zu %.5f +- %.5f (%.1f freedoms)\n", i, j, entry.value,
                   2.0 * entry.standard_error, entry.freedoms);
     }
