@@ -60,7 +60,7 @@ struct SensorCalibration {
   bool own_thermometer = false;  ///< its temperatures are of a thermometer of this sensor, not of the unit's
   double temp_min_c = 0.0;       ///< valid range: that of the training segment means
   double temp_max_c = 0.0;
-  std::string model;  ///< what the bias curve is: "anfis", "poly3", "poly5", "spline"
+  std::string model;  ///< what the bias curve is: "anfis", "poly3", "poly5", "spline", "constant"
   Curve bias;
   UncertaintyTable bias_uncertainty;
   /// Absent where the data cannot give it (static soak of a gyro). Its domain is where it was measured: at most the
@@ -116,7 +116,10 @@ struct Calibration {
   std::optional<std::array<Vector3, 3>> accel_misalignment;
   /// Row i: bias of gyro i per specific force along x, y, z, in (rad/s)/(m/s²). Only where accepted.
   std::optional<std::array<Vector3, 3>> g_sensitivity;
+  /// Row i: response of gyro i to rates about x, y, z beyond its own scale; diagonal 0. Constant.
+  std::optional<std::array<Vector3, 3>> gyro_misalignment;
   std::optional<CouplingUncertainty> misalignment_uncertainty;   ///< only beside accel_misalignment; diagonal 0
+  std::optional<CouplingUncertainty> gyro_misalignment_uncertainty;  ///< only beside gyro_misalignment; diagonal 0
   std::optional<CouplingUncertainty> g_sensitivity_uncertainty;  ///< only beside g_sensitivity
   std::array<std::optional<EvenOrderTerm>, 3> even_order;        ///< of the accelerometers x, y, z
   std::vector<AcceptedTerm> terms;

@@ -30,14 +30,12 @@ struct OuterFolds {
 
 base::Status check_curve_rows(const CurveData& data, const CurveSubject& subject) {
   if (data.rows.empty()) return base::bad_input("no rows to fit: no run gives a value of this sensor", subject.name);
-  std::vector<double> temps;
   double low = data.rows.front().value;
   double high = low;
   for (const CurveRow& row : data.rows) {
     if (!std::isfinite(row.temp_c) || !std::isfinite(row.value)) {
       return base::bad_input("a row is not finite; void the segment it comes from", subject.name);
     }
-    temps.push_back(row.temp_c);
     low = std::min(low, row.value);
     high = std::max(high, row.value);
   }
@@ -48,10 +46,11 @@ base::Status check_curve_rows(const CurveData& data, const CurveSubject& subject
                     low * subject.printed_per_unit),
         subject.name);
   }
-  const std::size_t distinct = temperature_clusters(temps, kDistinct_c, temps.size()).size();
-  if (distinct < 3) {
-    return base::bad_input(fmt::format("{} distinct temperatures; a thermal model needs at least 3", distinct),
-                           subject.name);
+  const std::size_t distinct = distinct_temperatures(data);
+  if (distinct < kCurveTemperatures) {
+    return base::bad_input(
+        fmt::format("{} distinct temperatures; a thermal model needs at least {}", distinct, kCurveTemperatures),
+        subject.name);
   }
   return {};
 }
@@ -201,14 +200,6 @@ Family choose_winner(const std::vector<FamilySums>& folds, const CurveFit& fit, 
   return winner;
 }
 
-/// Every 1 °C from the least temperature, and the largest.
-std::vector<double> temperatures_of(const CurveFit& fit) {
-  std::vector<double> temps_c;
-  for (int i = 0; fit.temp_min_c + i <= fit.temp_max_c; ++i) temps_c.push_back(fit.temp_min_c + i);
-  if (temps_c.back() < fit.temp_max_c) temps_c.push_back(fit.temp_max_c);
-  return temps_c;
-}
-
 /// Variance of the deployed curve. A family that won on held-out runs was chosen by the same data, and what it states
 /// of itself leaves out that another may be right: the ANFIS, of which the data do not know less, counts for half.
 std::function<double(double)> variance_of(const TrainedFamilies& trained, Family deployed) {
@@ -269,6 +260,19 @@ void add_curve_warnings(const CurveSubject& subject, CurveFit& fit, bool anfis_c
 }
 
 }  // namespace
+
+std::vector<double> temperatures_of(const CurveFit& fit) {
+  std::vector<double> temps_c;
+  for (int i = 0; fit.temp_min_c + i <= fit.temp_max_c; ++i) temps_c.push_back(fit.temp_min_c + i);
+  if (temps_c.back() < fit.temp_max_c) temps_c.push_back(fit.temp_max_c);
+  return temps_c;
+}
+
+std::size_t distinct_temperatures(const CurveData& data) {
+  std::vector<double> temps_c;
+  for (const CurveRow& row : data.rows) temps_c.push_back(row.temp_c);
+  return temperature_clusters(temps_c, kDistinct_c, temps_c.size()).size();
+}
 
 base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options, const CurveSubject& subject,
                                  std::span<const TypeBInput> type_b) {

@@ -18,11 +18,14 @@
 
 namespace soak::calib {
 
-/// Model families that compete for a curve; the value is its index wherever four things are listed.
-enum class Family : std::uint8_t { anfis, poly3, poly5, spline };
+/// Model families. The first four compete for a curve; the value is the index wherever four things are listed. A
+/// `constant` competes with none: it is all that one temperature gives (constant_fit.h).
+enum class Family : std::uint8_t { anfis, poly3, poly5, spline, constant };
 inline constexpr std::size_t kFamilyCount = 4;
 inline constexpr std::array<std::string_view, kFamilyCount> kFamilyNames = {"anfis", "poly3", "poly5", "spline"};
-constexpr std::string_view name_of(Family family) { return kFamilyNames[static_cast<std::size_t>(family)]; }
+constexpr std::string_view name_of(Family family) {
+  return family == Family::constant ? "constant" : kFamilyNames[static_cast<std::size_t>(family)];
+}
 
 struct CurveFitOptions {
   std::optional<int> rules;  ///< number of ANFIS rules; absent = chosen by inner folds
@@ -86,7 +89,19 @@ struct CurveFit {
   std::vector<CurvePoint> points;    ///< every 1 °C from temp_min_c, and temp_max_c
   std::vector<Contribution> budget;  ///< what the bands of the points are made of
   std::vector<Warning> warnings;
+
+  /// Of the deployed family; absent under three runs, and of a constant.
+  [[nodiscard]] std::optional<CrossValidationError> deployed_error() const {
+    return deployed == Family::constant ? std::nullopt : cross_validation[static_cast<std::size_t>(deployed)];
+  }
 };
+
+/// Temperatures of a curve's points: every 1 °C from the least temperature, and the largest.
+[[nodiscard]] std::vector<double> temperatures_of(const CurveFit& fit);
+
+/// Number of temperatures that are half a kelvin or more apart. A curve needs kCurveTemperatures.
+[[nodiscard]] std::size_t distinct_temperatures(const CurveData& data);
+inline constexpr std::size_t kCurveTemperatures = 3;
 
 /// Fits ANFIS and its baselines to the rows under random run offsets, judges them by outer folds (leave one run out),
 /// and deploys the ANFIS unless a baseline beats it by more than one standard error on held-out runs, or the ANFIS of

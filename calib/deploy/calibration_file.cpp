@@ -126,6 +126,7 @@ void add_sensors(Draft& draft, const Calibration& calibration) {
 
 void add_cross_terms(Draft& draft, const Calibration& calibration) {
   if (calibration.accel_misalignment) draft.add(file::misalignment_section(*calibration.accel_misalignment));
+  if (calibration.gyro_misalignment) draft.add(file::gyro_misalignment_section(calibration));
   if (calibration.g_sensitivity) draft.add(file::g_sensitivity_section(*calibration.g_sensitivity));
   auto couplings = file::coupling_section(calibration);
   if (!couplings) return draft.add(base::forward_error(couplings));
@@ -150,6 +151,8 @@ void add_references(Draft& draft, const Calibration& calibration) {
 /// The minor version that a type of section came with.
 std::uint16_t minor_version_of(const Section& section) {
   switch (section.type) {
+    case SOAK_SECTION_GYRO_MISALIGNMENT:
+      return 5;
     case SOAK_SECTION_THERMOMETERS:
       return 4;
     case SOAK_SECTION_COUPLINGS:
@@ -304,6 +307,9 @@ base::Status take_section(Calibration& calibration, std::uint32_t type, std::spa
       break;
     case SOAK_SECTION_MISALIGNMENT:
       calibration.accel_misalignment = file::read_matrix(payload.data());
+      break;
+    case SOAK_SECTION_GYRO_MISALIGNMENT:
+      file::read_gyro_misalignment(payload.data(), calibration);
       break;
     case SOAK_SECTION_G_SENSITIVITY:
       calibration.g_sensitivity = file::read_matrix(payload.data());

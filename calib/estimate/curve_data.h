@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct CurveRow {
   double temp_c = 0.0;
   double value = 0.0;           ///< SI, or ppm
   double standard_error = 0.0;  ///< of `value`, noise of the run's own samples only; 0 = not known
+  double freedoms = 0.0;        ///< degrees of freedom of that; 0 = many
 };
 
 /// The rows of a thermal fit.
@@ -35,6 +37,16 @@ struct TypeBInput {
   double constant = 0.0;       ///< in the unit of the curve
   double temperature_c = 0.0;  ///< standard uncertainty of the temperature that the curve is drawn over
   std::string basis = {};      ///< as Contribution::basis
+};
+
+/// How far constants that were measured at one temperature hold.
+struct ConstantValidity {
+  double temp_min_c = 0.0;  ///< lowest and highest temperature of the sessions
+  double temp_max_c = 0.0;
+  double within_c = 0.0;  ///< beyond them, as the unit's type says
+  /// Largest change per kelvin that the type states, of bias and of scale error, in the units of their curves.
+  std::optional<double> bias_per_k = std::nullopt;
+  std::optional<double> scale_per_k = std::nullopt;
 };
 
 }  // namespace soak::calib

@@ -111,10 +111,20 @@ void read_shared(const Problem& problem, const Solution& solution, double inflat
   if (even) estimate.even_order = Estimate{even->value / (g * g), even->standard_error / (g * g)};
 }
 
+/// Degrees of freedom of the standard errors where the residuals of a single visit inflate them; 0 = many.
+double error_freedoms(const Problem& problem, const Solution& solution, double inflation) {
+  if (inflation <= 1.0 || problem.visits.size() > 1) return 0.0;
+  double unknowns = static_cast<double>(solution.shared.size());
+  for (const VisitInfo& visit : problem.visits) unknowns += visit.with_scale ? 3.0 : 2.0;
+  return std::max(1.0, static_cast<double>(problem.rows.size()) - unknowns);
+}
+
 SensorEstimate read_solution(const Problem& problem, const Solution& solution) {
   SensorEstimate estimate;
   estimate.reduced_chi_squared = solution.reduced_chi_squared;
   const double inflation = inflation_of(problem, solution);
+  const double freedoms = error_freedoms(problem, solution, inflation);
+  estimate.coupling_freedoms = freedoms;
   for (std::size_t v = 0; v < problem.visits.size(); ++v) {
     if (!solution.bias_known[v]) continue;
     const VisitInfo& visit = problem.visits[v];
@@ -126,6 +136,7 @@ SensorEstimate read_solution(const Problem& problem, const Solution& solution) {
     plateau.t_s = visit.t_s;
     plateau.bias = solution.local[v][kBias];
     plateau.bias_se = std::sqrt(solution.local_variance[v][kBias]) * inflation;
+    plateau.bias_freedoms = plateau.scale_freedoms = freedoms;
     if (solution.scale_known[v]) {
       // The column was f/g or rate over reference rate, so the unknown is S times that unit.
       const double ppm = 1e6 / six_position::scale_unit(problem);

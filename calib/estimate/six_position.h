@@ -28,12 +28,15 @@ struct PlateauEstimate {
   /// never gyros at rest.
   std::optional<double> scale_ppm;
   std::optional<double> scale_se_ppm;
+  double bias_freedoms = 0.0;  ///< degrees of freedom of bias_se; 0 = many
+  double scale_freedoms = 0.0;
 };
 
 /// A number and its standard error.
 struct Estimate {
   double value = 0.0;
   double standard_error = 0.0;
+  double freedoms = 0.0;  ///< degrees of freedom of the standard error; 0 = many
 };
 
 /// How far the true vertical leans from the fixture's ideal up, rad: the level error of the chamber's side, common to
@@ -53,7 +56,11 @@ struct SensorEstimate {
   /// own axis. Gyro: bias per specific force in (rad/s)/(m/s²); where the horizontal part of the Earth's rotation was
   /// not removed, the entries off its own axis hold that too. Absent where the positions do not show it.
   std::array<std::optional<double>, 3> coupling;
-  std::array<double, 3> coupling_se{};
+  std::array<double, 3> coupling_se{};  ///< 0 of an entry that is 0 by the choice of the axes
+  double coupling_freedoms = 0.0;       ///< degrees of freedom of coupling_se; 0 = many
+  /// Gyro: response to rates about x, y, z beyond its own scale, rad; 0 on its own axis. Only where movements between
+  /// rests show all of it (hand_turns.h).
+  std::optional<std::array<Estimate, 3>> rate_coupling;
   /// Even-order term K₂ of an accelerometer, 1/(m/s²): the reading holds K₂·f². Absent where the positions do not show
   /// it. Faces that are not square to the others by ε look like K₂ = ε/g: a type B contribution not in its error.
   std::optional<Estimate> even_order;

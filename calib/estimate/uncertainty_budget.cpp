@@ -81,9 +81,16 @@ std::string of_faces(double u_rad, std::string_view what) {
                      u_rad * base::kDegPerRad, what);
 }
 
+/// Of attitudes that are known from the readings alone.
+TypeBInput no_fixture() {
+  return {.name = "fixture", .basis = "none: no direction but that of gravity itself was used"};
+}
+
 TypeBInput gravity_in_bias(const Circumstances& circumstances, Sensor sensor, bool turned) {
   TypeBInput input{.name = "gravity"};
-  if (is_gyro(sensor)) {
+  if (circumstances.found_attitudes && !is_gyro(sensor)) {
+    input.basis = "none: another gravity changes the scale alone";
+  } else if (is_gyro(sensor)) {
     input.basis = "none: gyros do not read gravity but by their g-sensitivity";
   } else if (turned) {
     input.basis = "none: cancels between up and down";
@@ -100,6 +107,7 @@ TypeBInput gravity_in_bias(const Circumstances& circumstances, Sensor sensor, bo
 }
 
 TypeBInput fixture_in_bias(const Circumstances& circumstances, Sensor sensor, bool turned, double cross_sensitivity) {
+  if (circumstances.found_attitudes) return no_fixture();
   if (!circumstances.positions) {
     return {.name = "fixture",
             .stated = false,
@@ -134,6 +142,10 @@ TypeBInput gravity_in_scale(const Circumstances& circumstances, Sensor sensor) {
 }
 
 TypeBInput fixture_in_scale(const Circumstances& circumstances, Sensor sensor) {
+  if (is_gyro(sensor) && circumstances.turned_by_hand) {
+    return {.name = "fixture", .basis = "none: how true the turns by hand were is in their scatter"};
+  }
+  if (!is_gyro(sensor) && circumstances.found_attitudes) return no_fixture();
   if (is_gyro(sensor)) {
     const CertifiedReading rate = worst_reading(circumstances, ReferenceKind::rate);
     if (!rate.standard_uncertainty)
@@ -185,8 +197,10 @@ double cross_sensitivity(const Circumstances& circumstances, const UnitRows& row
 
 /// Half-width from both kinds at effective degrees of freedom; the runs' mean has one less than there are runs.
 void complete_value(StatedValue& value, const std::optional<double>& type_b, std::size_t runs) {
-  value.type_b = type_b;
+  value.type_b = value.by_choice ? 0.0 : type_b;
+  if (value.by_choice) return;
   std::vector<Contribution> budget = {{.name = "readings", .u = {value.standard_error}}};
+  if (value.freedoms > 0.0) budget[0].degrees_of_freedom = value.freedoms;
   if (runs > 1) budget[0].degrees_of_freedom = static_cast<double>(runs) - 1.0;
   if (type_b) budget.push_back({.name = "type_b", .type = 'B', .u = {*type_b}});
   value.ci95 = expanded_uncertainty(budget, Band::mean, 0);
@@ -214,6 +228,7 @@ void state_misalignment(const Circumstances& circumstances, const LevelStatement
     *type_b = std::hypot(*type_b / std::numbers::sqrt2, level_uncertainty_rad(circumstances, level),
                          faces_in_level_rad(circumstances, level));
   }
+  if (circumstances.found_attitudes) type_b = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       if (i != j) complete_value(coupling[i][j], type_b, circumstances.runs);
@@ -247,6 +262,19 @@ double earth_on_axis_rps(const Circumstances& circumstances) {
   // sin φ of a place anywhere on the Earth is rectangular on [-1, 1].
   if (!circumstances.latitude_deg) return base::kEarthRate_rps / std::numbers::sqrt3;
   return horizontal_earth_rate_rps(circumstances) * attitude_uncertainty_rad(circumstances).value_or(0.0);
+}
+
+/// Misalignment of the gyros, against the axes that the accelerometers' calibration defines: known positions make those
+/// the fixture's.
+void state_gyro_misalignment(const Circumstances& circumstances, Coupling& coupling) {
+  auto type_b = attitude_uncertainty_rad(circumstances);
+  if (type_b) *type_b /= std::numbers::sqrt2;
+  if (circumstances.found_attitudes) type_b = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (i != j) complete_value(coupling[i][j], type_b, circumstances.runs);
+    }
+  }
 }
 
 /// g-sensitivity, in (rad/s)/(m/s²).
@@ -340,6 +368,7 @@ void state_type_b(Circumstances circumstances, UnitRows& rows) {
   circumstances.gravity = with_reference_uncertainty(rows.gravity, circumstances.references);
   rows.gravity = circumstances.gravity;
   if (rows.accel_misalignment) state_misalignment(circumstances, rows.level, *rows.accel_misalignment);
+  if (rows.gyro_misalignment) state_gyro_misalignment(circumstances, *rows.gyro_misalignment);
   if (rows.g_sensitivity) state_g_sensitivity(circumstances, rows.earth_removed, *rows.g_sensitivity);
   state_level(circumstances, rows.level);
   const auto lean = even_order_type_b(circumstances, rows.level);

@@ -48,6 +48,8 @@ struct Circumstances {
   std::vector<ReferenceUse> references;
   std::vector<std::string> campaigns;  ///< of the runs
   bool positions = true;               ///< false: one attitude throughout
+  bool found_attitudes = false;        ///< attitudes are known from the readings alone: no fixture, and no tilt of it
+  bool turned_by_hand = false;         ///< the gyros' scale is of movements between rests, in some run
   std::array<bool, 3> turned{};        ///< whether in every run the axis pointed up and down at rest
   std::size_t runs = 0;
 };

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calib/estimate/model_term.h"
+#include "calib/estimate/moves.h"
 #include "calib/estimate/site.h"
 #include "calib/vocabulary/reference.h"
 #include "calib/vocabulary/segment.h"
@@ -29,6 +30,7 @@ struct RunInput {
   std::vector<Segment> segments;
   /// Sensors whose temperatures in the segments are those of a thermometer of their own, not of the unit's.
   std::array<bool, kSensorCount> own_thermometer{};
+  std::vector<Move> moves = {};  ///< between its segments, where is_bench_session()
 };
 
 /// The sensors of a recorded run that have values and a thermometer of their own. Effects that were taken off the
@@ -77,6 +79,7 @@ struct GatedRun {
   std::vector<Segment> segments;  ///< accepted()
   Place place;
 
+  [[nodiscard]] bool in_found_attitudes() const { return std::ranges::any_of(segments, is_found_rest); }
   [[nodiscard]] bool has_plateaus() const {
     return std::ranges::any_of(segments, [](const Segment& segment) { return segment.plateau_c.has_value(); });
   }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -178,6 +179,33 @@ bool turned_both_ways(std::span<const Segment> segments, std::size_t axis) {
   return there(1.0) && there(-1.0);
 }
 
+/// Lowest and highest temperature of each sensor in the runs, and how far beyond the unit's type lets constants hold.
+std::array<ConstantValidity, kSensorCount> validity_of(const UnitType& type, std::span<const GatedRun> used) {
+  std::array<ConstantValidity, kSensorCount> all;
+  for (const Sensor sensor : kSensors) {
+    const std::size_t s = index_of(sensor);
+    ConstantValidity& validity = all[s];
+    validity.temp_min_c = std::numeric_limits<double>::infinity();
+    validity.temp_max_c = -validity.temp_min_c;
+    const auto add = [&](double temp_c) {
+      validity.temp_min_c = std::min(validity.temp_min_c, temp_c);
+      validity.temp_max_c = std::max(validity.temp_max_c, temp_c);
+    };
+    for (const GatedRun& run : used) {
+      for (const Segment& segment : run.segments) {
+        if (segment.sensor[s].count == 0) continue;
+        add(segment.sensor_temp_c[s]);
+        for (const Block& block : segment.blocks) add(block.sensor_temp_c[s]);
+      }
+    }
+    validity.within_c = type.constants_within_c;
+    validity.bias_per_k = is_gyro(sensor) ? type.gyro_bias_per_k_dps : type.accel_bias_per_k_mps2;
+    if (validity.bias_per_k) *validity.bias_per_k /= printed_per_si(sensor);
+    validity.scale_per_k = is_gyro(sensor) ? type.gyro_scale_per_k_ppm : type.accel_scale_per_k_ppm;
+  }
+  return all;
+}
+
 /// The runs' latitude where all have one; the least, which leaves the most of the Earth's rotation horizontal. An axis
 /// counts as turned where every run turned it: one that has not brings its error of the first order into the mean.
 Circumstances circumstances_of(const UnitInput& input, std::span<const GatedRun> used) {
@@ -186,6 +214,8 @@ Circumstances circumstances_of(const UnitInput& input, std::span<const GatedRun>
   of.thermometer_repeatability_c = input.type.temp_repeatability_c;
   of.references = input.references;
   of.runs = used.size();
+  of.found_attitudes = std::ranges::all_of(used, &GatedRun::in_found_attitudes);
+  of.turned_by_hand = std::ranges::any_of(used, [](const GatedRun& run) { return !run.run->moves.empty(); });
   of.positions = false;
   of.turned.fill(true);
   bool latitudes = true;
@@ -213,6 +243,18 @@ EarthRemoval earth_removed_from(std::span<const GatedRun> used) {
     least = std::min(least, removed);
   }
   return least;
+}
+
+/// Sessions in attitudes that nobody knows have axes of their own: they stand alone or not at all.
+void leave_out_found_attitudes(std::vector<GatedRun>& used, std::vector<Warning>& warnings) {
+  const auto found = std::ranges::count_if(used, &GatedRun::in_found_attitudes);
+  const auto all = static_cast<std::ptrdiff_t>(used.size());
+  if (found == 0 || found == all) return;
+  std::erase_if(used, &GatedRun::in_found_attitudes);
+  warnings.push_back({"attitudes_left_out",
+                      fmt::format("{} of {} runs rest in attitudes that no position names, the others in named ones: they "
+                                  "were left out; fit them in a campaign of their own (--campaign)",
+                                  found, all)});
 }
 
 // What is told and refused of the rows.
@@ -294,18 +336,25 @@ base::Result<UnitRows> make_rows(const UnitInput& input) {
   const std::size_t gated = used.size();
   const bool by_plateau = std::ranges::any_of(used, &GatedRun::has_plateaus);
   if (by_plateau) std::erase_if(used, [](const GatedRun& run) { return !run.has_plateaus(); });
+  const std::size_t with_plateaus = used.size();
   if (const auto same = state_thermometers(used, rows); !same) return base::forward_error(same);
+  leave_out_found_attitudes(used, rows.warnings);
   const Circumstances circumstances = circumstances_of(input, used);
-  rows.relative_accel = !circumstances.positions;
+  rows.validity = validity_of(input.type, used);
+  rows.relative_accel = !circumstances.positions && !circumstances.found_attitudes;
   rows.earth_removed = rows.relative_accel ? EarthRemoval::none : earth_removed_from(used);
 
   RowCollector collector(rows, run_names(used), by_plateau);
-  for (std::size_t r = 0; r < used.size(); ++r) collector.add(used[r], static_cast<int>(r), input.type);
+  for (std::size_t r = 0; r < used.size(); ++r) {
+    if (const auto added = collector.add(used[r], static_cast<int>(r), input.type); !added) {
+      return base::forward_error(added);
+    }
+  }
   collector.finish();
   if (const auto sane = check_gyro_scale(rows); !sane) return base::forward_error(sane);
   if (const auto any = check_any_row(rows); !any) return base::forward_error(any);
   state_type_b(circumstances, rows);
-  warn_of_rows(gated, used.size(), rows);
+  warn_of_rows(gated, with_plateaus, rows);
   return rows;
 }
 

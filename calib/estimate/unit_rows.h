@@ -21,8 +21,10 @@ namespace soak::calib {
 struct StatedValue {
   double value = 0.0;
   double standard_error = 0.0;   ///< from the scatter of the readings
+  double freedoms = 0.0;         ///< of a single run's standard error; 0 = many
   std::optional<double> type_b;  ///< standard uncertainty that the readings do not show; absent = not stated
   double ci95 = 0.0;             ///< half-width from both (JCGM 100:2008 G.4)
+  bool by_choice = false;        ///< 0 by the choice of the axes: it has no error
 };
 
 /// Constant response to specific force, averaged over runs: row i is sensor i of its kind, columns x, y, z.
@@ -70,7 +72,9 @@ struct UnitRows {
   bool relative_accel = false;                       ///< one attitude: accelerometer bias has no level of its own
   std::array<bool, kSensorCount> own_thermometer{};  ///< as in RunInput: the same in all runs that give the sensor
   Gravity gravity;
+  std::array<ConstantValidity, kSensorCount> validity;  ///< of constants, where the rows make no curve
   std::optional<Coupling> accel_misalignment;       ///< rad; diagonal 0
+  std::optional<Coupling> gyro_misalignment;        ///< rad; diagonal 0: columns are rates about x, y, z
   std::optional<Coupling> g_sensitivity;            ///< holds what of the Earth's rotation was not subtracted
   EarthRemoval earth_removed = EarthRemoval::none;  ///< in every run
   LevelStatement level;
@@ -78,7 +82,9 @@ struct UnitRows {
   std::vector<Warning> warnings;
 };
 
-/// Estimates of every run (six-position estimation per plateau; 30-second blocks where no run has plateaus) as rows.
+/// Estimates of every run (six-position estimation per plateau; of sessions in attitudes that nobody knows
+/// estimate_attitudes(); 30-second blocks where no run has plateaus) as rows. What movements between rests show of the
+/// gyros (estimate_gains()) is in the rows of the sessions that have them.
 /// Segments that the data gate rejected, and sensors that it rejected in a segment, are left out; `warnings` says so.
 /// Gravity of a site that does not know it comes from the references where they have one. Refuses a unit without runs,
 /// or of which the gate leaves nothing, runs that give a sensor over different thermometers, a sensor whose every

@@ -240,6 +240,7 @@ json summary_json(const Sources& from, WarningList warnings) {
 
 json couplings_json(const json& fit) {
   return {{"accel_misalignment_rad", fit.value("accel_misalignment_rad", json())},
+          {"gyro_misalignment_rad", fit.value("gyro_misalignment_rad", json())},
           {"g_sensitivity_dps_per_g", fit.value("g_sensitivity_dps_per_g", json())},
           {"earth_rate_subtracted", fit.value("earth_rate_subtracted", json())},
           {"accel_even_order_g_per_g2", fit.value("accel_even_order_g_per_g2", json())},

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/curve/curve_fit.h"
 #include "calib/judge/detail/row_errors.h"
 
 namespace soak::calib {
@@ -30,6 +31,7 @@ struct CurveTask {
   double common_u = 0.0;
   std::vector<std::string> not_stated;
   bool relative = false;
+  bool constant = false;  ///< measured at one temperature, so verified at one
   std::size_t file_runs = 0;
 };
 
@@ -63,6 +65,7 @@ Verdict judge(const std::vector<RowError>& rows, double limit, double common_u, 
 }
 
 double covered_share(const std::vector<RowError>& rows, const CurveTask& task) {
+  if (task.constant) return 1.0;
   const auto [coldest, warmest] = std::minmax_element(
       rows.begin(), rows.end(), [](const RowError& a, const RowError& b) { return a.temp_c < b.temp_c; });
   const double range_c = task.temp_max_c - task.temp_min_c;
@@ -240,6 +243,7 @@ class Verifier {
   CurveVerification run(CurveTask& task, const SensorCalibration* stated, const std::optional<double>& limit) {
     task.limit = limit;
     task.file_runs = calibration_.run_hashes.size();
+    task.constant = stated != nullptr && stated->model == name_of(Family::constant);
     if (stated != nullptr) task.temp_min_c = stated->temp_min_c;
     if (stated != nullptr) task.temp_max_c = stated->temp_max_c;
     CurveVerification verified = verify_curve(task);

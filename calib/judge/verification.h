@@ -92,7 +92,8 @@ struct Verification {
 /// u(g)/g in the scale error of accelerometers, the rate of the fixture in that of gyros, tilted faces; in bias gravity
 /// cancels between up and down. Of what is not stated nothing is added: `not_stated` names it.
 ///
-/// Pass: |error| + U ≤ limit on every row, over at least 80 % of the valid range. Fail: |error| − U > limit on some
+/// Pass: |error| + U ≤ limit on every row, over at least 80 % of the valid range (a constant, which was measured at one
+/// temperature, anywhere in it). Fail: |error| − U > limit on some
 /// row. Marginal: neither. So, as far as U is the whole uncertainty (nothing of weight is not stated), a curve that
 /// breaks its limit at any temperature verified passes with a chance of 2.5 % at most, and one that keeps it fails with
 /// at most 2.5 % per row whose error is at the limit.

@@ -200,6 +200,7 @@ json fit_json(const UnitModel& model) {
           {"references", references_json(model.references)},
           {"sensors", std::move(sensors)},
           {"accel_misalignment_rad", coupling_json(model.accel_misalignment, 1.0)},
+          {"gyro_misalignment_rad", coupling_json(model.gyro_misalignment, 1.0)},
           {"g_sensitivity_dps_per_g", coupling_json(model.g_sensitivity, kDegPerSecPerG)},
           {"earth_rate_subtracted", name_of(model.earth_removed)},
           {"accel_even_order_g_per_g2", even_order_json(model.even_order)},

@@ -21,8 +21,10 @@ namespace {
 
 using nlohmann::json;
 
-/// 2: models as anfis/persist/model_json.h writes them in its version 2; everything else as in 1.
-constexpr int kModelFormat = 2;
+/// 2: models as anfis/persist/model_json.h writes them in its version 2; everything else as in 1. 3: with misalignment
+/// of the gyros, which a program that knows it not would leave out of the file; all other documents are written as 2.
+constexpr int kModelFormat = 3;
+constexpr int kWithoutGyroMisalignment = 2;
 
 base::Result<json> curve_to_json(const Curve& curve) {
   if (const auto* model = std::get_if<anfis::Model>(&curve)) {
@@ -103,6 +105,9 @@ base::Result<SensorCalibration> sensor_from_json(const json& document) {
 /// What is stated of the couplings, into the document and back; documents of older programs have none of it.
 void couplings_to_json(const Calibration& calibration, json& document) {
   if (const auto& stated = calibration.misalignment_uncertainty) document["misalignment_uncertainty"] = *stated;
+  if (const auto& stated = calibration.gyro_misalignment_uncertainty) {
+    document["gyro_misalignment_uncertainty"] = *stated;
+  }
   if (const auto& stated = calibration.g_sensitivity_uncertainty) document["g_sensitivity_uncertainty"] = *stated;
   json terms = json::object();
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -114,6 +119,9 @@ void couplings_to_json(const Calibration& calibration, json& document) {
 void couplings_from_json(const json& document, Calibration& calibration) {
   if (document.contains("misalignment_uncertainty")) {
     calibration.misalignment_uncertainty = document["misalignment_uncertainty"].get<CouplingUncertainty>();
+  }
+  if (document.contains("gyro_misalignment_uncertainty")) {
+    calibration.gyro_misalignment_uncertainty = document["gyro_misalignment_uncertainty"].get<CouplingUncertainty>();
   }
   if (document.contains("g_sensitivity_uncertainty")) {
     calibration.g_sensitivity_uncertainty = document["g_sensitivity_uncertainty"].get<CouplingUncertainty>();
@@ -176,6 +184,7 @@ base::Result<json> calibration_to_json(const Calibration& calibration) {
                    {"run_hashes", calibration.run_hashes},
                    {"sensors", std::move(sensors)}};
   if (calibration.accel_misalignment) document["accel_misalignment"] = *calibration.accel_misalignment;
+  if (calibration.gyro_misalignment) document["gyro_misalignment"] = *calibration.gyro_misalignment;
   if (calibration.g_sensitivity) document["g_sensitivity"] = *calibration.g_sensitivity;
   accepted_to_json(calibration, document);
   couplings_to_json(calibration, document);
@@ -201,6 +210,9 @@ base::Result<Calibration> calibration_from_json(const json& document) {
   }
   if (document.contains("accel_misalignment")) {
     calibration.accel_misalignment = document["accel_misalignment"].get<std::array<Vector3, 3>>();
+  }
+  if (document.contains("gyro_misalignment")) {
+    calibration.gyro_misalignment = document["gyro_misalignment"].get<std::array<Vector3, 3>>();
   }
   if (document.contains("g_sensitivity")) {
     calibration.g_sensitivity = document["g_sensitivity"].get<std::array<Vector3, 3>>();
@@ -240,7 +252,7 @@ base::Result<std::string> model_document(const UnitModel& model) {
   auto calibration = calibration_to_json(make_calibration(model));
   if (!calibration) return base::forward_error(calibration);
   const json document = {{"format", "soak-model"},
-                         {"format_version", kModelFormat},
+                         {"format_version", model.gyro_misalignment ? kModelFormat : kWithoutGyroMisalignment},
                          {"options", {{"rules", model.options.rules ? json(*model.options.rules) : json()}}},
                          {"fit", fit_json(model)},
                          {"calibration", *std::move(calibration)},

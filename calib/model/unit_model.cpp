@@ -11,6 +11,8 @@
 #include <utility>
 #include <variant>
 
+#include "calib/curve/constant_fit.h"
+
 namespace soak::calib {
 namespace {
 
@@ -54,6 +56,31 @@ void warn_of_scale_range(Sensor sensor, const CurveData& bias, SensorFit& fit) {
            "{}: its scale error was measured from {:.1f} to {:.1f} °C only, not at {} °C: there it is null, and "
            "the runtime holds it and says so",
            name_of(sensor), low_c, high_c, fmt::join(missing_c, ", "))});
+}
+
+/// A sensor of which all rows are of one temperature.
+base::Result<SensorFit> constants_of(const UnitRows& rows, Sensor sensor) {
+  const std::size_t s = index_of(sensor);
+  const std::string name(name_of(sensor));
+  if (rows.relative_accel) {
+    return base::bad_input(
+        fmt::format("{} distinct temperatures in one attitude: a thermal model needs at least {}, constants need the "
+                    "unit turned (six positions, or ten attitudes and more at rest)",
+                    distinct_temperatures(*rows.bias[s]), kCurveTemperatures),
+        name);
+  }
+  auto bias = fit_constant(*rows.bias[s], {name, std::string(printed_unit(sensor)), printed_per_si(sensor)},
+                           rows.validity[s], rows.validity[s].bias_per_k, rows.bias_type_b[s]);
+  if (!bias) return base::forward_error(bias);
+  SensorFit fit;
+  fit.bias = *std::move(bias);
+  fit.warnings = fit.bias.warnings;
+  if (!rows.scale[s]) return fit;
+  auto scale = fit_constant(*rows.scale[s], {name + " scale", "ppm", 1.0}, rows.validity[s],
+                            rows.validity[s].scale_per_k, rows.scale_type_b[s]);
+  if (!scale) return base::forward_error(scale);
+  fit.scale = *std::move(scale);
+  return fit;
 }
 
 // What of a model leaves the laboratory.
@@ -158,6 +185,7 @@ base::Result<SensorFit> fit_sensor(const UnitRows& rows, Sensor sensor, const Cu
   const auto& bias = rows.bias[index_of(sensor)];
   const std::string name(name_of(sensor));
   if (!bias) return base::bad_input("no run gives this sensor", name);
+  if (is_of_one_temperature(*bias)) return constants_of(rows, sensor);
   auto fitted = fit_curve(*bias, options, {name, std::string(printed_unit(sensor)), printed_per_si(sensor)},
                           rows.bias_type_b[index_of(sensor)]);
   if (!fitted) return base::forward_error(fitted);
@@ -192,6 +220,7 @@ UnitModel make_model(UnitRows rows, std::array<std::optional<SensorFit>, kSensor
   model.sensors = std::move(sensors);
   model.own_thermometer = rows.own_thermometer;
   model.accel_misalignment = rows.accel_misalignment;
+  model.gyro_misalignment = rows.gyro_misalignment;
   model.g_sensitivity = rows.g_sensitivity;
   model.earth_removed = rows.earth_removed;
   model.even_order = rows.even_order;
@@ -233,6 +262,10 @@ Calibration make_calibration(const UnitModel& model) {
   if (model.accel_misalignment) {
     calibration.accel_misalignment = coupling_values(*model.accel_misalignment);
     calibration.misalignment_uncertainty = coupling_uncertainty(*model.accel_misalignment);
+  }
+  if (model.gyro_misalignment) {
+    calibration.gyro_misalignment = coupling_values(*model.gyro_misalignment);
+    calibration.gyro_misalignment_uncertainty = coupling_uncertainty(*model.gyro_misalignment);
   }
   std::transform(model.even_order.begin(), model.even_order.end(), calibration.even_order.begin(), even_order_term);
   for (const ModelTerm& term : model.terms) add_term(term, model.g_sensitivity, calibration);

@@ -23,7 +23,8 @@ struct SensorFit {
   std::vector<Warning> warnings;
 };
 
-/// Fits one sensor. The six sensors are independent: callers may run them in parallel.
+/// Fits one sensor: curves over temperature, or constants where all rows are of one temperature
+/// (is_of_one_temperature()). Refuses one attitude at one temperature, which leaves accelerometers nothing. The six sensors are independent: callers may run them in parallel.
 [[nodiscard]] base::Result<SensorFit> fit_sensor(const UnitRows& rows, Sensor sensor, const CurveFitOptions& options);
 
 /// One version of a unit's thermal model: what `soak fit` makes.
@@ -40,6 +41,7 @@ struct UnitModel {
   std::array<std::optional<SensorFit>, kSensorCount> sensors;
   std::array<bool, kSensorCount> own_thermometer{};  ///< as in UnitRows
   std::optional<Coupling> accel_misalignment;
+  std::optional<Coupling> gyro_misalignment;
   std::optional<Coupling> g_sensitivity;  ///< estimated beside the model; enters it only by `gap accept`
   EarthRemoval earth_removed = EarthRemoval::none;
   std::array<std::optional<StatedValue>, 3> even_order;  ///< of the accelerometers, 1/(m/s²)

@@ -40,7 +40,7 @@ extern "C" {
 enum { SOAK_GYRO_X, SOAK_GYRO_Y, SOAK_GYRO_Z, SOAK_ACCEL_X, SOAK_ACCEL_Y, SOAK_ACCEL_Z, SOAK_SENSORS };
 
 /* Couplings between the sensors, for soak_coupling_sigma. */
-enum { SOAK_MISALIGNMENT, SOAK_G_SENSITIVITY };
+enum { SOAK_MISALIGNMENT, SOAK_G_SENSITIVITY, SOAK_GYRO_MISALIGNMENT };
 
 /* What the functions return. Above 0: the output is defined, but not what a full calibration gives; the worst of
  * several is returned. Below 0: the file or the arguments are refused; outputs are not written. */
@@ -62,7 +62,8 @@ typedef enum soak_status {
 #define SOAK_FLAG_CLAMPED(i) ((uint32_t)1U << (i))       /* temperature out of range, corrected as at the range's end */
 #define SOAK_FLAG_ABSENT(i) ((uint32_t)1U << (8U + (i))) /* not in the file: out = raw */
 #define SOAK_FLAG_INVALID(i) ((uint32_t)1U << (16U + (i))) /* not finite or not usable: out = raw */
-/* An accelerometer is invalid: misalignment and g-sensitivity leave it out, so the other sensors are less exact. */
+/* An accelerometer or a gyro is invalid: misalignments and g-sensitivity leave it out, so the other sensors are less
+ * exact. */
 #define SOAK_FLAG_UNCOUPLED ((uint32_t)1U << 24)
 /* Of soak_apply alone: sensors of the file have thermometers of their own, of which one temperature says nothing. They
  * are invalid, and raw: use soak_apply_temps. */
@@ -89,6 +90,7 @@ typedef struct soak_cal {
   soak_sensor sensor[SOAK_SENSORS];
   const uint8_t* misalignment;  /* 9 float32, or null */
   const uint8_t* g_sensitivity; /* 9 float32, or null */
+  const uint8_t* gyro_misalignment; /* payload of the gyros' misalignment, or null */
   const uint8_t* couplings;     /* payload of the couplings' uncertainties, or null */
   const uint8_t* thermometers;  /* payload of the thermometers, or null */
   const uint8_t* provenance;    /* payload of the provenance section */
@@ -111,6 +113,7 @@ enum {
   SOAK_SECTION_TERM = 0x0022,
   SOAK_SECTION_COUPLINGS = 0x0023,
   SOAK_SECTION_THERMOMETERS = 0x0024,
+  SOAK_SECTION_GYRO_MISALIGNMENT = 0x0025,
   SOAK_SECTION_ERROR_BOUND = 0x0030,
   SOAK_SECTION_TABLE_BOUND = 0x0031
 };
@@ -284,6 +287,17 @@ static inline int soak_check_misalignment(const uint8_t* p, uint32_t length) {
          soak_f32(p) == 0.0f && soak_f32(p + 16) == 0.0f && soak_f32(p + 32) == 0.0f;
 }
 
+/* Flags of the gyros' misalignment: its uncertainties follow the matrix. */
+#define SOAK_GYRO_UNCERTAINTIES 1U
+
+static inline int soak_check_gyro_misalignment(const uint8_t* p, uint32_t length) {
+  const uint8_t* u = p + 40;
+  if (length < 40U) return 0;
+  if ((soak_u32(p) & SOAK_GYRO_UNCERTAINTIES) == 0U) return length == 40U && soak_check_misalignment(p + 4, 36U);
+  return length == 76U && soak_check_misalignment(p + 4, 36U) && soak_all_between(u, 9U, 0.0f, FLT_MAX) &&
+         soak_f32(u) == 0.0f && soak_f32(u + 16) == 0.0f && soak_f32(u + 32) == 0.0f;
+}
+
 /* Blocks of the couplings' uncertainties: the matrices of SOAK_MISALIGNMENT and SOAK_G_SENSITIVITY, then value and
  * uncertainty of the even-order term of each accelerometer. Bit k of the payload's first word: block k is there. */
 enum { SOAK_BLOCK_EVEN_ORDER = 2, SOAK_BLOCKS = 5 };
@@ -423,6 +437,9 @@ static inline soak_status soak_take_section(soak_cal* cal, const uint8_t* head) 
       break;
     case SOAK_SECTION_MISALIGNMENT:
       good = soak_check_misalignment(p, length) && soak_note(&cal->misalignment, p);
+      break;
+    case SOAK_SECTION_GYRO_MISALIGNMENT:
+      good = soak_check_gyro_misalignment(p, length) && soak_note(&cal->gyro_misalignment, p);
       break;
     case SOAK_SECTION_G_SENSITIVITY:
       good = length == 36U && soak_all_finite(p, 9U) && soak_note(&cal->g_sensitivity, p);
@@ -833,15 +850,20 @@ SOAK_NODISCARD static inline soak_status soak_curve_error(const soak_cal* cal, i
 }
 
 /* Standard uncertainties (k = 1) of the entries of a coupling, row by row: SOAK_MISALIGNMENT (row: accelerometer,
- * column: specific force; the diagonal is 0), SOAK_G_SENSITIVITY (row: gyro; (rad/s)/(m/s²)). SOAK_ABSENT, and NaN: the
- * file does not say. */
+ * column: specific force; the diagonal is 0), SOAK_G_SENSITIVITY (row: gyro; (rad/s)/(m/s²)), SOAK_GYRO_MISALIGNMENT
+ * (row: gyro, column: rate; the diagonal is 0). SOAK_ABSENT, and NaN: the file does not say. */
 SOAK_NODISCARD static inline soak_status soak_coupling_sigma(const soak_cal* cal, int coupling, float sigma[9]) {
-  const uint8_t* block;
+  const uint8_t* block = NULL;
   uint32_t i;
-  if (cal == NULL || sigma == NULL || (coupling != SOAK_MISALIGNMENT && coupling != SOAK_G_SENSITIVITY)) {
+  if (cal == NULL || sigma == NULL || coupling < SOAK_MISALIGNMENT || coupling > SOAK_GYRO_MISALIGNMENT) {
     return SOAK_E_ARGUMENT;
   }
-  block = cal->couplings != NULL ? soak_coupling_block(cal->couplings, (uint32_t)coupling) : NULL;
+  if (coupling == SOAK_GYRO_MISALIGNMENT) {
+    const uint8_t* p = cal->gyro_misalignment;
+    if (p != NULL && (soak_u32(p) & SOAK_GYRO_UNCERTAINTIES) != 0U) block = p + 40;
+  } else if (cal->couplings != NULL) {
+    block = soak_coupling_block(cal->couplings, (uint32_t)coupling);
+  }
   for (i = 0; i < 9U; ++i) sigma[i] = block != NULL ? soak_f32(block + 4U * i) : soak_nan();
   return block != NULL ? SOAK_OK : SOAK_ABSENT;
 }
@@ -943,23 +965,41 @@ static inline uint32_t soak_apply_accels(const soak_cal* cal, const float temps_
   return usable;
 }
 
-/* w = (raw - b(T) - G f) / (1 + S) */
-static inline void soak_apply_gyros(const soak_cal* cal, const float temps_c[6], const float raw[6], float out[6],
-                                    uint32_t usable_forces, uint32_t* flags) {
-  uint32_t i, j;
+/* w = K(T)^-1 (raw - b(T) - G f), without misalignment (raw - b(T) - G f) / (1 + S); returns 1 where all three gyros
+ * take part in it */
+static inline int soak_apply_gyros(const soak_cal* cal, const float temps_c[6], const float raw[6], float out[6],
+                                   uint32_t usable_forces, uint32_t* flags) {
+  float reading[3], gain[3], k[3][3], rate[3];
+  uint32_t usable = 0U, corrected = 0U, i, j;
   for (i = 0; i < 3U; ++i) {
-    float reading, gain;
-    if (!soak_prepare(cal, i, temps_c[i], raw[i], &reading, &gain, flags)) continue;
-    for (j = 0; j < 3U; ++j) {
+    corrected |= (uint32_t)soak_prepare(cal, i, temps_c[i], raw[i], &reading[i], &gain[i], flags) << i;
+    if ((*flags & SOAK_FLAG_INVALID(i)) == 0U) usable |= 1U << i;
+    for (j = 0; j < 3U && (corrected >> i & 1U) != 0U; ++j) {
       if (cal->g_sensitivity == NULL || (usable_forces >> j & 1U) == 0U) continue;
-      reading -= soak_f32(cal->g_sensitivity + 4U * (3U * i + j)) * out[3U + j];
+      reading[i] -= soak_f32(cal->g_sensitivity + 4U * (3U * i + j)) * out[3U + j];
     }
-    if (soak_is_finite(reading / gain)) {
-      out[i] = reading / gain;
+    rate[i] = reading[i] / gain[i];
+  }
+  if (cal->gyro_misalignment != NULL) {
+    for (i = 0; i < 3U; ++i) {
+      if ((usable >> i & 1U) == 0U) reading[i] = 0.0f;
+      for (j = 0; j < 3U; ++j) {
+        const int coupled = (corrected >> i & 1U) != 0U && (usable >> j & 1U) != 0U;
+        k[i][j] = i == j ? gain[i] : coupled ? soak_f32(cal->gyro_misalignment + 4U + 4U * (3U * i + j)) : 0.0f;
+      }
+    }
+    soak_solve3(k, reading, rate);
+  }
+  for (i = 0; i < 3U; ++i) {
+    if ((corrected >> i & 1U) == 0U) continue;
+    if (soak_is_finite(rate[i])) {
+      out[i] = rate[i];
     } else {
       *flags |= SOAK_FLAG_INVALID(i);
+      usable &= ~(1U << i);
     }
   }
+  return usable == 7U;
 }
 
 /* ---- correction ---- */
@@ -973,13 +1013,15 @@ SOAK_NODISCARD static inline soak_status soak_apply_temps(const soak_cal* cal, c
                                                           const float raw[6], float out[6], uint32_t* flags) {
   float given[6];
   uint32_t usable, i;
+  int whole_triad;
   if (cal == NULL || temps_c == NULL || raw == NULL || out == NULL || flags == NULL) return SOAK_E_ARGUMENT;
   for (i = 0; i < 6U; ++i) given[i] = raw[i];
   for (i = 0; i < 6U; ++i) out[i] = given[i];
   *flags = 0U;
   usable = soak_apply_accels(cal, temps_c, given, out, flags);
   if (usable != 7U && (cal->misalignment != NULL || cal->g_sensitivity != NULL)) *flags |= SOAK_FLAG_UNCOUPLED;
-  soak_apply_gyros(cal, temps_c, given, out, usable, flags);
+  whole_triad = soak_apply_gyros(cal, temps_c, given, out, usable, flags);
+  if (!whole_triad && cal->gyro_misalignment != NULL) *flags |= SOAK_FLAG_UNCOUPLED;
   if ((*flags & 0x003F0000U) != 0U) return SOAK_INVALID;
   if ((*flags & 0x00003F00U) != 0U) return SOAK_ABSENT;
   return *flags != 0U ? SOAK_CLAMPED : SOAK_OK;

@@ -84,6 +84,8 @@ constexpr double kLongestGapIntervals = 20.0;
 constexpr double kExcursion_c = 2.0;
 constexpr double kAstray_c = 30.0;  ///< no unit warms itself so far above its chamber
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+/// A session in which the unit warms up by less than this, on no plateau, is one at a single temperature.
+constexpr double kBenchSpan_c = 5.0;
 
 /// Rows [first, last) of one plateau and one position; plateau NaN where there is none.
 struct Piece {
@@ -125,6 +127,60 @@ std::vector<double> found_plateaus(const Recording& r) {
     first = last + 1;
   }
   return plateau_c;
+}
+
+/// Whether soak rows show two plateaus or more.
+bool shows_plateaus(const std::vector<double>& plateau_c) {
+  const auto first = std::find_if(plateau_c.begin(), plateau_c.end(), [](double v) { return !std::isnan(v); });
+  return first != plateau_c.end() &&
+         std::any_of(first, plateau_c.end(), [&](double v) { return !std::isnan(v) && v != *first; });
+}
+
+/// The one plateau of a session on a bench with positions: the mean temperature of its soak rows in them; nothing where
+/// it is none.
+std::optional<double> bench_plateau(const Recording& r) {
+  if (r.positions.size() < 2) return std::nullopt;
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  double sum = 0.0;
+  double count = 0.0;
+  for (std::size_t i = 0; i < r.rows(); ++i) {
+    const bool soak = r.phase.empty() || r.phase[i] == Phase::soak;
+    if (!soak || r.position[i] < 0 || std::isnan(r.temp_c[i])) continue;
+    low = std::min(low, r.temp_c[i]);
+    high = std::max(high, r.temp_c[i]);
+    sum += r.temp_c[i];
+    count += 1.0;
+  }
+  if (count == 0.0 || high - low > kBenchSpan_c) return std::nullopt;
+  return std::round(10.0 * sum / count) / 10.0;
+}
+
+/// Found plateaus, or the one of a session on a bench; all NaN where there are none.
+std::vector<double> plateaus_without_set_points(const Recording& r) {
+  std::vector<double> found = found_plateaus(r);
+  if (shows_plateaus(found)) return found;
+  if (const auto plateau_c = bench_plateau(r)) found.assign(r.rows(), *plateau_c);
+  return found;
+}
+
+/// The standstills of a session without positions, one piece each, on one plateau.
+std::vector<Piece> standstill_pieces(const Recording& r, std::span<const Standstill> standstills) {
+  double sum = 0.0;
+  double count = 0.0;
+  for (const Standstill& rest : standstills) {
+    for (std::size_t i = rest.first; i < rest.last; ++i) {
+      if (std::isnan(r.temp_c[i])) continue;
+      sum += r.temp_c[i];
+      count += 1.0;
+    }
+  }
+  std::vector<Piece> pieces;
+  for (const Standstill& rest : standstills) {
+    const auto number = static_cast<std::int32_t>(pieces.size());
+    pieces.push_back({rest.first, rest.last, std::round(10.0 * sum / count) / 10.0, number});
+  }
+  return pieces;
 }
 
 std::vector<Piece> cut_pieces(const Recording& r, const std::vector<double>& plateau_c, bool with_plateaus) {
@@ -215,8 +271,8 @@ class Visits {
   double previous_temp_c_ = 0.0;
 };
 
-/// What can be said of a piece before any sensor.
-Segment identified(const Recording& r, const Piece& piece, bool with_plateaus) {
+/// What can be said of a piece before any sensor. `at_rest`: it is a standstill, whose position nobody has named.
+Segment identified(const Recording& r, const Piece& piece, bool with_plateaus, bool at_rest) {
   Segment segment;
   segment.key.run_id = r.run_id;
   segment.key.unit = r.unit;
@@ -225,6 +281,8 @@ Segment identified(const Recording& r, const Piece& piece, bool with_plateaus) {
   if (!r.position.empty()) {
     segment.position = r.positions[static_cast<std::size_t>(piece.position)];
     segment.key.position = segment.position->label;
+  } else if (at_rest) {
+    segment.key.position = fmt::format("rest {}", piece.position + 1);
   }
   segment.t_start_s = r.t_s[piece.first];
   segment.t_end_s = r.t_s[piece.last - 1];
@@ -313,7 +371,7 @@ struct Segmenter::Impl {
     bool temp_gaps = false;  ///< the unit's thermometer has no value in some row
   };
 
-  explicit Impl(const Recording& recording) : r(recording) {}
+  Impl(const Recording& recording, std::span<const Standstill> found) : r(recording), standstills(found) {}
 
   void cut_into_segments();
   void make_blocks(const Piece& piece, double length_s, Segment& segment, Place& place);
@@ -326,6 +384,7 @@ struct Segmenter::Impl {
   }
 
   const Recording& r;
+  std::span<const Standstill> standstills;  ///< used in cut_into_segments() only
   Segmentation result;
   std::vector<Place> places;  ///< of each segment
   TemperatureLine line;
@@ -366,19 +425,21 @@ void Segmenter::Impl::make_blocks(const Piece& piece, double length_s, Segment& 
 
 void Segmenter::Impl::cut_into_segments() {
   const bool given = has_value(r.plateau_c);
-  const std::vector<double> found = given ? std::vector<double>() : found_plateaus(r);
+  const bool at_rest = show_attitudes(standstills);
+  const std::vector<double> found = given || at_rest ? std::vector<double>() : plateaus_without_set_points(r);
   const std::vector<double>& plateau_c = given ? r.plateau_c : found;
-  const bool with_plateaus = given || has_value(found);
+  const bool with_plateaus = given || at_rest || has_value(found);
   Visits visits(r);
   std::size_t without_temperature = 0;
-  for (const Piece& piece : cut_pieces(r, plateau_c, with_plateaus)) {
+  const auto pieces = at_rest ? standstill_pieces(r, standstills) : cut_pieces(r, plateau_c, with_plateaus);
+  for (const Piece& piece : pieces) {
     Place place{{piece.first, piece.last}, {}, false};
     const Line temp = line(part(r.t_s, place.rows), part(r.temp_c, place.rows));
     if (std::isnan(temp.mean_y)) {
       ++without_temperature;
       continue;
     }
-    Segment segment = identified(r, piece, with_plateaus);
+    Segment segment = identified(r, piece, with_plateaus, at_rest);
     segment.temp_c = temp.mean_y;
     segment.temp_rate_kpmin = temp.slope;
     segment.sensor_temp_c = sensor_temperatures(place.rows, segment.temp_c);
@@ -414,9 +475,9 @@ SensorStatistics Segmenter::Impl::describe(std::span<const double> samples, cons
   return calib::describe(scratch, step);
 }
 
-base::Result<Segmenter> Segmenter::begin(const Recording& recording) {
+base::Result<Segmenter> Segmenter::begin(const Recording& recording, std::span<const Standstill> standstills) {
   if (recording.rows() == 0) return base::bad_input("the recording has no rows", recording.unit);
-  auto impl = std::make_unique<Impl>(recording);
+  auto impl = std::make_unique<Impl>(recording, standstills);
   impl->cut_into_segments();
   return Segmenter(std::move(impl));
 }
@@ -445,7 +506,16 @@ void Segmenter::describe(Sensor sensor, std::span<const double> samples) {
 Segmentation& Segmenter::result() { return impl_->result; }
 
 base::Result<Segmentation> segment(const Recording& recording) {
-  auto segmenter = Segmenter::begin(recording);
+  std::vector<Standstill> standstills;
+  if (may_be_bench_session(recording)) {
+    StandstillFinder finder(recording.t_s);
+    for (const Sensor sensor : kSensors) {
+      const std::vector<double>& samples = recording.sensor[index_of(sensor)];
+      if (!samples.empty()) finder.add(sensor, samples);
+    }
+    standstills = finder.find();
+  }
+  auto segmenter = Segmenter::begin(recording, standstills);
   if (!segmenter) return base::forward_error(segmenter);
   for (const Sensor sensor : kSensors) {
     const std::vector<double>& samples = recording.sensor[index_of(sensor)];

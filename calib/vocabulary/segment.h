@@ -20,7 +20,7 @@ struct SegmentKey {
   std::string run_id;
   std::string unit;          ///< serial number
   std::int32_t visit = 0;    ///< ordinal of the plateau in the run, from 0
-  std::string position;      ///< label; empty = one attitude throughout
+  std::string position;      ///< label; empty = one attitude throughout; "rest 1"... of standstills that were found
   std::int32_t attempt = 0;  ///< repetition of the position within the visit, from 0
 
   bool operator==(const SegmentKey&) const = default;
@@ -68,7 +68,7 @@ struct Segment {
   Phase phase = Phase::soak;
   Sweep sweep = Sweep::unknown;
   std::optional<double> plateau_c;   ///< set point, given or found; it groups and never regresses
-  std::optional<Position> position;  ///< absent = one attitude, unknown
+  std::optional<Position> position;  ///< absent = unknown: one attitude, or is_found_rest()
   double t_start_s = 0.0;
   double t_end_s = 0.0;
   double temp_c = 0.0;  ///< mean of the unit's own thermometer
@@ -84,5 +84,9 @@ struct Segment {
 inline bool turns(const Segment& segment) {
   return segment.position && segment.position->rate_dps.value_or(0.0) != 0.0;
 }
+
+/// Whether it is a standstill that was found in a recording without positions (segmentation.h): at rest in an attitude
+/// that nobody knows.
+inline bool is_found_rest(const Segment& segment) { return !segment.position && !segment.key.position.empty(); }
 
 }  // namespace soak::calib

@@ -55,6 +55,14 @@ struct UnitType {
   std::optional<double> gyro_bias_max_dps;  ///< at the temperature of the room
   std::optional<double> accel_bias_max_mps2;
 
+  /// How far, in K, constants that were measured at one temperature hold beyond it, and how much they change per kelvin
+  /// there at most.
+  double constants_within_c = 0.0;
+  std::optional<double> gyro_bias_per_k_dps;
+  std::optional<double> accel_bias_per_k_mps2;
+  std::optional<double> gyro_scale_per_k_ppm;
+  std::optional<double> accel_scale_per_k_ppm;
+
   Limits limits;  ///< of `soak verify`
 };
 

@@ -90,7 +90,7 @@ std::string fit_text(const calib::UnitModel& model) {
     const auto& fit = model.sensors[calib::index_of(sensor)];
     if (!fit) continue;
     const double factor = calib::printed_per_si(sensor);
-    const auto& error = fit->bias.cross_validation[static_cast<std::size_t>(fit->bias.deployed)];
+    const auto error = fit->bias.deployed_error();
     double widest = 0.0;
     for (const calib::CurvePoint& point : fit->bias.points) widest = std::max(widest, point.ci95);
     table.push_back({std::string(calib::name_of(sensor)), std::string(calib::printed_unit(sensor)),

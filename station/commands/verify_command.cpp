@@ -54,7 +54,7 @@ base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const c
   for (const db::RunRow& run : *runs) {
     // A pre-flight records units that have not settled.
     if (!run.sealed || run.voided || run.epoch != calibration.epoch || run.purpose == "diagnosis") continue;
-    auto loaded = load_run(catalog, run);
+    auto loaded = load_run(catalog, run, input->type);
     if (!loaded) return base::forward_error(loaded);
     input->runs.push_back(*std::move(loaded));
   }

@@ -87,6 +87,8 @@ void read_gyro(const settings::Table& table, calib::UnitType& type) {
   type.gyro_lsb_dps = table.optional_number("lsb_dps", kPositive);
   type.gyro_noise_max_dps_rthz = table.optional_number("noise_max_dps_rthz", kPositive);
   type.gyro_bias_max_dps = table.optional_number("bias_max_dps", kPositive);
+  type.gyro_bias_per_k_dps = table.optional_number("bias_per_k_dps", kPositive);
+  type.gyro_scale_per_k_ppm = table.optional_number("scale_per_k_ppm", kPositive);
 }
 
 void read_accel(const settings::Table& table, calib::UnitType& type) {
@@ -94,6 +96,8 @@ void read_accel(const settings::Table& table, calib::UnitType& type) {
   type.accel_lsb_mps2 = table.optional_number("lsb_mps2", kPositive);
   type.accel_noise_max_mps2_rthz = table.optional_number("noise_max_mps2_rthz", kPositive);
   type.accel_bias_max_mps2 = table.optional_number("bias_max_mps2", kPositive);
+  type.accel_bias_per_k_mps2 = table.optional_number("bias_per_k_mps2", kPositive);
+  type.accel_scale_per_k_ppm = table.optional_number("scale_per_k_ppm", kPositive);
 }
 
 void read_thermometers(const settings::Table& table, calib::UnitType& type) {
@@ -119,6 +123,7 @@ void read_type(const settings::Table& root, const std::string& stem, calib::Unit
   read_gyro(root.section("gyro"), type);
   read_accel(root.section("accel"), type);
   read_thermometers(root.section("thermometers"), type);
+  type.constants_within_c = root.section("constants").optional_number("within_c", {0.0, 100.0}).value_or(0.0);
   type.limits = read_limits_table(root.section("limits"));
 }
 

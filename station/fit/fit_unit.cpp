@@ -14,12 +14,14 @@
 
 #include "calib/forward/simulation.h"
 #include "calib/model/model_document.h"
+#include "db/run/run_file.h"
 #include "station/config/unit_type_file.h"
 #include "station/fit/reference_rule.h"
 #include "station/gap/gap_search.h"
 #include "station/io/host.h"
 #include "station/io/output.h"
 #include "station/records/check_standard.h"
+#include "station/runs/recording_reader.h"
 
 namespace soak::station {
 namespace {
@@ -99,14 +101,24 @@ base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration) {
   return input;
 }
 
-base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run) {
+base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run,
+                                       const calib::UnitType& type) {
   // Statistics without the samples they came from could not be checked any more.
   if (auto sound = catalog.check_run_file(run); !sound) return base::forward_error(sound);
   auto segments = catalog.segments(run.run_id, run.unit, true);
   if (!segments) return base::forward_error(segments);
   const auto own_thermometer = calib::own_thermometers(*segments);
+  std::vector<calib::Move> moves;
+  if (calib::is_bench_session(*segments)) {
+    // What a unit does between its rests is in no segment.
+    const auto file = db::RunFileReader::open(catalog.run_file_path(run));
+    if (!file) return base::forward_error(file);
+    const auto recording = read_recording(*file, run.unit);
+    if (!recording) return base::forward_error(recording);
+    moves = calib::moves_between(*recording, *segments, type);
+  }
   return calib::RunInput{run.run_id,    run.label, run.campaign,         run.content_sha256,
-                         run.simulated, run.site,  *std::move(segments), own_thermometer};
+                         run.simulated, run.site,  *std::move(segments), own_thermometer, std::move(moves)};
 }
 
 base::Status check_campaign_known(const db::Catalog& catalog, const std::string& campaign) {
@@ -140,7 +152,7 @@ base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::
   input.epoch = (*row)->epoch;
   for (const db::RunRow& run : *runs) {
     if (!run.sealed || run.voided || run.epoch != input.epoch || run.purpose != kForCalibration) continue;
-    auto loaded = load_run(catalog, run);
+    auto loaded = load_run(catalog, run, input.type);
     if (!loaded) return base::forward_error(loaded);
     input.runs.push_back(*std::move(loaded));
   }

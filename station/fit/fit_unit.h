@@ -31,8 +31,10 @@ namespace soak::station {
 /// The unit of a calibration with what its type's file says, in the calibration's epoch; no runs yet.
 [[nodiscard]] base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration);
 
-/// A run of the catalog as input of a fit or a verification. Fails (corrupt) where its file is missing or damaged.
-[[nodiscard]] base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run);
+/// A run of the catalog, of a unit of that type, as input of a fit or a verification; of a session on a bench
+/// (is_bench_session()) with the gyros' samples between its rests. Fails (corrupt) where its file is missing or damaged.
+[[nodiscard]] base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run,
+                                                     const calib::UnitType& type);
 
 /// Accepted terms that the unit's newest model carries; none where it has no model, or only of another epoch.
 [[nodiscard]] base::Result<std::vector<calib::ModelTerm>> accepted_terms(const db::Catalog& catalog,

@@ -78,7 +78,7 @@ base::Result<calib::UnitInput> runs_to_compare(const db::Catalog& catalog, const
   if (!rows) return base::forward_error(rows);
   for (const db::RunRow& row : *rows) {
     if (!row.sealed || row.voided || row.epoch != calibration.epoch || row.purpose == "diagnosis") continue;
-    auto run = load_run(catalog, row);
+    auto run = load_run(catalog, row, input->type);
     if (!run) return base::forward_error(run);
     input->runs.push_back(*std::move(run));
   }

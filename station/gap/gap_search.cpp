@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/statistics.h"
+#include "calib/curve/curve_fit.h"
 #include "calib/estimate/certificates.h"
 #include "calib/estimate/site.h"
 #include "calib/forward/simulation.h"
@@ -66,6 +67,20 @@ base::Result<db::ModelRow> present_model(const db::Catalog& catalog, const std::
   return **model;
 }
 
+/// Refuses a model of constants: effects are looked for in what a curve over temperature leaves.
+base::Status check_curves(const db::ModelRow& model) {
+  const auto calibration = calib::calibration_of(model.document);
+  if (!calibration) return base::forward_error(calibration);
+  const auto is_constant = [](const calib::SensorCalibration& sensor) {
+    return sensor.model == calib::name_of(calib::Family::constant);
+  };
+  if (!std::ranges::all_of(calibration->sensors, is_constant)) return {};
+  return base::bad_input(
+      fmt::format("model {} of unit {} is one of constants, measured at one temperature: what a thermal model lacks "
+                  "shows in campaigns of three temperatures or more",
+                  model.version, model.unit));
+}
+
 }  // namespace
 
 base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, calib::UnitInput input,
@@ -113,6 +128,7 @@ base::Result<GapSearch> search_gap(const db::Catalog& catalog, const std::string
                                    const std::optional<std::string>& campaign) {
   auto model = present_model(catalog, unit);
   if (!model) return base::forward_error(model);
+  if (const auto curves = check_curves(*model); !curves) return base::forward_error(curves);
   auto terms = calib::model_terms_of(model->document);
   if (!terms) return base::forward_error(terms);
   auto logged = load_logged_campaign(catalog, unit, campaign);

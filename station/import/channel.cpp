@@ -22,7 +22,7 @@ struct FixedHeader {
   double scale = 1.0;
 };
 
-constexpr std::array<FixedHeader, 13> kFixedHeaders = {{
+constexpr std::array<FixedHeader, 14> kFixedHeaders = {{
     {"t_s", ColumnRole::time, "t_s", "s"},
     {"t_ms", ColumnRole::time, "t_s", "s", 1e-3},
     {"t_us", ColumnRole::time, "t_s", "s", 1e-6},
@@ -32,6 +32,7 @@ constexpr std::array<FixedHeader, 13> kFixedHeaders = {{
     {"position", ColumnRole::position, "position", "label"},
     {"rate_dps", ColumnRole::number, "rate_dps", "dps"},
     {"rate_rps", ColumnRole::number, "rate_dps", "rps"},
+    {"turn_deg", ColumnRole::number, "turn_deg", "deg"},
     {"utc_s", ColumnRole::number, "utc_s", "s"},
     {"t_since_power_s", ColumnRole::number, "t_since_power_s", "s"},
     {"compressor", ColumnRole::number, "compressor", ""},

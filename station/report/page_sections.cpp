@@ -207,10 +207,14 @@ std::string references_table(const json& references) {
 std::string couplings_part(const json& couplings) {
   std::string html = "<section id=\"couplings\"><h2>Misalignment and g-sensitivity</h2>\n";
   const json& misalignment = member(couplings, "accel_misalignment_rad");
+  const json& of_gyros = member(couplings, "gyro_misalignment_rad");
   const json& sensitivity = member(couplings, "g_sensitivity_dps_per_g");
   html += "<div class=\"tables\">\n";
   if (misalignment.is_object()) {
     html += coupling_table("Accelerometer misalignment, mrad ± standard error", misalignment, "accel", kMillirad);
+  }
+  if (of_gyros.is_object()) {
+    html += coupling_table("Misalignment of the gyros, mrad ± standard error", of_gyros, "gyro", kMillirad);
   }
   if (sensitivity.is_object()) {
     html += coupling_table("g-sensitivity of the gyros, deg/s per g ± standard error", sensitivity, "gyro", 1.0);
@@ -220,6 +224,11 @@ std::string couplings_part(const json& couplings) {
                                      "file. A constant tilt of the fixture looks the same." +
                                          type_b_words(misalignment) + "</p>\n"
                                    : "<p>Misalignment: not known: the positions do not determine all of it.</p>\n";
+  if (of_gyros.is_object()) {
+    html +=
+        "<p>Misalignment of the gyros is from movements between rests, against the axes of the accelerometers, and "
+        "in the file.</p>\n";
+  }
   html +=
       sensitivity.is_object()
           ? "<p>g-sensitivity is reported only here and is not in the file" +

@@ -34,6 +34,7 @@ std::pair<json, json> errors_of(const json& fit, std::string_view family) {
 
 std::string errors_table(const json& sensor) {
   const json& fit = sensor["fit"];
+  if (fit["deployed"] == "constant") return "<p>All runs are of one temperature: the model is a constant.</p>\n";
   html::Table table("Held-out errors, " + unit_of(sensor), {"family", "absolute", "shape", ""});
   for (const std::string_view family : kFamilies) {
     const auto [absolute, shape] = errors_of(fit, family);
@@ -112,7 +113,7 @@ std::string model_facts(const json& sensor) {
   std::vector<std::pair<std::string, std::string>> list = {
       {"In the file", html::text_of(fit, "deployed")},
       {"ANFIS",
-       rules > 0 ? fmt::format("{} rules, {}", rules, html::text_of(fit, "membership")) : "none: too few plateaus"},
+       rules > 0 ? fmt::format("{} rules, {}", rules, html::text_of(fit, "membership")) : "none: too few temperatures"},
       {"Valid range", fmt::format("{} to {} °C", html::number(fit["temp_min_c"].get<double>(), 1),
                                   html::number(fit["temp_max_c"].get<double>(), 1))},
       {"Run-to-run", member(fit, "run_to_run_sigma").is_number() ? html::number(fit["run_to_run_sigma"]) + unit
@@ -138,7 +139,7 @@ std::string scale_words(std::string_view name, const json& sensor) {
   }
   if (name.starts_with("gyro")) {
     return "<p>Scale error: not known. A gyro at rest senses no rate that could show its scale; it takes positions in "
-           "which the fixture turns at known rates. The file says so, and leaves the scale at its nominal value.</p>\n";
+           "which the fixture turns at known rates, or movements by hand between rests. The file says so, and leaves the scale at its nominal value.</p>\n";
   }
   return "<p>Scale error: not known. The axis was never turned against gravity; it takes positions with the axis up "
          "and "

@@ -185,7 +185,7 @@ base::Result<calib::UnitInput> input_of(const db::Catalog& catalog, const calib:
   if (!input) return base::forward_error(input);
   for (const UsedRun& used : runs.runs) {
     if (used.use != use || used.run.voided) continue;
-    auto loaded = load_run(catalog, used.run);
+    auto loaded = load_run(catalog, used.run, input->type);
     if (!loaded) return base::forward_error(loaded);
     input->runs.push_back(*std::move(loaded));
   }

@@ -67,11 +67,26 @@ base::Status look_at_sensors(const db::RunFileReader& file, const calib::Recordi
   return {};
 }
 
+/// Where a unit without positions rested, if it may have been turned by hand on a bench; else none.
+base::Result<std::vector<calib::Standstill>> standstills_of(const db::RunFileReader& file,
+                                                            const calib::Recording& axes) {
+  if (!calib::may_be_bench_session(axes)) return std::vector<calib::Standstill>();
+  calib::StandstillFinder finder(axes.t_s);
+  std::vector<double> samples;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    if (auto read = read_sensor(file, axes.unit, sensor, samples); !read) return base::forward_error(read);
+    if (!samples.empty()) finder.add(sensor, samples);
+  }
+  return finder.find();
+}
+
 base::Result<RunRecord> describe_unit_run(const db::RunFileReader& file, std::string_view unit,
                                           const calib::UnitType& type, bool with_visits) {
   const auto axes = read_axes(file, unit);
   if (!axes) return base::forward_error(axes);
-  auto segmenter = calib::Segmenter::begin(*axes);
+  const auto standstills = standstills_of(file, *axes);
+  if (!standstills) return base::forward_error(standstills);
+  auto segmenter = calib::Segmenter::begin(*axes, *standstills);
   if (!segmenter) return base::forward_error(segmenter);
   calib::Segmentation& segmentation = segmenter->result();
   calib::Examination examination(*axes, segmentation.segments, type);

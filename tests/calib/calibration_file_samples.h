@@ -261,6 +261,16 @@ inline Calibration golden_thermometers() {
   return calibration;
 }
 
+/// Golden file "gyros": as "mixed", with misalignment of the gyros. Powers of two come back from float32 unchanged.
+inline Calibration golden_gyros() {
+  Calibration calibration = golden_mixed();
+  calibration.unit = "SN-0009";
+  calibration.gyro_misalignment = {{{0.0, 0.004, -0.003}, {0.002, 0.0, 0.005}, {-0.001, 0.0035, 0.0}}};
+  calibration.gyro_misalignment_uncertainty = {
+      {{{0.0, 0x1p-12, 0x1p-13}, {0x1.8p-12, 0.0, 0x1p-12}, {0x1p-13, 0x1p-12, 0.0}}}, true};
+  return calibration;
+}
+
 /// One sensor with the given bias curve, valid from -30 to 70 °C.
 inline Calibration with_bias(const Curve& curve, Sensor sensor = Sensor::gyro_x) {
   Calibration calibration = provenance("SN-0003");

@@ -18,6 +18,7 @@ namespace {
 
 using nlohmann::json;
 using samples::golden_couplings;
+using samples::golden_gyros;
 using samples::golden_mixed;
 
 constexpr std::uint16_t kCouplingsSection = 0x0023;
@@ -65,7 +66,47 @@ TEST(CouplingsInTheFile, AreReadByTheRuntime) {
   ASSERT_EQ(soak_even_order(&cal, SOAK_ACCEL_Z, &value, sigma), SOAK_OK);
   EXPECT_EQ(value, 0x1p-19F);
   EXPECT_EQ(soak_even_order(&cal, SOAK_GYRO_X, &value, sigma), SOAK_E_ARGUMENT);
-  EXPECT_EQ(soak_coupling_sigma(&cal, 2, sigma), SOAK_E_ARGUMENT);
+  EXPECT_EQ(soak_coupling_sigma(&cal, SOAK_GYRO_MISALIGNMENT, sigma), SOAK_ABSENT);
+  EXPECT_EQ(soak_coupling_sigma(&cal, 3, sigma), SOAK_E_ARGUMENT);
+}
+
+TEST(GyroMisalignmentInTheFile, ComesBackAsItWasStatedAndMakesAFileOfItsVersion) {
+  const base::Bytes bytes = *encode(golden_gyros());
+  EXPECT_EQ(samples::get<std::uint16_t>(bytes, 10), 5);
+  const auto read = decode(bytes);
+  ASSERT_TRUE(read) << read.error().message;
+  ASSERT_TRUE(read->gyro_misalignment);
+  EXPECT_NEAR((*read->gyro_misalignment)[1][2], 0.005, 1e-9);
+  EXPECT_EQ(read->gyro_misalignment_uncertainty, golden_gyros().gyro_misalignment_uncertainty);
+  soak_cal cal;
+  ASSERT_EQ(soak_load(&cal, bytes.data(), bytes.size()), SOAK_OK);
+  float sigma[9];
+  ASSERT_EQ(soak_coupling_sigma(&cal, SOAK_GYRO_MISALIGNMENT, sigma), SOAK_OK);
+  EXPECT_EQ(sigma[3], 0x1.8p-12F);
+}
+
+TEST(GyroMisalignmentInTheFile, IsRefusedWhereTheFormatCannotCarryIt) {
+  Calibration calibration = golden_gyros();
+  (*calibration.gyro_misalignment)[0][0] = 0.1;
+  EXPECT_FALSE(encode(calibration));
+  calibration = golden_gyros();
+  (*calibration.gyro_misalignment)[0][1] = 0.3;
+  EXPECT_FALSE(encode(calibration));
+  calibration = golden_gyros();
+  calibration.gyro_misalignment_uncertainty->standard[0][1] = -1.0;
+  EXPECT_FALSE(encode(calibration));
+}
+
+TEST(GyroMisalignmentInTheFile, AGyroThatIsNotFiniteDoesNotSpoilTheOthers) {
+  const base::Bytes bytes = *encode(golden_gyros());
+  soak_cal cal;
+  ASSERT_EQ(soak_load(&cal, bytes.data(), bytes.size()), SOAK_OK);
+  const float raw[6] = {NAN, 0.1F, 0.2F, 0.0F, 0.0F, 9.8F};
+  float out[6];
+  std::uint32_t flags = 0;
+  EXPECT_EQ(soak_apply(&cal, 20.0F, raw, out, &flags), SOAK_INVALID);
+  EXPECT_TRUE((flags & SOAK_FLAG_UNCOUPLED) != 0U && (flags & SOAK_FLAG_INVALID(0)) != 0U);
+  EXPECT_TRUE(std::isfinite(out[1]) && std::isfinite(out[2]));
 }
 
 TEST(CouplingsInTheFile, ThatTheFileDoesNotStateAreAbsentInTheRuntime) {

@@ -51,6 +51,12 @@ class Golden(unittest.TestCase):
         self.assertEqual(stated.readings_only, {"g_sensitivity", "accel_z"})
         self.assertIsNone(Calibration.load(golden("mixed")).couplings)
 
+    def test_misalignment_of_the_gyros_is_that_the_file_was_made_from(self):
+        stated = Calibration.load(golden("gyros")).gyro_misalignment
+        self.assertAlmostEqual(stated.matrix[1][2], 0.005, 9)
+        self.assertEqual(stated.uncertainty[1][0], 1.5 * 2**-12)
+        self.assertTrue(stated.readings_only)
+
     def test_sensors_with_thermometers_of_their_own_are_corrected_at_their_temperatures(self):
         calibration = Calibration.load(golden("thermometers"))
         self.assertEqual(calibration.own_thermometers, ["gyro_x", "accel_z"])

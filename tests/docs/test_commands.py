@@ -20,6 +20,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "cli"))
+import hand_session  # noqa: E402
 from soak_cli import recording  # noqa: E402
 
 BIN = pathlib.Path(os.environ["SOAK_BIN_FOLDER"])
@@ -181,6 +182,13 @@ class Readme(Page):
         def check():
             self.run_line("soak import check.csv --unit SN0042 --campaign check --procedure verification --gravity-mps2 9.80665")
         self.carry_out("README.md", only=["SN0042"], extra={"soak verify": check})
+
+
+class Bench(Page):
+    def test_bench(self):
+        self.write("session.csv", hand_session.attitudes())
+        self.write("check.csv", hand_session.attitudes(seed=2))
+        self.carry_out("docs/bench.md", skip=["soak runs void RUN"])
 
 
 class Campaigns(Page):

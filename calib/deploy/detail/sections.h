@@ -109,6 +109,10 @@ inline constexpr std::size_t kMaxReferences = 160;
 
 using Matrix3 = std::array<Vector3, 3>;
 [[nodiscard]] base::Result<Section> misalignment_section(const Matrix3& misalignment);
+/// Section 0x0025, the gyros' misalignment with what is stated of it. Refuses as misalignment_section(), and
+/// uncertainties that are negative or not finite.
+[[nodiscard]] base::Result<Section> gyro_misalignment_section(const Calibration& calibration);
+void read_gyro_misalignment(const std::uint8_t* payload, Calibration& calibration);
 [[nodiscard]] base::Result<Section> g_sensitivity_section(const Matrix3& g_sensitivity);
 [[nodiscard]] Matrix3 read_matrix(const std::uint8_t* payload);
 

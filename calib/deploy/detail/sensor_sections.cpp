@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::uint32_t kHasPi95 = 1;
 constexpr std::uint8_t kLabOnly = 1;
+constexpr std::uint32_t kGyroReadingsOnly = 2;  ///< of section 0x0025: its uncertainties are those of the readings
 
 /// Of an uncertainty: finite, and not negative.
 bool is_half_width(double value) { return value >= 0.0 && fits_float(value); }
@@ -43,18 +44,35 @@ struct CouplingBlocks {
   }
 };
 
+base::Status check_misalignment(const Matrix3& misalignment, const std::string& where) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double number = misalignment[i][j];
+      const bool good = i == j ? number == 0.0 : std::abs(number) <= static_cast<double>(SOAK_MAX_MISALIGNMENT);
+      if (!good) return base::bad_input("misalignment needs a diagonal of 0 and no number beyond 0.2", where);
+    }
+  }
+  return {};
+}
+
+base::Status check_uncertainty(const CouplingUncertainty& uncertainty, const std::string& where, bool misalignment) {
+  const auto list = entries_of(uncertainty.standard);
+  if (!std::all_of(list.begin(), list.end(), is_half_width)) {
+    return base::bad_input("standard uncertainties must be finite and not negative", where);
+  }
+  if (misalignment && (list[0] != 0.0 || list[4] != 0.0 || list[8] != 0.0)) {
+    return base::bad_input("the diagonal must be 0: it belongs to the scale curves", where);
+  }
+  return {};
+}
+
 base::Status add_coupling(CouplingBlocks& blocks, std::uint32_t block, const std::optional<Matrix3>& matrix,
                           const std::optional<CouplingUncertainty>& uncertainty, const std::string& where) {
   if (!uncertainty) return {};
   if (!matrix) return base::bad_input("an uncertainty needs the matrix that it is of", where);
-  const auto list = entries_of(uncertainty->standard);
-  if (!std::all_of(list.begin(), list.end(), is_half_width)) {
-    return base::bad_input("standard uncertainties must be finite and not negative", where);
-  }
-  if (block == SOAK_MISALIGNMENT && (list[0] != 0.0 || list[4] != 0.0 || list[8] != 0.0)) {
-    return base::bad_input("the diagonal must be 0: it belongs to the scale curves", where);
-  }
-  blocks.add(block, uncertainty->readings_only, list);
+  auto status = check_uncertainty(*uncertainty, where, block == SOAK_MISALIGNMENT);
+  if (!status) return status;
+  blocks.add(block, uncertainty->readings_only, entries_of(uncertainty->standard));
   return {};
 }
 
@@ -157,16 +175,35 @@ UncertaintyTable read_uncertainty(const std::uint8_t* payload) {
 }
 
 base::Result<Section> misalignment_section(const Matrix3& misalignment) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      const double number = misalignment[i][j];
-      const bool good = i == j ? number == 0.0 : std::abs(number) <= static_cast<double>(SOAK_MAX_MISALIGNMENT);
-      if (!good) {
-        return base::bad_input("misalignment needs a diagonal of 0 and no number beyond 0.2", "accel_misalignment");
-      }
-    }
+  const std::string where = "accel_misalignment";
+  if (auto status = check_misalignment(misalignment, where); !status) return base::forward_error(status);
+  return matrix_section(SOAK_SECTION_MISALIGNMENT, misalignment, where);
+}
+
+base::Result<Section> gyro_misalignment_section(const Calibration& calibration) {
+  const std::string where = "gyro_misalignment";
+  const Matrix3& misalignment = *calibration.gyro_misalignment;
+  const auto& uncertainty = calibration.gyro_misalignment_uncertainty;
+  if (auto status = check_misalignment(misalignment, where); !status) return base::forward_error(status);
+  std::uint8_t flags = 0;
+  if (uncertainty) {
+    auto status = check_uncertainty(*uncertainty, where + "_uncertainty", true);
+    if (!status) return base::forward_error(status);
+    flags = static_cast<std::uint8_t>(SOAK_GYRO_UNCERTAINTIES | (uncertainty->readings_only ? kGyroReadingsOnly : 0U));
   }
-  return matrix_section(SOAK_SECTION_MISALIGNMENT, misalignment, "accel_misalignment");
+  base::ByteWriter out;
+  for (const std::uint8_t byte : {flags, std::uint8_t{0}, std::uint8_t{0}, std::uint8_t{0}}) out.write(byte);
+  write_floats(out, entries_of(misalignment));
+  if (uncertainty) write_floats(out, entries_of(uncertainty->standard));
+  return Section{SOAK_SECTION_GYRO_MISALIGNMENT, true, out.take()};
+}
+
+void read_gyro_misalignment(const std::uint8_t* payload, Calibration& calibration) {
+  const std::uint32_t flags = soak_u32(payload);
+  calibration.gyro_misalignment = read_matrix(payload + 4);
+  if ((flags & SOAK_GYRO_UNCERTAINTIES) == 0) return;
+  calibration.gyro_misalignment_uncertainty =
+      CouplingUncertainty{read_matrix(payload + 40), (flags & kGyroReadingsOnly) != 0};
 }
 
 base::Result<Section> g_sensitivity_section(const Matrix3& g_sensitivity) {

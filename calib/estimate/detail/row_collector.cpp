@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/units.h"
+#include "calib/estimate/attitude_fit.h"
 
 namespace soak::calib {
 namespace {
@@ -59,8 +60,20 @@ std::vector<CurveRow> block_rows(const GatedRun& run, int index, Sensor sensor, 
 // Averages over runs of what a run's six-position estimation finds constant. Only standard errors: type B is added by
 // whoever knows the circumstances.
 
+/// Whether a constant is 0 in every run by the choice of the axes.
+bool is_zero_by_choice(std::span<const Estimate> estimates) {
+  return !estimates.empty() && std::ranges::all_of(estimates, [](const Estimate& estimate) {
+    return estimate.value == 0.0 && estimate.standard_error == 0.0;
+  });
+}
+
 /// Weighted mean, its error inflated where the runs scatter by more than theirs.
 std::optional<StatedValue> average_over_runs(std::vector<Estimate> estimates) {
+  if (is_zero_by_choice(estimates)) {
+    StatedValue zero;
+    zero.by_choice = true;
+    return zero;
+  }
   std::erase_if(estimates, [](const Estimate& estimate) { return estimate.standard_error <= 0.0; });
   if (estimates.empty()) return std::nullopt;
   double weight = 0.0;
@@ -80,6 +93,7 @@ std::optional<StatedValue> average_over_runs(std::vector<Estimate> estimates) {
   StatedValue stated;
   stated.value = mean;
   stated.standard_error = std::sqrt(inflation / weight);
+  if (estimates.size() == 1) stated.freedoms = estimates.front().freedoms;
   return stated;
 }
 
@@ -92,7 +106,26 @@ std::optional<Coupling> coupling_of(std::span<const SixPositionEstimate> runs, b
       std::vector<Estimate> entries;
       for (const SixPositionEstimate& run : runs) {
         const SensorEstimate& sensor = run.sensor[gyros ? i : i + 3];
-        if (sensor.coupling[j]) entries.push_back({*sensor.coupling[j], sensor.coupling_se[j]});
+        if (sensor.coupling[j]) {
+          entries.push_back({*sensor.coupling[j], sensor.coupling_se[j], sensor.coupling_freedoms});
+        }
+      }
+      const auto entry = average_over_runs(entries);
+      if (!entry) return std::nullopt;
+      mean[i][j] = *entry;
+    }
+  }
+  return mean;
+}
+
+/// Misalignment of the gyros, over the runs whose movements show it.
+std::optional<Coupling> gyro_misalignment_of(std::span<const SixPositionEstimate> runs) {
+  Coupling mean;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      std::vector<Estimate> entries;
+      for (const SixPositionEstimate& run : runs) {
+        if (run.sensor[i].rate_coupling) entries.push_back((*run.sensor[i].rate_coupling)[j]);
       }
       const auto entry = average_over_runs(entries);
       if (!entry) return std::nullopt;
@@ -174,13 +207,24 @@ std::vector<Branch> find_branches(std::span<const double> temp_c) {
   return branches;
 }
 
-void RowCollector::add(const GatedRun& run, int index, const UnitType& type) {
+base::Status RowCollector::add(const GatedRun& run, int index, const UnitType& type) {
   add_gravity(run.place.gravity);
-  by_plateau_ ? add_plateaus(run, index, type) : add_blocks(run, index, type);
+  if (by_plateau_) {
+    auto added = add_plateaus(run, index, type);
+    if (!added) added.error().message = fmt::format("run {}: {}", name(index), added.error().message);
+    return added;
+  }
+  add_blocks(run, index, type);
+  return {};
 }
 
-void RowCollector::add_plateaus(const GatedRun& run, int index, const UnitType& type) {
-  const SixPositionEstimate& estimate = estimates_.emplace_back(estimate_six_positions(run.segments, run.place, type));
+base::Status RowCollector::add_plateaus(const GatedRun& run, int index, const UnitType& type) {
+  base::Result<SixPositionEstimate> estimated = run.in_found_attitudes()
+                                                    ? estimate_attitudes(run.segments, run.place, type)
+                                                    : estimate_six_positions(run.segments, run.place, type);
+  if (!estimated) return base::forward_error(estimated);
+  SixPositionEstimate& estimate = estimates_.emplace_back(*std::move(estimated));
+  if (auto added = add_gains(run.segments, run.run->moves, type, estimate); !added) return added;
   note(estimate.warnings, index);
   for (const Sensor sensor : kSensors) {
     const std::size_t s = index_of(sensor);
@@ -188,15 +232,17 @@ void RowCollector::add_plateaus(const GatedRun& run, int index, const UnitType& 
       const std::string branch = fmt::format("{} {}", name(index), name_of(plateau.sweep));
       CurveRow row{
           index,          branch_of(rows_.bias[s], branch), plateau.sweep, plateau.t_s, plateau.temp_c, plateau.bias,
-          plateau.bias_se};
+          plateau.bias_se, plateau.bias_freedoms};
       table(rows_.bias[s]).rows.push_back(row);
       if (!plateau.scale_ppm) continue;
       row.branch = branch_of(rows_.scale[s], branch);
       row.value = *plateau.scale_ppm;
       row.standard_error = *plateau.scale_se_ppm;
+      row.freedoms = plateau.scale_freedoms;
       table(rows_.scale[s]).rows.push_back(row);
     }
   }
+  return {};
 }
 
 void RowCollector::add_blocks(const GatedRun& run, int index, const UnitType& type) {
@@ -214,6 +260,7 @@ void RowCollector::finish() {
   for (auto& data : rows_.bias) drop_empty_runs(data);
   for (auto& data : rows_.scale) drop_empty_runs(data);
   rows_.accel_misalignment = coupling_of(estimates_, false);
+  rows_.gyro_misalignment = gyro_misalignment_of(estimates_);
   rows_.g_sensitivity = coupling_of(estimates_, true);
   for (std::size_t i = 0; i < 3; ++i) rows_.even_order[i] = even_order_of_runs(estimates_, kSensors[i + 3]);
   rows_.level = level_of(estimates_);

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/result.h"
 #include "calib/estimate/six_position.h"
 #include "calib/estimate/unit_rows.h"
 
@@ -21,15 +22,16 @@ class RowCollector {
   RowCollector(UnitRows& rows, std::vector<std::string> names, bool by_plateau)
       : rows_(rows), names_(std::move(names)), by_plateau_(by_plateau) {}
 
-  /// A row for each plateau visit that six-position estimation gives; for each block of 30 s where runs have no
-  /// plateaus. `index`: of the run among the names.
-  void add(const GatedRun& run, int index, const UnitType& type);
+  /// A row for each plateau visit that six-position estimation gives (or estimation in attitudes that nobody knows); for
+  /// each block of 30 s where runs have no plateaus. `index`: of the run among the names. Refuses what
+  /// estimate_attitudes() and add_gains() refuse, with the run's name.
+  [[nodiscard]] base::Status add(const GatedRun& run, int index, const UnitType& type);
   /// After the last run: constants averaged over them, what their estimates warn of (the same words of several runs
   /// once), and tables without the runs that gave no row.
   void finish();
 
  private:
-  void add_plateaus(const GatedRun& run, int index, const UnitType& type);
+  base::Status add_plateaus(const GatedRun& run, int index, const UnitType& type);
   void add_blocks(const GatedRun& run, int index, const UnitType& type);
   void add_gravity(const Gravity& gravity);
   [[nodiscard]] const std::string& name(int index) const { return names_[static_cast<std::size_t>(index)]; }

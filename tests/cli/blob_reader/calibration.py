@@ -109,9 +109,8 @@ class Calibration(Contents):
         for sensor, value in zip(ACCELS, self._specific_force(temps, raw, flags)):
             take(sensor, value)
         force = [0.0 if flags[sensor] & LEFT_OUT else out[sensor] for sensor in ACCELS]
-        for sensor in GYROS:
-            if not flags[sensor] & UNCORRECTED:
-                take(sensor, self._rate(sensor, temps[sensor], raw[sensor], force))
+        for sensor, value in zip(GYROS, self._rates(temps, raw, flags, force)):
+            take(sensor, value)
         return list(out.values()), list(flags.values())
 
     def _evaluate(self, sensor: str, quantity: str, temp_c: float) -> tuple[float | None, bool]:
@@ -151,20 +150,26 @@ class Calibration(Contents):
 
     def _specific_force(self, temps: dict[str, float], raw: dict[str, float], flags: dict[str, SensorFlag]) -> list[float]:
         """Of the corrected accelerometers; raw of those that are not in the file, 0 of those left out."""
-        corrected = [not flags[name] & UNCORRECTED for name in ACCELS]
-        known = [not flags[name] & LEFT_OUT for name in ACCELS]
-        unbiased = [self._unbiased(name, temps[name], raw[name]) if good else raw[name] if there else 0.0
-                    for name, good, there in zip(ACCELS, corrected, known)]
-        gains = [self._gain(name, temps[name]) if good else 1.0 for name, good in zip(ACCELS, corrected)]
-        if self.misalignment is None:
+        return self._triad(ACCELS, self.misalignment, temps, raw, flags, [0.0, 0.0, 0.0])
+
+    def _rates(self, temps: dict[str, float], raw: dict[str, float], flags: dict[str, SensorFlag],
+               force: list[float]) -> list[float]:
+        pulls = [0.0, 0.0, 0.0]
+        if self.g_sensitivity is not None:
+            pulls = [sum(per_force * component for per_force, component in zip(row, force)) for row in self.g_sensitivity]
+        matrix = self.gyro_misalignment.matrix if self.gyro_misalignment is not None else None
+        return self._triad(GYROS, matrix, temps, raw, flags, pulls)
+
+    def _triad(self, names: Sequence[str], misalignment: Matrix | None, temps: dict[str, float], raw: dict[str, float],
+               flags: dict[str, SensorFlag], pulls: list[float]) -> list[float]:
+        """Solve K x = raw - b - pull; raw of sensors that are not in the file, 0 of those left out."""
+        corrected = [not flags[name] & UNCORRECTED for name in names]
+        known = [not flags[name] & LEFT_OUT for name in names]
+        unbiased = [self._unbiased(name, temps[name], raw[name]) - pull if good else raw[name] if there else 0.0
+                    for name, good, there, pull in zip(names, corrected, known, pulls)]
+        gains = [self._gain(name, temps[name]) if good else 1.0 for name, good in zip(names, corrected)]
+        if misalignment is None:
             return [value / gain for value, gain in zip(unbiased, gains)]
         cross = [tuple(value if good and there else 0.0 for value, there in zip(row, known))
-                 for row, good in zip(self.misalignment, corrected)]
+                 for row, good in zip(misalignment, corrected)]
         return solve(with_diagonal(cross, gains), unbiased)
-
-    def _rate(self, sensor: str, temp_c: float, raw: float, force: list[float]) -> float:
-        rate = self._unbiased(sensor, temp_c, raw)
-        if self.g_sensitivity is not None:
-            row = self.g_sensitivity[GYROS.index(sensor)]
-            rate -= sum(per_force * component for per_force, component in zip(row, force))
-        return rate / self._gain(sensor, temp_c)

@@ -39,6 +39,7 @@ class Contents:
         self.table_bounds: dict[CurveKey, float] = {}
         self.misalignment: Matrix | None = None
         self.g_sensitivity: Matrix | None = None
+        self.gyro_misalignment: records.GyroMisalignment | None = None
         self.couplings: records.Couplings | None = None
         self._thermometers: int | None = None
         self.terms: list[records.Term] = []
@@ -83,6 +84,7 @@ class Contents:
                 SectionType.TERM: self._read_term,
                 SectionType.COUPLINGS: self._read_couplings,
                 SectionType.THERMOMETERS: self._read_thermometers,
+                SectionType.GYRO_MISALIGNMENT: self._read_gyro_misalignment,
                 SectionType.ERROR_BOUND: self._read_error_bound,
                 SectionType.TABLE_BOUND: self._read_table_bound}
 
@@ -155,6 +157,10 @@ class Contents:
     def _read_thermometers(self, payload: Payload) -> None:
         require(self._thermometers is None, "two sections of thermometers")
         (self._thermometers,) = payload.integers("I")
+
+    def _read_gyro_misalignment(self, payload: Payload) -> None:
+        require(self.gyro_misalignment is None, "two sections of the gyros' misalignment")
+        self.gyro_misalignment = records.read_gyro_misalignment(payload)
 
     def _read_error_bound(self, payload: Payload) -> None:
         key = self._read_key(payload)

@@ -47,6 +47,7 @@ class SectionType(enum.IntEnum):
     TERM = 0x0022
     COUPLINGS = 0x0023
     THERMOMETERS = 0x0024
+    GYRO_MISALIGNMENT = 0x0025
     ERROR_BOUND = 0x0030
     TABLE_BOUND = 0x0031
 

@@ -167,6 +167,21 @@ def read_misalignment(payload: Payload) -> Matrix:
     return matrix
 
 
+@dataclass(frozen=True)
+class GyroMisalignment:
+    matrix: Matrix
+    uncertainty: Matrix | None
+    readings_only: bool
+
+
+def read_gyro_misalignment(payload: Payload) -> GyroMisalignment:
+    (flags,) = payload.integers("I")
+    matrix = read_misalignment(payload)
+    uncertainty = _read_uncertainty_matrix(payload) if flags & 1 else None
+    require(uncertainty is None or all(uncertainty[i][i] == 0 for i in range(3)), "a diagonal has an uncertainty")
+    return GyroMisalignment(matrix, uncertainty, bool(flags & 2))
+
+
 def read_term(payload: Payload) -> Term:
     flags, mask, name_size, count = payload.integers("BBBB")
     require(name_size >= 1, "a term's name is empty")

@@ -61,10 +61,13 @@ def fis_calibration(slopes=(1.5, 0.25), form=lambda curve: curve, own=()):
             curves[name] = (form(fis(i, True, 0.01, 0.004, slopes)), None)
         else:
             curves[name] = (form(fis(i, False, -0.2, 0.1)), form(fis(i, False, 1500.0, 400.0)))
-    return curves, (-30.0, 70.0), None, None, own
+    return curves, (-30.0, 70.0), None, None, own, None
 
 
-def mixed_calibration():
+GYRO_MISALIGNMENT = [[0.0, 0.004, -0.003], [0.002, 0.0, 0.005], [-0.001, 0.0035, 0.0]]
+
+
+def mixed_calibration(gyro_misalignment=None):
     curves = {}
     for i, name in enumerate(SENSORS):
         if name == "gyro_y":
@@ -72,7 +75,7 @@ def mixed_calibration():
         curves[name] = (spline(0.01 * (1 + i)), None) if i < 3 else (table(0.1 * (i - 2)), spline(1000.0 * (i - 2)))
     misalignment = [[0.0, 0.002, -0.001], [0.003, 0.0, 0.0015], [-0.0025, 0.001, 0.0]]
     g_sensitivity = [[1e-4, 2e-5, 0.0], [0.0, 1e-4, 3e-5], [-2e-5, 0.0, 1.5e-4]]
-    return curves, (-25.0, 65.0), misalignment, g_sensitivity, ()
+    return curves, (-25.0, 65.0), misalignment, g_sensitivity, (), gyro_misalignment
 
 
 def solve3(k, y):
@@ -90,7 +93,7 @@ def solve3(k, y):
 
 def corrected(calibration, temps_c, raw):
     """temps_c: of each sensor's thermometer, None where it is not known (in files without couplings only)."""
-    curves, (low, high), misalignment, g_sensitivity, _ = calibration
+    curves, (low, high), misalignment, g_sensitivity, _, gyro_misalignment = calibration
     t = [None if temp_c is None else min(max(temp_c, low), high) for temp_c in temps_c]
     k, y = [], []
     for i in range(3):
@@ -108,6 +111,11 @@ def corrected(calibration, temps_c, raw):
             if g_sensitivity:
                 rate -= sum(g * f for g, f in zip(g_sensitivity[i], force))
         rates.append(rate)
+    if gyro_misalignment:
+        # the gyros have no scale curve; one that is not in the file is as it reads
+        rows = [[1.0 if i == j else gyro_misalignment[i][j] if SENSORS[i] in curves else 0.0 for j in range(3)]
+                for i in range(3)]
+        rates = solve3(rows, rates)
     return rates + force
 
 
@@ -139,7 +147,8 @@ def main():
                               ("whole", fis_calibration(slopes=(1.0, 0.5))),
                               ("table", fis_calibration(form=whole_degrees)),
                               ("referenced", fis_calibration()), ("couplings", mixed_calibration()),
-                              ("thermometers", fis_calibration(own=("gyro_x", "accel_z")))):
+                              ("thermometers", fis_calibration(own=("gyro_x", "accel_z"))),
+                              ("gyros", mixed_calibration(GYRO_MISALIGNMENT))):
         with open(os.path.join(HERE, name + ".values.json"), "w", encoding="utf-8") as f:
             json.dump(document(calibration), f, indent=1)
             f.write("\n")
