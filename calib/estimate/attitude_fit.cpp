@@ -19,9 +19,9 @@
 namespace soak::calib {
 namespace {
 
-constexpr double kLargestScaleError = 0.2;
-constexpr std::size_t kRestsForLine = 10;
-constexpr double kChance = 0.8;  ///< probability of a χ² up to which standard errors are believed
+constexpr double kLargestAttitudeScaleError = 0.2;
+constexpr std::size_t kAttitudesForLine = 10;
+constexpr double kAttitudeChance = 0.8;  ///< probability of a χ² up to which standard errors are believed
 constexpr Eigen::Index kUpColumn = 1;
 constexpr Eigen::Index kLineColumn = 4;
 
@@ -33,7 +33,7 @@ Vector3 means_of(const Segment& segment, std::size_t first) {
   return {segment.sensor[first].mean, segment.sensor[first + 1].mean, segment.sensor[first + 2].mean};
 }
 
-Vector3 normalised(const Vector3& v) {
+Vector3 direction_of_vector(const Vector3& v) {
   const double length = std::hypot(v[0], v[1], v[2]);
   return {v[0] / length, v[1] / length, v[2] / length};
 }
@@ -41,7 +41,7 @@ Vector3 normalised(const Vector3& v) {
 double middle_s(const Segment& segment) { return 0.5 * (segment.t_start_s + segment.t_end_s); }
 
 /// What the estimate of a session belongs to: its mean temperature and time.
-PlateauEstimate plateau_of(std::span<const Segment> segments, Sensor sensor) {
+PlateauEstimate session_plateau_of(std::span<const Segment> segments, Sensor sensor) {
   PlateauEstimate plateau;
   plateau.visit = segments.front().key.visit;
   plateau.sweep = segments.front().sweep;
@@ -72,7 +72,7 @@ void read_triad(std::span<const Segment> segments, const TriadCalibration& triad
   // Only where the residuals made the errors are those uncertain themselves.
   const double freedoms = triad.lack_of_fit_mps2 > 0.0 ? static_cast<double>(triad.degrees_of_freedom) : 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
-    PlateauEstimate plateau = plateau_of(segments, kSensors[3 + i]);
+    PlateauEstimate plateau = session_plateau_of(segments, kSensors[3 + i]);
     plateau.bias = value_of(triad, TriadParameter::bias_x, i);
     plateau.bias_se = error_of(triad, TriadParameter::bias_x, i);
     const double scale = value_of(triad, TriadParameter::scale_x, i);
@@ -100,7 +100,7 @@ void read_triad(std::span<const Segment> segments, const TriadCalibration& triad
 base::Status check_scale(const SixPositionEstimate& result) {
   for (const Sensor sensor : {Sensor::accel_x, Sensor::accel_y, Sensor::accel_z}) {
     const double error = 1e-6 * *result.sensor[index_of(sensor)].plateaus.front().scale_ppm;
-    if (std::abs(error) <= kLargestScaleError) continue;
+    if (std::abs(error) <= kLargestAttitudeScaleError) continue;
     return base::bad_input(
         fmt::format("{} reads {:.3g} times gravity over the attitudes: check the unit in the column's name (or its "
                     "scale in the columns map), then void the run and import it into a new campaign",
@@ -117,12 +117,12 @@ void fit_gyro(std::span<const Segment> rests, std::span<const Vector3> ups, Sens
               const UnitType& type, SensorEstimate& estimate) {
   const std::size_t s = index_of(sensor);
   const auto n = static_cast<Eigen::Index>(rests.size());
-  const bool line = rests.size() >= kRestsForLine;
-  const PlateauEstimate plateau = plateau_of(rests, sensor);
+  const bool line = rests.size() >= kAttitudesForLine;
+  const PlateauEstimate plateau = session_plateau_of(rests, sensor);
   const double length_s = std::max(1.0, rests.back().t_end_s - rests.front().t_start_s);
-  const double unknown_rps =
-      place.latitude_deg ? base::kEarthRate_rps * std::abs(std::cos(*place.latitude_deg * base::kRadPerDeg))
-                         : base::kEarthRate_rps;
+  const double unknown_rps = place.latitude_deg
+                                 ? base::kEarthRate_rps * std::abs(std::cos(*place.latitude_deg * base::kRadPerDeg))
+                                 : base::kEarthRate_rps;
   Eigen::MatrixXd design = Eigen::MatrixXd::Zero(n, line ? kLineColumn + 1 : kLineColumn);
   Eigen::VectorXd y(n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -138,7 +138,7 @@ void fit_gyro(std::span<const Segment> rests, std::span<const Vector3> ups, Sens
   const Eigen::MatrixXd covariance = solution.factor * solution.factor.transpose();
   const double chi_squared = (y - design * solution.x).squaredNorm();
   const auto freedoms = static_cast<double>(n - solution.rank);
-  const bool as_stated = freedoms < 1.0 || chi_squared <= base::chi_squared_quantile(kChance, freedoms);
+  const bool as_stated = freedoms < 1.0 || chi_squared <= base::chi_squared_quantile(kAttitudeChance, freedoms);
   const double inflation = as_stated ? 1.0 : std::sqrt(chi_squared / freedoms);
   estimate.plateaus = {plateau};
   estimate.plateaus[0].bias = solution.x[0];
@@ -161,7 +161,7 @@ void fit_gyros(std::span<const Segment> attitudes, const TriadCalibration& triad
     std::vector<Vector3> ups;
     for (const Segment& segment : attitudes) {
       if (segment.sensor[index_of(sensor)].count == 0) continue;
-      const Vector3 up = normalised(triad.specific_force(means_of(segment, 3)));
+      const Vector3 up = direction_of_vector(triad.specific_force(means_of(segment, 3)));
       rests.push_back(segment);
       ups.push_back({up[0] * type.sign_at_rest, up[1] * type.sign_at_rest, up[2] * type.sign_at_rest});
     }
@@ -194,8 +194,8 @@ std::optional<Accelerometers> accelerometers_of(const SixPositionEstimate& estim
   return triad;
 }
 
-std::vector<RestAttitude> rests_of(std::span<const Segment> segments, const Accelerometers& triad,
-                                   const UnitType& type) {
+std::vector<RestAttitude> attitudes_of(std::span<const Segment> segments, const Accelerometers& triad,
+                                       const UnitType& type) {
   const Eigen::Matrix3d inverse = base::inverse(triad.gain);
   std::vector<RestAttitude> rests;
   for (const Segment& segment : segments) {
@@ -211,13 +211,14 @@ std::vector<RestAttitude> rests_of(std::span<const Segment> segments, const Acce
 void warn_of_moves(const GyroGains& gains, std::vector<Warning>& warnings) {
   const std::size_t used = gains.tilts + gains.turns;
   if (gains.saturated > 0) {
-    warnings.push_back({"turns_saturated",
-                        fmt::format("{} movements were left out, as a gyro was at the end of its range: move more slowly",
-                                    gains.saturated)});
+    warnings.push_back(
+        {"turns_saturated",
+         fmt::format("{} movements were left out, as a gyro was at the end of its range: move more slowly",
+                     gains.saturated)});
   }
   if (gains.with_gaps > 0) {
-    warnings.push_back(
-        {"turns_with_gaps", fmt::format("{} movements were left out, as samples are missing in them", gains.with_gaps)});
+    warnings.push_back({"turns_with_gaps",
+                        fmt::format("{} movements were left out, as samples are missing in them", gains.with_gaps)});
   }
   if (gains.open_turns > 0) {
     warnings.push_back(
@@ -227,10 +228,11 @@ void warn_of_moves(const GyroGains& gains, std::vector<Warning>& warnings) {
                      gains.open_turns)});
   }
   if (used == 0) {
-    warnings.push_back({"turns_not_seen",
-                        "the movements between the rests do not show the gyros' scale errors, with an error of their own: "
-                        "record the gyros while the unit is turned to nine attitudes or more, or twice (each way) through "
-                        "a known angle about each axis ('turn_deg')"});
+    warnings.push_back(
+        {"turns_not_seen",
+         "the movements between the rests do not show the gyros' scale errors, with an error of their own: "
+         "record the gyros while the unit is turned to nine attitudes or more, or twice (each way) through "
+         "a known angle about each axis ('turn_deg')"});
   }
 }
 
@@ -262,7 +264,7 @@ base::Status add_gains(std::span<const Segment> segments, std::span<const Move> 
                        SixPositionEstimate& estimate) {
   const auto triad = accelerometers_of(estimate);
   if (!triad || moves.empty()) return {};
-  const auto gains = estimate_gains(rests_of(segments, *triad, type), moves, triad->with_misalignment);
+  const auto gains = estimate_gains(attitudes_of(segments, *triad, type), moves, triad->with_misalignment);
   if (!gains) return base::forward_error(gains);
   warn_of_moves(*gains, estimate.warnings);
   bool all = true;

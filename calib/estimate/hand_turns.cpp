@@ -16,34 +16,35 @@ namespace soak::calib {
 namespace {
 
 constexpr double kSameAttitude_rad = 5.0 * base::kRadPerDeg;
-constexpr double kLargestMiss = 0.2;                           ///< of a stated angle, by the gyros' readings
-constexpr double kLeastTurn_rad = 60.0 * base::kRadPerDeg;     ///< about the vertical, that is worth a stated angle
-constexpr double kLeastTilt_rad = 15.0 * base::kRadPerDeg;     ///< below it a movement says next to nothing
+constexpr double kLargestMiss = 0.2;                        ///< of a stated angle, by the gyros' readings
+constexpr double kLeastTurn_rad = 60.0 * base::kRadPerDeg;  ///< about the vertical, that is worth a stated angle
+constexpr double kLeastTilt_rad = 15.0 * base::kRadPerDeg;  ///< below it a movement says next to nothing
 constexpr double kLargestSigma_rad = 15.0 * base::kRadPerDeg;
 constexpr double kLargestGainError = 0.2;
 constexpr double kStartSigma_rad = 0.5 * base::kRadPerDeg;
 constexpr double kLeastSigma_rad = 1e-9;
-constexpr double kWeakest = 0.5;  ///< rad per unit of gain error, over all movements: less is not seen
-constexpr double kShare = 0.1;    ///< share in a direction that is not seen from which an entry counts as open
+constexpr double kWeakestTurn = 0.5;  ///< rad per unit of gain error, over all movements: less is not seen
+constexpr double kTurnShare = 0.1;    ///< share in a direction that is not seen from which an entry counts as open
 constexpr double kLeastRedundancy = 1.0;
-constexpr std::size_t kRestsForLine = 8;  ///< from which the bias is a line in time
+constexpr std::size_t kTurnRestsForLine = 8;  ///< from which the bias is a line in time
 constexpr std::size_t kRestsForGravity = 6;
 constexpr int kSteps = 30;
-constexpr double kSettled = 1e-3;  ///< change of a standard deviation, relative, and of an unknown in its standard errors
+constexpr double kSettled =
+    1e-3;  ///< change of a standard deviation, relative, and of an unknown in its standard errors
 constexpr Eigen::Index kGains = 9;
 constexpr Eigen::Index kUnknowns = 12;  ///< gains row by row, then errors of the bias in its standard errors
 
 using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
 
-Eigen::Vector3d vector_of(const Vector3& v) { return {v[0], v[1], v[2]}; }
+Eigen::Vector3d turn_vector_of(const Vector3& v) { return {v[0], v[1], v[2]}; }
 
 // The gyros at rest.
 
 /// What the gyros read at rest: a line in time, and a response to where up is (g-sensitivity and what of the Earth's
 /// rotation goes with it), which acts while the unit is moved too.
 struct RestBias {
-  Eigen::MatrixX3d line;                                ///< at each rest
-  Eigen::Matrix3d per_up = Eigen::Matrix3d::Zero();     ///< row: gyro
+  Eigen::MatrixX3d line;                             ///< at each rest
+  Eigen::Matrix3d per_up = Eigen::Matrix3d::Zero();  ///< row: gyro
   Eigen::Vector3d standard_error = Eigen::Vector3d::Zero();
 };
 
@@ -56,9 +57,10 @@ RestBias fit_bias(std::span<const RestAttitude> rests) {
   for (Eigen::Index i = 0; i < n; ++i) {
     const RestAttitude& rest = rests[static_cast<std::size_t>(i)];
     design(i, 0) = 1.0;
-    if (rests.size() >= kRestsForGravity) design.row(i).segment<3>(1) = vector_of(rest.up).transpose();
-    if (rests.size() >= kRestsForLine) design(i, 4) = (0.5 * (rest.t_start_s + rest.t_end_s) - start_s) / length_s - 0.5;
-    readings.row(i) = vector_of(rest.rate_rps).transpose();
+    if (rests.size() >= kRestsForGravity) design.row(i).segment<3>(1) = turn_vector_of(rest.up).transpose();
+    if (rests.size() >= kTurnRestsForLine)
+      design(i, 4) = (0.5 * (rest.t_start_s + rest.t_end_s) - start_s) / length_s - 0.5;
+    readings.row(i) = turn_vector_of(rest.rate_rps).transpose();
   }
   RestBias bias;
   bias.line.resize(n, 3);
@@ -101,10 +103,10 @@ Rotation integrate(const Path& path, const Eigen::Matrix3d& inverse_gain, const 
   Rotation rotation;
   const Move& move = *path.move;
   Eigen::Vector3d up = path.up_before;
-  Eigen::Vector3d a = inverse_gain * (vector_of(move.rate_rps[0]) - bias - path.per_up * up);
+  Eigen::Vector3d a = inverse_gain * (turn_vector_of(move.rate_rps[0]) - bias - path.per_up * up);
   for (std::size_t i = 1; i < move.t_s.size(); ++i) {
     const double dt_s = move.t_s[i] - move.t_s[i - 1];
-    const Eigen::Vector3d b = inverse_gain * (vector_of(move.rate_rps[i]) - bias - path.per_up * up);
+    const Eigen::Vector3d b = inverse_gain * (turn_vector_of(move.rate_rps[i]) - bias - path.per_up * up);
     const Eigen::Vector3d vector = 0.5 * dt_s * (a + b) + dt_s * dt_s / 12.0 * a.cross(b);
     rotation.about_up_rad += vector.dot(up);
     const double angle = vector.norm();
@@ -136,23 +138,24 @@ double turn_error(const Path& path, const Rotation& rotation) {
 
 // The fit.
 
-/// Rows of the problem: residuals and which kind of movement they are of.
-struct Rows {
+/// TurnRows of the problem: residuals and which kind of movement they are of.
+struct TurnRows {
   Eigen::VectorXd residual;
   std::vector<Kind> kind;
 };
 
-class Problem {
+class TurnProblem {
  public:
-  Problem(std::vector<Path> paths, const Eigen::Vector3d& bias_error) : paths_(std::move(paths)), bias_error_(bias_error) {}
+  TurnProblem(std::vector<Path> paths, const Eigen::Vector3d& bias_error)
+      : paths_(std::move(paths)), bias_error_(bias_error) {}
 
-  [[nodiscard]] Rows rows(const Unknowns& x) const {
+  [[nodiscard]] TurnRows rows(const Unknowns& x) const {
     Eigen::Matrix3d gain = Eigen::Matrix3d::Identity();
     for (Eigen::Index k = 0; k < kGains; ++k) gain(k / 3, k % 3) += x[k];
     const Eigen::Matrix3d inverse = base::inverse(gain);
     const Eigen::Vector3d off = bias_error_.cwiseProduct(x.tail<3>());
     std::vector<double> values;
-    Rows rows;
+    TurnRows rows;
     for (const Path& path : paths_) {
       const Rotation rotation = integrate(path, inverse, path.bias + off);
       if (path.tilt) {
@@ -209,9 +212,9 @@ std::array<bool, kGains> open_gains(const Eigen::MatrixXd& jacobian) {
   const base::Svd svd = base::full_v_svd(jacobian.leftCols(kGains));
   std::array<bool, kGains> open{};
   for (Eigen::Index d = 0; d < kGains; ++d) {
-    if (d < svd.singular.size() && svd.singular[d] >= kWeakest) continue;
+    if (d < svd.singular.size() && svd.singular[d] >= kWeakestTurn) continue;
     for (Eigen::Index k = 0; k < kGains; ++k) {
-      open[static_cast<std::size_t>(k)] = open[static_cast<std::size_t>(k)] || std::abs(svd.v(k, d)) > kShare;
+      open[static_cast<std::size_t>(k)] = open[static_cast<std::size_t>(k)] || std::abs(svd.v(k, d)) > kTurnShare;
     }
   }
   return open;
@@ -229,8 +232,8 @@ struct Fit {
 
 /// One step of Gauss and Newton, then the variances by the residuals that it leaves. Returns the largest change of an
 /// unknown in its standard errors.
-double step(const Problem& problem, Fit& fit) {
-  const Rows rows = problem.rows(fit.x);
+double step(const TurnProblem& problem, Fit& fit) {
+  const TurnRows rows = problem.rows(fit.x);
   const Eigen::MatrixXd j = problem.jacobian(fit.x)(Eigen::all, fit.free);
   const auto unknowns = static_cast<Eigen::Index>(fit.free.size());
   std::array<Eigen::MatrixXd, kKinds> normal = {Eigen::MatrixXd::Zero(unknowns, unknowns),
@@ -262,12 +265,13 @@ double step(const Problem& problem, Fit& fit) {
     }
     fit.redundancy[kind] = count - (fit.covariance * normal[kind]).trace();
     fit.covariance_of[kind] = fit.covariance * normal[kind] * fit.covariance;
-    if (count > 0.0) fit.sigma[kind] = std::max(kLeastSigma_rad, std::sqrt(squares / std::max(0.1, fit.redundancy[kind])));
+    if (count > 0.0)
+      fit.sigma[kind] = std::max(kLeastSigma_rad, std::sqrt(squares / std::max(0.1, fit.redundancy[kind])));
   }
   return change.cwiseQuotient(fit.covariance.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff();
 }
 
-Fit solve(const Problem& problem) {
+Fit solve(const TurnProblem& problem) {
   Fit fit;
   const auto open = open_gains(problem.jacobian(fit.x));
   for (Eigen::Index k = 0; k < kUnknowns; ++k) {
@@ -298,8 +302,8 @@ std::vector<Path> paths_of(std::span<const RestAttitude> rests, std::span<const 
     }
     Path path;
     path.move = &move;
-    path.up_before = vector_of(before->up);
-    path.up_after = vector_of(after->up);
+    path.up_before = turn_vector_of(before->up);
+    path.up_after = turn_vector_of(after->up);
     path.bias = 0.5 * (bias.line.row(before - rests.begin()) + bias.line.row(after - rests.begin())).transpose();
     path.per_up = bias.per_up;
     path.across[0] = path.up_after.unitOrthogonal();
@@ -318,7 +322,7 @@ std::vector<Path> paths_of(std::span<const RestAttitude> rests, std::span<const 
   return paths;
 }
 
-base::Status check_gains(const Fit& fit, const Problem& problem) {
+base::Status check_gains(const Fit& fit, const TurnProblem& problem) {
   constexpr std::array<const char*, 3> kNames = {"gyro_x", "gyro_y", "gyro_z"};
   for (const Kind kind : {kTilt, kTurn}) {
     if (problem.count(kind) == 0 || fit.sigma[kind] <= kLargestSigma_rad) continue;
@@ -356,7 +360,7 @@ base::Result<GyroGains> estimate_gains(std::span<const RestAttitude> rests, std:
   GyroGains gains;
   if (rests.size() < 2) return gains;
   const RestBias bias = fit_bias(rests);
-  Problem problem(paths_of(rests, moves, bias, with_tilts, gains), bias.standard_error);
+  TurnProblem problem(paths_of(rests, moves, bias, with_tilts, gains), bias.standard_error);
   Fit fit;
   // A kind that nothing says the quality of is left out, and the rest fitted again.
   for (int pass = 0; pass < kKinds && !problem.empty(); ++pass) {
@@ -377,7 +381,8 @@ base::Result<GyroGains> estimate_gains(std::span<const RestAttitude> rests, std:
   if (gains.turns > 0) gains.turn_sigma_rad = fit.sigma[kTurn];
   for (std::size_t at = 0; at < fit.free.size(); ++at) {
     const auto k = static_cast<std::size_t>(fit.free[at]);
-    if (k < static_cast<std::size_t>(kGains)) gains.gain_error[k / 3][k % 3] = estimate_of(fit, static_cast<Eigen::Index>(at));
+    if (k < static_cast<std::size_t>(kGains))
+      gains.gain_error[k / 3][k % 3] = estimate_of(fit, static_cast<Eigen::Index>(at));
   }
   return gains;
 }

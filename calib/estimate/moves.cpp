@@ -14,22 +14,22 @@ namespace soak::calib {
 namespace {
 
 constexpr double kLongestMove_s = 60.0;
-constexpr double kLongestSession_s = 6.0 * 3600.0;
-constexpr std::size_t kFewestPositions = 3;
-constexpr double kLongestGap_s = 0.05;
-constexpr double kLongestGapIntervals = 3.5;
-constexpr double kAtRange = 0.998;        ///< of the range: what counts as its end
-constexpr std::size_t kRepeats = 3;       ///< neighbours at the extreme value that no turn by hand gives
-constexpr double kSlowest_dps = 20.0;     ///< below it an extreme value may repeat by resolution
+constexpr double kLongestMovesSession_s = 6.0 * 3600.0;
+constexpr std::size_t kFewestMovePositions = 3;
+constexpr double kLongestMoveGap_s = 0.05;
+constexpr double kLongestMoveGapIntervals = 3.5;
+constexpr double kMoveAtRange = 0.998;  ///< of the range: what counts as its end
+constexpr std::size_t kRepeats = 3;     ///< neighbours at the extreme value that no turn by hand gives
+constexpr double kSlowest_dps = 20.0;   ///< below it an extreme value may repeat by resolution
 
-double usual_interval_s(const std::vector<double>& t_s) {
+double move_interval_s(const std::vector<double>& t_s) {
   std::vector<double> intervals;
   for (std::size_t i = 1; i < t_s.size(); ++i) intervals.push_back(t_s[i] - t_s[i - 1]);
   return intervals.empty() ? 0.0 : base::median(intervals);
 }
 
 bool has_gaps(const Move& move) {
-  const double longest_s = std::max(kLongestGap_s, kLongestGapIntervals * usual_interval_s(move.t_s));
+  const double longest_s = std::max(kLongestMoveGap_s, kLongestMoveGapIntervals * move_interval_s(move.t_s));
   double before_s = move.from_s;
   for (const double t_s : move.t_s) {
     if (t_s - before_s > longest_s) return true;
@@ -43,7 +43,7 @@ bool is_saturated(const Move& move, const std::optional<double>& range_dps) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     double largest = 0.0;
     for (const Vector3& rate : move.rate_rps) largest = std::max(largest, std::abs(rate[axis]));
-    if (range_dps && largest >= kAtRange * *range_dps * base::kRadPerDeg) return true;
+    if (range_dps && largest >= kMoveAtRange * *range_dps * base::kRadPerDeg) return true;
     if (largest < kSlowest_dps * base::kRadPerDeg) continue;
     std::size_t repeats = 0;
     for (const Vector3& rate : move.rate_rps) {
@@ -92,13 +92,13 @@ Move move_between(const Recording& recording, const Segment& before, const Segme
 }  // namespace
 
 bool is_bench_session(std::span<const Segment> segments) {
-  if (segments.empty() || segments.back().t_end_s - segments.front().t_start_s > kLongestSession_s) return false;
+  if (segments.empty() || segments.back().t_end_s - segments.front().t_start_s > kLongestMovesSession_s) return false;
   std::set<std::string> positions;
   for (const Segment& segment : segments) {
     if (segment.key.visit != segments.front().key.visit || !segment.plateau_c) return false;
     if (!turns(segment)) positions.insert(segment.key.position);
   }
-  return positions.size() >= kFewestPositions;
+  return positions.size() >= kFewestMovePositions;
 }
 
 std::vector<Move> moves_between(const Recording& recording, std::span<const Segment> segments, const UnitType& type) {

@@ -28,7 +28,7 @@ constexpr double kApart_deg = 10.0;
 constexpr std::size_t kFewestAttitudes = 3;
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-double usual_interval_s(std::span<const double> t_s) {
+double standstill_interval_s(std::span<const double> t_s) {
   std::vector<double> intervals;
   const std::size_t looked = std::min<std::size_t>(t_s.size(), 10001);
   for (std::size_t i = 1; i < looked; ++i) intervals.push_back(t_s[i] - t_s[i - 1]);
@@ -52,7 +52,8 @@ double cosine(const Vector3& a, const Vector3& b) {
 }  // namespace
 
 StandstillFinder::StandstillFinder(std::span<const double> t_s)
-    : t_s_(t_s), rows_per_hop_(std::max<std::size_t>(1, static_cast<std::size_t>(kHop_s / usual_interval_s(t_s)))) {
+    : t_s_(t_s),
+      rows_per_hop_(std::max<std::size_t>(1, static_cast<std::size_t>(kHop_s / standstill_interval_s(t_s)))) {
   const std::size_t hops = t_s.size() / rows_per_hop_;
   windows_ = hops >= kHopsPerWindow ? hops - kHopsPerWindow + 1 : 0;
 }
@@ -145,7 +146,7 @@ std::vector<Standstill> StandstillFinder::find() const {
   const std::vector<double> rate = spreads(0);
   const double force_threshold = threshold(force, 3);
   const double rate_threshold = rate.empty() ? 0.0 : threshold(rate, 0);
-  const double nominal_s = usual_interval_s(t_s_) * static_cast<double>(kHopsPerWindow * rows_per_hop_);
+  const double nominal_s = standstill_interval_s(t_s_) * static_cast<double>(kHopsPerWindow * rows_per_hop_);
   std::vector<bool> quiet(windows_);
   for (std::size_t w = 0; w < windows_; ++w) {
     const std::size_t first = w * rows_per_hop_;
@@ -174,7 +175,8 @@ bool show_attitudes(std::span<const Standstill> standstills) {
   const double apart = std::cos(kApart_deg * base::kRadPerDeg);
   std::vector<Vector3> attitudes;
   for (const Standstill& rest : standstills) {
-    const bool known = std::ranges::any_of(attitudes, [&](const Vector3& other) { return cosine(rest.force, other) > apart; });
+    const bool known =
+        std::ranges::any_of(attitudes, [&](const Vector3& other) { return cosine(rest.force, other) > apart; });
     if (!known) attitudes.push_back(rest.force);
   }
   return attitudes.size() >= kFewestAttitudes;

@@ -17,7 +17,7 @@ namespace soak::calib::signal {
 namespace {
 
 constexpr double kSection_s = 16.0;
-constexpr std::size_t kShortestSection = 64;
+constexpr std::size_t kShortestCornerSection = 64;
 constexpr std::size_t kFewestSections = 8;
 /// Lowest frequency that is looked at, and in bins of the spectrum: below, drift leaks in.
 constexpr double kLowest_hz = 0.2;
@@ -27,7 +27,7 @@ constexpr std::size_t kFewestBands = 12;
 /// A density is believed to this share of itself: sampled noises are no textbook power laws.
 constexpr double kDensityError = 0.005;
 /// Evidence that makes a filter.
-constexpr double kEvidence = 30.0;
+constexpr double kCornerEvidence = 30.0;
 /// No filter is exactly of one of the forms, and the depth of the stop band must not rule the shape about the corner.
 /// Share of the density in the pass band that is added throughout, relative error of a form's density per neper that it
 /// attenuates, and by how much the corners of forms that come near one another differ.
@@ -87,7 +87,7 @@ std::optional<Spectrum> spectrum_of(std::span<const double> samples, double rate
   std::size_t longest = 0;
   for (const SampleRange& range : stretches_of(samples)) longest = std::max(longest, range.count());
   auto section = static_cast<std::size_t>(std::exp2(std::round(std::log2(kSection_s * rate_hz))));
-  for (; section >= kShortestSection; section /= 2) {
+  for (; section >= kShortestCornerSection; section /= 2) {
     if (section > longest) continue;
     auto spectrum = welch(samples, rate_hz, {.section = section, .detrend = Detrend::line});
     if (spectrum && spectrum->sections >= kFewestSections) return *std::move(spectrum);
@@ -305,7 +305,7 @@ std::optional<LowPass> find_low_pass(std::span<const double> samples, double rat
   const Search search(bands, rate_hz, added);
   const double without = search.deviance_without();
   const Candidate found = search.best(kLeastCorner_hz, kHighestCorner * rate_hz);
-  if (without - found.deviance < kEvidence || found.filter.corner_hz <= kLeastCorner_hz) return std::nullopt;
+  if (without - found.deviance < kCornerEvidence || found.filter.corner_hz <= kLeastCorner_hz) return std::nullopt;
   for (std::size_t i = 0; i < bands.density.size(); ++i) {
     const double error = -kFormError * std::log(std::max(kStopBand, found.filter.gain(bands.frequency_hz[i])));
     bands.variance[i] += error * error;
