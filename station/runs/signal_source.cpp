@@ -195,6 +195,7 @@ calib::SignalRecord record_of(std::string column, std::string unit, calib::signa
 /// Row by row at the rate that the user gives.
 calib::signal::SampleGrid grid_at(double rate_hz, std::vector<double> values) {
   calib::signal::SampleGrid grid{rate_hz, {}, std::move(values)};
+  grid.t_s.reserve(grid.values.size());
   for (std::size_t i = 0; i < grid.values.size(); ++i) grid.t_s.push_back(static_cast<double>(i) / rate_hz);
   return grid;
 }
@@ -269,10 +270,11 @@ std::string unit_of_channel(const db::ChannelInfo& channel) {
 
 base::Result<calib::SignalRecord> read_csv_signal(const std::filesystem::path& path, const std::string& column,
                                                   std::optional<double> rate_hz) {
-  const auto text = read_text_file(path);
+  auto text = read_text_file(path);
   if (!text) return base::forward_error(text);
   auto read = ColumnReader(*text, path.string(), column).read();
   if (!read) return base::forward_error(read);
+  std::string().swap(*text);  // as large as the record itself
   std::string unit = unit_of_header(column);
   if (!read->timed) {
     if (!rate_hz) return base::bad_input("the file has no time column (t_s, t_ms or t_us): give the rate", "--rate-hz");

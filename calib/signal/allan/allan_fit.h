@@ -75,7 +75,7 @@ struct AllanFit {
 ///
 /// Behind a low-pass (curve.low_pass) only averaging times from three periods of its corner on are fitted. There white
 /// noise has N^2/tau (1 - 1.5 lag/tau), N^2 the density at low frequencies; the lag follows from the filter's form and
-/// is taken to be known to 15 %. At shorter times `deviation` and `degrees_of_freedom` are those of the form. No
+/// is taken to be known to 10 %. At shorter times `deviation` and `degrees_of_freedom` are those of the form. No
 /// Gauss-Markov term is faster than kLeastCorner_hz: that is a filter's.
 [[nodiscard]] base::Result<AllanFit> fit_allan(const AllanCurve& curve);
 

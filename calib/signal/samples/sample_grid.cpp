@@ -23,16 +23,21 @@ constexpr std::size_t kFewestForHalves = 80;  ///< distances in each half, to ju
 
 /// The samples that are present, and where stretches must begin among them.
 struct Present {
-  std::vector<double> t_s;
-  std::vector<double> values;
+  std::span<const double> t_s;
+  std::span<const double> values;
   std::vector<std::size_t> breaks;
+  std::vector<double> own_t_s;  ///< only where samples are missing: records are large
+  std::vector<double> own_values;
 };
 
 Present present_samples(std::span<const double> t_s, std::span<const double> values,
                         std::span<const std::size_t> breaks) {
+  if (std::none_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) {
+    return {t_s, values, {breaks.begin(), breaks.end()}, {}, {}};
+  }
   Present present;
-  present.t_s.reserve(values.size());
-  present.values.reserve(values.size());
+  present.own_t_s.reserve(values.size());
+  present.own_values.reserve(values.size());
   std::size_t next_break = 0;
   bool begins = false;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -41,11 +46,13 @@ Present present_samples(std::span<const double> t_s, std::span<const double> val
       ++next_break;
     }
     if (std::isnan(values[i])) continue;
-    if (begins) present.breaks.push_back(present.values.size());
+    if (begins) present.breaks.push_back(present.own_values.size());
     begins = false;
-    present.t_s.push_back(t_s[i]);
-    present.values.push_back(values[i]);
+    present.own_t_s.push_back(t_s[i]);
+    present.own_values.push_back(values[i]);
   }
+  present.t_s = present.own_t_s;
+  present.values = present.own_values;
   return present;
 }
 
@@ -180,6 +187,12 @@ base::Status check_steady(std::span<const double> distances) {
                                      1.0 / before, 1.0 / after));
 }
 
+base::Result<Steps> steps_between(std::span<const double> t_s) {
+  const std::vector<double> distances = distances_of(t_s);
+  if (auto status = check_steady(distances); !status) return base::forward_error(status);
+  return steps_of(distances);
+}
+
 void append_missing(SampleGrid& grid, std::size_t count, double step_s) {
   const double from_s = grid.t_s.back();
   for (std::size_t k = 1; k <= count; ++k) {
@@ -191,6 +204,8 @@ void append_missing(SampleGrid& grid, std::size_t count, double step_s) {
 SampleGrid placed(const Present& present, const Steps& steps) {
   SampleGrid grid;
   grid.rate_hz = 1.0 / steps.step_s;
+  grid.t_s.reserve(present.values.size());
+  grid.values.reserve(present.values.size());
   Clock clock(present.t_s.front(), steps);
   std::size_t next_break = 0;
   for (std::size_t i = 0; i < present.values.size(); ++i) {
@@ -231,9 +246,9 @@ base::Result<SampleGrid> equally_spaced(std::span<const double> t_s, std::span<c
     return base::bad_input(fmt::format("{} samples: at least 2 are needed", present.values.size()));
   }
   if (auto status = check_rising(present.t_s); !status) return base::forward_error(status);
-  const std::vector<double> distances = distances_of(present.t_s);
-  if (auto status = check_steady(distances); !status) return base::forward_error(status);
-  const Steps steps = steps_of(distances);
+  const auto checked_steps = steps_between(present.t_s);
+  if (!checked_steps) return base::forward_error(checked_steps);
+  const Steps& steps = *checked_steps;
   const double span_steps = (present.t_s.back() - present.t_s.front()) / steps.step_s;
   if (span_steps > kMostMissingPerSample * static_cast<double>(present.values.size()) + 1e6) {
     return base::bad_input(fmt::format("{} samples over {:.0f} steps of {:g} s: the record is nearly all gaps",
