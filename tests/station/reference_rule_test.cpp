@@ -78,7 +78,7 @@ TEST_F(ReferenceRule, AnEmptyRegisterBlocksNothingAndIsNoted) {
   ASSERT_TRUE(judged);
   EXPECT_TRUE(judged->uses.empty());
   ASSERT_EQ(judged->notes.size(), 1U);
-  EXPECT_TRUE(holds(judged->notes[0], "register of references is empty"));
+  EXPECT_TRUE(holds(judged->notes[0], "'soak reference add'"));
 }
 
 TEST_F(ReferenceRule, TakesTheCertificateThatWasTheNewestOnThatDay) {
@@ -116,7 +116,7 @@ TEST_F(ReferenceRule, ARetiredReferenceCountsForWhatWasMeasuredBeforeAndIsNoted)
   EXPECT_TRUE(certificates("2026-05-01").empty());
   const auto judged = judge("2026-04-01");
   ASSERT_EQ(judged->notes.size(), 1U);
-  EXPECT_TRUE(holds(judged->notes[0], "was retired since, on 2026-05-01 by ann: dropped")) << judged->notes[0];
+  EXPECT_TRUE(base::mentions(judged->notes[0], {"2026-05-01", "ann", "dropped"}));
   EXPECT_TRUE(judge("2026-06-01")->notes.empty());
 }
 

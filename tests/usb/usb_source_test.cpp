@@ -124,13 +124,12 @@ TEST_F(UsbSourceTest, AnUnpluggedDeviceIsAnErrorAfterItsLastBytesAndOpensAgainWh
       const auto ended = read_until(*source, bytes, [] { return false; });
       ASSERT_FALSE(ended) << how;
       EXPECT_EQ(ended.error().kind, base::ErrorKind::device);
-      EXPECT_EQ(ended.error().message, "the unit was unplugged");
       EXPECT_EQ(ended.error().where, "usb 2639:0013");
       EXPECT_FALSE(source->write(text("x")));
       source->close();
       const auto gone = source->open();
       ASSERT_FALSE(gone);
-      EXPECT_EQ(gone.error().message, "it is not plugged in");
+      EXPECT_EQ(gone.error().kind, base::ErrorKind::device);
     }
     const Plugged again(bus, "1-1", "xsens 1 100");
     ASSERT_TRUE(source->open()) << how;
@@ -149,7 +148,7 @@ TEST_F(UsbSourceTest, AWordOfUdevIsEnoughWhereTransfersDoNotTell) {
   Bytes bytes;
   const auto ended = read_until(*source, bytes, [] { return false; });
   ASSERT_FALSE(ended);
-  EXPECT_EQ(ended.error().message, "the unit was unplugged");
+  EXPECT_EQ(ended.error().kind, base::ErrorKind::device);
 }
 
 TEST_F(UsbSourceTest, TwoErrorsPassThreeInARowAreAnUnplugging) {
@@ -168,9 +167,8 @@ TEST_F(UsbSourceTest, TwoErrorsPassThreeInARowAreAnUnplugging) {
 }
 
 TEST_F(UsbSourceTest, StatusCodesOfTransfersBecomeErrorsThatSayWhatHappened) {
-  const std::vector<std::pair<const char*, const char*>> cases = {
-      {"-19", "the unit was unplugged"}, {"-108", "the unit was unplugged"}, {"-32", "stalled"}};
-  for (const auto& [status, message] : cases) {
+  std::vector<std::string> messages;
+  for (const char* status : {"-19", "-108", "-32"}) {  // no device, shut down: unplugged; broken pipe: stalled
     const Plugged device(bus, "1-1", "xsens 1 100");
     const auto source = imu::make_usb_source(kXsens);
     ASSERT_TRUE(source->open());
@@ -178,8 +176,11 @@ TEST_F(UsbSourceTest, StatusCodesOfTransfersBecomeErrorsThatSayWhatHappened) {
     Bytes bytes;
     const auto ended = read_until(*source, bytes, [] { return false; });
     ASSERT_FALSE(ended) << status;
-    EXPECT_NE(ended.error().message.find(message), std::string::npos) << status << ": " << ended.error().message;
+    EXPECT_EQ(ended.error().kind, base::ErrorKind::device) << status;
+    messages.push_back(ended.error().message);
   }
+  EXPECT_EQ(messages[0], messages[1]);
+  EXPECT_NE(messages[0], messages[2]);
 }
 
 TEST_F(UsbSourceTest, AStalledEndpointIsClearedWhenTheDeviceIsOpenedAgain) {
