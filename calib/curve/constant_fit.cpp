@@ -149,7 +149,7 @@ Curve constant_curve(double value, double low_c, double high_c) {
   return TableCurve{low_c, 1.0, {value}};
 }
 
-void add_constant_warnings(const CurveSubject& subject, const ConstantValidity& validity, CurveFit& fit) {
+void add_constant_warnings(const ConstantValidity& validity, CurveFit& fit) {
   if (fit.runs.size() < kRunsToTell) {
     fit.warnings.push_back(
         {"few_runs", fit.runs.size() == 1
@@ -160,7 +160,7 @@ void add_constant_warnings(const CurveSubject& subject, const ConstantValidity& 
   }
   fit.warnings.push_back(
       {"one_temperature",
-       fmt::format("{}: measured at {:.1f} to {:.1f} °C only: a constant, valid from {:.1f} to {:.1f} °C{}", subject.name,
+       fmt::format("measured at {:.1f} to {:.1f} °C only: constants, valid from {:.1f} to {:.1f} °C{}",
                    validity.temp_min_c, validity.temp_max_c, fit.temp_min_c, fit.temp_max_c,
                    validity.within_c > 0.0 ? " (as the unit's type says)"
                                            : " (the unit's type says nothing of beyond: [constants] within_c)")});
@@ -207,7 +207,7 @@ base::Result<CurveFit> fit_constant(const CurveData& data, const CurveSubject& s
     if (fit.run_to_run_sigma) point.pi95 = expanded_uncertainty(fit.budget, Band::fresh_power_on, i);
     fit.points.push_back(point);
   }
-  add_constant_warnings(subject, validity, fit);
+  add_constant_warnings(validity, fit);
   return fit;
 }
 

@@ -215,7 +215,8 @@ Circumstances circumstances_of(const UnitInput& input, std::span<const GatedRun>
   of.references = input.references;
   of.runs = used.size();
   of.found_attitudes = std::ranges::all_of(used, &GatedRun::in_found_attitudes);
-  of.turned_by_hand = std::ranges::any_of(used, [](const GatedRun& run) { return !run.run->moves.empty(); });
+  of.turned_by_hand = std::ranges::any_of(
+      used, [](const GatedRun& run) { return !run.run->moves.empty() && std::ranges::none_of(run.segments, turns); });
   of.positions = false;
   of.turned.fill(true);
   bool latitudes = true;

@@ -107,14 +107,13 @@ std::string fit_text(const calib::UnitModel& model) {
 
 void note_warnings(const calib::UnitModel& model, Output& output) {
   for (const calib::Warning& warning : model.warnings) output.note("warning: " + warning.text);
-  bool few_runs_noted = false;
+  std::set<std::string> noted;
   for (const auto& fit : model.sensors) {
     if (!fit) continue;
     for (const calib::Warning& warning : fit->warnings) {
       // All sensors have the same runs: once is enough to read.
-      const bool few_runs = warning.code == "few_runs";
-      if (!few_runs || !few_runs_noted) output.note("warning: " + warning.text);
-      few_runs_noted = few_runs_noted || few_runs;
+      const bool of_runs = warning.code == "few_runs" || warning.code == "one_temperature";
+      if (!of_runs || noted.insert(warning.text).second) output.note("warning: " + warning.text);
     }
   }
 }
