@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <optional>
 
@@ -188,6 +190,38 @@ TEST(LowPassFit, WhereTheRecordEndsWithinTheLowPassItIsRefused) {
   EXPECT_TRUE(fit_allan(curve));
   curve.low_pass = LowPass{.corner_hz = 10.0, .rate_hz = 1000.0};
   EXPECT_FALSE(fit_allan(curve));
+}
+
+/// A real Xsens MTi at rest for 49 s, 100 Hz, in counts: its filter lets half of the band through, so that only the
+/// last octave shows it. White noise beyond: at 0.5 s the curve itself shows N, with some 130 degrees of freedom (6 %).
+TEST(LowPassFit, DensityOfARealUnitIsThatOfItsCurveBeyondTheFilter) {
+  const char* folder = std::getenv("SOAK_TEST_DATA");
+  const std::filesystem::path data = folder != nullptr && *folder != '\0'
+                                         ? std::filesystem::path(folder)
+                                         : std::filesystem::path(SOAK_TEST_FOLDER) / ".." / ".." / "shared" / "data";
+  for (const char* name : {"xsens_gyro.mat", "xsens_acc.mat"}) {
+    std::ifstream file(data / "multi_position_xsens" / name);
+    if (!file) GTEST_SKIP() << "no recordings at " << data;
+    std::array<Record, 3> axes;
+    double t_s = 0.0, first_s = -1.0;
+    for (std::array<double, 3> row{}; file >> t_s >> row[0] >> row[1] >> row[2];) {
+      if (first_s < 0.0) first_s = t_s;
+      for (std::size_t k = 0; k < 3 && t_s - first_s > 1.0 && t_s - first_s < 50.0; ++k) {
+        axes[k].rate.push_back(row[k]);
+      }
+    }
+    for (const Record& axis : axes) {
+      ASSERT_GT(axis.rate.size(), 4800U);
+      const auto [low_pass, fit] = fitted(axis, 100.0);
+      EXPECT_TRUE(low_pass) << name;
+      EXPECT_FALSE(fit.markov_sigma.found) << name;
+      EXPECT_GT(fit.p_value, 0.001) << name;
+      ASSERT_TRUE(fit.angle_random_walk.found) << name;
+      const auto phase = PhaseRecord::from_rate(axis.rate, 100.0);
+      const double at_half_s = allan_point(*phase, AllanKind::overlapping, 50).deviation * std::sqrt(0.5);
+      EXPECT_NEAR(fit.angle_random_walk.value / at_half_s, 1.0, 0.18) << name;
+    }
+  }
 }
 
 TEST(LowPassFit, NothingIsFoundInRecordsWithoutASpectrum) {

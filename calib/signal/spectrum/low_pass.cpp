@@ -27,7 +27,7 @@ constexpr std::size_t kFewestBands = 12;
 /// A density is believed to this share of itself: sampled noises are no textbook power laws.
 constexpr double kDensityError = 0.005;
 /// Evidence that makes a filter.
-constexpr double kCornerEvidence = 30.0;
+constexpr double kCornerEvidence = 12.0;
 /// No filter is exactly of one of the forms, and the depth of the stop band must not rule the shape about the corner.
 /// Share of the density in the pass band that is added throughout, relative error of a form's density per neper that it
 /// attenuates, and by how much the corners of forms that come near one another differ.

@@ -32,7 +32,7 @@ inline constexpr double kLeastCorner_hz = 3.0;
 /// do not touch) is compared with what noise without a filter can make, any non-negative sum of white noise, flicker,
 /// random walk, slow Gauss-Markov processes and quantization, and with the same sum behind each form of filter at
 /// each corner from kLeastCorner_hz to 1.5 of the rate. Nothing where no filter makes it clearly better (chi^2 less by
-/// 30), for rates below 4 kLeastCorner_hz and for records too short for a spectrum. Sections in which a sample is
+/// 12), for rates below 4 kLeastCorner_hz and for records too short for a spectrum. Sections in which a sample is
 /// missing (NaN) are left out. The corner is that of the density after sampling. O(n log n).
 [[nodiscard]] std::optional<LowPass> find_low_pass(std::span<const double> samples, double rate_hz);
 
