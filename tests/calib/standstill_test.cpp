@@ -183,7 +183,9 @@ TEST_F(Xsens, ConstantsAgreeWithTheFactory) {
     for (std::size_t j = 0; j < 3; ++j) {
       const Estimate& entry = (*estimate->sensor[i].rate_coupling)[j];
       // Two numbers rounded to 0.01 add up to each of these.
-      if (i != j) EXPECT_NEAR(entry.value, kGyroGain[i][j], 0.01 + 2.0 * entry.standard_error);
+      if (i != j) {
+        EXPECT_NEAR(entry.value, kGyroGain[i][j], 0.01 + 2.0 * entry.standard_error);
+      }
       std::printf("   gyro misalignment %zu%zu %.5f +- %.5f (%.1f freedoms)\n", i, j, entry.value,
                   2.0 * entry.standard_error, entry.freedoms);
     }
