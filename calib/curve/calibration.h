@@ -118,10 +118,10 @@ struct Calibration {
   std::optional<std::array<Vector3, 3>> g_sensitivity;
   /// Row i: response of gyro i to rates about x, y, z beyond its own scale; diagonal 0. Constant.
   std::optional<std::array<Vector3, 3>> gyro_misalignment;
-  std::optional<CouplingUncertainty> misalignment_uncertainty;   ///< only beside accel_misalignment; diagonal 0
+  std::optional<CouplingUncertainty> misalignment_uncertainty;       ///< only beside accel_misalignment; diagonal 0
   std::optional<CouplingUncertainty> gyro_misalignment_uncertainty;  ///< only beside gyro_misalignment; diagonal 0
-  std::optional<CouplingUncertainty> g_sensitivity_uncertainty;  ///< only beside g_sensitivity
-  std::array<std::optional<EvenOrderTerm>, 3> even_order;        ///< of the accelerometers x, y, z
+  std::optional<CouplingUncertainty> g_sensitivity_uncertainty;      ///< only beside g_sensitivity
+  std::array<std::optional<EvenOrderTerm>, 3> even_order;            ///< of the accelerometers x, y, z
   std::vector<AcceptedTerm> terms;
 };
 

@@ -111,7 +111,8 @@ Contribution temperature_part(const std::vector<double>& temps_c, const Constant
   part.basis = fmt::format("at most {:.3g} {} per kelvin (unit's type) away from where it was measured",
                            *change_per_k * subject.printed_per_unit, subject.printed_unit);
   const double middle_c = 0.5 * (validity.temp_min_c + validity.temp_max_c);
-  for (const double temp_c : temps_c) part.u.push_back(*change_per_k * std::abs(temp_c - middle_c) / std::numbers::sqrt3);
+  for (const double temp_c : temps_c)
+    part.u.push_back(*change_per_k * std::abs(temp_c - middle_c) / std::numbers::sqrt3);
   if (fresh) part.u_fresh = part.u;
   return part;
 }
@@ -122,7 +123,8 @@ std::vector<Contribution> constant_budget(const OverRuns& over, const std::vecto
   const bool fresh = over.count > 1.0;
   const std::size_t points = temps_c.size();
   std::vector<Contribution> budget;
-  budget.push_back(constant_part("noise", std::sqrt(over.noise_variance), points, fresh, "standard errors of the sessions' estimates"));
+  budget.push_back(constant_part("noise", std::sqrt(over.noise_variance), points, fresh,
+                                 "standard errors of the sessions' estimates"));
   if (over.noise_freedoms > 0.0) budget.back().degrees_of_freedom = over.noise_freedoms;
   Contribution runs{.name = "run_to_run", .degrees_of_freedom = over.count - 1.0};
   runs.basis = "not stated: one run alone hides its own offset";
@@ -152,11 +154,12 @@ Curve constant_curve(double value, double low_c, double high_c) {
 void add_constant_warnings(const ConstantValidity& validity, CurveFit& fit) {
   if (fit.runs.size() < kRunsToTell) {
     fit.warnings.push_back(
-        {"few_runs", fit.runs.size() == 1
-                         ? "one run only: the scatter from power-on to power-on is unknown and ci95 does not hold it; at "
-                           "least 3 runs are needed"
-                         : "two runs only: the scatter from power-on to power-on is hardly known; at least 3 runs are "
-                           "needed"});
+        {"few_runs",
+         fit.runs.size() == 1
+             ? "one run only: the scatter from power-on to power-on is unknown and ci95 does not hold it; at "
+               "least 3 runs are needed"
+             : "two runs only: the scatter from power-on to power-on is hardly known; at least 3 runs are "
+               "needed"});
   }
   fit.warnings.push_back(
       {"one_temperature",

@@ -19,7 +19,8 @@ namespace soak::calib {
 /// `run_to_run`, from the scatter of R ≥ 2 runs beyond that, σ² = max(0, s² − mean u²), σ²/R in the band of the
 /// mean, with R − 1 degrees of freedom; with one run it is not stated, and there is no pi95; `temperature`, what the
 /// unit's type says of the change per kelvin (limits ±c·|T − T0|, rectangular) at temperatures T that the constant was
-/// not measured at; then the type B inputs. The valid range is that of the sessions, and `within_c` beyond on both sides.
+/// not measured at; then the type B inputs. The valid range is that of the sessions, and `within_c` beyond on both
+/// sides.
 ///
 /// Refuses rows that are not finite.
 [[nodiscard]] base::Result<CurveFit> fit_constant(const CurveData& data, const CurveSubject& subject,

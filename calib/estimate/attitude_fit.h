@@ -29,9 +29,9 @@ namespace soak::calib {
                                                                    const Place& place, const UnitType& type);
 
 /// Adds what movements between rests show of the gyros (estimate_gains()): their scale errors, where no rate position
-/// has shown them, and their misalignment. The accelerometers' part of `estimate` says where up is in each rest; nothing
-/// is added where it does not know their bias and scale. Warns of what stands in the way (docs/fit.md: `turns_...`).
-/// Refuses gyros that contradict the movements.
+/// has shown them, and their misalignment. The accelerometers' part of `estimate` says where up is in each rest;
+/// nothing is added where it does not know their bias and scale. Warns of what stands in the way (docs/fit.md:
+/// `turns_...`). Refuses gyros that contradict the movements.
 [[nodiscard]] base::Status add_gains(std::span<const Segment> segments, std::span<const Move> moves,
                                      const UnitType& type, SixPositionEstimate& estimate);
 

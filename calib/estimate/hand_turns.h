@@ -35,11 +35,12 @@ struct GyroGains {
   double turn_sigma_rad = 0.0;  ///< and the turns; 0 without turns
 };
 
-/// Estimates gains from movements between rests. The gyros' readings, less bias, are integrated to the rotation from one
-/// rest to the next (trapezoids with the coning term of a rate that changes linearly), and compared with what is known
-/// of it:
+/// Estimates gains from movements between rests. The gyros' readings, less bias, are integrated to the rotation from
+/// one rest to the next (trapezoids with the coning term of a rate that changes linearly), and compared with what is
+/// known of it:
 ///
-/// - *tilt*: the vertical seen from the attitude before must come to lie where the accelerometers see it in the attitude
+/// - *tilt*: the vertical seen from the attitude before must come to lie where the accelerometers see it in the
+/// attitude
 ///   after (Tedaldi, Pretto, Menegatti, ICRA 2014, eq. 11-14): two equations of each movement.
 /// - *turn*: where the movement ends with the vertical where it was (within 5°), a stated angle about it is the third:
 ///   the rotation must be through that angle (after Ferraris, Grimaldi, Parvis, Sensors and Materials 1995). A stated
@@ -53,7 +54,8 @@ struct GyroGains {
 ///
 /// Weighted least squares, nonlinear. The variances of tilts and turns are estimated with it (Förstner 1979: each from
 /// its own residuals and redundancy), as nobody knows how true a hand is; standard errors carry the degrees of freedom
-/// of those (Satterthwaite). A kind of movement with a redundancy below 1 is left out: nothing would say how good it is.
+/// of those (Satterthwaite). A kind of movement with a redundancy below 1 is left out: nothing would say how good it
+/// is.
 ///
 /// Refuses gyros that do not follow the movements at all: residuals of over 15°, a scale error beyond 20 %.
 [[nodiscard]] base::Result<GyroGains> estimate_gains(std::span<const RestAttitude> rests, std::span<const Move> moves,

@@ -36,8 +36,8 @@ struct Move {
 
 /// The movements between neighbouring segments, which are in the order of time; those of over a minute, and into or out
 /// of a position in which the fixture turns, are left out. None without three gyros. A movement is flawed where a gyro
-/// is at the range of the unit's type or repeats its extreme value, or where samples are missing for more than 50 ms and
-/// three intervals.
+/// is at the range of the unit's type or repeats its extreme value, or where samples are missing for more than 50 ms
+/// and three intervals.
 [[nodiscard]] std::vector<Move> moves_between(const Recording& recording, std::span<const Segment> segments,
                                               const UnitType& type);
 

@@ -73,10 +73,10 @@ struct UnitRows {
   std::array<bool, kSensorCount> own_thermometer{};  ///< as in RunInput: the same in all runs that give the sensor
   Gravity gravity;
   std::array<ConstantValidity, kSensorCount> validity;  ///< of constants, where the rows make no curve
-  std::optional<Coupling> accel_misalignment;       ///< rad; diagonal 0
-  std::optional<Coupling> gyro_misalignment;        ///< rad; diagonal 0: columns are rates about x, y, z
-  std::optional<Coupling> g_sensitivity;            ///< holds what of the Earth's rotation was not subtracted
-  EarthRemoval earth_removed = EarthRemoval::none;  ///< in every run
+  std::optional<Coupling> accel_misalignment;           ///< rad; diagonal 0
+  std::optional<Coupling> gyro_misalignment;            ///< rad; diagonal 0: columns are rates about x, y, z
+  std::optional<Coupling> g_sensitivity;                ///< holds what of the Earth's rotation was not subtracted
+  EarthRemoval earth_removed = EarthRemoval::none;      ///< in every run
   LevelStatement level;
   std::array<std::optional<StatedValue>, 3> even_order;  ///< K₂ of the accelerometers (SensorEstimate), 1/(m/s²)
   std::vector<Warning> warnings;

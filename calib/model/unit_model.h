@@ -24,7 +24,8 @@ struct SensorFit {
 };
 
 /// Fits one sensor: curves over temperature, or constants where all rows are of one temperature
-/// (is_of_one_temperature()). Refuses one attitude at one temperature, which leaves accelerometers nothing. The six sensors are independent: callers may run them in parallel.
+/// (is_of_one_temperature()). Refuses one attitude at one temperature, which leaves accelerometers nothing. The six
+/// sensors are independent: callers may run them in parallel.
 [[nodiscard]] base::Result<SensorFit> fit_sensor(const UnitRows& rows, Sensor sensor, const CurveFitOptions& options);
 
 /// One version of a unit's thermal model: what `soak fit` makes.

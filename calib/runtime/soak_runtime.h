@@ -88,15 +88,15 @@ typedef struct soak_sensor {
 
 typedef struct soak_cal {
   soak_sensor sensor[SOAK_SENSORS];
-  const uint8_t* misalignment;  /* 9 float32, or null */
-  const uint8_t* g_sensitivity; /* 9 float32, or null */
+  const uint8_t* misalignment;      /* 9 float32, or null */
+  const uint8_t* g_sensitivity;     /* 9 float32, or null */
   const uint8_t* gyro_misalignment; /* payload of the gyros' misalignment, or null */
-  const uint8_t* couplings;     /* payload of the couplings' uncertainties, or null */
-  const uint8_t* thermometers;  /* payload of the thermometers, or null */
-  const uint8_t* provenance;    /* payload of the provenance section */
-  uint32_t sections[2];         /* first byte of the first section, end of the last */
-  uint32_t simulated;           /* not 0: made from simulated data; do not deploy */
-  uint32_t error_offset;        /* after SOAK_E_FORMAT, SOAK_E_UNKNOWN: first byte of the section at fault */
+  const uint8_t* couplings;         /* payload of the couplings' uncertainties, or null */
+  const uint8_t* thermometers;      /* payload of the thermometers, or null */
+  const uint8_t* provenance;        /* payload of the provenance section */
+  uint32_t sections[2];             /* first byte of the first section, end of the last */
+  uint32_t simulated;               /* not 0: made from simulated data; do not deploy */
+  uint32_t error_offset;            /* after SOAK_E_FORMAT, SOAK_E_UNKNOWN: first byte of the section at fault */
 } soak_cal;
 
 /* ---- private: reading numbers ---- */

@@ -38,10 +38,10 @@ struct Segmentation {
 /// becomes segments without plateau, one per stretch of one position, with blocks of 30 s; otherwise blocks are of one
 /// minute (a segment shorter than that has one block).
 ///
-/// **On a bench.** Two kinds of recording are one plateau, at the mean temperature, where no set point is given: one with
-/// two positions or more that shows no two plateaus and stays within 5 K; and one without positions of a unit that was
-/// turned by hand (show_attitudes()), where each standstill is a segment, called "rest 1", "rest 2"... by its key, without
-/// a position, as nobody knows its direction.
+/// **On a bench.** Two kinds of recording are one plateau, at the mean temperature, where no set point is given: one
+/// with two positions or more that shows no two plateaus and stays within 5 K; and one without positions of a unit that
+/// was turned by hand (show_attitudes()), where each standstill is a segment, called "rest 1", "rest 2"... by its key,
+/// without a position, as nobody knows its direction.
 ///
 /// Visits count the plateaus in order; the same set point counts again after the temperature has left it by more than
 /// 2 K. Sweep: as recorded, else the sign of the last change of plateau, unknown at the first.

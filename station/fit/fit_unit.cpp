@@ -101,8 +101,7 @@ base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration) {
   return input;
 }
 
-base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run,
-                                       const calib::UnitType& type) {
+base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run, const calib::UnitType& type) {
   // Statistics without the samples they came from could not be checked any more.
   if (auto sound = catalog.check_run_file(run); !sound) return base::forward_error(sound);
   auto segments = catalog.segments(run.run_id, run.unit, true);
@@ -117,8 +116,9 @@ base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::Run
     if (!recording) return base::forward_error(recording);
     moves = calib::moves_between(*recording, *segments, type);
   }
-  return calib::RunInput{run.run_id,    run.label, run.campaign,         run.content_sha256,
-                         run.simulated, run.site,  *std::move(segments), own_thermometer, std::move(moves)};
+  return calib::RunInput{run.run_id,           run.label,       run.campaign,
+                         run.content_sha256,   run.simulated,   run.site,
+                         *std::move(segments), own_thermometer, std::move(moves)};
 }
 
 base::Status check_campaign_known(const db::Catalog& catalog, const std::string& campaign) {

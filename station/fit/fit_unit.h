@@ -32,7 +32,8 @@ namespace soak::station {
 [[nodiscard]] base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration);
 
 /// A run of the catalog, of a unit of that type, as input of a fit or a verification; of a session on a bench
-/// (is_bench_session()) with the gyros' samples between its rests. Fails (corrupt) where its file is missing or damaged.
+/// (is_bench_session()) with the gyros' samples between its rests. Fails (corrupt) where its file is missing or
+/// damaged.
 [[nodiscard]] base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run,
                                                      const calib::UnitType& type);
 

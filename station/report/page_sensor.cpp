@@ -139,7 +139,8 @@ std::string scale_words(std::string_view name, const json& sensor) {
   }
   if (name.starts_with("gyro")) {
     return "<p>Scale error: not known. A gyro at rest senses no rate that could show its scale; it takes positions in "
-           "which the fixture turns at known rates, or movements by hand between rests. The file says so, and leaves the scale at its nominal value.</p>\n";
+           "which the fixture turns at known rates, or movements by hand between rests. The file says so, and leaves "
+           "the scale at its nominal value.</p>\n";
   }
   return "<p>Scale error: not known. The axis was never turned against gravity; it takes positions with the axis up "
          "and "

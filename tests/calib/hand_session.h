@@ -75,12 +75,12 @@ struct HandOptions {
   double rest_s = 6.0;
   double move_s = 2.5;
   double turn_s = 6.0;
-  double accel_noise = 0.02;         ///< of a sample, m/s²
-  double gyro_noise = 0.002;         ///< of a sample, rad/s
-  double gyro_walk = 2e-5;           ///< rad/s per √s: the bias wanders
-  double wobble_rad = 0.1;           ///< of the axis while the unit is moved
-  double hand_mps2 = 3.0;            ///< accelerations of the hand
-  double return_rad = 0.003;         ///< how well a turn comes back to its place
+  double accel_noise = 0.02;  ///< of a sample, m/s²
+  double gyro_noise = 0.002;  ///< of a sample, rad/s
+  double gyro_walk = 2e-5;    ///< rad/s per √s: the bias wanders
+  double wobble_rad = 0.1;    ///< of the axis while the unit is moved
+  double hand_mps2 = 3.0;     ///< accelerations of the hand
+  double return_rad = 0.003;  ///< how well a turn comes back to its place
   double gravity_mps2 = 9.81;
   double earth_rps = 7.292115e-5;
   double latitude_rad = 0.9;
@@ -105,7 +105,8 @@ class HandSession {
     const Vector3 now = up();
     const Vector3 target = unit(up_body);
     Vector3 axis = crossed(target, now);  // body axis: turns `target` to where up is now
-    const double angle = std::atan2(std::hypot(axis[0], axis[1], axis[2]), now[0] * target[0] + now[1] * target[1] + now[2] * target[2]);
+    const double angle =
+        std::atan2(std::hypot(axis[0], axis[1], axis[2]), now[0] * target[0] + now[1] * target[1] + now[2] * target[2]);
     if (std::hypot(axis[0], axis[1], axis[2]) < 1e-6) axis = crossed(now, {now[1] + 0.3, now[2] - 0.2, now[0] + 0.1});
     move(unit(axis), angle);
     // The wobble is over: the attitude is exactly the target but for the hand's aim.
@@ -153,7 +154,8 @@ class HandSession {
       const Vector3 carried = transposed_times(second, axis);
       Vector3 rate{};
       for (std::size_t k = 0; k < 3; ++k) rate[k] = angle * s_rate * carried[k] + w_rate * other[k];
-      sample(product(product(attitude_, first), second), rate, angle != 0.0 ? std::sin(pi * x) : 0.0, label, stated_rad);
+      sample(product(product(attitude_, first), second), rate, angle != 0.0 ? std::sin(pi * x) : 0.0, label,
+             stated_rad);
     }
   }
 
@@ -175,11 +177,13 @@ class HandSession {
     const Vector3 pull = times(truth_.g_sensitivity, force);
     auto& sensor = recording_.sensor;
     for (std::size_t k = 0; k < 3; ++k) {
-      sensor[k].push_back(gyro[k] + truth_.gyro_bias[k] + pull[k] + drift_[k] + options_.gyro_noise * random_.gaussian());
+      sensor[k].push_back(gyro[k] + truth_.gyro_bias[k] + pull[k] + drift_[k] +
+                          options_.gyro_noise * random_.gaussian());
       sensor[3 + k].push_back(accel[k] + truth_.accel_bias[k] + options_.accel_noise * random_.gaussian());
     }
     recording_.t_s.push_back(static_cast<double>(recording_.t_s.size()) * dt);
-    recording_.temp_c.push_back(24.0 + 0.8 * (1.0 - std::exp(-recording_.t_s.back() / 200.0)) + 0.02 * random_.gaussian());
+    recording_.temp_c.push_back(24.0 + 0.8 * (1.0 - std::exp(-recording_.t_s.back() / 200.0)) +
+                                0.02 * random_.gaussian());
     note(label, stated_rad);
   }
 

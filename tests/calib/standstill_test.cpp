@@ -150,7 +150,8 @@ TEST_F(Xsens, EveryAttitudeIsFoundWithoutBeingToldOfTheFirstRest) {
 
 TEST_F(Xsens, ConstantsAgreeWithTheFactory) {
   const auto segments = this->segments();
-  const Place place = place_of(segments, {.latitude_deg = {}, .height_m = {}, .azimuth_deg = {}, .gravity_mps2 = kGravity_mps2});
+  const Place place =
+      place_of(segments, {.latitude_deg = {}, .height_m = {}, .azimuth_deg = {}, .gravity_mps2 = kGravity_mps2});
   auto estimate = estimate_attitudes(segments, place, {});
   ASSERT_TRUE(estimate) << estimate.error().message;
   const auto moves = moves_between(recording, segments, {});
@@ -161,9 +162,9 @@ TEST_F(Xsens, ConstantsAgreeWithTheFactory) {
   constexpr Vector3 kAccelOffset = {33123.0, 33276.0, 32360.0};
   constexpr Vector3 kAccelScale = {415.0, 413.0, 415.0};
   constexpr Vector3 kGyroScale = {4778.0, 4758.0, 4766.0};
-  // Its gain matrices, to two digits, are A = [1 0 -.01; .01 1 .01; .02 .01 1] of the accelerometers and G = [1 -.01 -.02;
-  // 0 1 .04; -.01 .01 1] of the gyros, in axes of its housing (imu_tk_matlab, calibrate.m). Turned by the W for which
-  // A·(1 + W) is upper triangular (w_xy = .01, w_xz = .02, w_yz = .01), the axes used here, G·(1 + W) is:
+  // Its gain matrices, to two digits, are A = [1 0 -.01; .01 1 .01; .02 .01 1] of the accelerometers and G = [1 -.01
+  // -.02; 0 1 .04; -.01 .01 1] of the gyros, in axes of its housing (imu_tk_matlab, calibrate.m). Turned by the W for
+  // which A·(1 + W) is upper triangular (w_xy = .01, w_xz = .02, w_yz = .01), the axes used here, G·(1 + W) is:
   constexpr std::array<Vector3, 3> kGyroGain = {{{1.0, 0.0, 0.0}, {-0.01, 1.0, 0.05}, {-0.03, 0.0, 1.0}}};
   for (std::size_t i = 0; i < 3; ++i) {
     const PlateauEstimate& accel = estimate->sensor[3 + i].plateaus.at(0);
@@ -172,11 +173,12 @@ TEST_F(Xsens, ConstantsAgreeWithTheFactory) {
     const PlateauEstimate& gyro = estimate->sensor[i].plateaus.at(0);
     ASSERT_TRUE(gyro.scale_ppm);
     const double scale = 4778.0 * (1.0 + 1e-6 * *gyro.scale_ppm);
-    std::printf("axis %zu: accelerometer %.2f +- %.2f counts (factory %.0f), %.3f +- %.3f counts/(m/s2) (%.0f); gyro "
-                "%.2f +- %.2f counts/(rad/s) (%.0f)\n",
-                i, 32768.0 + 415.0 * accel.bias, 2.0 * 415.0 * accel.bias_se, kAccelOffset[i],
-                415.0 * (1.0 + 1e-6 * *accel.scale_ppm), 2.0 * 415e-6 * *accel.scale_se_ppm, kAccelScale[i], scale,
-                2.0 * 4778e-6 * *gyro.scale_se_ppm, kGyroScale[i]);
+    std::printf(
+        "axis %zu: accelerometer %.2f +- %.2f counts (factory %.0f), %.3f +- %.3f counts/(m/s2) (%.0f); gyro "
+        "%.2f +- %.2f counts/(rad/s) (%.0f)\n",
+        i, 32768.0 + 415.0 * accel.bias, 2.0 * 415.0 * accel.bias_se, kAccelOffset[i],
+        415.0 * (1.0 + 1e-6 * *accel.scale_ppm), 2.0 * 415e-6 * *accel.scale_se_ppm, kAccelScale[i], scale,
+        2.0 * 4778e-6 * *gyro.scale_se_ppm, kGyroScale[i]);
     // The factory's own values of the accelerometers differ from these by 0.24 %; the gyros' are held to 0.3 % too.
     EXPECT_NEAR(scale / kGyroScale[i], 1.0, 0.003);
     ASSERT_TRUE(estimate->sensor[i].rate_coupling);

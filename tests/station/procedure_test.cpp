@@ -197,8 +197,7 @@ TEST_P(OneMistake, IsRefusedAtItsLine) {
 
 // Lines of the short procedure: 1 name, 2 purpose, 3 kind, 4 [temperatures], 5 list_c, 6 [positions], 7 order.
 INSTANTIATE_TEST_SUITE_P(Procedure, OneMistake,
-                         testing::Values(Mistake{1, "", "p.toml:1", "'name'"},
-                                         Mistake{2, "", "p.toml:1", "'purpose'"},
+                         testing::Values(Mistake{1, "", "p.toml:1", "'name'"}, Mistake{2, "", "p.toml:1", "'purpose'"},
                                          Mistake{5, "start_c = 0", "p.toml:6", "temperatures.start_c"},
                                          Mistake{5, "overshoot_c = -1", "p.toml:6", "overshoot_c"},
                                          Mistake{5, "ramp_rate_kpmin = 0", "p.toml:6", "ramp_rate_kpmin"},

@@ -230,9 +230,10 @@ base::Status RowCollector::add_plateaus(const GatedRun& run, int index, const Un
     const std::size_t s = index_of(sensor);
     for (const PlateauEstimate& plateau : estimate.sensor[s].plateaus) {
       const std::string branch = fmt::format("{} {}", name(index), name_of(plateau.sweep));
-      CurveRow row{
-          index,          branch_of(rows_.bias[s], branch), plateau.sweep, plateau.t_s, plateau.temp_c, plateau.bias,
-          plateau.bias_se, plateau.bias_freedoms};
+      CurveRow row{index,           branch_of(rows_.bias[s], branch),
+                   plateau.sweep,   plateau.t_s,
+                   plateau.temp_c,  plateau.bias,
+                   plateau.bias_se, plateau.bias_freedoms};
       table(rows_.bias[s]).rows.push_back(row);
       if (!plateau.scale_ppm) continue;
       row.branch = branch_of(rows_.scale[s], branch);

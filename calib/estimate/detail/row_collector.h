@@ -22,8 +22,8 @@ class RowCollector {
   RowCollector(UnitRows& rows, std::vector<std::string> names, bool by_plateau)
       : rows_(rows), names_(std::move(names)), by_plateau_(by_plateau) {}
 
-  /// A row for each plateau visit that six-position estimation gives (or estimation in attitudes that nobody knows); for
-  /// each block of 30 s where runs have no plateaus. `index`: of the run among the names. Refuses what
+  /// A row for each plateau visit that six-position estimation gives (or estimation in attitudes that nobody knows);
+  /// for each block of 30 s where runs have no plateaus. `index`: of the run among the names. Refuses what
   /// estimate_attitudes() and add_gains() refuse, with the run's name.
   [[nodiscard]] base::Status add(const GatedRun& run, int index, const UnitType& type);
   /// After the last run: constants averaged over them, what their estimates warn of (the same words of several runs

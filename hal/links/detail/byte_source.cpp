@@ -139,8 +139,8 @@ base::Status TcpSource::open() {
   addrinfo* found = nullptr;
   const int failure = ::getaddrinfo(address_.host.c_str(), std::to_string(address_.port).c_str(), &hints, &found);
   if (failure != 0) {
-    return base::fail(base::ErrorKind::device, fmt::format("unknown host '{}': {}", address_.host, ::gai_strerror(failure)),
-                      description());
+    return base::fail(base::ErrorKind::device,
+                      fmt::format("unknown host '{}': {}", address_.host, ::gai_strerror(failure)), description());
   }
   const auto deadline = SteadyClock::now() + kConnectTimeout;
   tl::expected<Descriptor, int> socket = tl::unexpected(EADDRNOTAVAIL);
