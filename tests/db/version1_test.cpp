@@ -153,7 +153,8 @@ TEST_F(Version1Catalog, GivesRunsSegmentsAndModels) {
 }
 
 TEST_F(Version1Catalog, GetsADigestOfEachRunWhenItIsOpened) {
-  for (const RunRow& run : *catalog_->runs({})) EXPECT_TRUE(catalog_->check_numbers(run)) << run.label;
+  const auto runs = catalog_->runs({});
+  for (const RunRow& run : *runs) EXPECT_TRUE(catalog_->check_numbers(run)) << run.label;
   SQLite::Database((folder_ / "station.db").string(), SQLite::OPEN_READWRITE)
       .exec("UPDATE segment SET gyro_x_mean = gyro_x_mean + 0.05");
   EXPECT_EQ(Catalog::open(folder_.path())->segments(kSecondRun, "SN1", true).error().kind, base::ErrorKind::corrupt);
