@@ -52,7 +52,7 @@ class Bench(SoakTest):
         read = self.soak_json("eval", "eval", self.folder / "c.soakcal", "--temp-c", "24,40", "--raw",
                               ",".join(f"{x:.6f}" for x in raw))
         self.assertEqual([point["in_range"] for point in read["points"]], [True, False])
-        corrected = read["points"][0]["corrected"]["values"]
+        corrected = read["points"][0]["corrected"]["out"]
         for name, expected in zip(SENSORS, (*rate, *force)):
             self.assertLess(abs(corrected[name] - expected), 0.2 if name[0] == "g" else 0.01)
         self.bring_in(truth.attitudes(seed=9), "check.csv", "--campaign", "check", "--procedure", "verification")
