@@ -64,12 +64,12 @@ std::optional<Eigen::Index> next_level(const std::vector<double>& level_c, Eigen
 
 std::optional<Five> five_about(const std::vector<double>& level_c, Eigen::Index k) {
   Five five = {k, k, k, k, k};
-  for (const int side : {-1, 1}) {
-    for (int i = 1; i <= 2; ++i) {
-      const auto next = next_level(level_c, five[static_cast<std::size_t>(2 + side * (i - 1))], side);
-      if (!next) return std::nullopt;
-      five[static_cast<std::size_t>(2 + side * i)] = *next;
-    }
+  // Outwards from the middle, down to place 0 and up to place 4.
+  constexpr std::array<std::array<std::size_t, 2>, 4> kFromTo = {{{2, 1}, {1, 0}, {2, 3}, {3, 4}}};
+  for (const auto& [from, to] : kFromTo) {
+    const auto next = next_level(level_c, five.at(from), to < from ? -1 : 1);
+    if (!next) return std::nullopt;
+    five.at(to) = *next;
   }
   return five;
 }
