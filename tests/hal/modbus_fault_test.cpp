@@ -141,7 +141,7 @@ TEST(ModbusFault, DoesNotReconnectWithinACall) {
   FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 600);
   Controller controller(rig_map(proxy.port()));
   ASSERT_TRUE(controller.connect());
-  for (const Fault fault : {Fault::reset, Fault::silence, Fault::truncated, Fault::garbage}) {
+  for (const Fault fault : {Fault::reset, Fault::silence, Fault::truncated}) {
     const int before = proxy.connections();
     proxy.spoil(fault);
     EXPECT_FALSE(read_one(controller, "air_c"));
@@ -150,6 +150,22 @@ TEST(ModbusFault, DoesNotReconnectWithinACall) {
     expect_recovery(controller);
     EXPECT_EQ(proxy.connections(), before + 1);
   }
+}
+
+TEST(ModbusFault, AsksAgainOverTheSameConnectionAfterASpoiltAnswer) {
+  SOAK_START_PYMODBUS(server, "tcp", kRegisters);
+  FaultProxy proxy(server->port(), FaultProxy::Framing::tcp, 600);
+  Controller controller(rig_map(proxy.port()));
+  ASSERT_TRUE(controller.connect());
+  const int before = proxy.connections();
+  for (const Fault fault : {Fault::garbage, Fault::exception}) {
+    proxy.spoil(fault, 0, 2);
+    EXPECT_EQ(read_one(controller, "air_c").value_or(0.0), 11.5);
+  }
+  EXPECT_EQ(proxy.connections(), before);
+  proxy.spoil(Fault::garbage, 0, 3);
+  EXPECT_FALSE(read_one(controller, "air_c")) << "three spoilt answers are a broken link";
+  expect_recovery(controller);
 }
 
 TEST(ModbusLink, BelongsToTheThreadThatOpensIt) {
