@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 
 namespace soak::station {
 namespace {
@@ -47,8 +48,8 @@ std::size_t begin_of_way(const Plan& plan, std::size_t index) {
 int sign(double value) { return (value > 0.0) - (value < 0.0); }
 
 /// The last visit before `target` at which the temperature turned; nothing where the way from the room is straight.
-std::optional<Visit> turning_point(const Plan& plan, const std::vector<Visit>& before, const Visit& target,
-                                   double room_c) {
+std::optional<std::size_t> turning_point(const Plan& plan, std::span<const Visit> before, const Visit& target,
+                                         double room_c) {
   if (before.empty()) return std::nullopt;
   int direction = sign(target.temp_c - before.back().temp_c);
   if (direction == 0) {
@@ -59,7 +60,19 @@ std::optional<Visit> turning_point(const Plan& plan, const std::vector<Visit>& b
   std::size_t k = before.size() - 1;
   while (k > 0 && goes_on(before[k - 1].temp_c, before[k].temp_c)) --k;
   if (k == 0 && goes_on(room_c, before[0].temp_c)) return std::nullopt;
-  return before[k];
+  return k;
+}
+
+/// The visits at which the temperature must turn on the way from the room to `target`, in the order of the way. One is
+/// enough where the room lies on the right side of it; else the temperature must first turn where it did before that.
+std::vector<Visit> turning_points(const Plan& plan, std::span<const Visit> before, Visit target, double room_c) {
+  std::vector<Visit> turns;
+  while (const auto k = turning_point(plan, before, target, room_c)) {
+    target = before[*k];
+    before = before.first(*k);
+    turns.insert(turns.begin(), target);
+  }
+  return turns;
 }
 
 std::optional<std::size_t> last_of_kind(const Plan& plan, StepKind kind, std::size_t first, std::size_t end) {
@@ -95,6 +108,20 @@ std::vector<std::size_t> prelude(const Plan& plan, const PlannedRun& run, const 
   return steps;
 }
 
+WayBack into_run(const Plan& plan, const PlannedRun& run, const std::set<std::size_t>& ended, double room_c);
+
+/// Of a run that has all its visits only the end is left. Where the next one begins at the plateau at which this one
+/// ended, the chamber must come there again.
+WayBack behind_last_visit(const Plan& plan, const PlannedRun& run, const std::set<std::size_t>& ended, double room_c) {
+  WayBack way{{*last_of_kind(plan, StepKind::power_off, run.first_step, run.last_step + 1)},
+              fmt::format("{} has all its visits", run.label)};
+  const std::size_t next = run.last_step + 1;
+  if (next == plan.steps.size() || begin_of_way(plan, next) == next) return way;
+  const WayBack rest = into_run(plan, plan.runs[static_cast<std::size_t>(plan.steps[next].run)], ended, room_c);
+  way.steps.insert(way.steps.end(), rest.steps.begin(), rest.steps.end());
+  return {way.steps, way.text + "; " + rest.text};
+}
+
 WayBack into_run(const Plan& plan, const PlannedRun& run, const std::set<std::size_t>& ended, double room_c) {
   const auto visits = visits_between(plan, run.first_step, run.last_step + 1);
   const auto has_ended = [&](const Visit& visit) {
@@ -106,8 +133,7 @@ WayBack into_run(const Plan& plan, const PlannedRun& run, const std::set<std::si
   const auto cut = std::find_if_not(visits.begin(), visits.end(), has_ended);
   const bool repeats = plan.procedure.on_break == BreakOutcome::repeat_run;
   if (!repeats && !visits.empty() && cut == visits.end()) {
-    return {{*last_of_kind(plan, StepKind::power_off, run.first_step, run.last_step + 1)},
-            fmt::format("{} has all its visits", run.label)};
+    return behind_last_visit(plan, run, ended, room_c);
   }
   const bool from_begin = repeats || visits.empty() || cut == visits.begin();
   const auto target = from_begin ? visits.begin() : cut - 1;
@@ -116,9 +142,9 @@ WayBack into_run(const Plan& plan, const PlannedRun& run, const std::set<std::si
   if (before.empty()) return {{run.first_step}, ""};
   WayBack way{prelude(plan, run, ended),
               fmt::format("{} goes on with the visit at {:+g} °C", run.label, target->temp_c)};
-  if (const auto turn = turning_point(plan, before, *target, room_c)) {
-    settle_at(plan, way_begin, *turn, way.steps);
-    way.text += fmt::format(", approached from {:+g} °C", turn->temp_c);
+  for (const Visit& turn : turning_points(plan, before, *target, room_c)) {
+    settle_at(plan, way_begin, turn, way.steps);
+    way.text += fmt::format(", by way of {:+g} °C", turn.temp_c);
   }
   turn_for(plan, way_begin, *target, way.steps);
   way.steps.push_back(target->first);

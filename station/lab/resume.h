@@ -21,8 +21,8 @@ struct WayBack {
 /// The way back into a plan of which the steps `ended` came to their end; `room_c` is where the chamber is now.
 ///
 /// With on_break = resume the run goes on one visit before the one that was cut short, which is done again in full. A
-/// unit's reading depends on how its temperature came there (hysteresis), so the chamber first drives to the last set
-/// point before that visit at which the temperature turned, and the units settle there: from then on they see what they
+/// unit's reading depends on how its temperature came there (hysteresis), so the chamber first drives to the set points
+/// before that visit at which the temperature last turned, and the units settle there: from then on they see what they
 /// would have seen without the break. Where the plan itself comes from the room in that direction, so does the way
 /// back. With repeat_run the run begins again; one that begins at a plateau (power.cycle_at_visit) is approached in the
 /// same manner. A run all of whose visits are done is not touched again.
