@@ -50,25 +50,12 @@ class StopSignals {
   std::thread waiter_;
 };
 
-base::Result<StationConfig> configuration(const DaemonOptions& options) {
-  std::filesystem::path file = options.config;
-  if (file.empty()) {
-    const auto folder = data_folder(options.data);
-    if (!folder) return base::forward_error(folder);
-    file = *folder / "station.toml";
-  }
-  auto config = read_station_config(file);
-  if (!config) return base::forward_error(config);
-  if (!options.listen.empty()) config->listen = options.listen;
-  if (!options.data.empty()) config->data = options.data;
-  return config;
-}
-
 }  // namespace
 
 base::Status run_daemon(const DaemonOptions& options) {
-  const auto config = configuration(options);
+  auto config = find_station_config(options.config, options.data);
   if (!config) return base::forward_error(config);
+  if (!options.listen.empty()) config->listen = options.listen;
   StopSignals signals;
   auto catalog = open_catalog(config->data.string());
   if (!catalog) return base::forward_error(catalog);
@@ -79,7 +66,9 @@ base::Status run_daemon(const DaemonOptions& options) {
   HttpServer server(**engine, config->listen);
   const auto port = server.start();
   if (!port) return base::forward_error(port);
-  const std::string page = "http://" + to_text({parse_host_port(config->listen)->host, *port}) + "/";
+  const std::string address = to_text({parse_host_port(config->listen)->host, *port});
+  lock->note_address(address);
+  const std::string page = "http://" + address + "/";
   log_line(fmt::format("serving {} from {}, {} slots", page, catalog->data_folder().string(), config->slots.size()));
   std::cout << page << std::endl;
   signals.stop_with(**engine);
