@@ -259,7 +259,7 @@ base::Status ChamberProbe::run(Output& output) {
 
 CommandGroup chamber_commands() {
   return {"chamber",
-          "Maps of chambers: check, probe",
+          "Chambers: check a map, probe a live one, make it safe",
           {{"check", "Check the map of a controller: list its mistakes, or what it provides",
             "soak chamber check procedures/chambers/watlow-f4t.toml", std::make_shared<ChamberCheck>()},
            {"probe", "Read a live controller by its map: all values and alarms; writes nothing",

@@ -142,6 +142,7 @@ CommandGroup report_commands();
 CommandGroup reference_commands();
 CommandGroup gap_commands();
 CommandGroup chamber_commands();
+CommandGroup make_safe_commands();
 CommandGroup doctor_commands();
 
 }  // namespace soak::station

@@ -15,6 +15,7 @@
 #include "base/units.h"
 #include "settings/reader.h"
 #include "station/config/unit_type_file.h"
+#include "station/io/data_folder.h"
 
 namespace soak::station {
 namespace {
@@ -386,6 +387,21 @@ base::Result<StationConfig> read_station_config(const std::filesystem::path& fil
     read_place(root, config);
     return config;
   });
+}
+
+base::Result<StationConfig> find_station_config(const std::filesystem::path& file, std::string_view data_option) {
+  std::filesystem::path found = file;
+  if (found.empty()) {
+    const auto folder = data_folder(data_option);
+    if (!folder) return base::forward_error(folder);
+    found = *folder / "station.toml";
+  }
+  auto config = read_station_config(found);
+  if (!config) return base::forward_error(config);
+  const auto folder = data_folder(data_option.empty() ? config->data.string() : data_option);
+  if (!folder) return base::forward_error(folder);
+  config->data = *folder;
+  return config;
 }
 
 hal::UnitLink link_of(const Slot& slot, const calib::UnitType& type) {

@@ -64,6 +64,11 @@ struct StationConfig {
 /// that are not right-handed...
 [[nodiscard]] base::Result<StationConfig> read_station_config(const std::filesystem::path& file);
 
+/// The same of `file`, or where that is empty of station.toml in the data folder, with the data folder filled in: that
+/// of `data_option` (--data) where given, else the configuration's, else as for `soak`.
+[[nodiscard]] base::Result<StationConfig> find_station_config(const std::filesystem::path& file,
+                                                              std::string_view data_option);
+
 /// How the unit of that type in the slot is talked to. An AHRS400 needs both ranges of its type.
 [[nodiscard]] hal::UnitLink link_of(const Slot& slot, const calib::UnitType& type);
 

@@ -18,7 +18,6 @@ using base::ErrorKind;
 using nlohmann::json;
 
 constexpr int kConnectSeconds = 5;
-constexpr int kAnswerSeconds = 60;   // a start checks every device first
 constexpr int kSilenceSeconds = 25;  // a stream says something every ten seconds
 constexpr std::chrono::milliseconds kKeepOnEvery{100};
 
@@ -165,14 +164,14 @@ void EventParser::take_line(std::string_view line, std::vector<ServerEvent>& com
 base::Result<json> Client::get(const std::string& path) const {
   httplib::Client client(address_.host, address_.port);
   client.set_connection_timeout(kConnectSeconds);
-  client.set_read_timeout(kAnswerSeconds);
+  client.set_read_timeout(answer_s_);
   return answer_document(client.Get(kApiPath + path), address_);
 }
 
 base::Result<json> Client::command(const std::string& command, const json& body) const {
   httplib::Client client(address_.host, address_.port);
   client.set_connection_timeout(kConnectSeconds);
-  client.set_read_timeout(kAnswerSeconds);
+  client.set_read_timeout(answer_s_);
   const std::string text = body.dump(-1, ' ', false, json::error_handler_t::replace);
   return answer_document(client.Post(kApiPath + ("campaign/" + command), text, "application/json"), address_);
 }

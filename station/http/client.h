@@ -38,7 +38,8 @@ class EventParser {
 /// the address and how to start one.
 class Client {
  public:
-  explicit Client(HostPort address) : address_(std::move(address)) {}
+  /// `answer_s`: how long an answer is waited for; a start checks every device first.
+  explicit Client(HostPort address, int answer_s = 60) : address_(std::move(address)), answer_s_(answer_s) {}
 
   /// GET `path`, for example "status".
   [[nodiscard]] base::Result<nlohmann::json> get(const std::string& path) const;
@@ -52,6 +53,7 @@ class Client {
 
  private:
   HostPort address_;
+  int answer_s_;
 };
 
 }  // namespace soak::station

@@ -12,6 +12,7 @@
 #include "station/http/server.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
+#include "station/io/service_manager.h"
 #include "station/lab/engine.h"
 
 namespace soak::station {
@@ -35,10 +36,12 @@ class StopSignals {
     waiter_.join();
   }
 
-  void stop_with(Engine& engine) {
-    waiter_ = std::thread([this, &engine] {
+  void stop_with(Engine& engine, const ServiceManager& manager) {
+    waiter_ = std::thread([this, &engine, &manager] {
       for (int signal = 0; sigwait(&signals_, &signal) == 0 && signal != kQuit;) {
-        log_line("asked to stop: a running campaign is driven to the safe state first");
+        const std::string text = "asked to stop: a running campaign is driven to the safe state first";
+        log_line(text);
+        manager.stopping(text);
         engine.stop();
       }
     });
@@ -50,25 +53,13 @@ class StopSignals {
   std::thread waiter_;
 };
 
-base::Result<StationConfig> configuration(const DaemonOptions& options) {
-  std::filesystem::path file = options.config;
-  if (file.empty()) {
-    const auto folder = data_folder(options.data);
-    if (!folder) return base::forward_error(folder);
-    file = *folder / "station.toml";
-  }
-  auto config = read_station_config(file);
-  if (!config) return base::forward_error(config);
-  if (!options.listen.empty()) config->listen = options.listen;
-  if (!options.data.empty()) config->data = options.data;
-  return config;
-}
-
 }  // namespace
 
 base::Status run_daemon(const DaemonOptions& options) {
-  const auto config = configuration(options);
+  auto config = find_station_config(options.config, options.data);
   if (!config) return base::forward_error(config);
+  if (!options.listen.empty()) config->listen = options.listen;
+  ServiceManager manager;
   StopSignals signals;
   auto catalog = open_catalog(config->data.string());
   if (!catalog) return base::forward_error(catalog);
@@ -79,11 +70,16 @@ base::Status run_daemon(const DaemonOptions& options) {
   HttpServer server(**engine, config->listen);
   const auto port = server.start();
   if (!port) return base::forward_error(port);
-  const std::string page = "http://" + to_text({parse_host_port(config->listen)->host, *port}) + "/";
-  log_line(fmt::format("serving {} from {}, {} slots", page, catalog->data_folder().string(), config->slots.size()));
+  const std::string address = to_text({parse_host_port(config->listen)->host, *port});
+  lock->note_address(address);
+  const std::string page = "http://" + address + "/";
+  const std::string serving =
+      fmt::format("serving {} from {}, {} slots", page, catalog->data_folder().string(), config->slots.size());
+  log_line(serving);
   std::cout << page << std::endl;
-  signals.stop_with(**engine);
-  (*engine)->run();
+  signals.stop_with(**engine, manager);
+  manager.ready(serving);
+  (*engine)->run([&manager] { manager.still_alive(); });
   server.stop();
   return {};
 }

@@ -20,11 +20,14 @@ std::string environment(const char* name) {
   return value != nullptr ? value : "";
 }
 
-/// The process that has written its number into the lock file.
-std::string holder_of(int fd) {
-  std::array<char, 32> text{};
-  const ssize_t read = ::pread(fd, text.data(), text.size() - 1, 0);
-  return read > 0 ? std::string(text.data()) : "unknown";
+/// What the process that holds the lock file has written into it: its number, a line end, its address.
+FolderLock::Holder holder_of(int fd) {
+  std::array<char, 300> buffer{};
+  const ssize_t read = ::pread(fd, buffer.data(), buffer.size() - 1, 0);
+  if (read <= 0) return {.process = "unknown", .address = {}};
+  const std::string text(buffer.data());
+  const auto line_end = text.find('\n');
+  return {text.substr(0, line_end), line_end == std::string::npos ? "" : text.substr(line_end + 1)};
 }
 
 }  // namespace
@@ -94,7 +97,7 @@ base::Result<FolderLock> FolderLock::take(const std::filesystem::path& file, std
   if (::flock(lock.fd_, LOCK_EX | LOCK_NB) != 0) {
     return base::bad_input(
         fmt::format("another {} (process {}) is using this data folder: stop it, or name another folder with --data",
-                    what, holder_of(lock.fd_)),
+                    what, holder_of(lock.fd_).process),
         file.parent_path().string());
   }
   const std::string process = fmt::format("{}", ::getpid());
@@ -103,6 +106,17 @@ base::Result<FolderLock> FolderLock::take(const std::filesystem::path& file, std
     return base::bad_input("cannot write: " + std::generic_category().message(errno), file.string());
   }
   return lock;
+}
+
+std::optional<FolderLock::Holder> FolderLock::holder(const std::filesystem::path& file) {
+  const FolderLock lock(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+  if (lock.fd_ < 0 || ::flock(lock.fd_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return std::nullopt;
+  return holder_of(lock.fd_);
+}
+
+void FolderLock::note_address(std::string_view address) const {
+  const std::string text = fmt::format("{}\n{}", ::getpid(), address);
+  (void)!::pwrite(fd_, text.data(), text.size(), 0);
 }
 
 FolderLock::~FolderLock() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -34,6 +35,17 @@ class FolderLock {
   /// Takes the lock of `file`, which is created where it is missing. Fails (bad_input) if another process holds it, and
   /// names that process. `what` is the program's name for the message.
   [[nodiscard]] static base::Result<FolderLock> take(const std::filesystem::path& file, std::string_view what);
+
+  /// Who holds a lock.
+  struct Holder {
+    std::string process;  ///< its number
+    std::string address;  ///< that it noted; empty = none
+  };
+  /// The process that holds the lock of `file`; nothing where nobody does or there is no such file. Writes nothing.
+  [[nodiscard]] static std::optional<Holder> holder(const std::filesystem::path& file);
+
+  /// Lets holder() tell where the process can be reached. One that cannot be written is left out.
+  void note_address(std::string_view address) const;
   FolderLock(FolderLock&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
   FolderLock& operator=(FolderLock&&) = delete;
   ~FolderLock();

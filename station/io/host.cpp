@@ -4,12 +4,14 @@
 #include <pwd.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <random>
+#include <string>
 
 #include "base/text.h"
 
@@ -17,6 +19,14 @@ namespace soak::station {
 namespace {
 
 std::uint64_t random_word(std::random_device& source) { return (std::uint64_t{source()} << 32) | source(); }
+
+/// Whether standard error goes to systemd's journal, which notes the time of each line itself.
+bool stderr_is_the_journal() {
+  const char* stream = std::getenv("JOURNAL_STREAM");
+  struct stat there{};
+  return stream != nullptr && ::fstat(STDERR_FILENO, &there) == 0 &&
+         stream == std::to_string(there.st_dev) + ":" + std::to_string(there.st_ino);
+}
 
 }  // namespace
 
@@ -42,7 +52,7 @@ std::string software_version() { return SOAK_VERSION; }
 void log_line(const std::string& text) {
   static const auto logger = [] {
     auto made = spdlog::stderr_logger_mt("soakd");
-    made->set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %v");
+    made->set_pattern(stderr_is_the_journal() ? "%v" : "%Y-%m-%dT%H:%M:%S.%e%z %v");
     made->flush_on(spdlog::level::info);
     return made;
   }();

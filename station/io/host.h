@@ -18,7 +18,7 @@ namespace soak::station {
 /// Version of the programs: "0.2.0".
 [[nodiscard]] std::string software_version();
 
-/// One line of the daemon's own log on standard error, with date and time.
+/// One line of the daemon's own log on standard error, with date and time unless that is systemd's journal.
 void log_line(const std::string& text);
 
 }  // namespace soak::station

@@ -162,12 +162,13 @@ void Engine::make_units(const CheckedStart& checked) {
 
 // --- the loop ---------------------------------------------------------------------------------------------------
 
-void Engine::run() {
+void Engine::run(const std::function<void()>& turned) {
   while (true) {
     wait();
     run_commands();
     cycle();
     publish();
+    turned();
     if (!stop_requested_) continue;
     if (state_ == CampaignState::running || state_ == CampaignState::paused) {
       end_campaign(CampaignState::interrupted, "soakd was asked to stop");

@@ -51,7 +51,8 @@ class Engine : public StationService {
   [[nodiscard]] static base::Result<std::unique_ptr<Engine>> make(const StationConfig& config, db::Catalog& catalog);
   ~Engine() override;
 
-  void run();
+  /// Works until stop(). `turned`: called after each turn of the loop, some 50 times a second.
+  void run(const std::function<void()>& turned = [] {});
   /// Asks for the way to the safe state and the end of run(): what SIGTERM does.
   void stop();
   /// Whether run() has come to its end.

@@ -55,10 +55,14 @@ base::Status switch_units_off(Station& station) {
 
 // --- DewSafeWarmUp ----------------------------------------------------------------------------------------------
 
-DewSafeWarmUp::DewSafeWarmUp(double temp_c) : temp_c_(std::max(temp_c, kLowestEnd_c)) {}
+double safe_temp_c(double wanted_c, double dew_point_c) {
+  return std::max({wanted_c, kLowestEnd_c, dew_point_c + 2.0 * kDewMargin_c});
+}
+
+DewSafeWarmUp::DewSafeWarmUp(double temp_c) : temp_c_(temp_c) {}
 
 double DewSafeWarmUp::target_c(const Station& station) const {
-  return std::max(temp_c_, station.config.dew_point_c + 2.0 * kDewMargin_c);
+  return safe_temp_c(temp_c_, station.config.dew_point_c);
 }
 
 bool DewSafeWarmUp::poll(Station& station) {

@@ -10,6 +10,10 @@
 
 namespace soak::station {
 
+/// Where a chamber is left when nobody watches it: at `wanted_c`, but at 25 °C at least, and 4 K above the dew point of
+/// the room.
+[[nodiscard]] double safe_temp_c(double wanted_c, double dew_point_c);
+
 /// Leaves the cold without dew: drives the chamber to at least 25 °C, waits until the air and every unit that still
 /// sends its temperature are above the room's dew point, then switches heating and cooling off. Keeps trying while
 /// the chamber does not answer.
