@@ -75,7 +75,7 @@ void leave_out_copies(std::vector<RunInput>& runs, std::vector<Warning>& warning
 
 /// A run as it is fitted: what the data gate left of it, and where it stood.
 struct GatedRun {
-  const RunInput* run = nullptr;
+  const RunInput* recorded = nullptr;
   std::vector<Segment> segments;  ///< accepted()
   Place place;
 

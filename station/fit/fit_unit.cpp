@@ -152,9 +152,9 @@ base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::
   input.epoch = (*row)->epoch;
   for (const db::RunRow& run : *runs) {
     if (!run.sealed || run.voided || run.epoch != input.epoch || run.purpose != kForCalibration) continue;
-    auto loaded = load_run(catalog, run, input.type);
-    if (!loaded) return base::forward_error(loaded);
-    input.runs.push_back(*std::move(loaded));
+    auto recorded = load_run(catalog, run, input.type);
+    if (!recorded) return base::forward_error(recorded);
+    input.runs.push_back(*std::move(recorded));
   }
   if (input.runs.empty()) return base::bad_input(reason_without_runs(unit, campaign, *runs));
   for (calib::Warning& warning : unit_type_warnings(input.type.name)) warnings.push_back(std::move(warning));
