@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/file_descriptor.h"
 #include "hal/devices/unit_power.h"
-#include "hal/links/detail/byte_source.h"
 
 namespace soak::hal {
 namespace {
@@ -38,14 +38,14 @@ class PortSwitch {
   }
 
   base::Status write(bool on) const {
-    const imu::Descriptor file(::open(file_.c_str(), O_WRONLY | O_CLOEXEC));
+    const base::FileDescriptor file(::open(file_.c_str(), O_WRONLY | O_CLOEXEC));
     const bool written = file && ::write(file.get(), on ? "0" : "1", 1) == 1;
     return written ? base::Status{} : failed("switch", errno);
   }
 
   /// What the hub itself says.
   base::Result<bool> is_on() const {
-    const imu::Descriptor file(::open(file_.c_str(), O_RDONLY | O_CLOEXEC));
+    const base::FileDescriptor file(::open(file_.c_str(), O_RDONLY | O_CLOEXEC));
     std::array<char, 8> text{};
     if (!file || ::read(file.get(), text.data(), text.size()) < 1) return base::forward_error(failed("read", errno));
     return text.front() == '0';

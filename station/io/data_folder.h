@@ -4,7 +4,9 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "base/file_descriptor.h"
 #include "base/result.h"
 #include "db/catalog/catalog.h"
 
@@ -34,13 +36,10 @@ class FolderLock {
   /// Takes the lock of `file`, which is created where it is missing. Fails (bad_input) if another process holds it, and
   /// names that process. `what` is the program's name for the message.
   [[nodiscard]] static base::Result<FolderLock> take(const std::filesystem::path& file, std::string_view what);
-  FolderLock(FolderLock&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
-  FolderLock& operator=(FolderLock&&) = delete;
-  ~FolderLock();
 
  private:
-  explicit FolderLock(int fd) : fd_(fd) {}
-  int fd_;
+  explicit FolderLock(base::FileDescriptor file) : file_(std::move(file)) {}
+  base::FileDescriptor file_;
 };
 
 }  // namespace soak::station

@@ -16,6 +16,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/file_descriptor.h"
 #include "base/hash.h"
 #include "station/io/text_file.h"
 
@@ -114,17 +115,17 @@ std::string key_text(std::string_view head, const KeyBytes& bytes, const std::st
 
 /// Creates the file, which must not be there; on failure nothing is left behind.
 base::Status create_file(const std::filesystem::path& path, std::string_view text, mode_t mode) {
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
-  if (file < 0 && errno == EEXIST) {
+  base::FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
+  if (!file && errno == EEXIST) {
     return base::bad_input("already exists: keys are never overwritten, give another name", path.string());
   }
-  if (file < 0) {
+  if (!file) {
     return base::bad_input("cannot create the file: " + std::generic_category().message(errno), path.string());
   }
-  const bool written = ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  const bool kept = written && ::fsync(file) == 0;
+  const bool written = ::write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  const bool kept = written && ::fsync(file.get()) == 0;
   const int error = errno;
-  ::close(file);
+  file.reset();
   if (kept) return {};
   ::unlink(path.c_str());
   return base::fail(base::ErrorKind::internal, "cannot write the file: " + std::generic_category().message(error),

@@ -122,18 +122,10 @@ base::Result<std::vector<calib::Warning>> age_warnings(const db::Catalog& catalo
   return warnings;
 }
 
-struct KnownLimits {
-  calib::Limits limits;
-  std::optional<std::string> source;
-};
-
 /// Those of the request, else of the unit's type.
 base::Result<KnownLimits> limits_for(const ReportRequest& request, const calib::Calibration& calibration) {
   if (request.limits_source) return KnownLimits{request.limits, request.limits_source};
-  const auto type = known_unit_type(calibration.unit_type);
-  if (!type) return base::forward_error(type);
-  if (type->limits == calib::Limits{}) return KnownLimits{};
-  return KnownLimits{type->limits, "unit type " + type->name};
+  return limits_of_type(calibration.unit_type);
 }
 
 /// The laboratory's references that the fit recorded; null where the model was stored before there was a register.

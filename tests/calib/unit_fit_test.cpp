@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "calib/estimate/detail/row_collector.h"
+#include "calib/estimate/branches.h"
 #include "calib/judge/verification.h"
 #include "calib/model/model_document.h"
 
@@ -230,7 +230,7 @@ TEST(Branches, CutsAHistoryAtItsTurningPoints) {
   for (double t = 50; t > -17; t -= 1) temps.push_back(t);
   for (double t = -17; t < 74; t += 1) temps.push_back(t + 0.5 * std::sin(t * 3.0));
   for (double t = 74; t > 36; t -= 1) temps.push_back(t);
-  const auto branches = find_branches(temps);
+  const auto branches = find_branches(temps, 3.0);
   ASSERT_EQ(branches.size(), 3U);
   EXPECT_EQ(branches[0].sweep, Sweep::down);
   EXPECT_EQ(branches[1].sweep, Sweep::up);
@@ -242,7 +242,7 @@ TEST(Branches, CutsAHistoryAtItsTurningPoints) {
 }
 
 TEST(Branches, AHistoryThatStandsStillIsOneBranch) {
-  const auto branches = find_branches(std::vector<double>(20, 25.0));
+  const auto branches = find_branches(std::vector<double>(20, 25.0), 3.0);
   ASSERT_EQ(branches.size(), 1U);
   EXPECT_EQ(branches[0].sweep, Sweep::unknown);
 }

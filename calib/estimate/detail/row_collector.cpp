@@ -8,12 +8,13 @@
 
 #include "base/units.h"
 #include "calib/estimate/attitude_fit.h"
+#include "calib/estimate/branches.h"
 
 namespace soak::calib {
 namespace {
 
 constexpr double kSignificant = 4.0;  ///< standard errors from which an even-order term is told
-constexpr double kReversal_c = 3.0;
+constexpr double kReversal_c = 3.0;   ///< that ends a branch of a run without plateaus
 
 /// Drops the names of runs that gave no row and renumbers.
 void drop_empty_runs(std::optional<CurveData>& data) {
@@ -177,36 +178,6 @@ LevelStatement level_of(std::span<const SixPositionEstimate> estimates) {
 
 }  // namespace
 
-std::vector<Branch> find_branches(std::span<const double> temp_c) {
-  std::vector<Branch> branches;
-  if (temp_c.empty()) return branches;
-  Branch current;
-  std::size_t lowest = 0;
-  std::size_t highest = 0;
-  const auto turn = [&](std::size_t at, Sweep next) {
-    if (current.sweep != Sweep::unknown) {
-      current.last = at;
-      branches.push_back(current);
-      current.first = at;
-    }
-    current.sweep = next;
-  };
-  for (std::size_t i = 0; i < temp_c.size(); ++i) {
-    if (temp_c[i] < temp_c[lowest]) lowest = i;
-    if (temp_c[i] > temp_c[highest]) highest = i;
-    if (current.sweep != Sweep::up && temp_c[i] - temp_c[lowest] > kReversal_c) {
-      turn(lowest, Sweep::up);
-      highest = i;
-    } else if (current.sweep != Sweep::down && temp_c[highest] - temp_c[i] > kReversal_c) {
-      turn(highest, Sweep::down);
-      lowest = i;
-    }
-  }
-  current.last = temp_c.size();
-  branches.push_back(current);
-  return branches;
-}
-
 base::Status RowCollector::add(const GatedRun& run, int index, const UnitType& type) {
   add_gravity(run.place.gravity);
   if (by_plateau_) {
@@ -305,7 +276,7 @@ void RowCollector::number_branches(std::vector<CurveRow>& rows, int index, std::
   std::vector<double> temps;
   for (const CurveRow& row : rows) temps.push_back(row.temp_c);
   std::map<Sweep, int> count;
-  for (const Branch& branch : find_branches(temps)) {
+  for (const Branch& branch : find_branches(temps, kReversal_c)) {
     const std::string_view word = branch.sweep == Sweep::up     ? "heating"
                                   : branch.sweep == Sweep::down ? "cooling"
                                                                 : "steady";
