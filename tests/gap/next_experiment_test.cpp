@@ -67,7 +67,7 @@ struct Prepared {
 NamedEffect imitation(const CampaignModel& model, const NamedEffect& original, std::string_view name) {
   NamedEffect best;
   double least = std::numeric_limits<double>::infinity();
-  for (const Candidate& candidate : effect_named(name)->candidates(model.circumstances())) {
+  for (const Candidate& candidate : effect_named(name)->candidates(model.regressor_inputs())) {
     NamedEffect effect{.effect = effect_named(name), .candidate = candidate, .sensors = original.sensors};
     double misfit = 0.0;
     for (const Sensor sensor : effect.sensors) {

@@ -216,7 +216,7 @@ class SensorDistances {
  public:
   SensorDistances(const CampaignModel& model, Sensor sensor)
       : sensor_(sensor),
-        means_(model.circumstances().observations, model.remainder(sensor)),
+        means_(model.regressor_inputs().observations, model.remainder(sensor)),
         scatter_(means_.scatter()) {}
 
   [[nodiscard]] Sensor sensor() const { return sensor_; }
@@ -244,7 +244,7 @@ std::optional<std::string> other_thermometer(const Observations& observations) {
 }
 
 std::optional<std::string> other_unit(const CampaignModel& model) {
-  const Observations& observations = model.circumstances().observations;
+  const Observations& observations = model.regressor_inputs().observations;
   std::vector<SensorDistances> sensors;
   for (const Sensor sensor : kSensors) {
     if (model.residuals().sensor[index_of(sensor)]) sensors.emplace_back(model, sensor);
@@ -271,7 +271,7 @@ std::optional<std::string> other_unit(const CampaignModel& model) {
 
 /// A run that is off by more than four times the RMS of the others in most sensors.
 std::optional<std::string> odd_run(const CampaignModel& model) {
-  const Observations& observations = model.circumstances().observations;
+  const Observations& observations = model.regressor_inputs().observations;
   if (observations.run_count() < 3) return std::nullopt;
   std::vector<int> votes(observations.runs.size(), 0);
   int sensors = 0;
@@ -315,7 +315,7 @@ std::optional<std::string> same_readings(const Observations& observations) {
 }
 
 std::optional<std::string> disagreement(const CampaignModel& model) {
-  if (auto thermometer = other_thermometer(model.circumstances().observations)) return thermometer;
+  if (auto thermometer = other_thermometer(model.regressor_inputs().observations)) return thermometer;
   if (auto unit = other_unit(model)) return unit;
   return odd_run(model);
 }

@@ -40,7 +40,7 @@ bool predicts(const NamedEffect& effect) {
 
 /// Temperature of the plateau at which winner and rival differ most, each about its own mean.
 double spot_c(const CampaignModel& model, const NamedEffect& winner, const NamedEffect& rival) {
-  const Observations& observations = model.circumstances().observations;
+  const Observations& observations = model.regressor_inputs().observations;
   const auto rows = static_cast<Eigen::Index>(observations.rows.size());
   const auto of = [&](const NamedEffect& effect, Sensor sensor) -> Eigen::VectorXd {
     const std::size_t s = index_of(sensor);

@@ -38,7 +38,7 @@ double f_quantile(double p, double dof) {
 }
 
 std::optional<double> detection_limit(const CampaignModel& model, std::size_t s, const SearchResult& found) {
-  const Observations& observations = model.circumstances().observations;
+  const Observations& observations = model.regressor_inputs().observations;
   if (!model.residuals().sensor[s] || found.candidates == 0) return std::nullopt;
   double visits = 0.0;
   double placements = 0.0;
@@ -191,7 +191,7 @@ GapReport find_without_plateaus(const LoggedCampaign& campaign, GapReport report
 /// Searches the library, looks outside the means, and decides.
 void search_all(const LoggedCampaign& campaign, CampaignModel& model, GapReport& report) {
   for (const Effect& effect : library()) {
-    if (auto why = effect.missing(model.circumstances())) {
+    if (auto why = effect.missing(model.regressor_inputs())) {
       report.not_testable.push_back({std::string(effect.name), *std::move(why)});
     }
   }

@@ -169,7 +169,7 @@ struct SensorCurve {
 };
 
 std::vector<SensorCurve> curves_of(const CampaignModel& model) {
-  const std::vector<double>& level_c = model.circumstances().observations.level_c;
+  const std::vector<double>& level_c = model.regressor_inputs().observations.level_c;
   const auto count = static_cast<Eigen::Index>(level_c.size());
   std::vector<SensorCurve> curves;
   for (const Sensor sensor : kSensors) {
@@ -249,7 +249,7 @@ NotTestable too_few_plateaus(std::size_t levels, std::size_t places) {
 
 OutsideTheMean look_for_bump(const CampaignModel& model) {
   OutsideTheMean result;
-  const std::vector<double>& level_c = model.circumstances().observations.level_c;
+  const std::vector<double>& level_c = model.regressor_inputs().observations.level_c;
   std::vector<Five> places;
   for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(level_c.size()); ++k) {
     if (const auto five = five_about(level_c, k)) places.push_back(*five);

@@ -17,8 +17,8 @@ constexpr double kGrid_c = 5.0;
 constexpr double kGridReach_c = 15.0;
 constexpr std::size_t kLeastForALoop = 5;
 
-PlannedRun same_run(const RunTemplate& source) {
-  PlannedRun run;
+ProposedRun same_run(const RunTemplate& source) {
+  ProposedRun run;
   run.settling = source.settling;
   run.start_c = source.start_c;
   for (std::size_t v = 0; v < source.visits.size(); ++v) {
@@ -29,12 +29,12 @@ PlannedRun same_run(const RunTemplate& source) {
 }
 
 /// The visits in this order, with the time to soak that each had at its first place.
-PlannedRun with_order(const RunTemplate& source, const std::vector<std::size_t>& order) {
-  const PlannedRun all = same_run(source);
-  PlannedRun run = all;
+ProposedRun with_order(const RunTemplate& source, const std::vector<std::size_t>& order) {
+  const ProposedRun all = same_run(source);
+  ProposedRun run = all;
   run.visits.clear();
   for (const std::size_t v : order) {
-    PlannedVisit visit = all.visits[v];
+    ProposedVisit visit = all.visits[v];
     if (!run.visits.empty()) {
       const double way_c = visit.temp_c - run.visits.back().temp_c;
       visit.sweep = way_c > 0.0 ? Sweep::up : Sweep::down;
@@ -73,7 +73,7 @@ Action longer_soak(const RunTemplate& source) {
   Action action{fmt::format("longer soak ({:.0f} min instead of {:.0f})", 2.0 * now_s / kMinute_s, now_s / kMinute_s),
                 "longer-soak",
                 {same_run(source)}};
-  for (PlannedVisit& visit : action.runs.front().visits) visit.soak_s *= 2.0;
+  for (ProposedVisit& visit : action.runs.front().visits) visit.soak_s *= 2.0;
   return action;
 }
 
@@ -122,8 +122,8 @@ std::optional<Action> power_cycle(const RunTemplate& source) {
     if (outwards && (!at || off_middle(v) < off_middle(*at))) at = v;
   }
   if (!at) return std::nullopt;
-  PlannedRun before = same_run(source);
-  PlannedRun after = before;
+  ProposedRun before = same_run(source);
+  ProposedRun after = before;
   before.visits.resize(*at + 1);
   after.visits.erase(after.visits.begin(), after.visits.begin() + static_cast<std::ptrdiff_t>(*at));
   after.start_c = after.visits.front().temp_c;
@@ -178,7 +178,7 @@ std::optional<Action> fine_grid(const RunTemplate& source, double spot_c) {
   std::vector<double> course_c;
   for (double c = low_c; c < high_c + 0.5; c += kGrid_c) course_c.push_back(c);
   for (std::size_t k = course_c.size() - 1; k-- > 0;) course_c.push_back(course_c[k]);
-  PlannedRun run = same_run(source);
+  ProposedRun run = same_run(source);
   run.visits.clear();
   const double soak_s = typical_soak_s(source);
   for (std::size_t k = 0; k < course_c.size(); ++k) {

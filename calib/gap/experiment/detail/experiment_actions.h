@@ -5,15 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "calib/gap/experiment/detail/planned_run.h"
+#include "calib/gap/experiment/detail/proposed_run.h"
 
 namespace soak::calib::gap {
 
 /// One more run that the laboratory could make.
 struct Action {
-  std::string name;              ///< "longer soak (36 min instead of 18)"
-  std::string procedure;         ///< of those that come with Soak, by name; empty = that of the campaign
-  std::vector<PlannedRun> runs;  ///< two where the units are switched off and on between
+  std::string name;               ///< "longer soak (36 min instead of 18)"
+  std::string procedure;          ///< of those that come with Soak, by name; empty = that of the campaign
+  std::vector<ProposedRun> runs;  ///< two where the units are switched off and on between
 };
 
 /// The same once more; half the ramp rate, and twice it where the air takes long enough for that to show; a soak of
