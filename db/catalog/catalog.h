@@ -73,6 +73,8 @@ struct RunRow {
   calib::Site site;
   std::uint64_t rows = 0;
   double duration_s = 0.0;
+  std::string cut_short = {};  ///< why it ended before its last visit; empty = it has all of them
+  std::string continues = {};  ///< run id of the run that was cut short and goes on here; empty = none
 };
 
 struct RunFilter {

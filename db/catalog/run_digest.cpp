@@ -53,7 +53,7 @@ std::string numbers_sha256(const SQLite::Database& database, std::string_view ru
         table == std::string_view("run")
             ? "run_id, unit, campaign, label, procedure, purpose, epoch, created_utc_s, clock_rate, simulated, "
               "sealed, file_name, file_sha256, content_sha256, latitude_deg, height_m, azimuth_deg, "
-              "gravity_mps2, row_count, duration_s"
+              "gravity_mps2, row_count, duration_s, cut_short, continues"
             : "*";
     hash.update(table);
     add_rows(hash, database, fmt::format("SELECT {} FROM {}", columns, table), run_id, unit);

@@ -21,7 +21,8 @@ constexpr std::size_t kShortestPrefix = 6;
 
 constexpr const char* kRunColumns =
     "run_id, unit, campaign, label, procedure, purpose, epoch, created_utc_s, clock_rate, simulated, sealed, "
-    "file_name, file_sha256, content_sha256, latitude_deg, height_m, azimuth_deg, gravity_mps2, row_count, duration_s";
+    "file_name, file_sha256, content_sha256, latitude_deg, height_m, azimuth_deg, gravity_mps2, row_count, duration_s, "
+    "cut_short, continues";
 
 RunRow run_from(sqlite::Fields& fields) {
   RunRow run;
@@ -45,17 +46,19 @@ RunRow run_from(sqlite::Fields& fields) {
   run.site.gravity_mps2 = fields.optional_real();
   run.rows = static_cast<std::uint64_t>(fields.integer());
   run.duration_s = fields.real();
+  run.cut_short = fields.text();
+  run.continues = fields.text();
   run.voided = fields.flag();
   return run;
 }
 
 void insert_run(SQLite::Database& database, const RunRow& run) {
   SQLite::Statement insert(database, std::string("INSERT INTO run (") + kRunColumns +
-                                         ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+                                         ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   sqlite::bind_all(insert, run.run_id, run.unit, run.campaign, run.label, run.procedure, run.purpose, run.epoch,
                    run.created_utc_s, run.clock_rate, run.simulated, run.sealed, run.file_name, run.file_sha256,
                    run.content_sha256, run.site.latitude_deg, run.site.height_m, run.site.azimuth_deg,
-                   run.site.gravity_mps2, run.rows, run.duration_s);
+                   run.site.gravity_mps2, run.rows, run.duration_s, run.cut_short, run.continues);
   insert.exec();
 }
 

@@ -307,6 +307,9 @@ ORDER BY created_utc_s, run_id, unit;
 constexpr const char* kStationV2 = R"sql(
 -- SHA-256 of the row itself and of its rows in segment, block and finding (docs/file-formats.md).
 ALTER TABLE run ADD COLUMN numbers_sha256 TEXT NOT NULL DEFAULT '';
+-- Why the run ended before its last visit, and the run id of the run that was cut short and goes on here.
+ALTER TABLE run ADD COLUMN cut_short TEXT NOT NULL DEFAULT '';
+ALTER TABLE run ADD COLUMN continues TEXT NOT NULL DEFAULT '';
 )sql";
 
 /// Tables whose rows are only ever added, with the column that numbers them.

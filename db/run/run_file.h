@@ -27,7 +27,8 @@ struct RunInfo {
   double created_utc_s = 0.0;
   double clock_rate = 1.0;
   bool simulated = false;
-  std::string source;  ///< where the samples came from: "import <file name>", device names...
+  std::string continues = {};  ///< run id of the run that was cut short and goes on here; empty = none
+  std::string source;          ///< where the samples came from: "import <file name>", device names...
   calib::Site site;
 };
 

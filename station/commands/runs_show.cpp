@@ -36,6 +36,8 @@ struct RunsShow final : CatalogCommand {
 std::string run_state(const db::RunRow& run) {
   std::string text = run.sealed ? "sealed" : "open";
   if (run.voided) text += ", void";
+  if (!run.cut_short.empty()) text += ", cut short";
+  if (!run.continues.empty()) text += ", goes on from " + run.continues.substr(0, 13);
   if (run.simulated) text += ", SIMULATED";
   return text;
 }
@@ -117,13 +119,12 @@ std::string run_header_text(const db::RunRow& run, const db::RunInfo& info) {
   const auto site = [](const std::optional<double>& value) { return value ? fmt::format("{}", *value) : "unknown"; };
   return fmt::format(
       "run        {} ({})\nunit       {}, epoch {}\ncampaign   {}, procedure {}\npurpose    {}\nsource     {}\n"
-      "rows       {} in {:.1f} s\nstate      {}{}{}\n"
+      "rows       {} in {:.1f} s\nstate      {}\n"
       "site       latitude {} deg, height {} m, azimuth {} deg, gravity {} m/s2\n"
       "content    {}\nfile       {} (sha256 {})\n",
       run.label, run.run_id, run.unit, run.epoch, run.campaign, run.procedure, run.purpose, info.source, run.rows,
-      run.duration_s, run.sealed ? "sealed" : "open", run.voided ? ", void" : "", run.simulated ? ", SIMULATED" : "",
-      site(run.site.latitude_deg), site(run.site.height_m), site(run.site.azimuth_deg), site(run.site.gravity_mps2),
-      run.content_sha256, run.file_name, run.file_sha256);
+      run.duration_s, run_state(run), site(run.site.latitude_deg), site(run.site.height_m), site(run.site.azimuth_deg),
+      site(run.site.gravity_mps2), run.content_sha256, run.file_name, run.file_sha256);
 }
 
 std::string channel_table(const std::vector<db::ChannelInfo>& channels) {

@@ -58,6 +58,8 @@ nlohmann::json run_json(const db::RunRow& run) {
           {"duration_s", run.duration_s},
           {"sealed", run.sealed},
           {"voided", run.voided},
+          {"cut_short", run.cut_short.empty() ? nlohmann::json() : nlohmann::json(run.cut_short)},
+          {"continues", run.continues.empty() ? nlohmann::json() : nlohmann::json(run.continues)},
           {"simulated", run.simulated},
           {"file", run.file_name},
           {"file_sha256", run.file_sha256},

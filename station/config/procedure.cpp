@@ -40,6 +40,8 @@ void read_head(const settings::Table& root, Procedure& p) {
   p.kind = root.choice<ProcedureKind>(
       "kind", {{"soak", ProcedureKind::soak}, {"ramp", ProcedureKind::ramp}, {"rest", ProcedureKind::rest}});
   p.runs = root.whole("runs", {1, 999}, p.runs);
+  p.on_break = root.choice<BreakOutcome>(
+      "on_break", {{"resume", BreakOutcome::resume}, {"repeat_run", BreakOutcome::repeat_run}}, p.on_break);
 }
 
 /// start_c, stop_c, step_c and sweep as a list.

@@ -30,6 +30,12 @@ enum class TimeoutOutcome : std::uint8_t {
   abort,         ///< end the campaign safely
 };
 
+/// What `soak campaign resume` does with a run that was cut short.
+enum class BreakOutcome : std::uint8_t {
+  resume,      ///< what was recorded is kept; the rest is recorded from one plateau before the break on
+  repeat_run,  ///< what was recorded is voided; the run begins again
+};
+
 /// When a unit counts as settled (calib/judge/stability.h).
 struct StabilitySettings {
   double slope_kpmin = 0.02;      ///< limit of |slope| plus its confidence half-width
@@ -50,6 +56,7 @@ struct Procedure {
   Purpose purpose = Purpose::calibration;
   ProcedureKind kind = ProcedureKind::soak;
   int runs = 1;
+  BreakOutcome on_break = BreakOutcome::resume;
   std::vector<double> set_points_c;       ///< of one run, in order, each a visit; reference plateaus included
   std::optional<double> reference_c;      ///< where each run begins and ends, so that runs can be compared
   std::optional<double> ramp_rate_kpmin;  ///< asked of the controller; absent = as fast as it can

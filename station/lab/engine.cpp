@@ -121,7 +121,7 @@ base::Status Engine::take_over() {
            reason + "; the chamber is driven to the safe state, then 'soak campaign resume' can continue it");
   restore_units(**open);
   outcome_ = CampaignState::interrupted;
-  safe_end_ = std::make_unique<SafeEnd>(reason, station_->procedure().end_c, false);
+  safe_end_ = std::make_unique<SafeEnd>(reason, station_->procedure().end_c, false, false);
   // Reading what was recorded may take minutes: the chamber comes first.
   runs_are_lost_ = true;
   set_state(CampaignState::stopping, reason);
@@ -343,7 +343,15 @@ void Engine::step_ended(const StepProgress& progress) {
   }
   if (!progress.text.empty()) log_.add("step", describe(plan, step_), progress.text);
   const bool skip = progress.state == StepState::skip_visit;
+  if (const auto flushed = station_->flush(); !flushed) {
+    end_campaign(CampaignState::failed, "cannot record: " + flushed.error().message);
+    return;
+  }
   if (!store_step(skip ? "skipped" : "done", progress.text)) return;
+  if (is_on_way_back()) {
+    enter_step(way_back_[++way_at_]);
+    return;
+  }
   std::size_t next = step_ + 1;
   if (skip) {
     const Step& here = plan.steps[step_];
@@ -357,6 +365,14 @@ void Engine::step_ended(const StepProgress& progress) {
     const auto& missing = station_->campaign.missing_units;
     set_state(CampaignState::finished, missing.empty() ? "" : fmt::format("without {}", fmt::join(missing, ", ")));
   }
+}
+
+double Engine::estimate_after_step_s() const {
+  const Plan& plan = station_->campaign.plan;
+  if (!is_on_way_back()) return plan.remaining_s(step_ + 1);
+  double seconds = plan.remaining_s(way_back_.back() + 1);
+  for (std::size_t i = way_at_ + 1; i < way_back_.size(); ++i) seconds += plan.steps[way_back_[i]].estimate_s;
+  return seconds;
 }
 
 bool Engine::store_step(const std::string& outcome, const std::string& text) {
@@ -378,6 +394,11 @@ void Engine::repeat_step(const std::string& why) {
   const Plan& plan = station_->campaign.plan;
   station_->break_segment(why);
   if (!needs_judgement(plan.steps[step_].kind)) return;
+  if (is_on_way_back()) {
+    while (way_at_ > 0 && needs_judgement(plan.steps[way_back_[way_at_ - 1]].kind)) --way_at_;
+    enter_step(way_back_[way_at_]);
+    return;
+  }
   std::size_t step = step_;
   const auto same_visit = [&](std::size_t other) {
     return plan.steps[other].run == plan.steps[step].run && plan.steps[other].visit == plan.steps[step].visit;
@@ -428,7 +449,8 @@ void Engine::end_campaign(CampaignState outcome, const std::string& reason, bool
   station_->chamber.expect(std::nullopt);
   stale_since_.reset();
   outcome_ = outcome;
-  safe_end_ = std::make_unique<SafeEnd>(reason, station_->procedure().end_c, outputs_off);
+  safe_end_ =
+      std::make_unique<SafeEnd>(reason, station_->procedure().end_c, outputs_off, outcome == CampaignState::aborted);
   set_state(CampaignState::stopping, reason);
 }
 

@@ -34,7 +34,7 @@ enum class CampaignState : std::uint8_t {
   running,
   paused,       ///< by the operator: the chamber holds its set point, units are recorded outside of segments
   stopping,     ///< on the way to the safe state
-  interrupted,  ///< soakd ended during the campaign; resume repeats the run that was cut short
+  interrupted,  ///< soakd ended during the campaign; resume goes on with the run that was cut short
   finished,
   aborted,
   failed,
@@ -104,9 +104,9 @@ class Engine : public StationService {
   [[nodiscard]] std::string_view shown_state() const;
   [[nodiscard]] std::string shown_reason() const;
 
-  /// `resume_at`: the step at which an interrupted campaign goes on; nothing for a new one.
+  /// `resumed`: the way back into a campaign that was cut short; nothing for a new one.
   [[nodiscard]] base::Result<nlohmann::json> do_start(const StartRequest& request,
-                                                      std::optional<std::size_t> resume_at);
+                                                      const std::optional<WayBack>& resumed);
   [[nodiscard]] base::Status do_pause(const std::string& user);
   [[nodiscard]] base::Status do_resume(const std::string& user);
   [[nodiscard]] base::Status do_abort(const std::string& user, const std::string& reason);
@@ -117,8 +117,12 @@ class Engine : public StationService {
                                          const std::vector<calib::ReferenceUse>& references,
                                          const std::vector<std::string>& notes, bool is_resumed);
   [[nodiscard]] base::Status connect_devices();
-  void begin_campaign(const StartRequest& request, CheckedStart checked, std::optional<std::size_t> resume_at);
+  void begin_campaign(const StartRequest& request, CheckedStart checked, const std::optional<WayBack>& resumed);
 
+  /// Whether the present step is on the way back into a run, and not the last one of it.
+  [[nodiscard]] bool is_on_way_back() const { return way_at_ + 1 < way_back_.size(); }
+  /// Expected time of all that follows the present step.
+  [[nodiscard]] double estimate_after_step_s() const;
   void enter_step(std::size_t step);
   void step_ended(const StepProgress& progress);
   /// False where the journal cannot be written: the campaign then ends.
@@ -142,6 +146,8 @@ class Engine : public StationService {
   CampaignState outcome_ = CampaignState::idle;  ///< of the safe end
   std::string reason_;
   std::size_t step_ = 0;
+  std::vector<std::size_t> way_back_;  ///< steps that come first after a break
+  std::size_t way_at_ = 0;             ///< place of the present step among them
   std::map<std::size_t, int> step_attempts_;
   double step_started_utc_s_ = 0.0;
   double campaign_started_utc_s_ = 0.0;

@@ -90,12 +90,12 @@ base::Result<nlohmann::json> Engine::start(const StartRequest& request) {
   return command([this, request] { return do_start(request, std::nullopt); });
 }
 
-base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::optional<std::size_t> resume_at) {
+base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, const std::optional<WayBack>& resumed) {
   if (auto ready = ready_for_start(); !ready) return base::forward_error(ready);
   if (auto entered = enter_lost_runs(catalog_, log_); !entered) return base::forward_error(entered);
   auto checked = check_start(request, config_, catalog_);
   if (!checked) return base::forward_error(checked);
-  const std::size_t first_step = resume_at.value_or(0);
+  const std::size_t first_step = resumed ? resumed->steps.front() : 0;
   const auto judged = check_references(catalog_, *checked, first_step, now_utc_s(), config_.clock_rate);
   if (!judged) return base::forward_error(judged);
   const auto standards = note_on_check_standards(catalog_, *checked);
@@ -113,7 +113,7 @@ base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::
   }
   std::vector<std::string> notes = judged->notes;
   if (*standards) notes.push_back(**standards);
-  if (auto stored = store_start(request, *checked, judged->uses, notes, resume_at.has_value()); !stored) {
+  if (auto stored = store_start(request, *checked, judged->uses, notes, resumed.has_value()); !stored) {
     return base::forward_error(stored);
   }
   nlohmann::json answer = {{"campaign", request.campaign},
@@ -121,7 +121,7 @@ base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, std::
                            {"steps", checked->plan.steps.size()},
                            {"estimate_s", checked->plan.remaining_s(first_step)},
                            {"notes", std::move(notes)}};
-  begin_campaign(request, *std::move(checked), resume_at);
+  begin_campaign(request, *std::move(checked), resumed);
   for (const std::string& note : judged->notes) log_.add("reference", request.campaign, note);
   if (*standards) log_.add("check_standard", request.campaign, **standards);
   return answer;
@@ -159,7 +159,7 @@ base::Status Engine::connect_devices() {
   return {};
 }
 
-void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, std::optional<std::size_t> resume_at) {
+void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, const std::optional<WayBack>& resumed) {
   guard_.forget();
   make_units(checked);
   std::vector<std::string> serials;
@@ -179,8 +179,12 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, s
     const std::lock_guard lock(status_mutex_);
     plan_document_ = plan_document(station_->campaign.plan);
   }
-  set_state(CampaignState::running, (resume_at ? "resumed by " : "started by ") + request.user);
-  enter_step(resume_at.value_or(0));
+  way_back_ = resumed ? resumed->steps : std::vector<std::size_t>{0};
+  way_at_ = 0;
+  set_state(CampaignState::running,
+            fmt::format("{} by {}{}{}", resumed ? "resumed" : "started", request.user,
+                        resumed && !resumed->text.empty() ? "; " : "", resumed ? resumed->text : ""));
+  enter_step(way_back_.front());
 }
 
 // --- the other commands -----------------------------------------------------------------------------------------
@@ -212,9 +216,9 @@ base::Status Engine::do_resume(const std::string& user) {
   auto request = request_of(**row);
   if (!request) return base::forward_error(request);
   request->user = user;
-  const auto step = first_step_to_resume(catalog_, **row, config_.room_c);
-  if (!step) return base::forward_error(step);
-  const auto started = do_start(*request, *step);
+  const auto way = way_to_resume(catalog_, **row, config_.room_c);
+  if (!way) return base::forward_error(way);
+  const auto started = do_start(*request, *way);
   return started ? base::Status{} : base::forward_error(started);
 }
 

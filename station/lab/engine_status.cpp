@@ -138,7 +138,7 @@ json Engine::campaign_document() const {
   const std::size_t index = std::min(step_, plan.steps.size() - 1);
   const Step& step = plan.steps[index];
   const double in_step_s = std::max(0.0, station_->now_s() - step_started_s_);
-  const double remaining_s = ended ? 0.0 : plan.remaining_s(index + 1) + std::max(0.0, step.estimate_s - in_step_s);
+  const double remaining_s = ended ? 0.0 : estimate_after_step_s() + std::max(0.0, step.estimate_s - in_step_s);
   const double total_s = plan.estimate_s();
   return {{"name", station_->campaign.name},
           {"procedure", plan.procedure.name},

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "db/catalog/catalog.h"
 #include "db/run/run_file.h"
 #include "station/import/slow_channel.h"
+#include "station/lab/start_check.h"
 #include "station/runs/run_streams.h"
 
 namespace soak::station {
@@ -23,6 +25,9 @@ constexpr std::string_view kChamberStream = "chamber";
 // Eight four-byte channels that compress little, and the slower ones beside them.
 constexpr double kBytesPerRow = 34.0;
 constexpr std::string_view kLostRunReason = "soakd ended in mid-run";
+/// Events by which a run file tells of its attempts; their text is JSON.
+constexpr std::string_view kRejected = "rejected";
+constexpr std::string_view kAccepted = "recorded";
 constexpr std::string_view kUnknownUnitType = "generic";
 
 bool is_six_position(std::string_view label) {
@@ -71,14 +76,77 @@ base::Status enter_recorded_units(db::Catalog& catalog, const std::vector<Record
   });
 }
 
+std::string attempt_text(const std::string& unit, const std::optional<std::pair<double, double>>& span,
+                         const std::string& reason) {
+  nlohmann::json text = {{"unit", unit}, {"reason", reason}};
+  if (span) text["from_s"] = span->first;
+  if (span) text["to_s"] = span->second;
+  return text.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+/// Device time of a unit's last row; nothing where it has none.
+base::Result<std::optional<double>> last_time_s(const db::RunFileReader& file, const std::string& unit) {
+  const auto stream = find_stream(file, kImuStream, unit);
+  if (!stream || file.rows(*stream) == 0) return std::nullopt;
+  const auto last = file.read(*stream, 0, file.rows(*stream) - 1, 1);
+  if (!last) return base::forward_error(last);
+  const db::ChannelInfo& channel = file.streams()[*stream].channels.front();
+  return db::values_of(*last, channel.scale, channel.offset).front();
+}
+
+/// What a run file itself says of the attempts in it: the rejected ones, and of each unit the last one where it ends
+/// with the file and was never accepted.
+base::Result<std::vector<Withdrawal>> withdrawals_in(const std::filesystem::path& path,
+                                                     const std::vector<std::string>& units) {
+  const auto file = db::RunFileReader::open(path);
+  if (!file) return base::forward_error(file);
+  const auto events = file->events();
+  if (!events) return base::forward_error(events);
+  std::vector<Withdrawal> withdrawals;
+  std::map<std::string, double> accepted_to_s;
+  for (const db::RunEvent& event : *events) {
+    if (event.kind != kRejected && event.kind != kAccepted) continue;
+    const auto text = nlohmann::json::parse(event.text, nullptr, false);
+    if (!text.is_object()) continue;
+    const std::string unit = text.value("unit", "");
+    if (event.kind == kAccepted) accepted_to_s[unit] = text.value("to_s", 0.0);
+    if (event.kind == kAccepted || !text.contains("to_s")) continue;
+    withdrawals.push_back({unit, {{text.value("from_s", 0.0), text.value("to_s", 0.0)}}, text.value("reason", "")});
+  }
+  for (const std::string& unit : units) {
+    const auto last_s = last_time_s(*file, unit);
+    if (!last_s) return base::forward_error(last_s);
+    if (!*last_s) continue;
+    const auto accepted = accepted_to_s.find(unit);
+    if (accepted != accepted_to_s.end() && accepted->second >= **last_s) continue;
+    withdrawals.push_back({unit, {{**last_s, **last_s}}, std::string(kLostRunReason)});
+  }
+  return withdrawals;
+}
+
+/// Whether the run's own campaign keeps what was recorded before a break.
+bool keeps_lost_part(const db::Catalog& catalog, const db::RunInfo& info) {
+  if (info.purpose == "diagnosis") return false;
+  const auto row = catalog.campaign(info.campaign);
+  if (!row || !*row) return true;
+  const auto request = request_of(**row);
+  if (!request) return true;
+  const auto procedure = parse_procedure(request->procedure_text, request->procedure_file);
+  return !procedure || procedure->on_break == BreakOutcome::resume;
+}
+
 /// Number of units whose samples were entered; 0 where the file holds none.
 base::Result<std::size_t> enter_lost_run(db::Catalog& catalog, const db::OrphanRunFile& orphan) {
   auto sha256 = db::RunFileWriter::seal_interrupted(orphan.path, kLostRunReason);
   if (!sha256) return base::forward_error(sha256);
+  auto withdrawals = withdrawals_in(orphan.path, orphan.units);
+  if (!withdrawals) return base::forward_error(withdrawals);
   SealedRun run;
   run.path = orphan.path;
   run.sha256 = *std::move(sha256);
   run.void_reason = kLostRunReason;
+  run.withdrawals = *std::move(withdrawals);
+  run.keeps_parts = keeps_lost_part(catalog, *orphan.info);
   for (const std::string& serial : orphan.units) run.units.push_back({serial, std::string(kUnknownUnitType)});
   const auto rows = enter_run(catalog, run);
   if (!rows) return base::forward_error(rows);
@@ -87,7 +155,7 @@ base::Result<std::size_t> enter_lost_run(db::Catalog& catalog, const db::OrphanR
 
 std::string lost_run_text(const base::Result<std::size_t>& entered) {
   if (!entered) return "stays as it is: " + entered.error().message;
-  return *entered > 0 ? "is sealed, entered and voided" : "is sealed; it holds no samples";
+  return *entered > 0 ? "is sealed and entered: what was complete is kept" : "is sealed; it holds no samples";
 }
 
 }  // namespace
@@ -221,7 +289,16 @@ void RunRecorder::reject(std::size_t unit, std::string reason) {
   const UnitStream& rows = units_.at(unit);
   Withdrawal withdrawal{rows.unit.serial, {}, std::move(reason)};
   if (rows.attempt) withdrawal.span = {rows.attempt->from_s, rows.attempt->to_s};
+  // What cannot be written now stays in the writer's memory.
+  (void)file_.add_event(rows.last_t_s, kRejected, attempt_text(withdrawal.unit, withdrawal.span, withdrawal.reason));
   sealed_.withdrawals.push_back(std::move(withdrawal));
+}
+
+void RunRecorder::accept(std::size_t unit) {
+  const UnitRows& rows = units_.at(unit);
+  if (!rows.attempt) return;
+  (void)file_.add_event(rows.last_t_s, kAccepted,
+                        attempt_text(rows.unit.serial, {{rows.attempt->from_s, rows.attempt->to_s}}, ""));
 }
 
 // --- the end ----------------------------------------------------------------------------------------------------
@@ -243,10 +320,12 @@ base::Status RunRecorder::seal() {
 }
 
 base::Result<std::vector<db::RunRow>> RunRecorder::finish(const std::optional<std::string>& void_reason,
-                                                          const std::map<std::string, std::string>& void_units) {
+                                                          const std::map<std::string, std::string>& void_units,
+                                                          bool keeps_parts) {
   if (const auto sealed = seal(); !sealed) return base::forward_error(sealed);
   sealed_.void_reason = void_reason;
   sealed_.void_units = void_units;
+  sealed_.keeps_parts = keeps_parts;
   return enter_run(*catalog_, sealed_);
 }
 

@@ -62,15 +62,20 @@ class RunRecorder {
   /// The last attempt of unit number `unit` shall not be used. Its rows stay in the file; finish() withdraws the
   /// segment.
   void reject(std::size_t unit, std::string reason);
+  /// The last attempt of unit number `unit` is complete. Like a rejection it stands in the file, so that whoever finds
+  /// the file of a killed soakd knows which segments count.
+  void accept(std::size_t unit);
   /// Rejections so far.
   [[nodiscard]] std::size_t rejected() const { return sealed_.withdrawals.size(); }
   /// Ends the run: seals the file, enters one row per unit with its segments into the catalog, and withdraws the
   /// segments of rejected attempts (user "soakd"), all or nothing. A unit without rows is left out, with an event in
   /// the file. A rejection without a segment (the unit gave no usable rows there) is logged. Where it fails it may be
   /// called again. Reads the whole file: seconds to minutes.
-  /// In the same transaction `void_reason` withdraws the whole run, `void_units` (serial number → why) parts of it.
+  /// In the same transaction `void_reason` withdraws the whole run, `void_units` (serial number → why) parts of it;
+  /// with `keeps_parts` only what has no complete segment (SealedRun::keeps_parts).
   [[nodiscard]] base::Result<std::vector<db::RunRow>> finish(const std::optional<std::string>& void_reason = {},
-                                                             const std::map<std::string, std::string>& void_units = {});
+                                                             const std::map<std::string, std::string>& void_units = {},
+                                                             bool keeps_parts = false);
 
   [[nodiscard]] const db::RunInfo& info() const { return info_; }
   /// Rows of unit number `unit` so far.
@@ -122,9 +127,10 @@ class RunRecorder {
   double last_chamber_t_s_ = kNever_s;
 };
 
-/// Seals the run files that a killed soakd left open and enters them into the catalog, voided, with every row that was
-/// flushed: nothing that was recorded is lost, and no fit takes half a run unasked. The same is done with files
-/// that were sealed but not entered. A file that cannot be read is logged and left as it is; one without samples is
+/// Seals the run files that a killed soakd left open and enters them into the catalog with every row that was flushed,
+/// cut short: rejected segments and one that was under way are withdrawn. Voided are a pre-flight, a run without a
+/// complete segment, and one whose procedure says on_break = "repeat_run". The same is done with files that were sealed
+/// but not entered. A file that cannot be read is logged and left as it is; one without samples is
 /// sealed, and stays outside the catalog.
 [[nodiscard]] base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log);
 

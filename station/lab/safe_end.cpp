@@ -191,8 +191,8 @@ bool DewSafeWarmUp::units_are_dry(const Station& station) const {
 
 // --- SafeEnd ----------------------------------------------------------------------------------------------------
 
-SafeEnd::SafeEnd(std::string reason, double end_c, bool outputs_off)
-    : reason_(std::move(reason)), outputs_off_(outputs_off), warm_up_(end_c) {}
+SafeEnd::SafeEnd(std::string reason, double end_c, bool outputs_off, bool aborted)
+    : reason_(std::move(reason)), outputs_off_(outputs_off), aborted_(aborted), warm_up_(end_c) {}
 
 bool SafeEnd::poll(Station& station) {
   // An alarm may come up on the way.
@@ -234,7 +234,7 @@ bool SafeEnd::switch_chamber_off(Station& station) {
 
 void SafeEnd::seal_run(Station& station) {
   run_is_sealed_ = true;
-  if (const auto sealed = station.end_run(reason_); !sealed) {
+  if (const auto sealed = station.end_run(reason_, aborted_); !sealed) {
     station.log.add(
         "run", station.run_id(),
         "cannot be sealed now; this is tried again when a campaign or soakd starts: " + sealed.error().message);

@@ -62,12 +62,11 @@ class DewSafeWarmUp {
 };
 
 /// The way to the safe state when a campaign is cut short. A broken device does not keep the others from being made
-/// safe. Fixture halted, chamber warm and off (at once off where an alarm asks for it), run file sealed and voided,
-/// units off.
+/// safe. Fixture halted, chamber warm and off (at once off where an alarm asks for it), run file sealed, units off.
 class SafeEnd {
  public:
-  /// `outputs_off`: heating and cooling must stop at once.
-  SafeEnd(std::string reason, double end_c, bool outputs_off);
+  /// `outputs_off`: heating and cooling must stop at once. `aborted`: somebody has ended the campaign.
+  SafeEnd(std::string reason, double end_c, bool outputs_off, bool aborted);
 
   /// True once everything that answers is safe. Goes on for as long as the chamber does not answer; a supply of the
   /// units has half a minute after that.
@@ -86,6 +85,7 @@ class SafeEnd {
 
   std::string reason_;
   bool outputs_off_;
+  bool aborted_;
   DewSafeWarmUp warm_up_;
   bool chamber_is_safe_ = false;
   bool run_is_sealed_ = false;

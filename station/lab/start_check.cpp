@@ -250,7 +250,7 @@ base::Result<StartRequest> request_of(const db::CampaignRow& row) {
   }
 }
 
-base::Result<std::size_t> first_step_to_resume(const db::Catalog& catalog, const db::CampaignRow& row, double room_c) {
+base::Result<WayBack> way_to_resume(const db::Catalog& catalog, const db::CampaignRow& row, double room_c) {
   const auto request = request_of(row);
   if (!request) return base::forward_error(request);
   const auto procedure = parse_procedure(request->procedure_text, request->procedure_file);
@@ -270,13 +270,9 @@ base::Result<std::size_t> first_step_to_resume(const db::Catalog& catalog, const
                     row.name),
         "state");
   }
-  for (const PlannedRun& run : plan.runs) {
-    if (ended.contains(run.last_step)) continue;
-    // Of a run that is over nothing but the fixture's way back is left.
-    const bool over = plan.steps[run.last_step].kind == StepKind::turn_fixture && ended.contains(run.last_step - 1);
-    return over ? run.last_step : run.first_step;
-  }
-  return base::bad_input(fmt::format("all runs of campaign '{}' are done", row.name), "state");
+  WayBack way = way_back(plan, ended, room_c);
+  if (way.steps.empty()) return base::bad_input(fmt::format("all runs of campaign '{}' are done", row.name), "state");
+  return way;
 }
 
 }  // namespace soak::station

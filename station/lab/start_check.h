@@ -16,6 +16,7 @@
 #include "station/config/plan.h"
 #include "station/config/station_config.h"
 #include "station/fit/reference_rule.h"
+#include "station/lab/resume.h"
 #include "station/lab/station_service.h"
 
 namespace soak::station {
@@ -65,9 +66,9 @@ struct CheckedStart {
                                             const std::vector<std::string>& notes);
 [[nodiscard]] base::Result<StartRequest> request_of(const db::CampaignRow& row);
 
-/// The first step of the first run that did not come to its end. Refuses (state) a campaign whose procedure compiles to
-/// another plan than it did when it was started, and one that has nothing left to do.
-[[nodiscard]] base::Result<std::size_t> first_step_to_resume(const db::Catalog& catalog, const db::CampaignRow& row,
-                                                             double room_c);
+/// The way back into a campaign that was cut short. Refuses (state) a campaign whose procedure compiles to another plan
+/// than it did when it was started, and one that has nothing left to do.
+[[nodiscard]] base::Result<WayBack> way_to_resume(const db::Catalog& catalog, const db::CampaignRow& row,
+                                                  double room_c);
 
 }  // namespace soak::station

@@ -210,10 +210,22 @@ std::string Station::free_label(const std::string& label) const {
   return free;
 }
 
+/// Run id of the newest part of the run `label` that was cut short; empty where there is none.
+std::string Station::part_before(const std::string& label) const {
+  const auto runs = catalog.runs({.unit = {}, .campaign = campaign.name, .run = {}});
+  std::string before;
+  for (const db::RunRow& run : runs ? *runs : std::vector<db::RunRow>()) {
+    const bool same = run.label == label || run.label.starts_with(label + ".");
+    if (same && !run.cut_short.empty()) before = run.run_id;
+  }
+  return before;
+}
+
 base::Status Station::open_recorder(const PlannedRun& run) {
   db::RunInfo info;
   info.run_id = new_run_id();
   info.label = free_label(run.label);
+  info.continues = part_before(run.label);
   info.campaign = campaign.name;
   info.procedure = procedure().name;
   info.created_utc_s = now_utc_s();
@@ -251,22 +263,32 @@ base::Status Station::begin_run(const PlannedRun& run) {
     if (auto status = add_rows(*unit, samples_before_run_[unit->serial()]); !status) return status;
   }
   samples_before_run_.clear();
-  log.add("run", recorder_->info().label, fmt::format("begins as {}", recorder_->info().run_id));
+  const std::string& before = recorder_->info().continues;
+  log.add("run", recorder_->info().label,
+          fmt::format("begins as {}{}{}", recorder_->info().run_id, before.empty() ? "" : ", goes on with ", before));
   return {};
 }
 
-base::Status Station::end_run(const std::optional<std::string>& void_reason) {
+base::Status Station::flush() { return recorder_ ? recorder_->flush() : base::Status{}; }
+
+base::Status Station::end_run(const std::optional<std::string>& why_cut, bool aborted) {
   expecting_run_ = false;
   if (!recorder_) return {};
-  break_segment(void_reason.value_or("the run ended"));
-  const auto rows = recorder_->finish(void_reason, lost_);
+  break_segment(why_cut.value_or("the run ended"));
+  const bool preflight = recorder_->info().purpose == name_of(Purpose::diagnosis);
+  const bool keeps_parts = procedure().on_break == BreakOutcome::resume && !aborted && !preflight;
+  const auto rows = recorder_->finish(why_cut, lost_, keeps_parts);
   if (!rows) return base::forward_error(rows);
   const std::string label = recorder_->info().label;
   const std::size_t rejected = recorder_->rejected();
   recorder_.reset();
   if (supply) supply->forget();
   log.add("run", label,
-          void_reason ? "sealed and voided: " + *void_reason : fmt::format("sealed, {} segments withdrawn", rejected));
+          fmt::format("sealed, {} segments withdrawn{}{}", rejected,
+                      !why_cut      ? ""
+                      : keeps_parts ? "; cut short, what is complete is kept: "
+                                    : "; voided: ",
+                      why_cut.value_or("")));
   return {};
 }
 
@@ -304,7 +326,10 @@ void Station::close_capture(UnitChannel& unit, const std::optional<std::string>&
   const bool has_rows = unit.capture->samples() > 0;
   unit.capture.reset();
   if (!has_rows) return;
-  if (!why_not) return;
+  if (!why_not) {
+    if (recorder_) recorder_->accept(unit.recorder_index);
+    return;
+  }
   if (recorder_) recorder_->reject(unit.recorder_index, *why_not);
   log.add("segment", unit.serial(), fmt::format("{} is not used: {}", position_label(unit), *why_not));
 }

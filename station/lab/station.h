@@ -71,14 +71,17 @@ class Station {
   /// From now on samples are kept for the run file that is about to be opened.
   void expect_run();
   [[nodiscard]] base::Status begin_run(const PlannedRun& run);
-  /// Seals the run file and enters it into the catalog. `void_reason`: the run was cut short and no fit shall use it.
-  [[nodiscard]] base::Status end_run(const std::optional<std::string>& void_reason);
+  /// Seals the run file and enters it into the catalog. `why_cut`: the run was cut short. With on_break = "resume" its
+  /// complete segments are kept, unless it was `aborted`; else it is voided.
+  [[nodiscard]] base::Status end_run(const std::optional<std::string>& why_cut, bool aborted = false);
+  /// Commits what was recorded: a step whose end the journal knows must not lose its rows.
+  [[nodiscard]] base::Status flush();
   /// Leaves a run file that cannot be sealed: everything that was flushed stays in it (enter_lost_runs()).
   void leave_run() { recorder_.reset(); }
   [[nodiscard]] bool run_is_open() const { return recorder_.has_value(); }
   [[nodiscard]] std::string run_id() const { return recorder_ ? recorder_->info().run_id : ""; }
 
-  /// Drops a unit for the rest of the run: it is no longer waited for, and its part of the run is voided.
+  /// Drops a unit for the rest of the run: it is no longer waited for, and its part of the run ends there.
   void lose(UnitChannel& unit, const std::string& why);
   /// Switches off the output of a unit whose supply has a fault.
   void cut_off(const UnitChannel& unit);
@@ -112,6 +115,7 @@ class Station {
   void judge_supply(UnitChannel& unit);
   [[nodiscard]] base::Status open_recorder(const PlannedRun& run);
   [[nodiscard]] std::string free_label(const std::string& label) const;
+  [[nodiscard]] std::string part_before(const std::string& label) const;
 
   std::optional<RunRecorder> recorder_;
   std::optional<hal::FixtureReading> fixture_reading_;

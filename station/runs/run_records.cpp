@@ -33,6 +33,7 @@ db::RunRow row_of(const db::RunInfo& info) {
   row.simulated = info.simulated || info.clock_rate != 1.0;
   row.sealed = true;
   row.site = info.site;
+  row.continues = info.continues;
   return row;
 }
 
@@ -180,13 +181,27 @@ base::Status void_run(db::Catalog& catalog, const db::RunRow& row, const std::st
   return catalog.add_void(record);
 }
 
+/// Why a unit's part ended before its last visit; nothing where it did not.
+std::optional<std::string> why_cut(const SealedRun& run, const std::string& unit) {
+  const auto part = run.void_units.find(unit);
+  return part == run.void_units.end() ? run.void_reason : part->second;
+}
+
+/// Whether a part has a segment that no withdrawal touches.
+bool is_of_use(const SealedRun& run, const RunRecord& record) {
+  return std::ranges::any_of(record.segments, [&](const calib::Segment& segment) {
+    return std::ranges::none_of(run.withdrawals, [&](const Withdrawal& w) { return touches(w, segment); });
+  });
+}
+
 base::Status enter_all(db::Catalog& catalog, const SealedRun& run, std::vector<RunRecord>& records) {
   for (RunRecord& record : records) {
+    const auto why = why_cut(run, record.row.unit);
+    const bool kept = why && run.keeps_parts && is_of_use(run, record);
+    if (kept) record.row.cut_short = *why;
     if (auto status = enter(catalog, run, record); !status) return status;
-    const auto part = run.void_units.find(record.row.unit);
-    if (!run.void_reason && part == run.void_units.end()) continue;
-    const std::string& reason = run.void_reason ? *run.void_reason : part->second;
-    if (auto status = void_run(catalog, record.row, reason); !status) return status;
+    if (!why || kept) continue;
+    if (auto status = void_run(catalog, record.row, *why); !status) return status;
   }
   for (const Withdrawal& withdrawal : run.withdrawals) {
     if (auto status = withdraw(catalog, run, records, withdrawal); !status) return status;

@@ -54,6 +54,9 @@ struct SealedRun {
   std::vector<Withdrawal> withdrawals;
   std::optional<std::string> void_reason;           ///< withdraws the whole run
   std::map<std::string, std::string> void_units{};  ///< serial number → why: withdraws that unit's part
+  /// A part that has a segment which nothing withdraws is kept: the reason becomes RunRow::cut_short, and nothing is
+  /// void but the segments of `withdrawals`.
+  bool keeps_parts = false;
 };
 
 /// Enters a run: units and campaign where they are new, one row per unit that has samples, its segments with the data

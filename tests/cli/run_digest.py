@@ -4,7 +4,7 @@ import hashlib
 import struct
 
 RUN = ("run_id unit campaign label procedure purpose epoch created_utc_s clock_rate simulated sealed file_name file_sha256 content_sha256 "
-       "latitude_deg height_m azimuth_deg gravity_mps2 row_count duration_s").split()
+       "latitude_deg height_m azimuth_deg gravity_mps2 row_count duration_s cut_short continues").split()
 KEYS = {"run": [], "segment": ["visit", "position", "attempt"], "block": ["visit", "position", "attempt", "ordinal"],
         "finding": ["visit", "position", "attempt", "ordinal"]}
 

@@ -28,17 +28,12 @@ std::vector<std::string> told_of_runs(const db::Catalog& catalog) {
   return texts;
 }
 
-/// Records as soakd does in a process of its own, which is killed: `rows` rows of SN1 are flushed, some more are not.
-void record_and_die(const fs::path& data_folder, const db::RunInfo& info, std::size_t rows) {
+/// Does something in a process of its own, which is then killed.
+template <class F>
+void do_and_die(F&& something) {
   const pid_t child = ::fork();
   if (child == 0) {
-    auto catalog = db::Catalog::open(data_folder);
-    auto recorder = RunRecorder::begin(*catalog, info, "verification", {{"SN1", "mti"}, {"SN2", "mti"}});
-    Unit unit(1);
-    // Nothing of this is checked here: a failure shows as rows that are missing.
-    static_cast<void>(recorder->add(0, unit.samples(rows, 20.0F), soak(20.0, "+X")));
-    static_cast<void>(recorder->flush());
-    static_cast<void>(recorder->add(0, unit.samples(50, 20.0F), soak(20.0, "+X")));
+    something();
     ::raise(SIGKILL);
   }
   int status = 0;
@@ -46,7 +41,20 @@ void record_and_die(const fs::path& data_folder, const db::RunInfo& info, std::s
   ASSERT_TRUE(WIFSIGNALED(status));
 }
 
-TEST_F(LostRuns, AreEnteredVoidedWithEveryRowThatWasFlushed) {
+/// Records as soakd does and is killed: `rows` rows of SN1 are flushed, some more are not.
+void record_and_die(const fs::path& data_folder, const db::RunInfo& info, std::size_t rows) {
+  do_and_die([&] {
+    auto catalog = db::Catalog::open(data_folder);
+    auto recorder = RunRecorder::begin(*catalog, info, "verification", {{"SN1", "mti"}, {"SN2", "mti"}});
+    Unit unit(1);
+    // Nothing of this is checked here: a failure shows as rows that are missing.
+    static_cast<void>(recorder->add(0, unit.samples(rows, 20.0F), soak(20.0, "+X")));
+    static_cast<void>(recorder->flush());
+    static_cast<void>(recorder->add(0, unit.samples(50, 20.0F), soak(20.0, "+X")));
+  });
+}
+
+TEST_F(LostRuns, WithoutACompleteSegmentAreEnteredVoidedWithEveryRowThatWasFlushed) {
   db::RunInfo lost = info();
   lost.source = kRunSource;
   record_and_die(folder_, lost, 20'000);
@@ -68,7 +76,83 @@ TEST_F(LostRuns, AreEnteredVoidedWithEveryRowThatWasFlushed) {
   EXPECT_EQ(file->events()->back().kind, "interrupted");
   EXPECT_TRUE(db::orphan_run_files(*catalog_)->empty());
   ASSERT_EQ(told_of_runs(*catalog_).size(), 1U);
-  EXPECT_NE(told_of_runs(*catalog_).front().find("voided"), std::string::npos);
+}
+
+/// The segments of a run that nothing has withdrawn, as "visit position attempt".
+std::vector<std::string> usable_segments(const db::Catalog& catalog, const db::RunRow& run) {
+  std::vector<std::string> usable;
+  const auto segments = catalog.segments(run.run_id, run.unit, false);
+  for (const calib::Segment& segment : *segments) {
+    usable.push_back(std::to_string(segment.key.visit) + " " + segment.key.position + " " +
+                     std::to_string(segment.key.attempt));
+  }
+  return usable;
+}
+
+TEST_F(LostRuns, KeepWhatWasCompleteAndWithdrawWhatWasRejectedOrUnderWay) {
+  db::RunInfo lost = info();
+  lost.source = kRunSource;
+  do_and_die([&] {
+    auto catalog = db::Catalog::open(folder_);
+    auto recorder = RunRecorder::begin(*catalog, lost, "calibration", {{"SN1", "mti"}, {"SN2", "mti"}});
+    Unit first(1);
+    Unit second(2);
+    const auto record = [&](const RowLabels& labels) {
+      static_cast<void>(recorder->add(0, first.samples(200, 20.0F), labels));
+      static_cast<void>(recorder->add(1, second.samples(200, 20.0F), labels));
+    };
+    const auto pause = [&] { record(soak(20.0, "")); };
+    pause();
+    record(soak(20.0, "+X"));
+    recorder->accept(0);
+    recorder->reject(1, "the unit moved");
+    pause();
+    record(soak(20.0, "+X"));
+    recorder->accept(1);
+    pause();
+    record(soak(20.0, "-X"));
+    recorder->accept(0);
+    recorder->accept(1);
+    pause();
+    record(soak(20.0, "+Y"));
+    static_cast<void>(recorder->flush());
+  });
+  EventLog log(*catalog_);
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 2U);
+  std::map<std::string, std::vector<std::string>> usable;
+  for (const db::RunRow& run : *runs) {
+    EXPECT_FALSE(run.voided) << run.unit;
+    EXPECT_FALSE(run.cut_short.empty()) << run.unit;
+    usable[run.unit] = usable_segments(*catalog_, run);
+  }
+  using Segments = std::vector<std::string>;
+  // SN1 recorded +X once more without being asked to: what it gave there was never judged.
+  EXPECT_EQ(usable["SN2"], (Segments{"0 +X 1", "0 -X 0"}));
+  EXPECT_TRUE(std::ranges::find(usable["SN1"], "0 +X 0") != usable["SN1"].end());
+  EXPECT_TRUE(std::ranges::find(usable["SN1"], "0 -X 0") != usable["SN1"].end());
+  EXPECT_TRUE(std::ranges::find(usable["SN1"], "0 +Y 0") == usable["SN1"].end());
+}
+
+TEST_F(LostRuns, OfAPreFlightAreVoided) {
+  db::RunInfo lost = info("P00");
+  lost.source = kRunSource;
+  do_and_die([&] {
+    auto catalog = db::Catalog::open(folder_);
+    auto recorder = RunRecorder::begin(*catalog, lost, "diagnosis", {{"SN1", "mti"}});
+    Unit unit(1);
+    static_cast<void>(recorder->add(0, unit.samples(200, 20.0F), soak(20.0, "+X")));
+    recorder->accept(0);
+    static_cast<void>(recorder->add(0, unit.samples(200, 20.0F), soak(20.0, "")));
+    static_cast<void>(recorder->flush());
+  });
+  EventLog log(*catalog_);
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 1U);
+  EXPECT_TRUE(runs->front().voided);
+  EXPECT_TRUE(runs->front().cut_short.empty());
 }
 
 TEST_F(LostRuns, WithoutSamplesAreToldOfOnce) {

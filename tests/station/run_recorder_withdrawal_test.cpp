@@ -86,16 +86,33 @@ TEST_F(RunRecorderTest, WithdrawsThePartOfOneUnitOnly) {
   EXPECT_FALSE(load_unit(*catalog_, "SN1", {}, warnings)) << "nothing is left to fit";
 }
 
-TEST_F(RunRecorderTest, TheReasonOfTheWholeRunIsThatOfEachUnit) {
+TEST_F(RunRecorderTest, AUnitThatWasLostBeforeTheRunEndedKeepsItsOwnReason) {
   RunRecorder recorder = begin(info());
   record_up_and_down(recorder);
   const auto entered = recorder.finish("the campaign was aborted", {{"SN1", "the unit restarted"}});
   ASSERT_TRUE(entered) << entered.error().message;
   const auto voids = catalog_->voids(entered->front().run_id);
   ASSERT_EQ(voids->size(), 2U);
-  for (const db::VoidRecord& record : *voids) EXPECT_EQ(record.reason, "the campaign was aborted");
+  for (const db::VoidRecord& record : *voids) {
+    EXPECT_EQ(record.reason, record.unit == "SN1" ? "the unit restarted" : "the campaign was aborted");
+  }
   const auto runs = catalog_->runs({});
   for (const db::RunRow& run : *runs) EXPECT_TRUE(run.voided) << run.unit;
+}
+
+TEST_F(RunRecorderTest, APartThatIsKeptHasItsReasonAndIsFitted) {
+  RunRecorder recorder = begin(info());
+  record_up_and_down(recorder);
+  const auto entered = recorder.finish("the chamber died", {{"SN1", "the unit restarted"}}, true);
+  ASSERT_TRUE(entered) << entered.error().message;
+  EXPECT_TRUE(catalog_->voids(entered->front().run_id)->empty());
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 2U);
+  for (const db::RunRow& run : *runs) {
+    EXPECT_EQ(run.cut_short, run.unit == "SN1" ? "the unit restarted" : "the chamber died");
+    EXPECT_FALSE(run.voided) << run.unit;
+    EXPECT_EQ(catalog_->segments(run.run_id, run.unit, false)->size(), 7U) << run.unit;
+  }
 }
 
 /// Starts of segments, s.

@@ -285,8 +285,11 @@ class Resume : public StartCheck {
     }
   }
 
+  /// The first step of the way back.
   [[nodiscard]] base::Result<std::size_t> first_step(double room_c = 25.0) const {
-    return first_step_to_resume(*catalog, row, room_c);
+    const auto way = way_to_resume(*catalog, row, room_c);
+    if (!way) return base::forward_error(way);
+    return way->steps.front();
   }
 
   /// Changes the request before it is checked.
@@ -307,7 +310,7 @@ class TurnedResume : public Resume {
 TEST_F(TurnedResume, OfACampaignThatIsOverButForTheFixtureMeasuresNothingAgain) {
   const std::size_t last = start.plan.steps.size() - 1;
   complete(0, last - 2);
-  EXPECT_EQ(first_step(), start.plan.runs.back().first_step);
+  EXPECT_EQ(first_step(), last - 1);
   complete(last - 1, last - 1);
   EXPECT_EQ(first_step(), last);
   complete(last, last);
@@ -320,9 +323,9 @@ TEST_F(Resume, GoesOnWithTheFirstRunThatDidNotComeToItsEnd) {
   complete(runs[0].first_step, runs[0].last_step);
   EXPECT_EQ(first_step(), runs[1].first_step);
   complete(runs[1].first_step, runs[1].last_step - 1);
-  EXPECT_EQ(first_step(), runs[1].first_step) << "half a run is done again";
+  EXPECT_EQ(first_step(), runs[1].last_step) << "nothing is left but to switch the units off";
   complete(runs[1].last_step, runs[1].last_step, "failed");
-  EXPECT_EQ(first_step(), runs[1].first_step) << "failed";
+  EXPECT_EQ(first_step(), runs[1].last_step) << "failed";
   complete(runs[1].last_step, runs[1].last_step, "done", 1);
   EXPECT_EQ(first_step(), runs[2].first_step);
   complete(runs[2].first_step, runs[2].last_step);

@@ -131,6 +131,7 @@ base::Status read_channels(const sqlite::Connection& connection, std::int64_t st
 void insert_meta(SQLite::Database& database, const RunInfo& info) {
   for (const auto& [key, member] : kTextKeys) insert_pair(database, key, info.*member);
   insert_pair(database, "purpose", info.purpose);
+  if (!info.continues.empty()) insert_pair(database, "continues", info.continues);
   insert_pair(database, "created_utc_s", base::shortest(info.created_utc_s));
   insert_pair(database, "clock_rate", base::shortest(info.clock_rate));
   insert_pair(database, "simulated", info.simulated ? "1" : "0");
@@ -155,6 +156,7 @@ base::Result<Meta> read_meta(const sqlite::Connection& connection) {
     meta.info.*member = found->second;
   }
   if (const auto purpose = texts->find("purpose"); purpose != texts->end()) meta.info.purpose = purpose->second;
+  if (const auto before = texts->find("continues"); before != texts->end()) meta.info.continues = before->second;
   if (!read_number(*texts, "created_utc_s", meta.info.created_utc_s)) return incomplete("created_utc_s");
   if (!read_number(*texts, "clock_rate", meta.info.clock_rate)) return incomplete("clock_rate");
   double simulated = 0.0;

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+// A campaign that was cut short at any step of any plan: what is carried out from there on is held against what the
+// undisturbed plan does.
+#include "station/lab/resume.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <optional>
+
+namespace soak::station {
+namespace {
+
+constexpr double kRoomC = 25.0;
+
+/// All procedures that the project ships, and small ones of kinds that it does not.
+std::vector<Plan> all_plans() {
+  std::vector<Plan> plans;
+  const auto folder = std::filesystem::path(SOAK_TEST_FOLDER).parent_path() / "procedures";
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".toml") continue;
+    const auto procedure = read_procedure(entry.path());
+    EXPECT_TRUE(procedure) << entry.path();
+    if (procedure) plans.push_back(compile_plan(*procedure, kRoomC));
+  }
+  for (const std::vector<double>& set_points_c : std::vector<std::vector<double>>{
+           {10, 40, 40, 20}, {40}, {40, 0}, {-20, 0, 20, 40, 60, 40, 20, 0, -20}, {60, -40, 60, 10}}) {
+    for (const std::optional<int> cycle : {std::optional<int>(), std::optional<int>(0)}) {
+      Procedure p;
+      p.runs = 2;
+      p.set_points_c = set_points_c;
+      p.positions = {"+Y", "-Y", "+X"};
+      if (set_points_c.size() > 1) p.cycle_at_visit = cycle;
+      p.preflight_position_s = cycle ? 20.0 : 0.0;
+      plans.push_back(compile_plan(p, kRoomC));
+    }
+  }
+  return plans;
+}
+
+/// What a campaign measures: where each recording was made, and how the temperature came there.
+struct Recorded {
+  std::size_t step = 0;
+  double temp_c = 0.0;       ///< of the chamber
+  double came_from_c = 0.0;  ///< the last temperature before this one at which it turned; the room's where it did not
+  std::string position;      ///< of the fixture; empty = nobody knows
+  bool has_power = false;
+  bool operator==(const Recorded&) const = default;
+};
+
+/// Carries out steps one by one from a room-warm chamber, with units off and the fixture anywhere.
+class Lab {
+ public:
+  explicit Lab(const Plan& plan) : plan_(plan) {}
+
+  void carry_out(std::size_t index) {
+    const Step& step = plan_.steps[index];
+    switch (step.kind) {
+      case StepKind::power_on:
+        has_power_ = true;
+        break;
+      case StepKind::power_off:
+        has_power_ = false;
+        break;
+      case StepKind::move:
+        position_ = step.position;
+        break;
+      case StepKind::set_temperature:
+        drive_to(step.temp_c);
+        break;
+      case StepKind::warm_end:
+        temps_c_ = {kRoomC};
+        break;
+      case StepKind::record:
+        recorded.push_back({index, temps_c_.back(), came_from_c(), position_, has_power_});
+        break;
+      default:
+        break;
+    }
+  }
+
+  std::vector<Recorded> recorded;
+
+ private:
+  void drive_to(double temp_c) {
+    if (temp_c != temps_c_.back()) temps_c_.push_back(temp_c);
+  }
+
+  /// The temperature behind which the way to the present one goes in one direction.
+  [[nodiscard]] double came_from_c() const {
+    std::size_t k = temps_c_.size() - 1;
+    if (k == 0) return kRoomC;
+    const bool rises = temps_c_[k] > temps_c_[k - 1];
+    while (k > 0 && (temps_c_[k] > temps_c_[k - 1]) == rises) --k;
+    return temps_c_[k];
+  }
+
+  const Plan& plan_;
+  std::vector<double> temps_c_ = {kRoomC};
+  std::string position_;
+  bool has_power_ = false;
+};
+
+std::map<std::size_t, Recorded> undisturbed(const Plan& plan) {
+  Lab lab(plan);
+  for (std::size_t i = 0; i < plan.steps.size(); ++i) lab.carry_out(i);
+  std::map<std::size_t, Recorded> by_step;
+  for (const Recorded& recorded : lab.recorded) by_step[recorded.step] = recorded;
+  return by_step;
+}
+
+std::set<std::size_t> first_steps(std::size_t count) {
+  std::set<std::size_t> steps;
+  for (std::size_t i = 0; i < count; ++i) steps.insert(steps.end(), i);
+  return steps;
+}
+
+/// What is measured after a break, to the end of the run that follows the present one.
+std::vector<Recorded> after_break(const Plan& plan, const WayBack& way) {
+  Lab lab(plan);
+  for (const std::size_t step : way.steps) lab.carry_out(step);
+  const auto run = static_cast<std::size_t>(plan.steps[way.steps.back()].run);
+  const std::size_t end = plan.runs[std::min(run + 1, plan.runs.size() - 1)].last_step;
+  for (std::size_t i = way.steps.back() + 1; i <= end; ++i) lab.carry_out(i);
+  return lab.recorded;
+}
+
+TEST(WayBack, EveryRecordingAfterABreakIsMadeAsItWouldHaveBeenWithoutIt) {
+  for (const Plan& plan : all_plans()) {
+    const auto truth = undisturbed(plan);
+    const std::size_t end = plan.runs[std::min<std::size_t>(2, plan.runs.size() - 1)].last_step;
+    for (std::size_t cut = 1; cut <= end; ++cut) {
+      const WayBack way = way_back(plan, first_steps(cut), kRoomC);
+      ASSERT_FALSE(way.steps.empty());
+      for (const Recorded& recorded : after_break(plan, way)) {
+        const Recorded& wanted = truth.at(recorded.step);
+        ASSERT_EQ(recorded.temp_c, wanted.temp_c)
+            << describe(plan, recorded.step) << ", cut before " << describe(plan, cut);
+        ASSERT_EQ(recorded.came_from_c, wanted.came_from_c)
+            << describe(plan, recorded.step) << ", cut before " << describe(plan, cut);
+        ASSERT_EQ(recorded.position, wanted.position)
+            << describe(plan, recorded.step) << ", cut before " << describe(plan, cut);
+        ASSERT_TRUE(recorded.has_power) << describe(plan, recorded.step);
+      }
+    }
+  }
+}
+
+TEST(WayBack, RepeatsTheVisitBeforeTheBreakAndNothingBeforeThat) {
+  for (const Plan& plan : all_plans()) {
+    const PlannedRun& run = plan.runs.back();
+    for (std::size_t cut = run.first_step + 1; cut <= run.last_step; ++cut) {
+      const auto repeated = after_break(plan, way_back(plan, first_steps(cut), kRoomC));
+      std::set<std::size_t> after;
+      for (const Recorded& recorded : repeated) EXPECT_TRUE(after.insert(recorded.step).second) << "recorded twice";
+      const int cut_visit = plan.steps[cut].visit;
+      for (std::size_t i = run.first_step; i <= run.last_step; ++i) {
+        if (plan.steps[i].kind != StepKind::record) continue;
+        if (i >= cut) {
+          ASSERT_TRUE(after.contains(i)) << "left out: " << describe(plan, i);
+        }
+        if (cut_visit < 0) continue;  // behind the last visit, judged below
+        if (plan.steps[i].visit < cut_visit - 1) {
+          EXPECT_FALSE(after.contains(i)) << describe(plan, i) << " again, cut before " << describe(plan, cut);
+        }
+        if (plan.steps[i].visit == cut_visit - 1) {
+          EXPECT_TRUE(after.contains(i)) << describe(plan, i) << " not again, cut before " << describe(plan, cut);
+        }
+      }
+    }
+  }
+}
+
+TEST(WayBack, MeasuresNothingAgainWhereAllVisitsAreDone) {
+  for (const Plan& plan : all_plans()) {
+    const PlannedRun& run = plan.runs.back();
+    std::size_t behind = run.last_step;
+    while (plan.steps[behind - 1].visit < 0 && plan.steps[behind - 1].kind != StepKind::record) --behind;
+    for (std::size_t cut = behind; cut <= run.last_step; ++cut) {
+      EXPECT_TRUE(after_break(plan, way_back(plan, first_steps(cut), kRoomC)).empty()) << describe(plan, cut);
+    }
+  }
+}
+
+TEST(WayBack, ARunIsRepeatedFromItsFirstVisitWhereTheProcedureSaysSo) {
+  for (Plan plan : all_plans()) {
+    plan.procedure.on_break = BreakOutcome::repeat_run;
+    const auto truth = undisturbed(plan);
+    const PlannedRun& run = plan.runs.back();
+    for (std::size_t cut = run.first_step + 1; cut <= run.last_step; ++cut) {
+      if (plan.steps[cut].kind == StepKind::turn_fixture) continue;
+      const auto repeated = after_break(plan, way_back(plan, first_steps(cut), kRoomC));
+      const auto all =
+          std::count_if(truth.begin(), truth.end(), [&](const auto& step) { return step.first >= run.first_step; });
+      EXPECT_EQ(repeated.size(), static_cast<std::size_t>(all));
+      for (const Recorded& recorded : repeated)
+        ASSERT_EQ(recorded, truth.at(recorded.step)) << describe(plan, recorded.step);
+    }
+  }
+}
+
+TEST(WayBack, IsEmptyWhereTheCampaignHasEnded) {
+  for (const Plan& plan : all_plans())
+    EXPECT_TRUE(way_back(plan, first_steps(plan.steps.size()), kRoomC).steps.empty());
+}
+
+}  // namespace
+}  // namespace soak::station
