@@ -50,8 +50,7 @@ struct Original {
 
 Warning copies_warning(const Original& original) {
   return {"copied_runs",
-          fmt::format("run {} holds the same samples as {}: they count once, by the first; void what is a copy ('soak "
-                      "runs void')",
+          fmt::format("run {} holds the same samples as {}: the fit uses them once; void the copies ('soak runs void')",
                       fmt::join(original.copies, ", "), run_name(original.run))};
 }
 
@@ -188,12 +187,16 @@ std::vector<Warning> gate_warnings(std::span<const Segment> segments) {
   std::vector<Warning> warnings;
   for (const Tally& tally : tallies) {
     const bool rejects = tally.finding->severity == Severity::reject;
-    const std::string what = !rejects ? "has" : tally.finding->sensor ? "loses a sensor in" : "loses";
+    const std::string what = !rejects ? "found in" : tally.finding->sensor ? "rejects a sensor in" : "rejects";
     warnings.push_back(
         {tally.finding->code, fmt::format("{} {} of {} segments; the first, {}: {}", what, tally.segments,
                                           segments.size(), visit_text(tally.first->key), tally.finding->text)});
   }
   return warnings;
+}
+
+std::string more_runs_text(std::size_t more) {
+  return more == 0 ? "" : fmt::format(" (also in {} more run{})", more, more == 1 ? "" : "s");
 }
 
 std::vector<GatedRun> gate_runs(const UnitInput& input, std::vector<Warning>& warnings) {
@@ -207,7 +210,7 @@ std::vector<GatedRun> gate_runs(const UnitInput& input, std::vector<Warning>& wa
     used.push_back({&run, std::move(kept), place});
   }
   for (GateWarning& one : all) {
-    if (one.more_runs > 0) one.warning.text += fmt::format(" (and so in {} more runs)", one.more_runs);
+    one.warning.text += more_runs_text(one.more_runs);
     warnings.push_back(std::move(one.warning));
   }
   return used;

@@ -159,7 +159,7 @@ base::Status state_thermometers(std::span<const GatedRun> used, UnitRows& rows) 
       const bool own = run.recorded->own_thermometer[index_of(sensor)];
       if (own == first->own_thermometer[index_of(sensor)]) continue;
       return base::bad_input(
-          fmt::format("run {} has a thermometer of {} alone, run {} knows it by the unit's: one curve cannot be over "
+          fmt::format("run {} has a thermometer of its own for {}, run {} has only the unit's: one curve cannot use "
                       "both; void the runs of one kind, or fit one --campaign at a time",
                       (own ? run.recorded : first)->label, name_of(sensor), (own ? first : run.recorded)->label),
           std::string(name_of(sensor)));
@@ -308,7 +308,7 @@ base::Status check_gyro_scale(const UnitRows& rows) {
 base::Status check_any_row(const UnitRows& rows) {
   if (std::ranges::any_of(rows.bias, [](const auto& data) { return data.has_value(); })) return {};
   return base::bad_input(
-      fmt::format("the runs of unit {} give no row to fit: all samples are of ramps or moves, or have no "
+      fmt::format("the runs of unit {} give no row to fit: all samples belong to ramps or moves, or have no "
                   "temperature; 'soak runs show' lists the segments and what the data gate found",
                   rows.unit));
 }

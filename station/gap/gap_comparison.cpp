@@ -213,8 +213,7 @@ std::vector<std::string> remarks(const GapComparison& comparison) {
       sentences.push_back(
           fmt::format("{} does not change what is compared here (blocks about each run's own mean)", term.name));
     } else if (term.lab_only) {
-      sentences.push_back(
-          fmt::format("{} stays in what the unit itself computes: 'soak verify' shows all of it", term.name));
+      sentences.push_back(fmt::format("the unit itself does not correct {}: 'soak verify' shows all of it", term.name));
     }
   }
   for (const calib::Sensor sensor : calib::kSensors) {

@@ -185,7 +185,7 @@ std::string waiver_text(const json& reference) {
 
 std::string references_table(const json& references) {
   html::Table table("References that the campaigns were measured with",
-                    {"kind", "name", "certificate", "correction", "standard uncertainty", "what it bears on", "due",
+                    {"kind", "name", "certificate", "correction", "standard uncertainty", "what it affects", "due",
                      "waiver", "since then"});
   for (const json& reference : references) {
     const auto kind = calib::reference_kind_named(reference.value("kind", ""));

@@ -165,11 +165,10 @@ TEST(UnitFit, LeavesOutWhatTheDataGateRejectedAndSaysSo) {
   }
   ASSERT_GE(rows->warnings.size(), 2U);
   EXPECT_EQ(rows->warnings[0].code, "stuck");
-  EXPECT_EQ(
-      rows->warnings[0].text,
-      "run R0: stuck loses a sensor in 1 of 126 segments; the first, visit 1, +Z: gyro_x repeats 1 (and so in 1 more "
-      "runs)");
-  EXPECT_EQ(rows->warnings[1].text, "run R1: moved loses 1 of 126 segments; the first, visit 0, +Z: by 3 deg");
+  EXPECT_EQ(rows->warnings[0].text,
+            "run R0: stuck rejects a sensor in 1 of 126 segments; the first, visit 1, +Z: gyro_x repeats 1 (also in 1 "
+            "more run)");
+  EXPECT_EQ(rows->warnings[1].text, "run R1: moved rejects 1 of 126 segments; the first, visit 0, +Z: by 3 deg");
 }
 
 TEST(UnitFit, RefusesAUnitOfWhichTheDataGateLeavesNothing) {
@@ -180,7 +179,7 @@ TEST(UnitFit, RefusesAUnitOfWhichTheDataGateLeavesNothing) {
   const auto rows = make_rows(input);
   ASSERT_FALSE(rows);
   EXPECT_EQ(rows.error().kind, base::ErrorKind::bad_input);
-  EXPECT_NE(rows.error().message.find("rejects every segment of unit U: run R0: moved loses 126 of 126"),
+  EXPECT_NE(rows.error().message.find("rejects every segment of unit U: run R0: moved rejects 126 of 126"),
             std::string::npos)
       << rows.error().message;
 }

@@ -171,7 +171,7 @@ LevelStatement level_of(std::span<const SixPositionEstimate> estimates) {
   } else {
     level.reason = reason != nullptr ? *reason
                    : north.empty()   ? "no run has plateaus"
-                                     : "the readings have no error that it could be judged by";
+                                     : "the standard errors of the readings are not known";
   }
   return level;
 }
@@ -297,9 +297,7 @@ void RowCollector::note(const std::vector<Warning>& warnings, int index) {
 void RowCollector::state_warnings() const {
   for (const auto& [warning, run] : first_seen_) {
     const std::size_t more = seen_in_.at({warning.code, warning.text}) - 1;
-    rows_.warnings.push_back(
-        {warning.code, fmt::format("run {}: {}{}", run, warning.text,
-                                   more > 0 ? fmt::format(" (and so in {} more runs)", more) : "")});
+    rows_.warnings.push_back({warning.code, fmt::format("run {}: {}{}", run, warning.text, more_runs_text(more))});
   }
   for (const Sensor sensor : {Sensor::accel_x, Sensor::accel_y, Sensor::accel_z}) warn_of_even_order(sensor);
 }

@@ -264,8 +264,8 @@ std::optional<std::string> other_unit(const CampaignModel& model) {
   std::vector<std::string_view> names;
   for (const Sensor sensor : differing) names.push_back(name_of(sensor));
   return fmt::format(
-      "{} in the shape of the curves over temperature ({}), as two units do: one may be of another unit, or have axes "
-      "swapped, signs turned or another unit of measurement. Void what is wrong, and record it again",
+      "{} in the shape of the curves over temperature ({}), as if from two units: one run may be from another unit, or "
+      "have swapped axes, wrong signs or another unit of measurement. Void what is wrong, and record it again",
       who_differs(observations, groups), fmt::join(names, ", "));
 }
 
@@ -288,8 +288,8 @@ std::optional<std::string> odd_run(const CampaignModel& model) {
   const auto most = std::max_element(votes.begin(), votes.end());
   if (2 * *most <= sensors) return std::nullopt;
   return fmt::format(
-      "run {} differs from the others in most sensors: is it of this unit, mounted and labelled as the others? Void "
-      "it, or record it again",
+      "run {} differs from the others in most sensors: is it from this unit, mounted and labelled like the others? "
+      "Void it, or record it again",
       observations.runs[static_cast<std::size_t>(most - votes.begin())]);
 }
 

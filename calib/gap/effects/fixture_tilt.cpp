@@ -36,8 +36,8 @@ Effect fixture_tilt() {
   Effect effect;
   effect.name = "fixture_tilt";
   effect.physics =
-      "each mounting sets the unit a little askew: one small rotation for all sensors, constant over "
-      "temperature, another one in the next run";
+      "each mounting sets the unit a little askew: one small rotation for all sensors, constant over temperature, "
+      "different in the next run";
   effect.twins = {"cross_axis"};
   effect.experiment = "the unit taken out and mounted again between two runs";
   effect.missing = [](const RegressorInputs& in) -> std::optional<std::string> {

@@ -47,8 +47,8 @@ Effect sensor_lag() {
   Effect effect;
   effect.name = "sensor_lag";
   effect.physics =
-      "the sensing elements follow the air behind the thermometer by a time constant: every curve is read "
-      "at another temperature, so that a sensor feels it as much as its curve is steep";
+      "the sensing elements follow the air behind the thermometer by a time constant: every curve is read at the wrong "
+      "temperature, and a sensor is affected in proportion to the slope of its curve";
   effect.twins = {"temperature_rate"};
   effect.experiment = "a fast and a slow ramp, with the chamber's air logged";
   effect.missing = [](const RegressorInputs& in) -> std::optional<std::string> {

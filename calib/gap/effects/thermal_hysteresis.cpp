@@ -56,10 +56,9 @@ Effect thermal_hysteresis() {
   Effect effect;
   effect.name = "thermal_hysteresis";
   effect.physics =
-      "stress in package and solder depends on the way to a temperature, not on its speed; it stays after "
-      "the soak";
+      "stress in package and solder depends on the way to a temperature, not on the speed; it stays after the soak";
   effect.twins = {"temperature_rate", "sensor_lag", "warmup_transient"};
-  effect.experiment = "a longer soak (memory stays, what follows the rate dies) and a minor loop that turns halfway";
+  effect.experiment = "a longer soak (memory stays, rate effects die out) and a minor loop that turns halfway";
   effect.missing = [](const RegressorInputs& in) { return in.history.blurred(); };
   effect.follows_history = true;
   effect.candidates = [](const RegressorInputs& in) {

@@ -6,7 +6,7 @@ namespace soak::calib::gap {
 Effect vibration_rectification() {
   Effect effect;
   effect.name = "vibration_rectification";
-  effect.physics = "the compressor shakes the fixture, and an uneven response to vibration makes a shift of the mean";
+  effect.physics = "the compressor shakes the fixture, and an uneven response to vibration shifts the mean";
   effect.twins = {"temperature_rate"};
   effect.experiment = "a hold at one temperature with the compressor forced on, then off";
   effect.missing = [](const RegressorInputs& in) {

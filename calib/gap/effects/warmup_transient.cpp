@@ -21,7 +21,7 @@ std::vector<Candidate> warmup_of_tau(const RegressorInputs& in, double tau_s) {
 Effect warmup_transient() {
   Effect effect;
   effect.name = "warmup_transient";
-  effect.physics = "self-heating and settling of references after power-on, whatever the chamber does";
+  effect.physics = "self-heating and settling of voltage references after power-on, whatever the chamber does";
   effect.twins = {"thermal_hysteresis", "temperature_rate"};
   effect.experiment = "a power cycle in the middle of a run";
   effect.missing = [](const RegressorInputs& in) -> std::optional<std::string> {

@@ -28,9 +28,9 @@ const Effect& bump() {
     Effect made;
     made.name = "narrow_bump";
     made.physics =
-        "a feature of the curve at one temperature, narrower than the distance of the plateaus: a resonance, a range "
+        "a feature of the curve at one temperature, narrower than the spacing of the plateaus: a resonance, a range "
         "that switches on and off again";
-    made.experiment = "a grid of 2 K about it, up and down";
+    made.experiment = "a grid of 2 K around it, up and down";
     return made;
   }();
   return effect;
@@ -230,19 +230,16 @@ NotTestable turns_without_name(const std::vector<double>& level_c, const std::ve
                         place_text(level_c, places[turns[i].place]));
   }
   if (turns.size() > kShown) list += fmt::format(" and {} more", turns.size() - kShown);
-  return {"narrow_bump",
-          fmt::format("curves turn sharply ({}): a kink, a step or a rough curve reads the same as a bump at these "
-                      "plateaus, and some more every 2 K about it would tell",
-                      list)};
+  return {"narrow_bump", fmt::format("curves turn sharply ({}): at these plateaus a kink, a step or a rough curve "
+                                     "looks the same as a bump; more plateaus, 2 K apart around it, would decide",
+                                     list)};
 }
 
 NotTestable too_few_plateaus(std::size_t levels, std::size_t places) {
-  return {
-      "narrow_bump",
-      fmt::format("of {} plateaus {} have two neighbours on either side within {} K of each other: the others do not "
-                  "say how smooth the curve is there, and a feature of one is taken for the curve's own. Record "
-                  "twelve or more, 5 K apart about it",
-                  levels, places, kResolved_c)};
+  return {"narrow_bump", fmt::format("of {} plateaus only {} have two neighbours on either side within {} K of each "
+                                     "other: at the others nothing shows how smooth the curve is, and a feature at one "
+                                     "plateau counts as part of the curve. Record twelve or more, 5 K apart",
+                                     levels, places, kResolved_c)};
 }
 
 }  // namespace

@@ -339,7 +339,7 @@ void look_at_samples(const LoggedCampaign& campaign, OutsideTheMean& result) {
   }
   if (!looked) {
     for (const char* name : {"quantization", "saturation"}) {
-      result.not_testable.push_back({name, "no samples, only means, are at hand"});
+      result.not_testable.push_back({name, "only means are available, no samples"});
     }
   }
   if (!coarse.sensors.empty()) result.effects.push_back(std::move(coarse));

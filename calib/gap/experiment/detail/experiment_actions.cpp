@@ -175,15 +175,15 @@ std::optional<Action> fine_grid(const RunTemplate& source, double spot_c) {
     if (levels_c[k] > low_c && levels_c[k - 1] < high_c) widest_c = std::max(widest_c, levels_c[k] - levels_c[k - 1]);
   }
   if (widest_c < 1.5 * kGrid_c) return std::nullopt;
-  std::vector<double> course_c;
-  for (double c = low_c; c < high_c + 0.5; c += kGrid_c) course_c.push_back(c);
-  for (std::size_t k = course_c.size() - 1; k-- > 0;) course_c.push_back(course_c[k]);
+  std::vector<double> set_points_c;
+  for (double c = low_c; c < high_c + 0.5; c += kGrid_c) set_points_c.push_back(c);
+  for (std::size_t k = set_points_c.size() - 1; k-- > 0;) set_points_c.push_back(set_points_c[k]);
   ProposedRun run = same_run(source);
   run.visits.clear();
   const double soak_s = typical_soak_s(source);
-  for (std::size_t k = 0; k < course_c.size(); ++k) {
-    const Sweep sweep = 2 * k < course_c.size() ? Sweep::up : Sweep::down;
-    run.visits.push_back({nearest_visit(source, course_c[k]), course_c[k], course_c[k], soak_s, sweep});
+  for (std::size_t k = 0; k < set_points_c.size(); ++k) {
+    const Sweep sweep = 2 * k < set_points_c.size() ? Sweep::up : Sweep::down;
+    run.visits.push_back({nearest_visit(source, set_points_c[k]), set_points_c[k], set_points_c[k], soak_s, sweep});
   }
   return Action{fmt::format("grid of {:g} K from {:.0f} to {:.0f} °C and back", kGrid_c, low_c, high_c),
                 "fine-grid",

@@ -17,8 +17,8 @@ struct Action {
 };
 
 /// The same once more; half the ramp rate, and twice it where the air takes long enough for that to show; a soak of
-/// twice the time; a course that turns back at half of its way up; a power cycle in the middle; the fixture turned by
-/// 90 degrees. Those that this campaign's course has no room for are left out.
+/// twice the time; a temperature that turns back half-way up; a power cycle in the middle; the fixture turned by
+/// 90 degrees. Those that this campaign's temperatures leave no room for are left out.
 [[nodiscard]] std::vector<Action> actions(const RunTemplate& source);
 
 /// Set points every 5 K up to 15 K about `spot_c`, within the temperatures of the template, upwards and back. Nothing

@@ -31,7 +31,7 @@ struct TemplateVisit {
   Sweep sweep = Sweep::unknown;
 };
 
-/// A run of the campaign that planned runs are copied from: its course, positions and recordings.
+/// A run of the campaign that proposed runs are copied from: its temperatures, positions and recordings.
 struct RunTemplate {
   const LoggedRun* run = nullptr;
   std::vector<TemplateVisit> visits;

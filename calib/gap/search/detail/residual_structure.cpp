@@ -218,12 +218,13 @@ std::optional<ResidualStructure> between_twins(const std::vector<NamedEffect>& e
       if (!first.effect->follows_history || !second.effect->follows_history) continue;
       const bool small = explained({second}, second.sensors) < kMended * explained({first}, second.sensors);
       if (!small && !in_proportion(first, second)) continue;
-      return ResidualStructure{.axis = fmt::format("the course of the temperature as {} and {} do, but as neither",
-                                                   first.effect->name, second.effect->name),
-                               .p_adjusted = second.p_adjusted,
-                               .merit = second.merit,
-                               .sensors = second.sensors,
-                               .forbids_names = true};
+      return ResidualStructure{
+          .axis = fmt::format("the temperature history, much as {} and {} do but not quite as either",
+                              first.effect->name, second.effect->name),
+          .p_adjusted = second.p_adjusted,
+          .merit = second.merit,
+          .sensors = second.sensors,
+          .forbids_names = true};
     }
   }
   return std::nullopt;
@@ -257,7 +258,7 @@ std::optional<ResidualStructure> misfit(const std::vector<AxisTest>& axes, const
 std::optional<ResidualStructure> wander(const CampaignModel& model, const std::vector<NamedEffect>& effects) {
   const auto slow = slow_noise(model, effects);
   if (!slow || slow->excess < kStrange * explained(effects, slow->sensors)) return std::nullopt;
-  return ResidualStructure{"time, in another way in each run", slow->p_adjusted, slow->excess, slow->sensors, true};
+  return ResidualStructure{"time, differently in each run", slow->p_adjusted, slow->excess, slow->sensors, true};
 }
 
 std::optional<ResidualStructure> strongest(const std::vector<AxisTest>& axes, const std::vector<NamedEffect>& effects) {
