@@ -295,7 +295,7 @@ void RunRecorder::reject(std::size_t unit, std::string reason) {
 }
 
 void RunRecorder::accept(std::size_t unit) {
-  const UnitRows& rows = units_.at(unit);
+  const UnitStream& rows = units_.at(unit);
   if (!rows.attempt) return;
   (void)file_.add_event(rows.last_t_s, kAccepted,
                         attempt_text(rows.unit.serial, {{rows.attempt->from_s, rows.attempt->to_s}}, ""));
