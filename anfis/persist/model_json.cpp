@@ -7,8 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "anfis/model/one_input.h"
-
 namespace soak::anfis {
 namespace {
 
@@ -121,35 +119,15 @@ Model read_model(const json& document) {
   return model;
 }
 
-Model read_version1(const json& document) {
-  const json& input = document.at("input");
-  std::vector<CurveRule> rules;
-  for (const json& rule : list(document, "rules")) {
-    rules.push_back({rule.at("width").get<double>(), rule.at("slope").get<double>(), rule.at("centre").get<double>(),
-                     rule.at("gain").get<double>(), rule.at("offset").get<double>()});
-  }
-  const Shape shape = read_shape(document.at("membership"));
-  if (shape != Shape::bell && shape != Shape::gaussian) {
-    throw json::other_error::create(501, "version 1 has bells and gaussians only", nullptr);
-  }
-  Model model = curve_model(shape, rules);
-  model.order = read_int(document.at("order"));
-  model.inputs[0].scale = read_scale(input);
-  model.inputs[0].min = input.at("min").get<double>();
-  model.inputs[0].max = input.at("max").get<double>();
-  model.output = read_scale(document.at("output"));
-  return model;
-}
-
 /// Foreign values are looked at where they stand: to copy or print a deep one would exhaust the stack.
 base::Status check_format(const json& document) {
   if (!document.is_object() || !document.contains("format") || document.at("format") != kFormat) {
     return base::corrupt(std::string("not an ANFIS model: \"format\" must be \"") + kFormat + '"', "format");
   }
-  const bool known = document.contains("version") && document.at("version").is_number_integer() &&
-                     (document.at("version") == 1 || document.at("version") == kVersion);
+  const bool known =
+      document.contains("version") && document.at("version").is_number_integer() && document.at("version") == kVersion;
   if (known) return {};
-  return base::corrupt("this version of the model format is not known, only 1 and " + std::to_string(kVersion),
+  return base::corrupt("unknown version of the model format: this program reads version " + std::to_string(kVersion),
                        "version");
 }
 
@@ -173,7 +151,7 @@ base::Result<json> model_to_json(const Model& model) {
 base::Result<Model> model_from_json(const json& document) {
   if (auto status = check_format(document); !status) return base::forward_error(status);
   try {
-    Model model = document.at("version") == 1 ? read_version1(document) : read_model(document);
+    Model model = read_model(document);
     if (auto status = validate(model); !status) {
       return base::corrupt(status.error().message, status.error().where);
     }

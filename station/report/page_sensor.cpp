@@ -92,7 +92,7 @@ bool has_pi95(const json& fit) {
   return std::ranges::any_of(fit["curve"], [](const json& point) { return member(point, "pi95").is_number(); });
 }
 
-/// The uncertainty budget; models from before there was one do not state it.
+/// The uncertainty budget, where the stored model states it.
 std::string budget_table(const json& sensor) {
   const json& budget = member(sensor["fit"], "uncertainty");
   if (!budget.is_array() || budget.empty()) {

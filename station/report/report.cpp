@@ -128,7 +128,7 @@ base::Result<KnownLimits> limits_for(const ReportRequest& request, const calib::
   return limits_of_type(calibration.unit_type);
 }
 
-/// The laboratory's references that the fit recorded; null where the model was stored before there was a register.
+/// The laboratory's references that the fit recorded; null where the stored model does not state them.
 json records_json(const std::string& document) {
   const json stored = json::parse(document, nullptr, false);
   const json::json_pointer references("/fit/references");
