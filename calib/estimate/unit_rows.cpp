@@ -30,11 +30,10 @@ base::Status check_reference_gravity(const UnitInput& input) {
     if (first == nullptr) first = &reference;
     const double apart = std::abs(*reference.correction - *first->correction);
     if (apart <= 2.0 * std::hypot(reference.standard_uncertainty, first->standard_uncertainty)) continue;
-    return base::bad_input(
-        fmt::format("the references of these runs name different gravities, {} m/s2 ('{}') and {} m/s2 ('{}'): give "
-                    "--gravity-mps2 at import, or fit one --campaign at a time",
-                    *first->correction, first->name, *reference.correction, reference.name),
-        input.unit);
+    return base::bad_input(fmt::format("the references of these runs name different gravities, {} m/s2 ('{}') and {} "
+                                       "m/s2 ('{}'): give --gravity-mps2 at import, or fit one --campaign at a time",
+                                       *first->correction, first->name, *reference.correction, reference.name),
+                           input.unit);
   }
   return {};
 }
@@ -52,11 +51,10 @@ base::Status check_magnitude(const UnitInput& input) {
         const SensorStatistics& statistics = segment.sensor[index_of(sensor)];
         const double mean = statistics.mean * printed_per_si(sensor);
         if (statistics.count == 0 || std::abs(mean) <= kLargestReading) continue;
-        return base::bad_input(
-            fmt::format("{} of unit {} reads {:.3g} {} in run '{}': check the unit in the column's name, "
-                        "void the run and import it again into another campaign",
-                        name_of(sensor), input.unit, mean, printed_unit(sensor), run.label),
-            std::string(name_of(sensor)));
+        return base::bad_input(fmt::format("{} of unit {} reads {:.3g} {} in run '{}': check the unit in the column's "
+                                           "name, void the run and import it again into another campaign",
+                                           name_of(sensor), input.unit, mean, printed_unit(sensor), run.label),
+                               std::string(name_of(sensor)));
       }
     }
   }
@@ -79,10 +77,9 @@ base::Status check_stuck(const UnitInput& input) {
       }
       if (samples < 2 || varies || means.size() != 1) continue;
       return base::bad_input(
-          fmt::format(
-              "{} of unit {} reads the constant {} in every one of {} samples of run '{}': a stuck or disconnected "
-              "sensor; void the run ('soak runs void'), or import it without this column",
-              name_of(sensor), input.unit, *means.begin() * printed_per_si(sensor), samples, run.label),
+          fmt::format("{} of unit {} reads the constant {} in every one of {} samples of run '{}': a stuck or "
+                      "disconnected sensor; void the run ('soak runs void'), or import it without this column",
+                      name_of(sensor), input.unit, *means.begin() * printed_per_si(sensor), samples, run.label),
           std::string(name_of(sensor)));
     }
   }
@@ -110,11 +107,10 @@ base::Status check_gravity(const UnitInput& input, std::span<const GatedRun> use
           (typical_reading(*run.recorded, sensor, 1.0) - typical_reading(*run.recorded, sensor, -1.0)) / (2.0 * g);
       if (!(std::abs(share - 1.0) > kLargestScaleError)) continue;
       return base::bad_input(
-          fmt::format(
-              "{} of unit {} reads {:.3g} times gravity between its up and down positions in run '{}': check the "
-              "sign of the axis (scale = -1 in a columns map), the position labels and the unit in the column's "
-              "name, then void the run and import it into a new campaign",
-              name_of(sensor), input.unit, share, run.recorded->label),
+          fmt::format("{} of unit {} reads {:.3g} times gravity between its up and down positions in run '{}': check "
+                      "the sign of the axis (scale = -1 in a columns map), the position labels and the unit in the "
+                      "column's name, then void the run and import it into a new campaign",
+                      name_of(sensor), input.unit, share, run.recorded->label),
           std::string(name_of(sensor)));
     }
   }
@@ -258,10 +254,9 @@ void leave_out_found_attitudes(std::vector<GatedRun>& used, std::vector<Warning>
   if (found == 0 || found == all) return;
   std::erase_if(used, &GatedRun::in_found_attitudes);
   warnings.push_back(
-      {"attitudes_left_out",
-       fmt::format("{} of {} runs rest in attitudes that no position names, the others in named ones: they "
-                   "were left out; fit them in a campaign of their own (--campaign)",
-                   found, all)});
+      {"attitudes_left_out", fmt::format("{} of {} runs rest in attitudes that no position names, the others in named "
+                                         "ones: they were left out; fit them in a campaign of their own (--campaign)",
+                                         found, all)});
 }
 
 // What is told and refused of the rows.

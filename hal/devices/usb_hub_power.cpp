@@ -82,10 +82,11 @@ base::Status hub_is_there(const std::string& hub, const fs::path& devices) {
 base::Status check_output(const UsbHubs& hubs, int output) {
   const int hub = (output - 1) / kOutputsPerHub;
   if (output >= 1 && hub < static_cast<int>(hubs.paths.size()) && port_of(output) <= kMostPorts) return {};
-  return base::bad_input(fmt::format("there is no output {}: 1 to {} are the ports of the first hub, {} to {} those of "
-                                     "the second, and so on",
-                                     output, kMostPorts, kOutputsPerHub + 1, kOutputsPerHub + kMostPorts),
-                         hubs_text(hubs));
+  return base::bad_input(
+      fmt::format(
+          "there is no output {}: 1 to {} are the ports of the first hub, {} to {} those of the second, and so on",
+          output, kMostPorts, kOutputsPerHub + 1, kOutputsPerHub + kMostPorts),
+      hubs_text(hubs));
 }
 
 /// That of the port and that of its other half: a socket of USB 3 is two ports, and either feeds it.

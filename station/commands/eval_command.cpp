@@ -201,12 +201,10 @@ std::optional<calib::Warning> scale_warning(const Evaluation& asked, const calib
   }
   if (held.empty()) return std::nullopt;
   const auto [low_c, high_c] = calib::domain_of(*sensor.scale_ppm);
-  return calib::Warning{
-      "scale_not_measured",
-      fmt::format(
-          "{}: the scale error was measured from {:.2f} to {:.2f} °C only: no value at {} °C, where the runtime uses "
-          "the value at the nearest end and sets a flag",
-          calib::name_of(sensor.sensor), low_c, high_c, fmt::join(held, ", "))};
+  return calib::Warning{"scale_not_measured",
+                        fmt::format("{}: the scale error was measured from {:.2f} to {:.2f} °C only: no value at {} "
+                                    "°C, where the runtime uses the value at the nearest end and sets a flag",
+                                    calib::name_of(sensor.sensor), low_c, high_c, fmt::join(held, ", "))};
 }
 
 std::vector<calib::Warning> warnings_of(const Evaluation& asked) {

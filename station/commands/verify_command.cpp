@@ -59,10 +59,10 @@ base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const c
     input->runs.push_back(*std::move(loaded));
   }
   if (input->runs.empty()) {
-    return base::bad_input(fmt::format(
-        "campaign '{}' has no usable run of unit {} in epoch {} (sealed, not voided, not for diagnosis; {} runs in "
-        "all): 'soak runs list' shows them",
-        campaign, calibration.unit, calibration.epoch, runs->size()));
+    return base::bad_input(
+        fmt::format("campaign '{}' has no usable run of unit {} in epoch {} (sealed, not voided, not for diagnosis; {} "
+                    "runs in all): 'soak runs list' shows them",
+                    campaign, calibration.unit, calibration.epoch, runs->size()));
   }
   for (calib::Warning& warning : unit_type_warnings(input->type.name)) warnings.push_back(std::move(warning));
   calib::leave_out_copies(input->runs, warnings);

@@ -205,8 +205,7 @@ std::vector<std::string> remarks(const GapComparison& comparison) {
   if (!comparison.terms.empty() && !any_fresh) {
     sentences.emplace_back(
         "no run is fresh: only one that neither model was fitted to shows whether the gap has closed. Record one with "
-        "a "
-        "procedure whose purpose is verification, or import one with '--procedure verification'");
+        "a procedure whose purpose is verification, or import one with '--procedure verification'");
   }
   for (const calib::ModelTerm& term : comparison.terms) {
     if (!moves_blocks(term.name)) {

@@ -101,11 +101,10 @@ base::Result<ParsedKey> parse_key(std::string_view text, KeyKind wanted, const s
 base::Status check_private(const std::filesystem::path& path) {
   struct stat status{};
   if (::stat(path.c_str(), &status) != 0 || (status.st_mode & kGroupAndOthers) == 0) return {};
-  return base::bad_input(
-      fmt::format("others may read or write this secret key (mode {:04o}): 'chmod 600' it, and make a new key if "
-                  "somebody may have copied it",
-                  status.st_mode & 0777U),
-      path.string());
+  return base::bad_input(fmt::format("others may read or write this secret key (mode {:04o}): 'chmod 600' it, and make "
+                                     "a new key if somebody may have copied it",
+                                     status.st_mode & 0777U),
+                         path.string());
 }
 
 std::string key_text(std::string_view head, const KeyBytes& bytes, const std::string& comment) {

@@ -109,9 +109,10 @@ base::Result<std::vector<calib::Warning>> age_warnings(const db::Catalog& catalo
                                                        const db::ModelRow& model) {
   std::vector<calib::Warning> warnings;
   if (model.epoch != unit.epoch) {
-    warnings.push_back({"older_epoch", fmt::format("the model belongs to epoch {}; the unit has been repaired or "
-                                                   "re-flashed since and is in epoch {}",
-                                                   model.epoch, unit.epoch)});
+    warnings.push_back(
+        {"older_epoch",
+         fmt::format("the model belongs to epoch {}; the unit has been repaired or re-flashed since and is in epoch {}",
+                     model.epoch, unit.epoch)});
   }
   const auto newest = catalog.model(unit.serial);
   if (!newest) return base::forward_error(newest);

@@ -45,8 +45,8 @@ Effect earth_rate() {
   Effect effect;
   effect.name = "earth_rate";
   effect.physics =
-      "the gyros feel the rotation of the Earth, the same size on all of them; its vertical part is known "
-      "where the latitude is";
+      "the gyros feel the rotation of the Earth, the same size on all of them; its vertical part is known where the "
+      "latitude is";
   effect.twins = {"g_sensitivity"};
   effect.experiment = "the same positions with the fixture turned in azimuth; a known latitude for the vertical part";
   effect.missing = one_attitude_only;

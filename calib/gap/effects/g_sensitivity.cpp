@@ -9,8 +9,8 @@ Effect g_sensitivity() {
   effect.physics = "specific force unbalances a gyro's vibrating masses: its bias follows the attitude";
   effect.twins = {"earth_rate"};
   effect.experiment =
-      "the same positions with the fixture turned in azimuth: g-sensitivity stays, the horizontal part "
-      "of the Earth's rotation turns";
+      "the same positions with the fixture turned in azimuth: g-sensitivity stays, the horizontal part of the Earth's "
+      "rotation turns";
   effect.missing = one_attitude_only;
   // All axes; and each gyro by the force along its own, as three parameters more must be paid for.
   effect.candidates = [](const RegressorInputs& in) {

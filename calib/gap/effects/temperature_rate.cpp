@@ -28,8 +28,8 @@ Effect temperature_rate() {
   Effect effect;
   effect.name = "temperature_rate";
   effect.physics =
-      "gradients across the unit while it warms or cools: in proportion to dT/dt of its thermometer, gone "
-      "once the plateau is settled";
+      "gradients across the unit while it warms or cools: in proportion to dT/dt of its thermometer, gone once the "
+      "plateau is settled";
   effect.twins = {"sensor_lag", "warmup_transient"};
   effect.experiment = "two ramp rates, watched during the ramp and at the start of the soak";
   effect.missing = [](const RegressorInputs& in) { return in.history.blurred(); };

@@ -196,8 +196,8 @@ std::optional<std::string> what_a_turn_needs(const RunTemplate& source) {
     return segment.position && segment.position->azimuth_deg.has_value();
   });
   if (known) return std::nullopt;
-  return "the headings of the positions are not known: state azimuths_deg in the fixture's register map, or in "
-         "the columns map of an import";
+  return "the headings of the positions are not known: state azimuths_deg in the fixture's register map, or in the "
+         "columns map of an import";
 }
 
 }  // namespace soak::calib::gap
