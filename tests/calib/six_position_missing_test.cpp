@@ -138,8 +138,7 @@ TEST(SixPositionMissing, OnePositionThroughoutLeavesTheScaleErrorInTheBias) {
   for (const PlateauEstimate& p : e.sensor[5].plateaus) {
     EXPECT_NEAR(p.bias, bench.accel_bias(p.temp_c) + 1e-6 * bench.accel_scale_ppm(p.temp_c) * kGravity_mps2, 1e-9);
   }
-  EXPECT_NE(words(e).find("accel_z: the positions do not determine its scale error (which stays in the bias) (missing: "
-                          "+X, -X, +Y, -Y, -Z)"),
+  EXPECT_NE(words(e).find("accel_z: the positions do not determine its scale error (which stays in the bias)"),
             std::string::npos)
       << words(e);
 }
