@@ -8,7 +8,6 @@
 #include <cstring>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -44,19 +43,6 @@ class ByteReader {
     const auto part = bytes_.subspan(position_, count);
     position_ += count;
     return part;
-  }
-
-  /// Text that a 16-bit length precedes.
-  [[nodiscard]] std::optional<std::string> read_text16() {
-    const std::size_t start = position_;
-    const auto length = read<std::uint16_t>();
-    if (!length) return std::nullopt;
-    const auto text = take(*length);
-    if (!text) {
-      position_ = start;
-      return std::nullopt;
-    }
-    return std::string(text->begin(), text->end());
   }
 
  private:

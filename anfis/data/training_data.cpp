@@ -28,7 +28,7 @@ base::Status validate_sizes(const TrainingData& data) {
                            column);
   };
   if (data.inputs == 0 || data.x.size() % data.inputs != 0) {
-    return base::bad_input(std::to_string(data.x.size()) + " values of x are no whole number of rows of " +
+    return base::bad_input(std::to_string(data.x.size()) + " values of x cannot be split into rows of " +
                                std::to_string(data.inputs) + " inputs",
                            "x");
   }
@@ -46,7 +46,7 @@ base::Status validate_values(const TrainingData& data) {
     }
     if (!data.weight.empty() && !(data.weight[i] >= 1.0 / kLargestNumber && data.weight[i] <= kLargestNumber)) {
       return base::bad_input(
-          "the weight must be positive, 1e-100 to 1e100: leave out rows that shall not count, or change the units",
+          "the weight must be from 1e-100 to 1e100: remove rows that should not count, or change the units",
           row_name(i));
     }
   }

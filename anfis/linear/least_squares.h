@@ -56,8 +56,6 @@ struct LeastSquaresFit {
   /// sigma^2 ||F^T c||^2; where rank < columns that holds for functionals c in the row space of A only (estimable
   /// ones), as those outside it have no finite variance.
   Eigen::MatrixXd covariance_factor;
-
-  [[nodiscard]] bool full_rank() const { return rank == coefficients.size(); }
 };
 
 /// Columns of A, scaled to unit norm, whose part that earlier pivots do not explain is below this share of the largest

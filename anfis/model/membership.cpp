@@ -67,7 +67,7 @@ base::Status in_order(const Membership& m) {
     case Shape::trapezoid:
       return both(both(rising(m, 0, 1), rising(m, 1, 2, true)), rising(m, 2, 3));
   }
-  return base::bad_input("the shape is none of those known", "shape");
+  return base::bad_input("unknown shape of membership", "shape");
 }
 
 double bell_log(const Membership& m, double u) {

@@ -7,8 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "anfis/model/one_input.h"
-
 namespace soak::anfis {
 namespace {
 
@@ -48,8 +46,8 @@ int read_int(const json& number) {
   const bool fits = number.is_number_integer() && (number.is_number_unsigned() || number.get<std::int64_t>() >= 0) &&
                     number.get<std::uint64_t>() <= std::numeric_limits<int>::max();
   if (!fits) {
-    throw json::other_error::create(501, std::string("a whole number from 0 is wanted, not this ") + number.type_name(),
-                                    nullptr);
+    throw json::other_error::create(
+        501, std::string("a number must be a whole number of 0 or more, not ") + number.type_name(), nullptr);
   }
   return number.get<int>();
 }
@@ -58,13 +56,13 @@ int read_int(const json& number) {
 const json& list(const json& document, const char* name) {
   const json& found = document.at(name);
   if (found.is_array()) return found;
-  throw json::other_error::create(501, std::string(name) + " must be a list, not this " + found.type_name(), nullptr);
+  throw json::other_error::create(501, std::string(name) + " must be a list, not " + found.type_name(), nullptr);
 }
 
 Shape read_shape(const json& document) {
   const auto& text = document.get_ref<const std::string&>();
   const auto* const found = std::ranges::find_if(kShapes, [&](Shape shape) { return name(shape) == text; });
-  if (found == kShapes.end()) throw json::other_error::create(501, "no shape is called " + text, nullptr);
+  if (found == kShapes.end()) throw json::other_error::create(501, "unknown shape of membership: " + text, nullptr);
   return *found;
 }
 
@@ -108,7 +106,7 @@ TNorm read_t_norm(const json& document) {
   for (const TNorm t_norm : {TNorm::product, TNorm::minimum}) {
     if (name(t_norm) == text) return t_norm;
   }
-  throw json::other_error::create(501, "no T-norm is called " + text, nullptr);
+  throw json::other_error::create(501, "unknown T-norm: " + text, nullptr);
 }
 
 Model read_model(const json& document) {
@@ -121,35 +119,15 @@ Model read_model(const json& document) {
   return model;
 }
 
-Model read_version1(const json& document) {
-  const json& input = document.at("input");
-  std::vector<CurveRule> rules;
-  for (const json& rule : list(document, "rules")) {
-    rules.push_back({rule.at("width").get<double>(), rule.at("slope").get<double>(), rule.at("centre").get<double>(),
-                     rule.at("gain").get<double>(), rule.at("offset").get<double>()});
-  }
-  const Shape shape = read_shape(document.at("membership"));
-  if (shape != Shape::bell && shape != Shape::gaussian) {
-    throw json::other_error::create(501, "version 1 has bells and gaussians only", nullptr);
-  }
-  Model model = curve_model(shape, rules);
-  model.order = read_int(document.at("order"));
-  model.inputs[0].scale = read_scale(input);
-  model.inputs[0].min = input.at("min").get<double>();
-  model.inputs[0].max = input.at("max").get<double>();
-  model.output = read_scale(document.at("output"));
-  return model;
-}
-
 /// Foreign values are looked at where they stand: to copy or print a deep one would exhaust the stack.
 base::Status check_format(const json& document) {
   if (!document.is_object() || !document.contains("format") || document.at("format") != kFormat) {
-    return base::corrupt(std::string("this is not a model: \"format\" must be \"") + kFormat + '"', "format");
+    return base::corrupt(std::string("not an ANFIS model: \"format\" must be \"") + kFormat + '"', "format");
   }
-  const bool known = document.contains("version") && document.at("version").is_number_integer() &&
-                     (document.at("version") == 1 || document.at("version") == kVersion);
+  const bool known =
+      document.contains("version") && document.at("version").is_number_integer() && document.at("version") == kVersion;
   if (known) return {};
-  return base::corrupt("this version of the model format is not known, only 1 and " + std::to_string(kVersion),
+  return base::corrupt("unknown version of the model format: this program reads version " + std::to_string(kVersion),
                        "version");
 }
 
@@ -173,7 +151,7 @@ base::Result<json> model_to_json(const Model& model) {
 base::Result<Model> model_from_json(const json& document) {
   if (auto status = check_format(document); !status) return base::forward_error(status);
   try {
-    Model model = document.at("version") == 1 ? read_version1(document) : read_model(document);
+    Model model = read_model(document);
     if (auto status = validate(model); !status) {
       return base::corrupt(status.error().message, status.error().where);
     }

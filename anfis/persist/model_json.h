@@ -19,12 +19,8 @@ namespace soak::anfis {
 /// has no NaN.
 [[nodiscard]] base::Result<nlohmann::json> model_to_json(const Model& model);
 
-/// The model that model_to_json wrote, in this version or in version 1, which had one input and the rule's own
-/// membership in each rule:
-///     {.., "version": 1, "membership": "bell"|"gaussian", "order": 0|1, "input": {centre, half_range, min, max},
-///      "output": {centre, half_range}, "rules": [{"width": x, "slope": x, "centre": x, "gain": x, "offset": x}, ..]}
-/// Refuses (corrupt) other formats and versions, missing or mistyped members, and models that validate() refuses.
-/// Members it does not know are ignored.
+/// The model that model_to_json wrote. Refuses (corrupt) other formats and versions, missing or mistyped members, and
+/// models that validate() refuses. Members it does not know are ignored.
 [[nodiscard]] base::Result<Model> model_from_json(const nlohmann::json& json);
 
 }  // namespace soak::anfis

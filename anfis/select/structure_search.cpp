@@ -149,9 +149,9 @@ base::Result<StructureSearch> search_structure(const TrainingData& data, std::sp
   int most = options.max_memberships;
   for (const Fold& f : folds) most = std::min(most, most_memberships(f.train, options));
   if (options.min_memberships < 2 || most < options.min_memberships) {
-    return base::bad_input("no number of memberships is left to try between " +
-                               std::to_string(options.min_memberships) + " and " + std::to_string(most) +
-                               ": the least is 2, and the most follows from the resolved inputs of the smallest fold",
+    return base::bad_input("no number of memberships can be tried from " + std::to_string(options.min_memberships) +
+                               " and " + std::to_string(most) +
+                               ": at least 2 are needed, and the distinct inputs of the smallest fold limit the most",
                            "min_memberships, max_memberships");
   }
   std::vector<std::vector<double>> errors;

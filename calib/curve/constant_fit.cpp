@@ -166,7 +166,7 @@ void add_constant_warnings(const ConstantValidity& validity, CurveFit& fit) {
        fmt::format("measured at {:.1f} to {:.1f} °C only: constants, valid from {:.1f} to {:.1f} °C{}",
                    validity.temp_min_c, validity.temp_max_c, fit.temp_min_c, fit.temp_max_c,
                    validity.within_c > 0.0 ? " (as the unit's type says)"
-                                           : " (the unit's type says nothing of beyond: [constants] within_c)")});
+                                           : " (the unit's type does not say how far beyond: [constants] within_c)")});
 }
 
 }  // namespace

@@ -212,7 +212,7 @@ tl::unexpected<base::Error> refuse_check(std::span<const std::uint8_t> bytes) {
                              std::to_string(stated) + ": truncated or damaged; copy it again from the station",
                          "size");
   }
-  return base::corrupt("the check sum does not fit: the calibration file is damaged; copy it again from the station",
+  return base::corrupt("the checksum does not match: the calibration file is damaged; copy it again from the station",
                        "CRC-32C");
 }
 
@@ -223,8 +223,8 @@ tl::unexpected<base::Error> refuse_magic(std::span<const std::uint8_t> bytes) {
     return cut ? refuse_check(bytes) : foreign();
   }
   if (std::equal(kMagic.begin(), kMagic.begin() + 5, bytes.begin())) {
-    return base::corrupt("the file was damaged on its way, probably by a transfer as text; copy it again as binary",
-                         "magic");
+    return base::corrupt(
+        "the file was damaged in transfer, probably because it was sent as text; copy it again as binary", "magic");
   }
   int different = 0;
   for (std::size_t i = 0; i < kMagic.size(); ++i) {

@@ -92,8 +92,7 @@ std::string provenance(const KalibrSource& source, std::span<const AxisNoise> no
   text += comment("recorded: " + base::utc_text(source.recorded_utc_s));
   text += comment("created: " + base::utc_text(source.created_utc_s));
   text += comment(fmt::format(
-      "at rest: position {}, unit at {:.1f} degC ({:.1f} to {:.1f}); other temperatures may be "
-      "noisier",
+      "at rest: position {}, unit at {:.1f} degC ({:.1f} to {:.1f}); other temperatures may be noisier",
       source.position.empty() ? "not known" : source.position, source.temp_c, source.least_temp_c, source.most_temp_c));
   if (source.most_temp_c - source.least_temp_c > kKalibrMostSwing_k) {
     text +=
@@ -123,12 +122,11 @@ base::Result<AxisNoise> axis_noise(Sensor sensor, const SignalRecord& record) {
   const std::size_t longest = std::max<std::size_t>(1, 2 * phase->longest(signal::AllanKind::overlapping) / 3);
   const double longest_tau_s = static_cast<double>(longest) * phase->interval_s();
   if (longest_tau_s < kKalibrLeastStill_s / 3.0 * 0.99) {
-    return base::bad_input(
-        fmt::format("the longest stretch at rest without a gap carries averaging times of up to {:.3g} s, "
-                    "and {:g} s are needed: record {:g} minutes or more in one position at a constant "
-                    "temperature (procedures/static-allan.toml)",
-                    longest_tau_s, kKalibrLeastStill_s / 3.0, kKalibrLeastStill_s / 60.0),
-        place);
+    return base::bad_input(fmt::format("the longest stretch at rest without a gap carries averaging times of up to "
+                                       "{:.3g} s, and {:g} s are needed: record {:g} minutes or more in one position "
+                                       "at a constant temperature (procedures/static-allan.toml)",
+                                       longest_tau_s, kKalibrLeastStill_s / 3.0, kKalibrLeastStill_s / 60.0),
+                           place);
   }
   signal::AllanCurve curve = signal::overlapping_curve(*phase, signal::log_spaced_multiples(longest, kPerDecade));
   curve.low_pass = signal::find_low_pass(record.values, record.rate_hz);

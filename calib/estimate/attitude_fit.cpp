@@ -213,12 +213,13 @@ void warn_of_moves(const GyroGains& gains, std::vector<Warning>& warnings) {
   if (gains.saturated > 0) {
     warnings.push_back(
         {"turns_saturated",
-         fmt::format("{} movements were left out, as a gyro was at the end of its range: move more slowly",
-                     gains.saturated)});
+         fmt::format(
+             "{} movements were left out because a gyro reached the end of its range: move the unit more slowly",
+             gains.saturated)});
   }
   if (gains.with_gaps > 0) {
-    warnings.push_back({"turns_with_gaps",
-                        fmt::format("{} movements were left out, as samples are missing in them", gains.with_gaps)});
+    warnings.push_back({"turns_with_gaps", fmt::format("{} movements were left out because samples are missing in them",
+                                                       gains.with_gaps)});
   }
   if (gains.open_turns > 0) {
     warnings.push_back(
@@ -228,11 +229,10 @@ void warn_of_moves(const GyroGains& gains, std::vector<Warning>& warnings) {
                      gains.open_turns)});
   }
   if (used == 0) {
-    warnings.push_back(
-        {"turns_not_seen",
-         "the movements between the rests do not show the gyros' scale errors, with an error of their own: "
-         "record the gyros while the unit is turned to nine attitudes or more, or twice (each way) through "
-         "a known angle about each axis ('turn_deg')"});
+    warnings.push_back({"turns_not_seen",
+                        "the movements between the rests do not determine the gyros' scale errors and their "
+                        "uncertainty: record the gyros while the unit is turned to nine attitudes or more, or twice "
+                        "(each way) through a known angle about each axis ('turn_deg')"});
   }
 }
 

@@ -195,8 +195,8 @@ std::optional<LevelFit> find_level(const SensorRows& rows, const Place& place, T
     sum.east_rad += last.tilt[1];
     const double size_rad = std::hypot(sum.north_rad, sum.east_rad);
     if (size_rad < kLargestTilt_rad) continue;
-    result.no_level_error = fmt::format(
-        "the readings ask for a level error of {:.3g}°, more than 2°: check the azimuths", size_rad * base::kDegPerRad);
+    result.no_level_error = fmt::format("the readings imply a level error of {:.3g}°, more than 2°: check the azimuths",
+                                        size_rad * base::kDegPerRad);
     return std::nullopt;
   }
   tilt = sum;
@@ -327,10 +327,10 @@ void warn_of_missing(const Problem& problem, const SensorEstimate& estimate, std
   if (!problem.with_position) return;
   const auto lacks = is_gyro(problem.sensor) ? gyro_lacks(problem, estimate) : accelerometer_lacks(problem, estimate);
   const auto missing = missing_labels(problem);
-  const std::string without = missing.empty() ? "" : fmt::format("without {} ", fmt::join(missing, ", "));
   if (!lacks.empty()) {
-    warnings.push_back({"missing_position", fmt::format("{}: {}one cannot see {}", name_of(problem.sensor), without,
-                                                        fmt::join(lacks, "; "))});
+    const std::string which = missing.empty() ? "" : fmt::format(" (missing: {})", fmt::join(missing, ", "));
+    warnings.push_back({"missing_position", fmt::format("{}: the positions do not determine {}{}",
+                                                        name_of(problem.sensor), fmt::join(lacks, "; "), which)});
   }
   const std::size_t lost = problem.visits.size() - estimate.plateaus.size();
   if (lost > 0) {
@@ -361,8 +361,8 @@ SixPositionEstimate estimate_six_positions(std::span<const Segment> segments, co
   }
   if (turning > 0) {
     result.warnings.push_back(
-        {"rate_positions", fmt::format("accelerometers: {} segments in which the fixture turns were left out, as the "
-                                       "centripetal acceleration of an unknown lever arm is in them",
+        {"rate_positions", fmt::format("accelerometers: {} segments in which the fixture turns were left out because "
+                                       "they contain the centripetal acceleration of an unknown lever arm",
                                        turning)});
   }
   return result;

@@ -43,16 +43,15 @@ bool is_copy(const RunInput& run, const RunInput& of) {
 std::string run_name(const RunInput& run) { return fmt::format("{}/{}", run.campaign, run.label); }
 
 /// A run that stays, and the names of its copies.
-struct KeptRun {
+struct Original {
   RunInput run;
   std::vector<std::string> copies;
 };
 
-Warning copies_warning(const KeptRun& kept) {
+Warning copies_warning(const Original& original) {
   return {"copied_runs",
-          fmt::format("run {} holds the same samples as {}: they count once, by the first; void what is a copy ('soak "
-                      "runs void')",
-                      fmt::join(kept.copies, ", "), run_name(kept.run))};
+          fmt::format("run {} holds the same samples as {}: the fit uses them once; void the copies ('soak runs void')",
+                      fmt::join(original.copies, ", "), run_name(original.run))};
 }
 
 // Findings of the data gate.
@@ -140,20 +139,20 @@ bool same_samples(std::span<const Segment> a, std::span<const Segment> b) {
 }
 
 void leave_out_copies(std::vector<RunInput>& runs, std::vector<Warning>& warnings) {
-  std::vector<KeptRun> all;
+  std::vector<Original> originals;
   for (RunInput& run : runs) {
-    const auto first =
-        std::find_if(all.begin(), all.end(), [&](const KeptRun& kept) { return is_copy(run, kept.run); });
-    if (first != all.end()) {
-      first->copies.push_back(run_name(run));
+    const auto same =
+        std::ranges::find_if(originals, [&](const Original& original) { return is_copy(run, original.run); });
+    if (same != originals.end()) {
+      same->copies.push_back(run_name(run));
     } else {
-      all.push_back({std::move(run), {}});
+      originals.push_back({std::move(run), {}});
     }
   }
   runs.clear();
-  for (KeptRun& kept : all) {
-    if (!kept.copies.empty()) warnings.push_back(copies_warning(kept));
-    runs.push_back(std::move(kept.run));
+  for (Original& original : originals) {
+    if (!original.copies.empty()) warnings.push_back(copies_warning(original));
+    runs.push_back(std::move(original.run));
   }
 }
 
@@ -172,9 +171,9 @@ std::vector<Segment> accepted(std::span<const Segment> segments) {
   std::vector<Segment> kept;
   for (const Segment& segment : segments) {
     if (is_rejected(segment)) continue;
-    Segment& copy = kept.emplace_back(segment);
+    kept.push_back(segment);
     for (const Sensor sensor : kSensors) {
-      if (is_rejected(segment, sensor)) withdraw(copy, sensor);
+      if (is_rejected(segment, sensor)) withdraw(kept.back(), sensor);
     }
   }
   return kept;
@@ -188,7 +187,7 @@ std::vector<Warning> gate_warnings(std::span<const Segment> segments) {
   std::vector<Warning> warnings;
   for (const Tally& tally : tallies) {
     const bool rejects = tally.finding->severity == Severity::reject;
-    const std::string what = !rejects ? "has" : tally.finding->sensor ? "loses a sensor in" : "loses";
+    const std::string what = !rejects ? "found in" : tally.finding->sensor ? "rejects a sensor in" : "rejects";
     warnings.push_back(
         {tally.finding->code, fmt::format("{} {} of {} segments; the first, {}: {}", what, tally.segments,
                                           segments.size(), visit_text(tally.first->key), tally.finding->text)});
@@ -196,22 +195,25 @@ std::vector<Warning> gate_warnings(std::span<const Segment> segments) {
   return warnings;
 }
 
+std::string more_runs_text(std::size_t more) {
+  return more == 0 ? "" : fmt::format(" (also in {} more run{})", more, more == 1 ? "" : "s");
+}
+
 std::vector<GatedRun> gate_runs(const UnitInput& input, std::vector<Warning>& warnings) {
   std::vector<GateWarning> all;
-  std::vector<GatedRun> gated;
+  std::vector<GatedRun> used;
   for (const RunInput& run : input.runs) {
     add_gate_warnings(run, all);
-    gated.push_back({&run, accepted(run.segments), {}});
-    correct_rates(gated.back().segments, input.references, run.campaign);
-  }
-  for (GatedRun& run : gated) {
-    run.place = place_of(run.segments, with_reference_gravity(run.run->site, input.references));
+    std::vector<Segment> kept = accepted(run.segments);
+    correct_rates(kept, input.references, run.campaign);
+    const Place place = place_of(kept, with_reference_gravity(run.site, input.references));
+    used.push_back({&run, std::move(kept), place});
   }
   for (GateWarning& one : all) {
-    if (one.more_runs > 0) one.warning.text += fmt::format(" (and so in {} more runs)", one.more_runs);
+    one.warning.text += more_runs_text(one.more_runs);
     warnings.push_back(std::move(one.warning));
   }
-  return gated;
+  return used;
 }
 
 }  // namespace soak::calib

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -73,9 +74,12 @@ void leave_out_copies(std::vector<RunInput>& runs, std::vector<Warning>& warning
 /// first. In the order in which they come first; empty where there are no findings.
 [[nodiscard]] std::vector<Warning> gate_warnings(std::span<const Segment> segments);
 
+/// " (also in 2 more runs)" behind a warning of one run; empty for 0.
+[[nodiscard]] std::string more_runs_text(std::size_t more);
+
 /// A run as it is fitted: what the data gate left of it, and where it stood.
 struct GatedRun {
-  const RunInput* run = nullptr;
+  const RunInput* recorded = nullptr;
   std::vector<Segment> segments;  ///< accepted()
   Place place;
 

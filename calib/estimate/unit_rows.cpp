@@ -30,11 +30,10 @@ base::Status check_reference_gravity(const UnitInput& input) {
     if (first == nullptr) first = &reference;
     const double apart = std::abs(*reference.correction - *first->correction);
     if (apart <= 2.0 * std::hypot(reference.standard_uncertainty, first->standard_uncertainty)) continue;
-    return base::bad_input(
-        fmt::format("the references of these runs name different gravities, {} m/s2 ('{}') and {} m/s2 ('{}'): give "
-                    "--gravity-mps2 at import, or fit one --campaign at a time",
-                    *first->correction, first->name, *reference.correction, reference.name),
-        input.unit);
+    return base::bad_input(fmt::format("the references of these runs name different gravities, {} m/s2 ('{}') and {} "
+                                       "m/s2 ('{}'): give --gravity-mps2 at import, or fit one --campaign at a time",
+                                       *first->correction, first->name, *reference.correction, reference.name),
+                           input.unit);
   }
   return {};
 }
@@ -52,11 +51,10 @@ base::Status check_magnitude(const UnitInput& input) {
         const SensorStatistics& statistics = segment.sensor[index_of(sensor)];
         const double mean = statistics.mean * printed_per_si(sensor);
         if (statistics.count == 0 || std::abs(mean) <= kLargestReading) continue;
-        return base::bad_input(
-            fmt::format("{} of unit {} reads {:.3g} {} in run '{}': check the unit in the column's name, "
-                        "void the run and import it again into another campaign",
-                        name_of(sensor), input.unit, mean, printed_unit(sensor), run.label),
-            std::string(name_of(sensor)));
+        return base::bad_input(fmt::format("{} of unit {} reads {:.3g} {} in run '{}': check the unit in the column's "
+                                           "name, void the run and import it again into another campaign",
+                                           name_of(sensor), input.unit, mean, printed_unit(sensor), run.label),
+                               std::string(name_of(sensor)));
       }
     }
   }
@@ -79,10 +77,9 @@ base::Status check_stuck(const UnitInput& input) {
       }
       if (samples < 2 || varies || means.size() != 1) continue;
       return base::bad_input(
-          fmt::format(
-              "{} of unit {} reads the constant {} in every one of {} samples of run '{}': a stuck or disconnected "
-              "sensor; void the run ('soak runs void'), or import it without this column",
-              name_of(sensor), input.unit, *means.begin() * printed_per_si(sensor), samples, run.label),
+          fmt::format("{} of unit {} reads the constant {} in every one of {} samples of run '{}': a stuck or "
+                      "disconnected sensor; void the run ('soak runs void'), or import it without this column",
+                      name_of(sensor), input.unit, *means.begin() * printed_per_si(sensor), samples, run.label),
           std::string(name_of(sensor)));
     }
   }
@@ -102,32 +99,31 @@ double typical_reading(const RunInput& run, Sensor sensor, double sign) {
 
 /// Refuses runs whose accelerometers, turned up and down, cannot have read gravity: a wrong sign, unit or position
 /// label.
-base::Status check_gravity(const UnitInput& input, std::span<const GatedRun> gated) {
-  for (const auto& [given, segments, place] : gated) {
-    const RunInput& run = *given;
-    const double g = place.gravity.mps2 * input.type.sign_at_rest;
+base::Status check_gravity(const UnitInput& input, std::span<const GatedRun> used) {
+  for (const GatedRun& run : used) {
+    const double g = run.place.gravity.mps2 * input.type.sign_at_rest;
     for (const Sensor sensor : {Sensor::accel_x, Sensor::accel_y, Sensor::accel_z}) {
-      const double share = (typical_reading(run, sensor, 1.0) - typical_reading(run, sensor, -1.0)) / (2.0 * g);
+      const double share =
+          (typical_reading(*run.recorded, sensor, 1.0) - typical_reading(*run.recorded, sensor, -1.0)) / (2.0 * g);
       if (!(std::abs(share - 1.0) > kLargestScaleError)) continue;
       return base::bad_input(
-          fmt::format(
-              "{} of unit {} reads {:.3g} times gravity between its up and down positions in run '{}': check the "
-              "sign of the axis (scale = -1 in a columns map), the position labels and the unit in the column's "
-              "name, then void the run and import it into a new campaign",
-              name_of(sensor), input.unit, share, run.label),
+          fmt::format("{} of unit {} reads {:.3g} times gravity between its up and down positions in run '{}': check "
+                      "the sign of the axis (scale = -1 in a columns map), the position labels and the unit in the "
+                      "column's name, then void the run and import it into a new campaign",
+                      name_of(sensor), input.unit, share, run.recorded->label),
           std::string(name_of(sensor)));
     }
   }
   return {};
 }
 
-base::Status check_readings(const UnitInput& input, std::span<const GatedRun> gated) {
+base::Status check_readings(const UnitInput& input, std::span<const GatedRun> used) {
   if (input.runs.empty()) {
     return base::bad_input(fmt::format("unit {} has no sealed, unvoided run in its current epoch to fit", input.unit));
   }
   if (auto sane = check_magnitude(input); !sane) return sane;
   if (auto alive = check_stuck(input); !alive) return alive;
-  return check_gravity(input, gated);
+  return check_gravity(input, used);
 }
 
 // What the runs have in common.
@@ -136,32 +132,32 @@ base::Status check_readings(const UnitInput& input, std::span<const GatedRun> ga
 std::vector<std::string> run_names(std::span<const GatedRun> used) {
   std::set<std::string> seen;
   bool clash = false;
-  for (const GatedRun& run : used) clash = clash || !seen.insert(run.run->label).second;
+  for (const GatedRun& run : used) clash = clash || !seen.insert(run.recorded->label).second;
   std::vector<std::string> names;
   for (const GatedRun& run : used) {
-    names.push_back(clash ? run.run->campaign + "/" + run.run->label : run.run->label);
+    names.push_back(clash ? run.recorded->campaign + "/" + run.recorded->label : run.recorded->label);
   }
   return names;
 }
 
 bool gives(std::span<const Segment> segments, Sensor sensor) {
-  return std::ranges::any_of(segments, [&](const Segment& s) { return s.sensor[index_of(sensor)].count > 0; });
+  return std::ranges::any_of(segments,
+                             [&](const Segment& segment) { return segment.sensor[index_of(sensor)].count > 0; });
 }
 
 /// States which thermometer each sensor's rows are over. Refuses runs that differ: one curve is over one thermometer.
 base::Status state_thermometers(std::span<const GatedRun> used, UnitRows& rows) {
   for (const Sensor sensor : kSensors) {
     const RunInput* first = nullptr;
-    for (const GatedRun& gated : used) {
-      const RunInput* run = gated.run;
-      if (!gives(gated.segments, sensor)) continue;
-      if (first == nullptr) first = run;
-      const bool own = run->own_thermometer[index_of(sensor)];
+    for (const GatedRun& run : used) {
+      if (!gives(run.segments, sensor)) continue;
+      if (first == nullptr) first = run.recorded;
+      const bool own = run.recorded->own_thermometer[index_of(sensor)];
       if (own == first->own_thermometer[index_of(sensor)]) continue;
       return base::bad_input(
-          fmt::format("run {} has a thermometer of {} alone, run {} knows it by the unit's: one curve cannot be over "
+          fmt::format("run {} has a thermometer of its own for {}, run {} has only the unit's: one curve cannot use "
                       "both; void the runs of one kind, or fit one --campaign at a time",
-                      (own ? run : first)->label, name_of(sensor), (own ? first : run)->label),
+                      (own ? run.recorded : first)->label, name_of(sensor), (own ? first : run.recorded)->label),
           std::string(name_of(sensor)));
     }
     rows.own_thermometer[index_of(sensor)] = first != nullptr && first->own_thermometer[index_of(sensor)];
@@ -215,19 +211,24 @@ Circumstances circumstances_of(const UnitInput& input, std::span<const GatedRun>
   of.references = input.references;
   of.runs = used.size();
   of.found_attitudes = std::ranges::all_of(used, &GatedRun::in_found_attitudes);
-  of.turned_by_hand = std::ranges::any_of(
-      used, [](const GatedRun& run) { return !run.run->moves.empty() && std::ranges::none_of(run.segments, turns); });
+  of.turned_by_hand = std::ranges::any_of(used, [](const GatedRun& run) {
+    return !run.recorded->moves.empty() && std::ranges::none_of(run.segments, turns);
+  });
   of.positions = false;
   of.turned.fill(true);
   bool latitudes = true;
-  for (const auto& [run, segments, place] : used) {
-    if (std::ranges::find(of.campaigns, run->campaign) == of.campaigns.end()) of.campaigns.push_back(run->campaign);
-    of.positions =
-        of.positions || std::ranges::any_of(segments, [](const Segment& s) { return s.position.has_value(); });
-    for (std::size_t axis = 0; axis < 3; ++axis) of.turned[axis] = of.turned[axis] && turned_both_ways(segments, axis);
-    latitudes = latitudes && place.latitude_deg;
+  for (const GatedRun& run : used) {
+    const std::string& campaign = run.recorded->campaign;
+    if (std::ranges::find(of.campaigns, campaign) == of.campaigns.end()) of.campaigns.push_back(campaign);
+    of.positions = of.positions || std::ranges::any_of(run.segments, [](const Segment& segment) {
+                     return segment.position.has_value();
+                   });
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      of.turned[axis] = of.turned[axis] && turned_both_ways(run.segments, axis);
+    }
+    latitudes = latitudes && run.place.latitude_deg;
     if (!latitudes) continue;
-    const double latitude_deg = std::abs(*place.latitude_deg);
+    const double latitude_deg = std::abs(*run.place.latitude_deg);
     of.latitude_deg = std::min(of.latitude_deg.value_or(latitude_deg), latitude_deg);
   }
   if (!latitudes) of.latitude_deg.reset();
@@ -237,10 +238,10 @@ Circumstances circumstances_of(const UnitInput& input, std::span<const GatedRun>
 /// The least that was subtracted in any run.
 EarthRemoval earth_removed_from(std::span<const GatedRun> used) {
   EarthRemoval least = EarthRemoval::whole;
-  for (const auto& [run, segments, place] : used) {
-    const EarthRemoval removed = !place.latitude_deg       ? EarthRemoval::none
-                                 : place.headings.complete ? EarthRemoval::whole
-                                                           : EarthRemoval::vertical;
+  for (const GatedRun& run : used) {
+    const EarthRemoval removed = !run.place.latitude_deg       ? EarthRemoval::none
+                                 : run.place.headings.complete ? EarthRemoval::whole
+                                                               : EarthRemoval::vertical;
     least = std::min(least, removed);
   }
   return least;
@@ -253,19 +254,18 @@ void leave_out_found_attitudes(std::vector<GatedRun>& used, std::vector<Warning>
   if (found == 0 || found == all) return;
   std::erase_if(used, &GatedRun::in_found_attitudes);
   warnings.push_back(
-      {"attitudes_left_out",
-       fmt::format("{} of {} runs rest in attitudes that no position names, the others in named ones: they "
-                   "were left out; fit them in a campaign of their own (--campaign)",
-                   found, all)});
+      {"attitudes_left_out", fmt::format("{} of {} runs rest in attitudes that no position names, the others in named "
+                                         "ones: they were left out; fit them in a campaign of their own (--campaign)",
+                                         found, all)});
 }
 
 // What is told and refused of the rows.
 
-/// `gated`: number of runs of which the gate left something, `used`: of those that gave the rows.
-void warn_of_rows(std::size_t gated, std::size_t used, UnitRows& rows) {
-  if (used < gated) {
-    rows.warnings.push_back({"runs_without_plateaus",
-                             fmt::format("{} of {} runs have no plateaus and were left out", gated - used, gated)});
+/// `accepted_runs`: how many the gate left something of, `with_plateaus`: how many of them gave the rows.
+void warn_of_rows(std::size_t accepted_runs, std::size_t with_plateaus, UnitRows& rows) {
+  if (with_plateaus < accepted_runs) {
+    rows.warnings.push_back({"runs_without_plateaus", fmt::format("{} of {} runs have no plateaus and were left out",
+                                                                  accepted_runs - with_plateaus, accepted_runs)});
   }
   if (rows.gravity.assumed && !rows.relative_accel) {
     rows.warnings.push_back(
@@ -303,7 +303,7 @@ base::Status check_gyro_scale(const UnitRows& rows) {
 base::Status check_any_row(const UnitRows& rows) {
   if (std::ranges::any_of(rows.bias, [](const auto& data) { return data.has_value(); })) return {};
   return base::bad_input(
-      fmt::format("the runs of unit {} give no row to fit: all samples are of ramps or moves, or have no "
+      fmt::format("the runs of unit {} give no row to fit: all samples belong to ramps or moves, or have no "
                   "temperature; 'soak runs show' lists the segments and what the data gate found",
                   rows.unit));
 }
@@ -330,12 +330,12 @@ base::Result<UnitRows> make_rows(const UnitInput& input) {
   UnitRows rows = rows_from(input);
   std::vector<GatedRun> used = gate_runs(input, rows.warnings);
   if (const auto sound = check_readings(input, used); !sound) return base::forward_error(sound);
-  std::erase_if(used, [](const GatedRun& run) { return run.segments.empty() && !run.run->segments.empty(); });
+  std::erase_if(used, [](const GatedRun& run) { return run.segments.empty() && !run.recorded->segments.empty(); });
   if (used.empty()) {
     return base::bad_input(
         fmt::format("the data gate rejects every segment of unit {}: {}", input.unit, rows.warnings.front().text));
   }
-  const std::size_t gated = used.size();
+  const std::size_t accepted_runs = used.size();
   const bool by_plateau = std::ranges::any_of(used, &GatedRun::has_plateaus);
   if (by_plateau) std::erase_if(used, [](const GatedRun& run) { return !run.has_plateaus(); });
   const std::size_t with_plateaus = used.size();
@@ -356,7 +356,7 @@ base::Result<UnitRows> make_rows(const UnitInput& input) {
   if (const auto sane = check_gyro_scale(rows); !sane) return base::forward_error(sane);
   if (const auto any = check_any_row(rows); !any) return base::forward_error(any);
   state_type_b(circumstances, rows);
-  warn_of_rows(gated, with_plateaus, rows);
+  warn_of_rows(accepted_runs, with_plateaus, rows);
   return rows;
 }
 

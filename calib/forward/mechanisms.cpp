@@ -21,7 +21,7 @@ struct Inputs {
   const gap::LoggedRun& run;
   const Moment& moment;
   Vector3 force{};  ///< m/s²
-  double course = 0.0;
+  double regressor = 0.0;
   std::size_t axis = 0;
 
   [[nodiscard]] double number(std::string_view name, double otherwise = 0.0) const {
@@ -101,9 +101,9 @@ struct Mechanism {
   std::string_view name;
   std::string_view needs;  ///< what must have been logged, for people; empty = nothing
   bool (*missing)(const gap::LoggedRun&);
-  Series (*course)(const TermPart&, const gap::LoggedRun&);
+  Series (*regressor)(const TermPart&, const gap::LoggedRun&);
   double (*contribution)(const Inputs&);
-  bool mean = false;  ///< the course counts by its mean over the stretch, not by its value in the middle
+  bool mean = false;  ///< the regressor counts by its mean over the stretch, not by its value in the middle
 };
 
 namespace {
@@ -112,7 +112,7 @@ constexpr std::string_view kCourse = "the temperature between the plateaus was n
 
 bool nothing_missing(const gap::LoggedRun&) { return false; }
 bool no_temperature(const gap::LoggedRun& run) { return temperature(run).empty(); }
-Series no_course(const TermPart&, const gap::LoggedRun&) { return {}; }
+Series no_regressor(const TermPart&, const gap::LoggedRun&) { return {}; }
 double nothing(const Inputs&) { return 0.0; }
 
 const std::array kMechanisms = {
@@ -120,10 +120,10 @@ const std::array kMechanisms = {
               [](const TermPart& part, const gap::LoggedRun& run) {
                 return branch_memory_of(temperature(run), part.value("width_c").value_or(1.0));
               },
-              [](const Inputs& in) { return in.at_temperature("amplitude") * in.course; }},
+              [](const Inputs& in) { return in.at_temperature("amplitude") * in.regressor; }},
     Mechanism{"temperature_rate", kCourse, no_temperature,
               [](const TermPart&, const gap::LoggedRun& run) { return rate_of(temperature(run)); },
-              [](const Inputs& in) { return in.at_temperature("per_kps") * in.course; }},
+              [](const Inputs& in) { return in.at_temperature("per_kps") * in.regressor; }},
     Mechanism{"sensor_lag", kCourse, no_temperature,
               [](const TermPart& part, const gap::LoggedRun& run) {
                 Series behind = temperature(run);
@@ -133,35 +133,37 @@ const std::array kMechanisms = {
                 return behind;
               },
               nothing},
-    Mechanism{"warmup_transient", "the time since power-on is not known",
-              [](const gap::LoggedRun& run) { return series_of(run.log, run.log.t_since_power_s).empty(); },
-              [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.t_since_power_s); },
-              [](const Inputs& in) { return in.number("amplitude") * std::exp(-in.course / in.number("tau_s", 1.0)); }},
+    Mechanism{
+        "warmup_transient", "the time since power-on is not known",
+        [](const gap::LoggedRun& run) { return series_of(run.log, run.log.t_since_power_s).empty(); },
+        [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.t_since_power_s); },
+        [](const Inputs& in) { return in.number("amplitude") * std::exp(-in.regressor / in.number("tau_s", 1.0)); }},
     Mechanism{"vibration_rectification", "the compressor's duty was not logged",
               [](const gap::LoggedRun& run) { return series_of(run.log, run.log.compressor).empty(); },
               [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.compressor); },
-              [](const Inputs& in) { return in.number("per_duty") * in.course; }, true},
+              [](const Inputs& in) { return in.number("per_duty") * in.regressor; }, true},
     Mechanism{"supply_sensitivity", "the supply voltage was not logged",
               [](const gap::LoggedRun& run) { return series_of(run.log, run.log.supply_v).empty(); },
               [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.supply_v); },
-              [](const Inputs& in) { return in.number("per_v") * (in.course - in.number("reference_v")); }, true},
+              [](const Inputs& in) { return in.number("per_v") * (in.regressor - in.number("reference_v")); }, true},
     Mechanism{"aging_drift", "the time of the run is not known (utc_s)",
-              [](const gap::LoggedRun& run) { return !run.start_utc_s; }, no_course, aging},
-    Mechanism{"g_sensitivity", "", nothing_missing, no_course, g_sensitivity},
-    Mechanism{"earth_rate", "", nothing_missing, no_course, earth_rate},
-    Mechanism{"cross_axis", "", nothing_missing, no_course,
+              [](const gap::LoggedRun& run) { return !run.start_utc_s; }, no_regressor, aging},
+    Mechanism{"g_sensitivity", "", nothing_missing, no_regressor, g_sensitivity},
+    Mechanism{"earth_rate", "", nothing_missing, no_regressor, earth_rate},
+    Mechanism{"cross_axis", "", nothing_missing, no_regressor,
               [](const Inputs& in) { return g_sensitivity(in) * (in.moment.temp_c - in.number("reference_c")); }},
-    Mechanism{"fixture_tilt", "", nothing_missing, no_course, fixture_tilt},
-    Mechanism{"scale_nonlinearity", "", nothing_missing, no_course, even_order},
-    Mechanism{"noise_vs_temperature", "", nothing_missing, no_course, nothing},
-    Mechanism{"quantization", "", nothing_missing, no_course, nothing},
-    Mechanism{"saturation", "", nothing_missing, no_course, nothing},
+    Mechanism{"fixture_tilt", "", nothing_missing, no_regressor, fixture_tilt},
+    Mechanism{"scale_nonlinearity", "", nothing_missing, no_regressor, even_order},
+    Mechanism{"noise_vs_temperature", "", nothing_missing, no_regressor, nothing},
+    Mechanism{"quantization", "", nothing_missing, no_regressor, nothing},
+    Mechanism{"saturation", "", nothing_missing, no_regressor, nothing},
 };
 
 }  // namespace
 
 double Mechanisms::Prepared::at(const Moment& moment) const {
-  return mechanism->mean ? course.mean(moment.t_s - moment.half_s, moment.t_s + moment.half_s) : course.at(moment.t_s);
+  return mechanism->mean ? regressor.mean(moment.t_s - moment.half_s, moment.t_s + moment.half_s)
+                         : regressor.at(moment.t_s);
 }
 
 Mechanisms::Mechanisms(const std::vector<ModelTerm>& terms, const gap::LoggedRun& run, int sign_at_rest)
@@ -175,7 +177,7 @@ Mechanisms::Mechanisms(const std::vector<ModelTerm>& terms, const gap::LoggedRun
                       found == kMechanisms.end() ? "this program does not know it" : found->needs));
       continue;
     }
-    for (const TermPart& part : term.parts) prepared_.push_back({&*found, &part, found->course(part, run)});
+    for (const TermPart& part : term.parts) prepared_.push_back({&*found, &part, found->regressor(part, run)});
   }
 }
 
@@ -186,7 +188,7 @@ double Mechanisms::contribution(Sensor sensor, const Moment& moment) const {
     Inputs in{*prepared.part, run_, moment};
     in.force = force_mps2(*moment.segment, gravity_mps2_, sign_at_rest_);
     in.axis = axis_of(sensor);
-    if (!prepared.course.empty()) in.course = prepared.at(moment);
+    if (!prepared.regressor.empty()) in.regressor = prepared.at(moment);
     sum += prepared.mechanism->contribution(in) - centre_at(*prepared.part, moment.temp_c);
   }
   return sum;

@@ -21,9 +21,9 @@ struct Moment {
 
 struct Mechanism;
 
-/// The accepted terms of a model in one run: what each mechanism adds to a reading, from the run's logged course. On
-/// its own code path: the regressors that named an effect are not used. Terms that leave the mean alone (noise, steps,
-/// rails) add nothing.
+/// The accepted terms of a model in one run: what each mechanism adds to a reading, from the run's logged temperature
+/// history. On its own code path: the regressors that named an effect are not used. Terms that leave the mean alone
+/// (noise, steps, rails) add nothing.
 class Mechanisms {
  public:
   /// `terms` and `run` must outlive it. `sign_at_rest`: UnitType::sign_at_rest.
@@ -40,7 +40,7 @@ class Mechanisms {
   struct Prepared {
     const Mechanism* mechanism;
     const TermPart* part;
-    Series course;
+    Series regressor;
 
     [[nodiscard]] double at(const Moment& moment) const;
   };

@@ -116,7 +116,7 @@ Series follower_of(const Series& temp_c, double tau_s) {
   for (std::size_t k = 1; k < temp_c.t_s.size(); ++k) {
     const double dt_s = temp_c.t_s[k] - temp_c.t_s[k - 1];
     const double slope = (temp_c.values[k] - temp_c.values[k - 1]) / dt_s;
-    // Behind a straight course an element settles at a distance of τ times the slope.
+    // Behind a ramp an element settles at a distance of τ times the slope.
     const double settled = temp_c.values[k - 1] - slope * tau_s;
     const double off = element.values.back() - settled;
     element.values.push_back(settled + slope * dt_s + off * std::exp(-dt_s / tau_s));

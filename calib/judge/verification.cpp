@@ -170,10 +170,10 @@ void warn_of_rows(const CurveTask& task, const CurveVerification& result, std::v
     return;
   }
   if (result.covered < kNeededCoverage) {
-    warnings.push_back({"partial_range", fmt::format("{}: the runs cover {:.0f} % of the valid range {:.1f}..{:.1f} "
-                                                     "°C; a pass needs {:.0f} %",
-                                                     task.name, 100.0 * result.covered, task.temp_min_c,
-                                                     task.temp_max_c, 100.0 * kNeededCoverage)});
+    warnings.push_back(
+        {"partial_range",
+         fmt::format("{}: the runs cover {:.0f} % of the valid range {:.1f}..{:.1f} °C; a pass needs {:.0f} %",
+                     task.name, 100.0 * result.covered, task.temp_min_c, task.temp_max_c, 100.0 * kNeededCoverage)});
   }
   if (result.out_of_range > 0) {
     warnings.push_back({"out_of_range", fmt::format("{}: {} rows outside {:.1f}..{:.1f} °C were not counted", task.name,
@@ -185,10 +185,9 @@ void warn_of_band(const std::string& name, std::string_view what, const std::opt
                   std::vector<Warning>& warnings) {
   if (!band || !band->too_narrow()) return;
   warnings.push_back(
-      {"band_too_narrow",
-       fmt::format("{}: {} {:.2f} times the 95 % band that the file states (RMS); with correct bands one file in a "
-                   "hundred has a curve beyond {:.2f} ({:.0f} % are inside)",
-                   name, what, band->ratio, band->ratio_max, 100.0 * band->inside)});
+      {"band_too_narrow", fmt::format("{}: {} {:.2f} times the 95 % band that the file states (RMS); with correct "
+                                      "bands one file in a hundred has a curve beyond {:.2f} ({:.0f} % are inside)",
+                                      name, what, band->ratio, band->ratio_max, 100.0 * band->inside)});
 }
 
 /// The comparisons of a curve with the bands of the file.
@@ -298,12 +297,10 @@ base::Status refuse_seen_runs(const Calibration& calibration, const UnitInput& r
   for (const RunInput& run : runs.runs) {
     const auto& seen = calibration.run_hashes;
     if (std::find(seen.begin(), seen.end(), run.content_sha256) == seen.end()) continue;
-    return base::bad_input(
-        fmt::format(
-            "run '{}' of campaign '{}' holds the same samples as a run that the file was fitted to; verify against "
-            "runs that no fit has seen",
-            run.label, run.campaign),
-        runs.unit);
+    return base::bad_input(fmt::format("run '{}' of campaign '{}' holds the same samples as a run that the file was "
+                                       "fitted to; verify against runs that no fit has seen",
+                                       run.label, run.campaign),
+                           runs.unit);
   }
   return {};
 }
@@ -327,8 +324,8 @@ base::Result<Verification> verify(const Calibration& calibration, const UnitInpu
   if (calibration.gravity_mps2 > 0.0 && std::abs(apart) > kSameGravity * calibration.gravity_mps2) {
     result.warnings.push_back(
         {"gravity_differs",
-         fmt::format("gravity is {:.6g} m/s2 for these runs and {:.6g} m/s2 in the file: that alone is "
-                     "{:.3g} ppm of the accelerometers' scale",
+         fmt::format("gravity is {:.6g} m/s2 for these runs and {:.6g} m/s2 in the file: that alone is {:.3g} ppm of "
+                     "the accelerometers' scale",
                      rows->gravity.mps2, calibration.gravity_mps2, 1e6 * std::abs(apart) / calibration.gravity_mps2)});
   }
   return result;

@@ -450,7 +450,8 @@ void Segmenter::Impl::cut_into_segments() {
     places.push_back(std::move(place));
   }
   if (!with_plateaus) {
-    result.warnings.emplace_back("no plateau was given and none found in the temperature: 30-second blocks stand in");
+    result.warnings.emplace_back(
+        "no plateau was given and none found in the temperature: 30-second blocks are used instead");
   }
   warn_of_astray(result);
   if (result.segments.empty()) {

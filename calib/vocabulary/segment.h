@@ -77,7 +77,7 @@ struct Segment {
       sensor_temp_c{};  ///< mean of each sensor's thermometer; the unit's where it has none
   std::array<SensorStatistics, kSensorCount> sensor;
   std::vector<Block> blocks;
-  std::vector<Finding> findings;  ///< empty = nothing was found, or nobody looked (recorded before there was a gate)
+  std::vector<Finding> findings;  ///< empty = nothing was found
 };
 
 /// Whether the fixture turns in the segment at a known rate other than 0.

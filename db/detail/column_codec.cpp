@@ -295,7 +295,7 @@ base::Status ColumnDecoder::decode_presence(const StoredColumn& encoded, std::ve
     present[row] = static_cast<std::uint8_t>((content_[row / 8] >> (row % 8)) & 1U);
     count += present[row];
   }
-  if (count != encoded.values) return base::corrupt("the bitmap of present values does not fit their number");
+  if (count != encoded.values) return base::corrupt("the bitmap of present values does not match their number");
   return {};
 }
 

@@ -13,6 +13,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/file_descriptor.h"
 #include "base/hash.h"
 
 namespace soak::db::sqlite {
@@ -99,22 +100,6 @@ int flags_of(Access access) {
   if (access == Access::read_write) return SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE;
   return SQLite::OPEN_READONLY | SQLite::OPEN_URI;
 }
-
-/// Closes a file descriptor at the end of its scope.
-class Descriptor {
- public:
-  explicit Descriptor(int value) : value_(value) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (value_ >= 0) ::close(value_);
-  }
-  [[nodiscard]] int value() const { return value_; }
-  [[nodiscard]] bool valid() const { return value_ >= 0; }
-
- private:
-  int value_;
-};
 
 base::Error system_error(std::string_view doing, const std::filesystem::path& path) {
   std::string message = std::string("cannot ").append(doing).append(": ").append(std::strerror(errno));
@@ -207,15 +192,15 @@ base::Status Connection::integrity_check() const {
 }
 
 base::Status create_exclusively(const std::filesystem::path& path) {
-  const Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
-  if (file.valid()) return {};
+  const base::FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+  if (file) return {};
   if (errno == EEXIST) return base::bad_input("the file already exists; choose another path", path.string());
   return tl::unexpected<base::Error>(system_error("create the file", path));
 }
 
 base::Status sync_to_disk(const std::filesystem::path& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.valid() && ::fsync(file.value()) == 0) return {};
+  const base::FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file && ::fsync(file.get()) == 0) return {};
   return tl::unexpected<base::Error>(system_error("sync to the disk", path));
 }
 

@@ -23,7 +23,7 @@ struct RunInfo {
   std::string label;   ///< text of the `run` column or the file stem, verbatim
   std::string campaign;
   std::string procedure;
-  std::string purpose = "calibration";  ///< as in RunRow; files from before there was one say nothing of it
+  std::string purpose = "calibration";  ///< as in RunRow; what a file without a purpose means
   double created_utc_s = 0.0;
   double clock_rate = 1.0;
   bool simulated = false;

@@ -116,7 +116,7 @@ base::Status compare_bins(const sqlite::Connection& connection, const StoredChan
       stored.insert(stored.end(), bins.begin(), bins.end());
     }
     if (std::equal(stored.begin(), stored.end(), expected.begin(), expected.end(), same)) return {};
-    return base::corrupt("the pyramid does not fit the samples",
+    return base::corrupt("the pyramid does not match the samples",
                          connection.path().string() + ", channel " + channel.title);
   });
 }

@@ -83,7 +83,7 @@ class PositionFixture final : public Fixture {
   base::Result<FixtureReading> standing_at(int code) const {
     if (code == 0) return FixtureReading{};
     if (code < 0 || static_cast<std::size_t>(code) > labels_.size()) {
-      return controller_.fail(fmt::format("position ({}) is {}: the map names {} positions, 0 is between them",
+      return controller_.fail(fmt::format("position ({}) is {}: the map names {} positions, and 0 means between them",
                                           controller_.place("position"), code, labels_.size()));
     }
     FixtureReading reading;

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/file_descriptor.h"
 #include "hal/devices/unit_power.h"
-#include "hal/links/detail/byte_source.h"
 
 namespace soak::hal {
 namespace {
@@ -38,14 +38,14 @@ class PortSwitch {
   }
 
   base::Status write(bool on) const {
-    const imu::Descriptor file(::open(file_.c_str(), O_WRONLY | O_CLOEXEC));
+    const base::FileDescriptor file(::open(file_.c_str(), O_WRONLY | O_CLOEXEC));
     const bool written = file && ::write(file.get(), on ? "0" : "1", 1) == 1;
     return written ? base::Status{} : failed("switch", errno);
   }
 
   /// What the hub itself says.
   base::Result<bool> is_on() const {
-    const imu::Descriptor file(::open(file_.c_str(), O_RDONLY | O_CLOEXEC));
+    const base::FileDescriptor file(::open(file_.c_str(), O_RDONLY | O_CLOEXEC));
     std::array<char, 8> text{};
     if (!file || ::read(file.get(), text.data(), text.size()) < 1) return base::forward_error(failed("read", errno));
     return text.front() == '0';
@@ -82,10 +82,11 @@ base::Status hub_is_there(const std::string& hub, const fs::path& devices) {
 base::Status check_output(const UsbHubs& hubs, int output) {
   const int hub = (output - 1) / kOutputsPerHub;
   if (output >= 1 && hub < static_cast<int>(hubs.paths.size()) && port_of(output) <= kMostPorts) return {};
-  return base::bad_input(fmt::format("there is no output {}: 1 to {} are the ports of the first hub, {} to {} those of "
-                                     "the second, and so on",
-                                     output, kMostPorts, kOutputsPerHub + 1, kOutputsPerHub + kMostPorts),
-                         hubs_text(hubs));
+  return base::bad_input(
+      fmt::format(
+          "there is no output {}: 1 to {} are the ports of the first hub, {} to {} those of the second, and so on",
+          output, kMostPorts, kOutputsPerHub + 1, kOutputsPerHub + kMostPorts),
+      hubs_text(hubs));
 }
 
 /// That of the port and that of its other half: a socket of USB 3 is two ports, and either feeds it.

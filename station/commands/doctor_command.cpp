@@ -29,11 +29,11 @@ struct DoctorCommand final : Command {
   base::Status run(Output& output) override;
 };
 
-std::string_view name_of_finding(Finding finding) {
-  switch (finding) {
-    case Finding::ok:
+std::string_view name_of_outcome(CheckOutcome outcome) {
+  switch (outcome) {
+    case CheckOutcome::ok:
       return "ok";
-    case Finding::warning:
+    case CheckOutcome::warning:
       return "warning";
     default:
       return "failed";
@@ -52,7 +52,7 @@ std::optional<StationConfig> read_config(const std::string& file, std::vector<Do
   auto config = read_station_config(file);
   if (config) return *std::move(config);
   const base::Error& error = config.error();
-  checks.push_back({"configuration", Finding::failed,
+  checks.push_back({"configuration", CheckOutcome::failed,
                     error.where.empty() ? error.message : error.where + ": " + error.message, error.kind});
   return std::nullopt;
 }
@@ -70,7 +70,7 @@ base::Result<std::vector<DoctorCheck>> all_checks(const DoctorCommand& command) 
   checks.push_back(check_disk_space(*folder));
   std::error_code ignored;
   if (!std::filesystem::exists(*folder / "station.db", ignored)) {
-    checks.push_back({"database", Finding::ok, fmt::format("not created yet in {}", folder->string()), {}});
+    checks.push_back({"database", CheckOutcome::ok, fmt::format("not created yet in {}", folder->string()), {}});
     checks.push_back(check_clock(nullptr, now_utc_s()));
     return checks;
   }
@@ -90,7 +90,7 @@ base::Status doctor_verdict(const std::vector<DoctorCheck>& checks) {
   const DoctorCheck* worst = nullptr;
   std::string subjects;
   for (const DoctorCheck& check : checks) {
-    if (check.finding != Finding::failed) continue;
+    if (check.outcome != CheckOutcome::failed) continue;
     subjects += (subjects.empty() ? "" : ", ") + check.subject;
     if (worst == nullptr || seriousness(check.kind) > seriousness(worst->kind)) worst = &check;
   }
@@ -105,13 +105,13 @@ base::Status DoctorCommand::run(Output& output) {
   if (output.json()) {
     nlohmann::json list = nlohmann::json::array();
     for (const DoctorCheck& check : *checks) {
-      list.push_back({{"subject", check.subject}, {"finding", name_of_finding(check.finding)}, {"text", check.text}});
+      list.push_back({{"subject", check.subject}, {"finding", name_of_outcome(check.outcome)}, {"text", check.text}});
     }
     auto printed = output.print_json({{"ok", status.has_value()}, {"checks", std::move(list)}});
     return printed ? status : printed;
   }
   for (const DoctorCheck& check : *checks) {
-    output.print(fmt::format("{:<8} {}: {}\n", name_of_finding(check.finding), check.subject, check.text));
+    output.print(fmt::format("{:<8} {}: {}\n", name_of_outcome(check.outcome), check.subject, check.text));
   }
   return status;
 }

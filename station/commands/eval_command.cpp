@@ -186,7 +186,7 @@ std::optional<calib::Warning> thermometer_warning(const Evaluation& asked) {
     wanted.push_back(names.back() + "=T");
   }
   if (names.empty()) return std::nullopt;
-  return calib::Warning{"own_thermometer", fmt::format("{}: no value: it was calibrated with its own thermometer, "
+  return calib::Warning{"own_thermometer", fmt::format("{} has no value: it was calibrated with its own thermometer, "
                                                        "whose reading --temp-c does not give; add --own-temp-c {}",
                                                        fmt::join(names, ", "), fmt::join(wanted, ","))};
 }
@@ -201,12 +201,10 @@ std::optional<calib::Warning> scale_warning(const Evaluation& asked, const calib
   }
   if (held.empty()) return std::nullopt;
   const auto [low_c, high_c] = calib::domain_of(*sensor.scale_ppm);
-  return calib::Warning{
-      "scale_not_measured",
-      fmt::format(
-          "{}: the scale error was measured from {:.2f} to {:.2f} °C only: no value at {} °C, where the runtime uses "
-          "the value at the nearest end and sets a flag",
-          calib::name_of(sensor.sensor), low_c, high_c, fmt::join(held, ", "))};
+  return calib::Warning{"scale_not_measured",
+                        fmt::format("{}: the scale error was measured from {:.2f} to {:.2f} °C only: no value at {} "
+                                    "°C, where the runtime uses the value at the nearest end and sets a flag",
+                                    calib::name_of(sensor.sensor), low_c, high_c, fmt::join(held, ", "))};
 }
 
 std::vector<calib::Warning> warnings_of(const Evaluation& asked) {

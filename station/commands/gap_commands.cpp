@@ -262,10 +262,9 @@ void leave_contained(const std::string& unit, const std::vector<calib::ModelTerm
         std::erase_if(found.terms, [&](const calib::ModelTerm& term) { return term.name == known.name; });
     if (again == 0) continue;
     found.not_added.push_back(
-        {known.name,
-         fmt::format("the model already contains {0}, but the runs show more of it: withdraw it ('soak gap withdraw "
-                     "--unit {1} --effect {0} --reason ...'), then find and accept it again",
-                     known.name, unit)});
+        {known.name, fmt::format("the model already contains {0}, but the runs show more of it: withdraw it ('soak gap "
+                                 "withdraw --unit {1} --effect {0} --reason ...'), then find and accept it again",
+                                 known.name, unit)});
   }
 }
 

@@ -29,10 +29,9 @@ struct ReportCommand final : Command {
     options.add("--unit SN", &unit, "Serial number of the unit").required();
     options.add("-o,--output FILE", &file, "File to write").required();
     options.add("--model V", &model, "Model version (default: the newest)");
-    options.add(
-        "--limits FILE", &limits,
-        "Limits per sensor, applied to fresh runs (TOML; default: those of the unit's type); without limits the "
-        "verdict is 'info'");
+    options.add("--limits FILE", &limits,
+                "Limits per sensor, applied to fresh runs (TOML; default: those of the unit's type); without limits "
+                "the verdict is 'info'");
   }
   base::Status run(Output& output) override;
 };

@@ -84,7 +84,7 @@ base::Status write_native(const NativeCsv& made, const fs::path& csv, Output& ou
     const fs::path map = map_path_beside(csv);
     if (auto status = write_text_file(map, *made.columns_map); !status) return status;
     output.note(
-        fmt::format("the CSV alone does not give all types and meanings: import it with --columns {}", map.string()));
+        fmt::format("the CSV alone does not state all types and meanings: import it with --columns {}", map.string()));
   }
   return write_text_file(csv, made.csv);
 }

@@ -59,10 +59,10 @@ base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const c
     input->runs.push_back(*std::move(loaded));
   }
   if (input->runs.empty()) {
-    return base::bad_input(fmt::format(
-        "campaign '{}' has no usable run of unit {} in epoch {} (sealed, not voided, not for diagnosis; {} runs in "
-        "all): 'soak runs list' shows them",
-        campaign, calibration.unit, calibration.epoch, runs->size()));
+    return base::bad_input(
+        fmt::format("campaign '{}' has no usable run of unit {} in epoch {} (sealed, not voided, not for diagnosis; {} "
+                    "runs in all): 'soak runs list' shows them",
+                    campaign, calibration.unit, calibration.epoch, runs->size()));
   }
   for (calib::Warning& warning : unit_type_warnings(input->type.name)) warnings.push_back(std::move(warning));
   calib::leave_out_copies(input->runs, warnings);
@@ -72,12 +72,6 @@ base::Result<calib::UnitInput> load_campaign(const db::Catalog& catalog, const c
   return input;
 }
 
-/// Limits and where they come from.
-struct KnownLimits {
-  calib::Limits limits;
-  std::optional<std::string> source;
-};
-
 /// Those of the file that the user names, else of the unit's type.
 base::Result<KnownLimits> limits_for(const VerifyCommand& command, const calib::Calibration& calibration) {
   if (!command.limits_file.empty()) {
@@ -85,10 +79,7 @@ base::Result<KnownLimits> limits_for(const VerifyCommand& command, const calib::
     if (!limits) return base::forward_error(limits);
     return KnownLimits{*limits, command.limits_file};
   }
-  const auto type = known_unit_type(calibration.unit_type);
-  if (!type) return base::forward_error(type);
-  if (type->limits == calib::Limits{}) return KnownLimits{};
-  return KnownLimits{type->limits, "unit type " + type->name};
+  return limits_of_type(calibration.unit_type);
 }
 
 /// Contributions that U lacks for some curve.

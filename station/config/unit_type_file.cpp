@@ -155,6 +155,13 @@ base::Result<calib::Limits> read_limits(const std::filesystem::path& path) {
   });
 }
 
+base::Result<KnownLimits> limits_of_type(const std::string& name) {
+  const auto type = known_unit_type(name);
+  if (!type) return base::forward_error(type);
+  if (type->limits == calib::Limits{}) return KnownLimits{};
+  return KnownLimits{type->limits, "unit type " + type->name};
+}
+
 std::map<std::string, double> stated_limits(const calib::Limits& limits) {
   std::map<std::string, double> stated;
   for (const calib::Sensor sensor : calib::kSensors) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +38,15 @@ namespace soak::station {
 /// axis, which wins) in deg/s and m/s², and each of these with _scale_ppm behind it, in ppm. Refuses all mistakes at
 /// once, each with its line. A unit type's file may hold the same table.
 [[nodiscard]] base::Result<calib::Limits> read_limits(const std::filesystem::path& path);
+
+/// Limits of a verification and where they come from; no source: none are known.
+struct KnownLimits {
+  calib::Limits limits;
+  std::optional<std::string> source;
+};
+
+/// The limits that the file of this type states.
+[[nodiscard]] base::Result<KnownLimits> limits_of_type(const std::string& name);
 
 /// Limits under the keys of one axis, in deg/s, m/s² and ppm: what read_limits() reads back.
 [[nodiscard]] std::map<std::string, double> stated_limits(const calib::Limits& limits);

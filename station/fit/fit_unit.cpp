@@ -125,11 +125,14 @@ base::Status check_campaign_known(const db::Catalog& catalog, const std::string&
   auto names = catalog.campaigns();
   if (!names) return base::forward_error(names);
   if (std::ranges::find(*names, campaign) != names->end()) return {};
-  if (names->empty()) return base::bad_input(fmt::format("there is no campaign '{}', nor any other", campaign));
-  const std::size_t all = names->size();
-  if (all > kCampaignsListed) names->resize(kCampaignsListed);
-  return base::bad_input(fmt::format("there is no campaign '{}'; there {} {}{}", campaign, all == 1 ? "is" : "are",
-                                     fmt::join(*names, ", "), all > kCampaignsListed ? " and more" : ""),
+  if (names->empty()) {
+    return base::bad_input(fmt::format("unknown campaign '{}': this data folder has no campaign yet", campaign),
+                           "--campaign");
+  }
+  const bool more = names->size() > kCampaignsListed;
+  if (more) names->resize(kCampaignsListed);
+  return base::bad_input(fmt::format("unknown campaign '{}': known are {}{}", campaign, fmt::join(*names, ", "),
+                                     more ? " and others" : ""),
                          "--campaign");
 }
 
@@ -152,9 +155,9 @@ base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::
   input.epoch = (*row)->epoch;
   for (const db::RunRow& run : *runs) {
     if (!run.sealed || run.voided || run.epoch != input.epoch || run.purpose != kForCalibration) continue;
-    auto loaded = load_run(catalog, run, input.type);
-    if (!loaded) return base::forward_error(loaded);
-    input.runs.push_back(*std::move(loaded));
+    auto recorded = load_run(catalog, run, input.type);
+    if (!recorded) return base::forward_error(recorded);
+    input.runs.push_back(*std::move(recorded));
   }
   if (input.runs.empty()) return base::bad_input(reason_without_runs(unit, campaign, *runs));
   for (calib::Warning& warning : unit_type_warnings(input.type.name)) warnings.push_back(std::move(warning));

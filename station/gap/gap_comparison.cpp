@@ -205,16 +205,14 @@ std::vector<std::string> remarks(const GapComparison& comparison) {
   if (!comparison.terms.empty() && !any_fresh) {
     sentences.emplace_back(
         "no run is fresh: only one that neither model was fitted to shows whether the gap has closed. Record one with "
-        "a "
-        "procedure whose purpose is verification, or import one with '--procedure verification'");
+        "a procedure whose purpose is verification, or import one with '--procedure verification'");
   }
   for (const calib::ModelTerm& term : comparison.terms) {
     if (!moves_blocks(term.name)) {
       sentences.push_back(
           fmt::format("{} does not change what is compared here (blocks about each run's own mean)", term.name));
     } else if (term.lab_only) {
-      sentences.push_back(
-          fmt::format("{} stays in what the unit itself computes: 'soak verify' shows all of it", term.name));
+      sentences.push_back(fmt::format("the unit itself does not correct {}: 'soak verify' shows all of it", term.name));
     }
   }
   for (const calib::Sensor sensor : calib::kSensors) {

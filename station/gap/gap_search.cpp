@@ -76,8 +76,8 @@ base::Status check_curves(const db::ModelRow& model) {
   };
   if (!std::ranges::all_of(calibration->sensors, is_constant)) return {};
   return base::bad_input(
-      fmt::format("model {} of unit {} is one of constants, measured at one temperature: what a thermal model lacks "
-                  "shows in campaigns of three temperatures or more",
+      fmt::format("model {} of unit {} holds constants, measured at one temperature: what a thermal model lacks shows "
+                  "only in campaigns of three temperatures or more",
                   model.version, model.unit));
 }
 

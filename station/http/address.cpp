@@ -23,7 +23,7 @@ bool is_known_host(const std::string& host, const std::string& listen_host) {
 
 base::Result<HostPort> parse_host_port(std::string_view text) {
   const auto wrong = [&] {
-    return base::bad_input("'" + std::string(text) + "' is not an address: HOST:PORT is, such as 127.0.0.1:8088",
+    return base::bad_input("'" + std::string(text) + "' is not an address: give HOST:PORT, such as 127.0.0.1:8088",
                            "address");
   };
   const std::size_t colon = text.rfind(':');

@@ -80,7 +80,7 @@ void set_security_headers(const httplib::Request& request, httplib::Response& re
 void describe_library_error(const httplib::Request& request, httplib::Response& response) {
   if (!response.body.empty()) return;
   base::Error error{ErrorKind::bad_input, "the request cannot be understood", request.path};
-  if (response.status == 404) error.message = "there is nothing at this path, or not for " + request.method;
+  if (response.status == 404) error.message = "this path does not exist, or not for the method " + request.method;
   if (response.status == 413) error.message = "the body is longer than 1 MiB";
   if (response.status >= 500) error.kind = ErrorKind::internal;
   response.set_content(error_text(error), kJson);

@@ -62,8 +62,7 @@ base::Result<std::optional<HeaderMeaning>> sensor_header(std::string_view header
                                       : std::string_view();
     if (!contains(units, unit)) {
       return bad_input(
-          fmt::format("column '{0}' has no known unit: name it {1}_{2}, {1}_{3} or {1}_{4}, or map it with "
-                      "--columns",
+          fmt::format("column '{0}' has no known unit: name it {1}_{2}, {1}_{3} or {1}_{4}, or map it with --columns",
                       header, prefix, units[0], units[1], units[2]));
     }
     return HeaderMeaning{ColumnRole::number, std::string(calib::name_of(sensor)), std::string(unit)};

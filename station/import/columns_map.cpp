@@ -218,15 +218,18 @@ calib::Position read_map_position(const Table& positions, const std::string& lab
   if (!named) return position;
   position.label = named->label;
   if (position.rate_dps) {
-    positions.refuse(label, fmt::format("position '{}' is one of the six fixed ones, in which nothing turns: give "
-                                        "yours another label",
-                                        label));
+    positions.refuse(
+        label,
+        fmt::format("position '{}' is one of the six fixed ones, in which nothing turns: give yours another label",
+                    label));
   }
   const double cosine = position.up[0] * named->up[0] + position.up[1] * named->up[1] + position.up[2] * named->up[2];
   if (cosine < kFaceCosine) {
-    positions.refuse(label, fmt::format("position '{}' is one of the six fixed ones, whose faces may lean by 2° at "
-                                        "most: give yours another label",
-                                        label));
+    positions.refuse(
+        label,
+        fmt::format(
+            "position '{}' is one of the six fixed ones, whose faces may lean by 2° at most: give yours another label",
+            label));
   }
   return position;
 }
@@ -256,9 +259,10 @@ void read_map_positions(const Table& root, ColumnsMap& map) {
     calib::Position position = read_map_position(positions, label);
     const auto same = std::ranges::find(map.positions, position.label, &calib::Position::label);
     if (same != map.positions.end()) {
-      positions.refuse(label, fmt::format("position '{}' is duplicated; where its face leans, its azimuth_deg stands "
-                                          "beside its 'up'",
-                                          position.label));
+      positions.refuse(
+          label,
+          fmt::format("position '{}' is duplicated; where its face leans, its azimuth_deg stands beside its 'up'",
+                      position.label));
       continue;
     }
     map.positions.push_back(std::move(position));

@@ -130,13 +130,11 @@ class RecordingParser {
     const double t_s = run_->builders.front().pending_value();
     if (std::isnan(t_s)) return reject_row(time.header, "the cell is empty: every row needs a time");
     if (!(t_s > run_->last_t_s)) {
-      return base::bad_input(
-          fmt::format(
-              "the time {} from {} s (line {}) to {} s within run '{}': it must increase; a new run needs another "
-              "text in the column 'run'",
-              t_s == run_->last_t_s ? "does not change" : "decreases", run_->last_t_s, run_->last_line, t_s,
-              run_->label),
-          place(scanner_.line(), time.header));
+      return base::bad_input(fmt::format("the time {} from {} s (line {}) to {} s within run '{}': it must increase; a "
+                                         "new run needs another text in the column 'run'",
+                                         t_s == run_->last_t_s ? "does not change" : "decreases", run_->last_t_s,
+                                         run_->last_line, t_s, run_->label),
+                             place(scanner_.line(), time.header));
     }
     run_->last_t_s = t_s;
     run_->last_line = scanner_.line();
@@ -168,8 +166,8 @@ class RecordingParser {
     }
     if (!base::is_plain_line(label)) {
       return base::bad_input(
-          "the run's label must be plain text without control characters, line separators or marks that "
-          "change the text's direction",
+          "the run's label must be plain text without control characters, line separators or marks that change the "
+          "text's direction",
           place(scanner_.line(), layout_.run_header));
     }
     open_run(std::string(label));
@@ -238,8 +236,7 @@ class RecordingParser {
     // A file whose lines end properly and whose last line does not was probably cut while it was written or copied.
     if (!scanner_.row_was_ended()) {
       recording_.warnings.push_back(
-          fmt::format("{}: the last line has no line end; the file may be truncated, and its "
-                      "last number with it",
+          fmt::format("{}: the last line has no line end; the file may be truncated, and its last number with it",
                       place(scanner_.line())));
     }
     return std::move(recording_);

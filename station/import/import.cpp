@@ -251,9 +251,9 @@ class Importer {
 
   [[nodiscard]] base::Status conflict(const db::RunRow& stored, std::string_view why) const {
     return base::bad_input(
-        fmt::format("run '{0}' of {1}: run '{0}' ({2}) of unit '{3}' in campaign '{4}' {5}. Import into "
-                    "another campaign (--campaign NAME), or give the run another label; if the stored run is wrong, "
-                    "exclude it with 'soak runs void {2} --reason TEXT'. Nothing was imported",
+        fmt::format("run '{0}' of {1}: run '{0}' ({2}) of unit '{3}' in campaign '{4}' {5}. Import into another "
+                    "campaign (--campaign NAME), or give the run another label; if the stored run is wrong, exclude it "
+                    "with 'soak runs void {2} --reason TEXT'. Nothing was imported",
                     stored.label, source_.filename().string(), stored.run_id, stored.unit, stored.campaign, why),
         source_.string());
   }
@@ -297,8 +297,7 @@ class Importer {
     }
     return fmt::format(
         "run '{}' has the same samples as run '{}' of unit {} in campaign '{}': one of the two serial numbers is "
-        "wrong; "
-        "void the runs that are not of that unit ('soak runs void {} --unit {}')",
+        "wrong; void the runs that are not of that unit ('soak runs void {} --unit {}')",
         row.label, other.label, other.unit, other.campaign, other.run_id, other.unit);
   }
 

@@ -89,10 +89,9 @@ base::Status split_by_rate(calib::Recording& recording, std::vector<double> rate
     position = entry->second;
     if (known.size() <= kMostRates) continue;
     return base::bad_input(
-        fmt::format(
-            "the fixture turns at more than {} rates: the column must give the commanded rate, one number for as long "
-            "as the fixture turns steadily; leave it empty in between",
-            kMostRates),
+        fmt::format("the fixture turns at more than {} rates: the column must give the commanded rate, one number for "
+                    "as long as the fixture turns steadily; leave it empty in between",
+                    kMostRates),
         run);
   }
   return {};

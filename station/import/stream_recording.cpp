@@ -102,8 +102,7 @@ base::Result<SourceRecording> read_stream_recording(const fs::path& path, const 
     const std::string stem = path.stem().string();
     std::string label = parts.size() == 1 ? stem : fmt::format("{} {}", stem, i + 1);
     if (std::ranges::none_of(parts[i], [](const auto& sample) { return sample.temp_c.has_value(); })) {
-      return base::bad_input(fmt::format("run '{}' has no temperature: the unit was not set to send it", label),
-                             path.string());
+      return base::bad_input(fmt::format("run '{}' has no temperature: set the unit to send it", label), path.string());
     }
     recording.runs.push_back(run_of(parts[i], std::move(label)));
   }

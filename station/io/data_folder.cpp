@@ -90,37 +90,33 @@ base::Result<db::UnitRow> find_unit(const db::Catalog& catalog, const std::strin
 }
 
 base::Result<FolderLock> FolderLock::take(const std::filesystem::path& file, std::string_view what) {
-  FolderLock lock(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
-  if (lock.fd_ < 0) {
+  base::FileDescriptor lock(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+  if (!lock) {
     return base::bad_input("cannot write: " + std::generic_category().message(errno), file.string());
   }
-  if (::flock(lock.fd_, LOCK_EX | LOCK_NB) != 0) {
+  if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
     return base::bad_input(
         fmt::format("another {} (process {}) is using this data folder: stop it, or name another folder with --data",
-                    what, holder_of(lock.fd_).process),
+                    what, holder_of(lock.get()).process),
         file.parent_path().string());
   }
   const std::string process = fmt::format("{}", ::getpid());
-  if (::ftruncate(lock.fd_, 0) != 0 ||
-      ::pwrite(lock.fd_, process.data(), process.size(), 0) != static_cast<ssize_t>(process.size())) {
+  if (::ftruncate(lock.get(), 0) != 0 ||
+      ::pwrite(lock.get(), process.data(), process.size(), 0) != static_cast<ssize_t>(process.size())) {
     return base::bad_input("cannot write: " + std::generic_category().message(errno), file.string());
   }
-  return lock;
+  return FolderLock(std::move(lock));
 }
 
 std::optional<FolderLock::Holder> FolderLock::holder(const std::filesystem::path& file) {
-  const FolderLock lock(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
-  if (lock.fd_ < 0 || ::flock(lock.fd_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return std::nullopt;
-  return holder_of(lock.fd_);
+  const base::FileDescriptor lock(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!lock || ::flock(lock.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return std::nullopt;
+  return holder_of(lock.get());
 }
 
 void FolderLock::note_address(std::string_view address) const {
   const std::string text = fmt::format("{}\n{}", ::getpid(), address);
-  (void)!::pwrite(fd_, text.data(), text.size(), 0);
-}
-
-FolderLock::~FolderLock() {
-  if (fd_ >= 0) ::close(fd_);
+  (void)!::pwrite(file_.get(), text.data(), text.size(), 0);
 }
 
 }  // namespace soak::station

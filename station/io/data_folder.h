@@ -5,7 +5,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "base/file_descriptor.h"
 #include "base/result.h"
 #include "db/catalog/catalog.h"
 
@@ -46,13 +48,10 @@ class FolderLock {
 
   /// Lets holder() tell where the process can be reached. One that cannot be written is left out.
   void note_address(std::string_view address) const;
-  FolderLock(FolderLock&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
-  FolderLock& operator=(FolderLock&&) = delete;
-  ~FolderLock();
 
  private:
-  explicit FolderLock(int fd) : fd_(fd) {}
-  int fd_;
+  explicit FolderLock(base::FileDescriptor file) : file_(std::move(file)) {}
+  base::FileDescriptor file_;
 };
 
 }  // namespace soak::station

@@ -28,15 +28,11 @@ ServiceManager::ServiceManager() : address_(environment_text("NOTIFY_SOCKET")) {
   const bool is_address = address_.starts_with('/') || address_.starts_with('@');
   if (!is_address || address_.size() >= sizeof(sockaddr_un::sun_path)) return;
   if (address_.front() == '@') address_.front() = '\0';
-  socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  socket_ = base::FileDescriptor(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const std::string watched = environment_text("WATCHDOG_PID");
   const auto period_us = base::parse_int(environment_text("WATCHDOG_USEC"));
   if (!period_us || *period_us <= 0 || (!watched.empty() && watched != std::to_string(::getpid()))) return;
   ping_every_ = std::chrono::microseconds(std::max<std::int64_t>(*period_us / kPingsPerPeriod, 1));
-}
-
-ServiceManager::~ServiceManager() {
-  if (socket_ >= 0) ::close(socket_);
 }
 
 void ServiceManager::ready(std::string_view status) const { send(fmt::format("READY=1\nSTATUS={}", status)); }
@@ -51,12 +47,12 @@ void ServiceManager::still_alive() {
 }
 
 void ServiceManager::send(const std::string& message) const {
-  if (socket_ < 0) return;
+  if (!socket_) return;
   sockaddr_un to{};
   to.sun_family = AF_UNIX;
   std::copy(address_.begin(), address_.end(), std::begin(to.sun_path));
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + address_.size());
-  (void)!::sendto(socket_, message.data(), message.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to),
+  (void)!::sendto(socket_.get(), message.data(), message.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to),
                   length);
 }
 

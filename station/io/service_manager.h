@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/file_descriptor.h"
+
 namespace soak::station {
 
 /// The service manager that started this program and waits for word of it, by the datagrams of sd_notify(3): systemd
@@ -16,9 +18,6 @@ class ServiceManager {
  public:
   /// Reads $NOTIFY_SOCKET, $WATCHDOG_USEC and $WATCHDOG_PID.
   ServiceManager();
-  ServiceManager(const ServiceManager&) = delete;
-  ServiceManager& operator=(const ServiceManager&) = delete;
-  ~ServiceManager();
 
   /// The program serves; `status`: one line for `systemctl status`.
   void ready(std::string_view status) const;
@@ -31,7 +30,7 @@ class ServiceManager {
  private:
   void send(const std::string& message) const;
 
-  int socket_ = -1;
+  base::FileDescriptor socket_;
   std::string address_;  ///< of the manager; begins with a zero byte where it is an abstract one
   std::optional<std::chrono::microseconds> ping_every_;
   std::chrono::steady_clock::time_point next_ping_{};

@@ -12,25 +12,12 @@
 #include <cstddef>
 #include <system_error>
 
+#include "base/file_descriptor.h"
+
 namespace soak::station {
 namespace {
 
 std::string reason(int error) { return std::generic_category().message(error); }
-
-/// A file descriptor that closes itself.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  [[nodiscard]] int number() const { return number_; }
-
- private:
-  int number_;
-};
 
 base::Status check_text(std::string_view text, const std::string& where) {
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
@@ -52,9 +39,8 @@ base::Status check_replaceable(const std::filesystem::path& path) {
   constexpr std::string_view kSecretKey = "soak-secret-key-";
   static_assert(kDatabase.size() == kSecretKey.size());
   std::array<char, kDatabase.size()> head{};
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.number() < 0 || ::read(file.number(), head.data(), head.size()) != static_cast<ssize_t>(head.size()))
-    return {};
+  const base::FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file || ::read(file.get(), head.data(), head.size()) != static_cast<ssize_t>(head.size())) return {};
   const std::string_view found(head.data(), head.size());
   if (found != kDatabase && found != kSecretKey) return {};
   return base::bad_input(fmt::format("the existing file is a {} and is never replaced: give another name",
@@ -73,9 +59,9 @@ bool write_all(int descriptor, std::string_view text) {
 }
 
 base::Status write_into(const std::filesystem::path& path, std::string_view text) {
-  const Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-  if (file.number() < 0) return base::bad_input("cannot write: " + reason(errno), path.string());
-  if (write_all(file.number(), text)) return {};
+  const base::FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (!file) return base::bad_input("cannot write: " + reason(errno), path.string());
+  if (write_all(file.get(), text)) return {};
   return base::fail(base::ErrorKind::internal, "cannot write: " + reason(errno), path.string());
 }
 
@@ -83,17 +69,17 @@ base::Status write_into(const std::filesystem::path& path, std::string_view text
 
 base::Result<std::string> read_text_file(const std::filesystem::path& path) {
   const std::string where = path.string();
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.number() < 0) return base::bad_input("cannot open the file: " + reason(errno), where);
+  const base::FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file) return base::bad_input("cannot open the file: " + reason(errno), where);
   struct stat status{};
-  if (::fstat(file.number(), &status) == 0 && S_ISDIR(status.st_mode)) {
+  if (::fstat(file.get(), &status) == 0 && S_ISDIR(status.st_mode)) {
     return base::bad_input("is a folder, not a file", where);
   }
   std::string text(status.st_size > 0 ? static_cast<std::size_t>(status.st_size) : 0, '\0');
   std::size_t size = 0;
   while (true) {
     if (size == text.size()) text.resize(size + 65536);
-    const ssize_t count = ::read(file.number(), text.data() + size, text.size() - size);
+    const ssize_t count = ::read(file.get(), text.data() + size, text.size() - size);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return base::bad_input("cannot read the file: " + reason(errno), where);
     if (count == 0) break;
@@ -116,9 +102,9 @@ base::Status write_text_file(const std::filesystem::path& given, std::string_vie
   const std::filesystem::path temporary = path.string() + ".tmp" + std::to_string(::getpid());
   int error = 0;
   {
-    const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-    if (file.number() < 0) return base::bad_input("cannot create the file: " + reason(errno), path.string());
-    if (!write_all(file.number(), text) || ::fsync(file.number()) != 0) error = errno;
+    const base::FileDescriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+    if (!file) return base::bad_input("cannot create the file: " + reason(errno), path.string());
+    if (!write_all(file.get(), text) || ::fsync(file.get()) != 0) error = errno;
   }
   if (error == 0 && ::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
   if (error == 0) return {};

@@ -47,15 +47,15 @@ nlohmann::json EventLog::document(std::int64_t after) const {
   return {{"entries", std::move(list)}};
 }
 
-void TemperatureHistory::begin(std::vector<std::string> serials) {
+void TemperatureLog::begin(std::vector<std::string> serials) {
   const std::lock_guard lock(mutex_);
   serials_ = std::move(serials);
   points_.clear();
   spacing_s_ = 1.0;
 }
 
-void TemperatureHistory::add(double t_s, std::optional<double> chamber_c, std::optional<double> set_point_c,
-                             const std::vector<std::optional<double>>& units_c) {
+void TemperatureLog::add(double t_s, std::optional<double> chamber_c, std::optional<double> set_point_c,
+                         const std::vector<std::optional<double>>& units_c) {
   const std::lock_guard lock(mutex_);
   if (!points_.empty() && t_s - points_.back().t_s < spacing_s_) return;
   points_.push_back({t_s, chamber_c, set_point_c, units_c});
@@ -65,7 +65,7 @@ void TemperatureHistory::add(double t_s, std::optional<double> chamber_c, std::o
   spacing_s_ *= 2.0;
 }
 
-nlohmann::json TemperatureHistory::document(double after_s) const {
+nlohmann::json TemperatureLog::document(double after_s) const {
   const std::lock_guard lock(mutex_);
   nlohmann::json t_s = nlohmann::json::array();
   nlohmann::json chamber_c = nlohmann::json::array();

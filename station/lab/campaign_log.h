@@ -39,7 +39,7 @@ class EventLog {
 
 /// Temperatures over the process time of a campaign, for pages: at most some 4000 points, thinned evenly as they grow.
 /// Any thread may read.
-class TemperatureHistory {
+class TemperatureLog {
  public:
   /// Forgets everything; the units of the points to come.
   void begin(std::vector<std::string> serials);

@@ -26,10 +26,12 @@ namespace fs = std::filesystem;
 
 constexpr double kLittleSpace_bytes = 5e9;
 
-DoctorCheck good(std::string subject, std::string text) { return {std::move(subject), Finding::ok, std::move(text)}; }
+DoctorCheck good(std::string subject, std::string text) {
+  return {std::move(subject), CheckOutcome::ok, std::move(text)};
+}
 
 DoctorCheck failed(std::string subject, std::string text, base::ErrorKind kind = base::ErrorKind::device) {
-  return {std::move(subject), Finding::failed, std::move(text), kind};
+  return {std::move(subject), CheckOutcome::failed, std::move(text), kind};
 }
 
 std::string account_name() {
@@ -152,7 +154,7 @@ DoctorCheck check_disk_space(const fs::path& folder) {
   if (left < kLittleSpace_bytes) {
     const double day_bytes = estimated_bytes(100.0, 1, 86400.0);
     return {kSubject,
-            Finding::warning,
+            CheckOutcome::warning,
             fmt::format("{}: a unit at 100 Hz writes {:.1f} GB a day", text, 1e-9 * day_bytes),
             {}};
   }
@@ -180,7 +182,7 @@ DoctorCheck check_clock(const db::Catalog* catalog, double now_utc_s) {
   timex state{};
   const bool kept = ::adjtimex(&state) != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
   if (!kept)
-    return {kSubject, Finding::warning, "not synchronised by a time service: the dates of runs may be wrong", {}};
+    return {kSubject, CheckOutcome::warning, "not synchronised by a time service: the dates of runs may be wrong", {}};
   return good(kSubject, "synchronised by a time service");
 }
 

@@ -12,7 +12,7 @@
 
 namespace soak::station {
 
-enum class Finding : std::uint8_t {
+enum class CheckOutcome : std::uint8_t {
   ok,
   warning,  ///< works, but somebody should know
   failed,
@@ -21,7 +21,7 @@ enum class Finding : std::uint8_t {
 /// One thing that was looked at.
 struct DoctorCheck {
   std::string subject;  ///< "slot 1", "disk"
-  Finding finding = Finding::ok;
+  CheckOutcome outcome = CheckOutcome::ok;
   std::string text;                                ///< what was found, and where it failed what to do
   base::ErrorKind kind = base::ErrorKind::device;  ///< of a failure
 };

@@ -137,7 +137,7 @@ class Engine : public StationService {
   const StationConfig& config_;
   db::Catalog& catalog_;
   EventLog log_;
-  TemperatureHistory history_;
+  TemperatureLog history_;
   std::unique_ptr<hal::Chamber> chamber_;
   std::unique_ptr<hal::Fixture> fixture_;
   std::unique_ptr<hal::UnitPower> power_;  ///< where it is a device of its own

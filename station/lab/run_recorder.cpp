@@ -184,7 +184,7 @@ base::Status RunRecorder::add_streams(const std::vector<RecordedUnit>& units) {
     const auto stream =
         file_.add_stream({std::string(kImuStream), unit.serial, imu_channels(unit.supply_is_measured, with_rates_)});
     if (!stream) return base::forward_error(stream);
-    UnitRows& rows = units_.emplace_back(UnitRows{unit, *stream});
+    UnitStream& rows = units_.emplace_back(UnitStream{unit, *stream});
     rows.fresh.with_supply = unit.supply_is_measured;
     if (unit.positions.empty()) continue;
     const auto positions = add_position_stream(file_, unit.serial, unit.positions);
@@ -199,7 +199,7 @@ base::Status RunRecorder::add_streams(const std::vector<RecordedUnit>& units) {
 
 // --- rows -------------------------------------------------------------------------------------------------------
 
-std::optional<int> RunRecorder::UnitRows::visit_of(const RowLabels& labels) {
+std::optional<int> RunRecorder::UnitStream::visit_of(const RowLabels& labels) {
   if (labels.visit >= 0) return labels.visit;
   if (labels.phase != calib::Phase::soak || !labels.plateau_c) return std::nullopt;
   if (labels.plateau_c != last_plateau_c) ++counted_visit;
@@ -207,8 +207,8 @@ std::optional<int> RunRecorder::UnitRows::visit_of(const RowLabels& labels) {
   return counted_visit;
 }
 
-void RunRecorder::UnitRows::follow_attempt(const RowLabels& labels, std::optional<int> visit, double from_s,
-                                           double to_s) {
+void RunRecorder::UnitStream::follow_attempt(const RowLabels& labels, std::optional<int> visit, double from_s,
+                                             double to_s) {
   const bool records = labels.phase == calib::Phase::soak && !labels.position.empty();
   const std::string place = labels.rate_dps == 0.0 ? labels.position : label_at_rate(labels.position, labels.rate_dps);
   const bool continues = records && recording && attempt->position == place && attempt->visit == visit;
@@ -217,7 +217,7 @@ void RunRecorder::UnitRows::follow_attempt(const RowLabels& labels, std::optiona
   if (records && !continues) attempt = {visit, place, from_s, to_s};
 }
 
-base::Status RunRecorder::UnitRows::check(std::span<const hal::ImuSample> samples, const RowLabels& labels) const {
+base::Status RunRecorder::UnitStream::check(std::span<const hal::ImuSample> samples, const RowLabels& labels) const {
   if (!labels.position.empty() && !is_six_position(labels.position)) {
     return base::bad_input(fmt::format("'{}' is not one of the six positions", labels.position), unit.serial);
   }
@@ -237,7 +237,7 @@ base::Status RunRecorder::UnitRows::check(std::span<const hal::ImuSample> sample
 
 base::Status RunRecorder::add(std::size_t unit, std::span<const hal::ImuSample> samples, const RowLabels& labels) {
   if (unit >= units_.size()) return base::bad_input(fmt::format("the run has no unit number {}", unit));
-  UnitRows& rows = units_[unit];
+  UnitStream& rows = units_[unit];
   if (auto valid = rows.check(samples, labels); !valid) return valid;
   if (samples.empty()) return {};
   const std::optional<int> visit = rows.visit_of(labels);
@@ -254,7 +254,7 @@ base::Status RunRecorder::add(std::size_t unit, std::span<const hal::ImuSample> 
 }
 
 /// Notes a position of known azimuth where it occurs for the first time.
-base::Status RunRecorder::note_position(UnitRows& unit, const std::string& label, double t_s) {
+base::Status RunRecorder::note_position(UnitStream& unit, const std::string& label, double t_s) {
   if (!unit.position_stream || label.empty() || !unit.placed.insert(label).second) return {};
   const auto& positions = unit.unit.positions;
   const auto found = std::ranges::find(positions, label, &calib::Position::label);
@@ -269,7 +269,7 @@ base::Status RunRecorder::add_chamber(double t_s, const hal::ChamberReading& rea
   auto added = file_.append(chamber_stream_, chamber_columns(time_s, reading));
   if (!added && added.error().kind == base::ErrorKind::bad_input) return added;
   last_chamber_t_s_ = time_s;
-  for (UnitRows& unit : units_) unit.fresh.chamber_c = reading.air_c;
+  for (UnitStream& unit : units_) unit.fresh.chamber_c = reading.air_c;
   return added;
 }
 
@@ -286,7 +286,7 @@ base::Status RunRecorder::add_event(double t_s, std::string_view kind, std::stri
 base::Status RunRecorder::flush() { return file_.flush(); }
 
 void RunRecorder::reject(std::size_t unit, std::string reason) {
-  const UnitRows& rows = units_.at(unit);
+  const UnitStream& rows = units_.at(unit);
   Withdrawal withdrawal{rows.unit.serial, {}, std::move(reason)};
   if (rows.attempt) withdrawal.span = {rows.attempt->from_s, rows.attempt->to_s};
   // What cannot be written now stays in the writer's memory.
@@ -295,7 +295,7 @@ void RunRecorder::reject(std::size_t unit, std::string reason) {
 }
 
 void RunRecorder::accept(std::size_t unit) {
-  const UnitRows& rows = units_.at(unit);
+  const UnitStream& rows = units_.at(unit);
   if (!rows.attempt) return;
   (void)file_.add_event(rows.last_t_s, kAccepted,
                         attempt_text(rows.unit.serial, {{rows.attempt->from_s, rows.attempt->to_s}}, ""));
@@ -306,8 +306,8 @@ void RunRecorder::accept(std::size_t unit) {
 base::Status RunRecorder::seal() {
   if (!sealed_.sha256.empty()) return {};
   double last_t_s = std::max(last_chamber_t_s_, 0.0);
-  for (const UnitRows& unit : units_) last_t_s = std::max(last_t_s, unit.last_t_s);
-  for (const UnitRows& unit : units_) {
+  for (const UnitStream& unit : units_) last_t_s = std::max(last_t_s, unit.last_t_s);
+  for (const UnitStream& unit : units_) {
     if (unit.rows > 0 || noted_silence_) continue;
     auto noted = file_.add_event(last_t_s, "no_samples", fmt::format("unit {} sent no sample", unit.unit.serial));
     if (!noted) return noted;

@@ -92,7 +92,7 @@ class RunRecorder {
     double to_s = 0.0;
   };
   /// What is known of one unit's rows so far.
-  struct UnitRows {
+  struct UnitStream {
     RecordedUnit unit;
     std::size_t stream = 0;
     std::optional<std::size_t> position_stream = {};  ///< where azimuths are known
@@ -113,7 +113,7 @@ class RunRecorder {
   RunRecorder(db::Catalog& catalog, db::RunFileWriter file, db::RunInfo info, bool with_rates)
       : catalog_(&catalog), file_(std::move(file)), info_(std::move(info)), with_rates_(with_rates) {}
   [[nodiscard]] base::Status add_streams(const std::vector<RecordedUnit>& units);
-  [[nodiscard]] base::Status note_position(UnitRows& unit, const std::string& label, double t_s);
+  [[nodiscard]] base::Status note_position(UnitStream& unit, const std::string& label, double t_s);
   [[nodiscard]] base::Status seal();
 
   db::Catalog* catalog_;
@@ -122,7 +122,7 @@ class RunRecorder {
   SealedRun sealed_;  ///< `sha256` is empty while the file is open
   bool with_rates_;
   bool noted_silence_ = false;  ///< the events of units without rows are in the file
-  std::vector<UnitRows> units_;
+  std::vector<UnitStream> units_;
   std::size_t chamber_stream_ = 0;
   double last_chamber_t_s_ = kNever_s;
 };

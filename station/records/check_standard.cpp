@@ -337,8 +337,7 @@ base::Result<std::optional<std::string>> missing_check_standard(const db::Catalo
   if (standards.empty()) return std::nullopt;
   return fmt::format(
       "no check standard is among the units: this campaign cannot show whether the station has changed; check "
-      "standards "
-      "of the station: {}",
+      "standards of the station: {}",
       fmt::join(standards, ", "));
 }
 

@@ -16,6 +16,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/file_descriptor.h"
 #include "base/hash.h"
 #include "station/io/text_file.h"
 
@@ -100,11 +101,10 @@ base::Result<ParsedKey> parse_key(std::string_view text, KeyKind wanted, const s
 base::Status check_private(const std::filesystem::path& path) {
   struct stat status{};
   if (::stat(path.c_str(), &status) != 0 || (status.st_mode & kGroupAndOthers) == 0) return {};
-  return base::bad_input(
-      fmt::format("others may read or write this secret key (mode {:04o}): 'chmod 600' it, and make a new key if "
-                  "somebody may have copied it",
-                  status.st_mode & 0777U),
-      path.string());
+  return base::bad_input(fmt::format("others may read or write this secret key (mode {:04o}): 'chmod 600' it, and make "
+                                     "a new key if somebody may have copied it",
+                                     status.st_mode & 0777U),
+                         path.string());
 }
 
 std::string key_text(std::string_view head, const KeyBytes& bytes, const std::string& comment) {
@@ -114,17 +114,17 @@ std::string key_text(std::string_view head, const KeyBytes& bytes, const std::st
 
 /// Creates the file, which must not be there; on failure nothing is left behind.
 base::Status create_file(const std::filesystem::path& path, std::string_view text, mode_t mode) {
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
-  if (file < 0 && errno == EEXIST) {
+  base::FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
+  if (!file && errno == EEXIST) {
     return base::bad_input("already exists: keys are never overwritten, give another name", path.string());
   }
-  if (file < 0) {
+  if (!file) {
     return base::bad_input("cannot create the file: " + std::generic_category().message(errno), path.string());
   }
-  const bool written = ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  const bool kept = written && ::fsync(file) == 0;
+  const bool written = ::write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  const bool kept = written && ::fsync(file.get()) == 0;
   const int error = errno;
-  ::close(file);
+  file.reset();
   if (kept) return {};
   ::unlink(path.c_str());
   return base::fail(base::ErrorKind::internal, "cannot write the file: " + std::generic_category().message(error),

@@ -175,9 +175,8 @@ std::string references_table(const std::vector<ShownReference>& shown) {
 std::string reference_text(const ShownReference& shown) {
   const calib::Reference& reference = shown.row.reference;
   std::string text = fmt::format(
-      "{} '{}'\n  certificate {}, issued {}, due {}: {}\n  correction {}, standard uncertainty {}\n"
-      "  bears on {}\n"
-      "  entered on {} by {} as {}\n",
+      "{} '{}'\n  certificate {}, issued {}, due {}: {}\n  correction {}, standard uncertainty {}\n  affects {}\n  "
+      "entered on {} by {} as {}\n",
       calib::name_of(reference.kind), reference.name, reference.certificate, iso_date(reference.issued_utc_s),
       iso_date(reference.due_utc_s), state_text(shown), correction_text(reference),
       number_text(reference.standard_uncertainty, reference.kind), calib::bears_on(reference.kind),

@@ -136,10 +136,9 @@ std::vector<calib::Warning> waiver_warnings(const std::vector<calib::ReferenceUs
     if (!waiver || has_good_signature(*waiver, reference)) continue;
     warnings.push_back(
         {"waiver_signature",
-         fmt::format(
-             "the signature of {}'s waiver for {} '{}' (certificate {}) does not match: the waiver or the data of the "
-             "reference were changed after it was signed",
-             waiver->signer, calib::name_of(reference.kind), reference.name, reference.certificate)});
+         fmt::format("the signature of {}'s waiver for {} '{}' (certificate {}) does not match: the waiver or the data "
+                     "of the reference were changed after it was signed",
+                     waiver->signer, calib::name_of(reference.kind), reference.name, reference.certificate)});
   }
   return warnings;
 }

@@ -213,8 +213,8 @@ std::string provenance_part(const json& document) {
                        {"Page made by", html::text_of(document, "software")},
                        {"Page made", html::date_time(document["created_utc_s"])}});
   html += fmt::format(
-      "<p>What a shorter campaign would have given: <code>soak fit --unit {} --chamber-time</code>. Every "
-      "byte of the runs is checked by <code>soak runs verify</code>.</p>\n",
+      "<p>What a shorter campaign would have given: <code>soak fit --unit {} --chamber-time</code>. Every byte of the "
+      "runs is checked by <code>soak runs verify</code>.</p>\n",
       html::text_of(document, "unit"));
   return html + "</section>\n";
 }

@@ -185,7 +185,7 @@ std::string waiver_text(const json& reference) {
 
 std::string references_table(const json& references) {
   html::Table table("References that the campaigns were measured with",
-                    {"kind", "name", "certificate", "correction", "standard uncertainty", "what it bears on", "due",
+                    {"kind", "name", "certificate", "correction", "standard uncertainty", "what it affects", "due",
                      "waiver", "since then"});
   for (const json& reference : references) {
     const auto kind = calib::reference_kind_named(reference.value("kind", ""));
@@ -226,8 +226,8 @@ std::string couplings_part(const json& couplings) {
                                    : "<p>Misalignment: not known: the positions do not determine all of it.</p>\n";
   if (of_gyros.is_object()) {
     html +=
-        "<p>Misalignment of the gyros is from movements between rests, against the axes of the accelerometers, and "
-        "in the file.</p>\n";
+        "<p>Misalignment of the gyros is from movements between rests, against the axes of the accelerometers, and in "
+        "the file.</p>\n";
   }
   html +=
       sensitivity.is_object()
@@ -257,11 +257,10 @@ std::string records_part(const json& records) {
   std::string html = "<section id=\"records\"><h2>Records of the laboratory</h2>\n";
   const json& references = records["references"];
   if (references.is_array() && !references.empty()) return html + references_table(references) + "</section>\n";
-  return html + (references.is_array()
-                     ? "<p>No reference was entered for the campaigns of this model: nothing here is traceable to a "
-                       "certificate.</p></section>\n"
-                     : "<p>Not stated: the model was stored by a version of Soak without a register of "
-                       "references.</p></section>\n");
+  return html + (references.is_array() ? "<p>No reference was entered for the campaigns of this model: nothing here is "
+                                         "traceable to a certificate.</p></section>\n"
+                                       : "<p>Not stated: the model was stored by a version of Soak without a register "
+                                         "of references.</p></section>\n");
 }
 
 }  // namespace soak::station

@@ -92,7 +92,7 @@ bool has_pi95(const json& fit) {
   return std::ranges::any_of(fit["curve"], [](const json& point) { return member(point, "pi95").is_number(); });
 }
 
-/// The uncertainty budget; models from before there was one do not state it.
+/// The uncertainty budget, where the stored model states it.
 std::string budget_table(const json& sensor) {
   const json& budget = member(sensor["fit"], "uncertainty");
   if (!budget.is_array() || budget.empty()) {
@@ -133,8 +133,8 @@ std::string scale_words(std::string_view name, const json& sensor) {
   const json& deployed = member(sensor["fit"], "scale_deployed");
   if (deployed.is_string()) {
     return fmt::format(
-        "<p>Scale error: curve by {}, in ppm; to correct a reading subtract the bias, then divide by "
-        "1 + scale/10⁶.</p>\n",
+        "<p>Scale error: curve by {}, in ppm; to correct a reading subtract the bias, then divide by 1 + "
+        "scale/10⁶.</p>\n",
         html::escaped(deployed.get<std::string>()));
   }
   if (name.starts_with("gyro")) {
@@ -143,8 +143,7 @@ std::string scale_words(std::string_view name, const json& sensor) {
            "the scale at its nominal value.</p>\n";
   }
   return "<p>Scale error: not known. The axis was never turned against gravity; it takes positions with the axis up "
-         "and "
-         "down.</p>\n";
+         "and down.</p>\n";
 }
 
 /// What fresh runs say of one curve.
@@ -245,13 +244,12 @@ std::string curve_figure(std::string_view name, const json& sensor) {
   const auto curve = curve_points(sensor, "bias");
   double widest = 0.0;
   for (const auto& [temp_c, half_width] : curve_points(sensor, "ci95")) widest = std::max(widest, half_width);
-  return figure(
-      "curve", name,
-      {fmt::format("{}: bias over temperature", name),
-       fmt::format("Deployed curve from {:.3g} {} at {:.1f} °C to {:.3g} at {:.1f} °C, largest half-width of its 95 % "
-                   "band {:.3g}.",
-                   curve.front().second, unit_of(sensor), curve.front().first, curve.back().second, curve.back().first,
-                   widest)});
+  return figure("curve", name,
+                {fmt::format("{}: bias over temperature", name),
+                 fmt::format("Deployed curve from {:.3g} {} at {:.1f} °C to {:.3g} at {:.1f} °C, largest half-width of "
+                             "its 95 % band {:.3g}.",
+                             curve.front().second, unit_of(sensor), curve.front().first, curve.back().second,
+                             curve.back().first, widest)});
 }
 
 /// Empty where there are no rows.

@@ -109,9 +109,10 @@ base::Result<std::vector<calib::Warning>> age_warnings(const db::Catalog& catalo
                                                        const db::ModelRow& model) {
   std::vector<calib::Warning> warnings;
   if (model.epoch != unit.epoch) {
-    warnings.push_back({"older_epoch", fmt::format("the model belongs to epoch {}; the unit has been repaired or "
-                                                   "re-flashed since and is in epoch {}",
-                                                   model.epoch, unit.epoch)});
+    warnings.push_back(
+        {"older_epoch",
+         fmt::format("the model belongs to epoch {}; the unit has been repaired or re-flashed since and is in epoch {}",
+                     model.epoch, unit.epoch)});
   }
   const auto newest = catalog.model(unit.serial);
   if (!newest) return base::forward_error(newest);
@@ -122,21 +123,13 @@ base::Result<std::vector<calib::Warning>> age_warnings(const db::Catalog& catalo
   return warnings;
 }
 
-struct KnownLimits {
-  calib::Limits limits;
-  std::optional<std::string> source;
-};
-
 /// Those of the request, else of the unit's type.
 base::Result<KnownLimits> limits_for(const ReportRequest& request, const calib::Calibration& calibration) {
   if (request.limits_source) return KnownLimits{request.limits, request.limits_source};
-  const auto type = known_unit_type(calibration.unit_type);
-  if (!type) return base::forward_error(type);
-  if (type->limits == calib::Limits{}) return KnownLimits{};
-  return KnownLimits{type->limits, "unit type " + type->name};
+  return limits_of_type(calibration.unit_type);
 }
 
-/// The laboratory's references that the fit recorded; null where the model was stored before there was a register.
+/// The laboratory's references that the fit recorded; null where the stored model does not state them.
 json records_json(const std::string& document) {
   const json stored = json::parse(document, nullptr, false);
   const json::json_pointer references("/fit/references");

@@ -62,18 +62,17 @@ std::vector<calib::Warning> warnings_of(const RunsOfModel& found, const std::vec
                                         double model_utc_s) {
   std::vector<calib::Warning> warnings;
   for (const std::string& hash : missing) {
-    warnings.push_back({"run_missing", fmt::format("a run that the model was fitted to is not in this data folder "
-                                                   "(content {})",
-                                                   hash)});
+    warnings.push_back(
+        {"run_missing",
+         fmt::format("a run that the model was fitted to is not in this data folder (content {})", hash)});
   }
   const std::string voided = labels_where(found.runs, [&](const UsedRun& run) {
     return run.use == RunUse::fitted && std::any_of(run.voids.begin(), run.voids.end(),
                                                     [&](const auto& record) { return record.utc_s > model_utc_s; });
   });
   if (!voided.empty()) {
-    warnings.push_back({"voided_since", fmt::format("withdrawn, whole or in part, after the model was fitted to it: "
-                                                    "{}",
-                                                    voided)});
+    warnings.push_back(
+        {"voided_since", fmt::format("withdrawn, whole or in part, after the model was fitted to it: {}", voided)});
   }
   const std::string unused = labels_where(found.runs, [](const UsedRun& run) { return run.use == RunUse::not_used; });
   if (!unused.empty()) {

@@ -41,11 +41,10 @@ base::Result<StillSegment> long_still_segment(const db::Catalog& catalog, const 
   if (!longest) return base::forward_error(longest);
   const double seconds = *longest ? length_s((*longest)->segment) : 0.0;
   if (seconds >= calib::kKalibrLeastStill_s * 0.99) return **std::move(longest);
-  return base::bad_input(
-      fmt::format("the longest segment at rest of unit {} lasts {:.0f} s; noise density and random walk need at least "
-                  "{:g} minutes, "
-                  "better hours, in one position at a constant temperature: record procedures/static-allan.toml",
-                  unit.serial, seconds, calib::kKalibrLeastStill_s / 60.0));
+  return base::bad_input(fmt::format(
+      "the longest segment at rest of unit {} lasts {:.0f} s; noise density and random walk need at least {:g} "
+      "minutes, better hours, in one position at a constant temperature: record procedures/static-allan.toml",
+      unit.serial, seconds, calib::kKalibrLeastStill_s / 60.0));
 }
 
 /// Least and greatest of the means over the segment's minutes.

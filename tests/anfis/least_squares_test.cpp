@@ -16,7 +16,7 @@ namespace {
 void expect_certified(const char* name, double least_digits) {
   const test::CertifiedFit set = test::nist_linear(name);
   const LeastSquaresFit fit = solve_least_squares(set.a, set.y);
-  ASSERT_TRUE(fit.full_rank());
+  ASSERT_EQ(fit.rank, set.a.cols());
   const double s2 = fit.residual_sum_of_squares / static_cast<double>(set.a.rows() - set.a.cols());
   for (Eigen::Index k = 0; k < set.a.cols(); ++k) {
     EXPECT_GE(test::digits(fit.coefficients(k), set.b(k)), least_digits) << name << " b" << k;
@@ -40,7 +40,6 @@ TEST(LeastSquares, FindsTheRankAndTheLeastNormWhereColumnsDepend) {
   const Eigen::VectorXd b = random_matrix(20, 1);
   const LeastSquaresFit fit = solve_least_squares(a, b);
   EXPECT_EQ(fit.rank, 4);
-  EXPECT_FALSE(fit.full_rank());
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
   Eigen::VectorXd inverse = svd.singularValues().cwiseInverse();
   inverse(4) = 0.0;
@@ -66,7 +65,7 @@ TEST(LeastSquares, GivesNaNInsteadOfANumberForDataThatAreNotFinite) {
   const LeastSquaresFit fit = solve_least_squares(a, Eigen::VectorXd::Ones(6));
   EXPECT_TRUE(fit.coefficients.array().isNaN().all());
   EXPECT_TRUE(std::isnan(fit.residual_sum_of_squares));
-  EXPECT_FALSE(fit.full_rank());
+  EXPECT_LT(fit.rank, a.cols());
 }
 
 }  // namespace

@@ -47,29 +47,6 @@ TEST(ModelJson, ReadsBackExactlyTheSameNumbersFromText) {
   }
 }
 
-TEST(ModelJson, ReadsVersionOneAsItWasWritten) {
-  const auto model = model_from_json(nlohmann::json::parse(R"({"format": "soak-anfis-model", "version": 1,
-      "membership": "bell", "order": 1, "input": {"centre": 20, "half_range": 50, "min": -30, "max": 70},
-      "output": {"centre": 0.5, "half_range": 2},
-      "rules": [{"width": 1, "slope": 2, "centre": 0, "gain": 3, "offset": 0.25}]})"));
-  ASSERT_TRUE(model) << model.error().message;
-  EXPECT_DOUBLE_EQ(evaluate(*model, 45.0), 0.5 + 2.0 * (3.0 * 0.5 + 0.25));
-  EXPECT_TRUE(infer(*model, std::vector{70.0}).in_range);
-  EXPECT_FALSE(infer(*model, std::vector{71.0}).in_range);
-}
-
-// The strengths of two Gaussian rules by hand, as version 1 defined them.
-TEST(ModelJson, ReadsGaussiansOfVersionOne) {
-  const auto model = model_from_json(nlohmann::json::parse(R"({"format": "soak-anfis-model", "version": 1,
-      "membership": "gaussian", "order": 0, "input": {"centre": 0, "half_range": 2, "min": -2, "max": 2},
-      "output": {"centre": 0, "half_range": 1},
-      "rules": [{"width": 0.5, "slope": 0, "centre": -1, "gain": 0, "offset": 3},
-                {"width": 0.25, "slope": 0, "centre": 1, "gain": 0, "offset": -1}]})"));
-  ASSERT_TRUE(model) << model.error().message;
-  const double first = std::exp(-0.5 * std::pow(1.5 / 0.5, 2)), second = std::exp(-0.5 * std::pow(0.5 / 0.25, 2));
-  EXPECT_NEAR(evaluate(*model, 1.0), (3.0 * first - second) / (first + second), 1e-14);
-}
-
 TEST(ModelJson, RefusesToWriteWhatIsNotFinite) {
   Model model = trained(Shape::bell, 1);
   model.rules[2].gains[0] = std::nan("");

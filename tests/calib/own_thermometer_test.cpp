@@ -63,7 +63,7 @@ TEST(OwnThermometer, IsStatedOfTheRows) {
 TEST(OwnThermometer, ThatOnlySomeRunsHaveIsRefused) {
   const auto rows = make_rows(of_runs({make_run("a", 0.0), make_run("b", 8.0)}));
   ASSERT_FALSE(rows);
-  EXPECT_NE(rows.error().message.find("run b has a thermometer of gyro_x alone, run a knows it by the unit's"),
+  EXPECT_NE(rows.error().message.find("run b has a thermometer of its own for gyro_x, run a has only the unit's"),
             std::string::npos)
       << rows.error().message;
   RunInput without = make_run("a", 0.0);

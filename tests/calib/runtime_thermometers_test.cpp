@@ -152,9 +152,9 @@ TEST(Thermometers, AutopilotsThatHaveOneAreNotServedAndTheMessageSaysWhy) {
     ASSERT_FALSE(px4);
     ASSERT_FALSE(ardupilot);
     const std::string words =
-        std::string(gyro ? "gyro_y" : "accel_y") + " was calibrated over a thermometer of its own, and ";
-    EXPECT_NE(px4.error().message.find(words + "PX4 has one"), std::string::npos) << px4.error().message;
-    EXPECT_NE(ardupilot.error().message.find(words + "ArduPilot has one"), std::string::npos);
+        std::string(gyro ? "gyro_y" : "accel_y") + " was calibrated over its own thermometer, but ";
+    EXPECT_NE(px4.error().message.find(words + "PX4 reads one"), std::string::npos) << px4.error().message;
+    EXPECT_NE(ardupilot.error().message.find(words + "ArduPilot reads one"), std::string::npos);
   }
 }
 

@@ -113,7 +113,7 @@ TEST(SixPositionRate, OneSenseInOppositePositionsIsGSensitivityToo) {
   }
   EXPECT_FALSE(e.sensor[0].coupling[0]);
   EXPECT_NE(test::texts(e.warnings, "missing_position")
-                .find("gyro_x: one cannot see its g-sensitivity along x; its scale error"),
+                .find("gyro_x: the positions do not determine its g-sensitivity along x; its scale error"),
             std::string::npos)
       << test::texts(e.warnings, "missing_position");
 }
@@ -181,7 +181,7 @@ TEST(SixPositionRate, GyrosGetAScaleCurve) {
   for (const double t : {-30.0, -5.0, 25.0, 50.0}) {
     EXPECT_NEAR(evaluate(fit->scale->curve, t), Bench{}.gyro_scale_ppm(t), 25.0) << t;
   }
-  EXPECT_NE(test::texts(rows->warnings, "rate_positions").find("(and so in 2 more runs)"), std::string::npos);
+  EXPECT_NE(test::texts(rows->warnings, "rate_positions").find("(also in 2 more runs)"), std::string::npos);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "calib/estimate/detail/row_collector.h"
+#include "calib/estimate/branches.h"
 #include "calib/judge/verification.h"
 #include "calib/model/model_document.h"
 
@@ -165,11 +165,10 @@ TEST(UnitFit, LeavesOutWhatTheDataGateRejectedAndSaysSo) {
   }
   ASSERT_GE(rows->warnings.size(), 2U);
   EXPECT_EQ(rows->warnings[0].code, "stuck");
-  EXPECT_EQ(
-      rows->warnings[0].text,
-      "run R0: stuck loses a sensor in 1 of 126 segments; the first, visit 1, +Z: gyro_x repeats 1 (and so in 1 more "
-      "runs)");
-  EXPECT_EQ(rows->warnings[1].text, "run R1: moved loses 1 of 126 segments; the first, visit 0, +Z: by 3 deg");
+  EXPECT_EQ(rows->warnings[0].text,
+            "run R0: stuck rejects a sensor in 1 of 126 segments; the first, visit 1, +Z: gyro_x repeats 1 (also in 1 "
+            "more run)");
+  EXPECT_EQ(rows->warnings[1].text, "run R1: moved rejects 1 of 126 segments; the first, visit 0, +Z: by 3 deg");
 }
 
 TEST(UnitFit, RefusesAUnitOfWhichTheDataGateLeavesNothing) {
@@ -180,7 +179,7 @@ TEST(UnitFit, RefusesAUnitOfWhichTheDataGateLeavesNothing) {
   const auto rows = make_rows(input);
   ASSERT_FALSE(rows);
   EXPECT_EQ(rows.error().kind, base::ErrorKind::bad_input);
-  EXPECT_NE(rows.error().message.find("rejects every segment of unit U: run R0: moved loses 126 of 126"),
+  EXPECT_NE(rows.error().message.find("rejects every segment of unit U: run R0: moved rejects 126 of 126"),
             std::string::npos)
       << rows.error().message;
 }
@@ -230,7 +229,7 @@ TEST(Branches, CutsAHistoryAtItsTurningPoints) {
   for (double t = 50; t > -17; t -= 1) temps.push_back(t);
   for (double t = -17; t < 74; t += 1) temps.push_back(t + 0.5 * std::sin(t * 3.0));
   for (double t = 74; t > 36; t -= 1) temps.push_back(t);
-  const auto branches = find_branches(temps);
+  const auto branches = find_branches(temps, 3.0);
   ASSERT_EQ(branches.size(), 3U);
   EXPECT_EQ(branches[0].sweep, Sweep::down);
   EXPECT_EQ(branches[1].sweep, Sweep::up);
@@ -242,7 +241,7 @@ TEST(Branches, CutsAHistoryAtItsTurningPoints) {
 }
 
 TEST(Branches, AHistoryThatStandsStillIsOneBranch) {
-  const auto branches = find_branches(std::vector<double>(20, 25.0));
+  const auto branches = find_branches(std::vector<double>(20, 25.0), 3.0);
   ASSERT_EQ(branches.size(), 1U);
   EXPECT_EQ(branches[0].sweep, Sweep::unknown);
 }

@@ -20,7 +20,7 @@ using gap::LoggedCampaign;
 namespace made_up = gap::made_up;
 
 /// The effect with its first or last shape and parameters of a test's own, as `gap accept` would keep it.
-ModelTerm term_of(const LoggedCampaign& campaign, const gap::Effect& effect, const gap::Circumstances& circumstances,
+ModelTerm term_of(const LoggedCampaign& campaign, const gap::Effect& effect, const gap::RegressorInputs& inputs,
                   const gap::Candidate& candidate) {
   gap::GapReport report;
   report.conclusion = gap::Conclusion::named;
@@ -35,7 +35,7 @@ ModelTerm term_of(const LoggedCampaign& campaign, const gap::Effect& effect, con
     named.parameters[s] = Eigen::VectorXd::LinSpaced(count, 1.0, 2.0);
     if (!candidate.shared) named.parameters[s] *= 1.0 + 0.1 * static_cast<double>(s);
     named.covariance[s] = Eigen::MatrixXd::Identity(count, count);
-    named.meaning[s] = effect.meaning(circumstances, candidate, sensor);
+    named.meaning[s] = effect.meaning(inputs, candidate, sensor);
   }
   report.effects.push_back(named);
   const auto accepted = gap::accepted_terms(campaign, report, {});
@@ -87,9 +87,9 @@ TEST(Mechanisms, SayWhatTheRegressorsSaidThatFoundThem) {
   for (const gap::Effect& effect : gap::library()) {
     // A lag moves the temperature that curves are read at: LagsMoveTemperatures. Tilts count about their mean.
     if (effect.name == "sensor_lag" || effect.name == "fixture_tilt") continue;
-    ASSERT_FALSE(effect.missing(model.circumstances())) << effect.name;
-    for (const gap::Candidate& candidate : effect.candidates(model.circumstances())) {
-      const ModelTerm term = term_of(campaign, effect, model.circumstances(), candidate);
+    ASSERT_FALSE(effect.missing(model.regressor_inputs())) << effect.name;
+    for (const gap::Candidate& candidate : effect.candidates(model.regressor_inputs())) {
+      const ModelTerm term = term_of(campaign, effect, model.regressor_inputs(), candidate);
       EXPECT_LT(disagreement(campaign, rows, candidate, term), 2e-3) << effect.name << ' ' << candidate.shape;
       ++compared;
     }

@@ -24,7 +24,7 @@ RampEffect no_effect() {
   return [](const Ramp& ramp, Sensor) { return std::vector<double>(ramp.t_s.size(), 0.0); };
 }
 
-/// What a first-order element at the first temperature makes of a course.
+/// What a first-order element at the first temperature makes of a temperature history.
 std::vector<double> behind(const Ramp& ramp, double tau_s) {
   std::vector<double> result;
   double element_c = ramp.temp_c.front();
@@ -74,7 +74,8 @@ RampEffect walk(double size, std::uint64_t seed) {
   };
 }
 
-/// Water that condenses in the cold and dries slowly in the warmth: follows the course, and is no entry of the library.
+/// Water that condenses in the cold and dries slowly in the warmth: follows the temperature history, and is no entry of
+/// the library.
 RampEffect damp(double size) {
   return [=](const Ramp& ramp, Sensor) {
     std::vector<double> result;
@@ -197,7 +198,8 @@ TEST(Branches, NameNothingThatTheLibraryDoesNotKnow) {
     EXPECT_EQ(count.wrong, 0) << kind << "\n" << count.other;
     EXPECT_EQ(count.none, 0) << kind;
   }
-  // The damp follows the course as a memory does; once in twelve is what twelve seeds cannot tell from a fifth.
+  // The damp follows the temperature history as a memory does; once in twelve is what twelve seeds cannot tell from a
+  // fifth.
   const Tally count = tally("", [](const RampPlan& plan) { return ramps(plan, damp(15.0)); });
   EXPECT_LE(count.wrong, 1) << count.other;
 }

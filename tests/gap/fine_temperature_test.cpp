@@ -16,22 +16,6 @@ namespace {
 
 using made_up::Plan;
 
-/// What a thermometer in whole degrees would have shown.
-LoggedCampaign in_whole_degrees(LoggedCampaign campaign) {
-  campaign.thermometer.count = 1000;
-  campaign.thermometer.step = 1.0;
-  for (LoggedRun& run : campaign.runs) {
-    for (double& c : run.log.temp_c) c = std::round(c);
-    for (Segment& segment : run.run.segments) {
-      for (Block& block : segment.blocks) {
-        block.temp_c = std::round(block.temp_c);
-        block.sensor_temp_c.fill(block.temp_c);
-      }
-    }
-  }
-  return campaign;
-}
-
 LoggedCampaign refined(LoggedCampaign campaign) {
   refine_logs(campaign);
   refine_blocks(campaign);
@@ -64,7 +48,7 @@ double difference_c(const LoggedCampaign& a, const LoggedCampaign& b) {
 
 TEST(FineTemperature, FollowsTheUnitWithinTheSteps) {
   const LoggedCampaign true_one = made_up::campaign({}, made_up::nothing());
-  const LoggedCampaign coarse = in_whole_degrees(true_one);
+  const LoggedCampaign coarse = made_up::in_whole_degrees(true_one);
   const LoggedCampaign fine = refined(coarse);
   ASSERT_TRUE(fine.fine_temperature);
   EXPECT_FALSE(fine.thermometer.step);
@@ -83,14 +67,14 @@ TEST(FineTemperature, OfAThermometerThatTruncatesIsRightButForAConstant) {
   for (LoggedRun& run : lower.runs) {
     for (double& c : run.log.temp_c) c -= 0.5;
   }
-  const LoggedCampaign fine = refined(in_whole_degrees(std::move(lower)));
+  const LoggedCampaign fine = refined(made_up::in_whole_degrees(std::move(lower)));
   ASSERT_TRUE(fine.fine_temperature);
   EXPECT_LT(difference_c(fine, true_one), 0.1);
 }
 
 /// Why no number needs the certificate of the air probe.
 TEST(FineTemperature, AConstantErrorOfTheAirDropsOut) {
-  const LoggedCampaign coarse = in_whole_degrees(made_up::campaign({}, made_up::nothing()));
+  const LoggedCampaign coarse = made_up::in_whole_degrees(made_up::campaign({}, made_up::nothing()));
   LoggedCampaign warmer = coarse;
   for (LoggedRun& run : warmer.runs) {
     for (double& c : run.log.chamber_c) c += 0.7;
@@ -110,7 +94,7 @@ TEST(FineTemperature, AConstantErrorOfTheAirDropsOut) {
 
 TEST(FineTemperature, LetsAHysteresisBeNamed) {
   const Plan plan;
-  const LoggedCampaign coarse = in_whole_degrees(made_up::campaign(plan, made_up::hysteresis(plan)));
+  const LoggedCampaign coarse = made_up::in_whole_degrees(made_up::campaign(plan, made_up::hysteresis(plan)));
   EXPECT_TRUE(is_not_testable(find_gap(coarse, 1), "thermal_hysteresis"));
   const GapReport report = find_gap(refined(coarse), 1);
   EXPECT_FALSE(is_not_testable(report, "thermal_hysteresis"));
@@ -124,7 +108,7 @@ TEST(FineTemperature, OfAUnitWithoutEffectsNamesNothing) {
   for (std::uint64_t seed = 1; seed <= made_up::fewer_under_sanitizers(6); ++seed) {
     Plan plan;
     plan.seed = seed;
-    const LoggedCampaign campaign = refined(in_whole_degrees(made_up::campaign(plan, made_up::nothing())));
+    const LoggedCampaign campaign = refined(made_up::in_whole_degrees(made_up::campaign(plan, made_up::nothing())));
     ASSERT_TRUE(campaign.fine_temperature);
     const GapReport report = find_gap(campaign, 1);
     EXPECT_TRUE(report.effects.empty()) << "seed " << seed << ": " << report.reason;
@@ -143,7 +127,7 @@ void expect_left_alone(const LoggedCampaign& campaign) {
 TEST(FineTemperature, LeavesACampaignAloneWhoseAirSaysNothing) {
   Plan plan;
   plan.runs = 3;
-  const LoggedCampaign coarse = in_whole_degrees(made_up::campaign(plan, made_up::nothing()));
+  const LoggedCampaign coarse = made_up::in_whole_degrees(made_up::campaign(plan, made_up::nothing()));
   LoggedCampaign without = coarse;
   without.runs[1].log.chamber_c.clear();
   expect_left_alone(without);
@@ -169,7 +153,7 @@ TEST(FineTemperature, LeavesACampaignAloneWhoseUnitGoesWaysOfItsOwn) {
   for (LoggedRun& run : own.runs) {
     for (std::size_t k = 0; k < run.log.t_s.size(); ++k) run.log.temp_c[k] += std::sin(run.log.t_s[k] / 1500.0);
   }
-  expect_left_alone(in_whole_degrees(std::move(own)));
+  expect_left_alone(made_up::in_whole_degrees(std::move(own)));
 }
 
 TEST(FineTemperature, LeavesFineThermometersAndThoseOfSensorsAlone) {
@@ -177,7 +161,7 @@ TEST(FineTemperature, LeavesFineThermometersAndThoseOfSensorsAlone) {
   plan.runs = 3;
   const LoggedCampaign fine = made_up::campaign(plan, made_up::nothing());
   expect_left_alone(fine);
-  LoggedCampaign several = in_whole_degrees(fine);
+  LoggedCampaign several = made_up::in_whole_degrees(fine);
   several.runs[0].run.segments[3].blocks[1].sensor_temp_c[2] += 1.0;
   expect_left_alone(several);
 }

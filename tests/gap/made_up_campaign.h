@@ -206,4 +206,20 @@ inline Hidden nothing() {
   return [](Sensor, const Moment&) { return 0.0; };
 }
 
+/// What a thermometer in whole degrees would have shown.
+inline LoggedCampaign in_whole_degrees(LoggedCampaign campaign) {
+  campaign.thermometer.count = 1000;
+  campaign.thermometer.step = 1.0;
+  for (LoggedRun& run : campaign.runs) {
+    for (double& c : run.log.temp_c) c = std::round(c);
+    for (Segment& segment : run.run.segments) {
+      for (Block& block : segment.blocks) {
+        block.temp_c = std::round(block.temp_c);
+        block.sensor_temp_c.fill(block.temp_c);
+      }
+    }
+  }
+  return campaign;
+}
+
 }  // namespace soak::calib::gap::made_up

@@ -64,22 +64,22 @@ inline double curve(Sensor sensor, double temp_c) {
 inline LoggedCampaign ramps(const RampPlan& plan, const RampEffect& hidden,
                             const std::function<std::vector<double>(const Ramp&)>& read_c = {}) {
   base::Random random(plan.seed);
-  const Ramp course = ramp(plan, random);
-  const std::vector<double> elements_c = read_c ? read_c(course) : course.temp_c;
+  const Ramp temperatures = ramp(plan, random);
+  const std::vector<double> elements_c = read_c ? read_c(temperatures) : temperatures.temp_c;
   Segment segment;
   segment.key = {"R1", "U", 0, "", 0};
-  const std::size_t count = course.t_s.size() / 3;
+  const std::size_t count = temperatures.t_s.size() / 3;
   for (std::size_t b = 0; b < count; ++b) {
     Block block;
-    block.t_s = course.t_s[3 * b + 1];
+    block.t_s = temperatures.t_s[3 * b + 1];
     block.duration_s = 3.0 * kStep_s;
-    for (std::size_t i = 3 * b; i < 3 * b + 3; ++i) block.temp_c += course.temp_c[i] / 3.0;
+    for (std::size_t i = 3 * b; i < 3 * b + 3; ++i) block.temp_c += temperatures.temp_c[i] / 3.0;
     block.sensor_temp_c.fill(block.temp_c);
     segment.blocks.push_back(block);
   }
   for (const Sensor sensor : kSensors) {
     const double unit = is_gyro(sensor) ? plan.gyro : plan.accel;
-    const std::vector<double> added = hidden(course, sensor);
+    const std::vector<double> added = hidden(temperatures, sensor);
     double slow = 0.0;
     for (std::size_t b = 0; b < count; ++b) {
       double value = unit * random.gaussian();
@@ -92,11 +92,11 @@ inline LoggedCampaign ramps(const RampPlan& plan, const RampEffect& hidden,
   }
   LoggedRun run;
   run.run.run_id = run.run.label = "R1";
-  run.log.t_s = course.t_s;
-  run.log.temp_c = course.temp_c;
+  run.log.t_s = temperatures.t_s;
+  run.log.temp_c = temperatures.temp_c;
   for (double& c : run.log.temp_c) c += 0.01 * random.gaussian();
-  run.log.t_since_power_s = course.t_s;
-  segment.t_end_s = course.t_s.back();
+  run.log.t_since_power_s = temperatures.t_s;
+  segment.t_end_s = temperatures.t_s.back();
   segment.temp_c = 25.0;
   run.run.segments.push_back(std::move(segment));
   LoggedCampaign made;

@@ -62,12 +62,12 @@ struct Prepared {
   CampaignModel model;
 };
 
-/// The effect of that name whose course imitates a prediction as well as it can, sensor by sensor: a rival that
-/// explains as much.
+/// The effect of that name whose temperature history imitates a prediction as well as it can, sensor by sensor: a rival
+/// that explains as much.
 NamedEffect imitation(const CampaignModel& model, const NamedEffect& original, std::string_view name) {
   NamedEffect best;
   double least = std::numeric_limits<double>::infinity();
-  for (const Candidate& candidate : effect_named(name)->candidates(model.circumstances())) {
+  for (const Candidate& candidate : effect_named(name)->candidates(model.regressor_inputs())) {
     NamedEffect effect{.effect = effect_named(name), .candidate = candidate, .sensors = original.sensors};
     double misfit = 0.0;
     for (const Sensor sensor : effect.sensors) {
@@ -163,7 +163,7 @@ TEST(NextExperiment, SaysWhatTellsFromWhomAtWhatPrice) {
       next.text.starts_with("azimuth turn of the fixture by 90 degrees: tells g_sensitivity from earth_rate at "))
       << next.text;
   EXPECT_TRUE(next.text.ends_with(
-      " sigma, 10 h of chamber (a copy of your procedure, changed as procedures/azimuth-turn.toml shows)"))
+      " sigma, 10 h of chamber time (a copy of your procedure, changed as procedures/azimuth-turn.toml shows)"))
       << next.text;
 }
 

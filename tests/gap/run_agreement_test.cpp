@@ -78,7 +78,7 @@ TEST(RunAgreement, AnotherUnitsRunIsNamedFromThreeRunsOn) {
 TEST(RunAgreement, OfTwoRunsOneMayBeOfAnotherUnit) {
   const GapReport report = find_gap(made_up::campaign(plan_of(2), another_unit_in({1})), 1);
   expect_no_judgement(report, "run R1 and run R2 differ");
-  EXPECT_NE(report.reason.find("one may be of another unit"), std::string::npos) << report.reason;
+  EXPECT_NE(report.reason.find("one run may be from another unit"), std::string::npos) << report.reason;
 }
 
 /// Leaves the way up only.

@@ -14,11 +14,11 @@ namespace soak::calib::gap {
 namespace {
 
 /// A campaign of one run that follows `temp_c` for `seconds`, with an observation each minute.
-struct Course {
+struct LoggedHistory {
   LoggedCampaign campaign;
   Observations observations;
 
-  Course(double seconds, const std::function<double(double)>& temp_c) {
+  LoggedHistory(double seconds, const std::function<double(double)>& temp_c) {
     LoggedRun run;
     for (double t_s = 0.0; t_s <= seconds; t_s += 10.0) {
       run.log.t_s.push_back(t_s);
@@ -39,22 +39,22 @@ struct Course {
 
 // A first-order lag behind the ramp a·t is late by a τ (1 − e^(−t/τ)).
 TEST(TemperatureHistory, LagBehindARampIsTheAnalyticOne) {
-  const Course course(7200.0, [](double t_s) { return 0.02 * t_s - 20.0; });
-  const TemperatureHistory history(course.campaign, course.observations);
+  const LoggedHistory logged(7200.0, [](double t_s) { return 0.02 * t_s - 20.0; });
+  const TemperatureHistory history(logged.campaign, logged.observations);
   for (const double tau_s : {60.0, 300.0, 1500.0}) {
     const auto lag = history.lag(tau_s);
     for (std::size_t i = 0; i < lag.size(); ++i) {
-      const double t_s = course.observations.rows[i].t_s;
+      const double t_s = logged.observations.rows[i].t_s;
       EXPECT_NEAR(lag[i], -0.02 * tau_s * (1.0 - std::exp(-t_s / tau_s)), 1e-9);
     }
   }
 }
 
 TEST(TemperatureHistory, RateIsTheSlopeOfTheThermometer) {
-  const Course course(3600.0, [](double t_s) { return 25.0 + 10.0 * std::sin(t_s / 900.0); });
-  const TemperatureHistory history(course.campaign, course.observations);
+  const LoggedHistory logged(3600.0, [](double t_s) { return 25.0 + 10.0 * std::sin(t_s / 900.0); });
+  const TemperatureHistory history(logged.campaign, logged.observations);
   for (std::size_t i = 3; i + 3 < history.rate().size(); ++i) {
-    const double t_s = course.observations.rows[i].t_s;
+    const double t_s = logged.observations.rows[i].t_s;
     EXPECT_NEAR(history.rate()[i], 10.0 / 900.0 * std::cos(t_s / 900.0), 1e-4);
   }
 }
@@ -66,8 +66,8 @@ TEST(TemperatureHistory, MemoryOfTheBranchStaysWhileTheTemperatureStands) {
     if (t_s < 6000.0) return 40.0 + 0.02 * std::sin(t_s);
     return 40.0 - 0.02 * (t_s - 6000.0);
   };
-  const Course course(9000.0, temp_c);
-  const TemperatureHistory history(course.campaign, course.observations);
+  const LoggedHistory logged(9000.0, temp_c);
+  const TemperatureHistory history(logged.campaign, logged.observations);
   const auto memory = history.branch_memory(10.0);
   const auto at = [&](double t_s) { return memory[static_cast<std::size_t>(t_s / 60.0) - 1]; };
   EXPECT_NEAR(at(60.0), -1.0 + 2.0 * (1.0 - std::exp(-(1.2 - 0.25) / 10.0)), 0.01);
@@ -78,27 +78,27 @@ TEST(TemperatureHistory, MemoryOfTheBranchStaysWhileTheTemperatureStands) {
 
 // A ramp that has gone on for long: a τ behind from the first row. A memory that has come the same way is full.
 TEST(TemperatureHistory, CanBeUnderWayAtTheStart) {
-  const Course course(3600.0, [](double t_s) { return 70.0 - 0.02 * t_s; });
-  const TemperatureHistory history(course.campaign, course.observations);
+  const LoggedHistory logged(3600.0, [](double t_s) { return 70.0 - 0.02 * t_s; });
+  const TemperatureHistory history(logged.campaign, logged.observations);
   for (const double behind : history.lag(300.0, true)) EXPECT_NEAR(behind, 0.02 * 300.0, 1e-9);
   for (const double h : history.branch_memory(10.0, 1.0)) EXPECT_NEAR(h, -1.0, 1e-9);
   const auto against = history.branch_memory(10.0, -1.0);
   const auto between = history.branch_memory(10.0, 0.0);
   for (std::size_t i = 0; i < against.size(); ++i) {
-    const double faded = std::exp(-(0.02 * course.observations.rows[i].t_s - 0.25) / 10.0);
+    const double faded = std::exp(-(0.02 * logged.observations.rows[i].t_s - 0.25) / 10.0);
     EXPECT_NEAR(against[i], -1.0 + 2.0 * faded, 1e-6);
     EXPECT_NEAR(between[i], -1.0 + faded, 1e-6);
   }
 }
 
 TEST(TemperatureHistory, AHoleInTheLogIsTold) {
-  Course course(7200.0, [](double) { return 25.0; });
-  EXPECT_TRUE(TemperatureHistory(course.campaign, course.observations).continuous());
-  auto& log = course.campaign.runs[0].log;
+  LoggedHistory logged(7200.0, [](double) { return 25.0; });
+  EXPECT_TRUE(TemperatureHistory(logged.campaign, logged.observations).continuous());
+  auto& log = logged.campaign.runs[0].log;
   log.t_s.erase(log.t_s.begin() + 100, log.t_s.begin() + 140);
   log.temp_c.erase(log.temp_c.begin() + 100, log.temp_c.begin() + 140);
   log.t_since_power_s.erase(log.t_since_power_s.begin() + 100, log.t_since_power_s.begin() + 140);
-  EXPECT_FALSE(TemperatureHistory(course.campaign, course.observations).continuous());
+  EXPECT_FALSE(TemperatureHistory(logged.campaign, logged.observations).continuous());
 }
 
 TEST(RunLog, HoldsMeansOfTenSeconds) {

@@ -68,7 +68,7 @@ TEST(Unknown, IsABiasThatJumpsToAndFro) {
     }
     return sensor == Sensor::gyro_y ? 2.0 * plan.gyro_block * next_s->value : 0.0;
   });
-  expect_unknown(report, "time, in another way in each run");
+  expect_unknown(report, "time, differently in each run");
   EXPECT_EQ(report.residual_structure->sensors, std::vector<Sensor>{Sensor::gyro_y});
 }
 
@@ -86,7 +86,7 @@ TEST(Unknown, IsABiasThatStepsOnceInEachRun) {
                              const auto r = static_cast<std::size_t>(moment.run);
                              return moment.t_s > when_s.at(r) ? height.at(r) * unit_of(plan, sensor) : 0.0;
                            }),
-                 "time, in another way in each run");
+                 "time, differently in each run");
 }
 
 // It settles with the time since the turn, which no sensitivity to the attitude does.

@@ -58,7 +58,7 @@ TEST(TcpSource, CarriesBytesBothWaysWithoutWaiting) {
   TcpListener listener;
   const auto source = make_tcp_source({"127.0.0.1", listener.port()});
   ASSERT_TRUE(source->open());
-  const Descriptor peer = listener.accept();
+  const base::FileDescriptor peer = listener.accept();
   std::array<std::uint8_t, 16> buffer;
   EXPECT_EQ(source->read(buffer).value(), 0U);
   ASSERT_EQ(::write(peer.get(), "abc", 3), 3);
@@ -85,7 +85,7 @@ TEST(TcpSource, AClosedPeerIsADeviceErrorAfterItsLastBytes) {
   const auto source = make_tcp_source({"127.0.0.1", listener.port()});
   ASSERT_TRUE(source->open());
   {
-    const Descriptor peer = listener.accept();
+    const base::FileDescriptor peer = listener.accept();
     ASSERT_EQ(::write(peer.get(), "abc", 3), 3);
   }
   EXPECT_EQ(read_bytes(*source, 3), text("abc"));
@@ -97,7 +97,7 @@ TEST(TcpSource, WritingToAClosedPeerIsADeviceErrorAndNoSignal) {
   const auto source = make_tcp_source({"127.0.0.1", listener.port()});
   ASSERT_TRUE(source->open());
   {
-    const Descriptor peer = listener.accept();
+    const base::FileDescriptor peer = listener.accept();
   }
   bool failed = false;
   for (int i = 0; i < 1000 && !failed; ++i) {
@@ -130,7 +130,7 @@ TEST(TcpSource, AnUnknownHostIsADeviceError) {
 
 TEST(TcpSource, AConnectionThatIsNotAnsweredTimesOut) {
   TcpListener listener(0);
-  std::vector<Descriptor> crowd;  // fills the queue of the listener: the next one gets no answer
+  std::vector<base::FileDescriptor> crowd;  // fills the queue of the listener: the next one gets no answer
   for (int i = 0; i < 4; ++i) crowd.push_back(listener.begin_connecting());
   const auto opened = make_tcp_source({"127.0.0.1", listener.port()})->open();
   ASSERT_FALSE(opened);

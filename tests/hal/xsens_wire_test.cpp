@@ -81,7 +81,7 @@ TEST(XsensOverTcp, StreamsThroughARestartAndFailsWhenThePeerCloses) {
   const TcpListener listener;
   std::atomic<bool> finish = false;
   std::thread unit([&] {
-    const Descriptor peer = listener.accept();
+    const base::FileDescriptor peer = listener.accept();
     play(peer.get(), finish);
   });
   const auto imu = make_imu({.address = TcpAddress{"127.0.0.1", listener.port()}});

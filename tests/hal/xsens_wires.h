@@ -33,16 +33,18 @@ class TcpListener {
   }
 
   [[nodiscard]] int port() const { return ntohs(address_.sin_port); }
-  [[nodiscard]] Descriptor accept() const { return Descriptor(::accept(listener_.get(), nullptr, nullptr)); }
-  [[nodiscard]] Descriptor begin_connecting() const {
-    Descriptor socket(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK, 0));
+  [[nodiscard]] base::FileDescriptor accept() const {
+    return base::FileDescriptor(::accept(listener_.get(), nullptr, nullptr));
+  }
+  [[nodiscard]] base::FileDescriptor begin_connecting() const {
+    base::FileDescriptor socket(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK, 0));
     // In progress or connected: both will do.
     static_cast<void>(::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address_), sizeof address_));
     return socket;
   }
 
  private:
-  Descriptor listener_;
+  base::FileDescriptor listener_;
   sockaddr_in address_{};
 };
 
@@ -53,8 +55,8 @@ class PseudoTerminal {
     int slave = -1;
     std::array<char, 64> name{};
     if (::openpty(&master, &slave, name.data(), nullptr, nullptr) != 0) throw std::runtime_error("no pseudo-terminal");
-    master_ = Descriptor(master);
-    slave_ = Descriptor(slave);
+    master_ = base::FileDescriptor(master);
+    slave_ = base::FileDescriptor(slave);
     name_ = name.data();
   }
 
@@ -63,8 +65,8 @@ class PseudoTerminal {
   void unplug() { master_.reset(); }
 
  private:
-  Descriptor master_;
-  Descriptor slave_;
+  base::FileDescriptor master_;
+  base::FileDescriptor slave_;
   std::string name_;
 };
 
@@ -76,13 +78,13 @@ class PairSource final : public DescriptorSource {
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, ends.data()) != 0) return broken("no socket pair", errno);
     const int room = 1 << 20;
     ::setsockopt(ends[1], SOL_SOCKET, SO_SNDBUF, &room, sizeof room);
-    adopt(Descriptor(ends[0]));
-    far_end = Descriptor(ends[1]);
+    adopt(base::FileDescriptor(ends[0]));
+    far_end = base::FileDescriptor(ends[1]);
     return {};
   }
   std::string description() const override { return "socket pair"; }
 
-  Descriptor far_end;
+  base::FileDescriptor far_end;
 };
 
 }  // namespace soak::hal::imu::test

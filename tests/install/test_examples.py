@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/examples, copied out of the tree, builds against what `cmake --install` puts into an empty folder, and says what is known from
-elsewhere: Allan deviations of white noise, the values of a golden calibration file."""
+"""docs/examples, copied out of the tree, builds by the commands of docs/library.md against what `cmake --install` puts into an empty
+folder, and says what is known from elsewhere: Allan deviations of white noise, the values of a golden calibration file."""
 import json
 import os
 import pathlib
+import re
+import shlex
 import shutil
 import subprocess
 import tempfile
@@ -27,11 +29,19 @@ class Examples(unittest.TestCase):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-install-"))
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
         prefix, source = cls.folder / "prefix", cls.folder / "examples"
-        run("cmake", "--install", os.environ["SOAK_RELEASE_BUILD"], "--component", "library", "--prefix", prefix)
         shutil.copytree(ROOT / "docs" / "examples", source)
         cls.build = cls.folder / "build"
-        run("cmake", "-S", source, "-B", cls.build, f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=Release", "-G", "Ninja")
-        run("cmake", "--build", cls.build, "--parallel", os.environ.get("JOBS", "2"))
+        os.environ |= {"CMAKE_GENERATOR": "Ninja", "CMAKE_BUILD_TYPE": "Release"}
+        os.environ.setdefault("CMAKE_BUILD_PARALLEL_LEVEL", os.environ.get("JOBS", "2"))
+        page = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+        commands = re.findall(r"^    (cmake .*)$", page, re.MULTILINE)
+        if len(commands) != 3:
+            raise AssertionError(f"install, configure and build were expected: {commands}")
+        for command in commands:
+            for word, path in (("build/release", os.environ["SOAK_RELEASE_BUILD"]), ("docs/examples", source),
+                               ("build-examples", cls.build), ("~/soak", prefix)):
+                command = command.replace(word, str(path))
+            run(*shlex.split(command))
 
     def test_nothing_private_is_installed(self):
         installed = [path.relative_to(self.folder) for path in (self.folder / "prefix").rglob("*.h")]

@@ -61,11 +61,10 @@ base::Status check_thermometer(const std::array<const SensorCalibration*, 3>& ax
   const auto* const own = std::ranges::find_if(axes, &SensorCalibration::own_thermometer);
   if (own == axes.end()) return {};
   return base::bad_input(
-      fmt::format(
-          "{} was calibrated over a thermometer of its own, and {} has one for the three {}s, the unit's: import "
-          "the recording without the column of that thermometer (or, if the autopilot reads that one, with it "
-          "as temp_c), fit and export again; or deploy the whole model (--format blob, c)",
-          name_of((*own)->sensor), target, is_gyro((*own)->sensor) ? "gyro" : "accelerometer"),
+      fmt::format("{} was calibrated over its own thermometer, but {} reads one temperature for all three {}s: import "
+                  "the recording without the column of that thermometer (or as temp_c, if it is the one that the "
+                  "autopilot reads), then fit and export again; or deploy the whole model (--format blob or c)",
+                  name_of((*own)->sensor), target, is_gyro((*own)->sensor) ? "gyro" : "accelerometer"),
       fmt::format("unit {}", unit));
 }
 
@@ -92,7 +91,7 @@ base::Result<std::vector<const SensorCalibration*>> three_axes(const Calibration
     return std::vector<const SensorCalibration*>(axes.begin(), axes.end());
   }
   return base::bad_input(
-      fmt::format("the model has no {}: {} corrects the three axes together; fit runs that hold them",
+      fmt::format("the model has no {}, but {} corrects the three axes together: fit runs that contain all three",
                   kSensorNames[missing + (gyro ? 0 : 3)], target),
       fmt::format("unit {}", calibration.unit));
 }
@@ -108,8 +107,9 @@ base::Result<TempRange> common_range(std::span<const SensorCalibration* const> s
   }
   range = {static_cast<double>(static_cast<float>(range.min_c)), static_cast<double>(static_cast<float>(range.max_c))};
   if (range.min_c < range.max_c) return range;
-  return base::bad_input("the parameters have one valid range for all these sensors, and theirs have none in common (" +
-                         ranges + " degC): fit runs that take all of them through the same temperatures");
+  return base::bad_input(
+      "the parameters need one valid range for all these sensors, but the ranges of the sensors do not overlap (" +
+      ranges + " degC): fit runs that cover the same temperatures for all of them");
 }
 
 std::vector<double> fit_weights(const UncertaintyTable& uncertainty, std::span<const double> temps_c) {

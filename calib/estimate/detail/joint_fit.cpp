@@ -340,7 +340,8 @@ Problem rows_of(std::span<const Segment> segments, Sensor sensor, const Place& p
   problem.earth = place.earth;
   problem.azimuth_deg = place.azimuth_deg;
   problem.typical_se = typical_se(segments, sensor);
-  problem.with_position = std::ranges::any_of(segments, [](const Segment& s) { return s.position.has_value(); });
+  problem.with_position =
+      std::ranges::any_of(segments, [](const Segment& segment) { return segment.position.has_value(); });
   std::vector<const Segment*> kept;
   for (const Segment& segment : segments) {
     if (usable(segment, sensor) && segment.position.has_value() == problem.with_position) kept.push_back(&segment);

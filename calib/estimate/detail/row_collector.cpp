@@ -8,12 +8,13 @@
 
 #include "base/units.h"
 #include "calib/estimate/attitude_fit.h"
+#include "calib/estimate/branches.h"
 
 namespace soak::calib {
 namespace {
 
 constexpr double kSignificant = 4.0;  ///< standard errors from which an even-order term is told
-constexpr double kReversal_c = 3.0;
+constexpr double kReversal_c = 3.0;   ///< that ends a branch of a run without plateaus
 
 /// Drops the names of runs that gave no row and renumbers.
 void drop_empty_runs(std::optional<CurveData>& data) {
@@ -98,14 +99,14 @@ std::optional<StatedValue> average_over_runs(std::vector<Estimate> estimates) {
 }
 
 /// Misalignment of the accelerometers, or g-sensitivity of the gyros; absent unless all three sensors have all entries.
-std::optional<Coupling> coupling_of(std::span<const SixPositionEstimate> runs, bool gyros) {
+std::optional<Coupling> coupling_of(std::span<const SixPositionEstimate> estimates, bool gyros) {
   Coupling mean;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       if (!gyros && i == j) continue;
       std::vector<Estimate> entries;
-      for (const SixPositionEstimate& run : runs) {
-        const SensorEstimate& sensor = run.sensor[gyros ? i : i + 3];
+      for (const SixPositionEstimate& estimate : estimates) {
+        const SensorEstimate& sensor = estimate.sensor[gyros ? i : i + 3];
         if (sensor.coupling[j]) {
           entries.push_back({*sensor.coupling[j], sensor.coupling_se[j], sensor.coupling_freedoms});
         }
@@ -119,13 +120,13 @@ std::optional<Coupling> coupling_of(std::span<const SixPositionEstimate> runs, b
 }
 
 /// Misalignment of the gyros, over the runs whose movements show it.
-std::optional<Coupling> gyro_misalignment_of(std::span<const SixPositionEstimate> runs) {
+std::optional<Coupling> gyro_misalignment_of(std::span<const SixPositionEstimate> estimates) {
   Coupling mean;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       std::vector<Estimate> entries;
-      for (const SixPositionEstimate& run : runs) {
-        if (run.sensor[i].rate_coupling) entries.push_back((*run.sensor[i].rate_coupling)[j]);
+      for (const SixPositionEstimate& estimate : estimates) {
+        if (estimate.sensor[i].rate_coupling) entries.push_back((*estimate.sensor[i].rate_coupling)[j]);
       }
       const auto entry = average_over_runs(entries);
       if (!entry) return std::nullopt;
@@ -135,77 +136,47 @@ std::optional<Coupling> gyro_misalignment_of(std::span<const SixPositionEstimate
   return mean;
 }
 
-std::optional<StatedValue> even_order_of_runs(std::span<const SixPositionEstimate> runs, Sensor accel) {
+std::optional<StatedValue> even_order_of_runs(std::span<const SixPositionEstimate> estimates, Sensor accel) {
   std::vector<Estimate> terms;
-  for (const SixPositionEstimate& run : runs) {
-    if (const auto& term = run.sensor[index_of(accel)].even_order) terms.push_back(*term);
+  for (const SixPositionEstimate& estimate : estimates) {
+    if (const auto& term = estimate.sensor[index_of(accel)].even_order) terms.push_back(*term);
   }
   return average_over_runs(terms);
 }
 
 /// Level error: mean over the runs that show it; the reason of the first where none does.
-LevelStatement level_of(std::span<const SixPositionEstimate> runs) {
+LevelStatement level_of(std::span<const SixPositionEstimate> estimates) {
   LevelStatement level;
   std::vector<Estimate> north;
   std::vector<Estimate> east;
   const std::string* reason = nullptr;
-  for (const SixPositionEstimate& run : runs) {
-    level.with_headings = level.with_headings || run.with_headings;
-    if (!run.level_error) {
-      if (reason == nullptr) reason = &run.no_level_error;
+  for (const SixPositionEstimate& estimate : estimates) {
+    level.with_headings = level.with_headings || estimate.with_headings;
+    if (!estimate.level_error) {
+      if (reason == nullptr) reason = &estimate.no_level_error;
       continue;
     }
-    north.push_back(run.level_error->north);
-    east.push_back(run.level_error->east);
+    north.push_back(estimate.level_error->north);
+    east.push_back(estimate.level_error->east);
     // The faces are the same in all runs: no mean lessens what they do.
     for (std::size_t k = 0; k < 2; ++k) {
-      level.per_face_tilt[k] = std::max(level.per_face_tilt[k], run.level_error->per_face_tilt[k]);
+      level.per_face_tilt[k] = std::max(level.per_face_tilt[k], estimate.level_error->per_face_tilt[k]);
     }
   }
   const auto to_north = average_over_runs(north);
   const auto to_east = average_over_runs(east);
   if (to_north && to_east) {
     level.to_north_east = {*to_north, *to_east};
-    level.in_every_run = north.size() == runs.size();
+    level.in_every_run = north.size() == estimates.size();
   } else {
     level.reason = reason != nullptr ? *reason
                    : north.empty()   ? "no run has plateaus"
-                                     : "the readings have no error that it could be judged by";
+                                     : "the standard errors of the readings are not known";
   }
   return level;
 }
 
 }  // namespace
-
-std::vector<Branch> find_branches(std::span<const double> temp_c) {
-  std::vector<Branch> branches;
-  if (temp_c.empty()) return branches;
-  Branch current;
-  std::size_t lowest = 0;
-  std::size_t highest = 0;
-  const auto turn = [&](std::size_t at, Sweep next) {
-    if (current.sweep != Sweep::unknown) {
-      current.last = at;
-      branches.push_back(current);
-      current.first = at;
-    }
-    current.sweep = next;
-  };
-  for (std::size_t i = 0; i < temp_c.size(); ++i) {
-    if (temp_c[i] < temp_c[lowest]) lowest = i;
-    if (temp_c[i] > temp_c[highest]) highest = i;
-    if (current.sweep != Sweep::up && temp_c[i] - temp_c[lowest] > kReversal_c) {
-      turn(lowest, Sweep::up);
-      highest = i;
-    } else if (current.sweep != Sweep::down && temp_c[highest] - temp_c[i] > kReversal_c) {
-      turn(highest, Sweep::down);
-      lowest = i;
-    }
-  }
-  current.last = temp_c.size();
-  branches.push_back(current);
-  return branches;
-}
 
 base::Status RowCollector::add(const GatedRun& run, int index, const UnitType& type) {
   add_gravity(run.place.gravity);
@@ -224,7 +195,7 @@ base::Status RowCollector::add_plateaus(const GatedRun& run, int index, const Un
                                                     : estimate_six_positions(run.segments, run.place, type);
   if (!estimated) return base::forward_error(estimated);
   SixPositionEstimate& estimate = estimates_.emplace_back(*std::move(estimated));
-  if (auto added = add_gains(run.segments, run.run->moves, type, estimate); !added) return added;
+  if (auto added = add_gains(run.segments, run.recorded->moves, type, estimate); !added) return added;
   note(estimate.warnings, index);
   for (const Sensor sensor : kSensors) {
     const std::size_t s = index_of(sensor);
@@ -305,7 +276,7 @@ void RowCollector::number_branches(std::vector<CurveRow>& rows, int index, std::
   std::vector<double> temps;
   for (const CurveRow& row : rows) temps.push_back(row.temp_c);
   std::map<Sweep, int> count;
-  for (const Branch& branch : find_branches(temps)) {
+  for (const Branch& branch : find_branches(temps, kReversal_c)) {
     const std::string_view word = branch.sweep == Sweep::up     ? "heating"
                                   : branch.sweep == Sweep::down ? "cooling"
                                                                 : "steady";
@@ -326,9 +297,7 @@ void RowCollector::note(const std::vector<Warning>& warnings, int index) {
 void RowCollector::state_warnings() const {
   for (const auto& [warning, run] : first_seen_) {
     const std::size_t more = seen_in_.at({warning.code, warning.text}) - 1;
-    rows_.warnings.push_back(
-        {warning.code, fmt::format("run {}: {}{}", run, warning.text,
-                                   more > 0 ? fmt::format(" (and so in {} more runs)", more) : "")});
+    rows_.warnings.push_back({warning.code, fmt::format("run {}: {}{}", run, warning.text, more_runs_text(more))});
   }
   for (const Sensor sensor : {Sensor::accel_x, Sensor::accel_y, Sensor::accel_z}) warn_of_even_order(sensor);
 }

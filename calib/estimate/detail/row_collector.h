@@ -51,14 +51,4 @@ class RowCollector {
   std::vector<SixPositionEstimate> estimates_;                          ///< of the runs
 };
 
-/// A monotone piece [first, last) of a temperature history.
-struct Branch {
-  std::size_t first = 0;
-  std::size_t last = 0;
-  Sweep sweep = Sweep::unknown;
-};
-
-/// Cuts a temperature history at its turning points: extremes that it then leaves by more than 3 K.
-[[nodiscard]] std::vector<Branch> find_branches(std::span<const double> temp_c);
-
 }  // namespace soak::calib

@@ -71,7 +71,7 @@ CampaignModel::CampaignModel(const Observations& observations, const Temperature
   fit();
 }
 
-Circumstances CampaignModel::circumstances() const {
+RegressorInputs CampaignModel::regressor_inputs() const {
   return {observations_, history_, slope_,
           [this](Sensor sensor, const std::vector<double>& temp_c) { return read_at(sensor, temp_c); }};
 }

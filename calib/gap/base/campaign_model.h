@@ -60,7 +60,7 @@ class CampaignModel {
 
   [[nodiscard]] const Residuals& residuals() const { return residuals_; }
   /// Must not outlive the model.
-  [[nodiscard]] Circumstances circumstances() const;
+  [[nodiscard]] RegressorInputs regressor_inputs() const;
   /// Adds a term to the base of the given sensors and fits anew. Sensors with parameters of their own get the term's
   /// columns; of a shared term they get one column that carries `common`.
   void add_term(const Candidate& candidate, const std::vector<Sensor>& sensors, const Eigen::VectorXd& common);

@@ -216,7 +216,7 @@ class SensorDistances {
  public:
   SensorDistances(const CampaignModel& model, Sensor sensor)
       : sensor_(sensor),
-        means_(model.circumstances().observations, model.remainder(sensor)),
+        means_(model.regressor_inputs().observations, model.remainder(sensor)),
         scatter_(means_.scatter()) {}
 
   [[nodiscard]] Sensor sensor() const { return sensor_; }
@@ -244,7 +244,7 @@ std::optional<std::string> other_thermometer(const Observations& observations) {
 }
 
 std::optional<std::string> other_unit(const CampaignModel& model) {
-  const Observations& observations = model.circumstances().observations;
+  const Observations& observations = model.regressor_inputs().observations;
   std::vector<SensorDistances> sensors;
   for (const Sensor sensor : kSensors) {
     if (model.residuals().sensor[index_of(sensor)]) sensors.emplace_back(model, sensor);
@@ -264,14 +264,14 @@ std::optional<std::string> other_unit(const CampaignModel& model) {
   std::vector<std::string_view> names;
   for (const Sensor sensor : differing) names.push_back(name_of(sensor));
   return fmt::format(
-      "{} in the shape of the curves over temperature ({}), as two units do: one may be of another unit, or have axes "
-      "swapped, signs turned or another unit of measurement. Void what is wrong, and record it again",
+      "{} in the shape of the curves over temperature ({}), as if from two units: one run may be from another unit, or "
+      "have swapped axes, wrong signs or another unit of measurement. Void what is wrong, and record it again",
       who_differs(observations, groups), fmt::join(names, ", "));
 }
 
 /// A run that is off by more than four times the RMS of the others in most sensors.
 std::optional<std::string> odd_run(const CampaignModel& model) {
-  const Observations& observations = model.circumstances().observations;
+  const Observations& observations = model.regressor_inputs().observations;
   if (observations.run_count() < 3) return std::nullopt;
   std::vector<int> votes(observations.runs.size(), 0);
   int sensors = 0;
@@ -288,8 +288,8 @@ std::optional<std::string> odd_run(const CampaignModel& model) {
   const auto most = std::max_element(votes.begin(), votes.end());
   if (2 * *most <= sensors) return std::nullopt;
   return fmt::format(
-      "run {} differs from the others in most sensors: is it of this unit, mounted and labelled as the others? Void "
-      "it, or record it again",
+      "run {} differs from the others in most sensors: is it from this unit, mounted and labelled like the others? "
+      "Void it, or record it again",
       observations.runs[static_cast<std::size_t>(most - votes.begin())]);
 }
 
@@ -315,7 +315,7 @@ std::optional<std::string> same_readings(const Observations& observations) {
 }
 
 std::optional<std::string> disagreement(const CampaignModel& model) {
-  if (auto thermometer = other_thermometer(model.circumstances().observations)) return thermometer;
+  if (auto thermometer = other_thermometer(model.regressor_inputs().observations)) return thermometer;
   if (auto unit = other_unit(model)) return unit;
   return odd_run(model);
 }

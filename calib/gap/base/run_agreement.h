@@ -17,8 +17,8 @@ namespace soak::calib::gap {
 ///   points: another unit of temperature, or one that is stuck;
 /// - shapes of the curves over temperature that are further apart than five times what readings scatter within runs
 ///   (CellMeans), in two sensors or more (in the only one): another unit, swapped axes, turned signs, another unit of
-///   measurement. Offsets, tilts and what follows the course of a run leave the shapes alone. Runs that are not apart,
-///   directly or by way of others, belong together; more than one such group is too many;
+///   measurement. Offsets, tilts and what follows the temperature history of a run leave the shapes alone. Runs that
+///   are not apart, directly or by way of others, belong together; more than one such group is too many;
 /// - of three runs or more, one whose mean square about the base is 16 times the median, in most sensors.
 [[nodiscard]] std::optional<std::string> disagreement(const CampaignModel& model);
 

@@ -68,19 +68,19 @@ double boundary_of(const std::vector<AirAndUnit>& runs, double step_c) {
   return (std::arg(sum) / (2.0 * std::numbers::pi) + 0.5) * step_c;
 }
 
-/// What changes of step say of a course. Changes of one boundary that follow each other count as one.
+/// What changes of step say of a temperature history. Changes of one boundary that follow each other count as one.
 class Changes {
  public:
   Changes(double step_c, double boundary_c) : step_c_(step_c), boundary_c_(boundary_c) {}
 
-  void add(const AirAndUnit& run, const std::vector<double>& course_c) {
+  void add(const AirAndUnit& run, const std::vector<double>& history_c) {
     std::optional<double> last;
-    for (std::size_t k = 1; k < course_c.size(); ++k) {
+    for (std::size_t k = 1; k < history_c.size(); ++k) {
       const auto boundary = between(run.unit_c[k - 1], run.unit_c[k]);
-      if (!boundary || std::abs(course_c[k] - course_c[k - 1]) > kSlow_c) continue;
+      if (!boundary || std::abs(history_c[k] - history_c[k - 1]) > kSlow_c) continue;
       if (last && std::abs(*boundary - *last) > 0.5 * step_c_) close();
       last = boundary;
-      const auto [low, high] = std::minmax(course_c[k - 1], course_c[k]);
+      const auto [low, high] = std::minmax(history_c[k - 1], history_c[k]);
       off_ += std::clamp(*boundary, low, high) - *boundary;
       together_ += 1.0;
     }
@@ -115,7 +115,7 @@ class Changes {
   double count_ = 0.0;
 };
 
-/// RMS, over all rows, of how far a course lies outside the step that the thermometer shows.
+/// RMS, over all rows, of how far a temperature history lies outside the step that the thermometer shows.
 double outside_c(const std::vector<AirAndUnit>& runs, const ThermalNodes& nodes, double step_c) {
   double squares = 0.0;
   double rows = 0.0;
@@ -129,7 +129,7 @@ double outside_c(const std::vector<AirAndUnit>& runs, const ThermalNodes& nodes,
   return std::sqrt(squares / rows);
 }
 
-/// Error of the course; nothing where too little tells it.
+/// Error of the temperature history; nothing where too little tells it.
 std::optional<double> error_of(const std::vector<AirAndUnit>& runs, const ThermalNodes& nodes, double step_c) {
   Changes changes(step_c, boundary_of(runs, step_c));
   for (std::size_t r = 0; r < runs.size(); ++r) changes.add(runs[r], nodes.unit_c[r]);

@@ -58,8 +58,8 @@ OnRamps channel_on_ramps(const std::vector<double>& channel, std::string_view pe
   return made;
 }
 
-std::optional<std::string> one_attitude_only(const Circumstances& c) {
-  return c.observations.has_positions() ? std::nullopt : std::optional<std::string>("one attitude only");
+std::optional<std::string> one_attitude_only(const RegressorInputs& in) {
+  return in.observations.has_positions() ? std::nullopt : std::optional<std::string>("one attitude only");
 }
 
 std::optional<std::string> unmoved_channel(const std::vector<double>& channel, double least, std::string_view name) {
@@ -80,13 +80,13 @@ Magnitude linear_magnitude(Sensor sensor, const Eigen::VectorXd& parameters, dou
   return {parameters(0) * factor * printed_per_si(sensor), std::string(printed_unit(sensor)) + std::string(per)};
 }
 
-Meaning temperature_shaped(const Circumstances& c, const Candidate& candidate, Sensor sensor, std::string_view name,
+Meaning temperature_shaped(const RegressorInputs& in, const Candidate& candidate, Sensor sensor, std::string_view name,
                            std::string_view per) {
   const std::string unit = si_unit(sensor) + std::string(per);
   Meaning meaning{{{std::string(name), unit}}, {}};
   if (candidate.columns[index_of(sensor)].cols() < 2) return meaning;
-  meaning.estimated.push_back({std::string(name) + "_per_c", unit + "/K", 1.0 / half_range_c(c.observations)});
-  meaning.given.push_back({"reference_c", middle_c(c.observations), "degC"});
+  meaning.estimated.push_back({std::string(name) + "_per_c", unit + "/K", 1.0 / half_range_c(in.observations)});
+  meaning.given.push_back({"reference_c", middle_c(in.observations), "degC"});
   return meaning;
 }
 

@@ -31,10 +31,10 @@ namespace soak::calib::gap {
                                                          const Eigen::VectorXd& column);
 /// The candidates of each value of the shape, side by side.
 template <class Grid, class OfShape>
-[[nodiscard]] std::vector<Candidate> over_grid(const Circumstances& circumstances, const Grid& grid, OfShape of_shape) {
+[[nodiscard]] std::vector<Candidate> over_grid(const RegressorInputs& inputs, const Grid& grid, OfShape of_shape) {
   std::vector<Candidate> list;
   for (const double value : grid) {
-    for (Candidate& candidate : of_shape(circumstances, value)) list.push_back(std::move(candidate));
+    for (Candidate& candidate : of_shape(inputs, value)) list.push_back(std::move(candidate));
   }
   return list;
 }
@@ -48,7 +48,7 @@ inline constexpr double kMinute_s = 60.0;
 [[nodiscard]] OnRamps channel_on_ramps(const std::vector<double>& channel, std::string_view per);
 
 /// Why a campaign in one attitude cannot show what follows the positions.
-[[nodiscard]] std::optional<std::string> one_attitude_only(const Circumstances& c);
+[[nodiscard]] std::optional<std::string> one_attitude_only(const RegressorInputs& in);
 /// Why a channel cannot show what follows it: it was not logged, or moved by less than `least`; nothing where it can.
 [[nodiscard]] std::optional<std::string> unmoved_channel(const std::vector<double>& channel, double least,
                                                          std::string_view name);
@@ -63,7 +63,7 @@ inline constexpr double kMinute_s = 60.0;
                                          std::string_view per);
 /// Meaning of constant_and_linear() in one sensor: `name` at the middle of the range and, with two columns, its slope
 /// against temperature. `per`: what follows the sensor's unit ("/(K/s)").
-[[nodiscard]] Meaning temperature_shaped(const Circumstances& c, const Candidate& candidate, Sensor sensor,
+[[nodiscard]] Meaning temperature_shaped(const RegressorInputs& in, const Candidate& candidate, Sensor sensor,
                                          std::string_view name, std::string_view per);
 
 }  // namespace soak::calib::gap

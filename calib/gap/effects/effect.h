@@ -44,7 +44,7 @@ struct OnRamps {
 };
 
 /// All that an effect may look at to make its regressors.
-struct Circumstances {
+struct RegressorInputs {
   const Observations& observations;
   const TemperatureHistory& history;
   /// Slope of the present model against temperature at each observation, SI per kelvin: what a wrong temperature costs.
@@ -81,20 +81,20 @@ struct Effect {
   std::vector<std::string_view> twins = {};
   std::string_view experiment = {};  ///< what tells it from its twins
   /// Why this campaign cannot show the effect; nothing where it can.
-  std::function<std::optional<std::string>(const Circumstances&)> missing = {};
-  std::function<std::vector<Candidate>(const Circumstances&)> candidates = {};
+  std::function<std::optional<std::string>(const RegressorInputs&)> missing = {};
+  std::function<std::vector<Candidate>(const RegressorInputs&)> candidates = {};
   /// The candidates of one value of the shape, for a value between those of the grid; absent = there is no such number.
-  std::function<std::vector<Candidate>(const Circumstances&, double shape_value)> of_shape = {};
+  std::function<std::vector<Candidate>(const RegressorInputs&, double shape_value)> of_shape = {};
   /// Whether a mechanism of this kind can have such parameters (of one sensor, of all where shared) with that
   /// covariance; absent = any.
-  std::function<bool(const Circumstances&, const Candidate&, const Eigen::VectorXd& parameters,
+  std::function<bool(const RegressorInputs&, const Candidate&, const Eigen::VectorXd& parameters,
                      const Eigen::MatrixXd& covariance)>
       plausible = {};
   /// From the parameters of one sensor (of all, where shared), SI.
-  std::function<Magnitude(const Circumstances&, const Candidate&, Sensor, const Eigen::VectorXd& parameters)>
+  std::function<Magnitude(const RegressorInputs&, const Candidate&, Sensor, const Eigen::VectorXd& parameters)>
       magnitude = {};
   /// Of the parameters of one sensor (of all, where shared).
-  std::function<Meaning(const Circumstances&, const Candidate&, Sensor)> meaning = {};
+  std::function<Meaning(const RegressorInputs&, const Candidate&, Sensor)> meaning = {};
   /// Its candidates on ramps, none where its channel was not recorded; absent = it needs positions, plateaus or runs.
   std::function<OnRamps(const Observations&, const TemperatureHistory&)> on_ramps = {};
   /// Whether its regressors follow the history of temperature or time by a shape that the mechanism need not have: then

@@ -10,15 +10,15 @@ namespace soak::calib::gap {
 namespace {
 
 /// Every curve is read at the temperatures of a sensor's own thermometer, moved by the lag.
-std::vector<Candidate> lag_of_tau(const Circumstances& c, double tau_s) {
+std::vector<Candidate> lag_of_tau(const RegressorInputs& in, double tau_s) {
   Candidate candidate{.shape = fmt::format("tau {:.3g} s", tau_s), .shape_values = {tau_s}, .shared = true};
-  const std::vector<double> behind = c.history.lag(tau_s);
+  const std::vector<double> behind = in.history.lag(tau_s);
   for (const Sensor sensor : kSensors) {
     const std::size_t s = index_of(sensor);
-    if (c.slope[s].size() == 0) continue;
+    if (in.slope[s].size() == 0) continue;
     std::vector<double> element_c = behind;
-    for (std::size_t i = 0; i < element_c.size(); ++i) element_c[i] += c.observations.rows[i].sensor_temp_c[s];
-    candidate.columns[s] = c.read_at ? c.read_at(sensor, element_c) : c.slope[s].cwiseProduct(as_vector(behind));
+    for (std::size_t i = 0; i < element_c.size(); ++i) element_c[i] += in.observations.rows[i].sensor_temp_c[s];
+    candidate.columns[s] = in.read_at ? in.read_at(sensor, element_c) : in.slope[s].cwiseProduct(as_vector(behind));
   }
   return {std::move(candidate)};
 }
@@ -47,31 +47,32 @@ Effect sensor_lag() {
   Effect effect;
   effect.name = "sensor_lag";
   effect.physics =
-      "the sensing elements follow the air behind the thermometer by a time constant: every curve is read "
-      "at another temperature, so that a sensor feels it as much as its curve is steep";
+      "the sensing elements follow the air behind the thermometer by a time constant: every curve is read at the wrong "
+      "temperature, and a sensor is affected in proportion to the slope of its curve";
   effect.twins = {"temperature_rate"};
   effect.experiment = "a fast and a slow ramp, with the chamber's air logged";
-  effect.missing = [](const Circumstances& c) -> std::optional<std::string> {
-    if (!c.history.continuous()) return "the temperature between the plateaus was not logged";
-    return c.history.blurred();
+  effect.missing = [](const RegressorInputs& in) -> std::optional<std::string> {
+    if (!in.history.continuous()) return "the temperature between the plateaus was not logged";
+    return in.history.blurred();
   };
   effect.follows_history = true;
-  effect.candidates = [](const Circumstances& c) {
-    return over_grid(c, std::array{10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0, 1280.0}, lag_of_tau);
+  effect.candidates = [](const RegressorInputs& in) {
+    return over_grid(in, std::array{10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0, 1280.0}, lag_of_tau);
   };
   effect.of_shape = lag_of_tau;
   effect.on_ramps = lag_on_ramps;
   // A lag of tau moves the temperature by what its history says, not by a tenth of it: what fits a long tau with a
   // small factor is a memory of another kind. Wide enough for the steps of the grid.
-  effect.plausible = [](const Circumstances&, const Candidate&, const Eigen::VectorXd& theta, const Eigen::MatrixXd&) {
+  effect.plausible = [](const RegressorInputs&, const Candidate&, const Eigen::VectorXd& theta,
+                        const Eigen::MatrixXd&) {
     constexpr double kLeastFactor = 0.35;
     constexpr double kMostFactor = 2.8;
     return std::abs(theta(0)) > kLeastFactor && std::abs(theta(0)) < kMostFactor;
   };
-  effect.magnitude = [](const Circumstances&, const Candidate& candidate, Sensor, const Eigen::VectorXd& theta) {
+  effect.magnitude = [](const RegressorInputs&, const Candidate& candidate, Sensor, const Eigen::VectorXd& theta) {
     return Magnitude{candidate.shape_values.front() * theta(0), "s"};
   };
-  effect.meaning = [](const Circumstances&, const Candidate& candidate, Sensor) {
+  effect.meaning = [](const RegressorInputs&, const Candidate& candidate, Sensor) {
     return Meaning{{{"factor", "1"}}, {{"tau_s", candidate.shape_values.front(), "s"}}};
   };
   effect.lab_only = false;

@@ -9,23 +9,24 @@ Effect supply_sensitivity() {
   effect.physics = "bias follows the supply voltage";
   effect.twins = {"aging_drift"};
   effect.experiment = "a step of the supply at one temperature";
-  effect.missing = [](const Circumstances& c) {
+  effect.missing = [](const RegressorInputs& in) {
     constexpr double kLeastSpread_v = 1e-3;
-    return unmoved_channel(c.history.supply_v(), kLeastSpread_v, "supply voltage");
+    return unmoved_channel(in.history.supply_v(), kLeastSpread_v, "supply voltage");
   };
-  effect.candidates = [](const Circumstances& c) {
-    Eigen::VectorXd volts = as_vector(c.history.supply_v());
+  effect.candidates = [](const RegressorInputs& in) {
+    Eigen::VectorXd volts = as_vector(in.history.supply_v());
     volts.array() -= volts.mean();
     return std::vector{for_all("", {}, volts)};
   };
   effect.on_ramps = [](const Observations&, const TemperatureHistory& history) {
     return channel_on_ramps(history.supply_v(), "/V");
   };
-  effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
+  effect.magnitude = [](const RegressorInputs&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0, "/V");
   };
-  effect.meaning = [](const Circumstances& c, const Candidate&, Sensor sensor) {
-    return Meaning{{{"per_v", si_unit(sensor) + "/V"}}, {{"reference_v", as_vector(c.history.supply_v()).mean(), "V"}}};
+  effect.meaning = [](const RegressorInputs& in, const Candidate&, Sensor sensor) {
+    return Meaning{{{"per_v", si_unit(sensor) + "/V"}},
+                   {{"reference_v", as_vector(in.history.supply_v()).mean(), "V"}}};
   };
   return effect;
 }

@@ -28,21 +28,21 @@ Effect temperature_rate() {
   Effect effect;
   effect.name = "temperature_rate";
   effect.physics =
-      "gradients across the unit while it warms or cools: in proportion to dT/dt of its thermometer, gone "
-      "once the plateau is settled";
+      "gradients across the unit while it warms or cools: in proportion to dT/dt of its thermometer, gone once the "
+      "plateau is settled";
   effect.twins = {"sensor_lag", "warmup_transient"};
   effect.experiment = "two ramp rates, watched during the ramp and at the start of the soak";
-  effect.missing = [](const Circumstances& c) { return c.history.blurred(); };
+  effect.missing = [](const RegressorInputs& in) { return in.history.blurred(); };
   effect.follows_history = true;
-  effect.candidates = [](const Circumstances& c) {
-    return constant_and_linear(c.observations, "", {}, as_vector(c.history.rate()));
+  effect.candidates = [](const RegressorInputs& in) {
+    return constant_and_linear(in.observations, "", {}, as_vector(in.history.rate()));
   };
   effect.on_ramps = rate_on_ramps;
-  effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
+  effect.magnitude = [](const RegressorInputs&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0 / kMinute_s, "/(K/min)");
   };
-  effect.meaning = [](const Circumstances& c, const Candidate& candidate, Sensor sensor) {
-    return temperature_shaped(c, candidate, sensor, "per_kps", "/(K/s)");
+  effect.meaning = [](const RegressorInputs& in, const Candidate& candidate, Sensor sensor) {
+    return temperature_shaped(in, candidate, sensor, "per_kps", "/(K/s)");
   };
   effect.lab_only = false;
   return effect;

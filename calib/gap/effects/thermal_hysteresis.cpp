@@ -10,9 +10,9 @@
 namespace soak::calib::gap {
 namespace {
 
-std::vector<Candidate> hysteresis_of_width(const Circumstances& c, double width_c) {
-  return constant_and_linear(c.observations, fmt::format("width {:.3g} K", width_c), {width_c},
-                             as_vector(c.history.branch_memory(width_c)));
+std::vector<Candidate> hysteresis_of_width(const RegressorInputs& in, double width_c) {
+  return constant_and_linear(in.observations, fmt::format("width {:.3g} K", width_c), {width_c},
+                             as_vector(in.history.branch_memory(width_c)));
 }
 
 /// Widths of 2 to 70 K, each run on either branch before its start or between them.
@@ -34,14 +34,14 @@ OnRamps hysteresis_on_ramps(const Observations& observations, const TemperatureH
 }
 
 /// Largest half gap: over the levels, half the difference between the branches.
-Magnitude largest_half_gap(const Circumstances& c, const Candidate& candidate, Sensor sensor,
+Magnitude largest_half_gap(const RegressorInputs& in, const Candidate& candidate, Sensor sensor,
                            const Eigen::VectorXd& theta) {
   const Eigen::VectorXd term = candidate.columns[index_of(sensor)] * theta;
-  const auto levels = static_cast<std::size_t>(c.observations.level_count());
+  const auto levels = static_cast<std::size_t>(in.observations.level_count());
   std::vector<double> low(levels, std::numeric_limits<double>::infinity());
   std::vector<double> high(levels, -std::numeric_limits<double>::infinity());
-  for (std::size_t i = 0; i < c.observations.rows.size(); ++i) {
-    const auto k = static_cast<std::size_t>(c.observations.rows[i].level);
+  for (std::size_t i = 0; i < in.observations.rows.size(); ++i) {
+    const auto k = static_cast<std::size_t>(in.observations.rows[i].level);
     low[k] = std::min(low[k], term(static_cast<Eigen::Index>(i)));
     high[k] = std::max(high[k], term(static_cast<Eigen::Index>(i)));
   }
@@ -56,20 +56,19 @@ Effect thermal_hysteresis() {
   Effect effect;
   effect.name = "thermal_hysteresis";
   effect.physics =
-      "stress in package and solder depends on the way to a temperature, not on its speed; it stays after "
-      "the soak";
+      "stress in package and solder depends on the way to a temperature, not on the speed; it stays after the soak";
   effect.twins = {"temperature_rate", "sensor_lag", "warmup_transient"};
-  effect.experiment = "a longer soak (memory stays, what follows the rate dies) and a minor loop that turns halfway";
-  effect.missing = [](const Circumstances& c) { return c.history.blurred(); };
+  effect.experiment = "a longer soak (memory stays, rate effects die out) and a minor loop that turns halfway";
+  effect.missing = [](const RegressorInputs& in) { return in.history.blurred(); };
   effect.follows_history = true;
-  effect.candidates = [](const Circumstances& c) {
-    return over_grid(c, std::array{2.0, 6.0, 15.0, 35.0}, hysteresis_of_width);
+  effect.candidates = [](const RegressorInputs& in) {
+    return over_grid(in, std::array{2.0, 6.0, 15.0, 35.0}, hysteresis_of_width);
   };
   effect.of_shape = hysteresis_of_width;
   effect.on_ramps = hysteresis_on_ramps;
   effect.magnitude = largest_half_gap;
-  effect.meaning = [](const Circumstances& c, const Candidate& candidate, Sensor sensor) {
-    Meaning meaning = temperature_shaped(c, candidate, sensor, "amplitude", "");
+  effect.meaning = [](const RegressorInputs& in, const Candidate& candidate, Sensor sensor) {
+    Meaning meaning = temperature_shaped(in, candidate, sensor, "amplitude", "");
     meaning.given.push_back({"width_c", candidate.shape_values.front(), "K"});
     return meaning;
   };

@@ -6,23 +6,23 @@ namespace soak::calib::gap {
 Effect vibration_rectification() {
   Effect effect;
   effect.name = "vibration_rectification";
-  effect.physics = "the compressor shakes the fixture, and an uneven response to vibration makes a shift of the mean";
+  effect.physics = "the compressor shakes the fixture, and an uneven response to vibration shifts the mean";
   effect.twins = {"temperature_rate"};
   effect.experiment = "a hold at one temperature with the compressor forced on, then off";
-  effect.missing = [](const Circumstances& c) {
+  effect.missing = [](const RegressorInputs& in) {
     constexpr double kLeastSpread = 0.02;  // of the duty within the campaign
-    return unmoved_channel(c.history.compressor(), kLeastSpread, "compressor's duty");
+    return unmoved_channel(in.history.compressor(), kLeastSpread, "compressor's duty");
   };
-  effect.candidates = [](const Circumstances& c) {
-    return std::vector{for_all("", {}, as_vector(c.history.compressor()))};
+  effect.candidates = [](const RegressorInputs& in) {
+    return std::vector{for_all("", {}, as_vector(in.history.compressor()))};
   };
   effect.on_ramps = [](const Observations&, const TemperatureHistory& history) {
     return channel_on_ramps(history.compressor(), "");
   };
-  effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
+  effect.magnitude = [](const RegressorInputs&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0, " per unit duty");
   };
-  effect.meaning = [](const Circumstances&, const Candidate&, Sensor sensor) {
+  effect.meaning = [](const RegressorInputs&, const Candidate&, Sensor sensor) {
     return Meaning{{{"per_duty", si_unit(sensor)}}, {}};
   };
   return effect;

@@ -12,8 +12,8 @@ Candidate decay_of_tau(const std::vector<double>& since_power_s, double tau_s, s
   return for_all(std::move(shape), {tau_s}, (-as_vector(since_power_s).array() / tau_s).exp().matrix());
 }
 
-std::vector<Candidate> warmup_of_tau(const Circumstances& c, double tau_s) {
-  return {decay_of_tau(c.history.since_power_s(), tau_s, fmt::format("tau {:.3g} s", tau_s))};
+std::vector<Candidate> warmup_of_tau(const RegressorInputs& in, double tau_s) {
+  return {decay_of_tau(in.history.since_power_s(), tau_s, fmt::format("tau {:.3g} s", tau_s))};
 }
 
 }  // namespace
@@ -21,16 +21,16 @@ std::vector<Candidate> warmup_of_tau(const Circumstances& c, double tau_s) {
 Effect warmup_transient() {
   Effect effect;
   effect.name = "warmup_transient";
-  effect.physics = "self-heating and settling of references after power-on, whatever the chamber does";
+  effect.physics = "self-heating and settling of voltage references after power-on, whatever the chamber does";
   effect.twins = {"thermal_hysteresis", "temperature_rate"};
   effect.experiment = "a power cycle in the middle of a run";
-  effect.missing = [](const Circumstances& c) -> std::optional<std::string> {
-    if (c.history.since_power_s().empty()) return "the time since power-on is not known";
-    return c.history.coarse();
+  effect.missing = [](const RegressorInputs& in) -> std::optional<std::string> {
+    if (in.history.since_power_s().empty()) return "the time since power-on is not known";
+    return in.history.coarse();
   };
   effect.follows_history = true;
-  effect.candidates = [](const Circumstances& c) {
-    return over_grid(c, std::array{100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0}, warmup_of_tau);
+  effect.candidates = [](const RegressorInputs& in) {
+    return over_grid(in, std::array{100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0}, warmup_of_tau);
   };
   effect.of_shape = warmup_of_tau;
   effect.on_ramps = [](const Observations&, const TemperatureHistory& history) {
@@ -41,10 +41,10 @@ Effect warmup_transient() {
     }
     return made;
   };
-  effect.magnitude = [](const Circumstances&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
+  effect.magnitude = [](const RegressorInputs&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0, "");
   };
-  effect.meaning = [](const Circumstances&, const Candidate& candidate, Sensor sensor) {
+  effect.meaning = [](const RegressorInputs&, const Candidate& candidate, Sensor sensor) {
     return Meaning{{{"amplitude", si_unit(sensor)}}, {{"tau_s", candidate.shape_values.front(), "s"}}};
   };
   return effect;

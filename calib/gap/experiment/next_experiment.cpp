@@ -21,8 +21,8 @@ constexpr std::string_view kTurning = "earth_rate";  ///< what a turn of the fix
 struct Question {
   const NamedEffect& winner;
   std::vector<NamedEffect> rivals;
-  std::vector<std::string_view> unforetold;  ///< rivals that say nothing of the next run
-  std::vector<const NamedEffect*> beside;    ///< other effects, in the base with either
+  std::vector<std::string_view> unpredicted;  ///< rivals that say nothing of the next run
+  std::vector<const NamedEffect*> beside;     ///< other effects, in the base with either
 };
 
 /// An action with what it adds between the winner and each rival.
@@ -40,7 +40,7 @@ bool predicts(const NamedEffect& effect) {
 
 /// Temperature of the plateau at which winner and rival differ most, each about its own mean.
 double spot_c(const CampaignModel& model, const NamedEffect& winner, const NamedEffect& rival) {
-  const Observations& observations = model.circumstances().observations;
+  const Observations& observations = model.regressor_inputs().observations;
   const auto rows = static_cast<Eigen::Index>(observations.rows.size());
   const auto of = [&](const NamedEffect& effect, Sensor sensor) -> Eigen::VectorXd {
     const std::size_t s = index_of(sensor);
@@ -124,11 +124,11 @@ std::string promise(const Question& question, const std::vector<Experiment>& exp
   constexpr double kSure = 3.0;
   const auto best = std::find_if(experiments.begin(), experiments.end(),
                                  [](const Experiment& experiment) { return experiment.sigma >= kTells; });
-  std::string text = fmt::format("{}: tells {} from {} at {:.1f} sigma, {:.0f} h of chamber", best->action,
+  std::string text = fmt::format("{}: tells {} from {} at {:.1f} sigma, {:.0f} h of chamber time", best->action,
                                  question.winner.effect->name, fmt::join(from, ", "), best->sigma,
                                  std::max(1.0, std::round(best->hours)));
   if (best->sigma < kSure) {
-    text += fmt::format(", {:.0f} such runs for {:.0f}", std::ceil(std::pow(kSure / best->sigma, 2.0)), kSure);
+    text += fmt::format(", {:.0f} such runs for {:.0f} sigma", std::ceil(std::pow(kSure / best->sigma, 2.0)), kSure);
   }
   return best->procedure.empty()
              ? text
@@ -138,13 +138,14 @@ std::string promise(const Question& question, const std::vector<Experiment>& exp
 std::string sentence(const Question& question, const std::vector<Experiment>& experiments,
                      const std::vector<bool>& is_told) {
   std::vector<std::string_view> from;
-  std::vector<std::string_view> open = question.unforetold;
+  std::vector<std::string_view> open = question.unpredicted;
   for (std::size_t r = 0; r < is_told.size(); ++r) {
     (is_told[r] ? from : open).push_back(question.rivals[r].effect->name);
   }
   std::string text = from.empty() ? "" : promise(question, experiments, from);
   if (!open.empty()) {
-    text += fmt::format("{} {} from {}; {}", text.empty() ? "no run that can be foretold tells" : "; it does not tell",
+    text += fmt::format("{} {} from {}; {}",
+                        text.empty() ? "no run whose readings can be predicted tells" : "; it does not tell",
                         question.winner.effect->name, fmt::join(open, ", "), question.winner.effect->experiment);
   }
   for (const Experiment& experiment : experiments) {
@@ -196,7 +197,7 @@ NextExperiment next_experiment(const LoggedCampaign& campaign, const Observation
     if (fitted && predicts(*fitted)) {
       question.rivals.push_back(*std::move(fitted));
     } else {
-      question.unforetold.push_back(rival->name);
+      question.unpredicted.push_back(rival->name);
     }
   }
   if (question.rivals.empty() || !predicts(question.winner)) {

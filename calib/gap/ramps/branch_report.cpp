@@ -89,8 +89,9 @@ ResidualStructure residual_structure_of(const BranchResult& result, std::string 
 void decide_without_names(const BranchResult& result, bool halves, GapReport& report) {
   if (result.unexplained.empty()) {
     report.conclusion = Conclusion::none;
-    report.reason = fmt::format("nothing beyond the scatter of the blocks and the detection limit{}",
-                                halves ? "; two branches only: what comes and goes with a cycle needs a third" : "");
+    report.reason =
+        fmt::format("nothing beyond the scatter of the blocks and the detection limit{}",
+                    halves ? "; two branches only: an effect that comes and goes with each cycle needs a third" : "");
     return;
   }
   std::vector<Sensor> alike;
@@ -127,17 +128,17 @@ void decide_on_ramps(const BranchResult& result, const std::vector<RampEffect>& 
   const bool strange = rest > kLeftOver * (rest + static_cast<double>(result.explained.size()));
   std::vector<NamedEffect> entries = entries_of(result, effects, fits);
   report.conclusion = halves || drifts || strange ? Conclusion::unknown : Conclusion::named;
-  report.reason = fmt::format("{}{} predicts {} on what was left out", winner.effect->name,
+  report.reason = fmt::format("{}{} predicts {} in the data left out", winner.effect->name,
                               as_well(entries.front().rivals), list_of(result.explained));
   (report.conclusion == Conclusion::named ? report.effects : report.suspects) = std::move(entries);
-  if (rest > 0.0) report.reason += fmt::format("; nothing does in {}", list_of(result.unexplained));
+  if (rest > 0.0) report.reason += fmt::format("; no effect predicts {}", list_of(result.unexplained));
   if (drifts) {
-    report.reason += "; a drift in time does as well, and the same cycle once more would tell";
+    report.reason += "; a drift in time does so as well: the same cycle once more would decide";
     report.residual_structure = residual_structure_of(result, "time of the recording", result.explained);
   } else if (strange) {
-    report.reason += ": too much is left to give it a name";
+    report.reason += ": too much remains unexplained to name it";
   }
-  if (halves) report.reason += "; two branches have one difference only: a third would decide";
+  if (halves) report.reason += "; two branches give only one difference: a third branch would decide";
 }
 
 /// Ratio of means over the folds with its t interval.
@@ -197,10 +198,10 @@ std::vector<NotTestable> not_testable_by_branches(const std::vector<RampEffect>&
       {"scale_nonlinearity", kPositions},
       {"fixture_tilt", "one attitude: a mounting that leans is part of the accelerometers' bias"},
       {"narrow_bump", "the base follows a feature that all branches share"},
-      {"aging_drift", "runs over weeks are needed; a drift within the recording is a rival, never a name"},
+      {"aging_drift", "runs over weeks are needed; a drift within the recording is listed as a rival, never named"},
       {"noise_vs_temperature", "needs three runs with plateaus"},
-      {"quantization", "is looked at in campaigns with plateaus only"},
-      {"saturation", "is looked at in campaigns with plateaus only; sensors with clipped readings were left out"}};
+      {"quantization", "only looked for in campaigns with plateaus"},
+      {"saturation", "only looked for in campaigns with plateaus; sensors with clipped readings were left out"}};
   const auto missing = [&](std::string_view name) {
     return std::none_of(tried.begin(), tried.end(),
                         [&](const RampEffect& effect) { return effect.effect->name == name; });

@@ -21,9 +21,8 @@ std::optional<std::string> why_no_term(const NamedEffect& named, JudgedOn judged
   });
   if (with_numbers) return std::nullopt;
   return judged_on == JudgedOn::runs
-             ? "it is part of the curve over temperature, not beside it: the fitted curve follows it where plateaus "
-               "are "
-               "close enough"
+             ? "it is part of the curve over temperature, not an addition to it: the fitted curve follows it where "
+               "plateaus are close enough"
              : "a recording without plateaus gives no parameters for a model; record plateaus in six positions";
 }
 

@@ -38,7 +38,7 @@ double f_quantile(double p, double dof) {
 }
 
 std::optional<double> detection_limit(const CampaignModel& model, std::size_t s, const SearchResult& found) {
-  const Observations& observations = model.circumstances().observations;
+  const Observations& observations = model.regressor_inputs().observations;
   if (!model.residuals().sensor[s] || found.candidates == 0) return std::nullopt;
   double visits = 0.0;
   double placements = 0.0;
@@ -115,16 +115,17 @@ std::string order_note(const Observations& observations, const std::vector<Named
     return std::find(kOfPosition.begin(), kOfPosition.end(), named.effect->name) != kOfPosition.end();
   });
   if (!concerned || !one_order(observations)) return "";
-  return "; the positions came in one order throughout: creep or memory of the position before could read the same, "
-         "and a run in another order would tell";
+  return "; the positions always came in the same order: creep, or memory of the previous position, could look the "
+         "same; a run in another order would decide";
 }
 
 /// What a thermometer in steps kept from being looked for, or what stands in for it; empty for a fine one.
 std::string thermometer_note(const LoggedCampaign& campaign, const TemperatureHistory& history) {
   if (const auto& fine = campaign.fine_temperature) {
     return fmt::format(
-        "; temperatures within the thermometer's steps of {:.2g} K are those of a unit that follows the chamber's air "
-        "with {:.0f} s and {:.0f} s, right to {:.2f} K where its reading changes",
+        "; temperatures within the thermometer's steps of {:.2g} K were reconstructed from the chamber's air, which "
+        "the unit follows with time constants of {:.0f} s and {:.0f} s; they are right to {:.2f} K where the reading "
+        "changes",
         fine->step_c, fine->tau_s[0], fine->tau_s[1], fine->error_c);
   }
   const auto& coarse = history.coarse();
@@ -191,7 +192,7 @@ GapReport find_without_plateaus(const LoggedCampaign& campaign, GapReport report
 /// Searches the library, looks outside the means, and decides.
 void search_all(const LoggedCampaign& campaign, CampaignModel& model, GapReport& report) {
   for (const Effect& effect : library()) {
-    if (auto why = effect.missing(model.circumstances())) {
+    if (auto why = effect.missing(model.regressor_inputs())) {
       report.not_testable.push_back({std::string(effect.name), *std::move(why)});
     }
   }
@@ -200,9 +201,9 @@ void search_all(const LoggedCampaign& campaign, CampaignModel& model, GapReport&
   for (const NamedEffect& effect : outside.effects) model.add_term(effect.candidate, effect.sensors, {});
   SearchResult found = search(model);
   for (const Effect* effect : found.absorbed) {
-    report.not_testable.push_back(
-        {std::string(effect->name),
-         "no sensor that feels it has readings that can be judged, or in this campaign the thermal model takes it up"});
+    report.not_testable.push_back({std::string(effect->name),
+                                   "no sensor that it acts on has readings that can be judged, or the thermal model "
+                                   "absorbs it in this campaign"});
   }
   for (std::size_t s = 0; s < kSensorCount; ++s) report.detection_limit[s] = detection_limit(model, s, found);
   outside.add(look_outside_the_mean(campaign, model));
@@ -219,7 +220,7 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   if (observations.rows.empty()) return find_without_plateaus(campaign, std::move(report));
   if (observations.run_count() < kLeastRuns) {
     return cannot_judge(std::move(report),
-                        "one run only: what an effect repeats and what runs scatter cannot be told apart; record a "
+                        "one run only: a repeatable effect cannot be told from the scatter between runs; record a "
                         "second run of the same procedure");
   }
   if (auto same = same_readings(observations)) return cannot_judge(std::move(report), *std::move(same));
@@ -228,8 +229,8 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   CampaignModel model(observations, history);
   if (!replicated(model)) {
     return cannot_judge(std::move(report),
-                        "the runs do not repeat each other's plateaus, so that their scatter is not known; record two "
-                        "runs of one procedure");
+                        "the runs do not repeat each other's plateaus, so their scatter is not known; record two runs "
+                        "of one procedure");
   }
   if (auto differ = disagreement(model)) return cannot_judge(std::move(report), *std::move(differ));
   search_all(campaign, model, report);
@@ -260,8 +261,7 @@ void note_rejections(const LoggedCampaign& campaign, GapReport& report) {
   const std::string words = in_words(report.rejections);
   if (report.conclusion == Conclusion::none && mostly_rejected_run(report.rejections)) {
     report.reason = fmt::format(
-        "the data gate rejected most of a run: {}; import it as it should be, or void it, and look again. In the rest: "
-        "{}",
+        "the data gate rejected most of a run: {}; import it correctly or void it, then search again. In the rest: {}",
         words, report.reason);
     report.conclusion = Conclusion::cannot_judge;
     return;

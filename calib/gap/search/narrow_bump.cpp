@@ -28,9 +28,9 @@ const Effect& bump() {
     Effect made;
     made.name = "narrow_bump";
     made.physics =
-        "a feature of the curve at one temperature, narrower than the distance of the plateaus: a resonance, a range "
+        "a feature of the curve at one temperature, narrower than the spacing of the plateaus: a resonance, a range "
         "that switches on and off again";
-    made.experiment = "a grid of 2 K about it, up and down";
+    made.experiment = "a grid of 2 K around it, up and down";
     return made;
   }();
   return effect;
@@ -169,7 +169,7 @@ struct SensorCurve {
 };
 
 std::vector<SensorCurve> curves_of(const CampaignModel& model) {
-  const std::vector<double>& level_c = model.circumstances().observations.level_c;
+  const std::vector<double>& level_c = model.regressor_inputs().observations.level_c;
   const auto count = static_cast<Eigen::Index>(level_c.size());
   std::vector<SensorCurve> curves;
   for (const Sensor sensor : kSensors) {
@@ -230,26 +230,23 @@ NotTestable turns_without_name(const std::vector<double>& level_c, const std::ve
                         place_text(level_c, places[turns[i].place]));
   }
   if (turns.size() > kShown) list += fmt::format(" and {} more", turns.size() - kShown);
-  return {"narrow_bump",
-          fmt::format("curves turn sharply ({}): a kink, a step or a rough curve reads the same as a bump at these "
-                      "plateaus, and some more every 2 K about it would tell",
-                      list)};
+  return {"narrow_bump", fmt::format("curves turn sharply ({}): at these plateaus a kink, a step or a rough curve "
+                                     "looks the same as a bump; more plateaus, 2 K apart around it, would decide",
+                                     list)};
 }
 
 NotTestable too_few_plateaus(std::size_t levels, std::size_t places) {
-  return {
-      "narrow_bump",
-      fmt::format("of {} plateaus {} have two neighbours on either side within {} K of each other: the others do not "
-                  "say how smooth the curve is there, and a feature of one is taken for the curve's own. Record "
-                  "twelve or more, 5 K apart about it",
-                  levels, places, kResolved_c)};
+  return {"narrow_bump", fmt::format("of {} plateaus only {} have two neighbours on either side within {} K of each "
+                                     "other: at the others nothing shows how smooth the curve is, and a feature at one "
+                                     "plateau counts as part of the curve. Record twelve or more, 5 K apart",
+                                     levels, places, kResolved_c)};
 }
 
 }  // namespace
 
 OutsideTheMean look_for_bump(const CampaignModel& model) {
   OutsideTheMean result;
-  const std::vector<double>& level_c = model.circumstances().observations.level_c;
+  const std::vector<double>& level_c = model.regressor_inputs().observations.level_c;
   std::vector<Five> places;
   for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(level_c.size()); ++k) {
     if (const auto five = five_about(level_c, k)) places.push_back(*five);

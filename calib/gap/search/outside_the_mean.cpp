@@ -167,7 +167,7 @@ void OutsideTheMean::add(OutsideTheMean&& other) {
 
 OutsideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignModel& model) {
   OutsideTheMean result;
-  const Observations& observations = model.circumstances().observations;
+  const Observations& observations = model.regressor_inputs().observations;
   if (observations.run_count() < kLeastAgingRuns) {
     result.not_testable.push_back({"aging_drift", "fewer than four runs"});
     return result;
@@ -202,7 +202,7 @@ OutsideTheMean look_for_aging(const LoggedCampaign& campaign, const CampaignMode
         return Meaning{{{"per_s", si_unit(sensor) + "/s", 1.0 / kHours}},
                        {{"reference_utc_s", 0.5 * (*first + *last) * kHours, "s"}}};
       }));
-  const Eigen::ArrayXd utc_s = as_vector(model.circumstances().history.utc_s()).array();
+  const Eigen::ArrayXd utc_s = as_vector(model.regressor_inputs().history.utc_s()).array();
   result.effects.back().candidate = for_all("", {}, ((utc_s - utc_s.mean()) / kHours).matrix());
   return result;
 }
@@ -339,7 +339,7 @@ void look_at_samples(const LoggedCampaign& campaign, OutsideTheMean& result) {
   }
   if (!looked) {
     for (const char* name : {"quantization", "saturation"}) {
-      result.not_testable.push_back({name, "no samples, only means, are at hand"});
+      result.not_testable.push_back({name, "only means are available, no samples"});
     }
   }
   if (!coarse.sensors.empty()) result.effects.push_back(std::move(coarse));
@@ -350,7 +350,7 @@ void look_at_samples(const LoggedCampaign& campaign, OutsideTheMean& result) {
 
 OutsideTheMean look_outside_the_mean(const LoggedCampaign& campaign, const CampaignModel& model) {
   OutsideTheMean result;
-  look_for_noise_slope(campaign, model.circumstances().observations, result);
+  look_for_noise_slope(campaign, model.regressor_inputs().observations, result);
   look_at_samples(campaign, result);
   return result;
 }

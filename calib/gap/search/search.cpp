@@ -38,8 +38,8 @@ double price_of(const Observations& observations) {
 
 std::vector<Contender> contenders_of(const CampaignModel& model, const Effect& effect) {
   std::vector<Contender> list;
-  if (effect.missing(model.circumstances())) return list;
-  for (Candidate& candidate : effect.candidates(model.circumstances())) {
+  if (effect.missing(model.regressor_inputs())) return list;
+  for (Candidate& candidate : effect.candidates(model.regressor_inputs())) {
     Contender contender;
     contender.effect = &effect;
     contender.test = test_candidate(model.residuals(), candidate);
@@ -70,8 +70,9 @@ double typical_heterogeneity(const std::vector<Contender>& list) {
 bool plausible(const CampaignModel& model, const Contender& contender, double typical) {
   if (!contender.effect->plausible) return true;
   const auto can_be = [&](const TermTest& test) {
-    return test.dof <= 0.0 || contender.effect->plausible(model.circumstances(), contender.candidate, test.parameters,
-                                                          test.covariance * moderated_heterogeneity(test, typical));
+    return test.dof <= 0.0 ||
+           contender.effect->plausible(model.regressor_inputs(), contender.candidate, test.parameters,
+                                       test.covariance * moderated_heterogeneity(test, typical));
   };
   if (contender.test.shared) return can_be(*contender.test.shared);
   return std::all_of(contender.test.sensor.begin(), contender.test.sensor.end(),
@@ -102,7 +103,7 @@ Contender refined(const CampaignModel& model, Contender winner, double typical, 
     const double middle = winner.candidate.shape_values.front();
     std::vector<Contender> list = {std::move(winner)};
     for (const double value : {middle / step, middle * step}) {
-      for (Candidate& candidate : list.front().effect->of_shape(model.circumstances(), value)) {
+      for (Candidate& candidate : list.front().effect->of_shape(model.regressor_inputs(), value)) {
         if (!same_form(candidate, list.front().candidate)) continue;
         list.push_back({list.front().effect, {}, test_candidate(model.residuals(), candidate), {}});
         list.back().candidate = std::move(candidate);
@@ -158,7 +159,7 @@ NamedEffect describe(const CampaignModel& model, const Contender& winner, double
     const TermTest& test = winner.test.shared ? *winner.test.shared : *winner.test.sensor[s];
     effect.parameters[s] = test.parameters;
     effect.covariance[s] = test.covariance * moderated_heterogeneity(test, typical);
-    effect.meaning[s] = winner.effect->meaning(model.circumstances(), winner.candidate, sensor);
+    effect.meaning[s] = winner.effect->meaning(model.regressor_inputs(), winner.candidate, sensor);
     if (!winner.test.shared) {
       gain += test.gain;
       dof += test.dof;
@@ -166,7 +167,7 @@ NamedEffect describe(const CampaignModel& model, const Contender& winner, double
     effect.gain[s] = winner.test.sensor[s]->gain;
     if (winner.test.sensor[s]->gain <= strongest) continue;
     strongest = winner.test.sensor[s]->gain;
-    effect.magnitude = winner.effect->magnitude(model.circumstances(), winner.candidate, sensor, test.parameters);
+    effect.magnitude = winner.effect->magnitude(model.regressor_inputs(), winner.candidate, sensor, test.parameters);
   }
   effect.delta_bic = gain - price * dof;
   return effect;
@@ -174,7 +175,7 @@ NamedEffect describe(const CampaignModel& model, const Contender& winner, double
 
 class Search {
  public:
-  explicit Search(CampaignModel& model) : model_(model), price_(price_of(model.circumstances().observations)) {}
+  explicit Search(CampaignModel& model) : model_(model), price_(price_of(model.regressor_inputs().observations)) {}
 
   SearchResult run() {
     while (result_.effects.size() < kMostTerms) {
@@ -247,7 +248,7 @@ class Search {
 SearchResult search(CampaignModel& model) { return Search(model).run(); }
 
 std::optional<NamedEffect> best_shape(const CampaignModel& model, const Effect& effect) {
-  const double price = price_of(model.circumstances().observations);
+  const double price = price_of(model.regressor_inputs().observations);
   std::vector<Contender> list = contenders_of(model, effect);
   if (list.empty()) return std::nullopt;
   const double typical = typical_heterogeneity(list);

@@ -135,7 +135,7 @@ Rest middle_of(const std::vector<Rest>& rests) {
 }
 
 /// A change of direction beyond what noise and temperature explain.
-struct Tilt {
+struct AttitudeChange {
   double excess_deg = 0.0;  ///< over the limit
   double angle_deg = 0.0;
   double limit_deg = 0.0;
@@ -163,12 +163,12 @@ double coarsest(const View& view) {
 
 /// limit = tilt + tilt_per_k·|ΔT| + (z·√2·σ + q)/|f|: noise of the difference of two means across the force. Where not
 /// all three accelerometers are there, their change stands as the least angle that explains it: |Δf|/g.
-Tilt tilt_between(const View& view, const Rest& a, const Rest& b, double error) {
+AttitudeChange tilt_between(const View& view, const Rest& a, const Rest& b, double error) {
   const bool whole = all_recorded(view);
   const double noise = view.limits.noise_sigmas * std::numbers::sqrt2 * error + coarsest(view);
   const double noise_deg = base::kDegPerRad * noise / (whole ? norm_of(a.force) : base::kStandardGravity_mps2);
   const double temp_change_c = std::isnan(a.temp_c - b.temp_c) ? 0.0 : std::abs(a.temp_c - b.temp_c);
-  Tilt tilt;
+  AttitudeChange tilt;
   tilt.angle_deg = whole ? angle_between_deg(a.force, b.force)
                          : base::kDegPerRad * norm_of(difference(a.force, b.force)) / base::kStandardGravity_mps2;
   tilt.limit_deg = view.limits.tilt_deg + view.limits.tilt_per_k_deg * temp_change_c + noise_deg;
@@ -179,7 +179,7 @@ Tilt tilt_between(const View& view, const Rest& a, const Rest& b, double error) 
 
 /// The worst of: each stretch against the middle of all, and against the last but one before it (a step may lie within
 /// the stretch between them).
-std::optional<Tilt> worst_tilt(const View& view) {
+std::optional<AttitudeChange> worst_tilt(const View& view) {
   if (std::none_of(kAccels.begin(), kAccels.end(), [&](Sensor s) { return recorded(view, s); })) return std::nullopt;
   std::vector<Rest> rests = rests_of(view);
   if (rests.size() < 3) return std::nullopt;
@@ -187,8 +187,8 @@ std::optional<Tilt> worst_tilt(const View& view) {
   const Rest middle = middle_of(rests);
   if (norm_of(middle.force) <= 0.0) return std::nullopt;
   const double error = force_error(view, rests);
-  Tilt worst;
-  const auto keep = [&](const Tilt& tilt) {
+  AttitudeChange worst;
+  const auto keep = [&](const AttitudeChange& tilt) {
     if (tilt.excess_deg > worst.excess_deg) worst = tilt;
   };
   for (std::size_t i = 0; i < rests.size(); ++i) {

@@ -20,7 +20,7 @@ struct Stretch {
 };
 
 /// What was done about missing samples.
-struct GapReport {
+struct MissingSamples {
   std::size_t missing = 0;  ///< samples that are NaN
   std::size_t bridged = 0;  ///< of these, filled by a straight line because their gap is short
   std::size_t gaps = 0;     ///< gaps too long for that: each has ended a stretch
@@ -47,7 +47,7 @@ class PhaseRecord {
   [[nodiscard]] double interval_s() const { return interval_s_; }
   [[nodiscard]] std::span<const double> phase() const { return phase_; }
   [[nodiscard]] std::span<const Stretch> stretches() const { return stretches_; }
-  [[nodiscard]] const GapReport& gaps() const { return gaps_; }
+  [[nodiscard]] const MissingSamples& gaps() const { return gaps_; }
   /// Largest multiple of the interval for which some difference of this kind exists; 0: none.
   [[nodiscard]] std::size_t longest(AllanKind kind) const;
 
@@ -55,7 +55,7 @@ class PhaseRecord {
   double interval_s_ = 1.0;
   std::vector<double> phase_;
   std::vector<Stretch> stretches_;
-  GapReport gaps_;
+  MissingSamples gaps_;
 };
 
 /// One deviation.

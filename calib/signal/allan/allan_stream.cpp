@@ -229,7 +229,7 @@ std::vector<AllanStream::Point> AllanStream::points() const {
 
 double AllanStream::interval_s() const { return impl_->interval_s; }
 
-const GapReport& AllanStream::gaps() const { return impl_->integrator.gaps(); }
+const MissingSamples& AllanStream::gaps() const { return impl_->integrator.gaps(); }
 
 const std::vector<std::size_t>& AllanStream::stretches() const { return impl_->stretches; }
 

@@ -51,7 +51,7 @@ class AllanStream {
   };
   [[nodiscard]] std::vector<Point> points() const;
   [[nodiscard]] double interval_s() const;
-  [[nodiscard]] const GapReport& gaps() const;
+  [[nodiscard]] const MissingSamples& gaps() const;
   /// Phase points of each stretch so far, that of the present one as far as it goes.
   [[nodiscard]] const std::vector<std::size_t>& stretches() const;
 

@@ -105,18 +105,16 @@ void check_record(json& document, const SignalRecord& record, std::vector<double
   const Outliers outside = outliers(values);
   if (!outside.at.empty()) {
     warn(document, "outliers",
-         fmt::format(
-             "{} outlier{} up to {:.3g} sigma, the first at {:g} s: each adds to the curve like white noise, and "
-             "coefficients and intervals are wrong as long as they are in",
-             outside.at.size(), outside.at.size() == 1 ? "" : "s", outside.largest_sigma,
-             time_at(record, outside.at.front())));
+         fmt::format("{} outlier{} up to {:.3g} sigma, the first at {:g} s: each adds to the curve like white noise, "
+                     "and coefficients and intervals are wrong until they are removed",
+                     outside.at.size(), outside.at.size() == 1 ? "" : "s", outside.largest_sigma,
+                     time_at(record, outside.at.front())));
   }
   if (const auto found = step(without(std::move(values), outside))) {
     warn(document, "step",
-         fmt::format(
-             "a step of {:.3g} {} at about {:g} s: it adds to the curve like rate random walk, and coefficients and "
-             "intervals are wrong; take the record before or behind it",
-             found->height, unit.empty() ? "1" : unit, time_at(record, found->at)));
+         fmt::format("a step of {:.3g} {} at about {:g} s: it adds to the curve like rate random walk, and "
+                     "coefficients and intervals are wrong; analyse the record before or after it",
+                     found->height, unit.empty() ? "1" : unit, time_at(record, found->at)));
   }
 }
 
@@ -173,18 +171,17 @@ void add_fit(json& document, const signal::AllanFit& fit, const std::vector<std:
   document["bias_instability_tau_s"] = fit.bias_instability_tau_s;
   document["p_value"] = fit.p_value;
   if (fit.p_value < kDoubtfulFit) {
-    warn(
-        document, "poor_fit",
-        fmt::format("no sum of the noise terms makes this curve ({}): look for vibration, swings of the temperature or "
-                    "steps; the intervals are widened accordingly",
-                    probability_text(fit.p_value)));
+    warn(document, "poor_fit",
+         fmt::format("no sum of the noise terms fits this curve ({}): look for vibration, swings of the temperature or "
+                     "steps; the intervals are widened accordingly",
+                     probability_text(fit.p_value)));
   }
 }
 
 std::string bridged_text(const Bridging& bridges, std::size_t first, double interval_s) {
   return fmt::format(
-      "{:.2g} % of the samples are bridged by straight lines: below {:g} s the deviations are biased and not "
-      "fitted, beyond they show white noise {:.2g} % too high, for which the coefficients allow",
+      "{:.2g} % of the samples are bridged by straight lines: below {:g} s the deviations are biased and not fitted; "
+      "above it they show white noise {:.2g} % too high, which the coefficients allow for",
       100.0 * bridges.share, static_cast<double>(first) * interval_s, 100.0 * (std::sqrt(1.0 + bridges.excess) - 1.0));
 }
 
@@ -193,7 +190,7 @@ base::Result<signal::AllanFit> fit(const signal::PhaseRecord& phase, const Bridg
                                    const std::optional<signal::LowPass>& filter,
                                    const std::vector<std::size_t>& multiples) {
   if (bridges.share > kMostBridged) {
-    return base::bad_input(fmt::format("{:.0f} % of the samples are lacking and bridged, at most {:.0f} % may be",
+    return base::bad_input(fmt::format("{:.0f} % of the samples are missing and bridged; at most {:.0f} % may be",
                                        100.0 * bridges.share, 100.0 * kMostBridged));
   }
   signal::AllanCurve curve = signal::overlapping_curve(phase, multiples);

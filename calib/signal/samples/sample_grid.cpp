@@ -183,8 +183,9 @@ base::Status check_steady(std::span<const double> distances) {
   const double after = steps_of(distances.last(half)).step_s;
   const bool medians_differ = change(base::median(distances.first(half)), base::median(distances.last(half)));
   if (!change(before, after) || !medians_differ) return {};
-  return base::bad_input(fmt::format("the rate changes from {:g} to {:g} Hz between the halves: give each part alone",
-                                     1.0 / before, 1.0 / after));
+  return base::bad_input(
+      fmt::format("the rate changes from {:g} to {:g} Hz between the halves: analyse each part by itself", 1.0 / before,
+                  1.0 / after));
 }
 
 base::Result<Steps> steps_between(std::span<const double> t_s) {

@@ -105,8 +105,8 @@ base::Status check_correlation(const Autocorrelation& acf, double rate_hz) {
   const double least = 4.0 / std::sqrt(static_cast<double>(acf.samples));
   if (!(acf.correlation[1] >= least)) {
     return base::bad_input(
-        fmt::format("the correlation is {:.3g} after one sample, that of white noise (below {:.3g}): "
-                    "there is no Gauss-Markov process to fit",
+        fmt::format("the correlation is {:.3g} after one sample, that of white noise (below {:.3g}): there is no "
+                    "Gauss-Markov process to fit",
                     acf.correlation[1], least));
   }
   return {};

@@ -105,7 +105,7 @@ base::Result<Protocol::Heard> VectorNavProtocol::take_error(std::string_view tex
   const bool known = *code > 0 && static_cast<std::size_t>(*code) < kErrors.size();
   return base::fail(
       base::ErrorKind::device,
-      fmt::format("the unit reports error {}{} upon {}", *code,
+      fmt::format("the unit reports error {}{} in reply to {}", *code,
                   known ? fmt::format(" ({})", kErrors[static_cast<std::size_t>(*code)]) : "", request_name()));
 }
 

@@ -231,7 +231,7 @@ base::Result<Protocol::Heard> XsensProtocol::take(const XbusMessage& message) {
       return base::fail(base::ErrorKind::device,
                         fmt::format("the unit reports error {}{}",
                                     message.data.empty() ? "without a code" : fmt::format("code {}", message.data[0]),
-                                    done() ? "" : fmt::format(" upon {}", setup_.request_name())));
+                                    done() ? "" : fmt::format(" in reply to {}", setup_.request_name())));
     default:
       break;
   }

@@ -38,21 +38,6 @@ ssize_t write_quietly(int fd, std::span<const std::uint8_t> bytes) {
 
 }  // namespace
 
-Descriptor::Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-
-Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
-  if (this != &other) {
-    reset();
-    fd_ = std::exchange(other.fd_, -1);
-  }
-  return *this;
-}
-
-void Descriptor::reset() {
-  if (fd_ >= 0) ::close(fd_);
-  fd_ = -1;
-}
-
 base::Result<std::size_t> DescriptorSource::read(std::span<std::uint8_t> buffer) {
   const ssize_t got = ::read(fd(), buffer.data(), buffer.size());
   if (got > 0) return static_cast<std::size_t>(got);
@@ -111,8 +96,9 @@ int finish_connecting(int fd, SteadyClock::time_point deadline) {
 }
 
 /// A connected socket, or errno.
-tl::expected<Descriptor, int> connect_to(const addrinfo& address, SteadyClock::time_point deadline) {
-  Descriptor socket(::socket(address.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, address.ai_protocol));
+tl::expected<base::FileDescriptor, int> connect_to(const addrinfo& address, SteadyClock::time_point deadline) {
+  base::FileDescriptor socket(
+      ::socket(address.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, address.ai_protocol));
   if (!socket) return tl::unexpected(errno);
   if (::connect(socket.get(), address.ai_addr, address.ai_addrlen) != 0) {
     const int error_number = errno == EINPROGRESS ? finish_connecting(socket.get(), deadline) : errno;
@@ -143,7 +129,7 @@ base::Status TcpSource::open() {
                       fmt::format("unknown host '{}': {}", address_.host, ::gai_strerror(failure)), description());
   }
   const auto deadline = SteadyClock::now() + kConnectTimeout;
-  tl::expected<Descriptor, int> socket = tl::unexpected(EADDRNOTAVAIL);
+  tl::expected<base::FileDescriptor, int> socket = tl::unexpected(EADDRNOTAVAIL);
   for (const addrinfo* one = found; one != nullptr && !socket; one = one->ai_next) socket = connect_to(*one, deadline);
   ::freeaddrinfo(found);
   if (!socket) return broken("cannot connect", socket.error());
@@ -216,7 +202,7 @@ base::Status SerialSource::open() {
   close();
   const auto speed = code_of(address_.baud);
   if (!speed) return base::bad_input("the baud rate must be one of " + all_baud_rates(), description());
-  Descriptor line(::open(address_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  base::FileDescriptor line(::open(address_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!line) return broken("cannot open", errno);
   if (!make_raw(line.get(), *speed)) return broken("cannot set up the line", errno);
   ::tcflush(line.get(), TCIFLUSH);
@@ -250,7 +236,7 @@ class RecordedSource final : public DescriptorSource {
 
 base::Status RecordedSource::open() {
   close();
-  Descriptor file(::open(address_.file.c_str(), O_RDONLY | O_CLOEXEC));
+  base::FileDescriptor file(::open(address_.file.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file) return broken("cannot open", errno);
   adopt(std::move(file));
   return {};

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "base/file_descriptor.h"
 #include "base/result.h"
 #include "hal/links/addresses.h"
 
@@ -52,23 +53,6 @@ class ByteSource {
 
 [[nodiscard]] std::unique_ptr<ByteSource> make_source(const UnitAddress& address);
 
-/// A non-blocking file descriptor that it owns.
-class Descriptor {
- public:
-  Descriptor() = default;
-  explicit Descriptor(int fd) : fd_(fd) {}
-  Descriptor(Descriptor&& other) noexcept;
-  Descriptor& operator=(Descriptor&& other) noexcept;
-  ~Descriptor() { reset(); }
-
-  void reset();
-  [[nodiscard]] int get() const { return fd_; }
-  [[nodiscard]] explicit operator bool() const { return fd_ >= 0; }
-
- private:
-  int fd_ = -1;
-};
-
 /// What all sources on a file descriptor have in common: only opening differs.
 class DescriptorSource : public ByteSource {
  public:
@@ -78,12 +62,12 @@ class DescriptorSource : public ByteSource {
   [[nodiscard]] int fd() const override { return descriptor_.get(); }
 
  protected:
-  void adopt(Descriptor descriptor) { descriptor_ = std::move(descriptor); }
+  void adopt(base::FileDescriptor descriptor) { descriptor_ = std::move(descriptor); }
   /// Error `device` that says what failed, where, and why by `error_number` (errno).
   [[nodiscard]] tl::unexpected<base::Error> broken(const std::string& what, int error_number) const;
 
  private:
-  Descriptor descriptor_;
+  base::FileDescriptor descriptor_;
 };
 
 }  // namespace soak::hal::imu

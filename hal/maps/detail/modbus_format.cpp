@@ -167,9 +167,11 @@ void read_leans(const Table& root, DeviceMap& map) {
     if (std::find(map.positions.begin(), map.positions.end(), label) == map.positions.end()) {
       table->refuse(label, fmt::format("'{}' is none of 'positions'", label));
     } else if (angles.size() != 2) {
-      table->refuse(label, fmt::format("'{}' must be two angles in degrees: towards the fixture's next axis, and "
-                                       "towards the one after it",
-                                       label));
+      table->refuse(
+          label,
+          fmt::format(
+              "'{}' must be two angles in degrees: towards the fixture's next axis, and towards the one after it",
+              label));
     } else {
       map.leans_deg[label] = {angles[0], angles[1]};
     }

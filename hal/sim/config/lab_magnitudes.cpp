@@ -112,9 +112,10 @@ std::vector<Mounting> read_mountings(const Table& slots) {
   for (const std::string& text : texts) {
     const auto mounting = parse_mounting(text);
     if (!mounting) {
-      slots.refuse("mountings", "'" + text +
-                                    "' in 'lab_slots.mountings' must name three fixture directions, right-handed, "
-                                    "such as \"+Y-X+Z\"");
+      slots.refuse(
+          "mountings",
+          "'" + text +
+              "' in 'lab_slots.mountings' must name three fixture directions, right-handed, such as \"+Y-X+Z\"");
     }
     mountings.push_back(mounting.value_or(Mounting{}));
   }

@@ -178,8 +178,8 @@ std::string design_truth_json(const CampaignConfig& config, const CampaignTimeli
 std::string design_csv(const CampaignConfig& config, const CampaignTimeline& timeline, const DesignedUnit& designed) {
   const bool logs = config.design->kind != DesignKind::missing_logs;
   std::string csv = fmt::format(
-      "t_s,run,phase,sweep,plateau_c,position,{}temp_c,gx_dps,gy_dps,gz_dps,ax_mps2,ay_mps2,az_mps2,{}"
-      "t_since_power_s,utc_s\n",
+      "t_s,run,phase,sweep,plateau_c,position,{}temp_c,gx_dps,gy_dps,gz_dps,ax_mps2,ay_mps2,az_mps2,{}t_since_power_s,"
+      "utc_s\n",
       logs ? "chamber_c," : "", logs ? "compressor,supply_v," : "");
   auto out = std::back_inserter(csv);
   for (const DesignedRow& row : designed.rows) {

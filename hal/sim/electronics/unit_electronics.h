@@ -46,6 +46,13 @@ class UnitElectronics {
   [[nodiscard]] std::size_t output_size() const { return output_.size(); }
 
  protected:
+  /// Starts the unit's own time and its boot, which ends at next_due(); or stops the unit: nothing is due then.
+  void set_power(bool on, Tick now) {
+    next_due_ = on ? now + ticks_of(magnitudes_.boot_s) : kNever;
+    if (!on) return unit_.stop();
+    start_ = now;
+    unit_.start();
+  }
   void put_out(std::span<const std::uint8_t> bytes) { output_.insert(output_.end(), bytes.begin(), bytes.end()); }
 
   ElectronicsMagnitudes magnitudes_;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/bytes.h"
+#include "base/file_descriptor.h"
 #include "base/result.h"
 #include "hal/links/detail/byte_source.h"
 #include "hal/usb/detail/usb_context.h"
@@ -104,7 +105,7 @@ class BulkStream final : public UsbListener {
   std::unique_ptr<UsbHandle> handle_;
   UsbDevice device_;
   Framing framing_;
-  imu::Descriptor event_;
+  base::FileDescriptor event_;
   std::array<Transfer, kTransfers> in_;
   Transfer out_;
 

@@ -172,7 +172,7 @@ std::string why_not_opened(const std::string& node, int error_number) {
 }  // namespace
 
 base::Result<std::unique_ptr<UsbHandle>> UsbHandle::open(UsbContext& context, const UsbDevice& device) {
-  imu::Descriptor node(::open(device.node.c_str(), O_RDWR | O_CLOEXEC));
+  base::FileDescriptor node(::open(device.node.c_str(), O_RDWR | O_CLOEXEC));
   if (!node) return base::fail(base::ErrorKind::device, why_not_opened(device.node, errno));
   std::unique_ptr<UsbHandle> handle(new UsbHandle(std::move(node)));
   const int code = libusb_wrap_sys_device(context.raw(), handle->node_.get(), &handle->handle_);

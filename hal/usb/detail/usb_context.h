@@ -15,6 +15,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/file_descriptor.h"
 #include "base/result.h"
 #include "hal/links/detail/byte_source.h"
 #include "hal/usb/usb_devices.h"
@@ -102,10 +103,10 @@ class UsbHandle {
   void clear_halt();
 
  private:
-  explicit UsbHandle(imu::Descriptor node) : node_(std::move(node)) {}
+  explicit UsbHandle(base::FileDescriptor node) : node_(std::move(node)) {}
   [[nodiscard]] base::Status claim(const std::string& where);
 
-  imu::Descriptor node_;
+  base::FileDescriptor node_;
   libusb_device_handle* handle_ = nullptr;
   BulkPair pair_;
   bool claimed_ = false;

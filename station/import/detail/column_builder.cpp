@@ -154,8 +154,7 @@ std::optional<CellProblem> ColumnBuilder::read_number(std::string_view cell) {
     return CellProblem{
         is_nan_or_inf(cell)
             ? fmt::format("'{}' is not a measurement: give a finite number, or an empty cell for no new value", cell)
-            : fmt::format("'{}' is not a number: give a decimal number with a dot, or an empty cell for no "
-                          "new value",
+            : fmt::format("'{}' is not a number: give a decimal number with a dot, or an empty cell for no new value",
                           cell)};
   }
   pending_.real = *real;

@@ -123,8 +123,8 @@ base::Status check_required(const CsvLayout& layout, const std::vector<std::stri
   if (!has_sensor) missing.emplace_back("one sensor (gx_dps ... az_mps2)");
   if (missing.empty()) return {};
   return bad_input(
-      fmt::format("no column for {}; the header has: {}. Rename the columns, or map them with "
-                  "--columns (which can also set another separator)",
+      fmt::format("no column for {}; the header has: {}. Rename the columns, or map them with --columns (which can "
+                  "also set another separator)",
                   fmt::join(missing, ", "), fmt::join(header, ", ")));
 }
 
@@ -138,15 +138,14 @@ base::Status check_rate(const CsvLayout& layout, const ColumnsMap& map) {
   if (rate == layout.columns.end()) return {};
   if (find("position") == layout.columns.end()) {
     return bad_input(
-        fmt::format("column '{}' gives the rate at which the fixture turns about the vertical, but no "
-                    "column gives the axis that points up: add 'position'",
+        fmt::format("column '{}' gives the rate at which the fixture turns about the vertical, but no column gives the "
+                    "axis that points up: add 'position'",
                     rate->header));
   }
   for (const calib::Position& position : map.positions) {
     if (!position.rate_dps) continue;
     return bad_input(
-        fmt::format("the columns map states a rate of position '{}', and column '{}' gives one too: keep "
-                    "one of them",
+        fmt::format("the columns map states a rate of position '{}', and column '{}' gives one too: keep one of them",
                     position.label, rate->header));
   }
   return {};

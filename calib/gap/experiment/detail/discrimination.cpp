@@ -68,10 +68,10 @@ const Candidate* same_shape(const std::vector<Candidate>& list, const Candidate&
 }
 
 /// The effect's shapes on its grid, and the shape between them that was found, if it is none of those.
-std::vector<Candidate> shapes_of(const Circumstances& c, const NamedEffect& effect) {
-  std::vector<Candidate> list = effect.effect->candidates(c);
+std::vector<Candidate> shapes_of(const RegressorInputs& in, const NamedEffect& effect) {
+  std::vector<Candidate> list = effect.effect->candidates(in);
   if (same_shape(list, effect.candidate) != nullptr || !effect.effect->of_shape) return list;
-  for (Candidate& candidate : effect.effect->of_shape(c, effect.candidate.shape_values.front())) {
+  for (Candidate& candidate : effect.effect->of_shape(in, effect.candidate.shape_values.front())) {
     list.push_back(std::move(candidate));
   }
   return list;
@@ -94,12 +94,12 @@ Eigen::MatrixXd beside(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right
 }
 
 /// Columns that base and terms beside it have for a sensor, not whitened.
-Eigen::MatrixXd terms_of(const Circumstances& c, const std::vector<const NamedEffect*>& effects, Sensor sensor) {
+Eigen::MatrixXd terms_of(const RegressorInputs& in, const std::vector<const NamedEffect*>& effects, Sensor sensor) {
   Eigen::MatrixXd columns;
   for (const NamedEffect* effect : effects) {
     const bool acts = std::find(effect->sensors.begin(), effect->sensors.end(), sensor) != effect->sensors.end();
     if (!acts) continue;
-    const auto candidates = shapes_of(c, *effect);
+    const auto candidates = shapes_of(in, *effect);
     const Candidate* candidate = same_shape(candidates, effect->candidate);
     if (candidate != nullptr) columns = beside(columns, candidate->columns[index_of(sensor)]);
   }
@@ -137,9 +137,9 @@ ExtendedCampaign::ExtendedCampaign(const LoggedCampaign& campaign, const std::ve
   const std::size_t made = campaign.runs.size();
   for (const Observation& row : observations_.rows) {
     const std::size_t number = observations_.logged[static_cast<std::size_t>(row.run)];
-    planned_run_.push_back(number < made ? -1 : static_cast<int>(number - made));
+    proposed_run_.push_back(number < made ? -1 : static_cast<int>(number - made));
   }
-  const Observations& known = model.circumstances().observations;
+  const Observations& known = model.regressor_inputs().observations;
   const std::vector<bool> keep(observations_.rows.size(), true);
   for (const Sensor sensor : kSensors) {
     const std::size_t s = index_of(sensor);
@@ -168,13 +168,13 @@ const std::vector<Eigen::Index>& ExtendedCampaign::rows(Sensor sensor) const {
 
 Discrimination::Discrimination(const ExtendedCampaign& extended, const NamedEffect& one, const NamedEffect& other,
                                const std::vector<const NamedEffect*>& beside_both) {
-  const Circumstances c = extended.circumstances();
+  const RegressorInputs in = extended.regressor_inputs();
   const std::array<const NamedEffect*, 2> effects = {&one, &other};
   std::array<std::vector<Candidate>, 2> candidates;
   std::array<const Candidate*, 2> chosen{};
   Eigen::Index next = 0;
   for (std::size_t k = 0; k < 2; ++k) {
-    candidates.at(k) = shapes_of(c, *effects.at(k));
+    candidates.at(k) = shapes_of(in, *effects.at(k));
     chosen.at(k) = same_shape(candidates.at(k), effects.at(k)->candidate);
     side_.at(k).shared = effects.at(k)->candidate.shared;
     for (const Candidate& candidate : candidates.at(k)) {
@@ -185,7 +185,7 @@ Discrimination::Discrimination(const ExtendedCampaign& extended, const NamedEffe
     }
     side_.at(k).prediction = next++;
   }
-  const auto rows = static_cast<Eigen::Index>(c.observations.rows.size());
+  const auto rows = static_cast<Eigen::Index>(in.observations.rows.size());
   for (const Sensor sensor : kSensors) {
     if (!extended.has(sensor) || chosen[0] == nullptr || chosen[1] == nullptr) continue;
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(rows, next);
@@ -199,7 +199,7 @@ Discrimination::Discrimination(const ExtendedCampaign& extended, const NamedEffe
     const bool predicted =
         columns.col(side_[0].prediction).squaredNorm() > 0.0 || columns.col(side_[1].prediction).squaredNorm() > 0.0;
     if (!predicted && !side_[0].shared && !side_[1].shared) continue;
-    add(extended, sensor, terms_of(c, beside_both, sensor), columns);
+    add(extended, sensor, terms_of(in, beside_both, sensor), columns);
   }
 }
 
@@ -213,7 +213,7 @@ void Discrimination::add(const ExtendedCampaign& extended, Sensor sensor, const 
   products.prior.head(extended.prior(sensor).size()) = extended.prior(sensor);
   white = beside(white, extended.whiten(sensor, columns));
   const auto& rows = extended.rows(sensor);
-  const auto& planned = extended.planned_run();
+  const auto& planned = extended.proposed_run();
   const int last = *std::max_element(planned.begin(), planned.end());
   products.of_run.assign(static_cast<std::size_t>(last) + 2, Eigen::MatrixXd());
   // The runs made are −1, and come first.
@@ -230,13 +230,13 @@ void Discrimination::add(const ExtendedCampaign& extended, Sensor sensor, const 
   }
 }
 
-Discrimination::Products Discrimination::beside_the_base(const std::vector<int>& planned_runs) const {
+Discrimination::Products Discrimination::beside_the_base(const std::vector<int>& proposed_runs) const {
   Products result;
   for (std::size_t s = 0; s < kSensorCount; ++s) {
     const SensorProducts& products = sensor_.at(s);
     if (products.of_run.empty()) continue;
     Eigen::MatrixXd all = products.of_run.front();
-    for (const int run : planned_runs) all += products.of_run.at(static_cast<std::size_t>(run) + 1);
+    for (const int run : proposed_runs) all += products.of_run.at(static_cast<std::size_t>(run) + 1);
     const Eigen::Index base = products.base;
     const Eigen::Index rest = all.cols() - base;
     all.topLeftCorner(base, base).diagonal() += products.prior.cwiseAbs2();
@@ -276,9 +276,9 @@ double Discrimination::distance(const Products& products, const Side& from, cons
   return least;
 }
 
-double Discrimination::gained(const std::vector<int>& planned_runs) const {
+double Discrimination::gained(const std::vector<int>& proposed_runs) const {
   const Products before = beside_the_base({});
-  const Products after = beside_the_base(planned_runs);
+  const Products after = beside_the_base(proposed_runs);
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < 2; ++k) {
     const Side& from = side_.at(k);
@@ -302,7 +302,7 @@ std::vector<LoggedRun> ExperimentBatch::plan(const RunTemplate& source) {
   for (const Action& action : actions_) {
     double hours = 0.0;
     runs_of_.emplace_back();
-    for (const PlannedRun& run : action.runs) {
+    for (const ProposedRun& run : action.runs) {
       runs_of_.back().push_back(static_cast<int>(planned.size()));
       planned.push_back(simulate(source, run, fmt::format("planned {}", planned.size() + 1)));
       hours += hours_of(planned.back());

@@ -20,9 +20,9 @@ class ExtendedCampaign {
   ExtendedCampaign(const ExtendedCampaign&) = delete;
   ExtendedCampaign& operator=(const ExtendedCampaign&) = delete;
 
-  [[nodiscard]] Circumstances circumstances() const { return {observations_, history_, slope_}; }
+  [[nodiscard]] RegressorInputs regressor_inputs() const { return {observations_, history_, slope_}; }
   /// Of each observation: −1 in a run that was made, else the ordinal of the planned run.
-  [[nodiscard]] const std::vector<int>& planned_run() const { return planned_run_; }
+  [[nodiscard]] const std::vector<int>& proposed_run() const { return proposed_run_; }
   /// Whether the model has that sensor.
   [[nodiscard]] bool has(Sensor sensor) const { return base_.at(index_of(sensor)).size() > 0; }
   /// Columns of the base in all runs, whitened.
@@ -38,7 +38,7 @@ class ExtendedCampaign {
   LoggedCampaign campaign_;
   Observations observations_;
   TemperatureHistory history_;
-  std::vector<int> planned_run_;
+  std::vector<int> proposed_run_;
   std::array<Eigen::VectorXd, kSensorCount> slope_;
   std::array<Eigen::MatrixXd, kSensorCount> base_;
   std::array<Eigen::VectorXd, kSensorCount> prior_;
@@ -58,7 +58,7 @@ class Discrimination {
 
   /// By how much the squared distance grows with the given planned runs, of the two directions the lesser; 0 where that
   /// is below what rounding could make of it.
-  [[nodiscard]] double gained(const std::vector<int>& planned_runs) const;
+  [[nodiscard]] double gained(const std::vector<int>& proposed_runs) const;
 
  private:
   struct Shape {
@@ -82,7 +82,7 @@ class Discrimination {
 
   void add(const ExtendedCampaign& extended, Sensor sensor, const Eigen::MatrixXd& base,
            const Eigen::MatrixXd& columns);
-  [[nodiscard]] Products beside_the_base(const std::vector<int>& planned_runs) const;
+  [[nodiscard]] Products beside_the_base(const std::vector<int>& proposed_runs) const;
   [[nodiscard]] static double distance(const Products& products, const Side& from, const Side& to);
 
   std::array<SensorProducts, kSensorCount> sensor_;

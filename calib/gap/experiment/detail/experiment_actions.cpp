@@ -17,8 +17,8 @@ constexpr double kGrid_c = 5.0;
 constexpr double kGridReach_c = 15.0;
 constexpr std::size_t kLeastForALoop = 5;
 
-PlannedRun same_run(const RunTemplate& source) {
-  PlannedRun run;
+ProposedRun same_run(const RunTemplate& source) {
+  ProposedRun run;
   run.settling = source.settling;
   run.start_c = source.start_c;
   for (std::size_t v = 0; v < source.visits.size(); ++v) {
@@ -29,12 +29,12 @@ PlannedRun same_run(const RunTemplate& source) {
 }
 
 /// The visits in this order, with the time to soak that each had at its first place.
-PlannedRun with_order(const RunTemplate& source, const std::vector<std::size_t>& order) {
-  const PlannedRun all = same_run(source);
-  PlannedRun run = all;
+ProposedRun with_order(const RunTemplate& source, const std::vector<std::size_t>& order) {
+  const ProposedRun all = same_run(source);
+  ProposedRun run = all;
   run.visits.clear();
   for (const std::size_t v : order) {
-    PlannedVisit visit = all.visits[v];
+    ProposedVisit visit = all.visits[v];
     if (!run.visits.empty()) {
       const double way_c = visit.temp_c - run.visits.back().temp_c;
       visit.sweep = way_c > 0.0 ? Sweep::up : Sweep::down;
@@ -73,7 +73,7 @@ Action longer_soak(const RunTemplate& source) {
   Action action{fmt::format("longer soak ({:.0f} min instead of {:.0f})", 2.0 * now_s / kMinute_s, now_s / kMinute_s),
                 "longer-soak",
                 {same_run(source)}};
-  for (PlannedVisit& visit : action.runs.front().visits) visit.soak_s *= 2.0;
+  for (ProposedVisit& visit : action.runs.front().visits) visit.soak_s *= 2.0;
   return action;
 }
 
@@ -122,8 +122,8 @@ std::optional<Action> power_cycle(const RunTemplate& source) {
     if (outwards && (!at || off_middle(v) < off_middle(*at))) at = v;
   }
   if (!at) return std::nullopt;
-  PlannedRun before = same_run(source);
-  PlannedRun after = before;
+  ProposedRun before = same_run(source);
+  ProposedRun after = before;
   before.visits.resize(*at + 1);
   after.visits.erase(after.visits.begin(), after.visits.begin() + static_cast<std::ptrdiff_t>(*at));
   after.start_c = after.visits.front().temp_c;
@@ -175,15 +175,15 @@ std::optional<Action> fine_grid(const RunTemplate& source, double spot_c) {
     if (levels_c[k] > low_c && levels_c[k - 1] < high_c) widest_c = std::max(widest_c, levels_c[k] - levels_c[k - 1]);
   }
   if (widest_c < 1.5 * kGrid_c) return std::nullopt;
-  std::vector<double> course_c;
-  for (double c = low_c; c < high_c + 0.5; c += kGrid_c) course_c.push_back(c);
-  for (std::size_t k = course_c.size() - 1; k-- > 0;) course_c.push_back(course_c[k]);
-  PlannedRun run = same_run(source);
+  std::vector<double> set_points_c;
+  for (double c = low_c; c < high_c + 0.5; c += kGrid_c) set_points_c.push_back(c);
+  for (std::size_t k = set_points_c.size() - 1; k-- > 0;) set_points_c.push_back(set_points_c[k]);
+  ProposedRun run = same_run(source);
   run.visits.clear();
   const double soak_s = typical_soak_s(source);
-  for (std::size_t k = 0; k < course_c.size(); ++k) {
-    const Sweep sweep = 2 * k < course_c.size() ? Sweep::up : Sweep::down;
-    run.visits.push_back({nearest_visit(source, course_c[k]), course_c[k], course_c[k], soak_s, sweep});
+  for (std::size_t k = 0; k < set_points_c.size(); ++k) {
+    const Sweep sweep = 2 * k < set_points_c.size() ? Sweep::up : Sweep::down;
+    run.visits.push_back({nearest_visit(source, set_points_c[k]), set_points_c[k], set_points_c[k], soak_s, sweep});
   }
   return Action{fmt::format("grid of {:g} K from {:.0f} to {:.0f} °C and back", kGrid_c, low_c, high_c),
                 "fine-grid",
@@ -196,8 +196,8 @@ std::optional<std::string> what_a_turn_needs(const RunTemplate& source) {
     return segment.position && segment.position->azimuth_deg.has_value();
   });
   if (known) return std::nullopt;
-  return "the headings of the positions are not known: state azimuths_deg in the fixture's register map, or in "
-         "the columns map of an import";
+  return "the headings of the positions are not known: state azimuths_deg in the fixture's register map, or in the "
+         "columns map of an import";
 }
 
 }  // namespace soak::calib::gap

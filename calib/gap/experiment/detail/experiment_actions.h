@@ -5,20 +5,20 @@
 #include <string>
 #include <vector>
 
-#include "calib/gap/experiment/detail/planned_run.h"
+#include "calib/gap/experiment/detail/proposed_run.h"
 
 namespace soak::calib::gap {
 
 /// One more run that the laboratory could make.
 struct Action {
-  std::string name;              ///< "longer soak (36 min instead of 18)"
-  std::string procedure;         ///< of those that come with Soak, by name; empty = that of the campaign
-  std::vector<PlannedRun> runs;  ///< two where the units are switched off and on between
+  std::string name;               ///< "longer soak (36 min instead of 18)"
+  std::string procedure;          ///< of those that come with Soak, by name; empty = that of the campaign
+  std::vector<ProposedRun> runs;  ///< two where the units are switched off and on between
 };
 
 /// The same once more; half the ramp rate, and twice it where the air takes long enough for that to show; a soak of
-/// twice the time; a course that turns back at half of its way up; a power cycle in the middle; the fixture turned by
-/// 90 degrees. Those that this campaign's course has no room for are left out.
+/// twice the time; a temperature that turns back half-way up; a power cycle in the middle; the fixture turned by
+/// 90 degrees. Those that this campaign's temperatures leave no room for are left out.
 [[nodiscard]] std::vector<Action> actions(const RunTemplate& source);
 
 /// Set points every 5 K up to 15 K about `spot_c`, within the temperatures of the template, upwards and back. Nothing

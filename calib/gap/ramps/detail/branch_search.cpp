@@ -27,11 +27,10 @@ constexpr std::array<std::string_view, 6> kOnRamps = {"thermal_hysteresis", "tem
                                                       "supply_sensitivity", "vibration_rectification"};
 
 const Effect* drift() {
-  static const Effect effect = {.name = "aging_drift",
-                                .physics = "the bias moves on with time, whatever the temperature does",
-                                .experiment =
-                                    "the same cycle once more: a drift goes on, what follows the temperature "
-                                    "comes back"};
+  static const Effect effect = {
+      .name = "aging_drift",
+      .physics = "the bias moves on with time, whatever the temperature does",
+      .experiment = "the same cycle once more: a drift goes on, what follows the temperature comes back"};
   return &effect;
 }
 

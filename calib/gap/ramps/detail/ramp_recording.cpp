@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "calib/estimate/branches.h"
 #include "calib/segments/data_gate.h"
 
 namespace soak::calib::gap::ramps {
@@ -32,55 +33,18 @@ std::vector<Observation> rows_of_run(const LoggedRun& run, int number) {
   return rows;
 }
 
-/// A stretch of rows that goes one way.
-struct Stretch {
-  std::size_t first = 0;
-  std::size_t last = 0;  ///< one past
-  Sweep sweep = Sweep::unknown;
-};
-
-std::vector<Stretch> stretches_of(const std::vector<Observation>& rows) {
-  std::vector<Stretch> stretches;
-  Stretch current;
-  std::size_t lowest = 0;
-  std::size_t highest = 0;
-  const auto turn = [&](std::size_t at, Sweep next) {
-    if (current.sweep != Sweep::unknown) {
-      current.last = at;
-      stretches.push_back(current);
-      current.first = at;
-    }
-    current.sweep = next;
-  };
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const double here_c = rows[i].temp_c;
-    if (here_c < rows[lowest].temp_c) lowest = i;
-    if (here_c > rows[highest].temp_c) highest = i;
-    if (current.sweep != Sweep::up && here_c - rows[lowest].temp_c > kTurn_c) {
-      turn(lowest, Sweep::up);
-      highest = i;
-    } else if (current.sweep != Sweep::down && rows[highest].temp_c - here_c > kTurn_c) {
-      turn(highest, Sweep::down);
-      lowest = i;
-    }
-  }
-  current.last = rows.size();
-  stretches.push_back(current);
-  return stretches;
-}
-
-void add_branch(const std::vector<Observation>& rows, const Stretch& stretch, RampRecording& recording) {
-  if (stretch.sweep == Sweep::unknown || stretch.last - stretch.first < kLeastBlocks) return;
-  const auto first = rows.begin() + static_cast<std::ptrdiff_t>(stretch.first);
-  const auto last = rows.begin() + static_cast<std::ptrdiff_t>(stretch.last);
+void add_branch(const std::vector<Observation>& rows, const Branch& branch, RampRecording& recording) {
+  if (branch.sweep == Sweep::unknown || branch.last - branch.first < kLeastBlocks) return;
+  const auto first = rows.begin() + static_cast<std::ptrdiff_t>(branch.first);
+  const auto last = rows.begin() + static_cast<std::ptrdiff_t>(branch.last);
   const auto [low, high] =
       std::minmax_element(first, last, [](const Observation& a, const Observation& b) { return a.temp_c < b.temp_c; });
   if (high->temp_c - low->temp_c < kLeastSpan_c) return;
   const int number = static_cast<int>(recording.branches.size());
-  recording.branches.push_back({stretch.sweep, low->temp_c, high->temp_c});
+  recording.branches.push_back({branch.sweep, low->temp_c, high->temp_c});
   for (auto row = first; row != last; ++row) {
     recording.observations.rows.push_back(*row);
-    recording.observations.rows.back().sweep = stretch.sweep;
+    recording.observations.rows.back().sweep = branch.sweep;
     recording.branch.push_back(number);
   }
 }
@@ -125,7 +89,9 @@ std::optional<RampRecording> ramp_recording(const LoggedCampaign& campaign) {
     if (rows.empty()) continue;
     recording.observations.runs.push_back(campaign.runs[r].run.label);
     recording.observations.logged.push_back(r);
-    for (const Stretch& stretch : stretches_of(rows)) add_branch(rows, stretch, recording);
+    std::vector<double> temps;
+    for (const Observation& row : rows) temps.push_back(row.temp_c);
+    for (const Branch& branch : find_branches(temps, kTurn_c)) add_branch(rows, branch, recording);
   }
   const auto& rows = recording.observations.rows;
   const auto [low, high] = std::minmax_element(
@@ -137,7 +103,7 @@ std::optional<RampRecording> ramp_recording(const LoggedCampaign& campaign) {
 std::optional<FoldPlan> plan_folds(const RampRecording& recording) {
   const auto& branches = recording.branches;
   const bool both_ways = std::any_of(branches.begin(), branches.end(),
-                                     [&](const Branch& branch) { return branch.sweep != branches.front().sweep; });
+                                     [&](const RampBranch& branch) { return branch.sweep != branches.front().sweep; });
   if (!both_ways) return std::nullopt;
   if (branches.size() == 2) return halves_of(recording);
   FoldPlan plan;

@@ -9,8 +9,8 @@
 
 namespace soak::calib::gap::ramps {
 
-/// Rows of a run between two turns of the temperature.
-struct Branch {
+/// The temperatures of a branch: rows of a run between two turns of the temperature.
+struct RampBranch {
   Sweep sweep = Sweep::unknown;  ///< up or down
   double low_c = 0.0;
   double high_c = 0.0;
@@ -20,7 +20,7 @@ struct Branch {
 struct RampRecording {
   /// Its two levels are the ends of the range of temperature; cells and placements mean nothing here.
   Observations observations;
-  std::vector<Branch> branches;
+  std::vector<RampBranch> branches;
   std::vector<int> branch;  ///< of each row: index into `branches`
 };
 

@@ -110,12 +110,12 @@ class AxisTests {
  public:
   AxisTests(const CampaignModel& model, double typical, double price)
       : model_(model), typical_(typical), price_(price) {
-    const Circumstances c = model.circumstances();
-    const Observations& o = c.observations;
-    if (!c.history.blurred()) {
+    const RegressorInputs in = model.regressor_inputs();
+    const Observations& o = in.observations;
+    if (!in.history.blurred()) {
       add("temperature and direction of the sweep", directions_by(o, [](const Observation& row) { return row.level; }));
     }
-    if (!c.history.coarse()) {
+    if (!in.history.coarse()) {
       add("time since the plateau was reached and direction of the sweep",
           directions_by(o, [](const Observation& row) { return row.order; }));
       add("time since the fixture turned",
@@ -123,10 +123,10 @@ class AxisTests {
       add("order of the positions in a visit", by(o, [](const Observation& row) { return row.order; }));
     }
     if (o.has_positions()) add_positions(o);
-    if (c.history.coarse()) return;
-    add_times(c);
-    if (!c.history.chamber_c().empty()) {
-      Eigen::VectorXd across = as_vector(c.history.chamber_c());
+    if (in.history.coarse()) return;
+    add_times(in);
+    if (!in.history.chamber_c().empty()) {
+      Eigen::VectorXd across = as_vector(in.history.chamber_c());
       for (Eigen::Index i = 0; i < across.size(); ++i) across(i) -= o.rows[static_cast<std::size_t>(i)].temp_c;
       add("chamber air less unit", across);
     }
@@ -155,18 +155,18 @@ class AxisTests {
     add("position and temperature", reduced_temperature(o).asDiagonal() * position);
   }
 
-  void add_times(const Circumstances& c) {
-    add("time within the run", of_time_in_run(c.observations));
-    if (!c.history.utc_s().empty()) {
-      const Eigen::ArrayXd angle = as_vector(c.history.utc_s()).array() * (2.0 * std::numbers::pi / kDayLength_s);
+  void add_times(const RegressorInputs& in) {
+    add("time within the run", of_time_in_run(in.observations));
+    if (!in.history.utc_s().empty()) {
+      const Eigen::ArrayXd angle = as_vector(in.history.utc_s()).array() * (2.0 * std::numbers::pi / kDayLength_s);
       Eigen::MatrixXd day(angle.size(), 2);
       day.col(0) = angle.sin();
       day.col(1) = angle.cos();
       add("time of day", day);
     }
-    if (!c.history.since_power_s().empty()) {
+    if (!in.history.since_power_s().empty()) {
       std::vector<int> octave;
-      for (const double t_s : c.history.since_power_s()) {
+      for (const double t_s : in.history.since_power_s()) {
         octave.push_back(static_cast<int>(std::floor(std::log2(std::max(60.0, t_s)))));
       }
       add("time since power-on", indicators(octave));
@@ -218,12 +218,13 @@ std::optional<ResidualStructure> between_twins(const std::vector<NamedEffect>& e
       if (!first.effect->follows_history || !second.effect->follows_history) continue;
       const bool small = explained({second}, second.sensors) < kMended * explained({first}, second.sensors);
       if (!small && !in_proportion(first, second)) continue;
-      return ResidualStructure{.axis = fmt::format("the course of the temperature as {} and {} do, but as neither",
-                                                   first.effect->name, second.effect->name),
-                               .p_adjusted = second.p_adjusted,
-                               .merit = second.merit,
-                               .sensors = second.sensors,
-                               .forbids_names = true};
+      return ResidualStructure{
+          .axis = fmt::format("the temperature history, much as {} and {} do but not quite as either",
+                              first.effect->name, second.effect->name),
+          .p_adjusted = second.p_adjusted,
+          .merit = second.merit,
+          .sensors = second.sensors,
+          .forbids_names = true};
     }
   }
   return std::nullopt;
@@ -257,7 +258,7 @@ std::optional<ResidualStructure> misfit(const std::vector<AxisTest>& axes, const
 std::optional<ResidualStructure> wander(const CampaignModel& model, const std::vector<NamedEffect>& effects) {
   const auto slow = slow_noise(model, effects);
   if (!slow || slow->excess < kStrange * explained(effects, slow->sensors)) return std::nullopt;
-  return ResidualStructure{"time, in another way in each run", slow->p_adjusted, slow->excess, slow->sensors, true};
+  return ResidualStructure{"time, differently in each run", slow->p_adjusted, slow->excess, slow->sensors, true};
 }
 
 std::optional<ResidualStructure> strongest(const std::vector<AxisTest>& axes, const std::vector<NamedEffect>& effects) {
@@ -285,7 +286,7 @@ std::optional<ResidualStructure> find_residual_structure(const CampaignModel& mo
   if (auto found = between_twins(effects)) return found;
   if (auto found = misfit(axes, effects, typical)) return found;
   // A temperature that is known to a step wanders within it, and the readings with it.
-  if (model.circumstances().history.coarse()) return any;
+  if (model.regressor_inputs().history.coarse()) return any;
   if (auto found = wander(model, effects)) return found;
   return any;
 }

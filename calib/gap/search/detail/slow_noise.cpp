@@ -159,7 +159,7 @@ struct Found {
 }  // namespace
 
 std::optional<SlowNoise> slow_noise(const CampaignModel& model, const std::vector<NamedEffect>& effects) {
-  const Observations& observations = model.circumstances().observations;
+  const Observations& observations = model.regressor_inputs().observations;
   std::array<Found, kSensorCount> found;
   std::vector<Sensor> sensors;
   for (const Sensor sensor : kSensors) {

@@ -28,7 +28,7 @@ class PhaseIntegrator {
     last_ = value;
   }
 
-  [[nodiscard]] const GapReport& gaps() const { return gaps_; }
+  [[nodiscard]] const MissingSamples& gaps() const { return gaps_; }
 
  private:
   void miss() {
@@ -74,7 +74,7 @@ class PhaseIntegrator {
   double last_ = 0.0;
   double sum_ = 0.0;
   double carry_ = 0.0;
-  GapReport gaps_;
+  MissingSamples gaps_;
 };
 
 /// Differences are added up in blocks of so many beginnings, counted from the first point of the stretch, whatever

@@ -70,16 +70,8 @@ class Ahrs400Device final : public UnitElectronics {
 void Ahrs400Device::switch_power(bool on, Tick now) {
   scaled_ = false;
   sent_ = 0;
-  if (!on) {
-    unit_.stop();
-    state_ = State::off;
-    next_due_ = kNever;
-    return;
-  }
-  start_ = now;
-  unit_.start();
-  state_ = State::booting;
-  next_due_ = now + ticks_of(magnitudes_.boot_s);
+  state_ = on ? State::booting : State::off;
+  set_power(on, now);
 }
 
 void Ahrs400Device::receive(std::span<const std::uint8_t> bytes, Tick now) {

@@ -109,16 +109,8 @@ void VectorNavDevice::switch_power(bool on, Tick now) {
   lines_ = true;
   divisor_ = 0;
   pending_.clear();
-  if (!on) {
-    unit_.stop();
-    state_ = State::off;
-    next_due_ = kNever;
-    return;
-  }
-  start_ = now;
-  unit_.start();
-  state_ = State::booting;
-  next_due_ = now + ticks_of(magnitudes_.boot_s);
+  state_ = on ? State::booting : State::off;
+  set_power(on, now);
 }
 
 void VectorNavDevice::receive(std::span<const std::uint8_t> bytes, Tick now) {

@@ -83,21 +83,21 @@ ModbusServer::~ModbusServer() = default;
 
 void ModbusServer::add_to(PollSet& polls) {
   polls.add(listener_.fd(), POLLIN, [this](short) { accept_client(); });
-  for (const FileDescriptor& client : clients_) {
+  for (const base::FileDescriptor& client : clients_) {
     const int fd = client.get();
     polls.add(fd, POLLIN | POLLRDHUP, [this, fd](short events) { serve_client(fd, events); });
   }
 }
 
 void ModbusServer::accept_client() {
-  FileDescriptor client = listener_.accept();
-  if (!client.is_open() || clients_.size() == kMaxClients) return;
+  base::FileDescriptor client = listener_.accept();
+  if (!client || clients_.size() == kMaxClients) return;
   wake_at(client.get(), kMinFrame);
   clients_.push_back(std::move(client));
 }
 
 void ModbusServer::drop_client(int fd) {
-  std::erase_if(clients_, [fd](const FileDescriptor& client) { return client.get() == fd; });
+  std::erase_if(clients_, [fd](const base::FileDescriptor& client) { return client.get() == fd; });
 }
 
 // A request is given to libmodbus when all of it has come: until then nothing is taken from the socket, and the socket

@@ -48,7 +48,7 @@ class ModbusServer {
   };
   std::unique_ptr<_modbus, ContextDeleter> context_;
   std::unique_ptr<_modbus_mapping_t, MappingDeleter> mapping_;
-  std::vector<FileDescriptor> clients_;
+  std::vector<base::FileDescriptor> clients_;
 };
 
 }  // namespace soak::hal::sim

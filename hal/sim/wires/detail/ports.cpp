@@ -31,7 +31,7 @@ base::Result<TcpListener> TcpListener::open(int port, int send_buffer) {
                     std::strerror(errno)));
   };
   TcpListener listener;
-  listener.fd_ = FileDescriptor(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  listener.fd_ = base::FileDescriptor(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   const int fd = listener.fd_.get();
   if (fd < 0) return refused();
   const int yes = 1;
@@ -51,9 +51,9 @@ base::Result<TcpListener> TcpListener::open(int port, int send_buffer) {
   return listener;
 }
 
-FileDescriptor TcpListener::accept() const {
-  FileDescriptor client(accept4(fd_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
-  if (client.is_open()) {
+base::FileDescriptor TcpListener::accept() const {
+  base::FileDescriptor client(accept4(fd_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+  if (client) {
     const int yes = 1;
     setsockopt(client.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   }
@@ -122,8 +122,8 @@ bool TcpUnitPort::reader_is_gone() const {
 }
 
 void TcpUnitPort::accept_reader() {
-  FileDescriptor reader = listener_.accept();
-  if (!reader.is_open()) return;
+  base::FileDescriptor reader = listener_.accept();
+  if (!reader) return;
   if (connected() && !reader_is_gone()) return;
   disconnect();
   reader_ = std::move(reader);
@@ -133,16 +133,16 @@ base::Result<std::unique_ptr<PtyUnitPort>> PtyUnitPort::open(Receiver receive) {
   const auto refused = [] {
     return base::fail(base::ErrorKind::internal, std::string("no pseudo-terminal: ") + std::strerror(errno));
   };
-  FileDescriptor master(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  base::FileDescriptor master(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   std::array<char, 128> path{};
-  if (!master.is_open() || grantpt(master.get()) != 0 || unlockpt(master.get()) != 0 ||
+  if (!master || grantpt(master.get()) != 0 || unlockpt(master.get()) != 0 ||
       ptsname_r(master.get(), path.data(), path.size()) != 0) {
     return refused();
   }
   // Opened and closed once, the terminal tells by POLLHUP that nobody reads it.
-  const FileDescriptor slave(::open(path.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  const base::FileDescriptor slave(::open(path.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   termios settings{};
-  if (!slave.is_open() || tcgetattr(slave.get(), &settings) != 0) return refused();
+  if (!slave || tcgetattr(slave.get(), &settings) != 0) return refused();
   cfmakeraw(&settings);
   if (tcsetattr(slave.get(), TCSANOW, &settings) != 0) return refused();
   return std::unique_ptr<PtyUnitPort>(new PtyUnitPort(std::move(master), path.data(), std::move(receive)));

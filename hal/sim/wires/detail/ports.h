@@ -2,7 +2,6 @@
 #pragma once
 
 #include <poll.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstddef>
@@ -16,35 +15,10 @@
 #include <vector>
 
 #include "base/bytes.h"
+#include "base/file_descriptor.h"
 #include "base/result.h"
 
 namespace soak::hal::sim {
-
-/// An open file descriptor, closed with the object.
-class FileDescriptor {
- public:
-  FileDescriptor() = default;
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  FileDescriptor& operator=(FileDescriptor&& other) noexcept {
-    if (this != &other) {
-      reset();
-      fd_ = std::exchange(other.fd_, -1);
-    }
-    return *this;
-  }
-  ~FileDescriptor() { reset(); }
-
-  void reset() {
-    if (fd_ >= 0) close(fd_);
-    fd_ = -1;
-  }
-  [[nodiscard]] int get() const { return fd_; }
-  [[nodiscard]] bool is_open() const { return fd_ >= 0; }
-
- private:
-  int fd_ = -1;
-};
 
 /// Host time that only rises.
 [[nodiscard]] inline std::int64_t host_now_ns() {
@@ -87,10 +61,10 @@ class TcpListener {
   [[nodiscard]] int fd() const { return fd_.get(); }
   [[nodiscard]] int port() const { return port_; }
   /// The next connection, not open where there is none.
-  [[nodiscard]] FileDescriptor accept() const;
+  [[nodiscard]] base::FileDescriptor accept() const;
 
  private:
-  FileDescriptor fd_;
+  base::FileDescriptor fd_;
   int port_ = 0;
 };
 
@@ -141,7 +115,7 @@ class TcpUnitPort final : public UnitPort {
   void watch() override {}
   void add_to(PollSet& polls) override;
   [[nodiscard]] bool needs_watching() const override { return false; }
-  [[nodiscard]] bool connected() const override { return reader_.is_open(); }
+  [[nodiscard]] bool connected() const override { return static_cast<bool>(reader_); }
 
  protected:
   [[nodiscard]] int channel() const override { return reader_.get(); }
@@ -153,7 +127,7 @@ class TcpUnitPort final : public UnitPort {
   [[nodiscard]] bool reader_is_gone() const;
 
   TcpListener listener_;
-  FileDescriptor reader_;
+  base::FileDescriptor reader_;
 };
 
 /// A pseudo-terminal, raw.
@@ -174,10 +148,10 @@ class PtyUnitPort final : public UnitPort {
   void disconnect() override;
 
  private:
-  PtyUnitPort(FileDescriptor master, std::string path, Receiver receive)
+  PtyUnitPort(base::FileDescriptor master, std::string path, Receiver receive)
       : UnitPort(std::move(receive)), master_(std::move(master)), path_(std::move(path)) {}
 
-  FileDescriptor master_;
+  base::FileDescriptor master_;
   std::string path_;
   bool connected_ = false;
 };

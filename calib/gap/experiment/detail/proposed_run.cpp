@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/gap/experiment/detail/planned_run.h"
+#include "calib/gap/experiment/detail/proposed_run.h"
 
 #include <algorithm>
 #include <cmath>
@@ -173,7 +173,7 @@ class Copied {
 
 class Simulation {
  public:
-  Simulation(const RunTemplate& source, const PlannedRun& plan)
+  Simulation(const RunTemplate& source, const ProposedRun& plan)
       : source_(source),
         plan_(plan),
         compressor_(source.run->log, source.run->log.compressor),
@@ -187,7 +187,7 @@ class Simulation {
     if (source_.run->start_utc_s) run_.start_utc_s = *source_.run->start_utc_s + kDay_s;
     append();
     for (std::size_t v = 0; v < plan_.visits.size(); ++v) {
-      const PlannedVisit& visit = plan_.visits[v];
+      const ProposedVisit& visit = plan_.visits[v];
       target_c_ = visit.temp_c;
       advance(plan_.settling.drive_s(target_c_ - air_c_) + visit.soak_s, std::nullopt);
       record(visit, static_cast<std::int32_t>(v));
@@ -196,7 +196,7 @@ class Simulation {
   }
 
  private:
-  void record(const PlannedVisit& visit, std::int32_t number) {
+  void record(const ProposedVisit& visit, std::int32_t number) {
     const TemplateVisit& copied = source_.visits[visit.copy_of];
     const double later_s = t_s_ - copied.start_s;
     advance(copied.end_s - copied.start_s, later_s);
@@ -264,7 +264,7 @@ class Simulation {
   }
 
   const RunTemplate& source_;
-  const PlannedRun& plan_;
+  const ProposedRun& plan_;
   Copied compressor_;
   Copied supply_;
   LoggedRun run_;
@@ -305,7 +305,7 @@ std::optional<RunTemplate> run_template(const LoggedCampaign& campaign) {
   return result;
 }
 
-LoggedRun simulate(const RunTemplate& source, const PlannedRun& plan, const std::string& label) {
+LoggedRun simulate(const RunTemplate& source, const ProposedRun& plan, const std::string& label) {
   return Simulation(source, plan).run(label);
 }
 

@@ -31,7 +31,7 @@ struct TemplateVisit {
   Sweep sweep = Sweep::unknown;
 };
 
-/// A run of the campaign that planned runs are copied from: its course, positions and recordings.
+/// A run of the campaign that proposed runs are copied from: its temperatures, positions and recordings.
 struct RunTemplate {
   const LoggedRun* run = nullptr;
   std::vector<TemplateVisit> visits;
@@ -45,7 +45,7 @@ struct RunTemplate {
 [[nodiscard]] std::optional<RunTemplate> run_template(const LoggedCampaign& campaign);
 
 /// A plateau of a run that is yet to be made.
-struct PlannedVisit {
+struct ProposedVisit {
   std::size_t copy_of = 0;  ///< visit of the template that gives positions and their times
   double plateau_c = 0.0;   ///< set point
   double temp_c = 0.0;      ///< where the unit's thermometer comes to rest
@@ -54,8 +54,8 @@ struct PlannedVisit {
 };
 
 /// A run that is yet to be made, from one power-on to the next.
-struct PlannedRun {
-  std::vector<PlannedVisit> visits;
+struct ProposedRun {
+  std::vector<ProposedVisit> visits;
   Settling settling;
   double start_c = 0.0;   ///< of air and unit at power-on
   double turn_deg = 0.0;  ///< of the whole fixture about the vertical, clockwise seen from above
@@ -64,7 +64,7 @@ struct PlannedRun {
 /// The run as a recording of it would look, with a count of 1 and a mean of 0 in every block of every sensor: readings
 /// are for others to predict. The temperature follows `settling` in steps of 10 s; compressor and supply are those of
 /// the template at the same moment of the visit, its mean on the way.
-[[nodiscard]] LoggedRun simulate(const RunTemplate& source, const PlannedRun& plan, const std::string& label);
+[[nodiscard]] LoggedRun simulate(const RunTemplate& source, const ProposedRun& plan, const std::string& label);
 
 /// From power-on to the end of the last segment, hours.
 [[nodiscard]] double hours_of(const LoggedRun& run);
