@@ -186,9 +186,10 @@ std::optional<calib::Warning> thermometer_warning(const Evaluation& asked) {
     wanted.push_back(names.back() + "=T");
   }
   if (names.empty()) return std::nullopt;
-  return calib::Warning{"own_thermometer", fmt::format("{} has no value: it was calibrated with its own thermometer, "
-                                                       "whose reading --temp-c does not give; add --own-temp-c {}",
-                                                       fmt::join(names, ", "), fmt::join(wanted, ","))};
+  return calib::Warning{"own_thermometer",
+                        fmt::format("{}: no value, because it was calibrated with its own thermometer, whose reading "
+                                    "--temp-c does not give; add --own-temp-c {}",
+                                    fmt::join(names, ", "), fmt::join(wanted, ","))};
 }
 
 /// Where the scale factor of a sensor was not measured.
