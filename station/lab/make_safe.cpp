@@ -54,7 +54,9 @@ class SafeMaker {
           (alarm_that_stops(*before) == nullptr) == (alarm_that_stops(*reading) == nullptr)) {
         return reading;
       }
-      if (!reading && std::chrono::steady_clock::now() >= deadline) return reading;
+      if (std::chrono::steady_clock::now() >= deadline) {
+        return reading ? base::fail(base::ErrorKind::device, "its readings contradict each other") : reading;
+      }
       const bool again_at_once = reading && !before;
       before = reading ? std::optional(*reading) : std::nullopt;
       if (!again_at_once) rest();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <span>
 
@@ -124,12 +125,10 @@ WayBack behind_last_visit(const Plan& plan, const PlannedRun& run, const std::se
 
 WayBack into_run(const Plan& plan, const PlannedRun& run, const std::set<std::size_t>& ended, double room_c) {
   const auto visits = visits_between(plan, run.first_step, run.last_step + 1);
-  const auto has_ended = [&](const Visit& visit) {
-    for (std::size_t i = visit.first; i < visit.end; ++i) {
-      if (!ended.contains(i)) return false;
-    }
-    return true;
-  };
+  // Steps end in the order of the plan. Of a plateau that was skipped the last ones are missing.
+  const auto behind_last = ended.upper_bound(run.last_step);
+  const std::size_t begun = behind_last == ended.begin() ? 0 : *std::prev(behind_last) + 1;
+  const auto has_ended = [&](const Visit& visit) { return visit.end <= begun; };
   const auto cut = std::find_if_not(visits.begin(), visits.end(), has_ended);
   const bool repeats = plan.procedure.on_break == BreakOutcome::repeat_run;
   if (!repeats && !visits.empty() && cut == visits.end()) {

@@ -173,6 +173,25 @@ TEST(WayBack, RepeatsTheVisitBeforeTheBreakAndNothingBeforeThat) {
   }
 }
 
+/// Of a plateau that is given up (on_timeout = "skip") the journal has no step behind the waiting.
+TEST(WayBack, DoesNotGoBackToAPlateauThatWasSkipped) {
+  for (const Plan& plan : all_plans()) {
+    const PlannedRun& run = plan.runs.back();
+    std::set<std::size_t> skipped;
+    for (std::size_t i = run.first_step; i <= run.last_step; ++i) {
+      if (plan.steps[i].visit == 0 && plan.steps[i].kind == StepKind::record) skipped.insert(i);
+    }
+    for (std::size_t cut = run.first_step + 1; cut <= run.last_step; ++cut) {
+      if (plan.steps[cut].visit == 0 || plan.steps[cut - 1].visit == 0) continue;
+      const std::set<std::size_t> all = first_steps(cut);
+      std::set<std::size_t> ended = all;
+      for (const std::size_t step : skipped) ended.erase(step);
+      ASSERT_EQ(way_back(plan, ended, kRoomC).steps, way_back(plan, all, kRoomC).steps)
+          << "cut before " << describe(plan, cut);
+    }
+  }
+}
+
 TEST(WayBack, MeasuresNothingAgainWhereAllVisitsAreDone) {
   for (const Plan& plan : all_plans()) {
     const PlannedRun& run = plan.runs.back();
