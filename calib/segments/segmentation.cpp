@@ -295,8 +295,8 @@ void warn_of_astray(Segmentation& result) {
   });
   if (astray == result.segments.end()) return;
   result.warnings.push_back(
-      fmt::format("the unit's thermometer reads {:.1f} °C at the {:.1f} °C plateau: check the unit of "
-                  "the temperature (temp_k for kelvin)",
+      fmt::format("the unit's thermometer reads {:.1f} °C at the {:.1f} °C plateau: check the unit of the temperature "
+                  "(temp_k for kelvin)",
                   astray->temp_c, *astray->plateau_c));
 }
 

@@ -70,8 +70,8 @@ std::string sentence(const std::string& chamber, const MadeSafe& made, double de
   switch (made.action) {
     case SafeAction::driven:
       return fmt::format(
-          "{} is driven to {:+.1f} °C; {} now. Heating and cooling stay on when it is there: repeat this command "
-          "then, or start soakd, which switches them off. {}",
+          "{} is driven to {:+.1f} °C; {} now. Heating and cooling stay on when it is there: repeat this command then, "
+          "or start soakd, which switches them off. {}",
           chamber, made.target_c, reads, door);
     case SafeAction::switched_off:
       return fmt::format("{}: heating and cooling were switched off ({}); {}. {}", chamber, made.why_off, reads, door);
@@ -115,12 +115,10 @@ base::Status ChamberMakeSafe::run(Output& output) {
   if (!station) return base::forward_error(station);
   const auto holder = FolderLock::holder(station->data / "soakd.lock");
   if (holder && has_chamber_in_hand(holder->address)) {
-    return base::bad_input(
-        fmt::format(
-            "soakd (process {}, {}) runs and has this chamber in hand: 'soak campaign abort' makes it safe, and "
-            "so does soakd itself when it is asked to stop",
-            holder->process, holder->address),
-        station->data.string());
+    return base::bad_input(fmt::format("soakd (process {}, {}) runs and has this chamber in hand: 'soak campaign "
+                                       "abort' makes it safe, and so does soakd itself when it is asked to stop",
+                                       holder->process, holder->address),
+                           station->data.string());
   }
   if (holder) {
     output.note(fmt::format("soakd (process {}) holds {} but does not have the chamber in hand: going on without it",

@@ -105,9 +105,10 @@ void read_reference(const settings::Table& table, Procedure& p) {
     return std::abs(temp_c - reference_c) <= calib::kSameSetPoint_c;
   };
   if (std::ranges::all_of(points, is_there)) {
-    table.refuse("temp_c", fmt::format("no set point is farther than {} K from the reference plateau: nothing lies "
-                                       "between its two visits",
-                                       calib::kSameSetPoint_c));
+    table.refuse(
+        "temp_c",
+        fmt::format("no set point is farther than {} K from the reference plateau: nothing lies between its two visits",
+                    calib::kSameSetPoint_c));
     return;
   }
   p.reference_c = reference_c;
@@ -262,9 +263,9 @@ void read_power(const settings::Table& table, Procedure& p) {
   if (p.kind != ProcedureKind::soak) {
     table.refuse(kCycle, "'power.cycle_at_visit' needs kind 'soak'");
   } else if (last >= 0 && *p.cycle_at_visit >= last) {
-    table.refuse(kCycle, fmt::format("no visit comes after visit {}: the run has the visits 0 to {}, reference plateau "
-                                     "included",
-                                     *p.cycle_at_visit, last));
+    table.refuse(
+        kCycle, fmt::format("no visit comes after visit {}: the run has the visits 0 to {}, reference plateau included",
+                            *p.cycle_at_visit, last));
   }
 }
 

@@ -65,15 +65,14 @@ DoctorCheck check_serial(const std::string& subject, const std::string& device) 
   if (!S_ISCHR(node.st_mode)) return failed(subject, fmt::format("{} is not a serial port", device));
   if (may_use(device)) return good(subject, fmt::format("{} is present", device));
   if ((node.st_mode & (S_IRGRP | S_IWGRP)) != (S_IRGRP | S_IWGRP)) {
-    return failed(subject, fmt::format("no permission for {}, nor has its group: see docs/hardware.md, "
-                                       "udev rules",
-                                       device));
+    return failed(subject,
+                  fmt::format("no permission for {}, nor has its group: see docs/hardware.md, udev rules", device));
   }
   const std::string group = group_name(node.st_gid);
-  return failed(subject,
-                fmt::format("no permission for {}: {} is not in its group '{}'. 'sudo usermod -aG {} {}', then "
-                            "log in again",
-                            device, account_name(), group, group, account_name()));
+  return failed(
+      subject,
+      fmt::format("no permission for {}: {} is not in its group '{}'. 'sudo usermod -aG {} {}', then log in again",
+                  device, account_name(), group, group, account_name()));
 }
 
 DoctorCheck check_usb(const std::string& subject, const hal::UsbAddress& address) {

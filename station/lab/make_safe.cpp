@@ -97,11 +97,12 @@ class SafeMaker {
       if (off && (!reading || !reading->running)) return made_;
       trouble = !off ? off.error().message : "it still says that they are on";
     }
-    return base::fail(base::ErrorKind::device,
-                      fmt::format("heating and cooling cannot be switched off ({}; {}): go to the chamber and switch "
-                                  "them off by hand",
-                                  made_.why_off, trouble),
-                      chamber_.description());
+    return base::fail(
+        base::ErrorKind::device,
+        fmt::format(
+            "heating and cooling cannot be switched off ({}; {}): go to the chamber and switch them off by hand",
+            made_.why_off, trouble),
+        chamber_.description());
   }
 
   hal::Chamber& chamber_;

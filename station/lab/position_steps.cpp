@@ -29,12 +29,12 @@ class TurnFixture : public StepTask {
 
   StepProgress poll(Station& station) override {
     if (!asked_) {
-      station.prompts.ask(heading_deg_ == 0.0
-                              ? std::string("Turn the whole fixture back to its usual heading, then confirm.")
-                              : fmt::format("Turn the whole fixture by {:g}° {} (seen from above) from its usual "
-                                            "heading, then confirm.",
-                                            std::abs(heading_deg_),
-                                            heading_deg_ > 0.0 ? "clockwise" : "counter-clockwise"));
+      station.prompts.ask(
+          heading_deg_ == 0.0
+              ? std::string("Turn the whole fixture back to its usual heading, then confirm.")
+              : fmt::format(
+                    "Turn the whole fixture by {:g}° {} (seen from above) from its usual heading, then confirm.",
+                    std::abs(heading_deg_), heading_deg_ > 0.0 ? "clockwise" : "counter-clockwise"));
       asked_ = true;
       return StepProgress::running();
     }
@@ -130,11 +130,10 @@ class Move : public StepTask {
       for (UnitChannel* unit : wrong) station.lose(*unit, attitudes_text({unit}));
       return StepProgress::running();
     }
-    return StepProgress::device_failed(
-        attitudes_text(wrong) +
-            ": either the unit is not mounted as the station's configuration says (slot axes), or the fixture is not "
-            "where it reports to be",
-        "position " + position_);
+    return StepProgress::device_failed(attitudes_text(wrong) +
+                                           ": either the unit is not mounted as the station's configuration says (slot "
+                                           "axes), or the fixture is not where it reports to be",
+                                       "position " + position_);
   }
 
   std::string position_;

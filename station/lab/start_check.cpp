@@ -89,11 +89,10 @@ std::array<std::string, 3> sent_axes(const std::array<std::string, 3>& mounted,
 /// The numbers of an AHRS400 are shares of the ranges on its label.
 base::Status check_ranges(const Slot& slot, const calib::UnitType& type) {
   if (slot.decoder != hal::UnitDecoder::ahrs400 || (type.gyro_range_dps && type.accel_range_mps2)) return {};
-  return base::bad_input(
-      fmt::format("slot {}: the decoder ahrs400 needs the ranges that are printed on the unit: state "
-                  "gyro.range_dps and accel.range_mps2 in unit type '{}'",
-                  slot.name, type.name),
-      "unit type " + type.name);
+  return base::bad_input(fmt::format("slot {}: the decoder ahrs400 needs the ranges that are printed on the unit: "
+                                     "state gyro.range_dps and accel.range_mps2 in unit type '{}'",
+                                     slot.name, type.name),
+                         "unit type " + type.name);
 }
 
 base::Result<std::vector<CheckedUnit>> check_units(const StartRequest& request, const StationConfig& config,
@@ -264,11 +263,10 @@ base::Result<WayBack> way_to_resume(const db::Catalog& catalog, const db::Campai
   const Plan plan = compile_plan(*procedure, room_c);
   const auto document = nlohmann::json::parse(row.document, nullptr, false);
   if (document.value("plan_sha256", "") != fingerprint(plan)) {
-    return base::bad_input(
-        fmt::format("the procedure of campaign '{}' now compiles to another plan than at its start (another version of "
-                    "Soak or another room temperature): start a new campaign",
-                    row.name),
-        "state");
+    return base::bad_input(fmt::format("the procedure of campaign '{}' now compiles to another plan than at its start "
+                                       "(another version of Soak or another room temperature): start a new campaign",
+                                       row.name),
+                           "state");
   }
   WayBack way = way_back(plan, ended, room_c);
   if (way.steps.empty()) return base::bad_input(fmt::format("all runs of campaign '{}' are done", row.name), "state");

@@ -125,10 +125,10 @@ class WaitStable : public StepTask {
     for (UnitChannel* unit : station.active_units()) unit->disturb();
     since_s_ = station.now_s();
     if (!air_has_left_) {
-      station.log.add("device", "chamber",
-                      fmt::format("the air left the set point (air {:+.1f} °C, set point {:+.1f} °C): was the door "
-                                  "opened?",
-                                  reading->air_c, step_.temp_c));
+      station.log.add(
+          "device", "chamber",
+          fmt::format("the air left the set point (air {:+.1f} °C, set point {:+.1f} °C): was the door opened?",
+                      reading->air_c, step_.temp_c));
     }
     air_has_left_ = true;
     return true;

@@ -351,10 +351,10 @@ void moved(const View& view, std::vector<Finding>& findings) {
                                     "stays within {:.2f} deg: the unit was moved or the segment begins too early",
                                     tilt->angle_deg, tilt->t_s, tilt->limit_deg)});
   } else if (const auto turn = worst_turn(view)) {
-    findings.push_back({"moved", Severity::reject, std::nullopt,
-                        fmt::format("{} turns through {:.1f} deg at {:.1f} s; at rest it stays within {:.1f} deg: the "
-                                    "unit was turned",
-                                    name_of(turn->sensor), turn->angle_deg, turn->t_s, turn->limit_deg)});
+    findings.push_back(
+        {"moved", Severity::reject, std::nullopt,
+         fmt::format("{} turns through {:.1f} deg at {:.1f} s; at rest it stays within {:.1f} deg: the unit was turned",
+                     name_of(turn->sensor), turn->angle_deg, turn->t_s, turn->limit_deg)});
   } else if (const auto finding = steady_turn(view)) {
     findings.push_back(*finding);
   }

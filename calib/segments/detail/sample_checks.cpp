@@ -165,8 +165,7 @@ Repeats long_runs(std::span<const double> x, std::size_t shortest) {
 
 std::string repeats_text(Sensor sensor, const Repeats& runs, std::size_t samples, std::size_t shortest) {
   return fmt::format(
-      "{} repeats {:.6g} {} up to {} times in a row ({} of {} samples in such runs); its noise explains "
-      "at most {}",
+      "{} repeats {:.6g} {} up to {} times in a row ({} of {} samples in such runs); its noise explains at most {}",
       name_of(sensor), runs.value * printed_per_si(sensor), printed_unit(sensor), runs.longest, runs.samples, samples,
       shortest - 1);
 }
@@ -230,8 +229,8 @@ void judge_step(const View& view, double step_c, std::optional<Sensor> sensor, s
   const std::string whose = sensor ? fmt::format("the thermometer of {}", name_of(*sensor)) : "the unit's thermometer";
   findings.push_back(
       {"coarse_thermometer", Severity::warn, sensor,
-       fmt::format("{} moves in steps of {:.2g} K (finer than {:.2g} K would be right): temperatures are off by "
-                   "{:.2g} K (1 sigma), rates of change are false, and the curve is smeared by its slope times that",
+       fmt::format("{} moves in steps of {:.2g} K (finer than {:.2g} K would be right): temperatures are off by {:.2g} "
+                   "K (1 sigma), rates of change are false, and the curve is smeared by its slope times that",
                    whose, step_c, view.limits.coarse_step_c, kRoundingShare * step_c)});
 }
 
@@ -299,8 +298,8 @@ std::optional<Finding> dropouts(const Samples& samples, const Loss& loss) {
   if (loss.share <= limits.missing_warn_share) return std::nullopt;
   const bool rejected = loss.share > limits.missing_reject_share;
   return Finding{"dropouts", rejected ? Severity::reject : Severity::warn, samples.sensor,
-                 fmt::format("{}: {:.1f} % of the samples are missing, for up to {:.3g} s (one every {:.3g} s "
-                             "would be right; more than {:.0f} % missing are not used)",
+                 fmt::format("{}: {:.1f} % of the samples are missing, for up to {:.3g} s (one every {:.3g} s would be "
+                             "right; more than {:.0f} % missing are not used)",
                              name_of(samples.sensor), 100.0 * loss.share, loss.longest_s, samples.facts().interval_s,
                              100.0 * limits.missing_reject_share)};
 }
@@ -317,8 +316,8 @@ std::optional<double> share_off(std::span<const double> times, double interval_s
 std::optional<Finding> irregular_sampling(const Samples& samples, double share) {
   if (share <= samples.view.limits.irregular_share) return std::nullopt;
   return Finding{"irregular_sampling", Severity::warn, std::nullopt,
-                 fmt::format("{:.0f} % of the intervals of {} differ from the usual {:.3g} s by more than half "
-                             "of it: standard errors, spectra and wavelets take samples as equally spaced",
+                 fmt::format("{:.0f} % of the intervals of {} differ from the usual {:.3g} s by more than half of it: "
+                             "standard errors, spectra and wavelets take samples as equally spaced",
                              100.0 * share, name_of(samples.sensor), samples.facts().interval_s)};
 }
 

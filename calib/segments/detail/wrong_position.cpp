@@ -102,8 +102,8 @@ std::string label_remedy(const View& view) {
   if (!view.facts.attitude.reversed) return "check the label, and the signs and order of the axes";
   if (&view.segment != view.segments.data()) return "as in every segment of the run";
   return fmt::format(
-      "so it is in every segment of the run: the accelerometers read {} where their axis points up; "
-      "state sign_at_rest = {} in the unit's type, or scale = -1 for them in the columns map",
+      "so it is in every segment of the run: the accelerometers read {} where their axis points up; state sign_at_rest "
+      "= {} in the unit's type, or scale = -1 for them in the columns map",
       view.type.sign_at_rest > 0 ? "-g" : "+g", -view.type.sign_at_rest);
 }
 
@@ -129,11 +129,11 @@ void wrong_position(const View& view, std::vector<Finding>& findings) {
                                     label, *label_deg, view.limits.position_deg)});
     return;
   }
-  findings.push_back({"wrong_position", Severity::reject, std::nullopt,
-                      fmt::format("labelled {}, but gravity points {:.0f} deg away from there (limit {:.0f} deg): it "
-                                  "looks like {}; {}",
-                                  label, *label_deg, view.limits.position_deg,
-                                  nearest_position(force, view.type.sign_at_rest), label_remedy(view))});
+  findings.push_back(
+      {"wrong_position", Severity::reject, std::nullopt,
+       fmt::format(
+           "labelled {}, but gravity points {:.0f} deg away from there (limit {:.0f} deg): it looks like {}; {}", label,
+           *label_deg, view.limits.position_deg, nearest_position(force, view.type.sign_at_rest), label_remedy(view))});
 }
 
 }  // namespace soak::calib::gate
