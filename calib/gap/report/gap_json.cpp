@@ -115,9 +115,9 @@ nlohmann::json gap_json(const GapReport& report) {
           {"held_out", name_of(report.judged_on)},
           {"effects", effects_json(report)},
           {"suspects", suspects_json(report)},
-          {"leftover", std::move(structure)},
+          {"residual_structure", std::move(structure)},
           {"not_testable", std::move(not_testable)},
-          {"left_out", rejections_json(report.rejections)},
+          {"rejected_by_gate", rejections_json(report.rejections)},
           {"detection_limit", std::move(limits)},
           {"gap", gaps_json(report.gap)},
           {"locked_run", std::move(locked)}};
