@@ -134,7 +134,7 @@ TEST(UnitFit, RefusesAStuckSensorNamingRunsAndRemedy) {
     for (Segment& s : run.segments) s.sensor[1] = {600, 0.25, 0.0, 0.0};
   }
   const auto rows = make_rows(input);
-  EXPECT_TRUE(is_bad_input(rows, {"gyro_y", "unit U", "0.25", "'R0'"}));
+  EXPECT_TRUE(is_bad_input(rows, {"gyro_y", "unit U", "14.3239", "'R0'"}));
 }
 
 TEST(UnitFit, LeavesOutWhatTheDataGateRejectedAndSaysSo) {
