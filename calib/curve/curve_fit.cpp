@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "calib/curve/detail/curve_budget.h"
+#include "calib/curve/detail/family_choice.h"
 #include "calib/curve/families.h"
 #include "calib/curve/one_way.h"
 
@@ -201,23 +201,14 @@ Family choose_winner(const std::vector<FamilySums>& folds, const CurveFit& fit, 
   return winner;
 }
 
-/// Variance of the deployed curve. A family that won on held-out runs was chosen by the same data, and what it states
-/// of itself leaves out that another may be right: the ANFIS, of which the data do not know less, counts for half.
-std::function<double(double)> variance_of(const TrainedFamilies& trained, Family deployed) {
-  const auto& winner = trained[deployed];
-  const auto& anfis = trained[Family::anfis];
-  if (deployed == Family::anfis || !anfis) return winner->variance;
-  return [&winner, &anfis](double temp_c) {
-    const double own = winner->variance(temp_c);
-    return 0.5 * (own + std::max(own, anfis->variance(temp_c)));
-  };
-}
+/// Whether there are enough runs to choose the family by what it says of held-out ones.
+bool judged_by_folds(const CurveFit& fit) { return fit.runs.size() > kRunsWithoutFolds; }
 
 void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::span<const TypeBInput> type_b,
                  const std::optional<SweepGap>& gap, CurveFit& fit) {
   const FittedCurve& fitted = *trained[fit.deployed];
   fit.curve = fitted.curve;
-  const std::function<double(double)> variance = variance_of(trained, fit.deployed);
+  const CurveVariance variance = variance_of(trained, fit.deployed, judged_by_folds(fit));
   const std::vector<double> temps_c = temperatures_of(fit);
   const auto runs = static_cast<double>(fit.runs.size());
   fit.budget =
@@ -228,6 +219,16 @@ void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::spa
     if (fit.run_to_run_sigma) point.pi95 = expanded_uncertainty(fit.budget, Band::fresh_power_on, i);
     fit.points.push_back(point);
   }
+}
+
+/// Why a baseline was taken instead of the ANFIS.
+std::string_view why_deployed(const CurveFit& fit, bool anfis_competed) {
+  if (!judged_by_folds(fit)) {
+    return "is deployed: its misfit of the rows and the error that its parameters add are together less than those of "
+           "the ANFIS; so few runs are no judge when held out";
+  }
+  return anfis_competed ? "beats the ANFIS by more than one standard error on held-out runs and is deployed"
+                        : "is deployed: the ANFIS fits all runs worse than those held out in turn";
 }
 
 void add_curve_warnings(const CurveSubject& subject, CurveFit& fit, bool anfis_competed) {
@@ -244,11 +245,8 @@ void add_curve_warnings(const CurveSubject& subject, CurveFit& fit, bool anfis_c
     fit.warnings.push_back({"few_temperatures", fmt::format("{}: too few temperatures for an ANFIS; {} is deployed",
                                                             subject.name, name_of(fit.deployed))});
   } else if (fit.deployed != Family::anfis) {
-    fit.warnings.push_back(
-        {"baseline_deployed",
-         fmt::format("{}: {} {}", subject.name, name_of(fit.deployed),
-                     anfis_competed ? "beats the ANFIS by more than one standard error on held-out runs and is deployed"
-                                    : "is deployed: the ANFIS fits all runs worse than those held out in turn")});
+    fit.warnings.push_back({"baseline_deployed", fmt::format("{}: {} {}", subject.name, name_of(fit.deployed),
+                                                             why_deployed(fit, anfis_competed))});
   }
   if (!fit.one_way.ranges.empty()) fit.warnings.push_back(one_way_warning(fit.one_way));
   const auto& gap = fit.sweeps;
@@ -303,12 +301,12 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
   const std::vector<FamilySums> sums = run_outer_folds(data, folds, options, fit);
   fit.deployed = fit.rules > 0 ? Family::anfis : Family::spline;
   bool anfis_competed = true;
-  if (folds.kind == "run") {
-    add_cross_validation(sums, fit);
-    if (fit.rules > 0) {
-      anfis_competed = anfis_is_as_judged(data, (*trained)[Family::anfis]->curve, fit);
-      fit.deployed = choose_winner(sums, fit, anfis_competed);
-    }
+  if (folds.kind == "run") add_cross_validation(sums, fit);
+  if (fit.rules > 0 && !judged_by_folds(fit)) {
+    fit.deployed = least_expected_error(*trained);
+  } else if (fit.rules > 0) {
+    anfis_competed = anfis_is_as_judged(data, (*trained)[Family::anfis]->curve, fit);
+    fit.deployed = choose_winner(sums, fit, anfis_competed);
   }
   const FoldSums train = sums_of_errors((*trained)[fit.rules > 0 ? Family::anfis : fit.deployed]->curve, data);
   fit.train_rmse = std::sqrt(train.absolute / train.count);
