@@ -129,8 +129,9 @@ TEST(ThreeInputFunction, JangsConventionsRepeatHisErrors) {
   EXPECT_NEAR(errors.check, 1.066, 0.5e-3);
 }
 
-// The function is singular at y = 0 and z = 0, outside the points in 1..6, and bells go there (centres at -1.7 and
-// -1.4): limits that keep centres inside the data cost seven times Jang's error on the training points.
+// The function is singular at y = 0 and z = 0, outside the points in 1..6, and without limits bells go there (centres
+// at -1.7 and -1.4). Inside the limits 200 epochs of hybrid learning end at seven times Jang's error on the training
+// points. That is the epochs' doing, not the limits': see the next test.
 TEST(ThreeInputFunction, DefaultsGoBelowJangsErrorsWhereCentresMayLeaveTheData) {
   const test::PublishedData data = test::three_input_function();
   const auto trained = [&](PremiseLimits limits, const char* what) {
@@ -142,9 +143,22 @@ TEST(ThreeInputFunction, DefaultsGoBelowJangsErrorsWhereCentresMayLeaveTheData) 
   const Errors ordered = trained(PremiseLimits::ordered, "three inputs, limits ordered, 200 epochs:");
   const Errors resolved = trained(PremiseLimits::resolved, "three inputs, limits resolved, 200 epochs:");
   for (const Errors& errors : {ordered, resolved}) {
-    EXPECT_LT(errors.train, 0.4);
-    EXPECT_LT(errors.check, 2.5);
+    EXPECT_LT(errors.train, 1.05 * 0.3129);
+    EXPECT_LT(errors.check, 1.05 * 2.0458);
   }
+}
+
+// Which of the minima within the limits a start comes to is chance (one start: 0.32 and 1.54), and the training points
+// choose among them: the best of them is not the best between the points. An own search with SciPy, six starts, came to
+// 0.028 and 1.19, in other minima to 0.091 and 1.26.
+TEST(ThreeInputFunction, VariableProjectionFromTwentyStartsReachesJangsTrainingErrorWithinTheLimits) {
+  const test::PublishedData data = test::three_input_function();
+  const VariableProjectionOptions options{.limits = PremiseLimits::resolved, .starts = 20};
+  const auto training = train_variable_projection(two_bells(data.train, true), data.train, options);
+  ASSERT_TRUE(training);
+  const Errors errors = percentage(data, training->model, "three inputs, limits resolved, 20 starts:");
+  EXPECT_LT(errors.train, 1.05 * 0.0295);
+  EXPECT_LT(errors.check, 1.05 * 1.297);
 }
 
 // Beyond the published figures; the 125 checking points choose nothing here.
