@@ -286,6 +286,5 @@ CommandGroup fit_commands() {
           {{"fit", "Fit a thermal model per sensor; adds a model version, older versions are kept",
             "soak fit --unit SN0042 --json", std::make_shared<FitCommand>()}}};
 }
-// inc "base/text.h"
 
 }  // namespace soak::station
