@@ -76,6 +76,8 @@ class Station {
   [[nodiscard]] base::Status end_run(const std::optional<std::string>& why_cut, bool aborted = false);
   /// Commits what was recorded: a step whose end the journal knows must not lose its rows.
   [[nodiscard]] base::Status flush();
+  /// While it is held nothing is recorded: the disk has no room for it.
+  void hold_recording(bool held) { recording_is_held_ = held; }
   /// Leaves a run file that cannot be sealed: everything that was flushed stays in it (enter_lost_runs()).
   void leave_run() { recorder_.reset(); }
   [[nodiscard]] bool run_is_open() const { return recorder_.has_value(); }
@@ -119,6 +121,7 @@ class Station {
 
   std::optional<RunRecorder> recorder_;
   std::optional<hal::FixtureReading> fixture_reading_;
+  bool recording_is_held_ = false;
   bool expecting_run_ = false;
   std::map<std::string, std::vector<hal::ImuSample>>
       samples_before_run_;                             ///< serial → samples before the file was there
