@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include <cstdint>
 #include "base/hash.h"
 #include "db/run/run_file.h"
 #include "station/commands/command.h"
@@ -274,6 +274,4 @@ CommandGroup run_commands() {
            {"verify", "Check the catalog and the run files against their hashes", "soak runs verify",
             std::make_shared<RunsVerify>()}}};
 }
-// inc <cstdint>
-
 }  // namespace soak::station
