@@ -12,9 +12,9 @@ class Daemon final : public Command {
  public:
   void declare(OptionList& options) override {
     options.add("--config FILE", &config_,
-                "The station: devices and slots (docs/station-config.md); default: station.toml in the data folder");
+                "Station configuration: devices and slots (default: station.toml in the data folder)");
     options.add("--listen HOST:PORT", &listen_,
-                "Address of pages and interface, port 0 = any (default: 127.0.0.1:8088)");
+                "Address of the web page and the HTTP interface, port 0 = any (default: 127.0.0.1:8088)");
     options.add("--data DIR", &data,
                 "Data folder (default: the configuration's, else $SOAK_DATA, else $XDG_DATA_HOME/soak)");
   }
@@ -30,9 +30,9 @@ class Daemon final : public Command {
 int main(int argc, char** argv) {
   const Program soakd{
       "soakd",
-      "Soak's station: controls chamber, fixture and units, records, serves the pages",
-      "Runs until SIGTERM or Ctrl-C; a campaign is then brought to the safe state first, which takes as long as the\n"
-      "chamber needs to room temperature. 'soak campaign' controls it, the page shows it.\n"
+      "Soak's station: controls chamber, fixture and units, records, serves the web page",
+      "Runs until SIGTERM or Ctrl-C. A campaign is then brought to the safe state first: the chamber returns to room\n"
+      "temperature, which can take hours. 'soak campaign' controls it, the page shows it.\n"
       "Example:\n  soakd --config /etc/soak/station.toml\n"
       "Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 a device failed, 4 stored data are damaged.",
       {},

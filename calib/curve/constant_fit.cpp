@@ -156,7 +156,7 @@ void add_constant_warnings(const ConstantValidity& validity, CurveFit& fit) {
     fit.warnings.push_back(
         {"few_runs",
          fit.runs.size() == 1
-             ? "one run only: the scatter from power-on to power-on is unknown and ci95 does not hold it; at "
+             ? "one run only: the scatter from power-on to power-on is unknown and ci95 does not include it; at "
                "least 3 runs are needed"
              : "two runs only: the scatter from power-on to power-on is hardly known; at least 3 runs are "
                "needed"});

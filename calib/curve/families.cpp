@@ -112,7 +112,7 @@ base::Result<anfis::RuleBaseOptions> choose_structure(const CurveData& data, con
   const int resolved = anfis::resolved_values(rows);
   if (options.rules) {
     if (2 * *options.rules >= resolved) {
-      return base::bad_input(fmt::format("{} rules have {} consequents; {} temperatures carry at most {} rules",
+      return base::bad_input(fmt::format("{} rules have {} consequents; {} temperatures allow at most {} rules",
                                          *options.rules, 2 * *options.rules, resolved, (resolved - 1) / 2));
     }
     structure.memberships = {*options.rules};

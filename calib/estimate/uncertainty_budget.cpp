@@ -91,7 +91,7 @@ TypeBInput gravity_in_bias(const Circumstances& circumstances, Sensor sensor, bo
   if (circumstances.found_attitudes && !is_gyro(sensor)) {
     input.basis = "none: another gravity changes the scale alone";
   } else if (is_gyro(sensor)) {
-    input.basis = "none: gyros do not read gravity but by their g-sensitivity";
+    input.basis = "none: gravity affects gyros only through their g-sensitivity";
   } else if (turned) {
     input.basis = "none: cancels between up and down";
   } else if (!circumstances.positions) {
@@ -120,7 +120,8 @@ TypeBInput fixture_in_bias(const Circumstances& circumstances, Sensor sensor, bo
   const double pair = turned ? std::numbers::sqrt2 : 1.0;
   if (is_gyro(sensor)) {
     input.constant = std::hypot(horizontal_earth_rate_rps(circumstances), g * cross_sensitivity) * *u_rad / pair;
-    input.basis = of_faces(*u_rad, "what tilts turn into the axis of the Earth's rotation and of g-sensitivity");
+    input.basis =
+        of_faces(*u_rad, "the part of the Earth's rotation and of g-sensitivity that a tilt adds to the axis");
   } else {
     input.constant = turned ? g * *u_rad * *u_rad / pair : g * *u_rad;
     input.basis = of_faces(*u_rad, turned ? "second order along gravity" : "first order across gravity");
@@ -143,7 +144,7 @@ TypeBInput gravity_in_scale(const Circumstances& circumstances, Sensor sensor) {
 
 TypeBInput fixture_in_scale(const Circumstances& circumstances, Sensor sensor) {
   if (is_gyro(sensor) && circumstances.turned_by_hand) {
-    return {.name = "fixture", .basis = "none: how true the turns by hand were is in their scatter"};
+    return {.name = "fixture", .basis = "none: included in the scatter of the turns by hand"};
   }
   if (!is_gyro(sensor) && circumstances.found_attitudes) return no_fixture();
   if (is_gyro(sensor)) {

@@ -253,10 +253,10 @@ void leave_out_found_attitudes(std::vector<GatedRun>& used, std::vector<Warning>
   const auto all = static_cast<std::ptrdiff_t>(used.size());
   if (found == 0 || found == all) return;
   std::erase_if(used, &GatedRun::in_found_attitudes);
-  warnings.push_back(
-      {"attitudes_left_out", fmt::format("{} of {} runs rest in attitudes that no position names, the others in named "
-                                         "ones: they were left out; fit them in a campaign of their own (--campaign)",
-                                         found, all)});
+  warnings.push_back({"unnamed_attitudes_excluded",
+                      fmt::format("{} of {} runs have rests without a position label, the others have labels: "
+                                  "they were left out; fit them in a campaign of their own (--campaign)",
+                                  found, all)});
 }
 
 // What is told and refused of the rows.

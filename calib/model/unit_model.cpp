@@ -52,7 +52,7 @@ void warn_of_scale_range(Sensor sensor, const CurveData& bias, SensorFit& fit) {
   if (missing_c.empty()) return;
   fit.warnings.push_back(
       {"scale_range", fmt::format("{}: its scale error was measured from {:.1f} to {:.1f} °C only, not at {} °C: there "
-                                  "it is null, and the runtime holds it and says so",
+                                  "it is null; the runtime uses the nearest measured value and sets a flag",
                                   name_of(sensor), low_c, high_c, fmt::join(missing_c, ", "))});
 }
 

@@ -400,6 +400,5 @@ CommandGroup campaign_commands() {
            {"confirm", "Answer the prompt that the station is waiting for", "soak campaign confirm",
             std::make_shared<CampaignConfirm>()}}};
 }
-// inc "station/http/client.h"
 
 }  // namespace soak::station

@@ -335,6 +335,5 @@ CommandGroup export_commands() {
           {{"export", "Write a unit's calibration file", "soak export --unit SN0042 --format blob -o SN0042.soakcal",
             std::make_shared<ExportCommand>()}}};
 }
-// inc <cmath>
 
 }  // namespace soak::station

@@ -187,7 +187,7 @@ std::string chamber_time_text(const calib::ChamberTime& study) {
   const std::string title = fmt::format("chamber time: {} runs, {:.1f} hours\n", study.runs, study.hours);
   if (study.options.empty()) return title + "no estimate: " + study.reason + "\n";
   std::vector<std::vector<std::string>> table = {{"hours", "at least", "runs", "plateaus", "sweeps", "worst sensor",
-                                                  "unit", "curve error", "95 %", "shape", "of whole"}};
+                                                  "unit", "curve error", "95 %", "shape", "x full campaign"}};
   const std::set<std::size_t> useful = useful_options(study);
   for (const std::size_t i : useful) table.push_back(chamber_time_row(study.options[i], study.options.back()));
   return fmt::format(
@@ -286,6 +286,5 @@ CommandGroup fit_commands() {
           {{"fit", "Fit a thermal model per sensor; adds a model version, older versions are kept",
             "soak fit --unit SN0042 --json", std::make_shared<FitCommand>()}}};
 }
-// inc "base/text.h"
 
 }  // namespace soak::station

@@ -381,6 +381,5 @@ CommandGroup gap_commands() {
            {"show", "Simulate the runs with the model before and after the accepted effects",
             "soak gap show --unit SN0042 -o gap.html", std::make_shared<GapShow>()}}};
 }
-// inc <cstdint>
 
 }  // namespace soak::station

@@ -125,15 +125,17 @@ nlohmann::json ImportCommand::document(const SourceRecording& recording, const I
                    {"column", row.column.empty() ? nlohmann::json() : nlohmann::json(row.column)},
                    {"reason", row.reason}});
   }
+  nlohmann::json copies = nlohmann::json::array();
+  for (const CopiedRun& copy : summary.copies) {
+    copies.push_back(
+        {{"run", copy.label}, {"of", {{"unit", copy.of_unit}, {"campaign", copy.of_campaign}, {"run", copy.of_run}}}});
+  }
   nlohmann::json warnings = recording.warnings;
   for (const std::string& warning : summary.warnings) warnings.push_back(warning);
-  return {{"unit", import_.unit},
-          {"campaign", import_.campaign},
-          {"file", file_},
-          {"runs", runs},
-          {"references", calib::references_json(summary.references)},
-          {"bad_rows", bad},
-          {"warnings", warnings}};
+  return {{"unit", import_.unit}, {"campaign", import_.campaign},
+          {"file", file_},        {"runs", runs},
+          {"copies", copies},     {"references", calib::references_json(summary.references)},
+          {"bad_rows", bad},      {"warnings", warnings}};
 }
 
 void note_bad_rows(const std::vector<BadRow>& rows, const std::string& file, Output& output) {

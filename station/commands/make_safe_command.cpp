@@ -29,9 +29,9 @@ struct ChamberMakeSafe final : Command {
   std::string config;
 
   void declare(OptionList& options) override {
-    options.add(
-        "--config FILE", &config,
-        "The station, as of soakd (default: station.toml in the data folder); its [room] says how warm is safe");
+    options.add("--config FILE", &config,
+                "Station configuration, as for soakd (default: station.toml in the data folder); [room] sets the safe "
+                "temperature");
   }
   base::Status run(Output& output) override;
 };
@@ -70,8 +70,8 @@ std::string sentence(const std::string& chamber, const MadeSafe& made, double de
   switch (made.action) {
     case SafeAction::driven:
       return fmt::format(
-          "{} is driven to {:+.1f} °C; {} now. Heating and cooling stay on when it is there: repeat this command then, "
-          "or start soakd, which switches them off. {}",
+          "{} is driven to {:+.1f} °C; {} now. Heating and cooling stay on after it arrives. Run this command again "
+          "then, or start soakd, which switches them off. {}",
           chamber, made.target_c, reads, door);
     case SafeAction::switched_off:
       return fmt::format("{}: heating and cooling were switched off ({}); {}. {}", chamber, made.why_off, reads, door);
@@ -115,13 +115,13 @@ base::Status ChamberMakeSafe::run(Output& output) {
   if (!station) return base::forward_error(station);
   const auto holder = FolderLock::holder(station->data / "soakd.lock");
   if (holder && has_chamber_in_hand(holder->address)) {
-    return base::bad_input(fmt::format("soakd (process {}, {}) runs and has this chamber in hand: 'soak campaign "
-                                       "abort' makes it safe, and so does soakd itself when it is asked to stop",
+    return base::bad_input(fmt::format("soakd (process {}, {}) is running and controls this chamber: use 'soak "
+                                       "campaign abort', or stop soakd; both bring the chamber to the safe state",
                                        holder->process, holder->address),
                            station->data.string());
   }
   if (holder) {
-    output.note(fmt::format("soakd (process {}) holds {} but does not have the chamber in hand: going on without it",
+    output.note(fmt::format("soakd (process {}) holds {} but does not control the chamber: going on without it",
                             holder->process, station->data.string()));
   }
   const auto chamber = hal::make_chamber(station->chamber);
@@ -151,7 +151,8 @@ CommandGroup make_safe_commands() {
             "temperature heating and cooling are switched off, elsewhere the chamber is driven to it. A chamber that "
             "has an\n"
             "alarm, cannot be read or does not take its set point is switched off. Units and fixture are left alone.\n"
-            "A soakd that has the chamber in hand is not disturbed (exit status 2); one that hangs is."}}};
+            "If soakd is controlling the chamber, this command changes nothing (exit status 2); a soakd that hangs is "
+            "overruled."}}};
 }
 
 }  // namespace soak::station

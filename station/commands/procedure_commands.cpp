@@ -190,6 +190,5 @@ CommandGroup procedure_commands() {
       {{"check", "Check a procedure: all mistakes with their lines; its plan and duration",
         "soak procedure check procedures/six-position-soak.toml --type mti-300", std::make_shared<ProcedureCheck>()}}};
 }
-// inc <fmt/ranges.h>
 
 }  // namespace soak::station

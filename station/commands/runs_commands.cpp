@@ -274,6 +274,5 @@ CommandGroup run_commands() {
            {"verify", "Check the catalog and the run files against their hashes", "soak runs verify",
             std::make_shared<RunsVerify>()}}};
 }
-// inc <cstdint>
 
 }  // namespace soak::station

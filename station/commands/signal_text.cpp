@@ -191,6 +191,5 @@ std::string acf_text(const json& document) {
   if (!document["after_wmra"].is_null()) text += "after WMRA: " + correlation_lines(document["after_wmra"]);
   return text + band_table(document, "lag_s", "acf", "s", "mean correlation");
 }
-// inc "station/io/output.h"
 
 }  // namespace soak::station

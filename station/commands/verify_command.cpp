@@ -98,7 +98,7 @@ std::string decision_rule(const calib::Verification& verification) {
   const std::set<std::string> missing = not_stated(verification);
   const std::string condition =
       missing.empty() ? ""
-                      : fmt::format(" if what U does not contain ({}) is negligible, else with a larger one",
+                      : fmt::format(". This probability assumes that what U does not contain ({}) is negligible",
                                     fmt::join(missing, ", "));
   return fmt::format(
       "guard band w = U = t u of each estimate, Student's t for {:g} % at effective degrees of freedom (JCGM 106:2012 "

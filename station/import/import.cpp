@@ -280,14 +280,19 @@ class Importer {
       if (!same) return base::forward_error(same);
       if (!*same) continue;
       told = true;
-      summary_.warnings.push_back(copy_text(staged.row, other));
+      add_copy(staged.row, other);
     }
     for (const StagedRun& other : staged_) {
       if (other.row.content_sha256 != staged.row.content_sha256 || own) continue;
       own = true;
-      summary_.warnings.push_back(copy_text(staged.row, other.row));
+      add_copy(staged.row, other.row);
     }
     return {};
+  }
+
+  void add_copy(const db::RunRow& row, const db::RunRow& other) {
+    summary_.warnings.push_back(copy_text(row, other));
+    summary_.copies.push_back({row.label, other.unit, other.campaign, other.label});
   }
 
   static std::string copy_text(const db::RunRow& row, const db::RunRow& other) {

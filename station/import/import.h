@@ -41,8 +41,17 @@ struct ImportedRun {
   std::string content_sha256;
 };
 
+/// A new run of the file whose samples are those of another run.
+struct CopiedRun {
+  std::string label;
+  std::string of_unit;
+  std::string of_campaign;
+  std::string of_run;
+};
+
 struct ImportSummary {
   std::vector<ImportedRun> runs;
+  std::vector<CopiedRun> copies;  ///< each also a warning: at most one copy of the unit itself and one of another unit
   std::vector<std::string> warnings;
   std::vector<calib::ReferenceUse> references;  ///< that were noted for the campaign
 };

@@ -37,7 +37,7 @@ class RunRecorder {
   /// Creates runs/<run id>.soakrun and enters units that are new into the catalog: their types are known now, while
   /// whoever finds the file of a killed soakd knows serial numbers only. `purpose` as in db::RunRow; it takes the place
   /// of that in `info`. `with_rates`: rows may be of a fixture that turns. Refuses no units, a serial number that
-  /// stands twice, and a run whose campaign holds its label already for one of them (bad_input).
+  /// is duplicated, and a run whose campaign holds its label already for one of them (bad_input).
   [[nodiscard]] static base::Result<RunRecorder> begin(db::Catalog& catalog, const db::RunInfo& info,
                                                        std::string purpose, std::vector<RecordedUnit> units,
                                                        bool with_rates = false);

@@ -176,9 +176,9 @@ std::string warnings_part(const json& summary) {
 }
 
 std::string overview_part(const json& sensors) {
-  html::Table table("All sensors", {"sensor", "unit", "in the file", "range, °C", "held-out, absolute",
-                                    "held-out, shape", "run-to-run", "widest ci95", "widest pi95", "limit of bias",
-                                    "worst fresh error of bias", "verdict on bias", "on the sensor"});
+  html::Table table("All sensors", {"sensor", "unit", "in the file", "range, °C", "cross-validation, absolute",
+                                    "cross-validation, shape", "run-to-run", "widest ci95", "widest pi95",
+                                    "limit of bias", "worst fresh error of bias", "verdict on bias", "on the sensor"});
   for (const std::string_view name : calib::kSensorNames) {
     const json& sensor = member(sensors, name);
     if (sensor.is_null()) continue;

@@ -181,7 +181,9 @@ class AxesReader {
         position->label = canonical;
       }
       if (!position) {
-        return base::corrupt(fmt::format("the run file does not define its position '{}'", label), file_.info().run_id);
+        return base::corrupt(
+            fmt::format("the run file does not define its position '{}'; restore it from a backup", label),
+            file_.info().run_id);
       }
       // Two spellings of one position ("+x", "+X") are one position.
       const auto same = std::find(recording_.positions.begin(), recording_.positions.end(), *position);

@@ -151,12 +151,15 @@ base::Result<std::vector<calib::Position>> read_positions(const db::RunFileReade
   if (!stream) return positions;
   const auto& channels = file.streams()[*stream].channels;
   const auto label_channel = find_channel(channels, "position");
-  if (!label_channel) return base::corrupt("the table of positions has no labels", file.info().run_id);
+  if (!label_channel)
+    return base::corrupt("the table of positions has no labels; restore the run file from a backup",
+                         file.info().run_id);
   const auto labels = file.read(*stream, *label_channel);
   if (!labels) return base::forward_error(labels);
   for (const double number : db::values_of(*labels, 1.0, 0.0)) {
     if (!(number >= 0.0 && number < static_cast<double>(channels[*label_channel].labels.size()))) {
-      return base::corrupt("the table of positions names a label that is not there", file.info().run_id);
+      return base::corrupt("the table of positions names a label that is not there; restore the run file from a backup",
+                           file.info().run_id);
     }
     positions.push_back({.label = channels[*label_channel].labels[static_cast<std::size_t>(number)],
                          .up = {},
@@ -165,7 +168,9 @@ base::Result<std::vector<calib::Position>> read_positions(const db::RunFileReade
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto channel = find_channel(channels, kUpChannels[axis]);
-    if (!channel) return base::corrupt("the table of positions lacks an up vector", file.info().run_id);
+    if (!channel)
+      return base::corrupt("the table of positions lacks an up vector; restore the run file from a backup",
+                           file.info().run_id);
     const auto column = file.read(*stream, *channel);
     if (!column) return base::forward_error(column);
     const std::vector<double> values = db::values_of(*column, 1.0, 0.0);

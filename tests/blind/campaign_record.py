@@ -2,7 +2,7 @@
 """One campaign judged by ours, by the oracle and by quick statistics: a JSON object, a line in the benchmark's file.
 
 {"cell", "table", "design", "effects", "magnitude", "seed": what was planned (cells.py),
- "verdict", "names", "suspects", "leftover", "sizes", "p_adjusted": of `soak gap find`,
+ "verdict", "names", "suspects", "residual_structure", "sizes", "p_adjusted": of `soak gap find`,
  "closed": {sensor of the first name: fraction | null},
  "oracle": [the most likely candidate, the most likely pair: {"names", "ratio"}], "naive": {"name", "log_p"},
  "cpu_s": {"generate", "import", "fit", "find", "judge"}}, the last for oracle and quick statistics;
@@ -53,7 +53,7 @@ def ours(report):
     first = effects[0]["sensors"] if effects else []
     return {"verdict": report["verdict"], "names": [effect["name"] for effect in effects],
             "suspects": [effect["name"] for effect in report["suspects"]],
-            "leftover": report["leftover"]["axis"] if report["leftover"] else None,
+            "residual_structure": report["residual_structure"]["axis"] if report["residual_structure"] else None,
             "sizes": [effect["magnitude"] for effect in effects],
             "p_adjusted": [effect["evidence"]["p_adjusted"] for effect in effects],
             "closed": {sensor: gap[sensor]["closed_fraction"] for sensor in first if sensor in gap}}

@@ -9,7 +9,7 @@ import tables
 
 def record(table, effects, names, *, design="identical", magnitude=0.3, ratio=50.0, oracle=None, quick=None, verdict=None, seed=1):
     return {"cell": f"{table}/{design}", "table": table, "design": design, "effects": effects, "magnitude": magnitude, "seed": seed,
-            "verdict": verdict or ("named" if names else "none"), "names": names, "suspects": [], "leftover": None, "closed": {},
+            "verdict": verdict or ("named" if names else "none"), "names": names, "suspects": [], "residual_structure": None, "closed": {},
             "oracle": [{"names": [name], "ratio": ratio} for name in (oracle or effects or ["sensor_lag"])[:1]]
             + [{"names": oracle or effects, "ratio": 2.0 * ratio}], "naive": {"name": quick, "log_p": -1.0}, "cpu_s": {"find": 0.5}}
 

@@ -121,7 +121,7 @@ TEST(RunCopies, CountOnceByTheFirst) {
   ASSERT_EQ(warnings.size(), 2U);
   EXPECT_EQ(warnings[0].code, "copied_runs");
   EXPECT_TRUE(base::mentions(warnings[0].text, {"b/r1, c/x1", "a/r1"}));
-  EXPECT_NE(warnings[1].text.find("d/void in parts"), std::string::npos) << warnings[1].text;
+  EXPECT_TRUE(base::mentions(warnings[1].text, {"d/void in parts"}));
 }
 
 TEST(RunCopies, RunsOfTheirOwnStayAsTheyAre) {

@@ -10,6 +10,7 @@
 #include "calib/estimate/branches.h"
 #include "calib/judge/verification.h"
 #include "calib/model/model_document.h"
+#include "tests/errors.h"
 
 namespace soak::calib {
 namespace {
@@ -133,10 +134,7 @@ TEST(UnitFit, RefusesAStuckSensorNamingRunsAndRemedy) {
     for (Segment& s : run.segments) s.sensor[1] = {600, 0.25, 0.0, 0.0};
   }
   const auto rows = make_rows(input);
-  ASSERT_FALSE(rows);
-  EXPECT_EQ(rows.error().kind, base::ErrorKind::bad_input);
-  EXPECT_NE(rows.error().message.find("gyro_y of unit U reads the constant"), std::string::npos);
-  EXPECT_NE(rows.error().message.find("run 'R0'"), std::string::npos);
+  EXPECT_TRUE(is_bad_input(rows, {"gyro_y", "unit U", "14.3239", "'R0'"}));
 }
 
 TEST(UnitFit, LeavesOutWhatTheDataGateRejectedAndSaysSo) {
@@ -165,10 +163,11 @@ TEST(UnitFit, LeavesOutWhatTheDataGateRejectedAndSaysSo) {
   }
   ASSERT_GE(rows->warnings.size(), 2U);
   EXPECT_EQ(rows->warnings[0].code, "stuck");
-  EXPECT_EQ(rows->warnings[0].text,
-            "run R0: stuck rejects a sensor in 1 of 126 segments; the first, visit 1, +Z: gyro_x repeats 1 (also in 1 "
-            "more run)");
-  EXPECT_EQ(rows->warnings[1].text, "run R1: moved rejects 1 of 126 segments; the first, visit 0, +Z: by 3 deg");
+  EXPECT_TRUE(base::mentions_in_order(rows->warnings[0].text,
+                                      {"R0", "stuck", "1", "126", "visit 1", "+Z", "gyro_x repeats 1", "1"}));
+  EXPECT_EQ(rows->warnings[1].code, "moved");
+  EXPECT_TRUE(
+      base::mentions_in_order(rows->warnings[1].text, {"R1", "moved", "1", "126", "visit 0", "+Z", "by 3 deg"}));
 }
 
 TEST(UnitFit, RefusesAUnitOfWhichTheDataGateLeavesNothing) {
@@ -177,11 +176,7 @@ TEST(UnitFit, RefusesAUnitOfWhichTheDataGateLeavesNothing) {
     for (Segment& s : run.segments) s.findings = {{"moved", Severity::reject, std::nullopt, "by 3 deg"}};
   }
   const auto rows = make_rows(input);
-  ASSERT_FALSE(rows);
-  EXPECT_EQ(rows.error().kind, base::ErrorKind::bad_input);
-  EXPECT_NE(rows.error().message.find("rejects every segment of unit U: run R0: moved rejects 126 of 126"),
-            std::string::npos)
-      << rows.error().message;
+  EXPECT_TRUE(is_bad_input(rows, {"unit U", "R0", "moved", "126"}));
 }
 
 TEST(UnitFit, RefusesAUnitWithoutRuns) { EXPECT_FALSE(make_rows(UnitInput{.unit = "U"})); }

@@ -83,7 +83,7 @@ class Accept(SoakTest):
         self.assertEqual([(t["name"], t["parent_version"]) for t in fitted["terms"]], [("thermal_hysteresis", 1)])
         report = self.json("report", "--unit", "SN1", "-o", self.folder / "report.html")
         check_schema(report, "report")
-        self.assertIn("Accepted effects", (self.folder / "report.html").read_text(encoding="utf-8"))
+        self.assertIn("thermal_hysteresis", (self.folder / "report.html").read_text(encoding="utf-8"))
         self.assertEqual(self.kept_reports(), ["named", "named", "none"])
 
         withdrawn = self.json("gap", "withdraw", "--unit", "SN1", "--effect", "thermal_hysteresis", "--reason", "test",

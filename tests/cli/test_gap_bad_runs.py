@@ -94,7 +94,7 @@ class BadRuns(SoakTest):
             row[self.column["position"]] = mixed[visit].get(label, label)
         report = self.find(head, self.of_run(rows, "R01", "R02", "R03", "R04", "R05"), bad)
         self.refused(report, "R06")
-        (entry,) = report["left_out"]
+        (entry,) = report["rejected_by_gate"]
         self.assertEqual((entry["run"], entry["sensor"], entry["code"]), ("R06", None, "wrong_position"))
         self.assertGreater(2 * entry["segments"], entry["of"])
         self.assertIn("run R06:", self.soak("gap", "find", "--unit", "SN1").stdout)
@@ -107,7 +107,7 @@ class BadRuns(SoakTest):
         report = self.find(head, self.of_run(rows, "R01", "R02", "R03", "R04", "R05"), bad)
         self.assertEqual(report["verdict"], "none", report["reason"])
         self.assertRegex(report["reason"], "gyro_y.* R06")
-        self.assertEqual([(entry["run"], entry["sensor"]) for entry in report["left_out"]], [("R06", "gyro_y")])
+        self.assertEqual([(entry["run"], entry["sensor"]) for entry in report["rejected_by_gate"]], [("R06", "gyro_y")])
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@
 import math
 import os
 import random
+import re
 import subprocess
 import unittest
 
@@ -53,7 +54,7 @@ class Branches(SoakTest):
         report = self.find(2)
         self.assertIn(report["verdict"], ("unknown", "cannot_judge"))
         self.assertEqual(report["effects"], [])
-        self.assertIn("third", report["reason"])
+        self.assertEqual(report["held_out"], "half")
 
     def test_one_cannot_be_judged(self):
         report = self.find(1)
@@ -67,8 +68,8 @@ class Recording(unittest.TestCase):
             self.skipTest("skipped: recording thermal_chamber_cycle is absent (SOAK_TEST_DATA)")
         done = subprocess.run([ROOT / "tools" / "prove" / "real-gap"], capture_output=True, text=True, check=False, timeout=250, env=dict(os.environ))
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.assertIn("+ what the folds support, sensor by sensor", done.stdout)
-        self.assertNotIn("cooling and the heating: named", done.stdout)
+        verdict, = re.findall(r"^soak gap find .*: (\w+)$", done.stdout, re.M)
+        self.assertIn(verdict, ("none", "unknown", "cannot_judge"))
 
     def test_the_proof_says_skipped_without_the_recording(self):
         done = subprocess.run([ROOT / "tools" / "prove" / "real-gap"], capture_output=True, text=True, check=True, timeout=60,

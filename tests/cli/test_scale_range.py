@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Positions that are missing at some temperatures: the scale factor is stated only where it was measured."""
+import html
 import json
 import random
 import unittest
@@ -94,10 +95,13 @@ class ScaleRange(SoakTest):
             if abs(point["temp_c"]) > 0.1:
                 self.assertEqual(point["scale_ppm"] is None, point["temp_c"] < 0)
 
-    def test_the_report_draws_the_scale_where_it_is_known(self):
+    def test_the_report_names_the_temperatures_too(self):
         path = self.folder / "x.html"
-        self.soak("report", "--unit", SERIAL, "-o", path)
-        self.assertRegex(path.read_text(encoding="utf-8"), r"accel_x: its scale error was measured from .{1,5} to 60")
+        summary = self.soak_json("report", "report", "--unit", SERIAL, "-o", path)["sections"]["summary"]
+        (warning,) = [w for w in summary["warnings"] if w["code"] == "scale_range"]
+        self.assertEqual(warning["sensors"], ["accel_x"])
+        self.assertRegex(warning["text"], r"-30, -15 °C")
+        self.assertIn(warning["text"], html.unescape(path.read_text(encoding="utf-8")))
 
 
 if __name__ == "__main__":

@@ -17,37 +17,17 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import urllib.request
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "cli"))
+sys.path[:0] = [str(ROOT / "tests" / "cli"), str(ROOT / "tests" / "lab")]
 import hand_session  # noqa: E402
+from short_procedure import short_procedure  # noqa: E402
 from soak_cli import recording  # noqa: E402
 
 BIN = pathlib.Path(os.environ["SOAK_BIN_FOLDER"])
 PROGRAMS = ("soak", "soakd", "soaksim", "soaksim-campaign", "soaksim-truth")
-SHORT = """name = "short"
-purpose = "calibration"
-kind = "soak"
-runs = 1
-[temperatures]
-list_c = [10, 17, 24, 31, 38]
-[positions]
-order = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"]
-dwell_s = 30
-[stability]
-slope_kpmin = 0.05
-confidence = 0.95
-window_s = 180
-min_window_s = 60
-minimum_soak_s = 60
-after_turn_s = 15
-timeout_s = 200000
-[units]
-rate_hz = 10
-temp_rate_hz = 2
-[power]
-off_s = 10
-"""
+SHORT = short_procedure((10, 17, 24, 31, 38), positions=("+X", "-X", "+Y", "-Y", "+Z", "-Z"))
 LIMITS = "[limits]\ngyro = 10.0\naccel = 10.0\naccel_scale_ppm = 100000\n"
 
 
@@ -55,7 +35,7 @@ def pages():
     return [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
-def commands_of(page):
+def commands_of(page, programs=PROGRAMS):
     """The command lines of a page's indented blocks, without comments, lines that end in a backslash joined."""
     found, held = [], ""
     for line in page.read_text(encoding="utf-8").splitlines():
@@ -68,7 +48,7 @@ def commands_of(page):
             held = text[:-1]
             continue
         held = ""
-        if text.split(" ")[0] in PROGRAMS and "COMMAND" not in text:
+        if text.split(" ")[0] in programs and "COMMAND" not in text:
             found.append(re.sub(r" \[[^]]*\]", "", text))
     return found
 
@@ -241,6 +221,22 @@ class Guide(Page):
                 self.run_line("soak import still.csv --unit SN0042 --gravity-mps2 9.80665")
         self.replaced += [("--unit SN0042$", "--unit LOGGED")]
         self.carry_out("docs/guide.md", extra={"--device-id": own_unit})
+        self.back_up()
+
+    def back_up(self):
+        """As the page says, put back as the page says, and verified."""
+        (self.folder / "backup" / "runs").mkdir(parents=True)
+        lines = commands_of(ROOT / "docs/guide.md", ("sqlite3", "cp"))
+        self.assertEqual([line.split()[0] for line in lines], ["sqlite3", "cp"])
+        if shutil.which("sqlite3") is None:
+            self.skipTest("skipped: sqlite3 is not installed")
+        for line in lines:
+            self.run_line(line.replace("DATA", "data").replace("BACKUP", "backup"))
+        (self.folder / "station-copy.db").rename(self.folder / "backup" / "station.db")
+        kept = sorted(path.name for path in (self.folder / "data" / "runs").glob("*.soakrun"))
+        self.assertTrue(kept)
+        self.assertEqual(sorted(path.name for path in (self.folder / "backup" / "runs").iterdir()), kept)
+        self.run_line("soak runs verify --data backup")
 
 
 class Hardware(Page):
@@ -253,6 +249,30 @@ class Hardware(Page):
                           ("/dev/ttyUSB0", eurotherm["chamber_wire"])]
         self.carry_out("docs/hardware.md")
         self.carry_out("docs/register-maps.md")
+        self.doctor()
+
+    def doctor(self):
+        """The page shows it with what it prints: the same subjects, each with a standing that the program has."""
+        page = (ROOT / "docs/hardware.md").read_text(encoding="utf-8")
+        command, sample = re.search(r"^    \$ (soak doctor .*)\n((?:    .*\n)+)", page, re.M).groups()
+        done = subprocess.run(shlex.split(command), cwd=self.folder, env=self.env, capture_output=True, text=True, timeout=60, check=False)
+        self.assertIn(done.returncode, (0, 2), done.stderr)  # 2: the clock of this computer
+        subjects = [re.findall(r"^ *(?:ok|warning|failed) +([a-z]+)(?: \d+)?: ", text, re.M) for text in (sample, done.stdout)]
+        self.assertEqual(len(subjects[0]), len(sample.splitlines()) - 1)  # the last one is the error
+        self.assertLessEqual(set(subjects[0]), set(subjects[1]))
+
+
+class HttpApi(Page):
+    def test_http_api(self):
+        """The event stream, asked for as the page says; by Python, as not everybody has curl."""
+        line, = commands_of(ROOT / "docs/http-api.md", ("curl",))
+        url = re.search(r"http://127\.0\.0\.1:8088(/\S+)", line)[1]
+        self.laboratory()
+        self.carry_out_line("soakd --config station.toml --data data")
+        with urllib.request.urlopen(f"http://{self.env['SOAK_STATION']}{url}", timeout=60) as answer:
+            self.assertEqual(answer.headers.get_content_type(), "text/event-stream")
+            self.assertEqual(answer.readline().strip(), b"event: status")
+            self.assertTrue(answer.readline().startswith(b"data: {"))
 
 
 class Procedures(Page):
@@ -285,7 +305,7 @@ class WholeDocumentation(unittest.TestCase):
     def test_no_page_with_commands_is_left_out(self):
         source = pathlib.Path(__file__).read_text(encoding="utf-8")
         missing = [str(page.relative_to(ROOT)) for page in pages()
-                   if commands_of(page) and f'"{page.relative_to(ROOT)}"' not in source]
+                   if commands_of(page, (*PROGRAMS, "curl", "sqlite3")) and f'"{page.relative_to(ROOT)}"' not in source]
         self.assertEqual(missing, [])
 
 

@@ -9,6 +9,7 @@
 
 #include "calib/gap/campaign/detail/thermal_nodes.h"
 #include "calib/gap/report/gap_report.h"
+#include "tests/gap/gap_notes.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {
@@ -100,8 +101,8 @@ TEST(FineTemperature, LetsAHysteresisBeNamed) {
   EXPECT_FALSE(is_not_testable(report, "thermal_hysteresis"));
   ASSERT_EQ(report.effects.size(), 1U) << report.reason;
   EXPECT_EQ(report.effects.front().effect->name, "thermal_hysteresis");
-  EXPECT_NE(report.reason.find("steps of 1 K"), std::string::npos) << report.reason;
-  EXPECT_EQ(report.reason.find("not looked for"), std::string::npos) << report.reason;
+  EXPECT_TRUE(has_note(report, "reconstructed_temperature", {"1 K"})) << report.reason;
+  EXPECT_FALSE(has_note(report, "coarse_thermometer")) << report.reason;
 }
 
 TEST(FineTemperature, OfAUnitWithoutEffectsNamesNothing) {

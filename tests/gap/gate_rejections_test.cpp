@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "calib/gap/report/gap_report.h"
+#include "tests/errors.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {
@@ -27,7 +28,7 @@ TEST(GateRejection, MostOfARunLeavesNoPlainNone) {
   const GapReport report =
       find_gap(rejected_in_last_run(kWrongPosition, [](const Segment& segment) { return segment.key.visit >= 3; }), 1);
   EXPECT_EQ(name_of(report.conclusion), "cannot_judge") << report.reason;
-  EXPECT_NE(report.reason.find("run R6 in 60 of 78 segments (wrong_position)"), std::string::npos) << report.reason;
+  EXPECT_TRUE(base::mentions(report.reason, {"R6", "60", "78", "wrong_position"}));
   ASSERT_EQ(report.rejections.size(), 1U);
   EXPECT_EQ(report.rejections[0].run, "R6");
   EXPECT_FALSE(report.rejections[0].sensor);
@@ -40,7 +41,7 @@ TEST(GateRejection, ASensorOfARunIsSaidBesideTheVerdict) {
   const Finding stuck = {"stuck", Severity::reject, Sensor::gyro_y, "one number repeated"};
   const GapReport report = find_gap(rejected_in_last_run(stuck, [](const Segment&) { return true; }), 1);
   EXPECT_EQ(name_of(report.conclusion), "none") << report.reason;
-  EXPECT_NE(report.reason.find("gyro_y of run R6 in 78 of 78 segments (stuck)"), std::string::npos) << report.reason;
+  EXPECT_TRUE(base::mentions(report.reason, {"gyro_y", "R6", "78", "stuck"}));
   ASSERT_EQ(report.rejections.size(), 1U);
   EXPECT_EQ(report.rejections[0].sensor, Sensor::gyro_y);
 }
@@ -64,7 +65,8 @@ TEST(GateRejection, WarningsLeaveNothingOut) {
   const Finding warning = {"dropouts", Severity::warn, Sensor::gyro_x, "a few samples are missing"};
   const GapReport report = find_gap(rejected_in_last_run(warning, [](const Segment&) { return true; }), 1);
   EXPECT_TRUE(report.rejections.empty());
-  EXPECT_EQ(report.reason.find("data gate"), std::string::npos) << report.reason;
+  EXPECT_FALSE(base::mentions(report.reason, {"dropouts"}));
+  EXPECT_FALSE(base::mentions(report.reason, {"R6"}));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "hal/links/addresses.h"
 #include "modbus_peer.h"
 #include "tests/errors.h"
+#include "text_peer.h"
 
 namespace soak::hal {
 namespace {
@@ -21,7 +22,7 @@ std::unique_ptr<Chamber> f4t(int port) {
   return *std::move(chamber);
 }
 
-std::string text_of(const base::Status& status) { return status ? "" : status.error().message; }
+using test::text_of;
 
 class ModbusChamberTest : public ::testing::Test {
  protected:

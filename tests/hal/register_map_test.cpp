@@ -12,6 +12,7 @@
 #include "hal/devices/fixture.h"
 #include "hal/devices/unit_power.h"
 #include "tests/errors.h"
+#include "tests/hal/map_samples.h"
 
 namespace soak::hal {
 namespace {
@@ -33,13 +34,9 @@ std::string chamber_map(const std::string& more) {
          more;
 }
 
-/// "where: message" of the refusal, "" = accepted.
-std::string refusal(const std::string& text) {
-  const auto map = parse_device_map(text, "m.toml");
-  if (map) return "";
-  EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
-  return map.error().where + ": " + map.error().message;
-}
+using test::lacks_for_a_device;
+using test::Mistake;
+using test::refusal;
 
 TEST(RegisterMap, ReadsEveryKey) {
   const auto map = parse_device_map(R"(
@@ -105,12 +102,8 @@ read_back = false
 )",
                                     "full.toml");
   ASSERT_TRUE(map) << map.error().message;
-  EXPECT_EQ(map->name, "full");
-  EXPECT_EQ(map->kind, "chamber");
-  EXPECT_EQ(map->file, "full.toml");
+  test::expect_common_keys(*map);
   const auto& line = std::get<SerialAddress>(map->link.address);
-  EXPECT_EQ(line.device, "/dev/ttyUSB0");
-  EXPECT_EQ(line.baud, 19200);
   EXPECT_EQ(line.parity, 'E');
   EXPECT_EQ(line.stop_bits, 2);
   EXPECT_EQ(map->link.unit, 17);
@@ -129,8 +122,6 @@ read_back = false
   EXPECT_EQ(set_point.modbus.word_order, WordOrder::high_first);
   EXPECT_EQ(set_point.modbus.scale, 2.0);
   EXPECT_EQ(set_point.modbus.write_function, 16);
-  EXPECT_EQ(set_point.min, -40.0);
-  EXPECT_EQ(set_point.max, 150.0);
   EXPECT_EQ(map->quantities.at("control_mode").codes, (std::map<std::string, int>{{"auto", 0}, {"off", 1}}));
   ASSERT_EQ(map->probes.size(), 1U);
   EXPECT_EQ(map->probes[0].modbus.type, RegisterType::i16);
@@ -150,25 +141,20 @@ read_back = false
   EXPECT_EQ(map->alarms[1].modbus.active, (std::vector<int>{1, 2}));
   EXPECT_FALSE(map->alarms[1].outputs_off);
   EXPECT_EQ(map->alarms[2].modbus.inactive, (std::vector<int>{0}));
-  EXPECT_FALSE(map->write_policy.only_on_change);
-  EXPECT_FALSE(map->write_policy.read_back);
 }
 
 TEST(RegisterMap, WhatIsAbsentHasItsDefault) {
   const auto map = parse_device_map(chamber_map(""), "m.toml");
   ASSERT_TRUE(map) << map.error().message;
-  EXPECT_EQ(std::get<TcpAddress>(map->link.address).host, "chamber.lab");
+  test::expect_common_defaults(*map);
   EXPECT_EQ(std::get<TcpAddress>(map->link.address).port, 1502);
   EXPECT_EQ(map->link.unit, 1);
   EXPECT_EQ(map->link.response_timeout_s, 1.0);
   EXPECT_FALSE(map->link.gap_s);
   EXPECT_EQ(map->link.max_block, 32);
-  EXPECT_EQ(map->link.poll_s, 1.0);
   const Quantity& set_point = map->quantities.at("set_point_c");
   EXPECT_EQ(set_point.modbus.read_function, 3);
   EXPECT_FALSE(set_point.modbus.decimals_register);
-  EXPECT_TRUE(map->write_policy.only_on_change);
-  EXPECT_TRUE(map->write_policy.read_back);
 }
 
 TEST(RegisterMap, AllMistakesAreToldAtOnceWithTheirLines) {
@@ -191,17 +177,10 @@ TEST(RegisterMap, AllMistakesAreToldAtOnceWithTheirLines) {
                                "\nm.toml:9: 'quantity.set_point_c.type'", "\nm.toml:12: 'alarm[1].addresses'"}));
 }
 
-struct Mistake {
-  const char* more;   ///< lines from 13 on
-  int line;           ///< that is blamed
-  const char* named;  ///< in the refusal
-};
-
 class RegisterMapMistake : public testing::TestWithParam<Mistake> {};
 
 TEST_P(RegisterMapMistake, IsRefusedWithItsLine) {
-  EXPECT_TRUE(base::mentions(refusal(chamber_map(GetParam().more)),
-                             {fmt::format("m.toml:{}: ", GetParam().line), GetParam().named}));
+  EXPECT_TRUE(test::is_refused_with_its_line(chamber_map(""), GetParam()));
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -332,9 +311,7 @@ TEST(RegisterMap, WhatADeviceLacksIsOneMistakeBesideTheOthers) {
 
 TEST(RegisterMap, WhatAFixtureAndASwitchLackIsToldAsWell) {
   const auto lacking = [](const std::string& head, const std::string& quantities) {
-    const auto map = parse_device_map("name = \"d\"\n" + head + "[link]\ntcp = \"a:1\"\n[quantity]\n" + quantities,
-                                      "m.toml", MapUse::device);
-    return map ? "" : map.error().message;
+    return lacks_for_a_device("name = \"d\"\n" + head + "[link]\ntcp = \"a:1\"\n[quantity]\n" + quantities);
   };
   const std::string fixture = "kind = \"fixture\"\npositions = [\"+X\"]\n";
   EXPECT_TRUE(base::mentions(
@@ -354,10 +331,8 @@ TEST(RegisterMap, AnOutputOfTheChamberWhoseCodesAreNamedOtherwiseIsAMistake) {
   std::ifstream in(file);
   const std::string f4t{std::istreambuf_iterator<char>(in), {}};
   const auto with_codes = [&](const std::string& codes) {
-    const auto map = parse_device_map(f4t + "[quantity.unit_power_2]\naddress = 16596\ntype = \"u16\"\n" +
-                                          "write_function = 6\ncodes = " + codes + "\n",
-                                      "m.toml", MapUse::device);
-    return map ? "" : map.error().message;
+    return lacks_for_a_device(f4t + "[quantity.unit_power_2]\naddress = 16596\ntype = \"u16\"\n" +
+                              "write_function = 6\ncodes = " + codes + "\n");
   };
   EXPECT_EQ(with_codes("{ off = 62, on = 63 }"), "");
   EXPECT_TRUE(base::mentions(with_codes("{ aus = 62, on = 63 }"), {"[quantity.unit_power_2]", "'off'", "'codes'"}));
@@ -396,14 +371,7 @@ TEST(RegisterMap, EveryShippedMapMakesItsDevice) {
 }
 
 TEST(RegisterMap, TheExampleOfThePageMakesAChamber) {
-  std::ifstream page(std::filesystem::path(SOAK_TEST_FOLDER).parent_path() / "docs/register-maps.md");
-  std::string example;
-  bool inside = false;
-  for (std::string line; std::getline(page, line);) {
-    if (line.starts_with("## ")) inside = line == "## The shortest one";
-    if (inside && line.starts_with("    ")) example += line + "\n";
-  }
-  const auto map = parse_device_map(example, "docs/register-maps.md");
+  const auto map = parse_device_map(test::example_of("## The shortest one"), "docs/register-maps.md");
   ASSERT_TRUE(map) << map.error().message;
   EXPECT_EQ(map->name, "Small chamber");
   EXPECT_TRUE(make_chamber(*map));

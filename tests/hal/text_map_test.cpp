@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <string>
 
 #include "hal/devices/chamber.h"
 #include "hal/devices/detail/text_codec.h"
 #include "hal/devices/unit_power.h"
 #include "tests/errors.h"
+#include "tests/hal/map_samples.h"
 
 namespace soak::hal {
 namespace {
@@ -31,12 +31,9 @@ std::string text_map(const std::string& more) {
          more;
 }
 
-std::string refusal(const std::string& text) {
-  const auto map = parse_device_map(text, "m.toml");
-  if (map) return "";
-  EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
-  return map.error().where + ": " + map.error().message;
-}
+using test::example_of;
+using test::Mistake;
+using test::refusal;
 
 TEST(TextMap, ReadsEveryKey) {
   const auto map = parse_device_map(R"(
@@ -85,12 +82,8 @@ read_back = false
 )",
                                     "full.toml");
   ASSERT_TRUE(map) << map.error().message;
-  EXPECT_EQ(map->name, "full");
-  EXPECT_EQ(map->file, "full.toml");
+  test::expect_common_keys(*map);
   EXPECT_EQ(map->refusals, (std::vector<std::string>{"NA:", "ERR"}));
-  const auto& line = std::get<SerialAddress>(map->link.address);
-  EXPECT_EQ(line.device, "/dev/ttyUSB0");
-  EXPECT_EQ(line.baud, 19200);
   EXPECT_EQ(map->link.prefix, "1,");
   EXPECT_EQ(map->link.line_end, "\r");
   EXPECT_EQ(map->link.response_timeout_s, 2.0);
@@ -102,8 +95,6 @@ read_back = false
   EXPECT_FALSE(set_point.text.from.fields);
   EXPECT_EQ(set_point.text.from.field, 2);
   EXPECT_EQ(set_point.text.decimals, 2);
-  EXPECT_EQ(set_point.min, -40.0);
-  EXPECT_EQ(set_point.max, 150.0);
   EXPECT_EQ(map->quantities.at("control_mode").codes.at("auto"), 1);
   EXPECT_EQ(map->probes.at(0).text.from.field, 3);
   EXPECT_EQ(map->probes.at(0).text.expected, (std::vector<std::string>{"SCP220"}));
@@ -111,35 +102,21 @@ read_back = false
   EXPECT_EQ(map->actions.at("start").at(1).value, 1.0) << "the number of the code";
   EXPECT_EQ(map->alarms.at(0).text.inactive, (std::vector<std::string>{"0"}));
   EXPECT_TRUE(map->alarms.at(0).outputs_off);
-  EXPECT_FALSE(map->write_policy.only_on_change);
-  EXPECT_FALSE(map->write_policy.read_back);
 }
 
 TEST(TextMap, WhatIsAbsentHasItsDefault) {
   const auto map = parse_device_map(text_map(""), "m.toml");
   ASSERT_TRUE(map) << map.error().message;
-  EXPECT_EQ(std::get<TcpAddress>(map->link.address).host, "chamber.lab");
+  test::expect_common_defaults(*map);
   EXPECT_EQ(map->link.line_end, "\r\n");
   EXPECT_EQ(map->link.response_timeout_s, 3.0);
   EXPECT_EQ(map->link.gap_s, 0.0);
-  EXPECT_EQ(map->link.poll_s, 1.0);
   EXPECT_EQ(map->quantities.at("set_point_c").text.decimals, 1);
-  EXPECT_TRUE(map->write_policy.only_on_change);
-  EXPECT_TRUE(map->write_policy.read_back);
 }
-
-struct Mistake {
-  const char* more;
-  int line;           ///< that is blamed
-  const char* named;  ///< in the refusal
-};
 
 class TextMapMistake : public testing::TestWithParam<Mistake> {};
 
-TEST_P(TextMapMistake, IsRefusedWithItsLine) {
-  EXPECT_TRUE(base::mentions(refusal(text_map(GetParam().more)),
-                             {fmt::format("m.toml:{}: ", GetParam().line), GetParam().named}));
-}
+TEST_P(TextMapMistake, IsRefusedWithItsLine) { EXPECT_TRUE(test::is_refused_with_its_line(text_map(""), GetParam())); }
 
 INSTANTIATE_TEST_SUITE_P(
     All, TextMapMistake,
@@ -258,10 +235,7 @@ TEST(TextMap, AMapOfASupplyNamesItsOutputsByNumber) {
 }
 
 TEST(TextMap, ExplainsWhatASupplyLacks) {
-  const auto lacking = [](const std::string& more) {
-    const auto map = parse_device_map(power_map(more), "m.toml", MapUse::device);
-    return map ? "" : map.error().message;
-  };
+  const auto lacking = [](const std::string& more) { return test::lacks_for_a_device(power_map(more)); };
   EXPECT_TRUE(base::mentions(lacking("[quantity.set_v_1]\nask = \"VOLT?\"\n"), {"[quantity.set_v_1]", "'write'"}));
   EXPECT_TRUE(base::mentions(lacking("words = { on = \"ON\", away = \"OFF\" }\n"),
                              {"[quantity.output_1]", "'off'", "'words'"}));
@@ -271,18 +245,6 @@ TEST(TextMap, AConfirmationAcceptsSomethingInParticular) {
   EXPECT_TRUE(
       base::mentions(refusal(text_map("[confirm]\nask = \"ERR?\"\naccepted = []\n")), {"m.toml:14: ", "'accepted'"}));
   EXPECT_TRUE(base::mentions(refusal(text_map("[confirm]\nask = \"ERR?\"\naccepted = [\"\"]\n")), {"m.toml:14: "}));
-}
-
-/// The indented lines of a section of the page.
-std::string example_of(const std::string& heading) {
-  std::ifstream page(SOAK_TEST_FOLDER "/../docs/register-maps.md");
-  std::string example;
-  bool inside = false;
-  for (std::string line; std::getline(page, line);) {
-    if (line.starts_with("## ")) inside = line == heading;
-    if (inside && line.starts_with("    ")) example += line + "\n";
-  }
-  return example;
 }
 
 TEST(TextMap, TheExamplesOfThePageMakeAChamberAndASupply) {

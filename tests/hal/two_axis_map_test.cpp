@@ -11,6 +11,7 @@
 #include "hal/maps/detail/fixture_axes.h"
 #include "hal/maps/device_map.h"
 #include "tests/errors.h"
+#include "tests/hal/map_samples.h"
 
 namespace soak::hal {
 namespace {
@@ -29,13 +30,7 @@ std::string with(const std::string& passage, const std::string& other) {
   return text.replace(at, passage.size(), other);
 }
 
-/// Message of the refusal, "" = accepted.
-std::string refusal(const std::string& text) {
-  const auto map = parse_device_map(text, "m.toml");
-  if (map) return "";
-  EXPECT_EQ(map.error().kind, base::ErrorKind::bad_input);
-  return map.error().message;
-}
+using test::refusal;
 
 void expect_refused(const std::string& text, std::initializer_list<std::string_view> named) {
   EXPECT_TRUE(base::mentions(refusal(text), named));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <memory>
 #include <string>
 
@@ -59,6 +61,25 @@ struct AhrsBench : UnitBench<Ahrs400Unit> {
     unit.serial = 1234;
     return "1234";
   }
+};
+
+/// Driver and unit in the middle of a stream: what went before is over, and forgotten.
+template <class Bench>
+class InStream : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(bench.open());
+    ASSERT_TRUE(bench.settle());
+    ASSERT_EQ(bench.imu->state(), ImuState::streaming);
+    bench.unit.heard.clear();
+  }
+
+  void send_and_step(const Bytes& bytes) {
+    bench.send(bytes);
+    ASSERT_TRUE(bench.step());
+  }
+
+  Bench bench;
 };
 
 }  // namespace soak::hal::imu::test

@@ -9,22 +9,7 @@
 namespace soak::hal::imu::test {
 namespace {
 
-class VectorNavStream : public ::testing::Test {
- protected:
-  void SetUp() override {
-    ASSERT_TRUE(bench.open());
-    ASSERT_TRUE(bench.settle());
-    ASSERT_EQ(bench.imu->state(), ImuState::streaming);
-    bench.unit.heard.clear();
-  }
-
-  void send_and_step(const Bytes& bytes) {
-    bench.send(bytes);
-    ASSERT_TRUE(bench.step());
-  }
-
-  VectorNavBench bench;
-};
+class VectorNavStream : public InStream<VectorNavBench> {};
 
 TEST(VectorNavSetup, StopsTheLinesIdentifiesAndConfiguresTheUnit) {
   VectorNavBench bench;

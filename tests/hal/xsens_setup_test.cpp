@@ -104,7 +104,6 @@ TEST(XsensSetup, AnErrorMessageFailsAndNamesItsCodeAndTheRequest) {
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().kind, base::ErrorKind::device);
   EXPECT_TRUE(names(status.error(), {"33", "(C0)"}));
-  EXPECT_NE(status.error().message.find("(C0)"), std::string::npos) << status.error().message;
   EXPECT_EQ(status.error().where, bench.imu->description());
   EXPECT_EQ(bench.imu->state(), ImuState::failed);
 }

@@ -11,23 +11,7 @@
 namespace soak::hal::imu::test {
 namespace {
 
-/// Driver and unit in the middle of a stream.
-class XsensStream : public ::testing::Test {
- protected:
-  void SetUp() override {
-    ASSERT_TRUE(bench.open());
-    ASSERT_TRUE(bench.settle());
-    ASSERT_EQ(bench.imu->state(), ImuState::streaming);
-    bench.unit.heard.clear();
-  }
-
-  void send_and_step(const Bytes& bytes) {
-    bench.send(bytes);
-    ASSERT_TRUE(bench.step());
-  }
-
-  XsensBench bench;
-};
+class XsensStream : public InStream<XsensBench> {};
 
 TEST_F(XsensStream, PacketsBecomeSamples) {
   send_and_step(bench.unit.packets(25));

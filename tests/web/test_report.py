@@ -18,6 +18,7 @@ from soak_cli import recording  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SERIAL = "<img src=http://127.0.0.1:9/x onerror=alert(1)>"
+SENSORS = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
 A4_PIXELS = 703  # 186 mm between the margins at 96 dpi
 
 
@@ -113,10 +114,17 @@ class Report(unittest.TestCase):
         self.browser.devtools("Emulation.setScriptExecutionDisabled", value=True)
         self.addCleanup(self.browser.devtools, "Emulation.setScriptExecutionDisabled", value=False)
         self.open()
-        text = self.browser.text("body")
-        self.assertIn("need its script", text)
-        self.assertIn("Deployed curve from", text)
-        self.assertIn("Held-out errors", text)
+        remains = self.browser.run("""
+          return {note: document.querySelector('noscript').innerText.length, tables: document.querySelectorAll('table').length,
+                  captions: [...document.querySelectorAll('figure[data-chart=curve]')].map(figure => figure.innerText),
+                  drawings: document.querySelectorAll('svg').length}""")
+        self.assertGreater(remains["note"], 20)
+        self.assertEqual(remains["drawings"], 0)
+        self.assertGreaterEqual(remains["tables"], 12)
+        self.assertEqual(len(remains["captions"]), 6)
+        for sensor, caption in zip(SENSORS, remains["captions"]):
+            self.assertIn(sensor, caption)
+            self.assertRegex(caption, r"deg/s.*°C|m/s².*°C")
 
     def test_axes_have_round_numbers_inside(self):
         for module in (ROOT / "web").glob("*.mjs"):

@@ -7,8 +7,8 @@ Effect scale_nonlinearity() {
   Effect effect;
   effect.name = "scale_nonlinearity";
   effect.physics =
-      "an accelerometer's output bends: both ends of its range are off to the same side. Odd orders look like scale in "
-      "six positions";
+      "an accelerometer's output is not linear: both ends of its range deviate in the same direction. Odd orders look "
+      "like scale in six positions";
   effect.twins = {"fixture_tilt"};
   effect.experiment = "positions at 45 degrees";
   effect.missing = one_attitude_only;

@@ -88,6 +88,12 @@ nlohmann::json rejections_json(const std::vector<GateRejection>& rejections) {
   return list;
 }
 
+nlohmann::json notes_json(const std::vector<Warning>& notes) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Warning& note : notes) list.push_back({{"code", note.code}, {"text", note.text}});
+  return list;
+}
+
 }  // namespace
 
 nlohmann::json gap_json(const GapReport& report) {
@@ -112,12 +118,13 @@ nlohmann::json gap_json(const GapReport& report) {
           {"model", report.model},
           {"verdict", name_of(report.conclusion)},
           {"reason", report.reason},
+          {"notes", notes_json(report.notes)},
           {"held_out", name_of(report.judged_on)},
           {"effects", effects_json(report)},
           {"suspects", suspects_json(report)},
-          {"leftover", std::move(structure)},
+          {"residual_structure", std::move(structure)},
           {"not_testable", std::move(not_testable)},
-          {"left_out", rejections_json(report.rejections)},
+          {"rejected_by_gate", rejections_json(report.rejections)},
           {"detection_limit", std::move(limits)},
           {"gap", gaps_json(report.gap)},
           {"locked_run", std::move(locked)}};

@@ -87,15 +87,21 @@ bool replicated(const CampaignModel& model) {
   return true;
 }
 
-/// Sensors of the campaign that never scatter, which the search has to pass over, in words; empty where there are none.
-std::string without_scatter(const Observations& observations, const CampaignModel& model) {
+void add_note(GapReport& report, std::string code, std::string text) {
+  report.reason += "; " + text;
+  report.notes.push_back({std::move(code), std::move(text)});
+}
+
+/// Names the sensors of the campaign that never scatter, which the search has to pass over.
+void note_sensors_without_scatter(const Observations& observations, const CampaignModel& model, GapReport& report) {
   std::vector<Sensor> sensors;
   for (const Sensor sensor : kSensors) {
     const bool recorded = std::any_of(observations.rows.begin(), observations.rows.end(),
                                       [&](const Observation& row) { return row.sensor[index_of(sensor)].count > 0; });
     if (recorded && !model.residuals().sensor[index_of(sensor)]) sensors.push_back(sensor);
   }
-  return sensors.empty() ? "" : "; not judged, as their readings do not scatter: " + list_of(sensors);
+  if (sensors.empty()) return;
+  add_note(report, "no_scatter", "not judged, as their readings do not scatter: " + list_of(sensors));
 }
 
 /// Whether each position always comes after the same one: what it remembers of that is then a constant of its own.
@@ -108,28 +114,32 @@ bool one_order(const Observations& observations) {
   return before.size() > 1;
 }
 
-/// What the order of the positions leaves open about the effects named, in words; empty where it leaves nothing.
-std::string order_note(const Observations& observations, const std::vector<NamedEffect>& effects) {
+/// Says what the order of the positions leaves open about the effects named.
+void note_position_order(const Observations& observations, GapReport& report) {
   constexpr std::array<std::string_view, 3> kOfPosition = {"g_sensitivity", "earth_rate", "scale_nonlinearity"};
-  const bool concerned = std::any_of(effects.begin(), effects.end(), [&](const NamedEffect& named) {
+  const bool concerned = std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& named) {
     return std::find(kOfPosition.begin(), kOfPosition.end(), named.effect->name) != kOfPosition.end();
   });
-  if (!concerned || !one_order(observations)) return "";
-  return "; the positions always came in the same order: creep, or memory of the previous position, could look the "
-         "same; a run in another order would decide";
+  if (!concerned || !one_order(observations)) return;
+  add_note(report, "position_order",
+           "the positions always came in the same order: creep, or memory of the previous position, could look the "
+           "same; a run in another order would decide");
 }
 
-/// What a thermometer in steps kept from being looked for, or what stands in for it; empty for a fine one.
-std::string thermometer_note(const LoggedCampaign& campaign, const TemperatureHistory& history) {
+/// Says what a thermometer in steps kept from being looked for, or what stands in for it.
+void note_thermometer(const LoggedCampaign& campaign, const TemperatureHistory& history, GapReport& report) {
   if (const auto& fine = campaign.fine_temperature) {
-    return fmt::format(
-        "; temperatures within the thermometer's steps of {:.2g} K were reconstructed from the chamber's air, which "
-        "the unit follows with time constants of {:.0f} s and {:.0f} s; they are right to {:.2f} K where the reading "
-        "changes",
-        fine->step_c, fine->tau_s[0], fine->tau_s[1], fine->error_c);
+    add_note(
+        report, "reconstructed_temperature",
+        fmt::format("temperatures within the thermometer's steps of {:.2g} K were reconstructed from the chamber's "
+                    "air, which the unit follows with time constants of {:.0f} s and {:.0f} s; they are right to "
+                    "{:.2f} K where the reading changes",
+                    fine->step_c, fine->tau_s[0], fine->tau_s[1], fine->error_c));
+    return;
   }
-  const auto& coarse = history.coarse();
-  return coarse ? fmt::format("; what changes with time was not looked for: {}", *coarse) : "";
+  if (const auto& coarse = history.coarse()) {
+    add_note(report, "coarse_thermometer", fmt::format("what changes with time was not looked for: {}", *coarse));
+  }
 }
 
 /// Clipped readings say nothing of what the unit would have read: their sensors stay out of the search.
@@ -234,8 +244,9 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   }
   if (auto differ = disagreement(model)) return cannot_judge(std::move(report), *std::move(differ));
   search_all(campaign, model, report);
-  report.reason += without_scatter(observations, model) + order_note(observations, report.effects) +
-                   thermometer_note(campaign, history);
+  note_sensors_without_scatter(observations, model, report);
+  note_position_order(observations, report);
+  note_thermometer(campaign, history, report);
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
     report.next.push_back(next_experiment(campaign, observations, history, report.effects, e));
   }
@@ -281,7 +292,7 @@ GapReport find_gap(const LoggedCampaign& campaign, std::int32_t model_version) {
   GapReport report = find_in_open_runs(campaign, model_version);
   const std::vector<Sensor> clipped = clipped_sensors(campaign);
   if (report.conclusion != Conclusion::cannot_judge && !clipped.empty()) {
-    report.reason += "; not judged, as their readings stop at the end of their range: " + list_of(clipped);
+    add_note(report, "clipped", "not judged, as their readings stop at the end of their range: " + list_of(clipped));
   }
   note_rejections(campaign, report);
   return report;

@@ -16,6 +16,7 @@
 #include "calib/gap/report/cross_validation.h"
 #include "calib/gap/search/outside_the_mean.h"
 #include "calib/gap/search/search.h"
+#include "calib/vocabulary/warning.h"
 
 namespace soak::calib::gap {
 
@@ -48,7 +49,12 @@ struct GapReport {
   std::string unit;
   std::int32_t model = 0;
   Conclusion conclusion = Conclusion::none;
-  std::string reason;  ///< a sentence
+  std::string reason;  ///< a sentence, with the texts of `notes`
+  /// What limits the conclusion. Codes: no_scatter (sensors whose readings never scatter are not judged),
+  /// position_order (positions in one order: a memory of the one before could look like the effect named),
+  /// coarse_thermometer (changes with time were not looked for), reconstructed_temperature (within the thermometer's
+  /// steps it is calculated from the air), clipped (sensors that reach the end of their range are not judged).
+  std::vector<Warning> notes;
   JudgedOn judged_on = JudgedOn::runs;
   std::vector<NamedEffect> effects;   ///< strongest first; empty but for the conclusion `named`
   std::vector<NextExperiment> next;   ///< of each of `effects`, what would tell it from its rivals

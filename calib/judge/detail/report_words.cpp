@@ -98,8 +98,8 @@ std::string judged_sentence(const Verification& verification, const std::vector<
     case Verdict::pass:
       return fmt::format("In {} every error, with its guard band, is within its limit.", runs_text(runs));
     case Verdict::marginal:
-      return fmt::format("Too close to call in {}: {}; with the guard band it could be on either side.",
-                         runs_text(runs), worst_text(verification, Verdict::marginal));
+      return fmt::format("Neither pass nor fail in {}: {} lies within the guard band of the limit.", runs_text(runs),
+                         worst_text(verification, Verdict::marginal));
     case Verdict::fail:
       return fmt::format("The unit fails in {}: {}.", runs_text(runs), worst_text(verification, Verdict::fail));
     default:
@@ -146,7 +146,7 @@ constexpr std::array kRemedies = {
     Remedy{"turns_without_angle", "State the angle of the turns: 'turn_deg'."},
     Remedy{"turns_saturated", "Move the unit more slowly, within the range of its gyros."},
     Remedy{"turns_with_gaps", "Log without a break while the unit is moved."},
-    Remedy{"attitudes_left_out", "Fit those sessions in a campaign of their own."},
+    Remedy{"unnamed_attitudes_excluded", "Fit those sessions in a campaign of their own."},
     Remedy{"hysteresis", "Use slower ramps, a longer soak or a better placed thermometer; expect errors of that size."},
     Remedy{"missing_position", "Record the missing positions."},
     Remedy{"scale_range", "Record the missing positions at those temperatures if the unit is used there."},

@@ -264,7 +264,7 @@ std::optional<Finding> steady_turn(const View& view) {
     if (off_dps <= kPositionRate_dps + noise_dps) continue;
     return Finding{"moved", Severity::warn, std::nullopt,
                    fmt::format("{} reads {:.2f} deg/s away from its median over the visit's positions (up to {:.2f} "
-                               "deg/s are usual): the unit turned all the while, or its g-sensitivity is large",
+                               "deg/s are usual): the unit was turning the whole time, or its g-sensitivity is large",
                                name_of(sensor), off_dps, kPositionRate_dps + noise_dps)};
   }
   return std::nullopt;

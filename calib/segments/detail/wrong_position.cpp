@@ -125,7 +125,7 @@ void wrong_position(const View& view, std::vector<Finding>& findings) {
   if (is_nearest(force, up, view.type.sign_at_rest, *label_deg)) {
     findings.push_back({"wrong_position", Severity::warn, std::nullopt,
                         fmt::format("labelled {}, and gravity points {:.0f} deg away from there (limit {:.0f} deg), "
-                                    "though nowhere nearer: a large bias, or a fixture that is not true",
+                                    "but no other position fits better: a large bias, or a fixture that is not square",
                                     label, *label_deg, view.limits.position_deg)});
     return;
   }

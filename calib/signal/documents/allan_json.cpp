@@ -63,7 +63,7 @@ base::Result<std::vector<std::size_t>> asked_multiples(const std::vector<double>
   for (const double tau_s : taus_s) {
     const double multiple = std::max(1.0, std::round(tau_s * rate_hz));
     if (!(tau_s > 0.0) || multiple > static_cast<double>(longest)) {
-      return base::bad_input(fmt::format("an averaging time of {:g} s: the record carries {:g} to {:g} s", tau_s,
+      return base::bad_input(fmt::format("an averaging time of {:g} s: the record allows {:g} to {:g} s", tau_s,
                                          1.0 / rate_hz, static_cast<double>(longest) / rate_hz),
                              "--taus");
     }

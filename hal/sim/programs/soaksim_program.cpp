@@ -27,8 +27,8 @@ one line of JSON with the ports. Ends with status 0 on SIGTERM or SIGINT.
   --out DIR        folder for station.toml; created if missing
   --seed N         seed of all random numbers (default: from the configuration)
   --units N        number of units, 1 to 16, in slots 1, 2, ...
-  --rate R         simulated seconds per real second, 0.01 to 20000 (default 1); max = 20000. If a reader cannot keep up,
-                   the laboratory's clock waits for it.
+  --rate R         simulated seconds per real second, 0.01 to 20000 (default 1); max = 20000. The simulated clock slows
+                   down if a client cannot keep up.
   --config FILE    what is simulated and how strong it is, in the format of lab.toml
   --base-port P    ports P (chamber), P+1 (fixture), P+2 (relay), P+3 (espec-p300), P+10+n (unit n); default: any free ports
   --pty SLOT...    these slots get a pseudo-terminal instead of a TCP port; the JSON line and station.toml give its name
