@@ -8,6 +8,7 @@ import unittest
 
 import bench
 from bench import LabTest, short_procedure
+from run_digest import open_catalog
 
 
 def day(offset):
@@ -64,7 +65,7 @@ class References(LabTest):
         self.assertEqual(self.noted(), [("c", "probe 3", 0), ("c", "level 1", 1)])
         self.abort()
 
-        database = sqlite3.connect(f"{self.lab.data}/station.db")
+        database = open_catalog(f"{self.lab.data}/station.db")
         with database:
             database.execute("DROP TRIGGER waiver_keeps_rows")
             database.execute("UPDATE waiver SET reason = 'because'")
