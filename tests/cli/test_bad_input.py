@@ -157,12 +157,12 @@ class BadSurroundings(SoakTest):
 
     def test_read_only_data_folder(self):
         if self.mount("size=8m"):
-            self.imported("good.csv", recording(run="good", seconds=10))
-            self.soak("fit", "--unit", "SN1", "--rules", 1)
+            self.imported("good.csv", recording(run="good", plateaus=(0.0, 15.0, 30.0, 45.0), seconds=10))
+            self.soak("fit", "--unit", "SN1")
             subprocess.run(["mount", "-o", "remount,ro", str(self.data)], check=True)
         elif os.geteuid() != 0:
-            self.imported("good.csv", recording(run="good", seconds=10))
-            self.soak("fit", "--unit", "SN1", "--rules", 1)
+            self.imported("good.csv", recording(run="good", plateaus=(0.0, 15.0, 30.0, 45.0), seconds=10))
+            self.soak("fit", "--unit", "SN1")
             for path in (self.data, self.data / "runs", self.data / "station.db"):
                 path.chmod(0o555)
             self.addCleanup(lambda: [p.chmod(0o755) for p in (self.data, self.data / "runs")])

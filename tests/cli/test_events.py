@@ -14,9 +14,9 @@ class EventTest(SoakTest):
     def setUp(self):
         super().setUp()
         env = {**os.environ, "USER": "cid"}
-        self.soak("import", self.write("a.csv", recording(run="r1")), "--unit", "SN1", "--campaign", "c", env=env)
+        self.soak("import", self.write("a.csv", recording(run="r1", plateaus=(-10.0, 5.0, 20.0, 40.0), seconds=20)), "--unit", "SN1", "--campaign", "c", env=env)
         self.soak("runs", "void", "r1", "--visit", "1", "--reason", "door was open", "--user", "ann")
-        self.soak("fit", "--unit", "SN1", "--rules", 1, env={**os.environ, "USER": "dan"})
+        self.soak("fit", "--unit", "SN1", env={**os.environ, "USER": "dan"})
 
     def change(self, *statements):
         """Changes the catalog behind the program's back: no trigger notices."""
@@ -66,7 +66,7 @@ class Log(EventTest):
     def test_what_is_cut_off_stays_missing_after_the_next_event(self):
         count = self.soak_json("events-verify", "events", "verify")["events"]
         self.change(f"DELETE FROM event WHERE ordinal = {count}")
-        self.soak("unit", "epoch", "SN1", "--reason", "gyro replaced")
+        self.soak("unit", "add", "SN1", "--begin-epoch", "gyro replaced")
         self.assertEqual(self.soak_json("events-verify", "events", "verify", status=4)["where"], f"event {count}")
 
 
@@ -90,7 +90,7 @@ class Seals(EventTest):
 
     def test_a_void_record_that_was_taken_away_stops_the_fit(self):
         self.change("DELETE FROM void")
-        self.soak("fit", "--unit", "SN1", "--rules", 1, status=4)
+        self.soak("fit", "--unit", "SN1", status=4)
 
     def test_a_schema_that_was_changed_is_found(self):
         with contextlib.closing(open_catalog(self.data / "station.db")) as catalog, catalog:

@@ -17,7 +17,7 @@ class DiskTest(SoakTest):
         """Runs soak; returns how it ended and what the disk was asked, one list of words for each change."""
         log = self.folder / "disk.log"
         log.unlink(missing_ok=True)
-        env = {**os.environ, "LD_PRELOAD": os.environ["SOAK_DISK_LAYER"], "SOAK_DISK_FOLDER": str(self.folder) + "/", "SOAK_DISK_LOG": str(log)}
+        env = {**os.environ, "LD_PRELOAD": os.environ["SOAK_DISK_LAYER"], "SOAK_DISK_FOLDER": str(self.folder), "SOAK_DISK_LOG": str(log)}
         if fail_at is not None:
             env.update(SOAK_DISK_FAIL_AT=str(fail_at), SOAK_DISK_ERROR=str(ERRORS[error]))
         if from_there:

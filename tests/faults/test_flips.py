@@ -22,7 +22,7 @@ class Flips(DiskTest):
     def setUp(self):
         super().setUp()
         for number in (1, 2, 3):
-            self.soak("import", self.write(f"{number}.csv", recording(number, f"r{number}", (-10.0, 10.0, 30.0), 20)), "--unit", "SN1",
+            self.soak("import", self.write(f"{number}.csv", recording(number, f"r{number}", (-20.0, -5.0, 10.0, 25.0, 40.0), 10)), "--unit", "SN1",
                       "--campaign", "c", "--gravity-mps2", "9.80665")
         self.soak("runs", "void", "r2", "--visit", "1", "--reason", "door")
         self.soak("fit", "--unit", "SN1", "--rules", 2)

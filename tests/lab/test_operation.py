@@ -9,6 +9,7 @@ import re
 import subprocess
 import unittest
 import urllib.request
+from unittest import mock
 
 import bench
 from bench import ROOT, LabTest, short_procedure
@@ -113,6 +114,25 @@ class Operation(LabTest):
         again = self.lab.soak_json("backup", place)
         self.assertEqual((again["still_open"], set(again["kept"])), ([], set(summary["copied"])))
         self.assertLessEqual(open_files, set(again["copied"]))
+
+    def test_a_sealed_run_file_is_on_the_disk_with_its_name(self):
+        """The catalog's row holds the hash of the sealed file, which is taken after that."""
+        log = self.folder / "disk.log"
+        layer = {"LD_PRELOAD": os.environ["SOAK_DISK_LAYER"], "SOAK_DISK_FOLDER": str(self.folder), "SOAK_DISK_LOG": str(log)}
+        with mock.patch.dict(os.environ, layer):
+            self.start_lab()
+        self.start_campaign(short_procedure())
+        self.assertEqual(self.wait_for_end()["state"], "finished")
+        changes = [line.split(" ") for line in log.read_text(encoding="utf-8").splitlines()]
+        for (name,) in self.query("SELECT DISTINCT file_name FROM run"):
+            path = pathlib.Path(self.lab.data) / "runs" / name
+            created = changes.index(["create", str(path)])
+            self.assertIn(["sync", str(path.parent)], changes[created:])
+            last = max(i for i, change in enumerate(changes) if change[0] in ("write", "truncate") and change[1] == str(path))
+            synced = [i for i, change in enumerate(changes) if change == ["sync", str(path)] and i > last]
+            self.assertTrue(synced, changes[last:])
+            self.assertIn(["sync", str(path.parent)], changes[synced[0]:])
+            self.assertTrue([c for c in changes[synced[0]:] if c[0] == "write" and c[1].endswith("station.db-wal")])
 
     def test_the_configuration_to_begin_with_is_one(self):
         done = subprocess.run([bin_folder() + "/soakd", "--write-config"], capture_output=True, text=True, check=True)
