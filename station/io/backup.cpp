@@ -96,10 +96,10 @@ class Backup {
 
   base::Result<BackupSummary> run() {
     if (auto free = check_folder(); !free) return base::forward_error(free);
+    if (auto earlier = check_earlier_backup(); !earlier) return base::forward_error(earlier);
     if (auto made = db::create_folders_durably(folder_ / "runs"); !made) return base::forward_error(made);
     const auto lock = FolderLock::take(folder_ / "backup.lock", "soak backup");
     if (!lock) return base::forward_error(lock);
-    if (auto earlier = check_earlier_backup(); !earlier) return base::forward_error(earlier);
     if (auto copied = copy_catalog(); !copied) return base::forward_error(copied);
     const auto status = copy_runs();
     std::error_code ignored;

@@ -3,6 +3,7 @@
 import errno
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -36,21 +37,24 @@ class DiskTest(SoakTest):
 def sweep_import(test, error, from_there, numbers):
     """Imports a second run with the change of each number failing; returns how many of them were hit. What must hold each time: no
     crash; the run that was sealed before is whole; catalog and files agree; the import succeeds once the disk does."""
-    first = test.import_arguments("r1")
+    test.soak(*test.import_arguments("r1"))
+    before = test.soak_json("runs-list", "runs", "list")["runs"]
     second = test.import_arguments("r2", 2)
+    sound = test.folder / "sound"
+    shutil.rmtree(sound, ignore_errors=True)
+    test.data.rename(sound)
     hit = 0
     for number in numbers:
-        subprocess.run(["rm", "-rf", str(test.data)], check=True)
-        test.soak(*first)
-        before = test.soak_json("runs-list", "runs", "list")["runs"]
+        shutil.rmtree(test.data, ignore_errors=True)
+        shutil.copytree(sound, test.data)
         done, changes = test.before_disk(*second, fail_at=number, error=error, from_there=from_there)
         where = f"change {number}, {error}, from there on: {from_there}: status {done.returncode}\n{done.stderr}"
         if not any(change[0] == "failed" for change in changes):
             test.assertEqual(done.returncode, 0, where)
             break
         hit += 1
-        test.assertIn(done.returncode, (0, 1), where)
         with test.subTest(where):
+            test.assertIn(done.returncode, (0, 1))
             test.soak_json("runs-verify", "runs", "verify")
             after = test.soak_json("runs-list", "runs", "list")["runs"]
             test.assertEqual([run for run in after if run["run"] == "r1"], before)
@@ -58,6 +62,6 @@ def sweep_import(test, error, from_there, numbers):
             files = {path.name for path in (test.data / "runs").glob("*.soakrun")}
             test.assertEqual(files, {run["file"] for run in after})
             test.soak(*second)
-            test.soak_json("runs-verify", "runs", "verify")
-            test.assertEqual(len(test.soak_json("runs-list", "runs", "list")["runs"]), 2)
+            test.assertEqual(len(test.soak_json("runs-verify", "runs", "verify")["runs"]), 2)
+    shutil.rmtree(test.data, ignore_errors=True)
     return hit
