@@ -115,11 +115,11 @@ TEST(OpenRunFile, ThatIsDeletedIsNotCalledReadOnly) {
   ASSERT_TRUE(std::filesystem::remove(path));
   ASSERT_TRUE(
       writer->append(0, {testing::column_of(testing::times(10, 0.01)), testing::column_of(testing::noise(10, 7))}));
-  const auto flushed = writer->flush();
-  ASSERT_FALSE(flushed);
-  EXPECT_EQ(flushed.error().kind, base::ErrorKind::internal);
-  EXPECT_EQ(flushed.error().where, path.string());
-  EXPECT_EQ(flushed.error().message.find("read-only"), std::string::npos) << flushed.error().message;
+  const auto sealed = writer->seal();
+  ASSERT_FALSE(sealed);
+  EXPECT_EQ(sealed.error().kind, base::ErrorKind::internal);
+  EXPECT_EQ(sealed.error().where, path.string());
+  EXPECT_EQ(sealed.error().message.find("read-only"), std::string::npos) << sealed.error().message;
 }
 
 TEST_F(DamagedRunFile, IsRefusedWhenCutShort) {

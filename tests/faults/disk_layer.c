@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A disk that fails on purpose, and one that tells what it was asked: loaded before a program (LD_PRELOAD), it stands between the
-// program and the C library for everything that changes files below $SOAK_DISK_FOLDER.
+// A disk that fails on purpose, and one that tells what it was asked: loaded before a program (LD_PRELOAD), it stands
+// between the program and the C library for everything that changes files below $SOAK_DISK_FOLDER.
 //
-//   SOAK_DISK_LOG       file that gets a line for each change: "write PATH", "sync PATH", "rename FROM TO", "remove PATH"...
-//   SOAK_DISK_FAIL_AT   the change with this number (1, 2, ...) fails
-//   SOAK_DISK_ERROR     with this error number (default 5, EIO)
-//   SOAK_DISK_FROM_THERE set: and all after it
+//   SOAK_DISK_LOG       file that gets a line for each change: "write PATH", "sync PATH", "rename FROM TO", "remove
+//   PATH"... SOAK_DISK_FAIL_AT   the change with this number (1, 2, ...) fails SOAK_DISK_ERROR     with this error
+//   number (default 5, EIO) SOAK_DISK_FROM_THERE set: and all after it
 //
 // Failed changes are logged as "failed WHAT PATH". The -shm file of SQLite is memory, not storage, and is left alone.
 #define _GNU_SOURCE
@@ -46,7 +45,8 @@ static void note(const char* what, const char* path, const char* second) {
   const char* log = getenv("SOAK_DISK_LOG");
   if (log == NULL) return;
   char line[3 * PATH_MAX];
-  const int length = snprintf(line, sizeof line, "%s %s%s%s\n", what, path, second == NULL ? "" : " ", second == NULL ? "" : second);
+  const int length =
+      snprintf(line, sizeof line, "%s %s%s%s\n", what, path, second == NULL ? "" : " ", second == NULL ? "" : second);
   const int file = NEXT(open)(log, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (file < 0) return;
   if (NEXT(write)(file, line, (size_t)length) < 0) abort();
@@ -108,17 +108,17 @@ int unlink(const char* path) {
   return NEXT(unlink)(path);
 }
 
-#define OPENER(name)                                                                            \
-  int name(const char* path, int flags, ...) {                                                  \
-    mode_t mode = 0;                                                                            \
-    if ((flags & (O_CREAT | O_TMPFILE)) != 0) {                                                 \
-      va_list rest;                                                                             \
-      va_start(rest, flags);                                                                    \
-      mode = (mode_t)va_arg(rest, int);                                                         \
-      va_end(rest);                                                                             \
-    }                                                                                           \
+#define OPENER(name)                                                                                  \
+  int name(const char* path, int flags, ...) {                                                        \
+    mode_t mode = 0;                                                                                  \
+    if ((flags & (O_CREAT | O_TMPFILE)) != 0) {                                                       \
+      va_list rest;                                                                                   \
+      va_start(rest, flags);                                                                          \
+      mode = (mode_t)va_arg(rest, int);                                                               \
+      va_end(rest);                                                                                   \
+    }                                                                                                 \
     if ((flags & O_CREAT) != 0 && access(path, F_OK) != 0 && refuse("create", path, NULL)) return -1; \
-    return NEXT(name)(path, flags, mode);                                                       \
+    return NEXT(name)(path, flags, mode);                                                             \
   }
 OPENER(open)
 OPENER(open64)
