@@ -4,11 +4,14 @@ somebody has signed."""
 import datetime
 import json
 import sqlite3
+import sys
 import unittest
 
 import bench
 from bench import LabTest, short_procedure
-from run_digest import open_catalog
+
+sys.path.insert(0, str(bench.ROOT / "tests" / "cli"))
+from run_digest import open_catalog  # noqa: E402
 
 
 def day(offset):
