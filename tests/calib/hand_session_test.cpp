@@ -342,7 +342,9 @@ void print_and_judge(const char* what, const Shares& shares, int failed) {
   EXPECT_EQ(failed, 0);
   const bool is_long = std::getenv("SOAK_BENCH_SESSIONS") != nullptr;
   EXPECT_GT(share, is_long ? 0.93 : 0.85) << what;
-  if (is_long) EXPECT_LT(share, 0.97) << what;
+  if (is_long) {
+    EXPECT_LT(share, 0.97) << what;
+  }
 }
 
 /// `record` makes a session from a truth, options and a seed. The circumstances differ from session to session.
