@@ -82,6 +82,7 @@ class PageTest(unittest.TestCase):
     def setUp(self):
         self.station = Station()
         self.addCleanup(self.station.close)
+        self.browser.go("about:blank")  # the page before this one would complain of its own station, which has gone
         self.browser.console()
         self.browser.resize(1280, 900)
 
