@@ -5,8 +5,12 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
+#include <numeric>
+#include <optional>
 #include <set>
 #include <string>
+
+#include "anfis/select/uncertainty.h"
 
 namespace soak::anfis {
 namespace {
@@ -84,8 +88,8 @@ int power(int base, std::size_t exponent) {
   return static_cast<int>(std::min(value, 1e9));
 }
 
-bool prices_curvature(const Learner& learner) {
-  return std::visit([](const auto& options) { return options.smoothness > 0.0; }, learner);
+double price_of_curvature(const Learner& learner) {
+  return std::visit([](const auto& options) { return options.smoothness; }, learner);
 }
 
 /// Most memberships per input. A quarter of what the inputs resolve stays over to judge the consequents by, unless a
@@ -94,7 +98,7 @@ int most_memberships(const TrainingData& data, const StructureSearchOptions& opt
   const std::size_t inputs = data.inputs;
   const int consequents = options.rule_base.order == 0 ? 1 : static_cast<int>(inputs) + 1;
   const int resolved = inputs == 1 ? resolved_values(data) : static_cast<int>(distinct_inputs(data));
-  const bool priced = prices_curvature(options.learner);
+  const bool priced = price_of_curvature(options.learner) > 0.0;
   int most = 1;
   for (int n = 2; power(n, inputs) <= static_cast<int>(kMostRules); ++n) {
     const int parameters = consequents * power(n, inputs);
@@ -120,6 +124,31 @@ StructureSearch choose(int min_memberships, std::size_t inputs, const std::vecto
     if (search.chosen == 0 && excess.value <= excess.standard_error) search.chosen = memberships;
   }
   return search;
+}
+
+base::Status check_candidates(int most, const StructureSearchOptions& options) {
+  if (options.min_memberships >= 2 && most >= options.min_memberships) return {};
+  return base::bad_input("no number of memberships can be tried from " + std::to_string(options.min_memberships) +
+                             " and " + std::to_string(most) +
+                             ": at least 2 are needed, and the distinct inputs of the smallest fold limit the most",
+                         "min_memberships, max_memberships");
+}
+
+/// Expected squared error of one candidate on all rows; nothing where no rows are left to judge it by.
+base::Result<std::optional<double>> error_on_all(const TrainingData& data, const StructureSearchOptions& options,
+                                                 int memberships) {
+  RuleBaseOptions rule_base = options.rule_base;
+  rule_base.memberships = {memberships};
+  const auto initial = grid_rules(data, rule_base);
+  if (!initial) return base::forward_error(initial);
+  const auto training = train(*initial, data, options.learner);
+  if (!training) return base::forward_error(training);
+  const auto variance = PredictionVariance::of(training->model, data, price_of_curvature(options.learner));
+  if (!variance) return std::optional<double>();
+  const double rows = static_cast<double>(data.rows());
+  const double weight = data.weight.empty() ? rows : std::accumulate(data.weight.begin(), data.weight.end(), 0.0);
+  const double rmse = training->summary.train_rmse;
+  return expected_squared_error(rmse * rmse * weight, variance->effective_parameters());
 }
 
 }  // namespace
@@ -148,12 +177,7 @@ base::Result<StructureSearch> search_structure(const TrainingData& data, std::sp
   const std::vector<Fold> folds = split(data, fold);
   int most = options.max_memberships;
   for (const Fold& f : folds) most = std::min(most, most_memberships(f.train, options));
-  if (options.min_memberships < 2 || most < options.min_memberships) {
-    return base::bad_input("no number of memberships can be tried from " + std::to_string(options.min_memberships) +
-                               " and " + std::to_string(most) +
-                               ": at least 2 are needed, and the distinct inputs of the smallest fold limit the most",
-                           "min_memberships, max_memberships");
-  }
+  if (auto status = check_candidates(most, options); !status) return base::forward_error(status);
   std::vector<std::vector<double>> errors;
   for (int memberships = options.min_memberships; memberships <= most; ++memberships) {
     auto of_candidate = fold_errors(folds, options, memberships);
@@ -161,6 +185,23 @@ base::Result<StructureSearch> search_structure(const TrainingData& data, std::sp
     errors.push_back(std::move(*of_candidate));
   }
   return choose(options.min_memberships, data.inputs, errors);
+}
+
+base::Result<StructureChoice> search_structure(const TrainingData& data, const StructureSearchOptions& options) {
+  if (auto status = validate(data, 0); !status) return base::forward_error(status);
+  const int most = std::min(options.max_memberships, most_memberships(data, options));
+  if (auto status = check_candidates(most, options); !status) return base::forward_error(status);
+  StructureChoice choice;
+  for (int memberships = options.min_memberships; memberships <= most; ++memberships) {
+    const auto error = error_on_all(data, options, memberships);
+    if (!error) return base::forward_error(error);
+    if (!*error || (choice.memberships > 0 && **error >= choice.expected_error)) continue;
+    choice = {memberships, **error};
+  }
+  if (choice.memberships == 0) {
+    return base::bad_input(std::to_string(data.rows()) + " rows leave no candidate anything to be judged by", "x");
+  }
+  return choice;
 }
 
 }  // namespace soak::anfis

@@ -50,6 +50,28 @@ struct StructureSearch {
 [[nodiscard]] base::Result<StructureSearch> search_structure(const TrainingData& data, std::span<const int> fold,
                                                              const StructureSearchOptions& options);
 
+/// A structure and what it is expected to err.
+struct StructureChoice {
+  int memberships = 0;          ///< of each input
+  double expected_error = 0.0;  ///< expected_squared_error() of the candidate
+};
+
+/// Expected squared error of fitted values, summed over the rows in units of their variances, up to a constant that all
+/// models of these rows share: r^T V^-1 r + 2 p with p effective parameters [Mallows 1973, C_p]. The weights must be
+/// 1/variance.
+[[nodiscard]] constexpr double expected_squared_error(double whitened_rss, double parameters) {
+  return whitened_rss + 2.0 * parameters;
+}
+
+/// Chooses the number of rules without folds, for data of few groups: what is left out of those is either most of what
+/// there is, or a stretch in the middle that doubles the widest gap and so halves the rules that can be tried. Each
+/// candidate is trained on all rows; the choice has the least expected_squared_error(). Noise that rows share beyond
+/// their groups' offsets counts as shape.
+///
+/// Refuses (bad_input) options out of range and data that leave no candidate. Cost: one training per candidate.
+[[nodiscard]] base::Result<StructureChoice> search_structure(const TrainingData& data,
+                                                             const StructureSearchOptions& options);
+
 /// Number of values of one input that count as different ones: walking up the sorted values, the next one at least half
 /// the widest gap above the last counted. The scatter of a plateau over runs counts once.
 [[nodiscard]] int resolved_values(const TrainingData& data, std::size_t input = 0);

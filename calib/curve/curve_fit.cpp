@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "calib/curve/detail/curve_budget.h"
+#include "calib/curve/detail/family_choice.h"
 #include "calib/curve/families.h"
 
 namespace soak::calib {
@@ -200,23 +200,11 @@ Family choose_winner(const std::vector<FamilySums>& folds, const CurveFit& fit, 
   return winner;
 }
 
-/// Variance of the deployed curve. A family that won on held-out runs was chosen by the same data, and what it states
-/// of itself leaves out that another may be right: the ANFIS, of which the data do not know less, counts for half.
-std::function<double(double)> variance_of(const TrainedFamilies& trained, Family deployed) {
-  const auto& winner = trained[deployed];
-  const auto& anfis = trained[Family::anfis];
-  if (deployed == Family::anfis || !anfis) return winner->variance;
-  return [&winner, &anfis](double temp_c) {
-    const double own = winner->variance(temp_c);
-    return 0.5 * (own + std::max(own, anfis->variance(temp_c)));
-  };
-}
-
 void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::span<const TypeBInput> type_b,
                  const std::optional<SweepGap>& gap, CurveFit& fit) {
   const FittedCurve& fitted = *trained[fit.deployed];
   fit.curve = fitted.curve;
-  const std::function<double(double)> variance = variance_of(trained, fit.deployed);
+  const CurveVariance variance = variance_of(trained, fit.deployed, fit.holdout == "run");
   const std::vector<double> temps_c = temperatures_of(fit);
   const auto runs = static_cast<double>(fit.runs.size());
   fit.budget = curve_budget({data, fitted.curve, variance, trained.components, runs, gap, type_b}, temps_c);
@@ -226,6 +214,16 @@ void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::spa
     if (fit.run_to_run_sigma) point.pi95 = expanded_uncertainty(fit.budget, Band::fresh_power_on, i);
     fit.points.push_back(point);
   }
+}
+
+/// Why a baseline was taken instead of the ANFIS.
+std::string_view why_deployed(const CurveFit& fit, bool anfis_competed) {
+  if (fit.holdout != "run") {
+    return "is deployed: of the families it has the least error to be expected (misfit of the rows, and what each "
+           "parameter adds); no run could be held out to judge by";
+  }
+  return anfis_competed ? "beats the ANFIS by more than one standard error on held-out runs and is deployed"
+                        : "is deployed: the ANFIS fits all runs worse than those held out in turn";
 }
 
 void add_curve_warnings(const CurveSubject& subject, CurveFit& fit, bool anfis_competed) {
@@ -242,11 +240,8 @@ void add_curve_warnings(const CurveSubject& subject, CurveFit& fit, bool anfis_c
     fit.warnings.push_back({"few_temperatures", fmt::format("{}: too few temperatures for an ANFIS; {} is deployed",
                                                             subject.name, name_of(fit.deployed))});
   } else if (fit.deployed != Family::anfis) {
-    fit.warnings.push_back(
-        {"baseline_deployed",
-         fmt::format("{}: {} {}", subject.name, name_of(fit.deployed),
-                     anfis_competed ? "beats the ANFIS by more than one standard error on held-out runs and is deployed"
-                                    : "is deployed: the ANFIS fits all runs worse than those held out in turn")});
+    fit.warnings.push_back({"baseline_deployed", fmt::format("{}: {} {}", subject.name, name_of(fit.deployed),
+                                                             why_deployed(fit, anfis_competed))});
   }
   const auto& gap = fit.sweeps;
   if (gap && gap->p_value < kHysteresisP && gap->largest > kHysteresisRatio * gap->noise) {
@@ -306,6 +301,8 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
       anfis_competed = anfis_is_as_judged(data, (*trained)[Family::anfis]->curve, fit);
       fit.deployed = choose_winner(sums, fit, anfis_competed);
     }
+  } else if (fit.rules > 0) {
+    fit.deployed = least_expected_error(*trained);
   }
   const FoldSums train = sums_of_errors((*trained)[fit.rules > 0 ? Family::anfis : fit.deployed]->curve, data);
   fit.train_rmse = std::sqrt(train.absolute / train.count);

@@ -28,7 +28,7 @@ constexpr std::string_view name_of(Family family) {
 }
 
 struct CurveFitOptions {
-  std::optional<int> rules;  ///< number of ANFIS rules; absent = chosen by inner folds
+  std::optional<int> rules;  ///< number of ANFIS rules; absent = chosen (train_families())
 };
 
 /// What a curve is of: for messages.
@@ -108,10 +108,11 @@ inline constexpr std::size_t kCurveTemperatures = 3;
 /// all rows fits them worse, by a quarter, than those of the folds fitted the runs they had not seen: then it is
 /// another one, and the baseline with the least held-out error is deployed.
 ///
-/// The number of rules is chosen by inner folds over the training rows of each outer fold, so no reported error has
-/// seen the rows it is computed from. With fewer than three runs the outer folds are branches of the temperature
-/// history, or blocks of time; they are reported as checks only, and the ANFIS is deployed. With too few temperatures
-/// for an ANFIS of two rules the spline is deployed, with a warning. Refuses rows that do not vary, non-finite values
+/// The number of rules is chosen from the training rows of each outer fold alone, so no reported error has seen the
+/// rows it is computed from. With fewer than three runs the outer folds are branches of the temperature history, or
+/// blocks of time; they are reported as checks only, and the family with the least expected error on all rows is
+/// deployed (detail/family_choice.h). With too few temperatures for an ANFIS of two rules it is left out, with a
+/// warning. Refuses rows that do not vary, non-finite values
 /// and fewer than three distinct temperatures. `type_b`: contributions to the uncertainty that the rows do not show.
 [[nodiscard]] base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options,
                                                const CurveSubject& subject, std::span<const TypeBInput> type_b = {});

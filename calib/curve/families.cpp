@@ -36,32 +36,38 @@ double smallest_variance(const CurveData& data) {
   return std::max(typical * typical, 1e-300);
 }
 
-struct RunOffset {
+struct RowsOffset {
   double weight = 0.0;
   double sum = 0.0;
 };
 
-/// Weighted mean residual of each run about the curve.
-std::map<int, RunOffset> run_offsets(const CurveData& data, const anfis::TrainingData& rows, const Curve& curve) {
-  std::map<int, RunOffset> offsets;
-  for (std::size_t i = 0; i < data.rows.size(); ++i) {
-    RunOffset& offset = offsets[data.rows[i].run];
+std::size_t count_branches(const CurveData& data) {
+  std::set<int> branches;
+  for (const CurveRow& row : data.rows) branches.insert(row.branch);
+  return branches.size();
+}
+
+/// Weighted mean residual of each run (or branch) about the curve.
+std::map<int, RowsOffset> common_offsets(const anfis::TrainingData& rows, const Curve& curve) {
+  std::map<int, RowsOffset> offsets;
+  for (std::size_t i = 0; i < rows.rows(); ++i) {
+    RowsOffset& offset = offsets[rows.group[i]];
     offset.weight += rows.weight[i];
     offset.sum += rows.weight[i] * (rows.y[i] - evaluate(curve, rows.x[i]));
   }
   return offsets;
 }
 
-double offset_variance(const std::map<int, RunOffset>& offsets) {
+double offset_variance(const std::map<int, RowsOffset>& offsets) {
   const double n = static_cast<double>(offsets.size());
   double mean = 0.0;
   double noise = 0.0;
-  for (const auto& [run, offset] : offsets) {
+  for (const auto& [group, offset] : offsets) {
     mean += offset.sum / offset.weight / n;
     noise += 1.0 / offset.weight / n;
   }
   double squares = 0.0;
-  for (const auto& [run, offset] : offsets) squares += std::pow(offset.sum / offset.weight - mean, 2);
+  for (const auto& [group, offset] : offsets) squares += std::pow(offset.sum / offset.weight - mean, 2);
   return std::max(0.0, squares / (n - 1.0) - noise);
 }
 
@@ -104,8 +110,18 @@ std::vector<int> run_folds(const CurveData& data) {
   return folds;
 }
 
-/// For each shape the fewest rules within one standard error of its least error over inner folds; of the shapes the one
-/// whose choice has the lesser error.
+/// Rules and error of one shape: of few runs those with the least expected error on all rows, else the fewest within
+/// one standard error of the least over inner folds.
+base::Result<anfis::StructureChoice> choose_rules(const CurveData& data, const anfis::TrainingData& rows,
+                                                  const anfis::StructureSearchOptions& search) {
+  if (count_runs(data) <= kRunsWithoutFolds) return anfis::search_structure(rows, search);
+  const auto found = anfis::search_structure(rows, run_folds(data), search);
+  if (!found) return base::forward_error(found);
+  const auto chosen = static_cast<std::size_t>(found->chosen - search.min_memberships);
+  return anfis::StructureChoice{found->chosen, found->curve[chosen].mean_error};
+}
+
+/// The rules of each shape are chosen by themselves; of the shapes the one whose choice has the lesser error.
 base::Result<anfis::RuleBaseOptions> choose_structure(const CurveData& data, const anfis::TrainingData& rows,
                                                       const CurveFitOptions& options) {
   anfis::RuleBaseOptions structure;
@@ -122,17 +138,15 @@ base::Result<anfis::RuleBaseOptions> choose_structure(const CurveData& data, con
   search.learner = quick_learner();
   search.max_memberships = std::min(kMostRules, (resolved - kSpareTemperatures) / 2);
   if (search.max_memberships < search.min_memberships) return base::bad_input("too few temperatures for two rules");
-  const std::vector<int> folds = count_runs(data) > 1 ? run_folds(data) : block_folds(data);
   double least = std::numeric_limits<double>::infinity();
   for (const anfis::Shape shape : kShapes) {
     search.rule_base.shape = shape;
-    const auto found = anfis::search_structure(rows, folds, search);
+    const auto found = choose_rules(data, rows, search);
     if (!found) return base::forward_error(found);
-    const double error = found->curve[static_cast<std::size_t>(found->chosen - search.min_memberships)].mean_error;
-    if (error >= least) continue;
-    least = error;
+    if (found->expected_error >= least) continue;
+    least = found->expected_error;
     structure.shape = shape;
-    structure.memberships = {found->chosen};
+    structure.memberships = {found->memberships};
   }
   return structure;
 }
@@ -169,6 +183,14 @@ std::size_t count_runs(const CurveData& data) {
   return runs.size();
 }
 
+bool offsets_by_branch(const CurveData& data) {
+  return !data.by_plateau && count_runs(data) == 1 && count_branches(data) > 1;
+}
+
+std::size_t count_offsets(const CurveData& data) {
+  return offsets_by_branch(data) ? count_branches(data) : count_runs(data);
+}
+
 std::vector<int> block_folds(const CurveData& data) {
   // Few rows still have to reach every fold.
   const std::size_t block = std::clamp<std::size_t>(data.rows.size() / (2 * kBlockFolds), 1, kRowsPerBlock);
@@ -191,31 +213,32 @@ anfis::TrainingData training_data(const CurveData& data, const VarianceComponent
   anfis::TrainingData rows;
   const double floor = smallest_variance(data);
   const double extra = components.lack_of_fit_sigma * components.lack_of_fit_sigma;
+  const bool by_branch = offsets_by_branch(data);
   for (std::size_t i = 0; i < data.rows.size(); ++i) {
     if (!keep.empty() && !keep[i]) continue;
     const CurveRow& row = data.rows[i];
     rows.x.push_back(row.temp_c);
     rows.y.push_back(row.value);
     rows.weight.push_back(1.0 / (std::max(floor, row.standard_error * row.standard_error) + extra));
-    rows.group.push_back(row.run);
+    rows.group.push_back(by_branch ? row.branch : row.run);
   }
-  const double sigma = components.run_to_run_sigma.value_or(0.0);
+  const double sigma = (by_branch ? components.branch_sigma : components.run_to_run_sigma).value_or(0.0);
   rows.group_variance = sigma * sigma;
   return rows;
 }
 
 base::Result<VarianceComponents> estimate_variance_components(const CurveData& data) {
   VarianceComponents components;
-  const std::size_t runs = count_runs(data);
+  const std::size_t offsets = count_offsets(data);
   Curve curve;
   for (int i = 0; i < kComponentIterations; ++i) {
     anfis::TrainingData rows = training_data(data, components);
-    rows.group_variance = runs > 1 ? std::numeric_limits<double>::infinity() : 0.0;
+    rows.group_variance = offsets > 1 ? std::numeric_limits<double>::infinity() : 0.0;
     const auto fit = fit_smoothing_spline(rows);
     if (!fit) return base::forward_error(fit);
     curve = fit->curve;
     components.degrees_of_freedom =
-        static_cast<double>(data.rows.size()) - fit->parameters - (runs > 1 ? static_cast<double>(runs) - 1.0 : 0.0);
+        static_cast<double>(data.rows.size()) - fit->parameters - (static_cast<double>(offsets) - 1.0);
     if (components.degrees_of_freedom < 1.0) break;
     double mean_variance = 0.0;
     for (const double w : rows.weight) mean_variance += 1.0 / w / static_cast<double>(rows.weight.size());
@@ -225,9 +248,10 @@ base::Result<VarianceComponents> estimate_variance_components(const CurveData& d
     components.lack_of_fit_sigma = std::sqrt(next);
     if (std::abs(next - extra) < 1e-6 * (extra + mean_variance)) break;
   }
-  if (runs > 1) {
+  if (offsets > 1) {
     const anfis::TrainingData rows = training_data(data, components);
-    components.run_to_run_sigma = std::sqrt(offset_variance(run_offsets(data, rows, curve)));
+    auto& sigma = offsets_by_branch(data) ? components.branch_sigma : components.run_to_run_sigma;
+    sigma = std::sqrt(offset_variance(common_offsets(rows, curve)));
   }
   return components;
 }
@@ -238,7 +262,7 @@ base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveF
   TrainedFamilies trained;
   trained.components = *components;
   anfis::TrainingData rows = training_data(data, *components);
-  if (count_runs(data) < 2) rows.group.clear();
+  if (count_offsets(data) < 2) rows.group.clear();
 
   const auto keep = [&](Family family, base::Result<FittedCurve> fit) {
     if (fit) trained.fitted[static_cast<std::size_t>(family)] = std::move(*fit);

@@ -22,8 +22,18 @@ struct VarianceComponents {
   double lack_of_fit_sigma = 0.0;
   /// Standard deviation of the runs' offsets; absent with fewer than two runs.
   std::optional<double> run_to_run_sigma;
+  /// Standard deviation of the branches' offsets; only where offsets_by_branch(), which then stand for the runs'.
+  std::optional<double> branch_sigma;
   double degrees_of_freedom = 0.0;  ///< of the scatter within runs
 };
+
+/// Whether the rows' common offsets are those of the branches of the temperature history: one recording without
+/// plateaus, in which each branch covers a range of its own. Without offsets a mean curve would step where a branch
+/// ends.
+[[nodiscard]] bool offsets_by_branch(const CurveData& data);
+
+/// Number of different offsets: branches under offsets_by_branch(), else runs.
+[[nodiscard]] std::size_t count_offsets(const CurveData& data);
 
 /// Method of moments about a smoothing spline with free run offsets: the variance added to each row's own is the one
 /// that makes the weighted residuals as large as they should be; the offsets' variance is that of the estimated offsets
@@ -47,8 +57,9 @@ struct TrainedFamilies {
   }
 };
 
-/// Fits every family to the rows, the ANFIS' rule count chosen by folds inside them: over runs where there are two or
-/// more, else over blocks of time.
+/// Fits every family to the rows. The ANFIS' rule count is chosen by folds over runs inside them where there are more
+/// than kRunsWithoutFolds, else by the expected error on all rows (anfis::search_structure).
+inline constexpr std::size_t kRunsWithoutFolds = 3;
 [[nodiscard]] base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options);
 
 /// Fold of each row by stretches of time, five folds taken in turn.

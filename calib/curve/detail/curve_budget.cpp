@@ -133,12 +133,15 @@ bool rows_state_errors(const CurveData& data) {
 }
 
 VarianceShares shares_at(const CurveEvidence& evidence, double noise_share, double temp_c) {
-  const double all = evidence.variance(temp_c);
-  const double between = std::pow(evidence.components.run_to_run_sigma.value_or(0.0), 2);
+  const VarianceComponents& components = evidence.components;
+  const double all = evidence.variance.own(temp_c);
   VarianceShares shares;
-  shares.level = std::min(all, between / evidence.runs);
-  shares.noise = noise_share * (all - shares.level);
-  shares.model = (1.0 - noise_share) * (all - shares.level);
+  shares.level = std::min(all, std::pow(components.run_to_run_sigma.value_or(0.0), 2) / evidence.runs);
+  const double branches = static_cast<double>(count_offsets(evidence.data));
+  const double of_branches = std::min(all, std::pow(components.branch_sigma.value_or(0.0), 2) / branches);
+  const double within = all - shares.level - of_branches;
+  shares.noise = noise_share * within;
+  shares.model = (1.0 - noise_share) * within + of_branches + evidence.variance.between_families(temp_c);
   return shares;
 }
 
@@ -230,7 +233,7 @@ std::vector<Contribution> curve_budget(const CurveEvidence& evidence, std::span<
   }
 
   Contribution model{.name = "model", .degrees_of_freedom = within};
-  model.basis = "scatter within runs that neither noise nor hysteresis explains";
+  model.basis = "scatter within runs that neither noise nor hysteresis explains, and families that differ";
   fill_contribution(
       model, at, fresh, [](const VarianceShares& s) { return s.model; },
       [lack, loop](const VarianceShares& s) { return s.model + lack - loop; });

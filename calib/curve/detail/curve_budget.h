@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "calib/curve/curve_fit.h"
+#include "calib/curve/detail/family_choice.h"
 #include "calib/curve/families.h"
 
 namespace soak::calib {
@@ -21,7 +21,7 @@ namespace soak::calib {
 struct CurveEvidence {
   const CurveData& data;
   const Curve& curve;
-  const std::function<double(double)>& variance;  ///< of the mean curve at a temperature (FittedCurve)
+  const CurveVariance& variance;
   const VarianceComponents& components;
   double runs = 0.0;
   const std::optional<SweepGap>& gap;
@@ -35,7 +35,8 @@ struct CurveEvidence {
 ///   hysteresis  half the gap between heating and cooling, root mean square, of a fresh power-on: the curve is the mean
 ///   thermometer, gravity, fixture    as given, the same in every run
 ///   model       scatter within runs that neither noise nor hysteresis explains: carried through the fit, and as such
-///               for a fresh power-on
+///               for a fresh power-on; what families differ between which these rows cannot decide; of a recording
+///               whose branches have offsets, the uncertainty of their mean
 ///
 /// The parts of a fresh power-on are absent with one run, whose scatter nobody knows.
 [[nodiscard]] std::vector<Contribution> curve_budget(const CurveEvidence& evidence, std::span<const double> temps_c);
