@@ -200,11 +200,14 @@ Family choose_winner(const std::vector<FamilySums>& folds, const CurveFit& fit, 
   return winner;
 }
 
+/// Whether there are enough runs to choose the family by what it says of held-out ones.
+bool judged_by_folds(const CurveFit& fit) { return fit.runs.size() > kRunsWithoutFolds; }
+
 void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::span<const TypeBInput> type_b,
                  const std::optional<SweepGap>& gap, CurveFit& fit) {
   const FittedCurve& fitted = *trained[fit.deployed];
   fit.curve = fitted.curve;
-  const CurveVariance variance = variance_of(trained, fit.deployed, fit.holdout == "run");
+  const CurveVariance variance = variance_of(trained, fit.deployed, judged_by_folds(fit));
   const std::vector<double> temps_c = temperatures_of(fit);
   const auto runs = static_cast<double>(fit.runs.size());
   fit.budget = curve_budget({data, fitted.curve, variance, trained.components, runs, gap, type_b}, temps_c);
@@ -218,9 +221,9 @@ void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::spa
 
 /// Why a baseline was taken instead of the ANFIS.
 std::string_view why_deployed(const CurveFit& fit, bool anfis_competed) {
-  if (fit.holdout != "run") {
-    return "is deployed: of the families it has the least error to be expected (misfit of the rows, and what each "
-           "parameter adds); no run could be held out to judge by";
+  if (!judged_by_folds(fit)) {
+    return "is deployed: its misfit of the rows and the error that its parameters add are together less than those of "
+           "the ANFIS; so few runs are no judge when held out";
   }
   return anfis_competed ? "beats the ANFIS by more than one standard error on held-out runs and is deployed"
                         : "is deployed: the ANFIS fits all runs worse than those held out in turn";
@@ -295,14 +298,12 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
   const std::vector<FamilySums> sums = run_outer_folds(data, folds, options, fit);
   fit.deployed = fit.rules > 0 ? Family::anfis : Family::spline;
   bool anfis_competed = true;
-  if (folds.kind == "run") {
-    add_cross_validation(sums, fit);
-    if (fit.rules > 0) {
-      anfis_competed = anfis_is_as_judged(data, (*trained)[Family::anfis]->curve, fit);
-      fit.deployed = choose_winner(sums, fit, anfis_competed);
-    }
-  } else if (fit.rules > 0) {
+  if (folds.kind == "run") add_cross_validation(sums, fit);
+  if (fit.rules > 0 && !judged_by_folds(fit)) {
     fit.deployed = least_expected_error(*trained);
+  } else if (fit.rules > 0) {
+    anfis_competed = anfis_is_as_judged(data, (*trained)[Family::anfis]->curve, fit);
+    fit.deployed = choose_winner(sums, fit, anfis_competed);
   }
   const FoldSums train = sums_of_errors((*trained)[fit.rules > 0 ? Family::anfis : fit.deployed]->curve, data);
   fit.train_rmse = std::sqrt(train.absolute / train.count);

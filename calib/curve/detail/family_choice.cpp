@@ -55,8 +55,8 @@ Family least_expected_error(const TrainedFamilies& trained) {
   return best;
 }
 
-CurveVariance variance_of(const TrainedFamilies& trained, Family deployed, bool held_out_runs) {
-  if (!held_out_runs) return variance_of_average(trained, deployed);
+CurveVariance variance_of(const TrainedFamilies& trained, Family deployed, bool by_held_out_runs) {
+  if (!by_held_out_runs) return variance_of_average(trained, deployed);
   const auto& winner = trained[deployed];
   const auto& anfis = trained[Family::anfis];
   const auto nothing = [](double) { return 0.0; };
