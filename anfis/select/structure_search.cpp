@@ -143,12 +143,13 @@ base::Result<std::optional<double>> error_on_all(const TrainingData& data, const
   if (!initial) return base::forward_error(initial);
   const auto training = train(*initial, data, options.learner);
   if (!training) return base::forward_error(training);
-  const auto variance = PredictionVariance::of(training->model, data, price_of_curvature(options.learner));
-  if (!variance) return std::optional<double>();
+  const auto parameters = effective_parameters(training->model, data, price_of_curvature(options.learner));
+  if (!parameters) return base::forward_error(parameters);
   const double rows = static_cast<double>(data.rows());
+  if (rows - *parameters < 1.0) return std::optional<double>();
   const double weight = data.weight.empty() ? rows : std::accumulate(data.weight.begin(), data.weight.end(), 0.0);
   const double rmse = training->summary.train_rmse;
-  return expected_squared_error(rmse * rmse * weight, variance->effective_parameters());
+  return expected_squared_error(rmse * rmse * weight, *parameters);
 }
 
 }  // namespace

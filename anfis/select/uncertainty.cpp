@@ -34,6 +34,24 @@ Eigen::MatrixXd jacobian(const Model& model, const TrainingData& points) {
   return all;
 }
 
+/// What a fit looks like to its parameters: rows and price of curvature (no rows without one), whitened.
+struct Linearised {
+  Eigen::MatrixXd rows;
+  Eigen::MatrixXd price;
+};
+
+Linearised linearise(const Model& model, const TrainingData& data, double smoothness, const GroupWhitening& whitening) {
+  Linearised fit;
+  fit.rows = jacobian(model, data);
+  whitening.apply(fit.rows);
+  fit.price.resize(0, fit.rows.cols());
+  if (smoothness > 0.0) {
+    training::CurvaturePenalty penalty(model, data, smoothness * whitening.total_weight());
+    fit.price = penalty.jacobian(model);
+  }
+  return fit;
+}
+
 // F with F F^T = (J^T J)^+, for a whitened J.
 Eigen::MatrixXd covariance_factor(const Eigen::MatrixXd& j) {
   Eigen::VectorXd scale = j.colwise().norm().transpose();
@@ -72,15 +90,12 @@ base::Result<PredictionVariance> PredictionVariance::of(const Model& model, cons
                                                         double smoothness) {
   if (auto status = validate_arguments(model, data, smoothness); !status) return base::forward_error(status);
   const GroupWhitening whitening(data.rows(), data.weight, data.group, data.group_variance);
-  Eigen::MatrixXd j = jacobian(model, data);
-  whitening.apply(j);
+  const auto [j, price] = linearise(model, data, smoothness, whitening);
   PredictionVariance variance;
   variance.model_ = model;
   if (smoothness > 0.0) {
-    training::CurvaturePenalty penalty(model, data, smoothness * whitening.total_weight());
-    const Eigen::MatrixXd p = penalty.jacobian(model);
-    Eigen::MatrixXd all(j.rows() + p.rows(), j.cols());
-    all << j, p;
+    Eigen::MatrixXd all(j.rows() + price.rows(), j.cols());
+    all << j, price;
     variance.factor_ = covariance_factor(all);
     // trace of the matrix that makes fitted values of the rows
     variance.effective_parameters_ = (j * variance.factor_).squaredNorm();
@@ -97,6 +112,26 @@ base::Result<PredictionVariance> PredictionVariance::of(const Model& model, cons
   }
   variance.residual_variance_ = whitened_residual_squares(model, data, whitening) / variance.degrees_of_freedom_;
   return variance;
+}
+
+base::Result<double> effective_parameters(const Model& model, const TrainingData& data, double smoothness) {
+  if (auto status = validate_arguments(model, data, smoothness); !status) return base::forward_error(status);
+  const GroupWhitening whitening(data.rows(), data.weight, data.group, data.group_variance);
+  const auto [j, price] = linearise(model, data, smoothness, whitening);
+  const Eigen::MatrixXd of_rows = j.transpose() * j;
+  const Eigen::MatrixXd all = of_rows + price.transpose() * price;
+  Eigen::VectorXd scale = all.diagonal().cwiseSqrt();
+  scale = (scale.array() > kZeroColumn * scale.maxCoeff()).select(scale.cwiseInverse(), 0.0);
+  const base::SymmetricEigen eigen = base::symmetric_eigen(scale.asDiagonal() * all * scale.asDiagonal());
+  // trace((J^T J + P^T P)^+ J^T J), direction by direction
+  const Eigen::MatrixXd directions = scale.asDiagonal() * eigen.vectors;
+  const double least = kSingularTolerance * kSingularTolerance * eigen.values.maxCoeff();
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < directions.cols(); ++i) {
+    if (eigen.values[i] <= least) continue;
+    sum += directions.col(i).dot(of_rows * directions.col(i)) / eigen.values[i];
+  }
+  return sum;
 }
 
 double PredictionVariance::at(std::span<const double> x, double sigma_squared) const {

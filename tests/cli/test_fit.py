@@ -405,6 +405,11 @@ class ChamberRecording(SoakTest):
         for sensor in SENSORS:
             self.assertIn("hysteresis", [warning["code"] for warning in fit["sensors"][sensor]["warnings"]])
             self.assertIsNone(fit["sensors"][sensor]["check_rmse"])
+        # Each branch covers a range of its own and has its own offset (gx up to 0.75 deg/s): the curve must not step where one ends.
+        for name in ("gyro_x", "gyro_y", "gyro_z"):
+            points = fit["sensors"][name]["curve"]
+            steps = [abs(b["bias"] - a["bias"]) / (b["temp_c"] - a["temp_c"]) for a, b in zip(points, points[1:])]
+            self.assertLess(max(steps), 0.1, name)
         at_25 = min(fit["sensors"]["accel_z"]["curve"], key=lambda point: abs(point["temp_c"] - 25.0))
         self.assertAlmostEqual(at_25["bias"], 0.0, delta=0.01)
 
