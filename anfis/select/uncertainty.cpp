@@ -122,7 +122,8 @@ base::Result<double> effective_parameters(const Model& model, const TrainingData
   const Eigen::MatrixXd all = of_rows + price.transpose() * price;
   Eigen::VectorXd scale = all.diagonal().cwiseSqrt();
   scale = (scale.array() > kZeroColumn * scale.maxCoeff()).select(scale.cwiseInverse(), 0.0);
-  const base::SymmetricEigen eigen = base::symmetric_eigen(scale.asDiagonal() * all * scale.asDiagonal());
+  const base::SymmetricEigen eigen =
+      base::symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * all * scale.asDiagonal()));
   // trace((J^T J + P^T P)^+ J^T J), direction by direction
   const Eigen::MatrixXd directions = scale.asDiagonal() * eigen.vectors;
   const double least = kSingularTolerance * kSingularTolerance * eigen.values.maxCoeff();
