@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/random.h"
 #include "support.h"
@@ -79,6 +80,41 @@ TEST(StructureSearch, AStraightLineNeedsNoMoreThanTwoRules) {
   data.group_variance = 100.0;
   EXPECT_EQ(search_structure(data, test::folds_by_group(data, 6), {})->chosen, 2);
   EXPECT_EQ(search_structure(data, test::folds_by_group(data, 6), {.learner = HybridOptions()})->chosen, 2);
+}
+
+/// One pass over 21 temperatures; three periods of a sine, or a straight line.
+TrainingData one_pass(bool waves, unsigned seed) {
+  base::Random random(seed);
+  TrainingData data;
+  for (int i = 0; i <= 20; ++i) {
+    data.x.push_back(5.0 * i);
+    data.y.push_back((waves ? 0.3 * std::sin(i * std::numbers::pi * 6.0 / 20.0) : 0.01 * i) + 0.01 * random.gaussian());
+    data.weight.push_back(1e4);
+  }
+  return data;
+}
+
+TEST(StructureSearch, WithoutFoldsOnePassOverWavesGetsTheRulesThatTheyNeedAndALineFew) {
+  const StructureSearchOptions options = {.learner = VariableProjectionOptions{.smoothness = 1e-7}};
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const TrainingData waves = one_pass(true, seed);
+    const auto found = search_structure(waves, options);
+    ASSERT_TRUE(found);
+    // Six half waves; stretches left out would allow no more than (21 - 1) / 2 / 2.
+    EXPECT_GE(found->memberships, 5) << seed;
+    const auto line = search_structure(one_pass(false, seed), options);
+    ASSERT_TRUE(line);
+    EXPECT_LE(line->memberships, 3) << seed;
+    // Of a right model the expected error of the fitted values is near the number of rows, plus the parameters.
+    EXPECT_LT(found->expected_error, 3.0 * 21.0);
+  }
+}
+
+TEST(StructureSearch, WithoutFoldsRefusesWhatLeavesNoCandidate) {
+  const auto search = search_structure(one_pass(true, 1), {.min_memberships = 5, .max_memberships = 4});
+  ASSERT_FALSE(search);
+  EXPECT_EQ(search.error().kind, base::ErrorKind::bad_input);
+  EXPECT_EQ(search.error().where, "min_memberships, max_memberships");
 }
 
 TEST(StructureSearch, LeavesAQuarterOfTheResolvedInputsOver) {

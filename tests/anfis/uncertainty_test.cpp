@@ -75,6 +75,19 @@ TEST(PredictionVariance, WithAPriceOfCurvatureTheBandOf95PercentCoversTheTruth) 
   EXPECT_LT(parameters, 28.0);
 }
 
+TEST(PredictionVariance, ParametersFromNormalEquationsAreThoseOfTheDecomposition) {
+  const test::DriftProblem problem = test::drift_problem(5, 3);
+  const double price = test::curve_learner().smoothness;
+  for (int rules = 2; rules <= 9; ++rules) {
+    const Model model = test::learn_curve(problem.data, rules, rules % 2 == 0 ? Shape::bell : Shape::gaussian);
+    const auto variance = PredictionVariance::of(model, problem.data, price);
+    const auto parameters = effective_parameters(model, problem.data, price);
+    ASSERT_TRUE(variance && parameters);
+    // Squared singular values lose half the digits of those at the tolerance of 1e-6.
+    EXPECT_NEAR(*parameters, variance->effective_parameters(), 0.02 * variance->effective_parameters()) << rules;
+  }
+}
+
 TEST(PredictionVariance, BandOf95PercentCoversTheTruth) {
   constexpr int kSeeds = 300;
   int covered = 0, points = 0;
