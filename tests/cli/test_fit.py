@@ -398,10 +398,11 @@ class ChamberRecording(SoakTest):
         gyro = fit["sensors"]["gyro_x"]
         self.assertEqual(gyro["holdout"], "branch")
         self.assertEqual(len(gyro["checks"]), 3)
-        # RMS over the last cooling of models of the first cooling and the heating: a quintic leaves 0.549 deg/s on rows.
-        self.assertAlmostEqual(gyro["checks"][2]["poly5"], 0.549, delta=0.02)
-        for check in gyro["checks"]:
-            self.assertTrue(all(check[family] > 0.2 for family in ("anfis", "poly3", "poly5", "spline")))
+        # RMS over a branch of models of the two others: a quintic and an offset for each of these, by plain least squares on the means
+        # of 30 s, leave so much (about their mean).
+        for check, left in zip(gyro["checks"], (0.181, 0.511, 0.483)):
+            self.assertAlmostEqual(check["poly5"], left, delta=0.02)
+            self.assertTrue(all(check[family] > 0.15 for family in ("anfis", "poly3", "poly5", "spline")))
         for sensor in SENSORS:
             self.assertIn("hysteresis", [warning["code"] for warning in fit["sensors"][sensor]["warnings"]])
             self.assertIsNone(fit["sensors"][sensor]["check_rmse"])
@@ -409,7 +410,7 @@ class ChamberRecording(SoakTest):
         for name in ("gyro_x", "gyro_y", "gyro_z"):
             points = fit["sensors"][name]["curve"]
             steps = [abs(b["bias"] - a["bias"]) / (b["temp_c"] - a["temp_c"]) for a, b in zip(points, points[1:])]
-            self.assertLess(max(steps), 0.1, name)
+            self.assertLess(max(steps), 0.06, name)
         at_25 = min(fit["sensors"]["accel_z"]["curve"], key=lambda point: abs(point["temp_c"] - 25.0))
         self.assertAlmostEqual(at_25["bias"], 0.0, delta=0.01)
 
