@@ -111,9 +111,9 @@ inline constexpr std::size_t kCurveTemperatures = 3;
 /// The number of rules is chosen from the training rows of each outer fold alone, so no reported error has seen the
 /// rows it is computed from. With fewer than three runs the outer folds are branches of the temperature history, or
 /// blocks of time, and are reported as checks only. With at most three, too few for such folds to decide, the family
-/// with the least expected error on all rows is deployed (detail/family_choice.h). With too few temperatures for an ANFIS of two rules it is left out, with a
-/// warning. Refuses rows that do not vary, non-finite values
-/// and fewer than three distinct temperatures. `type_b`: contributions to the uncertainty that the rows do not show.
+/// with the least expected error on all rows is deployed (detail/family_choice.h). With too few temperatures for an
+/// ANFIS of two rules it is left out, with a warning. Refuses rows that do not vary, non-finite values and fewer than
+/// three distinct temperatures. `type_b`: contributions to the uncertainty that the rows do not show.
 [[nodiscard]] base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options,
                                                const CurveSubject& subject, std::span<const TypeBInput> type_b = {});
 
