@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "anfis/model/model.h"
+#include "calib/vocabulary/one_way.h"
 #include "calib/vocabulary/position.h"
 #include "calib/vocabulary/reference.h"
 #include "calib/vocabulary/sensor.h"
@@ -52,6 +53,8 @@ struct UncertaintyTable {
   std::vector<double> temp_c;
   std::vector<double> ci95;  ///< half-width for the mean curve over runs (two-sided t)
   std::vector<double> pi95;  ///< half-width for one fresh power-on; empty where it has no meaning (scale)
+  /// Of one run alone: neither half-width holds the scatter from power-on to power-on, which nobody knows.
+  bool one_run = false;
 };
 
 /// What the file says of one sensor.
@@ -63,6 +66,7 @@ struct SensorCalibration {
   std::string model;  ///< what the bias curve is: "anfis", "poly3", "poly5", "spline", "constant"
   Curve bias;
   UncertaintyTable bias_uncertainty;
+  std::optional<OneWay> one_way;  ///< temperatures that the runs visited one way only; absent: none, or not stated
   /// Absent where the data cannot give it (static soak of a gyro). Its domain is where it was measured: at most the
   /// valid range.
   std::optional<Curve> scale_ppm;

@@ -9,6 +9,7 @@
 #include "calib/curve/detail/curve_budget.h"
 #include "calib/curve/detail/family_choice.h"
 #include "calib/curve/families.h"
+#include "calib/curve/one_way.h"
 
 namespace soak::calib {
 namespace {
@@ -210,7 +211,8 @@ void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::spa
   const CurveVariance variance = variance_of(trained, fit.deployed, judged_by_folds(fit));
   const std::vector<double> temps_c = temperatures_of(fit);
   const auto runs = static_cast<double>(fit.runs.size());
-  fit.budget = curve_budget({data, fitted.curve, variance, trained.components, runs, gap, type_b}, temps_c);
+  fit.budget =
+      curve_budget({data, fitted.curve, variance, trained.components, runs, gap, type_b, fit.one_way}, temps_c);
   for (std::size_t i = 0; i < temps_c.size(); ++i) {
     CurvePoint point{temps_c[i], evaluate(fit.curve, temps_c[i]), expanded_uncertainty(fit.budget, Band::mean, i),
                      std::nullopt};
@@ -246,6 +248,7 @@ void add_curve_warnings(const CurveSubject& subject, CurveFit& fit, bool anfis_c
     fit.warnings.push_back({"baseline_deployed", fmt::format("{}: {} {}", subject.name, name_of(fit.deployed),
                                                              why_deployed(fit, anfis_competed))});
   }
+  if (!fit.one_way.ranges.empty()) fit.warnings.push_back(one_way_warning(fit.one_way));
   const auto& gap = fit.sweeps;
   if (gap && gap->p_value < kHysteresisP && gap->largest > kHysteresisRatio * gap->noise) {
     fit.warnings.push_back(
@@ -273,7 +276,7 @@ std::size_t distinct_temperatures(const CurveData& data) {
 }
 
 base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options, const CurveSubject& subject,
-                                 std::span<const TypeBInput> type_b) {
+                                 std::span<const TypeBInput> type_b, const KnownHysteresis& hysteresis) {
   if (const auto checked = check_curve_rows(data, subject); !checked) return base::forward_error(checked);
   auto trained = train_families(data, options);
   if (!trained) {
@@ -307,6 +310,8 @@ base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& o
   }
   const FoldSums train = sums_of_errors((*trained)[fit.rules > 0 ? Family::anfis : fit.deployed]->curve, data);
   fit.train_rmse = std::sqrt(train.absolute / train.count);
+  fit.one_way.ranges = one_way_ranges(data);
+  if (!fit.one_way.ranges.empty()) fit.one_way.known = hysteresis;
   fit.sweeps = find_sweep_gap(data, (*trained)[fit.deployed]->curve);
   trace_curve(data, *trained, type_b, fit.sweeps, fit);
   for (const CurvePoint& point : fit.points) {

@@ -14,6 +14,7 @@
 #include "calib/curve/calibration.h"
 #include "calib/estimate/curve_data.h"
 #include "calib/estimate/uncertainty_budget.h"
+#include "calib/vocabulary/one_way.h"
 #include "calib/vocabulary/warning.h"
 
 namespace soak::calib {
@@ -54,7 +55,7 @@ struct CrossValidationError {
 struct CurvePoint {
   double temp_c = 0.0;
   double value = 0.0;
-  double ci95 = 0.0;           ///< half-width (two-sided t) for the mean curve over runs
+  double ci95 = 0.0;           ///< half-width (two-sided t) for the mean curve over runs; of one run: its noise only
   std::optional<double> pi95;  ///< half-width for one fresh power-on; absent with fewer than two runs
 };
 
@@ -82,6 +83,7 @@ struct CurveFit {
   std::optional<double> run_to_run_sigma;
   double lack_of_fit_sigma = 0.0;
   std::optional<SweepGap> sweeps;  ///< absent: no temperature was visited both ways in one run
+  OneWay one_way;                  ///< temperatures that no run visited both ways
   double temp_min_c = 0.0;
   double temp_max_c = 0.0;
   Family deployed = Family::anfis;
@@ -114,7 +116,9 @@ inline constexpr std::size_t kCurveTemperatures = 3;
 /// with the least expected error on all rows is deployed (detail/family_choice.h). With too few temperatures for an
 /// ANFIS of two rules it is left out, with a warning. Refuses rows that do not vary, non-finite values and fewer than
 /// three distinct temperatures. `type_b`: contributions to the uncertainty that the rows do not show.
+/// `hysteresis`: half the gap between heating and cooling, for temperatures that the rows visited one way only.
 [[nodiscard]] base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options,
-                                               const CurveSubject& subject, std::span<const TypeBInput> type_b = {});
+                                               const CurveSubject& subject, std::span<const TypeBInput> type_b = {},
+                                               const KnownHysteresis& hysteresis = {});
 
 }  // namespace soak::calib

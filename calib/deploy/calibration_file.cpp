@@ -104,6 +104,7 @@ void add_sensor(Draft& draft, const SensorCalibration& sensor) {
   draft.add(file::sensor_section(sensor));
   if (draft.status) add_curve(draft, sensor, Quantity::bias, sensor.bias);
   add_uncertainty(Quantity::bias, sensor.bias_uncertainty);
+  if (sensor.one_way) draft.add(file::one_way_section(sensor.sensor, *sensor.one_way));
   if (!sensor.scale_ppm) return;
   if (draft.status) add_curve(draft, sensor, Quantity::scale_ppm, *sensor.scale_ppm);
   if (sensor.scale_uncertainty) add_uncertainty(Quantity::scale_ppm, *sensor.scale_uncertainty);
@@ -148,9 +149,13 @@ void add_references(Draft& draft, const Calibration& calibration) {
   for (const ReferenceUse& use : calibration.references) draft.add(file::reference_section(use));
 }
 
-/// The minor version that a type of section came with.
+/// The minor version that a type of section came with, or what it says.
 std::uint16_t minor_version_of(const Section& section) {
   switch (section.type) {
+    case file::kOneWaySection:
+      return 6;
+    case SOAK_SECTION_UNCERTAINTY:
+      return file::says_one_run(section.payload) ? 6 : 0;
     case SOAK_SECTION_GYRO_MISALIGNMENT:
       return 5;
     case SOAK_SECTION_THERMOMETERS:
@@ -276,6 +281,21 @@ void take_of_curve(Calibration& calibration, std::uint32_t type, const std::uint
   }
 }
 
+/// Takes over the temperatures that a sensor was calibrated at one way only. Refuses them before the sensor's own
+/// section, and twice.
+base::Status take_one_way(Calibration& calibration, std::span<const std::uint8_t> payload) {
+  auto one_way = file::read_one_way(payload);
+  if (!one_way) return base::forward_error(one_way);
+  const auto sensor = std::ranges::find_if(
+      calibration.sensors, [&](const SensorCalibration& known) { return index_of(known.sensor) == payload[0]; });
+  if (sensor == calibration.sensors.end() || sensor->one_way) {
+    return base::corrupt("temperatures visited one way of a sensor that has them already, or that comes later",
+                         "one_way");
+  }
+  sensor->one_way = *std::move(one_way);
+  return {};
+}
+
 /// Adds one more entry to a list of `most` at most.
 template <class T>
 base::Status take_entry(std::vector<T>& list, std::size_t most, const char* what, const char* where,
@@ -305,6 +325,8 @@ base::Status take_section(Calibration& calibration, std::uint32_t type, std::spa
     case SOAK_SECTION_TABLE_BOUND:
       take_of_curve(calibration, type, payload.data());
       break;
+    case file::kOneWaySection:
+      return take_one_way(calibration, payload);
     case SOAK_SECTION_MISALIGNMENT:
       calibration.accel_misalignment = file::read_matrix(payload.data());
       break;

@@ -40,6 +40,25 @@ std::string scale_text(const SensorCalibration& sensor) {
   return ", scale measured from " + base::shortest(low_c) + " to " + base::shortest(high_c) + " degC only";
 }
 
+/// What the half-widths of a sensor do not hold.
+std::vector<std::string> band_lines(const SensorCalibration& sensor) {
+  std::vector<std::string> lines;
+  if (sensor.bias_uncertainty.one_run) {
+    lines.emplace_back("  of one run: its uncertainty does not hold the scatter from power-on to power-on");
+  }
+  if (sensor.one_way) {
+    for (const OneWayRange& range : sensor.one_way->ranges) {
+      lines.push_back(std::string("  ") + (range.sweep == Sweep::up ? "heating" : "cooling") + " only from " +
+                      base::shortest(range.low_c) + " to " + base::shortest(range.high_c) + " degC: " +
+                      (sensor.one_way->known.source == HysteresisSource::none
+                           ? "its uncertainty does not hold the thermal hysteresis"
+                           : std::string("its uncertainty holds the thermal hysteresis of the ") +
+                                 std::string(name_of(sensor.one_way->known.source))));
+    }
+  }
+  return lines;
+}
+
 std::string head_comment(const Calibration& calibration) {
   std::string text = "/*\n";
   if (calibration.simulated) text += " * SIMULATED SIMULATED SIMULATED: made from simulated data. Do not deploy.\n *\n";
@@ -50,6 +69,7 @@ std::string head_comment(const Calibration& calibration) {
     add(std::string(name_of(sensor.sensor)) + ": " + comment_text(sensor.model) + ", valid from " +
         base::shortest(sensor.temp_min_c) + " to " + base::shortest(sensor.temp_max_c) + " degC" + scale_text(sensor) +
         (sensor.own_thermometer ? ", over a thermometer of its own" : ""));
+    for (const std::string& line : band_lines(sensor)) add(line);
   }
   for (const std::string& line : exporting::source_lines(calibration, comment_text)) add(line);
   return text;

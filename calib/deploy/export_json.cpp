@@ -84,6 +84,18 @@ Json uncertainty(const UncertaintyTable& table, double factor) {
   return points;
 }
 
+Json one_way(const std::optional<OneWay>& stated, double factor) {
+  if (!stated) return {};
+  Json ranges = Json::array();
+  for (const OneWayRange& range : stated->ranges) {
+    ranges.push_back({{"low_c", range.low_c}, {"high_c", range.high_c}, {"sweep", name_of(range.sweep)}});
+  }
+  const bool known = stated->known.source != HysteresisSource::none;
+  return {{"ranges", std::move(ranges)},
+          {"half_gap", known ? Json(factor * stated->known.half_gap) : Json()},
+          {"source", name_of(stated->known.source)}};
+}
+
 Json sensor_document(const SensorCalibration& sensor) {
   const double factor = printed_per_si(sensor.sensor);
   return {{"unit", printed_unit(sensor.sensor)},
@@ -94,6 +106,8 @@ Json sensor_document(const SensorCalibration& sensor) {
           {"curve", dense_curve(sensor, factor)},
           {"bias", parameters(sensor.bias, factor)},
           {"bias_uncertainty", uncertainty(sensor.bias_uncertainty, factor)},
+          {"one_run", sensor.bias_uncertainty.one_run},
+          {"one_way", one_way(sensor.one_way, factor)},
           {"scale_ppm", sensor.scale_ppm ? parameters(*sensor.scale_ppm, 1.0) : Json()},
           {"scale_uncertainty", sensor.scale_uncertainty ? uncertainty(*sensor.scale_uncertainty, 1.0) : Json()}};
 }

@@ -202,6 +202,16 @@ std::array<ConstantValidity, kSensorCount> validity_of(const UnitType& type, std
   return all;
 }
 
+/// Half of the largest gap between heating and cooling that the unit's type states, SI.
+std::array<KnownHysteresis, kSensorCount> hysteresis_of(const UnitType& type) {
+  std::array<KnownHysteresis, kSensorCount> all{};
+  for (const Sensor sensor : kSensors) {
+    const auto& gap = is_gyro(sensor) ? type.gyro_hysteresis_dps : type.accel_hysteresis_mps2;
+    if (gap) all[index_of(sensor)] = {0.5 * *gap / printed_per_si(sensor), HysteresisSource::type};
+  }
+  return all;
+}
+
 /// The runs' latitude where all have one; the least, which leaves the most of the Earth's rotation horizontal. An axis
 /// counts as turned where every run turned it: one that has not brings its error of the first order into the mean.
 Circumstances circumstances_of(const UnitInput& input, std::span<const GatedRun> used) {
@@ -343,6 +353,7 @@ base::Result<UnitRows> make_rows(const UnitInput& input) {
   leave_out_found_attitudes(used, rows.warnings);
   const Circumstances circumstances = circumstances_of(input, used);
   rows.validity = validity_of(input.type, used);
+  rows.hysteresis = hysteresis_of(input.type);
   rows.relative_accel = !circumstances.positions && !circumstances.found_attitudes;
   rows.earth_removed = rows.relative_accel ? EarthRemoval::none : earth_removed_from(used);
 

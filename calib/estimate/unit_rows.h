@@ -13,6 +13,7 @@
 #include "calib/estimate/curve_data.h"
 #include "calib/estimate/site.h"
 #include "calib/estimate/unit_input.h"
+#include "calib/vocabulary/one_way.h"
 #include "calib/vocabulary/warning.h"
 
 namespace soak::calib {
@@ -69,6 +70,9 @@ struct UnitRows {
       scale;  ///< accelerometers turned up and down, gyros turned at rates
   std::array<std::vector<TypeBInput>, kSensorCount> bias_type_b;
   std::array<std::vector<TypeBInput>, kSensorCount> scale_type_b;
+  /// Half the gap between heating and cooling of each bias, for temperatures that were visited one way only: what the
+  /// unit's type states.
+  std::array<KnownHysteresis, kSensorCount> hysteresis{};
   bool relative_accel = false;                       ///< one attitude: accelerometer bias has no level of its own
   std::array<bool, kSensorCount> own_thermometer{};  ///< as in RunInput: the same in all runs that give the sensor
   Gravity gravity;

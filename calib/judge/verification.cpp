@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calib/curve/curve_fit.h"
+#include "calib/curve/one_way.h"
 #include "calib/judge/detail/row_errors.h"
 
 namespace soak::calib {
@@ -181,6 +182,52 @@ void warn_of_rows(const CurveTask& task, const CurveVerification& result, std::v
   }
 }
 
+/// Fresh rows at temperatures that the file's runs visited one way only.
+struct OneWayRows {
+  std::size_t same_way = 0;
+  std::size_t other_way = 0;
+};
+
+OneWayRows count_rows(const OneWay& one_way, const CurveData& data) {
+  OneWayRows rows;
+  for (const CurveRow& row : data.rows) {
+    const auto range = std::ranges::find_if(one_way.ranges, [&](const OneWayRange& stated) {
+      return row.temp_c >= stated.low_c && row.temp_c <= stated.high_c;
+    });
+    if (range == one_way.ranges.end() || row.sweep == Sweep::unknown) continue;
+    ++(row.sweep == range->sweep ? rows.same_way : rows.other_way);
+  }
+  return rows;
+}
+
+/// What the fresh runs say, and what not, where the file's own went one way only.
+void warn_of_one_way(const OneWay& one_way, const std::optional<CurveData>& data, std::vector<Warning>& warnings) {
+  const OneWayRows rows = data ? count_rows(one_way, *data) : OneWayRows();
+  std::string fresh = "these runs do not show it";
+  if (rows.other_way > 0) {
+    fresh = fmt::format("{} of {} estimates of these runs there went the other way: their errors hold the whole of it",
+                        rows.other_way, rows.other_way + rows.same_way);
+  } else if (rows.same_way > 0) {
+    fresh = "these runs went the same way, so that they do not show it either: verify with a run that goes both ways";
+  }
+  Warning warning{"one_way", fmt::format("in the runs of the file {}, and {}; {}", one_way_text(one_way.ranges),
+                                         one_way_bands_text(one_way.known.source), fresh)};
+  // That of the other sensors is the same where their thermometer is.
+  if (std::ranges::find(warnings, warning.text, &Warning::text) == warnings.end()) {
+    warnings.push_back(std::move(warning));
+  }
+}
+
+void warn_of_one_run(const Calibration& calibration, std::vector<Warning>& warnings) {
+  const bool of_one_run = std::ranges::any_of(
+      calibration.sensors, [](const SensorCalibration& sensor) { return sensor.bias_uncertainty.one_run; });
+  if (!of_one_run) return;
+  warnings.push_back(
+      {"one_run",
+       "the file is of one run: ci95 does not hold the scatter from power-on to power-on, and there is no "
+       "pi95 to compare a fresh power-on with"});
+}
+
 void warn_of_band(const std::string& name, std::string_view what, const std::optional<BandComparison>& band,
                   std::vector<Warning>& warnings) {
   if (!band || !band->too_narrow()) return;
@@ -204,6 +251,7 @@ class Verifier {
   Verifier(const Calibration& calibration, const Limits& limits, const UnitRows& rows)
       : calibration_(calibration), limits_(limits), rows_(rows) {
     result_.warnings = rows.warnings;
+    warn_of_one_run(calibration, result_.warnings);
   }
 
   Verification verify() {
@@ -226,6 +274,7 @@ class Verifier {
 
   void add(Sensor sensor, const SensorCalibration* stated) {
     const std::size_t s = index_of(sensor);
+    if (stated != nullptr && stated->one_way) warn_of_one_way(*stated->one_way, rows_.bias[s], result_.warnings);
     CurveTask bias = bias_task(sensor, stated, rows_);
     SensorVerification verified;
     static_cast<CurveVerification&>(verified) = run(bias, stated, limits_.bias[s]);

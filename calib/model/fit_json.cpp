@@ -109,6 +109,19 @@ json sweeps_json(const CurveFit& fit, double factor) {
           {"p", fit.sweeps->p_value}};
 }
 
+/// Temperatures that no run visited both ways.
+json one_way_json(const CurveFit& fit, double factor) {
+  if (fit.one_way.ranges.empty()) return {};
+  json ranges = json::array();
+  for (const OneWayRange& range : fit.one_way.ranges) {
+    ranges.push_back({{"low_c", range.low_c}, {"high_c", range.high_c}, {"sweep", name_of(range.sweep)}});
+  }
+  const bool known = fit.one_way.known.source != HysteresisSource::none;
+  return {{"ranges", std::move(ranges)},
+          {"half_gap", known ? json(fit.one_way.known.half_gap * factor) : json()},
+          {"source", name_of(fit.one_way.known.source)}};
+}
+
 json fitted_sensor_json(Sensor sensor, const SensorFit& fit, bool own_thermometer) {
   const double factor = printed_per_si(sensor);
   const CurveFit& bias = fit.bias;
@@ -123,6 +136,7 @@ json fitted_sensor_json(Sensor sensor, const SensorFit& fit, bool own_thermomete
           {"run_to_run_sigma", number_json(bias.run_to_run_sigma, factor)},
           {"lack_of_fit_sigma", bias.lack_of_fit_sigma * factor},
           {"sweeps", sweeps_json(bias, factor)},
+          {"one_way", one_way_json(bias, factor)},
           {"relative", fit.relative},
           {"runs", bias.runs},
           {"holdout", bias.holdout},

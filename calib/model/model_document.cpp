@@ -13,13 +13,54 @@ namespace soak::calib {
 // Members as the document names them.
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SplineCurve, knots_c, coefficients)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TableCurve, first_c, step_c, values)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(UncertaintyTable, temp_c, ci95, pi95)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CouplingUncertainty, standard, readings_only)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(EvenOrderTerm, value, standard_uncertainty, readings_only)
 
 namespace {
 
 using nlohmann::json;
+
+json table_to_json(const UncertaintyTable& table) {
+  json document = {{"temp_c", table.temp_c}, {"ci95", table.ci95}, {"pi95", table.pi95}};
+  if (table.one_run) document["one_run"] = true;
+  return document;
+}
+
+UncertaintyTable table_from_json(const json& document) {
+  UncertaintyTable table;
+  document.at("temp_c").get_to(table.temp_c);
+  document.at("ci95").get_to(table.ci95);
+  document.at("pi95").get_to(table.pi95);
+  table.one_run = document.value("one_run", false);
+  return table;
+}
+
+json one_way_to_json(const OneWay& one_way) {
+  json ranges = json::array();
+  for (const OneWayRange& range : one_way.ranges) {
+    ranges.push_back({{"low_c", range.low_c}, {"high_c", range.high_c}, {"sweep", name_of(range.sweep)}});
+  }
+  return {
+      {"ranges", std::move(ranges)}, {"half_gap", one_way.known.half_gap}, {"source", name_of(one_way.known.source)}};
+}
+
+base::Result<OneWay> one_way_from_json(const json& document) {
+  OneWay one_way;
+  for (const json& entry : document.at("ranges")) {
+    OneWayRange range{entry.at("low_c").get<double>(), entry.at("high_c").get<double>(),
+                      sweep_named(entry.at("sweep").get<std::string>())};
+    if (range.sweep == Sweep::unknown) return base::corrupt("a one-way range without its way", "model document");
+    one_way.ranges.push_back(range);
+  }
+  document.at("half_gap").get_to(one_way.known.half_gap);
+  const auto source = document.at("source").get<std::string>();
+  for (const HysteresisSource known : {HysteresisSource::none, HysteresisSource::type, HysteresisSource::fleet}) {
+    if (name_of(known) != source) continue;
+    one_way.known.source = known;
+    return one_way;
+  }
+  return base::corrupt(fmt::format("unknown source of hysteresis '{}'", source), "model document");
+}
 
 /// 2: models as anfis/persist/model_json.h writes them in its version 2; everything else as in 1. 3: with misalignment
 /// of the gyros, which a program that knows it not would leave out of the file; all other documents are written as 2.
@@ -66,13 +107,14 @@ base::Result<json> sensor_to_json(const SensorCalibration& sensor) {
   if (!bias) return base::forward_error(bias);
   json document = {{"sensor", name_of(sensor.sensor)}, {"temp_min_c", sensor.temp_min_c},
                    {"temp_max_c", sensor.temp_max_c},  {"model", sensor.model},
-                   {"bias", *std::move(bias)},         {"bias_uncertainty", sensor.bias_uncertainty}};
+                   {"bias", *std::move(bias)},         {"bias_uncertainty", table_to_json(sensor.bias_uncertainty)}};
   if (sensor.scale_ppm) {
     auto scale = curve_to_json(*sensor.scale_ppm);
     if (!scale) return base::forward_error(scale);
     document["scale_ppm"] = *std::move(scale);
   }
-  if (sensor.scale_uncertainty) document["scale_uncertainty"] = *sensor.scale_uncertainty;
+  if (sensor.scale_uncertainty) document["scale_uncertainty"] = table_to_json(*sensor.scale_uncertainty);
+  if (sensor.one_way) document["one_way"] = one_way_to_json(*sensor.one_way);
   if (sensor.own_thermometer) document["own_thermometer"] = true;
   return document;
 }
@@ -90,14 +132,19 @@ base::Result<SensorCalibration> sensor_from_json(const json& document) {
   auto bias = curve_from_json(document.at("bias"));
   if (!bias) return base::forward_error(bias);
   calibration.bias = *std::move(bias);
-  document.at("bias_uncertainty").get_to(calibration.bias_uncertainty);
+  calibration.bias_uncertainty = table_from_json(document.at("bias_uncertainty"));
+  if (document.contains("one_way")) {
+    auto one_way = one_way_from_json(document["one_way"]);
+    if (!one_way) return base::forward_error(one_way);
+    calibration.one_way = *std::move(one_way);
+  }
   if (document.contains("scale_ppm")) {
     auto scale = curve_from_json(document["scale_ppm"]);
     if (!scale) return base::forward_error(scale);
     calibration.scale_ppm = *std::move(scale);
   }
   if (document.contains("scale_uncertainty")) {
-    calibration.scale_uncertainty = document["scale_uncertainty"].get<UncertaintyTable>();
+    calibration.scale_uncertainty = table_from_json(document["scale_uncertainty"]);
   }
   return calibration;
 }

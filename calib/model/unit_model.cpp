@@ -85,6 +85,7 @@ base::Result<SensorFit> constants_of(const UnitRows& rows, Sensor sensor) {
 
 UncertaintyTable uncertainty_table(const CurveFit& fit, bool with_prediction) {
   UncertaintyTable table;
+  table.one_run = fit.runs.size() == 1;
   for (const CurvePoint& point : fit.points) {
     table.temp_c.push_back(point.temp_c);
     table.ci95.push_back(point.ci95);
@@ -185,7 +186,7 @@ base::Result<SensorFit> fit_sensor(const UnitRows& rows, Sensor sensor, const Cu
   if (!bias) return base::bad_input("no run gives this sensor", name);
   if (is_of_one_temperature(*bias)) return constants_of(rows, sensor);
   auto fitted = fit_curve(*bias, options, {name, std::string(printed_unit(sensor)), printed_per_si(sensor)},
-                          rows.bias_type_b[index_of(sensor)]);
+                          rows.bias_type_b[index_of(sensor)], rows.hysteresis[index_of(sensor)]);
   if (!fitted) return base::forward_error(fitted);
   SensorFit fit;
   fit.bias = std::move(*fitted);
@@ -200,7 +201,8 @@ base::Result<SensorFit> fit_sensor(const UnitRows& rows, Sensor sensor, const Cu
     fit.scale = std::move(*scale_fit);
     warn_of_scale_range(sensor, *bias, fit);
     for (const Warning& warning : fit.scale->warnings) {
-      if (warning.code != "few_runs") fit.warnings.push_back(warning);
+      // told of the bias, whose rows are of the same visits
+      if (warning.code != "few_runs" && warning.code != "one_way") fit.warnings.push_back(warning);
     }
   }
   return fit;
@@ -251,6 +253,7 @@ Calibration make_calibration(const UnitModel& model) {
     out.model = name_of(fit->bias.deployed);
     out.bias = fit->bias.curve;
     out.bias_uncertainty = uncertainty_table(fit->bias, true);
+    if (!fit->bias.one_way.ranges.empty()) out.one_way = fit->bias.one_way;
     if (fit->scale) {
       out.scale_ppm = fit->scale->curve;
       out.scale_uncertainty = uncertainty_table(*fit->scale, false);

@@ -813,8 +813,10 @@ SOAK_NODISCARD static inline soak_status soak_scale_ppm(const soak_cal* cal, int
   return soak_quantity(cal, sensor, 1, temp_c, value);
 }
 
-/* Half-widths (95 %) of the bias at temp_c: ci95 of the mean curve, pi95 of one fresh power-on (NaN where the file does
- * not give it). SOAK_CLAMPED: they hold at the nearer end of the valid range, nothing is known outside. */
+/* Half-widths (95 %) of the bias at temp_c: ci95 of the mean curve over all power-ons, pi95 of one fresh power-on (NaN
+ * where the file does not give it). Of one run (soak_is_of_one_run) ci95 is that of this power-on's curve: it does not
+ * hold the scatter from power-on to power-on, and there is no pi95. SOAK_CLAMPED: they hold at the nearer end of the
+ * valid range, nothing is known outside. */
 SOAK_NODISCARD static inline soak_status soak_uncertainty(const soak_cal* cal, int sensor, float temp_c, float* ci95,
                                                           float* pi95) {
   const uint8_t* p;
@@ -831,6 +833,13 @@ SOAK_NODISCARD static inline soak_status soak_uncertainty(const soak_cal* cal, i
   *ci95 = soak_interpolate(p + 8, p + 8U + 4U * count, count, temp_c);
   if ((soak_u32(p + 4) & 1U) != 0U) *pi95 = soak_interpolate(p + 8, p + 8U + 8U * count, count, temp_c);
   return status;
+}
+
+/* 1 where the file says that the half-widths of soak_uncertainty come from one run, else 0: they do not hold the
+ * scatter from power-on to power-on, which nobody knows. Files before format 1.6 do not say it. */
+SOAK_NODISCARD static inline int soak_is_of_one_run(const soak_cal* cal, int sensor) {
+  if (cal == NULL || sensor < 0 || sensor >= SOAK_SENSORS || cal->sensor[sensor].uncertainty[0] == NULL) return 0;
+  return (soak_u32(cal->sensor[sensor].uncertainty[0] + 4) & 2U) != 0U;
 }
 
 /* Largest difference over the valid range of soak_bias (quantity 0) or soak_scale_ppm (quantity 1) from the curve that

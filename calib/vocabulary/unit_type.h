@@ -63,6 +63,10 @@ struct UnitType {
   std::optional<double> gyro_scale_per_k_ppm;
   std::optional<double> accel_scale_per_k_ppm;
 
+  /// Thermal hysteresis: difference of the bias between heating and cooling at the same temperature, at its largest.
+  std::optional<double> gyro_hysteresis_dps;
+  std::optional<double> accel_hysteresis_mps2;
+
   Limits limits;  ///< of `soak verify`
 };
 

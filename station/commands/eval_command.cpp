@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "calib/curve/one_way.h"
 #include "calib/runtime/soak_runtime.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
@@ -208,8 +209,28 @@ std::optional<calib::Warning> scale_warning(const Evaluation& asked, const calib
                                     calib::name_of(sensor.sensor), low_c, high_c, fmt::join(held, ", "))};
 }
 
-std::vector<calib::Warning> warnings_of(const Evaluation& asked) {
+/// What the half-widths of the file do not hold, or hold only as others state it; of all sensors alike once.
+std::vector<calib::Warning> band_warnings_of(const calib::Calibration& calibration) {
   std::vector<calib::Warning> warnings;
+  for (const calib::SensorCalibration& sensor : calibration.sensors) {
+    if (sensor.bias_uncertainty.one_run && warnings.empty()) {
+      warnings.push_back(
+          {"one_run", "the file is of one run: its bands do not hold the scatter from power-on to power-on"});
+    }
+  }
+  for (const calib::SensorCalibration& sensor : calibration.sensors) {
+    if (!sensor.one_way) continue;
+    calib::Warning warning{"one_way",
+                           fmt::format("in the runs of the file {}, and {}", one_way_text(sensor.one_way->ranges),
+                                       one_way_bands_text(sensor.one_way->known.source))};
+    if (std::ranges::find(warnings, warning.text, &calib::Warning::text) != warnings.end()) continue;
+    warnings.push_back(std::move(warning));
+  }
+  return warnings;
+}
+
+std::vector<calib::Warning> warnings_of(const Evaluation& asked) {
+  std::vector<calib::Warning> warnings = band_warnings_of(asked.calibration);
   if (auto warning = thermometer_warning(asked)) warnings.push_back(*std::move(warning));
   for (const calib::SensorCalibration& sensor : asked.calibration.sensors) {
     if (auto warning = scale_warning(asked, sensor)) warnings.push_back(*std::move(warning));

@@ -153,13 +153,34 @@ struct Export {
   nlohmann::json members = nlohmann::json::object();  ///< of the document beyond those of every format
   std::string text;
   std::vector<calib::ReferenceUse> references;  ///< that the model's data were measured with
-  std::vector<calib::Warning> since;            ///< what of its data was withdrawn after the fit
+  std::vector<calib::Warning> warnings;         ///< of its fit, and what of its data was withdrawn afterwards
 };
 
 struct LoadedModel {
   calib::Calibration calibration;
   bool relative_accel = false;
+  std::vector<calib::Warning> warnings;  ///< of the fit, that whoever uses the bands must know
 };
+
+/// Warnings of a fit that say what its bands leave out.
+constexpr std::array<std::string_view, 3> kOfBands = {"few_runs", "one_way", "hysteresis"};
+
+/// Those that the fit gave then, each sentence once.
+std::vector<calib::Warning> band_warnings(const std::string& document) {
+  std::vector<calib::Warning> warnings;
+  const auto json = nlohmann::json::parse(document, nullptr, false);
+  const nlohmann::json::json_pointer sensors("/fit/sensors");
+  if (json.is_discarded() || !json.contains(sensors)) return warnings;
+  for (const auto& sensor : json[sensors]) {
+    for (const auto& entry : sensor.value("warnings", nlohmann::json::array())) {
+      calib::Warning warning{entry.value("code", ""), entry.value("text", "")};
+      if (std::ranges::find(kOfBands, warning.code) == kOfBands.end()) continue;
+      if (std::ranges::find(warnings, warning.text, &calib::Warning::text) != warnings.end()) continue;
+      warnings.push_back(std::move(warning));
+    }
+  }
+  return warnings;
+}
 
 /// Whether the bias of an accelerometer is known up to a constant only.
 bool has_relative_accel(const std::string& document) {
@@ -194,7 +215,7 @@ base::Result<LoadedModel> load_model(const db::Catalog& catalog, const ExportCom
         fmt::format("model {} of unit {} was made from SIMULATED data; use --simulated to export it anyway",
                     (*row)->version, command.unit));
   }
-  return LoadedModel{*std::move(calibration), has_relative_accel((*row)->document)};
+  return LoadedModel{*std::move(calibration), has_relative_accel((*row)->document), band_warnings((*row)->document)};
 }
 
 base::Result<calib::Calibration> table_or_curves(const calib::Calibration& calibration, const ExportCommand& command) {
@@ -233,9 +254,10 @@ base::Result<Export> export_model(const db::Catalog& catalog, const ExportComman
   made.model = model->calibration.model_version;
   made.simulated = model->calibration.simulated;
   made.references = model->calibration.references;
-  auto since = withdrawn_since(catalog, model->calibration);
+  const auto since = withdrawn_since(catalog, model->calibration);
   if (!since) return base::forward_error(since);
-  made.since = *std::move(since);
+  made.warnings = model->warnings;
+  std::ranges::copy(*since, std::back_inserter(made.warnings));
   if (command.format == "px4" || command.format == "ardupilot") {
     auto file = render_autopilot(*model, command);
     if (!file) return base::forward_error(file);
@@ -304,9 +326,9 @@ base::Status ExportCommand::run_with(db::Catalog& catalog, Output& output) {
   hash.update(made->content);
   const std::string sha256 = base::to_hex(hash.finish());
   const std::string path = std::filesystem::absolute(file).string();
-  for (const calib::Warning& warning : made->since) output.note("warning: " + warning.text);
+  for (const calib::Warning& warning : made->warnings) output.note("warning: " + warning.text);
   note_waivers(made->references, output);
-  std::vector<calib::Warning> warnings = made->since;
+  std::vector<calib::Warning> warnings = made->warnings;
   std::ranges::copy(waiver_warnings(made->references), std::back_inserter(warnings));
   if (auto recorded = record_export(catalog, *this, *made, sha256, path); !recorded) return recorded;
   if (output.json()) {

@@ -112,7 +112,7 @@ void note_warnings(const calib::UnitModel& model, Output& output) {
     if (!fit) continue;
     for (const calib::Warning& warning : fit->warnings) {
       // All sensors have the same runs: once is enough to read.
-      const bool of_runs = warning.code == "few_runs" || warning.code == "one_temperature";
+      const bool of_runs = warning.code == "few_runs" || warning.code == "one_temperature" || warning.code == "one_way";
       if (!of_runs || noted.insert(warning.text).second) output.note("warning: " + warning.text);
     }
   }

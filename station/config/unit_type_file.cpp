@@ -89,6 +89,7 @@ void read_gyro(const settings::Table& table, calib::UnitType& type) {
   type.gyro_bias_max_dps = table.optional_number("bias_max_dps", kPositive);
   type.gyro_bias_per_k_dps = table.optional_number("bias_per_k_dps", kPositive);
   type.gyro_scale_per_k_ppm = table.optional_number("scale_per_k_ppm", kPositive);
+  type.gyro_hysteresis_dps = table.optional_number("hysteresis_dps", kPositive);
 }
 
 void read_accel(const settings::Table& table, calib::UnitType& type) {
@@ -98,6 +99,7 @@ void read_accel(const settings::Table& table, calib::UnitType& type) {
   type.accel_bias_max_mps2 = table.optional_number("bias_max_mps2", kPositive);
   type.accel_bias_per_k_mps2 = table.optional_number("bias_per_k_mps2", kPositive);
   type.accel_scale_per_k_ppm = table.optional_number("scale_per_k_ppm", kPositive);
+  type.accel_hysteresis_mps2 = table.optional_number("hysteresis_mps2", kPositive);
 }
 
 void read_thermometers(const settings::Table& table, calib::UnitType& type) {

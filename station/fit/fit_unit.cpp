@@ -7,11 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
 #include <thread>
 #include <utility>
 
+#include "calib/curve/one_way.h"
 #include "calib/forward/simulation.h"
 #include "calib/model/model_document.h"
 #include "db/run/run_file.h"
@@ -28,6 +31,8 @@ namespace {
 
 constexpr std::string_view kForCalibration = "calibration";
 constexpr std::size_t kCampaignsListed = 10;
+/// Units of this type have nothing in common.
+constexpr std::string_view kAnyType = "generic";
 
 std::string reason_without_runs(const std::string& unit, const std::optional<std::string>& campaign,
                                 const std::vector<db::RunRow>& runs) {
@@ -76,6 +81,63 @@ std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> f
   work();
   pool.clear();
   return fits;
+}
+
+/// Half the gap between heating and cooling, in printed units, that a stored model shows of a sensor; nothing of one
+/// that was itself recorded one way somewhere.
+std::optional<double> half_gap_of(const nlohmann::json& document, calib::Sensor sensor) {
+  const nlohmann::json::json_pointer at("/fit/sensors/" + std::string(name_of(sensor)));
+  if (!document.contains(at)) return std::nullopt;
+  const nlohmann::json fit = document[at];
+  if (!fit.contains("sweeps") || !fit["sweeps"].is_object() || !fit.value("one_way", nlohmann::json()).is_null()) {
+    return std::nullopt;
+  }
+  return fit["sweeps"].value("half_rms", 0.0);
+}
+
+/// Root mean square of half the gaps of all units of a type that went both ways, each by its newest model; source
+/// `none` where no unit did.
+base::Result<std::array<calib::KnownHysteresis, calib::kSensorCount>> hysteresis_of_fleet(const db::Catalog& catalog,
+                                                                                          const std::string& type) {
+  std::array<std::vector<double>, calib::kSensorCount> squares;
+  const auto units = catalog.units();
+  if (!units) return base::forward_error(units);
+  for (const db::UnitRow& unit : *units) {
+    if (unit.type != type) continue;
+    const auto model = catalog.model(unit.serial);
+    if (!model) return base::forward_error(model);
+    if (!*model) continue;
+    const auto document = nlohmann::json::parse((*model)->document, nullptr, false);
+    for (const calib::Sensor sensor : calib::kSensors) {
+      const auto half = half_gap_of(document, sensor);
+      if (half) squares[index_of(sensor)].push_back(std::pow(*half / printed_per_si(sensor), 2));
+    }
+  }
+  std::array<calib::KnownHysteresis, calib::kSensorCount> fleet{};
+  for (std::size_t s = 0; s < fleet.size(); ++s) {
+    if (squares[s].empty()) continue;
+    double sum = 0.0;
+    for (const double square : squares[s]) sum += square;
+    fleet[s] = {std::sqrt(sum / static_cast<double>(squares[s].size())), calib::HysteresisSource::fleet};
+  }
+  return fleet;
+}
+
+/// Where rows went one way and the unit's type states no hysteresis: what its other units show.
+base::Status add_fleet_hysteresis(const db::Catalog& catalog, calib::UnitRows& rows) {
+  const auto is_open = [&](std::size_t s) {
+    return rows.bias[s] && rows.hysteresis[s].source == calib::HysteresisSource::none &&
+           !calib::one_way_ranges(*rows.bias[s]).empty();
+  };
+  std::vector<std::size_t> open;
+  for (std::size_t s = 0; s < calib::kSensorCount; ++s) {
+    if (is_open(s)) open.push_back(s);
+  }
+  if (open.empty() || rows.unit_type == kAnyType) return {};
+  const auto fleet = hysteresis_of_fleet(catalog, rows.unit_type);
+  if (!fleet) return base::forward_error(fleet);
+  for (const std::size_t s : open) rows.hysteresis[s] = (*fleet)[s];
+  return {};
 }
 
 /// Content hashes of the runs that a model was fitted to.
@@ -241,6 +303,7 @@ base::Result<calib::UnitModel> fit_unit(db::Catalog& catalog, const calib::UnitI
                                         const std::vector<calib::Warning>& station_warnings) {
   auto rows = calib::make_rows(input);
   if (!rows) return base::forward_error(rows);
+  if (auto known = add_fleet_hysteresis(catalog, *rows); !known) return base::forward_error(known);
   auto fits = fit_sensors(*rows, options, jobs);
   if (interrupted()) {
     return base::fail(base::ErrorKind::internal, "interrupted; no model was stored",

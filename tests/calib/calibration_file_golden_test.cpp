@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of format versions 1.0 to 1.5 kept in tests/data/golden: every later version must read them, to the same
+// Files of format versions 1.0 to 1.6 kept in tests/data/golden: every later version must read them, to the same
 // values.
 #include <gtest/gtest.h>
 
@@ -31,7 +31,8 @@ std::vector<Golden> goldens() {
           {"referenced", golden_referenced()},
           {"couplings", golden_couplings()},
           {"thermometers", golden_thermometers()},
-          {"gyros", golden_gyros()}};
+          {"gyros", golden_gyros()},
+          {"one_way", golden_one_way()}};
 }
 
 base::Bytes blob_of(const Golden& golden) { return read_file(data_file(std::string(golden.name) + ".soakcal")); }

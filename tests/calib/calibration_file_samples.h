@@ -271,6 +271,24 @@ inline Calibration golden_gyros() {
   return calibration;
 }
 
+/// Golden file "one_way": as "fis", of one run, with temperatures that gyro_x, accel_y and accel_z were visited at one
+/// way only. The numbers are exact in float32.
+inline Calibration golden_one_way() {
+  Calibration calibration = golden_fis();
+  calibration.unit = "SN-0010";
+  calibration.run_hashes.resize(1);
+  for (SensorCalibration& sensor : calibration.sensors) {
+    sensor.bias_uncertainty.pi95.clear();
+    sensor.bias_uncertainty.one_run = true;
+    if (sensor.scale_uncertainty) sensor.scale_uncertainty->one_run = true;
+  }
+  calibration.sensors[0].one_way =
+      OneWay{{{-22.5, 17.5, Sweep::up}, {32.5, 62.5, Sweep::up}}, {0x1p-12, HysteresisSource::type}};
+  calibration.sensors[4].one_way = OneWay{{{-30.0, 70.0, Sweep::up}}, {0x1p-8, HysteresisSource::fleet}};
+  calibration.sensors[5].one_way = OneWay{{{-30.0, 20.0, Sweep::down}, {20.0, 45.0, Sweep::up}}, {}};
+  return calibration;
+}
+
 /// One sensor with the given bias curve, valid from -30 to 70 °C.
 inline Calibration with_bias(const Curve& curve, Sensor sensor = Sensor::gyro_x) {
   Calibration calibration = provenance("SN-0003");

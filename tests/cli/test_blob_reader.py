@@ -57,6 +57,21 @@ class Golden(unittest.TestCase):
         self.assertEqual(stated.uncertainty[1][0], 1.5 * 2**-12)
         self.assertTrue(stated.readings_only)
 
+    def test_one_run_and_one_way_are_those_that_the_file_was_made_from(self):
+        calibration = Calibration.load(golden("one_way"))
+        self.assertTrue(all(table.one_run for table in calibration.uncertainties.values()))
+        self.assertEqual(sorted(calibration.one_way), ["accel_y", "accel_z", "gyro_x"])
+        gyro = calibration.one_way["gyro_x"]
+        self.assertEqual(gyro.ranges, ((-22.5, 17.5, "up"), (32.5, 62.5, "up")))
+        self.assertEqual((gyro.half_gap, gyro.source), (2**-12, "type"))
+        self.assertEqual(calibration.one_way["accel_y"].source, "fleet")
+        accel = calibration.one_way["accel_z"]
+        self.assertEqual((accel.ranges, accel.half_gap, accel.source),
+                         (((-30.0, 20.0, "down"), (20.0, 45.0, "up")), 0.0, "none"))
+        self.assertEqual(struct.unpack_from("<H", golden("one_way"), 10)[0], 6)
+        other = Calibration.load(golden("fis"))
+        self.assertEqual((other.one_way, any(t.one_run for t in other.uncertainties.values())), ({}, False))
+
     def test_sensors_with_thermometers_of_their_own_are_corrected_at_their_temperatures(self):
         calibration = Calibration.load(golden("thermometers"))
         self.assertEqual(calibration.own_thermometers, ["gyro_x", "accel_z"])
@@ -96,6 +111,11 @@ class Refusals(unittest.TestCase):
         self.refused(with_section(golden("fis"), 0x0031, struct.pack("<BBHf", 0, 0, 0, math.nan)), "not finite|of none")
 
     def test_thermometers(self):
+        one_way = struct.pack("<BBHfffI", 1, 0, 1, 0.0, -10.0, 10.0, 1)
+        Calibration.load(with_section(golden("fis"), 0x0015, one_way))
+        self.refused(with_section(golden("mixed"), 0x0015, one_way), "before its own section")
+        self.refused(with_section(with_section(golden("fis"), 0x0015, one_way), 0x0015, one_way), "two sections of one-way")
+        self.refused(with_section(golden("fis"), 0x0015, one_way[:-4]), "too short")
         self.refused(with_section(golden("thermometers"), 0x0024, bytes([1, 0, 0, 0])), "two sections of thermometers")
         self.refused(with_section(golden("fis"), 0x0024, b""), "too short")
         self.refused(with_section(golden("fis"), 0x0024, bytes(8)), "too long")

@@ -155,14 +155,39 @@ void fill_contribution(Contribution& part, std::span<const VarianceShares> at, b
   }
 }
 
-Contribution hysteresis_part(const CurveEvidence& evidence, std::size_t points, double variance) {
-  Contribution part{.name = "hysteresis", .degrees_of_freedom = evidence.components.degrees_of_freedom};
-  if (!evidence.gap) {
-    part.basis = "not stated: no temperature was visited both heating and cooling in the same run";
-    return part;
+bool holds(const std::vector<OneWayRange>& ranges, double temp_c) {
+  return std::ranges::any_of(ranges,
+                             [&](const OneWayRange& range) { return temp_c >= range.low_c && temp_c <= range.high_c; });
+}
+
+std::string hysteresis_basis(const CurveEvidence& evidence) {
+  const std::string measured =
+      evidence.gap ? "half the gap between heating and cooling, less noise; the curve is their mean" : "";
+  if (evidence.one_way.ranges.empty() || evidence.one_way.known.source == HysteresisSource::none) {
+    if (!evidence.gap) return "not stated: no temperature was visited both heating and cooling in the same run";
+    return measured + (evidence.one_way.ranges.empty() ? "" : ", but not everywhere: elsewhere nothing is stated");
   }
-  part.basis = "half the gap between heating and cooling, less noise; the curve is their mean";
-  if (evidence.components.run_to_run_sigma) part.u_fresh.assign(points, std::sqrt(variance));
+  return fmt::format("{}{}half the gap that the {} where only one way was recorded; the curve is that branch", measured,
+                     measured.empty() ? "" : "; ",
+                     evidence.one_way.known.source == HysteresisSource::type ? "unit's type states"
+                                                                             : "newest models of the type show");
+}
+
+/// `variance`: of half the gap that the runs themselves show.
+Contribution hysteresis_part(const CurveEvidence& evidence, std::span<const double> temps_c, double variance) {
+  Contribution part{.name = "hysteresis", .basis = hysteresis_basis(evidence)};
+  if (evidence.gap) part.degrees_of_freedom = evidence.components.degrees_of_freedom;
+  const bool known = !evidence.one_way.ranges.empty() && evidence.one_way.known.source != HysteresisSource::none;
+  if (known) part.type = 'B';
+  if (!known && !evidence.gap) return part;
+  for (const double temp_c : temps_c) {
+    const double half = known && holds(evidence.one_way.ranges, temp_c) ? evidence.one_way.known.half_gap : 0.0;
+    if (known) part.u.push_back(half);
+    // the curve's own branch is half a gap from the mean, that of the next power-on as far on either side
+    if (evidence.components.run_to_run_sigma) {
+      part.u_fresh.push_back(std::hypot(half, std::max(half, std::sqrt(variance))));
+    }
+  }
   return part;
 }
 
@@ -238,7 +263,7 @@ std::vector<Contribution> curve_budget(const CurveEvidence& evidence, std::span<
       model, at, fresh, [](const VarianceShares& s) { return s.model; },
       [lack, loop](const VarianceShares& s) { return s.model + lack - loop; });
 
-  std::vector<Contribution> budget = {noise, runs, hysteresis_part(evidence, temps_c.size(), loop)};
+  std::vector<Contribution> budget = {noise, runs, hysteresis_part(evidence, temps_c, loop)};
   for (const TypeBInput& input : evidence.type_b) budget.push_back(type_b_part(input, evidence, temps_c));
   budget.push_back(model);
   return budget;

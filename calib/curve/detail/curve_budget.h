@@ -8,6 +8,7 @@
 #include "calib/curve/curve_fit.h"
 #include "calib/curve/detail/family_choice.h"
 #include "calib/curve/families.h"
+#include "calib/vocabulary/one_way.h"
 
 namespace soak::calib {
 
@@ -26,13 +27,18 @@ struct CurveEvidence {
   double runs = 0.0;
   const std::optional<SweepGap>& gap;
   std::span<const TypeBInput> type_b;
+  const OneWay& one_way;
 };
 
 /// The contributions at the temperatures of the curve's points, always all seven (docs/fit.md):
 ///
 ///   noise       the rows' own standard errors, carried through the fit
 ///   run_to_run  σ_run/√R of the mean curve, σ_run√(1 + 1/R) of a fresh power-on, R − 1 degrees of freedom
-///   hysteresis  half the gap between heating and cooling, root mean square, of a fresh power-on: the curve is the mean
+///   hysteresis  half the gap between heating and cooling, root mean square, of a fresh power-on: the curve is the
+///   mean.
+///               Where only one way was recorded the curve is that branch: with h, half the gap as known from
+///               elsewhere, h of the mean and √2·h of a fresh power-on, which may be on either branch; nothing where h
+///               is not known
 ///   thermometer, gravity, fixture    as given, the same in every run
 ///   model       scatter within runs that neither noise nor hysteresis explains: carried through the fit, and as such
 ///               for a fresh power-on; what families differ between which these rows cannot decide; of a recording

@@ -28,6 +28,11 @@ struct Section {
 /// Type of the section of a reference; the runtime, which has no use for it, passes over it.
 inline constexpr std::uint16_t kReferenceSection = 0x0002;
 
+/// Type of the section of temperatures that were visited one way only; the runtime passes over it too.
+inline constexpr std::uint16_t kOneWaySection = 0x0015;
+/// Most ranges that it carries.
+inline constexpr std::size_t kMaxOneWayRanges = 64;
+
 /// Longest text that the format carries, in bytes.
 inline constexpr std::size_t kMaxText = 255;
 
@@ -106,6 +111,14 @@ inline constexpr std::size_t kMaxReferences = 160;
 [[nodiscard]] base::Result<Section> uncertainty_section(Sensor sensor, Quantity quantity,
                                                         const UncertaintyTable& table);
 [[nodiscard]] UncertaintyTable read_uncertainty(const std::uint8_t* payload);
+/// Whether the payload of an uncertainty table says something that 1.0 to 1.5 do not know.
+[[nodiscard]] bool says_one_run(std::span<const std::uint8_t> payload);
+
+/// Section 0x0015. Refuses ranges that do not rise, and a half gap that is negative, not finite or of no source.
+[[nodiscard]] base::Result<Section> one_way_section(Sensor sensor, const OneWay& one_way);
+/// soak_load() does not look into it: this reader checks, and refuses as corrupt. The first byte of the payload is the
+/// sensor.
+[[nodiscard]] base::Result<OneWay> read_one_way(std::span<const std::uint8_t> payload);
 
 using Matrix3 = std::array<Vector3, 3>;
 [[nodiscard]] base::Result<Section> misalignment_section(const Matrix3& misalignment);

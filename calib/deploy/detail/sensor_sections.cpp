@@ -11,6 +11,7 @@ namespace soak::calib::file {
 namespace {
 
 constexpr std::uint32_t kHasPi95 = 1;
+constexpr std::uint32_t kOneRun = 2;
 constexpr std::uint8_t kLabOnly = 1;
 constexpr std::uint32_t kGyroReadingsOnly = 2;  ///< of section 0x0025: its uncertainties are those of the readings
 
@@ -155,7 +156,7 @@ base::Result<Section> uncertainty_section(Sensor sensor, Quantity quantity, cons
   }
   base::ByteWriter out = payload_of(sensor, quantity);
   out.write(static_cast<std::uint16_t>(count));
-  out.write(table.pi95.empty() ? 0U : kHasPi95);
+  out.write((table.pi95.empty() ? 0U : kHasPi95) | (table.one_run ? kOneRun : 0U));
   write_floats(out, table.temp_c);
   write_floats(out, table.ci95);
   write_floats(out, table.pi95);
@@ -171,7 +172,60 @@ UncertaintyTable read_uncertainty(const std::uint8_t* payload) {
   table.temp_c = read_floats(payload + 8, count);
   table.ci95 = read_floats(payload + 8 + 4 * count, count);
   if ((soak_u32(payload + 4) & kHasPi95) != 0) table.pi95 = read_floats(payload + 8 + 8 * count, count);
+  table.one_run = (soak_u32(payload + 4) & kOneRun) != 0;
   return table;
+}
+
+bool says_one_run(std::span<const std::uint8_t> payload) { return (soak_u32(payload.data() + 4) & kOneRun) != 0; }
+
+base::Result<Section> one_way_section(Sensor sensor, const OneWay& one_way) {
+  const std::string where = std::string(name_of(sensor)) + " one_way";
+  if (one_way.ranges.empty() || one_way.ranges.size() > kMaxOneWayRanges) {
+    return base::bad_input("one-way temperatures need 1 to " + std::to_string(kMaxOneWayRanges) + " ranges", where);
+  }
+  for (const OneWayRange& range : one_way.ranges) {
+    if (range.sweep == Sweep::unknown) return base::bad_input("a one-way range needs its way, up or down", where);
+  }
+  base::ByteWriter out;
+  out.write(static_cast<std::uint8_t>(index_of(sensor)));
+  out.write(static_cast<std::uint8_t>(one_way.known.source));
+  out.write(static_cast<std::uint16_t>(one_way.ranges.size()));
+  out.write(static_cast<float>(one_way.known.half_gap));
+  for (const OneWayRange& range : one_way.ranges) {
+    write_floats(out, {range.low_c, range.high_c});
+    out.write(static_cast<std::uint32_t>(range.sweep));
+  }
+  if (!read_one_way(out.bytes())) {
+    return base::bad_input(
+        "one-way ranges must rise within -273.15 ... 1000 °C and lie apart, a half gap must be finite, "
+        "not negative, and have a source",
+        where);
+  }
+  return Section{kOneWaySection, false, out.take()};
+}
+
+base::Result<OneWay> read_one_way(std::span<const std::uint8_t> payload) {
+  PayloadReader in(payload);
+  OneWay one_way;
+  in.number<std::uint8_t>();  // the sensor
+  const auto source = in.number<std::uint8_t>();
+  const auto count = in.number<std::uint16_t>();
+  one_way.known = {static_cast<double>(in.number<float>()), static_cast<HysteresisSource>(source)};
+  const bool known = one_way.known.source != HysteresisSource::none;
+  bool good = count >= 1 && count <= kMaxOneWayRanges && source <= static_cast<std::uint8_t>(HysteresisSource::fleet) &&
+              is_half_width(one_way.known.half_gap) && (known || one_way.known.half_gap == 0.0);
+  double end_c = static_cast<double>(SOAK_TEMP_LOWEST);
+  for (std::size_t i = 0; good && i < count; ++i) {
+    const auto low_c = static_cast<double>(in.number<float>());
+    const auto high_c = static_cast<double>(in.number<float>());
+    const auto way = in.number<std::uint32_t>();
+    good = !in.failed() && low_c >= end_c && high_c >= low_c && high_c <= static_cast<double>(SOAK_TEMP_HIGHEST) &&
+           (way == 1 || way == 2);
+    one_way.ranges.push_back({low_c, high_c, static_cast<Sweep>(way)});
+    end_c = high_c;
+  }
+  if (!good || !in.is_whole()) return base::corrupt("temperatures visited one way break the format", "one_way");
+  return one_way;
 }
 
 base::Result<Section> misalignment_section(const Matrix3& misalignment) {

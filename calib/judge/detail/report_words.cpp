@@ -136,6 +136,10 @@ constexpr std::array kRemedies = {
     Remedy{"unit_type_unknown", "Write the type's file in procedures/units, then fit again."},
     Remedy{"term_not_evaluated", "Record the column that the effect needs, or withdraw the effect: soak gap withdraw."},
     Remedy{"few_runs", "Record more runs: at least three power-ons are needed for an error on unseen runs."},
+    Remedy{"one_way",
+           "Record a procedure that goes both ways (sweep = \"up_down\", such as six-position-both-ways), or state the "
+           "hysteresis in the unit's type."},
+    Remedy{"one_run", "Record more runs: at least three power-ons."},
     Remedy{"few_temperatures", "Record more plateaus."},
     Remedy{"baseline_deployed",
            "No action needed: the file has the better curve, by unseen runs or, of few runs, by expected error."},

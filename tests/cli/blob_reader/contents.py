@@ -35,6 +35,7 @@ class Contents:
         self.sensor_info: dict[str, records.SensorInfo] = {}
         self.curves: dict[CurveKey, Curve] = {}
         self.uncertainties: dict[CurveKey, records.UncertaintyTable] = {}
+        self.one_way: dict[str, records.OneWay] = {}
         self.error_bounds: dict[CurveKey, records.ErrorBound] = {}
         self.table_bounds: dict[CurveKey, float] = {}
         self.misalignment: Matrix | None = None
@@ -79,6 +80,7 @@ class Contents:
                 SectionType.REFERENCE: self._read_reference,
                 SectionType.SENSOR: self._read_sensor,
                 SectionType.UNCERTAINTY: self._read_uncertainty,
+                SectionType.ONE_WAY: self._read_one_way,
                 SectionType.MISALIGNMENT: self._read_misalignment,
                 SectionType.G_SENSITIVITY: self._read_g_sensitivity,
                 SectionType.TERM: self._read_term,
@@ -134,6 +136,11 @@ class Contents:
         key = self._read_key(payload)
         require(key not in self.uncertainties, f"two uncertainty tables for {key}")
         self.uncertainties[key] = records.read_uncertainty(payload)
+
+    def _read_one_way(self, payload: Payload) -> None:
+        sensor = self._known_sensor(*payload.integers("B"))
+        require(sensor not in self.one_way, f"two sections of one-way temperatures for {sensor}")
+        self.one_way[sensor] = records.read_one_way(payload)
 
     def _read_misalignment(self, payload: Payload) -> None:
         require(self.misalignment is None, "two misalignment sections")

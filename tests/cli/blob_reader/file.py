@@ -42,6 +42,7 @@ class SectionType(enum.IntEnum):
     SPLINE = 0x0012
     TABLE = 0x0013
     UNCERTAINTY = 0x0014
+    ONE_WAY = 0x0015
     MISALIGNMENT = 0x0020
     G_SENSITIVITY = 0x0021
     TERM = 0x0022

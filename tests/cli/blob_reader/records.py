@@ -40,6 +40,21 @@ class UncertaintyTable:
     temps_c: Vector
     ci95: Vector
     pi95: Vector | None
+    one_run: bool
+
+
+WAYS = {1: "up", 2: "down"}
+HYSTERESIS_SOURCES = ("none", "type", "fleet")
+MAX_ONE_WAY_RANGES = 64
+
+
+@dataclass(frozen=True)
+class OneWay:
+    """Temperatures visited one way only: (low, high, way), and half the gap that the bands hold there."""
+
+    ranges: tuple[tuple[float, float, str], ...]
+    half_gap: float
+    source: str
 
 
 @dataclass(frozen=True)
@@ -141,7 +156,25 @@ def read_uncertainty(payload: Payload) -> UncertaintyTable:
     require_temperatures(temps_c)
     require_rising(temps_c)
     ci95 = _read_half_widths(payload, count)
-    return UncertaintyTable(temps_c, ci95, _read_half_widths(payload, count) if flags & 1 else None)
+    return UncertaintyTable(temps_c, ci95, _read_half_widths(payload, count) if flags & 1 else None, bool(flags & 2))
+
+
+def read_one_way(payload: Payload) -> OneWay:
+    """The payload behind the sensor."""
+    source, count = payload.integers("BH")
+    require_count(count, MAX_ONE_WAY_RANGES, "one-way ranges")
+    require(source < len(HYSTERESIS_SOURCES), "unknown source of hysteresis")
+    (half_gap,) = payload.floats(1)
+    require(half_gap >= 0 if source else half_gap == 0, "half a gap that does not belong to its source")
+    ranges = []
+    for _ in range(count):
+        low, high = payload.floats(2)
+        (way,) = payload.integers("I")
+        require_temperatures((low, high))
+        require(low <= high and (not ranges or ranges[-1][1] <= low), "one-way ranges do not rise")
+        require(way in WAYS, "unknown way")
+        ranges.append((low, high, WAYS[way]))
+    return OneWay(tuple(ranges), half_gap, HYSTERESIS_SOURCES[source])
 
 
 def read_error_bound(payload: Payload) -> ErrorBound:
