@@ -84,8 +84,9 @@ class EveryCommand(OneWayTest):
         self.assertEqual(Calibration.load(path.read_bytes()).one_way, {})
 
     def test_says_that_a_file_is_of_one_run(self):
-        self.record(Unit(3), "SN3", "silent", ("up", "down"), runs=1)
-        self.record(Unit(3), "SN3", "silent", ("up", "down"), 1, "fresh", "verification")
+        unit = Unit(3)
+        self.record(unit, "SN3", "silent", ("up", "down"), runs=1)
+        self.record(unit, "SN3", "silent", ("up", "down"), 1, "fresh", "verification")
         self.assertIn("few_runs", self.codes(self.fit("SN3")))
         path, exported = self.exported("SN3")
         self.assertIn("few_runs", self.codes(exported))
