@@ -68,7 +68,7 @@ Unit drawn_unit(std::uint64_t seed) {
 
 struct Tally {
   double count = 0.0, inside = 0.0, below = 0.0, invented = 0.0, corners = 0.0, near = 0.0, misfits = 0.0;
-  double filters = 0.0, bias = 0.0;
+  double filters = 0.0, bias = 0.0, flicker_below = 0.0;
 };
 
 /// `with`: what the unit has beside white noise.
@@ -86,6 +86,8 @@ Tally tally(std::uint64_t block, std::size_t count, const std::function<void(Uni
     t.invented += fit.bias_instability.found || fit.flicker.found || fit.rate_random_walk.found ||
                   fit.markov_sigma.found || fit.rate_ramp.found;
     t.bias += fit.bias_instability.found;
+    // The least of the curve lies on the flicker's own or above.
+    t.flicker_below += fit.flicker.high < unit.flicker || fit.bias_instability.high < unit.flicker;
     t.misfits += fit.p_value < 0.001;
     t.filters += low_pass.has_value();
     // Beyond 0.8 of half the rate half of the power may not be there after sampling, or only just.
@@ -102,10 +104,12 @@ Tally tally(std::uint64_t block, std::size_t count, const std::function<void(Uni
   }
   std::printf(
       "%.0f records: N inside %.1f %%, its upper end below the truth in %.1f %%; low-pass found in %.1f %%, corner "
-      "within 10 %% in %.1f %% of %.0f; other terms found in %.1f %%, bias instability in %.1f %%; poor fit %.1f %%\n",
+      "within 10 %% in %.1f %% of %.0f; other terms found in %.1f %%, bias instability in %.1f %%, its upper end or "
+      "that of "
+      "flicker below the truth in %.1f %%; poor fit %.1f %%\n",
       t.count, 100.0 * t.inside / t.count, 100.0 * t.below / t.count, 100.0 * t.filters / t.count,
       100.0 * t.near / std::max(1.0, t.corners), t.corners, 100.0 * t.invented / t.count, 100.0 * t.bias / t.count,
-      100.0 * t.misfits / t.count);
+      100.0 * t.flicker_below / t.count, 100.0 * t.misfits / t.count);
   return t;
 }
 
@@ -133,7 +137,24 @@ TEST(LowPassFit, BiasInstabilityIsFoundBehindALowPass) {
     unit.flicker = 0.005;
   });
   EXPECT_GE(t.inside / t.count, 0.92 - room(0.92, t.count));
+  EXPECT_LE(t.below / t.count, 0.025 + room(0.025, t.count));
+  EXPECT_LE(t.flicker_below / t.count, 0.025 + room(0.025, t.count));
   EXPECT_GE(t.bias / t.count, 0.8);
+}
+
+// Such a process passes for flicker as far as short averaging times show it: the noise density is then too low.
+TEST(LowPassFit, AGaussMarkovProcessOfSecondsDoesNotTakeTheDensityOfWhiteNoise) {
+  constexpr std::array kTimes = {1.0, 2.0, 5.0, 10.0, 20.0, 40.0};
+  std::size_t number = 0;
+  const Tally t = tally(4, records() / 3, [&](Unit& unit) {
+    unit.length_s = 600.0;
+    unit.rate_hz = std::min(unit.rate_hz, 400.0);
+    unit.corner_hz = std::min(unit.corner_hz, 42.0);
+    unit.markov_sigma = 0.03;  // three times N, over the root of a second
+    unit.markov_s = kTimes[number++ % kTimes.size()];
+  });
+  EXPECT_GE(t.inside / t.count, 0.88 - room(0.88, t.count));
+  EXPECT_LE(t.below / t.count, 0.06 + room(0.06, t.count));
 }
 
 TEST(LowPassFit, WithoutAFilterNoneIsFoundAndTheDensityIsRight) {

@@ -12,8 +12,9 @@
 #include <utility>
 
 #include "base/statistics.h"
+#include "calib/signal/allan/detail/coefficients.h"
 #include "calib/signal/allan/detail/low_pass_curve.h"
-#include "calib/signal/allan/detail/solution.h"
+#include "calib/signal/allan/detail/markov_search.h"
 
 namespace soak::calib::signal::allan_fit {
 namespace {
@@ -22,13 +23,8 @@ constexpr std::size_t kFewestPoints = 5;
 constexpr std::size_t kMostPoints = 32;
 /// Averaging times of the fit lie at least so far apart: denser ones add nothing but rounding errors.
 constexpr double kLeastRatio = 1.25;
-constexpr std::array<double, 2> kTails = {0.025, 0.975};
-/// 0.664, Allan deviation of flicker noise over its coefficient B.
-const double kFlickerDeviation = std::sqrt(allan_variances(1.0, 0.0)[flicker]);
 /// A curve whose variance falls slower than tau^-0.2 at its end counts as flat there.
 constexpr double kFlatSlope = -0.2;
-/// A fit less probable than this does not know what the noise is.
-constexpr double kMisfit = 0.01;
 /// Averaging times from so many periods of a low-pass' corner on: what the filter still remembers there is less than
 /// 1e-3 of the variance for all but the slowest to settle (Butterworth of fourth order: 3e-3).
 constexpr double kBeyondLowPass = 3.0;
@@ -97,84 +93,6 @@ Points thinned(const AllanCurve& curve, double lag) {
   return points;
 }
 
-double misfit_probability(const Solution& solution) {
-  const double freedom =
-      static_cast<double>(solution.curves.rows()) - static_cast<double>(solution.best().columns.size());
-  return freedom > 0.0 ? base::chi_squared_upper_tail(solution.misfit, freedom) : 1.0;
-}
-
-bool misfits(const Fitted& fit) { return misfit_probability(fit.solution) < kMisfit; }
-
-/// sqrt(theta) and the interval of theta, times `unit`.
-AllanCoefficient coefficient(double theta, const ConfidenceDistribution& distribution, double unit) {
-  const auto scaled = [&](double variance) { return unit * std::sqrt(variance); };
-  AllanCoefficient c{.value = scaled(theta), .found = true};
-  c.low = std::min(c.value, scaled(distribution.quantile(kTails[0])));
-  c.high = std::max(c.value, scaled(distribution.quantile(kTails[1])));
-  return c;
-}
-
-/// A term that the best model does not have: what a model with it could not tell from 0.
-AllanCoefficient hidden(const Fitted& fit, Term term, double unit) {
-  std::vector<Eigen::Index> columns = fit.solution.best().columns;
-  columns.push_back(static_cast<Eigen::Index>(term));
-  Model model = fit_columns(fit.solution.whitened, columns);
-  model.weight = 1.0;
-  VarianceEstimate estimate = variance_estimate(fit.solution, fit.table, model, term);
-  estimate.value = std::max(0.0, estimate.value);
-  return {.high = unit * std::sqrt(ConfidenceDistribution({estimate}).quantile(kTails[1]))};
-}
-
-/// A limit from the curve itself holds whatever the fit believes; where the fit is good, what it found needs none.
-void limit(AllanCoefficient& coefficient, double highest, bool misfit) {
-  if (coefficient.found && !misfit) return;
-  coefficient.high = std::max(coefficient.value, std::min(highest, coefficient.high));
-}
-
-AllanCoefficient fitted_coefficient(const Fitted& fit, Term term, double unit) {
-  const auto column = static_cast<Eigen::Index>(term);
-  const Model& best = fit.solution.best();
-  // Not in any model: only the curve limits it.
-  if (term == quantization && fit.lag != 0.0) return {.high = std::numeric_limits<double>::infinity()};
-  if (!best.has(column)) return hidden(fit, term, unit);
-  std::vector<VarianceEstimate> estimates;
-  for (const Model& model : fit.solution.models) {
-    if (model.has(column)) estimates.push_back(variance_estimate(fit.solution, fit.table, model, term));
-  }
-  return coefficient(best.value(column), ConfidenceDistribution(estimates), unit);
-}
-
-AllanCoefficient term_coefficient(const Fitted& fit, const UpperCurve& upper, Term term, double unit) {
-  AllanCoefficient c = fitted_coefficient(fit, term, unit);
-  limit(c, unit * std::sqrt(largest_theta(upper, term, fit.table.markov_time())), misfits(fit));
-  return c;
-}
-
-AllanCoefficient markov_sigma(const Fitted& fit, const UpperCurve& upper, double unit) {
-  if (fit.solution.best().has(markov)) return term_coefficient(fit, upper, markov, unit);
-  return {.high = unit * std::sqrt(largest_markov_theta(upper))};
-}
-
-/// ln T is as good as normal: its error is that of the derivative's coefficient over the variance.
-AllanCoefficient markov_time(const Fitted& fit, double interval_s) {
-  const Model& best = fit.solution.best();
-  if (!best.has(markov)) return {.high = std::numeric_limits<double>::infinity()};
-  const Eigen::Index last = best.covariance.rows() - 1;
-  const double spread = std::exp(1.96 * std::sqrt(best.covariance(last, last)) / best.value(markov));
-  const double time = fit.table.markov_time() * interval_s;
-  return {.value = time, .low = time / spread, .high = time * spread, .found = true};
-}
-
-/// The least value of one model's own curve, as if it were the coefficient of a single term.
-VarianceEstimate least_value(const Model& model, const Eigen::MatrixXd& curves) {
-  const Eigen::MatrixXd columns = curves(Eigen::all, model.columns);
-  Eigen::Index at = 0;
-  VarianceEstimate estimate{.weight = model.weight, .value = (columns * model.estimate).minCoeff(&at)};
-  const Eigen::VectorXd phi = columns.row(at).transpose();
-  estimate.variance[2] = phi.dot(model.covariance * phi) / (estimate.value * estimate.value);
-  return estimate;
-}
-
 /// d ln(variance)/d ln(tau) at the end of the fitted curve.
 double end_slope(const std::vector<std::size_t>& multiples, const Eigen::VectorXd& fitted) {
   const Eigen::Index n = fitted.size();
@@ -191,9 +109,7 @@ void add_curve(const AllanCurve& curve, const Fitted& fit, AllanFit& result) {
   for (double& value : result.deviation) value = std::sqrt(value);
   Eigen::Index at = 0;
   fitted.minCoeff(&at);
-  std::vector<VarianceEstimate> estimates;
-  for (const Model& model : fit.solution.models) estimates.push_back(least_value(model, curves));
-  result.bias_instability = coefficient(fitted[at], ConfidenceDistribution(estimates), 1.0 / kFlickerDeviation);
+  result.bias_instability = flicker_of_least(fit, multiples, fitted[at]);
   result.bias_instability_tau_s = multiples[static_cast<std::size_t>(at)] * curve.interval_s;
   if (end_slope(curve.multiples, fitted) < kFlatSlope) {
     result.bias_instability.found = false;
@@ -219,7 +135,7 @@ std::array<double, 2> interval(double deviation, double edf) {
 
 void add_intervals(const AllanCurve& curve, const PairCounts& counts, const Fitted& fit, AllanFit& result) {
   const PerTerm theta = fit.solution.best().theta();
-  const bool misfit = misfits(fit);
+  const bool misfit = misfits(fit.solution);
   for (std::size_t i = 0; i < curve.multiples.size(); ++i) {
     const auto m = static_cast<double>(curve.multiples[i]);
     const double measured = curve.deviation[i] * curve.deviation[i];
@@ -247,7 +163,10 @@ void add_coefficients(const AllanCurve& curve, const Fitted& fit, AllanFit& resu
   result.rate_ramp = term_coefficient(fit, upper, ramp, 1.0 / tau0);
   result.markov_sigma = markov_sigma(fit, upper, 1.0);
   result.markov_time_s = markov_time(fit, tau0);
-  limit(result.bias_instability, std::sqrt(largest_theta(upper, flicker, 0.0)), misfits(fit));
+  // Where the curve still falls, flicker may hide below it.
+  AllanCoefficient& least = result.bias_instability;
+  if (!least.found) least.high = std::max(least.high, result.flicker.high);
+  limit(least, std::sqrt(largest_theta(upper, flicker, 0.0)), misfits(fit.solution));
 }
 
 constexpr std::array kDeviationTerms = {
@@ -275,19 +194,29 @@ bool is_representable(const AllanFit& fit) {
   });
 }
 
+/// The fit with or without a Markov term. Nothing where even the first step cannot be made.
+std::optional<Fitted> fit_terms(const Points& points, const PairCounts& counts, const CovarianceTable& table,
+                                Outliers outliers) {
+  std::optional<Solution> plain = solve(points, counts, table, outliers);
+  if (plain) {
+    std::optional<Fitted> with_markov = fit_with_markov(points, counts, *plain, outliers);
+    if (with_markov && (outliers == Outliers::down_weighted || !misfits(with_markov->solution))) return with_markov;
+  }
+  // The averaging times that a low-pass leaves tell little of what is white and what is flicker.
+  std::optional<Fitted> rival;
+  if (points.lag != 0.0) rival = fit_with_markov(points, counts, outliers);
+  if (!plain) return rival;
+  Fitted without{.table = table, .solution = std::move(*plain), .lag = points.lag};
+  if (!rival) return without;
+  return preferred(std::move(without), std::move(*rival));
+}
+
 /// The Markov term is tried before any averaging time counts less: what it explains must not pass for outliers.
 std::optional<Fitted> fit_terms(const Points& points, const PairCounts& counts) {
   const CovarianceTable table(counts, points.multiples, 0.0);
-  std::optional<Solution> plain = solve(points, counts, table, Outliers::kept);
-  if (plain) {
-    std::optional<Fitted> with_markov = fit_with_markov(points, counts, *plain, Outliers::kept);
-    if (with_markov && !misfits(with_markov->solution)) return with_markov;
-    if (!misfits(*plain)) return Fitted{table, std::move(*plain), points.lag};
-  }
-  std::optional<Solution> robust = solve(points, counts, table, Outliers::down_weighted);
-  if (!robust) return std::nullopt;
-  std::optional<Fitted> with_markov = fit_with_markov(points, counts, *robust, Outliers::down_weighted);
-  return with_markov ? std::move(with_markov) : Fitted{table, std::move(*robust), points.lag};
+  std::optional<Fitted> fit = fit_terms(points, counts, table, Outliers::kept);
+  if (fit && !misfits(fit->solution)) return fit;
+  return fit_terms(points, counts, table, Outliers::down_weighted);
 }
 
 double lag_of(const AllanCurve& curve) {

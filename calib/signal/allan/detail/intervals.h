@@ -9,6 +9,9 @@
 
 namespace soak::calib::signal::allan_fit {
 
+/// Of an interval of 95 %.
+inline constexpr std::array<double, 2> kTails = {0.025, 0.975};
+
 /// An estimate of a variance t >= 0 by a quadratic form of Gaussian data. Its own variance depends on the truth,
 ///   v(t) = variance[0] + variance[1] t + variance[2] t^2,
 /// the last part chi-squared with 2/variance[2] degrees of freedom, the rest taken as normal.

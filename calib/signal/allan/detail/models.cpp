@@ -9,9 +9,6 @@
 namespace soak::calib::signal::allan_fit {
 namespace {
 
-/// A parameter must earn its place as the answer, and half as much as a possibility.
-constexpr double kPenalty = 4.0;
-constexpr double kBeliefPenalty = 2.0;
 constexpr double kLeastWeight = 1e-4;
 
 /// Normal equations with columns of unit length.

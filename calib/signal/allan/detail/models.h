@@ -19,6 +19,10 @@ struct Whitened {
   Eigen::VectorXd y;
 };
 
+/// A parameter must earn its place as the answer, and half as much as a possibility.
+inline constexpr double kPenalty = 4.0;
+inline constexpr double kBeliefPenalty = 2.0;
+
 /// A choice of terms fitted by least squares, all their variances positive.
 struct Model {
   std::vector<Eigen::Index> columns;

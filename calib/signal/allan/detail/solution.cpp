@@ -23,14 +23,9 @@ Eigen::VectorXd curve(const Eigen::MatrixXd& curves, const PerTerm& theta) {
   return curves.leftCols(kTerms) * Eigen::Map<const Eigen::VectorXd>(theta.data(), kTerms);
 }
 
-/// Models with independent errors of s sqrt(2/edf), edf about n/m, outliers bounded (Huber's weights). None where no
-/// choice of terms is positive.
+/// Models with independent errors, outliers bounded (Huber's weights). None where no choice of terms is positive.
 std::vector<Model> starting_models(const Points& points, const PairCounts& counts, const Eigen::MatrixXd& curves) {
-  Eigen::VectorXd sigma(points.variance.size());
-  for (Eigen::Index i = 0; i < sigma.size(); ++i) {
-    const double m = points.multiples[static_cast<std::size_t>(i)];
-    sigma[i] = points.variance[i] * std::sqrt(2.0 / std::max(1.0, counts.differences(m) / m));
-  }
+  const Eigen::VectorXd sigma = independent_errors(points, counts);
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(sigma.size());
   std::vector<Model> models;
   for (int i = 0; i < kStartIterations; ++i) {
@@ -88,6 +83,7 @@ bool improve(const Points& points, const CovarianceTable& table, bool robust, So
   }
   const std::optional<Eigen::MatrixXd> factor = base::try_cholesky(s.covariance);
   if (!factor) return false;
+  s.log_determinant = 2.0 * factor->diagonal().array().log().sum();
   s.whitened = {base::solve_lower(*factor, s.curves), base::solve_lower(*factor, points.variance)};
   s.models = positive_models(s.whitened);
   if (s.models.empty()) return false;
@@ -112,51 +108,6 @@ PerTerm with_truth(const Solution& solution, const Model& model, Eigen::Index i,
   return theta;
 }
 
-constexpr double kEvidence = 16.0;
-/// Neighbours on the grid make curves that differ by less than 10 %.
-constexpr double kGridRatio = 1.5;
-constexpr int kRefinements = 8;
-constexpr int kTables = 2;
-/// Largest step in ln T.
-constexpr double kLongestStep = 0.5;
-
-/// The best model with a Markov term of this time under a given covariance of the data.
-std::optional<Model> model_at(const Points& points, const Eigen::MatrixXd& factor, double time) {
-  const Eigen::MatrixXd curves = term_curves(points.multiples, time, points.lag);
-  const Whitened whitened{base::solve_lower(factor, curves), base::solve_lower(factor, points.variance)};
-  for (Model& model : positive_models(whitened)) {
-    if (model.has(markov)) return std::move(model);
-  }
-  return std::nullopt;
-}
-
-struct Found {
-  double time = 0.0;
-  Model model;
-};
-
-std::optional<Found> best_on_grid(const Points& points, const Eigen::MatrixXd& factor) {
-  std::optional<Found> best;
-  for (double time = points.shortest_markov_time; time < 0.5 * points.multiples.back(); time *= kGridRatio) {
-    std::optional<Model> model = model_at(points, factor, time);
-    if (model && (!best || cost(*model) < cost(best->model))) best = Found{time, std::move(*model)};
-  }
-  return best;
-}
-
-/// sigma^2 (phi + delta dphi/dlnT): the ratio of the two coefficients is the step in ln T.
-double refined_time(const Points& points, const Eigen::MatrixXd& factor, Found found) {
-  for (int i = 0; i < kRefinements; ++i) {
-    const double step = found.model.value(kMarkovTimeColumn) / found.model.value(markov);
-    const double time = found.time * std::exp(std::clamp(step, -kLongestStep, kLongestStep));
-    std::optional<Model> model = model_at(points, factor, time);
-    if (!model || cost(*model) > cost(found.model) + kEvidence) break;
-    found = Found{time, std::move(*model)};
-    if (std::abs(step) < 1e-4) break;
-  }
-  return found.time;
-}
-
 }  // namespace
 
 Eigen::MatrixXd term_curves(const std::vector<double>& multiples, double markov_time, double lag) {
@@ -175,6 +126,15 @@ Eigen::MatrixXd term_curves(const std::vector<double>& multiples, double markov_
   return curves;
 }
 
+Eigen::VectorXd independent_errors(const Points& points, const PairCounts& counts) {
+  Eigen::VectorXd sigma(points.variance.size());
+  for (Eigen::Index i = 0; i < sigma.size(); ++i) {
+    const double m = points.multiples[static_cast<std::size_t>(i)];
+    sigma[i] = points.variance[i] * std::sqrt(2.0 / std::max(1.0, counts.differences(m) / m));
+  }
+  return sigma;
+}
+
 std::optional<Solution> solve(const Points& points, const PairCounts& counts, const CovarianceTable& table,
                               Outliers outliers, const std::optional<Model>& start) {
   Solution s;
@@ -187,11 +147,12 @@ std::optional<Solution> solve(const Points& points, const PairCounts& counts, co
   return s;
 }
 
-bool misfits(const Solution& solution) {
-  const Model& near = closest(solution.models);
-  const double degrees = freedom(solution, near);
-  return degrees >= 1.0 && base::chi_squared_upper_tail(near.chi_squared, degrees) < kSignificant;
+double misfit_probability(const Solution& solution) {
+  const double degrees = freedom(solution, solution.best());
+  return degrees > 0.0 ? base::chi_squared_upper_tail(solution.misfit, degrees) : 1.0;
 }
+
+bool misfits(const Solution& solution) { return misfit_probability(solution) < kSignificant; }
 
 VarianceEstimate variance_estimate(const Solution& solution, const CovarianceTable& table, const Model& model,
                                    Term term) {
@@ -215,24 +176,6 @@ VarianceEstimate variance_estimate(const Solution& solution, const CovarianceTab
   for (double& v : estimate.variance) v *= solution.inflation;
   estimate.variance[0] += rest;
   return estimate;
-}
-
-std::optional<Fitted> fit_with_markov(const Points& points, const PairCounts& counts, const Solution& without,
-                                      Outliers outliers) {
-  std::optional<Found> found = best_on_grid(points, base::cholesky(without.covariance));
-  if (!found || cost(found->model) > cost(without.best()) - kEvidence) return std::nullopt;
-  double time = refined_time(points, base::cholesky(without.covariance), *found);
-  std::optional<Fitted> fitted;
-  for (int i = 0; i < kTables; ++i) {
-    CovarianceTable table(counts, points.multiples, time);
-    found->model.weight = 1.0;
-    std::optional<Solution> solution = solve(points, counts, table, outliers, found->model);
-    if (!solution || !solution->best().has(markov)) return std::nullopt;
-    found = Found{time, solution->best()};
-    if (i + 1 < kTables) time = refined_time(points, base::cholesky(solution->covariance), *found);
-    fitted = Fitted{std::move(table), std::move(*solution), points.lag};
-  }
-  return fitted;
 }
 
 }  // namespace soak::calib::signal::allan_fit

@@ -32,9 +32,10 @@ struct Solution {
   Eigen::MatrixXd covariance;  ///< of the measured variances under the fitted terms, outliers and inflation included
   PerTerm theta{};             ///< that this covariance is for: mean over the models
   Whitened whitened;
-  std::vector<Model> models;  ///< the best first
-  double misfit = 0.0;        ///< chi^2 of the best model when no averaging time counts less
-  double inflation = 1.0;     ///< factor on that covariance: chi^2 per degree of freedom, at least 1
+  std::vector<Model> models;     ///< the best first
+  double misfit = 0.0;           ///< chi^2 of the best model when no averaging time counts less
+  double inflation = 1.0;        ///< factor on that covariance: chi^2 per degree of freedom, at least 1
+  double log_determinant = 0.0;  ///< of `covariance`
 
   [[nodiscard]] const Model& best() const { return models.front(); }
 };
@@ -52,25 +53,26 @@ enum class Outliers {
                                             const CovarianceTable& table, Outliers outliers,
                                             const std::optional<Model>& start = {});
 
-/// Whether even the closest model is too far off to be believed (1 %).
+/// Of a misfit at least as large as that of the best model.
+[[nodiscard]] double misfit_probability(const Solution& solution);
+
+/// A fit less probable than 1 % does not know what the noise is.
 [[nodiscard]] bool misfits(const Solution& solution);
 
 /// The estimate of a term's variance in one model, with the variance that it would have at other true values.
 [[nodiscard]] VarianceEstimate variance_estimate(const Solution& solution, const CovarianceTable& table,
                                                  const Model& model, Term term);
 
+/// Standard deviations of the measured variances if they were independent: s sqrt(2/edf), edf about n/m.
+[[nodiscard]] Eigen::VectorXd independent_errors(const Points& points, const PairCounts& counts);
+
 /// A solution and the table of covariances that it was made with.
 struct Fitted {
   CovarianceTable table;
   Solution solution;
-  double lag = 0.0;  ///< of the points
+  double lag = 0.0;                 ///< of the points
+  double share = 1.0;               ///< of belief, beside the rivals
+  std::vector<Fitted> rivals = {};  ///< fits nearly as good, of another correlation time; without rivals of their own
 };
-
-/// The fit with a first-order Gauss-Markov term, if the measured curve demands one: its correlation time by least chi^2
-/// over a logarithmic grid from points.shortest_markov_time on, refined by Gauss-Newton steps together with all other
-/// coefficients. Nothing if its two parameters improve chi^2 by less than 16 beyond the penalty for parameters (the
-/// time was searched for, and flicker between white noise and random walk looks much the same).
-[[nodiscard]] std::optional<Fitted> fit_with_markov(const Points& points, const PairCounts& counts,
-                                                    const Solution& without, Outliers outliers);
 
 }  // namespace soak::calib::signal::allan_fit
