@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
       {import_commands(),    run_show_commands(), run_commands(),     fit_commands(),       export_commands(),
        eval_commands(),      verify_commands(),   unit_commands(),    campaign_commands(),  procedure_commands(),
        type_commands(),      signal_commands(),   key_commands(),     check_commands(),     report_commands(),
-       reference_commands(), gap_commands(),      chamber_commands(), make_safe_commands(), doctor_commands()}};
+       reference_commands(), gap_commands(),      chamber_commands(), make_safe_commands(), doctor_commands(),
+       event_commands(),     backup_commands()}};
   return run_program(soak, argc, argv);
 }

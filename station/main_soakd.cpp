@@ -15,14 +15,21 @@ class Daemon final : public Command {
                 "Station configuration: devices and slots (default: station.toml in the data folder)");
     options.add("--listen HOST:PORT", &listen_,
                 "Address of the web page and the HTTP interface, port 0 = any (default: 127.0.0.1:8088)");
+    options.add("--write-config", &write_config_,
+                "Print a commented configuration to begin with, and end: soakd --write-config > station.toml");
     options.add("--data DIR", &data,
                 "Data folder (default: the configuration's, else $SOAK_DATA, else $XDG_DATA_HOME/soak)");
   }
-  base::Status run(Output&) override { return run_daemon({config_, listen_, data}); }
+  base::Status run(Output& output) override {
+    if (!write_config_) return run_daemon({config_, listen_, data});
+    output.print(config_template());
+    return {};
+  }
 
  private:
   std::string config_;
   std::string listen_;
+  bool write_config_ = false;
 };
 
 }  // namespace

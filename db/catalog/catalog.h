@@ -145,11 +145,23 @@ struct StepRow {
   std::string run_id;   ///< of the run file that it wrote to; empty = none
 };
 
+/// An entry of the event log: who did what when.
 struct EventRow {
   double utc_s = 0.0;
   std::string kind;
   std::string subject;  ///< unit, run, campaign... that it is about
   std::string text;
+  std::string user = {};          ///< who did it; empty = not known (the station by itself)
+  std::int64_t number = 0;        ///< 1, 2, 3, ... at this station; not read when it is entered
+  std::string chain_sha256 = {};  ///< of this event and all before it; not read when it is entered
+};
+
+/// The event log as a chain (docs/file-formats.md).
+struct EventChain {
+  std::uint64_t events = 0;
+  std::string end_sha256;  ///< chain_sha256 of the last event; empty where there is none
+
+  bool operator==(const EventChain&) const = default;
 };
 
 /// The station's catalog `station.db`: what exists, statistics, models and an append-only log. Several processes may
@@ -161,6 +173,9 @@ class Catalog {
   /// Refuses a file of a newer version or of a development version (bad_input), a damaged one (corrupt), a folder that
   /// cannot be written (internal, with the reason: read-only, full).
   [[nodiscard]] static base::Result<Catalog> open(const std::filesystem::path& data_folder);
+  /// Opens a catalog that nobody writes (a backup) without changing it: all that writes is refused. Fails as open()
+  /// does, and (bad_input) where there is none, or one of another version than kSchemaVersion.
+  [[nodiscard]] static base::Result<Catalog> open_unchanged(const std::filesystem::path& data_folder);
   Catalog(Catalog&&) noexcept;
   Catalog& operator=(Catalog&&) noexcept;
   ~Catalog();
@@ -169,7 +184,15 @@ class Catalog {
   static constexpr int kSchemaVersion = 2;
 
   [[nodiscard]] const std::filesystem::path& data_folder() const;
+  /// Whether the catalog can only be read: an archive.
+  [[nodiscard]] bool read_only() const;
+  /// Who works with the catalog from here on: events that name no user are by this one.
+  void act_as(std::string_view user);
   [[nodiscard]] std::filesystem::path run_file_path(const RunRow& run) const;
+
+  /// Writes the state of the catalog into a new file, on the disk when it returns; others go on working with the
+  /// catalog meanwhile. Refuses a file that exists (bad_input); leaves none behind if it fails.
+  [[nodiscard]] base::Status copy_to(const std::filesystem::path& file) const;
 
   /// Runs `work`, whose calls of this catalog become one transaction: all of them are kept if it succeeds, none if not.
   /// Other processes wait meanwhile: keep it short.
@@ -197,9 +220,10 @@ class Catalog {
   [[nodiscard]] base::Result<std::optional<CampaignRow>> open_campaign() const;
   /// The campaign with a journal that was begun last, whatever its state.
   [[nodiscard]] base::Result<std::optional<CampaignRow>> last_campaign() const;
-  /// Changes the state and logs it. Refuses (bad_input) a campaign without journal, an unknown state, and a second
-  /// open campaign.
-  [[nodiscard]] base::Status set_campaign_state(std::string_view name, std::string_view state, std::string_view reason);
+  /// Changes the state and logs it, with the user who asked for it, if one did. Refuses (bad_input) a campaign without
+  /// journal, an unknown state, and a second open campaign.
+  [[nodiscard]] base::Status set_campaign_state(std::string_view name, std::string_view state, std::string_view reason,
+                                                std::string_view user = {});
   /// Enters a step. After success it survives a killed process and a loss of power. Refuses (bad_input) a campaign
   /// without journal and an attempt of a step that is entered already.
   [[nodiscard]] base::Status complete_step(const StepRow& step);
@@ -215,7 +239,7 @@ class Catalog {
   [[nodiscard]] base::Status check_run_file(const RunRow& run) const;
   /// Segments of one unit's run that no void record withdraws, in the order of time, with their findings; with their
   /// blocks if asked. Those with findings that reject them are among them. Refuses (corrupt) a run whose numbers in the
-  /// catalog are not those that were stored.
+  /// catalog are not those that were stored, and any run where the tables of runs, void records or units are not.
   [[nodiscard]] base::Result<std::vector<calib::Segment>> segments(std::string_view run_id, std::string_view unit,
                                                                    bool with_blocks) const;
 
@@ -271,8 +295,12 @@ class Catalog {
 
   [[nodiscard]] base::Status add_calibration(const CalibrationRow& calibration);
   [[nodiscard]] base::Status log_event(const EventRow& event);
+  /// In the order in which they were entered.
   [[nodiscard]] base::Result<std::vector<EventRow>> events() const;
-  /// SQLite's integrity check and foreign keys.
+  /// Follows the chain of the event log; fails (corrupt), naming the first event that was changed or is missing.
+  [[nodiscard]] base::Result<EventChain> check_events() const;
+  /// SQLite's integrity check and foreign keys, the schema, the seals of the tables and the chain of the event log:
+  /// corrupt, with the first finding. What check_numbers() checks is not checked.
   [[nodiscard]] base::Status verify() const;
 
  private:

@@ -121,8 +121,7 @@ base::Status Catalog::begin_campaign(const CampaignRow& campaign) {
     if (const auto valid = check_new(impl_->connection, campaign); !valid) return valid;
     if (auto added = ensure_campaign(campaign.name, campaign.procedure); !added) return added;
     insert_journal(impl_->database(), campaign);
-    catalog::insert_event(impl_->database(), {catalog::now_utc_s(), "campaign_begun", campaign.name,
-                                              "procedure '" + campaign.procedure + "'"});
+    impl_->log({catalog::now_utc_s(), "campaign_begun", campaign.name, "procedure '" + campaign.procedure + "'"});
     return {};
   });
 }
@@ -148,7 +147,8 @@ base::Result<std::optional<CampaignRow>> Catalog::last_campaign() const {
   });
 }
 
-base::Status Catalog::set_campaign_state(std::string_view name, std::string_view state, std::string_view reason) {
+base::Status Catalog::set_campaign_state(std::string_view name, std::string_view state, std::string_view reason,
+                                         std::string_view user) {
   return impl_->connection.transact("change the campaign's state", [&]() -> base::Status {
     if (const auto known = check_state(state, impl_->connection.path().string()); !known) return known;
     if (const auto known = require_journal(impl_->connection, name); !known) return known;
@@ -156,8 +156,7 @@ base::Status Catalog::set_campaign_state(std::string_view name, std::string_view
     const double utc_s = catalog::now_utc_s();
     sqlite::execute(impl_->database(), "UPDATE journal SET state = ?, reason = ?, updated_utc_s = ? WHERE campaign = ?",
                     state, reason, utc_s, name);
-    catalog::insert_event(impl_->database(),
-                          {utc_s, "campaign_" + std::string(state), std::string(name), std::string(reason)});
+    impl_->log({utc_s, "campaign_" + std::string(state), std::string(name), std::string(reason), std::string(user)});
     return {};
   });
 }

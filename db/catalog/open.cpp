@@ -17,19 +17,17 @@
 
 #include "base/text.h"
 #include "db/catalog/detail/impl.h"
+#include "db/catalog/detail/seals.h"
 #include "db/detail/schema.h"
+#include "db/durable.h"
 
 namespace soak::db {
 namespace {
 
 base::Status make_folders(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder / "runs", error);
-  if (!error) return {};
-  return base::fail(
-      base::ErrorKind::internal,
-      "cannot create the data folder: " + error.message() + "; make its parent writable or use another one",
-      folder.string());
+  const auto made = create_folders_durably(folder / "runs");
+  if (made) return {};
+  return base::fail(base::ErrorKind::internal, made.error().message + ", or use another data folder", folder.string());
 }
 
 base::Status check_kind(const sqlite::Identity& identity, const std::filesystem::path& path) {
@@ -95,18 +93,33 @@ base::Result<sqlite::Connection> open_archive(const std::filesystem::path& path,
   const auto log_bytes = std::filesystem::file_size(std::filesystem::path(path) += "-wal", ignored);
   if (!ignored && log_bytes > 0) {
     return base::bad_input(
-        "the data folder is read-only, and station.db-wal holds rows that are not in station.db yet; copy the folder "
-        "to where "
-        "it can be written and use the copy",
+        "the data folder can only be read, and station.db-wal holds rows that are not in station.db yet; copy the "
+        "folder to where it can be written and use the copy",
         path.string());
   }
   if (version != Catalog::kSchemaVersion) {
-    return base::bad_input("the data folder is read-only, and its catalog has version " + std::to_string(version) +
+    return base::bad_input("the data folder can only be read, and its catalog has version " + std::to_string(version) +
                                "; copy the folder to where it can be written, which brings it to version " +
                                std::to_string(Catalog::kSchemaVersion),
                            path.string());
   }
   return sqlite::Connection::open(path, sqlite::Access::immutable);
+}
+
+/// Throws SQLite::Exception.
+base::Status check_foreign_keys(const sqlite::Connection& connection) {
+  SQLite::Statement check(connection.database(), "PRAGMA foreign_key_check");
+  if (!check.executeStep()) return {};
+  return base::corrupt("a row of table '" + check.getColumn(0).getString() + "' refers to a missing row of '" +
+                           check.getColumn(2).getString() + "'; restore the catalog from a backup",
+                       connection.path().string());
+}
+
+base::Status add_functions(const sqlite::Connection& connection) {
+  return connection.run("open the catalog", [&]() -> base::Status {
+    catalog::add_seal_function(connection.database());
+    return {};
+  });
 }
 
 /// Names of all run files in a folder.
@@ -169,20 +182,32 @@ base::Result<Catalog> Catalog::open(const std::filesystem::path& data_folder) {
     const auto ours = check_kind(header->identity, path);
     if (!ours) return base::forward_error(ours);
   }
-  if (!header->empty && is_read_only(data_folder)) {
-    auto archive = open_archive(path, header->identity.user_version);
-    if (!archive) return base::forward_error(archive);
-    return Catalog(std::make_unique<Impl>(data_folder, *std::move(archive)));
-  }
+  if (!header->empty && is_read_only(data_folder)) return open_unchanged(data_folder);
   if (const auto made = make_folders(data_folder); !made) return base::forward_error(made);
   auto connection = sqlite::Connection::open(path, sqlite::Access::read_write);
   if (!connection) return base::forward_error(connection);
   if (const auto ours = check_catalog_identity(*connection); !ours) return base::forward_error(ours);
+  if (const auto added = add_functions(*connection); !added) return base::forward_error(added);
   if (const auto prepared = prepare(*connection); !prepared) return base::forward_error(prepared);
   return Catalog(std::make_unique<Impl>(data_folder, std::move(*connection)));
 }
 
+base::Result<Catalog> Catalog::open_unchanged(const std::filesystem::path& data_folder) {
+  const auto path = data_folder / "station.db";
+  const auto header = sqlite::read_header(path);
+  if (!header) return base::forward_error(header);
+  if (const auto ours = check_kind(header->identity, path); !ours) return base::forward_error(ours);
+  auto archive = open_archive(path, header->identity.user_version);
+  if (!archive) return base::forward_error(archive);
+  if (const auto added = add_functions(*archive); !added) return base::forward_error(added);
+  Catalog catalog(std::make_unique<Impl>(data_folder, *std::move(archive)));
+  catalog.impl_->read_only = true;
+  return catalog;
+}
+
 const std::filesystem::path& Catalog::data_folder() const { return impl_->data_folder; }
+
+bool Catalog::read_only() const { return impl_->read_only; }
 
 std::filesystem::path Catalog::run_file_path(const RunRow& run) const {
   return impl_->data_folder / "runs" / run.file_name;
@@ -194,12 +219,12 @@ base::Status Catalog::all_or_nothing(const std::function<base::Status()>& work) 
 
 base::Status Catalog::verify() const {
   if (const auto whole = impl_->connection.integrity_check(); !whole) return whole;
-  return impl_->connection.run("check the catalog", [&]() -> base::Status {
-    SQLite::Statement check(impl_->database(), "PRAGMA foreign_key_check");
-    if (!check.executeStep()) return {};
-    return base::corrupt("a row of table '" + check.getColumn(0).getString() + "' refers to a missing row of '" +
-                             check.getColumn(2).getString() + "'; restore the catalog from a backup",
-                         impl_->connection.path().string());
+  return impl_->connection.snapshot("check the catalog", [&]() -> base::Status {
+    if (auto schema = catalog::check_schema(impl_->connection); !schema) return schema;
+    if (auto referred = check_foreign_keys(impl_->connection); !referred) return referred;
+    if (auto sealed = catalog::check_all_seals(impl_->connection); !sealed) return sealed;
+    const auto chained = check_events();
+    return chained ? base::Status() : base::Status(base::forward_error(chained));
   });
 }
 

@@ -68,15 +68,6 @@ GapReportRow report_from(sqlite::Fields& fields) {
   return report;
 }
 
-EventRow event_from(sqlite::Fields& fields) {
-  EventRow event;
-  event.utc_s = fields.real();
-  event.kind = fields.text();
-  event.subject = fields.text();
-  event.text = fields.text();
-  return event;
-}
-
 base::Status require_model(const sqlite::Connection& connection, std::string_view unit, std::int32_t version) {
   const char* const sql = "SELECT 1 FROM model WHERE unit = ? AND version = ?";
   if (sqlite::has_row(connection.database(), sql, unit, version)) return {};
@@ -85,15 +76,6 @@ base::Status require_model(const sqlite::Connection& connection, std::string_vie
 }
 
 }  // namespace
-
-namespace catalog {
-
-void insert_event(SQLite::Database& database, const EventRow& event) {
-  sqlite::execute(database, "INSERT INTO event (event_id, utc_s, kind, subject, text) VALUES (?, ?, ?, ?, ?)",
-                  new_uuid(event.utc_s), event.utc_s, event.kind, event.subject, event.text);
-}
-
-}  // namespace catalog
 
 base::Status Catalog::add_void(const VoidRecord& record) {
   return impl_->connection.transact("withdraw data", [&]() -> base::Status {
@@ -105,7 +87,7 @@ base::Status Catalog::add_void(const VoidRecord& record) {
                     "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
                     catalog::new_uuid(record.utc_s), record.run_id, record.unit, record.visit, record.position,
                     record.attempt, record.reason, record.user, record.utc_s);
-    catalog::insert_event(impl_->database(), {record.utc_s, "voided", record.run_id, text_of(record)});
+    impl_->log({record.utc_s, "voided", record.run_id, text_of(record), record.user});
     return {};
   });
 }
@@ -130,8 +112,7 @@ base::Result<std::int32_t> Catalog::add_model(std::string_view unit, std::int32_
                     "INSERT INTO model (unit, version, epoch, created_utc_s, sha256, document) "
                     "VALUES (?, ?, ?, ?, ?, ?)",
                     unit, version, epoch, created_utc_s, sha256_of_text(document), document);
-    catalog::insert_event(impl_->database(),
-                          {created_utc_s, "model_added", std::string(unit), "version " + std::to_string(version)});
+    impl_->log({created_utc_s, "model_added", std::string(unit), "version " + std::to_string(version)});
     return version;
   });
 }
@@ -189,23 +170,11 @@ base::Status Catalog::add_calibration(const CalibrationRow& calibration) {
                     "sha256, path) VALUES (?, ?, ?, ?, ?, ?, ?)",
                     catalog::new_uuid(calibration.created_utc_s), calibration.unit, calibration.model_version,
                     calibration.created_utc_s, calibration.format, calibration.sha256, calibration.path);
-    catalog::insert_event(
-        impl_->database(),
+    impl_->log(
         {calibration.created_utc_s, "calibration_exported", calibration.unit,
          calibration.format + " of model " + std::to_string(calibration.model_version) + " to " + calibration.path});
     return {};
   });
-}
-
-base::Status Catalog::log_event(const EventRow& event) {
-  return impl_->connection.transact("log an event", [&]() -> base::Status {
-    catalog::insert_event(impl_->database(), event);
-    return {};
-  });
-}
-
-base::Result<std::vector<EventRow>> Catalog::events() const {
-  return impl_->rows("read the event log", "SELECT utc_s, kind, subject, text FROM event ORDER BY ordinal", event_from);
 }
 
 }  // namespace soak::db

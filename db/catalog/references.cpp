@@ -119,7 +119,7 @@ base::Status end_entry(const sqlite::Connection& connection, const Ending& endin
                     fmt::format("INSERT INTO {} (record_id, reason, user, utc_s) VALUES (?, ?, ?, ?)", ending.table),
                     record_id, end.reason, end.user, end.utc_s);
     catalog::insert_event(connection.database(), {end.utc_s, ending.event, std::string(record_id),
-                                                  *label + ", by " + end.user + ": " + end.reason});
+                                                  *label + ", by " + end.user + ": " + end.reason, end.user});
     return {};
   });
 }
@@ -212,9 +212,10 @@ base::Result<std::string> Catalog::add_reference(const ReferenceRow& row) {
                     record_id, calib::name_of(reference.kind), reference.name, reference.certificate,
                     reference.correction, reference.standard_uncertainty, reference.issued_utc_s, reference.due_utc_s,
                     row.user, row.entered_utc_s);
-    catalog::insert_event(impl_->database(), {row.entered_utc_s, "reference_added", record_id,
-                                              std::string(calib::name_of(reference.kind)) + ' ' + reference.name +
-                                                  ", certificate " + reference.certificate + ", by " + row.user});
+    impl_->log({row.entered_utc_s, "reference_added", record_id,
+                std::string(calib::name_of(reference.kind)) + ' ' + reference.name + ", certificate " +
+                    reference.certificate + ", by " + row.user,
+                row.user});
     return record_id;
   });
 }
@@ -245,8 +246,8 @@ base::Status Catalog::add_waiver(const calib::Waiver& waiver) {
                     "VALUES (?, ?, ?, ?, ?, ?, ?)",
                     waiver.waiver_id, waiver.record_id, waiver.reason, waiver.signer, waiver.public_key_hex,
                     waiver.signature_hex, waiver.utc_s);
-    catalog::insert_event(impl_->database(), {waiver.utc_s, "reference_waived", waiver.record_id,
-                                              *label + ", by " + waiver.signer + ": " + waiver.reason});
+    impl_->log({waiver.utc_s, "reference_waived", waiver.record_id,
+                *label + ", by " + waiver.signer + ": " + waiver.reason, waiver.signer});
     return {};
   });
 }
@@ -318,8 +319,7 @@ base::Result<std::string> Catalog::add_check_standard(const CheckStandardRow& ro
                     "INSERT INTO check_standard (check_standard_id, unit, since_utc_s, reason, user) "
                     "VALUES (?, ?, ?, ?, ?)",
                     id, row.unit, row.since_utc_s, row.reason, row.user);
-    catalog::insert_event(impl_->database(),
-                          {row.since_utc_s, "check_standard_added", row.unit, "by " + row.user + ": " + row.reason});
+    impl_->log({row.since_utc_s, "check_standard_added", row.unit, "by " + row.user + ": " + row.reason, row.user});
     return id;
   });
 }
@@ -336,8 +336,7 @@ base::Status Catalog::end_check_standard(std::string_view check_standard_id, con
     sqlite::execute(impl_->database(),
                     "INSERT INTO check_standard_end (check_standard_id, reason, user, utc_s) VALUES (?, ?, ?, ?)",
                     check_standard_id, end.reason, end.user, end.utc_s);
-    catalog::insert_event(impl_->database(),
-                          {end.utc_s, "check_standard_ended", *unit, "by " + end.user + ": " + end.reason});
+    impl_->log({end.utc_s, "check_standard_ended", *unit, "by " + end.user + ": " + end.reason, end.user});
     return {};
   });
 }

@@ -7,30 +7,20 @@
 #include <SQLiteCpp/Statement.h>
 #include <fmt/format.h>
 
-#include <array>
-#include <bit>
-#include <cstdint>
 #include <utility>
 #include <vector>
 
 #include "base/hash.h"
+#include "db/catalog/detail/value_digest.h"
 
 namespace soak::db::catalog {
 namespace {
 
-void add_number(base::Sha256& hash, char type, std::uint64_t bits) {
-  std::array<std::uint8_t, 9> bytes{static_cast<std::uint8_t>(type)};
-  for (std::size_t i = 0; i < 8; ++i) bytes[i + 1] = static_cast<std::uint8_t>(bits >> (8 * i));
-  hash.update(bytes);
-}
-
 void add_value(base::Sha256& hash, const SQLite::Column& value) {
-  if (value.isNull()) return add_number(hash, 'n', 0);
-  if (value.isInteger()) return add_number(hash, 'i', static_cast<std::uint64_t>(value.getInt64()));
-  if (value.isFloat()) return add_number(hash, 'f', std::bit_cast<std::uint64_t>(value.getDouble()));
-  const std::string text = value.getString();
-  add_number(hash, 't', text.size());
-  hash.update(text);
+  if (value.isNull()) return add_null(hash);
+  if (value.isInteger()) return add_integer(hash, value.getInt64());
+  if (value.isFloat()) return add_real(hash, value.getDouble());
+  add_text(hash, value.getString());
 }
 
 void add_rows(base::Sha256& hash, const SQLite::Database& database, const std::string& sql, std::string_view run_id,

@@ -145,9 +145,9 @@ base::Status Catalog::add_run(const RunRow& run, const std::vector<calib::Segmen
     insert_run(impl_->database(), run);
     for (const calib::Segment& segment : segments) catalog::insert_segment(impl_->database(), segment);
     catalog::store_numbers_sha256(impl_->database(), run.run_id, run.unit);
-    catalog::insert_event(impl_->database(), {catalog::now_utc_s(), "run_added", run.run_id,
-                                              "unit " + run.unit + ", campaign '" + run.campaign + "', label '" +
-                                                  run.label + "', " + std::to_string(segments.size()) + " segments"});
+    impl_->log({catalog::now_utc_s(), "run_added", run.run_id,
+                "unit " + run.unit + ", campaign '" + run.campaign + "', label '" + run.label + "', " +
+                    std::to_string(segments.size()) + " segments"});
     return {};
   });
 }

@@ -2,14 +2,17 @@
 #include <SQLiteCpp/Statement.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
 #include "db/catalog/detail/impl.h"
 #include "db/catalog/detail/run_digest.h"
+#include "db/catalog/detail/seals.h"
 #include "db/detail/sqlite.h"
 
 namespace soak::db {
@@ -202,6 +205,9 @@ void take_finding(sqlite::Fields& fields, calib::Segment& segment) {
   finding.text = fields.text();
 }
 
+/// Tables that say which segments of which runs there are, and what they belong to.
+constexpr std::array<std::string_view, 3> kSealedOfFits = {"run", "void", "unit"};
+
 }  // namespace
 
 namespace catalog {
@@ -226,7 +232,13 @@ void insert_segment(SQLite::Database& database, const calib::Segment& segment) {
 
 base::Result<std::vector<calib::Segment>> Catalog::segments(std::string_view run_id, std::string_view unit,
                                                             bool with_blocks) const {
-  return impl_->connection.run("read the segments", [&]() -> base::Result<std::vector<calib::Segment>> {
+  return impl_->connection.snapshot("read the segments", [&]() -> base::Result<std::vector<calib::Segment>> {
+    if (!impl_->seals_are_sound) {
+      if (const auto sound = catalog::check_seals(impl_->connection, kSealedOfFits); !sound) {
+        return base::forward_error(sound);
+      }
+      impl_->seals_are_sound = true;
+    }
     if (const auto known = catalog::require_run(impl_->connection, run_id, unit); !known) {
       return base::forward_error(known);
     }

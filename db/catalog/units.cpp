@@ -67,9 +67,9 @@ base::Result<UnitRow> Catalog::begin_epoch(std::string_view serial, std::string_
     const auto epoch = catalog::epoch_of(impl_->connection, serial);
     if (!epoch) return base::forward_error(epoch);
     sqlite::execute(impl_->database(), "UPDATE unit SET epoch = ? WHERE serial = ?", *epoch + 1, serial);
-    catalog::insert_event(impl_->database(), {catalog::now_utc_s(), "epoch_begun", std::string(serial),
-                                              "epoch " + std::to_string(*epoch + 1) + ", by " + std::string(user) +
-                                                  ": " + std::string(reason)});
+    impl_->log({catalog::now_utc_s(), "epoch_begun", std::string(serial),
+                "epoch " + std::to_string(*epoch + 1) + ", by " + std::string(user) + ": " + std::string(reason),
+                std::string(user)});
     return *find_unit(impl_->database(), serial);
   });
 }

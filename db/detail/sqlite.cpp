@@ -217,12 +217,6 @@ base::Status create_exclusively(const std::filesystem::path& path) {
   return tl::unexpected<base::Error>(system_error("create the file", path));
 }
 
-base::Status sync_to_disk(const std::filesystem::path& path) {
-  const base::FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file && ::fsync(file.get()) == 0) return {};
-  return tl::unexpected<base::Error>(system_error("sync to the disk", path));
-}
-
 void remove_with_companions(const std::filesystem::path& path) {
   for (const char* suffix : {"", "-wal", "-shm", "-journal"}) {
     std::error_code ignored;

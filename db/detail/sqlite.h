@@ -23,7 +23,7 @@
 #include "base/bytes.h"
 #include "base/result.h"
 
-/// SQLite behind results: exceptions of the library end here. Below it: creation, syncing and hashing of files.
+/// SQLite behind results: exceptions of the library end here. Below it: creation and hashing of files.
 namespace soak::db::sqlite {
 
 /// How long a statement waits for another process.
@@ -87,6 +87,16 @@ class Connection {
       auto result = std::invoke(work);
       if (result) transaction.commit();
       return result;
+    });
+  }
+
+  /// Runs `work`, which only reads, on one state of the file, whatever others write meanwhile.
+  template <class Work>
+  std::invoke_result_t<Work&> snapshot(std::string_view doing, Work&& work) const {
+    return run(doing, [&]() -> std::invoke_result_t<Work&> {
+      if (in_transaction()) return std::invoke(work);
+      const SQLite::Transaction transaction(*database_);
+      return std::invoke(work);
     });
   }
 
@@ -246,9 +256,6 @@ template <class Read, class... Values>
 
 /// Creates an empty file; refuses a path that exists (bad_input).
 [[nodiscard]] base::Status create_exclusively(const std::filesystem::path& path);
-
-/// Forces contents and size of a file, or the names in a folder, to the disk (fsync).
-[[nodiscard]] base::Status sync_to_disk(const std::filesystem::path& path);
 
 /// Removes a SQLite file with its -wal, -shm and -journal.
 void remove_with_companions(const std::filesystem::path& path);

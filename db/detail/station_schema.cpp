@@ -5,7 +5,9 @@
 #include <string_view>
 #include <utility>
 
+#include "db/catalog/detail/event_chain.h"
 #include "db/catalog/detail/run_digest.h"
+#include "db/catalog/detail/seals.h"
 #include "db/detail/schema.h"
 
 namespace soak::db::schema {
@@ -310,6 +312,20 @@ ALTER TABLE run ADD COLUMN numbers_sha256 TEXT NOT NULL DEFAULT '';
 -- Why the run ended before its last visit, and the run id of the run that was cut short and goes on here.
 ALTER TABLE run ADD COLUMN cut_short TEXT NOT NULL DEFAULT '';
 ALTER TABLE run ADD COLUMN continues TEXT NOT NULL DEFAULT '';
+
+-- Who did it (empty = not known), and the SHA-256 of the event and all before it (docs/file-formats.md).
+DROP TRIGGER event_keeps_rows;
+DROP TRIGGER event_keeps_all;
+DROP TRIGGER event_replaces_none;
+ALTER TABLE event ADD COLUMN user TEXT NOT NULL DEFAULT '';
+ALTER TABLE event ADD COLUMN chain_sha256 TEXT NOT NULL DEFAULT '';
+
+-- How many rows a table has and a digest of them all; of event the end of its chain (docs/file-formats.md).
+CREATE TABLE seal (
+  name      TEXT PRIMARY KEY,
+  row_count INTEGER NOT NULL,
+  sha256    TEXT NOT NULL
+) WITHOUT ROWID;
 )sql";
 
 /// Tables whose rows are only ever added, with the column that numbers them.
@@ -340,10 +356,18 @@ BEGIN SELECT raise(ABORT, '{0} is append-only'); END;
       table, key);
 }
 
+/// What version 2 reckons from the rows that are there.
+void finish_v2(SQLite::Database& database) {
+  catalog::store_all_numbers_sha256(database);
+  catalog::chain_all_events(database);
+  database.exec(keep_rows("event", "event_id"));
+  catalog::make_seals(database);
+}
+
 std::vector<Step> all_station_steps() {
   std::string v1 = kStationV1;
   for (const auto& [table, key] : kAppendOnlyV1) v1 += keep_rows(table, key);
-  return {{1, std::move(v1)}, {2, kStationV2, catalog::store_all_numbers_sha256}};
+  return {{1, std::move(v1)}, {2, kStationV2, finish_v2}};
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "db/detail/column_codec.h"
 #include "db/detail/schema.h"
 #include "db/detail/sqlite.h"
+#include "db/durable.h"
 #include "db/run/detail/chunk_table.h"
 #include "db/run/detail/open_run_file.h"
 #include "db/run/detail/pyramid.h"
@@ -93,7 +94,7 @@ base::Result<RunFileWriter> RunFileWriter::create(const std::filesystem::path& p
   if (const auto created = sqlite::create_exclusively(path); !created) return base::forward_error(created);
   auto connection = sqlite::Connection::open(path, sqlite::Access::read_write);
   base::Status status = connection ? prepare(*connection, info) : base::Status(base::forward_error(connection));
-  if (status) status = sqlite::sync_to_disk(std::filesystem::absolute(path).parent_path());
+  if (status) status = sync_name(path);
   if (!status) {
     connection = base::forward_error(status);
     sqlite::remove_with_companions(path);
@@ -324,10 +325,8 @@ base::Result<std::string> RunFileWriter::seal() {
   }
   if (const auto left = impl_->leave_wal(); !left) return base::forward_error(left);
   impl_->connection.reset();
-  const auto folder = std::filesystem::absolute(impl_->path).parent_path();
-  for (const auto& path : {impl_->path, folder}) {
-    if (const auto synced = sqlite::sync_to_disk(path); !synced) return base::forward_error(synced);
-  }
+  if (const auto synced = sync_to_disk(impl_->path); !synced) return base::forward_error(synced);
+  if (const auto named = sync_name(impl_->path); !named) return base::forward_error(named);
   return sqlite::sha256_of_file(impl_->path);
 }
 

@@ -144,5 +144,7 @@ CommandGroup gap_commands();
 CommandGroup chamber_commands();
 CommandGroup make_safe_commands();
 CommandGroup doctor_commands();
+CommandGroup event_commands();
+CommandGroup backup_commands();
 
 }  // namespace soak::station

@@ -11,6 +11,7 @@
 #include "station/import/columns_map.h"
 #include "station/import/import.h"
 #include "station/io/data_folder.h"
+#include "station/io/host.h"
 
 namespace soak::station {
 namespace {
@@ -170,6 +171,7 @@ base::Status ImportCommand::run(Output& output) {
   // The data folder is not touched, not even created, before the file has proved sound.
   auto catalog = open_catalog(data);
   if (!catalog) return base::forward_error(catalog);
+  catalog->act_as(user_name());
   import_.progress = output.progress("storing");
   const auto summary = store_recording(*catalog, *recording, file_, import_);
   if (!summary) return base::forward_error(summary);

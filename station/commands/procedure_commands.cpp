@@ -14,6 +14,7 @@
 #include "station/config/plan.h"
 #include "station/config/procedure.h"
 #include "station/config/unit_type_file.h"
+#include "station/lab/run_recorder.h"
 
 namespace soak::station {
 namespace {
@@ -52,6 +53,17 @@ struct CheckedTypes {
   std::vector<calib::UnitType> too_weak;
 };
 
+/// What the recordings of one unit take at most on the disk.
+double estimated_unit_bytes(const Procedure& procedure, const Plan& plan) {
+  double recorded_s = 0.0;
+  for (const Step& step : plan.steps) {
+    // A ramp is recorded while the temperature moves.
+    const bool recorded = procedure.kind == ProcedureKind::ramp || step.kind == StepKind::record;
+    if (recorded) recorded_s += step.estimate_s;
+  }
+  return estimated_bytes(procedure.rate_hz, 1, recorded_s);
+}
+
 nlohmann::json procedure_document(const Procedure& procedure, const Plan& plan, const CheckedTypes& types) {
   return {{"file", procedure.file},
           {"name", procedure.name},
@@ -60,6 +72,7 @@ nlohmann::json procedure_document(const Procedure& procedure, const Plan& plan, 
           {"visits", procedure.set_points_c.size()},
           {"steps", plan.steps.size()},
           {"estimate_h", plan.estimate_s() / kSecondsPerHour},
+          {"estimate_unit_bytes", estimated_unit_bytes(procedure, plan)},
           {"set_points_c", procedure.set_points_c},
           {"reference_c", number_or_null(procedure.reference_c)},
           {"types", names_of(types.allowing)},
@@ -121,9 +134,12 @@ std::string rating_lines(const CheckedTypes& types) {
 std::string procedure_text(const Procedure& procedure, const Plan& plan, const CheckedTypes& types) {
   const auto [coldest, warmest] = std::minmax_element(procedure.set_points_c.begin(), procedure.set_points_c.end());
   const double hours = plan.estimate_s() / kSecondsPerHour;
-  return fmt::format("{}: {}, kind {}, {} set points from {:g} to {:g} °C\n{}{}estimated {:.1f} h ({:.1f} days)\n",
-                     procedure.name, name_of(procedure.purpose), name_of(procedure.kind), procedure.set_points_c.size(),
-                     *coldest, *warmest, reference_line(procedure), rating_lines(types), hours, hours / 24.0);
+  return fmt::format(
+      "{}: {}, kind {}, {} set points from {:g} to {:g} °C\n{}{}estimated {:.1f} h ({:.1f} days), at most {:.2f} GB of "
+      "recordings for each unit\n",
+      procedure.name, name_of(procedure.purpose), name_of(procedure.kind), procedure.set_points_c.size(), *coldest,
+      *warmest, reference_line(procedure), rating_lines(types), hours, hours / 24.0,
+      1e-9 * estimated_unit_bytes(procedure, plan));
 }
 
 /// The types that the user named, also those that state no limits, which read_procedure() then reports.

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include <cstdint>
 #include "base/hash.h"
 #include "db/run/run_file.h"
 #include "station/commands/command.h"

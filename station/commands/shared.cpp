@@ -10,6 +10,7 @@
 #include "station/config/unit_type_file.h"
 #include "station/fit/reference_rule.h"
 #include "station/io/data_folder.h"
+#include "station/io/host.h"
 #include "station/io/text.h"
 #include "station/records/signing.h"
 
@@ -18,6 +19,7 @@ namespace soak::station {
 base::Status CatalogCommand::run(Output& output) {
   auto catalog = open_existing_catalog(data);
   if (!catalog) return base::forward_error(catalog);
+  catalog->act_as(user_name());
   return run_with(*catalog, output);
 }
 

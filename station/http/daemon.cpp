@@ -5,11 +5,14 @@
 #include <signal.h>
 
 #include <iostream>
+#include <string_view>
 #include <thread>
 
 #include "station/config/station_config.h"
+#include "station/config/unit_type_file.h"
 #include "station/http/address.h"
 #include "station/http/server.h"
+#include "station/http/web_files.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
 #include "station/io/service_manager.h"
@@ -55,6 +58,16 @@ class StopSignals {
 
 }  // namespace
 
+std::string config_template() {
+  constexpr std::string_view kPlace = "@procedures@";
+  const std::string folder = default_unit_type_folder().parent_path().string();
+  std::string text(find_web_file("station.toml")->content);
+  for (std::size_t at = text.find(kPlace); at != std::string::npos; at = text.find(kPlace, at + folder.size())) {
+    text.replace(at, kPlace.size(), folder);
+  }
+  return text;
+}
+
 base::Status run_daemon(const DaemonOptions& options) {
   auto config = find_station_config(options.config, options.data);
   if (!config) return base::forward_error(config);
@@ -67,7 +80,7 @@ base::Status run_daemon(const DaemonOptions& options) {
   if (!lock) return base::forward_error(lock);
   const auto engine = Engine::make(*config, *catalog);
   if (!engine) return base::forward_error(engine);
-  HttpServer server(**engine, config->listen);
+  HttpServer server(**engine, config->listen, catalog->data_folder());
   const auto port = server.start();
   if (!port) return base::forward_error(port);
   const std::string address = to_text({parse_host_port(config->listen)->host, *port});

@@ -14,6 +14,9 @@ struct DaemonOptions {
   std::string data;              ///< overrides the configuration's, where given
 };
 
+/// A station configuration to begin with, commented (packaging/station.toml), with the register maps of this machine.
+[[nodiscard]] std::string config_template();
+
 /// `soakd`: reads the configuration, takes the data folder for itself, serves pages and interface, carries out
 /// campaigns until SIGTERM or SIGINT; a running campaign is then driven to the safe state first. Prints the address
 /// that it serves, one line, once it does. Errors: wrong configuration, an address or data folder that is taken

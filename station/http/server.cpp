@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <chrono>
 #include <exception>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <thread>
@@ -16,6 +17,7 @@
 #include "station/http/api.h"
 #include "station/http/connections.h"
 #include "station/http/event_feed.h"
+#include "station/http/metrics.h"
 #include "station/http/web_files.h"
 
 namespace soak::station {
@@ -64,6 +66,7 @@ std::string content_type(std::string_view name) {
   if (name.ends_with(".html")) return "text/html; charset=utf-8";
   if (name.ends_with(".css")) return "text/css; charset=utf-8";
   if (name.ends_with(".svg")) return "image/svg+xml";
+  if (name.ends_with(".toml")) return "text/plain; charset=utf-8";
   return "text/javascript; charset=utf-8";
 }
 
@@ -101,8 +104,8 @@ void describe_exception(const httplib::Request& request, httplib::Response& resp
 }  // namespace
 
 struct HttpServer::Running {
-  Running(StationService& service, HostPort listen_address)
-      : lab(service), address(std::move(listen_address)), feed(service) {
+  Running(StationService& service, HostPort listen_address, std::filesystem::path folder)
+      : lab(service), address(std::move(listen_address)), data_folder(std::move(folder)), feed(service) {
     listener.set_socket_options(set_socket_options);
     listener.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
       const auto refusal = refusal_before_body(request);
@@ -148,6 +151,7 @@ struct HttpServer::Running {
     for (const ApiQuestion& question : api_questions()) add_question(question);
     for (const ApiCommand& command : api_commands()) add_command(command);
     listener.Get(kEventsPath, [this](const auto& request, auto& response) { send_events(request, response); });
+    listener.Get("/metrics", [this](const auto&, auto& response) { send_metrics(response); });
     listener.Get("/([^/]*)", send_page);
   }
 
@@ -169,6 +173,14 @@ struct HttpServer::Running {
           const auto body = parse_body(request.body);
           answer(response, body ? command.carry_out(lab, *body) : body);
         });
+  }
+
+  /// For Prometheus.
+  void send_metrics(httplib::Response& response) const {
+    std::error_code failure;
+    const auto space = std::filesystem::space(data_folder, failure);
+    const double free_bytes = failure ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(space.available);
+    response.set_content(metrics_text(lab.status(), free_bytes), "text/plain; version=0.0.4; charset=utf-8");
   }
 
   static void send_page(const httplib::Request& request, httplib::Response& response) {
@@ -221,6 +233,7 @@ struct HttpServer::Running {
 
   StationService& lab;
   HostPort address;
+  std::filesystem::path data_folder;
   EventFeed feed;
   std::atomic<int> streams = 0;
   std::atomic<bool> ended = false;
@@ -229,14 +242,15 @@ struct HttpServer::Running {
   std::thread thread;
 };
 
-HttpServer::HttpServer(StationService& lab, std::string listen) : lab_(lab), listen_(std::move(listen)) {}
+HttpServer::HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder)
+    : lab_(lab), listen_(std::move(listen)), data_folder_(std::move(data_folder)) {}
 
 HttpServer::~HttpServer() = default;
 
 base::Result<int> HttpServer::start() {
   auto address = parse_host_port(listen_);
   if (!address) return base::forward_error(address);
-  auto running = std::make_unique<Running>(lab_, *std::move(address));
+  auto running = std::make_unique<Running>(lab_, *std::move(address), data_folder_);
   const auto port = running->listen();
   if (port) running_ = std::move(running);
   return port;

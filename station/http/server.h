@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -13,8 +14,9 @@ namespace soak::station {
 /// commands the station.
 class HttpServer {
  public:
-  /// `listen`: HOST:PORT, port 0 = any free one. The laboratory must outlive the server.
-  HttpServer(StationService& lab, std::string listen);
+  /// `listen`: HOST:PORT, port 0 = any free one. `data_folder`: whose free space /metrics tells; empty = none. The
+  /// laboratory must outlive the server.
+  HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder = {});
   ~HttpServer();
 
   /// Listens and answers from threads of its own; the port. Refuses an address that is not one or not free (bad_input).
@@ -26,6 +28,7 @@ class HttpServer {
   struct Running;
   StationService& lab_;
   std::string listen_;
+  std::filesystem::path data_folder_;
   std::unique_ptr<Running> running_;
 };
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "calib/estimate/unit_input.h"
+#include "db/durable.h"
 #include "db/run/run_file.h"
 #include "station/config/unit_type_file.h"
 #include "station/fit/reference_rule.h"
@@ -310,16 +311,14 @@ class Importer {
     return {row.label, row.run_id, was_there, row.rows, row.duration_s, segments, row.content_sha256};
   }
 
-  /// Gives the files their names and enters them into the catalog.
+  /// Gives the files their names and, once those are on the disk, enters them into the catalog.
   base::Status record() {
     if (staged_.empty()) return catalog_.add_campaign_references(options_.campaign, summary_.references);
     for (const StagedRun& staged : staged_) {
       const fs::path path = catalog_.run_file_path(staged.row);
-      std::error_code error;
-      fs::rename(staged.temporary, path, error);
-      if (error) return base::fail(base::ErrorKind::internal, "cannot rename: " + error.message(), path.string());
-      files_.forget(staged.temporary);
       files_.add(path);
+      if (auto named = db::rename_durably(staged.temporary, path); !named) return named;
+      files_.forget(staged.temporary);
     }
     auto recorded = catalog_.all_or_nothing([&]() -> base::Status {
       const auto unit = catalog_.ensure_unit(options_.unit, options_.unit_type.value_or("generic"));

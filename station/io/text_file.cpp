@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "base/file_descriptor.h"
+#include "db/durable.h"
 
 namespace soak::station {
 namespace {
@@ -104,12 +105,16 @@ base::Status write_text_file(const std::filesystem::path& given, std::string_vie
   {
     const base::FileDescriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
     if (!file) return base::bad_input("cannot create the file: " + reason(errno), path.string());
-    if (!write_all(file.get(), text) || ::fsync(file.get()) != 0) error = errno;
+    if (!write_all(file.get(), text)) error = errno;
   }
-  if (error == 0 && ::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
-  if (error == 0) return {};
-  ::unlink(temporary.c_str());
-  return base::fail(base::ErrorKind::internal, "cannot write the file: " + reason(error), path.string());
+  base::Status written;
+  if (error == 0) {
+    written = db::rename_durably(temporary, path);
+  } else {
+    written = base::fail(base::ErrorKind::internal, "cannot write the file: " + reason(error), path.string());
+  }
+  if (!written) ::unlink(temporary.c_str());
+  return written;
 }
 
 }  // namespace soak::station

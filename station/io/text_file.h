@@ -12,7 +12,8 @@ namespace soak::station {
 /// The bytes of a text file. Refuses what cannot be read, and UTF-16, binary and classic-Mac files, with the remedy.
 [[nodiscard]] base::Result<std::string> read_text_file(const std::filesystem::path& path);
 
-/// Writes the file anew: to a temporary name beside it, synced, then renamed. On failure nothing is left behind.
+/// Writes the file anew: to a temporary name beside it, synced, then renamed, and the name synced. On failure no
+/// temporary file is left behind.
 /// Follows symbolic links; writes into a device or pipe without replacing it.
 [[nodiscard]] base::Status write_text_file(const std::filesystem::path& path, std::string_view text);
 

@@ -18,6 +18,7 @@
 
 #include "base/file_descriptor.h"
 #include "base/hash.h"
+#include "db/durable.h"
 #include "station/io/text_file.h"
 
 namespace soak::station {
@@ -125,7 +126,7 @@ base::Status create_file(const std::filesystem::path& path, std::string_view tex
   const bool kept = written && ::fsync(file.get()) == 0;
   const int error = errno;
   file.reset();
-  if (kept) return {};
+  if (kept) return db::sync_name(path);
   ::unlink(path.c_str());
   return base::fail(base::ErrorKind::internal, "cannot write the file: " + std::generic_category().message(error),
                     path.string());

@@ -157,10 +157,12 @@ class BadSurroundings(SoakTest):
 
     def test_read_only_data_folder(self):
         if self.mount("size=8m"):
-            self.imported("good.csv", recording(run="good", seconds=10))
+            self.imported("good.csv", recording(run="good", plateaus=(0.0, 15.0, 30.0, 45.0), seconds=10))
+            self.soak("fit", "--unit", "SN1")
             subprocess.run(["mount", "-o", "remount,ro", str(self.data)], check=True)
         elif os.geteuid() != 0:
-            self.imported("good.csv", recording(run="good", seconds=10))
+            self.imported("good.csv", recording(run="good", plateaus=(0.0, 15.0, 30.0, 45.0), seconds=10))
+            self.soak("fit", "--unit", "SN1")
             for path in (self.data, self.data / "runs", self.data / "station.db"):
                 path.chmod(0o555)
             self.addCleanup(lambda: [p.chmod(0o755) for p in (self.data, self.data / "runs")])
@@ -177,6 +179,11 @@ class BadSurroundings(SoakTest):
         self.assertTrue(self.soak_json("runs-verify", "runs", "verify")["ok"])
         rows = self.soak("runs", "export", "good", "--native", "-o", self.folder / "again.csv")
         self.assertEqual(rows.returncode, 0)
+        page = self.folder / "report.html"
+        self.assertEqual(self.soak_json("report", "report", "--unit", "SN1", "-o", page)["model"], 1)
+        self.assertIn("SN1", page.read_text(encoding="utf-8"))
+        self.assertTrue(self.soak_json("events-verify", "events", "verify")["ok"])
+        self.assertEqual(len(self.soak_json("backup", "backup", self.folder / "backup")["copied"]), 1)
         self.refusal("runs", "void", "good", "--reason", "r", "--user", "u", status=1)
         self.assertEqual(self.state(), before)
 

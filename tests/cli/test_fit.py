@@ -14,7 +14,7 @@ import tempfile
 import unittest
 
 from blob_reader import Calibration
-from run_digest import run_digest
+from run_digest import open_catalog, run_digest
 from soak_cli import ROOT, SoakTest, check_schema, recording, shared_data
 
 SERIAL = "SIM-0001"
@@ -362,7 +362,7 @@ class Verify(FittedTest):
         self.assertIn("partial_range", [warning["code"] for warning in document["warnings"]])
 
     def test_takes_no_runs_for_diagnosis(self):
-        with contextlib.closing(sqlite3.connect(self.data / "station.db")) as catalog, catalog:
+        with contextlib.closing(open_catalog(self.data / "station.db")) as catalog, catalog:
             catalog.execute("UPDATE run SET purpose = 'diagnosis' WHERE campaign = 'verification'")
             for key in catalog.execute("SELECT run_id, unit FROM run WHERE campaign = 'verification'").fetchall():
                 catalog.execute("UPDATE run SET numbers_sha256 = ? WHERE run_id = ? AND unit = ?", (run_digest(catalog, *key), *key))

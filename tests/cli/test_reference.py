@@ -11,6 +11,7 @@ import unittest
 
 import ed25519
 from blob_reader import Calibration, crc32c
+from run_digest import open_catalog
 from soak_cli import ROOT, SoakTest, check_schema
 from soak_cli import recording as recording_of
 
@@ -58,7 +59,7 @@ class ReferenceTest(SoakTest):
                               "the new one is ordered", "--signer", "Ann Example", "--key", key, *more)["references"][0]
 
     def execute(self, sql):
-        database = sqlite3.connect(self.data / "station.db")
+        database = open_catalog(self.data / "station.db")
         with database:
             database.execute(sql)
         database.close()

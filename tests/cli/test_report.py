@@ -10,6 +10,7 @@ import sqlite3
 import unittest
 
 import test_fit
+from run_digest import open_catalog
 from soak_cli import HEADER, ROOT, SoakTest, check_schema, shared_data
 from test_fit import SENSORS, SERIAL
 
@@ -263,7 +264,7 @@ class Report(test_fit.FittedTest):
         self.assertIn(["random walk of the integral (N)"], [row[:1] for row in page.named("Noise coefficients")[0]])
 
     def test_a_model_of_an_older_version_has_its_page(self):
-        database = sqlite3.connect(self.data / "station.db")
+        database = open_catalog(self.data / "station.db")
         ((text,),) = database.execute("SELECT document FROM model").fetchall()
         model = json.loads(text)
         model["fit"].pop("references", None)

@@ -125,7 +125,8 @@ TEST_F(Register, OfAWaiverThatIsGoneTheNumberIsLeft) {
   ASSERT_TRUE(catalog_->add_waiver(waiver_of(probe)));
   ASSERT_TRUE(catalog_->add_campaign_references("c1", {use(0, waiver_of(probe))}));
   SQLite::Database raw((folder_ / "station.db").string(), SQLite::OPEN_READWRITE);
-  raw.exec("DROP TRIGGER waiver_keeps_all");
+  for (const char* trigger : {"waiver_keeps_all", "waiver_seals_loss"})
+    raw.exec(std::string("DROP TRIGGER ") + trigger);
   raw.exec("DELETE FROM waiver");
   const auto uses = catalog_->campaign_references("c1");
   ASSERT_TRUE(uses) << uses.error().message;

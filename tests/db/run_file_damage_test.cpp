@@ -106,6 +106,22 @@ TEST_F(DamagedRunFile, NamesTheChannelWhoseLabelsAreDamaged) {
   }
 }
 
+// SQLite calls such a file read-only, which would send people to its mode.
+TEST(OpenRunFile, ThatIsDeletedIsNotCalledReadOnly) {
+  const testing::TempFolder folder;
+  const std::filesystem::path path = folder / "a.soakrun";
+  auto writer = RunFileWriter::create(path, testing::run_info());
+  ASSERT_TRUE(writer && writer->add_stream(testing::noise_stream()));
+  ASSERT_TRUE(std::filesystem::remove(path));
+  ASSERT_TRUE(
+      writer->append(0, {testing::column_of(testing::times(10, 0.01)), testing::column_of(testing::noise(10, 7))}));
+  const auto sealed = writer->seal();
+  ASSERT_FALSE(sealed);
+  EXPECT_EQ(sealed.error().kind, base::ErrorKind::internal);
+  EXPECT_EQ(sealed.error().where, path.string());
+  EXPECT_EQ(sealed.error().message.find("read-only"), std::string::npos) << sealed.error().message;
+}
+
 TEST_F(DamagedRunFile, IsRefusedWhenCutShort) {
   const std::string original = bytes_of_file(path_);
   for (const std::size_t size : {std::size_t{1}, std::size_t{99}, std::size_t{1024}, std::size_t{2048},

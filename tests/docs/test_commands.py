@@ -275,6 +275,21 @@ class HttpApi(Page):
             self.assertTrue(answer.readline().startswith(b"data: {"))
 
 
+class Operations(Page):
+    def test_operations(self):
+        addresses = self.laboratory()
+        self.unit("SN0042")
+        self.replaced += [("/mnt/backup/soak", "backup"), (r"--tcp 192\.168\.7\.20", f"--tcp 127.0.0.1:{addresses['chamber']}")]
+
+        def campaign():
+            """One that was paused, so that there is something to go on with."""
+            self.run_line("soak campaign start short.toml --name c")
+            self.run_line("soak campaign pause")
+        self.carry_out("docs/operations.md", skip=["--write-config"], extra={
+            "soak campaign resume": campaign, "soak runs verify --data restored": lambda: self.run_line("cp -r backup restored")})
+        self.run_line("soakd --write-config > new-station.toml")
+
+
 class Procedures(Page):
     def test_procedures(self):
         self.carry_out("docs/procedures.md")

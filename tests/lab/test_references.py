@@ -4,10 +4,14 @@ somebody has signed."""
 import datetime
 import json
 import sqlite3
+import sys
 import unittest
 
 import bench
 from bench import LabTest, short_procedure
+
+sys.path.insert(0, str(bench.ROOT / "tests" / "cli"))
+from run_digest import open_catalog  # noqa: E402
 
 
 def day(offset):
@@ -64,7 +68,7 @@ class References(LabTest):
         self.assertEqual(self.noted(), [("c", "probe 3", 0), ("c", "level 1", 1)])
         self.abort()
 
-        database = sqlite3.connect(f"{self.lab.data}/station.db")
+        database = open_catalog(f"{self.lab.data}/station.db")
         with database:
             database.execute("DROP TRIGGER waiver_keeps_rows")
             database.execute("UPDATE waiver SET reason = 'because'")

@@ -201,8 +201,9 @@ TEST_F(ReferenceRule, ANewWaiverHealsTheNoteOfACampaignWhoseWaiverIsDamagedOrGon
   ASSERT_TRUE(catalog->ensure_campaign("c1", "soak"));
   ASSERT_TRUE(catalog->add_campaign_references("c1", {{probe, waiver}}));
   SQLite::Database raw((folder / "station.db").string(), SQLite::OPEN_READWRITE);
-  raw.exec("DROP TRIGGER waiver_keeps_rows");
-  raw.exec("DROP TRIGGER waiver_keeps_all");
+  for (const char* trigger : {"waiver_keeps_rows", "waiver_keeps_all", "waiver_seals_change", "waiver_seals_loss"}) {
+    raw.exec(std::string("DROP TRIGGER ") + trigger);
+  }
   raw.exec("UPDATE waiver SET reason = 'because'");
   EXPECT_EQ(references_of_campaigns(*catalog, {"c1"}).error().kind, base::ErrorKind::corrupt);
   waive(probe, "01890a5d-ac96-774b-bcce-0000000000a2", "signed again");

@@ -26,6 +26,10 @@ struct Catalog::Impl {
     return base::bad_input(std::move(message), connection.path().string());
   }
 
+  /// Appends to the event log, inside the caller's transaction; by the user that act_as() named where the event names
+  /// none. Throws SQLite::Exception.
+  void log(EventRow event);
+
   /// What `read` makes of each row of a query; an error says "cannot `doing`".
   template <class Read, class... Values>
   [[nodiscard]] auto rows(std::string_view doing, const std::string& sql, const Read& read,
@@ -37,6 +41,9 @@ struct Catalog::Impl {
 
   std::filesystem::path data_folder;
   sqlite::Connection connection;
+  std::string user;                                     ///< who works with the catalog; empty = not known
+  bool read_only = false;                               ///< an archive
+  bool seals_are_sound = false;                         ///< those that fits rest on were checked
   std::set<std::pair<std::string, std::string>> sound;  ///< run and unit whose numbers were checked
   std::map<std::string, std::string> file_sha256;       ///< of the run files that check_run_file() has read, by name
 };
@@ -49,7 +56,7 @@ namespace catalog {
 /// A fresh UUIDv7 for something that happened at `utc_s`.
 [[nodiscard]] std::string new_uuid(double utc_s);
 
-/// Appends to the event log, inside the caller's transaction. Throws SQLite::Exception.
+/// Appends to the event log and its chain, inside the caller's transaction. Throws SQLite::Exception.
 void insert_event(SQLite::Database& database, const EventRow& event);
 
 /// Epoch of a unit; bad_input where the unit is unknown. Throws SQLite::Exception.

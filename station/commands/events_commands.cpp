@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
+
+namespace soak::station {
+namespace {
+
+/// soak events list [--kind K] [--subject S] [--user U] [--last N]
+struct EventsList final : CatalogCommand {
+  std::optional<std::string> kind;
+  std::optional<std::string> subject;
+  std::optional<std::string> user;
+  std::optional<std::size_t> last;
+
+  void declare(OptionList& options) override {
+    options.add("--kind KIND", &kind, "Only events of this kind: run_added, voided, model_added...");
+    options.add("--subject TEXT", &subject, "Only events about this unit, run, campaign...");
+    options.add("--user NAME", &user, "Only events by this user");
+    options.add("--last N", &last, "Only the newest N of them").range(1, 1e9);
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+/// soak events verify [--contains SHA256]
+struct EventsVerify final : CatalogCommand {
+  std::string contains;
+
+  void declare(OptionList& options) override {
+    options.add("--contains SHA256", &contains,
+                "Chain value noted earlier, which the log must still hold: shows that nothing before it was rewritten");
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+};
+
+bool is_asked_for(const db::EventRow& event, const EventsList& command) {
+  return event.kind == command.kind.value_or(event.kind) && event.subject == command.subject.value_or(event.subject) &&
+         event.user == command.user.value_or(event.user);
+}
+
+nlohmann::json event_json(const db::EventRow& event) {
+  return {{"number", event.number},
+          {"utc_s", event.utc_s},
+          {"kind", event.kind},
+          {"subject", event.subject},
+          {"user", event.user.empty() ? nlohmann::json() : nlohmann::json(event.user)},
+          {"text", event.text},
+          {"chain_sha256", event.chain_sha256}};
+}
+
+/// "2027-03-01 12:34:56" in UTC.
+std::string utc_text(double utc_s) {
+  const auto seconds = static_cast<std::time_t>(utc_s);
+  std::tm parts{};
+  if (::gmtime_r(&seconds, &parts) == nullptr) return fmt::format("{:.0f}", utc_s);
+  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}:{:02}", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday,
+                     parts.tm_hour, parts.tm_min, parts.tm_sec);
+}
+
+base::Status EventsList::run_with(db::Catalog& catalog, Output& output) {
+  auto events = catalog.events();
+  if (!events) return base::forward_error(events);
+  std::erase_if(*events, [&](const db::EventRow& event) { return !is_asked_for(event, *this); });
+  const std::size_t shown = std::min(last.value_or(events->size()), events->size());
+  events->erase(events->begin(), events->end() - static_cast<std::ptrdiff_t>(shown));
+  if (output.json()) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const db::EventRow& event : *events) list.push_back(event_json(event));
+    return output.print_json({{"events", std::move(list)}});
+  }
+  std::vector<std::vector<std::string>> rows = {{"number", "utc", "kind", "subject", "user", "text"}};
+  for (const db::EventRow& event : *events) {
+    rows.push_back(
+        {std::to_string(event.number), utc_text(event.utc_s), event.kind, event.subject, event.user, event.text});
+  }
+  output.print(text_table(rows));
+  return {};
+}
+
+/// Refuses a log that does not hold a chain value that was noted earlier.
+base::Status check_contains(const db::Catalog& catalog, const std::string& noted) {
+  if (noted.empty()) return {};
+  const auto events = catalog.events();
+  if (!events) return base::forward_error(events);
+  if (std::ranges::find(*events, noted, &db::EventRow::chain_sha256) != events->end()) return {};
+  return base::corrupt(
+      "the event log does not hold this chain value: it is the log of another station, or what was "
+      "written before has been rewritten",
+      "--contains");
+}
+
+base::Status EventsVerify::run_with(db::Catalog& catalog, Output& output) {
+  const auto chain = catalog.check_events();
+  base::Status status = chain ? check_contains(catalog, contains) : base::Status(base::forward_error(chain));
+  if (output.json()) {
+    const auto printed = output.print_json(
+        {{"ok", status.has_value()},
+         {"events", chain ? nlohmann::json(chain->events) : nlohmann::json()},
+         {"chain_sha256", chain && chain->events > 0 ? nlohmann::json(chain->end_sha256) : nlohmann::json()},
+         {"problem", status ? nlohmann::json() : nlohmann::json(status.error().message)},
+         {"where", status ? nlohmann::json() : nlohmann::json(status.error().where)}});
+    if (!printed) return printed;
+  } else if (status) {
+    output.print(fmt::format("{} events, none changed or missing; end of the chain: {}\n", chain->events,
+                             chain->events > 0 ? chain->end_sha256 : "none"));
+  }
+  return status;
+}
+
+}  // namespace
+
+CommandGroup event_commands() {
+  return {"events",
+          "The event log: who did what when",
+          {{"list", "List the log", "soak events list --user ann --last 20", std::make_shared<EventsList>()},
+           {"verify", "Check that no event was changed or taken away", "soak events verify",
+            std::make_shared<EventsVerify>()}}};
+}
+
+}  // namespace soak::station
