@@ -5,6 +5,7 @@
 #include <sqlite3.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstddef>
@@ -37,6 +38,28 @@ std::string uri_of(const std::filesystem::path& path, std::string_view query) {
     }
   }
   return uri.append(query);
+}
+
+/// The first bytes of a file, as many as there are; nothing where they cannot be read. They are read by way of SQLite's
+/// own files: POSIX locks are those of a process, and whoever opens and closes a file beside SQLite takes them from all
+/// connections that the process has to it. Then the last other program that closes the file takes its -wal away from
+/// under them, with all that is committed there from then on.
+std::optional<std::size_t> read_beginning(const std::filesystem::path& path, std::array<char, 100>& bytes) {
+  sqlite3_vfs* const vfs = sqlite3_vfs_find(nullptr);
+  std::vector<std::max_align_t> memory(static_cast<std::size_t>(vfs->szOsFile) / sizeof(std::max_align_t) + 1);
+  auto* const file = reinterpret_cast<sqlite3_file*>(memory.data());
+  const std::string name = std::filesystem::absolute(path).string();
+  if (vfs->xOpen(vfs, name.c_str(), file, SQLITE_OPEN_READONLY | SQLITE_OPEN_MAIN_DB, nullptr) != SQLITE_OK) {
+    return std::nullopt;
+  }
+  // Not SQLite's word for the size: it calls a file of one byte empty.
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  const auto count = error ? 0 : static_cast<std::size_t>(std::min<std::uintmax_t>(size, bytes.size()));
+  int code = error ? SQLITE_IOERR : SQLITE_OK;
+  if (count > 0) code = file->pMethods->xRead(file, bytes.data(), static_cast<int>(count), 0);
+  file->pMethods->xClose(file);
+  return code == SQLITE_OK ? std::optional(count) : std::nullopt;
 }
 
 std::uint64_t big_endian_at(const std::array<char, 100>& header, std::size_t offset, std::size_t size) {
@@ -112,16 +135,14 @@ base::Result<Header> read_header(const std::filesystem::path& path) {
   constexpr std::string_view kMagic("SQLite format 3\0", 16);
   std::error_code error;
   if (!std::filesystem::exists(path, error) && !error) return Header{};
-  std::ifstream file(path, std::ios::binary);
   std::array<char, 100> bytes{};
-  if (!file) {
+  const auto count = read_beginning(path, bytes);
+  if (!count) {
     return base::fail(base::ErrorKind::internal, "the file cannot be opened for reading; check owner and mode",
                       path.string());
   }
-  file.read(bytes.data(), bytes.size());
-  if (file.gcount() == 0 && !file.bad()) return Header{};
-  if (file.gcount() < static_cast<std::streamsize>(bytes.size()) ||
-      std::string_view(bytes.data(), kMagic.size()) != kMagic) {
+  if (*count == 0) return Header{};
+  if (*count < bytes.size() || std::string_view(bytes.data(), kMagic.size()) != kMagic) {
     return base::corrupt("the file is damaged or not a SQLite file; restore it from a backup", path.string());
   }
   Header header;

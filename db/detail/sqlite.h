@@ -49,7 +49,8 @@ struct Header {
   Identity identity;
 };
 
-/// Reads the header without SQLite; corrupt if the file is no SQLite file.
+/// Reads the header without a connection; corrupt if the file is no SQLite file. Connections that this process has to
+/// the file keep their locks.
 [[nodiscard]] base::Result<Header> read_header(const std::filesystem::path& path);
 
 /// The user's view of an exception: what could not be done with which file, why, and what would help. Damaged files are

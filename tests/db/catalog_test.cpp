@@ -3,7 +3,9 @@
 
 #include <SQLiteCpp/Database.h>
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 
 #include "base/text.h"
@@ -36,6 +38,28 @@ class CatalogTest : public ::testing::Test {
 template <class T>
 bool is_bad_input(const base::Result<T>& result) {
   return !result && result.error().kind == base::ErrorKind::bad_input && !result.error().message.empty();
+}
+
+/// What the sqlite3 program says of a catalog; it is the last to close the file unless we hold a lock on it.
+std::string ask_another_program(const std::filesystem::path& folder, const std::string& sql) {
+  const std::string command = "sqlite3 '" + (folder / "station.db").string() + "' \"" + sql + "\"";
+  FILE* const pipe = ::popen(command.c_str(), "r");
+  std::array<char, 64> line{};
+  const char* const answer = std::fgets(line.data(), static_cast<int>(line.size()), pipe);
+  EXPECT_EQ(::pclose(pipe), 0) << command;
+  return answer == nullptr ? std::string() : std::string(answer);
+}
+
+/// Locks are those of a process: a second connection must not take them from the first one, or the next program that
+/// closes the catalog removes its -wal file, and what is written from then on goes nowhere.
+TEST_F(CatalogTest, MayBeOpenedAgainByTheProcessThatHasItOpen) {
+  ASSERT_TRUE(catalog_->log_event({1.0, "kind", "subject", "before"}));
+  auto second = Catalog::open(folder_.path());
+  ASSERT_TRUE(second);
+  EXPECT_EQ(ask_another_program(folder_.path(), "SELECT text FROM event WHERE kind = 'kind'"), "before\n");
+  ASSERT_TRUE(catalog_->log_event({2.0, "kind", "subject", "first"}));
+  ASSERT_TRUE(second->log_event({3.0, "kind", "subject", "second"}));
+  EXPECT_EQ(ask_another_program(folder_.path(), "SELECT count(*) FROM event WHERE kind = 'kind'"), "3\n");
 }
 
 TEST_F(CatalogTest, GivesBackRunsAndSegmentsExactly) {
