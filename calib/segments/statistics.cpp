@@ -6,6 +6,7 @@
 #include <iterator>
 #include <numbers>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "calib/segments/detail/sample_scan.h"
@@ -15,7 +16,6 @@ namespace soak::calib {
 namespace {
 
 constexpr double kFloatStep = 0x1p-23;  ///< of float32 numbers, as a share of the number, at most
-constexpr std::size_t kSamplesLooked = 100000;
 constexpr double kRareShare = 0.01;
 constexpr double kOffLattice = 0.02;  ///< of a step; numbers are rounded to float32 and converted
 
@@ -34,9 +34,8 @@ SensorStatistics describe_present(std::span<const double> samples, double sum, d
   return result;
 }
 
-/// Distances between neighbouring numbers of those that samples, evenly spread over all, show.
-std::vector<double> distances_of(std::span<const double> samples) {
-  std::vector<double> shown = thinned(samples, kSamplesLooked);
+/// Distances between neighbouring numbers of those that samples show.
+std::vector<double> distances_of(std::vector<double> shown) {
   std::sort(shown.begin(), shown.end());
   shown.erase(std::unique(shown.begin(), shown.end()), shown.end());
   std::adjacent_difference(shown.begin(), shown.end(), shown.begin());
@@ -75,8 +74,10 @@ Line fit_line(std::span<const double> x, std::span<const double> y) {
   return line;
 }
 
-double output_step(std::span<const double> samples) {
-  std::vector<double> distances = distances_of(samples);
+double output_step(std::span<const double> samples) { return output_step_of(thinned(samples, kStepSamples)); }
+
+double output_step_of(std::vector<double> shown) {
+  std::vector<double> distances = distances_of(std::move(shown));
   if (distances.empty()) return 0.0;
   const auto rare = static_cast<std::size_t>(kRareShare * static_cast<double>(distances.size()));
   std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(rare), distances.end());

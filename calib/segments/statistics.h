@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include "calib/vocabulary/segment.h"
 
@@ -21,6 +22,10 @@ struct Line {
 /// they are not, or only one number occurs. NaN samples are passed over. Looks at 100,000 samples at most, evenly
 /// spread.
 [[nodiscard]] double output_step(std::span<const double> samples);
+/// So many samples are looked at, at most.
+inline constexpr std::size_t kStepSamples = 100000;
+/// The same from the samples that are looked at, those of thinned() or Thinner.
+[[nodiscard]] double output_step_of(std::vector<double> shown);
 
 /// Root mean square error that rounding to steps q leaves in the mean of samples of variance s^2, however many, for a
 /// true mean anywhere between two steps: the larger of

@@ -319,17 +319,16 @@ base::Status RunRecorder::seal() {
   return {};
 }
 
-base::Result<std::vector<db::RunRow>> RunRecorder::finish(const std::optional<std::string>& void_reason,
-                                                          const std::map<std::string, std::string>& void_units,
-                                                          bool keeps_parts) {
+base::Result<std::vector<db::RunRow>> RunRecorder::finish(db::Catalog& catalog, const RunEnd& end) {
   if (const auto sealed = seal(); !sealed) return base::forward_error(sealed);
-  sealed_.void_reason = void_reason;
-  sealed_.void_units = void_units;
-  sealed_.keeps_parts = keeps_parts;
-  return enter_run(*catalog_, sealed_);
+  sealed_.void_reason = end.void_reason;
+  sealed_.void_units = end.void_units;
+  sealed_.keeps_parts = end.keeps_parts;
+  return enter_run(catalog, sealed_);
 }
 
-base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log) {
+base::Result<std::vector<LostRun>> enter_lost_runs(db::Catalog& catalog) {
+  std::vector<LostRun> lost;
   const auto orphans = db::orphan_run_files(catalog);
   if (!orphans) return base::forward_error(orphans);
   for (const db::OrphanRunFile& orphan : *orphans) {
@@ -338,9 +337,16 @@ base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log) {
     const auto entered = enter_lost_run(catalog, orphan);
     // An empty file that was sealed before has been told of then.
     if (entered && *entered == 0 && orphan.sealed) continue;
-    log.add("run", orphan.info->label,
-            fmt::format("{} was left behind and {}", orphan.path.filename().string(), lost_run_text(entered)));
+    lost.push_back({orphan.info->label,
+                    fmt::format("{} was left behind and {}", orphan.path.filename().string(), lost_run_text(entered))});
   }
+  return lost;
+}
+
+base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log) {
+  const auto lost = enter_lost_runs(catalog);
+  if (!lost) return base::forward_error(lost);
+  for (const LostRun& run : *lost) log.add("run", run.label, run.text);
   return {};
 }
 

@@ -29,6 +29,13 @@ namespace soak::station {
 /// What the run files that soakd records state as their source.
 inline constexpr std::string_view kRunSource = "soakd";
 
+/// How a run ends.
+struct RunEnd {
+  std::optional<std::string> void_reason = {};         ///< withdraws the whole run
+  std::map<std::string, std::string> void_units = {};  ///< serial number → why: withdraws parts of it
+  bool keeps_parts = false;                            ///< only what has no complete segment (SealedRun::keeps_parts)
+};
+
 /// Records one run: the open run file of all its units, and at the end their rows in the catalog. One thread at a time.
 /// Destroyed without finish(), it leaves an unsealed file with everything that was flushed (orphan_run_files() finds
 /// it).
@@ -70,12 +77,15 @@ class RunRecorder {
   /// Ends the run: seals the file, enters one row per unit with its segments into the catalog, and withdraws the
   /// segments of rejected attempts (user "soakd"), all or nothing. A unit without rows is left out, with an event in
   /// the file. A rejection without a segment (the unit gave no usable rows there) is logged. Where it fails it may be
-  /// called again. Reads the whole file: seconds to minutes.
-  /// In the same transaction `void_reason` withdraws the whole run, `void_units` (serial number → why) parts of it;
-  /// with `keeps_parts` only what has no complete segment (SealedRun::keeps_parts).
+  /// called again. Reads the whole file: seconds to minutes. `catalog` may be another connection than that of begin():
+  /// with it the recorder may have gone to another thread (RunSealer).
+  [[nodiscard]] base::Result<std::vector<db::RunRow>> finish(db::Catalog& catalog, const RunEnd& end);
+  /// The same over the connection of begin().
   [[nodiscard]] base::Result<std::vector<db::RunRow>> finish(const std::optional<std::string>& void_reason = {},
                                                              const std::map<std::string, std::string>& void_units = {},
-                                                             bool keeps_parts = false);
+                                                             bool keeps_parts = false) {
+    return finish(*catalog_, {void_reason, void_units, keeps_parts});
+  }
 
   [[nodiscard]] const db::RunInfo& info() const { return info_; }
   /// Rows of unit number `unit` so far.
@@ -127,11 +137,19 @@ class RunRecorder {
   double last_chamber_t_s_ = kNever_s;
 };
 
+/// A run file that was left behind, and what became of it.
+struct LostRun {
+  std::string label;
+  std::string text;
+};
+
 /// Seals the run files that a killed soakd left open and enters them into the catalog with every row that was flushed,
 /// cut short: rejected segments and one that was under way are withdrawn. Voided are a pre-flight, a run without a
 /// complete segment, and one whose procedure says on_break = "repeat_run". The same is done with files that were sealed
-/// but not entered. A file that cannot be read is logged and left as it is; one without samples is
+/// but not entered. A file that cannot be read is told of and left as it is; one without samples is
 /// sealed, and stays outside the catalog.
+[[nodiscard]] base::Result<std::vector<LostRun>> enter_lost_runs(db::Catalog& catalog);
+/// The same, told to the log.
 [[nodiscard]] base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log);
 
 /// What recording writes to the disk, on the safe side: run files compress, catalog and temporary files do not.

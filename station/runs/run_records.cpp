@@ -10,8 +10,10 @@
 
 #include "calib/estimate/unit_input.h"
 #include "calib/segments/data_gate.h"
+#include "calib/segments/long_run.h"
 #include "calib/segments/segmentation.h"
 #include "station/io/host.h"
+#include "station/runs/long_run_rows.h"
 #include "station/runs/recording_reader.h"
 #include "station/runs/run_columns.h"
 #include "station/runs/run_streams.h"
@@ -40,13 +42,12 @@ db::RunRow row_of(const db::RunInfo& info) {
 /// Numbers the visits as `visits` (one value per row, NaN = unknown) says, and the attempts of each position anew.
 void number_visits(const calib::Recording& recording, const std::vector<double>& visits,
                    std::vector<calib::Segment>& segments) {
-  std::map<std::pair<std::int32_t, std::string>, std::int32_t> attempts;
-  for (calib::Segment& segment : segments) {
+  std::vector<double> numbers;
+  for (const calib::Segment& segment : segments) {
     const auto first = std::lower_bound(recording.t_s.begin(), recording.t_s.end(), segment.t_start_s);
-    const double visit = visits[static_cast<std::size_t>(first - recording.t_s.begin())];
-    if (!std::isnan(visit)) segment.key.visit = static_cast<std::int32_t>(visit);
-    segment.key.attempt = attempts[{segment.key.visit, segment.key.position}]++;
+    numbers.push_back(visits[static_cast<std::size_t>(first - recording.t_s.begin())]);
   }
+  calib::number_visits(numbers, segments);
 }
 
 /// Stores what the data gate finds in each segment.
@@ -81,8 +82,18 @@ base::Result<std::vector<calib::Standstill>> standstills_of(const db::RunFileRea
   return finder.find();
 }
 
-base::Result<RunRecord> describe_unit_run(const db::RunFileReader& file, std::string_view unit,
-                                          const calib::UnitType& type, bool with_visits) {
+RunRecord record_of(const db::RunFileReader& file, std::string_view unit, calib::Segmentation segmentation) {
+  RunRecord record{row_of(file.info()), std::move(segmentation.segments), std::move(segmentation.warnings)};
+  for (const calib::Warning& warning : calib::gate_warnings(record.segments)) {
+    record.warnings.push_back(fmt::format("{} {}", warning.code, warning.text));
+  }
+  record.row.unit = unit;
+  return record;
+}
+
+/// With the whole run in memory, as imported recordings without plateaus or positions need it.
+base::Result<RunRecord> describe_whole_run(const db::RunFileReader& file, std::string_view unit,
+                                           const calib::UnitType& type, bool with_visits) {
   const auto axes = read_axes(file, unit);
   if (!axes) return base::forward_error(axes);
   const auto standstills = standstills_of(file, *axes);
@@ -97,11 +108,7 @@ base::Result<RunRecord> describe_unit_run(const db::RunFileReader& file, std::st
     number_visits(*axes, channel.values, segmentation.segments);
   }
   store_findings(examination, segmentation.segments);
-  RunRecord record{row_of(file.info()), std::move(segmentation.segments), std::move(segmentation.warnings)};
-  for (const calib::Warning& warning : calib::gate_warnings(record.segments)) {
-    record.warnings.push_back(fmt::format("{} {}", warning.code, warning.text));
-  }
-  record.row.unit = unit;
+  RunRecord record = record_of(file, unit, std::move(segmentation));
   record.row.rows = axes->rows();
   record.row.duration_s = axes->t_s.back() - axes->t_s.front();
   return record;
@@ -121,7 +128,7 @@ base::Result<std::vector<RunRecord>> describe_all(const SealedRun& run) {
   std::vector<RunRecord> records;
   for (const RecordedUnit& unit : run.units) {
     if (!has_rows(*file, unit.serial)) continue;
-    auto record = describe_unit_run(*file, unit.serial, unit.facts, true);
+    auto record = describe_recorded_run(*file, unit.serial, unit.facts);
     if (!record) return base::forward_error(record);
     record->row.file_name = run.path.filename().string();
     record->row.file_sha256 = run.sha256;
@@ -213,7 +220,22 @@ base::Status enter_all(db::Catalog& catalog, const SealedRun& run, std::vector<R
 
 base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit,
                                      const calib::UnitType& type) {
-  return describe_unit_run(file, unit, type, false);
+  return describe_whole_run(file, unit, type, false);
+}
+
+base::Result<RunRecord> describe_recorded_run(const db::RunFileReader& file, std::string_view unit,
+                                              const calib::UnitType& type, bool may_read_in_parts) {
+  if (!may_read_in_parts) return describe_whole_run(file, unit, type, true);
+  const auto rows = LongRunRows::open(file, unit);
+  if (!rows) return base::forward_error(rows);
+  if (!*rows) return describe_whole_run(file, unit, type, true);
+  auto run = calib::describe_long_run(**rows, type, kVisitChannel);
+  if (!run) return base::forward_error(run);
+  if (!*run) return describe_whole_run(file, unit, type, true);
+  RunRecord record = record_of(file, unit, std::move((*run)->segmentation));
+  record.row.rows = (*rows)->rows();
+  record.row.duration_s = (*run)->duration_s;
+  return record;
 }
 
 base::Result<std::vector<db::RunRow>> enter_run(db::Catalog& catalog, const SealedRun& run) {

@@ -31,6 +31,12 @@ struct RunRecord {
 [[nodiscard]] base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit,
                                                    const calib::UnitType& type);
 
+/// The same of a run that soakd recorded, whose channel `visit` numbers the visits. One segment's rows are in memory at
+/// a time, where the run has set points and positions (calib/segments/long_run.h): memory does not grow with the run.
+/// `may_read_in_parts` false: all rows at once, with the same result.
+[[nodiscard]] base::Result<RunRecord> describe_recorded_run(const db::RunFileReader& file, std::string_view unit,
+                                                            const calib::UnitType& type, bool may_read_in_parts = true);
+
 struct RecordedUnit {
   std::string serial;
   std::string type = "generic";              ///< of a unit that is new to the catalog
