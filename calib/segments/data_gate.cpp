@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "calib/segments/detail/gate.h"
+#include "calib/segments/statistics.h"
 
 namespace soak::calib {
 namespace {
@@ -25,6 +26,20 @@ void judge_times(const gate::Samples& samples, gate::KnownTimes& rows, gate::Sen
   if (summary.sampling_judged) summary.irregular_sampling = gate::irregular_sampling(samples, *times.share_off);
 }
 
+/// Those that its statistics leave out: none where they count every sample.
+std::vector<std::size_t> spikes_of(const gate::Samples& samples, std::span<const double> values) {
+  const std::size_t counted = samples.view.segment.sensor[index_of(samples.sensor)].count;
+  if (counted >= samples.present.values().size()) return {};
+  return find_spikes(values, gate::step_of(samples.view, samples.sensor));
+}
+
+/// The values, spikes with the number before them.
+std::vector<double> without(std::span<const std::size_t> spikes, std::span<const double> values) {
+  std::vector<double> healed(values.begin(), values.end());
+  for (const std::size_t row : spikes) healed[row] = row > 0 ? healed[row - 1] : healed[row + 1];
+  return healed;
+}
+
 }  // namespace
 
 namespace gate {
@@ -38,9 +53,14 @@ void summarise(const View& segment, Sensor sensor, const Present& present, std::
   summary.samples = present.values().size();
   summary.levels = levels_of(segment.t_s(), values, state.stretches,
                              std::max(samples.facts().noise, samples.facts().step), segment.limits.knock_sigmas);
-  summary.saturated = saturated(samples);
-  if (!summary.saturated) summary.stuck = stuck(samples);
   if (samples.facts().interval_s > 0.0) judge_times(samples, known, summary);
+  const std::vector<std::size_t> spikes = spikes_of(samples, values);
+  if (!spikes.empty()) summary.spike = spike_finding(segment, sensor, spikes);
+  const std::vector<double> healed = spikes.empty() ? std::vector<double>() : without(spikes, values);
+  const Present rest(segment.t_s(), spikes.empty() ? values : healed, summary.complete);
+  const Samples judged{segment, sensor, rest};
+  summary.saturated = saturated(judged);
+  if (!summary.saturated) summary.stuck = stuck(judged);
 }
 
 }  // namespace gate

@@ -124,9 +124,7 @@ class LongRunReader {
   }
 
   /// The piece as the rows of its own recording, which has its one position.
-  static cutting::Piece local(const cutting::Piece& piece) {
-    return {0, piece.last - piece.first, piece.plateau_c, 0};
-  }
+  static cutting::Piece local(const cutting::Piece& piece) { return {0, piece.last - piece.first, piece.plateau_c, 0}; }
 
   base::Status find_steps() {
     for (const Sensor sensor : kSensors) {

@@ -456,8 +456,8 @@ void Segmenter::Impl::cut_into_segments() {
       continue;
     }
     const auto between = visits.between(piece);
-    const bool away = between && cutting::Visits::went_away(part_of(r.temp_c, {between->first, between->last}),
-                                                            between->temp_c);
+    const bool away =
+        between && cutting::Visits::went_away(part_of(r.temp_c, {between->first, between->last}), between->temp_c);
     visits.assign(piece, r.sweep.empty() ? Sweep::unknown : r.sweep[piece.first], away, *segment);
     result.segments.push_back(*std::move(segment));
     places.push_back(std::move(place));

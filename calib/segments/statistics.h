@@ -35,7 +35,16 @@ inline constexpr std::size_t kStepSamples = 100000;
 /// averages the rounding away better than this says: two codes do not tell it from less.
 [[nodiscard]] double rounding_error(double step, double variance);
 
-/// Statistics of a stretch of equally spaced samples; NaN samples are passed over.
+/// Samples that stand alone: farther than kSpikeSigmas standard deviations from the median of their four nearest
+/// neighbours, while those beside them are not. A flipped bit on the wire that passes the checksum looks so; a body
+/// does not move for one sample of one sensor. The standard deviation is 1.48 times the median distance from the
+/// median, or the same of the differences between neighbours over sqrt(2), or the output step, whichever is largest. No
+/// sample where more than 1 % stand so, nor where that deviation is 0, nor among fewer than 12. NaN samples are passed
+/// over and infinite ones always among them. Rising indices; cost linear in the length.
+[[nodiscard]] std::vector<std::size_t> find_spikes(std::span<const double> samples, double step);
+inline constexpr double kSpikeSigmas = 20.0;
+
+/// Statistics of a stretch of equally spaced samples; NaN samples are passed over, and so are spikes (find_spikes()).
 ///
 /// `variance` is that of the samples about their mean. `standard_error` is that of the mean: as
 /// signal::standard_error_of_mean() states it (under the correlation that the samples show, and not below the Allan

@@ -54,6 +54,9 @@ class RunRecorder {
   /// segment of its own. One row is enough to separate two attempts, be it of phase ramp with visit and position as
   /// before (the same position once more) or without a position (the unit was turned).
   ///
+  /// Packets that the unit's counter shows lost (ImuSample::lost) become an event (PacketLoss), and enter_run() marks
+  /// the segments that it touches.
+  ///
   /// Refuses (bad_input) a time that does not rise and a position that is none of the six; then no row is taken. After
   /// another error (disk full) the rows are kept in memory: they must not be added again.
   [[nodiscard]] base::Status add(std::size_t unit, std::span<const hal::ImuSample> samples, const RowLabels& labels);
@@ -114,6 +117,7 @@ class RunRecorder {
     std::optional<double> last_plateau_c = {};
     bool recording = false;  ///< the last row belongs to the last attempt
     std::optional<Attempt> attempt = {};
+    PacketLoss loss = {};  ///< that no event tells of yet
 
     /// Visit of the rows with these labels; nothing outside plateaus.
     std::optional<int> visit_of(const RowLabels& labels);
@@ -123,6 +127,8 @@ class RunRecorder {
   RunRecorder(db::Catalog& catalog, db::RunFileWriter file, db::RunInfo info, bool with_rates)
       : catalog_(&catalog), file_(std::move(file)), info_(std::move(info)), with_rates_(with_rates) {}
   [[nodiscard]] base::Status add_streams(const std::vector<RecordedUnit>& units);
+  [[nodiscard]] base::Status note_losses(UnitStream& unit, std::span<const hal::ImuSample> samples, bool same_stretch);
+  [[nodiscard]] base::Status write_loss(UnitStream& unit);
   [[nodiscard]] base::Status note_position(UnitStream& unit, const std::string& label, double t_s);
   [[nodiscard]] base::Status seal();
 

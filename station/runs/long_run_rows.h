@@ -18,9 +18,9 @@
 
 namespace soak::station {
 
-/// A unit's rows in a run file, stretch by stretch, as read_axes() and read_sensor() give them for the whole run; of the
-/// auxiliary channels only the visits. Keeps the last block of each channel: rows that are asked for in order are read
-/// once.
+/// A unit's rows in a run file, stretch by stretch, as read_axes() and read_sensor() give them for the whole run; of
+/// the auxiliary channels only the visits. Keeps the last block of each channel: rows that are asked for in order are
+/// read once.
 class LongRunRows : public calib::RunRows {
  public:
   /// Null where the run holds what cannot be read in parts: rates of the fixture, times since power-on, thermometers of
@@ -31,7 +31,9 @@ class LongRunRows : public calib::RunRows {
 
   [[nodiscard]] std::size_t rows() const override { return rows_; }
   [[nodiscard]] base::Result<calib::Recording> axes(std::size_t first, std::size_t last) override;
-  [[nodiscard]] bool has(calib::Sensor sensor) const override { return channel_named(calib::name_of(sensor)) != nullptr; }
+  [[nodiscard]] bool has(calib::Sensor sensor) const override {
+    return channel_named(calib::name_of(sensor)) != nullptr;
+  }
   [[nodiscard]] base::Status samples(calib::Sensor sensor, std::size_t first, std::size_t last,
                                      std::vector<double>& values) override;
 

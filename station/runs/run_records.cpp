@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "calib/estimate/unit_input.h"
@@ -82,7 +83,31 @@ base::Result<std::vector<calib::Standstill>> standstills_of(const db::RunFileRea
   return finder.find();
 }
 
-RunRecord record_of(const db::RunFileReader& file, std::string_view unit, calib::Segmentation segmentation) {
+/// What the file's events tell of lost packets of the unit.
+base::Result<std::vector<PacketLoss>> losses_in(const db::RunFileReader& file, std::string_view unit) {
+  const auto events = file.events();
+  if (!events) return base::forward_error(events);
+  std::vector<PacketLoss> losses;
+  for (const db::RunEvent& event : *events) {
+    if (event.kind != kLostPacketsEvent) continue;
+    const auto text = nlohmann::json::parse(event.text, nullptr, false);
+    const bool known = text.is_object() && text.contains("unit") && text["unit"] == unit &&
+                       text.value("packets", nlohmann::json()).is_number_unsigned() &&
+                       text.value("from_s", nlohmann::json()).is_number() &&
+                       text.value("to_s", nlohmann::json()).is_number();
+    if (!known) continue;
+    losses.push_back({std::string(unit), text["from_s"].get<double>(), text["to_s"].get<double>(),
+                      text["packets"].get<std::uint64_t>()});
+  }
+  return losses;
+}
+
+/// With findings; without the run's length.
+base::Result<RunRecord> record_of(const db::RunFileReader& file, std::string_view unit,
+                                  calib::Segmentation segmentation) {
+  const auto losses = losses_in(file, unit);
+  if (!losses) return base::forward_error(losses);
+  mark_losses(*losses, segmentation.segments);
   RunRecord record{row_of(file.info()), std::move(segmentation.segments), std::move(segmentation.warnings)};
   for (const calib::Warning& warning : calib::gate_warnings(record.segments)) {
     record.warnings.push_back(fmt::format("{} {}", warning.code, warning.text));
@@ -108,9 +133,10 @@ base::Result<RunRecord> describe_whole_run(const db::RunFileReader& file, std::s
     number_visits(*axes, channel.values, segmentation.segments);
   }
   store_findings(examination, segmentation.segments);
-  RunRecord record = record_of(file, unit, std::move(segmentation));
-  record.row.rows = axes->rows();
-  record.row.duration_s = axes->t_s.back() - axes->t_s.front();
+  auto record = record_of(file, unit, std::move(segmentation));
+  if (!record) return record;
+  record->row.rows = axes->rows();
+  record->row.duration_s = axes->t_s.back() - axes->t_s.front();
   return record;
 }
 
@@ -218,6 +244,26 @@ base::Status enter_all(db::Catalog& catalog, const SealedRun& run, std::vector<R
 
 }  // namespace
 
+std::string text_of(const PacketLoss& loss) {
+  return nlohmann::json{{"unit", loss.unit}, {"from_s", loss.from_s}, {"to_s", loss.to_s}, {"packets", loss.packets}}
+      .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+void mark_losses(std::span<const PacketLoss> losses, std::vector<calib::Segment>& segments) {
+  for (calib::Segment& segment : segments) {
+    std::uint64_t packets = 0;
+    for (const PacketLoss& loss : losses) {
+      // A row before which packets were lost, other than the segment's first.
+      if (loss.to_s > segment.t_start_s && loss.from_s <= segment.t_end_s) packets += loss.packets;
+    }
+    if (packets == 0) continue;
+    segment.findings.push_back(
+        {"lost_packets", calib::Severity::warn, std::nullopt,
+         fmt::format("{} packet{} of the unit did not arrive, by its own counter: check cable, adapter and rate",
+                     packets, packets == 1 ? "" : "s")});
+  }
+}
+
 base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit,
                                      const calib::UnitType& type) {
   return describe_whole_run(file, unit, type, false);
@@ -232,9 +278,10 @@ base::Result<RunRecord> describe_recorded_run(const db::RunFileReader& file, std
   auto run = calib::describe_long_run(**rows, type, kVisitChannel);
   if (!run) return base::forward_error(run);
   if (!*run) return describe_whole_run(file, unit, type, true);
-  RunRecord record = record_of(file, unit, std::move((*run)->segmentation));
-  record.row.rows = (*rows)->rows();
-  record.row.duration_s = (*run)->duration_s;
+  auto record = record_of(file, unit, std::move((*run)->segmentation));
+  if (!record) return record;
+  record->row.rows = (*rows)->rows();
+  record->row.duration_s = (*run)->duration_s;
   return record;
 }
 

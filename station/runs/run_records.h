@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,6 +18,20 @@
 #include "db/run/run_file.h"
 
 namespace soak::station {
+
+/// Packets of a unit that were lost, by its own counter, on the way to the rows of [from_s, to_s] (device time): each
+/// before a row in it. A run file tells of them by events of this kind.
+struct PacketLoss {
+  std::string unit = {};
+  double from_s = 0.0;
+  double to_s = 0.0;
+  std::uint64_t packets = 0;
+};
+inline constexpr std::string_view kLostPacketsEvent = "lost_packets";
+/// The event's text (JSON).
+[[nodiscard]] std::string text_of(const PacketLoss& loss);
+/// Adds the finding `lost_packets` to each of the unit's segments that a loss touches.
+void mark_losses(std::span<const PacketLoss> losses, std::vector<calib::Segment>& segments);
 
 /// What the catalog gets to know of one unit's part of a run file.
 struct RunRecord {

@@ -102,6 +102,7 @@ struct SensorSummary {
   bool complete = false;    ///< no sample is missing
   std::size_t samples = 0;  ///< that are there
   Levels levels;            ///< empty without stretches
+  std::optional<Finding> spike;
   std::optional<Finding> saturated;
   std::optional<Finding> stuck;
   std::optional<Finding> dropouts;
@@ -166,7 +167,7 @@ class ThermometerJumps {
   [[nodiscard]] double step_c() const;
 
  private:
-  std::vector<double> jumps_;  ///< the first of all, as many as are looked at
+  std::vector<double> jumps_;                      ///< the first of all, as many as are looked at
   std::optional<std::pair<double, double>> last_;  ///< time and temperature of the last row
 };
 
@@ -218,6 +219,8 @@ struct KnownTimes;
 void summarise(const View& segment, Sensor sensor, const Present& present, std::span<const double> values,
                SegmentState& state, KnownTimes& known);
 
+/// Samples that stand alone: `spikes` of the segment's rows.
+[[nodiscard]] Finding spike_finding(const View& segment, Sensor sensor, std::span<const std::size_t> spikes);
 /// Samples at the range of the type, or piled up at the extreme value.
 [[nodiscard]] std::optional<Finding> saturated(const Samples& samples);
 /// The same value bit for bit for longer than chance allows. Not asked where the sensor is saturated.

@@ -9,6 +9,7 @@
 
 #include "calib/segments/detail/gate.h"
 #include "calib/segments/detail/sample_scan.h"
+#include "calib/segments/statistics.h"
 
 namespace soak::calib::gate {
 namespace {
@@ -236,6 +237,14 @@ void judge_step(const View& view, double step_c, std::optional<Sensor> sensor, s
 
 }  // namespace
 
+Finding spike_finding(const View& segment, Sensor sensor, std::span<const std::size_t> spikes) {
+  return {"spike", Severity::warn, sensor,
+          fmt::format("{}: {} of {} samples stand{} alone beyond {:.0f} sigma, the first at {:.2f} s: left out of the "
+                      "means; a flipped bit on the wire looks so",
+                      name_of(sensor), spikes.size(), segment.rows(), spikes.size() == 1 ? "s" : "", kSpikeSigmas,
+                      segment.t_s()[spikes.front()])};
+}
+
 std::optional<Finding> saturated(const Samples& samples) {
   const std::span<const double> x = samples.present.values();
   if (x.empty()) return std::nullopt;
@@ -322,6 +331,7 @@ std::optional<Finding> irregular_sampling(const Samples& samples, double share) 
 }
 
 void sensor_findings(const View& view, std::vector<Finding>& findings) {
+  add_each(view, &SensorSummary::spike, findings);
   add_each(view, &SensorSummary::saturated, findings);
   add_each(view, &SensorSummary::stuck, findings);
   add_each(view, &SensorSummary::dropouts, findings);

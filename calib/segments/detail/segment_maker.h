@@ -94,7 +94,8 @@ struct Place {
 class SegmentMaker {
  public:
   /// Temperatures, key (but for what Visits numbers) and blocks of a piece, whose rows are those of `r`; `place` is
-  /// filled. Nothing where the thermometer has no value. `at_rest`: it is a standstill, whose position nobody has named.
+  /// filled. Nothing where the thermometer has no value. `at_rest`: it is a standstill, whose position nobody has
+  /// named.
   [[nodiscard]] std::optional<Segment> make(const Recording& r, const Piece& piece, bool with_plateaus, bool at_rest,
                                             Place& place);
   /// Puts the statistics of one sensor into a segment; `samples` has one per row of `r`.
