@@ -54,8 +54,8 @@ void summarise(const View& segment, Sensor sensor, const Present& present, std::
   summary.levels = levels_of(segment.t_s(), values, state.stretches,
                              std::max(samples.facts().noise, samples.facts().step), segment.limits.knock_sigmas);
   if (samples.facts().interval_s > 0.0) judge_times(samples, known, summary);
-  const std::vector<std::size_t> spikes = spikes_of(samples, values);
-  if (!spikes.empty()) summary.spike = spike_finding(segment, sensor, spikes);
+  summary.spikes = spikes_of(samples, values);
+  const auto& spikes = summary.spikes;
   const std::vector<double> healed = spikes.empty() ? std::vector<double>() : without(spikes, values);
   const Present rest(segment.t_s(), spikes.empty() ? values : healed, summary.complete);
   const Samples judged{segment, sensor, rest};

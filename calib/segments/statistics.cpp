@@ -62,6 +62,8 @@ double error_of_rounded_gaussian(double squares) {
 constexpr std::size_t kFewestForSpikes = 12;
 constexpr double kMostSpikes = 0.01;  ///< of the samples; more are no accident
 constexpr double kSigmaPerMad = 1.4826;
+/// At an end nobody knows what follows: it may be a movement that begins. A body does not move so fast.
+constexpr double kAtAnEnd = 10.0;
 /// No spike is nearer than this to the mean in standard deviations that it has inflated itself: with as many of them as
 /// there may be, A/s = 20/sqrt(1 + 0.01*20^2) = 8.9.
 constexpr double kNoSpikeWithin = 8.0;
@@ -95,7 +97,8 @@ bool stands_alone(std::span<const double> values, std::size_t i, double limit) {
   }
   const double middle = base::median(around);
   const auto is_off = [&](std::size_t k) { return std::abs(values[k] - middle) > limit; };
-  return is_off(i) && !(i > 0 && is_off(i - 1)) && !(i + 1 < values.size() && is_off(i + 1));
+  if (i == 0 || i + 1 == values.size()) return std::abs(values[i] - middle) > kAtAnEnd * limit;
+  return is_off(i) && !is_off(i - 1) && !is_off(i + 1);
 }
 
 }  // namespace

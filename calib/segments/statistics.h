@@ -36,11 +36,11 @@ inline constexpr std::size_t kStepSamples = 100000;
 [[nodiscard]] double rounding_error(double step, double variance);
 
 /// Samples that stand alone: farther than kSpikeSigmas standard deviations from the median of their four nearest
-/// neighbours, while those beside them are not. A flipped bit on the wire that passes the checksum looks so; a body
-/// does not move for one sample of one sensor. The standard deviation is 1.48 times the median distance from the
-/// median, or the same of the differences between neighbours over sqrt(2), or the output step, whichever is largest. No
-/// sample where more than 1 % stand so, nor where that deviation is 0, nor among fewer than 12. NaN samples are passed
-/// over and infinite ones always among them. Rising indices; cost linear in the length.
+/// neighbours, while those beside them are not (the first and last of all: ten times as far). A flipped bit on the wire
+/// that passes the checksum looks so; a body does not move for one sample of one sensor. The standard deviation is 1.48
+/// times the median distance from the median, or the same of the differences between neighbours over sqrt(2), or the
+/// output step, whichever is largest. No sample where more than 1 % do, nor where that deviation is 0, nor among fewer
+/// than 12. NaN samples are passed over, infinite ones stand alone. Rising indices; cost linear in the length.
 [[nodiscard]] std::vector<std::size_t> find_spikes(std::span<const double> samples, double step);
 inline constexpr double kSpikeSigmas = 20.0;
 

@@ -263,7 +263,7 @@ base::Status RunRecorder::note_losses(UnitStream& unit, std::span<const hal::Imu
   base::Status written = same_stretch ? base::Status() : write_loss(unit);
   for (const hal::ImuSample& sample : samples) {
     // What was lost before the first row was not this run's.
-    if (sample.lost == 0 || unit.rows == 0) continue;
+    if (sample.lost == 0 || (unit.rows == 0 && &sample == &samples.front())) continue;
     PacketLoss& loss = unit.loss;
     if (loss.packets > 0 && sample.t_s - loss.from_s > kLossEvent_s) {
       if (const auto status = write_loss(unit); !status) written = status;

@@ -99,10 +99,10 @@ class Present {
 /// What stays of one sensor's samples in one segment.
 struct SensorSummary {
   bool recorded = false;
-  bool complete = false;    ///< no sample is missing
-  std::size_t samples = 0;  ///< that are there
-  Levels levels;            ///< empty without stretches
-  std::optional<Finding> spike;
+  bool complete = false;            ///< no sample is missing
+  std::size_t samples = 0;          ///< that are there
+  Levels levels;                    ///< empty without stretches
+  std::vector<std::size_t> spikes;  ///< rows that stand alone and are left out of the means
   std::optional<Finding> saturated;
   std::optional<Finding> stuck;
   std::optional<Finding> dropouts;
@@ -219,8 +219,6 @@ struct KnownTimes;
 void summarise(const View& segment, Sensor sensor, const Present& present, std::span<const double> values,
                SegmentState& state, KnownTimes& known);
 
-/// Samples that stand alone: `spikes` of the segment's rows.
-[[nodiscard]] Finding spike_finding(const View& segment, Sensor sensor, std::span<const std::size_t> spikes);
 /// Samples at the range of the type, or piled up at the extreme value.
 [[nodiscard]] std::optional<Finding> saturated(const Samples& samples);
 /// The same value bit for bit for longer than chance allows. Not asked where the sensor is saturated.
