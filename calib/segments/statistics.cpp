@@ -64,6 +64,8 @@ constexpr double kMostSpikes = 0.01;  ///< of the samples; more are no accident
 constexpr double kSigmaPerMad = 1.4826;
 /// At an end nobody knows what follows: it may be a movement that begins. A body does not move so fast.
 constexpr double kAtAnEnd = 10.0;
+/// Of the limit: who touches the unit shakes the neighbours too.
+constexpr double kQuietAround = 0.25;
 /// No spike is nearer than this to the mean in standard deviations that it has inflated itself: with as many of them as
 /// there may be, A/s = 20/sqrt(1 + 0.01*20^2) = 8.9.
 constexpr double kNoSpikeWithin = 8.0;
@@ -88,7 +90,7 @@ double robust_deviation(std::span<const double> values, double step) {
 }
 
 /// Whether value `i` is off the median of its nearest neighbours (two on each side, as far as there are), and those
-/// beside it are not.
+/// are quiet.
 bool stands_alone(std::span<const double> values, std::size_t i, double limit) {
   const std::size_t first = std::min(i < 2 ? 0 : i - 2, values.size() - 5);
   std::vector<double> around;
@@ -96,9 +98,9 @@ bool stands_alone(std::span<const double> values, std::size_t i, double limit) {
     if (k != i) around.push_back(values[k]);
   }
   const double middle = base::median(around);
-  const auto is_off = [&](std::size_t k) { return std::abs(values[k] - middle) > limit; };
-  if (i == 0 || i + 1 == values.size()) return std::abs(values[i] - middle) > kAtAnEnd * limit;
-  return is_off(i) && !is_off(i - 1) && !is_off(i + 1);
+  const bool at_an_end = i == 0 || i + 1 == values.size();
+  if (!(std::abs(values[i] - middle) > (at_an_end ? kAtAnEnd * limit : limit))) return false;
+  return std::ranges::all_of(around, [&](double v) { return std::abs(v - middle) <= kQuietAround * limit; });
 }
 
 }  // namespace

@@ -36,8 +36,8 @@ inline constexpr std::size_t kStepSamples = 100000;
 [[nodiscard]] double rounding_error(double step, double variance);
 
 /// Samples that stand alone: farther than kSpikeSigmas standard deviations from the median of their four nearest
-/// neighbours, while those beside them are not (the first and last of all: ten times as far). A flipped bit on the wire
-/// that passes the checksum looks so; a body does not move for one sample of one sensor. The standard deviation is 1.48
+/// neighbours (the first and last of all: ten times as far), while those lie within a quarter of that. A flipped bit on
+/// the wire that passes the checksum looks so; a body does not move for one sample. The standard deviation is 1.48
 /// times the median distance from the median, or the same of the differences between neighbours over sqrt(2), or the
 /// output step, whichever is largest. No sample where more than 1 % do, nor where that deviation is 0, nor among fewer
 /// than 12. NaN samples are passed over, infinite ones stand alone. Rising indices; cost linear in the length.

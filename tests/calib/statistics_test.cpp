@@ -263,6 +263,15 @@ TEST(Spikes, ABurstAStepAndARampAreNone) {
   EXPECT_TRUE(find_spikes(ramp, 0.0).empty());
 }
 
+TEST(Spikes, AMovementThatBeginsHasNone) {
+  // Two counts of noise, and the first shakes of a hand: from a recording that was turned by hand.
+  auto samples = noise_about(33090.0, 2.5, 5000, 14);
+  for (const double shake : {33122.0, 33094.0, 33052.0, 33149.0, 33076.0, 33100.0, 33129.0, 33068.0, 33120.0}) {
+    samples.push_back(shake);
+  }
+  EXPECT_TRUE(find_spikes(samples, 1.0).empty());
+}
+
 TEST(Spikes, MoreThanOneInAHundredAreNoAccident) {
   auto samples = noise_about(0.0, 1.0, 1000, 13);
   for (std::size_t i = 0; i < 1000; i += 50) samples[i] = 500.0;
