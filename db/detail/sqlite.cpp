@@ -52,11 +52,12 @@ std::optional<std::size_t> read_beginning(const std::filesystem::path& path, std
   if (vfs->xOpen(vfs, name.c_str(), file, SQLITE_OPEN_READONLY | SQLITE_OPEN_MAIN_DB, nullptr) != SQLITE_OK) {
     return std::nullopt;
   }
-  std::error_code error;  // SQLite itself says 0 of a file of one byte
-  const auto count =
-      static_cast<std::size_t>(std::min<std::uintmax_t>(std::filesystem::file_size(path, error), bytes.size()));
+  // Not SQLite's word for the size: it calls a file of one byte empty.
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  const auto count = error ? 0 : static_cast<std::size_t>(std::min<std::uintmax_t>(size, bytes.size()));
   int code = error ? SQLITE_IOERR : SQLITE_OK;
-  if (code == SQLITE_OK && count > 0) code = file->pMethods->xRead(file, bytes.data(), static_cast<int>(count), 0);
+  if (count > 0) code = file->pMethods->xRead(file, bytes.data(), static_cast<int>(count), 0);
   file->pMethods->xClose(file);
   return code == SQLITE_OK ? std::optional(count) : std::nullopt;
 }

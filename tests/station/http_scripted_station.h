@@ -32,11 +32,13 @@ class ScriptedStation : public StationService {
         {"slot": "A", "serial": "SN0042", "type": "xsens-mti", "state": "recording", "powered": true, "supply_v": null,
          "supply_a": null, "simulated": true,
          "temp_c": -19.31, "slope_kpmin": 0.004, "slope_half_width_kpmin": 0.006, "stable": true, "position": "+X",
+         "attitude": {"up": "+Y", "expected": "+X", "right": false},
          "samples": 123456, "lost": 0, "gyro_dps": [0.12, -0.03, 0.4], "accel_mps2": [9.79, 0.02, -0.11],
          "noise": {"tau_s": 0.96, "gyro_dps": [0.0375, 0.0381, 0.0369], "accel_mps2": [0.00167, 0.00171, 0.00166]}},
         {"slot": "B", "serial": "SN0043", "type": "xsens-mti", "state": "settling", "powered": true, "supply_v": null,
          "supply_a": null, "simulated": true,
          "temp_c": null, "slope_kpmin": null, "slope_half_width_kpmin": null, "stable": false, "position": null,
+         "attitude": null,
          "samples": 0, "lost": 7, "gyro_dps": null, "accel_mps2": null,
          "noise": {"tau_s": 0.96, "gyro_dps": null, "accel_mps2": null}}],
       "clock": {"rate": 60.0, "process_s": 39000.0}, "simulated": true, "version": "0.1.0"})");
