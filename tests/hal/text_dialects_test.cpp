@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Maps of chambers whose makers' protocols only public clients tell, against dialects_peer.py: a process that shares nothing
-// with the driver. It was written from the same sources as the maps: it shows that driver and map say what the sources
-// say, not that a chamber understands it.
+// Maps of chambers whose makers' protocols only public clients tell, against dialects_peer.py: a process that shares
+// nothing with the driver. It was written from the same sources as the maps: it shows that driver and map say what the
+// sources say, not that a chamber understands it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -38,16 +38,31 @@ std::string hex(std::string_view bytes) {
 }
 
 const Dialect kDialects[] = {
-    {"simserv.toml", "simserv", hex("11004\xb6" "1\xb6" "1"), hex("11001\xb6" "1\xb6" "1\xb6" "-12.5"),
-     hex("14001\xb6" "1\xb6" "1\xb6" "1"), hex("14001\xb6" "1\xb6" "1\xb6" "0"), true, true},
+    {"simserv.toml", "simserv",
+     hex("11004\xb6"
+         "1\xb6"
+         "1"),
+     hex("11001\xb6"
+         "1\xb6"
+         "1\xb6"
+         "-12.5"),
+     hex("14001\xb6"
+         "1\xb6"
+         "1\xb6"
+         "1"),
+     hex("14001\xb6"
+         "1\xb6"
+         "1\xb6"
+         "0"),
+     true, true},
     {"cts.toml", "cts", hex("A0"), hex("a0 -12.5"), hex("s1 1"), hex("s1 0"), false, true},
     {"thermotron-8800.toml", "thermotron", hex("PVAR1?"), hex("SETP1,-12.5"), hex("RUNM"), hex("STOP"), false, false}};
 
 class TextDialectTest : public ::testing::TestWithParam<Dialect> {
  protected:
   TextDialectTest() : peer_("dialects_peer.py", GetParam().peer) {
-    auto map = read_device_map(std::string(SOAK_TEST_FOLDER "/../procedures/chambers/") + GetParam().map,
-                               MapUse::device);
+    auto map =
+        read_device_map(std::string(SOAK_TEST_FOLDER "/../procedures/chambers/") + GetParam().map, MapUse::device);
     if (!map) throw std::runtime_error(map.error().message);
     map->link.address = TcpAddress{"127.0.0.1", peer_.port()};
     map->link.response_timeout_s = 5.0;  // a busy machine lets the peer wait

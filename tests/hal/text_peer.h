@@ -29,7 +29,8 @@ class TextPeer {
     port_ = std::stoi(greeting.substr(5));
   }
   static std::vector<std::string> command(const std::string& script, int port, const std::vector<std::string>& more) {
-    std::vector<std::string> words = {"/usr/bin/python3", "-B", SOAK_TEST_FOLDER "/hal/" + script, std::to_string(port)};
+    std::vector<std::string> words = {"/usr/bin/python3", "-B", SOAK_TEST_FOLDER "/hal/" + script,
+                                      std::to_string(port)};
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
