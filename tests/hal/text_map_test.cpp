@@ -131,7 +131,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Mistake{"[quantity.air_c]\nask = \"A?\"\naccepted = [\"0\"]\n", 14, "'accepted'"},
                     Mistake{"[quantity.air_c]\nask = \"A?\"\ncharacter = 2\nfields = 2\n", 14, "'character'"},
                     Mistake{"[quantity.air_c]\nask = \"A?\"\ncharacter = 9\nlength = 8\n", 14, "'character'"},
-                    Mistake{"[quantity.ramp_rate]\ncommand = true\n", 13, "'command'"},
+                    Mistake{"[quantity.ramp_rate]\ncommand = true\n", 12, "'ramp_rate'"},
                     Mistake{"accepted = [\"0\"]\n[confirm]\nask = \"E?\"\naccepted = [\"0\"]\n", 13, "'set_point_c'"},
                     Mistake{"[quantity.ramp_rate]\nask = \"A?\"\nwrite = \"A\"\n", 14, "'write'"},
                     Mistake{"[quantity.ramp_rate]\nask = \"A?\"\nwrite = \"A{}\"\nmin = 2\nmax = 1\n", 15, "'min'"},

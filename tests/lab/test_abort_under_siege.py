@@ -47,7 +47,7 @@ class Siege(LabTest):
     def test_an_abort_reaches_the_chamber(self):
         data = self.mount("64m")
         self.start_lab(units=2, rate=100, cut=["unit2"])
-        self.start_campaign(short_procedure(set_points=(SET_POINT_C,), dwell_s=100000))
+        self.start_campaign(short_procedure(set_points=(SET_POINT_C,), dwell_s=3000))
         self.wait_for_step("wait_stable")
         mode, _, set_point_c, _ = self.chamber()
         self.assertEqual((mode, set_point_c), (AUTO, SET_POINT_C))
