@@ -9,7 +9,7 @@ import unittest
 from urllib.parse import urlparse
 
 import bench
-from bench import AUTO, LabTest, short_procedure
+from bench import AUTO, LabTest, bin_folder, short_procedure
 
 CONNECTIONS = 200
 SET_POINT_C = 15.0
@@ -62,7 +62,10 @@ class Siege(LabTest):
                 pass
         client = self.modbus("chamber")
         begin_s = time.monotonic()
-        self.lab.soak("campaign", "abort", "--reason", "siege")
+        abort = subprocess.run([bin_folder() + "/soak", "campaign", "abort", "--reason", "siege"], env=self.lab.env,
+                               capture_output=True, text=True)
+        # Refused (2) where the full disk came first and the campaign is on its way to the safe state already.
+        self.assertIn(abort.returncode, (0, 2), abort.stderr)
         answered_s = time.monotonic() - begin_s
         end_s = time.monotonic() + bench.WAIT_S
         while self.read_f32(client, 2782) < SAFE_C and client.read_holding_registers(2814, 1, 1).registers == [AUTO]:
