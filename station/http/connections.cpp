@@ -14,6 +14,7 @@
 #include <condition_variable>
 #include <cstring>
 #include <deque>
+#include <iterator>
 #include <limits>
 #include <list>
 #include <mutex>
@@ -119,7 +120,17 @@ class BoundedListener::Register {
     if (all_cut_) cut(entries_.back());
     const auto is_short = [](const Entry& entry) { return !entry.endless && !entry.cut; };
     if (static_cast<std::size_t>(std::ranges::count_if(entries_, is_short)) <= most_short_ones_) return;
-    cut(*std::ranges::find_if(entries_, is_short));
+    // The one that has just come is the last one: it stays.
+    const auto oldest = std::ranges::find_if(entries_.begin(), std::prev(entries_.end()), [&](const Entry& entry) {
+      return is_short(entry) && !entry.waits_for_us;
+    });
+    if (oldest != std::prev(entries_.end())) cut(*oldest);
+  }
+
+  /// Whether the request is complete and its answer has not begun: then the time it takes is ours.
+  void set_waits_for_us(socket_t socket, bool waits) {
+    const std::lock_guard lock(mutex_);
+    std::ranges::find(entries_, socket, &Entry::socket)->waits_for_us = waits;
   }
 
   void set_endless(socket_t socket) {
@@ -145,6 +156,7 @@ class BoundedListener::Register {
     socket_t socket;
     bool endless = false;
     bool cut = false;
+    bool waits_for_us = false;
   };
   static void cut(Entry& entry) {
     entry.cut = true;
@@ -160,14 +172,15 @@ class BoundedListener::Register {
 /// One connection as the library reads and writes it, within the limits: beyond them it looks closed.
 class BoundedListener::Connection : public httplib::Stream {
  public:
-  Connection(socket_t socket, const ConnectionLimits& limits)
-      : socket_(socket),
-        limits_(limits),
-        request_until_(after(limits.request_s)),
-        answer_until_(after(limits.answer_s)) {}
+  Connection(socket_t socket, const ConnectionLimits& limits, Register& all)
+      : socket_(socket), limits_(limits), all_(all), request_until_(after(limits.request_s)) {}
 
-  /// From here on the body is read.
-  void head_is_read() { allowed_bytes_ = limits_.head_bytes + limits_.body_bytes; }
+  /// From here on the body is read, as long as the head has said.
+  void head_is_read(std::size_t body_bytes) {
+    allowed_bytes_ = limits_.head_bytes + limits_.body_bytes;
+    body_left_ = body_bytes;
+    if (body_left_ == 0) note_waiting(true);
+  }
   void make_endless() { answer_until_ = Clock::time_point::max(); }
 
   bool is_readable() const override { return next_ < held_ || wait_for(socket_, POLLIN, request_until_); }
@@ -181,11 +194,16 @@ class BoundedListener::Connection : public httplib::Stream {
     const std::size_t n = std::min(size, held_ - next_);
     std::memcpy(bytes, buffer_.data() + next_, n);
     next_ += n;
+    if (body_left_ > 0) {
+      body_left_ -= std::min(n, body_left_);
+      if (body_left_ == 0) note_waiting(true);
+    }
     return static_cast<ssize_t>(n);
   }
 
   ssize_t write(const char* bytes, std::size_t size) override {
     if (!answer_until_) answer_until_ = after(limits_.answer_s);
+    if (waits_for_us_) note_waiting(false);
     const auto latest = std::min(*answer_until_, after(limits_.write_s));
     while (wait_for(socket_, POLLOUT, latest)) {
       const ssize_t n = ::send(socket_, bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -217,6 +235,11 @@ class BoundedListener::Connection : public httplib::Stream {
   }
 
  private:
+  void note_waiting(bool waits) {
+    waits_for_us_ = waits;
+    all_.set_waits_for_us(socket_, waits);
+  }
+
   bool refill() {
     const std::size_t allowed = std::min(buffer_.size(), allowed_bytes_ - read_bytes_);
     if (allowed == 0) return false;
@@ -234,6 +257,9 @@ class BoundedListener::Connection : public httplib::Stream {
 
   socket_t socket_;
   const ConnectionLimits& limits_;
+  Register& all_;
+  bool waits_for_us_ = false;
+  std::size_t body_left_ = 0;
   Clock::time_point request_until_;
   std::optional<Clock::time_point> answer_until_;  ///< from the first byte of the answer on
   std::size_t allowed_bytes_ = limits_.head_bytes;
@@ -259,10 +285,10 @@ void BoundedListener::cut_all() { register_->cut_all(); }
 
 bool BoundedListener::process_and_close_socket(socket_t socket) {
   register_->add(socket);
-  Connection connection(socket, limits_);
+  Connection connection(socket, limits_, *register_);
   bool closed = false;
   const bool answered = process_request(connection, true, closed, [&](httplib::Request& request) {
-    connection.head_is_read();
+    connection.head_is_read(request.get_header_value<std::size_t>("Content-Length"));
     if (!endless_(request)) return;
     connection.make_endless();
     register_->set_endless(socket);
