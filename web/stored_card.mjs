@@ -27,6 +27,8 @@ export class StoredCard {
     this.#status = status;
     const atRest = !isActive(status);
     show($("idle"), atRest);
+    show($("start-gives-up"), status.resumable !== null);
+    say($("start-gives-up"), `A new campaign gives ${status.resumable} up: it cannot be resumed afterwards.`);
     const about = atRest ? `${status.state} ${status.campaign?.name} ${status.campaign?.started_utc_s}` : null;
     if (about === this.#shownFor) return;
     this.#shownFor = about;

@@ -160,7 +160,8 @@ export function doorOf(status, plan) {
   if (state === "paused") return { lamp: "yes", title: "Safe to open", text: `Paused; ${number(coldest, 0)} °C, ${dew}. After Resume the units settle again.` };
   if (state === "waiting" && status.prompt) return { lamp: "yes", title: "Safe to open", text: `It waits for you; ${number(coldest, 0)} °C, ${dew}.` };
   if (state === "stopping" || isActive(status)) return no(state === "stopping" ? "The chamber is being made safe" : "A campaign is running: pause it first");
-  if (state === "failed" && units.length > 0 && units.every((unit) => unit.temp_c === null)) {
+  // An alarm may have switched the chamber off while the units were cold (docs/campaigns.md, the safe state).
+  if (state === "failed" && units.every((unit) => unit.temp_c === null)) {
     return { lamp: "unknown", title: "Not known whether the door may be opened", text: `The air is at ${number(chamber.air_c, 0)} °C, but the units do not say how cold they are; ${dew}.` };
   }
   return { lamp: "yes", title: "Safe to open", text: `${number(coldest, 0)} °C, ${dew}.` };

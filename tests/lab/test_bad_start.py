@@ -62,9 +62,14 @@ class BadStart(LabTest):
         self.start_lab(units=2)
         self.lab.soak("campaign", "start", self.write("p.toml", short_procedure()), "--name", "c", "--unit", "1=0380A002",
                       "--unit", "2=0380A001")
-        status = self.wait_for_end()
-        self.assertEqual(status["state"], "failed")
-        self.assertRegex(status["reason"], "slot [12].*0380A00[12].*0380A00[12]")
+        asked = self.wait("a question", lambda s: s["prompt"])["prompt"]
+        self.assertRegex(asked["text"], "slot [12].*0380A00[12].*0380A00[12].*belongs in slot [12]")
+        self.assertEqual(self.query("SELECT * FROM run"), [])
+        # Confirmed without a change it looks again, and asks again.
+        self.lab.soak("campaign", "confirm")
+        self.wait("the question again", lambda s: s["prompt"] and s["prompt"]["id"] != asked["id"])
+        self.lab.soak("campaign", "abort", "--reason", "wrong serial numbers")
+        self.assertEqual(self.wait_for_end()["state"], "aborted")
         self.assertEqual(self.query("SELECT * FROM run"), [])
         self.assert_safe()
 

@@ -93,6 +93,12 @@ class AfterABreak(StationTest):
         self.station.wait_for_command("resume by web page")
         self.assertEqual(self.browser.console(), [])
 
+    def test_who_starts_another_campaign_is_told_what_that_gives_up(self):
+        self.broken("failed")
+        self.see("#start-gives-up", "acceptance")
+        self.station.set("/resumable", None)
+        self.hidden("#start-gives-up")
+
     def test_a_failed_campaign_can_be_resumed_from_the_page(self):
         self.broken("failed")
         self.see("#alerts", "Resume")
@@ -277,6 +283,14 @@ class Turning(StationTest):
         self.open()
         self.browser.wait("return document.querySelectorAll('#prompt-pose svg').length === 1")
         self.hidden("#itself-box")
+
+    def test_the_drawing_fits_narrow_screens(self):
+        self.ask("+Y", "+X", False)
+        for width in (320, 390, 768, 1280):
+            self.browser.resize(width, 900)
+            self.open()
+            self.browser.wait("return document.querySelectorAll('#prompt-pose svg').length === 2")
+            self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
 
     def test_another_prompt_has_no_drawing(self):
         self.station.set("/prompt", {"id": 8, "text": "Switch the dry-air purge on."})
