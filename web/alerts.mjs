@@ -59,7 +59,7 @@ export function renderAlerts(status) {
   const text = JSON.stringify(alerts);
   if ($("alerts").dataset.text === text) return;
   $("alerts").dataset.text = text;
-  $("alerts").replaceChildren(...alerts.map(alertNode));
+  $("alert-list").replaceChildren(...alerts.map(alertNode));
   show($("alerts"), alerts.length > 0);
   const was = alarmed;
   alarmed = alerts.some(({ level }) => level === "alarm");

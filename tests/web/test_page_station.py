@@ -386,6 +386,12 @@ class AtRest(StationTest):
         self.station.tell("status " + json.dumps({**self.status(), "state": "running"}))
         self.hidden("#idle")
 
+    def test_what_is_stored_fits_narrow_screens(self):
+        self.rest()
+        for width in (320, 390, 768, 1280):
+            self.browser.resize(width, 900)
+            self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
+
     def test_a_campaign_is_started_from_the_page(self):
         self.rest()
         with tempfile.NamedTemporaryFile("w", suffix=".toml") as procedure:
@@ -405,6 +411,8 @@ class AtRest(StationTest):
         self.rest()
         self.station.tell("fail 2 --unit")
         with tempfile.NamedTemporaryFile("w", suffix=".toml") as procedure:
+            procedure.write("name = 'short'")
+            procedure.flush()
             self.browser.type("#start-procedure", procedure.name)
             self.browser.type("#start-name", "2026-11")
             self.browser.click("#start-send")
