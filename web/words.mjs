@@ -244,8 +244,9 @@ export function stableText(unit) {
 /** What the unit's accelerometers say: {up, expected, wrong, right}, in its own axes; null where they do not say. */
 export function faceOf({ attitude }) {
   if (!attitude) return null;
-  const known = attitude.right !== null;
-  return { up: sign(attitude.up || UNKNOWN), expected: sign(attitude.expected), right: attitude.right === true, wrong: known && !attitude.right };
+  const right = attitude.right === true;
+  const expected = sign(attitude.expected);
+  return { up: right ? expected : sign(attitude.up || UNKNOWN), expected, right, wrong: attitude.right === false };
 }
 
 /** How to come from the face that is up to the one that should be. */

@@ -47,7 +47,7 @@ class Page(PageTest):
         self.see("#alarms", "over-temperature")
         self.station.set("/chamber/connected", False)
         self.station.set("/chamber/air_c", None)
-        self.see("#chamber-link", "not connected")
+        self.see("#chamber-link", "does not answer")
         self.see("#air", "–")
         self.station.tell("status " + json.dumps({**self.status(), "units": []}))
         self.browser.wait("return document.querySelector('#units').childElementCount === 0")
@@ -146,7 +146,7 @@ class Page(PageTest):
         self.see("#legend", "−19.3")
         self.browser.run("document.querySelector('#chart').focus()")
         self.browser.press("ArrowLeft")
-        self.see("#legend", "at ")
+        self.see("#legend", "after ")
         self.assertEqual(self.browser.console(), [])
 
     def test_events_are_listed_once_newest_first(self):

@@ -61,6 +61,8 @@ class StationTest(PageTest):
         self.station.set("/clock", RATE_1)
         self.station.set("/units/0/state", "streaming")
         self.station.set("/units/1/state", "closed")
+        for unit in (0, 1):
+            self.station.set(f"/units/{unit}/attitude", None)
 
     def local(self, utc_s, form="%H:%M"):
         """Local time as the browser, which runs on this machine, has it."""
