@@ -76,6 +76,7 @@ function render() {
   renderDoor(status, plan);
   renderChamber(status);
   renderUnits(status.units);
+  show($("noise"), status.units.length > 0);
 }
 
 async function loadPlan(campaign) {

@@ -32,6 +32,7 @@ export function renderCampaign(status, plan) {
   const says = reason !== null && !inBanner;
   show($("reason"), says);
   say($("reason"), says ? reason : "");
+  $("reason").classList.toggle("calm", state === "running" || state === "preflight" || state === "finished");
   for (const part of ["progress", "facts"]) show($(part), campaign !== null);
   $("pause").disabled = !CAN_PAUSE.includes(state);
   $("resume").disabled = !(state === "paused" || resumable);

@@ -71,7 +71,7 @@ function actionText(status, step, position) {
     case "spin":
       return step.rate_dps ? `turning at ${number(step.rate_dps, 0)} °/s` : "rotation stops";
     case "set_temperature":
-      return prompt ? "dry air" : `chamber goes to ${number(step.temp_c, 0)} °C`;
+      return prompt ? "dry air" : step.visit === null ? `chamber goes to ${number(step.temp_c, 0)} °C` : "chamber on its way";
     case "wait_stable":
       return "units settling";
     case "record":
@@ -155,7 +155,7 @@ export function doorOf(status, plan) {
   if (fixture.moving) return no("The fixture moves");
   const { coldest, hottest } = extremes(status);
   const dry_c = room.dew_point_c + DRY_MARGIN_K;
-  if (coldest <= dry_c) return no(`Dew would form: the coldest part is at ${number(coldest, 0)} °C, ${dew}`);
+  if (coldest <= dry_c) return no(`Dew may form: the coldest part is at ${number(coldest, 0)} °C, it takes ${number(dry_c, 0)} °C (${dew})`);
   if (hottest >= HOT_C) return no(`Hot: ${number(hottest, 0)} °C`);
   if (state === "paused") return { lamp: "yes", title: "Safe to open", text: `Paused; ${number(coldest, 0)} °C, ${dew}. After Resume the units settle again.` };
   if (state === "waiting" && status.prompt) return { lamp: "yes", title: "Safe to open", text: `It waits for you; ${number(coldest, 0)} °C, ${dew}.` };
@@ -264,14 +264,14 @@ export function allRestAsAsked({ units }) {
 export function fixtureText(status) {
   const { fixture } = status;
   if (isByHand(status)) return "turned by hand";
-  if (!fixture.connected) return "not connected";
+  if (!fixture.connected) return isActive(status) ? "not connected" : "not asked now";
   return fixture.moving ? "moving" : sign(fixture.position ?? UNKNOWN);
 }
 
 /** The chamber's link: {text, state}. */
 export function linkOf(status) {
   const { chamber } = status;
-  if (!chamber.connected) return isActive(status) ? { text: "does not answer", state: "failed" } : { text: "not asked now", state: "idle" };
+  if (!chamber.connected) return { text: "does not answer", state: isActive(status) ? "failed" : "waiting" };
   if (chamber.age_s > 10) return { text: `silent for ${duration(chamber.age_s)}`, state: "failed" };
   return { text: "connected", state: "finished" };
 }

@@ -136,12 +136,12 @@ class Alarms(StationTest):
         self.station.set("/state", "running")
         self.hidden("#alerts")
 
-    def test_a_chamber_that_nobody_asked_yet_is_no_alarm(self):
+    def test_a_chamber_that_is_off_while_nothing_runs_is_no_alarm(self):
         self.station.set("/state", "idle")
         self.station.set("/campaign", None)
         self.station.set("/chamber/connected", False)
         self.open()
-        self.see("#chamber-link", "not asked")
+        self.see("#chamber-link", "does not answer")
         self.hidden("#alerts")
 
     def test_a_wrong_face_is_told_with_both_faces(self):
