@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "calib/segments/detail/gate.h"
+#include "calib/segments/statistics.h"
 
 namespace soak::calib {
 namespace {
@@ -25,7 +26,44 @@ void judge_times(const gate::Samples& samples, gate::KnownTimes& rows, gate::Sen
   if (summary.sampling_judged) summary.irregular_sampling = gate::irregular_sampling(samples, *times.share_off);
 }
 
+/// Those that its statistics leave out: none where they count every sample.
+std::vector<std::size_t> spikes_of(const gate::Samples& samples, std::span<const double> values) {
+  const std::size_t counted = samples.view.segment.sensor[index_of(samples.sensor)].count;
+  if (counted >= samples.present.values().size()) return {};
+  return find_spikes(values, gate::step_of(samples.view, samples.sensor));
+}
+
+/// The values, spikes with the number before them.
+std::vector<double> without(std::span<const std::size_t> spikes, std::span<const double> values) {
+  std::vector<double> healed(values.begin(), values.end());
+  for (const std::size_t row : spikes) healed[row] = row > 0 ? healed[row - 1] : healed[row + 1];
+  return healed;
+}
+
 }  // namespace
+
+namespace gate {
+
+void summarise(const View& segment, Sensor sensor, const Present& present, std::span<const double> values,
+               SegmentState& state, KnownTimes& known) {
+  const Samples samples{segment, sensor, present};
+  SensorSummary& summary = state.sensor[index_of(sensor)];
+  summary.recorded = true;
+  summary.complete = present.complete();
+  summary.samples = present.values().size();
+  summary.levels = levels_of(segment.t_s(), values, state.stretches,
+                             std::max(samples.facts().noise, samples.facts().step), segment.limits.knock_sigmas);
+  if (samples.facts().interval_s > 0.0) judge_times(samples, known, summary);
+  summary.spikes = spikes_of(samples, values);
+  const auto& spikes = summary.spikes;
+  const std::vector<double> healed = spikes.empty() ? std::vector<double>() : without(spikes, values);
+  const Present rest(segment.t_s(), spikes.empty() ? values : healed, summary.complete);
+  const Samples judged{segment, sensor, rest};
+  summary.saturated = saturated(judged);
+  if (!summary.saturated) summary.stuck = stuck(judged);
+}
+
+}  // namespace gate
 
 struct Examination::Impl {
   const Recording& recording;
@@ -40,7 +78,6 @@ struct Examination::Impl {
   [[nodiscard]] gate::View view(std::size_t index) const {
     return {recording, segments, segments[index], type, limits, facts, states[index]};
   }
-  void summarise(std::size_t index, Sensor sensor, const gate::Present& present, std::span<const double> values);
 };
 
 Examination::Examination(const Recording& recording, std::span<const Segment> segments, const UnitType& type,
@@ -69,23 +106,8 @@ void Examination::add(Sensor sensor, std::span<const double> samples) {
   }
   impl_->facts.sensor[index_of(sensor)] = gate::sensor_facts(presents, impl_->row_interval_s);
   for (std::size_t i = 0; i < impl_->states.size(); ++i) {
-    impl_->summarise(i, sensor, presents[i], rows_of(impl_->states[i]));
+    gate::summarise(impl_->view(i), sensor, presents[i], rows_of(impl_->states[i]), impl_->states[i], impl_->known[i]);
   }
-}
-
-void Examination::Impl::summarise(std::size_t index, Sensor sensor, const gate::Present& present,
-                                  std::span<const double> values) {
-  const gate::View segment = view(index);
-  const gate::Samples samples{segment, sensor, present};
-  gate::SensorSummary& summary = states[index].sensor[index_of(sensor)];
-  summary.recorded = true;
-  summary.complete = present.complete();
-  summary.samples = present.values().size();
-  summary.levels = gate::levels_of(segment.t_s(), values, segment.state.stretches,
-                                   std::max(samples.facts().noise, samples.facts().step), limits.knock_sigmas);
-  summary.saturated = gate::saturated(samples);
-  if (!summary.saturated) summary.stuck = gate::stuck(samples);
-  if (samples.facts().interval_s > 0.0) judge_times(samples, known[index], summary);
 }
 
 std::vector<std::vector<Finding>> Examination::findings() const {

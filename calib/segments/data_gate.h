@@ -16,6 +16,7 @@
 /// | `moved` | segment rejected, or warning | the unit was turned within the segment |
 /// | `knocked` | segment rejected, or warning | a burst far outside the noise in several sensors at once |
 /// | `wrong_position` | segment rejected, or warning | gravity points elsewhere than the position's label says |
+/// | `spike` | warning | samples of one sensor that stand alone beyond 20 sigma: left out of the means |
 /// | `saturated` | sensor rejected, or warning | samples at the end of the sensor's range |
 /// | `stuck` | sensor rejected, or warning | one number repeated for longer than noise and resolution explain |
 /// | `dropouts` | sensor rejected, or warning | samples are missing |

@@ -12,10 +12,15 @@
 
 #include "base/statistics.h"
 #include "calib/segments/detail/sample_scan.h"
+#include "calib/segments/detail/segment_maker.h"
 #include "calib/segments/statistics.h"
 
 namespace soak::calib {
 namespace {
+
+using cutting::Piece;
+using cutting::Place;
+using cutting::Rows;
 
 // Plateaus of a temperature history.
 
@@ -87,25 +92,10 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 /// A session in which the unit warms up by less than this, on no plateau, is one at a single temperature.
 constexpr double kBenchSpan_c = 5.0;
 
-/// Rows [first, last) of one plateau and one position; plateau NaN where there is none.
-struct Piece {
-  std::size_t first = 0;
-  std::size_t last = 0;
-  double plateau_c = kNone;
-  std::int32_t position = -1;
-};
-
 bool same_value(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 bool has_value(const std::vector<double>& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
-}
-
-double median_interval_s(const std::vector<double>& t_s) {
-  const std::size_t count = std::min<std::size_t>(t_s.size(), 10001);
-  std::vector<double> intervals;
-  for (std::size_t i = 1; i < count; ++i) intervals.push_back(t_s[i] - t_s[i - 1]);
-  return intervals.empty() ? 0.0 : base::median(intervals);
 }
 
 /// Plateau of each row found from the temperature, stretch by stretch of soak rows; NaN outside plateaus.
@@ -184,40 +174,17 @@ std::vector<Piece> standstill_pieces(const Recording& r, std::span<const Standst
 }
 
 std::vector<Piece> cut_pieces(const Recording& r, const std::vector<double>& plateau_c, bool with_plateaus) {
-  const double longest_gap_s = std::max(kLongestGap_s, kLongestGapIntervals * median_interval_s(r.t_s));
-  std::vector<Piece> pieces;
-  Piece piece;  // the open one, if it has rows
-  const auto close = [&] {
-    if (piece.last > piece.first) pieces.push_back(piece);
-    piece.last = piece.first;
-  };
+  cutting::PieceCutter cutter(with_plateaus, cutting::longest_gap_s(r.t_s));
   for (std::size_t i = 0; i < r.rows(); ++i) {
-    const std::int32_t position = r.position.empty() ? 0 : r.position[i];
-    const double plateau = with_plateaus ? plateau_c[i] : kNone;
     const bool soak = r.phase.empty() || r.phase[i] == Phase::soak;
-    const bool usable = position >= 0 && (!with_plateaus || (soak && !std::isnan(plateau)));
-    const bool continues = usable && piece.last > piece.first && piece.position == position &&
-                           same_value(piece.plateau_c, plateau) && r.t_s[i] - r.t_s[i - 1] <= longest_gap_s;
-    if (!continues) {
-      close();
-      piece = {i, i, plateau, position};
-    }
-    if (usable) piece.last = i + 1;
+    cutter.add(r.t_s[i], with_plateaus ? plateau_c[i] : kNone, r.position.empty() ? 0 : r.position[i], soak);
   }
-  close();
-  return pieces;
+  return cutter.finish();
 }
 
 /// Coarser output steps are none: a simulation without noise shows few numbers, gravity apart.
 constexpr double kCoarsestAccel_mps2 = 0.5;
 constexpr double kCoarsestGyro_dps = 5.0;
-
-/// Output step of a sensor: a segment may show one number only, the whole recording shows more.
-double plausible_step(Sensor sensor, std::span<const double> samples) {
-  const double step = output_step(samples);
-  const double coarsest = is_gyro(sensor) ? kCoarsestGyro_dps / printed_per_si(sensor) : kCoarsestAccel_mps2;
-  return step <= coarsest ? step : 0.0;
-}
 
 /// Rows of the block that begins with row `first` of a piece: those within the next `length_s` from the piece's start.
 std::size_t end_of_block(const Recording& r, const Piece& piece, std::size_t first, double length_s) {
@@ -228,48 +195,6 @@ std::size_t end_of_block(const Recording& r, const Piece& piece, std::size_t fir
                                         [&](double t_s) { return t_s - start_s < (index + 1.0) * length_s; });
   return first + static_cast<std::size_t>(end - rows.begin());
 }
-
-/// Numbers the visits, attempts and sweeps of the pieces in the order of time.
-class Visits {
- public:
-  explicit Visits(const Recording& recording) : r_(recording) {}
-
-  void assign(const Piece& piece, Segment& segment) {
-    if (begins_visit(piece)) {
-      const Sweep given = r_.sweep.empty() ? Sweep::unknown : r_.sweep[piece.first];
-      const bool changed = visit_ >= 0 && !std::isnan(piece.plateau_c) && piece.plateau_c != plateau_c_;
-      if (changed) sweep_ = piece.plateau_c > plateau_c_ ? Sweep::up : Sweep::down;
-      if (given != Sweep::unknown) sweep_ = given;
-      ++visit_;
-      plateau_c_ = piece.plateau_c;
-      seen_.clear();
-    }
-    segment.key.visit = visit_;
-    segment.sweep = sweep_;
-    segment.key.attempt = static_cast<std::int32_t>(std::count(seen_.begin(), seen_.end(), piece.position));
-    seen_.push_back(piece.position);
-    previous_last_ = piece.last;
-    previous_temp_c_ = segment.temp_c;
-  }
-
- private:
-  [[nodiscard]] bool begins_visit(const Piece& piece) const {
-    if (visit_ < 0 || !same_value(piece.plateau_c, plateau_c_)) return true;
-    if (std::isnan(piece.plateau_c)) return false;
-    for (std::size_t i = previous_last_; i < piece.first; ++i) {
-      if (std::abs(r_.temp_c[i] - previous_temp_c_) > kExcursion_c) return true;
-    }
-    return false;
-  }
-
-  const Recording& r_;
-  std::int32_t visit_ = -1;
-  double plateau_c_ = kNone;
-  Sweep sweep_ = Sweep::unknown;
-  std::vector<std::int32_t> seen_;
-  std::size_t previous_last_ = 0;
-  double previous_temp_c_ = 0.0;
-};
 
 /// What can be said of a piece before any sensor. `at_rest`: it is a standstill, whose position nobody has named.
 Segment identified(const Recording& r, const Piece& piece, bool with_plateaus, bool at_rest) {
@@ -287,6 +212,10 @@ Segment identified(const Recording& r, const Piece& piece, bool with_plateaus, b
   segment.t_start_s = r.t_s[piece.first];
   segment.t_end_s = r.t_s[piece.last - 1];
   return segment;
+}
+
+std::span<const double> part_of(const std::vector<double>& values, Rows rows) {
+  return {values.data() + rows.first, rows.last - rows.first};
 }
 
 void warn_of_astray(Segmentation& result) {
@@ -334,76 +263,99 @@ std::vector<Plateau> find_plateaus(std::span<const double> t_s, std::span<const 
   return plateaus;
 }
 
-struct Segmenter::Impl {
-  /// Least-squares mean and slope of a temperature over rows; NaN mean where there is no value. Its memory is used
-  /// again.
-  class TemperatureLine {
-   public:
-    Line operator()(std::span<const double> t_s, std::span<const double> temp_c) {
-      minutes_.resize(t_s.size());
-      minutes_since(t_s, t_s.front(), minutes_);
-      if (!has_gap(temp_c)) return fit_line(minutes_, temp_c);
-      values_.clear();
-      for (std::size_t i = 0; i < temp_c.size(); ++i) {
-        if (std::isnan(temp_c[i])) continue;
-        minutes_[values_.size()] = minutes_[i];
-        values_.push_back(temp_c[i]);
-      }
-      Line line = fit_line(std::span(minutes_).first(values_.size()), values_);
-      if (values_.empty()) line.mean_y = kNone;
-      return line;
-    }
+namespace cutting {
 
-   private:
-    std::vector<double> minutes_;
-    std::vector<double> values_;
-  };
+double longest_gap_s(std::span<const double> t_s) {
+  const std::size_t count = std::min<std::size_t>(t_s.size(), kTimesLooked);
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < count; ++i) intervals.push_back(t_s[i] - t_s[i - 1]);
+  return std::max(kLongestGap_s, kLongestGapIntervals * (intervals.empty() ? 0.0 : base::median(intervals)));
+}
 
-  /// Rows [first, last).
-  struct Rows {
-    std::size_t first = 0;
-    std::size_t last = 0;
-  };
-  /// Where the samples of a segment lie.
-  struct Place {
-    Rows rows;
-    std::vector<Rows> blocks;
-    bool temp_gaps = false;  ///< the unit's thermometer has no value in some row
-  };
+void PieceCutter::close() {
+  if (piece_.last > piece_.first) pieces_.push_back(piece_);
+  piece_.last = piece_.first;
+}
 
-  Impl(const Recording& recording, std::span<const Standstill> found) : r(recording), standstills(found) {}
-
-  void cut_into_segments();
-  void make_blocks(const Piece& piece, double length_s, Segment& segment, Place& place);
-  std::array<double, kSensorCount> sensor_temperatures(Rows rows, double temp_c);
-  SensorStatistics describe(std::span<const double> samples, const std::vector<double>& temp_c, Rows rows, bool gaps,
-                            double step);
-
-  [[nodiscard]] static std::span<const double> part(const std::vector<double>& values, Rows rows) {
-    return {values.data() + rows.first, rows.last - rows.first};
+void PieceCutter::add(double t_s, double plateau_c, std::int32_t position, bool soak) {
+  const bool usable = position >= 0 && (!with_plateaus_ || (soak && !std::isnan(plateau_c)));
+  const bool continues = usable && piece_.last > piece_.first && piece_.position == position &&
+                         same_value(piece_.plateau_c, plateau_c) && t_s - last_t_s_ <= longest_gap_s_;
+  if (!continues) {
+    close();
+    piece_ = {row_, row_, plateau_c, position};
   }
+  ++row_;
+  last_t_s_ = t_s;
+  if (usable) piece_.last = row_;
+}
 
-  const Recording& r;
-  std::span<const Standstill> standstills;  ///< used in cut_into_segments() only
-  Segmentation result;
-  std::vector<Place> places;  ///< of each segment
-  TemperatureLine line;
-  std::vector<double> scratch;
-};
+std::vector<Piece> PieceCutter::finish() {
+  close();
+  return std::move(pieces_);
+}
+
+std::optional<Visits::Between> Visits::between(const Piece& piece) const {
+  if (visit_ < 0 || std::isnan(piece.plateau_c) || !same_value(piece.plateau_c, plateau_c_)) return std::nullopt;
+  return Between{previous_last_, piece.first, previous_temp_c_};
+}
+
+bool Visits::went_away(std::span<const double> temp_c, double from_c) {
+  return std::ranges::any_of(temp_c, [&](double value) { return std::abs(value - from_c) > kExcursion_c; });
+}
+
+void Visits::assign(const Piece& piece, Sweep given, bool went_away, Segment& segment) {
+  if (visit_ < 0 || !same_value(piece.plateau_c, plateau_c_) || went_away) {
+    const bool changed = visit_ >= 0 && !std::isnan(piece.plateau_c) && piece.plateau_c != plateau_c_;
+    if (changed) sweep_ = piece.plateau_c > plateau_c_ ? Sweep::up : Sweep::down;
+    if (given != Sweep::unknown) sweep_ = given;
+    ++visit_;
+    plateau_c_ = piece.plateau_c;
+    seen_.clear();
+  }
+  segment.key.visit = visit_;
+  segment.sweep = sweep_;
+  segment.key.attempt = static_cast<std::int32_t>(std::count(seen_.begin(), seen_.end(), piece.position));
+  seen_.push_back(piece.position);
+  previous_last_ = piece.last;
+  previous_temp_c_ = segment.temp_c;
+}
+
+double plausible_step(Sensor sensor, double step) {
+  const double coarsest = is_gyro(sensor) ? kCoarsestGyro_dps / printed_per_si(sensor) : kCoarsestAccel_mps2;
+  return step <= coarsest ? step : 0.0;
+}
+
+/// Least-squares mean and slope of a temperature over rows; NaN mean where there is no value.
+Line SegmentMaker::line(std::span<const double> t_s, std::span<const double> temp_c) {
+  minutes_.resize(t_s.size());
+  minutes_since(t_s, t_s.front(), minutes_);
+  if (!has_gap(temp_c)) return fit_line(minutes_, temp_c);
+  values_.clear();
+  for (std::size_t i = 0; i < temp_c.size(); ++i) {
+    if (std::isnan(temp_c[i])) continue;
+    minutes_[values_.size()] = minutes_[i];
+    values_.push_back(temp_c[i]);
+  }
+  Line line = fit_line(std::span(minutes_).first(values_.size()), values_);
+  if (values_.empty()) line.mean_y = kNone;
+  return line;
+}
 
 /// Mean of each sensor's own thermometer over the rows, `temp_c` where it has none or it gave no value.
-std::array<double, kSensorCount> Segmenter::Impl::sensor_temperatures(Rows rows, double temp_c) {
+std::array<double, kSensorCount> SegmentMaker::sensor_temperatures(const Recording& r, Rows rows, double temp_c) {
   std::array<double, kSensorCount> temps_c;
   temps_c.fill(temp_c);
   for (std::size_t s = 0; s < kSensorCount; ++s) {
     if (r.sensor_temp_c[s].empty()) continue;
-    const double own = line(part(r.t_s, rows), part(r.sensor_temp_c[s], rows)).mean_y;
+    const double own = line(part_of(r.t_s, rows), part_of(r.sensor_temp_c[s], rows)).mean_y;
     if (!std::isnan(own)) temps_c[s] = own;
   }
   return temps_c;
 }
 
-void Segmenter::Impl::make_blocks(const Piece& piece, double length_s, Segment& segment, Place& place) {
+void SegmentMaker::make_blocks(const Recording& r, const Piece& piece, double length_s, Segment& segment,
+                               Place& place) {
   const double total_s = r.t_s[piece.last - 1] - r.t_s[piece.first];
   Rows rows{piece.first, piece.first};
   for (; rows.first < piece.last; rows.first = rows.last) {
@@ -411,48 +363,57 @@ void Segmenter::Impl::make_blocks(const Piece& piece, double length_s, Segment& 
     const double covered_s = r.t_s[rows.last - 1] - r.t_s[rows.first];
     // A short rest would be a block with a far larger variance than its neighbours.
     if (covered_s < 0.5 * length_s && total_s >= length_s) continue;
-    const Line temp = line(part(r.t_s, rows), part(r.temp_c, rows));
+    const Line temp = line(part_of(r.t_s, rows), part_of(r.temp_c, rows));
     if (std::isnan(temp.mean_y)) continue;
     place.blocks.push_back(rows);
     segment.blocks.push_back({0.5 * (r.t_s[rows.first] + r.t_s[rows.last - 1]),
                               std::min(length_s, std::max(covered_s, 0.0)),
                               temp.mean_y,
                               temp.slope,
-                              sensor_temperatures(rows, temp.mean_y),
+                              sensor_temperatures(r, rows, temp.mean_y),
                               {}});
   }
 }
 
-void Segmenter::Impl::cut_into_segments() {
-  const bool given = has_value(r.plateau_c);
-  const bool at_rest = show_attitudes(standstills);
-  const std::vector<double> found = given || at_rest ? std::vector<double>() : plateaus_without_set_points(r);
-  const std::vector<double>& plateau_c = given ? r.plateau_c : found;
-  const bool with_plateaus = given || at_rest || has_value(found);
-  Visits visits(r);
-  std::size_t without_temperature = 0;
-  const auto pieces = at_rest ? standstill_pieces(r, standstills) : cut_pieces(r, plateau_c, with_plateaus);
-  for (const Piece& piece : pieces) {
-    Place place{{piece.first, piece.last}, {}, false};
-    const Line temp = line(part(r.t_s, place.rows), part(r.temp_c, place.rows));
-    if (std::isnan(temp.mean_y)) {
-      ++without_temperature;
-      continue;
-    }
-    Segment segment = identified(r, piece, with_plateaus, at_rest);
-    segment.temp_c = temp.mean_y;
-    segment.temp_rate_kpmin = temp.slope;
-    segment.sensor_temp_c = sensor_temperatures(place.rows, segment.temp_c);
-    visits.assign(piece, segment);
-    make_blocks(piece, with_plateaus ? kBlock_s : kBlockWithoutPlateau_s, segment, place);
-    place.temp_gaps = has_gap(part(r.temp_c, place.rows));
-    result.segments.push_back(std::move(segment));
-    places.push_back(std::move(place));
+std::optional<Segment> SegmentMaker::make(const Recording& r, const Piece& piece, bool with_plateaus, bool at_rest,
+                                          Place& place) {
+  place = {{piece.first, piece.last}, {}, false};
+  const Line temp = line(part_of(r.t_s, place.rows), part_of(r.temp_c, place.rows));
+  if (std::isnan(temp.mean_y)) return std::nullopt;
+  Segment segment = identified(r, piece, with_plateaus, at_rest);
+  segment.temp_c = temp.mean_y;
+  segment.temp_rate_kpmin = temp.slope;
+  segment.sensor_temp_c = sensor_temperatures(r, place.rows, segment.temp_c);
+  make_blocks(r, piece, with_plateaus ? kBlock_s : kBlockWithoutPlateau_s, segment, place);
+  place.temp_gaps = has_gap(part_of(r.temp_c, place.rows));
+  return segment;
+}
+
+/// A sample at an unknown temperature says nothing of a thermal curve. `gaps`: whether there may be such.
+SensorStatistics SegmentMaker::describe(std::span<const double> samples, std::span<const double> temp_c, Rows rows,
+                                        bool gaps, double step) {
+  const auto own = samples.subspan(rows.first, rows.last - rows.first);
+  if (!gaps) return calib::describe(own, step);
+  scratch_.assign(own.begin(), own.end());
+  for (std::size_t i = 0; i < scratch_.size(); ++i) {
+    if (std::isnan(temp_c[rows.first + i])) scratch_[i] = kNone;
   }
-  if (!with_plateaus) {
-    result.warnings.emplace_back(
-        "no plateau was given and none found in the temperature: 30-second blocks are used instead");
+  return calib::describe(scratch_, step);
+}
+
+void SegmentMaker::describe(const Recording& r, const Place& place, Sensor sensor, std::span<const double> samples,
+                            double step, Segment& segment) {
+  const std::size_t s = index_of(sensor);
+  const bool own_thermometer = !r.sensor_temp_c[s].empty();
+  const std::vector<double>& temp_c = own_thermometer ? r.sensor_temp_c[s] : r.temp_c;
+  const bool gaps = own_thermometer || place.temp_gaps;
+  segment.sensor[s] = describe(samples, temp_c, place.rows, gaps, step);
+  for (std::size_t b = 0; b < place.blocks.size(); ++b) {
+    segment.blocks[b].sensor[s] = describe(samples, temp_c, place.blocks[b], gaps, step);
   }
+}
+
+void add_warnings(Segmentation& result, std::size_t without_temperature) {
   warn_of_astray(result);
   if (result.segments.empty()) {
     result.warnings.emplace_back(
@@ -464,16 +425,48 @@ void Segmenter::Impl::cut_into_segments() {
   }
 }
 
-/// A sample at an unknown temperature says nothing of a thermal curve. `gaps`: whether there may be such.
-SensorStatistics Segmenter::Impl::describe(std::span<const double> samples, const std::vector<double>& temp_c,
-                                           Rows rows, bool gaps, double step) {
-  const auto own = samples.subspan(rows.first, rows.last - rows.first);
-  if (!gaps) return calib::describe(own, step);
-  scratch.assign(own.begin(), own.end());
-  for (std::size_t i = 0; i < scratch.size(); ++i) {
-    if (std::isnan(temp_c[rows.first + i])) scratch[i] = kNone;
+}  // namespace cutting
+
+struct Segmenter::Impl {
+  Impl(const Recording& recording, std::span<const Standstill> found) : r(recording), standstills(found) {}
+
+  void cut_into_segments();
+
+  const Recording& r;
+  std::span<const Standstill> standstills;  ///< used in cut_into_segments() only
+  Segmentation result;
+  std::vector<Place> places;  ///< of each segment
+  cutting::SegmentMaker maker;
+};
+
+void Segmenter::Impl::cut_into_segments() {
+  const bool given = has_value(r.plateau_c);
+  const bool at_rest = show_attitudes(standstills);
+  const std::vector<double> found = given || at_rest ? std::vector<double>() : plateaus_without_set_points(r);
+  const std::vector<double>& plateau_c = given ? r.plateau_c : found;
+  const bool with_plateaus = given || at_rest || has_value(found);
+  cutting::Visits visits;
+  std::size_t without_temperature = 0;
+  const auto pieces = at_rest ? standstill_pieces(r, standstills) : cut_pieces(r, plateau_c, with_plateaus);
+  for (const Piece& piece : pieces) {
+    Place place;
+    auto segment = maker.make(r, piece, with_plateaus, at_rest, place);
+    if (!segment) {
+      ++without_temperature;
+      continue;
+    }
+    const auto between = visits.between(piece);
+    const bool away =
+        between && cutting::Visits::went_away(part_of(r.temp_c, {between->first, between->last}), between->temp_c);
+    visits.assign(piece, r.sweep.empty() ? Sweep::unknown : r.sweep[piece.first], away, *segment);
+    result.segments.push_back(*std::move(segment));
+    places.push_back(std::move(place));
   }
-  return calib::describe(scratch, step);
+  if (!with_plateaus) {
+    result.warnings.emplace_back(
+        "no plateau was given and none found in the temperature: 30-second blocks are used instead");
+  }
+  cutting::add_warnings(result, without_temperature);
 }
 
 base::Result<Segmenter> Segmenter::begin(const Recording& recording, std::span<const Standstill> standstills) {
@@ -489,18 +482,9 @@ Segmenter& Segmenter::operator=(Segmenter&&) noexcept = default;
 Segmenter::~Segmenter() = default;
 
 void Segmenter::describe(Sensor sensor, std::span<const double> samples) {
-  const std::size_t s = index_of(sensor);
-  const bool own_thermometer = !impl_->r.sensor_temp_c[s].empty();
-  const std::vector<double>& temp_c = own_thermometer ? impl_->r.sensor_temp_c[s] : impl_->r.temp_c;
-  const double step = plausible_step(sensor, samples);
+  const double step = cutting::plausible_step(sensor, output_step(samples));
   for (std::size_t i = 0; i < impl_->places.size(); ++i) {
-    const Impl::Place& place = impl_->places[i];
-    Segment& segment = impl_->result.segments[i];
-    const bool gaps = own_thermometer || place.temp_gaps;
-    segment.sensor[s] = impl_->describe(samples, temp_c, place.rows, gaps, step);
-    for (std::size_t b = 0; b < place.blocks.size(); ++b) {
-      segment.blocks[b].sensor[s] = impl_->describe(samples, temp_c, place.blocks[b], gaps, step);
-    }
+    impl_->maker.describe(impl_->r, impl_->places[i], sensor, samples, step, impl_->result.segments[i]);
   }
 }
 

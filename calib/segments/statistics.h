@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include "calib/vocabulary/segment.h"
 
@@ -21,6 +22,10 @@ struct Line {
 /// they are not, or only one number occurs. NaN samples are passed over. Looks at 100,000 samples at most, evenly
 /// spread.
 [[nodiscard]] double output_step(std::span<const double> samples);
+/// So many samples are looked at, at most.
+inline constexpr std::size_t kStepSamples = 100000;
+/// The same from the samples that are looked at, those of thinned() or Thinner.
+[[nodiscard]] double output_step_of(std::vector<double> shown);
 
 /// Root mean square error that rounding to steps q leaves in the mean of samples of variance s^2, however many, for a
 /// true mean anywhere between two steps: the larger of
@@ -30,7 +35,16 @@ struct Line {
 /// averages the rounding away better than this says: two codes do not tell it from less.
 [[nodiscard]] double rounding_error(double step, double variance);
 
-/// Statistics of a stretch of equally spaced samples; NaN samples are passed over.
+/// Samples that stand alone: farther than kSpikeSigmas standard deviations from the median of their four nearest
+/// neighbours (the first and last of all: ten times as far), while those lie within a quarter of that. A flipped bit on
+/// the wire that passes the checksum looks so; a body does not move for one sample. The standard deviation is 1.48
+/// times the median distance from the median, or the same of the differences between neighbours over sqrt(2), or the
+/// output step, whichever is largest. No sample where more than 1 % do, nor where that deviation is 0, nor among fewer
+/// than 12. NaN samples are passed over, infinite ones stand alone. Rising indices; cost linear in the length.
+[[nodiscard]] std::vector<std::size_t> find_spikes(std::span<const double> samples, double step);
+inline constexpr double kSpikeSigmas = 20.0;
+
+/// Statistics of a stretch of equally spaced samples; NaN samples are passed over, and so are spikes (find_spikes()).
 ///
 /// `variance` is that of the samples about their mean. `standard_error` is that of the mean: as
 /// signal::standard_error_of_mean() states it (under the correlation that the samples show, and not below the Allan

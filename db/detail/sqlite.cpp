@@ -52,10 +52,12 @@ std::optional<std::size_t> read_beginning(const std::filesystem::path& path, std
   if (vfs->xOpen(vfs, name.c_str(), file, SQLITE_OPEN_READONLY | SQLITE_OPEN_MAIN_DB, nullptr) != SQLITE_OK) {
     return std::nullopt;
   }
-  sqlite3_int64 size = 0;
-  int code = file->pMethods->xFileSize(file, &size);
-  const auto count = std::min(static_cast<std::size_t>(size), bytes.size());
-  if (code == SQLITE_OK && count > 0) code = file->pMethods->xRead(file, bytes.data(), static_cast<int>(count), 0);
+  // Not SQLite's word for the size: it calls a file of one byte empty.
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  const auto count = error ? 0 : static_cast<std::size_t>(std::min<std::uintmax_t>(size, bytes.size()));
+  int code = error ? SQLITE_IOERR : SQLITE_OK;
+  if (count > 0) code = file->pMethods->xRead(file, bytes.data(), static_cast<int>(count), 0);
   file->pMethods->xClose(file);
   return code == SQLITE_OK ? std::optional(count) : std::nullopt;
 }

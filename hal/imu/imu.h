@@ -19,6 +19,7 @@ struct ImuSample {
   double t_s = 0.0;            ///< device time since power-on, unwrapped
   std::uint32_t power_on = 0;  ///< counts the restarts that were noticed, from 0: time starts from 0 with each
   std::uint32_t packet = 0;    ///< the unit's own counter as sent
+  std::uint32_t lost = 0;      ///< packets that were lost since the sample before, by the unit's own counter
   std::array<float, 3> rate_rps{};
   std::array<float, 3> accel_mps2{};
   std::optional<float> temp_c;  ///< only where the packet carries a new reading of the thermometer

@@ -114,6 +114,13 @@ std::string chamber_lines(const json& status) {
   return lines;
 }
 
+/// "+X", or "+Y is up, need +X" of a unit that rests with a wrong face up.
+std::string face_text(const json& unit) {
+  const json attitude = unit.value("attitude", json());
+  if (!attitude.is_object() || attitude.value("right", json()) != json(false)) return member_text(unit, "position");
+  return fmt::format("{} is up, need {}", member_text(attitude, "up"), member_text(attitude, "expected"));
+}
+
 std::string unit_table(const json& units) {
   if (units.empty()) return {};
   std::vector<std::vector<std::string>> rows = {
@@ -122,7 +129,7 @@ std::string unit_table(const json& units) {
     rows.push_back({member_text(unit, "slot"), member_text(unit, "serial"), member_text(unit, "state"),
                     member_number(unit, "temp_c", 2), member_number(unit, "slope_kpmin", 3),
                     member_number(unit, "slope_half_width_kpmin", 3), unit.at("stable").get<bool>() ? "yes" : "no",
-                    member_text(unit, "position"), member_number(unit, "samples", 0), member_number(unit, "lost", 0)});
+                    face_text(unit), member_number(unit, "samples", 0), member_number(unit, "lost", 0)});
   }
   return "\n" + text_table(rows);
 }
@@ -292,6 +299,7 @@ class StatusPrinter {
     print_if_new(prompt_, prompt.is_null() ? std::string()
                                            : "prompt: " + prompt.at("text").get<std::string>() +
                                                  "  (answer it with 'soak campaign confirm')");
+    print_if_new(faces_, prompt.is_null() ? std::string() : faces_line());
     if (!bar_) bar_ = output_.progress(campaign.at("name").get<std::string>());
     bar_(campaign.at("progress").get<double>());
   }
@@ -299,6 +307,17 @@ class StatusPrinter {
   std::string state_line() const {
     const json& reason = last_.at("reason");
     return last_.at("state").get<std::string>() + (reason.is_string() ? ": " + reason.get<std::string>() : "");
+  }
+
+  /// Wrong faces, for whoever turns the units while a prompt is open.
+  [[nodiscard]] std::string faces_line() const {
+    std::string line;
+    for (const json& unit : last_.at("units")) {
+      const json attitude = unit.value("attitude", json());
+      if (!attitude.is_object() || attitude.value("right", json()) != json(false)) continue;
+      line += fmt::format("{}slot {}: {}", line.empty() ? "" : "; ", member_text(unit, "slot"), face_text(unit));
+    }
+    return line;
   }
 
   void print_if_new(std::string& known, std::string line) {
@@ -315,6 +334,7 @@ class StatusPrinter {
   json last_;
   std::size_t taken_ = 0;
   std::string step_;
+  std::string faces_;
   std::string state_;
   std::string prompt_;
   std::function<bool(double)> bar_;

@@ -19,29 +19,6 @@ namespace {
 
 constexpr double kHold_s = 2.0;  // a value holds so long at least
 
-/// How long a channel's value holds: kHold_s, or 1.5 times the median distance in time between neighbouring values that
-/// are present where that is longer.
-double hold_limit_s(std::span<const double> t_s, std::span<const double> values) {
-  std::vector<double> long_s;  // distances that hold for longer than kHold_s
-  std::size_t distances = 0;
-  std::optional<double> last;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (std::isnan(values[i])) continue;
-    if (last) {
-      ++distances;
-      if (!(1.5 * (t_s[i] - *last) <= kHold_s)) long_s.push_back(t_s[i] - *last);
-    }
-    last = t_s[i];
-  }
-  // The median of all, if it is among the long ones: those are the last in order.
-  const std::size_t middle = distances / 2;
-  const std::size_t others = distances - long_s.size();
-  if (distances == 0 || middle < others) return kHold_s;
-  const auto median = long_s.begin() + static_cast<std::ptrdiff_t>(middle - others);
-  std::nth_element(long_s.begin(), median, long_s.end());
-  return std::max(kHold_s, 1.5 * *median);
-}
-
 constexpr std::size_t kMostRates = 100;
 
 calib::Position turning(calib::Position position, double rate_rps) {
@@ -52,9 +29,37 @@ calib::Position turning(calib::Position position, double rate_rps) {
 
 }  // namespace
 
+void HoldLimit::add(std::span<const double> t_s, std::span<const double> values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::isnan(values[i])) continue;
+    if (last_s_) {
+      ++distances_;
+      if (!(1.5 * (t_s[i] - *last_s_) <= kHold_s)) long_s_.push_back(t_s[i] - *last_s_);
+    }
+    last_s_ = t_s[i];
+  }
+}
+
+/// kHold_s, or 1.5 times the median distance in time between neighbouring values that are present where that is longer.
+double HoldLimit::limit_s() const {
+  // The median of all, if it is among the long ones: those are the last in order.
+  const std::size_t middle = distances_ / 2;
+  const std::size_t others = distances_ - long_s_.size();
+  if (distances_ == 0 || middle < others) return kHold_s;
+  std::vector<double> sorted = long_s_;
+  const auto median = sorted.begin() + static_cast<std::ptrdiff_t>(middle - others);
+  std::nth_element(sorted.begin(), median, sorted.end());
+  return std::max(kHold_s, 1.5 * *median);
+}
+
 void hold_slow_channel(std::span<const double> t_s, std::vector<double>& values) {
   if (std::none_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) return;
-  const double limit_s = hold_limit_s(t_s, values);
+  HoldLimit limit;
+  limit.add(t_s, values);
+  hold_slow_channel(t_s, values, limit.limit_s());
+}
+
+void hold_slow_channel(std::span<const double> t_s, std::vector<double>& values, double limit_s) {
   double last = std::numeric_limits<double>::quiet_NaN();
   double last_t_s = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,6 +17,20 @@ namespace soak::station {
 /// Fills rows without a new value (NaN) with the last one, for 2 s at most, or for 1.5 times the median spacing of the
 /// channel's own values where that is longer. Rows before the first value stay NaN.
 void hold_slow_channel(std::span<const double> t_s, std::vector<double>& values);
+/// The same for rows that are part of a run: `limit_s` of the whole one (HoldLimit).
+void hold_slow_channel(std::span<const double> t_s, std::vector<double>& values, double limit_s);
+
+/// Gathers from a channel's rows, in order, in pieces of any length, how long its values hold.
+class HoldLimit {
+ public:
+  void add(std::span<const double> t_s, std::span<const double> values);
+  [[nodiscard]] double limit_s() const;
+
+ private:
+  std::vector<double> long_s_;  ///< distances between values that hold for longer than the least time
+  std::size_t distances_ = 0;
+  std::optional<double> last_s_;
+};
 
 /// Fastest that a fixture may be said to turn: 3333 turns a minute, several times what rate tables do. At 1 m from the
 /// axis that is 12,000 g.

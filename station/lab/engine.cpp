@@ -216,10 +216,9 @@ void Engine::cycle() {
   if (journal_is_behind_) store_state();
   if (going_on && !hold_for_chamber()) watch_set_point();
   if (state_ == CampaignState::running && !stale_since_) advance();
-  if (state_ == CampaignState::stopping && safe_end_->poll(*station_)) {
+  if (state_ == CampaignState::stopping && safe_end_->poll(*station_) && runs_of_predecessor_are_entered()) {
     const std::string reason = safe_end_->reason();
     safe_end_.reset();
-    enter_runs_of_predecessor();
     set_state(outcome_, reason);
   }
 }
@@ -233,13 +232,16 @@ void Engine::advance() {
   if (progress.state != StepState::running) step_ended(progress);
 }
 
-void Engine::enter_runs_of_predecessor() {
-  if (!runs_are_lost_) return;
+bool Engine::runs_of_predecessor_are_entered() {
+  if (!runs_are_lost_) return true;
+  const auto entered = station_->enter_left_runs();
+  if (entered && !*entered) return false;
   runs_are_lost_ = false;
-  if (const auto entered = enter_lost_runs(catalog_, log_); !entered) {
+  if (!entered) {
     log_.add("run", station_->campaign.name,
              "what was recorded cannot be entered into the catalog: " + entered.error().message);
   }
+  return true;
 }
 
 void Engine::record_history() {

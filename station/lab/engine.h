@@ -80,11 +80,16 @@ class Engine : public StationService {
   [[nodiscard]] base::Status restore_unfinished();
   void restore_units(const db::CampaignRow& row);
   void make_units(const CheckedStart& checked);
-  void enter_runs_of_predecessor();
+  /// True once there is nothing left to enter, or it failed.
+  [[nodiscard]] bool runs_of_predecessor_are_entered();
 
   /// Runs a command on the engine's thread and waits for its answer.
   [[nodiscard]] base::Result<nlohmann::json> command(std::function<base::Result<nlohmann::json>()> work);
   [[nodiscard]] base::Status status_command(std::function<base::Status()> work);
+  /// A command that may begin a campaign: run files that were left behind are entered first. Who asks waits for that,
+  /// the loop does not.
+  [[nodiscard]] base::Result<nlohmann::json> command_after_left_runs(
+      const std::function<base::Result<nlohmann::json>()>& work);
   void run_commands();
   void wait();
   void wake();

@@ -2,6 +2,7 @@
 // What people ask of the engine. Every command runs on the engine's own thread.
 #include <fmt/format.h>
 
+#include <thread>
 #include <utility>
 
 #include "station/io/host.h"
@@ -11,6 +12,8 @@
 
 namespace soak::station {
 namespace {
+
+constexpr std::chrono::milliseconds kAskAgain{20};
 
 tl::unexpected<base::Error> wrong_state(std::string message) { return base::bad_input(std::move(message), "state"); }
 
@@ -60,7 +63,11 @@ base::Status Engine::pause(const std::string& user) {
 }
 
 base::Status Engine::resume(const std::string& user) {
-  return status_command([=, this] { return do_resume(user); });
+  const auto done = command_after_left_runs([=, this]() -> base::Result<nlohmann::json> {
+    if (auto status = do_resume(user); !status) return base::forward_error(status);
+    return nlohmann::json();
+  });
+  return done ? base::Status{} : base::forward_error(done);
 }
 
 base::Status Engine::abort(const std::string& user, const std::string& reason) {
@@ -92,12 +99,28 @@ base::Status Engine::ready_for_start() const {
 }
 
 base::Result<nlohmann::json> Engine::start(const StartRequest& request) {
-  return command([this, request] { return do_start(request, std::nullopt); });
+  return command_after_left_runs([this, request] { return do_start(request, std::nullopt); });
+}
+
+base::Result<nlohmann::json> Engine::command_after_left_runs(
+    const std::function<base::Result<nlohmann::json>()>& work) {
+  while (true) {
+    bool waits = false;
+    auto answer = command([&]() -> base::Result<nlohmann::json> {
+      if (ready_for_start()) {
+        const auto entered = station_->enter_left_runs();
+        if (!entered) return base::forward_error(entered);
+        waits = !*entered;
+      }
+      return waits ? base::Result<nlohmann::json>(nlohmann::json()) : work();
+    });
+    if (!waits) return answer;
+    std::this_thread::sleep_for(kAskAgain);
+  }
 }
 
 base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, const std::optional<WayBack>& resumed) {
   if (auto ready = ready_for_start(); !ready) return base::forward_error(ready);
-  if (auto entered = enter_lost_runs(catalog_, log_); !entered) return base::forward_error(entered);
   auto checked = check_start(request, config_, catalog_);
   if (!checked) return base::forward_error(checked);
   const std::size_t first_step = resumed ? resumed->steps.front() : 0;

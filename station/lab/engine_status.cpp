@@ -75,6 +75,17 @@ hal::OutputReading supply_of(const Station& station, const UnitChannel& unit) {
   return reading.value_or(hal::OutputReading{});
 }
 
+/// Which face is up, by the unit's own accelerometers, and which should be; null where no position is expected yet.
+/// `right` is null while the unit turns, and for two seconds after.
+json attitude_part(const UnitChannel& unit) {
+  if (!unit.streaming() || !unit.latest() || unit.position().label.empty()) return nullptr;
+  const Attitude attitude = unit.attitude().state();
+  const bool known = attitude == Attitude::right || attitude == Attitude::wrong;
+  return {{"up", unit.attitude().up_axis()},
+          {"expected", unit.position().label},
+          {"right", known ? json(attitude == Attitude::right) : json()}};
+}
+
 json unit_part(const Station& station, const UnitChannel& unit) {
   const hal::OutputReading supply = supply_of(station, unit);
   const calib::StabilityVerdict verdict = unit.stability();
@@ -93,6 +104,7 @@ json unit_part(const Station& station, const UnitChannel& unit) {
           {"slope_half_width_kpmin", streaming ? number_or_null(verdict.half_width_kpmin) : json()},
           {"stable", streaming && verdict.stable},
           {"position", streaming ? null_if_empty(unit.position().label) : json()},
+          {"attitude", attitude_part(unit)},
           {"samples", unit.imu().statistics().packets},
           {"lost", unit.imu().statistics().lost_packets},
           {"gyro_dps", streaming && latest ? three(latest->rate_rps, base::kDegPerRad) : json()},

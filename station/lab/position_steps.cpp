@@ -17,6 +17,8 @@ constexpr double kTurnLimit_s = 180.0;    ///< until the fixture stands in its p
 constexpr double kSettleLimit_s = 120.0;  ///< from then on, until the units confirm it
 constexpr double kSpinLimit_s = 120.0;    ///< until the fixture's rate is steady, and until the units confirm it
 constexpr double kFixturePoll_s = 0.2;
+/// Until a unit that rests in a wrong position is told of; a fixture may still creep to its end.
+constexpr double kTellWrong_s = 10.0;
 
 constexpr double kRateShare = 0.01;  ///< of the commanded rate, by which the fixture's own reading may differ
 constexpr double kRate_dps = 0.5;
@@ -121,6 +123,13 @@ class Move : public StepTask {
       for (UnitChannel* unit : station.active_units()) unit->disturb(station.procedure().stability.after_turn_s);
       return StepProgress::done();
     }
+    // Whoever turned it stands beside it: a unit at rest with a wrong face up is told at once.
+    const std::vector<UnitChannel*> at_rest = at_rest_in_another(wrong);
+    if (!station.fixture && !at_rest.empty()) return ask(station, attitudes_text(at_rest) + ". ");
+    if (!told_ && !at_rest.empty() && timer_.overdue(station, kTellWrong_s, 0.0)) {
+      told_ = true;
+      station.log.add("position", position_, attitudes_text(at_rest) + ": waiting for it");
+    }
     if (!timer_.overdue(station, kSettleLimit_s)) return StepProgress::running();
     if (!station.fixture) return ask(station, attitudes_text(wrong) + ". ");
     // The pre-flight finds what is mounted wrongly. Later it is the unit that fails, if the others confirm the
@@ -136,8 +145,14 @@ class Move : public StepTask {
                                        "position " + position_);
   }
 
+  static std::vector<UnitChannel*> at_rest_in_another(std::vector<UnitChannel*> units) {
+    std::erase_if(units, [](const UnitChannel* unit) { return unit->attitude().state() != Attitude::wrong; });
+    return units;
+  }
+
   std::string position_;
   int run_;
+  bool told_ = false;  ///< that a unit rests in a wrong position
   Stage stage_ = Stage::begin;
   WaitTimer timer_;
   double polled_s_ = 0.0;

@@ -352,15 +352,17 @@ class PowerOn : public StepTask {
   std::map<std::string, Before> before_;
 };
 
-/// Ends the run: its file is sealed and entered into the catalog, then the units are off for a while.
+/// Ends the run: its file is sealed and entered into the catalog, and the units are off for a while. Sealing goes on
+/// beside both.
 class PowerOff : public StepTask {
  public:
   explicit PowerOff(const Step& step) : seconds_(step.seconds) {}
 
   StepProgress poll(Station& station) override {
     if (!sealed_) {
-      if (const auto ended = station.end_run(std::nullopt); !ended) return StepProgress::failed(ended.error());
-      sealed_ = true;
+      const auto ended = station.end_run(std::nullopt);
+      if (!ended) return StepProgress::failed(ended.error());
+      sealed_ = *ended;
     }
     if (!off_at_s_) {
       const auto off = station.supply ? retry_.attempt([&] { return switch_off(station); }) : base::Result<bool>(true);
@@ -368,7 +370,7 @@ class PowerOff : public StepTask {
       if (*off) off_at_s_ = station.now_s();
       return StepProgress::running();
     }
-    return station.now_s() - *off_at_s_ >= seconds_ ? StepProgress::done() : StepProgress::running();
+    return sealed_ && station.now_s() - *off_at_s_ >= seconds_ ? StepProgress::done() : StepProgress::running();
   }
 
  private:

@@ -29,6 +29,7 @@ constexpr std::string_view kLostRunReason = "soakd ended in mid-run";
 constexpr std::string_view kRejected = "rejected";
 constexpr std::string_view kAccepted = "recorded";
 constexpr std::string_view kUnknownUnitType = "generic";
+constexpr double kLossEvent_s = 60.0;  ///< device time that one event of lost packets tells of, at most
 
 bool is_six_position(std::string_view label) {
   const auto& labels = calib::kSixPositionLabels;
@@ -241,16 +242,43 @@ base::Status RunRecorder::add(std::size_t unit, std::span<const hal::ImuSample> 
   if (auto valid = rows.check(samples, labels); !valid) return valid;
   if (samples.empty()) return {};
   const std::optional<int> visit = rows.visit_of(labels);
+  const std::string place_before = rows.recording ? rows.attempt->position : "";
   auto added = file_.append(rows.stream, imu_columns(samples, labels, visit, rows.fresh, with_rates_));
   // Every other error leaves the rows in the writer's memory.
   if (!added && added.error().kind == base::ErrorKind::bad_input) return added;
   if (const auto noted = note_position(rows, labels.position, samples.front().t_s); added && !noted) added = noted;
   rows.follow_attempt(labels, visit, samples.front().t_s, samples.back().t_s);
+  const bool same_stretch = place_before == (rows.recording ? rows.attempt->position : "");
+  if (const auto noted = note_losses(rows, samples, same_stretch); added && !noted) added = noted;
   rows.rows += samples.size();
   rows.last_t_s = samples.back().t_s;
   rows.fresh = SlowReadings{};
   rows.fresh.with_supply = rows.unit.supply_is_measured;
   return added;
+}
+
+/// One event a minute at most, and one for each stretch that a segment is made of: a bad link loses packets all the
+/// time.
+base::Status RunRecorder::note_losses(UnitStream& unit, std::span<const hal::ImuSample> samples, bool same_stretch) {
+  base::Status written = same_stretch ? base::Status() : write_loss(unit);
+  for (const hal::ImuSample& sample : samples) {
+    // What was lost before the first row was not this run's.
+    if (sample.lost == 0 || (unit.rows == 0 && &sample == &samples.front())) continue;
+    PacketLoss& loss = unit.loss;
+    if (loss.packets > 0 && sample.t_s - loss.from_s > kLossEvent_s) {
+      if (const auto status = write_loss(unit); !status) written = status;
+    }
+    if (loss.packets == 0) loss = {unit.unit.serial, sample.t_s, sample.t_s, 0};
+    loss.packets += sample.lost;
+    loss.to_s = sample.t_s;
+  }
+  return written;
+}
+
+base::Status RunRecorder::write_loss(UnitStream& unit) {
+  const PacketLoss loss = std::exchange(unit.loss, {});
+  if (loss.packets == 0) return {};
+  return file_.add_event(std::max(loss.to_s, unit.last_t_s), kLostPacketsEvent, text_of(loss));
 }
 
 /// Notes a position of known azimuth where it occurs for the first time.
@@ -306,7 +334,10 @@ void RunRecorder::accept(std::size_t unit) {
 base::Status RunRecorder::seal() {
   if (!sealed_.sha256.empty()) return {};
   double last_t_s = std::max(last_chamber_t_s_, 0.0);
-  for (const UnitStream& unit : units_) last_t_s = std::max(last_t_s, unit.last_t_s);
+  for (UnitStream& unit : units_) {
+    last_t_s = std::max(last_t_s, unit.last_t_s);
+    if (auto written = write_loss(unit); !written) return written;
+  }
   for (const UnitStream& unit : units_) {
     if (unit.rows > 0 || noted_silence_) continue;
     auto noted = file_.add_event(last_t_s, "no_samples", fmt::format("unit {} sent no sample", unit.unit.serial));
@@ -319,17 +350,16 @@ base::Status RunRecorder::seal() {
   return {};
 }
 
-base::Result<std::vector<db::RunRow>> RunRecorder::finish(const std::optional<std::string>& void_reason,
-                                                          const std::map<std::string, std::string>& void_units,
-                                                          bool keeps_parts) {
+base::Result<std::vector<db::RunRow>> RunRecorder::finish(db::Catalog& catalog, const RunEnd& end) {
   if (const auto sealed = seal(); !sealed) return base::forward_error(sealed);
-  sealed_.void_reason = void_reason;
-  sealed_.void_units = void_units;
-  sealed_.keeps_parts = keeps_parts;
-  return enter_run(*catalog_, sealed_);
+  sealed_.void_reason = end.void_reason;
+  sealed_.void_units = end.void_units;
+  sealed_.keeps_parts = end.keeps_parts;
+  return enter_run(catalog, sealed_);
 }
 
-base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log) {
+base::Result<std::vector<LostRun>> enter_lost_runs(db::Catalog& catalog) {
+  std::vector<LostRun> lost;
   const auto orphans = db::orphan_run_files(catalog);
   if (!orphans) return base::forward_error(orphans);
   for (const db::OrphanRunFile& orphan : *orphans) {
@@ -338,9 +368,16 @@ base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log) {
     const auto entered = enter_lost_run(catalog, orphan);
     // An empty file that was sealed before has been told of then.
     if (entered && *entered == 0 && orphan.sealed) continue;
-    log.add("run", orphan.info->label,
-            fmt::format("{} was left behind and {}", orphan.path.filename().string(), lost_run_text(entered)));
+    lost.push_back({orphan.info->label,
+                    fmt::format("{} was left behind and {}", orphan.path.filename().string(), lost_run_text(entered))});
   }
+  return lost;
+}
+
+base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log) {
+  const auto lost = enter_lost_runs(catalog);
+  if (!lost) return base::forward_error(lost);
+  for (const LostRun& run : *lost) log.add("run", run.label, run.text);
   return {};
 }
 

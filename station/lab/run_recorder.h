@@ -29,6 +29,13 @@ namespace soak::station {
 /// What the run files that soakd records state as their source.
 inline constexpr std::string_view kRunSource = "soakd";
 
+/// How a run ends.
+struct RunEnd {
+  std::optional<std::string> void_reason = {};         ///< withdraws the whole run
+  std::map<std::string, std::string> void_units = {};  ///< serial number → why: withdraws parts of it
+  bool keeps_parts = false;                            ///< only what has no complete segment (SealedRun::keeps_parts)
+};
+
 /// Records one run: the open run file of all its units, and at the end their rows in the catalog. One thread at a time.
 /// Destroyed without finish(), it leaves an unsealed file with everything that was flushed (orphan_run_files() finds
 /// it).
@@ -46,6 +53,9 @@ class RunRecorder {
   /// An attempt is a stretch of soak rows of one visit and one position without any other row between: each becomes a
   /// segment of its own. One row is enough to separate two attempts, be it of phase ramp with visit and position as
   /// before (the same position once more) or without a position (the unit was turned).
+  ///
+  /// Packets that the unit's counter shows lost (ImuSample::lost) become an event (PacketLoss), and enter_run() marks
+  /// the segments that it touches.
   ///
   /// Refuses (bad_input) a time that does not rise and a position that is none of the six; then no row is taken. After
   /// another error (disk full) the rows are kept in memory: they must not be added again.
@@ -70,12 +80,15 @@ class RunRecorder {
   /// Ends the run: seals the file, enters one row per unit with its segments into the catalog, and withdraws the
   /// segments of rejected attempts (user "soakd"), all or nothing. A unit without rows is left out, with an event in
   /// the file. A rejection without a segment (the unit gave no usable rows there) is logged. Where it fails it may be
-  /// called again. Reads the whole file: seconds to minutes.
-  /// In the same transaction `void_reason` withdraws the whole run, `void_units` (serial number → why) parts of it;
-  /// with `keeps_parts` only what has no complete segment (SealedRun::keeps_parts).
+  /// called again. Reads the whole file: seconds to minutes. `catalog` may be another connection than that of begin():
+  /// with it the recorder may have gone to another thread (RunSealer).
+  [[nodiscard]] base::Result<std::vector<db::RunRow>> finish(db::Catalog& catalog, const RunEnd& end);
+  /// The same over the connection of begin().
   [[nodiscard]] base::Result<std::vector<db::RunRow>> finish(const std::optional<std::string>& void_reason = {},
                                                              const std::map<std::string, std::string>& void_units = {},
-                                                             bool keeps_parts = false);
+                                                             bool keeps_parts = false) {
+    return finish(*catalog_, {void_reason, void_units, keeps_parts});
+  }
 
   [[nodiscard]] const db::RunInfo& info() const { return info_; }
   /// Rows of unit number `unit` so far.
@@ -104,6 +117,7 @@ class RunRecorder {
     std::optional<double> last_plateau_c = {};
     bool recording = false;  ///< the last row belongs to the last attempt
     std::optional<Attempt> attempt = {};
+    PacketLoss loss = {};  ///< that no event tells of yet
 
     /// Visit of the rows with these labels; nothing outside plateaus.
     std::optional<int> visit_of(const RowLabels& labels);
@@ -113,6 +127,8 @@ class RunRecorder {
   RunRecorder(db::Catalog& catalog, db::RunFileWriter file, db::RunInfo info, bool with_rates)
       : catalog_(&catalog), file_(std::move(file)), info_(std::move(info)), with_rates_(with_rates) {}
   [[nodiscard]] base::Status add_streams(const std::vector<RecordedUnit>& units);
+  [[nodiscard]] base::Status note_losses(UnitStream& unit, std::span<const hal::ImuSample> samples, bool same_stretch);
+  [[nodiscard]] base::Status write_loss(UnitStream& unit);
   [[nodiscard]] base::Status note_position(UnitStream& unit, const std::string& label, double t_s);
   [[nodiscard]] base::Status seal();
 
@@ -127,11 +143,19 @@ class RunRecorder {
   double last_chamber_t_s_ = kNever_s;
 };
 
+/// A run file that was left behind, and what became of it.
+struct LostRun {
+  std::string label;
+  std::string text;
+};
+
 /// Seals the run files that a killed soakd left open and enters them into the catalog with every row that was flushed,
 /// cut short: rejected segments and one that was under way are withdrawn. Voided are a pre-flight, a run without a
 /// complete segment, and one whose procedure says on_break = "repeat_run". The same is done with files that were sealed
-/// but not entered. A file that cannot be read is logged and left as it is; one without samples is
+/// but not entered. A file that cannot be read is told of and left as it is; one without samples is
 /// sealed, and stays outside the catalog.
+[[nodiscard]] base::Result<std::vector<LostRun>> enter_lost_runs(db::Catalog& catalog);
+/// The same, told to the log.
 [[nodiscard]] base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log);
 
 /// What recording writes to the disk, on the safe side: run files compress, catalog and temporary files do not.

@@ -205,7 +205,8 @@ bool SafeEnd::poll(Station& station) {
   if (!chamber_is_safe_) chamber_is_safe_ = outputs_off_ ? switch_chamber_off(station) : warm_up_.poll(station);
   if (!chamber_is_safe_) return false;
   if (!run_is_sealed_) seal_run(station);
-  return units_are_off(station);
+  if (!units_are_off_) units_are_off_ = units_are_off(station);
+  return run_is_sealed_ && units_are_off_;
 }
 
 void SafeEnd::switch_off_at_once(Station& station, const std::string& why) {
@@ -237,13 +238,13 @@ bool SafeEnd::switch_chamber_off(Station& station) {
 }
 
 void SafeEnd::seal_run(Station& station) {
-  run_is_sealed_ = true;
-  if (const auto sealed = station.end_run(reason_, aborted_); !sealed) {
-    station.log.add(
-        "run", station.run_id(),
-        "cannot be sealed now; this is tried again when a campaign or soakd starts: " + sealed.error().message);
-    station.leave_run();
-  }
+  const auto sealed = station.end_run(reason_, aborted_);
+  run_is_sealed_ = !sealed || *sealed;
+  if (sealed) return;
+  station.log.add(
+      "run", station.run_id(),
+      "cannot be sealed now; this is tried again when a campaign or soakd starts: " + sealed.error().message);
+  station.leave_run();
 }
 
 /// A supply that has just been lost is asked again: its link may not even be tried before a pause is over.
@@ -257,7 +258,7 @@ bool SafeEnd::units_are_off(Station& station) {
 
 std::string SafeEnd::text(const Station& station) const {
   const auto& reading = station.chamber.reading();
-  if (chamber_is_safe_) return "the chamber is off, the units are being switched off";
+  if (chamber_is_safe_) return "the chamber is off, the run is being sealed, the units are being switched off";
   if (!reading) {
     return fmt::format(
         "the chamber does not answer ({}): go to the chamber, and switch it off by hand once the units are warm",

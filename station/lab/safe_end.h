@@ -84,6 +84,7 @@ class SafeEnd {
  private:
   void halt_fixture(Station& station);
   [[nodiscard]] bool switch_chamber_off(Station& station);
+  /// Beside this thread: the chamber and the units do not wait for it.
   void seal_run(Station& station);
   [[nodiscard]] bool units_are_off(Station& station);
 
@@ -93,6 +94,7 @@ class SafeEnd {
   DewSafeWarmUp warm_up_;
   bool chamber_is_safe_ = false;
   bool run_is_sealed_ = false;
+  bool units_are_off_ = false;
   CommandRetry units_off_;
   bool fixture_is_halted_ = false;
   bool fixture_was_reported_ = false;

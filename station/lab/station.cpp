@@ -38,7 +38,8 @@ Station::Station(const StationConfig& config_, db::Catalog& catalog_, EventLog& 
       log(log_),
       time(config_.clock_rate),
       chamber(chamber_, config_.chamber.link.poll_s),
-      fixture(fixture_) {
+      fixture(fixture_),
+      sealer(catalog_.data_folder()) {
   if (power_) supply.emplace(*power_, supply_poll_s(config), config.clock_rate);
 }
 
@@ -247,6 +248,7 @@ base::Status Station::open_recorder(const PlannedRun& run) {
                                      !procedure().rate_positions.empty());
   if (!recorder) return base::forward_error(recorder);
   recorder_ = *std::move(recorder);
+  run_is_preflight_ = purpose == Purpose::diagnosis;
   return {};
 }
 
@@ -271,25 +273,47 @@ base::Status Station::begin_run(const PlannedRun& run) {
 
 base::Status Station::flush() { return recorder_ ? recorder_->flush() : base::Status{}; }
 
-base::Status Station::end_run(const std::optional<std::string>& why_cut, bool aborted) {
+base::Result<bool> Station::end_run(const std::optional<std::string>& why_cut, bool aborted) {
   expecting_run_ = false;
-  if (!recorder_) return {};
-  break_segment(why_cut.value_or("the run ended"));
-  const bool preflight = recorder_->info().purpose == name_of(Purpose::diagnosis);
-  const bool keeps_parts = procedure().on_break == BreakOutcome::resume && !aborted && !preflight;
-  const auto rows = recorder_->finish(why_cut, lost_, keeps_parts);
-  if (!rows) return base::forward_error(rows);
-  const std::string label = recorder_->info().label;
-  const std::size_t rejected = recorder_->rejected();
-  recorder_.reset();
-  if (supply) supply->forget();
-  log.add("run", label,
-          fmt::format("sealed, {} segments withdrawn{}{}", rejected,
-                      !why_cut      ? ""
-                      : keeps_parts ? "; cut short, what is complete is kept: "
-                                    : "; voided: ",
-                      why_cut.value_or("")));
-  return {};
+  if (sealer.busy()) return follow_sealing();
+  if (recorder_) {
+    break_segment(why_cut.value_or("the run ended"));
+    sealer.begin(*std::exchange(recorder_, std::nullopt), end_of_run(why_cut, aborted));
+    if (supply) supply->forget();
+    return false;
+  }
+  if (!sealer.has_run()) return true;
+  sealer.retry(end_of_run(why_cut, aborted));
+  return false;
+}
+
+RunEnd Station::end_of_run(const std::optional<std::string>& why_cut, bool aborted) const {
+  const bool keeps_parts = procedure().on_break == BreakOutcome::resume && !aborted && !run_is_preflight_;
+  return {why_cut, lost_, keeps_parts};
+}
+
+base::Result<bool> Station::follow_sealing() {
+  const auto sealed = sealer.take();
+  if (!sealed) return false;
+  if (!sealed->status) return base::forward_error(sealed->status);
+  const RunEnd& end = sealed->end;
+  log.add("run", sealed->label,
+          fmt::format("sealed, {} segments withdrawn{}{}", sealed->rejected,
+                      !end.void_reason  ? ""
+                      : end.keeps_parts ? "; cut short, what is complete is kept: "
+                                        : "; voided: ",
+                      end.void_reason.value_or("")));
+  return true;
+}
+
+base::Result<bool> Station::enter_left_runs() {
+  if (!sealer.busy()) sealer.begin_lost_runs();
+  if (!sealer.enters_lost_runs()) return false;
+  const auto lost = sealer.take_lost_runs();
+  if (!lost) return false;
+  if (!*lost) return base::forward_error(*lost);
+  for (const LostRun& run : **lost) log.add("run", run.label, run.text);
+  return true;
 }
 
 void Station::set_plateau(std::optional<double> plateau_c, calib::Sweep sweep, int visit) {

@@ -18,6 +18,7 @@
 #include "station/lab/campaign_log.h"
 #include "station/lab/device_monitors.h"
 #include "station/lab/run_recorder.h"
+#include "station/lab/run_sealer.h"
 #include "station/lab/segment_capture.h"
 #include "station/lab/unit_channel.h"
 
@@ -49,6 +50,7 @@ class Station {
   Campaign campaign;
   std::vector<std::unique_ptr<UnitChannel>> units;
   std::vector<PreflightRecord> preflight;
+  RunSealer sealer;
 
   [[nodiscard]] double now_s() const { return time.now_s(); }
   [[nodiscard]] const Procedure& procedure() const { return campaign.plan.procedure; }
@@ -71,15 +73,25 @@ class Station {
   /// From now on samples are kept for the run file that is about to be opened.
   void expect_run();
   [[nodiscard]] base::Status begin_run(const PlannedRun& run);
-  /// Seals the run file and enters it into the catalog. `why_cut`: the run was cut short. With on_break = "resume" its
-  /// complete segments are kept, unless it was `aborted`; else it is voided.
-  [[nodiscard]] base::Status end_run(const std::optional<std::string>& why_cut, bool aborted = false);
+  /// Seals the run file and enters it into the catalog beside the engine's thread: to be called until it says true, or
+  /// why it failed; then it may be called again. `why_cut`: the run was cut short. With on_break = "resume" its
+  /// complete segments are kept, unless it was `aborted`; else it is voided. A run that is being sealed already is
+  /// waited for: its end is known.
+  [[nodiscard]] base::Result<bool> end_run(const std::optional<std::string>& why_cut, bool aborted = false);
+  /// Enters what killed predecessors left behind, beside the engine's thread: to be called until it says true, or why
+  /// it failed.
+  [[nodiscard]] base::Result<bool> enter_left_runs();
   /// Commits what was recorded: a step whose end the journal knows must not lose its rows.
   [[nodiscard]] base::Status flush();
   /// Leaves a run file that cannot be sealed: everything that was flushed stays in it (enter_lost_runs()).
-  void leave_run() { recorder_.reset(); }
+  void leave_run() {
+    recorder_.reset();
+    sealer.leave();
+  }
+  /// Whether rows are recorded; no more once end_run() was called.
   [[nodiscard]] bool run_is_open() const { return recorder_.has_value(); }
-  [[nodiscard]] std::string run_id() const { return recorder_ ? recorder_->info().run_id : ""; }
+  /// Of the run that is open or being sealed.
+  [[nodiscard]] std::string run_id() const { return recorder_ ? recorder_->info().run_id : sealer.run_id(); }
 
   /// Drops a unit for the rest of the run: it is no longer waited for, and its part of the run ends there.
   void lose(UnitChannel& unit, const std::string& why);
@@ -114,12 +126,16 @@ class Station {
   void watch_supply();
   void judge_supply(UnitChannel& unit);
   [[nodiscard]] base::Status open_recorder(const PlannedRun& run);
+  [[nodiscard]] RunEnd end_of_run(const std::optional<std::string>& why_cut, bool aborted) const;
+  /// True once the sealer has nothing more to do for the run, or why that failed.
+  [[nodiscard]] base::Result<bool> follow_sealing();
   [[nodiscard]] std::string free_label(const std::string& label) const;
   [[nodiscard]] std::string part_before(const std::string& label) const;
 
   std::optional<RunRecorder> recorder_;
   std::optional<hal::FixtureReading> fixture_reading_;
   bool expecting_run_ = false;
+  bool run_is_preflight_ = false;  ///< the run that is open or being sealed
   std::map<std::string, std::vector<hal::ImuSample>>
       samples_before_run_;                             ///< serial → samples before the file was there
   std::map<std::string, std::uint32_t> run_power_on_;  ///< serial → power-on that the run belongs to

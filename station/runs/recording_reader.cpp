@@ -172,19 +172,8 @@ class AxesReader {
         table.push_back(-1);
         continue;
       }
-      const std::string& label = labels[i];
-      auto position = calib::position_named(label);
-      const auto own = std::find_if(defined->begin(), defined->end(), [&](const auto& p) { return p.label == label; });
-      if (own != defined->end()) {
-        const std::string canonical = position ? position->label : label;
-        position = *own;
-        position->label = canonical;
-      }
-      if (!position) {
-        return base::corrupt(
-            fmt::format("the run file does not define its position '{}'; restore it from a backup", label),
-            file_.info().run_id);
-      }
+      auto position = position_of_label(labels[i], *defined, file_.info().run_id);
+      if (!position) return base::forward_error(position);
       // Two spellings of one position ("+x", "+X") are one position.
       const auto same = std::find(recording_.positions.begin(), recording_.positions.end(), *position);
       table.push_back(static_cast<std::int32_t>(same - recording_.positions.begin()));

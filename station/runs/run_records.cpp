@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "calib/estimate/unit_input.h"
 #include "calib/segments/data_gate.h"
+#include "calib/segments/long_run.h"
 #include "calib/segments/segmentation.h"
 #include "station/io/host.h"
+#include "station/runs/long_run_rows.h"
 #include "station/runs/recording_reader.h"
 #include "station/runs/run_columns.h"
 #include "station/runs/run_streams.h"
@@ -40,13 +43,12 @@ db::RunRow row_of(const db::RunInfo& info) {
 /// Numbers the visits as `visits` (one value per row, NaN = unknown) says, and the attempts of each position anew.
 void number_visits(const calib::Recording& recording, const std::vector<double>& visits,
                    std::vector<calib::Segment>& segments) {
-  std::map<std::pair<std::int32_t, std::string>, std::int32_t> attempts;
-  for (calib::Segment& segment : segments) {
+  std::vector<double> numbers;
+  for (const calib::Segment& segment : segments) {
     const auto first = std::lower_bound(recording.t_s.begin(), recording.t_s.end(), segment.t_start_s);
-    const double visit = visits[static_cast<std::size_t>(first - recording.t_s.begin())];
-    if (!std::isnan(visit)) segment.key.visit = static_cast<std::int32_t>(visit);
-    segment.key.attempt = attempts[{segment.key.visit, segment.key.position}]++;
+    numbers.push_back(visits[static_cast<std::size_t>(first - recording.t_s.begin())]);
   }
+  calib::number_visits(numbers, segments);
 }
 
 /// Stores what the data gate finds in each segment.
@@ -81,8 +83,42 @@ base::Result<std::vector<calib::Standstill>> standstills_of(const db::RunFileRea
   return finder.find();
 }
 
-base::Result<RunRecord> describe_unit_run(const db::RunFileReader& file, std::string_view unit,
-                                          const calib::UnitType& type, bool with_visits) {
+/// What the file's events tell of lost packets of the unit.
+base::Result<std::vector<PacketLoss>> losses_in(const db::RunFileReader& file, std::string_view unit) {
+  const auto events = file.events();
+  if (!events) return base::forward_error(events);
+  std::vector<PacketLoss> losses;
+  for (const db::RunEvent& event : *events) {
+    if (event.kind != kLostPacketsEvent) continue;
+    const auto text = nlohmann::json::parse(event.text, nullptr, false);
+    const bool known = text.is_object() && text.contains("unit") && text["unit"] == unit &&
+                       text.value("packets", nlohmann::json()).is_number_unsigned() &&
+                       text.value("from_s", nlohmann::json()).is_number() &&
+                       text.value("to_s", nlohmann::json()).is_number();
+    if (!known) continue;
+    losses.push_back({std::string(unit), text["from_s"].get<double>(), text["to_s"].get<double>(),
+                      text["packets"].get<std::uint64_t>()});
+  }
+  return losses;
+}
+
+/// With findings; without the run's length.
+base::Result<RunRecord> record_of(const db::RunFileReader& file, std::string_view unit,
+                                  calib::Segmentation segmentation) {
+  const auto losses = losses_in(file, unit);
+  if (!losses) return base::forward_error(losses);
+  mark_losses(*losses, segmentation.segments);
+  RunRecord record{row_of(file.info()), std::move(segmentation.segments), std::move(segmentation.warnings)};
+  for (const calib::Warning& warning : calib::gate_warnings(record.segments)) {
+    record.warnings.push_back(fmt::format("{} {}", warning.code, warning.text));
+  }
+  record.row.unit = unit;
+  return record;
+}
+
+/// With the whole run in memory, as imported recordings without plateaus or positions need it.
+base::Result<RunRecord> describe_whole_run(const db::RunFileReader& file, std::string_view unit,
+                                           const calib::UnitType& type, bool with_visits) {
   const auto axes = read_axes(file, unit);
   if (!axes) return base::forward_error(axes);
   const auto standstills = standstills_of(file, *axes);
@@ -97,13 +133,10 @@ base::Result<RunRecord> describe_unit_run(const db::RunFileReader& file, std::st
     number_visits(*axes, channel.values, segmentation.segments);
   }
   store_findings(examination, segmentation.segments);
-  RunRecord record{row_of(file.info()), std::move(segmentation.segments), std::move(segmentation.warnings)};
-  for (const calib::Warning& warning : calib::gate_warnings(record.segments)) {
-    record.warnings.push_back(fmt::format("{} {}", warning.code, warning.text));
-  }
-  record.row.unit = unit;
-  record.row.rows = axes->rows();
-  record.row.duration_s = axes->t_s.back() - axes->t_s.front();
+  auto record = record_of(file, unit, std::move(segmentation));
+  if (!record) return record;
+  record->row.rows = axes->rows();
+  record->row.duration_s = axes->t_s.back() - axes->t_s.front();
   return record;
 }
 
@@ -121,7 +154,7 @@ base::Result<std::vector<RunRecord>> describe_all(const SealedRun& run) {
   std::vector<RunRecord> records;
   for (const RecordedUnit& unit : run.units) {
     if (!has_rows(*file, unit.serial)) continue;
-    auto record = describe_unit_run(*file, unit.serial, unit.facts, true);
+    auto record = describe_recorded_run(*file, unit.serial, unit.facts);
     if (!record) return base::forward_error(record);
     record->row.file_name = run.path.filename().string();
     record->row.file_sha256 = run.sha256;
@@ -211,9 +244,45 @@ base::Status enter_all(db::Catalog& catalog, const SealedRun& run, std::vector<R
 
 }  // namespace
 
+std::string text_of(const PacketLoss& loss) {
+  return nlohmann::json{{"unit", loss.unit}, {"from_s", loss.from_s}, {"to_s", loss.to_s}, {"packets", loss.packets}}
+      .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+void mark_losses(std::span<const PacketLoss> losses, std::vector<calib::Segment>& segments) {
+  for (calib::Segment& segment : segments) {
+    std::uint64_t packets = 0;
+    for (const PacketLoss& loss : losses) {
+      // A row before which packets were lost, other than the segment's first.
+      if (loss.to_s > segment.t_start_s && loss.from_s <= segment.t_end_s) packets += loss.packets;
+    }
+    if (packets == 0) continue;
+    segment.findings.push_back(
+        {"lost_packets", calib::Severity::warn, std::nullopt,
+         fmt::format("{} packet{} of the unit did not arrive, by its own counter: check cable, adapter and rate",
+                     packets, packets == 1 ? "" : "s")});
+  }
+}
+
 base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit,
                                      const calib::UnitType& type) {
-  return describe_unit_run(file, unit, type, false);
+  return describe_whole_run(file, unit, type, false);
+}
+
+base::Result<RunRecord> describe_recorded_run(const db::RunFileReader& file, std::string_view unit,
+                                              const calib::UnitType& type, bool may_read_in_parts) {
+  if (!may_read_in_parts) return describe_whole_run(file, unit, type, true);
+  const auto rows = LongRunRows::open(file, unit);
+  if (!rows) return base::forward_error(rows);
+  if (!*rows) return describe_whole_run(file, unit, type, true);
+  auto run = calib::describe_long_run(**rows, type, kVisitChannel);
+  if (!run) return base::forward_error(run);
+  if (!*run) return describe_whole_run(file, unit, type, true);
+  auto record = record_of(file, unit, std::move((*run)->segmentation));
+  if (!record) return record;
+  record->row.rows = (*rows)->rows();
+  record->row.duration_s = (*run)->duration_s;
+  return record;
 }
 
 base::Result<std::vector<db::RunRow>> enter_run(db::Catalog& catalog, const SealedRun& run) {

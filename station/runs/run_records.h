@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -18,6 +19,20 @@
 
 namespace soak::station {
 
+/// Packets of a unit that were lost, by its own counter, on the way to the rows of [from_s, to_s] (device time): each
+/// before a row in it. A run file tells of them by events of this kind.
+struct PacketLoss {
+  std::string unit = {};
+  double from_s = 0.0;
+  double to_s = 0.0;
+  std::uint64_t packets = 0;
+};
+inline constexpr std::string_view kLostPacketsEvent = "lost_packets";
+/// The event's text (JSON).
+[[nodiscard]] std::string text_of(const PacketLoss& loss);
+/// Adds the finding `lost_packets` to each of the unit's segments that a loss touches.
+void mark_losses(std::span<const PacketLoss> losses, std::vector<calib::Segment>& segments);
+
 /// What the catalog gets to know of one unit's part of a run file.
 struct RunRecord {
   db::RunRow row;
@@ -30,6 +45,12 @@ struct RunRecord {
 /// name and the hashes of the file. A run at another clock rate than 1 counts as simulated.
 [[nodiscard]] base::Result<RunRecord> describe_run(const db::RunFileReader& file, std::string_view unit,
                                                    const calib::UnitType& type);
+
+/// The same of a run that soakd recorded, whose channel `visit` numbers the visits. One segment's rows are in memory at
+/// a time, where the run has set points and positions (calib/segments/long_run.h): memory does not grow with the run.
+/// `may_read_in_parts` false: all rows at once, with the same result.
+[[nodiscard]] base::Result<RunRecord> describe_recorded_run(const db::RunFileReader& file, std::string_view unit,
+                                                            const calib::UnitType& type, bool may_read_in_parts = true);
 
 struct RecordedUnit {
   std::string serial;

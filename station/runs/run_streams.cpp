@@ -183,4 +183,20 @@ base::Result<std::vector<calib::Position>> read_positions(const db::RunFileReade
   return positions;
 }
 
+base::Result<calib::Position> position_of_label(const std::string& label, const std::vector<calib::Position>& defined,
+                                                const std::string& run_id) {
+  auto position = calib::position_named(label);
+  const auto own = std::find_if(defined.begin(), defined.end(), [&](const auto& p) { return p.label == label; });
+  if (own != defined.end()) {
+    const std::string canonical = position ? position->label : label;
+    position = *own;
+    position->label = canonical;
+  }
+  if (!position) {
+    return base::corrupt(fmt::format("the run file does not define its position '{}'; restore it from a backup", label),
+                         run_id);
+  }
+  return *std::move(position);
+}
+
 }  // namespace soak::station

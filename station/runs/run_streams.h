@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -43,5 +44,10 @@ inline constexpr std::string_view kPositionsStream = "positions";
 /// The positions that were written so; none where there is no such stream.
 [[nodiscard]] base::Result<std::vector<calib::Position>> read_positions(const db::RunFileReader& file,
                                                                         std::string_view unit);
+
+/// The position of a label: one of the six, or one of `defined`. Refuses (corrupt, naming `run_id`) another.
+[[nodiscard]] base::Result<calib::Position> position_of_label(const std::string& label,
+                                                              const std::vector<calib::Position>& defined,
+                                                              const std::string& run_id);
 
 }  // namespace soak::station

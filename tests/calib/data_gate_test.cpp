@@ -73,6 +73,19 @@ TEST(DataGate, TakesADeviceThatRepeatsItsValuesAsItIs) {
   expect_clean(r);
 }
 
+TEST(DataGate, MarksAFlippedBitAndDoesNotRejectForIt) {
+  for (const Sensor sensor : {Sensor::gyro_y, Sensor::accel_x}) {
+    Recording r = still({}, 31);
+    r.sensor[index_of(sensor)][1234] = 1e9;  // far beyond any range
+    const Finding finding = only(findings_of(r));
+    EXPECT_EQ(finding.code, "spike");
+    EXPECT_EQ(finding.severity, Severity::warn);
+    EXPECT_EQ(finding.sensor, sensor);
+    const auto segments = segment(r)->segments;
+    EXPECT_EQ(segments.front().sensor[index_of(sensor)].count, r.rows() - 1);
+  }
+}
+
 TEST(DataGate, WarnsOfDropoutsAndRejectsWhereMuchIsMissing) {
   Recording r = still({}, 22);
   remove_rows(r, 1000, 1300);  // 3 s of 60: 5 %

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -205,6 +207,76 @@ TEST(FitLine, RecoversAStraightLineExactly) {
   const Line line = fit_line(std::vector<double>{1, 2, 4}, std::vector<double>{5, 7, 11});
   EXPECT_DOUBLE_EQ(line.slope, 2.0);
   EXPECT_DOUBLE_EQ(line.mean_y - line.slope * line.mean_x, 3.0);
+}
+
+std::vector<double> noise_about(double level, double sigma, std::size_t count, std::uint64_t seed) {
+  base::Random random(seed);
+  std::vector<double> samples(count);
+  for (double& v : samples) v = level + sigma * random.gaussian();
+  return samples;
+}
+
+/// The number with one bit of its float32 form flipped.
+double flipped(double value, int bit) {
+  return static_cast<double>(std::bit_cast<float>(std::bit_cast<std::uint32_t>(static_cast<float>(value)) ^
+                                                  (1U << static_cast<unsigned>(bit))));
+}
+
+TEST(Spikes, AFlippedBitIsLeftOutAsIfItsSampleHadNeverCome) {
+  // A sample among less than a hundred is more than 1 %.
+  for (const std::size_t count : {std::size_t{100}, std::size_t{600}, std::size_t{6000}}) {
+    for (const int bit : {16, 20, 25, 30, 31}) {
+      for (const std::size_t at : {std::size_t{0}, count / 2, count - 1}) {
+        auto samples = noise_about(9.8, 1e-3, count, 4 + count);
+        auto others = samples;
+        others.erase(others.begin() + static_cast<std::ptrdiff_t>(at));
+        if (bit == 16 && at != count / 2) continue;  // 62 sigma: no more than a movement that begins
+        samples[at] = flipped(samples[at], bit);
+        const SensorStatistics s = describe(samples);
+        const SensorStatistics truth = describe(others);
+        EXPECT_EQ(s.count, count - 1) << count << " samples, bit " << bit << " of number " << at;
+        EXPECT_DOUBLE_EQ(s.mean, truth.mean);
+        EXPECT_DOUBLE_EQ(s.variance, truth.variance);
+        EXPECT_EQ(find_spikes(samples, 0.0), std::vector<std::size_t>{at});
+      }
+    }
+  }
+}
+
+TEST(Spikes, NoneIsFoundInAMillionNumbersOfNoiseNorInAFewDigits) {
+  EXPECT_TRUE(find_spikes(noise_about(0.0, 1.0, 1'000'000, 8), 0.0).empty());
+  std::vector<double> few = noise_about(0.0, 0.2, 6000, 9);
+  for (double& v : few) v = std::round(v);  // mostly 0, now and then a step up or down
+  EXPECT_TRUE(find_spikes(few, 1.0).empty());
+  EXPECT_EQ(describe(few, 1.0).count, few.size());
+}
+
+TEST(Spikes, ABurstAStepAndARampAreNone) {
+  auto burst = noise_about(0.0, 1.0, 6000, 10);
+  for (std::size_t i = 3000; i < 3003; ++i) burst[i] += 1000.0;
+  EXPECT_TRUE(find_spikes(burst, 0.0).empty());
+  auto turned = noise_about(0.0, 1.0, 6000, 11);
+  for (std::size_t i = 3000; i < turned.size(); ++i) turned[i] += 1000.0;
+  EXPECT_TRUE(find_spikes(turned, 0.0).empty());
+  auto ramp = noise_about(0.0, 1.0, 6000, 12);
+  for (std::size_t i = 0; i < ramp.size(); ++i) ramp[i] += static_cast<double>(i);
+  EXPECT_TRUE(find_spikes(ramp, 0.0).empty());
+}
+
+TEST(Spikes, AMovementThatBeginsHasNone) {
+  // Two counts of noise, and the first shakes of a hand: from a recording that was turned by hand.
+  auto samples = noise_about(33090.0, 2.5, 5000, 14);
+  for (const double shake : {33122.0, 33094.0, 33052.0, 33149.0, 33076.0, 33100.0, 33129.0, 33068.0, 33120.0}) {
+    samples.push_back(shake);
+  }
+  EXPECT_TRUE(find_spikes(samples, 1.0).empty());
+}
+
+TEST(Spikes, MoreThanOneInAHundredAreNoAccident) {
+  auto samples = noise_about(0.0, 1.0, 1000, 13);
+  for (std::size_t i = 0; i < 1000; i += 50) samples[i] = 500.0;
+  EXPECT_TRUE(find_spikes(samples, 0.0).empty());
+  EXPECT_EQ(describe(samples).count, samples.size());
 }
 
 }  // namespace

@@ -165,6 +165,8 @@ TEST_F(Ahrs400Stream, ABacklogThatABufferCutOffHasItsGapBehindIt) {
   EXPECT_NEAR(bench.samples[149].t_s - bench.samples[0].t_s, 149 * 0.0155, 1e-4);
   EXPECT_NEAR(bench.samples[150].t_s - bench.samples[149].t_s, 61 * 0.0155, 1e-4);
   EXPECT_EQ(bench.imu->statistics().lost_packets, 60U);
+  EXPECT_EQ(bench.samples[149].lost, 0U);
+  EXPECT_EQ(bench.samples[150].lost, 60U);
 }
 
 TEST_F(Ahrs400Stream, AClockThatRunsOnePercentSlowShowsNoGaps) {

@@ -125,6 +125,8 @@ constexpr std::array kRemedies = {
     Remedy{"moved", kRecordAgain},
     Remedy{"knocked", kRecordAgain},
     Remedy{"wrong_position", kRecordAgain},
+    Remedy{"spike", "No action needed, they are left out; many of them point at the cable or the adapter."},
+    Remedy{"lost_packets", "Check cable, adapter and the rate that the unit sends at."},
     Remedy{"saturated", kRecordAgain},
     Remedy{"stuck", "Check the sensor and its connection, then record those segments again."},
     Remedy{"dropouts", "Check cable and logger for lost samples, then record those segments again."},

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -98,9 +99,10 @@ class Present {
 /// What stays of one sensor's samples in one segment.
 struct SensorSummary {
   bool recorded = false;
-  bool complete = false;    ///< no sample is missing
-  std::size_t samples = 0;  ///< that are there
-  Levels levels;            ///< empty without stretches
+  bool complete = false;            ///< no sample is missing
+  std::size_t samples = 0;          ///< that are there
+  Levels levels;                    ///< empty without stretches
+  std::vector<std::size_t> spikes;  ///< rows that stand alone and are left out of the means
   std::optional<Finding> saturated;
   std::optional<Finding> stuck;
   std::optional<Finding> dropouts;
@@ -146,6 +148,48 @@ struct Samples {
   [[nodiscard]] const SensorFacts& facts() const { return view.facts_of(sensor); }
 };
 
+/// Gathers the usual distance between times, segment by segment.
+class Intervals {
+ public:
+  void add(std::span<const double> times);
+  [[nodiscard]] double usual_s() const;
+
+ private:
+  std::vector<double> intervals_;  ///< the first of all, as many as are looked at
+};
+
+/// Gathers the step of a thermometer that only ever jumps by multiples of one number, from rows in order, in pieces of
+/// any length.
+class ThermometerJumps {
+ public:
+  void add(std::span<const double> t_s, std::span<const double> temp_c);
+  /// 0 for any other.
+  [[nodiscard]] double step_c() const;
+
+ private:
+  std::vector<double> jumps_;                      ///< the first of all, as many as are looked at
+  std::optional<std::pair<double, double>> last_;  ///< time and temperature of the last row
+};
+
+/// Gathers what the segments show of one sensor, segment by segment, with the samples of one in memory at a time.
+class FactGatherer {
+ public:
+  FactGatherer();
+  FactGatherer(FactGatherer&&) noexcept;
+  FactGatherer& operator=(FactGatherer&&) noexcept;
+  ~FactGatherer();
+  void add(const Present& present);
+  /// `row_interval_s`: the interval where no sample is missing.
+  [[nodiscard]] SensorFacts facts(double row_interval_s) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Sets `positions_differ` and `plateaus_differ`.
+void note_differences(std::span<const Segment> segments, Facts& facts);
+
 /// What the recording and its segments show without the sensors. `sensor` and `attitude` are left empty.
 [[nodiscard]] Facts run_facts(const Recording& recording, std::span<const Segment> segments);
 /// Usual distance in time between rows.
@@ -168,6 +212,12 @@ struct Samples {
 [[nodiscard]] double step_of(const View& view, Sensor sensor);
 
 // Of one sensor in one segment, while its samples are in memory.
+
+struct KnownTimes;
+/// Fills the sensor's summary in `state`, which is that of `segment`. `known`: what is known of the times of the
+/// segment's rows, or becomes known now.
+void summarise(const View& segment, Sensor sensor, const Present& present, std::span<const double> values,
+               SegmentState& state, KnownTimes& known);
 
 /// Samples at the range of the type, or piled up at the extreme value.
 [[nodiscard]] std::optional<Finding> saturated(const Samples& samples);

@@ -126,20 +126,6 @@ double usual_interval_s(const std::vector<double>& intervals) {
   return mean_s > 2.0 * middle_s ? mean_s : middle_s;
 }
 
-/// Gathers intervals of times, segment by segment.
-class Intervals {
- public:
-  void add(std::span<const double> times) {
-    for (std::size_t i = 1; i < times.size() && intervals_.size() < kIntervalsLooked; ++i) {
-      intervals_.push_back(times[i] - times[i - 1]);
-    }
-  }
-  [[nodiscard]] double usual_s() const { return usual_interval_s(intervals_); }
-
- private:
-  std::vector<double> intervals_;
-};
-
 /// Gathers one sensor's facts segment by segment.
 class Gatherer {
  public:
@@ -215,28 +201,57 @@ class Gatherer {
   std::vector<std::size_t> runs_ = std::vector<std::size_t>(kLongestRunCounted + 1, 0);
 };
 
-/// Jumps of a thermometer between neighbouring rows.
-std::vector<double> jumps_of(std::span<const double> t_s, const std::vector<double>& temp_c) {
-  std::vector<double> jumps;
-  for (std::size_t i = 1; i < temp_c.size() && jumps.size() < kJumpsLooked; ++i) {
-    const double jump = std::abs(temp_c[i] - temp_c[i - 1]);
-    if (jump > 0.0 && jump <= kLargestJump_c && t_s[i] - t_s[i - 1] <= kLongestJump_s) jumps.push_back(jump);
+}  // namespace
+
+void Intervals::add(std::span<const double> times) {
+  for (std::size_t i = 1; i < times.size() && intervals_.size() < kIntervalsLooked; ++i) {
+    intervals_.push_back(times[i] - times[i - 1]);
   }
-  return jumps;
 }
 
-/// Step of a thermometer that only ever jumps by multiples of one number; 0 for any other.
-double lattice_step(std::span<const double> t_s, const std::vector<double>& temp_c) {
-  const std::vector<double> jumps = jumps_of(t_s, temp_c);
-  if (jumps.size() < kFewestJumps) return 0.0;
-  const double step = *std::min_element(jumps.begin(), jumps.end());
-  const bool lattice = std::all_of(jumps.begin(), jumps.end(), [&](double jump) {
+double Intervals::usual_s() const { return usual_interval_s(intervals_); }
+
+void ThermometerJumps::add(std::span<const double> t_s, std::span<const double> temp_c) {
+  for (std::size_t i = 0; i < temp_c.size() && jumps_.size() < kJumpsLooked; ++i) {
+    if (last_) {
+      const double jump = std::abs(temp_c[i] - last_->second);
+      if (jump > 0.0 && jump <= kLargestJump_c && t_s[i] - last_->first <= kLongestJump_s) jumps_.push_back(jump);
+    }
+    last_ = {t_s[i], temp_c[i]};
+  }
+}
+
+double ThermometerJumps::step_c() const {
+  if (jumps_.size() < kFewestJumps) return 0.0;
+  const double step = *std::min_element(jumps_.begin(), jumps_.end());
+  const bool lattice = std::all_of(jumps_.begin(), jumps_.end(), [&](double jump) {
     return std::abs(jump / step - std::round(jump / step)) < kOffStep;
   });
   return lattice ? step : 0.0;
 }
 
-}  // namespace
+struct FactGatherer::Impl {
+  Gatherer gatherer;
+  Intervals intervals;
+  bool complete = true;
+};
+
+FactGatherer::FactGatherer() : impl_(std::make_unique<Impl>()) {}
+FactGatherer::FactGatherer(FactGatherer&&) noexcept = default;
+FactGatherer& FactGatherer::operator=(FactGatherer&&) noexcept = default;
+FactGatherer::~FactGatherer() = default;
+
+void FactGatherer::add(const Present& present) {
+  impl_->gatherer.add(present);
+  impl_->intervals.add(present.t_s());
+  impl_->complete = impl_->complete && present.complete();
+}
+
+SensorFacts FactGatherer::facts(double row_interval_s) const {
+  SensorFacts facts = impl_->gatherer.facts();
+  facts.interval_s = impl_->complete ? row_interval_s : impl_->intervals.usual_s();
+  return facts;
+}
 
 Present::Present(std::span<const double> t_s, std::span<const double> values, bool complete)
     : values_(values), t_s_(t_s) {
@@ -328,30 +343,31 @@ double row_interval_s(const Recording& recording, std::span<const SegmentState> 
 }
 
 SensorFacts sensor_facts(std::span<const Present> presents, double row_interval_s) {
-  Gatherer gatherer;
-  Intervals intervals;
-  bool complete = true;
-  for (const Present& present : presents) {
-    gatherer.add(present);
-    intervals.add(present.t_s());
-    complete = complete && present.complete();
-  }
-  SensorFacts facts = gatherer.facts();
-  facts.interval_s = complete ? row_interval_s : intervals.usual_s();
-  return facts;
+  FactGatherer gatherer;
+  for (const Present& present : presents) gatherer.add(present);
+  return gatherer.facts(row_interval_s);
 }
 
-Facts run_facts(const Recording& recording, std::span<const Segment> segments) {
-  Facts facts;
-  for (const Sensor sensor : kSensors) {
-    const std::size_t s = index_of(sensor);
-    facts.sensor_temp_step_c[s] = lattice_step(recording.t_s, recording.sensor_temp_c[s]);
-  }
+void note_differences(std::span<const Segment> segments, Facts& facts) {
   for (const Segment& segment : segments) {
     facts.positions_differ = facts.positions_differ || segment.key.position != segments.front().key.position;
     facts.plateaus_differ = facts.plateaus_differ || segment.plateau_c != segments.front().plateau_c;
   }
-  facts.temp_step_c = lattice_step(recording.t_s, recording.temp_c);
+}
+
+Facts run_facts(const Recording& recording, std::span<const Segment> segments) {
+  const auto step_c = [&](const std::vector<double>& temp_c) {
+    ThermometerJumps jumps;
+    jumps.add(recording.t_s, temp_c);
+    return jumps.step_c();
+  };
+  Facts facts;
+  for (const Sensor sensor : kSensors) {
+    const std::size_t s = index_of(sensor);
+    facts.sensor_temp_step_c[s] = step_c(recording.sensor_temp_c[s]);
+  }
+  note_differences(segments, facts);
+  facts.temp_step_c = step_c(recording.temp_c);
   return facts;
 }
 

@@ -9,6 +9,7 @@
 
 #include "calib/segments/detail/gate.h"
 #include "calib/segments/detail/sample_scan.h"
+#include "calib/segments/statistics.h"
 
 namespace soak::calib::gate {
 namespace {
@@ -207,6 +208,28 @@ void add_each(const View& view, std::optional<Finding> SensorSummary::* check, s
   }
 }
 
+/// Whether another sensor stands out in the same row: then it was a knock.
+bool hit_elsewhere(const View& view, Sensor sensor, std::size_t row) {
+  return std::ranges::any_of(kSensors, [&](Sensor other) {
+    const auto& hits = view.levels_of(other).hits;
+    return other != sensor && std::ranges::binary_search(hits, row, {}, &Hit::row);
+  });
+}
+
+void add_spikes(const View& view, std::vector<Finding>& findings) {
+  for (const Sensor sensor : kSensors) {
+    std::vector<std::size_t> rows = view.summary_of(sensor).spikes;
+    std::erase_if(rows, [&](std::size_t row) { return hit_elsewhere(view, sensor, row); });
+    if (rows.empty()) continue;
+    findings.push_back(
+        {"spike", Severity::warn, sensor,
+         fmt::format("{}: {} of {} samples stand{} alone beyond {:.0f} sigma, the first at {:.2f} s: left out of the "
+                     "means; a flipped bit on the wire looks so",
+                     name_of(sensor), rows.size(), view.rows(), rows.size() == 1 ? "s" : "", kSpikeSigmas,
+                     view.t_s()[rows.front()])});
+  }
+}
+
 /// One for the whole segment. Sensors without missing samples share their times: the first of them speaks for all.
 void add_irregular_sampling(const View& view, std::vector<Finding>& findings) {
   bool judged_complete = false;
@@ -322,6 +345,7 @@ std::optional<Finding> irregular_sampling(const Samples& samples, double share) 
 }
 
 void sensor_findings(const View& view, std::vector<Finding>& findings) {
+  add_spikes(view, findings);
   add_each(view, &SensorSummary::saturated, findings);
   add_each(view, &SensorSummary::stuck, findings);
   add_each(view, &SensorSummary::dropouts, findings);

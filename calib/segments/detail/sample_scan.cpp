@@ -158,6 +158,23 @@ std::vector<double> thinned(std::span<const double> values, std::size_t most) {
   return result;
 }
 
+void Thinner::add(std::span<const double> values) {
+  for (std::size_t i = 0; i < values.size();) {
+    if (to_next_ == 0) {
+      to_next_ = stride_;
+      open_ = true;
+    }
+    const std::size_t end = i + std::min(to_next_, values.size() - i);
+    to_next_ -= end - i;
+    for (; open_ && i < end; ++i) {
+      if (std::isnan(values[i])) continue;
+      taken_.push_back(values[i]);
+      open_ = false;
+    }
+    i = end;
+  }
+}
+
 Deviation deviation_from(std::span<const double> values, double level) {
   Lanes sum{};
   Lanes peak{};

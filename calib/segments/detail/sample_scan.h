@@ -27,6 +27,20 @@ void minutes_since(std::span<const double> t_s, double start_s, std::span<double
 /// in few rows the next one after such a row.
 [[nodiscard]] std::vector<double> thinned(std::span<const double> values, std::size_t most);
 
+/// The same for samples that come in pieces of any length: `rows` in all.
+class Thinner {
+ public:
+  Thinner(std::size_t rows, std::size_t most) : stride_(rows / most + 1) {}
+  void add(std::span<const double> values);
+  [[nodiscard]] std::vector<double>& taken() { return taken_; }
+
+ private:
+  std::size_t stride_;
+  std::size_t to_next_ = 0;  ///< rows until the next group of stride_ begins
+  bool open_ = false;        ///< nothing was taken of this group
+  std::vector<double> taken_;
+};
+
 /// Samples about a level. NaN samples make `sum` NaN and are not seen by `peak`.
 struct Deviation {
   double sum = 0.0;   ///< of the samples less the level

@@ -173,7 +173,10 @@ bool StreamImu::follow() {
       begin_setup();
     }
   }
-  if (follows) statistics_.lost_packets += protocol_->lost_packets();
+  if (follows) {
+    statistics_.lost_packets += protocol_->lost_packets();
+    pending_lost_ += protocol_->lost_packets();
+  }
   return follows;
 }
 
@@ -197,6 +200,7 @@ void StreamImu::append_sample(const UnitPacket& packet, std::vector<ImuSample>& 
   sample_s_ = sample.t_s;
   sample.power_on = power_on_;
   sample.packet = packet.counter;
+  sample.lost = std::exchange(pending_lost_, 0);
   sample.rate_rps = packet.rate_rps;
   sample.accel_mps2 = packet.accel_mps2;
   sample.temp_c = std::exchange(pending_temp_c_, std::nullopt);
@@ -286,6 +290,7 @@ void StreamImu::notice_restart() {
   ++power_on_;
   protocol_->restart_clock();
   pending_temp_c_.reset();
+  pending_lost_ = 0;
   sample_s_.reset();
   next_temp_s_ = 0.0;
 }

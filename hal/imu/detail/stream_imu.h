@@ -96,6 +96,7 @@ class StreamImu final : public Imu {
 
   std::uint32_t power_on_ = 0;
   std::optional<float> pending_temp_c_;
+  std::uint32_t pending_lost_ = 0;  ///< packets lost since the last sample
   std::optional<double> sample_s_;  ///< device time of the last sample since power-on
   double next_temp_s_ = 0.0;        ///< device time before which readings of the thermometer are passed over
   std::optional<ImuIdentity> identity_;

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sealing beside the engine's thread: the chamber is supervised and an abort reaches it while a run of millions of rows
+// is sealed. The sealing thread is held until that was seen; no clock is asked.
+#include <gtest/gtest.h>
+
+#include <condition_variable>
+#include <mutex>
+
+#include "station/lab/safe_end.h"
+#include "station/lab/steps.h"
+#include "tests/station/lab_bench.h"
+
+namespace soak::station {
+namespace {
+
+using namespace lab_bench;
+
+/// Holds whoever comes until it is opened.
+class Gate {
+ public:
+  void pass() {
+    std::unique_lock lock(mutex_);
+    reached_ = true;
+    changed_.notify_all();
+    changed_.wait(lock, [&] { return open_; });
+  }
+  void wait_until_reached() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return reached_; });
+  }
+  void open() {
+    const std::lock_guard lock(mutex_);
+    open_ = true;
+    changed_.notify_all();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool reached_ = false;
+  bool open_ = false;
+};
+
+class RunSealing : public LabBench {
+ protected:
+  void TearDown() override {
+    gate_.open();
+    LabBench::TearDown();
+  }
+
+  /// Records `polls` times `rows` rows at a plateau.
+  void record(int polls, std::size_t rows) {
+    PlannedRun run;
+    run.label = "R01";
+    ASSERT_TRUE(station_->begin_run(run));
+    station_->set_plateau(60.0, calib::Sweep::up, 0);
+    stream_.rows_per_poll = rows;
+    for (int i = 0; i < polls; ++i) ASSERT_TRUE(station_->poll());
+    stream_.rows_per_poll = 1;
+  }
+
+  std::unique_ptr<StepTask> power_off() const {
+    Step step;
+    step.kind = StepKind::power_off;
+    return make_task(station_->campaign.plan, step);
+  }
+
+  Gate gate_;
+};
+
+TEST_F(RunSealing, AnAbortReachesTheChamberWhileMillionsOfRowsAreSealed) {
+  constexpr std::size_t kRows = 2'000'000;
+  record(20, kRows / 20);
+  station_->sealer.before_work = [&] { gate_.pass(); };
+  const auto task = power_off();
+  ASSERT_EQ(task->poll(*station_).state, StepState::running);
+  gate_.wait_until_reached();
+  const int reads_before = chamber_.reads;
+  int turns = 0;
+  turns_until([&] {
+    EXPECT_EQ(task->poll(*station_).state, StepState::running) << "the run is not in the catalog yet";
+    return chamber_.reads >= reads_before + 5 && ++turns >= 50;
+  });
+  EXPECT_TRUE(catalog_->runs({})->empty());
+  // The abort: the chamber is driven, and off, while the file is still held.
+  SafeEnd safe_end("aborted", 25.0, false, true);
+  bool over = false;
+  turns_until([&] {
+    over = safe_end.poll(*station_);
+    return over || !chamber_.running;
+  });
+  EXPECT_FALSE(over);
+  EXPECT_EQ(chamber_.set_point_c, 25.0);
+  EXPECT_FALSE(chamber_.running);
+  gate_.open();
+  turns_until([&] { return safe_end.poll(*station_); });
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 1U);
+  EXPECT_EQ(runs->front().rows, kRows);
+  EXPECT_TRUE(runs->front().sealed);
+  EXPECT_FALSE(runs->front().voided) << "it was complete before the abort";
+  EXPECT_TRUE(catalog_->check_run_file(runs->front()));
+}
+
+TEST_F(RunSealing, AFailureComesBackAndTheSafeEndTriesAgain) {
+  record(2, 1000);
+  ASSERT_TRUE(station_->flush());
+  const auto path = folder_ / "runs" / (station_->run_id() + ".soakrun");
+  std::optional<db::RunFileReader> reader = db::RunFileReader::open(path).value();
+  const auto task = power_off();
+  StepProgress progress;
+  turns_until([&] {
+    progress = task->poll(*station_);
+    return progress.state != StepState::running;
+  });
+  EXPECT_EQ(progress.state, StepState::failed) << "somebody else has the file open";
+  EXPECT_TRUE(catalog_->runs({})->empty());
+  reader.reset();
+  SafeEnd safe_end("the disk was full", 25.0, true, false);
+  turns_until([&] { return safe_end.poll(*station_); });
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 1U);
+  EXPECT_EQ(runs->front().rows, 2000U);
+  EXPECT_TRUE(runs->front().voided) << "it has no segment";
+}
+
+TEST_F(RunSealing, WhatIsLeftBehindIsEnteredBesideTheLoop) {
+  record(2, 1000);
+  const std::string run_id = station_->run_id();
+  ASSERT_TRUE(station_->flush());
+  station_->leave_run();
+  station_->sealer.before_work = [&] { gate_.pass(); };
+  ASSERT_FALSE(station_->enter_left_runs().value());
+  gate_.wait_until_reached();
+  int turns = 0;
+  turns_until([&] {
+    EXPECT_FALSE(station_->enter_left_runs().value());
+    return ++turns >= 50;
+  });
+  gate_.open();
+  turns_until([&] { return station_->enter_left_runs().value(); });
+  ASSERT_EQ(catalog_->runs({})->size(), 1U);
+  EXPECT_EQ(catalog_->runs({})->front().run_id, run_id);
+}
+
+}  // namespace
+}  // namespace soak::station
