@@ -2,11 +2,13 @@
 // Lines of temperature over process time: chamber air, set point and one line a unit.
 
 import { Axis, multiples, niceStep, svg } from "./axes.mjs";
-import { duration, number } from "./format.mjs";
+import { clock, duration, number } from "./format.mjs";
 import { Plot } from "./plot.mjs";
 
 const MARGIN = { top: 24, right: 14, bottom: 26, left: 46 };
 const MAX_POINTS = 8000;
+const LONGEST_GAP_S = 60; // host time between two points; the station's stream is never silent for longer
+const DAY_S = 86400;
 const COLOURS = 8;
 const TIME_STEPS_S = [1, 2, 5, 10, 30, 60, 120, 300, 600, 1800, 3600, 7200, 14400, 21600, 43200, 86400, 172800, 604800];
 
@@ -20,9 +22,24 @@ function timeLabel(t_s, step_s) {
   return minutes ? `${hours} h ${String(minutes).padStart(2, "0")}` : `${hours} h`;
 }
 
+/** "14:30", at midnight "26 Nov", with seconds where the ticks are that close. */
+function clockLabel(utc_s, step_s) {
+  const date = new Date(utc_s * 1000);
+  if (step_s >= 60 && date.getHours() === 0 && date.getMinutes() === 0) {
+    return date.toLocaleDateString("en-GB", { day: "numeric", month: "short" });
+  }
+  return date.toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit", ...(step_s < 60 && { second: "2-digit" }) });
+}
+
+/** Seconds that local time is ahead of UTC then. */
+const zone_s = (utc_s) => -60 * new Date(utc_s * 1000).getTimezoneOffset();
+
 export class Chart extends Plot {
   #t_s = [];
   #series = new Map();
+  #gap_s = LONGEST_GAP_S; // more between two points: nothing is known of the time between
+  #rate = 1;
+  #utcAtZero_s = 0; // host time at process time 0
 
   /** `host` holds the drawing, `legend` (a list) the names and values. */
   constructor(host, legend) {
@@ -30,13 +47,16 @@ export class Chart extends Plot {
     this.#clear();
   }
 
-  /** Starts over with the document of GET /history. */
-  setHistory(history) {
+  /** Starts over with the document of GET /history; `clock`: that of the status document. */
+  setHistory(history, clock) {
     this.#clear();
-    this.#t_s = [...history.t_s];
-    this.#line("chamber").values = [...history.chamber_c];
-    this.#line("set").values = [...history.set_point_c];
-    for (const [serial, values] of Object.entries(history.units)) this.#unitLine(serial).values = [...values];
+    this.#setClock(clock);
+    const steps_s = history.t_s.slice(1).map((t_s, i) => t_s - history.t_s[i]).sort((a, b) => a - b);
+    this.#gap_s = Math.max(LONGEST_GAP_S * Math.max(1, this.#rate), 4 * (steps_s[steps_s.length >> 1] ?? 0));
+    const units = Object.entries(history.units);
+    history.t_s.forEach((t_s, i) => {
+      this.#add(t_s, history.chamber_c[i], history.set_point_c[i], units.map(([serial, values]) => [serial, values[i]]));
+    });
     this.redraw();
   }
 
@@ -44,10 +64,9 @@ export class Chart extends Plot {
   append(status) {
     const t_s = status.clock.process_s;
     if (this.#t_s.length > 0 && t_s <= this.#t_s.at(-1)) return;
-    this.#t_s.push(t_s);
-    this.#line("chamber").values[this.#t_s.length - 1] = status.chamber.air_c;
-    this.#line("set").values[this.#t_s.length - 1] = status.chamber.set_point_c;
-    for (const unit of status.units) this.#unitLine(unit.serial).values[this.#t_s.length - 1] = unit.temp_c;
+    this.#setClock(status.clock);
+    const { air_c, set_point_c } = status.chamber;
+    this.#add(t_s, air_c, set_point_c, status.units.map((unit) => [unit.serial, unit.temp_c]));
     if (this.#t_s.length > MAX_POINTS) this.#thin();
     this.redraw();
   }
@@ -58,7 +77,7 @@ export class Chart extends Plot {
   }
 
   get title() {
-    return "Temperatures over process time";
+    return "Temperatures over time";
   }
 
   get abscissae() {
@@ -78,7 +97,8 @@ export class Chart extends Plot {
   }
 
   where(index) {
-    return this.cursor === null ? "" : `at ${duration(this.#t_s[index])}`;
+    if (this.cursor === null) return "";
+    return this.#rate === 1 ? `at ${clock(this.#utcAtZero_s + this.#t_s[index])}` : `after ${duration(this.#t_s[index] - this.#t_s[0])}`;
   }
 
   get axes() {
@@ -95,11 +115,39 @@ export class Chart extends Plot {
     }
     const rough = ((times.high - times.low) * 84) / (box.right + MARGIN.right);
     const stepS = TIME_STEPS_S.find((s) => s >= rough) ?? niceStep(rough);
-    for (const t of multiples(times.low, times.high, stepS)) {
+    for (const { t, text } of this.#timeTicks(times, stepS)) {
       nodes.push(svg("line", { x1: x(t), x2: x(t), y1: box.bottom, y2: box.bottom + 5 }));
-      nodes.push(svg("text", { x: x(t), y: box.bottom + 20, "text-anchor": "middle" }, timeLabel(t, stepS)));
+      nodes.push(svg("text", { x: x(t), y: box.bottom + 20, "text-anchor": "middle" }, text));
     }
     return nodes;
+  }
+
+  /** Times of day; with a clock that runs at another rate, process time since the first point. */
+  #timeTicks({ low, high }, step_s) {
+    if (this.#rate !== 1) {
+      return multiples(0, high - low, step_s).map((t_s) => ({ t: low + t_s, text: timeLabel(t_s, step_s) }));
+    }
+    const ahead_s = this.#utcAtZero_s + zone_s(this.#utcAtZero_s + low); // local time at process time 0
+    return multiples(low + ahead_s, high + ahead_s, step_s).map((local_s) => {
+      const t = local_s - ahead_s;
+      return { t, text: clockLabel(this.#utcAtZero_s + t, Math.min(step_s, DAY_S)) };
+    });
+  }
+
+  #setClock({ rate, process_s, utc_s }) {
+    this.#rate = rate;
+    this.#utcAtZero_s = utc_s - process_s / rate;
+  }
+
+  /** `units`: serial number and °C of each. A point without values parts what lies too far from each other. */
+  #add(t_s, chamber_c, set_point_c, units) {
+    const last_s = this.#t_s.at(-1);
+    if (last_s !== undefined && t_s - last_s > this.#gap_s) this.#t_s.push((last_s + t_s) / 2);
+    this.#t_s.push(t_s);
+    const at = this.#t_s.length - 1;
+    this.#line("chamber").values[at] = chamber_c;
+    this.#line("set").values[at] = set_point_c;
+    for (const [serial, temp_c] of units) this.#unitLine(serial).values[at] = temp_c;
   }
 
   #times() {
@@ -127,7 +175,7 @@ export class Chart extends Plot {
     this.moveCursor(null);
     this.#series = new Map([
       ["chamber", { name: "chamber", style: "chamber", values: [] }],
-      ["set", { name: "set point", style: "set", values: [] }],
+      ["set", { name: "set point", style: "set", values: [], steps: true }],
     ]);
   }
 

@@ -26,6 +26,24 @@ export function duration(seconds) {
   return `${whole} s`;
 }
 
+/** "12 min", "3 h 20 min", "40 s": what is good enough for a look from afar. */
+export function shortDuration(seconds) {
+  if (seconds < 60) return `${Math.round(seconds)} s`;
+  const minutes = Math.round(seconds / 60);
+  if (minutes < 60) return `${minutes} min`;
+  return minutes % 60 ? `${Math.floor(minutes / 60)} h ${minutes % 60} min` : `${minutes / 60} h`;
+}
+
+/** "14:05", "tomorrow 04:12", "Thu 26 Nov, 04:12" (local time) of a time in seconds since 1970. */
+export function timeOfDay(utc_s, now_s) {
+  const [date, today] = [new Date(utc_s * 1000), new Date(now_s * 1000)];
+  const time = date.toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit" });
+  const days = Math.round((new Date(date).setHours(0, 0, 0, 0) - today.setHours(0, 0, 0, 0)) / 86400000);
+  if (days === 0) return time;
+  if (days === 1) return `tomorrow ${time}`;
+  return `${date.toLocaleDateString("en-GB", { weekday: "short", day: "numeric", month: "short" })}, ${time}`;
+}
+
 /** A count with thin spaces between thousands. */
 export function count(value) {
   return String(value).replace(/\B(?=(\d{3})+$)/g, "\u202f");

@@ -8,7 +8,8 @@ import { element } from "./dom.mjs";
 /**
  * A chart derives from this and says what it shows:
  *   abscissae        of the points, rising
- *   lines            {name, style, values}: a value for each abscissa, null or undefined where it is not known
+ *   lines            {name, style, values, steps}: a value for each abscissa, null or undefined where it is not known; with
+ *                    `steps` each holds until the next
  *   title            for those who cannot see it
  *   axes             {x, y}: Axis of the abscissae, Axis of the values
  *   grid(box)        nodes behind the lines; box: {left, right, top, bottom}
@@ -72,7 +73,7 @@ export class Plot {
     grid.append(...this.grid(box));
     root.append(grid);
     for (const line of this.lines) {
-      root.append(svg("path", { d: this.#path(line.values, x, y), class: `line ${line.style}` }));
+      root.append(svg("path", { d: this.#path(line, x, y), class: `line ${line.style}` }));
     }
     if (this.#cursor !== null) root.append(this.#cursorMarks(box, x, y));
     this.#host.replaceChildren(root);
@@ -80,17 +81,21 @@ export class Plot {
   }
 
   /** At most four points for each column of pixels: first, lowest, highest, last. A value that is not known is a gap. */
-  #path(values, x, y) {
+  #path({ values, steps }, x, y) {
     const abscissae = this.abscissae;
     const parts = [];
     let pen = "M";
     let column = null;
+    let height = null; // of the point before
     const flush = () => {
       if (!column) return;
       const seen = new Set([column.first, column.low, column.high, column.last]);
       for (const i of [...seen].sort((a, b) => a - b)) {
-        parts.push(`${pen}${x(abscissae[i]).toFixed(1)} ${y(values[i]).toFixed(1)}`);
+        const [across, up] = [x(abscissae[i]).toFixed(1), y(values[i]).toFixed(1)];
+        if (steps && pen === "L" && up !== height) parts.push(`L${across} ${height}`);
+        parts.push(`${pen}${across} ${up}`);
         pen = "L";
+        height = up;
       }
       column = null;
     };

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <map>
@@ -252,6 +253,22 @@ void read_place(const Table& root, StationConfig& config) {
   }
 }
 
+/// Names as a browser sends them, without port: "lab-pc", "soak.lab.example".
+std::vector<std::string> read_host_names(const settings::Table& root) {
+  std::vector<std::string> names = root.texts("allowed_hosts");
+  for (std::string& name : names) {
+    std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const bool sound = !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
+      return std::isalnum(c) != 0 || c == '-' || c == '.';
+    });
+    if (sound) continue;
+    root.refuse("allowed_hosts",
+                "'allowed_hosts' must list names without port, as in [\"lab-pc\", \"soak.example.org\"]");
+    return {};
+  }
+  return names;
+}
+
 void read_service(const settings::Table& root, const std::filesystem::path& folder, StationConfig& config) {
   config.listen = root.text("listen", config.listen);
   const auto colon = config.listen.rfind(':');
@@ -259,6 +276,7 @@ void read_service(const settings::Table& root, const std::filesystem::path& fold
   if (colon == 0 || !port || *port < 0 || *port > 65535) {
     root.refuse("listen", "'listen' must be HOST:PORT, as in \"127.0.0.1:8088\"");
   }
+  if (root.has("allowed_hosts")) config.allowed_hosts = read_host_names(root);
   if (root.has("data")) config.data = path_in(root, "data", folder);
   config.clock_rate = root.section("clock").number("rate", {0.001, 1e6}, config.clock_rate);
 }

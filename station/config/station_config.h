@@ -46,6 +46,7 @@ using UnitPowerSource = std::variant<PowerByHand, PowerFromChamber, hal::DeviceM
 struct StationConfig {
   std::string file;
   std::string listen = "127.0.0.1:8088";
+  std::vector<std::string> allowed_hosts;  ///< names by which browsers may ask for it, in small letters
   double clock_rate = 1.0;
   std::filesystem::path data;             ///< empty = as for `soak`
   std::filesystem::path unit_types;       ///< folder of unit types

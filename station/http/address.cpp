@@ -2,6 +2,7 @@
 #include "station/http/address.h"
 
 #include <arpa/inet.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -12,10 +13,13 @@
 namespace soak::station {
 namespace {
 
-bool is_known_host(const std::string& host, const std::string& listen_host) {
+bool is_known_host(const std::string& host, const std::vector<std::string>& names) {
   constexpr std::array<std::string_view, 3> kLocal = {"localhost", "127.0.0.1", "::1"};
-  if (host == listen_host || std::find(kLocal.begin(), kLocal.end(), host) != kLocal.end()) return true;
-  const bool listens_everywhere = listen_host == "0.0.0.0" || listen_host == "::";
+  const auto is_name = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  if (is_name(host) || std::find(kLocal.begin(), kLocal.end(), host) != kLocal.end()) return true;
+  const bool listens_everywhere = is_name("0.0.0.0") || is_name("::");
   return listens_everywhere && is_numeric_address(host);
 }
 
@@ -60,8 +64,16 @@ bool is_numeric_address(const std::string& host) {
   return ::inet_pton(AF_INET, host.c_str(), &bytes) == 1 || ::inet_pton(AF_INET6, host.c_str(), &bytes) == 1;
 }
 
-std::optional<std::string> why_refused(const RequestOrigin& request, const std::string& listen_host) {
-  if (!is_known_host(host_of(request.host), listen_host)) {
+std::vector<std::string> names_of_machine() {
+  std::array<char, 256> buffer{};
+  if (::gethostname(buffer.data(), buffer.size() - 1) != 0 || buffer[0] == '\0') return {};
+  const std::string name = host_of(buffer.data());
+  const std::string first = name.substr(0, name.find('.'));
+  return {name, first, first + ".local"};
+}
+
+std::optional<std::string> why_refused(const RequestOrigin& request, const std::vector<std::string>& names) {
+  if (!is_known_host(host_of(request.host), names)) {
     return "the request is for host '" + request.host + "', which is not one of this station's names or addresses";
   }
   if (request.origin && *request.origin != "http://" + request.host) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/result.h"
 
@@ -30,6 +31,10 @@ struct HostPort {
 /// Whether `host` is a numeric IPv4 or IPv6 address, which no name server can point elsewhere.
 [[nodiscard]] bool is_numeric_address(const std::string& host);
 
+/// This machine's own name, its first part, and that part as it is called on a local network (RFC 6762):
+/// "pc.lab.example", "pc", "pc.local". In small letters; none where it has none.
+[[nodiscard]] std::vector<std::string> names_of_machine();
+
 /// What a request says about where it comes from.
 struct RequestOrigin {
   std::string host;                   ///< Host header
@@ -39,9 +44,11 @@ struct RequestOrigin {
 /// Why a request is refused, or nothing where it may pass. A page of another site can make a browser send requests to
 /// this machine; two things give it away:
 /// - its own name stands in the Host header (also once a name server points that name here: DNS rebinding). Hosts that
-///   pass: the one listened on, localhost, 127.0.0.1, [::1]; with a wildcard address (0.0.0.0, [::]) any numeric one.
-///   Ports are not compared: a tunnel may change them;
+///   pass: those of `names` (the one listened on, this machine's, the configuration's), localhost, 127.0.0.1, [::1];
+///   with a wildcard address (0.0.0.0, [::]) among them any numeric one. Ports are not compared: a tunnel may change
+///   them;
 /// - its own name stands in the Origin header, which must name the same host and port as Host.
-[[nodiscard]] std::optional<std::string> why_refused(const RequestOrigin& request, const std::string& listen_host);
+[[nodiscard]] std::optional<std::string> why_refused(const RequestOrigin& request,
+                                                     const std::vector<std::string>& names);
 
 }  // namespace soak::station

@@ -17,21 +17,23 @@ using Parameter = std::optional<std::string>;
 
 constexpr std::size_t kLongestLine = 200;
 
-Result<json> answer_status(const StationService& lab, const Parameter&, std::int64_t) { return lab.status(); }
+Result<json> answer_status(StationService& lab, const Parameter&, std::int64_t) { return lab.status(); }
 
-Result<json> answer_plan(const StationService& lab, const Parameter&, std::int64_t) { return lab.plan(); }
+Result<json> answer_plan(StationService& lab, const Parameter&, std::int64_t) { return lab.plan(); }
 
-Result<json> answer_history(const StationService& lab, const Parameter& after_s, std::int64_t) {
+Result<json> answer_history(StationService& lab, const Parameter& after_s, std::int64_t) {
   const auto value = base::parse_double(after_s.value_or("-1"));
   if (!value) return base::bad_input("'" + *after_s + "' is not a number of seconds", "after_s");
   return lab.history(*value);
 }
 
-Result<json> answer_noise(const StationService& lab, const Parameter& unit, std::int64_t) {
+Result<json> answer_stored(StationService& lab, const Parameter&, std::int64_t) { return lab.stored(); }
+
+Result<json> answer_noise(StationService& lab, const Parameter& unit, std::int64_t) {
   return lab.noise(unit.value_or(""));
 }
 
-Result<json> answer_log(const StationService& lab, const Parameter& after, std::int64_t newest_log) {
+Result<json> answer_log(StationService& lab, const Parameter& after, std::int64_t newest_log) {
   const auto value = base::parse_int(after.value_or("0"));
   if (!value) return base::bad_input("'" + *after + "' is not the number of a log entry", "after");
   return lab.log(*value >= 0 ? *value : std::max<std::int64_t>(0, newest_log + *value));
@@ -146,11 +148,9 @@ Result<json> do_confirm(StationService& lab, const json& body) {
 }  // namespace
 
 const std::vector<ApiQuestion>& api_questions() {
-  static const std::vector<ApiQuestion> questions = {{"status", "", answer_status},
-                                                     {"plan", "", answer_plan},
-                                                     {"history", "after_s", answer_history},
-                                                     {"noise", "unit", answer_noise},
-                                                     {"log", "after", answer_log}};
+  static const std::vector<ApiQuestion> questions = {
+      {"status", "", answer_status}, {"plan", "", answer_plan},       {"history", "after_s", answer_history},
+      {"stored", "", answer_stored}, {"noise", "unit", answer_noise}, {"log", "after", answer_log}};
   return questions;
 }
 

@@ -18,7 +18,7 @@ struct ApiQuestion {
   std::string_view name;
   std::string_view parameter;
   /// `newest_log` is the number of the newest log entry.
-  base::Result<nlohmann::json> (*answer)(const StationService& lab, const std::optional<std::string>& parameter,
+  base::Result<nlohmann::json> (*answer)(StationService& lab, const std::optional<std::string>& parameter,
                                          std::int64_t newest_log);
 };
 

@@ -80,7 +80,7 @@ base::Status run_daemon(const DaemonOptions& options) {
   if (!lock) return base::forward_error(lock);
   const auto engine = Engine::make(*config, *catalog);
   if (!engine) return base::forward_error(engine);
-  HttpServer server(**engine, config->listen, catalog->data_folder());
+  HttpServer server(**engine, config->listen, catalog->data_folder(), config->allowed_hosts);
   const auto port = server.start();
   if (!port) return base::forward_error(port);
   const std::string address = to_text({parse_host_port(config->listen)->host, *port});

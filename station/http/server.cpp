@@ -19,6 +19,7 @@
 #include "station/http/event_feed.h"
 #include "station/http/metrics.h"
 #include "station/http/web_files.h"
+#include "station/report/html.h"
 
 namespace soak::station {
 namespace {
@@ -70,6 +71,20 @@ std::string content_type(std::string_view name) {
   return "text/javascript; charset=utf-8";
 }
 
+/// Whether somebody looks at the answer in a browser.
+bool wants_page(const httplib::Request& request) {
+  return request.get_header_value("Accept").find("text/html") != std::string::npos;
+}
+
+/// What somebody reads who has typed a name that this station does not go by.
+std::string refusal_page(const std::string& why, const HostPort& address) {
+  const std::string own = html::escaped(to_text(address));
+  return "<!doctype html><html lang=\"en\"><title>Soak: not at this address</title><h1>Not at this address</h1><p>" +
+         html::escaped(why) + ".</p><p>The station listens at <a href=\"http://" + own + "/\">http://" + own +
+         "/</a>. To reach it by another name, write that name into its configuration, as in <code>allowed_hosts = "
+         "[\"lab-pc\"]</code>, and start soakd again.</p></html>";
+}
+
 void set_security_headers(const httplib::Request& request, httplib::Response& response) {
   response.set_header("Cache-Control", request.path.starts_with(kApiPath) ? "no-store" : "no-cache");
   response.set_header("X-Content-Type-Options", "nosniff");
@@ -104,13 +119,23 @@ void describe_exception(const httplib::Request& request, httplib::Response& resp
 }  // namespace
 
 struct HttpServer::Running {
-  Running(StationService& service, HostPort listen_address, std::filesystem::path folder)
-      : lab(service), address(std::move(listen_address)), data_folder(std::move(folder)), feed(service) {
+  Running(StationService& service, HostPort listen_address, std::filesystem::path folder,
+          std::vector<std::string> names)
+      : lab(service),
+        address(std::move(listen_address)),
+        data_folder(std::move(folder)),
+        own_names(std::move(names)),
+        feed(service) {
+    own_names.push_back(host_of(to_text(address)));
+    for (const std::string& name : names_of_machine()) own_names.push_back(name);
     listener.set_socket_options(set_socket_options);
     listener.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
       const auto refusal = refusal_before_body(request);
       if (!refusal) return httplib::Server::HandlerResponse::Unhandled;
       refuse(response, refusal->status, refusal->error);
+      if (refusal->status == 403 && wants_page(request)) {
+        response.set_content(refusal_page(refusal->error.message, address), content_type(".html"));
+      }
       return httplib::Server::HandlerResponse::Handled;
     });
     listener.set_error_handler(httplib::Server::Handler(describe_library_error));
@@ -131,8 +156,7 @@ struct HttpServer::Running {
 
   /// Why a request is refused by its head alone, before anything of its body is read or unpacked.
   std::optional<Refusal> refusal_before_body(const httplib::Request& request) const {
-    const auto stranger =
-        why_refused({request.get_header_value("Host"), header(request, "Origin")}, host_of(to_text(address)));
+    const auto stranger = why_refused({request.get_header_value("Host"), header(request, "Origin")}, own_names);
     if (stranger) return Refusal{403, {ErrorKind::bad_input, *stranger, "headers"}};
     // The library counts the length of a body only where it is stated, and unpacks a packed one to any size.
     if (request.has_header("Transfer-Encoding")) {
@@ -221,6 +245,7 @@ struct HttpServer::Running {
               (errno == EADDRINUSE ? " (is another soakd running? --listen takes another address)" : ""),
           to_text(address));
     }
+    address.port = port;
     listener.widen_backlog();
     thread = std::thread([this] {
       listener.listen_after_bind();
@@ -234,6 +259,7 @@ struct HttpServer::Running {
   StationService& lab;
   HostPort address;
   std::filesystem::path data_folder;
+  std::vector<std::string> own_names;
   EventFeed feed;
   std::atomic<int> streams = 0;
   std::atomic<bool> ended = false;
@@ -242,15 +268,19 @@ struct HttpServer::Running {
   std::thread thread;
 };
 
-HttpServer::HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder)
-    : lab_(lab), listen_(std::move(listen)), data_folder_(std::move(data_folder)) {}
+HttpServer::HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder,
+                       std::vector<std::string> allowed_hosts)
+    : lab_(lab),
+      listen_(std::move(listen)),
+      data_folder_(std::move(data_folder)),
+      allowed_hosts_(std::move(allowed_hosts)) {}
 
 HttpServer::~HttpServer() = default;
 
 base::Result<int> HttpServer::start() {
   auto address = parse_host_port(listen_);
   if (!address) return base::forward_error(address);
-  auto running = std::make_unique<Running>(lab_, *std::move(address), data_folder_);
+  auto running = std::make_unique<Running>(lab_, *std::move(address), data_folder_, allowed_hosts_);
   const auto port = running->listen();
   if (port) running_ = std::move(running);
   return port;

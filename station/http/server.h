@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "station/lab/station_service.h"
@@ -14,9 +15,11 @@ namespace soak::station {
 /// commands the station.
 class HttpServer {
  public:
-  /// `listen`: HOST:PORT, port 0 = any free one. `data_folder`: whose free space /metrics tells; empty = none. The
-  /// laboratory must outlive the server.
-  HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder = {});
+  /// `listen`: HOST:PORT, port 0 = any free one. `data_folder`: whose free space /metrics tells; empty = none.
+  /// `allowed_hosts`: names of the station in addresses, besides this machine's own. The laboratory must outlive the
+  /// server.
+  HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder = {},
+             std::vector<std::string> allowed_hosts = {});
   ~HttpServer();
 
   /// Listens and answers from threads of its own; the port. Refuses an address that is not one or not free (bad_input).
@@ -29,6 +32,7 @@ class HttpServer {
   StationService& lab_;
   std::string listen_;
   std::filesystem::path data_folder_;
+  std::vector<std::string> allowed_hosts_;
   std::unique_ptr<Running> running_;
 };
 

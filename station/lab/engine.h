@@ -69,6 +69,7 @@ class Engine : public StationService {
   [[nodiscard]] nlohmann::json plan() const override;
   [[nodiscard]] nlohmann::json history(double after_s) const override { return history_.document(after_s); }
   [[nodiscard]] base::Result<nlohmann::json> noise(const std::string& unit) const override;
+  [[nodiscard]] base::Result<nlohmann::json> stored() override;
   [[nodiscard]] nlohmann::json log(std::int64_t after) const override { return log_.document(after); }
 
  private:

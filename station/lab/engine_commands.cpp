@@ -8,6 +8,7 @@
 #include "station/io/host.h"
 #include "station/lab/engine.h"
 #include "station/lab/start_check.h"
+#include "station/lab/stored.h"
 
 namespace soak::station {
 namespace {
@@ -75,6 +76,10 @@ base::Status Engine::abort(const std::string& user, const std::string& reason) {
 
 base::Status Engine::confirm(const std::string& user, std::int64_t prompt) {
   return status_command([=, this] { return do_confirm(user, prompt); });
+}
+
+base::Result<nlohmann::json> Engine::stored() {
+  return command([this] { return stored_document(config_, catalog_); });
 }
 
 // --- starting ---------------------------------------------------------------------------------------------------

@@ -138,7 +138,9 @@ json Engine::status_document() const {
           {"chamber", chamber_part(*station_)},
           {"fixture", fixture_part(*station_)},
           {"units", std::move(units)},
-          {"clock", {{"rate", config_.clock_rate}, {"process_s", station_->now_s()}}},
+          {"resumable", null_if_empty(unfinished_)},
+          {"room", {{"temp_c", config_.room_c}, {"dew_point_c", config_.dew_point_c}}},
+          {"clock", {{"rate", config_.clock_rate}, {"process_s", station_->now_s()}, {"utc_s", now_utc_s()}}},
           {"simulated", station_->simulated()},
           {"version", software_version()}};
 }

@@ -29,6 +29,7 @@ bool is_still(const hal::ImuSample& sample) {
 
 void AttitudeWatch::expect(const calib::Position& position, int sign_at_rest) {
   for (std::size_t i = 0; i < 3; ++i) up_[i] = position.up[i] * sign_at_rest;
+  sign_at_rest_ = sign_at_rest;
   expects_ = true;
   right_since_s_.reset();
   wrong_since_s_.reset();
@@ -70,7 +71,8 @@ std::string AttitudeWatch::up_axis() const {
   for (std::size_t i = 1; i < 3; ++i) {
     if (std::abs(force_mps2_[i]) > std::abs(force_mps2_[axis])) axis = i;
   }
-  return {force_mps2_[axis] < 0.0F ? '-' : '+', static_cast<char>('X' + axis)};
+  const bool down = (force_mps2_[axis] < 0.0F) == (sign_at_rest_ > 0);
+  return {down ? '-' : '+', static_cast<char>('X' + axis)};
 }
 
 void RateWatch::expect(const calib::Position& position, double rate_dps) {

@@ -25,11 +25,12 @@ class AttitudeWatch {
   void expect(const calib::Position& position, int sign_at_rest);
   void add(const hal::ImuSample& sample);
   [[nodiscard]] Attitude state() const;
-  /// The axis that reads the largest part of gravity, as a position's label; for messages.
+  /// The face that is up, as a position's label: of the axis that reads the largest part of gravity.
   [[nodiscard]] std::string up_axis() const;
 
  private:
   calib::Vector3 up_{};
+  int sign_at_rest_ = 1;
   bool expects_ = false;
   std::optional<double> right_since_s_;
   std::optional<double> wrong_since_s_;

@@ -174,14 +174,16 @@ class PowerCycle {
 };
 
 /// Takes the units' supply away and gives it back, waits until each has identified itself and proved that it
-/// restarted, opens the run file, lets the units warm up. A unit without proof is reported and left out; in the
-/// pre-flight, and where none is left, it ends the campaign.
+/// restarted, opens the run file, lets the units warm up. Where a slot holds another unit than was said it asks for the
+/// right one and begins again. A unit without proof is reported and left out; in the pre-flight, and where none is
+/// left, it ends the campaign.
 class PowerOn : public StepTask {
  public:
   PowerOn(const Plan& plan, const Step& step)
       : run_(plan.runs[static_cast<std::size_t>(step.run)]),
         warm_up_s_(plan.procedure.warm_up_s),
-        cycle_(std::max(plan.procedure.power_off_s, kShortestOff_s)) {}
+        off_s_(std::max(plan.procedure.power_off_s, kShortestOff_s)),
+        cycle_(off_s_) {}
 
   StepProgress poll(Station& station) override {
     switch (stage_) {
@@ -191,6 +193,8 @@ class PowerOn : public StepTask {
         return cycle(station);
       case Stage::identify:
         return identify(station);
+      case Stage::wrong_unit:
+        return wait_for_right_unit(station);
       case Stage::warm_up:
         return warm_up(station);
     }
@@ -198,9 +202,10 @@ class PowerOn : public StepTask {
   }
 
  private:
-  enum class Stage { begin, cycle, identify, warm_up };
+  enum class Stage { begin, cycle, identify, wrong_unit, warm_up };
 
   StepProgress begin(Station& station) {
+    cycle_ = PowerCycle(off_s_);
     for (const auto& unit : station.units) {
       unit->begin_run();
       before_[unit->serial()] = {unit->latest().has_value(), unit->power_on()};
@@ -228,7 +233,7 @@ class PowerOn : public StepTask {
     bool worth_waiting = false;
     for (const auto& unit : station.units) {
       if (unit->streaming() && unit->imu().identity()) {
-        if (auto wrong = wrong_identity(station, *unit)) return StepProgress::failed(*std::move(wrong));
+        if (const auto wrong = wrong_identity(station, *unit)) return ask_for_right_unit(station, *wrong);
       }
       if (has_restarted(station, *unit)) continue;
       missing.push_back(unit.get());
@@ -290,17 +295,34 @@ class PowerOn : public StepTask {
                        unit.trouble().empty() ? "" : ": ", unit.trouble());
   }
 
-  static std::optional<base::Error> wrong_identity(const Station& station, const UnitChannel& unit) {
+  /// What a slot holds instead of its unit.
+  static std::optional<std::string> wrong_identity(const Station& station, const UnitChannel& unit) {
     const std::string& found = unit.imu().identity()->serial;
     if (found == unit.serial()) return std::nullopt;
     const auto other =
         std::find_if(station.units.begin(), station.units.end(), [&](const auto& u) { return u->serial() == found; });
-    const std::string hint = other == station.units.end()
-                                 ? "correct the campaign's --unit or the wiring"
-                                 : fmt::format("{} belongs in slot {}", found, (*other)->slot().name);
-    return base::Error{base::ErrorKind::bad_input,
-                       fmt::format("slot {} holds unit {}, not {}: {}", unit.slot().name, found, unit.serial(), hint),
-                       "slot " + unit.slot().name};
+    const std::string hint =
+        other == station.units.end() ? "" : fmt::format(" ({} belongs in slot {})", found, (*other)->slot().name);
+    return fmt::format("slot {} holds unit {}, not {}{}", unit.slot().name, found, unit.serial(), hint);
+  }
+
+  /// Whoever changes units finds them without supply, as far as that is ours.
+  StepProgress ask_for_right_unit(Station& station, const std::string& wrong) {
+    for (const auto& unit : station.units) {
+      if (is_switched(station, *unit)) station.cut_off(*unit);
+    }
+    station.log.add("unit", station.campaign.name, wrong + ": asked for the right one");
+    station.prompts.ask(fmt::format(
+        "In {}. Put the right unit there, or its cable, and confirm. If the serial numbers of the campaign are "
+        "wrong, abort it and start it with the right ones.",
+        wrong));
+    stage_ = Stage::wrong_unit;
+    return StepProgress::running();
+  }
+
+  StepProgress wait_for_right_unit(Station& station) {
+    if (station.prompts.take_answer()) stage_ = Stage::begin;
+    return StepProgress::running();
   }
 
   StepProgress open_run(Station& station) {
@@ -324,6 +346,7 @@ class PowerOn : public StepTask {
 
   PlannedRun run_;
   double warm_up_s_;
+  double off_s_;
   PowerCycle cycle_;
   Stage stage_ = Stage::begin;
   std::map<std::string, Before> before_;

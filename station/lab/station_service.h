@@ -48,6 +48,8 @@ class StationService {
   [[nodiscard]] virtual nlohmann::json plan() const = 0;
   /// Temperatures since `after_s` of the history's own time, thinned to at most a few thousand points.
   [[nodiscard]] virtual nlohmann::json history(double after_s) const = 0;
+  /// docs/http-api.md: the document of GET /api/v1/stored.
+  [[nodiscard]] virtual base::Result<nlohmann::json> stored() = 0;
   /// Allan deviations of that unit in its present or last run. Refuses (bad_input, where == "unit") a serial number
   /// that no unit of the campaign has.
   [[nodiscard]] virtual base::Result<nlohmann::json> noise(const std::string& unit) const = 0;

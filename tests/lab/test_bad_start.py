@@ -62,11 +62,34 @@ class BadStart(LabTest):
         self.start_lab(units=2)
         self.lab.soak("campaign", "start", self.write("p.toml", short_procedure()), "--name", "c", "--unit", "1=0380A002",
                       "--unit", "2=0380A001")
-        status = self.wait_for_end()
-        self.assertEqual(status["state"], "failed")
-        self.assertRegex(status["reason"], "slot [12].*0380A00[12].*0380A00[12]")
+        asked = self.wait("a question", lambda s: s["prompt"])["prompt"]
+        self.assertRegex(asked["text"], "slot [12].*0380A00[12].*0380A00[12].*belongs in slot [12]")
+        self.assertEqual(self.query("SELECT * FROM run"), [])
+        # Confirmed without a change it looks again, and asks again.
+        self.lab.soak("campaign", "confirm")
+        self.wait("the question again", lambda s: s["prompt"] and s["prompt"]["id"] != asked["id"])
+        self.lab.soak("campaign", "abort", "--reason", "wrong serial numbers")
+        self.assertEqual(self.wait_for_end()["state"], "aborted")
         self.assertEqual(self.query("SELECT * FROM run"), [])
         self.assert_safe()
+
+    def test_once_the_right_units_are_in_their_slots_the_campaign_goes_on(self):
+        self.start_lab(units=2, cut=("unit1", "unit2"))
+        wires = self.proxies["unit1"], self.proxies["unit2"]
+
+        def swap():
+            for wire in wires:
+                wire.cut()
+            wires[0].target, wires[1].target = wires[1].target, wires[0].target
+            for wire in wires:
+                wire.mend()
+        swap()
+        self.start_campaign(short_procedure(set_points=(20,)))
+        self.wait("a question", lambda s: s["prompt"] and "belongs in slot" in s["prompt"]["text"])
+        swap()
+        self.lab.soak("campaign", "confirm")
+        self.assertEqual(self.wait_for_end()["state"], "finished")
+        self.assertEqual({run for (run,) in self.query("SELECT DISTINCT unit FROM run")}, {"0380A001", "0380A002"})
 
     def test_a_unit_mounted_otherwise_than_stated_is_found_at_the_first_turn(self):
         self.start_lab(edit=lambda text: text.replace('axes = ["+X", "+Y", "+Z"]', 'axes = ["+X", "-Y", "-Z"]'))

@@ -78,6 +78,7 @@ class Restart(LabTest):
         end(self.lab.soakd)
         self.lab.start_soakd()
         self.assertEqual(self.status()["state"], "interrupted")
+        self.assertEqual(self.status()["resumable"], "c")
         self.soak_fails(2, "campaign", "start", self.write("procedure.toml", procedure), "--name", "c")
         self.lab.soak("campaign", "resume")
         status = self.wait_for_end()

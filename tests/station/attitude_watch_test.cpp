@@ -73,6 +73,14 @@ TEST(AttitudeWatch, AUnitThatReadsMinusGUpwardsIsJudgedByItsSign) {
   EXPECT_EQ(bench.watch.state(), Attitude::wrong);
 }
 
+TEST(AttitudeWatch, OfAUnitThatReadsMinusGUpwardsTheFaceThatIsUpIsNamed) {
+  Bench bench("+Z", -1);
+  bench.stand(3.0, force(0.0, 0.0, -kGravity_mps2));
+  EXPECT_EQ(bench.watch.up_axis(), "+Z");
+  bench.stand(3.0, force(kGravity_mps2, 0.0, 0.0));
+  EXPECT_EQ(bench.watch.up_axis(), "-X");
+}
+
 TEST(AttitudeWatch, RestLastsTwoSeconds) {
   Bench bench("+Z");
   bench.stand(1.9, tilted(0.0));

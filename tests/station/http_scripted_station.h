@@ -41,7 +41,8 @@ class ScriptedStation : public StationService {
          "attitude": null,
          "samples": 0, "lost": 7, "gyro_dps": null, "accel_mps2": null,
          "noise": {"tau_s": 0.96, "gyro_dps": null, "accel_mps2": null}}],
-      "clock": {"rate": 60.0, "process_s": 39000.0}, "simulated": true, "version": "0.1.0"})");
+      "resumable": null, "room": {"temp_c": 23.0, "dew_point_c": 12.0},
+      "clock": {"rate": 60.0, "process_s": 39000.0, "utc_s": 1790000650.0}, "simulated": true, "version": "0.1.0"})");
   }
 
   static json idle_status() {
@@ -90,6 +91,16 @@ class ScriptedStation : public StationService {
   void set_history(json history) {
     const std::lock_guard lock(mutex_);
     history_ = std::move(history);
+  }
+
+  void set_plan(json plan) {
+    const std::lock_guard lock(mutex_);
+    plan_ = std::move(plan);
+  }
+
+  void set_stored(json stored) {
+    const std::lock_guard lock(mutex_);
+    stored_ = std::move(stored);
   }
 
   /// What the question for the noise of that document's unit answers.
@@ -143,7 +154,14 @@ class ScriptedStation : public StationService {
     const std::lock_guard lock(mutex_);
     return version_;
   }
-  json plan() const override { return nullptr; }
+  json plan() const override {
+    const std::lock_guard lock(mutex_);
+    return plan_;
+  }
+  base::Result<json> stored() override {
+    const std::lock_guard lock(mutex_);
+    return stored_;
+  }
   json history(double after_s) const override {
     const std::lock_guard lock(mutex_);
     json answer = history_;
@@ -180,6 +198,8 @@ class ScriptedStation : public StationService {
 
   mutable std::mutex mutex_;
   json status_ = running_status();
+  json plan_;
+  json stored_ = {{"slots", json::array()}, {"units", json::array()}, {"campaigns", json::array()}};
   json history_ = {
       {"t_s", json::array()}, {"chamber_c", json::array()}, {"set_point_c", json::array()}, {"units", json::object()}};
   std::map<std::string, json> noise_ = {{"SN0042", no_noise("SN0042")}, {"SN0043", no_noise("SN0043")}};

@@ -2,7 +2,9 @@
 #include "station/http/server.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <array>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -177,6 +179,30 @@ TEST_F(Http, RequestsForAnotherHostAreRefused) {
   EXPECT_EQ(status_for(""), 403);
   const std::string page = exchange_raw(port, "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n");
   EXPECT_EQ(status_of(page), 403);
+}
+
+TEST_F(Http, TheMachinesOwnNameAndThoseOfTheConfigurationAreAnswered) {
+  HttpServer named(lab, "127.0.0.1:0", {}, {"soak.lab.example"});
+  const int port_of_named = *named.start();
+  const auto status_for = [&](const std::string& name) {
+    return status_of(exchange_raw(port_of_named, "GET /api/v1/status HTTP/1.1\r\nHost: " + name + "\r\n\r\n"));
+  };
+  EXPECT_EQ(status_for("soak.lab.example"), 200);
+  EXPECT_EQ(status_for("Soak.Lab.Example:8088"), 200);
+  EXPECT_EQ(status_for("lab.example"), 403);
+  EXPECT_EQ(status_for("soak.lab.example.evil.example"), 403);
+  std::array<char, 256> machine{};
+  ASSERT_EQ(::gethostname(machine.data(), machine.size() - 1), 0);
+  EXPECT_EQ(status_for(machine.data()), 200);
+}
+
+TEST_F(Http, ABrowserThatUsesAnotherNameGetsAPageThatNamesTheRightAddress) {
+  const std::string answer =
+      exchange_raw(port, "GET / HTTP/1.1\r\nHost: <b>\r\nAccept: text/html,application/xhtml+xml\r\n\r\n");
+  EXPECT_EQ(status_of(answer), 403);
+  EXPECT_NE(answer.find("Content-Type: text/html"), std::string::npos) << answer;
+  EXPECT_NE(answer.find("href=\"http://127.0.0.1:"), std::string::npos) << answer;
+  EXPECT_EQ(answer.find("<b>"), std::string::npos) << answer;
 }
 
 TEST_F(Http, RequestsFromPagesOfAnotherOriginAreRefused) {

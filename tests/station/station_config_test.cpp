@@ -53,6 +53,7 @@ port = 1502
 )";
 
 constexpr const char* kFull = R"(listen = "0.0.0.0:9000"
+allowed_hosts = ["Lab-PC", "soak.lab.example"]
 data = "lab/data"
 [clock]
 rate = 1000
@@ -152,6 +153,7 @@ TEST_F(StationConfigFile, EveryKeyIsRead) {
   const auto config = read(kFull);
   ASSERT_TRUE(config) << config.error().where << config.error().message;
   EXPECT_EQ(config->listen, "0.0.0.0:9000");
+  EXPECT_EQ(config->allowed_hosts, (std::vector<std::string>{"lab-pc", "soak.lab.example"}));
   EXPECT_EQ(config->data, folder_ / "lab/data");
   EXPECT_EQ(config->clock_rate, 1000.0);
   const auto& chamber = config->chamber;
@@ -382,6 +384,13 @@ decoder = "morse"
     EXPECT_NE(message.find(place(line)), std::string::npos) << line << "\n" << message;
   }
   EXPECT_NE(message.find("12 "), std::string::npos) << message;
+}
+
+TEST_F(StationConfigFile, NamesOfTheStationStandWithoutPort) {
+  for (const char* bad : {"lab:8088", "", "http://lab", "*", "a b"}) {
+    const std::string line = std::string("allowed_hosts = [\"") + bad + "\"]\n";
+    EXPECT_NE(refusal(line + std::string(kChamber)).find("'allowed_hosts'"), std::string::npos) << bad;
+  }
 }
 
 TEST_F(StationConfigFile, AStationNeedsChamberAndSlots) {

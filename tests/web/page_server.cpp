@@ -4,6 +4,8 @@
 //   set POINTER JSON   sets a member of the status ("/campaign/step 31")
 //   status JSON        replaces the status
 //   history JSON       replaces the history
+//   plan JSON          replaces the plan
+//   stored JSON        replaces what /api/v1/stored answers
 //   noise JSON         what /api/v1/noise answers of the unit in it
 //   noise-calls        prints how often it was asked
 //   log TEXT           adds a log entry
@@ -53,6 +55,8 @@ void obey(Stage& stage, const std::string& line) {
   std::getline(words, rest);
   if (command == "status") stage.lab.set_status(nlohmann::json::parse(rest));
   if (command == "history") stage.lab.set_history(nlohmann::json::parse(rest));
+  if (command == "plan") stage.lab.set_plan(nlohmann::json::parse(rest));
+  if (command == "stored") stage.lab.set_stored(nlohmann::json::parse(rest));
   if (command == "noise") stage.lab.set_noise(nlohmann::json::parse(rest));
   if (command == "noise-calls") std::cout << stage.lab.noise_calls() << std::endl;
   if (command == "log") stage.lab.add_log(rest);

@@ -1,0 +1,500 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the station's page tells a technician to do, in a real browser, before a scripted laboratory."""
+import datetime
+import json
+import pathlib
+import sys
+import tempfile
+import unittest
+
+from browser import Browser
+from page_test import PageTest, Station, soak_history
+
+RATE_1 = {"rate": 1.0, "process_s": 39000.0, "utc_s": 1790000650.0}
+
+
+def attitude(up, expected, right):
+    return {"up": up, "expected": expected, "right": right}
+
+
+def soak_plan():
+    """A pre-flight and two runs at three plateaus, two positions each; ten minutes a step."""
+    steps, runs = [], []
+
+    def step(kind, run, temp_c=25.0, visit=None, position="", estimate_s=600.0):
+        steps.append({"kind": kind, "run": run, "temp_c": temp_c, "sweep": "down", "position": position, "seconds": 0.0,
+                      "after_turn": False, "estimate_s": estimate_s, "visit": visit})
+
+    for run in range(3):
+        first = len(steps)
+        step("power_on", run)
+        for visit, temp_c in enumerate((0.0, -20.0, 40.0) if run else ()):
+            step("set_temperature", run, temp_c, visit)
+            for position in ("+X", "-Z"):
+                step("move", run, temp_c, visit, position)
+                step("wait_stable", run, temp_c, visit)
+                step("record", run, temp_c, visit, position)
+        if not run:
+            step("check", run)
+        else:
+            step("warm_end", run)
+        step("power_off", run)
+        runs.append({"label": f"P0{run}", "preflight": run == 0, "first_step": first, "last_step": len(steps) - 1})
+    return {"procedure": {"name": "six-position-soak"}, "runs": runs, "steps": steps, "estimate_s": 600.0 * len(steps)}
+
+
+def set_step(station, plan, kind, run, visit=None, position=""):
+    """Puts the campaign into that step of the plan, of which four minutes are gone."""
+    at = next(i for i, s in enumerate(plan["steps"])
+              if s["kind"] == kind and s["run"] == run and (visit is None or s["visit"] == visit)
+              and (not position or s["position"] == position))
+    left_s = sum(s["estimate_s"] for s in plan["steps"][at:]) - 240.0
+    for key, value in (("run", run + 1), ("runs", 3), ("step", at), ("steps", len(plan["steps"])), ("step_kind", kind),
+                       ("remaining_s", left_s)):
+        station.set(f"/campaign/{key}", value)
+    return left_s
+
+
+class StationTest(PageTest):
+    def setUp(self):
+        super().setUp()
+        self.station.set("/clock", RATE_1)
+        self.station.set("/units/0/state", "streaming")
+        self.station.set("/units/1/state", "closed")
+        for unit in (0, 1):
+            self.station.set(f"/units/{unit}/attitude", None)
+
+    def local(self, utc_s, form="%H:%M"):
+        """Local time as the browser, which runs on this machine, has it."""
+        return datetime.datetime.fromtimestamp(utc_s).strftime(form)
+
+    def text(self, selector):
+        return self.browser.run("return document.querySelector(arguments[0]).innerText", selector)
+
+    def disabled(self, selector):
+        return self.browser.run("return document.querySelector(arguments[0]).disabled", selector)
+
+
+class AfterABreak(StationTest):
+    def broken(self, state, **more):
+        self.browser.go(self.station.url)
+        status = {**self.status(), "state": state, "campaign": None, "units": [], "reason": "the supply failed",
+                  "resumable": "acceptance", **more}
+        self.browser.go("about:blank")
+        self.station.tell("status " + json.dumps(status))
+        self.open()
+
+    def test_a_restart_in_mid_campaign_offers_to_resume_it(self):
+        self.broken("interrupted")
+        self.see("#campaign-name", "acceptance")
+        self.see("#alerts", "the supply failed")
+        self.assertFalse(self.disabled("#resume"))
+        self.assertFalse(self.disabled("#abort"))
+        self.assertTrue(self.disabled("#pause"))
+        self.browser.click("#resume")
+        self.station.wait_for_command("resume by web page")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_who_starts_another_campaign_is_told_what_that_gives_up(self):
+        self.broken("failed")
+        self.see("#start-gives-up", "acceptance")
+        self.station.set("/resumable", None)
+        self.hidden("#start-gives-up")
+
+    def test_a_failed_campaign_can_be_resumed_from_the_page(self):
+        self.broken("failed")
+        self.see("#alerts", "Resume")
+        self.browser.click("#resume")
+        self.station.wait_for_command("resume by web page")
+
+    def test_a_failed_campaign_that_still_stands_in_the_status_can_be_resumed(self):
+        self.station.set("/state", "failed")
+        self.station.set("/resumable", "acceptance")
+        self.open()
+        self.browser.wait("return !document.querySelector('#resume').disabled")
+
+    def test_what_cannot_be_resumed_is_not_offered(self):
+        self.broken("finished", resumable=None)
+        self.hidden("#progress-card")
+
+
+class Alarms(StationTest):
+    def test_a_silent_chamber_is_an_alarm_that_says_what_to_do(self):
+        self.open()
+        self.hidden("#alerts")
+        self.station.set("/chamber/connected", False)
+        self.station.set("/chamber/air_c", None)
+        self.station.set("/state", "waiting")
+        self.station.set("/reason", "the chamber does not answer: timed out")
+        self.see("#alerts .alarm", "does not answer")
+        self.see("#alerts .alarm .action", "Go to the chamber")
+        self.see("#state", "waiting for the chamber")
+        self.assertNotIn("Waiting for you", self.browser.run("return document.title"))
+        self.assertEqual(self.browser.run("return document.querySelector('#alerts').getAttribute('role')"), "alert")
+        self.assertEqual(self.browser.run("return document.querySelector('#door').dataset.lamp"), "unknown")
+        self.station.set("/chamber/connected", True)
+        self.station.set("/state", "running")
+        self.hidden("#alerts")
+
+    def test_a_chamber_that_is_off_while_nothing_runs_is_no_alarm(self):
+        self.station.set("/state", "idle")
+        self.station.set("/campaign", None)
+        self.station.set("/chamber/connected", False)
+        self.open()
+        self.see("#chamber-link", "does not answer")
+        self.hidden("#alerts")
+
+    def test_a_wrong_face_is_told_with_both_faces(self):
+        self.station.set("/units/0/attitude", attitude("+Y", "-X", False))
+        self.open()
+        self.see("#alerts .alarm", "SN0042")
+        for text in ("+Y", "−X"):
+            self.see("#alerts .alarm", text)
+            self.see("#units > :nth-child(1) .position", text)
+        self.station.set("/units/0/attitude", attitude("-X", "-X", True))
+        self.hidden("#alerts")
+        self.browser.wait("return document.querySelector('#units .position').innerText === '−X'")
+
+    def test_a_face_that_is_not_known_yet_is_no_alarm(self):
+        self.station.set("/units/0/attitude", attitude("+Y", "+X", None))
+        self.open()
+        self.see("#units > :nth-child(1) .position", "turning to +X")
+        self.hidden("#alerts")
+
+    def test_the_alarm_sounds_only_where_it_is_asked_for_and_only_while_there_is_one(self):
+        self.open()
+        self.browser.run("localStorage.setItem('soak-alarm-sound', 'off')")
+        self.open()
+        self.browser.run("window.tones = 0; const start = OscillatorNode.prototype.start;"
+                         "OscillatorNode.prototype.start = function (t) { ++window.tones; start.call(this, t); }")
+        self.station.set("/chamber/alarms", ["over-temperature"])
+        self.see("#alerts", "over-temperature")
+        self.assertEqual(self.browser.run("return window.tones"), 0)
+        self.browser.click("#sound")
+        self.browser.wait("return window.tones > 0")
+        self.assertEqual(self.browser.run("return document.querySelector('#sound').ariaPressed"), "true")
+        self.station.set("/chamber/alarms", [])
+        self.hidden("#alerts")
+        self.browser.run("window.tones = 0")
+        self.browser.click("#sound")
+        self.browser.click("#sound")
+        self.assertEqual(self.browser.run("return window.tones"), 0)
+
+
+class Step(StationTest):
+    def setUp(self):
+        super().setUp()
+        self.plan = soak_plan()
+        self.station.tell("plan " + json.dumps(self.plan))
+
+    def test_the_step_is_told_in_words_with_what_is_left_of_it(self):
+        set_step(self.station, self.plan, "wait_stable", run=1, visit=1)
+        self.open()
+        self.see("#step-text", "Run 1 of 2, −20 °C (2 of 3): units settling, 6 min")
+        set_step(self.station, self.plan, "record", run=2, visit=2, position="-Z")
+        self.see("#step-text", "Run 2 of 2, 40 °C (3 of 3): recording, −Z up, 6 min")
+        set_step(self.station, self.plan, "check", run=0)
+        self.see("#step-text", "Pre-flight: units are checked")
+
+    def test_the_end_is_a_time_of_day_by_the_stations_clock(self):
+        left_s = set_step(self.station, self.plan, "wait_stable", run=1, visit=1)
+        self.open()
+        self.see("#finish", self.local(RATE_1["utc_s"] + left_s))
+        self.station.set("/clock/rate", 60.0)
+        self.see("#finish", self.local(RATE_1["utc_s"] + left_s / 60))
+        self.station.set("/state", "stopping")
+        self.hidden("#finish-box")
+
+    def test_an_end_on_another_day_is_told_with_the_day(self):
+        self.station.set("/campaign/remaining_s", 3 * 86400.0)
+        self.open()
+        end = datetime.datetime.fromtimestamp(RATE_1["utc_s"] + 3 * 86400.0)
+        self.see("#finish", f"{end.strftime('%a')} {end.day} {end.strftime('%b')}")
+
+    def test_the_abort_dialog_says_that_the_run_is_lost(self):
+        set_step(self.station, self.plan, "record", run=2, visit=1, position="+X")
+        self.open()
+        self.see("#step-text", "Run 2 of 2")
+        self.browser.click("#abort")
+        self.see("#abort-text", "run 2 of 2")
+        self.see("#abort-text", "void")
+        self.see("#abort-text", "cannot be resumed")
+
+    def test_the_lamp_says_when_the_door_may_be_opened(self):
+        left_s = set_step(self.station, self.plan, "record", run=1, visit=1, position="+X")
+        self.open()
+        lamp = "return document.querySelector('#door').dataset.lamp"
+        self.assertEqual(self.browser.run(lamp), "no")
+        self.see("#door-text", "dew point of the room 12 °C")
+        # All of run 2 and the power-off of run 1 come after the warm-up.
+        after_s = sum(s["estimate_s"] for s in self.plan["steps"] if s["run"] == 2) + 600.0
+        self.see("#door-text", self.local(RATE_1["utc_s"] + left_s - after_s))
+        for air_c, unit_c, state, expected in ((25.0, 25.0, "paused", "yes"), (25.0, 25.0, "running", "no"), (25.0, 13.9, "paused", "no"),
+                                               (25.0, 14.1, "paused", "yes"), (80.0, 60.0, "paused", "no"), (25.0, 25.0, "stopping", "no"),
+                                               (25.0, None, "finished", "yes"), (25.0, None, "failed", "unknown")):
+            self.station.set("/chamber/air_c", air_c)
+            self.station.set("/units/0/temp_c", unit_c)
+            self.station.set("/state", state)
+            with self.subTest(air_c=air_c, unit_c=unit_c, state=state):
+                self.browser.wait(f"{lamp} === arguments[0]", expected)
+        self.station.set("/state", "paused")
+        self.station.set("/units/0/temp_c", 25.0)
+        self.station.set("/fixture/moving", True)
+        self.browser.wait(f"{lamp} === 'no'")
+
+
+class Turning(StationTest):
+    def ask(self, up, expected, right):
+        plan = soak_plan()
+        self.station.tell("plan " + json.dumps(plan))
+        set_step(self.station, plan, "move", run=1, visit=1, position="+X")
+        self.station.set("/units/0/attitude", attitude(up, expected, right))
+        self.station.set("/prompt", {"id": 7, "text": "Turn the fixture so that its +X points up, then confirm."})
+        self.station.set("/state", "waiting")
+
+    def test_a_prompt_to_turn_shows_the_face_that_is_up_and_the_way(self):
+        self.ask("+Y", "+X", False)
+        self.open()
+        self.see("#prompt-faces", "SN0042, slot A: +Y is up now, turn it a quarter turn to +X")
+        self.browser.wait("return document.querySelectorAll('#prompt-pose svg').length === 2")
+        label = "return document.querySelector('#prompt-pose').ariaLabel"
+        self.assertEqual(self.browser.run(label), "+Y is up now, +X shall be up")
+        self.hidden("#alerts")  # the prompt itself says it
+        self.station.set("/units/0/attitude", attitude("-X", "+X", False))
+        self.see("#prompt-faces", "half a turn")
+        self.station.set("/units/0/attitude", attitude("+X", "+X", True))
+        self.see("#prompt-faces", "+X is up ✓")
+        self.browser.wait("return document.querySelectorAll('#prompt-pose svg').length === 1")
+        self.assertEqual(self.station.commands(), [])
+
+    def test_where_asked_it_confirms_itself_once_the_unit_rests_right(self):
+        self.ask("+Y", "+X", False)
+        self.open()
+        self.browser.click("#itself")
+        self.addCleanup(self.browser.run, "localStorage.removeItem('soak-itself')")
+        self.station.set("/units/0/attitude", attitude("+X", "+X", None))
+        self.see("#prompt-faces", "…")
+        self.assertEqual(self.station.commands(), [])
+        self.station.set("/units/0/attitude", attitude("+X", "+X", True))
+        self.station.wait_for_command("confirm 7 by web page")
+        self.assertEqual(self.station.commands(), ["confirm 7 by web page"])
+
+    def test_without_a_face_the_wanted_one_is_still_drawn(self):
+        self.ask("+Y", "+X", False)
+        self.station.set("/units/0/attitude", None)
+        self.open()
+        self.browser.wait("return document.querySelectorAll('#prompt-pose svg').length === 1")
+        self.hidden("#itself-box")
+
+    def test_the_drawing_fits_narrow_screens(self):
+        self.ask("+Y", "+X", False)
+        for width in (320, 390, 768, 1280):
+            self.browser.resize(width, 900)
+            self.open()
+            self.browser.wait("return document.querySelectorAll('#prompt-pose svg').length === 2")
+            self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
+
+    def test_another_prompt_has_no_drawing(self):
+        self.station.set("/prompt", {"id": 8, "text": "Switch the dry-air purge on."})
+        self.open()
+        self.see("#prompt-text", "purge")
+        self.hidden("#prompt-pose")
+        self.hidden("#itself-box")
+
+
+class Devices(StationTest):
+    def test_a_unit_that_is_off_does_not_settle(self):
+        self.open()
+        self.see("#units > :nth-child(2)", "off")
+        self.assertNotIn("settling", self.text("#units > :nth-child(2)"))
+        self.station.set("/units/0/stable", False)
+        self.see("#units > :nth-child(1)", "settling")
+
+    def test_a_fixture_that_is_turned_by_hand_is_not_called_unconnected(self):
+        self.station.set("/fixture", {"description": "by hand", "connected": False, "position": None, "moving": None})
+        self.open()
+        self.see("#fixture", "turned by hand")
+        self.station.set("/fixture/description", "two-axis fixture")
+        self.see("#fixture", "not connected")
+
+
+class TimeAxis(StationTest):
+    def draw(self, history):
+        self.station.tell("history " + json.dumps(history))
+        self.open()
+        self.browser.wait("return document.querySelector('#chart path.chamber')?.getAttribute('d')")
+
+    def path(self, name):
+        return self.browser.run("return document.querySelector('#chart path.' + arguments[0])?.getAttribute('d') ?? ''", name)
+
+    def test_the_set_point_is_drawn_in_steps(self):
+        self.draw(soak_history())
+        pieces = self.path("set")[1:].split("L")
+        points = [tuple(map(float, piece.split())) for piece in pieces]
+        self.assertGreater(len({y for _, y in points}), 4)
+        for (x0, y0), (x1, y1) in zip(points, points[1:]):
+            self.assertTrue(x0 == x1 or y0 == y1, f"a slope from {(x0, y0)} to {(x1, y1)}")
+
+    def test_a_time_of_which_nothing_is_known_is_a_gap(self):
+        history = soak_history(900)
+        history["t_s"] = [t + (9000.0 if i >= 600 else 0.0) for i, t in enumerate(history["t_s"])]
+        self.draw(history)
+        for name in ("chamber", "set", "unit-0"):
+            self.assertEqual(self.path(name).count("M"), 2, name)
+
+    def test_the_axis_has_times_of_day(self):
+        self.draw(soak_history())
+        labels = self.browser.run("return [...document.querySelectorAll('#chart .grid text')].map((t) => t.textContent)")
+        begin_s, end_s = RATE_1["utc_s"] - 39000.0, RATE_1["utc_s"]
+        full_hours = {self.local(t) for t in range(int(begin_s // 3600 + 1) * 3600, int(end_s), 3600)}
+        times = [label for label in labels if ":" in label]
+        self.assertGreater(len(times), 2)
+        self.assertLessEqual(set(times), full_hours)
+        self.browser.run("document.querySelector('#chart').focus()")
+        self.browser.press("ArrowLeft")
+        self.see("#legend", "at ")
+
+    def test_with_another_rate_the_axis_counts_from_the_first_point(self):
+        self.station.set("/clock/rate", 60.0)
+        history = soak_history()
+        history["t_s"] = [t + 86400.0 for t in history["t_s"]]
+        self.station.set("/clock/process_s", 86400.0 + 39000.0)
+        self.draw(history)
+        labels = self.browser.run("return [...document.querySelectorAll('#chart .grid text')].map((t) => t.textContent)")
+        self.assertIn("0", labels)
+        self.assertIn("2 h", labels)
+
+
+class AtRest(StationTest):
+    STORED = {"slots": [{"name": "1", "unit": "SN0042", "unit_type": "mti-300"}, {"name": "2", "unit": "", "unit_type": ""}],
+              "units": [{"serial": "SN0042", "type": "mti-300", "runs": 6, "newest_run_utc_s": 1789900000.0},
+                        {"serial": "<b>x</b>", "type": "generic", "runs": 0, "newest_run_utc_s": None}],
+              "campaigns": [{"name": "2026-10", "procedure": "six-position", "state": "finished", "reason": None,
+                             "begun_utc_s": 1789800000.0, "runs": 3, "units": ["SN0042"]}]}
+
+    def rest(self):
+        self.station.set("/state", "idle")
+        self.station.set("/campaign", None)
+        self.station.tell("stored " + json.dumps(self.STORED))
+        self.open()
+        self.see("#stored-campaigns", "2026-10")
+
+    def test_it_shows_what_is_stored(self):
+        self.rest()
+        self.see("#stored-campaigns", "finished")
+        self.see("#stored-units", "mti-300")
+        self.see("#stored-units", "<b>x</b>")
+        self.assertEqual(self.browser.console(), [])
+        self.station.tell("status " + json.dumps({**self.status(), "state": "running"}))
+        self.hidden("#idle")
+
+    def test_what_is_stored_fits_narrow_screens(self):
+        self.rest()
+        for width in (320, 390, 768, 1280):
+            self.browser.resize(width, 900)
+            self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
+
+    def test_a_campaign_is_started_from_the_page(self):
+        self.rest()
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as procedure:
+            procedure.write("name = 'short'")
+            procedure.flush()
+            self.browser.type("#start-procedure", procedure.name)
+            self.browser.type("#start-name", "2026-11")
+            self.browser.type("#start-slots label:nth-child(2) input", "SN0077")
+            self.browser.press("Enter")  # as a scanner ends a serial number
+            self.assertEqual(self.browser.run("return document.activeElement.id"), "start-send")
+            self.assertEqual(self.station.commands(), [])
+            name = pathlib.Path(procedure.name).name
+            self.browser.press("Enter")
+            self.station.wait_for_command(f"start 2026-11 {name} [name = 'short'] 1=SN0042 2=SN0077 by web page")
+
+    def test_a_refused_start_says_why(self):
+        self.rest()
+        self.station.tell("fail 2 --unit")
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as procedure:
+            procedure.write("name = 'short'")
+            procedure.flush()
+            self.browser.type("#start-procedure", procedure.name)
+            self.browser.type("#start-name", "2026-11")
+            self.browser.click("#start-send")
+            self.see("#start-failure", "scripted failure")
+        self.browser.console()  # Chromium lists the 400
+
+
+def states(station):
+    """Name and script of each state that people look at."""
+    plan = soak_plan()
+    station.tell("plan " + json.dumps(plan))
+    station.set("/clock", RATE_1)
+    station.set("/simulated", False)
+    station.set("/units/0/state", "streaming")
+    station.set("/units/1/state", "streaming")
+    station.set("/units/1/temp_c", -18.7)
+    for unit in (0, 1):
+        station.set(f"/units/{unit}/attitude", attitude("+X", "+X", True))
+    set_step(station, plan, "record", run=1, visit=1, position="+X")
+    yield "running"
+    station.set("/units/1/attitude", attitude("+Y", "+X", False))
+    station.set("/units/0/attitude", attitude("+Y", "+X", False))
+    set_step(station, plan, "move", run=1, visit=1, position="+X")
+    station.set("/prompt", {"id": 7, "text": "Turn the fixture so that its +X points up, then confirm."})
+    station.set("/state", "waiting")
+    yield "turn"
+    station.set("/units/0/attitude", attitude("-X", "+X", False))
+    yield "half-turn"
+    station.set("/prompt", None)
+    station.set("/units/1/attitude", attitude("+X", "+X", True))
+    station.set("/units/0/attitude", attitude("+X", "+X", True))
+    station.set("/chamber/connected", False)
+    station.set("/chamber/air_c", None)
+    station.set("/reason", "the chamber does not answer: no answer within 1 s")
+    yield "silent"
+    station.set("/chamber/connected", True)
+    station.set("/chamber/air_c", 24.6)
+    station.set("/state", "paused")
+    station.set("/reason", "paused by Eva")
+    station.set("/units/0/temp_c", 24.1)
+    station.set("/units/1/temp_c", 24.4)
+    yield "paused"
+    for unit in (0, 1):
+        station.set(f"/units/{unit}/state", "closed")
+        station.set(f"/units/{unit}/temp_c", None)
+        station.set(f"/units/{unit}/attitude", None)
+    station.set("/campaign", None)
+    station.set("/state", "interrupted")
+    station.set("/reason", "soakd ended during the campaign")
+    station.set("/resumable", "acceptance")
+    station.tell("stored " + json.dumps(AtRest.STORED))
+    yield "interrupted"
+    station.set("/state", "idle")
+    station.set("/reason", None)
+    station.set("/resumable", None)
+    yield "idle"
+
+
+def take_pictures(folder):
+    """Pictures of the states for people to look at: test_page_station.py --pictures FOLDER."""
+    browser = Browser()
+    for scheme in ("light", "dark"):
+        browser.colours(scheme)
+        for width in (1280, 390):
+            station = Station()
+            station.tell("history " + json.dumps(soak_history()))
+            browser.resize(width, 900)
+            for name in states(station):
+                browser.go(station.url)
+                browser.wait("return document.querySelector('#version').innerText.startsWith('Soak 0')")
+                browser.wait("return document.querySelector('#chart path')")
+                browser.run("return new Promise((done) => setTimeout(done, 300))")
+                browser.screenshot(pathlib.Path(folder) / f"{name}-{scheme}-{width}.png")
+            browser.go("about:blank")
+            station.close()
+    browser.close()
+
+
+if __name__ == "__main__":
+    if len(sys.argv) == 3 and sys.argv[1] == "--pictures":
+        take_pictures(sys.argv[2])
+    else:
+        unittest.main()

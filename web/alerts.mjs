@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// The banner of what needs somebody at once, with a sound where the user wants one.
+
+import { $, element, say, show } from "./dom.mjs";
+import { alertsOf } from "./words.mjs";
+
+const KEY = "soak-alarm-sound";
+const AGAIN_MS = 4000;
+const TONES_HZ = [880, 660];
+const TONE_S = 0.22;
+
+let context = null;
+let alarmed = false;
+
+/** The browser allows sound once the user has touched the page. */
+function beep() {
+  if (!alarmed || localStorage.getItem(KEY) !== "on") return;
+  context ??= new AudioContext();
+  context.resume();
+  TONES_HZ.forEach((hertz, i) => {
+    const [tone, volume] = [context.createOscillator(), context.createGain()];
+    const begin = context.currentTime + i * TONE_S;
+    tone.frequency.value = hertz;
+    volume.gain.value = 0.15;
+    tone.connect(volume).connect(context.destination);
+    tone.start(begin);
+    tone.stop(begin + TONE_S);
+  });
+}
+
+function renderToggle() {
+  const on = localStorage.getItem(KEY) === "on";
+  $("sound").setAttribute("aria-pressed", on);
+  say($("sound"), on ? "Alarm sound on" : "Alarm sound off");
+}
+
+export function connectAlerts() {
+  $("sound").addEventListener("click", () => {
+    localStorage.setItem(KEY, localStorage.getItem(KEY) === "on" ? "off" : "on");
+    renderToggle();
+    beep();
+  });
+  renderToggle();
+  setInterval(beep, AGAIN_MS);
+}
+
+function alertNode({ level, title, detail, action }) {
+  const node = element("li", "");
+  node.className = level;
+  node.append(element("strong", title));
+  if (detail) node.append(element("p", detail));
+  node.append(Object.assign(element("p", action), { className: "action" }));
+  return node;
+}
+
+/** Written anew only where something has changed: a screen reader says it again then. */
+export function renderAlerts(status) {
+  const alerts = alertsOf(status);
+  const text = JSON.stringify(alerts);
+  if ($("alerts").dataset.text === text) return;
+  $("alerts").dataset.text = text;
+  $("alert-list").replaceChildren(...alerts.map(alertNode));
+  show($("alerts"), alerts.length > 0);
+  const was = alarmed;
+  alarmed = alerts.some(({ level }) => level === "alarm");
+  if (alarmed && !was) beep();
+}

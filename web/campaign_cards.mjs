@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the campaign does, what it asks, and whether the door may be opened.
+
+import { $, element, say, show } from "./dom.mjs";
+import { duration, number } from "./format.mjs";
+import { drawPose } from "./pose.mjs";
+import { abortText, allRestAsAsked, doorOf, faceOf, finishOf, positionOf, runOf, sign, stateText, stepText, turnText, waitsForChamber } from "./words.mjs";
+
+const CAN_PAUSE = ["preflight", "running", "waiting"];
+const CAN_ABORT = ["preflight", "running", "waiting", "paused"];
+
+/** The campaign that the buttons are about: the running or last one, or one that can be resumed. */
+export const nameOf = ({ campaign, resumable }) => campaign?.name ?? resumable ?? null;
+
+export function renderHead(status) {
+  const { state, campaign, prompt } = status;
+  say($("campaign-name"), nameOf(status) ?? "No campaign");
+  say($("state"), stateText(status));
+  $("state").dataset.state = state;
+  show($("simulated"), status.simulated);
+  say($("version"), `Soak ${status.version}`);
+  const share = campaign ? `${Math.floor(100 * campaign.progress)} % · ${campaign.name} · ` : "";
+  document.title = `${prompt ? "● Waiting for you · " : ""}${share}Soak`;
+}
+
+export function renderCampaign(status, plan) {
+  const { campaign, clock: time, state, reason, resumable } = status;
+  show($("progress-card"), nameOf(status) !== null);
+  if (nameOf(status) === null) return;
+  say($("step-text"), campaign ? stepText(status, plan) : `Campaign ${resumable} can be resumed`);
+  const inBanner = state === "failed" || state === "interrupted" || waitsForChamber(status);
+  const says = reason !== null && !inBanner;
+  show($("reason"), says);
+  say($("reason"), says ? reason : "");
+  $("reason").classList.toggle("calm", state === "running" || state === "preflight" || state === "finished");
+  for (const part of ["progress", "facts"]) show($(part), campaign !== null);
+  $("pause").disabled = !CAN_PAUSE.includes(state);
+  $("resume").disabled = !(state === "paused" || resumable);
+  $("abort").disabled = !(CAN_ABORT.includes(state) || (state === "interrupted" && resumable));
+  $("resume").classList.toggle("primary", !$("resume").disabled);
+  if (campaign) renderFacts(campaign, plan, time, finishOf(status));
+}
+
+function renderFacts(campaign, plan, time, finish) {
+  const run = plan ? runOf(campaign, plan) : { number: campaign.run, of: campaign.runs };
+  $("progress").value = campaign.progress;
+  show($("finish-box"), finish !== null);
+  say($("finish-label"), finish?.label ?? "");
+  say($("finish"), finish?.time ?? "");
+  say($("percent"), `${number(100 * campaign.progress, 1)} %`);
+  say($("run"), run ? `${run.number} of ${run.of}` : "pre-flight");
+  say($("step"), `${campaign.step + 1} of ${campaign.steps}`);
+  say($("remaining"), duration(campaign.remaining_s));
+  show($("host-time"), time.rate !== 1);
+  say($("process-label"), time.rate === 1 ? "Still to go" : "Process time to go");
+  say($("host-label"), `Host time to go (rate ${time.rate})`);
+  say($("remaining-host"), duration(campaign.remaining_s / time.rate));
+  say($("procedure"), `${campaign.procedure} (${campaign.purpose})`);
+}
+
+export function renderDoor(status, plan) {
+  const { lamp, title, text } = doorOf(status, plan);
+  $("door").dataset.lamp = lamp;
+  say($("door-title"), title);
+  say($("door-text"), text);
+}
+
+export function renderPrompt(status, plan) {
+  const { prompt, campaign } = status;
+  if (prompt) say($("prompt-text"), prompt.text);
+  show($("prompt-inner"), prompt !== null);
+  $("confirm").disabled = prompt === null;
+  const turning = prompt !== null && campaign?.step_kind === "move";
+  renderFaces(turning ? status.units.filter((unit) => unit.attitude) : []);
+  show($("itself-box"), turning && status.units.some((unit) => unit.attitude));
+  const fixture = turning && plan ? positionOf(campaign.step, plan) : null;
+  const first = turning ? status.units.map(faceOf).find(Boolean) : null;
+  const expected = first?.expected ?? (fixture && sign(fixture));
+  show($("prompt-pose"), turning && Boolean(expected));
+  if (turning && expected) drawPose($("prompt-pose"), expected, first?.up ?? null);
+}
+
+function renderFaces(units) {
+  const lines = units.map((unit) => {
+    const face = faceOf(unit);
+    const line = element("li", `${unit.serial}, slot ${unit.slot}: ${face.up === face.expected ? `${face.up} is up${face.right ? " ✓" : "…"}` : turnText(face)}`);
+    line.className = face.right ? "yes" : "";
+    return line;
+  });
+  $("prompt-faces").replaceChildren(...lines);
+}
+
+/** Whether the open prompt may be confirmed without a click: asked for, and every unit rests as it shall. */
+export function confirmsItself(status) {
+  return status.prompt !== null && status.campaign?.step_kind === "move" && $("itself").checked && allRestAsAsked(status);
+}
+
+export function openAbortDialog(status, plan) {
+  say($("abort-text"), abortText(status, plan));
+  $("abort-reason").value = "";
+  $("abort-dialog").showModal();
+}

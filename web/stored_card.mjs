@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// A station at rest: what it has stored, and a campaign that can be started.
+
+import { get, send } from "./api.mjs";
+import { $, element, say, show } from "./dom.mjs";
+import { timeOfDay, UNKNOWN } from "./format.mjs";
+import { isActive, now_s } from "./words.mjs";
+
+const MOST_ROWS = 12;
+
+export class StoredCard {
+  #userName;
+  #status = null;
+  #shownFor = null; // state and campaign that were shown last
+  #slots = [];
+
+  /** `userName()`: who starts a campaign. */
+  constructor(userName) {
+    this.#userName = userName;
+    $("start-form").addEventListener("submit", (event) => this.#start(event));
+    // A scanner ends each serial number with Enter: that is not yet the start.
+    $("start-slots").addEventListener("keydown", (event) => this.#nextSlot(event));
+  }
+
+  /** The newest status document. */
+  take(status) {
+    this.#status = status;
+    const atRest = !isActive(status);
+    show($("idle"), atRest);
+    show($("start-gives-up"), status.resumable !== null);
+    say($("start-gives-up"), `A new campaign gives ${status.resumable} up: it cannot be resumed afterwards.`);
+    const about = atRest ? `${status.state} ${status.campaign?.name} ${status.campaign?.started_utc_s}` : null;
+    if (about === this.#shownFor) return;
+    this.#shownFor = about;
+    if (atRest) this.load();
+  }
+
+  async load() {
+    try {
+      this.#show(await get("stored"));
+    } catch (error) {
+      console.warn("not known what is stored:", error.message);
+    }
+  }
+
+  #show({ slots, units, campaigns }) {
+    const when = (utc_s) => (utc_s === null ? UNKNOWN : timeOfDay(utc_s, now_s(this.#status)));
+    const rows = campaigns.map((one) => [one.name, one.state ?? "imported", when(one.begun_utc_s), one.runs, one.units.join(", ")]);
+    fill($("stored-campaigns"), rows);
+    fill($("stored-units"), units.map((unit) => [unit.serial, unit.type, unit.runs, when(unit.newest_run_utc_s)]));
+    say($("stored-nothing"), campaigns.length + units.length === 0 ? "Nothing is stored yet." : "");
+    this.#showSlots(slots);
+  }
+
+  #showSlots(slots) {
+    if (JSON.stringify(slots) === JSON.stringify(this.#slots)) return;
+    this.#slots = slots;
+    const fields = slots.map(({ name, unit }) => {
+      const label = element("label", `Slot ${name}: serial number `);
+      const input = Object.assign(document.createElement("input"), { type: "text", value: unit, maxLength: 200, autocomplete: "off" });
+      input.dataset.slot = name;
+      label.append(input);
+      return label;
+    });
+    $("start-slots").replaceChildren(...fields);
+  }
+
+  #nextSlot(event) {
+    if (event.key !== "Enter") return;
+    event.preventDefault();
+    const inputs = [...$("start-slots").querySelectorAll("input")];
+    (inputs[inputs.indexOf(event.target) + 1] ?? $("start-send")).focus();
+  }
+
+  async #start(event) {
+    event.preventDefault();
+    show($("start-failure"), false);
+    const file = $("start-procedure").files[0];
+    const units = {};
+    for (const input of $("start-slots").querySelectorAll("input")) {
+      if (input.value.trim()) units[input.dataset.slot] = input.value.trim();
+    }
+    $("start-send").disabled = true;
+    try {
+      const request = { procedure_text: await file.text(), procedure_file: file.name, campaign: $("start-name").value.trim(), units };
+      await send("start", { user: this.#userName(), ...request });
+    } catch (error) {
+      say($("start-failure"), error.message);
+      show($("start-failure"), true);
+    }
+    $("start-send").disabled = false;
+  }
+}
+
+/** The rows of a table's body; its card is hidden where there are none. */
+function fill(table, rows) {
+  const shown = rows.slice(0, MOST_ROWS).map((cells) => {
+    const row = document.createElement("tr");
+    row.append(...cells.map((text) => element("td", String(text))));
+    return row;
+  });
+  table.tBodies[0].replaceChildren(...shown);
+  show(table, rows.length > 0);
+  const more = rows.length - shown.length;
+  table.tFoot.rows[0].cells[0].textContent = more > 0 ? `and ${more} more` : "";
+}
