@@ -32,7 +32,7 @@ export function renderCampaign(status, plan) {
   const says = reason !== null && !inBanner;
   show($("reason"), says);
   say($("reason"), says ? reason : "");
-  $("reason").classList.toggle("calm", state === "running" || state === "preflight" || state === "finished");
+  $("reason").classList.toggle("calm", !["paused", "stopping", "aborted"].includes(state));
   for (const part of ["progress", "facts"]) show($(part), campaign !== null);
   $("pause").disabled = !CAN_PAUSE.includes(state);
   $("resume").disabled = !(state === "paused" || resumable);
@@ -73,11 +73,20 @@ export function renderPrompt(status, plan) {
   const turning = prompt !== null && campaign?.step_kind === "move";
   renderFaces(turning ? status.units.filter((unit) => unit.attitude) : []);
   show($("itself-box"), turning && status.units.some((unit) => unit.attitude));
-  const fixture = turning && plan ? positionOf(campaign.step, plan) : null;
-  const first = turning ? status.units.map(faceOf).find(Boolean) : null;
-  const expected = first?.expected ?? (fixture && sign(fixture));
-  show($("prompt-pose"), turning && Boolean(expected));
-  if (turning && expected) drawPose($("prompt-pose"), expected, first?.up ?? null);
+  const pose = turning ? poseOf(status, plan) : null;
+  show($("prompt-pose"), Boolean(pose?.expected));
+  if (pose?.expected) drawPose($("prompt-pose"), pose.expected, pose.up, pose.caption);
+}
+
+/** What is drawn: the fixture by a unit that is mounted straight; without one, the first unit by its own faces. */
+function poseOf({ campaign, units }, plan) {
+  const position = plan && positionOf(campaign.step, plan);
+  const asked = position && sign(position);
+  const faces = units.map((unit) => ({ serial: unit.serial, ...faceOf(unit) })).filter((face) => face.expected);
+  const straight = faces.find((face) => face.expected === asked);
+  const face = straight ?? faces[0];
+  if (!face) return { expected: asked, up: null, caption: "" };
+  return { ...face, caption: straight || !asked ? "" : face.serial };
 }
 
 function renderFaces(units) {

@@ -84,6 +84,7 @@ export class StoredCard {
     try {
       const request = { procedure_text: await file.text(), procedure_file: file.name, campaign: $("start-name").value.trim(), units };
       await send("start", { user: this.#userName(), ...request });
+      $("start-name").value = "";
     } catch (error) {
       say($("start-failure"), error.message);
       show($("start-failure"), true);

@@ -98,7 +98,9 @@ export function stepText(status, plan) {
   const { campaign, state, prompt } = status;
   const step = plan?.steps[campaign.step];
   if (state === "stopping") return "On the way to the safe state";
-  if (!step || ["finished", "aborted", "failed", "interrupted"].includes(state)) return campaign.step_text;
+  if (state === "finished") return "All steps are done";
+  if (["aborted", "failed", "interrupted"].includes(state)) return `Stopped at: ${campaign.step_text}`;
+  if (!step) return campaign.step_text;
   const run = runOf(campaign, plan);
   const place = [run ? `Run ${run.number} of ${run.of}` : "Pre-flight", plateauText(step, plan)].filter(Boolean).join(", ");
   const left_s = prompt || state !== "running" && state !== "preflight" ? null : leftOfStep_s(status, plan);

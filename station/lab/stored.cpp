@@ -86,7 +86,7 @@ base::Result<json> campaigns_part(const db::Catalog& catalog, const std::vector<
   const auto begun = [](const json& one) {
     return one["begun_utc_s"].is_null() ? 0.0 : one["begun_utc_s"].get<double>();
   };
-  std::ranges::stable_sort(list, [&](const json& a, const json& b) { return begun(a) > begun(b); });
+  std::ranges::sort(list, [&](const json& a, const json& b) { return begun(a) > begun(b); });
   return json(std::move(list));
 }
 

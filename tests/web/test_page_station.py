@@ -267,6 +267,17 @@ class Turning(StationTest):
         self.browser.wait("return document.querySelectorAll('#prompt-pose svg').length === 1")
         self.assertEqual(self.station.commands(), [])
 
+    def test_the_drawing_is_of_a_unit_that_is_mounted_straight(self):
+        self.ask("+Y", "+X", False)
+        self.station.set("/units/1/attitude", attitude("-Z", "+X", False))
+        self.station.set("/units/0/attitude", attitude("+Y", "-Y", False))  # its −Y lies along the fixture's +X
+        self.open()
+        label = "return document.querySelector('#prompt-pose').ariaLabel === arguments[0]"
+        self.browser.wait(label, "−Z is up now, +X shall be up")
+        self.station.set("/units/1/attitude", None)
+        self.browser.wait(label, "+Y is up now, −Y shall be up")
+        self.browser.wait("return document.querySelector('#prompt-pose').textContent.includes('SN0042')")
+
     def test_where_asked_it_confirms_itself_once_the_unit_rests_right(self):
         self.ask("+Y", "+X", False)
         self.open()
