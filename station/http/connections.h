@@ -14,8 +14,8 @@ namespace soak::station {
 /// from commanding the station, nor take the descriptors that its devices need.
 struct ConnectionLimits {
   std::size_t threads = 160;  ///< at work at a time; those that the event streams hold among them
-  /// Connections but event streams. For one more the oldest is cut off whose request is not complete, or whose answer
-  /// has begun: a command that is being carried out keeps its answer.
+  /// Connections but event streams. For one more the oldest is cut off of those that wait for their client, to send or
+  /// to read on: a command that is being carried out keeps its answer.
   std::size_t short_ones = 64;
   std::size_t waiting = 32;        ///< accepted, without a thread yet; more are not accepted until one is free
   std::size_t head_bytes = 65536;  ///< request line and headers

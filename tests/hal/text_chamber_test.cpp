@@ -168,7 +168,9 @@ TEST_P(TextChamberTest, AsksAgainAtOnceAfterAnAnswerThatWasSpoilt) {
     EXPECT_EQ(reading->air_c, 23.2);
     // Of two answers the first may come by itself: then it is the answer, and nothing is spoilt.
     const std::string asked = peer_.tell("log");
-    if (std::string(fault) == "garbage") EXPECT_EQ(asked, "TEMP?|TEMP?|TEMP?|MODE?|ALARM?");
+    if (std::string(fault) == "garbage") {
+      EXPECT_EQ(asked, "TEMP?|TEMP?|TEMP?|MODE?|ALARM?");
+    }
   }
 }
 
