@@ -15,8 +15,11 @@ constexpr double kApart_c = 25.0;      ///< units warm themselves by up to 15 K
 constexpr double kSettled_s = 1800.0;  ///< of the air at its set point
 constexpr double kAtSetPoint_c = 2.0;
 constexpr double kOutputOn_percent = 5.0;
+constexpr double kOutputRunAway_percent = 90.0;
 constexpr double kStanding_s = 600.0;
 constexpr std::chrono::seconds kStandingHost{5};
+constexpr double kFullHeating_percent = 95.0;
+constexpr double kFullHeating_s = 3600.0;
 constexpr int kLooks = 3;
 constexpr double kSeenFor_s = 10.0;
 
@@ -37,6 +40,7 @@ std::optional<std::string> ChamberGuard::look(double now_s, HostTime host, const
   if (reading == nullptr) standing_c_.reset();
   if (reading != nullptr) {
     if (auto trouble = judge_air(now_s, host, *reading)) return trouble;
+    if (auto trouble = judge_heating(now_s, host, *reading)) return trouble;
   }
   for (const GuardedUnit& unit : units) {
     if (auto trouble = judge(unit, now_s, reading)) return trouble;
@@ -77,8 +81,11 @@ std::optional<std::string> ChamberGuard::judge(const GuardedUnit& unit, double n
 
 std::optional<std::string> ChamberGuard::judge_air(double now_s, HostTime host, const hal::ChamberReading& reading) {
   const double towards_c = reading.working_set_point_c.value_or(reading.set_point_c);
-  const bool driven = reading.running && std::abs(reading.air_c - towards_c) > kAtSetPoint_c &&
-                      std::abs(reading.output_percent.value_or(100.0)) >= kOutputOn_percent;
+  const bool away = std::abs(reading.air_c - towards_c) > kAtSetPoint_c;
+  // At the set point a settled chamber with a coarse thermometer stands as well: there only an output that has run away
+  // tells that the controller does not see what it does.
+  const double output_percent = std::abs(reading.output_percent.value_or(away ? 100.0 : 0.0));
+  const bool driven = reading.running && output_percent >= (away ? kOutputOn_percent : kOutputRunAway_percent);
   if (!driven || standing_c_ != reading.air_c) {
     standing_c_ = driven ? std::optional(reading.air_c) : std::nullopt;
     standing_since_s_ = now_s;
@@ -90,6 +97,25 @@ std::optional<std::string> ChamberGuard::judge_air(double now_s, HostTime host, 
       "the chamber's temperature stands still at {:+.2f} °C although it is driven to {:+.1f} °C: its thermometer is "
       "stuck",
       reading.air_c, towards_c);
+}
+
+std::optional<std::string> ChamberGuard::judge_heating(double now_s, HostTime host,
+                                                       const hal::ChamberReading& reading) {
+  if (!at_set_point_since_s_ || reading.output_percent.value_or(0.0) < kFullHeating_percent) {
+    full_heating_since_s_.reset();
+    return std::nullopt;
+  }
+  if (!full_heating_since_s_) {
+    full_heating_since_s_ = now_s;
+    full_heating_since_ = host;
+  }
+  if (now_s - *full_heating_since_s_ < kFullHeating_s || host - full_heating_since_ < kStandingHost) {
+    return std::nullopt;
+  }
+  return fmt::format(
+      "the chamber has been heating all it can for an hour although its temperature is at its set point of {:+.1f} °C: "
+      "its thermometer is not where the heat goes",
+      reading.set_point_c);
 }
 
 }  // namespace soak::station

@@ -26,9 +26,13 @@ struct GuardedUnit {
 /// - a unit reads more than 5 K beyond its type's rating;
 /// - a unit's temperature moves faster than 20 K/min over a minute;
 /// - a unit differs from the air by more than 25 K although the air has been at its set point for half an hour;
-/// - the air reads the same to the last digit for ten minutes, more than 2 K from the set point, while heating or
-/// cooling is on. A single wrong number does not trip: what is judged must be seen three times, over 10 s. It knows no
-/// device and no clock.
+/// - the air reads the same to the last digit for ten minutes while heating or cooling is on and the air is more than
+///   2 K from the set point, or, wherever it is, while the output is at 90 % or more;
+/// - heating stays at 95 % or more for an hour although the air is at its set point: the heat goes where the
+/// thermometer
+///   is not.
+/// The last two need a map that reads `output_percent`. A single wrong number does not trip: what is judged must be
+/// seen three times, over 10 s. It knows no device and no clock.
 class ChamberGuard {
  public:
   using HostTime = std::chrono::steady_clock::time_point;
@@ -57,12 +61,17 @@ class ChamberGuard {
   [[nodiscard]] std::optional<std::string> judge(const GuardedUnit& unit, double now_s,
                                                  const hal::ChamberReading* reading);
   [[nodiscard]] std::optional<std::string> judge_air(double now_s, HostTime host, const hal::ChamberReading& reading);
+  /// Trouble where the chamber heats all it can, and that for long, to hold its set point.
+  [[nodiscard]] std::optional<std::string> judge_heating(double now_s, HostTime host,
+                                                         const hal::ChamberReading& reading);
 
   std::map<std::string, Track> tracks_;  ///< by serial number
   std::optional<double> at_set_point_since_s_;
   std::optional<double> standing_c_;  ///< what the air reads without a change
   double standing_since_s_ = 0.0;
   HostTime standing_since_{};
+  std::optional<double> full_heating_since_s_;  ///< at the set point
+  HostTime full_heating_since_{};
 };
 
 }  // namespace soak::station

@@ -19,6 +19,8 @@ constexpr int kFailuresUntilStale = 3;
 constexpr int kMismatchesUntilLost = 3;
 constexpr int kReadingsOfAlarm = 2;
 constexpr double kSetPointTolerance_c = 0.5;
+constexpr double kLeap_c = 5.0;               ///< ripple of the air, a door that opens
+constexpr double kFastest_kps = 20.0 / 60.0;  ///< of the air: twice what the quickest chambers for units do
 
 constexpr double kAtLimitShare = 0.98;  ///< of the current limit: what supplies set and measure differs by a per cent
 constexpr int kReadingsAtLimit = 2;
@@ -42,17 +44,36 @@ bool ChamberMonitor::poll(double now_s) {
   auto reading = chamber_.read();
   polled_host_ = steady_clock::now();
   if (!reading) {
-    trouble_ = reading.error().message;
-    if (++failures_ >= kFailuresUntilStale || polled_host_ - heard_host_ > kStale) reading_.reset();
+    note_failure(reading.error().message);
     return false;
   }
+  const bool taken = take(*std::move(reading), now_s);
+  if (!taken || alarmed_ == 1) polled_s_.reset();
+  return taken;
+}
+
+void ChamberMonitor::note_failure(std::string why) {
+  trouble_ = std::move(why);
+  if (++failures_ >= kFailuresUntilStale || polled_host_ - heard_host_ > kStale) reading_.reset();
+}
+
+bool ChamberMonitor::take(hal::ChamberReading reading, double now_s) {
+  alarmed_ = reading.alarms.empty() ? 0 : alarmed_ + 1;
+  const double room_c = kLeap_c + kFastest_kps * (now_s - reading_s_);
+  const auto is_near = [&](double before_c) { return std::abs(reading.air_c - before_c) <= room_c; };
+  if (reading_ && !is_near(reading_->air_c) && !(leap_c_ && is_near(*leap_c_))) {
+    leap_c_ = reading.air_c;
+    reading_->alarms = std::move(reading.alarms);
+    note_failure(fmt::format("its temperature leaps from {:+.1f} to {:+.1f} °C", reading_->air_c, *leap_c_));
+    return false;
+  }
+  leap_c_.reset();
   failures_ = 0;
   trouble_.clear();
   heard_host_ = polled_host_;
-  reading_ = *std::move(reading);
+  reading_ = std::move(reading);
+  reading_s_ = now_s;
   air_.add(now_s, reading_->air_c);
-  alarmed_ = reading_->alarms.empty() ? 0 : alarmed_ + 1;
-  if (alarmed_ == 1) polled_s_.reset();
   const bool as_expected =
       !expected_c_ || (reading_->running && std::abs(reading_->set_point_c - *expected_c_) <= kSetPointTolerance_c);
   mismatches_ = as_expected ? 0 : mismatches_ + 1;

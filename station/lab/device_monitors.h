@@ -16,7 +16,9 @@
 /// What the chamber and the units' supply reported last. Times are process time. They belong to the engine's thread.
 namespace soak::station {
 
-/// Reads the chamber now and then and keeps its last reading. A reading that has become stale is none.
+/// Reads the chamber now and then and keeps its last reading. A reading that has become stale is none. One whose air is
+/// farther from the last one than any chamber gets in between (5 K and 20 K/min) does not count before a second one,
+/// read at once, confirms it: until then the last one stands, with the alarms of the new one.
 class ChamberMonitor {
  public:
   ChamberMonitor(hal::Chamber& chamber, double poll_s)
@@ -30,6 +32,7 @@ class ChamberMonitor {
     polled_s_.reset();
     polled_host_ = {};
     reading_.reset();
+    leap_c_.reset();
     alarmed_ = 0;
   }
   /// The last reading; nothing while it is older than 10 s of host time or three tries in a row have failed.
@@ -60,6 +63,10 @@ class ChamberMonitor {
   [[nodiscard]] const hal::Chamber& chamber() const { return chamber_; }
 
  private:
+  /// Takes a reading, or holds one back that has leapt. True where it was taken.
+  bool take(hal::ChamberReading reading, double now_s);
+  void note_failure(std::string why);
+
   hal::Chamber& chamber_;
   double poll_s_;
   std::optional<double> polled_s_;
@@ -67,6 +74,8 @@ class ChamberMonitor {
   std::chrono::steady_clock::time_point heard_host_{};
   std::optional<hal::ChamberReading> reading_;
   std::string trouble_;
+  double reading_s_ = 0.0;        ///< process time of the reading
+  std::optional<double> leap_c_;  ///< air of the reading that was held back last
   int failures_ = 0;
   int alarmed_ = 0;  ///< readings in a row with alarms
   std::optional<double> expected_c_;

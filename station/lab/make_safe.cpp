@@ -15,12 +15,20 @@ namespace {
 
 constexpr double kThere_c = 1.0;
 constexpr double kSameSetPoint_c = 0.5;
+constexpr double kSameAir_c = 5.0;  ///< of two readings, one right after the other
 constexpr int kDriveTries = 5;
 constexpr int kStopTries = 10;
 
 const hal::ChamberAlarm* alarm_that_stops(const hal::ChamberReading& reading) {
   const auto found = std::ranges::find_if(reading.alarms, &hal::ChamberAlarm::outputs_off);
   return found == reading.alarms.end() ? nullptr : &*found;
+}
+
+/// Whether two readings agree in what is decided by them: a flipped bit on the wire is neither an alarm, nor a chamber
+/// that is off, nor one that is at its safe temperature.
+bool agree(const hal::ChamberReading& before, const hal::ChamberReading& now) {
+  return before.running == now.running && std::abs(before.air_c - now.air_c) <= kSameAir_c &&
+         (alarm_that_stops(before) == nullptr) == (alarm_that_stops(now) == nullptr);
 }
 
 class SafeMaker {
@@ -43,17 +51,13 @@ class SafeMaker {
  private:
   void rest() const { std::this_thread::sleep_for(patience_.pause); }
 
-  /// A reading that a second one confirms in what is decided by it: a flipped bit on the wire is neither an alarm nor
-  /// a chamber that is off.
+  /// A reading that a second one confirms.
   base::Result<hal::ChamberReading> sure_reading() {
     const auto deadline = std::chrono::steady_clock::now() + patience_.silence;
     std::optional<hal::ChamberReading> before;
     for (;;) {
       auto reading = chamber_.read();
-      if (reading && before && before->running == reading->running &&
-          (alarm_that_stops(*before) == nullptr) == (alarm_that_stops(*reading) == nullptr)) {
-        return reading;
-      }
+      if (reading && before && agree(*before, *reading)) return reading;
       if (std::chrono::steady_clock::now() >= deadline) {
         return reading ? base::fail(base::ErrorKind::device, "its readings contradict each other") : reading;
       }

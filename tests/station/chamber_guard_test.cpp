@@ -117,11 +117,55 @@ TEST_F(ChamberGuardTest, AnAirThatMovesOrIsNotDrivenOrIsThereMayStand) {
   air.running = false;
   EXPECT_FALSE(trips_within(7200.0, [] {}));
   air.running = true;
+  air.output_percent = 80.0;
   air.air_c = 59.0;
   EXPECT_FALSE(trips_within(7200.0, [] {}));
   air.air_c = 34.0;
   air.working_set_point_c = 34.5;  // the controller's ramp has just begun
   EXPECT_FALSE(trips_within(7200.0, [] {}));
+}
+
+TEST_F(ChamberGuardTest, AFrozenThermometerAtTheSetPointTripsOnceTheControllerDrivesAllItHas) {
+  // The controller sees 0.4 K too little for ever, and its integral part runs away.
+  air.air_c = 59.6;
+  air.output_percent = 12.0;
+  EXPECT_FALSE(trips_within(3600.0, [] {})) << "a coarse thermometer of a settled chamber";
+  air.output_percent = 100.0;
+  const double after_s = trips_within(7200.0, [] {}).value_or(0.0);
+  EXPECT_GE(after_s, 600.0);
+  EXPECT_LE(after_s, 630.0);
+  guard.forget();
+  air.output_percent = -100.0;
+  EXPECT_TRUE(trips_within(700.0, [] {})) << "cooling runs away as heating does";
+  guard.forget();
+  air.output_percent = std::nullopt;
+  EXPECT_FALSE(trips_within(7200.0, [] {})) << "where the map reads no output, nobody knows";
+}
+
+TEST_F(ChamberGuardTest, FullHeatingForAnHourAtTheSetPointTripsAlthoughTheAirMoves) {
+  air.output_percent = 99.0;
+  const double after_s = trips_within(7200.0).value_or(0.0);
+  EXPECT_GE(after_s, 3600.0);
+  EXPECT_LE(after_s, 3640.0);
+}
+
+TEST_F(ChamberGuardTest, FullHeatingOnTheWayOrInBetweenAndFullCoolingMayBe) {
+  int look = 0;
+  EXPECT_FALSE(trips_within(14400.0, [&] {
+    air.output_percent = ++look % 100 == 0 ? 80.0 : 100.0;
+    air.air_c = 60.0 + 0.01 * (look % 2);
+  }));
+  EXPECT_FALSE(trips_within(14400.0, [&] {
+    air.output_percent = 100.0;
+    air.air_c = 50.0 + 0.01 * (++look % 2);
+  }));
+  guard.forget();
+  air.set_point_c = -60.0;
+  unit.temp_c = -35.0;
+  EXPECT_FALSE(trips_within(14400.0, [&] {
+    air.output_percent = -100.0;  // a chamber at its lowest temperature
+    air.air_c = -60.0 + 0.01 * (++look % 2);
+  }));
 }
 
 TEST_F(ChamberGuardTest, AFastClockDoesNotMakeAReadingStandStill) {

@@ -52,6 +52,17 @@ class ChamberMonitorTest : public ::testing::Test {
     }
   }
 
+  /// A look for which the interval need not pass: the next one comes at once.
+  bool look_at_once() {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{10};
+    const int before = chamber.reads;
+    while (std::chrono::steady_clock::now() < deadline) {
+      const bool fresh = monitor.poll(now_s);
+      if (chamber.reads != before) return fresh;
+    }
+    return false;
+  }
+
   void look(int times) {
     for (int i = 0; i < times; ++i) look();
   }
@@ -220,6 +231,56 @@ TEST_F(ChamberMonitorTest, AnAlarmCountsOnceTwoReadingsInARowHaveIt) {
     look();
     EXPECT_TRUE(monitor.alarms().empty()) << i;
   }
+}
+
+TEST_F(ChamberMonitorTest, AReadingFartherThanAnyChamberGetsIsReadAgainAtOnceBeforeItCounts) {
+  look();
+  chamber.says.air_c = -29.5;  // a flipped bit: the set point, as it seems
+  const int before = chamber.reads;
+  EXPECT_FALSE(look());
+  EXPECT_EQ(monitor.reading()->air_c, 20.0);
+  chamber.says.air_c = 19.9;
+  EXPECT_TRUE(look_at_once()) << "the interval has not passed";
+  EXPECT_EQ(chamber.reads, before + 2);
+  EXPECT_EQ(monitor.reading()->air_c, 19.9);
+}
+
+TEST_F(ChamberMonitorTest, AJumpThatASecondReadingConfirmsCounts) {
+  look();
+  chamber.says.air_c = 80.0;
+  EXPECT_FALSE(look());
+  chamber.says.air_c = 81.0;
+  EXPECT_TRUE(look_at_once());
+  EXPECT_EQ(monitor.reading()->air_c, 81.0);
+}
+
+TEST_F(ChamberMonitorTest, WhatAChamberCanDoSinceTheLastReadingIsNoJump) {
+  look();
+  chamber.says.air_c = 28.0;  // 8 K in 10 s at 20 K/min and 5 K of noise
+  EXPECT_TRUE(look());
+  now_s += 600.0;
+  chamber.says.air_c = -60.0;
+  EXPECT_TRUE(look()) << "ten minutes later";
+}
+
+TEST_F(ChamberMonitorTest, ReadingsThatJumpAboutAreNone) {
+  look();
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_FALSE(monitor.stale()) << i;
+    chamber.says.air_c = 100.0 + 60.0 * i;
+    EXPECT_FALSE(i == 0 ? look() : look_at_once());
+  }
+  EXPECT_TRUE(monitor.stale());
+  EXPECT_NE(monitor.trouble(), "");
+}
+
+TEST_F(ChamberMonitorTest, AnAlarmBesideAJumpStillCounts) {
+  look();
+  chamber.says.air_c = 120.0;
+  chamber.says.alarms = {{"alarm 1", true}};
+  EXPECT_FALSE(look());
+  EXPECT_TRUE(look_at_once());
+  EXPECT_EQ(monitor.alarms(), chamber.says.alarms);
 }
 
 }  // namespace

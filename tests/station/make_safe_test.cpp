@@ -45,5 +45,34 @@ TEST(MakeChamberSafe, AChamberWhoseReadingsContradictEachOtherIsSwitchedOff) {
   EXPECT_TRUE(chamber.is_off);
 }
 
+/// At 60 °C and on. Its first reading looks as if it were at its safe temperature.
+class OnceFlippedChamber : public ContradictingChamber {
+ public:
+  base::Result<hal::ChamberReading> read() override {
+    hal::ChamberReading reading;
+    reading.air_c = reads_++ == 0 ? 25.0 : 60.0;
+    reading.set_point_c = set_point_c;
+    reading.running = true;
+    return reading;
+  }
+  base::Status set_temperature(double temp_c) override {
+    set_point_c = temp_c;
+    return {};
+  }
+
+  double set_point_c = 60.0;
+
+ private:
+  int reads_ = 0;
+};
+
+TEST(MakeChamberSafe, OneReadingOfTheSafeTemperatureIsNotBelieved) {
+  OnceFlippedChamber chamber;
+  const auto made = make_chamber_safe(chamber, 15.0, {.silence = 50ms, .pause = 1ms});
+  ASSERT_TRUE(made) << made.error().message;
+  EXPECT_EQ(made->action, SafeAction::driven);
+  EXPECT_EQ(chamber.set_point_c, made->target_c);
+}
+
 }  // namespace
 }  // namespace soak::station
