@@ -84,6 +84,7 @@ class MappedChamber final : public Chamber {
     return controller_->has("ramp_rate") && controller_->has_action("ramp_on") && controller_->has_action("ramp_off");
   }
   UnitPower* unit_power() override { return power_.get(); }
+  bool answers() const override { return controller_->answers(); }
   std::string description() const override { return controller_->description(); }
 
  private:

@@ -61,6 +61,8 @@ class Chamber {
   /// What switches units by outputs of the chamber's controller, over the same link: as long-lived as the chamber, same
   /// thread. Null where the map names no such output.
   [[nodiscard]] virtual UnitPower* unit_power() { return nullptr; }
+  /// Whether the last call got its answers, be they ones that nobody can believe; false where the link broke.
+  [[nodiscard]] virtual bool answers() const { return true; }
   /// Map and address, for messages and logs.
   [[nodiscard]] virtual std::string description() const = 0;
 };

@@ -22,8 +22,10 @@ enum class MapProtocol : std::uint8_t { modbus, text };
 struct LinkSettings {
   ControllerAddress address;
   double response_timeout_s = 1.0;
-  std::optional<double> gap_s;    ///< pause before each request; absent = 0.03 s on a serial line of Modbus, else none
-  double poll_s = 1.0;            ///< process time between readings
+  std::optional<double> gap_s;  ///< pause before each request; absent = 0.03 s on a serial line of Modbus, else none
+  double poll_s = 1.0;          ///< process time between readings
+  /// Whether a controller that is reached by TCP may be asked over another connection at the same time.
+  bool second_connection = false;
   int unit = 1;                   ///< Modbus: number of the device on its bus
   int max_block = 32;             ///< Modbus: registers per request
   std::string prefix;             ///< text: sent before each command, an address on a bus

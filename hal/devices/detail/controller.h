@@ -42,6 +42,8 @@ class Controller {
   [[nodiscard]] std::string place(const std::string& quantity) const;
   /// Map and address.
   [[nodiscard]] std::string description() const;
+  /// Whether the link survived the last call.
+  [[nodiscard]] bool answers() const { return codec_->link().is_open(); }
 
   [[nodiscard]] base::Status connect();
   [[nodiscard]] base::Result<Values> read_all(const std::vector<std::string>& names);

@@ -50,6 +50,7 @@ LinkSettings read_modbus_link(const Table& link) {
   }
   settings.max_block = link.whole("max_block", {2, 125}, settings.max_block);
   settings.poll_s = link.number("poll_s", {0.1, 60.0}, settings.poll_s);
+  settings.second_connection = link.flag("second_connection", true);
   return settings;
 }
 

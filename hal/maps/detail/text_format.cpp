@@ -35,6 +35,7 @@ LinkSettings read_text_link(const Table& link) {
   settings.response_timeout_s = link.number("response_timeout_s", {0.05, 30.0}, 3.0);
   settings.gap_s = link.number("gap_s", {0.0, 0.5}, 0.0);
   settings.poll_s = link.number("poll_s", {0.1, 60.0}, settings.poll_s);
+  settings.second_connection = link.flag("second_connection", settings.second_connection);
   return settings;
 }
 
