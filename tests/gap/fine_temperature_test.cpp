@@ -106,7 +106,7 @@ TEST(FineTemperature, LetsAHysteresisBeNamed) {
 }
 
 TEST(FineTemperature, OfAUnitWithoutEffectsNamesNothing) {
-  for (std::uint64_t seed = 1; seed <= made_up::fewer_under_sanitizers(6); ++seed) {
+  for (std::uint64_t seed = 1; seed <= made_up::fewer_under_sanitizers(3); ++seed) {
     Plan plan;
     plan.seed = seed;
     const LoggedCampaign campaign = refined(made_up::in_whole_degrees(made_up::campaign(plan, made_up::nothing())));
