@@ -88,7 +88,7 @@ std::array<std::optional<base::Result<calib::SensorFit>>, calib::kSensorCount> f
 std::optional<double> half_gap_of(const nlohmann::json& document, calib::Sensor sensor) {
   const nlohmann::json::json_pointer at("/fit/sensors/" + std::string(name_of(sensor)));
   if (!document.contains(at)) return std::nullopt;
-  const nlohmann::json fit = document[at];
+  const nlohmann::json& fit = document[at];
   if (!fit.contains("sweeps") || !fit["sweeps"].is_object() || !fit.value("one_way", nlohmann::json()).is_null()) {
     return std::nullopt;
   }

@@ -105,7 +105,7 @@ LinkAnswer<std::string> TextLink::receive_raw(Clock::time_point deadline) {
 }
 
 LinkAnswer<std::string> TextLink::receive(Clock::time_point deadline) {
-  const auto text = receive_raw(deadline);
+  auto text = receive_raw(deadline);
   if (!text) return text;
   const std::string& line_end = settings().line_end;
   const std::size_t end = line_end.empty() ? text->size() : text->find(line_end);
