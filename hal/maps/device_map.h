@@ -29,7 +29,8 @@ struct LinkSettings {
   int unit = 1;                   ///< Modbus: number of the device on its bus
   int max_block = 32;             ///< Modbus: registers per request
   std::string prefix;             ///< text: sent before each command, an address on a bus
-  std::string line_end = "\r\n";  ///< text: of commands and answers
+  std::string line_end = "\r\n";  ///< text: of commands and answers; empty = an answer ends when nothing more comes
+  std::string separator = ",";    ///< text: between fields, one character; one beyond ASCII is a byte of Latin-1 there
 };
 
 enum class RegisterType : std::uint8_t { u16, i16, f32 };
@@ -48,17 +49,22 @@ struct RegisterPlace {
 
 /// Where a value stands in the answer to a command.
 struct TextField {
-  std::string ask;            ///< the command
-  std::optional<int> fields;  ///< that the answer must have; absent = `field` at least
-  int field = 1;              ///< counted from 1, separated by commas
+  std::string ask;              ///< the command
+  std::optional<int> fields;    ///< that the answer must have; absent = `field` at least
+  int field = 1;                ///< counted from 1
+  int character = 0;            ///< the one that the field consists of, counted from 1 in the answer; 0 = all of it
+  std::optional<int> length;    ///< characters that the answer must have; absent = any number
+  std::string separator = ",";  ///< between fields; blanks: any number of them
 };
 
 /// A value of a controller that speaks lines of text.
 struct TextPlace {
   TextField from;
-  std::vector<std::string> words;  ///< word n stands for the number n; empty = a number is answered
-  std::string write;               ///< command with {} for the value; empty = read only
-  int decimals = 1;                ///< of a number that is written
+  std::vector<std::string> words;     ///< word n stands for the number n; empty = a number is answered
+  std::string write;                  ///< command with {} for the value; empty = read only
+  int decimals = 1;                   ///< of a number that is written
+  int width = 0;                      ///< of a number that is written: filled up with zeros to so many characters
+  std::vector<std::string> accepted;  ///< beginnings of answers that accept a write; empty = any but a refusal
 };
 
 /// One named value of the controller.

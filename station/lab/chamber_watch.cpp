@@ -15,12 +15,13 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr double kAirMargin_c = 10.0;  ///< overshoot of a controller, and what the units' ratings leave
-constexpr double kRateWindow_s = 60.0;
+constexpr double kAirRateWindow_s = 60.0;
 constexpr int kOutsideLooks = 2;
 constexpr int kFastLooks = 3;
 constexpr int kAlarmLooks = 2;
 constexpr std::chrono::milliseconds kShortestPause{50};  ///< of the host: a fast clock must not flood the controller
-constexpr std::chrono::milliseconds kStopPause{500};     ///< between two commands to switch off
+constexpr std::chrono::seconds kBlind{60};
+constexpr std::chrono::milliseconds kStopPause{500};  ///< between two commands to switch off
 
 }  // namespace
 
@@ -49,9 +50,9 @@ bool WatchJudge::is_outside(double air_c) {
 
 double WatchJudge::rate_kpmin(double now_s, double air_c) {
   airs_.emplace_back(now_s, air_c);
-  while (airs_.size() > 2 && now_s - airs_[1].first >= kRateWindow_s) airs_.pop_front();
+  while (airs_.size() > 2 && now_s - airs_[1].first >= kAirRateWindow_s) airs_.pop_front();
   const double elapsed_s = now_s - airs_.front().first;
-  return elapsed_s >= kRateWindow_s ? 60.0 * (air_c - airs_.front().second) / elapsed_s : 0.0;
+  return elapsed_s >= kAirRateWindow_s ? 60.0 * (air_c - airs_.front().second) / elapsed_s : 0.0;
 }
 
 std::optional<std::string> WatchJudge::look(double now_s, const hal::ChamberReading& reading) {
@@ -97,7 +98,7 @@ void ChamberWatch::arm(const WatchLimits& limits) {
   if (!verdict_.armed) {
     verdict_ = {};
     verdict_.armed = true;
-    believed_ = engine_ = Clock::now();
+    armed_ = believed_ = engine_ = Clock::now();
   }
   limits_ = limits;
   ++arming_;
@@ -128,7 +129,9 @@ void ChamberWatch::stop_now(std::string reason) {
 WatchVerdict ChamberWatch::verdict() const {
   const std::lock_guard lock(mutex_);
   WatchVerdict verdict = verdict_;
-  if (verdict.reading) verdict.age_s = std::chrono::duration<double>(Clock::now() - heard_).count();
+  const auto now = Clock::now();
+  if (verdict.reading) verdict.age_s = std::chrono::duration<double>(now - heard_).count();
+  verdict.blind = verdict.armed && now - std::max(heard_, armed_) > kBlind;
   return verdict;
 }
 

@@ -73,6 +73,7 @@ struct WatchVerdict {
   std::string tripped;                         ///< why heating and cooling are switched off; empty = all is well
   bool is_off = false;                         ///< after a trip: the controller has taken the command
   std::string trouble;                         ///< why the last reading failed; empty after one that did not
+  bool blind = false;                          ///< for a minute and more it has had no reading
   std::optional<hal::ChamberReading> reading;  ///< the last one, however old
   std::optional<double> age_s;                 ///< of it, host time
 };
@@ -130,6 +131,7 @@ class ChamberWatch {
   std::uint64_t arming_ = 0;  ///< counts arm(), disarm() and new limits: the thread begins anew
   WatchLimits limits_;
   WatchVerdict verdict_;
+  Clock::time_point armed_{};
   Clock::time_point heard_{};     ///< a reading
   Clock::time_point believed_{};  ///< the last time that the controller was silent or its reading was credible
   Clock::time_point engine_{};

@@ -76,6 +76,7 @@ base::Status Engine::make_devices() {
   auto chamber = hal::make_chamber(config_.chamber);
   if (!chamber) return base::forward_error(chamber);
   chamber_ = *std::move(chamber);
+  watch_ = ChamberWatch::make(config_.chamber, config_.clock_rate);
   if (config_.fixture) {
     auto fixture = hal::make_fixture(*config_.fixture);
     if (!fixture) return base::forward_error(fixture);
@@ -204,6 +205,7 @@ void Engine::wait() {
 
 void Engine::cycle() {
   const base::Status stored = station_->poll();
+  heed_watch();
   const bool going_on = state_ == CampaignState::running || state_ == CampaignState::paused;
   if (going_on) {
     record_history();
@@ -280,6 +282,28 @@ void Engine::watch_guard() {
   if (safe_end_) return safe_end_->switch_off_at_once(*station_, *trouble);
   if (!chamber_->stop()) log_.add("alarm", "chamber", "heating and cooling cannot be switched off yet");
   end_campaign(CampaignState::failed, *trouble, true);
+}
+
+void Engine::heed_watch() {
+  if (!watch_) return;
+  const bool driven =
+      state_ == CampaignState::running || state_ == CampaignState::paused || state_ == CampaignState::stopping;
+  if (!driven) {
+    watch_is_blind_ = false;
+    return watch_->disarm();
+  }
+  watch_->arm(watch_limits(station_->procedure(), config_.dew_point_c));
+  watch_->note_engine();
+  const WatchVerdict verdict = watch_->verdict();
+  // A chamber that does not answer the engine either is reported elsewhere.
+  const bool blind = verdict.blind && !station_->chamber.stale();
+  if (blind && !watch_is_blind_) {
+    log_.add("device", "chamber", "its watch cannot read it over a connection of its own: " + verdict.trouble);
+  }
+  watch_is_blind_ = blind;
+  if (verdict.tripped.empty()) return;
+  if (safe_end_) return safe_end_->switch_off_at_once(*station_, verdict.tripped);
+  end_campaign(CampaignState::failed, verdict.tripped, true);
 }
 
 void Engine::watch_set_point() {

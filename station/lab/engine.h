@@ -20,6 +20,7 @@
 #include "station/config/station_config.h"
 #include "station/lab/campaign_log.h"
 #include "station/lab/chamber_guard.h"
+#include "station/lab/chamber_watch.h"
 #include "station/lab/safe_end.h"
 #include "station/lab/start_check.h"
 #include "station/lab/station.h"
@@ -98,6 +99,8 @@ class Engine : public StationService {
   void watch_alarms();
   /// Ends the campaign where chamber and units do not fit together.
   void watch_guard();
+  /// Arms the chamber's watch while a campaign drives the chamber, and ends the campaign where it has tripped.
+  void heed_watch();
   void watch_set_point();
   /// Writes the state into the journal. Where that fails it is tried again every second and before the next campaign.
   void store_state();
@@ -161,6 +164,8 @@ class Engine : public StationService {
   std::unique_ptr<StepTask> task_;
   std::unique_ptr<SafeEnd> safe_end_;
   ChamberGuard guard_;
+  std::unique_ptr<ChamberWatch> watch_;  ///< null where the controller takes no second connection
+  bool watch_is_blind_ = false;
   std::optional<std::chrono::steady_clock::time_point> stale_since_;
   std::chrono::steady_clock::time_point next_store_{};
   bool journal_is_behind_ = false;

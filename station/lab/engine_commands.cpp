@@ -184,6 +184,7 @@ base::Status Engine::connect_devices() {
 
 void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, const std::optional<WayBack>& resumed) {
   guard_.forget();
+  if (watch_) watch_->disarm();
   make_units(checked);
   std::vector<std::string> serials;
   for (const CheckedUnit& unit : checked.units) serials.push_back(unit.serial);

@@ -127,6 +127,12 @@ INSTANTIATE_TEST_SUITE_P(
                     Mistake{"[quantity.air_c]\nask = \"A\\n\"\n", 13, "'ask'"},
                     Mistake{"[quantity.air_c]\nask = \"A?\"\nfields = 2\nfield = 3\n", 15, "'field'"},
                     Mistake{"[quantity.air_c]\nask = \"A?\"\nmax = 3\n", 14, "'max'"},
+                    Mistake{"[quantity.air_c]\nask = \"A?\"\nwidth = 3\n", 14, "'width'"},
+                    Mistake{"[quantity.air_c]\nask = \"A?\"\naccepted = [\"0\"]\n", 14, "'accepted'"},
+                    Mistake{"[quantity.air_c]\nask = \"A?\"\ncharacter = 2\nfields = 2\n", 14, "'character'"},
+                    Mistake{"[quantity.air_c]\nask = \"A?\"\ncharacter = 9\nlength = 8\n", 14, "'character'"},
+                    Mistake{"[quantity.ramp_rate]\ncommand = true\n", 12, "'ramp_rate'"},
+                    Mistake{"accepted = [\"0\"]\n[confirm]\nask = \"E?\"\naccepted = [\"0\"]\n", 13, "'set_point_c'"},
                     Mistake{"[quantity.ramp_rate]\nask = \"A?\"\nwrite = \"A\"\n", 14, "'write'"},
                     Mistake{"[quantity.ramp_rate]\nask = \"A?\"\nwrite = \"A{}\"\nmin = 2\nmax = 1\n", 15, "'min'"},
                     Mistake{"[quantity.control_mode]\nask = \"A?\"\nwords = {}\n", 14, "'words'"},
@@ -154,6 +160,17 @@ TEST(TextMap, TheLinkIsEitherTcpOrSerial) {
       base::mentions(refusal(head + "serial = \"/dev/x\"\nbaud = 14400\n" + rest), {"m.toml:6: ", "'link.baud'"}));
   EXPECT_TRUE(
       base::mentions(refusal(head + "tcp = \"h:1\"\nline_end = \";\"\n" + rest), {"m.toml:6: ", "'link.line_end'"}));
+}
+
+TEST(TextMap, ASeparatorIsOneCharacterOfAsciiOrLatin1) {
+  const auto separated = [](const std::string& separator) {
+    return refusal("name = \"r\"\nkind = \"chamber\"\nprotocol = \"text\"\n[link]\ntcp = \"h:1\"\nseparator = \"" +
+                   separator + "\"\n[quantity.air_c]\nask = \"1¶1\"\n");
+  };
+  for (const char* good : {",", " ", ";", "¶", "¡", "ÿ"}) EXPECT_EQ(separated(good), "") << good;
+  for (const char* bad : {"", ",,", "\\t", "€", "\\u0080", "\\u00A0"}) {
+    EXPECT_TRUE(base::mentions(separated(bad), {"m.toml:6: ", "'link.separator'"})) << bad;
+  }
 }
 
 TEST(TextMap, WhatAChamberNeedsIsToldAtOnce) {
@@ -188,6 +205,37 @@ TEST(TextAnswer, ANumberOfFieldsThatIsStatedIsDemanded) {
   EXPECT_FALSE(decode_answer(number(1, 1), "23.2,25.0"));
   EXPECT_FALSE(decode_answer(number(2), "23.2"));
   EXPECT_EQ(decode_answer(number(2), "1,2,3").value_or(0.0), 2.0);
+}
+
+TEST(TextAnswer, FieldsHaveTheSeparatorOfTheMap) {
+  TextPlace place = number(2, 2);
+  place.from.separator = "¶";
+  EXPECT_EQ(decode_answer(place, "1¶23.4").value_or(0.0), 23.4);
+  EXPECT_FALSE(decode_answer(place, "1,23.4"));
+  place = number(3, 3);
+  place.from.separator = " ";
+  EXPECT_EQ(decode_answer(place, " A0 023.4   -12.5 ").value_or(0.0), -12.5);
+}
+
+TEST(TextAnswer, ALengthIsDemandedAndOneCharacterCanBeTheValue) {
+  TextPlace place = number(1);
+  place.from.length = 4;
+  EXPECT_EQ(decode_answer(place, "23.4").value_or(0.0), 23.4);
+  for (const char* bad : {"23.", "023.4", ""}) EXPECT_FALSE(decode_answer(place, bad)) << bad;
+  place.from.character = 2;
+  place.words = {"0", "1"};
+  EXPECT_EQ(decode_answer(place, "S101").value_or(-1.0), 1.0);
+  EXPECT_FALSE(decode_answer(place, "S201"));
+  place.from.length.reset();
+  EXPECT_FALSE(decode_answer(place, "S"));
+}
+
+TEST(TextAnswer, NumbersAreFilledUpWithZeros) {
+  TextPlace place = number(1);
+  place.width = 5;
+  EXPECT_EQ(spell(place, 25.0).value(), "025.0");
+  EXPECT_EQ(spell(place, -5.0).value(), "-05.0");
+  EXPECT_EQ(spell(place, 125.04).value(), "125.0");
 }
 
 TEST(TextAnswer, AWordThatTheMapDoesNotKnowIsNoValue) {

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "base/result.h"
 #include "modbus_peer.h"
@@ -18,11 +19,20 @@ namespace soak::hal::test {
 /// A script of tests/hal that prints "PORT n", then answers orders on its standard input, a line for a line.
 class TextPeer {
  public:
-  explicit TextPeer(const std::string& script, int port = 0)
-      : process_({"/usr/bin/python3", "-B", SOAK_TEST_FOLDER "/hal/" + script, std::to_string(port)}) {
+  explicit TextPeer(const std::string& script, int port = 0) : TextPeer(script, port, {}) {}
+  /// `argument`: a second one, after a port of the script's choice.
+  TextPeer(const std::string& script, const std::string& argument) : TextPeer(script, 0, {argument}) {}
+  TextPeer(const std::string& script, int port, const std::vector<std::string>& more)
+      : process_(command(script, port, more)) {
     const std::string greeting = process_.line().value_or("");
     if (!greeting.starts_with("PORT ")) throw std::runtime_error(script + " did not start");
     port_ = std::stoi(greeting.substr(5));
+  }
+  static std::vector<std::string> command(const std::string& script, int port, const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"/usr/bin/python3", "-B", SOAK_TEST_FOLDER "/hal/" + script,
+                                      std::to_string(port)};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
   }
   [[nodiscard]] int port() const { return port_; }
   std::string tell(const std::string& order) {

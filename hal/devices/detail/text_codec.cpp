@@ -18,6 +18,7 @@ namespace soak::hal {
 namespace {
 
 constexpr std::string_view kPlaceholder = "{}";
+constexpr int kValueTries = 3;  ///< for an answer that holds no value
 
 std::string trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(' ');
@@ -41,7 +42,16 @@ bool contains_text(const std::vector<std::string>& texts, const std::string& tex
 
 std::string quoted(const std::string& command) { return "'" + command + "'"; }
 
-std::string field_text(const TextField& from) { return fmt::format("field {} of '{}'", from.field, from.ask); }
+std::string field_text(const TextField& from) {
+  if (from.character > 0) return fmt::format("character {} of '{}'", from.character, from.ask);
+  return fmt::format("field {} of '{}'", from.field, from.ask);
+}
+
+/// Characters of a text in UTF-8.
+std::size_t length_of(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+}
 
 /// Within one call each command is sent once, however many values its answer carries.
 class TextCodec final : public Codec {
@@ -58,12 +68,9 @@ class TextCodec final : public Codec {
     Lines lines;
     std::vector<Content> contents;
     for (const std::string& name : names) {
-      const TextPlace& place = map_.quantities.at(name).text;
-      auto field = read_field(name, place.from, lines);
-      if (!field) return tl::unexpected(std::move(field.error()));
-      const auto value = decode_answer(place, lines.at(place.from.ask));
-      if (!value) return tl::unexpected(NoAnswer{name, field_text(place.from), value.error().message});
-      contents.push_back({*value, *std::move(field), {}, 0});
+      auto content = read_content(name, map_.quantities.at(name).text, lines);
+      if (!content) return tl::unexpected(std::move(content.error()));
+      contents.push_back(*std::move(content));
     }
     return contents;
   }
@@ -101,14 +108,17 @@ class TextCodec final : public Codec {
 
   Answer<void> write(const std::string& name, const Content& content) override {
     const std::string what = "writing " + name;
-    const std::string command = write_command(map_.quantities.at(name).text, content.text);
+    const TextPlace& place = map_.quantities.at(name).text;
+    const std::string command = write_command(place, content.text);
     if (map_.confirm) {
       const auto sent = link_.send_only(command);
       return sent ? confirm(what, command) : tl::unexpected(NoAnswer{what, quoted(command), sent.error().text});
     }
     Lines none;
     const auto done = ask(what, command, none);
-    return done ? Answer<void>{} : tl::unexpected(done.error());
+    if (!done) return tl::unexpected(done.error());
+    if (place.accepted.empty() || begins_with_any(*done, place.accepted)) return {};
+    return tl::unexpected(NoAnswer{what, quoted(command), fmt::format("refused: '{}'", *done)});
   }
 
  private:
@@ -116,10 +126,11 @@ class TextCodec final : public Codec {
   using Lines = std::map<std::string, std::string>;
 
   /// The answer, asked for unless `lines` has it. `what`: for messages.
-  Answer<std::string> ask(const std::string& what, const std::string& command, Lines& lines) {
+  Answer<std::string> ask(const std::string& what, const std::string& command, Lines& lines,
+                          TextLink::Spoilt spoilt = TextLink::Spoilt::ask_again) {
     const auto known = lines.find(command);
     if (known != lines.end()) return known->second;
-    const auto answer = link_.ask(command);
+    const auto answer = link_.ask(command, spoilt);
     if (!answer) return tl::unexpected(NoAnswer{what, quoted(command), answer.error().text});
     if (begins_with_any(*answer, map_.refusals)) {
       return tl::unexpected(NoAnswer{what, quoted(command), fmt::format("refused: '{}'", *answer)});
@@ -138,14 +149,27 @@ class TextCodec final : public Codec {
     return *std::move(field);
   }
 
-  /// Asks the controller what it says of a command that it did not answer.
+  /// A value. An answer that holds none may have been spoilt on its way: it is asked for again.
+  Answer<Content> read_content(const std::string& name, const TextPlace& place, Lines& lines) {
+    for (int attempt = 1;; ++attempt) {
+      const auto answer = ask(name, place.from.ask, lines);
+      if (!answer) return tl::unexpected(NoAnswer{name, field_text(place.from), answer.error().why});
+      const auto value = decode_answer(place, *answer);
+      if (value) return Content{*value, field_of(place.from, *answer).value(), {}, 0};
+      if (attempt == kValueTries) return tl::unexpected(NoAnswer{name, field_text(place.from), value.error().message});
+      lines.erase(place.from.ask);
+    }
+  }
+
+  /// Asks the controller what it says of a command that it did not answer. That list is emptied by reading it: what was
+  /// spoilt cannot be read again.
   Answer<void> confirm(const std::string& what, const std::string& command) {
     // An error that is left in the controller's list would be taken for one of the next command.
     constexpr int longest_list = 32;
     std::vector<std::string> refusals;
     for (int i = 0; i < longest_list; ++i) {
       Lines none;
-      const auto answer = ask(what, map_.confirm->ask, none);
+      const auto answer = ask(what, map_.confirm->ask, none, TextLink::Spoilt::give_up);
       if (!answer) return tl::unexpected(answer.error());
       if (begins_with_any(*answer, map_.confirm->accepted)) break;
       refusals.push_back(*answer);
@@ -162,18 +186,30 @@ class TextCodec final : public Codec {
 
 std::unique_ptr<Codec> make_text_codec(const DeviceMap& map) { return std::make_unique<TextCodec>(map); }
 
-std::vector<std::string> split_answer(std::string_view answer) {
+std::vector<std::string> split_answer(std::string_view answer, std::string_view separator) {
+  const bool blanks = separator == " ";
+  const std::string text = blanks ? trimmed(answer) : std::string(answer);
+  std::string_view rest = text;
   std::vector<std::string> fields;
   for (;;) {
-    const std::size_t comma = answer.find(',');
-    fields.push_back(trimmed(answer.substr(0, comma)));
-    if (comma == std::string_view::npos) return fields;
-    answer.remove_prefix(comma + 1);
+    const std::size_t end = rest.find(separator);
+    fields.push_back(trimmed(rest.substr(0, end)));
+    if (end == std::string_view::npos) return fields;
+    rest.remove_prefix(end + separator.size());
+    while (blanks && rest.starts_with(' ')) rest.remove_prefix(1);
   }
 }
 
 base::Result<std::string> field_of(const TextField& from, std::string_view answer) {
-  std::vector<std::string> fields = split_answer(answer);
+  if (from.length && length_of(answer) != static_cast<std::size_t>(*from.length)) {
+    return unusable(fmt::format("the answer '{}' does not have {} characters", answer, *from.length));
+  }
+  if (from.character > 0) {
+    const auto at = static_cast<std::size_t>(from.character) - 1;
+    if (at >= answer.size()) return unusable(fmt::format("the answer '{}' is too short", answer));
+    return std::string(1, answer[at]);
+  }
+  std::vector<std::string> fields = split_answer(answer, from.separator);
   const auto wanted = static_cast<std::size_t>(from.fields.value_or(from.field));
   const bool right = from.fields ? fields.size() == wanted : fields.size() >= wanted;
   if (!right) {
@@ -198,7 +234,7 @@ base::Result<double> decode_answer(const TextPlace& place, std::string_view answ
 }
 
 base::Result<std::string> spell(const TextPlace& place, double value) {
-  if (place.words.empty()) return fmt::format("{:.{}f}", value, place.decimals);
+  if (place.words.empty()) return fmt::format("{:0{}.{}f}", value, place.width, place.decimals);
   const double last = static_cast<double>(place.words.size()) - 1.0;
   if (!(value >= 0.0 && value <= last) || value != std::floor(value)) {
     return base::bad_input(fmt::format("no code has the number {}", value));

@@ -11,10 +11,11 @@
 /// Lines of text and the values in them. Errors are of kind `device` without a place.
 namespace soak::hal {
 
-/// What stands between the commas of an answer, without blanks around it.
-[[nodiscard]] std::vector<std::string> split_answer(std::string_view answer);
+/// What stands between the separators of an answer, without blanks around it. Blanks as separators: any number of them
+/// counts as one.
+[[nodiscard]] std::vector<std::string> split_answer(std::string_view answer, std::string_view separator = ",");
 
-/// The field of an answer. Refuses an answer with another number of fields.
+/// The field of an answer, or its one character. Refuses an answer with another number of fields, or of another length.
 [[nodiscard]] base::Result<std::string> field_of(const TextField& from, std::string_view answer);
 
 /// The value in an answer: a finite number, or the number of the word.

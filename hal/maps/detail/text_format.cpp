@@ -14,11 +14,31 @@ using settings::Table;
 
 constexpr settings::Limits kFieldLimits{1, 64};
 
-/// A text that goes over the wire: a control character in it would end the line early.
+bool is_plain(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+}
+
+/// Whether a text is one printable character of Latin-1 beyond ASCII: U+00A1 to U+00FF, two bytes in UTF-8.
+bool is_one_latin_1(std::string_view text) {
+  const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(text[at]); };
+  if (text.size() != 2) return false;
+  return (byte(0) == 0xC2 && byte(1) > 0xA0 && byte(1) < 0xC0) ||
+         (byte(0) == 0xC3 && byte(1) >= 0x80 && byte(1) < 0xC0);
+}
+
+/// A text that goes over the wire: a control character in it would end the line early. A separator of Latin-1 may stand
+/// in it, whichever the link has: the link knows no other (check_separators()).
 std::string read_line_of_text(const Table& table, std::string_view key, const std::optional<std::string>& fallback) {
   std::string text = table.text(key, fallback);
-  const bool printable = std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
-  if (!printable) table.refuse(key, fmt::format("'{}' must be printable ASCII", key));
+  std::string rest;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (is_one_latin_1(std::string_view(text).substr(i, 2))) {
+      ++i;
+    } else {
+      rest += text[i];
+    }
+  }
+  if (!is_plain(rest)) table.refuse(key, fmt::format("'{}' must be printable ASCII", key));
   if (!fallback && table.has(key) && text.empty()) table.refuse(key, fmt::format("'{}' is empty", key));
   return text;
 }
@@ -31,7 +51,12 @@ LinkSettings read_text_link(const Table& link) {
   if (link.has("tcp")) settings.address = read_host_port(link);
   settings.prefix = read_line_of_text(link, "prefix", "");
   settings.line_end =
-      link.choice<std::string>("line_end", {{"\r\n", "\r\n"}, {"\r", "\r"}, {"\n", "\n"}}, settings.line_end);
+      link.choice<std::string>("line_end", {{"\r\n", "\r\n"}, {"\r", "\r"}, {"\n", "\n"}, {"", ""}}, settings.line_end);
+  settings.separator = link.text("separator", settings.separator);
+  const bool is_ascii = settings.separator.size() == 1 && is_plain(settings.separator);
+  if (!is_ascii && !is_one_latin_1(settings.separator)) {
+    link.refuse("separator", "'link.separator' must be one printable character of ASCII or Latin-1");
+  }
   settings.response_timeout_s = link.number("response_timeout_s", {0.05, 30.0}, 3.0);
   settings.gap_s = link.number("gap_s", {0.0, 0.5}, 0.0);
   settings.poll_s = link.number("poll_s", {0.1, 60.0}, settings.poll_s);
@@ -45,6 +70,14 @@ TextField read_field(const Table& table) {
   from.fields = table.optional_whole("fields", kFieldLimits);
   from.field = table.whole("field", kFieldLimits, from.field);
   if (from.fields && from.field > *from.fields) table.refuse("field", "'field' is greater than 'fields'");
+  from.character = table.whole("character", kFieldLimits, 0);
+  from.length = table.optional_whole("length", {1, 1024});
+  if (from.character > from.length.value_or(from.character)) {
+    table.refuse("character", "'character' is greater than 'length'");
+  }
+  if (from.character > 0 && (from.fields || from.field > 1)) {
+    table.refuse("character", "'character' counts in the whole answer: without 'field' and 'fields'");
+  }
   return from;
 }
 
@@ -64,15 +97,20 @@ void read_words(const Table& table, Quantity& quantity) {
 
 Quantity read_text_quantity(const Table& table) {
   Quantity quantity;
-  quantity.text.from = read_field(table);
+  quantity.command = table.flag("command", false);
+  if (!quantity.command) quantity.text.from = read_field(table);
   read_words(table, quantity);
   quantity.text.write = read_line_of_text(table, "write", "");
   quantity.text.decimals = table.whole("decimals", {0, 6}, quantity.text.decimals);
+  quantity.text.width = table.whole("width", {0, 12}, quantity.text.width);
+  quantity.text.accepted = table.texts("accepted");
+  if (quantity.command && !quantity.writable()) table.refuse("command", "a command is written: it needs a 'write'");
   read_write_limits(table, quantity);
   if (quantity.writable() && quantity.text.write.find("{}") == std::string::npos) {
     table.refuse("write", "'write' must show with {} where the value goes");
   }
-  for (const char* key : {"min", "max", "decimals"}) {
+  if (table.has("accepted") && !quantity.writable()) table.refuse("accepted", "'accepted' belongs to a write");
+  for (const char* key : {"min", "max", "decimals", "width"}) {
     if (!table.has(key)) continue;
     if (!quantity.writable()) {
       table.refuse(key, fmt::format("'{}' belongs to a write, but there is no 'write'", key));
@@ -117,6 +155,14 @@ void read_text_root(const Table& root, DeviceMap& map) {
     map.confirm = TextConfirm{read_line_of_text(*table, "ask", {}), read_known_texts(*table, "accepted")};
     refuse_empty(*table, "accepted", map.confirm->accepted);
   }
+  for (auto& [name, quantity] : map.quantities) {
+    quantity.text.from.separator = map.link.separator;
+    if (map.confirm && !quantity.text.accepted.empty()) {
+      root.refuse("confirm", fmt::format("with 'confirm' there is no answer that '{}' could accept", name));
+    }
+  }
+  for (Probe& probe : map.probes) probe.text.from.separator = map.link.separator;
+  for (AlarmRule& rule : map.alarms) rule.text.from.separator = map.link.separator;
 }
 
 }  // namespace
