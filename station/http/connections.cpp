@@ -118,8 +118,19 @@ class BoundedListener::Register {
     entries_.push_back({socket});
     if (all_cut_) cut(entries_.back());
     const auto is_short = [](const Entry& entry) { return !entry.endless && !entry.cut; };
-    if (static_cast<std::size_t>(std::ranges::count_if(entries_, is_short)) <= most_short_ones_) return;
-    cut(*std::ranges::find_if(entries_, is_short));
+    auto count = static_cast<std::size_t>(std::ranges::count_if(entries_, is_short));
+    for (Entry& entry : entries_) {
+      if (count <= most_short_ones_) return;
+      if (!is_short(entry) || !entry.waits_for_client) continue;
+      cut(entry);
+      --count;
+    }
+  }
+
+  /// While it waits for its client it may be cut off for another; else the time that it takes is ours.
+  void set_waits_for_client(socket_t socket, bool waits) {
+    const std::lock_guard lock(mutex_);
+    std::ranges::find(entries_, socket, &Entry::socket)->waits_for_client = waits;
   }
 
   void set_endless(socket_t socket) {
@@ -145,6 +156,7 @@ class BoundedListener::Register {
     socket_t socket;
     bool endless = false;
     bool cut = false;
+    bool waits_for_client = false;
   };
   static void cut(Entry& entry) {
     entry.cut = true;
@@ -160,17 +172,14 @@ class BoundedListener::Register {
 /// One connection as the library reads and writes it, within the limits: beyond them it looks closed.
 class BoundedListener::Connection : public httplib::Stream {
  public:
-  Connection(socket_t socket, const ConnectionLimits& limits)
-      : socket_(socket),
-        limits_(limits),
-        request_until_(after(limits.request_s)),
-        answer_until_(after(limits.answer_s)) {}
+  Connection(socket_t socket, const ConnectionLimits& limits, Register& all)
+      : socket_(socket), limits_(limits), all_(all), request_until_(after(limits.request_s)) {}
 
   /// From here on the body is read.
   void head_is_read() { allowed_bytes_ = limits_.head_bytes + limits_.body_bytes; }
   void make_endless() { answer_until_ = Clock::time_point::max(); }
 
-  bool is_readable() const override { return next_ < held_ || wait_for(socket_, POLLIN, request_until_); }
+  bool is_readable() const override { return next_ < held_ || wait_for_client(POLLIN, request_until_); }
   bool is_writable() const override {
     pollfd descriptor{socket_, POLLOUT | POLLRDHUP, 0};
     return ::poll(&descriptor, 1, 0) >= 0 && (descriptor.revents & (POLLERR | POLLHUP | POLLRDHUP)) == 0;
@@ -187,7 +196,7 @@ class BoundedListener::Connection : public httplib::Stream {
   ssize_t write(const char* bytes, std::size_t size) override {
     if (!answer_until_) answer_until_ = after(limits_.answer_s);
     const auto latest = std::min(*answer_until_, after(limits_.write_s));
-    while (wait_for(socket_, POLLOUT, latest)) {
+    while (wait_for_client(POLLOUT, latest)) {
       const ssize_t n = ::send(socket_, bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT);
       if (n >= 0 || (errno != EAGAIN && errno != EINTR)) return n;
     }
@@ -217,10 +226,19 @@ class BoundedListener::Connection : public httplib::Stream {
   }
 
  private:
+  bool wait_for_client(short events, Clock::time_point latest) const {
+    pollfd descriptor{socket_, events, 0};
+    if (::poll(&descriptor, 1, 0) > 0) return Clock::now() < latest;
+    all_.set_waits_for_client(socket_, true);
+    const bool ready = wait_for(socket_, events, latest);
+    all_.set_waits_for_client(socket_, false);
+    return ready;
+  }
+
   bool refill() {
     const std::size_t allowed = std::min(buffer_.size(), allowed_bytes_ - read_bytes_);
     if (allowed == 0) return false;
-    while (wait_for(socket_, POLLIN, request_until_)) {
+    while (wait_for_client(POLLIN, request_until_)) {
       const ssize_t n = ::recv(socket_, buffer_.data(), allowed, MSG_DONTWAIT);
       if (n < 0 && (errno == EAGAIN || errno == EINTR)) continue;
       if (n <= 0) return false;
@@ -234,6 +252,7 @@ class BoundedListener::Connection : public httplib::Stream {
 
   socket_t socket_;
   const ConnectionLimits& limits_;
+  Register& all_;
   Clock::time_point request_until_;
   std::optional<Clock::time_point> answer_until_;  ///< from the first byte of the answer on
   std::size_t allowed_bytes_ = limits_.head_bytes;
@@ -259,7 +278,7 @@ void BoundedListener::cut_all() { register_->cut_all(); }
 
 bool BoundedListener::process_and_close_socket(socket_t socket) {
   register_->add(socket);
-  Connection connection(socket, limits_);
+  Connection connection(socket, limits_, *register_);
   bool closed = false;
   const bool answered = process_request(connection, true, closed, [&](httplib::Request& request) {
     connection.head_is_read();

@@ -13,8 +13,10 @@ namespace soak::station {
 /// Limits of one HTTP connection and of all of them together: whoever sends slowly, much or often shall not keep others
 /// from commanding the station, nor take the descriptors that its devices need.
 struct ConnectionLimits {
-  std::size_t threads = 160;       ///< at work at a time; those that the event streams hold among them
-  std::size_t short_ones = 64;     ///< connections but event streams; the oldest is cut off for one more
+  std::size_t threads = 160;  ///< at work at a time; those that the event streams hold among them
+  /// Connections but event streams. For one more the oldest is cut off of those that wait for their client, to send or
+  /// to read on: a command that is being carried out keeps its answer.
+  std::size_t short_ones = 64;
   std::size_t waiting = 32;        ///< accepted, without a thread yet; more are not accepted until one is free
   std::size_t head_bytes = 65536;  ///< request line and headers
   std::size_t body_bytes = 1 << 20;

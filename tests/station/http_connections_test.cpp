@@ -2,8 +2,11 @@
 // Clients that send slowly, much or often: others are answered, memory and descriptors stay bounded.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <future>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -17,6 +20,9 @@ namespace {
 
 class HttpConnections : public ::testing::Test {
  protected:
+  explicit HttpConnections(std::unique_ptr<ScriptedStation> scripted = std::make_unique<ScriptedStation>())
+      : station(std::move(scripted)) {}
+
   void SetUp() override {
     const auto started = server.start();
     ASSERT_TRUE(started) << started.error().message;
@@ -26,12 +32,12 @@ class HttpConnections : public ::testing::Test {
   [[nodiscard]] std::string head(const std::string& first_line) const {
     return first_line + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\n";
   }
-  std::string abort_campaign() {
+  [[nodiscard]] std::string abort_request() const {
     const std::string body = R"({"reason": "smoke", "user": "eva"})";
-    return exchange_raw(port, head("POST /api/v1/campaign/abort") +
-                                  "Content-Type: application/json\r\nContent-Length: " + std::to_string(body.size()) +
-                                  "\r\n\r\n" + body);
+    return head("POST /api/v1/campaign/abort") +
+           "Content-Type: application/json\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
   }
+  [[nodiscard]] std::string abort_campaign() const { return exchange_raw(port, abort_request()); }
   /// Connections of whose request a part was sent.
   std::vector<RawConnection> unfinished(int count) {
     std::vector<RawConnection> connections;
@@ -42,7 +48,8 @@ class HttpConnections : public ::testing::Test {
     return connections;
   }
 
-  ScriptedStation lab;
+  std::unique_ptr<ScriptedStation> station;
+  ScriptedStation& lab = *station;
   HttpServer server{lab, "127.0.0.1:0"};
   int port = 0;
 };
@@ -110,6 +117,35 @@ TEST_F(HttpConnections, AStrangersBodyIsNotReadBeforeTheRefusal) {
       "1000000\r\n\r\n");
   ASSERT_TRUE(connection.read_until("\r\n\r\n"));
   EXPECT_EQ(status_of(connection.text()), 403);
+}
+
+/// A station that takes its time over an abort.
+class SlowStation : public ScriptedStation {
+ public:
+  base::Status abort(const std::string& user, const std::string& reason) override {
+    begun.set_value();
+    EXPECT_EQ(go_on.get_future().wait_for(std::chrono::seconds(30)), std::future_status::ready);
+    return ScriptedStation::abort(user, reason);
+  }
+
+  std::promise<void> begun;
+  std::promise<void> go_on;
+};
+
+class HttpConnectionsOfASlowStation : public HttpConnections {
+ protected:
+  HttpConnectionsOfASlowStation() : HttpConnections(std::make_unique<SlowStation>()) {}
+  SlowStation& slow_lab() { return static_cast<SlowStation&>(*station); }
+};
+
+TEST_F(HttpConnectionsOfASlowStation, ACommandThatIsCarriedOutKeepsItsAnswerBesideTwoHundredThatComeLater) {
+  RawConnection command(port);
+  command.send(abort_request());
+  ASSERT_EQ(slow_lab().begun.get_future().wait_for(std::chrono::seconds(30)), std::future_status::ready);
+  auto slow = unfinished(200);
+  EXPECT_EQ(status_of(exchange_raw(port, head("GET /api/v1/status") + "\r\n")), 200);
+  slow_lab().go_on.set_value();
+  EXPECT_EQ(status_of(command.read_all()), 200);
 }
 
 }  // namespace
