@@ -41,7 +41,12 @@ base::Status sync_to_disk(const std::filesystem::path& path) {
 }
 
 base::Status sync_name(const std::filesystem::path& path) {
-  return sync_to_disk(std::filesystem::absolute(path).parent_path());
+  const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
+  const base::FileDescriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (descriptor && ::fsync(descriptor.get()) == 0) return {};
+  // Some file systems sync no folders, and a folder may be writable but not readable: the file is there all the same.
+  if (errno == EINVAL || errno == ENOTSUP || errno == EACCES) return {};
+  return cannot("sync to the disk", std::generic_category().message(errno), folder);
 }
 
 base::Status rename_durably(const std::filesystem::path& from, const std::filesystem::path& to) {

@@ -12,7 +12,8 @@ namespace soak::db {
 /// Forces contents and size of a file, or the names in a folder, to the disk (fsync). Fails (internal) with the reason.
 [[nodiscard]] base::Status sync_to_disk(const std::filesystem::path& path);
 
-/// Forces the names in the folder that holds `path` to the disk.
+/// Forces the names in the folder that holds `path` to the disk, as far as its file system does that for folders (some
+/// network and shared file systems do not). Fails (internal) where the disk does.
 [[nodiscard]] base::Status sync_name(const std::filesystem::path& path);
 
 /// Gives a file another name in the same file system, replacing what has that name, and forces contents and name to the

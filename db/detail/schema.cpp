@@ -96,6 +96,9 @@ JOIN stream ON stream.id = channel.stream_id;
 )sql";
 
 base::Status migrate(const sqlite::Connection& connection, std::span<const Step> steps, std::uint32_t application_id) {
+  // A file that is current needs no lock: others may write to it for as long as they like.
+  const auto identity = connection.identity();
+  if (identity && !steps.empty() && identity->user_version == steps.back().to_version) return {};
   return connection.transact("bring the file to the current version", [&]() -> base::Status {
     SQLite::Database& database = connection.database();
     // Inside the transaction: another process may have migrated since the file was opened.

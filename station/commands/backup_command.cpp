@@ -65,16 +65,18 @@ base::Status BackupCommand::run_with(db::Catalog& catalog, Output& output) {
   const auto summary = back_up(catalog, folder, output.progress("copying"));
   output.end_progress();
   if (!summary) return base::forward_error(summary);
-  if (!catalog.read_only()) {
-    const std::string what = fmt::format("{} events, {} run files new, {} damaged", summary->events.events,
-                                         summary->copied.size(), summary->damaged.size());
-    if (auto logged = catalog.log_event({now_utc_s(), "backup_made", folder, what, user_name()}); !logged)
-      return logged;
-  }
   if (output.json()) {
     if (auto printed = output.print_json(backup_document(folder, *summary)); !printed) return printed;
   } else {
     output.print(backup_text(folder, *summary));
+  }
+  // Last, and no failure: a backup is made where the disk is full as well.
+  if (!catalog.read_only()) {
+    const std::string what = fmt::format("{} events, {} run files new, {} damaged", summary->events.events,
+                                         summary->copied.size(), summary->damaged.size());
+    if (auto logged = catalog.log_event({now_utc_s(), "backup_made", folder, what, user_name()}); !logged) {
+      output.note("note: the backup is whole, but the event log does not name it: " + logged.error().message);
+    }
   }
   return backup_verdict(*summary, folder);
 }

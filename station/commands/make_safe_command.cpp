@@ -105,8 +105,9 @@ void log_event(const std::filesystem::path& data, const std::string& text, Outpu
   std::error_code failure;
   if (!std::filesystem::exists(data / "station.db", failure)) return;
   auto catalog = db::Catalog::open(data);
-  const auto logged = catalog ? catalog->log_event({now_utc_s(), "chamber", "make-safe", user_name() + ": " + text})
-                              : base::forward_error(catalog);
+  const auto logged =
+      catalog ? catalog->log_event({now_utc_s(), "chamber", "make-safe", user_name() + ": " + text, user_name()})
+              : base::forward_error(catalog);
   if (!logged) output.note("not written to the event log: " + logged.error().message);
 }
 

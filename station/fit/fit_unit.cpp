@@ -89,16 +89,17 @@ std::optional<double> half_gap_of(const nlohmann::json& document, calib::Sensor 
   const nlohmann::json::json_pointer at("/fit/sensors/" + std::string(name_of(sensor)));
   if (!document.contains(at)) return std::nullopt;
   const nlohmann::json& fit = document[at];
-  if (!fit.contains("sweeps") || !fit["sweeps"].is_object() || !fit.value("one_way", nlohmann::json()).is_null()) {
-    return std::nullopt;
-  }
+  // Models of earlier versions do not say whether they went both ways.
+  const bool both_ways = fit.contains("one_way") && fit["one_way"].is_null();
+  if (!both_ways || !fit.contains("sweeps") || !fit["sweeps"].is_object()) return std::nullopt;
   return fit["sweeps"].value("half_rms", 0.0);
 }
 
 /// Root mean square of half the gaps of all units of a type that went both ways, each by its newest model; source
-/// `none` where no unit did.
+/// `none` where no unit did. What was simulated says nothing of real units.
 base::Result<std::array<calib::KnownHysteresis, calib::kSensorCount>> hysteresis_of_fleet(const db::Catalog& catalog,
-                                                                                          const std::string& type) {
+                                                                                          const std::string& type,
+                                                                                          bool simulated) {
   std::array<std::vector<double>, calib::kSensorCount> squares;
   const auto units = catalog.units();
   if (!units) return base::forward_error(units);
@@ -107,6 +108,9 @@ base::Result<std::array<calib::KnownHysteresis, calib::kSensorCount>> hysteresis
     const auto model = catalog.model(unit.serial);
     if (!model) return base::forward_error(model);
     if (!*model) continue;
+    const auto calibration = calib::calibration_of((*model)->document);
+    if (!calibration) return base::forward_error(calibration);
+    if (calibration->simulated && !simulated) continue;
     const auto document = nlohmann::json::parse((*model)->document, nullptr, false);
     for (const calib::Sensor sensor : calib::kSensors) {
       const auto half = half_gap_of(document, sensor);
@@ -134,7 +138,7 @@ base::Status add_fleet_hysteresis(const db::Catalog& catalog, calib::UnitRows& r
     if (is_open(s)) open.push_back(s);
   }
   if (open.empty() || rows.unit_type == kAnyType) return {};
-  const auto fleet = hysteresis_of_fleet(catalog, rows.unit_type);
+  const auto fleet = hysteresis_of_fleet(catalog, rows.unit_type, rows.simulated);
   if (!fleet) return base::forward_error(fleet);
   for (const std::size_t s : open) rows.hysteresis[s] = (*fleet)[s];
   return {};

@@ -33,7 +33,10 @@ class StopSignals {
   }
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
-  ~StopSignals() {
+  ~StopSignals() { release(); }
+
+  /// No signal reaches the engine any more: before it is destroyed.
+  void release() {
     if (!waiter_.joinable()) return;
     pthread_kill(waiter_.native_handle(), kQuit);
     waiter_.join();
@@ -93,6 +96,7 @@ base::Status run_daemon(const DaemonOptions& options) {
   signals.stop_with(**engine, manager);
   manager.ready(serving);
   (*engine)->run([&manager] { manager.still_alive(); });
+  signals.release();
   server.stop();
   return {};
 }

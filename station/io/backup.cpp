@@ -45,17 +45,26 @@ bool write_block(int descriptor, std::span<const char> block) {
   return true;
 }
 
-/// Reads a file, writes what it reads to `copy` if that is a descriptor, and returns the SHA-256 of it all.
-base::Result<std::string> read_through(const fs::path& path, int copy, const fs::path& copy_path) {
+/// What became of reading a file: its SHA-256, or why it cannot be read.
+struct FileRead {
+  std::string sha256;
+  std::string unreadable;
+};
+
+FileRead unreadable() { return {"", "cannot be read: " + std::generic_category().message(errno)}; }
+
+/// Reads a file and writes what it reads to `copy` if that is a descriptor. Fails where writing does: a file that
+/// cannot be read must not keep the others from being copied.
+base::Result<FileRead> read_through(const fs::path& path, int copy, const fs::path& copy_path) {
   const base::FileDescriptor source(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!source) return failed("read the run file", path);
+  if (!source) return unreadable();
   std::vector<char> block(kBlock_bytes);
   base::Sha256 hash;
   while (true) {
     const ssize_t count = ::read(source.get(), block.data(), block.size());
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return failed("read the run file", path);
-    if (count == 0) return base::to_hex(hash.finish());
+    if (count < 0) return unreadable();
+    if (count == 0) return FileRead{base::to_hex(hash.finish()), ""};
     const std::span<const char> bytes(block.data(), static_cast<std::size_t>(count));
     hash.update(std::string_view(bytes.data(), bytes.size()));
     if (copy >= 0 && !write_block(copy, bytes)) return failed("write the copy", copy_path);
@@ -66,18 +75,18 @@ base::Result<std::string> read_through(const fs::path& path, int copy, const fs:
 base::Result<std::optional<std::string>> copy_run_file(const fs::path& from, const fs::path& to,
                                                        const std::string& sha256) {
   const fs::path temporary = to.string() + ".tmp";
-  base::Result<std::string> found;
+  base::Result<FileRead> found;
   {
     const base::FileDescriptor copy(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
     if (!copy) return failed("write the copy", temporary);
     found = read_through(from, copy.get(), temporary);
   }
   base::Status status = found ? base::Status() : base::Status(base::forward_error(found));
-  if (status && *found == sha256) {
-    // What the disk says of the copy, not what was written.
+  if (status && found->sha256 == sha256) {
+    // Read back before it gets its name.
     status = db::sync_to_disk(temporary);
     const auto again = status ? read_through(temporary, -1, {}) : found;
-    if (status && again && *again == sha256)
+    if (status && again && again->sha256 == sha256)
       status = db::rename_durably(temporary, to);
     else if (status)
       status = base::fail(base::ErrorKind::internal, "the copy differs from the file; check the disk", to.string());
@@ -85,8 +94,9 @@ base::Result<std::optional<std::string>> copy_run_file(const fs::path& from, con
   std::error_code ignored;
   fs::remove(temporary, ignored);
   if (!status) return base::forward_error(status);
-  if (*found == sha256) return std::nullopt;
-  return fmt::format("damaged at the station: its SHA-256 is {}, the catalog says {}", *found, sha256);
+  if (found->sha256 == sha256) return std::nullopt;
+  if (!found->unreadable.empty()) return "at the station: " + found->unreadable;
+  return fmt::format("damaged at the station: its SHA-256 is {}, the catalog says {}", found->sha256, sha256);
 }
 
 class Backup {
@@ -191,11 +201,12 @@ class Backup {
     if (fs::exists(to, ignored)) {
       const auto there = read_through(to, -1, {});
       if (!there) return base::forward_error(there);
-      if (*there == sha256) {
+      if (there->sha256 == sha256) {
         summary_.kept.push_back(name);
       } else {
+        const std::string what = there->unreadable.empty() ? "damaged" : there->unreadable;
         summary_.damaged.push_back(
-            {name, "damaged in the backup, where it is left as it is: move it away, then back up again"});
+            {name, "in the backup, where it is left as it is: " + what + "; move it away, then back up again"});
       }
       return {};
     }

@@ -19,8 +19,9 @@ constexpr std::size_t kMostPoints = 4096;
 EventLog::EventLog(db::Catalog& catalog)
     : catalog_(catalog), last_number_(static_cast<std::int64_t>(now_utc_s() * 1000.0)) {}
 
-void EventLog::add(const std::string& kind, const std::string& subject, const std::string& text) {
-  const db::EventRow row{now_utc_s(), kind, subject, text};
+void EventLog::add(const std::string& kind, const std::string& subject, const std::string& text,
+                   const std::string& user) {
+  const db::EventRow row{now_utc_s(), kind, subject, text, user};
   log_line(kind + ": " + (subject.empty() ? text : subject + ": " + text));
   if (const auto stored = catalog_.log_event(row); !stored) {
     log_line("event log: " + stored.error().where + ": " + stored.error().message);

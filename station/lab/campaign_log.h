@@ -20,8 +20,9 @@ class EventLog {
  public:
   explicit EventLog(db::Catalog& catalog);
 
-  /// `kind`: "campaign", "step", "device", "alarm", "unit", "segment"...; `subject`: what it is about.
-  void add(const std::string& kind, const std::string& subject, const std::string& text);
+  /// `kind`: "campaign", "step", "device", "alarm", "unit", "segment"...; `subject`: what it is about; `user`: who
+  /// asked for it, empty where the station did it by itself.
+  void add(const std::string& kind, const std::string& subject, const std::string& text, const std::string& user = {});
   /// {"entries": [...]}: those with a number above `after`, at most 500, the newest where there are more.
   [[nodiscard]] nlohmann::json document(std::int64_t after) const;
 

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 
-#include "station/io/host.h"
 #include "station/lab/safe_end.h"
 
 namespace soak::station {
@@ -26,8 +26,9 @@ constexpr std::chrono::milliseconds kStopPause{500};  ///< between two commands 
 }  // namespace
 
 WatchLimits watch_limits(const Procedure& procedure, double dew_point_c) {
-  const double safe_c = safe_temp_c(procedure.end_c, dew_point_c);
   WatchLimits limits;
+  if (procedure.set_points_c.empty()) return limits;  // what a predecessor's campaign needs is not known any more
+  const double safe_c = safe_temp_c(procedure.end_c, dew_point_c);
   limits.lowest_c = limits.highest_c = safe_c;
   for (const double set_point_c : procedure.set_points_c) {
     limits.lowest_c = std::min(limits.lowest_c, set_point_c);
@@ -51,8 +52,14 @@ bool WatchJudge::is_outside(double air_c) {
 double WatchJudge::rate_kpmin(double now_s, double air_c) {
   airs_.emplace_back(now_s, air_c);
   while (airs_.size() > 2 && now_s - airs_[1].first >= kAirRateWindow_s) airs_.pop_front();
-  const double elapsed_s = now_s - airs_.front().first;
-  return elapsed_s >= kAirRateWindow_s ? 60.0 * (air_c - airs_.front().second) / elapsed_s : 0.0;
+  const auto rate_since = [&](const std::pair<double, double>& past) {
+    return 60.0 * (air_c - past.second) / (now_s - past.first);
+  };
+  if (airs_.size() < 3 || now_s - airs_.front().first < kAirRateWindow_s) return 0.0;
+  // The smaller of two: one wrong number at the beginning of the window is no movement.
+  const double since_oldest = rate_since(airs_[0]);
+  const double since_next = rate_since(airs_[1]);
+  return std::abs(since_oldest) < std::abs(since_next) ? since_oldest : since_next;
 }
 
 std::optional<std::string> WatchJudge::look(double now_s, const hal::ChamberReading& reading) {
@@ -151,8 +158,14 @@ void ChamberWatch::run() {
     while (chamber && !ended_ && arming == arming_) {
       hurry_ = false;
       lock.unlock();
-      turn(**chamber, judge, arming, begun);
+      std::string thrown;
+      try {
+        turn(**chamber, judge, arming, begun);
+      } catch (const std::exception& what) {  // no memory: the next turn may have some
+        thrown = what.what();
+      }
       lock.lock();
+      if (!thrown.empty()) verdict_.trouble = thrown;
       wake_.wait_for(lock, pause(judge), [&] { return ended_ || hurry_ || arming != arming_; });
     }
     if (!chamber) wake_.wait(lock, [&] { return ended_ || arming != arming_; });
@@ -181,7 +194,7 @@ void ChamberWatch::turn(hal::Chamber& chamber, WatchJudge& judge, std::uint64_t 
     if (why) trip(*why);
     must_stop = !verdict_.tripped.empty() && !verdict_.is_off;
   }
-  if (must_stop) switch_off(chamber);
+  if (must_stop) switch_off(chamber, arming);
 }
 
 void ChamberWatch::note_reading(const base::Result<hal::ChamberReading>& reading, bool answers) {
@@ -201,13 +214,13 @@ void ChamberWatch::note_reading(const base::Result<hal::ChamberReading>& reading
 
 void ChamberWatch::trip(std::string reason) {
   if (!verdict_.armed || !verdict_.tripped.empty()) return;
-  log_line("chamber: " + reason + ": heating and cooling are switched off");
   verdict_.tripped = std::move(reason);
 }
 
-void ChamberWatch::switch_off(hal::Chamber& chamber) {
+void ChamberWatch::switch_off(hal::Chamber& chamber, std::uint64_t arming) {
   const auto off = chamber.stop();
   const std::lock_guard lock(mutex_);
+  if (arming != arming_) return;
   verdict_.is_off = off.has_value();
   if (!off) verdict_.trouble = off.error().message;
 }

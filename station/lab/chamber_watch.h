@@ -115,7 +115,7 @@ class ChamberWatch {
   /// Reads, judges, switches off where it must: without the lock held, but for what it notes. `arming`: that it belongs
   /// to, begun at `begun`.
   void turn(hal::Chamber& chamber, WatchJudge& judge, std::uint64_t arming, Clock::time_point begun);
-  void switch_off(hal::Chamber& chamber);
+  void switch_off(hal::Chamber& chamber, std::uint64_t arming);
   void note_reading(const base::Result<hal::ChamberReading>& reading, bool answers);
   void trip(std::string reason);
   [[nodiscard]] Clock::duration pause(const WatchJudge& judge) const;

@@ -143,6 +143,7 @@ void Engine::restore_units(const db::CampaignRow& row) {
   const auto request = request_of(row);
   auto checked = request ? check_start(*request, config_, catalog_) : base::forward_error(request);
   if (checked) {
+    station_->campaign.plan.procedure = checked->plan.procedure;
     make_units(*checked);
   } else {
     log_.add("campaign", row.name, "its units cannot be determined any more: " + checked.error().message);
@@ -221,7 +222,7 @@ void Engine::cycle() {
   if (state_ == CampaignState::stopping && safe_end_->poll(*station_) && runs_of_predecessor_are_entered()) {
     const std::string reason = safe_end_->reason();
     safe_end_.reset();
-    set_state(outcome_, reason);
+    set_state(outcome_, reason, std::string(state_user_));
   }
 }
 
@@ -440,12 +441,13 @@ void Engine::repeat_step(const std::string& why) {
 
 // --- states -----------------------------------------------------------------------------------------------------
 
-void Engine::set_state(CampaignState state, const std::string& reason) {
+void Engine::set_state(CampaignState state, const std::string& reason, const std::string& user) {
   state_ = state;
   reason_ = reason;
+  state_user_ = user;
   const std::string& campaign = station_->campaign.name;
   log_.add("campaign", campaign,
-           reason.empty() ? std::string(name_of(state)) : fmt::format("{}: {}", name_of(state), reason));
+           reason.empty() ? std::string(name_of(state)) : fmt::format("{}: {}", name_of(state), reason), user);
   // On the way to the safe state the journal's campaign stays open: if soakd ends now, the next one continues that way.
   if (state == CampaignState::stopping) return;
   next_store_ = {};
@@ -462,12 +464,12 @@ void Engine::store_state() {
   const auto now = steady_clock::now();
   if (now < next_store_) return;
   next_store_ = now + kStoreInterval;
-  const auto stored = catalog_.set_campaign_state(station_->campaign.name, name_of(state_), reason_);
+  const auto stored = catalog_.set_campaign_state(station_->campaign.name, name_of(state_), reason_, state_user_);
   journal_is_behind_ = !stored;
   if (!stored) log_line("the journal cannot be written: " + stored.error().message);
 }
 
-void Engine::end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off) {
+void Engine::end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off, const std::string& user) {
   if (state_ == CampaignState::stopping) return;
   task_.reset();
   station_->prompts.withdraw();
@@ -478,7 +480,7 @@ void Engine::end_campaign(CampaignState outcome, const std::string& reason, bool
   outcome_ = outcome;
   safe_end_ =
       std::make_unique<SafeEnd>(reason, station_->procedure().end_c, outputs_off, outcome == CampaignState::aborted);
-  set_state(CampaignState::stopping, reason);
+  set_state(CampaignState::stopping, reason, user);
 }
 
 }  // namespace soak::station

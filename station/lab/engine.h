@@ -140,8 +140,10 @@ class Engine : public StationService {
   /// Goes back to where the position was last confirmed: after a break nothing that was judged of temperature and
   /// position counts any more.
   void repeat_step(const std::string& why);
-  void end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off = false);
-  void set_state(CampaignState state, const std::string& reason);
+  void end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off = false,
+                    const std::string& user = {});
+  /// `user`: who asked for it; empty where the station decided.
+  void set_state(CampaignState state, const std::string& reason, const std::string& user = {});
 
   const StationConfig& config_;
   db::Catalog& catalog_;
@@ -155,6 +157,7 @@ class Engine : public StationService {
   CampaignState state_ = CampaignState::idle;
   CampaignState outcome_ = CampaignState::idle;  ///< of the safe end
   std::string reason_;
+  std::string state_user_;  ///< who asked for the state; empty where the station decided
   std::size_t step_ = 0;
   std::vector<std::size_t> way_back_;  ///< steps that come first after a break
   std::size_t way_at_ = 0;             ///< place of the present step among them

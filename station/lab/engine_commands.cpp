@@ -38,16 +38,13 @@ base::Result<nlohmann::json> Engine::command(std::function<base::Result<nlohmann
 }
 
 void Engine::run_commands() {
-  while (true) {
-    std::packaged_task<base::Result<nlohmann::json>()> task;
-    {
-      const std::lock_guard lock(command_mutex_);
-      if (commands_.empty()) return;
-      task = std::move(commands_.front());
-      commands_.pop_front();
-    }
-    task();
+  // What comes meanwhile waits for the next turn: however many ask, the chamber is supervised between them.
+  std::deque<std::packaged_task<base::Result<nlohmann::json>()>> due;
+  {
+    const std::lock_guard lock(command_mutex_);
+    due.swap(commands_);
   }
+  for (auto& task : due) task();
 }
 
 base::Status Engine::status_command(std::function<base::Status()> work) {
@@ -212,7 +209,8 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, c
   way_at_ = 0;
   set_state(CampaignState::running,
             fmt::format("{} by {}{}{}", resumed ? "resumed" : "started", request.user,
-                        resumed && !resumed->text.empty() ? "; " : "", resumed ? resumed->text : ""));
+                        resumed && !resumed->text.empty() ? "; " : "", resumed ? resumed->text : ""),
+            request.user);
   enter_step(way_back_.front());
 }
 
@@ -226,13 +224,13 @@ base::Status Engine::do_pause(const std::string& user) {
   if (auto halted = station_->halt_fixture(); !halted) {
     log_.add("device", "fixture", "cannot be halted: " + halted.error().message);
   }
-  set_state(CampaignState::paused, "paused by " + user);
+  set_state(CampaignState::paused, "paused by " + user, user);
   return {};
 }
 
 base::Status Engine::do_resume(const std::string& user) {
   if (state_ == CampaignState::paused) {
-    set_state(CampaignState::running, "resumed by " + user);
+    set_state(CampaignState::running, "resumed by " + user, user);
     repeat_step("resumed");
     return {};
   }
@@ -254,11 +252,11 @@ base::Status Engine::do_resume(const std::string& user) {
 base::Status Engine::do_abort(const std::string& user, const std::string& reason) {
   const std::string text = fmt::format("aborted by {}: {}", user, reason);
   if (state_ == CampaignState::interrupted && !unfinished_.empty()) {
-    set_state(CampaignState::aborted, text);
+    set_state(CampaignState::aborted, text, user);
     return {};
   }
   if (state_ != CampaignState::running && state_ != CampaignState::paused) return wrong_state("no campaign is running");
-  end_campaign(CampaignState::aborted, text);
+  end_campaign(CampaignState::aborted, text, false, user);
   return {};
 }
 
@@ -266,7 +264,8 @@ base::Status Engine::do_confirm(const std::string& user, std::int64_t prompt) {
   if (!station_->prompts.answer(prompt)) {
     return wrong_state("that prompt is no longer open: see 'soak campaign status'");
   }
-  log_.add("prompt", station_->campaign.name, fmt::format("confirmed by {}: {}", user, station_->prompts.open()->text));
+  log_.add("prompt", station_->campaign.name, fmt::format("confirmed by {}: {}", user, station_->prompts.open()->text),
+           user);
   return {};
 }
 

@@ -316,6 +316,7 @@ class PowerOn : public StepTask {
         "In {}. Put the right unit there, or its cable, and confirm. If the serial numbers of the campaign are "
         "wrong, abort it and start it with the right ones.",
         wrong));
+    station.expect_no_run();
     stage_ = Stage::wrong_unit;
     return StepProgress::running();
   }

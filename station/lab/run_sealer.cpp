@@ -48,15 +48,10 @@ void RunSealer::begin(RunRecorder run, RunEnd end) {
   label_ = run.info().label;
   run_ = std::make_shared<RunRecorder>(std::move(run));
   end_ = std::move(end);
-  start();
+  retry();
 }
 
-void RunSealer::retry(RunEnd end) {
-  end_ = std::move(end);
-  start();
-}
-
-void RunSealer::start() {
+void RunSealer::retry() {
   work_ = start_thread([folder = data_folder_, before = before_work, run = run_, end = end_] {
     return with_own_catalog<base::Status>(folder, before, [&](db::Catalog& catalog) -> base::Status {
       if (const auto rows = run->finish(catalog, end); !rows) return base::forward_error(rows);

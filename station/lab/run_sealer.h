@@ -36,8 +36,8 @@ class RunSealer {
 
   /// Takes over a run that has come to its end. Nothing else may be at work; a run that failed before is left.
   void begin(RunRecorder run, RunEnd end);
-  /// Tries again what failed, with another end.
-  void retry(RunEnd end);
+  /// Tries again what failed. The end stays: a run that was complete is not cut short by what comes after it.
+  void retry();
   /// A run is here: at work, or one that failed.
   [[nodiscard]] bool has_run() const { return run_ != nullptr; }
   /// Its id; empty without one.
@@ -58,8 +58,6 @@ class RunSealer {
   std::function<void()> before_work;
 
  private:
-  void start();
-
   std::filesystem::path data_folder_;
   std::shared_ptr<RunRecorder> run_;
   std::string run_id_;

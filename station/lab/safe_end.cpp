@@ -59,6 +59,19 @@ double safe_temp_c(double wanted_c, double dew_point_c) {
   return std::max({wanted_c, kLowestEnd_c, dew_point_c + 2.0 * kDewMargin_c});
 }
 
+namespace {
+
+/// Switches off and looks: a controller may take the command and go on. One that cannot be read has taken it.
+base::Status switch_off_and_see(hal::Chamber& chamber) {
+  if (auto off = chamber.stop(); !off) return off;
+  const auto now = chamber.read();
+  if (!now || !now->running) return {};
+  return base::fail(base::ErrorKind::device, "it took the command, but still says that they are on",
+                    chamber.description());
+}
+
+}  // namespace
+
 DewSafeWarmUp::DewSafeWarmUp(double temp_c) : temp_c_(temp_c) {}
 
 double DewSafeWarmUp::target_c(const Station& station) const {
@@ -109,7 +122,7 @@ void DewSafeWarmUp::give_up(Station& station, const std::string& why) {
   trouble_ = why;
   if (Clock::now() < next_stop_) return;
   next_stop_ = Clock::now() + kSafeEndInterval;
-  is_off_ = station.chamber.chamber().stop().has_value();
+  is_off_ = switch_off_and_see(station.chamber.chamber()).has_value();
   if (!is_off_) return;
   commanded_ = false;
   off_since_s_ = station.now_s();
@@ -140,7 +153,7 @@ bool DewSafeWarmUp::command(Station& station) {
 void DewSafeWarmUp::handle_refusal(Station& station, const std::string& why) {
   trouble_ = why;
   if (commands_ < kWarmUpTries || is_off_) return;
-  is_off_ = station.chamber.chamber().stop().has_value();
+  is_off_ = switch_off_and_see(station.chamber.chamber()).has_value();
   off_since_s_ = station.now_s();
   station.log.add("device", "chamber",
                   fmt::format("cannot be driven to {:+.0f} °C ({}): heating and cooling {}", target_c(station), why,
@@ -164,6 +177,7 @@ bool DewSafeWarmUp::room_has_warmed(const Station& station) {
   const auto& reading = station.chamber.reading();
   if (reading && reading->running) {
     warm_since_s_.reset();
+    is_off_ = false;
     return false;
   }
   if (!reading || reading->air_c <= station.config.dew_point_c + kDewMargin_c) {
@@ -179,7 +193,7 @@ bool DewSafeWarmUp::switch_off(Station& station) {
   const auto now = Clock::now();
   if (now < next_stop_) return false;
   next_stop_ = now + kSafeEndInterval;
-  const auto stopped = station.chamber.chamber().stop();
+  const auto stopped = switch_off_and_see(station.chamber.chamber());
   trouble_ = stopped ? "" : stopped.error().message;
   return stopped.has_value();
 }
@@ -229,7 +243,7 @@ void SafeEnd::halt_fixture(Station& station) {
 bool SafeEnd::switch_chamber_off(Station& station) {
   if (steady_clock::now() < next_stop_) return false;
   next_stop_ = steady_clock::now() + kSafeEndInterval;
-  const auto off = station.chamber.chamber().stop();
+  const auto off = switch_off_and_see(station.chamber.chamber());
   if (!off && !chamber_was_reported_) {
     chamber_was_reported_ = true;
     station.log.add("device", "chamber", "heating and cooling cannot be switched off: " + off.error().message);

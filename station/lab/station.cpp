@@ -200,6 +200,11 @@ void Station::expect_run() {
   samples_before_run_.clear();
 }
 
+void Station::expect_no_run() {
+  expecting_run_ = false;
+  samples_before_run_.clear();
+}
+
 std::string Station::free_label(const std::string& label) const {
   const auto runs = catalog.runs({.unit = {}, .campaign = campaign.name, .run = {}});
   if (!runs) return label;
@@ -283,7 +288,7 @@ base::Result<bool> Station::end_run(const std::optional<std::string>& why_cut, b
     return false;
   }
   if (!sealer.has_run()) return true;
-  sealer.retry(end_of_run(why_cut, aborted));
+  sealer.retry();
   return false;
 }
 

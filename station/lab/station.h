@@ -72,6 +72,8 @@ class Station {
 
   /// From now on samples are kept for the run file that is about to be opened.
   void expect_run();
+  /// Forgets them: however long it takes until the run can begin, nothing piles up.
+  void expect_no_run();
   [[nodiscard]] base::Status begin_run(const PlannedRun& run);
   /// Seals the run file and enters it into the catalog beside the engine's thread: to be called until it says true, or
   /// why it failed; then it may be called again. `why_cut`: the run was cut short. With on_break = "resume" its

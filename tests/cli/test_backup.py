@@ -95,6 +95,16 @@ class Backup(SoakTest):
         self.assertEqual(len(summary["copied"]), 1)
         self.assertFalse((self.place / "runs" / run["file"]).exists())
 
+    def test_a_run_file_that_cannot_be_read_is_named_and_the_rest_is_copied(self):
+        runs = self.soak_json("runs-list", "runs", "list")["runs"]
+        path = self.data / "runs" / min(run["file"] for run in runs)
+        path.unlink()
+        path.mkdir()  # opens, and fails when it is read, as a file on a bad sector does
+        summary = self.back_up(status=4)
+        self.assertEqual([file["file"] for file in summary["damaged"]], [path.name])
+        self.assertEqual(len(summary["copied"]), len(runs) - 1)
+        self.assertTrue((self.place / "station.db").exists())
+
     def test_a_file_damaged_in_the_backup_is_found_and_left(self):
         run = self.soak_json("runs-list", "runs", "list")["runs"][0]
         self.back_up()

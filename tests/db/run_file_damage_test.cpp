@@ -2,6 +2,7 @@
 #include <SQLiteCpp/Database.h>
 #include <SQLiteCpp/Statement.h>
 
+#include "db/durable.h"
 #include "db/run/run_file.h"
 #include "tests/db/support.h"
 
@@ -120,6 +121,12 @@ TEST(OpenRunFile, ThatIsDeletedIsNotCalledReadOnly) {
   EXPECT_EQ(sealed.error().kind, base::ErrorKind::internal);
   EXPECT_EQ(sealed.error().where, path.string());
   EXPECT_EQ(sealed.error().message.find("read-only"), std::string::npos) << sealed.error().message;
+}
+
+// The folders of /proc are of a file system that syncs none.
+TEST(SyncName, IsNoFailureWhereTheFileSystemSyncsNoFolders) {
+  EXPECT_TRUE(sync_name("/proc/self/status"));
+  EXPECT_FALSE(sync_name("/proc/self/no-such-folder/file"));
 }
 
 TEST_F(DamagedRunFile, IsRefusedWhenCutShort) {

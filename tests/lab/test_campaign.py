@@ -142,9 +142,12 @@ class Campaign(LabTest):
         self.start_campaign(short_procedure())
         self.wait_for_step("set_temperature")
         self.soak_fails(2, "campaign", "resume")
-        self.lab.soak("campaign", "abort", "--reason", "smell of smoke")
+        self.lab.soak("campaign", "abort", "--reason", "smell of smoke", "--user", "ann")
         status = self.wait_for_end()
         self.assertEqual(status["state"], "aborted")
+        # On the way to the safe state and at its end; what the station did by itself names nobody.
+        self.assertEqual({user for user, in self.query("SELECT user FROM event WHERE text LIKE '%smell of smoke%'")}, {"ann"})
+        self.assertIn(("",), self.query("SELECT DISTINCT user FROM event"))
         self.assertIn("smell of smoke", status["reason"])
         self.assert_safe()
         self.assertEqual(self.query("SELECT state FROM journal"), [("aborted",)])

@@ -79,6 +79,17 @@ TEST_F(WatchJudgeTest, AnAirThatMovesFasterThanAnyChamberTrips) {
   EXPECT_LE(*tripped, 10);
 }
 
+TEST_F(WatchJudgeTest, AWrongNumberBeforeAPauseOfTheLinkIsNoMovement) {
+  EXPECT_FALSE(trips(20.0));
+  reading.air_c = 100.0;
+  EXPECT_FALSE(judge.look(now_s += 1.0, reading));
+  now_s += 60.0;
+  for (int i = 0; i < 10; ++i) {
+    reading.air_c = 20.0;
+    EXPECT_FALSE(judge.look(now_s += 1.0, reading)) << i;
+  }
+}
+
 TEST_F(WatchJudgeTest, AnAlarmThatAsksForItTripsInTheSecondReading) {
   reading.alarms = {{"door", false}};
   EXPECT_FALSE(trips(20.0));

@@ -44,7 +44,11 @@ class ObedientChamber : public hal::Chamber {
     return {};
   }
   base::Status stop() override {
-    running = false;
+    ++stops;
+    if (deaf_stops > 0)
+      --deaf_stops;
+    else
+      running = false;
     return {};
   }
   std::optional<double> min_set_point_c() const override { return std::nullopt; }
@@ -56,6 +60,8 @@ class ObedientChamber : public hal::Chamber {
   bool running = true;
   int reads = 0;
   int commands = 0;
+  int stops = 0;
+  int deaf_stops = 0;  ///< so many commands to stop are acknowledged, and it goes on
 };
 
 /// What a unit shows.

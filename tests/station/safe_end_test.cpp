@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// What ends a campaign looks at the chamber, not at what the chamber acknowledges.
+#include "station/lab/safe_end.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/station/lab_bench.h"
+
+namespace soak::station {
+namespace {
+
+using namespace lab_bench;
+
+class SafeEndOfAChamberThatGoesOn : public LabBench {
+ protected:
+  /// Polls until the safe end is over; how the chamber then stands is the question.
+  void end_it(bool outputs_off) {
+    station_->units.clear();
+    SafeEnd safe_end("tripped", 25.0, outputs_off, false);
+    turns_until([&] { return safe_end.poll(*station_); });
+  }
+};
+
+TEST_F(SafeEndOfAChamberThatGoesOn, IsNotOverBeforeItIsOff) {
+  chamber_.deaf_stops = 2;
+  end_it(true);
+  EXPECT_FALSE(chamber_.running);
+  EXPECT_EQ(chamber_.stops, 3);
+}
+
+TEST_F(SafeEndOfAChamberThatGoesOn, IsNotOverAfterTheWarmUpEither) {
+  chamber_.deaf_stops = 1;
+  end_it(false);
+  EXPECT_FALSE(chamber_.running);
+  EXPECT_EQ(chamber_.set_point_c, 25.0);
+  EXPECT_EQ(chamber_.stops, 2);
+}
+
+}  // namespace
+}  // namespace soak::station
