@@ -616,11 +616,22 @@ def states(station):
     station.set("/units/0/temp_c", 24.1)
     station.set("/units/1/temp_c", 24.4)
     yield "paused"
+    station.set("/units/0/attitude", attitude("+X", "+X", False))
+    station.set("/prompt", {"id": 8, "text": "Turn the fixture so that its +X points up, then confirm."})
+    set_step(station, plan, "move", run=1, visit=1, position="+X")
+    station.set("/state", "waiting")
+    station.set("/reason", None)
+    yield "tilted"
+    station.set("/prompt", None)
     for unit in (0, 1):
         station.set(f"/units/{unit}/state", "closed")
         station.set(f"/units/{unit}/temp_c", None)
         station.set(f"/units/{unit}/attitude", None)
     station.set("/campaign", None)
+    station.set("/state", "stopping")
+    station.set("/reason", "soakd ended during the campaign; heating and cooling cannot be switched off: go to the chamber "
+                           "and switch them off by hand")
+    yield "stopping"
     station.set("/state", "interrupted")
     station.set("/reason", "soakd ended during the campaign")
     station.set("/resumable", "acceptance")
