@@ -12,11 +12,29 @@ const TONE_S = 0.22;
 let context = null;
 let alarmed = false;
 
-/** The browser allows sound once the user has touched the page. */
-function beep() {
-  if (!alarmed || localStorage.getItem(KEY) !== "on") return;
-  context ??= new AudioContext();
+const isWanted = () => localStorage.getItem(KEY) === "on";
+
+/**
+ * Whether sound is allowed: by the browser's rules only once the user has touched the page. What is scheduled before that
+ * would sound all at once later, so nothing is.
+ */
+const isAllowed = () => context?.state === "running";
+
+/** Asks the browser for sound; when it allows it, the alarm that there is sounds at once. */
+function ask() {
+  if (!context) {
+    context = new AudioContext();
+    context.addEventListener("statechange", () => {
+      renderToggle();
+      beep();
+    });
+  }
   context.resume();
+}
+
+function beep() {
+  if (!alarmed || !isWanted()) return;
+  if (!isAllowed()) return ask();
   TONES_HZ.forEach((hertz, i) => {
     const [tone, volume] = [context.createOscillator(), context.createGain()];
     const begin = context.currentTime + i * TONE_S;
@@ -29,17 +47,19 @@ function beep() {
 }
 
 function renderToggle() {
-  const on = localStorage.getItem(KEY) === "on";
-  $("sound").setAttribute("aria-pressed", on);
-  say($("sound"), on ? "Alarm sound on" : "Alarm sound off");
+  $("sound").setAttribute("aria-pressed", isWanted());
+  say($("sound"), !isWanted() ? "Alarm sound off" : isAllowed() ? "Alarm sound on" : "Alarm sound: click to allow");
 }
 
 export function connectAlerts() {
   $("sound").addEventListener("click", () => {
-    localStorage.setItem(KEY, localStorage.getItem(KEY) === "on" ? "off" : "on");
+    const wanted = !isWanted() || !isAllowed();
+    localStorage.setItem(KEY, wanted ? "on" : "off");
     renderToggle();
-    beep();
+    if (wanted && !isAllowed()) ask();
+    else beep();
   });
+  if (isWanted()) ask();
   renderToggle();
   setInterval(beep, AGAIN_MS);
 }

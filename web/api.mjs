@@ -12,7 +12,7 @@ export async function get(path) {
   return answer(await fetch(ROOT + path));
 }
 
-/** Carries out POST /api/v1/campaign/`command`. Throws an Error whose message is for the user. */
+/** Carries out POST /api/v1/campaign/`command`. Throws an Error whose message is for the user; of an answer, with its `status`. */
 export async function send(command, body) {
   const options = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
   return answer(await fetch(`${ROOT}campaign/${command}`, options));
@@ -20,7 +20,10 @@ export async function send(command, body) {
 
 async function answer(response) {
   const document = await response.json();
-  if (!response.ok) throw new Error(document.error?.message ?? `HTTP status ${response.status}`);
+  if (!response.ok) {
+    const error = new Error(document.error?.message ?? `HTTP status ${response.status}`);
+    throw Object.assign(error, { status: response.status });
+  }
   return document;
 }
 

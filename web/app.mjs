@@ -12,6 +12,7 @@ import { NoiseCard } from "./noise_card.mjs";
 import { StoredCard } from "./stored_card.mjs";
 
 const LOG_LINES = 100;
+const NOT_IN_THIS_STATE = 409; // docs/http-api.md
 
 const chart = new Chart($("chart"), $("legend"));
 const noiseCard = new NoiseCard();
@@ -56,7 +57,7 @@ function takeStatus(document) {
   storedCard.take(status);
   if (confirmsItself(status) && status.prompt.id !== confirmedItself) {
     confirmedItself = status.prompt.id;
-    confirm();
+    confirm({ itself: true });
   }
   const campaign = status.campaign ? `${status.campaign.name} ${status.campaign.started_utc_s}` : "";
   if (campaign !== planOf) loadPlan(campaign);
@@ -130,12 +131,16 @@ function userName() {
   return $("user").value.trim() || "web page";
 }
 
-/** Sends a command; a refusal is shown until the next command. */
-async function command(name, body) {
+/**
+ * Sends a command; a refusal is shown until the next command. `mayBeLate`: nobody is told that it is not possible any
+ * more in the station's state.
+ */
+async function command(name, body, mayBeLate = false) {
   show($("failure"), false);
   try {
     await send(name, { user: userName(), ...body });
   } catch (error) {
+    if (mayBeLate && error.status === NOT_IN_THIS_STATE) return;
     say($("failure"), `${name}: ${error.message}`);
     show($("failure"), true);
   }
@@ -148,12 +153,13 @@ function rememberUser() {
   $("itself").addEventListener("change", () => localStorage.setItem("soak-itself", $("itself").checked ? "yes" : "no"));
 }
 
-const confirm = () => command("confirm", { prompt: status.prompt.id });
+/** `itself`: without a click, and then perhaps after another page or the station itself has closed the prompt. */
+const confirm = ({ itself = false } = {}) => command("confirm", { prompt: status.prompt.id }, itself);
 
 function connectButtons() {
   $("pause").addEventListener("click", () => command("pause"));
   $("resume").addEventListener("click", () => command("resume"));
-  $("confirm").addEventListener("click", confirm);
+  $("confirm").addEventListener("click", () => confirm());
   $("abort").addEventListener("click", () => openAbortDialog(status, plan));
   $("abort-cancel").addEventListener("click", () => $("abort-dialog").close());
   $("abort-form").addEventListener("submit", () => command("abort", { reason: $("abort-reason").value.trim() }));

@@ -4,7 +4,7 @@
 import { $, element, say, show } from "./dom.mjs";
 import { duration, number } from "./format.mjs";
 import { drawPose } from "./pose.mjs";
-import { abortText, allRestAsAsked, doorOf, faceOf, finishOf, positionOf, runOf, sign, stateText, stepText, turnText, waitsForChamber } from "./words.mjs";
+import { abortText, allRestAsAsked, doorOf, faceOf, finishOf, isActive, positionOf, runOf, sign, stateText, stepText, turnText, waitsForChamber } from "./words.mjs";
 
 const CAN_PAUSE = ["preflight", "running", "waiting"];
 const CAN_ABORT = ["preflight", "running", "waiting", "paused"];
@@ -14,7 +14,7 @@ export const nameOf = ({ campaign, resumable }) => campaign?.name ?? resumable ?
 
 export function renderHead(status) {
   const { state, campaign, prompt } = status;
-  say($("campaign-name"), nameOf(status) ?? "No campaign");
+  say($("campaign-name"), nameOf(status) ?? (isActive(status) ? "Campaign" : "No campaign"));
   say($("state"), stateText(status));
   $("state").dataset.state = state;
   show($("simulated"), status.simulated);
@@ -25,9 +25,11 @@ export function renderHead(status) {
 
 export function renderCampaign(status, plan) {
   const { campaign, clock: time, state, reason, resumable } = status;
-  show($("progress-card"), nameOf(status) !== null);
-  if (nameOf(status) === null) return;
-  say($("step-text"), campaign ? stepText(status, plan) : `Campaign ${resumable} can be resumed`);
+  // After a restart soakd makes the chamber safe before it knows the campaign again: there is no name yet.
+  const shown = isActive(status) || nameOf(status) !== null;
+  show($("progress-card"), shown);
+  if (!shown) return;
+  say($("step-text"), stepText(status, plan));
   const inBanner = state === "failed" || state === "interrupted" || waitsForChamber(status);
   const says = reason !== null && !inBanner;
   show($("reason"), says);
@@ -75,7 +77,7 @@ export function renderPrompt(status, plan) {
   show($("itself-box"), turning && status.units.some((unit) => unit.attitude));
   const pose = turning ? poseOf(status, plan) : null;
   show($("prompt-pose"), Boolean(pose?.expected));
-  if (pose?.expected) drawPose($("prompt-pose"), pose.expected, pose.up, pose.caption);
+  if (pose?.expected) drawPose($("prompt-pose"), pose);
 }
 
 /** What is drawn: the fixture by a unit that is mounted straight; without one, the first unit by its own faces. */
@@ -85,14 +87,14 @@ function poseOf({ campaign, units }, plan) {
   const faces = units.map((unit) => ({ serial: unit.serial, ...faceOf(unit) })).filter((face) => face.expected);
   const straight = faces.find((face) => face.expected === asked);
   const face = straight ?? faces[0];
-  if (!face) return { expected: asked, up: null, caption: "" };
-  return { ...face, caption: straight || !asked ? "" : face.serial };
+  if (!face) return { expected: asked, up: null, wrong: false, whose: "" };
+  return { ...face, whose: straight || !asked ? "" : face.serial };
 }
 
 function renderFaces(units) {
   const lines = units.map((unit) => {
     const face = faceOf(unit);
-    const line = element("li", `${unit.serial}, slot ${unit.slot}: ${face.up === face.expected ? `${face.up} is up${face.right ? " ✓" : "…"}` : turnText(face)}`);
+    const line = element("li", `${unit.serial}, slot ${unit.slot}: ${face.up === face.expected && !face.wrong ? `${face.up} is up${face.right ? " ✓" : "…"}` : turnText(face)}`);
     line.className = face.right ? "yes" : "";
     return line;
   });

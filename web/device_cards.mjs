@@ -3,8 +3,8 @@
 
 import { KINDS } from "./allan_chart.mjs";
 import { $, element, say } from "./dom.mjs";
-import { count, number, significant, UNKNOWN } from "./format.mjs";
-import { faceOf, fixtureText, linkOf, sign, stableText, unitStateText } from "./words.mjs";
+import { count, number, significant } from "./format.mjs";
+import { faceOf, fixtureText, linkOf, positionText, stableText, unitStateText } from "./words.mjs";
 
 const unitCards = new Map(); // serial → card
 
@@ -54,7 +54,8 @@ function renderUnit(card, unit) {
   say(part("stable"), stableText(unit));
   part("stable").classList.toggle("yes", unit.stable);
   say(part("slope"), `${number(unit.slope_kpmin, 3)} ± ${number(unit.slope_half_width_kpmin, 3)}`);
-  renderPosition(part("position"), unit);
+  say(part("position"), positionText(unit));
+  part("position").classList.toggle("bad", faceOf(unit)?.wrong ?? false);
   say(part("samples"), count(unit.samples));
   say(part("lost"), count(unit.lost));
   part("lost").classList.toggle("bad", unit.lost > 0);
@@ -66,15 +67,6 @@ function renderUnit(card, unit) {
   fillAxes(part("gyro-noise"), unit.noise.gyro_dps, noiseOf("gyro"));
   fillAxes(part("accel-noise"), unit.noise.accel_mps2, noiseOf("accel"));
   say(part("about"), unit.type + (unit.simulated ? " · simulated" : ""));
-}
-
-/** The face that is up by the unit's own accelerometers where they say it; else the one that is expected, as such. */
-function renderPosition(cell, unit) {
-  const face = faceOf(unit);
-  const expected = unit.position ? sign(unit.position) : UNKNOWN;
-  say(cell, !face ? expected : face.right ? face.up : `${face.up}, not ${face.expected}`);
-  cell.classList.toggle("bad", face?.wrong ?? false);
-  if (face && !face.right && !face.wrong) say(cell, `turning to ${face.expected}`);
 }
 
 function fillAxes(row, values, text) {

@@ -34,14 +34,15 @@ export function shortDuration(seconds) {
   return minutes % 60 ? `${Math.floor(minutes / 60)} h ${minutes % 60} min` : `${minutes / 60} h`;
 }
 
-/** "14:05", "tomorrow 04:12", "Thu 26 Nov, 04:12" (local time) of a time in seconds since 1970. */
+/** "14:05", "tomorrow 04:12", "Thu 26 Nov, 04:12", in another year "Thu 26 Nov 2026, 04:12" (local time) of a time in seconds since 1970. */
 export function timeOfDay(utc_s, now_s) {
   const [date, today] = [new Date(utc_s * 1000), new Date(now_s * 1000)];
   const time = date.toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit" });
   const days = Math.round((new Date(date).setHours(0, 0, 0, 0) - today.setHours(0, 0, 0, 0)) / 86400000);
   if (days === 0) return time;
   if (days === 1) return `tomorrow ${time}`;
-  return `${date.toLocaleDateString("en-GB", { weekday: "short", day: "numeric", month: "short" })}, ${time}`;
+  const year = date.getFullYear() === today.getFullYear() ? undefined : "numeric";
+  return `${date.toLocaleDateString("en-GB", { weekday: "short", day: "numeric", month: "short", year })}, ${time}`;
 }
 
 /** A count with thin spaces between thousands. */

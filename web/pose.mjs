@@ -25,14 +25,16 @@ const HALF = "M70 132Q150 120 122 40Q110 20 84 18M95 12l-12 6 9 9";
 
 /**
  * Draws into `host` the face that shall be up and, where `up` is known and another one, the face that is up now with the
- * way from it. Labels such as "+X". `whose`: whose faces they are, "" for the fixture's.
+ * way from it. Labels such as "+X". `wrong`: it does not rest as it shall; with the right face up it is tilted. `whose`:
+ * whose faces they are, "" for the fixture's.
  */
-export function drawPose(host, expected, up, whose) {
-  const key = `${expected} ${up} ${whose}`;
+export function drawPose(host, { expected, up, wrong, whose }) {
+  const key = `${expected} ${up} ${wrong} ${whose}`;
   if (host.dataset.pose === key) return;
   host.dataset.pose = key;
   const half = up && up.slice(1) === expected.slice(1);
-  const blocks = [block({ top: expected, caption: up === expected ? "as asked" : "turn it so", kind: up === expected ? "reached" : "wanted" })];
+  const reached = up === expected && !wrong;
+  const blocks = [block({ top: expected, caption: reached ? "as asked" : up === expected ? "seat it so" : "turn it so", kind: reached ? "reached" : "wanted" })];
   if (up && up !== expected) {
     blocks.unshift(block({ top: up, right: half ? "" : expected, caption: whose ? `now, ${whose}` : "now", kind: "now", arrow: half ? HALF : QUARTER }));
   }

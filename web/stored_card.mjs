@@ -7,11 +7,13 @@ import { timeOfDay, UNKNOWN } from "./format.mjs";
 import { isActive, now_s } from "./words.mjs";
 
 const MOST_ROWS = 12;
+const RETRY_MS = 2000;
 
 export class StoredCard {
   #userName;
   #status = null;
-  #shownFor = null; // state and campaign that were shown last
+  #shownFor = null; // state and campaign for which it is shown
+  #loading = false;
   #slots = [];
 
   /** `userName()`: who starts a campaign. */
@@ -29,18 +31,23 @@ export class StoredCard {
     show($("idle"), atRest);
     show($("start-gives-up"), status.resumable !== null);
     say($("start-gives-up"), `A new campaign gives ${status.resumable} up: it cannot be resumed afterwards.`);
-    const about = atRest ? `${status.state} ${status.campaign?.name} ${status.campaign?.started_utc_s}` : null;
-    if (about === this.#shownFor) return;
-    this.#shownFor = about;
-    if (atRest) this.load();
+    const about = `${status.state} ${status.campaign?.name} ${status.campaign?.started_utc_s}`;
+    if (!atRest) this.#shownFor = null;
+    else if (about !== this.#shownFor && !this.#loading) this.#load(about);
   }
 
-  async load() {
+  /** Loads and shows; where that fails, again after a while. */
+  async #load(about) {
+    this.#loading = true;
     try {
       this.#show(await get("stored"));
+      this.#shownFor = about;
     } catch (error) {
       console.warn("not known what is stored:", error.message);
+      await new Promise((done) => setTimeout(done, RETRY_MS));
     }
+    this.#loading = false;
+    this.take(this.#status); // the newest may be about something else by now
   }
 
   #show({ slots, units, campaigns }) {

@@ -22,6 +22,8 @@ const UNIT_STATES = { closed: "off", silent: "sends nothing", configuring: "star
 const DRY_MARGIN_K = 2;
 /** °C from which bare metal burns at a touch of a minute (ISO 13732-1, 51 °C), rounded down. */
 const HOT_C = 50;
+/** Degrees from the expected direction within which the station calls a position right (station/lab/position_watch.h). */
+const TILT_DEG = 5;
 
 export const isActive = (status) => ACTIVE.includes(status.state);
 
@@ -93,11 +95,15 @@ function leftOfStep_s({ campaign }, plan) {
   return campaign.remaining_s > later_s ? campaign.remaining_s - later_s : null;
 }
 
-/** "Run 1 of 3, −20 °C (1 of 5): units settling, 12 min". Without a plan, what the station itself calls the step. */
+/**
+ * "Run 1 of 3, −20 °C (1 of 5): units settling, 12 min". Without a plan, what the station itself calls the step; without
+ * the campaign's document (soakd has just begun again), what can be said of its state.
+ */
 export function stepText(status, plan) {
-  const { campaign, state, prompt } = status;
-  const step = plan?.steps[campaign.step];
+  const { campaign, state, prompt, resumable } = status;
   if (state === "stopping") return "On the way to the safe state";
+  if (!campaign) return isActive(status) ? `The campaign: ${stateText(status)}` : `Campaign ${resumable} can be resumed`;
+  const step = plan?.steps[campaign.step];
   if (state === "finished") return "All steps are done";
   if (["aborted", "failed", "interrupted"].includes(state)) return `Stopped at: ${campaign.step_text}`;
   if (!step) return campaign.step_text;
@@ -192,7 +198,7 @@ function chamberAlerts(status) {
     action: ends
       ? "Go to the chamber: one that does not answer can only be switched off by hand, once the units are warm."
       : "Go to the chamber: is it switched on, is its cable plugged in? If it answers within a minute the campaign goes on by itself; otherwise it ends.",
-    detail: reason,
+    detail: ends ? null : reason, // in the banner of campaignAlerts()
   });
   return alerts;
 }
@@ -207,10 +213,11 @@ function unitAlerts(status) {
     }
     const face = faceOf(unit);
     if (!face?.wrong || status.prompt) continue;
+    const tilted = face.up === face.expected;
     alerts.push({
       level: turning && status.fixture.moving ? "warning" : "alarm",
-      title: `${who} has ${face.up} up, not ${face.expected}`,
-      action: isByHand(status) ? `Turn the fixture: ${turnText(face)}.` : "Look whether it is mounted as the station's configuration says, and whether the fixture is where it reports to be.",
+      title: tilted ? `${who} is tilted` : `${who} has ${face.up} up, not ${face.expected}`,
+      action: tilted ? `It ${turnText(face)}.` : isByHand(status) ? `Turn the fixture: ${turnText(face)}.` : "Look whether it is mounted as the station's configuration says, and whether the fixture is where it reports to be.",
     });
   }
   return alerts;
@@ -219,6 +226,9 @@ function unitAlerts(status) {
 function campaignAlerts({ state, reason, resumable }) {
   if (state === "failed") {
     return [{ level: "alarm", title: "The campaign failed", detail: reason, action: resumable ? "Mend what is named here, then press Resume: it goes on from the plateau before the break." : "Mend what is named here, then start a new campaign." }];
+  }
+  if (state === "stopping") {
+    return [{ level: "alarm", title: "The campaign has ended: the station is being made safe", detail: reason, action: "Do what is named here, if anything is. Keep the door closed until the lamp below says that it is safe." }];
   }
   if (state === "interrupted") {
     return [{ level: "warning", title: "The campaign was interrupted", detail: reason, action: resumable ? "Press Resume: it goes on from the plateau before the break." : "Start a new campaign." }];
@@ -251,10 +261,20 @@ export function faceOf({ attitude }) {
   return { up: right ? expected : sign(attitude.up || UNKNOWN), expected, right, wrong: attitude.right === false };
 }
 
-/** How to come from the face that is up to the one that should be. */
+/** How a unit that rests wrong comes to rest as it should: turned, or seated where the right face is up already. */
 export function turnText({ up, expected }) {
+  if (up === expected) return `rests more than ${TILT_DEG}° from ${expected}: seat it`;
   const half = up.slice(1) === expected.slice(1);
   return `${up} is up now, turn it ${half ? "half a turn" : "a quarter turn"} to ${expected}`;
+}
+
+/** The face that is up by the unit's own accelerometers where they say it; else the one that is expected, as such. */
+export function positionText(unit) {
+  const face = faceOf(unit);
+  if (!face) return unit.position ? sign(unit.position) : UNKNOWN;
+  if (face.right) return face.up;
+  if (!face.wrong) return `turning to ${face.expected}`;
+  return face.up === face.expected ? `${face.up}, tilted` : `${face.up}, not ${face.expected}`;
 }
 
 /** Whether every unit that sends rests as the open prompt asks; false where one cannot say. */

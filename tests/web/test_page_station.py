@@ -113,6 +113,29 @@ class AfterABreak(StationTest):
         self.open()
         self.browser.wait("return !document.querySelector('#resume').disabled")
 
+    def test_what_is_to_be_done_is_told_while_a_station_that_began_again_makes_itself_safe(self):
+        reason = "soakd ended during the campaign; the chamber does not answer: go to the chamber and switch it off by hand"
+        self.broken("stopping", reason=reason, resumable=None)
+        self.see("#alerts .alarm", reason)
+        self.see("#progress-card #reason", reason)
+        self.see("#state", "stopping")
+        self.assertNotIn("null", self.text("#progress-card"))
+        for part in ("#facts", "#progress", "#idle"):
+            self.hidden(part)
+        for button in ("#pause", "#resume", "#abort"):
+            self.assertTrue(self.disabled(button), button)
+        self.station.set("/chamber/connected", False)
+        self.station.set("/chamber/air_c", None)
+        self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === 2")
+        self.assertEqual(self.text("#alerts").count(reason), 1)
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_campaign_that_is_not_known_yet_is_shown_by_its_state(self):
+        self.broken("running", reason=None, resumable=None)
+        self.see("#progress-card #step-text", "running")
+        self.assertNotIn("null", self.text("#progress-card"))
+        self.assertEqual(self.browser.console(), [])
+
     def test_what_cannot_be_resumed_is_not_offered(self):
         self.broken("finished", resumable=None)
         self.hidden("#progress-card")
@@ -155,6 +178,20 @@ class Alarms(StationTest):
         self.hidden("#alerts")
         self.browser.wait("return document.querySelector('#units .position').innerText === '−X'")
 
+    def test_a_unit_that_is_tilted_on_the_right_face_is_to_be_seated_not_turned(self):
+        self.station.set("/units/0/attitude", attitude("+X", "+X", False))
+        for fixture in ("by hand", "two-axis fixture"):
+            self.station.set("/fixture/description", fixture)
+            self.open()
+            self.see("#alerts .alarm .action", "5° from +X: seat it")
+            for selector in ("#alerts", "#units > :nth-child(1) .position"):
+                self.assertNotIn("turn", self.text(selector))
+                self.assertNotIn("not +X", self.text(selector))
+        self.see("#units > :nth-child(1) .position.bad", "tilted")
+        self.station.set("/units/0/attitude", attitude("+X", "+X", True))
+        self.hidden("#alerts")
+        self.browser.wait("return document.querySelector('#units .position').innerText === '+X'")
+
     def test_a_face_that_is_not_known_yet_is_no_alarm(self):
         self.station.set("/units/0/attitude", attitude("+Y", "+X", None))
         self.open()
@@ -179,6 +216,47 @@ class Alarms(StationTest):
         self.browser.click("#sound")
         self.browser.click("#sound")
         self.assertEqual(self.browser.run("return window.tones"), 0)
+        self.browser.run("localStorage.removeItem('soak-alarm-sound')")
+
+
+class Sound(StationTest):
+    """A browser that allows sound only after a click, as browsers do for people; scripts of the tests count as clicks."""
+
+    STRICT = """
+      window.tones = 0;
+      let clicked = false;
+      addEventListener("click", () => { clicked = true; }, true);
+      const count = OscillatorNode.prototype.start;
+      OscillatorNode.prototype.start = function (t) { ++window.tones; count.call(this, t); };
+      window.AudioContext = class extends AudioContext {
+        #state = "suspended";
+        get state() { return this.#state; }
+        async resume() {
+          if (!clicked || this.#state === "running") return;
+          await null;
+          this.#state = "running";
+          this.dispatchEvent(new Event("statechange"));
+        }
+      };
+      localStorage.setItem("soak-alarm-sound", "on");"""
+
+    def test_after_a_reload_it_says_that_it_needs_a_click_and_saves_up_no_tones_till_then(self):
+        script = self.browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=self.STRICT)
+        self.addCleanup(self.browser.devtools, "Page.removeScriptToEvaluateOnNewDocument", **script)
+        self.station.set("/chamber/alarms", ["over-temperature"])
+        self.open()
+        self.addCleanup(self.browser.run, "localStorage.removeItem('soak-alarm-sound')")
+        self.see("#alerts", "over-temperature")
+        self.see("#sound", "click to allow")
+        self.browser.run("return new Promise((done) => setTimeout(done, 9000))")  # two repetitions
+        self.assertEqual(self.browser.run("return window.tones"), 0)
+        self.browser.click("#sound")
+        self.see("#sound", "Alarm sound on")
+        self.browser.wait("return window.tones > 0")
+        self.assertLessEqual(self.browser.run("return window.tones"), 4)  # of two tones each: at once, and perhaps the next
+        self.browser.click("#sound")
+        self.see("#sound", "Alarm sound off")
+        self.assertEqual(self.browser.run("return localStorage.getItem('soak-alarm-sound')"), "off")
 
 
 class Step(StationTest):
@@ -210,6 +288,13 @@ class Step(StationTest):
         self.open()
         end = datetime.datetime.fromtimestamp(RATE_1["utc_s"] + 3 * 86400.0)
         self.see("#finish", f"{end.strftime('%a')} {end.day} {end.strftime('%b')}")
+        self.assertNotIn(str(end.year), self.text("#finish"))
+
+    def test_an_end_in_another_year_is_told_with_the_year(self):
+        self.station.set("/campaign/remaining_s", 400 * 86400.0)
+        self.open()
+        end = datetime.datetime.fromtimestamp(RATE_1["utc_s"] + 400 * 86400.0)
+        self.see("#finish", f"{end.day} {end.strftime('%b')} {end.year}")
 
     def test_the_abort_dialog_says_that_the_run_is_lost(self):
         set_step(self.station, self.plan, "record", run=2, visit=1, position="+X")
@@ -289,6 +374,48 @@ class Turning(StationTest):
         self.station.set("/units/0/attitude", attitude("+X", "+X", True))
         self.station.wait_for_command("confirm 7 by web page")
         self.assertEqual(self.station.commands(), ["confirm 7 by web page"])
+
+    def confirm_itself(self):
+        self.ask("+Y", "+X", False)
+        self.open()
+        self.browser.click("#itself")
+        self.addCleanup(self.browser.run, "localStorage.removeItem('soak-itself')")
+        self.station.set("/units/0/attitude", attitude("+X", "+X", True))
+        self.station.wait_for_command("confirm 7 by web page")
+        # What came of it is known once a later question has been answered.
+        self.browser.run("return fetch('/api/v1/status').then((answer) => new Promise((done) => setTimeout(done, 500)))")
+
+    def test_when_somebody_else_was_faster_a_confirmation_by_itself_is_no_failure(self):
+        self.station.tell("fail 2 state")
+        self.confirm_itself()
+        self.hidden("#failure")
+        self.browser.click("#confirm")
+        self.browser.wait("return !document.querySelector('#confirm').offsetParent")
+        self.browser.console()  # Chromium lists the 409
+
+    def test_another_refusal_of_a_confirmation_by_itself_is_shown(self):
+        self.station.tell("fail 2 user")
+        self.confirm_itself()
+        self.see("#failure", "scripted failure")
+        self.browser.console()  # Chromium lists the 400
+
+    def test_a_late_click_says_that_it_was_refused(self):
+        self.ask("+Y", "+X", False)
+        self.open()
+        self.station.tell("fail 2 state")
+        self.browser.click("#confirm")
+        self.see("#failure", "scripted failure")
+        self.browser.console()  # Chromium lists the 409
+
+    def test_a_unit_that_is_tilted_on_the_right_face_is_not_drawn_as_done(self):
+        self.ask("+X", "+X", False)
+        self.open()
+        self.see("#prompt-faces", "5° from +X: seat it")
+        self.assertNotIn("turn", self.text("#prompt-faces"))
+        reached = "return document.querySelectorAll('#prompt-pose .reached').length === arguments[0]"
+        self.browser.wait(reached, 0)
+        self.station.set("/units/0/attitude", attitude("+X", "+X", True))
+        self.browser.wait(reached, 1)
 
     def test_without_a_face_the_wanted_one_is_still_drawn(self):
         self.ask("+Y", "+X", False)
@@ -399,6 +526,27 @@ class AtRest(StationTest):
         self.station.tell("status " + json.dumps({**self.status(), "state": "running"}))
         self.hidden("#idle")
 
+    def test_what_could_not_be_read_is_asked_for_again(self):
+        once = """
+          const real = window.fetch;
+          let failures = 1;
+          window.fetch = (path, ...more) =>
+            String(path).endsWith("stored") && failures-- > 0 ? Promise.reject(new Error("no connection")) : real(path, ...more);"""
+        script = self.browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=once)
+        self.addCleanup(self.browser.devtools, "Page.removeScriptToEvaluateOnNewDocument", **script)
+        self.rest()
+        self.browser.console()  # the page notes the failure there
+
+    def test_what_was_stored_in_another_year_has_its_year(self):
+        self.rest()
+        self.assertNotIn(str(datetime.datetime.fromtimestamp(1789800000.0).year), self.text("#stored-campaigns td:nth-child(3)"))
+        stored = json.loads(json.dumps(self.STORED))
+        stored["campaigns"][0]["begun_utc_s"] -= 366 * 86400.0
+        self.station.tell("stored " + json.dumps(stored))
+        self.open()
+        year = datetime.datetime.fromtimestamp(stored["campaigns"][0]["begun_utc_s"]).year
+        self.see("#stored-campaigns td:nth-child(3)", str(year))
+
     def test_what_is_stored_fits_narrow_screens(self):
         self.rest()
         for width in (320, 390, 768, 1280):
@@ -468,11 +616,22 @@ def states(station):
     station.set("/units/0/temp_c", 24.1)
     station.set("/units/1/temp_c", 24.4)
     yield "paused"
+    station.set("/units/0/attitude", attitude("+X", "+X", False))
+    station.set("/prompt", {"id": 8, "text": "Turn the fixture so that its +X points up, then confirm."})
+    set_step(station, plan, "move", run=1, visit=1, position="+X")
+    station.set("/state", "waiting")
+    station.set("/reason", None)
+    yield "tilted"
+    station.set("/prompt", None)
     for unit in (0, 1):
         station.set(f"/units/{unit}/state", "closed")
         station.set(f"/units/{unit}/temp_c", None)
         station.set(f"/units/{unit}/attitude", None)
     station.set("/campaign", None)
+    station.set("/state", "stopping")
+    station.set("/reason", "soakd ended during the campaign; heating and cooling cannot be switched off: go to the chamber "
+                           "and switch them off by hand")
+    yield "stopping"
     station.set("/state", "interrupted")
     station.set("/reason", "soakd ended during the campaign")
     station.set("/resumable", "acceptance")
