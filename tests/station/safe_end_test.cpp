@@ -15,7 +15,7 @@ class SafeEndOfAChamberThatGoesOn : public LabBench {
  protected:
   /// Polls until the safe end is over; how the chamber then stands is the question.
   void end_it(bool outputs_off) {
-    station_->units.clear();
+    stream_.rows_per_poll = 1;
     SafeEnd safe_end("tripped", 25.0, outputs_off, false);
     turns_until([&] { return safe_end.poll(*station_); });
   }
