@@ -18,11 +18,13 @@ using std::chrono::steady_clock;
 constexpr std::chrono::seconds kInrushCheckInterval{1};
 constexpr int kInrushChecks = 2;
 
+constexpr std::chrono::seconds kSealInterval{1};
 constexpr double kShortestOff_s = 1.0;
 constexpr double kClockAfterPowerOn_s = 60.0;  ///< largest that the clock of a unit that was just switched on may show
 // Host time after the units were switched on.
 constexpr double kPowerOnTimeout_s = 60.0;  ///< for all units to send
 constexpr double kRestart_s = 10.0;         ///< a unit that still sends by then was never off
+constexpr double kIdentify_s = 20.0;        ///< for the others to say who they are where one is not who it should be
 constexpr double kSilent_s = 2.0;           ///< without a sample: the unit has stopped sending
 
 int output_of(const UnitChannel& unit) { return *unit.slot().power_output; }
@@ -174,14 +176,16 @@ class PowerCycle {
 };
 
 /// Takes the units' supply away and gives it back, waits until each has identified itself and proved that it
-/// restarted, opens the run file, lets the units warm up. A unit without proof is reported and left out; in the
-/// pre-flight, and where none is left, it ends the campaign.
+/// restarted, opens the run file, lets the units warm up. Where a slot holds another unit than it should, the operator
+/// is asked. A unit without proof is reported and left out; in the pre-flight, and where none is left, it ends the
+/// campaign.
 class PowerOn : public StepTask {
  public:
   PowerOn(const Plan& plan, const Step& step)
       : run_(plan.runs[static_cast<std::size_t>(step.run)]),
         warm_up_s_(plan.procedure.warm_up_s),
-        cycle_(std::max(plan.procedure.power_off_s, kShortestOff_s)) {}
+        off_s_(std::max(plan.procedure.power_off_s, kShortestOff_s)),
+        cycle_(off_s_) {}
 
   StepProgress poll(Station& station) override {
     switch (stage_) {
@@ -191,6 +195,8 @@ class PowerOn : public StepTask {
         return cycle(station);
       case Stage::identify:
         return identify(station);
+      case Stage::wrong_units:
+        return begin_again(station);
       case Stage::warm_up:
         return warm_up(station);
     }
@@ -198,7 +204,7 @@ class PowerOn : public StepTask {
   }
 
  private:
-  enum class Stage { begin, cycle, identify, warm_up };
+  enum class Stage { begin, cycle, identify, wrong_units, warm_up };
 
   StepProgress begin(Station& station) {
     for (const auto& unit : station.units) {
@@ -226,10 +232,17 @@ class PowerOn : public StepTask {
   StepProgress identify(Station& station) {
     std::vector<UnitChannel*> missing;
     bool worth_waiting = false;
+    bool all_are_known = true;
+    bool as_named = true;
     for (const auto& unit : station.units) {
-      if (unit->streaming() && unit->imu().identity()) {
-        if (auto wrong = wrong_identity(station, *unit)) return StepProgress::failed(*std::move(wrong));
-      }
+      const bool known = unit->streaming() && unit->imu().identity();
+      all_are_known = all_are_known && known;
+      as_named = as_named && (!known || unit->imu().identity()->serial == unit->serial());
+    }
+    // One question for all slots: those that are slower to say who they are have their time.
+    if (!as_named && (all_are_known || on_for_s() >= kIdentify_s)) return ask_for_units(station);
+    if (!as_named) return StepProgress::running();
+    for (const auto& unit : station.units) {
       if (has_restarted(station, *unit)) continue;
       missing.push_back(unit.get());
       worth_waiting = worth_waiting || may_restart(station, *unit);
@@ -290,20 +303,47 @@ class PowerOn : public StepTask {
                        unit.trouble().empty() ? "" : ": ", unit.trouble());
   }
 
-  static std::optional<base::Error> wrong_identity(const Station& station, const UnitChannel& unit) {
-    const std::string& found = unit.imu().identity()->serial;
-    if (found == unit.serial()) return std::nullopt;
-    const auto other =
-        std::find_if(station.units.begin(), station.units.end(), [&](const auto& u) { return u->serial() == found; });
-    const std::string hint = other == station.units.end()
-                                 ? "correct the campaign's --unit or the wiring"
-                                 : fmt::format("{} belongs in slot {}", found, (*other)->slot().name);
-    return base::Error{base::ErrorKind::bad_input,
-                       fmt::format("slot {} holds unit {}, not {}: {}", unit.slot().name, found, unit.serial(), hint),
-                       "slot " + unit.slot().name};
+  /// Nothing has moved yet where this is asked in the first run; and a unit that was exchanged in mid-campaign can be
+  /// brought back.
+  StepProgress ask_for_units(Station& station) {
+    std::vector<std::string> findings;
+    std::vector<std::string> options;
+    for (const auto& unit : station.units) {
+      const auto& identity = unit->imu().identity();
+      options.push_back(fmt::format("--unit {}={}", unit->slot().name, identity ? identity->serial : unit->serial()));
+      if (identity && identity->serial != unit->serial()) {
+        findings.push_back(fmt::format("slot {} holds unit {} ({}), not {}", unit->slot().name, identity->serial,
+                                       product_text(*identity), unit->serial()));
+      }
+    }
+    station.prompts.ask(
+        fmt::format("{}. Put the units where they belong, then confirm: the units are switched off and "
+                    "on again. Or abort the campaign and start another one with {}.",
+                    fmt::join(findings, "; "), fmt::join(options, " ")));
+    stage_ = Stage::wrong_units;
+    return StepProgress::running();
+  }
+
+  StepProgress begin_again(Station& station) {
+    if (!station.prompts.take_answer()) return StepProgress::running();
+    cycle_ = PowerCycle(off_s_);
+    before_.clear();
+    stage_ = Stage::begin;
+    return StepProgress::running();
+  }
+
+  static std::string product_text(const hal::ImuIdentity& identity) {
+    const std::string product = identity.product.empty() ? "product not told" : identity.product;
+    return identity.firmware.empty() ? product : fmt::format("{}, firmware {}", product, identity.firmware);
   }
 
   StepProgress open_run(Station& station) {
+    for (const UnitChannel* unit : station.active_units()) {
+      const auto& identity = unit->imu().identity();
+      if (!identity) continue;
+      station.log.add("unit", unit->serial(),
+                      fmt::format("in slot {}: {}", unit->slot().name, product_text(*identity)));
+    }
     if (const auto begun = station.begin_run(run_); !begun) return StepProgress::failed(begun.error());
     stage_ = Stage::warm_up;
     return StepProgress::running();
@@ -324,6 +364,7 @@ class PowerOn : public StepTask {
 
   PlannedRun run_;
   double warm_up_s_;
+  double off_s_;
   PowerCycle cycle_;
   Stage stage_ = Stage::begin;
   std::map<std::string, Before> before_;
@@ -337,9 +378,9 @@ class PowerOff : public StepTask {
 
   StepProgress poll(Station& station) override {
     if (!sealed_) {
-      const auto ended = station.end_run(std::nullopt);
-      if (!ended) return StepProgress::failed(ended.error());
-      sealed_ = *ended;
+      const auto sealed = seal(station);
+      if (!sealed) return StepProgress::failed(sealed.error());
+      sealed_ = *sealed;
     }
     if (!off_at_s_) {
       const auto off = station.supply ? retry_.attempt([&] { return switch_off(station); }) : base::Result<bool>(true);
@@ -351,6 +392,24 @@ class PowerOff : public StepTask {
   }
 
  private:
+  /// What the world does not let happen now (a locked catalog) is tried again: the run is complete, and nothing is lost
+  /// by waiting.
+  base::Result<bool> seal(Station& station) {
+    if (steady_clock::now() < next_seal_) return false;
+    const auto ended = station.end_run(std::nullopt);
+    if (ended) return *ended;
+    if (!sealing_since_s_) {
+      sealing_since_s_ = station.now_s();
+      station.log.add("run", station.run_id(), "cannot be entered yet: " + ended.error().message);
+    }
+    const double waited_s = station.now_s() - *sealing_since_s_;
+    if (ended.error().kind != base::ErrorKind::internal || waited_s > 3600.0 * station.procedure().give_up_h) {
+      return base::forward_error(ended);
+    }
+    next_seal_ = steady_clock::now() + kSealInterval;
+    return false;
+  }
+
   static base::Status switch_off(Station& station) {
     for (const auto& unit : station.units) {
       if (!unit->slot().power_output) continue;
@@ -361,6 +420,8 @@ class PowerOff : public StepTask {
 
   double seconds_;
   bool sealed_ = false;
+  std::optional<double> sealing_since_s_;  ///< without success
+  steady_clock::time_point next_seal_{};
   std::optional<double> off_at_s_;
   CommandRetry retry_;
 };
