@@ -62,9 +62,12 @@ class BadStart(LabTest):
         self.start_lab(units=2)
         self.lab.soak("campaign", "start", self.write("p.toml", short_procedure()), "--name", "c", "--unit", "1=0380A002",
                       "--unit", "2=0380A001")
-        status = self.wait_for_end()
-        self.assertEqual(status["state"], "failed")
-        self.assertRegex(status["reason"], "slot [12].*0380A00[12].*0380A00[12]")
+        status = self.wait("the question", lambda s: s["prompt"] or s["state"] in bench.ENDED)
+        self.assertEqual(status["state"], "waiting", status["reason"])
+        # One question for both slots.
+        self.assertRegex(status["prompt"]["text"], "slot 1.*0380A001.*0380A002.*slot 2.*0380A002.*0380A001.*--unit 1=0380A001 --unit 2=0380A002")
+        self.lab.soak("campaign", "abort", "--reason", "other units")
+        self.assertEqual(self.wait_for_end()["state"], "aborted")
         self.assertEqual(self.query("SELECT * FROM run"), [])
         self.assert_safe()
 
