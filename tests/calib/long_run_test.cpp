@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -13,6 +12,7 @@
 #include "base/random.h"
 #include "calib/segments/data_gate.h"
 #include "calib/segments/segmentation.h"
+#include "tests/calib/same_segment.h"
 
 namespace soak::calib {
 namespace {
@@ -152,36 +152,6 @@ Recording made_run(std::uint64_t seed, double segment_s = 70.0) {
     ++visit;
   }
   return std::move(maker.run);
-}
-
-void expect_same(const SensorStatistics& a, const SensorStatistics& b) {
-  EXPECT_EQ(a.count, b.count);
-  for (const auto member : {&SensorStatistics::mean, &SensorStatistics::variance, &SensorStatistics::standard_error}) {
-    EXPECT_EQ(std::bit_cast<std::uint64_t>(a.*member), std::bit_cast<std::uint64_t>(b.*member));
-  }
-}
-
-void expect_same(const Segment& a, const Segment& b) {
-  EXPECT_EQ(a.key, b.key);
-  EXPECT_EQ(a.phase, b.phase);
-  EXPECT_EQ(a.sweep, b.sweep);
-  EXPECT_EQ(a.plateau_c, b.plateau_c);
-  EXPECT_EQ(a.position, b.position);
-  EXPECT_EQ(a.t_start_s, b.t_start_s);
-  EXPECT_EQ(a.t_end_s, b.t_end_s);
-  EXPECT_EQ(a.temp_c, b.temp_c);
-  EXPECT_EQ(a.temp_rate_kpmin, b.temp_rate_kpmin);
-  EXPECT_EQ(a.sensor_temp_c, b.sensor_temp_c);
-  EXPECT_EQ(a.findings, b.findings);
-  ASSERT_EQ(a.blocks.size(), b.blocks.size());
-  for (std::size_t s = 0; s < kSensorCount; ++s) expect_same(a.sensor[s], b.sensor[s]);
-  for (std::size_t i = 0; i < a.blocks.size(); ++i) {
-    EXPECT_EQ(a.blocks[i].t_s, b.blocks[i].t_s);
-    EXPECT_EQ(a.blocks[i].duration_s, b.blocks[i].duration_s);
-    EXPECT_EQ(a.blocks[i].temp_c, b.blocks[i].temp_c);
-    EXPECT_EQ(a.blocks[i].temp_rate_kpmin, b.blocks[i].temp_rate_kpmin);
-    for (std::size_t s = 0; s < kSensorCount; ++s) expect_same(a.blocks[i].sensor[s], b.blocks[i].sensor[s]);
-  }
 }
 
 class LongRun_ : public ::testing::TestWithParam<std::uint64_t> {};

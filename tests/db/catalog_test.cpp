@@ -15,7 +15,6 @@
 namespace soak::db {
 namespace {
 
-using testing::expect_equal;
 using testing::fill;
 using testing::kRunId;
 using testing::run_row;
@@ -90,9 +89,9 @@ TEST_F(CatalogTest, GivesBackRunsAndSegmentsExactly) {
   ASSERT_TRUE(segments) << segments.error().message;
   const auto all = segments_of(expected);
   ASSERT_EQ(segments->size(), 3U);  // "-X" is void
-  expect_equal((*segments)[0], all[0]);
-  expect_equal((*segments)[1], all[2]);
-  expect_equal((*segments)[2], all[3]);
+  expect_same((*segments)[0], all[0]);
+  expect_same((*segments)[1], all[2]);
+  expect_same((*segments)[2], all[3]);
   EXPECT_TRUE(reopened->segments(kRunId, "SN1", false)->front().blocks.empty());
   EXPECT_TRUE(reopened->verify());
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "db/catalog/catalog.h"
+#include "tests/calib/same_segment.h"
 #include "tests/db/support.h"
 
 /// A small catalog with one of everything; the files of version 1 were made from it.
@@ -61,40 +62,6 @@ inline calib::Segment segment(std::string run_id, std::string unit, std::int32_t
     for (double& temp_c : block.sensor_temp_c) temp_c = number += 1.0;
   }
   return segment;
-}
-
-inline void expect_equal(const std::array<calib::SensorStatistics, calib::kSensorCount>& a,
-                         const std::array<calib::SensorStatistics, calib::kSensorCount>& b) {
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_EQ(a[i].count, b[i].count);
-    EXPECT_EQ(a[i].mean, b[i].mean);
-    EXPECT_EQ(a[i].variance, b[i].variance);
-    EXPECT_EQ(a[i].standard_error, b[i].standard_error);
-  }
-}
-
-inline void expect_equal(const calib::Segment& a, const calib::Segment& b) {
-  EXPECT_EQ(a.key, b.key);
-  EXPECT_EQ(a.phase, b.phase);
-  EXPECT_EQ(a.sweep, b.sweep);
-  EXPECT_EQ(a.plateau_c, b.plateau_c);
-  EXPECT_EQ(a.position, b.position);
-  EXPECT_EQ(a.t_start_s, b.t_start_s);
-  EXPECT_EQ(a.t_end_s, b.t_end_s);
-  EXPECT_EQ(a.temp_c, b.temp_c);
-  EXPECT_EQ(a.temp_rate_kpmin, b.temp_rate_kpmin);
-  EXPECT_EQ(a.sensor_temp_c, b.sensor_temp_c);
-  expect_equal(a.sensor, b.sensor);
-  EXPECT_EQ(a.findings, b.findings);
-  ASSERT_EQ(a.blocks.size(), b.blocks.size());
-  for (std::size_t i = 0; i < a.blocks.size(); ++i) {
-    EXPECT_EQ(a.blocks[i].t_s, b.blocks[i].t_s);
-    EXPECT_EQ(a.blocks[i].duration_s, b.blocks[i].duration_s);
-    EXPECT_EQ(a.blocks[i].temp_c, b.blocks[i].temp_c);
-    EXPECT_EQ(a.blocks[i].temp_rate_kpmin, b.blocks[i].temp_rate_kpmin);
-    EXPECT_EQ(a.blocks[i].sensor_temp_c, b.blocks[i].sensor_temp_c);
-    expect_equal(a.blocks[i].sensor, b.blocks[i].sensor);
-  }
 }
 
 inline std::vector<calib::Segment> segments_of(const RunRow& run) {

@@ -142,9 +142,9 @@ TEST_F(Version1Catalog, GivesRunsSegmentsAndModels) {
   ASSERT_TRUE(segments) << segments.error().message;
   const auto all = testing::segments_of(testing::run_row());
   ASSERT_EQ(segments->size(), 3U);
-  expect_equal((*segments)[0], all[0]);
-  expect_equal((*segments)[1], all[2]);
-  expect_equal((*segments)[2], all[3]);
+  expect_same((*segments)[0], all[0]);
+  expect_same((*segments)[1], all[2]);
+  expect_same((*segments)[2], all[3]);
   EXPECT_EQ(catalog_->voids(testing::kRunId)->front().user, "ann");
   EXPECT_EQ((*catalog_->model("SN1"))->version, 2);
   EXPECT_EQ(catalog_->gap_reports("SN1")->front().document, kReport);
