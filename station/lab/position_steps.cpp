@@ -256,8 +256,12 @@ class Spin : public StepTask {
 std::string attitudes_text(const std::vector<UnitChannel*>& units) {
   std::string text;
   for (const UnitChannel* unit : units) {
-    text += fmt::format("{}unit {} in slot {} reads {} up where {} is expected", text.empty() ? "" : "; ",
-                        unit->serial(), unit->slot().name, unit->attitude().up_axis(), unit->position().label);
+    const std::string up = unit->attitude().up_axis();
+    const std::string& expected = unit->position().label;
+    text += fmt::format("{}unit {} in slot {} reads ", text.empty() ? "" : "; ", unit->serial(), unit->slot().name);
+    // The face up is the axis nearest to the vertical: it may be the right one and lean all the same.
+    text += up == expected ? fmt::format("{} up, but is tilted, or does not read gravity", up)
+                           : fmt::format("{} up where {} is expected", up, expected);
   }
   return text;
 }

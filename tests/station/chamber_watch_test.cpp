@@ -108,6 +108,7 @@ struct Bench {
   hal::ChamberReading says;
   std::string fault;          ///< of every reading; empty = none
   bool link_is_dead = false;  ///< nothing answers, stop() neither
+  int reads = 0;
   int stops = 0;
   int made = 0;
   int open = 0;
@@ -135,6 +136,7 @@ class BenchChamber final : public hal::Chamber {
   base::Result<hal::ChamberReading> read() override {
     const std::lock_guard lock(bench_.mutex);
     bench_.thread = std::this_thread::get_id();
+    ++bench_.reads;
     if (bench_.link_is_dead) return base::fail(base::ErrorKind::device, "no answer");
     if (!bench_.fault.empty()) return base::fail(base::ErrorKind::device, bench_.fault);
     return bench_.says;
@@ -243,8 +245,9 @@ TEST_F(ChamberWatchTest, ADeadLinkAloneTripsNothing) {
   limits.longest_unreadable = 20ms;
   bench.link_is_dead = true;
   watch.arm(limits);
-  ASSERT_TRUE(comes([&] { return !watch.verdict().trouble.empty(); }));
-  std::this_thread::sleep_for(200ms);
+  // Ten looks are 50 ms apart and more: far beyond the limit.
+  ASSERT_TRUE(comes([&] { return bench.with([](Bench& b) { return b.reads; }) >= 10; }));
+  EXPECT_NE(watch.verdict().trouble, "");
   EXPECT_EQ(watch.verdict().tripped, "") << "the campaign waits for its link, and goes on";
 }
 

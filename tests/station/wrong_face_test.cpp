@@ -55,6 +55,18 @@ TEST_F(WrongFace, IsAskedForAgainWithinSeconds) {
   EXPECT_EQ(follow(*task, 10.0), StepState::done);
 }
 
+TEST_F(WrongFace, ATiltedUnitIsNotToldThatItsRightFaceIsAWrongOne) {
+  const auto task = move_to("+X");
+  stream_.accel_mps2 = {0.97F * kGravity_mps2, 0.24F * kGravity_mps2, 0.0F};  // 14 degrees
+  ASSERT_EQ(follow(*task, 1.0), StepState::running);
+  ASSERT_TRUE(asks() && confirm());
+  ASSERT_EQ(task->poll(*station_).state, StepState::running);
+  ASSERT_EQ(follow(*task, 100.0), StepState::running);
+  ASSERT_TRUE(asks());
+  const std::string text = station_->prompts.open()->text;
+  EXPECT_EQ(text.find("where +X is expected"), std::string::npos) << text;
+}
+
 TEST_F(WrongFace, IsNotToldWhileTheUnitTurns) {
   const auto task = move_to("+X");
   ASSERT_EQ(follow(*task, 1.0), StepState::running);
