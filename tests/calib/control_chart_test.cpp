@@ -105,7 +105,7 @@ double beyond_share(std::size_t before, std::size_t of, int draws, std::mt19937_
 
 TEST(ControlChart, OneTestFailsAsOftenAsStatedWhateverTheNumberOfEarlierValues) {
   std::mt19937_64 generator(20261122);
-  constexpr int kDraws = 600000;
+  constexpr int kDraws = 200000;
   // Four standard errors of a share.
   const double tolerance = 4.0 * std::sqrt(kFalseAlarmPerTest / kDraws);
   for (const std::size_t before : {10U, 13U, 18U, 25U}) {

@@ -102,6 +102,8 @@ TEST(TwoAxisLab, BringsTheDirectionUpThatTheAnglesSay) {
   for (const auto& [angles, up] : stops) {
     lab.go_to(angles[0], angles[1]);
     lab.run(30.0);
+    lab.sent.clear();
+    lab.run(1.5);
     EXPECT_TRUE(lab.stands());
     EXPECT_EQ(lab.told(kOuterAngle), angles[0]);
     EXPECT_NEAR(std::remainder(lab.told(kInnerAngle) - angles[1], 360.0F), 0.0, 1e-4);
