@@ -90,10 +90,11 @@ class LabTest(unittest.TestCase):
         with urllib.request.urlopen(self.lab.page + "api/v1/status", timeout=30) as answer:
             return json.load(answer)
 
-    def wait(self, what, condition, seconds=WAIT_S, poll_s=0.002):
-        """Waits until `condition(status)` holds; returns that status. Steps are short at a high clock rate: they are looked for
-        every two milliseconds."""
+    def wait(self, what, condition, seconds=WAIT_S, lab_s=4.0):
+        """Waits until `condition(status)` holds; returns that status. Looks every `lab_s` seconds of the laboratory's clock, which
+        is less than most steps take, and no more often than every two milliseconds."""
         end_s = time.monotonic() + seconds
+        poll_s = min(max(0.002, lab_s / self.lab.rate), 0.1)
         while not condition(status := self.status()):
             self.assertLess(time.monotonic(), end_s, f"waited for: {what}\n{json.dumps(status, indent=1)}\n{self.lab.log()}")
             time.sleep(poll_s)
@@ -104,10 +105,10 @@ class LabTest(unittest.TestCase):
             campaign = status["campaign"]
             self.assertIn(status["state"], ("preflight", "running", "waiting"), f"before {kind}: {status['reason']}")
             return campaign["step_kind"] == kind and campaign["run_label"] == run
-        return self.wait(f"step {kind} of {run}", there)
+        return self.wait(f"step {kind} of {run}", there, lab_s=4.0 if kind in ("wait_stable", "record") else 0.5)
 
     def wait_for_end(self):
-        return self.wait("the end", lambda s: s["state"] in ENDED, poll_s=0.03)
+        return self.wait("the end", lambda s: s["state"] in ENDED, lab_s=60.0)
 
     def soak_fails(self, status, *words):
         """The message of a `soak` that must end with that status and print nothing else."""

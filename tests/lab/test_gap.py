@@ -29,7 +29,7 @@ class Gap(LabTest):
         self.unit = self.lab.truth()["units"][0]["unit"]
         for name, runs, purpose in (("c", 4, "calibration"), ("fresh", 2, "verification")):
             self.start_campaign(short_procedure(BOTH_WAYS, runs, SIX, dwell_s=180, purpose=purpose), name)
-            self.wait("the end of " + name, lambda s, n=name: s["campaign"]["name"] == n and s["state"] in ENDED, 600, poll_s=0.1)
+            self.wait("the end of " + name, lambda s, n=name: s["campaign"]["name"] == n and s["state"] in ENDED, 600, lab_s=400.0)
             self.assertEqual(self.status()["state"], "finished", self.lab.log())
         self.lab.soak("fit", "--unit", self.unit)
         found = self.json("find")
