@@ -58,17 +58,26 @@ std::map<int, RowsOffset> common_offsets(const anfis::TrainingData& rows, const 
   return offsets;
 }
 
-double offset_variance(const std::map<int, RowsOffset>& offsets) {
-  const double n = static_cast<double>(offsets.size());
-  double mean = 0.0;
+/// Variance of estimated offsets, and what noise contributes to it on average.
+struct OffsetScatter {
+  double estimated = 0.0;
   double noise = 0.0;
+
+  [[nodiscard]] double own() const { return std::max(0.0, estimated - noise); }
+};
+
+OffsetScatter offset_scatter(const std::map<int, RowsOffset>& offsets) {
+  const double n = static_cast<double>(offsets.size());
+  OffsetScatter scatter;
+  double mean = 0.0;
   for (const auto& [group, offset] : offsets) {
     mean += offset.sum / offset.weight / n;
-    noise += 1.0 / offset.weight / n;
+    scatter.noise += 1.0 / offset.weight / n;
   }
   double squares = 0.0;
   for (const auto& [group, offset] : offsets) squares += std::pow(offset.sum / offset.weight - mean, 2);
-  return std::max(0.0, squares / (n - 1.0) - noise);
+  scatter.estimated = squares / (n - 1.0);
+  return scatter;
 }
 
 // The ANFIS.
@@ -250,8 +259,10 @@ base::Result<VarianceComponents> estimate_variance_components(const CurveData& d
   }
   if (offsets > 1) {
     const anfis::TrainingData rows = training_data(data, components);
-    auto& sigma = offsets_by_branch(data) ? components.branch_sigma : components.run_to_run_sigma;
-    sigma = std::sqrt(offset_variance(common_offsets(rows, curve)));
+    const OffsetScatter scatter = offset_scatter(common_offsets(rows, curve));
+    const bool by_branch = offsets_by_branch(data);
+    (by_branch ? components.branch_sigma : components.run_to_run_sigma) = std::sqrt(scatter.own());
+    if (!by_branch) components.estimated_offset_variance = scatter.estimated;
   }
   return components;
 }

@@ -22,6 +22,10 @@ struct VarianceComponents {
   double lack_of_fit_sigma = 0.0;
   /// Standard deviation of the runs' offsets; absent with fewer than two runs.
   std::optional<double> run_to_run_sigma;
+  /// Variance of the runs' offsets as they were estimated: that of run_to_run_sigma before what noise contributes was
+  /// taken off, so never cut off at zero. Over the number of runs it is the variance of their mean, and as an estimate
+  /// it has a chi-squared distribution with one degree of freedom less than there are runs.
+  std::optional<double> estimated_offset_variance;
   /// Standard deviation of the branches' offsets; only where offsets_by_branch(), which then stand for the runs'.
   std::optional<double> branch_sigma;
   double degrees_of_freedom = 0.0;  ///< of the scatter within runs

@@ -299,24 +299,53 @@ void state_level(const Circumstances& circumstances, LevelStatement& level) {
   }
 }
 
+// Expanded uncertainty.
+
+constexpr double kManyFreedoms = 1e6;
+/// Scatter of this many degrees of freedom is known well enough for those of a sum to be computed from it.
+constexpr double kFreedomsForSum = 3.0;
+
+double expanded(double variance, double degrees_of_freedom) {
+  if (variance <= 0.0) return 0.0;
+  return base::student_t_two_sided(0.95, std::clamp(degrees_of_freedom, 1.0, kManyFreedoms)) * std::sqrt(variance);
+}
+
+/// Degrees of freedom of a type B part say how far its number is to be relied on, those of type A how it scatters.
+bool has_factor_of_its_own(const Contribution& part) {
+  return part.type == 'A' && part.degrees_of_freedom && *part.degrees_of_freedom < kFreedomsForSum;
+}
+
+/// Parts whose variances add, with effective degrees of freedom.
+struct SumOfParts {
+  double variance = 0.0;
+  double denominator = 0.0;  ///< Σ u_i⁴/ν_i
+
+  void add(double squared, const std::optional<double>& degrees) {
+    variance += squared;
+    if (degrees) denominator += squared * squared / std::max(1.0, *degrees);
+  }
+  /// ν_eff = u_c⁴ / Σ u_i⁴/ν_i, too many to matter where no part is estimated.
+  [[nodiscard]] double degrees_of_freedom() const {
+    constexpr double kRounding = 1e-9;
+    return denominator > 0.0 ? std::floor(variance * variance / denominator * (1.0 + kRounding)) : kManyFreedoms;
+  }
+};
+
 }  // namespace
 
 double expanded_uncertainty(const std::vector<Contribution>& budget, Band band, std::size_t i) {
-  double variance = 0.0;
-  double denominator = 0.0;
+  SumOfParts together;
+  double alone = 0.0;
   for (const Contribution& part : budget) {
     const std::vector<double>& u = band == Band::mean ? part.u : part.u_fresh;
     if (u.empty()) continue;
-    const double squared = u[i] * u[i];
-    variance += squared;
-    if (part.degrees_of_freedom) denominator += squared * squared / std::max(1.0, *part.degrees_of_freedom);
+    if (has_factor_of_its_own(part)) {
+      alone += std::pow(expanded(u[i] * u[i], *part.degrees_of_freedom), 2);
+    } else {
+      together.add(u[i] * u[i], part.degrees_of_freedom);
+    }
   }
-  if (variance <= 0.0) return 0.0;
-  // ν_eff = u_c⁴ / Σ u_i⁴/ν_i, too many to matter where no part is estimated.
-  constexpr double kMany = 1e6;
-  constexpr double kRounding = 1e-9;
-  const double degrees = denominator > 0.0 ? std::floor(variance * variance / denominator * (1.0 + kRounding)) : kMany;
-  return base::student_t_two_sided(0.95, std::clamp(degrees, 1.0, kMany)) * std::sqrt(variance);
+  return std::hypot(std::sqrt(alone), expanded(together.variance, together.degrees_of_freedom()));
 }
 
 std::optional<double> face_uncertainty_rad(const Circumstances& circumstances) {

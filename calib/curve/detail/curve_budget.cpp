@@ -132,11 +132,20 @@ bool rows_state_errors(const CurveData& data) {
   return std::all_of(data.rows.begin(), data.rows.end(), [](const CurveRow& row) { return row.standard_error > 0.0; });
 }
 
+/// Variance of one run's offset for the budget. Of up to three runs that of the estimated offsets as it is, which the t
+/// factor of R − 1 belongs to: less what noise contributes it would often be zero.
+double run_variance(const CurveEvidence& evidence) {
+  const VarianceComponents& components = evidence.components;
+  const double own = std::pow(components.run_to_run_sigma.value_or(0.0), 2);
+  const bool few = evidence.runs <= static_cast<double>(kRunsWithoutFolds);
+  return few ? components.estimated_offset_variance.value_or(own) : own;
+}
+
 VarianceShares shares_at(const CurveEvidence& evidence, double noise_share, double temp_c) {
   const VarianceComponents& components = evidence.components;
   const double all = evidence.variance.own(temp_c);
   VarianceShares shares;
-  shares.level = std::min(all, std::pow(components.run_to_run_sigma.value_or(0.0), 2) / evidence.runs);
+  shares.level = std::min(all, run_variance(evidence) / evidence.runs);
   const double branches = static_cast<double>(count_offsets(evidence.data));
   const double of_branches = std::min(all, std::pow(components.branch_sigma.value_or(0.0), 2) / branches);
   const double within = all - shares.level - of_branches;
@@ -235,7 +244,7 @@ std::optional<SweepGap> find_sweep_gap(const CurveData& data, const Curve& curve
 std::vector<Contribution> curve_budget(const CurveEvidence& evidence, std::span<const double> temps_c) {
   const VarianceComponents& components = evidence.components;
   const bool fresh = components.run_to_run_sigma.has_value();
-  const double between = std::pow(components.run_to_run_sigma.value_or(0.0), 2);
+  const double between = run_variance(evidence);
   const double lack = std::pow(components.lack_of_fit_sigma, 2);
   const double loop = evidence.gap ? std::min(lack, std::pow(evidence.gap->half_sigma, 2)) : 0.0;
   const double share = noise_share(evidence);
