@@ -125,7 +125,7 @@ std::vector<FamilySums> run_outer_folds(const CurveData& data, const OuterFolds&
     }
     const CurveData held_out = select(data, test);
     if (held_out.rows.empty()) continue;
-    const auto trained = train_families(select(data, train), options);
+    const auto trained = train_families(select(data, train), options, rule_choice(count_runs(data)));
     if (!trained) continue;  // a fold that leaves too little to learn from says nothing about the model
     FoldErrors errors;
     errors.fold = folds.names[f];
@@ -278,7 +278,7 @@ std::size_t distinct_temperatures(const CurveData& data) {
 base::Result<CurveFit> fit_curve(const CurveData& data, const CurveFitOptions& options, const CurveSubject& subject,
                                  std::span<const TypeBInput> type_b, const KnownHysteresis& hysteresis) {
   if (const auto checked = check_curve_rows(data, subject); !checked) return base::forward_error(checked);
-  auto trained = train_families(data, options);
+  auto trained = train_families(data, options, rule_choice(count_runs(data)));
   if (!trained) {
     base::Error error = trained.error();
     error.where = subject.name;

@@ -119,11 +119,11 @@ std::vector<int> run_folds(const CurveData& data) {
   return folds;
 }
 
-/// Rules and error of one shape: of few runs those with the least expected error on all rows, else the fewest within
-/// one standard error of the least over inner folds.
+/// Rules and error of one shape: those with the least expected error on all rows, or the fewest within one standard
+/// error of the least over inner folds.
 base::Result<anfis::StructureChoice> choose_rules(const CurveData& data, const anfis::TrainingData& rows,
-                                                  const anfis::StructureSearchOptions& search) {
-  if (count_runs(data) <= kRunsWithoutFolds) return anfis::search_structure(rows, search);
+                                                  const anfis::StructureSearchOptions& search, RuleChoice choice) {
+  if (choice == RuleChoice::expected_error) return anfis::search_structure(rows, search);
   const auto found = anfis::search_structure(rows, run_folds(data), search);
   if (!found) return base::forward_error(found);
   const auto chosen = static_cast<std::size_t>(found->chosen - search.min_memberships);
@@ -132,7 +132,7 @@ base::Result<anfis::StructureChoice> choose_rules(const CurveData& data, const a
 
 /// The rules of each shape are chosen by themselves; of the shapes the one whose choice has the lesser error.
 base::Result<anfis::RuleBaseOptions> choose_structure(const CurveData& data, const anfis::TrainingData& rows,
-                                                      const CurveFitOptions& options) {
+                                                      const CurveFitOptions& options, RuleChoice choice) {
   anfis::RuleBaseOptions structure;
   const int resolved = anfis::resolved_values(rows);
   if (options.rules) {
@@ -150,7 +150,7 @@ base::Result<anfis::RuleBaseOptions> choose_structure(const CurveData& data, con
   double least = std::numeric_limits<double>::infinity();
   for (const anfis::Shape shape : kShapes) {
     search.rule_base.shape = shape;
-    const auto found = choose_rules(data, rows, search);
+    const auto found = choose_rules(data, rows, search, choice);
     if (!found) return base::forward_error(found);
     if (found->expected_error >= least) continue;
     least = found->expected_error;
@@ -161,8 +161,8 @@ base::Result<anfis::RuleBaseOptions> choose_structure(const CurveData& data, con
 }
 
 base::Status train_anfis(const CurveData& data, const anfis::TrainingData& rows, const CurveFitOptions& options,
-                         TrainedFamilies& trained) {
-  const auto structure = choose_structure(data, rows, options);
+                         RuleChoice choice, TrainedFamilies& trained) {
+  const auto structure = choose_structure(data, rows, options, choice);
   if (!structure) return base::forward_error(structure);
   const auto initial = anfis::grid_rules(rows, *structure);
   if (!initial) return base::forward_error(initial);
@@ -267,7 +267,7 @@ base::Result<VarianceComponents> estimate_variance_components(const CurveData& d
   return components;
 }
 
-base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options) {
+base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options, RuleChoice choice) {
   const auto components = estimate_variance_components(data);
   if (!components) return base::forward_error(components);
   TrainedFamilies trained;
@@ -283,7 +283,7 @@ base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveF
   auto spline = fit_smoothing_spline(rows);
   if (!spline) return base::forward_error(spline);
   keep(Family::spline, std::move(spline));
-  const base::Status learned = train_anfis(data, rows, options, trained);
+  const base::Status learned = train_anfis(data, rows, options, choice, trained);
   // Too few temperatures leave the ANFIS out; a rule count that the user asked for is the user's to mend.
   if (!learned && options.rules) return base::forward_error(learned);
   return trained;

@@ -61,10 +61,20 @@ struct TrainedFamilies {
   }
 };
 
-/// Fits every family to the rows. The ANFIS' rule count is chosen by folds over runs inside them where there are more
-/// than kRunsWithoutFolds, else by the expected error on all rows (anfis::search_structure).
+/// How the number of ANFIS rules is chosen.
+enum class RuleChoice { expected_error, folds_over_runs };
+
+/// By folds over runs where there are more than kRunsWithoutFolds, else by the expected error on all rows
+/// (anfis::search_structure).
 inline constexpr std::size_t kRunsWithoutFolds = 3;
-[[nodiscard]] base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options);
+[[nodiscard]] constexpr RuleChoice rule_choice(std::size_t runs) {
+  return runs > kRunsWithoutFolds ? RuleChoice::folds_over_runs : RuleChoice::expected_error;
+}
+
+/// Fits every family to the rows. `choice`: that of the whole fit, also where an outer fold has left a run out of the
+/// rows; folds over runs need two runs.
+[[nodiscard]] base::Result<TrainedFamilies> train_families(const CurveData& data, const CurveFitOptions& options,
+                                                           RuleChoice choice);
 
 /// Fold of each row by stretches of time, five folds taken in turn.
 [[nodiscard]] std::vector<int> block_folds(const CurveData& data);

@@ -83,7 +83,7 @@ double rms_error(const Curve& curve, const CurveFit& fit, const few_runs::Unit& 
 
 void judge(const few_runs::Unit& unit, std::uint64_t seed, std::vector<Tally*> tallies) {
   const auto fit = fit_curve(unit.data, {}, {"gyro_x", "deg/s", 1.0});
-  const auto families = train_families(unit.data, {});
+  const auto families = train_families(unit.data, {}, rule_choice(unit.data.runs.size()));
   ASSERT_TRUE(fit && families);
   double best = rms_error(fit->curve, *fit, unit);
   for (const auto& family : families->fitted) {

@@ -58,7 +58,7 @@ TEST(UncertaintyMonteCarlo, RefitsScatterAsTheBudgetSays) {
   const int n = draws();
   for (int i = 0; i < n; ++i) {
     const CurveData again = drawn(data, fit->bias, scatter.thermometer_c, random);
-    const auto refit = train_families(again, {.rules = fit->bias.rules});
+    const auto refit = train_families(again, {.rules = fit->bias.rules}, rule_choice(again.runs.size()));
     ASSERT_TRUE(refit);
     const Curve& curve = (*refit)[Family::anfis]->curve;
     for (std::size_t k = 0; k < points.size(); ++k) {
