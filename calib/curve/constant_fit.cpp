@@ -9,6 +9,8 @@
 #include <optional>
 #include <vector>
 
+#include "calib/curve/families.h"
+
 namespace soak::calib {
 namespace {
 
@@ -72,8 +74,9 @@ std::vector<RunMean> means_of_runs(const CurveData& data) {
 struct OverRuns {
   double value = 0.0;
   double noise_variance = 0.0;
-  double noise_freedoms = 0.0;  ///< 0 = many
-  double run_variance = 0.0;    ///< of one run's offset
+  double noise_freedoms = 0.0;          ///< 0 = many
+  double estimated_run_variance = 0.0;  ///< of the runs' means
+  double run_variance = 0.0;            ///< of one run's offset: that, less what noise contributes
   double count = 0.0;
 };
 
@@ -90,8 +93,23 @@ OverRuns average(const std::vector<RunMean>& means) {
   if (means.size() < 2) return over;
   double squares = 0.0;
   for (const RunMean& mean : means) squares += std::pow(mean.value - over.value, 2);
-  over.run_variance = std::max(0.0, squares / (over.count - 1.0) - over.count * over.noise_variance);
+  over.estimated_run_variance = squares / (over.count - 1.0);
+  over.run_variance = std::max(0.0, over.estimated_run_variance - over.count * over.noise_variance);
   return over;
+}
+
+/// Variances of the mean over runs: of up to three runs the scatter of their means as it is, which holds their noise
+/// (detail/curve_budget.h).
+struct MeanShares {
+  double one_run = 0.0;  ///< of one run's offset
+  double noise = 0.0;
+};
+
+MeanShares shares_of(const OverRuns& over) {
+  const bool few = over.count >= 2.0 && over.count <= static_cast<double>(kRunsWithoutFolds);
+  if (!few) return {over.run_variance, over.noise_variance};
+  const double scatter = over.estimated_run_variance;
+  return {scatter, std::max(0.0, over.noise_variance - scatter / over.count)};
 }
 
 Contribution constant_part(std::string name, double u, std::size_t points, bool fresh, std::string basis) {
@@ -122,16 +140,17 @@ std::vector<Contribution> constant_budget(const OverRuns& over, const std::vecto
                                           const CurveSubject& subject, std::span<const TypeBInput> type_b) {
   const bool fresh = over.count > 1.0;
   const std::size_t points = temps_c.size();
+  const MeanShares shares = shares_of(over);
   std::vector<Contribution> budget;
-  budget.push_back(constant_part("noise", std::sqrt(over.noise_variance), points, fresh,
-                                 "standard errors of the sessions' estimates"));
+  budget.push_back(
+      constant_part("noise", std::sqrt(shares.noise), points, fresh, "standard errors of the sessions' estimates"));
   if (over.noise_freedoms > 0.0) budget.back().degrees_of_freedom = over.noise_freedoms;
   Contribution runs{.name = "run_to_run", .degrees_of_freedom = over.count - 1.0};
   runs.basis = "not stated: one run alone hides its own offset";
   if (fresh) {
     runs.basis = fmt::format("scatter of the offsets of {} runs", over.count);
-    runs.u.assign(points, std::sqrt(over.run_variance / over.count));
-    runs.u_fresh.assign(points, std::sqrt(over.run_variance * (1.0 + 1.0 / over.count)));
+    runs.u.assign(points, std::sqrt(shares.one_run / over.count));
+    runs.u_fresh.assign(points, std::sqrt(shares.one_run * (1.0 + 1.0 / over.count)));
   }
   budget.push_back(std::move(runs));
   budget.push_back(temperature_part(temps_c, validity, change_per_k, subject, fresh));

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "base/random.h"
+#include "calib/curve/families.h"
 
 namespace soak::calib {
 namespace {
@@ -71,6 +72,34 @@ double worst_shape_error(const CurveFit& fit) {
 
 bool has_warning(const CurveFit& fit, const std::string& code) {
   return std::any_of(fit.warnings.begin(), fit.warnings.end(), [&](const Warning& w) { return w.code == code; });
+}
+
+/// Error of the ANFIS of all runs but one on that one, its rules chosen as `choice` says.
+double error_without(const CurveData& data, int run, RuleChoice choice) {
+  std::vector<bool> others;
+  for (const CurveRow& row : data.rows) others.push_back(row.run != run);
+  const auto trained = train_families(select(data, others), {}, choice);
+  if (!trained) throw std::runtime_error(trained.error().message);
+  double squares = 0.0;
+  int count = 0;
+  for (const CurveRow& row : data.rows) {
+    if (row.run != run) continue;
+    squares += std::pow(row.value - evaluate((*trained)[Family::anfis]->curve, row.temp_c), 2);
+    ++count;
+  }
+  return std::sqrt(squares / count);
+}
+
+TEST(CurveFit, FoldsOfFourRunsChooseRulesAsTheWholeFitDoes) {
+  const CurveData data = make_data({.noise = 0.01, .seed = 3});
+  const CurveFit four = fit(data);
+  int told_apart = 0;
+  for (int run = 0; run < 4; ++run) {
+    const double reported = *four.checks[static_cast<std::size_t>(run)].rmse[static_cast<std::size_t>(Family::anfis)];
+    EXPECT_DOUBLE_EQ(reported, error_without(data, run, RuleChoice::folds_over_runs)) << run;
+    told_apart += reported != error_without(data, run, RuleChoice::expected_error) ? 1 : 0;
+  }
+  EXPECT_GT(told_apart, 0);
 }
 
 TEST(CurveFit, FollowsTheShapeBetweenThePlateaus) {

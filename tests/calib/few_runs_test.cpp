@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/curve/constant_fit.h"
 #include "calib/curve/curve_fit.h"
 #include "calib/curve/families.h"
 #include "tests/calib/few_runs_samples.h"
@@ -18,7 +19,7 @@
 namespace soak::calib {
 namespace {
 
-constexpr int kCurvesOfSample = 10;  ///< of each cell; the proof takes more (tools/prove/few-runs)
+constexpr int kCurvesOfSample = 20;  ///< of each cell; the proof takes more (tools/prove/few-runs)
 
 int curves_per_cell() {
   const char* asked = std::getenv("SOAK_FEW_RUNS_CURVES");
@@ -138,6 +139,71 @@ void check_runs(int runs) {
   EXPECT_LE(all.median(), 1.2);
   EXPECT_LE(lower_end(all.far_off, n), 0.02);
   EXPECT_GE(upper_end(all.inside, n), 0.93);
+  EXPECT_LE(lower_end(all.inside, n), 0.97);
+}
+
+/// A straight line of two or three runs whose offsets scatter by `offset` beside rows of `noise`.
+few_runs::Unit line_of_runs(const few_runs::Plan& plan, std::uint64_t seed) {
+  few_runs::Unit unit = few_runs::make_unit("smooth", plan, seed);
+  for (CurveRow& row : unit.data.rows) row.value += 0.002 * row.temp_c - unit.truth(row.temp_c);
+  unit.truth = [](double temp_c) { return 0.002 * temp_c; };
+  return unit;
+}
+
+/// How often both bands hold what they should at 20 °C: many units, so the fits get two rules.
+void check_bands_of_lines(const few_runs::Plan& plan) {
+  constexpr int kUnits = 300;
+  constexpr std::size_t kAt = 50;
+  int inside = 0;
+  int fresh_inside = 0;
+  for (int i = 0; i < kUnits; ++i) {
+    const auto seed = 77'000U + static_cast<unsigned>(i);
+    const few_runs::Unit unit = line_of_runs(plan, seed);
+    const auto fit = fit_curve(unit.data, {.rules = 2}, {"gyro_x", "deg/s", 1.0});
+    ASSERT_TRUE(fit);
+    const CurvePoint& point = fit->points[kAt];
+    const double error = point.value - unit.truth(point.temp_c);
+    inside += std::abs(error) <= point.ci95 ? 1 : 0;
+    fresh_inside += std::abs(error - few_runs::Dice(seed ^ 0xf5e5).normal(plan.offset)) <= *point.pi95 ? 1 : 0;
+  }
+  EXPECT_GE(upper_end(inside, kUnits), 0.95) << inside << " of " << kUnits;
+  EXPECT_GE(upper_end(fresh_inside, kUnits), 0.95) << fresh_inside << " of " << kUnits;
+}
+
+// Noise of a run's mean beside the offsets' scatter: a third and a fifth, where estimates below that noise are common.
+TEST(FewRuns, TwoRunsKnowTheMeanOverPowerOnsAsWellAsTheySay) {
+  check_bands_of_lines({.runs = 2, .step_c = 10.0, .both_ways = false, .noise = 0.02, .offset = 0.02});
+}
+TEST(FewRuns, ThreeRunsKnowTheMeanOverPowerOnsAsWellAsTheySay) {
+  check_bands_of_lines({.runs = 3, .step_c = 10.0, .both_ways = true, .noise = 0.02, .offset = 0.02});
+}
+
+/// Sessions at one temperature, a row each: normal offsets beside normal noise.
+CurveData constant_sessions(int runs, double noise, few_runs::Dice& dice) {
+  CurveData data;
+  for (int run = 0; run < runs; ++run) {
+    data.runs.push_back("R" + std::to_string(run + 1));
+    data.rows.push_back({run, run, Sweep::unknown, 600.0, 25.0, dice.normal(1.0) + dice.normal(noise), noise});
+  }
+  return data;
+}
+
+TEST(FewRuns, ConstantsOfTwoAndThreeSessionsAreHeldAsOftenAsStated) {
+  constexpr int kUnits = 4000;
+  few_runs::Dice dice(2026);
+  for (const int runs : {2, 3}) {
+    for (const double noise : {0.1, 0.3, 1.0}) {
+      int inside = 0;
+      for (int i = 0; i < kUnits; ++i) {
+        const auto fit =
+            fit_constant(constant_sessions(runs, noise, dice), {"gyro_x", "deg/s", 1.0}, {25.0, 25.0, 0.0}, {}, {});
+        ASSERT_TRUE(fit);
+        inside += std::abs(fit->points[0].value) <= fit->points[0].ci95 ? 1 : 0;
+      }
+      EXPECT_GE(upper_end(inside, kUnits), 0.95) << runs << " sessions, noise " << noise;
+      EXPECT_LE(lower_end(inside, kUnits), 0.99) << runs << " sessions, noise " << noise;
+    }
+  }
 }
 
 TEST(FewRuns, OneRunGetsNearlyTheBestFamilyAndABandThatHolds) { check_runs(1); }
