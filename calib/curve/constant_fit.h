@@ -17,10 +17,10 @@ namespace soak::calib {
 ///
 /// Uncertainty, as in fit_curve(): `noise`, from the rows' standard errors (a row's degrees of freedom are Student's);
 /// `run_to_run`, from the scatter of R ≥ 2 runs beyond that, σ² = max(0, s² − mean u²), σ²/R in the band of the
-/// mean, with R − 1 degrees of freedom; with one run it is not stated, and there is no pi95; `temperature`, what the
-/// unit's type says of the change per kelvin (limits ±c·|T − T0|, rectangular) at temperatures T that the constant was
-/// not measured at; then the type B inputs. The valid range is that of the sessions, and `within_c` beyond on both
-/// sides.
+/// mean, with R − 1 degrees of freedom (of two or three runs σ² = s², and `noise` is what u²/R exceeds s²/R by); with
+/// one run it is not stated, and there is no pi95; `temperature`, what the unit's type says of the change per kelvin
+/// (limits ±c·|T − T0|, rectangular) at temperatures T that the constant was not measured at; then the type B inputs.
+/// The valid range is that of the sessions, and `within_c` beyond on both sides.
 ///
 /// Refuses rows that are not finite.
 [[nodiscard]] base::Result<CurveFit> fit_constant(const CurveData& data, const CurveSubject& subject,

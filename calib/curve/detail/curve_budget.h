@@ -33,7 +33,8 @@ struct CurveEvidence {
 /// The contributions at the temperatures of the curve's points, always all seven (docs/fit.md):
 ///
 ///   noise       the rows' own standard errors, carried through the fit
-///   run_to_run  σ_run/√R of the mean curve, σ_run√(1 + 1/R) of a fresh power-on, R − 1 degrees of freedom
+///   run_to_run  σ_run/√R of the mean curve, σ_run√(1 + 1/R) of a fresh power-on, R − 1 degrees of freedom; of up to
+///               three runs σ_run is the scatter of the estimated offsets with their noise, which `noise` then lacks
 ///   hysteresis  half the gap between heating and cooling, root mean square, of a fresh power-on: the curve is the
 ///   mean.
 ///               Where only one way was recorded the curve is that branch: with h, half the gap as known from
