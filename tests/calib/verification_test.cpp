@@ -216,10 +216,13 @@ TEST(Verification, TheGuardBandIsStudentsAtEffectiveDegreesOfFreedom) {
   const RowError slow{0, 25.0, 0.0, 3.0, 3.0, 2.0};
   EXPECT_NEAR(verification::expanded(slow, 0.0) / 3.0, 4.30, 5e-3);
   EXPECT_NEAR(verification::expanded(RowError{0, 25.0, 0.0, 0.0}, 7.0) / 7.0, 1.96, 5e-3);
-  // Welch-Satterthwaite, G.4.2: 1 of 2 degrees of freedom beside 0.58 that is known: ν = (1 + 0.58²)²·2 = 3.57; with
-  // 0.763 it is 5.0, and tables have whole degrees.
-  const RowError one{0, 25.0, 0.0, 1.0, 1.0, 2.0};
-  EXPECT_NEAR(verification::expanded(one, 0.763) / std::hypot(1.0, 0.763), 2.57, 5e-3);
+  // Welch-Satterthwaite, G.4.2: 1 of 3 degrees of freedom beside 0.727 that is known: ν = (1 + 0.727²)²·3 = 7.01, and
+  // tables have whole degrees.
+  const RowError three{0, 25.0, 0.0, 1.0, 1.0, 3.0};
+  EXPECT_NEAR(verification::expanded(three, 0.727) / std::hypot(1.0, 0.727), 2.36, 5e-3);
+  // Fewer than three have a factor of their own.
+  const RowError two{0, 25.0, 0.0, 1.0, 1.0, 2.0};
+  EXPECT_NEAR(verification::expanded(two, 0.763), std::hypot(4.303, 1.96 * 0.763), 5e-3);
   EXPECT_EQ(verification::expanded(RowError{0, 25.0, 0.0, 0.0}, 0.0), 0.0);
 }
 
