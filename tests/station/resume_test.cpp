@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kRoomC = 25.0;
 
-/// All procedures that the project ships, of three runs at most (later ones repeat them), and small ones of kinds that it does not.
+/// All procedures that the project ships, of three runs at most (later ones repeat them), and small ones of kinds that
+/// it does not.
 std::vector<Plan> all_plans() {
   std::vector<Plan> plans;
   const auto folder = std::filesystem::path(SOAK_TEST_FOLDER).parent_path() / "procedures";
