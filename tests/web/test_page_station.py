@@ -388,12 +388,15 @@ class Turning(StationTest):
           const ask = window.fetch;
           window.fetch = async (...what) => {
             const answer = await ask(...what);
-            if (what[1]?.method === "POST") answer.clone().text().then(() => setTimeout(() => ++window.answered, 100));
+            for (const read of what[1]?.method === "POST" ? ["json", "text"] : []) {
+              const own = answer[read].bind(answer);
+              answer[read] = () => own().finally(() => setTimeout(() => ++window.answered));
+            }
             return answer;
           };""")
         self.station.set("/units/0/attitude", attitude("+X", "+X", True))
         self.station.wait_for_command("confirm 7 by web page")
-        self.browser.wait("return window.answered > 0")  # and the page has had its turn
+        self.browser.wait("return window.answered > 0")  # the page has read the answer, and had its turn
 
     def test_when_somebody_else_was_faster_a_confirmation_by_itself_is_no_failure(self):
         self.station.tell("fail 2 state")
