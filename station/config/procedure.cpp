@@ -42,6 +42,8 @@ void read_head(const settings::Table& root, Procedure& p) {
   p.runs = root.whole("runs", {1, 999}, p.runs);
   p.on_break = root.choice<BreakOutcome>(
       "on_break", {{"resume", BreakOutcome::resume}, {"repeat_run", BreakOutcome::repeat_run}}, p.on_break);
+  p.on_restart = root.choice<RestartOutcome>(
+      "on_restart", {{"wait", RestartOutcome::wait}, {"resume", RestartOutcome::resume}}, p.on_restart);
 }
 
 /// start_c, stop_c, step_c and sweep as a list.
@@ -281,6 +283,7 @@ void read_sections(const Table& root, Procedure& p) {
   read_units(root.section("units"), p);
   read_power(root.section("power"), p);
   p.preflight_position_s = root.section("preflight").number("position_s", {0.0, kDay_s}, p.preflight_position_s);
+  p.give_up_h = root.section("suspend").number("give_up_h", {0.1, 1000.0}, p.give_up_h);
   if (const auto end = root.table("end")) p.end_c = end->number("temp_c", {25.0, 60.0}, p.end_c);
   const Table estimate = root.section("estimate");
   p.estimate_rate_kpmin = estimate.number("rate_kpmin", {0.01, 100.0}, p.estimate_rate_kpmin);

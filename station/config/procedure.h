@@ -36,6 +36,12 @@ enum class BreakOutcome : std::uint8_t {
   repeat_run,  ///< what was recorded is voided; the run begins again
 };
 
+/// What a new soakd does with a campaign that its predecessor did not end, once the chamber is safe.
+enum class RestartOutcome : std::uint8_t {
+  wait,    ///< for `soak campaign resume`
+  resume,  ///< goes on with it
+};
+
 /// When a unit counts as settled (calib/judge/stability.h).
 struct StabilitySettings {
   double slope_kpmin = 0.02;      ///< limit of |slope| plus its confidence half-width
@@ -57,6 +63,8 @@ struct Procedure {
   ProcedureKind kind = ProcedureKind::soak;
   int runs = 1;
   BreakOutcome on_break = BreakOutcome::resume;
+  RestartOutcome on_restart = RestartOutcome::wait;
+  double give_up_h = 12.0;                ///< process time of the longest suspension; then the campaign ends safely
   std::vector<double> set_points_c;       ///< of one run, in order, each a visit; reference plateaus included
   std::optional<double> reference_c;      ///< where each run begins and ends, so that runs can be compared
   std::optional<double> ramp_rate_kpmin;  ///< asked of the controller; absent = as fast as it can

@@ -16,16 +16,22 @@ constexpr std::size_t kMostPoints = 4096;
 
 }  // namespace
 
+EventLog::EventLog(std::function<void(const db::EventRow&)> store)
+    : store_(std::move(store)), last_number_(static_cast<std::int64_t>(now_utc_s() * 1000.0)) {}
+
 EventLog::EventLog(db::Catalog& catalog)
-    : catalog_(catalog), last_number_(static_cast<std::int64_t>(now_utc_s() * 1000.0)) {}
+    : EventLog([&catalog](const db::EventRow& row) {
+        const auto stored = catalog.log_event(row);
+        if (!stored) log_line("event log: " + stored.error().where + ": " + stored.error().message);
+      }) {}
+
+EventLog::EventLog(Journal& journal) : EventLog([&journal](const db::EventRow& row) { journal.add(row); }) {}
 
 void EventLog::add(const std::string& kind, const std::string& subject, const std::string& text,
                    const std::string& user) {
   const db::EventRow row{now_utc_s(), kind, subject, text, user};
   log_line(kind + ": " + (subject.empty() ? text : subject + ": " + text));
-  if (const auto stored = catalog_.log_event(row); !stored) {
-    log_line("event log: " + stored.error().where + ": " + stored.error().message);
-  }
+  store_(row);
   const std::lock_guard lock(mutex_);
   entries_.push_back({++last_number_, row});
   if (entries_.size() > kEventsKept) entries_.pop_front();

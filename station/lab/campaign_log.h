@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "db/catalog/catalog.h"
+#include "station/lab/journal.h"
 
 /// What a campaign tells people: events, temperatures over time, the question that is open.
 namespace soak::station {
@@ -18,7 +20,10 @@ namespace soak::station {
 /// read.
 class EventLog {
  public:
+  /// Writes into the catalog at once.
   explicit EventLog(db::Catalog& catalog);
+  /// Hands what happens to the journal, and waits for nothing.
+  explicit EventLog(Journal& journal);
 
   /// `kind`: "campaign", "step", "device", "alarm", "unit", "segment"...; `subject`: what it is about; `user`: who
   /// asked for it, empty where the station did it by itself.
@@ -32,7 +37,9 @@ class EventLog {
     db::EventRow row;
   };
 
-  db::Catalog& catalog_;
+  explicit EventLog(std::function<void(const db::EventRow&)> store);
+
+  std::function<void(const db::EventRow&)> store_;
   mutable std::mutex mutex_;
   std::deque<Entry> entries_;
   std::int64_t last_number_;  ///< begins at the host's clock: numbers rise from one soakd to the next

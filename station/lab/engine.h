@@ -19,33 +19,22 @@
 #include "db/catalog/catalog.h"
 #include "station/config/station_config.h"
 #include "station/lab/campaign_log.h"
+#include "station/lab/campaign_state.h"
 #include "station/lab/chamber_guard.h"
 #include "station/lab/chamber_watch.h"
+#include "station/lab/journal.h"
 #include "station/lab/safe_end.h"
 #include "station/lab/start_check.h"
 #include "station/lab/station.h"
 #include "station/lab/station_service.h"
 #include "station/lab/steps.h"
+#include "station/lab/suspenders.h"
 
 namespace soak::station {
 
-/// What the station is doing. docs/architecture.md has the table of all transitions.
-enum class CampaignState : std::uint8_t {
-  idle,
-  running,
-  paused,       ///< by the operator: the chamber holds its set point, units are recorded outside of segments
-  stopping,     ///< on the way to the safe state
-  interrupted,  ///< soakd ended during the campaign; resume goes on with the run that was cut short
-  finished,
-  aborted,
-  failed,
-};
-
-[[nodiscard]] std::string_view name_of(CampaignState state);
-
 /// Carries out campaigns: owns the devices and the run files, walks through the plan, persists each step's completion
 /// before the next begins, ends safely whatever happens. Its thread is the only one that touches a device or the
-/// catalog.
+/// catalog, but for the journal's.
 class Engine : public StationService {
  public:
   /// Makes the devices of the configuration; opens none. Takes over what a killed predecessor left behind.
@@ -73,13 +62,17 @@ class Engine : public StationService {
   [[nodiscard]] nlohmann::json log(std::int64_t after) const override { return log_.document(after); }
 
  private:
-  Engine(const StationConfig& config, db::Catalog& catalog);
+  Engine(const StationConfig& config, db::Catalog& catalog, std::unique_ptr<Journal> journal);
   [[nodiscard]] base::Status make_devices();
   /// What switches the units; null where that is done by hand.
   [[nodiscard]] base::Result<hal::UnitPower*> make_power();
   [[nodiscard]] base::Status take_over();
   [[nodiscard]] base::Status restore_unfinished();
   void restore_units(const db::CampaignRow& row);
+  /// Whether the procedure of a campaign that was cut short says that a new soakd goes on with it.
+  [[nodiscard]] bool wants_resume(const db::CampaignRow& row) const;
+  [[nodiscard]] bool has_come_on(const db::CampaignRow& row) const;
+  void resume_by_itself();
   void make_units(const CheckedStart& checked);
   /// True once there is nothing left to enter, or it failed.
   [[nodiscard]] bool runs_of_predecessor_are_entered();
@@ -94,6 +87,7 @@ class Engine : public StationService {
   void run_commands();
   void wait();
   void wake();
+  static void wake_at(int fd);
   /// One turn of the loop in run().
   void cycle();
   void advance();
@@ -103,15 +97,24 @@ class Engine : public StationService {
   /// Arms the chamber's watch while a campaign drives the chamber, and ends the campaign where it has tripped.
   void heed_watch();
   void watch_set_point();
-  /// Writes the state into the journal. Where that fails it is tried again every second and before the next campaign.
-  void store_state();
-  [[nodiscard]] bool hold_for_chamber();
+  /// Suspends the campaign where it cannot be carried on, and goes on with it once it can.
+  void watch_conditions();
+  /// A short silence of the chamber: nothing begins meanwhile.
+  void hold_for_chamber();
+  [[nodiscard]] StationConditions conditions() const;
+  [[nodiscard]] std::optional<double> air_off_k() const;
+  /// Looks whether there is room on the disk, and whether what could not be written can be written now.
+  void probe_storage();
+  void suspend();
+  void go_on();
   void record_history();
   /// Publishes the status document where it has changed, ten times a second at most.
   void publish();
   [[nodiscard]] nlohmann::json status_document() const;
   [[nodiscard]] nlohmann::json campaign_document() const;
+  [[nodiscard]] nlohmann::json suspension_document() const;
   [[nodiscard]] std::string_view shown_state() const;
+  [[nodiscard]] bool waits_for_journal() const;
   [[nodiscard]] std::string shown_reason() const;
 
   /// `resumed`: the way back into a campaign that was cut short; nothing for a new one.
@@ -134,12 +137,17 @@ class Engine : public StationService {
   /// Expected time of all that follows the present step.
   [[nodiscard]] double estimate_after_step_s() const;
   void enter_step(std::size_t step);
-  void step_ended(const StepProgress& progress);
-  /// False where the journal cannot be written: the campaign then ends.
-  bool store_step(const std::string& outcome, const std::string& text);
+  void step_failed(const StepProgress& progress);
+  /// Gives the end of the present step to the journal and waits, from turn to turn, until it is written: nothing begins
+  /// before.
+  [[nodiscard]] bool step_is_stored();
+  [[nodiscard]] db::StepRow step_row(const std::string& outcome, const std::string& text);
+  void leave_step();
   /// Goes back to where the position was last confirmed: after a break nothing that was judged of temperature and
   /// position counts any more.
   void repeat_step(const std::string& why);
+  /// Goes back to the begin of the present visit, by way of where the temperature turned if it has left the plan's.
+  void repeat_visit();
   void end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off = false,
                     const std::string& user = {});
   /// `user`: who asked for it; empty where the station decided.
@@ -147,6 +155,7 @@ class Engine : public StationService {
 
   const StationConfig& config_;
   db::Catalog& catalog_;
+  std::unique_ptr<Journal> journal_;
   EventLog log_;
   TemperatureLog history_;
   std::unique_ptr<hal::Chamber> chamber_;
@@ -166,17 +175,26 @@ class Engine : public StationService {
   double campaign_started_utc_s_ = 0.0;
   double step_started_s_ = 0.0;
   std::unique_ptr<StepTask> task_;
+  std::optional<StepProgress> ended_;      ///< how the present step ended, until the journal has it
+  std::optional<Journal::Ticket> ticket_;  ///< of its entry
   std::unique_ptr<SafeEnd> safe_end_;
   ChamberGuard guard_;
   std::unique_ptr<ChamberWatch> watch_;  ///< null where the controller takes no second connection
   bool watch_is_blind_ = false;
-  std::optional<std::chrono::steady_clock::time_point> stale_since_;
-  std::chrono::steady_clock::time_point next_store_{};
-  bool journal_is_behind_ = false;
+  Suspenders suspenders_;
+  bool chamber_is_silent_ = false;
+  bool visit_is_void_ = false;  ///< the campaign was suspended, and has not gone on since
+  bool air_was_away_ = false;   ///< meanwhile
+  std::string storage_error_;   ///< why what was measured could not be written
+  std::optional<double> disk_free_bytes_;
+  std::chrono::steady_clock::time_point next_disk_look_{};
+  std::chrono::steady_clock::time_point next_probe_{};
   bool settle_fully_ = false;  ///< the next wait for stability is no short one after a turn
   int set_point_repeats_ = 0;  ///< how often the present set point had to be commanded again
   double repeated_c_ = 0.0;
-  std::string unfinished_;      ///< campaign that can be resumed
+  std::string unfinished_;  ///< campaign that can be resumed
+  bool resumes_by_itself_ = false;
+  std::chrono::steady_clock::time_point next_resume_{};
   bool runs_are_lost_ = false;  ///< run files that a killed predecessor left are not entered yet
 
   std::mutex command_mutex_;

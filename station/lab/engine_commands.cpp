@@ -14,6 +14,9 @@ namespace soak::station {
 namespace {
 
 constexpr std::chrono::milliseconds kAskAgain{20};
+constexpr double kSecondsPerHour = 3600.0;
+constexpr std::chrono::milliseconds kCommandIsWritten{200};
+constexpr std::chrono::seconds kJournalIsWritten{2};
 
 tl::unexpected<base::Error> wrong_state(std::string message) { return base::bad_input(std::move(message), "state"); }
 
@@ -34,7 +37,10 @@ base::Result<nlohmann::json> Engine::command(std::function<base::Result<nlohmann
     commands_.push_back(std::move(task));
   }
   wake();
-  return answer.get();
+  auto result = answer.get();
+  // Who asked finds it in the catalog, too, where that is not locked. The engine does not wait for that.
+  (void)journal_->wait_until_written(kCommandIsWritten);
+  return result;
 }
 
 void Engine::run_commands() {
@@ -83,14 +89,17 @@ base::Result<nlohmann::json> Engine::stored() {
 
 base::Status Engine::ready_for_start() const {
   if (stop_requested_) return wrong_state("soakd is stopping");
-  if (journal_is_behind_) return wrong_state("the journal cannot be written");
   if (state_ == CampaignState::stopping) {
     return wrong_state(
         fmt::format("campaign '{}' is being brought to the safe state: wait for it", station_->campaign.name));
   }
-  if (state_ == CampaignState::running || state_ == CampaignState::paused) {
+  if (!can(state_, CampaignEvent::start)) {
     return wrong_state(
         fmt::format("campaign '{}' is {}: wait for its end or abort it", station_->campaign.name, name_of(state_)));
+  }
+  // The catalog is used directly from here on: what came before must be in it.
+  if (!journal_->wait_until_written(kJournalIsWritten)) {
+    return wrong_state("the journal cannot be written: " + journal_->standing().trouble);
   }
   return {};
 }
@@ -164,6 +173,12 @@ base::Status Engine::store_start(const StartRequest& request, const CheckedStart
     if (!is_resumed) {
       if (auto begun = catalog_.begin_campaign(row); !begun) return begun;
     }
+    // Now, while nothing runs yet: a run that begins need not wait for the catalog.
+    for (const CheckedUnit& unit : checked.units) {
+      if (auto entered = catalog_.ensure_unit(unit.serial, unit.type.name); !entered) {
+        return base::forward_error(entered);
+      }
+    }
     return catalog_.add_campaign_references(request.campaign, references);
   });
 }
@@ -199,7 +214,11 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, c
   }
   unfinished_.clear();
   settle_fully_ = false;
-  stale_since_.reset();
+  suspenders_ = Suspenders(station_->procedure().give_up_h * kSecondsPerHour);
+  chamber_is_silent_ = visit_is_void_ = air_was_away_ = false;
+  resumes_by_itself_ = false;
+  storage_error_.clear();
+  next_disk_look_ = {};
   campaign_started_utc_s_ = now_utc_s();
   {
     const std::lock_guard lock(status_mutex_);
@@ -218,7 +237,7 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, c
 
 base::Status Engine::do_pause(const std::string& user) {
   if (state_ == CampaignState::paused) return wrong_state("the campaign is paused already");
-  if (state_ != CampaignState::running) return wrong_state("no campaign is running");
+  if (!can(state_, CampaignEvent::pause)) return wrong_state("no campaign is running");
   station_->break_segment("paused by " + user);
   // Somebody may open the door.
   if (auto halted = station_->halt_fixture(); !halted) {
@@ -231,10 +250,10 @@ base::Status Engine::do_pause(const std::string& user) {
 base::Status Engine::do_resume(const std::string& user) {
   if (state_ == CampaignState::paused) {
     set_state(CampaignState::running, "resumed by " + user, user);
-    repeat_step("resumed");
+    visit_is_void_ ? repeat_visit() : repeat_step("resumed");
     return {};
   }
-  if (unfinished_.empty() || (state_ != CampaignState::interrupted && state_ != CampaignState::failed)) {
+  if (unfinished_.empty() || !is_resumable(state_)) {
     return wrong_state("there is no campaign that was paused, interrupted or failed");
   }
   const auto row = catalog_.campaign(unfinished_);
@@ -255,7 +274,7 @@ base::Status Engine::do_abort(const std::string& user, const std::string& reason
     set_state(CampaignState::aborted, text, user);
     return {};
   }
-  if (state_ != CampaignState::running && state_ != CampaignState::paused) return wrong_state("no campaign is running");
+  if (!is_under_way(state_)) return wrong_state("no campaign is running");
   end_campaign(CampaignState::aborted, text, false, user);
   return {};
 }

@@ -19,8 +19,7 @@ using nlohmann::json;
 
 constexpr std::chrono::milliseconds kPublishInterval{100};
 
-constexpr std::array<std::string_view, 8> kStateNames = {"idle",        "running",  "paused",  "stopping",
-                                                         "interrupted", "finished", "aborted", "failed"};
+constexpr double kJournalLate_s = 1.0;
 
 std::string_view imu_state_name(hal::ImuState state) {
   constexpr std::array<std::string_view, 5> kNames = {"closed", "silent", "configuring", "streaming", "failed"};
@@ -86,6 +85,10 @@ json attitude_part(const UnitChannel& unit) {
           {"right", known ? json(attitude == Attitude::right) : json()}};
 }
 
+json journal_part(const Journal::Standing& journal) {
+  return {{"queued", journal.queued}, {"discarded", journal.discarded}, {"trouble", null_if_empty(journal.trouble)}};
+}
+
 json unit_part(const Station& station, const UnitChannel& unit) {
   const hal::OutputReading supply = supply_of(station, unit);
   const calib::StabilityVerdict verdict = unit.stability();
@@ -114,8 +117,6 @@ json unit_part(const Station& station, const UnitChannel& unit) {
 
 }  // namespace
 
-std::string_view name_of(CampaignState state) { return kStateNames.at(static_cast<std::size_t>(state)); }
-
 void Engine::publish() {
   const auto now = std::chrono::steady_clock::now();
   if (now - published_ < kPublishInterval) return;
@@ -134,6 +135,8 @@ json Engine::status_document() const {
   return {{"state", shown_state()},
           {"reason", null_if_empty(shown_reason())},
           {"campaign", campaign_document()},
+          {"suspension", suspension_document()},
+          {"journal", journal_part(journal_->standing())},
           {"prompt", prompt ? json{{"id", prompt->id}, {"text", prompt->text}} : json()},
           {"chamber", chamber_part(*station_)},
           {"fixture", fixture_part(*station_)},
@@ -143,6 +146,15 @@ json Engine::status_document() const {
           {"clock", {{"rate", config_.clock_rate}, {"process_s", station_->now_s()}, {"utc_s", now_utc_s()}}},
           {"simulated", station_->simulated()},
           {"version", software_version()}};
+}
+
+json Engine::suspension_document() const {
+  const auto since_s = suspenders_.suspended_since_s();
+  if (!since_s || state_ != CampaignState::suspended) return nullptr;
+  json causes = json::array();
+  for (const SuspensionCause cause : suspenders_.causes()) causes.push_back(name_of(cause));
+  const double for_s = station_->now_s() - *since_s;
+  return {{"causes", std::move(causes)}, {"for_s", for_s}, {"gives_up_in_s", suspenders_.give_up_s() - for_s}};
 }
 
 json Engine::campaign_document() const {
@@ -171,15 +183,25 @@ json Engine::campaign_document() const {
 
 std::string_view Engine::shown_state() const {
   if (state_ != CampaignState::running) return name_of(state_);
-  if (stale_since_ || station_->prompts.open()) return "waiting";
+  if (chamber_is_silent_ || waits_for_journal() || station_->prompts.open()) return "waiting";
   const Plan& plan = station_->campaign.plan;
   const bool preflight =
       step_ < plan.steps.size() && plan.runs[static_cast<std::size_t>(plan.steps[step_].run)].preflight;
   return preflight ? "preflight" : "running";
 }
 
+bool Engine::waits_for_journal() const { return ticket_ && journal_->standing().behind_s > kJournalLate_s; }
+
 std::string Engine::shown_reason() const {
-  if (stale_since_) return "the chamber does not answer: " + station_->chamber.trouble();
+  if (state_ == CampaignState::suspended) return suspenders_.text();
+  if (state_ == CampaignState::running && chamber_is_silent_) {
+    return "the chamber does not answer: " + station_->chamber.trouble();
+  }
+  if (state_ == CampaignState::running && waits_for_journal()) {
+    const Journal::Standing journal = journal_->standing();
+    return fmt::format("the end of the last step is not written yet, {} entries wait: {}", journal.queued,
+                       journal.trouble.empty() ? "the catalog is in use" : journal.trouble);
+  }
   return safe_end_ ? fmt::format("{}; {}", reason_, safe_end_->text(*station_)) : reason_;
 }
 

@@ -18,11 +18,13 @@ using std::chrono::steady_clock;
 constexpr std::chrono::seconds kInrushCheckInterval{1};
 constexpr int kInrushChecks = 2;
 
+constexpr std::chrono::seconds kSealInterval{1};
 constexpr double kShortestOff_s = 1.0;
 constexpr double kClockAfterPowerOn_s = 60.0;  ///< largest that the clock of a unit that was just switched on may show
 // Host time after the units were switched on.
 constexpr double kPowerOnTimeout_s = 60.0;  ///< for all units to send
 constexpr double kRestart_s = 10.0;         ///< a unit that still sends by then was never off
+constexpr double kIdentify_s = 20.0;        ///< for the others to say who they are where one is not who it should be
 constexpr double kSilent_s = 2.0;           ///< without a sample: the unit has stopped sending
 
 int output_of(const UnitChannel& unit) { return *unit.slot().power_output; }
@@ -174,8 +176,8 @@ class PowerCycle {
 };
 
 /// Takes the units' supply away and gives it back, waits until each has identified itself and proved that it
-/// restarted, opens the run file, lets the units warm up. Where a slot holds another unit than was said it asks for the
-/// right one and begins again. A unit without proof is reported and left out; in the pre-flight, and where none is
+/// restarted, opens the run file, lets the units warm up. Where slots hold other units than was said it asks for the
+/// right ones and begins again. A unit without proof is reported and left out; in the pre-flight, and where none is
 /// left, it ends the campaign.
 class PowerOn : public StepTask {
  public:
@@ -193,8 +195,8 @@ class PowerOn : public StepTask {
         return cycle(station);
       case Stage::identify:
         return identify(station);
-      case Stage::wrong_unit:
-        return wait_for_right_unit(station);
+      case Stage::wrong_units:
+        return wait_for_right_units(station);
       case Stage::warm_up:
         return warm_up(station);
     }
@@ -202,7 +204,7 @@ class PowerOn : public StepTask {
   }
 
  private:
-  enum class Stage { begin, cycle, identify, wrong_unit, warm_up };
+  enum class Stage { begin, cycle, identify, wrong_units, warm_up };
 
   StepProgress begin(Station& station) {
     cycle_ = PowerCycle(off_s_);
@@ -231,10 +233,12 @@ class PowerOn : public StepTask {
   StepProgress identify(Station& station) {
     std::vector<UnitChannel*> missing;
     bool worth_waiting = false;
+    if (const auto wrong = wrong_identities(station); !wrong.empty()) {
+      // One question for all slots: those that are slower to say who they are have their time.
+      const bool all_are_known = std::ranges::all_of(station.units, [](const auto& unit) { return is_known(*unit); });
+      return all_are_known || on_for_s() >= kIdentify_s ? ask_for_right_units(station, wrong) : StepProgress::running();
+    }
     for (const auto& unit : station.units) {
-      if (unit->streaming() && unit->imu().identity()) {
-        if (const auto wrong = wrong_identity(station, *unit)) return ask_for_right_unit(station, *wrong);
-      }
       if (has_restarted(station, *unit)) continue;
       missing.push_back(unit.get());
       worth_waiting = worth_waiting || may_restart(station, *unit);
@@ -295,38 +299,67 @@ class PowerOn : public StepTask {
                        unit.trouble().empty() ? "" : ": ", unit.trouble());
   }
 
-  /// What a slot holds instead of its unit.
+  /// What a slot holds instead of its unit; nothing where that is the right one or not known yet.
   static std::optional<std::string> wrong_identity(const Station& station, const UnitChannel& unit) {
-    const std::string& found = unit.imu().identity()->serial;
-    if (found == unit.serial()) return std::nullopt;
-    const auto other =
-        std::find_if(station.units.begin(), station.units.end(), [&](const auto& u) { return u->serial() == found; });
-    const std::string hint =
-        other == station.units.end() ? "" : fmt::format(" ({} belongs in slot {})", found, (*other)->slot().name);
-    return fmt::format("slot {} holds unit {}, not {}{}", unit.slot().name, found, unit.serial(), hint);
+    if (!is_known(unit)) return std::nullopt;
+    const hal::ImuIdentity& found = *unit.imu().identity();
+    if (found.serial == unit.serial()) return std::nullopt;
+    const auto other = std::find_if(station.units.begin(), station.units.end(),
+                                    [&](const auto& u) { return u->serial() == found.serial; });
+    const std::string hint = other == station.units.end()
+                                 ? ""
+                                 : fmt::format(" ({} belongs in slot {})", found.serial, (*other)->slot().name);
+    return fmt::format("slot {} holds unit {} ({}), not {}{}", unit.slot().name, found.serial, product_text(found),
+                       unit.serial(), hint);
   }
 
-  /// Whoever changes units finds them without supply, as far as that is ours.
-  StepProgress ask_for_right_unit(Station& station, const std::string& wrong) {
+  static std::vector<std::string> wrong_identities(const Station& station) {
+    std::vector<std::string> wrong;
+    for (const auto& unit : station.units) {
+      if (auto found = wrong_identity(station, *unit)) wrong.push_back(*std::move(found));
+    }
+    return wrong;
+  }
+
+  static bool is_known(const UnitChannel& unit) { return unit.streaming() && unit.imu().identity(); }
+
+  StepProgress ask_for_right_units(Station& station, const std::vector<std::string>& wrong) {
+    std::vector<std::string> options;
+    for (const auto& unit : station.units) {
+      options.push_back(fmt::format("--unit {}={}", unit->slot().name,
+                                    is_known(*unit) ? unit->imu().identity()->serial : unit->serial()));
+    }
+    // Whoever changes units finds them without supply, as far as that is ours.
     for (const auto& unit : station.units) {
       if (is_switched(station, *unit)) station.cut_off(*unit);
     }
-    station.log.add("unit", station.campaign.name, wrong + ": asked for the right one");
+    station.log.add("unit", station.campaign.name, fmt::format("{}: asked for the right ones", fmt::join(wrong, "; ")));
     station.prompts.ask(fmt::format(
-        "In {}. Put the right unit there, or its cable, and confirm. If the serial numbers of the campaign are "
-        "wrong, abort it and start it with the right ones.",
-        wrong));
+        "In {}. Put the right units there, or their cables, and confirm. If the serial numbers of the campaign are "
+        "wrong, abort it and start it with {}.",
+        fmt::join(wrong, "; "), fmt::join(options, " ")));
     station.expect_no_run();
-    stage_ = Stage::wrong_unit;
+    stage_ = Stage::wrong_units;
     return StepProgress::running();
   }
 
-  StepProgress wait_for_right_unit(Station& station) {
+  StepProgress wait_for_right_units(Station& station) {
     if (station.prompts.take_answer()) stage_ = Stage::begin;
     return StepProgress::running();
   }
 
+  static std::string product_text(const hal::ImuIdentity& identity) {
+    const std::string product = identity.product.empty() ? "product not told" : identity.product;
+    return identity.firmware.empty() ? product : fmt::format("{}, firmware {}", product, identity.firmware);
+  }
+
   StepProgress open_run(Station& station) {
+    for (const UnitChannel* unit : station.active_units()) {
+      const auto& identity = unit->imu().identity();
+      if (!identity) continue;
+      station.log.add("unit", unit->serial(),
+                      fmt::format("in slot {}: {}", unit->slot().name, product_text(*identity)));
+    }
     if (const auto begun = station.begin_run(run_); !begun) return StepProgress::failed(begun.error());
     stage_ = Stage::warm_up;
     return StepProgress::running();
@@ -361,9 +394,9 @@ class PowerOff : public StepTask {
 
   StepProgress poll(Station& station) override {
     if (!sealed_) {
-      const auto ended = station.end_run(std::nullopt);
-      if (!ended) return StepProgress::failed(ended.error());
-      sealed_ = *ended;
+      const auto sealed = seal(station);
+      if (!sealed) return StepProgress::failed(sealed.error());
+      sealed_ = *sealed;
     }
     if (!off_at_s_) {
       const auto off = station.supply ? retry_.attempt([&] { return switch_off(station); }) : base::Result<bool>(true);
@@ -375,6 +408,24 @@ class PowerOff : public StepTask {
   }
 
  private:
+  /// What the world does not let happen now (a locked catalog) is tried again: the run is complete, and nothing is lost
+  /// by waiting.
+  base::Result<bool> seal(Station& station) {
+    if (steady_clock::now() < next_seal_) return false;
+    const auto ended = station.end_run(std::nullopt);
+    if (ended) return *ended;
+    if (!sealing_since_s_) {
+      sealing_since_s_ = station.now_s();
+      station.log.add("run", station.run_id(), "cannot be entered yet: " + ended.error().message);
+    }
+    const double waited_s = station.now_s() - *sealing_since_s_;
+    if (ended.error().kind != base::ErrorKind::internal || waited_s > 3600.0 * station.procedure().give_up_h) {
+      return base::forward_error(ended);
+    }
+    next_seal_ = steady_clock::now() + kSealInterval;
+    return false;
+  }
+
   static base::Status switch_off(Station& station) {
     for (const auto& unit : station.units) {
       if (!unit->slot().power_output) continue;
@@ -385,6 +436,8 @@ class PowerOff : public StepTask {
 
   double seconds_;
   bool sealed_ = false;
+  std::optional<double> sealing_since_s_;  ///< without success
+  steady_clock::time_point next_seal_{};
   std::optional<double> off_at_s_;
   CommandRetry retry_;
 };

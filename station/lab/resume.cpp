@@ -11,6 +11,8 @@
 namespace soak::station {
 namespace {
 
+constexpr double kStillThere_k = 3.0;  ///< as for a door that was opened (temperature_steps.cpp)
+
 /// The steps [first, end) of one plateau.
 struct Visit {
   std::size_t first = 0;
@@ -150,7 +152,35 @@ WayBack into_run(const Plan& plan, const PlannedRun& run, const std::set<std::si
   return way;
 }
 
+/// Whether the air can be where it is without having gone back: at the plateau, or on the way to it from the one
+/// before.
+bool has_kept_its_way(const Plan& plan, std::size_t step, std::span<const Visit> before, const Visit& target,
+                      const Whereabouts& now) {
+  if (now.was_away) return false;
+  const bool settles = plan.steps[step].kind == StepKind::wait_stable || plan.steps[step].kind == StepKind::record;
+  const double from_c = settles ? target.temp_c : before.empty() ? now.room_c : before.back().temp_c;
+  const auto [low_c, high_c] = std::minmax(from_c, target.temp_c);
+  return now.air_c >= low_c - kStillThere_k && now.air_c <= high_c + kStillThere_k;
+}
+
 }  // namespace
+
+std::vector<std::size_t> way_to_visit(const Plan& plan, std::size_t step, const Whereabouts& now) {
+  const PlannedRun& run = plan.runs[static_cast<std::size_t>(plan.steps[step].run)];
+  const auto visits = visits_between(plan, run.first_step, run.last_step + 1);
+  const auto target = std::find_if(visits.begin(), visits.end(), [&](const Visit& visit) { return step < visit.end; });
+  const std::size_t way_begin = begin_of_way(plan, run.first_step);
+  const auto before = visits_between(plan, way_begin, target->first);
+  std::vector<std::size_t> steps;
+  if (!before.empty() && !has_kept_its_way(plan, step, before, *target, now)) {
+    for (const Visit& turn : turning_points(plan, before, *target, now.air_c)) {
+      settle_at(plan, way_begin, turn, steps);
+    }
+    turn_for(plan, way_begin, *target, steps);
+  }
+  steps.push_back(target->first);
+  return steps;
+}
 
 WayBack way_back(const Plan& plan, const std::set<std::size_t>& ended, double room_c) {
   for (const PlannedRun& run : plan.runs) {

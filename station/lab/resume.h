@@ -28,4 +28,16 @@ struct WayBack {
 /// same manner. A run all of whose visits are done is not touched again.
 [[nodiscard]] WayBack way_back(const Plan& plan, const std::set<std::size_t>& ended, double room_c);
 
+/// How the temperature stands after a suspension.
+struct Whereabouts {
+  double air_c = 0.0;
+  double room_c = 0.0;
+  bool was_away = false;  ///< the air has been away from the set point meanwhile
+};
+
+/// The way back to the begin of the visit that step `step` belongs to, within the run: its units have stayed on. Where
+/// the air has stayed at the plateau, or between it and the one before it on the way there, that is the visit's first
+/// step alone. Else the chamber first drives to where the temperature last turned, as in way_back(). Not empty.
+[[nodiscard]] std::vector<std::size_t> way_to_visit(const Plan& plan, std::size_t step, const Whereabouts& now);
+
 }  // namespace soak::station

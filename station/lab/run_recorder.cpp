@@ -68,7 +68,13 @@ base::Status check_run_label(const db::Catalog& catalog, const db::RunInfo& info
   return {};
 }
 
+/// Units that are known already do not wait for the catalog's lock.
 base::Status enter_recorded_units(db::Catalog& catalog, const std::vector<RecordedUnit>& units) {
+  const bool all_known = std::ranges::all_of(units, [&](const RecordedUnit& unit) {
+    const auto known = catalog.unit(unit.serial);
+    return known && *known;
+  });
+  if (all_known) return {};
   return catalog.all_or_nothing([&]() -> base::Status {
     for (const RecordedUnit& unit : units) {
       if (const auto known = catalog.ensure_unit(unit.serial, unit.type); !known) return base::forward_error(known);

@@ -86,7 +86,7 @@ std::optional<double> Station::poll_unit(UnitChannel& unit) {
 }
 
 base::Status Station::record(UnitChannel& unit) {
-  if (unit.fresh().empty() || !unit.active()) return {};
+  if (unit.fresh().empty() || !unit.active() || recording_is_held_) return {};
   if (!recorder_) {
     if (expecting_run_) buffer_samples(unit);
     return {};
@@ -131,7 +131,7 @@ base::Status Station::add_rows(UnitChannel& unit, std::span<const hal::ImuSample
 }
 
 base::Status Station::record_chamber() {
-  if (!recorder_) return {};
+  if (!recorder_ || recording_is_held_) return {};
   const auto active = active_units();
   const auto clock =
       std::find_if(active.begin(), active.end(), [](const auto* unit) { return unit->latest().has_value(); });

@@ -85,6 +85,8 @@ class Station {
   [[nodiscard]] base::Result<bool> enter_left_runs();
   /// Commits what was recorded: a step whose end the journal knows must not lose its rows.
   [[nodiscard]] base::Status flush();
+  /// While it is held nothing is recorded: the disk has no room for it.
+  void hold_recording(bool held) { recording_is_held_ = held; }
   /// Leaves a run file that cannot be sealed: everything that was flushed stays in it (enter_lost_runs()).
   void leave_run() {
     recorder_.reset();
@@ -136,6 +138,7 @@ class Station {
 
   std::optional<RunRecorder> recorder_;
   std::optional<hal::FixtureReading> fixture_reading_;
+  bool recording_is_held_ = false;
   bool expecting_run_ = false;
   bool run_is_preflight_ = false;  ///< the run that is open or being sealed
   std::map<std::string, std::vector<hal::ImuSample>>

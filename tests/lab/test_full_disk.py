@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The disk fills up in mid-campaign: the chamber becomes safe, and with room on the disk the campaign goes on."""
+"""The disk fills up in mid-campaign: the campaign waits, and goes on by itself once there is room."""
 import subprocess
 import time
 import unittest
@@ -19,8 +19,8 @@ class FullDisk(LabTest):
         self.addCleanup(subprocess.run, ["umount", "-l", str(data)])
         return data
 
-    def test_a_full_disk_ends_the_campaign_safely_and_resume_goes_on(self):
-        data = self.mount("64m")
+    def test_a_full_disk_suspends_the_campaign_until_there_is_room(self):
+        data = self.mount("160m")  # more than the 100 MB with which it goes on
         self.start_lab(rate=100)
         self.start_campaign(short_procedure(set_points=(15,)))
         self.wait_for_step("wait_stable")
@@ -32,19 +32,24 @@ class FullDisk(LabTest):
                     pass
             except OSError:
                 pass
-        status = self.wait_for_end()
-        self.assertEqual(status["state"], "failed")
-        self.assert_safe()
+        status = self.wait("the suspension", lambda s: s["suspension"])
+        self.check_schema(status, "campaign-status")
+        self.assertEqual(status["state"], "waiting")
+        self.assertIn("disk", status["suspension"]["causes"])
+        time.sleep(6)  # a flush is tried meanwhile
+        status = self.status()
+        self.assertEqual(status["state"], "waiting")
+        self.assertTrue(status["chamber"]["connected"])
+        self.assertEqual(self.chamber()[0], bench.AUTO, "the chamber holds its set point")
         filler.unlink()
-        self.wait("the journal", lambda s: self.query("SELECT state FROM journal") == [("failed",)])
-        self.lab.soak("campaign", "resume")
-        self.assertEqual(self.wait_for_end()["state"], "finished")
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "finished", status["reason"])
         self.assert_safe()
         self.lab.soak("runs", "verify")
-        # Both are there: what was recorded until the disk was full, and the run that goes on from there.
-        runs = self.query("""SELECT label, cut_short <> '' OR EXISTS (SELECT 1 FROM void v WHERE v.run_id = r.run_id
-            AND v.visit IS NULL) FROM run r ORDER BY created_utc_s""")
-        self.assertEqual(runs, [("R01", 1), ("R01.2", 0)])
+        self.assertEqual(self.query("SELECT label, cut_short FROM run"), [("R01", "")])
+        self.assertEqual(self.query("SELECT * FROM void WHERE visit IS NULL"), [])
+        places = self.query("SELECT DISTINCT visit, position FROM segment ORDER BY position")
+        self.assertEqual(places, [(0, "+Z"), (0, "-Z")])
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ class SafeState(LabTest):
         self.start_lab(units=units, cut=cut)
         # The check takes no time: the fault comes while the last recording before it is made.
         preflight_s = 30 if kind == "check" else 0
-        self.start_campaign(short_procedure(preflight_s=preflight_s))
+        self.start_campaign(short_procedure(preflight_s=preflight_s, extra="[suspend]\ngive_up_h = 1.0\n"))
         if kind == "check":
             self.wait("the end of the pre-flight", lambda s: s["campaign"]["step_kind"] == "record" and "-Z" in s["campaign"]["step_text"])
         else:

@@ -136,6 +136,20 @@ TEST(Procedure, EveryShippedFileWaitsWithTheConfidenceThatStabilityIsTestedWith)
   EXPECT_EQ(StabilitySettings{}.confidence, tested.confidence);
 }
 
+TEST(Procedure, SaysHowLongASuspensionLastsAndWhetherANewDaemonGoesOn) {
+  const auto plain = parse_procedure(kShort, "p.toml");
+  ASSERT_TRUE(plain);
+  EXPECT_EQ(plain->give_up_h, 12.0);
+  EXPECT_EQ(plain->on_restart, RestartOutcome::wait);
+  const auto stated =
+      parse_procedure("on_restart = \"resume\"\n" + std::string(kShort) + "[suspend]\ngive_up_h = 2.5\n", "p.toml");
+  ASSERT_TRUE(stated);
+  EXPECT_EQ(stated->give_up_h, 2.5);
+  EXPECT_EQ(stated->on_restart, RestartOutcome::resume);
+  EXPECT_FALSE(parse_procedure(std::string(kShort) + "[suspend]\ngive_up_h = 0.0\n", "p.toml"));
+  EXPECT_FALSE(parse_procedure("on_restart = \"maybe\"\n" + std::string(kShort), "p.toml"));
+}
+
 TEST(Procedure, AShortFileHasTheDocumentedDefaults) {
   const auto p = parse_procedure(kShort, "p.toml");
   ASSERT_TRUE(p) << p.error().message;

@@ -84,13 +84,13 @@ class Lab {
     }
   }
 
-  std::vector<Recorded> recorded;
-
- private:
   void drive_to(double temp_c) {
     if (temp_c != temps_c_.back()) temps_c_.push_back(temp_c);
   }
 
+  std::vector<Recorded> recorded;
+
+ private:
   /// The temperature behind which the way to the present one goes in one direction.
   [[nodiscard]] double came_from_c() const {
     std::size_t k = temps_c_.size() - 1;
@@ -220,6 +220,75 @@ TEST(WayBack, ARunIsRepeatedFromItsFirstVisitWhereTheProcedureSaysSo) {
       for (const Recorded& recorded : repeated)
         ASSERT_EQ(recorded, truth.at(recorded.step)) << describe(plan, recorded.step);
     }
+  }
+}
+
+/// The steps of a plan at which the units are on and a plateau is under way or reached.
+std::vector<std::size_t> steps_of_visits(const Plan& plan) {
+  std::vector<std::size_t> steps;
+  const std::size_t end = plan.runs[std::min<std::size_t>(2, plan.runs.size() - 1)].last_step;
+  for (std::size_t i = 0; i <= end; ++i) {
+    if (plan.steps[i].visit >= 0) steps.push_back(i);
+  }
+  return steps;
+}
+
+/// The first step of the visit that a step belongs to.
+std::size_t begin_of_visit(const Plan& plan, std::size_t step) {
+  const Step& here = plan.steps[step];
+  while (step > 0 && plan.steps[step - 1].run == here.run && plan.steps[step - 1].visit == here.visit) --step;
+  return step;
+}
+
+TEST(WayToVisit, MeasuresTheRestOfARunAsItWouldHaveBeenThoughTheChamberHasGoneToTheRoomMeanwhile) {
+  for (const Plan& plan : all_plans()) {
+    const auto truth = undisturbed(plan);
+    for (const std::size_t cut : steps_of_visits(plan)) {
+      Lab lab(plan);
+      for (std::size_t i = 0; i < cut; ++i) lab.carry_out(i);
+      lab.recorded.clear();
+      lab.drive_to(kRoomC);
+      const auto way = way_to_visit(plan, cut, {kRoomC, kRoomC, true});
+      ASSERT_EQ(way.back(), begin_of_visit(plan, cut));
+      for (const std::size_t step : way) {
+        ASSERT_GE(plan.steps[step].visit, 0) << "the units keep their power: " << describe(plan, step);
+        lab.carry_out(step);
+      }
+      const auto run = static_cast<std::size_t>(plan.steps[cut].run);
+      for (std::size_t i = way.back() + 1; i <= plan.runs[run].last_step; ++i) lab.carry_out(i);
+      for (const Recorded& recorded : lab.recorded) {
+        ASSERT_EQ(recorded, truth.at(recorded.step))
+            << describe(plan, recorded.step) << ", suspended at " << describe(plan, cut);
+      }
+    }
+  }
+}
+
+TEST(WayToVisit, IsTheVisitAloneWhereTheAirHasStayedAtThePlateau) {
+  for (const Plan& plan : all_plans()) {
+    for (const std::size_t cut : steps_of_visits(plan)) {
+      const double there_c = plan.steps[cut].temp_c;
+      for (const double air_c : {there_c - 2.9, there_c, there_c + 2.9}) {
+        ASSERT_EQ(way_to_visit(plan, cut, {air_c, kRoomC, false}), std::vector{begin_of_visit(plan, cut)});
+      }
+    }
+  }
+}
+
+TEST(WayToVisit, LeadsStraightOnFromHalfWayToThePlateauButNotFromBeyondTheOneBefore) {
+  Procedure p;
+  p.set_points_c = {10, 30, 50, 70};
+  p.positions = {"+Y", "-Y"};
+  p.preflight_position_s = 0.0;
+  const Plan plan = compile_plan(p, kRoomC);
+  for (const std::size_t cut : steps_of_visits(plan)) {
+    if (plan.steps[cut].visit != 2 || plan.steps[cut].kind != StepKind::set_temperature) continue;
+    EXPECT_EQ(way_to_visit(plan, cut, {40.0, kRoomC, false}).size(), 1U);
+    const auto way = way_to_visit(plan, cut, {20.0, kRoomC, false});
+    ASSERT_GT(way.size(), 1U);
+    const auto first =
+        std::ranges::find_if(way, [&](std::size_t step) { return plan.steps[step].kind == StepKind::set_temperature; });
+    EXPECT_EQ(plan.steps[*first].temp_c, 10.0) << "where the temperature turned last";
   }
 }
 

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+// The engine's way from step to step, and from state to state.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cassert>
+#include <utility>
+
+#include "station/io/host.h"
+#include "station/lab/engine.h"
+
+namespace soak::station {
+namespace {
+
+/// For a campaign that has come to its end nothing waits: who reads of it shall find it in the catalog.
+constexpr std::chrono::milliseconds kEndIsWritten{1000};
+
+/// Steps for which temperature and position were judged. A break makes these judgements void.
+bool needs_judgement(StepKind kind) {
+  return kind == StepKind::move || kind == StepKind::spin || kind == StepKind::set_temperature ||
+         kind == StepKind::wait_stable || kind == StepKind::record;
+}
+
+}  // namespace
+
+// --- from step to step ------------------------------------------------------------------------------------------
+
+void Engine::enter_step(std::size_t index) {
+  const Plan& plan = station_->campaign.plan;
+  step_ = index;
+  step_started_utc_s_ = now_utc_s();
+  step_started_s_ = station_->now_s();
+  station_->prompts.withdraw();
+  Step step = plan.steps[index];
+  if (step.kind == StepKind::wait_stable && std::exchange(settle_fully_, false)) step.after_turn = false;
+  task_ = make_task(plan, step);
+  ended_.reset();
+  ticket_.reset();
+  published_ = {};
+}
+
+void Engine::advance() {
+  if (!ended_) {
+    if (station_->run_is_open() && station_->active_units().empty()) {
+      end_campaign(CampaignState::failed, "no unit is left in this run");
+      return;
+    }
+    const StepProgress progress = task_->poll(*station_);
+    if (progress.state == StepState::running) return;
+    if (progress.state == StepState::failed) return step_failed(progress);
+    if (!progress.text.empty()) log_.add("step", describe(station_->campaign.plan, step_), progress.text);
+    ended_ = progress;
+  }
+  if (step_is_stored()) leave_step();
+}
+
+void Engine::step_failed(const StepProgress& progress) {
+  log_.add("step", describe(station_->campaign.plan, step_), "failed: " + progress.text);
+  journal_->add(step_row("failed", progress.text));
+  end_campaign(CampaignState::failed,
+               progress.error.where.empty() ? progress.text : progress.error.where + ": " + progress.text);
+}
+
+/// Rows first: a step whose end the journal knows must not lose them.
+bool Engine::step_is_stored() {
+  if (!ticket_) {
+    if (const auto flushed = station_->flush(); !flushed) {
+      storage_error_ = flushed.error().message;
+      return false;
+    }
+    ticket_ = journal_->add(step_row(ended_->state == StepState::skip_visit ? "skipped" : "done", ended_->text));
+  }
+  const Journal::Written written = journal_->written(*ticket_);
+  if (written == Journal::Written::refused) {
+    end_campaign(CampaignState::failed, "the journal does not take the step: " + journal_->refusal());
+  }
+  return written == Journal::Written::yes;
+}
+
+db::StepRow Engine::step_row(const std::string& outcome, const std::string& text) {
+  db::StepRow row;
+  row.campaign = station_->campaign.name;
+  row.index = static_cast<std::int32_t>(step_);
+  row.attempt = step_attempts_[step_]++;
+  row.started_utc_s = step_started_utc_s_;
+  row.ended_utc_s = now_utc_s();
+  row.outcome = outcome;
+  row.text = text;
+  row.run_id = station_->run_id();
+  return row;
+}
+
+void Engine::leave_step() {
+  const Plan& plan = station_->campaign.plan;
+  const bool skip = ended_->state == StepState::skip_visit;
+  if (is_on_way_back()) {
+    enter_step(way_back_[++way_at_]);
+    return;
+  }
+  std::size_t next = step_ + 1;
+  if (skip) {
+    const Step& here = plan.steps[step_];
+    while (next < plan.steps.size() && plan.steps[next].run == here.run && plan.steps[next].visit == here.visit) ++next;
+  }
+  if (next < plan.steps.size()) {
+    enter_step(next);
+  } else {
+    task_.reset();
+    step_ = plan.steps.size();
+    const auto& missing = station_->campaign.missing_units;
+    set_state(CampaignState::finished, missing.empty() ? "" : fmt::format("without {}", fmt::join(missing, ", ")));
+  }
+}
+
+double Engine::estimate_after_step_s() const {
+  const Plan& plan = station_->campaign.plan;
+  if (!is_on_way_back()) return plan.remaining_s(step_ + 1);
+  double seconds = plan.remaining_s(way_back_.back() + 1);
+  for (std::size_t i = way_at_ + 1; i < way_back_.size(); ++i) seconds += plan.steps[way_back_[i]].estimate_s;
+  return seconds;
+}
+
+void Engine::repeat_step(const std::string& why) {
+  const Plan& plan = station_->campaign.plan;
+  station_->break_segment(why);
+  if (!needs_judgement(plan.steps[step_].kind)) return;
+  if (is_on_way_back()) {
+    while (way_at_ > 0 && needs_judgement(plan.steps[way_back_[way_at_ - 1]].kind)) --way_at_;
+    enter_step(way_back_[way_at_]);
+    return;
+  }
+  std::size_t step = step_;
+  const auto same_visit = [&](std::size_t other) {
+    return plan.steps[other].run == plan.steps[step].run && plan.steps[other].visit == plan.steps[step].visit;
+  };
+  while (step > 0 && plan.steps[step].kind != StepKind::move && same_visit(step - 1) &&
+         needs_judgement(plan.steps[step - 1].kind)) {
+    --step;
+  }
+  settle_fully_ = plan.steps[step_].visit >= 0;
+  enter_step(step);
+}
+
+void Engine::repeat_visit() {
+  const Plan& plan = station_->campaign.plan;
+  visit_is_void_ = false;
+  const Step& step = plan.steps[step_];
+  if (step.kind == StepKind::power_on && !station_->run_is_open()) return enter_step(step_);  // its time-outs are over
+  if (step.visit < 0 || is_on_way_back()) return repeat_step("the campaign was suspended");
+  const auto& reading = station_->chamber.reading();
+  const double air_c = reading ? reading->air_c : config_.room_c;
+  way_back_ = way_to_visit(plan, step_, {air_c, config_.room_c, air_was_away_});
+  way_at_ = 0;
+  settle_fully_ = false;
+  enter_step(way_back_.front());
+}
+
+// --- states -----------------------------------------------------------------------------------------------------
+
+void Engine::set_state(CampaignState state, const std::string& reason, const std::string& user) {
+  assert(may_follow(state_, state));
+  state_ = state;
+  reason_ = reason;
+  state_user_ = user;
+  const std::string& campaign = station_->campaign.name;
+  log_.add("campaign", campaign,
+           reason.empty() ? std::string(name_of(state)) : fmt::format("{}: {}", name_of(state), reason), user);
+  // While it is suspended or on the way to the safe state the journal's campaign stays open: if soakd ends now, the
+  // next one takes it over.
+  if (state == CampaignState::stopping || state == CampaignState::suspended) return;
+  journal_->add(Journal::State{campaign, std::string(journal_name_of(state)), reason, user});
+  if (is_under_way(state)) return;
+  unfinished_ = is_resumable(state) ? campaign : "";
+  for (const auto& unit : station_->units) unit->close();
+  (void)journal_->wait_until_written(kEndIsWritten);
+}
+
+void Engine::end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off, const std::string& user) {
+  if (!is_under_way(state_)) return;
+  task_.reset();
+  ended_.reset();
+  ticket_.reset();
+  station_->prompts.withdraw();
+  station_->chamber.expect(std::nullopt);
+  station_->hold_recording(false);
+  chamber_is_silent_ = false;
+  outcome_ = outcome;
+  safe_end_ =
+      std::make_unique<SafeEnd>(reason, station_->procedure().end_c, outputs_off, outcome == CampaignState::aborted);
+  set_state(CampaignState::stopping, reason, user);
+  // The chamber comes first: whatever else is to be done may take time.
+  (void)safe_end_->poll(*station_);
+  station_->break_segment(reason);
+  station_->set_plateau(std::nullopt, calib::Sweep::unknown, -1);
+}
+
+}  // namespace soak::station

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the engine watches beside the steps: the chamber, and the conditions under which a campaign is carried on.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <system_error>
+
+#include "station/lab/engine.h"
+
+namespace soak::station {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr int kSetPointRepeats = 5;
+constexpr double kAtSetPoint_k = 0.5;  ///< between the set point of a step and the one that was commanded
+constexpr std::chrono::seconds kDiskInterval{1};
+constexpr std::chrono::seconds kProbeInterval{5};  ///< between tries to write where a write has failed
+
+}  // namespace
+
+// --- the chamber ------------------------------------------------------------------------------------------------
+
+void Engine::watch_alarms() {
+  const auto alarms = station_->chamber.alarms();
+  if (alarms.empty()) return;
+  std::string names;
+  bool outputs_off = false;
+  for (const hal::ChamberAlarm& alarm : alarms) {
+    names += names.empty() ? alarm.name : ", " + alarm.name;
+    outputs_off = outputs_off || alarm.outputs_off;
+  }
+  // At once: the rest of the way to the safe state can wait.
+  if (outputs_off && !chamber_->stop()) log_.add("alarm", "chamber", "heating and cooling cannot be switched off yet");
+  end_campaign(CampaignState::failed, "the chamber reports an alarm: " + names, outputs_off);
+}
+
+void Engine::watch_guard() {
+  const auto& reading = station_->chamber.reading();
+  std::vector<GuardedUnit> units;
+  for (const auto& unit : station_->units) {
+    if (!unit->streaming() || !unit->temp_c()) continue;
+    units.push_back({unit->serial(), *unit->temp_c(), unit->type().temp_min_c, unit->type().temp_max_c});
+  }
+  const auto trouble = guard_.look(station_->now_s(), steady_clock::now(), reading ? &*reading : nullptr, units);
+  if (!trouble) return;
+  if (safe_end_) return safe_end_->switch_off_at_once(*station_, *trouble);
+  if (!chamber_->stop()) log_.add("alarm", "chamber", "heating and cooling cannot be switched off yet");
+  end_campaign(CampaignState::failed, *trouble, true);
+}
+
+void Engine::heed_watch() {
+  if (!watch_) return;
+  const bool driven = is_under_way(state_) || state_ == CampaignState::stopping;
+  if (!driven) {
+    watch_is_blind_ = false;
+    return watch_->disarm();
+  }
+  watch_->arm(watch_limits(station_->procedure(), config_.dew_point_c));
+  watch_->note_engine();
+  const WatchVerdict verdict = watch_->verdict();
+  // A chamber that does not answer the engine either is reported elsewhere.
+  const bool blind = verdict.blind && !station_->chamber.stale();
+  if (blind && !watch_is_blind_) {
+    log_.add("device", "chamber", "its watch cannot read it over a connection of its own: " + verdict.trouble);
+  }
+  watch_is_blind_ = blind;
+  if (verdict.tripped.empty()) return;
+  if (safe_end_) return safe_end_->switch_off_at_once(*station_, verdict.tripped);
+  end_campaign(CampaignState::failed, verdict.tripped, true);
+}
+
+void Engine::watch_set_point() {
+  if (!station_->chamber.lost_set_point()) return;
+  const double expected_c = *station_->chamber.expected_c();
+  const auto& reading = *station_->chamber.reading();
+  const std::string what = fmt::format("set point is {:+.1f} °C (heating and cooling {}) instead of {:+.1f} °C",
+                                       reading.set_point_c, reading.running ? "on" : "off", expected_c);
+  set_point_repeats_ = expected_c == repeated_c_ ? set_point_repeats_ + 1 : 1;
+  repeated_c_ = expected_c;
+  if (set_point_repeats_ > kSetPointRepeats) {
+    end_campaign(CampaignState::failed,
+                 fmt::format("the chamber's {}, although it was set again {} times", what, kSetPointRepeats));
+    return;
+  }
+  const base::Status sent = chamber_->set_temperature(expected_c).and_then([&] { return chamber_->start(); });
+  log_.add("device", "chamber", what + (sent ? ": set again" : ": setting it again failed: " + sent.error().message));
+  station_->chamber.expect(expected_c);
+  // A campaign that is suspended or paused goes back on its own when it goes on.
+  if (state_ == CampaignState::running) repeat_step("the chamber lost its set point");
+}
+
+void Engine::hold_for_chamber() {
+  const bool silent = station_->chamber.stale();
+  if (silent == chamber_is_silent_) return;
+  chamber_is_silent_ = silent;
+  log_.add("device", "chamber",
+           silent ? "does not answer, the campaign waits: " + station_->chamber.trouble() : "answers again");
+  if (!silent && state_ == CampaignState::running) repeat_step("the chamber did not answer for a while");
+}
+
+// --- conditions -------------------------------------------------------------------------------------------------
+
+void Engine::watch_conditions() {
+  hold_for_chamber();
+  probe_storage();
+  const Suspenders::Verdict verdict = suspenders_.look(station_->now_s(), conditions());
+  const bool waits = verdict == Suspenders::Verdict::suspend;
+  air_was_away_ = air_was_away_ || suspenders_.has(SuspensionCause::air);
+  station_->hold_recording(suspenders_.has(SuspensionCause::disk) || suspenders_.has(SuspensionCause::storage));
+  if (waits && state_ == CampaignState::running) suspend();
+  if (verdict == Suspenders::Verdict::carry_on && state_ == CampaignState::suspended) go_on();
+  if (verdict == Suspenders::Verdict::give_up && state_ != CampaignState::paused) {
+    end_campaign(CampaignState::failed,
+                 fmt::format("after {:g} h of waiting: {}", suspenders_.give_up_s() / 3600.0, suspenders_.text()));
+  }
+}
+
+StationConditions Engine::conditions() const {
+  StationConditions conditions;
+  conditions.chamber_answers = !station_->chamber.stale();
+  conditions.chamber_trouble = station_->chamber.trouble();
+  conditions.air_off_k = air_off_k();
+  conditions.disk_free_bytes = disk_free_bytes_;
+  conditions.storage_error = storage_error_;
+  if (!station_->supply) return conditions;
+  for (const UnitChannel* unit : station_->active_units()) {
+    const auto& output = unit->slot().power_output;
+    const auto reading = output ? station_->supply->reading(*output) : std::nullopt;
+    const auto& set_v = unit->slot().supply.voltage_v;
+    if (!reading || !reading->on || !reading->voltage_v || !set_v) continue;
+    conditions.supplies.push_back({unit->serial(), *set_v, *reading->voltage_v});
+  }
+  return conditions;
+}
+
+/// Nothing unless the air has been at the set point of the present visit, and is to stay there.
+std::optional<double> Engine::air_off_k() const {
+  const auto& reading = station_->chamber.reading();
+  const auto& expected_c = station_->chamber.expected_c();
+  const Plan& plan = station_->campaign.plan;
+  if (!reading || !expected_c || step_ >= plan.steps.size()) return std::nullopt;
+  const Step& step = plan.steps[step_];
+  const bool at_plateau =
+      step.visit >= 0 && step.kind != StepKind::set_temperature && std::abs(*expected_c - step.temp_c) < kAtSetPoint_k;
+  return at_plateau ? std::optional(std::abs(reading->air_c - step.temp_c)) : std::nullopt;
+}
+
+void Engine::probe_storage() {
+  const auto now = steady_clock::now();
+  if (now >= next_disk_look_) {
+    next_disk_look_ = now + kDiskInterval;
+    std::error_code error;
+    const auto space = std::filesystem::space(catalog_.data_folder() / "runs", error);
+    disk_free_bytes_ = error ? std::nullopt : std::optional(static_cast<double>(space.available));
+  }
+  if (storage_error_.empty() || now < next_probe_) return;
+  next_probe_ = now + kProbeInterval;
+  const auto flushed = station_->flush();
+  storage_error_ = flushed ? "" : flushed.error().message;
+}
+
+void Engine::suspend() {
+  const std::string why = suspenders_.text();
+  station_->break_segment(why);
+  // Somebody may open the door.
+  if (auto halted = station_->halt_fixture(); !halted) {
+    log_.add("device", "fixture", "cannot be halted: " + halted.error().message);
+  }
+  air_was_away_ = suspenders_.has(SuspensionCause::air);
+  visit_is_void_ = true;
+  set_state(CampaignState::suspended, why);
+}
+
+void Engine::go_on() {
+  set_state(CampaignState::running, "goes on; it had waited: " + reason_);
+  repeat_visit();
+}
+
+}  // namespace soak::station

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/lab/suspenders.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace soak::station {
+namespace {
+
+constexpr std::array<SuspensionCause, 5> kAllCauses = {SuspensionCause::chamber, SuspensionCause::air,
+                                                       SuspensionCause::disk, SuspensionCause::storage,
+                                                       SuspensionCause::supply};
+constexpr double kChamberSilent_s = 60.0;
+constexpr double kAirAway_k = 3.0;
+constexpr double kAirBack_k = 1.0;
+constexpr double kAirAway_s = 600.0;
+constexpr double kDiskLow_bytes = 50e6;
+constexpr double kDiskEnough_bytes = 100e6;
+constexpr double kSupplyOff = 0.10;  ///< share of the set voltage
+constexpr double kSupplyBack = 0.05;
+constexpr double kSupplyOff_s = 10.0;
+
+}  // namespace
+
+std::string_view name_of(SuspensionCause cause) {
+  constexpr std::array<std::string_view, 5> kNames = {"chamber", "air", "disk", "storage", "supply"};
+  return kNames.at(static_cast<std::size_t>(cause));
+}
+
+Suspenders::Verdict Suspenders::look(double now_s, const StationConditions& conditions) {
+  for (const SuspensionCause cause : kAllCauses) watches_[index(cause)].follow(now_s, judge(cause, conditions));
+  if (std::ranges::none_of(watches_, &Watch::suspends)) {
+    since_s_.reset();
+    return Verdict::carry_on;
+  }
+  if (!since_s_) since_s_ = now_s;
+  return now_s - *since_s_ > give_up_s_ ? Verdict::give_up : Verdict::suspend;
+}
+
+void Suspenders::Watch::follow(double now_s, const Finding& finding) {
+  if (finding.level != Level::bad) bad_since_s.reset();
+  if (finding.level != Level::good) good_since_s.reset();
+  if (finding.level == Level::bad) {
+    if (!bad_since_s) bad_since_s = now_s;
+    if (now_s - *bad_since_s >= finding.delay_s) suspends = true;
+    text = finding.text;
+  }
+  if (finding.level == Level::good) {
+    if (!good_since_s) good_since_s = now_s;
+    if (now_s - *good_since_s >= kSettle_s) suspends = false;
+  }
+}
+
+Suspenders::Finding Suspenders::judge(SuspensionCause cause, const StationConditions& conditions) {
+  const auto level = [](bool bad, bool good) { return bad ? Level::bad : good ? Level::good : Level::between; };
+  switch (cause) {
+    case SuspensionCause::chamber:
+      return {level(!conditions.chamber_answers, true), kChamberSilent_s,
+              "the chamber does not answer, it is left at its set point: " + conditions.chamber_trouble};
+    case SuspensionCause::air: {
+      const double off_k = conditions.air_off_k.value_or(0.0);
+      return {level(off_k > kAirAway_k, off_k <= kAirBack_k), kAirAway_s,
+              fmt::format("the air is {:.1f} K from the set point: is the door open?", off_k)};
+    }
+    case SuspensionCause::disk: {
+      const double free_bytes = conditions.disk_free_bytes.value_or(kDiskEnough_bytes);
+      return {level(free_bytes < kDiskLow_bytes, free_bytes >= kDiskEnough_bytes), 0.0,
+              fmt::format("the disk has {:.0f} MB left, {:.0f} are needed to go on", 1e-6 * free_bytes,
+                          1e-6 * kDiskEnough_bytes)};
+    }
+    case SuspensionCause::storage:
+      return {level(!conditions.storage_error.empty(), true), 0.0, "cannot record: " + conditions.storage_error};
+    case SuspensionCause::supply:
+      return judge_supplies(conditions.supplies);
+  }
+  return {};
+}
+
+Suspenders::Finding Suspenders::judge_supplies(const std::vector<StationConditions::Supply>& supplies) {
+  Finding finding{Level::good, kSupplyOff_s, ""};
+  for (const StationConditions::Supply& supply : supplies) {
+    const double off = std::abs(supply.read_v - supply.set_v) / supply.set_v;
+    if (off <= kSupplyBack) continue;
+    if (off <= kSupplyOff) {
+      finding.level = std::max(finding.level, Level::between);
+      continue;
+    }
+    finding.level = Level::bad;
+    finding.text += fmt::format("{}the supply of unit {} is {:.2f} V, set are {:.2f} V",
+                                finding.text.empty() ? "" : "; ", supply.unit, supply.read_v, supply.set_v);
+  }
+  return finding;
+}
+
+std::vector<SuspensionCause> Suspenders::causes() const {
+  std::vector<SuspensionCause> causes;
+  std::ranges::copy_if(kAllCauses, std::back_inserter(causes), [this](SuspensionCause cause) { return has(cause); });
+  return causes;
+}
+
+std::string Suspenders::text() const {
+  std::string text;
+  for (const Watch& watch : watches_) {
+    if (!watch.suspends) continue;
+    text += (text.empty() ? "" : "; ") + watch.text;
+    if (watch.good_since_s) text += " (over, settling)";
+  }
+  return text;
+}
+
+}  // namespace soak::station

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a campaign waits for instead of failing: a catalog that another process has locked, a chamber whose link is dead, a
+unit that stands in the wrong slot, a soakd that was killed. Nothing that was recorded is voided."""
+import contextlib
+import json
+import subprocess
+import sys
+import time
+import unittest
+import urllib.request
+
+import bench
+from bench import LabTest, short_procedure
+
+BUSY_TIMEOUT_S = 10.0  # for which soakd's own connection waits at one try (docs/architecture.md)
+HOLD_LOCK = """import sqlite3, sys
+db = sqlite3.connect(sys.argv[1], isolation_level=None)
+db.execute("BEGIN IMMEDIATE")
+print("locked", flush=True)
+sys.stdin.read()
+"""
+SET_POINT = 2782  # register of the controller
+
+
+class Suspension(LabTest):
+    @contextlib.contextmanager
+    def locked_catalog(self):
+        """Another process holds the write lock, as an import that was stopped with Ctrl-Z does."""
+        holder = subprocess.Popen([sys.executable, "-c", HOLD_LOCK, f"{self.lab.data}/station.db"], stdin=subprocess.PIPE,
+                                  stdout=subprocess.PIPE, text=True)
+        self.addCleanup(holder.wait)
+        self.addCleanup(holder.kill)
+        self.assertEqual(holder.stdout.readline(), "locked\n")
+        try:
+            yield
+        finally:
+            holder.communicate("")
+
+    def whole_runs_void(self):
+        return self.query("SELECT run_id FROM void WHERE visit IS NULL")
+
+    def labels(self):
+        return [label for (label,) in self.query("SELECT DISTINCT label FROM run")]
+
+    def attempts(self, kind):
+        """How often each step of that kind came to its end."""
+        with urllib.request.urlopen(self.lab.page + "api/v1/plan", timeout=30) as answer:
+            steps = json.load(answer)["steps"]
+        ended = [index for (index,) in self.query("SELECT step_index FROM step WHERE outcome = 'done'")]
+        return [ended.count(index) for index, step in enumerate(steps) if step["kind"] == kind]
+
+    def test_a_locked_catalog_delays_the_journal_and_nothing_else(self):
+        self.start_lab(rate=200)
+        begun = self.start_campaign(short_procedure(positions=("+Z", "-Z")))
+        self.wait_for_step("wait_stable")
+        with self.locked_catalog():
+            locked_s = time.monotonic()
+            status = self.wait("the journal", lambda s: s["state"] == "waiting", seconds=60)
+            self.check_schema(status, "campaign-status")
+            self.assertGreaterEqual(status["journal"]["queued"], 1)
+            index = status["campaign"]["step"]
+            while time.monotonic() - locked_s < BUSY_TIMEOUT_S + 3.0:
+                status = self.status()
+                # It is watched meanwhile: the chamber is read, and nothing begins.
+                self.assertEqual((status["state"], status["campaign"]["step"]), ("waiting", index))
+                self.assertLess(status["chamber"]["age_s"], 2.0)
+                time.sleep(0.2)
+            self.assertTrue(status["journal"]["trouble"])
+            self.assertTrue(status["reason"])
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "finished", status["reason"])
+        self.assertEqual(status["journal"], {"queued": 0, "discarded": 0, "trouble": None})
+        done = self.query("SELECT step_index, attempt FROM step ORDER BY ordinal")
+        self.assertEqual(done, [(index, 0) for index in range(begun["steps"])])
+        self.assertEqual(self.labels(), ["R01"])
+        self.assertEqual(self.query("SELECT * FROM void"), [])
+        self.assert_safe()
+
+    def test_an_abort_reaches_the_chamber_at_once_though_the_catalog_is_locked(self):
+        self.start_lab(rate=50)
+        self.start_campaign(short_procedure(dwell_s=2000))
+        self.wait_for_step("record")
+        chamber = self.modbus("chamber")
+        self.assertEqual(self.read_f32(chamber, SET_POINT), 15.0)
+        with self.locked_catalog():
+            asked_s = time.monotonic()
+            self.lab.soak("campaign", "abort", "--reason", "test")
+            while self.read_f32(chamber, SET_POINT) < 25.0:
+                self.assertLess(time.monotonic() - asked_s, 2.0)
+            self.assertLess(time.monotonic() - asked_s, 2.0)
+        self.assertEqual(self.wait_for_end()["state"], "aborted")
+        self.wait("the journal", lambda s: s["journal"]["queued"] == 0)
+        self.assertEqual(self.query("SELECT state FROM journal"), [("aborted",)])
+        self.assert_event("segment", "0380A001", "+Z")
+        self.assert_safe()
+
+    def test_a_chamber_that_is_silent_for_20_minutes_costs_one_visit(self):
+        self.start_lab(rate=200, cut=["chamber"])
+        self.start_campaign(short_procedure(dwell_s=200))
+        self.wait("the second visit", lambda s: "visit 1," in s["campaign"]["step_text"] and s["campaign"]["step_kind"] == "record")
+        first = self.query("SELECT run_id FROM step ORDER BY ordinal DESC LIMIT 1")
+        self.proxies["chamber"].cut()
+        status = self.wait("the suspension", lambda s: s["suspension"])
+        self.check_schema(status, "campaign-status")
+        self.assertEqual((status["state"], status["suspension"]["causes"]), ("waiting", ["chamber"]))
+        silent_s = status["clock"]["process_s"]
+        status = self.wait("20 minutes", lambda s: s["clock"]["process_s"] > silent_s + 1200)
+        self.assertEqual(status["state"], "waiting")
+        self.assertEqual([unit["state"] for unit in status["units"]], ["streaming"])
+        self.proxies["chamber"].mend()
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "finished", status["reason"])
+        self.assertEqual(self.labels(), ["R01"])
+        self.assertEqual(self.whole_runs_void(), [])
+        self.assertEqual({run for (run,) in self.query("SELECT DISTINCT run_id FROM step WHERE run_id <> ''")}, {first[0][0]})
+        self.assertEqual(self.attempts("power_on"), [1], "the units kept their power")
+        self.assertEqual(self.attempts("set_temperature"), [1, 2], "the second visit was begun again")
+        places = self.query("SELECT DISTINCT visit, position FROM segment ORDER BY visit, position")
+        self.assertEqual(places, [(0, "+Z"), (0, "-Z"), (1, "+Z"), (1, "-Z")])
+        self.assert_safe()
+
+    def test_a_suspension_ends_safely_after_the_limit_of_the_procedure(self):
+        self.start_lab(rate=400, cut=["chamber"])
+        self.start_campaign(short_procedure(extra="[suspend]\ngive_up_h = 1.0\n"))
+        self.wait_for_step("wait_stable")
+        self.proxies["chamber"].cut()
+        begun_s = self.wait("the suspension", lambda s: s["suspension"])["clock"]["process_s"]
+        status = self.wait("giving up", lambda s: s["state"] == "stopping")
+        self.assertGreater(status["clock"]["process_s"], begun_s + 3500)
+        self.assertLess(status["clock"]["process_s"], begun_s + 5400)
+        self.proxies["chamber"].mend()
+        self.assertEqual(self.wait_for_end()["state"], "failed")
+        self.assert_safe()
+
+    def test_a_wrong_unit_is_a_question_that_names_what_is_there(self):
+        self.start_lab(rate=200)
+        procedure = self.write("procedure.toml", short_procedure())
+        self.lab.soak("campaign", "start", procedure, "--name", "c", "--unit", "1=0380A009")
+        status = self.wait("the question", lambda s: s["prompt"] or s["state"] in bench.ENDED)
+        self.assertEqual(status["state"], "waiting", status["reason"])
+        for word in ("0380A001", "0380A009", "--unit 1=0380A001"):
+            self.assertIn(word, status["prompt"]["text"])
+        self.assertEqual(self.chamber()[0], bench.OFF, "nothing has moved")
+        asked = status["prompt"]["id"]
+        self.lab.soak("campaign", "confirm")
+        status = self.wait("the same question again", lambda s: s["prompt"] and s["prompt"]["id"] != asked)
+        self.lab.soak("campaign", "abort", "--reason", "the other unit")
+        self.assertEqual(self.wait_for_end()["state"], "aborted")
+        self.lab.soak("campaign", "start", procedure, "--name", "d", "--unit", "1=0380A001")
+        self.wait_for_step("record")
+        self.assert_event("unit", "0380A001", "MTi")
+
+    def test_a_killed_campaign_goes_on_by_itself_where_the_procedure_says_so(self):
+        self.start_lab(rate=400)
+        procedure = short_procedure(set_points=(15, 30, 45)).replace("[temperatures]", 'on_restart = "resume"\n[temperatures]', 1)
+        self.start_campaign(procedure)
+        self.wait("the second visit", lambda s: "visit 1," in s["campaign"]["step_text"])
+        self.lab.soakd.kill()
+        self.lab.soakd.wait()
+        self.lab.soakd.stdout.close()
+        self.lab.start_soakd()
+        status = self.wait("the end", lambda s: s["state"] in ("finished", "failed", "aborted"))
+        self.assertEqual(status["state"], "finished", status["reason"])
+        self.assertEqual(self.labels(), ["R01", "R01.2"])
+        self.assertEqual(self.whole_runs_void(), [])
+        self.assert_safe()
+
+
+if __name__ == "__main__":
+    bench.main()

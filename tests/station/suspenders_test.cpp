@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thresholds are those of the table in suspenders.h and docs/campaigns.md.
+#include "station/lab/suspenders.h"
+
+#include <gtest/gtest.h>
+
+namespace soak::station {
+namespace {
+
+using Verdict = Suspenders::Verdict;
+using Causes = std::vector<SuspensionCause>;
+
+constexpr double kTwelveHours_s = 43200.0;
+
+StationConditions silent_chamber() {
+  StationConditions conditions;
+  conditions.chamber_answers = false;
+  return conditions;
+}
+
+StationConditions air_off(double kelvin) {
+  StationConditions conditions;
+  conditions.air_off_k = kelvin;
+  return conditions;
+}
+
+StationConditions disk_free(double bytes) {
+  StationConditions conditions;
+  conditions.disk_free_bytes = bytes;
+  return conditions;
+}
+
+StationConditions supply_at(double read_v) {
+  StationConditions conditions;
+  conditions.supplies = {{"A1", 12.0, 12.0}, {"A2", 12.0, read_v}};
+  return conditions;
+}
+
+TEST(Suspenders, CarriesOnWhereAllIsWellOrNotKnown) {
+  Suspenders suspenders(kTwelveHours_s);
+  EXPECT_EQ(suspenders.look(0.0, {}), Verdict::carry_on);
+  EXPECT_EQ(suspenders.look(1e6, {}), Verdict::carry_on);
+  EXPECT_EQ(suspenders.causes(), Causes{});
+  EXPECT_EQ(suspenders.text(), "");
+  EXPECT_EQ(suspenders.suspended_since_s(), std::nullopt);
+}
+
+TEST(Suspenders, WaitForAChamberThatIsSilentForLongerThanAMinuteUntilItHasAnsweredForAnother) {
+  Suspenders suspenders(kTwelveHours_s);
+  EXPECT_EQ(suspenders.look(100.0, silent_chamber()), Verdict::carry_on);
+  EXPECT_EQ(suspenders.look(159.9, silent_chamber()), Verdict::carry_on);
+  EXPECT_EQ(suspenders.look(160.0, silent_chamber()), Verdict::suspend);
+  EXPECT_EQ(suspenders.causes(), Causes{SuspensionCause::chamber});
+  EXPECT_EQ(suspenders.suspended_since_s(), 160.0);
+  EXPECT_EQ(suspenders.look(1360.0, {}), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(1419.9, {}), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(1420.0, {}), Verdict::carry_on);
+  EXPECT_EQ(suspenders.suspended_since_s(), std::nullopt);
+}
+
+TEST(Suspenders, DoNotCountSilencesThatAnAnswerSeparates) {
+  Suspenders suspenders(kTwelveHours_s);
+  for (double now_s = 0.0; now_s < 3600.0; now_s += 60.0) {
+    EXPECT_EQ(suspenders.look(now_s, silent_chamber()), Verdict::carry_on);
+    EXPECT_EQ(suspenders.look(now_s + 59.0, silent_chamber()), Verdict::carry_on);
+    EXPECT_EQ(suspenders.look(now_s + 59.5, {}), Verdict::carry_on);
+  }
+}
+
+TEST(Suspenders, SettleAnewAfterEachRelapse) {
+  Suspenders suspenders(kTwelveHours_s);
+  (void)suspenders.look(0.0, silent_chamber());
+  EXPECT_EQ(suspenders.look(60.0, silent_chamber()), Verdict::suspend);
+  for (double now_s = 100.0; now_s < 1000.0; now_s += 100.0) {
+    EXPECT_EQ(suspenders.look(now_s, {}), Verdict::suspend);
+    EXPECT_EQ(suspenders.look(now_s + 59.0, {}), Verdict::suspend);
+    EXPECT_EQ(suspenders.look(now_s + 59.5, silent_chamber()), Verdict::suspend);
+  }
+  EXPECT_EQ(suspenders.suspended_since_s(), 60.0);
+}
+
+TEST(Suspenders, GiveUpAfterTheLimitOfTheProcedure) {
+  Suspenders suspenders(3600.0);
+  (void)suspenders.look(0.0, silent_chamber());
+  EXPECT_EQ(suspenders.look(60.0, silent_chamber()), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(3660.0, silent_chamber()), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(3660.1, silent_chamber()), Verdict::give_up);
+}
+
+TEST(Suspenders, WaitForAirThatStaysAwayForTenMinutesUntilItIsBackWithinOneKelvin) {
+  Suspenders suspenders(kTwelveHours_s);
+  EXPECT_EQ(suspenders.look(0.0, air_off(3.1)), Verdict::carry_on);
+  EXPECT_EQ(suspenders.look(599.0, air_off(20.0)), Verdict::carry_on);
+  EXPECT_EQ(suspenders.look(600.0, air_off(20.0)), Verdict::suspend);
+  EXPECT_EQ(suspenders.causes(), Causes{SuspensionCause::air});
+  EXPECT_EQ(suspenders.look(900.0, air_off(2.0)), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(5000.0, air_off(1.1)), Verdict::suspend) << "between the thresholds nothing changes";
+  EXPECT_EQ(suspenders.look(5001.0, air_off(1.0)), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(5061.0, air_off(1.0)), Verdict::carry_on);
+  EXPECT_EQ(suspenders.look(9000.0, air_off(2.9)), Verdict::carry_on) << "nor do they suspend";
+}
+
+TEST(Suspenders, WaitAtOnceForRoomOnTheDiskUntilThereIsTwiceAsMuch) {
+  Suspenders suspenders(kTwelveHours_s);
+  EXPECT_EQ(suspenders.look(0.0, disk_free(50e6)), Verdict::carry_on);
+  EXPECT_EQ(suspenders.look(1.0, disk_free(49.9e6)), Verdict::suspend);
+  EXPECT_EQ(suspenders.causes(), Causes{SuspensionCause::disk});
+  EXPECT_EQ(suspenders.look(1000.0, disk_free(99.9e6)), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(2000.0, disk_free(100e6)), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(2060.0, disk_free(100e6)), Verdict::carry_on);
+}
+
+TEST(Suspenders, WaitWhereAWriteFailed) {
+  Suspenders suspenders(kTwelveHours_s);
+  StationConditions conditions;
+  conditions.storage_error = "input/output error";
+  EXPECT_EQ(suspenders.look(0.0, conditions), Verdict::suspend);
+  EXPECT_EQ(suspenders.causes(), Causes{SuspensionCause::storage});
+  EXPECT_EQ(suspenders.look(10.0, {}), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(70.0, {}), Verdict::carry_on);
+}
+
+TEST(Suspenders, WaitForASupplyThatIsOffByATenthUntilItIsWithinATwentieth) {
+  Suspenders suspenders(kTwelveHours_s);
+  EXPECT_EQ(suspenders.look(0.0, supply_at(10.9)), Verdict::carry_on) << "10.8 V is a tenth below";
+  EXPECT_EQ(suspenders.look(5.0, supply_at(10.7)), Verdict::carry_on);
+  EXPECT_EQ(suspenders.look(14.9, supply_at(13.3)), Verdict::carry_on);
+  EXPECT_EQ(suspenders.look(15.0, supply_at(13.3)), Verdict::suspend);
+  EXPECT_EQ(suspenders.causes(), Causes{SuspensionCause::supply});
+  EXPECT_EQ(suspenders.look(100.0, supply_at(12.7)), Verdict::suspend) << "12.6 V is a twentieth above";
+  EXPECT_EQ(suspenders.look(1000.0, supply_at(12.5)), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(1060.0, supply_at(12.5)), Verdict::carry_on);
+}
+
+TEST(Suspenders, GoOnOnlyOnceEveryCauseIsOver) {
+  Suspenders suspenders(kTwelveHours_s);
+  StationConditions both = silent_chamber();
+  both.disk_free_bytes = 0.0;
+  (void)suspenders.look(0.0, both);
+  EXPECT_EQ(suspenders.look(60.0, both), Verdict::suspend);
+  EXPECT_EQ(suspenders.causes(), (Causes{SuspensionCause::chamber, SuspensionCause::disk}));
+  (void)suspenders.look(100.0, disk_free(0.0));
+  EXPECT_EQ(suspenders.look(160.0, disk_free(0.0)), Verdict::suspend);
+  EXPECT_EQ(suspenders.causes(), Causes{SuspensionCause::disk});
+  EXPECT_EQ(suspenders.suspended_since_s(), 0.0) << "one suspension from the first cause to the last";
+}
+
+}  // namespace
+}  // namespace soak::station
