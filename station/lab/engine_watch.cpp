@@ -15,6 +15,7 @@ using std::chrono::steady_clock;
 
 constexpr int kSetPointRepeats = 5;
 constexpr double kAtSetPoint_k = 0.5;  ///< between the set point of a step and the one that was commanded
+constexpr double kAtLimit = 0.98;      ///< share of the current limit, as in device_monitors.cpp
 constexpr std::chrono::seconds kDiskInterval{1};
 constexpr std::chrono::seconds kProbeInterval{5};  ///< between tries to write where a write has failed
 
@@ -124,12 +125,15 @@ StationConditions Engine::conditions() const {
   conditions.air_off_k = air_off_k();
   conditions.disk_free_bytes = disk_free_bytes_;
   conditions.storage_error = storage_error_;
-  if (!station_->supply) return conditions;
+  // Until the run is open the units are being switched on, which has its own judgement.
+  if (!station_->supply || !station_->run_is_open()) return conditions;
   for (const UnitChannel* unit : station_->active_units()) {
     const auto& output = unit->slot().power_output;
     const auto reading = output ? station_->supply->reading(*output) : std::nullopt;
     const auto& set_v = unit->slot().supply.voltage_v;
     if (!reading || !reading->on || !reading->voltage_v || !set_v) continue;
+    // At its current limit the unit is at fault, not the supply: it is dropped, and the others go on.
+    if (reading->limit_a && reading->current_a && *reading->current_a >= kAtLimit * *reading->limit_a) continue;
     conditions.supplies.push_back({unit->serial(), *set_v, *reading->voltage_v});
   }
   return conditions;

@@ -63,7 +63,9 @@ class BadStart(LabTest):
         self.lab.soak("campaign", "start", self.write("p.toml", short_procedure()), "--name", "c", "--unit", "1=0380A002",
                       "--unit", "2=0380A001")
         asked = self.wait("a question", lambda s: s["prompt"])["prompt"]
-        self.assertRegex(asked["text"], "slot [12].*0380A00[12].*0380A00[12].*belongs in slot [12]")
+        # One question for both slots, with the answer in it.
+        self.assertRegex(asked["text"], "slot 1.*0380A001.*0380A002.*slot 2.*0380A002.*0380A001.*"
+                         "--unit 1=0380A001 --unit 2=0380A002")
         self.assertEqual(self.query("SELECT * FROM run"), [])
         # Confirmed without a change it looks again, and asks again.
         self.lab.soak("campaign", "confirm")
