@@ -30,7 +30,7 @@ export function renderCampaign(status, plan) {
   show($("progress-card"), shown);
   if (!shown) return;
   say($("step-text"), stepText(status, plan));
-  const inBanner = state === "failed" || state === "interrupted" || waitsForChamber(status);
+  const inBanner = state === "failed" || state === "interrupted" || (waitsForChamber(status) && !status.suspension);
   const says = reason !== null && !inBanner;
   show($("reason"), says);
   say($("reason"), says ? reason : "");

@@ -15,7 +15,45 @@ const STATES = {
   finished: "finished",
   aborted: "aborted",
   failed: "failed",
-  suspended: "suspended",
+};
+/** What a campaign that waits by itself (docs/campaigns.md) waits for, and the one thing to do. */
+const SUSPENSIONS = {
+  chamber: {
+    level: "alarm",
+    waits: "the chamber",
+    title: "The chamber does not answer: the campaign waits",
+    action: "Go to the chamber: is it switched on, is its cable plugged in? When it answers again the campaign goes on by itself.",
+  },
+  air: {
+    level: "alarm",
+    waits: "the chamber's temperature",
+    title: "The air is not at its set point: the campaign waits",
+    action: "Close the chamber's door, and look at its display. When the air is back the campaign goes on by itself.",
+  },
+  disk: {
+    level: "warning",
+    waits: "room on the disk",
+    title: "The disk is full: the campaign waits",
+    action: "Make room on the station's disk, but delete nothing in its data folder. The campaign then goes on by itself.",
+  },
+  storage: {
+    level: "warning",
+    waits: "the disk",
+    title: "What is measured cannot be written: the campaign waits",
+    action: "Look at the station's disk. When it can be written to the campaign goes on by itself.",
+  },
+  supply: {
+    level: "warning",
+    waits: "a unit's supply",
+    title: "A unit's supply is out of range: the campaign waits",
+    action: "Look at the power supply and its cables. When the voltage is right the campaign goes on by itself.",
+  },
+  catalog: {
+    level: "warning",
+    waits: "the catalog",
+    title: "The catalog cannot be written: the campaign waits",
+    action: "End the other program that holds it (a stopped soak import?). The campaign then goes on by itself.",
+  },
 };
 const UNIT_STATES = { closed: "off", silent: "sends nothing", configuring: "starting", streaming: "on", failed: "failed" };
 /** °C above the dew point from which the station itself calls a unit dry (docs/campaigns.md, the safe state). */
@@ -27,12 +65,21 @@ const TILT_DEG = 5;
 
 export const isActive = (status) => ACTIVE.includes(status.state);
 
-/** Whether the campaign waits for the chamber, not for a person. */
-export const waitsForChamber = (status) => status.state === "waiting" && !status.prompt;
+/** Whether the campaign waits by itself for something that is not asked of a person. */
+const waitsByItself = (status) => status.state === "waiting" && (status.suspension !== null || !status.prompt);
+
+/** What it waits for by itself; the most urgent first. */
+const causesOf = ({ suspension }) => Object.keys(SUSPENSIONS).filter((cause) => suspension?.causes.includes(cause));
+
+/** Whether the campaign waits for a chamber that does not answer. */
+export const waitsForChamber = (status) => waitsByItself(status) && !status.chamber.connected;
 
 export function stateText(status) {
-  if (status.state === "waiting") return waitsForChamber(status) ? "waiting for the chamber" : "waiting for you";
-  return STATES[status.state] ?? status.state;
+  if (status.state !== "waiting") return STATES[status.state] ?? status.state;
+  if (!waitsByItself(status)) return "waiting for you";
+  const [cause] = causesOf(status);
+  const waits = cause ?? (waitsForChamber(status) ? "chamber" : "catalog");
+  return `waiting for ${SUSPENSIONS[waits].waits}`;
 }
 
 /** Host time now by the station's clock, in seconds since 1970. */
@@ -166,7 +213,7 @@ export function doorOf(status, plan) {
   if (coldest <= dry_c) return no(`Dew may form: the coldest part is at ${number(coldest, 0)} °C, it takes ${number(dry_c, 0)} °C (${dew})`);
   if (hottest >= HOT_C) return no(`Hot: ${number(hottest, 0)} °C`);
   if (state === "paused") return { lamp: "yes", title: "Safe to open", text: `Paused; ${number(coldest, 0)} °C, ${dew}. After Resume the units settle again.` };
-  if (state === "waiting" && status.prompt) return { lamp: "yes", title: "Safe to open", text: `It waits for you; ${number(coldest, 0)} °C, ${dew}.` };
+  if (state === "waiting" && !waitsByItself(status)) return { lamp: "yes", title: "Safe to open", text: `It waits for you; ${number(coldest, 0)} °C, ${dew}.` };
   if (state === "stopping" || isActive(status)) return no(state === "stopping" ? "The chamber is being made safe" : "A campaign is running: pause it first");
   // An alarm may have switched the chamber off while the units were cold (docs/campaigns.md, the safe state).
   if (state === "failed" && units.every((unit) => unit.temp_c === null)) {
@@ -189,15 +236,14 @@ function chamberAlerts(status) {
     title: `The chamber reports an alarm: ${name}`,
     action: "Go to the chamber and look at its display. Keep the door closed until the lamp below says that it is safe.",
   }));
-  const silent = waitsForChamber(status) || (isActive(status) && !chamber.connected);
-  if (!silent) return alerts;
+  if (!isActive(status) || chamber.connected || causesOf(status).includes("chamber")) return alerts;
   const ends = state === "stopping";
   alerts.unshift({
     level: "alarm",
     title: "The chamber does not answer",
     action: ends
       ? "Go to the chamber: one that does not answer can only be switched off by hand, once the units are warm."
-      : "Go to the chamber: is it switched on, is its cable plugged in? If it answers within a minute the campaign goes on by itself; otherwise it ends.",
+      : "Go to the chamber: is it switched on, is its cable plugged in? If it answers within a minute the campaign goes on at once.",
     detail: ends ? null : reason, // in the banner of campaignAlerts()
   });
   return alerts;
@@ -223,9 +269,26 @@ function unitAlerts(status) {
   return alerts;
 }
 
-function campaignAlerts({ state, reason, resumable }) {
+/** The red or amber banner of a campaign that waits by itself: one, with what to do first. The reason, whose numbers move, stands with the step. */
+function suspensionAlert(status) {
+  const [cause] = causesOf(status);
+  if (!cause) return [];
+  const { level, title, action } = SUSPENSIONS[cause];
+  const ends_s = now_s(status) + status.suspension.gives_up_in_s / status.clock.rate;
+  return [{ level, title, detail: null, action: `${action} Otherwise it ends at ${timeOfDay(ends_s, now_s(status))}.` }];
+}
+
+/** Somebody asked for this end, and the chamber does what it is told: nobody has to come. */
+const endsAsAsked = ({ ending }) => ending?.outcome === "aborted" && !ending.needs_somebody;
+
+function campaignAlerts(status) {
+  const { state, reason, resumable } = status;
+  if (state === "waiting") return suspensionAlert(status);
   if (state === "failed") {
     return [{ level: "alarm", title: "The campaign failed", detail: reason, action: resumable ? "Mend what is named here, then press Resume: it goes on from the plateau before the break." : "Mend what is named here, then start a new campaign." }];
+  }
+  if (state === "stopping" && endsAsAsked(status)) {
+    return [{ level: "warning", title: "The campaign was aborted: the station is being made safe", detail: reason, action: "Keep the door closed until the lamp below says that it is safe." }];
   }
   if (state === "stopping") {
     return [{ level: "alarm", title: "The campaign has ended: the station is being made safe", detail: reason, action: "Do what is named here, if anything is. Keep the door closed until the lamp below says that it is safe." }];

@@ -105,7 +105,8 @@ void ChamberWatch::arm(const WatchLimits& limits) {
   if (!verdict_.armed) {
     verdict_ = {};
     verdict_.armed = true;
-    armed_ = believed_ = engine_ = Clock::now();
+    armed_ = looked_ = engine_ = Clock::now();
+    unbelievable_ = {};
   }
   limits_ = limits;
   ++arming_;
@@ -205,8 +206,10 @@ void ChamberWatch::note_reading(const base::Result<hal::ChamberReading>& reading
     if (reading->running) verdict_.is_off = false;
   }
   verdict_.trouble = reading ? "" : reading.error().message;
-  if (reading || !answers) believed_ = now;
-  if (now - believed_ > limits_.longest_unreadable) {
+  if (reading) unbelievable_ = {};
+  if (!reading && answers) unbelievable_ += now - looked_;
+  looked_ = now;
+  if (unbelievable_ > limits_.longest_unreadable) {
     trip("the chamber's readings have been impossible for a minute: " + verdict_.trouble);
   }
   if (now - engine_ > limits_.longest_engine_silence) trip("soakd itself has not turned for minutes");

@@ -27,7 +27,8 @@ struct WatchLimits {
   double lowest_c = -150.0;
   double highest_c = 400.0;
   double fastest_kpmin = 40.0;  ///< twice what the quickest chambers for units do, of process time
-  /// For how long a controller may answer with readings that nobody can believe.
+  /// For how long a controller may answer with readings that nobody can believe; the time for which it is silent in
+  /// between does not count.
   std::chrono::milliseconds longest_unreadable{60'000};
   /// For how long the engine may not turn: shorter than the service's watchdog, which kills soakd.
   std::chrono::milliseconds longest_engine_silence{480'000};
@@ -132,8 +133,9 @@ class ChamberWatch {
   WatchLimits limits_;
   WatchVerdict verdict_;
   Clock::time_point armed_{};
-  Clock::time_point heard_{};     ///< a reading
-  Clock::time_point believed_{};  ///< the last time that the controller was silent or its reading was credible
+  Clock::time_point heard_{};       ///< a reading
+  Clock::time_point looked_{};      ///< the last try, whatever came of it
+  Clock::duration unbelievable_{};  ///< for which the controller has answered, and nothing credible; silence pauses it
   Clock::time_point engine_{};
   std::thread thread_;  ///< last: it uses all of the above
 };

@@ -106,6 +106,8 @@ class Engine : public StationService {
   /// Looks whether there is room on the disk, and whether what could not be written can be written now.
   void probe_storage();
   void suspend();
+  /// What was judged and recorded at the present visit counts no more: it begins again when the campaign goes on.
+  void void_visit();
   void go_on();
   void record_history();
   /// Publishes the status document where it has changed, ten times a second at most.
@@ -113,6 +115,7 @@ class Engine : public StationService {
   [[nodiscard]] nlohmann::json status_document() const;
   [[nodiscard]] nlohmann::json campaign_document() const;
   [[nodiscard]] nlohmann::json suspension_document() const;
+  [[nodiscard]] nlohmann::json ending_document() const;
   [[nodiscard]] std::string_view shown_state() const;
   [[nodiscard]] bool waits_for_journal() const;
   [[nodiscard]] std::string shown_reason() const;
@@ -141,6 +144,8 @@ class Engine : public StationService {
   /// Gives the end of the present step to the journal and waits, from turn to turn, until it is written: nothing begins
   /// before.
   [[nodiscard]] bool step_is_stored();
+  Journal::Written follow_end_of_step();
+  void forget_end_of_step();
   [[nodiscard]] db::StepRow step_row(const std::string& outcome, const std::string& text);
   void leave_step();
   /// Goes back to where the position was last confirmed: after a break nothing that was judged of temperature and
@@ -176,7 +181,10 @@ class Engine : public StationService {
   double step_started_s_ = 0.0;
   std::unique_ptr<StepTask> task_;
   std::optional<StepProgress> ended_;      ///< how the present step ended, until the journal has it
-  std::optional<Journal::Ticket> ticket_;  ///< of its entry
+  std::optional<db::StepRow> ended_row_;   ///< its entry
+  std::optional<Journal::Ticket> ticket_;  ///< of the last try to enter it
+  std::string step_error_;                 ///< why it could not be entered so far
+  std::chrono::steady_clock::time_point next_entry_{};
   std::unique_ptr<SafeEnd> safe_end_;
   ChamberGuard guard_;
   std::unique_ptr<ChamberWatch> watch_;  ///< null where the controller takes no second connection

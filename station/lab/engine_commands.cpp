@@ -249,6 +249,8 @@ base::Status Engine::do_pause(const std::string& user) {
 
 base::Status Engine::do_resume(const std::string& user) {
   if (state_ == CampaignState::paused) {
+    // What held while people had the chamber in hand does not count against the campaign.
+    suspenders_ = Suspenders(station_->procedure().give_up_h * kSecondsPerHour);
     set_state(CampaignState::running, "resumed by " + user, user);
     visit_is_void_ ? repeat_visit() : repeat_step("resumed");
     return {};

@@ -136,6 +136,7 @@ json Engine::status_document() const {
           {"reason", null_if_empty(shown_reason())},
           {"campaign", campaign_document()},
           {"suspension", suspension_document()},
+          {"ending", ending_document()},
           {"journal", journal_part(journal_->standing())},
           {"prompt", prompt ? json{{"id", prompt->id}, {"text", prompt->text}} : json()},
           {"chamber", chamber_part(*station_)},
@@ -155,6 +156,11 @@ json Engine::suspension_document() const {
   for (const SuspensionCause cause : suspenders_.causes()) causes.push_back(name_of(cause));
   const double for_s = station_->now_s() - *since_s;
   return {{"causes", std::move(causes)}, {"for_s", for_s}, {"gives_up_in_s", suspenders_.give_up_s() - for_s}};
+}
+
+json Engine::ending_document() const {
+  if (state_ != CampaignState::stopping || !safe_end_) return nullptr;
+  return {{"outcome", name_of(outcome_)}, {"needs_somebody", safe_end_->needs_somebody(*station_)}};
 }
 
 json Engine::campaign_document() const {
@@ -184,6 +190,7 @@ json Engine::campaign_document() const {
 std::string_view Engine::shown_state() const {
   if (state_ != CampaignState::running) return name_of(state_);
   if (chamber_is_silent_ || waits_for_journal() || station_->prompts.open()) return "waiting";
+  if (!station_->seal_trouble().empty()) return "waiting";
   const Plan& plan = station_->campaign.plan;
   const bool preflight =
       step_ < plan.steps.size() && plan.runs[static_cast<std::size_t>(plan.steps[step_].run)].preflight;
@@ -201,6 +208,9 @@ std::string Engine::shown_reason() const {
     const Journal::Standing journal = journal_->standing();
     return fmt::format("the end of the last step is not written yet, {} entries wait: {}", journal.queued,
                        journal.trouble.empty() ? "the catalog is in use" : journal.trouble);
+  }
+  if (state_ == CampaignState::running && !station_->seal_trouble().empty()) {
+    return "the run cannot be entered into the catalog yet: " + station_->seal_trouble();
   }
   return safe_end_ ? fmt::format("{}; {}", reason_, safe_end_->text(*station_)) : reason_;
 }

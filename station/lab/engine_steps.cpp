@@ -12,6 +12,9 @@
 namespace soak::station {
 namespace {
 
+using std::chrono::steady_clock;
+
+constexpr std::chrono::seconds kEntryInterval{5};  ///< between tries to enter what the catalog has refused
 /// For a campaign that has come to its end nothing waits: who reads of it shall find it in the catalog.
 constexpr std::chrono::milliseconds kEndIsWritten{1000};
 
@@ -34,9 +37,15 @@ void Engine::enter_step(std::size_t index) {
   Step step = plan.steps[index];
   if (step.kind == StepKind::wait_stable && std::exchange(settle_fully_, false)) step.after_turn = false;
   task_ = make_task(plan, step);
-  ended_.reset();
-  ticket_.reset();
+  forget_end_of_step();
   published_ = {};
+}
+
+void Engine::forget_end_of_step() {
+  ended_.reset();
+  ended_row_.reset();
+  ticket_.reset();
+  step_error_.clear();
 }
 
 void Engine::advance() {
@@ -63,18 +72,37 @@ void Engine::step_failed(const StepProgress& progress) {
 
 /// Rows first: a step whose end the journal knows must not lose them.
 bool Engine::step_is_stored() {
-  if (!ticket_) {
+  if (!ended_row_) {
     if (const auto flushed = station_->flush(); !flushed) {
       storage_error_ = flushed.error().message;
       return false;
     }
-    ticket_ = journal_->add(step_row(ended_->state == StepState::skip_visit ? "skipped" : "done", ended_->text));
+    ended_row_ = step_row(ended_->state == StepState::skip_visit ? "skipped" : "done", ended_->text);
+    ticket_ = journal_->add(*ended_row_);
   }
+  return follow_end_of_step() == Journal::Written::yes;
+}
+
+/// What cannot be entered is tried again: by the journal, or, where the catalog refused it, from here.
+Journal::Written Engine::follow_end_of_step() {
+  if (!ticket_) return Journal::Written::not_yet;
   const Journal::Written written = journal_->written(*ticket_);
-  if (written == Journal::Written::refused) {
-    end_campaign(CampaignState::failed, "the journal does not take the step: " + journal_->refusal());
+  switch (written) {
+    case Journal::Written::yes:
+      step_error_.clear();
+      break;
+    case Journal::Written::not_yet:
+      // After a refusal the reason stands until the next try has come to its end.
+      if (const auto trouble = journal_->standing().trouble; !trouble.empty()) step_error_ = trouble;
+      break;
+    case Journal::Written::refused:
+      step_error_ = journal_->refusal();
+      if (steady_clock::now() < next_entry_) break;
+      next_entry_ = steady_clock::now() + kEntryInterval;
+      ticket_ = journal_->add(*ended_row_);
+      break;
   }
-  return written == Journal::Written::yes;
+  return written;
 }
 
 db::StepRow Engine::step_row(const std::string& outcome, const std::string& text) {
@@ -178,8 +206,7 @@ void Engine::set_state(CampaignState state, const std::string& reason, const std
 void Engine::end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off, const std::string& user) {
   if (!is_under_way(state_)) return;
   task_.reset();
-  ended_.reset();
-  ticket_.reset();
+  forget_end_of_step();
   station_->prompts.withdraw();
   station_->chamber.expect(std::nullopt);
   station_->hold_recording(false);

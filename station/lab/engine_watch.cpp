@@ -15,6 +15,7 @@ using std::chrono::steady_clock;
 
 constexpr int kSetPointRepeats = 5;
 constexpr double kAtSetPoint_k = 0.5;  ///< between the set point of a step and the one that was commanded
+constexpr double kAirMoved_k = 3.0;    ///< from the set point, as for a door that was opened (temperature_steps.cpp)
 constexpr double kAtLimit = 0.98;      ///< share of the current limit, as in device_monitors.cpp
 constexpr std::chrono::seconds kDiskInterval{1};
 constexpr std::chrono::seconds kProbeInterval{5};  ///< between tries to write where a write has failed
@@ -90,6 +91,7 @@ void Engine::watch_set_point() {
   station_->chamber.expect(expected_c);
   // A campaign that is suspended or paused goes back on its own when it goes on.
   if (state_ == CampaignState::running) repeat_step("the chamber lost its set point");
+  if (state_ == CampaignState::suspended) void_visit();
 }
 
 void Engine::hold_for_chamber() {
@@ -99,6 +101,7 @@ void Engine::hold_for_chamber() {
   log_.add("device", "chamber",
            silent ? "does not answer, the campaign waits: " + station_->chamber.trouble() : "answers again");
   if (!silent && state_ == CampaignState::running) repeat_step("the chamber did not answer for a while");
+  if (silent && state_ == CampaignState::suspended) void_visit();
 }
 
 // --- conditions -------------------------------------------------------------------------------------------------
@@ -106,11 +109,14 @@ void Engine::hold_for_chamber() {
 void Engine::watch_conditions() {
   hold_for_chamber();
   probe_storage();
+  (void)follow_end_of_step();
   const Suspenders::Verdict verdict = suspenders_.look(station_->now_s(), conditions());
   const bool waits = verdict == Suspenders::Verdict::suspend;
   air_was_away_ = air_was_away_ || suspenders_.has(SuspensionCause::air);
   station_->hold_recording(suspenders_.has(SuspensionCause::disk) || suspenders_.has(SuspensionCause::storage));
   if (waits && state_ == CampaignState::running) suspend();
+  const bool air_moved = air_off_k().value_or(0.0) > kAirMoved_k;
+  if (state_ == CampaignState::suspended && (air_moved || suspenders_.spoil_visit())) void_visit();
   if (verdict == Suspenders::Verdict::carry_on && state_ == CampaignState::suspended) go_on();
   if (verdict == Suspenders::Verdict::give_up && state_ != CampaignState::paused) {
     end_campaign(CampaignState::failed,
@@ -125,6 +131,7 @@ StationConditions Engine::conditions() const {
   conditions.air_off_k = air_off_k();
   conditions.disk_free_bytes = disk_free_bytes_;
   conditions.storage_error = storage_error_;
+  conditions.catalog_error = step_error_;
   // Until the run is open the units are being switched on, which has its own judgement.
   if (!station_->supply || !station_->run_is_open()) return conditions;
   for (const UnitChannel* unit : station_->active_units()) {
@@ -166,20 +173,23 @@ void Engine::probe_storage() {
 }
 
 void Engine::suspend() {
-  const std::string why = suspenders_.text();
-  station_->break_segment(why);
+  air_was_away_ = suspenders_.has(SuspensionCause::air);
+  set_state(CampaignState::suspended, suspenders_.text());
+}
+
+void Engine::void_visit() {
+  if (visit_is_void_) return;
+  visit_is_void_ = true;
+  station_->break_segment(suspenders_.text());
   // Somebody may open the door.
   if (auto halted = station_->halt_fixture(); !halted) {
     log_.add("device", "fixture", "cannot be halted: " + halted.error().message);
   }
-  air_was_away_ = suspenders_.has(SuspensionCause::air);
-  visit_is_void_ = true;
-  set_state(CampaignState::suspended, why);
 }
 
 void Engine::go_on() {
   set_state(CampaignState::running, "goes on; it had waited: " + reason_);
-  repeat_visit();
+  if (visit_is_void_) repeat_visit();
 }
 
 }  // namespace soak::station

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <exception>
 #include <utility>
 
 #include "station/io/host.h"
@@ -65,34 +67,71 @@ void Journal::note_discarded() {
 }
 
 void Journal::work() {
-  std::unique_lock lock(mutex_);
+  std::size_t most = kMostInBatch;
   while (true) {
-    changed_.wait(lock, [this] { return ends_ || !queue_.empty(); });
-    if (ends_) return;
-    const Entry entry = queue_.front();
-    lock.unlock();
-    const bool done = write(entry);
-    if (done) tell_();
-    lock.lock();
-    if (!done) changed_.wait_for(lock, kJournalRetry, [this] { return ends_; });
+    const std::vector<Entry> entries = next_batch(most);
+    if (entries.empty()) return;
+    most = kMostInBatch;
+    std::size_t at = 0;
+    if (const auto stored = enter_all(entries, at); stored) {
+      note_written(entries.size());
+    } else if (stored.error().kind != base::ErrorKind::bad_input) {
+      note_trouble(stored.error().where + ": " + stored.error().message);
+      continue;
+    } else if (at > 0) {
+      most = at;  // those before the one that is refused come first
+      continue;
+    } else {
+      note_refused(stored.error().where + ": " + stored.error().message);
+    }
+    tell_();
   }
 }
 
-bool Journal::write(const Entry& entry) {
-  const auto stored = std::visit([this](const auto& row) { return enter(catalog_, row); }, entry.row);
-  const bool refused = !stored && stored.error().kind == base::ErrorKind::bad_input;
-  const std::string why = stored ? "" : stored.error().where + ": " + stored.error().message;
-  if (!stored) log_line((refused ? "the journal refuses an entry: " : "the journal cannot be written: ") + why);
-  const std::lock_guard lock(mutex_);
-  trouble_ = refused ? "" : why;
-  if (!stored && !refused) return false;
-  if (refused) {
-    refused_ = entry.ticket;
-    refusal_ = why;
+std::vector<Journal::Entry> Journal::next_batch(std::size_t most) const {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return ends_ || !queue_.empty(); });
+  if (ends_) return {};
+  const auto count = static_cast<std::ptrdiff_t>(std::min(most, queue_.size()));
+  return {queue_.begin(), queue_.begin() + count};
+}
+
+base::Status Journal::enter_all(const std::vector<Entry>& entries, std::size_t& at) {
+  try {
+    return catalog_.all_or_nothing([&]() -> base::Status {
+      for (at = 0; at < entries.size(); ++at) {
+        auto entered = std::visit([this](const auto& row) { return enter(catalog_, row); }, entries[at].row);
+        if (!entered) return entered;
+      }
+      return {};
+    });
+  } catch (const std::exception& thrown) {  // no memory: the next try may have some
+    return base::fail(base::ErrorKind::internal, thrown.what(), "journal");
   }
-  queue_.pop_front();
+}
+
+void Journal::note_written(std::size_t count) {
+  const std::lock_guard lock(mutex_);
+  queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(count));
+  trouble_.clear();
   changed_.notify_all();
-  return true;
+}
+
+void Journal::note_refused(std::string why) {
+  log_line("the journal refuses an entry: " + why);
+  const std::lock_guard lock(mutex_);
+  refused_ = queue_.front().ticket;
+  refusal_ = std::move(why);
+  queue_.pop_front();
+  trouble_.clear();
+  changed_.notify_all();
+}
+
+void Journal::note_trouble(std::string why) {
+  log_line("the journal cannot be written: " + why);
+  std::unique_lock lock(mutex_);
+  trouble_ = std::move(why);
+  changed_.wait_for(lock, kJournalRetry, [this] { return ends_; });
 }
 
 Journal::Written Journal::written(Ticket ticket) const {

@@ -14,6 +14,7 @@
 #include <string>
 #include <thread>
 #include <variant>
+#include <vector>
 
 #include "base/result.h"
 #include "db/catalog/catalog.h"
@@ -22,7 +23,8 @@ namespace soak::station {
 
 /// Writes what happens in a campaign into the catalog, in the order in which it is given, over a connection and from a
 /// thread of its own: another program that holds the catalog's lock for longer than the busy time-out delays what is
-/// written, never the one who gives it. What cannot be written is tried again every second. Any thread may call.
+/// written, never the one who gives it. What waits goes into one transaction, as far as kMostInBatch. What cannot be
+/// written is tried again every second. Any thread may call.
 class Journal {
  public:
   /// Names an entry; rises from one to the next.
@@ -53,7 +55,9 @@ class Journal {
   /// waits for it.
   static constexpr std::size_t kMostEvents = 20'000;
 
-  /// Opens the catalog of a data folder once more. `written`: called from the thread after each entry.
+  static constexpr std::size_t kMostInBatch = 256;
+
+  /// Opens the catalog of a data folder once more. `written`: called from the thread after each transaction.
   [[nodiscard]] static base::Result<std::unique_ptr<Journal>> open(const std::filesystem::path& data_folder,
                                                                    std::function<void()> written,
                                                                    std::size_t most_events = kMostEvents);
@@ -87,8 +91,14 @@ class Journal {
   Journal(db::Catalog catalog, std::function<void()> written, std::size_t most_events);
   Ticket add_entry(Row row);
   void work();
-  /// Tries the oldest entry. False where it must be tried again.
-  [[nodiscard]] bool write(const Entry& entry);
+  /// The oldest entries, at most `most`, as soon as there is one; none at the end.
+  [[nodiscard]] std::vector<Entry> next_batch(std::size_t most) const;
+  /// Writes them in one transaction, all or none. `at`: the entry that failed.
+  [[nodiscard]] base::Status enter_all(const std::vector<Entry>& entries, std::size_t& at);
+  /// The oldest entries are written.
+  void note_written(std::size_t count);
+  void note_refused(std::string why);
+  void note_trouble(std::string why);
   void note_discarded();
 
   db::Catalog catalog_;

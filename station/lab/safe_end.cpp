@@ -172,6 +172,8 @@ bool DewSafeWarmUp::obeys(const Station& station) {
   return commanded_;
 }
 
+bool DewSafeWarmUp::is_refused() const { return gave_up_ || (commands_ >= kWarmUpTries && !trouble_.empty()); }
+
 /// Whether the room has warmed what the chamber did not: it is off.
 bool DewSafeWarmUp::room_has_warmed(const Station& station) {
   const auto& reading = station.chamber.reading();
@@ -215,8 +217,8 @@ SafeEnd::SafeEnd(std::string reason, double end_c, bool outputs_off, bool aborte
 bool SafeEnd::poll(Station& station) {
   // An alarm may come up on the way.
   for (const hal::ChamberAlarm& alarm : station.chamber.alarms()) outputs_off_ = outputs_off_ || alarm.outputs_off;
-  if (!fixture_is_halted_) halt_fixture(station);
   if (!chamber_is_safe_) chamber_is_safe_ = outputs_off_ ? switch_chamber_off(station) : warm_up_.poll(station);
+  if (!fixture_is_halted_) halt_fixture(station);
   if (!chamber_is_safe_) return false;
   if (!run_is_sealed_) seal_run(station);
   if (!units_are_off_) units_are_off_ = units_are_off(station);
@@ -268,6 +270,12 @@ bool SafeEnd::units_are_off(Station& station) {
   if (off) return *off;
   station.log.add("device", "power", "cannot be switched off: " + off.error().message);
   return true;
+}
+
+bool SafeEnd::needs_somebody(const Station& station) const {
+  if (chamber_is_safe_) return false;
+  if (station.chamber.stale()) return true;
+  return outputs_off_ ? chamber_was_reported_ : warm_up_.is_refused();
 }
 
 std::string SafeEnd::text(const Station& station) const {

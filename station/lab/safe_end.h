@@ -34,6 +34,8 @@ class DewSafeWarmUp {
   [[nodiscard]] double target_c(const Station& station) const;
   /// Why a chamber that answers is not on its way; empty where it is.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
+  /// Whether the chamber answers, and does not do it after some tries.
+  [[nodiscard]] bool is_refused() const;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -66,7 +68,8 @@ class DewSafeWarmUp {
 };
 
 /// The way to the safe state when a campaign is cut short. A broken device does not keep the others from being made
-/// safe. Fixture halted, chamber warm and off (at once off where an alarm asks for it), run file sealed, units off.
+/// safe. Chamber warm and off (at once off where an alarm asks for it), fixture halted, run file sealed, units off. The
+/// chamber is commanded first.
 class SafeEnd {
  public:
   /// `outputs_off`: heating and cooling must stop at once. `aborted`: somebody has ended the campaign.
@@ -78,6 +81,8 @@ class SafeEnd {
   [[nodiscard]] const std::string& reason() const { return reason_; }
   /// What it is doing, for the operator.
   [[nodiscard]] std::string text(const Station& station) const;
+  /// Whether a person has to go to the chamber: it does not answer, or does not do what it is told.
+  [[nodiscard]] bool needs_somebody(const Station& station) const;
   /// Heating and cooling must not go on, for this reason.
   void switch_off_at_once(Station& station, const std::string& why);
 

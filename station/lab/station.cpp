@@ -15,6 +15,8 @@ namespace {
 
 constexpr double kSilenceLimit_s = 15.0;  ///< host time without a sample after which a unit is given up
 constexpr std::chrono::seconds kFlushInterval{5};
+/// Of a unit, while the operator is asked: however long that takes, they are bounded. A minute and a half at 200 Hz.
+constexpr std::size_t kMostBeforeRun = 20'000;
 
 /// Process time between readings of what switches the units.
 double supply_poll_s(const StationConfig& config) {
@@ -110,6 +112,8 @@ void Station::buffer_samples(const UnitChannel& unit) {
     if (!kept.empty() && kept.back().power_on != sample.power_on) kept.clear();
     kept.push_back(sample);
   }
+  if (!prompts.open() || kept.size() < 2 * kMostBeforeRun) return;
+  kept.erase(kept.begin(), kept.end() - kMostBeforeRun);
 }
 
 base::Status Station::add_rows(UnitChannel& unit, std::span<const hal::ImuSample> samples) {
@@ -300,6 +304,7 @@ RunEnd Station::end_of_run(const std::optional<std::string>& why_cut, bool abort
 base::Result<bool> Station::follow_sealing() {
   const auto sealed = sealer.take();
   if (!sealed) return false;
+  seal_trouble_ = sealed->status ? "" : sealed->status.error().message;
   if (!sealed->status) return base::forward_error(sealed->status);
   const RunEnd& end = sealed->end;
   log.add("run", sealed->label,

@@ -70,7 +70,7 @@ class Station {
   /// error is one of storage: nothing more can be recorded.
   [[nodiscard]] base::Status poll();
 
-  /// From now on samples are kept for the run file that is about to be opened.
+  /// From now on samples are kept for the run file that is about to be opened; while a prompt is open, the last ones.
   void expect_run();
   /// Forgets them: however long it takes until the run can begin, nothing piles up.
   void expect_no_run();
@@ -90,10 +90,13 @@ class Station {
   /// Leaves a run file that cannot be sealed: everything that was flushed stays in it (enter_lost_runs()).
   void leave_run() {
     recorder_.reset();
+    seal_trouble_.clear();
     sealer.leave();
   }
   /// Whether rows are recorded; no more once end_run() was called.
   [[nodiscard]] bool run_is_open() const { return recorder_.has_value(); }
+  /// Why the run could not be sealed so far; empty where none waits for that.
+  [[nodiscard]] const std::string& seal_trouble() const { return seal_trouble_; }
   /// Of the run that is open or being sealed.
   [[nodiscard]] std::string run_id() const { return recorder_ ? recorder_->info().run_id : sealer.run_id(); }
 
@@ -139,6 +142,7 @@ class Station {
   std::optional<RunRecorder> recorder_;
   std::optional<hal::FixtureReading> fixture_reading_;
   bool recording_is_held_ = false;
+  std::string seal_trouble_;
   bool expecting_run_ = false;
   bool run_is_preflight_ = false;  ///< the run that is open or being sealed
   std::map<std::string, std::vector<hal::ImuSample>>

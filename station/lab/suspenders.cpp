@@ -9,9 +9,9 @@
 namespace soak::station {
 namespace {
 
-constexpr std::array<SuspensionCause, 5> kAllCauses = {SuspensionCause::chamber, SuspensionCause::air,
-                                                       SuspensionCause::disk, SuspensionCause::storage,
-                                                       SuspensionCause::supply};
+constexpr std::array<SuspensionCause, 6> kAllCauses = {SuspensionCause::chamber, SuspensionCause::air,
+                                                       SuspensionCause::disk,    SuspensionCause::storage,
+                                                       SuspensionCause::supply,  SuspensionCause::catalog};
 constexpr double kChamberSilent_s = 60.0;
 constexpr double kAirAway_k = 3.0;
 constexpr double kAirBack_k = 1.0;
@@ -25,7 +25,7 @@ constexpr double kSupplyOff_s = 10.0;
 }  // namespace
 
 std::string_view name_of(SuspensionCause cause) {
-  constexpr std::array<std::string_view, 5> kNames = {"chamber", "air", "disk", "storage", "supply"};
+  constexpr std::array<std::string_view, 6> kNames = {"chamber", "air", "disk", "storage", "supply", "catalog"};
   return kNames.at(static_cast<std::size_t>(cause));
 }
 
@@ -74,6 +74,9 @@ Suspenders::Finding Suspenders::judge(SuspensionCause cause, const StationCondit
       return {level(!conditions.storage_error.empty(), true), 0.0, "cannot record: " + conditions.storage_error};
     case SuspensionCause::supply:
       return judge_supplies(conditions.supplies);
+    case SuspensionCause::catalog:
+      return {level(!conditions.catalog_error.empty(), true), 0.0,
+              "the end of the last step cannot be entered into the catalog: " + conditions.catalog_error};
   }
   return {};
 }
@@ -98,6 +101,11 @@ std::vector<SuspensionCause> Suspenders::causes() const {
   std::vector<SuspensionCause> causes;
   std::ranges::copy_if(kAllCauses, std::back_inserter(causes), [this](SuspensionCause cause) { return has(cause); });
   return causes;
+}
+
+bool Suspenders::spoil_visit() const {
+  return std::ranges::any_of(kAllCauses,
+                             [this](SuspensionCause cause) { return cause != SuspensionCause::catalog && has(cause); });
 }
 
 std::string Suspenders::text() const {

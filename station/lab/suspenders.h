@@ -18,9 +18,10 @@ enum class SuspensionCause : std::uint8_t {
   disk,     ///< little room is left where runs are recorded
   storage,  ///< what is measured cannot be written
   supply,   ///< a unit's supply voltage is out of range
+  catalog,  ///< the end of a step cannot be entered
 };
 
-/// "chamber", "air", "disk", "storage", "supply".
+/// "chamber", "air", "disk", "storage", "supply", "catalog".
 [[nodiscard]] std::string_view name_of(SuspensionCause cause);
 
 /// What is known of the station now. What is not known does not suspend.
@@ -31,6 +32,7 @@ struct StationConditions {
   std::optional<double> air_off_k;
   std::optional<double> disk_free_bytes;
   std::string storage_error;  ///< of the last try to write; empty = none
+  std::string catalog_error;  ///< of the last try to enter the end of a step; empty = none
   struct Supply {
     std::string unit;
     double set_v = 0.0;
@@ -48,6 +50,7 @@ struct StationConditions {
 /// | disk | less than 50 MB free | 100 MB free |
 /// | storage | a write failed | a write succeeded |
 /// | supply | more than 10 % from the set voltage for 10 s | within 5 % |
+/// | catalog | the end of a step could not be entered | it is entered |
 ///
 /// The campaign goes on once every cause has been over for kSettle_s. All times are process time. It knows no device
 /// and no clock.
@@ -71,6 +74,9 @@ class Suspenders {
   /// them.
   [[nodiscard]] std::vector<SuspensionCause> causes() const;
   [[nodiscard]] bool has(SuspensionCause cause) const { return watches_[index(cause)].suspends; }
+  /// Whether what was measured and judged at the present visit does not count any more. While the end of a step waits
+  /// for the catalog nothing has happened to chamber and units.
+  [[nodiscard]] bool spoil_visit() const;
   /// The same for people; empty where nothing suspends.
   [[nodiscard]] std::string text() const;
   [[nodiscard]] std::optional<double> suspended_since_s() const { return since_s_; }
@@ -90,7 +96,7 @@ class Suspenders {
     std::string text;
     void follow(double now_s, const Finding& finding);
   };
-  static constexpr std::size_t kCauses = 5;
+  static constexpr std::size_t kCauses = 6;
 
   static std::size_t index(SuspensionCause cause) { return static_cast<std::size_t>(cause); }
   [[nodiscard]] static Finding judge(SuspensionCause cause, const StationConditions& conditions);

@@ -3,6 +3,7 @@
 unit that stands in the wrong slot, a soakd that was killed. Nothing that was recorded is voided."""
 import contextlib
 import json
+import sqlite3
 import subprocess
 import sys
 import time
@@ -35,6 +36,11 @@ class Suspension(LabTest):
             yield
         finally:
             holder.communicate("")
+
+    @contextlib.contextmanager
+    def write_catalog(self):
+        with contextlib.closing(sqlite3.connect(f"{self.lab.data}/station.db", timeout=30)) as catalog, catalog:
+            yield catalog
 
     def whole_runs_void(self):
         return self.query("SELECT run_id FROM void WHERE visit IS NULL")
@@ -76,6 +82,25 @@ class Suspension(LabTest):
         self.assertEqual(done, [(index, 0) for index in range(begun["steps"])])
         self.assertEqual(self.labels(), ["R01"])
         self.assertEqual(self.query("SELECT * FROM void"), [])
+        self.assert_safe()
+
+    def test_a_step_that_the_catalog_refuses_suspends_until_it_is_taken(self):
+        self.start_lab(rate=200)
+        self.start_campaign(short_procedure(set_points=(15,)))
+        index = self.wait_for_step("wait_stable")["campaign"]["step"]
+        with self.write_catalog() as catalog:
+            catalog.execute("INSERT INTO step SELECT max(ordinal) + 1, campaign, ?, 0, 0, 0, 'failed', '', '' FROM step", (index,))
+        status = self.wait("the suspension", lambda s: s["suspension"] or s["state"] in bench.ENDED)
+        self.check_schema(status, "campaign-status")
+        self.assertEqual((status["state"], status["campaign"]["step"]), ("waiting", index), status["reason"])
+        self.assertEqual(status["suspension"]["causes"], ["catalog"])
+        self.assertEqual(self.chamber()[0], bench.AUTO, "the chamber holds its set point")
+        with self.write_catalog() as catalog:
+            catalog.execute("DELETE FROM step WHERE step_index = ?", (index,))
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "finished", status["reason"])
+        self.assertEqual([attempt for (attempt,) in self.query("SELECT attempt FROM step")].count(0), status["campaign"]["steps"])
+        self.assertEqual(self.attempts("record"), [1, 1], "nothing was lost by waiting")
         self.assert_safe()
 
     def test_an_abort_reaches_the_chamber_at_once_though_the_catalog_is_locked(self):

@@ -108,6 +108,8 @@ struct Bench {
   hal::ChamberReading says;
   std::string fault;          ///< of every reading; empty = none
   bool link_is_dead = false;  ///< nothing answers, stop() neither
+  int lost_every = 0;         ///< so many reads: one of them gets no answer; 0 = all get one
+  bool answered = true;       ///< the last read
   int reads = 0;
   int stops = 0;
   int made = 0;
@@ -137,7 +139,9 @@ class BenchChamber final : public hal::Chamber {
     const std::lock_guard lock(bench_.mutex);
     bench_.thread = std::this_thread::get_id();
     ++bench_.reads;
-    if (bench_.link_is_dead) return base::fail(base::ErrorKind::device, "no answer");
+    const bool is_lost = bench_.lost_every > 0 && bench_.reads % bench_.lost_every == 0;
+    bench_.answered = !bench_.link_is_dead && !is_lost;
+    if (!bench_.answered) return base::fail(base::ErrorKind::device, "no answer");
     if (!bench_.fault.empty()) return base::fail(base::ErrorKind::device, bench_.fault);
     return bench_.says;
   }
@@ -156,7 +160,7 @@ class BenchChamber final : public hal::Chamber {
   [[nodiscard]] bool can_ramp() const override { return false; }
   [[nodiscard]] bool answers() const override {
     const std::lock_guard lock(bench_.mutex);
-    return !bench_.link_is_dead;
+    return bench_.answered;
   }
   [[nodiscard]] std::string description() const override { return "bench"; }
 
@@ -258,6 +262,30 @@ TEST_F(ChamberWatchTest, AControllerThatAnswersNonsenseForTooLongIsSwitchedOff) 
   bench.with([](Bench& b) { b.fault = "air_c reads nan"; });
   ASSERT_TRUE(comes([&] { return stops() > 0; }));
   EXPECT_NE(watch.verdict().tripped, "");
+}
+
+TEST_F(ChamberWatchTest, NonsenseCountsOnWhereTheLinkIsLostNowAndThen) {
+  limits.longest_unreadable = 300ms;  // looks are 50 ms apart and more
+  bench.lost_every = 3;
+  watch.arm(limits);
+  ASSERT_TRUE(comes([&] { return is_read(); }));
+  bench.with([](Bench& b) { b.fault = "air_c reads nan"; });
+  ASSERT_TRUE(comes([&] { return stops() > 0; }));
+  EXPECT_NE(watch.verdict().tripped, "");
+}
+
+TEST_F(ChamberWatchTest, ALinkThatWasDeadForLongDoesNotMakeOneWrongAnswerALongOne) {
+  limits.longest_unreadable = 10s;
+  bench.link_is_dead = true;
+  watch.arm(limits);
+  ASSERT_TRUE(comes([&] { return bench.with([](Bench& b) { return b.reads; }) >= 10; }));
+  bench.with([](Bench& b) {
+    b.link_is_dead = false;
+    b.fault = "air_c reads nan";
+    b.reads = 0;
+  });
+  ASSERT_TRUE(comes([&] { return bench.with([](Bench& b) { return b.reads; }) >= 3; }));
+  EXPECT_EQ(watch.verdict().tripped, "");
 }
 
 TEST_F(ChamberWatchTest, AnEngineThatDoesNotTurnForTooLongTrips) {

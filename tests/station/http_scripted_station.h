@@ -24,7 +24,7 @@ class ScriptedStation : public StationService {
       "campaign": {"name": "acceptance", "procedure": "six-position-soak", "purpose": "calibration", "run_label": "run 2",
         "run": 2, "runs": 5, "step": 30, "steps": 240, "step_kind": "record", "step_text": "record at -20 °C, +X up",
         "progress": 0.31, "remaining_s": 86400.0, "started_utc_s": 1790000000.0},
-      "prompt": null,
+      "suspension": null, "ending": null, "journal": {"queued": 0, "discarded": 0, "trouble": null}, "prompt": null,
       "chamber": {"description": "scripted chamber", "connected": true, "air_c": -20.04, "set_point_c": -20.0,
         "output_percent": 37.5, "air_rh_percent": null, "running": true, "alarms": [], "age_s": 0.4},
       "fixture": {"description": "by hand", "connected": true, "position": "+X", "moving": false},

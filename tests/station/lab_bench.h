@@ -35,7 +35,7 @@ class ObedientChamber : public hal::Chamber {
   }
   base::Status set_temperature(double temp_c) override {
     ++commands;
-    set_point_c = temp_c;
+    if (takes_set_points) set_point_c = temp_c;
     return {};
   }
   base::Status set_ramp_rate(std::optional<double>) override { return {}; }
@@ -58,6 +58,7 @@ class ObedientChamber : public hal::Chamber {
 
   double set_point_c = 60.0;
   bool running = true;
+  bool takes_set_points = true;  ///< else it acknowledges them, and goes on
   int reads = 0;
   int commands = 0;
   int stops = 0;

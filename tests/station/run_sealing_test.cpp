@@ -59,6 +59,12 @@ class RunSealing : public LabBench {
     stream_.rows_per_poll = 1;
   }
 
+  /// A reader of the run's file, as another program has it: the file cannot be sealed meanwhile.
+  std::optional<db::RunFileReader> read_elsewhere() {
+    EXPECT_TRUE(station_->flush());
+    return db::RunFileReader::open(folder_ / "runs" / (station_->run_id() + ".soakrun")).value();
+  }
+
   std::unique_ptr<StepTask> power_off() const {
     Step step;
     step.kind = StepKind::power_off;
@@ -102,11 +108,36 @@ TEST_F(RunSealing, AnAbortReachesTheChamberWhileALongRunIsSealed) {
   EXPECT_TRUE(catalog_->check_run_file(runs->front()));
 }
 
-TEST_F(RunSealing, AFailureComesBackAndTheSafeEndTriesAgain) {
+TEST_F(RunSealing, AFailureIsTriedAgainUntilTheRunIsEntered) {
   record(2, 1000);
-  ASSERT_TRUE(station_->flush());
-  const auto path = folder_ / "runs" / (station_->run_id() + ".soakrun");
-  std::optional<db::RunFileReader> reader = db::RunFileReader::open(path).value();
+  auto reader = read_elsewhere();
+  const auto task = power_off();
+  int reads_before = 0;
+  turns_until([&] {
+    EXPECT_EQ(task->poll(*station_).state, StepState::running);
+    reads_before = chamber_.reads;
+    return !station_->seal_trouble().empty();
+  });
+  EXPECT_TRUE(catalog_->runs({})->empty());
+  reader.reset();
+  StepProgress progress;
+  turns_until([&] {
+    progress = task->poll(*station_);
+    return progress.state != StepState::running;
+  });
+  EXPECT_EQ(progress.state, StepState::done) << progress.text;
+  EXPECT_EQ(station_->seal_trouble(), "");
+  EXPECT_GT(chamber_.reads, reads_before) << "the chamber is supervised meanwhile";
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 1U);
+  EXPECT_EQ(runs->front().rows, 2000U);
+  EXPECT_FALSE(runs->front().voided);
+}
+
+TEST_F(RunSealing, AFailureThatLastsForTooLongComesBackAndTheSafeEndTriesAgain) {
+  record(2, 1000);
+  station_->campaign.plan.procedure.give_up_h = 0.0;
+  auto reader = read_elsewhere();
   const auto task = power_off();
   StepProgress progress;
   turns_until([&] {
@@ -141,6 +172,31 @@ TEST_F(RunSealing, WhatIsLeftBehindIsEnteredBesideTheLoop) {
   turns_until([&] { return station_->enter_left_runs().value(); });
   ASSERT_EQ(catalog_->runs({})->size(), 1U);
   EXPECT_EQ(catalog_->runs({})->front().run_id, run_id);
+}
+
+TEST_F(RunSealing, WhileTheOperatorIsAskedOnlyTheLastSamplesBeforeTheRunAreKept) {
+  constexpr std::size_t kRows = 200'000;
+  station_->expect_run();
+  station_->prompts.ask("Switch the units off and on.");
+  stream_.rows_per_poll = kRows / 50;
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(station_->poll());
+  station_->prompts.withdraw();
+  record(1, 1000);
+  turns_until([&] { return station_->end_run(std::nullopt).value(); });
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 1U);
+  EXPECT_LE(runs->front().rows, 50'000U);
+  EXPECT_GE(runs->front().rows, 20'000U) << "a minute and a half at 200 Hz";
+}
+
+TEST_F(RunSealing, WhileNobodyIsAskedAllSamplesBeforeTheRunAreKept) {
+  station_->expect_run();
+  stream_.rows_per_poll = 2'000;
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(station_->poll());
+  record(1, 1000);
+  turns_until([&] { return station_->end_run(std::nullopt).value(); });
+  ASSERT_EQ(catalog_->runs({})->size(), 1U);
+  EXPECT_EQ(catalog_->runs({})->front().rows, 101'000U);
 }
 
 }  // namespace

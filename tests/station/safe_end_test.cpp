@@ -36,5 +36,49 @@ TEST_F(SafeEndOfAChamberThatGoesOn, IsNotOverAfterTheWarmUpEither) {
   EXPECT_EQ(chamber_.stops, 2);
 }
 
+TEST_F(SafeEndOfAChamberThatGoesOn, NeedsNobodyWhileTheChamberDoesWhatItIsTold) {
+  stream_.rows_per_poll = 1;
+  SafeEnd safe_end("aborted", 25.0, false, true);
+  ASSERT_TRUE(station_->poll());
+  turns_until([&] {
+    const bool over = safe_end.poll(*station_);
+    EXPECT_FALSE(safe_end.needs_somebody(*station_));
+    return over;
+  });
+  EXPECT_EQ(chamber_.set_point_c, 25.0);
+}
+
+TEST_F(SafeEndOfAChamberThatGoesOn, NeedsSomebodyWhereTheChamberIsSilent) {
+  SafeEnd safe_end("aborted", 25.0, false, true);
+  ASSERT_TRUE(station_->poll());
+  EXPECT_FALSE(safe_end.poll(*station_));
+  EXPECT_FALSE(safe_end.needs_somebody(*station_));
+  station_->chamber.forget();  // as after ten seconds without an answer
+  EXPECT_FALSE(safe_end.poll(*station_));
+  EXPECT_TRUE(safe_end.needs_somebody(*station_));
+}
+
+TEST_F(SafeEndOfAChamberThatGoesOn, NeedsSomebodyWhereItCannotBeSwitchedOff) {
+  chamber_.deaf_stops = 1;
+  SafeEnd safe_end("tripped", 25.0, true, true);
+  ASSERT_TRUE(station_->poll());
+  EXPECT_FALSE(safe_end.poll(*station_));
+  EXPECT_TRUE(safe_end.needs_somebody(*station_));
+  stream_.rows_per_poll = 1;
+  turns_until([&] { return safe_end.poll(*station_); });
+  EXPECT_FALSE(safe_end.needs_somebody(*station_));
+}
+
+TEST_F(SafeEndOfAChamberThatGoesOn, NeedsSomebodyWhereItDoesNotTakeItsSetPoint) {
+  chamber_.takes_set_points = false;
+  stream_.rows_per_poll = 1;
+  SafeEnd safe_end("aborted", 25.0, false, true);
+  turns_until([&] {
+    (void)safe_end.poll(*station_);
+    return safe_end.needs_somebody(*station_);
+  });
+  EXPECT_GE(chamber_.commands, 5);
+}
+
 }  // namespace
 }  // namespace soak::station

@@ -120,6 +120,18 @@ TEST(Suspenders, WaitWhereAWriteFailed) {
   EXPECT_EQ(suspenders.look(70.0, {}), Verdict::carry_on);
 }
 
+TEST(Suspenders, WaitForTheCatalogWithoutSpoilingTheVisitUnlessSomethingElseHappens) {
+  Suspenders suspenders(kTwelveHours_s);
+  StationConditions conditions;
+  conditions.catalog_error = "locked";
+  EXPECT_EQ(suspenders.look(0.0, conditions), Verdict::suspend);
+  EXPECT_EQ(suspenders.causes(), Causes{SuspensionCause::catalog});
+  EXPECT_FALSE(suspenders.spoil_visit());
+  conditions.disk_free_bytes = 0.0;
+  EXPECT_EQ(suspenders.look(10.0, conditions), Verdict::suspend);
+  EXPECT_TRUE(suspenders.spoil_visit());
+}
+
 TEST(Suspenders, WaitForASupplyThatIsOffByATenthUntilItIsWithinATwentieth) {
   Suspenders suspenders(kTwelveHours_s);
   EXPECT_EQ(suspenders.look(0.0, supply_at(10.9)), Verdict::carry_on) << "10.8 V is a tenth below";

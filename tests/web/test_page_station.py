@@ -159,6 +159,58 @@ class Alarms(StationTest):
         self.station.set("/state", "running")
         self.hidden("#alerts")
 
+    def test_a_campaign_that_waits_by_itself_has_one_banner_with_what_to_do(self):
+        self.open()
+        titles = set()
+        for cause, level in (("chamber", "alarm"), ("air", "alarm"), ("disk", "warning"), ("storage", "warning"),
+                             ("supply", "warning"), ("catalog", "warning")):
+            self.station.set("/chamber/connected", cause != "chamber")
+            self.station.set("/suspension", {"causes": [cause], "for_s": 60.0, "gives_up_in_s": 7200.0})
+            self.station.set("/state", "waiting")
+            self.station.set("/reason", f"numbers of {cause}")
+            self.see("#reason", f"numbers of {cause}")
+            self.browser.wait("return document.querySelectorAll('#alerts li').length === 1"
+                              " && document.querySelector('#alerts li').className === arguments[0]", level)
+            self.assertIn(self.local(self.status()["clock"]["utc_s"] + 7200), self.text("#alerts .action"))
+            titles.add(self.text("#alerts strong"))
+            self.assertNotIn("waiting for you", self.text("#state"))
+            self.assertEqual(self.browser.run("return document.querySelector('#door').dataset.lamp === 'yes'"), False)
+        self.assertEqual(len(titles), 6)
+        self.assertFalse(self.disabled("#abort"))
+        self.assertFalse(self.disabled("#pause"))
+        self.station.set("/suspension", None)
+        self.station.set("/state", "running")
+        self.hidden("#alerts")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_of_several_causes_the_most_urgent_is_told_though_a_question_is_open(self):
+        self.station.set("/prompt", {"id": 1, "text": "Turn the fixture"})
+        self.station.set("/state", "waiting")
+        self.open()
+        self.see("#state", "waiting for you")
+        self.station.set("/chamber/connected", False)
+        self.station.set("/suspension", {"causes": ["disk", "chamber"], "for_s": 60.0, "gives_up_in_s": 7200.0})
+        self.see("#state", "waiting for the chamber")
+        self.browser.wait("return document.querySelectorAll('#alerts li').length === 1")
+        self.assertEqual(self.browser.run("return document.querySelector('#alerts li').className"), "alarm")
+
+    def test_an_abort_that_somebody_asked_for_is_no_alarm_unless_somebody_has_to_come(self):
+        self.open()
+        self.station.set("/ending", {"outcome": "aborted", "needs_somebody": False})
+        self.station.set("/state", "stopping")
+        self.see("#alerts .warning", "aborted")
+        self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === 0")
+        for ending in ({"outcome": "aborted", "needs_somebody": True}, {"outcome": "failed", "needs_somebody": False},
+                       {"outcome": "interrupted", "needs_somebody": False}, None):
+            self.station.set("/ending", {"outcome": "aborted", "needs_somebody": False})
+            self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === 0")
+            self.station.set("/ending", ending)
+            self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === 1")
+        self.station.set("/ending", {"outcome": "aborted", "needs_somebody": False})
+        self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === 0")
+        self.station.set("/chamber/alarms", ["over-temperature"])
+        self.see("#alerts .alarm", "over-temperature")
+
     def test_a_chamber_that_is_off_while_nothing_runs_is_no_alarm(self):
         self.station.set("/state", "idle")
         self.station.set("/campaign", None)
