@@ -191,6 +191,7 @@ class Engine : public StationService {
   bool watch_is_blind_ = false;
   Suspenders suspenders_;
   bool chamber_is_silent_ = false;
+  std::chrono::steady_clock::time_point silent_since_{};
   bool visit_is_void_ = false;  ///< the campaign was suspended, and has not gone on since
   bool air_was_away_ = false;   ///< meanwhile
   std::string storage_error_;   ///< why what was measured could not be written

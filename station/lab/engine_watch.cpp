@@ -98,6 +98,7 @@ void Engine::hold_for_chamber() {
   const bool silent = station_->chamber.stale();
   if (silent == chamber_is_silent_) return;
   chamber_is_silent_ = silent;
+  silent_since_ = steady_clock::now();
   log_.add("device", "chamber",
            silent ? "does not answer, the campaign waits: " + station_->chamber.trouble() : "answers again");
   if (!silent && state_ == CampaignState::running) repeat_step("the chamber did not answer for a while");
@@ -126,7 +127,9 @@ void Engine::watch_conditions() {
 
 StationConditions Engine::conditions() const {
   StationConditions conditions;
-  conditions.chamber_answers = !station_->chamber.stale();
+  if (chamber_is_silent_) {
+    conditions.chamber_silent_s = std::chrono::duration<double>(steady_clock::now() - silent_since_).count();
+  }
   conditions.chamber_trouble = station_->chamber.trouble();
   conditions.air_off_k = air_off_k();
   conditions.disk_free_bytes = disk_free_bytes_;

@@ -57,7 +57,7 @@ Suspenders::Finding Suspenders::judge(SuspensionCause cause, const StationCondit
   const auto level = [](bool bad, bool good) { return bad ? Level::bad : good ? Level::good : Level::between; };
   switch (cause) {
     case SuspensionCause::chamber:
-      return {level(!conditions.chamber_answers, true), kChamberSilent_s,
+      return {level(conditions.chamber_silent_s >= kChamberSilent_s, conditions.chamber_silent_s <= 0.0), 0.0,
               "the chamber does not answer, it is left at its set point: " + conditions.chamber_trouble};
     case SuspensionCause::air: {
       const double off_k = conditions.air_off_k.value_or(0.0);

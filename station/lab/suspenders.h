@@ -26,8 +26,8 @@ enum class SuspensionCause : std::uint8_t {
 
 /// What is known of the station now. What is not known does not suspend.
 struct StationConditions {
-  bool chamber_answers = true;
-  std::string chamber_trouble;  ///< what its link says
+  double chamber_silent_s = 0.0;  ///< for how long it has not answered, host time as for all links; 0 = it answers
+  std::string chamber_trouble;    ///< what its link says
   /// Distance of the air from the set point; nothing where the campaign is not at a plateau.
   std::optional<double> air_off_k;
   std::optional<double> disk_free_bytes;
@@ -45,15 +45,15 @@ struct StationConditions {
 /// it is over, and a time for which it must be seen; between the thresholds things stay as they are.
 ///
 /// | cause | suspends | is over |
-/// | chamber | silent for 60 s | it answers |
+/// | chamber | silent for 60 s of host time | it answers |
 /// | air | more than 3 K from the set point for 600 s | within 1 K |
 /// | disk | less than 50 MB free | 100 MB free |
 /// | storage | a write failed | a write succeeded |
 /// | supply | more than 10 % from the set voltage for 10 s | within 5 % |
 /// | catalog | the end of a step could not be entered | it is entered |
 ///
-/// The campaign goes on once every cause has been over for kSettle_s. All times are process time. It knows no device
-/// and no clock.
+/// The campaign goes on once every cause has been over for kSettle_s. All other times are process time. It knows no
+/// device and no clock.
 class Suspenders {
  public:
   static constexpr double kSettle_s = 60.0;

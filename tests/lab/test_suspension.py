@@ -39,7 +39,9 @@ class Suspension(LabTest):
 
     @contextlib.contextmanager
     def write_catalog(self):
+        """Writes behind the program's back. The seals stay as they are: what is added here is taken away again."""
         with contextlib.closing(sqlite3.connect(f"{self.lab.data}/station.db", timeout=30)) as catalog, catalog:
+            catalog.create_function("soak_seal", -1, lambda seal, *values: seal)
             yield catalog
 
     def whole_runs_void(self):

@@ -73,6 +73,7 @@ TEST_F(SafeEndOfAChamberThatGoesOn, NeedsSomebodyWhereItDoesNotTakeItsSetPoint) 
   chamber_.takes_set_points = false;
   stream_.rows_per_poll = 1;
   SafeEnd safe_end("aborted", 25.0, false, true);
+  ASSERT_TRUE(station_->poll());
   turns_until([&] {
     (void)safe_end.poll(*station_);
     return safe_end.needs_somebody(*station_);

@@ -12,9 +12,10 @@ using Causes = std::vector<SuspensionCause>;
 
 constexpr double kTwelveHours_s = 43200.0;
 
-StationConditions silent_chamber() {
+/// `silent_s`: host time.
+StationConditions silent_chamber(double silent_s) {
   StationConditions conditions;
-  conditions.chamber_answers = false;
+  conditions.chamber_silent_s = silent_s;
   return conditions;
 }
 
@@ -47,9 +48,9 @@ TEST(Suspenders, CarriesOnWhereAllIsWellOrNotKnown) {
 
 TEST(Suspenders, WaitForAChamberThatIsSilentForLongerThanAMinuteUntilItHasAnsweredForAnother) {
   Suspenders suspenders(kTwelveHours_s);
-  EXPECT_EQ(suspenders.look(100.0, silent_chamber()), Verdict::carry_on);
-  EXPECT_EQ(suspenders.look(159.9, silent_chamber()), Verdict::carry_on);
-  EXPECT_EQ(suspenders.look(160.0, silent_chamber()), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(100.0, silent_chamber(0.1)), Verdict::carry_on);
+  EXPECT_EQ(suspenders.look(159.9, silent_chamber(59.9)), Verdict::carry_on);
+  EXPECT_EQ(suspenders.look(160.0, silent_chamber(60.0)), Verdict::suspend);
   EXPECT_EQ(suspenders.causes(), Causes{SuspensionCause::chamber});
   EXPECT_EQ(suspenders.suspended_since_s(), 160.0);
   EXPECT_EQ(suspenders.look(1360.0, {}), Verdict::suspend);
@@ -61,30 +62,30 @@ TEST(Suspenders, WaitForAChamberThatIsSilentForLongerThanAMinuteUntilItHasAnswer
 TEST(Suspenders, DoNotCountSilencesThatAnAnswerSeparates) {
   Suspenders suspenders(kTwelveHours_s);
   for (double now_s = 0.0; now_s < 3600.0; now_s += 60.0) {
-    EXPECT_EQ(suspenders.look(now_s, silent_chamber()), Verdict::carry_on);
-    EXPECT_EQ(suspenders.look(now_s + 59.0, silent_chamber()), Verdict::carry_on);
+    EXPECT_EQ(suspenders.look(now_s, silent_chamber(0.1)), Verdict::carry_on);
+    EXPECT_EQ(suspenders.look(now_s + 59.0, silent_chamber(59.0)), Verdict::carry_on);
     EXPECT_EQ(suspenders.look(now_s + 59.5, {}), Verdict::carry_on);
   }
 }
 
 TEST(Suspenders, SettleAnewAfterEachRelapse) {
   Suspenders suspenders(kTwelveHours_s);
-  (void)suspenders.look(0.0, silent_chamber());
-  EXPECT_EQ(suspenders.look(60.0, silent_chamber()), Verdict::suspend);
+  (void)suspenders.look(0.0, silent_chamber(0.1));
+  EXPECT_EQ(suspenders.look(60.0, silent_chamber(60.0)), Verdict::suspend);
   for (double now_s = 100.0; now_s < 1000.0; now_s += 100.0) {
     EXPECT_EQ(suspenders.look(now_s, {}), Verdict::suspend);
     EXPECT_EQ(suspenders.look(now_s + 59.0, {}), Verdict::suspend);
-    EXPECT_EQ(suspenders.look(now_s + 59.5, silent_chamber()), Verdict::suspend);
+    EXPECT_EQ(suspenders.look(now_s + 59.5, silent_chamber(0.1)), Verdict::suspend);
   }
   EXPECT_EQ(suspenders.suspended_since_s(), 60.0);
 }
 
 TEST(Suspenders, GiveUpAfterTheLimitOfTheProcedure) {
   Suspenders suspenders(3600.0);
-  (void)suspenders.look(0.0, silent_chamber());
-  EXPECT_EQ(suspenders.look(60.0, silent_chamber()), Verdict::suspend);
-  EXPECT_EQ(suspenders.look(3660.0, silent_chamber()), Verdict::suspend);
-  EXPECT_EQ(suspenders.look(3660.1, silent_chamber()), Verdict::give_up);
+  (void)suspenders.look(0.0, silent_chamber(0.1));
+  EXPECT_EQ(suspenders.look(60.0, silent_chamber(60.0)), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(3660.0, silent_chamber(60.0)), Verdict::suspend);
+  EXPECT_EQ(suspenders.look(3660.1, silent_chamber(60.0)), Verdict::give_up);
 }
 
 TEST(Suspenders, WaitForAirThatStaysAwayForTenMinutesUntilItIsBackWithinOneKelvin) {
@@ -146,7 +147,7 @@ TEST(Suspenders, WaitForASupplyThatIsOffByATenthUntilItIsWithinATwentieth) {
 
 TEST(Suspenders, GoOnOnlyOnceEveryCauseIsOver) {
   Suspenders suspenders(kTwelveHours_s);
-  StationConditions both = silent_chamber();
+  StationConditions both = silent_chamber(60.0);
   both.disk_free_bytes = 0.0;
   (void)suspenders.look(0.0, both);
   EXPECT_EQ(suspenders.look(60.0, both), Verdict::suspend);
