@@ -148,6 +148,7 @@ class Engine : public StationService {
   void forget_end_of_step();
   [[nodiscard]] db::StepRow step_row(const std::string& outcome, const std::string& text);
   void leave_step();
+  void enter_next_step();
   /// Goes back to where the position was last confirmed: after a break nothing that was judged of temperature and
   /// position counts any more.
   void repeat_step(const std::string& why);
@@ -183,6 +184,7 @@ class Engine : public StationService {
   std::optional<StepProgress> ended_;      ///< how the present step ended, until the journal has it
   std::optional<db::StepRow> ended_row_;   ///< its entry
   std::optional<Journal::Ticket> ticket_;  ///< of the last try to enter it
+  std::optional<std::string> broken_;      ///< why what follows it must be judged anew
   std::string step_error_;                 ///< why it could not be entered so far
   std::chrono::steady_clock::time_point next_entry_{};
   std::unique_ptr<SafeEnd> safe_end_;

@@ -14,6 +14,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
+constexpr std::chrono::milliseconds kEntryIsWritten{100};
 constexpr std::chrono::seconds kEntryInterval{5};  ///< between tries to enter what the catalog has refused
 /// For a campaign that has come to its end nothing waits: who reads of it shall find it in the catalog.
 constexpr std::chrono::milliseconds kEndIsWritten{1000};
@@ -46,6 +47,7 @@ void Engine::forget_end_of_step() {
   ended_row_.reset();
   ticket_.reset();
   step_error_.clear();
+  broken_.reset();
 }
 
 void Engine::advance() {
@@ -79,6 +81,8 @@ bool Engine::step_is_stored() {
     }
     ended_row_ = step_row(ended_->state == StepState::skip_visit ? "skipped" : "done", ended_->text);
     ticket_ = journal_->add(*ended_row_);
+    // As a rule it is there within some milliseconds: the next step then follows without a turn of the loop between.
+    (void)journal_->wait_until_written(kEntryIsWritten);
   }
   return follow_end_of_step() == Journal::Written::yes;
 }
@@ -119,6 +123,12 @@ db::StepRow Engine::step_row(const std::string& outcome, const std::string& text
 }
 
 void Engine::leave_step() {
+  const auto broken = broken_;
+  enter_next_step();
+  if (broken && task_) repeat_step(*broken);
+}
+
+void Engine::enter_next_step() {
   const Plan& plan = station_->campaign.plan;
   const bool skip = ended_->state == StepState::skip_visit;
   if (is_on_way_back()) {
@@ -151,6 +161,11 @@ double Engine::estimate_after_step_s() const {
 void Engine::repeat_step(const std::string& why) {
   const Plan& plan = station_->campaign.plan;
   station_->break_segment(why);
+  // A step that is complete and waits for its entry stays so; what follows it is judged anew.
+  if (ended_) {
+    broken_ = why;
+    return;
+  }
   if (!needs_judgement(plan.steps[step_].kind)) return;
   if (is_on_way_back()) {
     while (way_at_ > 0 && needs_judgement(plan.steps[way_back_[way_at_ - 1]].kind)) --way_at_;
