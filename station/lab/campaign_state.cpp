@@ -19,10 +19,11 @@ const std::vector<CampaignTransition>& campaign_transitions() {
       {S::paused, E::resume, S::running},      {S::running, E::finish, S::finished},
 
       {S::running, E::abort, S::stopping},     {S::suspended, E::abort, S::stopping},
-      {S::paused, E::abort, S::stopping},      {S::running, E::fail, S::stopping},
-      {S::suspended, E::fail, S::stopping},    {S::paused, E::fail, S::stopping},
-      {S::running, E::stop, S::stopping},      {S::suspended, E::stop, S::stopping},
-      {S::paused, E::stop, S::stopping},       {S::idle, E::restart, S::stopping},
+      {S::paused, E::abort, S::stopping},      {S::stopping, E::abort, S::stopping},
+      {S::running, E::fail, S::stopping},      {S::suspended, E::fail, S::stopping},
+      {S::paused, E::fail, S::stopping},       {S::running, E::stop, S::stopping},
+      {S::suspended, E::stop, S::stopping},    {S::paused, E::stop, S::stopping},
+      {S::idle, E::restart, S::stopping},
 
       {S::stopping, E::safe, S::interrupted},  {S::stopping, E::safe, S::aborted},
       {S::stopping, E::safe, S::failed},

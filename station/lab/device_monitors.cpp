@@ -25,11 +25,6 @@ constexpr double kFastest_kps = 20.0 / 60.0;  ///< of the air: twice what the qu
 constexpr double kAtLimitShare = 0.98;  ///< of the current limit: what supplies set and measure differs by a per cent
 constexpr int kReadingsAtLimit = 2;
 
-bool is_at_limit(const hal::OutputReading& reading) {
-  return reading.on && reading.current_a && reading.limit_a && *reading.limit_a > 0.0 &&
-         *reading.current_a >= kAtLimitShare * *reading.limit_a;
-}
-
 }  // namespace
 
 // --- ChamberMonitor ---------------------------------------------------------------------------------------------
@@ -92,6 +87,11 @@ std::optional<double> ChamberMonitor::age_s() const {
 }
 
 // --- UnitSupply -------------------------------------------------------------------------------------------------
+
+bool is_at_limit(const hal::OutputReading& reading) {
+  return reading.on && reading.current_a && reading.limit_a && *reading.limit_a > 0.0 &&
+         *reading.current_a >= kAtLimitShare * *reading.limit_a;
+}
 
 base::Status UnitSupply::read(const std::vector<int>& outputs, double now_s) {
   const auto readings = power_.read(outputs);

@@ -83,6 +83,9 @@ class ChamberMonitor {
   calib::StabilityJudge air_;
 };
 
+/// Whether an output that is on delivers all that it is allowed to; never where its limit is not known.
+[[nodiscard]] bool is_at_limit(const hal::OutputReading& reading);
+
 /// The outputs that feed the units: since when each is off, and what each reported last.
 class UnitSupply {
  public:

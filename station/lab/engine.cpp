@@ -20,6 +20,8 @@ constexpr std::chrono::seconds kResumeInterval{60};  ///< between tries to resum
 /// soakd's end waits so long for a catalog that is locked. What is not written then is lost but for soakd's own log;
 /// the campaign is open there, and the next soakd takes it over.
 constexpr std::chrono::seconds kLongestGoodbye{30};
+constexpr std::chrono::milliseconds kGoodbyeTurn{100};
+constexpr std::chrono::seconds kEntryOfResume{2};  ///< for which a try to resume waits for the catalog
 
 }  // namespace
 
@@ -46,7 +48,12 @@ std::unique_ptr<StepTask> make_task(const Plan& plan, const Step& step) {
 // --- beginning --------------------------------------------------------------------------------------------------
 
 Engine::Engine(const StationConfig& config, db::Catalog& catalog, std::unique_ptr<Journal> journal)
-    : config_(config), catalog_(catalog), journal_(std::move(journal)), log_(*journal_) {}
+    : config_(config),
+      catalog_(catalog),
+      journal_(std::move(journal)),
+      log_(*journal_),
+      note_file_(catalog.data_folder() / "soakd.campaign"),
+      note_(note_file_.read()) {}
 
 Engine::~Engine() {
   journal_->end();  // it wakes the engine
@@ -117,17 +124,24 @@ base::Status Engine::take_over() {
     if (auto entered = enter_lost_runs(catalog_, log_); !entered) return entered;
     return restore_unfinished();
   }
-  const std::string reason = "soakd ended during the campaign";
-  resumes_by_itself_ = wants_resume(**open) && has_come_on(**open);
   station_->campaign.name = (*open)->name;
+  if (note_.campaign != (*open)->name) note_ = {.campaign = (*open)->name};
+  outcome_ = note_.outcome == name_of(CampaignState::aborted)  ? CampaignState::aborted
+             : note_.outcome == name_of(CampaignState::failed) ? CampaignState::failed
+                                                               : CampaignState::interrupted;
+  const bool was_cut_short = outcome_ == CampaignState::interrupted;
+  const std::string reason = was_cut_short ? "soakd ended during the campaign" : note_.reason;
+  resumes_by_itself_ = was_cut_short && note_.goes_on;
   log_.add("campaign", station_->campaign.name,
-           reason + "; the chamber is driven to the safe state, then 'soak campaign resume' can continue it");
+           fmt::format("soakd ended before the campaign did; the chamber is driven to the safe state, then {}",
+                       resumes_by_itself_ ? "it goes on"
+                       : was_cut_short    ? "'soak campaign resume' can continue it"
+                                          : fmt::format("it is {}", name_of(outcome_))));
   restore_units(**open);
-  outcome_ = CampaignState::interrupted;
   safe_end_ = std::make_unique<SafeEnd>(reason, station_->procedure().end_c, false, false);
   // Reading what was recorded may take minutes: the chamber comes first.
   runs_are_lost_ = true;
-  set_state(CampaignState::stopping, reason);
+  set_state(CampaignState::stopping, reason, was_cut_short ? "" : std::string(note_.user));
   return {};
 }
 
@@ -138,33 +152,71 @@ base::Status Engine::restore_unfinished() {
   state_ = (*last)->state == "failed" ? CampaignState::failed : CampaignState::interrupted;
   reason_ = (*last)->reason;
   unfinished_ = station_->campaign.name = (*last)->name;
-  resumes_by_itself_ = state_ == CampaignState::interrupted && wants_resume(**last);
+  resumes_by_itself_ =
+      state_ == CampaignState::interrupted && note_.campaign == unfinished_ && note_.goes_on;
   return {};
 }
 
-bool Engine::wants_resume(const db::CampaignRow& row) const {
-  const auto request = request_of(row);
-  const auto procedure =
-      request ? parse_procedure(request->procedure_text, request->procedure_file) : base::forward_error(request);
-  return procedure && procedure->on_restart == RestartOutcome::resume;
-}
-
-/// Whether a step has ended since the campaign began or was resumed: one that kills soakd again and again is left to
-/// people.
-bool Engine::has_come_on(const db::CampaignRow& row) const {
-  const auto steps = catalog_.completed_steps(row.name);
-  return steps && !steps->empty() && steps->back().ended_utc_s > row.updated_utc_s;
-}
-
 void Engine::resume_by_itself() {
-  const auto now = steady_clock::now();
-  if (now < next_resume_) return;
-  next_resume_ = now + kResumeInterval;
-  const auto resumed = do_resume("soakd");
+  if (steady_clock::now() < next_resume_) return;
+  const auto entered = station_->enter_left_runs();
+  if (entered && !*entered) return;  // beside this thread: the next turn asks again
+  next_resume_ = steady_clock::now() + kResumeInterval;
+  const auto resumed = entered ? try_to_resume() : base::forward_error(entered);
   if (resumed) return;
-  log_.add("campaign", unfinished_, "cannot be resumed yet: " + resumed.error().where + ": " + resumed.error().message);
-  // A device may still be starting, as the computer was. Anything else is for people.
-  resumes_by_itself_ = resumed.error().kind == base::ErrorKind::device;
+  const base::Error& error = resumed.error();
+  // A device may still be starting, as the computer was, or the catalog be locked. A refusal of the plan is for people.
+  resumes_by_itself_ = error.kind != base::ErrorKind::bad_input;
+  log_.add("campaign", unfinished_,
+           fmt::format("{}: {}: {}",
+                       resumes_by_itself_ ? "cannot be resumed yet" : "is not resumed, it waits for somebody",
+                       error.where, error.message));
+}
+
+base::Status Engine::try_to_resume() {
+  if (journal_->wait_until_written(kEntryOfResume)) return do_resume("soakd");
+  return base::fail(base::ErrorKind::internal, journal_->standing().trouble, "journal");
+}
+
+// --- what the next soakd is to know ------------------------------------------------------------------------------
+
+CampaignNote Engine::note_now() const {
+  CampaignNote note{.campaign = station_->campaign.name};
+  switch (state_) {
+    case CampaignState::running:
+    case CampaignState::suspended:
+      // Somebody who is asked for something may have the door open.
+      note.goes_on = has_come_on_ && station_->procedure().on_restart == RestartOutcome::resume &&
+                     !station_->prompts.open();
+      return note;
+    case CampaignState::stopping:
+      if (outcome_ != CampaignState::interrupted) {
+        note.outcome = name_of(outcome_);
+        note.reason = reason_;
+        note.user = state_user_;
+        return note;
+      }
+      [[fallthrough]];
+    case CampaignState::interrupted:
+      // As it stood before soakd was to end, unless somebody has decided otherwise since.
+      note.goes_on = note_.goes_on && note_.campaign == note.campaign && (resumes_by_itself_ || stop_requested_);
+      return note;
+    case CampaignState::idle:
+      return note_;
+    case CampaignState::paused:
+    case CampaignState::finished:
+    case CampaignState::aborted:
+    case CampaignState::failed:
+      break;
+  }
+  return note;
+}
+
+void Engine::keep_note() {
+  const CampaignNote note = note_now();
+  if (note == note_) return;
+  note_ = note;
+  note_file_.keep(note);
 }
 
 void Engine::restore_units(const db::CampaignRow& row) {
@@ -204,7 +256,10 @@ void Engine::run(const std::function<void()>& turned) {
     if (state_ != CampaignState::stopping) break;
   }
   const auto longest = steady_clock::now() + kLongestGoodbye;
-  while (!journal_->wait_until_written(std::chrono::seconds(1)) && steady_clock::now() < longest) turned();
+  while (!journal_->wait_until_written(kGoodbyeTurn) && steady_clock::now() < longest) {
+    run_commands();
+    turned();
+  }
   for (const auto& unit : station_->units) unit->close();
   stopped_ = true;
   run_commands();
@@ -235,7 +290,11 @@ void Engine::wait() {
 }
 
 void Engine::cycle() {
-  if (const base::Status stored = station_->poll(); !stored) storage_error_ = stored.error().message;
+  if (const base::Status stored = station_->poll(); !stored) {
+    storage_error_ = stored.error().message;
+    // Nobody looks for room any more: what cannot be written must not pile up.
+    if (state_ == CampaignState::stopping) station_->hold_recording(true);
+  }
   heed_watch();
   if (is_under_way(state_)) {
     record_history();
@@ -247,10 +306,10 @@ void Engine::cycle() {
   if (state_ == CampaignState::running && !chamber_is_silent_) advance();
   if (state_ == CampaignState::interrupted && resumes_by_itself_ && !stop_requested_) resume_by_itself();
   if (state_ == CampaignState::stopping && safe_end_->poll(*station_) && runs_of_predecessor_are_entered()) {
-    const std::string reason = safe_end_->reason();
     safe_end_.reset();
-    set_state(outcome_, reason, std::string(state_user_));
+    set_state(outcome_, std::string(reason_), std::string(state_user_));
   }
+  keep_note();
 }
 
 bool Engine::runs_of_predecessor_are_entered() {

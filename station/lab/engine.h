@@ -19,6 +19,7 @@
 #include "db/catalog/catalog.h"
 #include "station/config/station_config.h"
 #include "station/lab/campaign_log.h"
+#include "station/lab/campaign_note.h"
 #include "station/lab/campaign_state.h"
 #include "station/lab/chamber_guard.h"
 #include "station/lab/chamber_watch.h"
@@ -69,10 +70,13 @@ class Engine : public StationService {
   [[nodiscard]] base::Status take_over();
   [[nodiscard]] base::Status restore_unfinished();
   void restore_units(const db::CampaignRow& row);
-  /// Whether the procedure of a campaign that was cut short says that a new soakd goes on with it.
-  [[nodiscard]] bool wants_resume(const db::CampaignRow& row) const;
-  [[nodiscard]] bool has_come_on(const db::CampaignRow& row) const;
+  /// Goes on with a campaign that was cut short, once nothing hinders it.
   void resume_by_itself();
+  [[nodiscard]] base::Status try_to_resume();
+  /// Keeps what the next soakd is to know if this one ends now. Called in every turn, and whenever the state changes:
+  /// before the chamber is driven to the safe state, before somebody who asks for a pause gets the answer.
+  void keep_note();
+  [[nodiscard]] CampaignNote note_now() const;
   void make_units(const CheckedStart& checked);
   /// True once there is nothing left to enter, or it failed.
   [[nodiscard]] bool runs_of_predecessor_are_entered();
@@ -103,11 +107,19 @@ class Engine : public StationService {
   void hold_for_chamber();
   [[nodiscard]] StationConditions conditions() const;
   [[nodiscard]] std::optional<double> air_off_k() const;
+  /// Whether the air is, in this step, on its way or where people let it go: they turn the fixture at the open door.
+  [[nodiscard]] bool air_may_leave(const Step& step) const;
+  void follow_air();
+  [[nodiscard]] std::vector<StationConditions::Supply> supplies() const;
+  /// Whether the present step leads to the safe state, for which nothing but the chamber is needed.
+  [[nodiscard]] bool makes_safe() const;
+  /// Whether what holds suspends the present step.
+  [[nodiscard]] bool must_wait() const;
   /// Looks whether there is room on the disk, and whether what could not be written can be written now.
   void probe_storage();
   void suspend();
   /// What was judged and recorded at the present visit counts no more: it begins again when the campaign goes on.
-  void void_visit();
+  void void_visit(const std::string& why);
   void go_on();
   void record_history();
   /// Publishes the status document where it has changed, ten times a second at most.
@@ -141,6 +153,8 @@ class Engine : public StationService {
   [[nodiscard]] double estimate_after_step_s() const;
   void enter_step(std::size_t step);
   void step_failed(const StepProgress& progress);
+  /// A step has come to its end that had never come so far in this campaign.
+  void note_progress();
   /// Gives the end of the present step to the journal and waits, from turn to turn, until it is written: nothing begins
   /// before.
   [[nodiscard]] bool step_is_stored();
@@ -154,6 +168,7 @@ class Engine : public StationService {
   void repeat_step(const std::string& why);
   /// Goes back to the begin of the present visit, by way of where the temperature turned if it has left the plan's.
   void repeat_visit();
+  [[nodiscard]] bool begins_anew(const Step& step) const;
   void end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off = false,
                     const std::string& user = {});
   /// `user`: who asked for it; empty where the station decided.
@@ -196,6 +211,8 @@ class Engine : public StationService {
   std::chrono::steady_clock::time_point silent_since_{};
   bool visit_is_void_ = false;  ///< the campaign was suspended, and has not gone on since
   bool air_was_away_ = false;   ///< meanwhile
+  bool air_has_arrived_ = false;      ///< at the set point, since the last step that may have moved it from there
+  bool chamber_is_left_alone_ = false;  ///< it was silent for long while people had it in hand: until they resume
   std::string storage_error_;   ///< why what was measured could not be written
   std::optional<double> disk_free_bytes_;
   std::chrono::steady_clock::time_point next_disk_look_{};
@@ -204,6 +221,9 @@ class Engine : public StationService {
   int set_point_repeats_ = 0;  ///< how often the present set point had to be commanded again
   double repeated_c_ = 0.0;
   std::string unfinished_;  ///< campaign that can be resumed
+  CampaignNoteFile note_file_;
+  CampaignNote note_;         ///< as it stands in the file
+  bool has_come_on_ = false;  ///< since the campaign was started or resumed
   bool resumes_by_itself_ = false;
   std::chrono::steady_clock::time_point next_resume_{};
   bool runs_are_lost_ = false;  ///< run files that a killed predecessor left are not entered yet

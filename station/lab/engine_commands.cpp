@@ -215,7 +215,9 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, c
   unfinished_.clear();
   settle_fully_ = false;
   suspenders_ = Suspenders(station_->procedure().give_up_h * kSecondsPerHour);
-  chamber_is_silent_ = visit_is_void_ = air_was_away_ = false;
+  chamber_is_silent_ = visit_is_void_ = air_was_away_ = air_has_arrived_ = chamber_is_left_alone_ = false;
+  set_point_repeats_ = 0;
+  has_come_on_ = false;
   resumes_by_itself_ = false;
   storage_error_.clear();
   next_disk_look_ = {};
@@ -243,6 +245,10 @@ base::Status Engine::do_pause(const std::string& user) {
   if (auto halted = station_->halt_fixture(); !halted) {
     log_.add("device", "fixture", "cannot be halted: " + halted.error().message);
   }
+  // Its time-outs go on, and what the units send before the run is open would pile up: it begins again.
+  if (!station_->run_is_open() && station_->campaign.plan.steps[step_].kind == StepKind::power_on) {
+    void_visit("paused by " + user);
+  }
   set_state(CampaignState::paused, "paused by " + user, user);
   return {};
 }
@@ -251,6 +257,7 @@ base::Status Engine::do_resume(const std::string& user) {
   if (state_ == CampaignState::paused) {
     // What held while people had the chamber in hand does not count against the campaign.
     suspenders_ = Suspenders(station_->procedure().give_up_h * kSecondsPerHour);
+    chamber_is_left_alone_ = false;
     set_state(CampaignState::running, "resumed by " + user, user);
     visit_is_void_ ? repeat_visit() : repeat_step("resumed");
     return {};
@@ -274,6 +281,13 @@ base::Status Engine::do_abort(const std::string& user, const std::string& reason
   const std::string text = fmt::format("aborted by {}: {}", user, reason);
   if (state_ == CampaignState::interrupted && !unfinished_.empty()) {
     set_state(CampaignState::aborted, text, user);
+    return {};
+  }
+  if (state_ == CampaignState::stopping && outcome_ == CampaignState::interrupted) {
+    // The way to the safe state is the same; what would come after it is not.
+    outcome_ = CampaignState::aborted;
+    resumes_by_itself_ = false;
+    set_state(CampaignState::stopping, text, user);
     return {};
   }
   if (!is_under_way(state_)) return wrong_state("no campaign is running");

@@ -143,6 +143,7 @@ json Engine::status_document() const {
           {"fixture", fixture_part(*station_)},
           {"units", std::move(units)},
           {"resumable", null_if_empty(unfinished_)},
+          {"resumes_by_itself", resumes_by_itself_ && !stop_requested_},
           {"room", {{"temp_c", config_.room_c}, {"dew_point_c", config_.dew_point_c}}},
           {"clock", {{"rate", config_.clock_rate}, {"process_s", station_->now_s()}, {"utc_s", now_utc_s()}}},
           {"simulated", station_->simulated()},
@@ -154,8 +155,8 @@ json Engine::suspension_document() const {
   if (!since_s || state_ != CampaignState::suspended) return nullptr;
   json causes = json::array();
   for (const SuspensionCause cause : suspenders_.causes()) causes.push_back(name_of(cause));
-  const double for_s = station_->now_s() - *since_s;
-  return {{"causes", std::move(causes)}, {"for_s", for_s}, {"gives_up_in_s", suspenders_.give_up_s() - for_s}};
+  const double now_s = station_->now_s();
+  return {{"causes", std::move(causes)}, {"for_s", now_s - *since_s}, {"gives_up_in_s", suspenders_.left_s(now_s)}};
 }
 
 json Engine::ending_document() const {

@@ -35,11 +35,16 @@ void Engine::enter_step(std::size_t index) {
   step_started_utc_s_ = now_utc_s();
   step_started_s_ = station_->now_s();
   station_->prompts.withdraw();
+  if (air_may_leave(plan.steps[index])) air_has_arrived_ = false;
   Step step = plan.steps[index];
   if (step.kind == StepKind::wait_stable && std::exchange(settle_fully_, false)) step.after_turn = false;
   task_ = make_task(plan, step);
   forget_end_of_step();
   published_ = {};
+}
+
+bool Engine::air_may_leave(const Step& step) const {
+  return step.kind == StepKind::set_temperature || (step.kind == StepKind::move && fixture_ == nullptr);
 }
 
 void Engine::forget_end_of_step() {
@@ -109,6 +114,12 @@ Journal::Written Engine::follow_end_of_step() {
   return written;
 }
 
+/// A plan has so many steps: what is allowed again after each of them cannot go on for ever.
+void Engine::note_progress() {
+  has_come_on_ = true;
+  suspenders_.note_progress();
+}
+
 db::StepRow Engine::step_row(const std::string& outcome, const std::string& text) {
   db::StepRow row;
   row.campaign = station_->campaign.name;
@@ -124,6 +135,7 @@ db::StepRow Engine::step_row(const std::string& outcome, const std::string& text
 
 void Engine::leave_step() {
   const auto broken = broken_;
+  if (ended_row_->attempt == 0) note_progress();
   enter_next_step();
   if (broken && task_) repeat_step(*broken);
 }
@@ -184,14 +196,24 @@ void Engine::repeat_step(const std::string& why) {
   enter_step(step);
 }
 
+/// Whether a step that was suspended is to begin again though nothing was judged for it: its question, or the time that
+/// it may take, is over.
+bool Engine::begins_anew(const Step& step) const {
+  if (ended_) return false;
+  if (step.kind == StepKind::power_on) return !station_->run_is_open();
+  return step.kind == StepKind::turn_fixture || step.kind == StepKind::warm_end;
+}
+
 void Engine::repeat_visit() {
   const Plan& plan = station_->campaign.plan;
   visit_is_void_ = false;
   const Step& step = plan.steps[step_];
-  if (step.kind == StepKind::power_on && !station_->run_is_open()) return enter_step(step_);  // its time-outs are over
+  if (begins_anew(step)) return enter_step(step_);
   if (step.visit < 0 || is_on_way_back()) return repeat_step("the campaign was suspended");
   const auto& reading = station_->chamber.reading();
   const double air_c = reading ? reading->air_c : config_.room_c;
+  // Each position is recorded once more: what was complete before would stand beside it.
+  station_->withdraw_visit(step.visit, "the campaign was suspended, its visit begins again");
   way_back_ = way_to_visit(plan, step_, {air_c, config_.room_c, air_was_away_});
   way_at_ = 0;
   settle_fully_ = false;
@@ -201,13 +223,18 @@ void Engine::repeat_visit() {
 // --- states -----------------------------------------------------------------------------------------------------
 
 void Engine::set_state(CampaignState state, const std::string& reason, const std::string& user) {
-  assert(may_follow(state_, state));
+  if (!may_follow(state_, state)) {
+    log_.add("campaign", station_->campaign.name,
+             fmt::format("internal error: no way leads from {} to {}", name_of(state_), name_of(state)));
+    assert(false);
+  }
   state_ = state;
   reason_ = reason;
   state_user_ = user;
   const std::string& campaign = station_->campaign.name;
   log_.add("campaign", campaign,
            reason.empty() ? std::string(name_of(state)) : fmt::format("{}: {}", name_of(state), reason), user);
+  keep_note();
   // While it is suspended or on the way to the safe state the journal's campaign stays open: if soakd ends now, the
   // next one takes it over.
   if (state == CampaignState::stopping || state == CampaignState::suspended) return;
@@ -224,7 +251,6 @@ void Engine::end_campaign(CampaignState outcome, const std::string& reason, bool
   forget_end_of_step();
   station_->prompts.withdraw();
   station_->chamber.expect(std::nullopt);
-  station_->hold_recording(false);
   chamber_is_silent_ = false;
   outcome_ = outcome;
   safe_end_ =

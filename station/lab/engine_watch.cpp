@@ -16,7 +16,7 @@ using std::chrono::steady_clock;
 constexpr int kSetPointRepeats = 5;
 constexpr double kAtSetPoint_k = 0.5;  ///< between the set point of a step and the one that was commanded
 constexpr double kAirMoved_k = 3.0;    ///< from the set point, as for a door that was opened (temperature_steps.cpp)
-constexpr double kAtLimit = 0.98;      ///< share of the current limit, as in device_monitors.cpp
+constexpr double kAirArrived_k = 1.0;  ///< as for a step that drives there
 constexpr std::chrono::seconds kDiskInterval{1};
 constexpr std::chrono::seconds kProbeInterval{5};  ///< between tries to write where a write has failed
 
@@ -75,6 +75,10 @@ void Engine::heed_watch() {
 
 void Engine::watch_set_point() {
   if (!station_->chamber.lost_set_point()) return;
+  if (state_ == CampaignState::suspended) void_visit("the chamber lost its set point");
+  // One that comes back after a long silence, perhaps off, perhaps with its door open, has the settling time first; while
+  // people have it in hand, until they resume.
+  if (chamber_is_left_alone_ || suspenders_.has(SuspensionCause::chamber)) return;
   const double expected_c = *station_->chamber.expected_c();
   const auto& reading = *station_->chamber.reading();
   const std::string what = fmt::format("set point is {:+.1f} °C (heating and cooling {}) instead of {:+.1f} °C",
@@ -91,7 +95,6 @@ void Engine::watch_set_point() {
   station_->chamber.expect(expected_c);
   // A campaign that is suspended or paused goes back on its own when it goes on.
   if (state_ == CampaignState::running) repeat_step("the chamber lost its set point");
-  if (state_ == CampaignState::suspended) void_visit();
 }
 
 void Engine::hold_for_chamber() {
@@ -102,7 +105,7 @@ void Engine::hold_for_chamber() {
   log_.add("device", "chamber",
            silent ? "does not answer, the campaign waits: " + station_->chamber.trouble() : "answers again");
   if (!silent && state_ == CampaignState::running) repeat_step("the chamber did not answer for a while");
-  if (silent && state_ == CampaignState::suspended) void_visit();
+  if (silent && state_ == CampaignState::suspended) void_visit("the chamber does not answer");
 }
 
 // --- conditions -------------------------------------------------------------------------------------------------
@@ -110,19 +113,37 @@ void Engine::hold_for_chamber() {
 void Engine::watch_conditions() {
   hold_for_chamber();
   probe_storage();
+  follow_air();
   (void)follow_end_of_step();
   const Suspenders::Verdict verdict = suspenders_.look(station_->now_s(), conditions());
-  const bool waits = verdict == Suspenders::Verdict::suspend;
   air_was_away_ = air_was_away_ || suspenders_.has(SuspensionCause::air);
   station_->hold_recording(suspenders_.has(SuspensionCause::disk) || suspenders_.has(SuspensionCause::storage));
-  if (waits && state_ == CampaignState::running) suspend();
-  const bool air_moved = air_off_k().value_or(0.0) > kAirMoved_k;
-  if (state_ == CampaignState::suspended && (air_moved || suspenders_.spoil_visit())) void_visit();
-  if (verdict == Suspenders::Verdict::carry_on && state_ == CampaignState::suspended) go_on();
-  if (verdict == Suspenders::Verdict::give_up && state_ != CampaignState::paused) {
-    end_campaign(CampaignState::failed,
-                 fmt::format("after {:g} h of waiting: {}", suspenders_.give_up_s() / 3600.0, suspenders_.text()));
+  if (state_ == CampaignState::paused) {
+    chamber_is_left_alone_ = chamber_is_left_alone_ || suspenders_.has(SuspensionCause::chamber);
+    return;
   }
+  if (verdict == Suspenders::Verdict::give_up) {
+    return end_campaign(CampaignState::failed, "it has waited for too long or too often: " + suspenders_.text());
+  }
+  const bool waits = must_wait();
+  if (waits && state_ == CampaignState::running) suspend();
+  if (state_ != CampaignState::suspended) return;
+  const bool air_moved = air_off_k().value_or(0.0) > kAirMoved_k;
+  if (air_moved || suspenders_.spoil_visit()) void_visit(suspenders_.text());
+  if (!waits) go_on();
+}
+
+bool Engine::makes_safe() const {
+  const Plan& plan = station_->campaign.plan;
+  if (step_ >= plan.steps.size() || ended_) return false;
+  return plan.steps[step_].kind == StepKind::warm_end || plan.steps[step_].kind == StepKind::power_off;
+}
+
+/// The end of a run needs neither room on the disk nor the units' supply: a chamber that is on its way to the safe state
+/// gets there.
+bool Engine::must_wait() const {
+  if (makes_safe()) return suspenders_.has(SuspensionCause::chamber) || suspenders_.has(SuspensionCause::catalog);
+  return !suspenders_.causes().empty();
 }
 
 StationConditions Engine::conditions() const {
@@ -131,34 +152,48 @@ StationConditions Engine::conditions() const {
     conditions.chamber_silent_s = std::chrono::duration<double>(steady_clock::now() - silent_since_).count();
   }
   conditions.chamber_trouble = station_->chamber.trouble();
-  conditions.air_off_k = air_off_k();
+  // With the other outcomes the procedure itself says how to go on without the plateau.
+  if (station_->procedure().stability.on_timeout == TimeoutOutcome::abort) conditions.air_off_k = air_off_k();
   conditions.disk_free_bytes = disk_free_bytes_;
   conditions.storage_error = storage_error_;
   conditions.catalog_error = step_error_;
-  // Until the run is open the units are being switched on, which has its own judgement.
-  if (!station_->supply || !station_->run_is_open()) return conditions;
-  for (const UnitChannel* unit : station_->active_units()) {
-    const auto& output = unit->slot().power_output;
-    const auto reading = output ? station_->supply->reading(*output) : std::nullopt;
-    const auto& set_v = unit->slot().supply.voltage_v;
-    if (!reading || !reading->on || !reading->voltage_v || !set_v) continue;
-    // At its current limit the unit is at fault, not the supply: it is dropped, and the others go on.
-    if (reading->limit_a && reading->current_a && *reading->current_a >= kAtLimit * *reading->limit_a) continue;
-    conditions.supplies.push_back({unit->serial(), *set_v, *reading->voltage_v});
-  }
+  conditions.supplies = supplies();
   return conditions;
 }
 
-/// Nothing unless the air has been at the set point of the present visit, and is to stay there.
+/// Until the run is open the units are being switched on, which has its own judgement.
+std::vector<StationConditions::Supply> Engine::supplies() const {
+  std::vector<StationConditions::Supply> supplies;
+  if (!station_->supply || !station_->run_is_open()) return supplies;
+  for (const UnitChannel* unit : station_->active_units()) {
+    const auto& output = unit->slot().power_output;
+    const auto& set_v = unit->slot().supply.voltage_v;
+    if (!output || !set_v || !station_->supply->measures(*output)) continue;
+    const auto reading = station_->supply->reading(*output);
+    // Off or at its current limit the unit is at fault, not the supply: it is dropped, and the others go on.
+    if (reading && (!reading->on || is_at_limit(*reading))) continue;
+    supplies.push_back({unit->serial(), *set_v, reading ? reading->voltage_v : std::nullopt});
+  }
+  return supplies;
+}
+
+/// Distance of the air from the present visit's set point, where the chamber has been given that.
 std::optional<double> Engine::air_off_k() const {
   const auto& reading = station_->chamber.reading();
   const auto& expected_c = station_->chamber.expected_c();
   const Plan& plan = station_->campaign.plan;
-  if (!reading || !expected_c || step_ >= plan.steps.size()) return std::nullopt;
+  if (!air_has_arrived_ || !reading || !expected_c || step_ >= plan.steps.size()) return std::nullopt;
   const Step& step = plan.steps[step_];
-  const bool at_plateau =
-      step.visit >= 0 && step.kind != StepKind::set_temperature && std::abs(*expected_c - step.temp_c) < kAtSetPoint_k;
+  const bool at_plateau = step.visit >= 0 && !air_may_leave(step) && std::abs(*expected_c - step.temp_c) < kAtSetPoint_k;
   return at_plateau ? std::optional(std::abs(reading->air_c - step.temp_c)) : std::nullopt;
+}
+
+void Engine::follow_air() {
+  const auto& reading = station_->chamber.reading();
+  const Plan& plan = station_->campaign.plan;
+  if (!reading || step_ >= plan.steps.size() || air_may_leave(plan.steps[step_])) return;
+  const Step& step = plan.steps[step_];
+  if (step.visit >= 0 && std::abs(reading->air_c - step.temp_c) <= kAirArrived_k) air_has_arrived_ = true;
 }
 
 void Engine::probe_storage() {
@@ -180,10 +215,14 @@ void Engine::suspend() {
   set_state(CampaignState::suspended, suspenders_.text());
 }
 
-void Engine::void_visit() {
+void Engine::void_visit(const std::string& why) {
   if (visit_is_void_) return;
   visit_is_void_ = true;
-  station_->break_segment(suspenders_.text());
+  station_->break_segment(why);
+  // What begins again asks again: an answer that comes meanwhile would be lost.
+  station_->prompts.withdraw();
+  // Nor does what the units send meanwhile belong to a run that is yet to be opened.
+  if (!station_->run_is_open()) station_->expect_no_run();
   // Somebody may open the door.
   if (auto halted = station_->halt_fixture(); !halted) {
     log_.add("device", "fixture", "cannot be halted: " + halted.error().message);

@@ -120,8 +120,10 @@ void Journal::note_written(std::size_t count) {
 void Journal::note_refused(std::string why) {
   log_line("the journal refuses an entry: " + why);
   const std::lock_guard lock(mutex_);
-  refused_ = queue_.front().ticket;
-  refusal_ = std::move(why);
+  if (!std::holds_alternative<db::EventRow>(queue_.front().row)) {
+    refused_.insert(queue_.front().ticket);
+    refusal_ = std::move(why);
+  }
   queue_.pop_front();
   trouble_.clear();
   changed_.notify_all();
@@ -137,7 +139,7 @@ void Journal::note_trouble(std::string why) {
 Journal::Written Journal::written(Ticket ticket) const {
   const std::lock_guard lock(mutex_);
   if (!queue_.empty() && queue_.front().ticket <= ticket) return Written::not_yet;
-  return refused_ == ticket ? Written::refused : Written::yes;
+  return refused_.contains(ticket) ? Written::refused : Written::yes;
 }
 
 std::string Journal::refusal() const {

@@ -10,7 +10,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <variant>
@@ -74,7 +74,7 @@ class Journal {
 
   /// What became of a step or a state.
   [[nodiscard]] Written written(Ticket ticket) const;
-  /// Why the last entry was refused.
+  /// Why the last step or state was refused.
   [[nodiscard]] std::string refusal() const;
   [[nodiscard]] Standing standing() const;
   /// Waits until all is written; false where it takes longer.
@@ -109,7 +109,7 @@ class Journal {
   mutable std::condition_variable changed_;
   std::deque<Entry> queue_;
   Ticket last_ = 0;
-  std::optional<Ticket> refused_;
+  std::set<Ticket> refused_;  ///< of steps and states
   std::string refusal_;
   std::string trouble_;
   std::uint64_t discarded_ = 0;

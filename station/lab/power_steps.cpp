@@ -19,6 +19,7 @@ constexpr std::chrono::seconds kInrushCheckInterval{1};
 constexpr int kInrushChecks = 2;
 
 constexpr std::chrono::seconds kSealInterval{1};
+constexpr double kSealAtPlateau_s = 600.0;  ///< process time that a run may take to be sealed while the chamber is driven
 constexpr double kShortestOff_s = 1.0;
 constexpr double kClockAfterPowerOn_s = 60.0;  ///< largest that the clock of a unit that was just switched on may show
 // Host time after the units were switched on.
@@ -409,7 +410,7 @@ class PowerOff : public StepTask {
 
  private:
   /// What the world does not let happen now (a locked catalog) is tried again: the run is complete, and nothing is lost
-  /// by waiting.
+  /// by waiting. For some minutes only where the chamber holds a plateau meanwhile (power.cycle_at_visit).
   base::Result<bool> seal(Station& station) {
     if (steady_clock::now() < next_seal_) return false;
     const auto ended = station.end_run(std::nullopt);
@@ -418,8 +419,9 @@ class PowerOff : public StepTask {
       sealing_since_s_ = station.now_s();
       station.log.add("run", station.run_id(), "cannot be entered yet: " + ended.error().message);
     }
-    const double waited_s = station.now_s() - *sealing_since_s_;
-    if (ended.error().kind != base::ErrorKind::internal || waited_s > 3600.0 * station.procedure().give_up_h) {
+    const double give_up_s = 3600.0 * station.procedure().give_up_h;
+    const double limit_s = station.chamber.expected_c() ? std::min(kSealAtPlateau_s, give_up_s) : give_up_s;
+    if (ended.error().kind != base::ErrorKind::internal || station.now_s() - *sealing_since_s_ > limit_s) {
       return base::forward_error(ended);
     }
     next_seal_ = steady_clock::now() + kSealInterval;

@@ -152,13 +152,21 @@ WayBack into_run(const Plan& plan, const PlannedRun& run, const std::set<std::si
   return way;
 }
 
+/// Whether the plan's chamber is at the visit's temperature in this step: behind the last step that drives it there.
+bool is_at_plateau(const Plan& plan, std::size_t step, const Visit& target) {
+  for (std::size_t i = step; i < target.end; ++i) {
+    if (plan.steps[i].kind == StepKind::set_temperature) return false;
+  }
+  return true;
+}
+
 /// Whether the air can be where it is without having gone back: at the plateau, or on the way to it from the one
 /// before.
 bool has_kept_its_way(const Plan& plan, std::size_t step, std::span<const Visit> before, const Visit& target,
                       const Whereabouts& now) {
   if (now.was_away) return false;
-  const bool settles = plan.steps[step].kind == StepKind::wait_stable || plan.steps[step].kind == StepKind::record;
-  const double from_c = settles ? target.temp_c : before.empty() ? now.room_c : before.back().temp_c;
+  const bool is_there = is_at_plateau(plan, step, target);
+  const double from_c = is_there ? target.temp_c : before.empty() ? now.room_c : before.back().temp_c;
   const auto [low_c, high_c] = std::minmax(from_c, target.temp_c);
   return now.air_c >= low_c - kStillThere_k && now.air_c <= high_c + kStillThere_k;
 }

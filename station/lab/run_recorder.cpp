@@ -321,8 +321,12 @@ base::Status RunRecorder::flush() { return file_.flush(); }
 
 void RunRecorder::reject(std::size_t unit, std::string reason) {
   const UnitStream& rows = units_.at(unit);
+  withdraw(rows, rows.attempt, std::move(reason));
+}
+
+void RunRecorder::withdraw(const UnitStream& rows, const std::optional<Attempt>& attempt, std::string reason) {
   Withdrawal withdrawal{rows.unit.serial, {}, std::move(reason)};
-  if (rows.attempt) withdrawal.span = {rows.attempt->from_s, rows.attempt->to_s};
+  if (attempt) withdrawal.span = {attempt->from_s, attempt->to_s};
   // What cannot be written now stays in the writer's memory.
   (void)file_.add_event(rows.last_t_s, kRejected, attempt_text(withdrawal.unit, withdrawal.span, withdrawal.reason));
   sealed_.withdrawals.push_back(std::move(withdrawal));
@@ -333,6 +337,18 @@ void RunRecorder::accept(std::size_t unit) {
   if (!rows.attempt) return;
   (void)file_.add_event(rows.last_t_s, kAccepted,
                         attempt_text(rows.unit.serial, {{rows.attempt->from_s, rows.attempt->to_s}}, ""));
+  accepted_.push_back({unit, *rows.attempt});
+}
+
+std::size_t RunRecorder::withdraw_visit(int visit, const std::string& reason) {
+  std::size_t count = 0;
+  for (const Accepted& accepted : accepted_) {
+    if (accepted.attempt.visit != visit) continue;
+    withdraw(units_.at(accepted.unit), accepted.attempt, reason);
+    ++count;
+  }
+  std::erase_if(accepted_, [&](const Accepted& accepted) { return accepted.attempt.visit == visit; });
+  return count;
 }
 
 // --- the end ----------------------------------------------------------------------------------------------------

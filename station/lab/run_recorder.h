@@ -75,6 +75,8 @@ class RunRecorder {
   /// The last attempt of unit number `unit` is complete. Like a rejection it stands in the file, so that whoever finds
   /// the file of a killed soakd knows which segments count.
   void accept(std::size_t unit);
+  /// What was accepted at this visit shall not be used: the visit begins again. Returns how many attempts that are.
+  std::size_t withdraw_visit(int visit, const std::string& reason);
   /// Rejections so far.
   [[nodiscard]] std::size_t rejected() const { return sealed_.withdrawals.size(); }
   /// Ends the run: seals the file, enters one row per unit with its segments into the catalog, and withdraws the
@@ -104,6 +106,11 @@ class RunRecorder {
     double from_s = 0.0;
     double to_s = 0.0;
   };
+  /// One that counts.
+  struct Accepted {
+    std::size_t unit = 0;
+    Attempt attempt;
+  };
   /// What is known of one unit's rows so far.
   struct UnitStream {
     RecordedUnit unit;
@@ -131,6 +138,8 @@ class RunRecorder {
   [[nodiscard]] base::Status write_loss(UnitStream& unit);
   [[nodiscard]] base::Status note_position(UnitStream& unit, const std::string& label, double t_s);
   [[nodiscard]] base::Status seal();
+  /// Withdraws an attempt, in the file and for finish().
+  void withdraw(const UnitStream& rows, const std::optional<Attempt>& attempt, std::string reason);
 
   db::Catalog* catalog_;
   db::RunFileWriter file_;
@@ -139,6 +148,7 @@ class RunRecorder {
   bool with_rates_;
   bool noted_silence_ = false;  ///< the events of units without rows are in the file
   std::vector<UnitStream> units_;
+  std::vector<Accepted> accepted_;
   std::size_t chamber_stream_ = 0;
   double last_chamber_t_s_ = kNever_s;
 };

@@ -379,4 +379,9 @@ void Station::break_segment(const std::string& reason) {
   for (const auto& unit : units) close_capture(*unit, reason);
 }
 
+void Station::withdraw_visit(int visit, const std::string& reason) {
+  const std::size_t count = recorder_ ? recorder_->withdraw_visit(visit, reason) : 0;
+  if (count > 0) log.add("segment", recorder_->info().label, fmt::format("{} are not used: {}", count, reason));
+}
+
 }  // namespace soak::station

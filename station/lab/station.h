@@ -118,6 +118,8 @@ class Station {
   void end_segment(const std::map<std::string, std::string>& why_not);
   /// Ends captures that are not complete: what was recorded so far is rejected.
   void break_segment(const std::string& reason);
+  /// Withdraws what the open run holds of a visit that begins again.
+  void withdraw_visit(int visit, const std::string& reason);
 
  private:
   /// The unit's clock on process time; nothing where it does not stream.

@@ -32,11 +32,23 @@ std::string_view name_of(SuspensionCause cause) {
 Suspenders::Verdict Suspenders::look(double now_s, const StationConditions& conditions) {
   for (const SuspensionCause cause : kAllCauses) watches_[index(cause)].follow(now_s, judge(cause, conditions));
   if (std::ranges::none_of(watches_, &Watch::suspends)) {
+    waited_before_s_ = waited_s(now_s);
     since_s_.reset();
     return Verdict::carry_on;
   }
-  if (!since_s_) since_s_ = now_s;
-  return now_s - *since_s_ > give_up_s_ ? Verdict::give_up : Verdict::suspend;
+  if (!since_s_) {
+    since_s_ = now_s;
+    ++suspensions_;
+  }
+  const bool too_much = waited_s(now_s) > give_up_s_ || suspensions_ > kMostSuspensions;
+  return too_much ? Verdict::give_up : Verdict::suspend;
+}
+
+double Suspenders::waited_s(double now_s) const { return waited_before_s_ + (since_s_ ? now_s - *since_s_ : 0.0); }
+
+void Suspenders::note_progress() {
+  waited_before_s_ = 0.0;
+  suspensions_ = 0;
 }
 
 void Suspenders::Watch::follow(double now_s, const Finding& finding) {
@@ -55,17 +67,20 @@ void Suspenders::Watch::follow(double now_s, const Finding& finding) {
 
 Suspenders::Finding Suspenders::judge(SuspensionCause cause, const StationConditions& conditions) {
   const auto level = [](bool bad, bool good) { return bad ? Level::bad : good ? Level::good : Level::between; };
+  const Finding unknown{Level::between, 0.0, ""};
   switch (cause) {
     case SuspensionCause::chamber:
       return {level(conditions.chamber_silent_s >= kChamberSilent_s, conditions.chamber_silent_s <= 0.0), 0.0,
               "the chamber does not answer, it is left at its set point: " + conditions.chamber_trouble};
     case SuspensionCause::air: {
-      const double off_k = conditions.air_off_k.value_or(0.0);
+      if (!conditions.air_off_k) return unknown;
+      const double off_k = *conditions.air_off_k;
       return {level(off_k > kAirAway_k, off_k <= kAirBack_k), kAirAway_s,
               fmt::format("the air is {:.1f} K from the set point: is the door open?", off_k)};
     }
     case SuspensionCause::disk: {
-      const double free_bytes = conditions.disk_free_bytes.value_or(kDiskEnough_bytes);
+      if (!conditions.disk_free_bytes) return unknown;
+      const double free_bytes = *conditions.disk_free_bytes;
       return {level(free_bytes < kDiskLow_bytes, free_bytes >= kDiskEnough_bytes), 0.0,
               fmt::format("the disk has {:.0f} MB left, {:.0f} are needed to go on", 1e-6 * free_bytes,
                           1e-6 * kDiskEnough_bytes)};
@@ -84,15 +99,15 @@ Suspenders::Finding Suspenders::judge(SuspensionCause cause, const StationCondit
 Suspenders::Finding Suspenders::judge_supplies(const std::vector<StationConditions::Supply>& supplies) {
   Finding finding{Level::good, kSupplyOff_s, ""};
   for (const StationConditions::Supply& supply : supplies) {
-    const double off = std::abs(supply.read_v - supply.set_v) / supply.set_v;
-    if (off <= kSupplyBack) continue;
-    if (off <= kSupplyOff) {
+    const auto off = supply.read_v ? std::optional(std::abs(*supply.read_v - supply.set_v) / supply.set_v) : std::nullopt;
+    if (off && *off <= kSupplyBack) continue;
+    if (!off || *off <= kSupplyOff) {
       finding.level = std::max(finding.level, Level::between);
       continue;
     }
     finding.level = Level::bad;
     finding.text += fmt::format("{}the supply of unit {} is {:.2f} V, set are {:.2f} V",
-                                finding.text.empty() ? "" : "; ", supply.unit, supply.read_v, supply.set_v);
+                                finding.text.empty() ? "" : "; ", supply.unit, *supply.read_v, supply.set_v);
   }
   return finding;
 }

@@ -24,11 +24,11 @@ enum class SuspensionCause : std::uint8_t {
 /// "chamber", "air", "disk", "storage", "supply", "catalog".
 [[nodiscard]] std::string_view name_of(SuspensionCause cause);
 
-/// What is known of the station now. What is not known does not suspend.
+/// What is known of the station now. What is not known neither suspends nor ends a suspension.
 struct StationConditions {
   double chamber_silent_s = 0.0;  ///< for how long it has not answered, host time as for all links; 0 = it answers
   std::string chamber_trouble;    ///< what its link says
-  /// Distance of the air from the set point; nothing where the campaign is not at a plateau.
+  /// Distance of the air from the set point; nothing where it is not known, or the campaign not at a plateau.
   std::optional<double> air_off_k;
   std::optional<double> disk_free_bytes;
   std::string storage_error;  ///< of the last try to write; empty = none
@@ -36,7 +36,7 @@ struct StationConditions {
   struct Supply {
     std::string unit;
     double set_v = 0.0;
-    double read_v = 0.0;
+    std::optional<double> read_v;  ///< nothing where it does not answer
   };
   std::vector<Supply> supplies;  ///< of the units that are measured and switched on
 };
@@ -57,18 +57,22 @@ struct StationConditions {
 class Suspenders {
  public:
   static constexpr double kSettle_s = 60.0;
+  static constexpr int kMostSuspensions = 10;  ///< without progress between them
 
-  /// `give_up_s`: the longest suspension.
+  /// `give_up_s`: for which it waits at most without progress, over one suspension or many.
   explicit Suspenders(double give_up_s = 0.0) : give_up_s_(give_up_s) {}
 
   enum class Verdict : std::uint8_t {
     carry_on,  ///< all is well
     suspend,   ///< wait, now or still
-    give_up,   ///< it has lasted for too long
+    give_up,   ///< it has waited for too long, or too often
   };
 
   /// `now_s` must not fall from one call to the next.
   Verdict look(double now_s, const StationConditions& conditions);
+
+  /// The campaign has come further than ever before: what it has waited for so far does not count any more.
+  void note_progress();
 
   /// What the station waits for; none where nothing suspends. A cause that is over, but not for kSettle_s, is among
   /// them.
@@ -80,7 +84,8 @@ class Suspenders {
   /// The same for people; empty where nothing suspends.
   [[nodiscard]] std::string text() const;
   [[nodiscard]] std::optional<double> suspended_since_s() const { return since_s_; }
-  [[nodiscard]] double give_up_s() const { return give_up_s_; }
+  /// How much longer it may wait.
+  [[nodiscard]] double left_s(double now_s) const { return give_up_s_ - waited_s(now_s); }
 
  private:
   enum class Level : std::uint8_t { good, between, bad };
@@ -102,9 +107,13 @@ class Suspenders {
   [[nodiscard]] static Finding judge(SuspensionCause cause, const StationConditions& conditions);
   [[nodiscard]] static Finding judge_supplies(const std::vector<StationConditions::Supply>& supplies);
 
+  [[nodiscard]] double waited_s(double now_s) const;
+
   double give_up_s_;
   std::array<Watch, kCauses> watches_;
   std::optional<double> since_s_;
+  double waited_before_s_ = 0.0;  ///< in suspensions that are over, since there was progress
+  int suspensions_ = 0;           ///< since then
 };
 
 }  // namespace soak::station
