@@ -38,7 +38,7 @@ export function renderCampaign(status, plan) {
   for (const part of ["progress", "facts"]) show($(part), campaign !== null);
   $("pause").disabled = !CAN_PAUSE.includes(state);
   $("resume").disabled = !(state === "paused" || resumable);
-  $("abort").disabled = !(CAN_ABORT.includes(state) || (state === "interrupted" && resumable));
+  $("abort").disabled = !(CAN_ABORT.includes(state) || (state === "interrupted" && resumable) || status.resumes_by_itself);
   $("resume").classList.toggle("primary", !$("resume").disabled);
   if (campaign) renderFacts(campaign, plan, time, finishOf(status));
 }

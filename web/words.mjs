@@ -212,6 +212,7 @@ export function doorOf(status, plan) {
   const dry_c = room.dew_point_c + DRY_MARGIN_K;
   if (coldest <= dry_c) return no(`Dew may form: the coldest part is at ${number(coldest, 0)} °C, it takes ${number(dry_c, 0)} °C (${dew})`);
   if (hottest >= HOT_C) return no(`Hot: ${number(hottest, 0)} °C`);
+  if (status.resumes_by_itself) return no("The campaign goes on by itself once the chamber is safe: abort it first");
   if (state === "paused") return { lamp: "yes", title: "Safe to open", text: `Paused; ${number(coldest, 0)} °C, ${dew}. After Resume the units settle again.` };
   if (state === "waiting" && !waitsByItself(status)) return { lamp: "yes", title: "Safe to open", text: `It waits for you; ${number(coldest, 0)} °C, ${dew}.` };
   if (state === "stopping" || isActive(status)) return no(state === "stopping" ? "The chamber is being made safe" : "A campaign is running: pause it first");
@@ -229,6 +230,13 @@ export function alertsOf(status) {
   return [...chamberAlerts(status), ...unitAlerts(status), ...campaignAlerts(status)];
 }
 
+/** What follows once a silent chamber answers. */
+function whenItAnswers({ state, suspension }) {
+  if (state === "paused") return "The campaign stays paused; Resume gives the chamber its set point again.";
+  if (suspension) return "The campaign waits for something else, too: see below.";
+  return "If it answers within a minute the campaign goes on at once.";
+}
+
 function chamberAlerts(status) {
   const { chamber, state, reason } = status;
   const alerts = chamber.alarms.map((name) => ({
@@ -243,7 +251,7 @@ function chamberAlerts(status) {
     title: "The chamber does not answer",
     action: ends
       ? "Go to the chamber: one that does not answer can only be switched off by hand, once the units are warm."
-      : "Go to the chamber: is it switched on, is its cable plugged in? If it answers within a minute the campaign goes on at once.",
+      : `Go to the chamber: is it switched on, is its cable plugged in? ${whenItAnswers(status)}`,
     detail: ends ? null : reason, // in the banner of campaignAlerts()
   });
   return alerts;
@@ -291,7 +299,10 @@ function campaignAlerts(status) {
     return [{ level: "warning", title: "The campaign was aborted: the station is being made safe", detail: reason, action: "Keep the door closed until the lamp below says that it is safe." }];
   }
   if (state === "stopping") {
-    return [{ level: "alarm", title: "The campaign has ended: the station is being made safe", detail: reason, action: "Do what is named here, if anything is. Keep the door closed until the lamp below says that it is safe." }];
+    return [{ level: "alarm", title: "The campaign has ended: the station is being made safe", detail: reason, action: `${status.resumes_by_itself ? "It then goes on by itself: abort it to stop that." : "Do what is named here, if anything is."} Keep the door closed until the lamp below says that it is safe.` }];
+  }
+  if (state === "interrupted" && status.resumes_by_itself) {
+    return [{ level: "warning", title: "The campaign was interrupted, and goes on by itself", detail: reason, action: "Keep the door closed. To stop that, abort it." }];
   }
   if (state === "interrupted") {
     return [{ level: "warning", title: "The campaign was interrupted", detail: reason, action: resumable ? "Press Resume: it goes on from the plateau before the break." : "Start a new campaign." }];

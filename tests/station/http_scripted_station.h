@@ -41,7 +41,7 @@ class ScriptedStation : public StationService {
          "attitude": null,
          "samples": 0, "lost": 7, "gyro_dps": null, "accel_mps2": null,
          "noise": {"tau_s": 0.96, "gyro_dps": null, "accel_mps2": null}}],
-      "resumable": null, "room": {"temp_c": 23.0, "dew_point_c": 12.0},
+      "resumable": null, "resumes_by_itself": false, "room": {"temp_c": 23.0, "dew_point_c": 12.0},
       "clock": {"rate": 60.0, "process_s": 39000.0, "utc_s": 1790000650.0}, "simulated": true, "version": "0.1.0"})");
   }
 

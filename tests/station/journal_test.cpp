@@ -169,5 +169,16 @@ TEST_F(JournalTest, SaysWhyItCannotWriteAfterTheBusyTimeOut) {
   EXPECT_EQ(texts(), std::vector<std::string>{"one"});
 }
 
+TEST_F(JournalTest, NeverTakesARefusedStepForWrittenWhateverIsRefusedAfterIt) {
+  const auto journal = open();
+  journal->add(step(0));
+  const auto first = journal->add(step(0));
+  const auto second = journal->add(step(0));
+  journal->add(Journal::State{"unknown", "running", ""});
+  ASSERT_TRUE(journal->wait_until_written(kSoon));
+  EXPECT_EQ(journal->written(first), Journal::Written::refused);
+  EXPECT_EQ(journal->written(second), Journal::Written::refused);
+}
+
 }  // namespace
 }  // namespace soak::station

@@ -297,5 +297,23 @@ TEST(WayBack, IsEmptyWhereTheCampaignHasEnded) {
     EXPECT_TRUE(way_back(plan, first_steps(plan.steps.size()), kRoomC).steps.empty());
 }
 
+TEST(WayToVisit, GoesBackFromWhereverTheAirHasLeftAPlateauThatItHadReached) {
+  Procedure p;
+  p.set_points_c = {10, 30, 50, 70};
+  p.positions = {"+Y", "-Y"};
+  p.rate_positions = {"+Y"};
+  p.rates_dps = {30.0};
+  p.preflight_position_s = 0.0;
+  const Plan plan = compile_plan(p, kRoomC);
+  for (const std::size_t cut : steps_of_visits(plan)) {
+    const std::size_t begin = begin_of_visit(plan, cut);
+    const auto drive = std::find_if(plan.steps.begin() + static_cast<std::ptrdiff_t>(begin), plan.steps.end(),
+                                    [](const Step& step) { return step.kind == StepKind::set_temperature; });
+    if (plan.steps[cut].visit != 2 || cut <= static_cast<std::size_t>(drive - plan.steps.begin())) continue;
+    // On the way from 30 to 50 degrees it could be there; at the plateau of 50 it has gone back.
+    EXPECT_GT(way_to_visit(plan, cut, {40.0, kRoomC, false}).size(), 1U) << describe(plan, cut);
+  }
+}
+
 }  // namespace
 }  // namespace soak::station

@@ -208,5 +208,34 @@ TEST_F(RunRecorderTest, WithdrawsAllPartsOfASegmentThatAGapHasCut) {
   EXPECT_NEAR(left->front().t_start_s, 35.2, 1e-9);
 }
 
+TEST_F(RunRecorderTest, WithdrawsWhatWasCompleteAtAVisitThatBeginsAgainAndNothingOfTheOthers) {
+  RunRecorder recorder = begin(info());
+  Unit unit(1);
+  const auto record = [&](int visit, const std::string& position) {
+    RowLabels labels;
+    labels.plateau_c = 60.0 + 5.0 * visit;
+    labels.sweep = Sweep::up;
+    labels.visit = visit;
+    labels.phase = Phase::soak;
+    labels.position = position;
+    ASSERT_TRUE(recorder.add(0, unit.samples(100, 60.0F), labels));
+    recorder.accept(0);
+    labels.phase = Phase::ramp;
+    labels.position = "";
+    ASSERT_TRUE(recorder.add(0, unit.samples(20, 60.0F), labels));
+  };
+  record(0, "+X");
+  record(1, "+X");
+  record(1, "-X");
+  EXPECT_EQ(recorder.withdraw_visit(1, "begins again"), 2U);
+  EXPECT_EQ(recorder.withdraw_visit(1, "begins again"), 0U) << "once is enough";
+  record(1, "+X");
+  record(1, "-X");
+  const auto runs = recorder.finish();
+  ASSERT_TRUE(runs) << runs.error().message;
+  EXPECT_EQ(names_of(*catalog_->segments(runs->front().run_id, "SN1", false)),
+            (std::vector<std::string>{"0+X0", "1+X1", "1-X1"}));
+}
+
 }  // namespace
 }  // namespace soak::station

@@ -155,6 +155,28 @@ TEST_F(RunSealing, AFailureThatLastsForTooLongComesBackAndTheSafeEndTriesAgain) 
   EXPECT_FALSE(runs->front().voided) << "it was complete before it could not be sealed";
 }
 
+TEST_F(RunSealing, AFailureHoldsAChamberAtItsPlateauForMinutesNotForTheTimeOfASuspension) {
+  record(2, 1000);
+  station_->campaign.plan.procedure.give_up_h = 12.0;
+  station_->chamber.expect(60.0);
+  auto reader = read_elsewhere();
+  const auto task = power_off();
+  turns_until([&] {
+    EXPECT_EQ(task->poll(*station_).state, StepState::running);
+    return !station_->seal_trouble().empty();
+  });
+  const double begun_s = station_->now_s();
+  stream_.rows_per_poll = 1000;  // ten seconds of the unit's clock
+  StepProgress progress;
+  turns_until([&] {
+    progress = task->poll(*station_);
+    return progress.state != StepState::running;
+  });
+  EXPECT_EQ(progress.state, StepState::failed);
+  EXPECT_GT(station_->now_s() - begun_s, 500.0);
+  EXPECT_LT(station_->now_s() - begun_s, 12.0 * 3600.0);
+}
+
 TEST_F(RunSealing, WhatIsLeftBehindIsEnteredBesideTheLoop) {
   record(2, 1000);
   const std::string run_id = station_->run_id();

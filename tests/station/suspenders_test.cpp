@@ -158,5 +158,58 @@ TEST(Suspenders, GoOnOnlyOnceEveryCauseIsOver) {
   EXPECT_EQ(suspenders.suspended_since_s(), 0.0) << "one suspension from the first cause to the last";
 }
 
+TEST(Suspenders, GiveUpOnManyShortSuspensionsWithoutProgressAsOnALongOne) {
+  Suspenders suspenders(3600.0);
+  double now_s = 0.0;
+  const auto suspend_for = [&](double seconds) {
+    Verdict verdict = suspenders.look(now_s, disk_free(0.0));
+    if (verdict == Verdict::suspend) verdict = suspenders.look(now_s += seconds, disk_free(0.0));
+    (void)suspenders.look(now_s, disk_free(1e9));
+    (void)suspenders.look(now_s += Suspenders::kSettle_s, disk_free(1e9));
+    now_s += 3000.0;  // the campaign is carried on meanwhile
+    return verdict;
+  };
+  EXPECT_EQ(suspend_for(1740.0), Verdict::suspend);
+  EXPECT_EQ(suspend_for(1740.0), Verdict::suspend) << "half an hour, with the settling time, twice";
+  EXPECT_EQ(suspend_for(10.0), Verdict::give_up);
+  suspenders = Suspenders(3600.0);
+  EXPECT_EQ(suspend_for(1740.0), Verdict::suspend);
+  suspenders.note_progress();
+  EXPECT_EQ(suspend_for(3500.0), Verdict::suspend) << "with progress it is counted anew";
+}
+
+TEST(Suspenders, GiveUpAfterSoManySuspensionsWithoutProgress) {
+  Suspenders suspenders(kTwelveHours_s);
+  double now_s = 0.0;
+  const auto suspend = [&] {
+    const Verdict verdict = suspenders.look(now_s, disk_free(0.0));
+    (void)suspenders.look(now_s += 1.0, disk_free(1e9));
+    (void)suspenders.look(now_s += Suspenders::kSettle_s, disk_free(1e9));
+    return verdict;
+  };
+  for (int i = 0; i < Suspenders::kMostSuspensions; ++i) EXPECT_EQ(suspend(), Verdict::suspend) << i;
+  EXPECT_EQ(suspend(), Verdict::give_up);
+  suspenders.note_progress();
+  EXPECT_EQ(suspend(), Verdict::suspend);
+}
+
+TEST(Suspenders, DoNotTakeWhatIsNotKnownForTheEndOfACause) {
+  StationConditions unknown_supply;
+  unknown_supply.supplies = {{"A1", 12.0, std::nullopt}};
+  Suspenders air(kTwelveHours_s);
+  Suspenders disk(kTwelveHours_s);
+  Suspenders supply(kTwelveHours_s);
+  for (const double now_s : {0.0, 600.0}) {
+    (void)air.look(now_s, air_off(20.0));
+    (void)disk.look(now_s, disk_free(0.0));
+    (void)supply.look(now_s, supply_at(10.0));
+  }
+  for (const double now_s : {700.0, 5000.0}) {
+    EXPECT_EQ(air.look(now_s, {}), Verdict::suspend);
+    EXPECT_EQ(disk.look(now_s, {}), Verdict::suspend);
+    EXPECT_EQ(supply.look(now_s, unknown_supply), Verdict::suspend);
+  }
+}
+
 }  // namespace
 }  // namespace soak::station
