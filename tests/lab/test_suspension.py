@@ -3,6 +3,7 @@
 unit that stands in the wrong slot, a soakd that was killed. Nothing that was recorded is voided."""
 import contextlib
 import json
+import signal
 import sqlite3
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import urllib.request
 
 import bench
 from bench import LabTest, short_procedure
+from lab_session import end
 
 BUSY_TIMEOUT_S = 10.0  # for which soakd's own connection waits at one try (docs/architecture.md)
 HOLD_LOCK = """import sqlite3, sys
@@ -20,7 +22,10 @@ db.execute("BEGIN IMMEDIATE")
 print("locked", flush=True)
 sys.stdin.read()
 """
-SET_POINT = 2782  # register of the controller
+SET_POINT, CONTROL_MODE = 2782, 2730  # registers of the controller
+SETTLE_S = 60.0  # process time for which a chamber must have answered
+OVER = ("finished", "failed", "aborted")
+GOES_ON = 'on_restart = "resume"\n'
 
 
 class Suspension(LabTest):
@@ -184,19 +189,154 @@ class Suspension(LabTest):
         self.assert_event("unit", "0380A001", "MTi")
 
     def test_a_killed_campaign_goes_on_by_itself_where_the_procedure_says_so(self):
-        self.start_lab(rate=400)
-        procedure = short_procedure(set_points=(15, 30, 45)).replace("[temperatures]", 'on_restart = "resume"\n[temperatures]', 1)
-        self.start_campaign(procedure)
-        self.wait("the second visit", lambda s: "visit 1," in s["campaign"]["step_text"])
-        self.lab.soakd.kill()
-        self.lab.soakd.wait()
-        self.lab.soakd.stdout.close()
+        self.start_campaign_that_goes_on(rate=400)
+        self.kill_soakd()
         self.lab.start_soakd()
-        status = self.wait("the end", lambda s: s["state"] in ("finished", "failed", "aborted"))
+        status = self.wait("the end", lambda s: s["state"] in OVER)
         self.assertEqual(status["state"], "finished", status["reason"])
         self.assertEqual(self.labels(), ["R01", "R01.2"])
         self.assertEqual(self.whole_runs_void(), [])
         self.assert_safe()
+
+    def start_campaign_that_goes_on(self, rate, cut=(), set_points=(15, 30, 45)):
+        """A campaign that a new soakd may resume, at its second visit."""
+        self.start_lab(rate=rate, cut=cut)
+        self.start_campaign(short_procedure(set_points=set_points).replace("[temperatures]", GOES_ON + "[temperatures]", 1))
+        return self.wait("the second visit", lambda s: "visit 1," in s["campaign"]["step_text"])
+
+    def kill_soakd(self):
+        self.lab.soakd.kill()
+        self.lab.soakd.wait()
+        self.lab.soakd.stdout.close()
+
+    def assert_waits_for_somebody(self, state):
+        """The safe state is reached, and nothing begins in it."""
+        status = self.wait("the safe state", lambda s: s["state"] in bench.ENDED)
+        self.assertEqual(status["state"], state, status["reason"])
+        self.assertFalse(status["resumes_by_itself"])
+        begun_s = status["clock"]["process_s"]
+        self.wait("ten minutes", lambda s: s["clock"]["process_s"] > begun_s + 600 or s["state"] != state)
+        self.assertEqual(self.status()["state"], state)
+        self.assert_safe()
+
+    def test_an_abort_stays_one_though_soakd_is_killed_on_the_way_and_the_catalog_never_had_it(self):
+        self.start_campaign_that_goes_on(rate=100)
+        with self.locked_catalog():
+            self.lab.soak("campaign", "abort", "--reason", "smoke")
+            self.assertEqual(self.status()["state"], "stopping")
+            self.kill_soakd()
+        self.assertEqual(self.query("SELECT state FROM journal"), [("running",)])
+        self.lab.start_soakd()
+        self.assert_waits_for_somebody("aborted")
+        self.assertIsNone(self.status()["resumable"])
+
+    def test_a_paused_campaign_waits_for_somebody_though_soakd_was_restarted(self):
+        self.start_campaign_that_goes_on(rate=400)
+        self.lab.soak("campaign", "pause")
+        end(self.lab.soakd)
+        self.lab.start_soakd()
+        self.assert_waits_for_somebody("interrupted")
+        self.lab.soak("campaign", "resume")
+        self.wait("the way back", lambda s: s["state"] == "running")
+        self.kill_soakd()
+        self.lab.start_soakd()
+        self.assert_waits_for_somebody("interrupted")
+
+    def test_a_campaign_that_comes_no_further_is_resumed_once(self):
+        self.start_campaign_that_goes_on(rate=200)
+        self.kill_soakd()
+        self.lab.start_soakd()
+        # The way back repeats steps that had ended before.
+        self.wait("a visit", lambda s: s["state"] == "running" and s["campaign"]["step_kind"] == "wait_stable")
+        self.kill_soakd()
+        self.lab.start_soakd()
+        self.assert_waits_for_somebody("interrupted")
+
+    def test_what_would_resume_by_itself_can_be_aborted_before(self):
+        self.start_campaign_that_goes_on(rate=20, set_points=(40, 45, 50))
+        self.kill_soakd()
+        self.lab.start_soakd()
+        status = self.wait("the way to the safe state", lambda s: s["state"] == "stopping")
+        self.check_schema(status, "campaign-status")
+        self.assertTrue(status["resumes_by_itself"])
+        self.lab.soak("campaign", "abort", "--reason", "somebody is there")
+        status = self.status()
+        self.assertEqual((status["ending"]["outcome"], status["resumes_by_itself"]), ("aborted", False))
+        self.assert_waits_for_somebody("aborted")
+
+    def test_a_suspended_campaign_goes_on_with_a_new_soakd(self):
+        for how in ("killed", "stopped"):
+            with self.subTest(how):
+                self.folder = self.folder / how
+                self.folder.mkdir()
+                self.start_campaign_that_goes_on(rate=400, cut=["chamber"])
+                self.proxies["chamber"].cut()
+                self.wait("the suspension", lambda s: s["suspension"])
+                if how == "stopped":
+                    self.lab.soakd.send_signal(signal.SIGTERM)
+                    self.wait("the way to the safe state", lambda s: s["state"] == "stopping")
+                self.kill_soakd()
+                self.proxies["chamber"].mend()
+                self.lab.start_soakd()
+                status = self.wait("the end", lambda s: s["state"] in OVER)
+                self.assertEqual(status["state"], "finished", status["reason"])
+                self.assert_safe()
+                self.stop_lab()
+
+    def test_a_chamber_that_comes_back_switched_off_is_left_alone_for_the_settling_time(self):
+        self.start_lab(rate=20, cut=["chamber"])
+        self.start_campaign(short_procedure(set_points=(35,)))
+        self.wait_for_step("wait_stable")
+        self.cut_and_switch_off_the_chamber()
+        self.proxies["chamber"].mend()
+        answers_s = self.wait("an answer", lambda s: s["chamber"]["connected"])["clock"]["process_s"]
+        status = self.wait("heating", lambda s: s["chamber"]["running"] or s["state"] in bench.ENDED)
+        self.assertTrue(status["chamber"]["running"], status["reason"])
+        self.assertGreater(status["clock"]["process_s"], answers_s + 0.8 * SETTLE_S)
+        self.assertEqual(self.wait_for_end()["state"], "finished")
+
+    def test_of_a_paused_campaign_it_is_left_alone_until_somebody_resumes(self):
+        self.start_lab(rate=50, cut=["chamber"])
+        self.start_campaign(short_procedure(set_points=(35,)))
+        self.wait_for_step("wait_stable")
+        self.lab.soak("campaign", "pause")
+        self.cut_and_switch_off_the_chamber()
+        time.sleep(75)  # host time: a link is dead after some seconds, the chamber missing a minute later
+        self.proxies["chamber"].mend()
+        answers_s = self.wait("an answer", lambda s: s["chamber"]["connected"])["clock"]["process_s"]
+        self.wait("ten minutes", lambda s: s["clock"]["process_s"] > answers_s + 600)
+        self.assertEqual(self.status()["state"], "paused")
+        self.assertEqual(self.chamber()[0], bench.OFF)
+        self.lab.soak("campaign", "resume")
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "finished", status["reason"])
+
+    def cut_and_switch_off_the_chamber(self):
+        """As a power dip does."""
+        self.proxies["chamber"].cut()
+        if self.status()["state"] != "paused":
+            self.wait("the suspension", lambda s: s["suspension"])
+        self.modbus("chamber").write_registers(CONTROL_MODE, [bench.OFF], 1)
+
+    def test_a_visit_that_begins_again_is_used_once(self):
+        self.start_lab(rate=200, cut=["chamber"])
+        self.start_campaign(short_procedure(set_points=(30,), positions=("+Z", "-Z"), dwell_s=200))
+        self.wait("the second position", lambda s: self.attempts("record")[0] == 1 and s["campaign"]["step_kind"] == "record")
+        self.proxies["chamber"].cut()
+        self.wait("the suspension", lambda s: s["suspension"])
+        self.lab.soak("campaign", "pause")
+        self.proxies["chamber"].mend()
+        self.wait("the chamber", lambda s: s["chamber"]["connected"])
+        self.assertEqual(self.status()["state"], "paused")
+        self.lab.soak("campaign", "resume")
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "finished", status["reason"])
+        self.assertEqual(self.attempts("record"), [2, 1])
+        usable = self.query("""SELECT s.position, s.attempt FROM segment s WHERE NOT EXISTS (SELECT 1 FROM void v
+            WHERE v.run_id = s.run_id AND v.unit = s.unit AND coalesce(v.visit, s.visit) = s.visit
+            AND coalesce(v.position, s.position) = s.position AND coalesce(v.attempt, s.attempt) = s.attempt)""")
+        self.assertEqual(sorted(position for position, _ in usable), ["+Z", "-Z"])
+        self.assertEqual(dict(usable)["+Z"], 1, "the one that was recorded after the suspension")
 
 
 if __name__ == "__main__":

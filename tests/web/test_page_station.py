@@ -211,6 +211,22 @@ class Alarms(StationTest):
         self.station.set("/chamber/alarms", ["over-temperature"])
         self.see("#alerts .alarm", "over-temperature")
 
+    def test_what_resumes_by_itself_keeps_the_door_closed_and_can_be_aborted(self):
+        self.station.set("/state", "interrupted")
+        self.station.set("/resumable", "acceptance")
+        self.station.set("/chamber/air_c", 25.0)
+        for unit in (0, 1):
+            self.station.set(f"/units/{unit}/temp_c", 25.0)
+        self.open()
+        self.browser.wait("return document.querySelector('#door').dataset.lamp === 'yes'")
+        for state in ("interrupted", "stopping"):
+            self.station.set("/resumes_by_itself", True)
+            self.station.set("/state", state)
+            self.browser.wait("return document.querySelector('#door').dataset.lamp === 'no'")
+            self.browser.wait("return !document.querySelector('#abort').disabled")
+        self.station.set("/resumes_by_itself", False)
+        self.browser.wait("return document.querySelector('#abort').disabled")
+
     def test_a_chamber_that_is_off_while_nothing_runs_is_no_alarm(self):
         self.station.set("/state", "idle")
         self.station.set("/campaign", None)
