@@ -21,8 +21,8 @@ struct CampaignNote {
   bool operator==(const CampaignNote&) const = default;
 };
 
-/// Keeps the note in a file of its own beside the catalog: the catalog may be locked, and what waits for it is lost with
-/// a killed soakd.
+/// Keeps the note in a file of its own beside the catalog: the catalog may be locked, and what waits for it is lost
+/// with a killed soakd.
 class CampaignNoteFile {
  public:
   explicit CampaignNoteFile(std::filesystem::path path) : path_(std::move(path)) {}

@@ -37,8 +37,8 @@ enum class CampaignEvent : std::uint8_t {
 
 /// The one table of states. `from`: where the event may happen; `to`: where it leads. Of `safe` the end is the reason
 /// for which the campaign was stopped: one of the three rows. Of `resume` it is running, too, for a campaign that was
-/// cut short; of `abort` it is aborted at once where nothing moves any more. An abort on the way to the safe state changes
-/// the end, of a campaign that was interrupted: it would have been resumed.
+/// cut short; of `abort` it is aborted at once where nothing moves any more. An abort on the way to the safe state
+/// changes the end, of a campaign that was interrupted: it would have been resumed.
 struct CampaignTransition {
   CampaignState from;
   CampaignEvent event;

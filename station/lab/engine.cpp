@@ -152,8 +152,7 @@ base::Status Engine::restore_unfinished() {
   state_ = (*last)->state == "failed" ? CampaignState::failed : CampaignState::interrupted;
   reason_ = (*last)->reason;
   unfinished_ = station_->campaign.name = (*last)->name;
-  resumes_by_itself_ =
-      state_ == CampaignState::interrupted && note_.campaign == unfinished_ && note_.goes_on;
+  resumes_by_itself_ = state_ == CampaignState::interrupted && note_.campaign == unfinished_ && note_.goes_on;
   return {};
 }
 
@@ -167,10 +166,10 @@ void Engine::resume_by_itself() {
   const base::Error& error = resumed.error();
   // A device may still be starting, as the computer was, or the catalog be locked. A refusal of the plan is for people.
   resumes_by_itself_ = error.kind != base::ErrorKind::bad_input;
-  log_.add("campaign", unfinished_,
-           fmt::format("{}: {}: {}",
-                       resumes_by_itself_ ? "cannot be resumed yet" : "is not resumed, it waits for somebody",
-                       error.where, error.message));
+  log_.add(
+      "campaign", unfinished_,
+      fmt::format("{}: {}: {}", resumes_by_itself_ ? "cannot be resumed yet" : "is not resumed, it waits for somebody",
+                  error.where, error.message));
 }
 
 base::Status Engine::try_to_resume() {
@@ -186,8 +185,8 @@ CampaignNote Engine::note_now() const {
     case CampaignState::running:
     case CampaignState::suspended:
       // Somebody who is asked for something may have the door open.
-      note.goes_on = has_come_on_ && station_->procedure().on_restart == RestartOutcome::resume &&
-                     !station_->prompts.open();
+      note.goes_on =
+          has_come_on_ && station_->procedure().on_restart == RestartOutcome::resume && !station_->prompts.open();
       return note;
     case CampaignState::stopping:
       if (outcome_ != CampaignState::interrupted) {

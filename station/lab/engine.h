@@ -209,11 +209,11 @@ class Engine : public StationService {
   Suspenders suspenders_;
   bool chamber_is_silent_ = false;
   std::chrono::steady_clock::time_point silent_since_{};
-  bool visit_is_void_ = false;  ///< the campaign was suspended, and has not gone on since
-  bool air_was_away_ = false;   ///< meanwhile
-  bool air_has_arrived_ = false;      ///< at the set point, since the last step that may have moved it from there
+  bool visit_is_void_ = false;          ///< the campaign was suspended, and has not gone on since
+  bool air_was_away_ = false;           ///< meanwhile
+  bool air_has_arrived_ = false;        ///< at the set point, since the last step that may have moved it from there
   bool chamber_is_left_alone_ = false;  ///< it was silent for long while people had it in hand: until they resume
-  std::string storage_error_;   ///< why what was measured could not be written
+  std::string storage_error_;           ///< why what was measured could not be written
   std::optional<double> disk_free_bytes_;
   std::chrono::steady_clock::time_point next_disk_look_{};
   std::chrono::steady_clock::time_point next_probe_{};

@@ -280,6 +280,7 @@ base::Status Engine::do_resume(const std::string& user) {
 base::Status Engine::do_abort(const std::string& user, const std::string& reason) {
   const std::string text = fmt::format("aborted by {}: {}", user, reason);
   if (state_ == CampaignState::interrupted && !unfinished_.empty()) {
+    resumes_by_itself_ = false;
     set_state(CampaignState::aborted, text, user);
     return {};
   }

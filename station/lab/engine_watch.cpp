@@ -76,8 +76,8 @@ void Engine::heed_watch() {
 void Engine::watch_set_point() {
   if (!station_->chamber.lost_set_point()) return;
   if (state_ == CampaignState::suspended) void_visit("the chamber lost its set point");
-  // One that comes back after a long silence, perhaps off, perhaps with its door open, has the settling time first; while
-  // people have it in hand, until they resume.
+  // One that comes back after a long silence, perhaps off, perhaps with its door open, has the settling time first;
+  // while people have it in hand, until they resume.
   if (chamber_is_left_alone_ || suspenders_.has(SuspensionCause::chamber)) return;
   const double expected_c = *station_->chamber.expected_c();
   const auto& reading = *station_->chamber.reading();
@@ -139,8 +139,8 @@ bool Engine::makes_safe() const {
   return plan.steps[step_].kind == StepKind::warm_end || plan.steps[step_].kind == StepKind::power_off;
 }
 
-/// The end of a run needs neither room on the disk nor the units' supply: a chamber that is on its way to the safe state
-/// gets there.
+/// The end of a run needs neither room on the disk nor the units' supply: a chamber that is on its way to the safe
+/// state gets there.
 bool Engine::must_wait() const {
   if (makes_safe()) return suspenders_.has(SuspensionCause::chamber) || suspenders_.has(SuspensionCause::catalog);
   return !suspenders_.causes().empty();
@@ -184,7 +184,8 @@ std::optional<double> Engine::air_off_k() const {
   const Plan& plan = station_->campaign.plan;
   if (!air_has_arrived_ || !reading || !expected_c || step_ >= plan.steps.size()) return std::nullopt;
   const Step& step = plan.steps[step_];
-  const bool at_plateau = step.visit >= 0 && !air_may_leave(step) && std::abs(*expected_c - step.temp_c) < kAtSetPoint_k;
+  const bool at_plateau =
+      step.visit >= 0 && !air_may_leave(step) && std::abs(*expected_c - step.temp_c) < kAtSetPoint_k;
   return at_plateau ? std::optional(std::abs(reading->air_c - step.temp_c)) : std::nullopt;
 }
 

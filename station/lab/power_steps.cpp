@@ -19,7 +19,8 @@ constexpr std::chrono::seconds kInrushCheckInterval{1};
 constexpr int kInrushChecks = 2;
 
 constexpr std::chrono::seconds kSealInterval{1};
-constexpr double kSealAtPlateau_s = 600.0;  ///< process time that a run may take to be sealed while the chamber is driven
+constexpr double kSealAtPlateau_s =
+    600.0;  ///< process time that a run may take to be sealed while the chamber is driven
 constexpr double kShortestOff_s = 1.0;
 constexpr double kClockAfterPowerOn_s = 60.0;  ///< largest that the clock of a unit that was just switched on may show
 // Host time after the units were switched on.

@@ -340,15 +340,14 @@ void RunRecorder::accept(std::size_t unit) {
   accepted_.push_back({unit, *rows.attempt});
 }
 
-std::size_t RunRecorder::withdraw_visit(int visit, const std::string& reason) {
-  std::size_t count = 0;
+std::size_t RunRecorder::withdraw_visit(std::size_t unit, int visit, const std::string& reason) {
+  const auto counts_no_more = [&](const Accepted& accepted) {
+    return accepted.unit == unit && accepted.attempt.visit == visit;
+  };
   for (const Accepted& accepted : accepted_) {
-    if (accepted.attempt.visit != visit) continue;
-    withdraw(units_.at(accepted.unit), accepted.attempt, reason);
-    ++count;
+    if (counts_no_more(accepted)) withdraw(units_.at(unit), accepted.attempt, reason);
   }
-  std::erase_if(accepted_, [&](const Accepted& accepted) { return accepted.attempt.visit == visit; });
-  return count;
+  return std::erase_if(accepted_, counts_no_more);
 }
 
 // --- the end ----------------------------------------------------------------------------------------------------

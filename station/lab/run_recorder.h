@@ -75,8 +75,9 @@ class RunRecorder {
   /// The last attempt of unit number `unit` is complete. Like a rejection it stands in the file, so that whoever finds
   /// the file of a killed soakd knows which segments count.
   void accept(std::size_t unit);
-  /// What was accepted at this visit shall not be used: the visit begins again. Returns how many attempts that are.
-  std::size_t withdraw_visit(int visit, const std::string& reason);
+  /// What was accepted of unit number `unit` at this visit shall not be used: the visit begins again. Returns how many
+  /// attempts that are.
+  std::size_t withdraw_visit(std::size_t unit, int visit, const std::string& reason);
   /// Rejections so far.
   [[nodiscard]] std::size_t rejected() const { return sealed_.withdrawals.size(); }
   /// Ends the run: seals the file, enters one row per unit with its segments into the catalog, and withdraws the

@@ -78,7 +78,6 @@ class SafeEnd {
   /// True once everything that answers is safe. Goes on for as long as the chamber does not answer; a supply of the
   /// units has half a minute after that.
   [[nodiscard]] bool poll(Station& station);
-  [[nodiscard]] const std::string& reason() const { return reason_; }
   /// What it is doing, for the operator.
   [[nodiscard]] std::string text(const Station& station) const;
   /// Whether a person has to go to the chamber: it does not answer, or does not do what it is told.

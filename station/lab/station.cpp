@@ -380,8 +380,11 @@ void Station::break_segment(const std::string& reason) {
 }
 
 void Station::withdraw_visit(int visit, const std::string& reason) {
-  const std::size_t count = recorder_ ? recorder_->withdraw_visit(visit, reason) : 0;
-  if (count > 0) log.add("segment", recorder_->info().label, fmt::format("{} are not used: {}", count, reason));
+  if (!recorder_) return;
+  for (const UnitChannel* unit : active_units()) {
+    const std::size_t count = recorder_->withdraw_visit(unit->recorder_index, visit, reason);
+    if (count > 0) log.add("segment", unit->serial(), fmt::format("{} are not used: {}", count, reason));
+  }
 }
 
 }  // namespace soak::station

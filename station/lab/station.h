@@ -118,7 +118,7 @@ class Station {
   void end_segment(const std::map<std::string, std::string>& why_not);
   /// Ends captures that are not complete: what was recorded so far is rejected.
   void break_segment(const std::string& reason);
-  /// Withdraws what the open run holds of a visit that begins again.
+  /// Withdraws what the open run holds of a visit that begins again. A unit that is no longer measured keeps its part.
   void withdraw_visit(int visit, const std::string& reason);
 
  private:

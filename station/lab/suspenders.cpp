@@ -99,7 +99,8 @@ Suspenders::Finding Suspenders::judge(SuspensionCause cause, const StationCondit
 Suspenders::Finding Suspenders::judge_supplies(const std::vector<StationConditions::Supply>& supplies) {
   Finding finding{Level::good, kSupplyOff_s, ""};
   for (const StationConditions::Supply& supply : supplies) {
-    const auto off = supply.read_v ? std::optional(std::abs(*supply.read_v - supply.set_v) / supply.set_v) : std::nullopt;
+    const auto off =
+        supply.read_v ? std::optional(std::abs(*supply.read_v - supply.set_v) / supply.set_v) : std::nullopt;
     if (off && *off <= kSupplyBack) continue;
     if (!off || *off <= kSupplyOff) {
       finding.level = std::max(finding.level, Level::between);

@@ -227,8 +227,9 @@ TEST_F(RunRecorderTest, WithdrawsWhatWasCompleteAtAVisitThatBeginsAgainAndNothin
   record(0, "+X");
   record(1, "+X");
   record(1, "-X");
-  EXPECT_EQ(recorder.withdraw_visit(1, "begins again"), 2U);
-  EXPECT_EQ(recorder.withdraw_visit(1, "begins again"), 0U) << "once is enough";
+  EXPECT_EQ(recorder.withdraw_visit(1, 1, "begins again"), 0U) << "the other unit has nothing there";
+  EXPECT_EQ(recorder.withdraw_visit(0, 1, "begins again"), 2U);
+  EXPECT_EQ(recorder.withdraw_visit(0, 1, "begins again"), 0U) << "once is enough";
   record(1, "+X");
   record(1, "-X");
   const auto runs = recorder.finish();
