@@ -110,6 +110,7 @@ class Engine : public StationService {
   /// Whether the air is, in this step, on its way or where people let it go: they turn the fixture at the open door.
   [[nodiscard]] bool air_may_leave(const Step& step) const;
   void follow_air();
+  [[nodiscard]] bool ends_without_plateau() const;
   [[nodiscard]] std::vector<StationConditions::Supply> supplies() const;
   /// Whether the present step leads to the safe state, for which nothing but the chamber is needed.
   [[nodiscard]] bool makes_safe() const;

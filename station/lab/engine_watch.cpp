@@ -152,13 +152,19 @@ StationConditions Engine::conditions() const {
     conditions.chamber_silent_s = std::chrono::duration<double>(steady_clock::now() - silent_since_).count();
   }
   conditions.chamber_trouble = station_->chamber.trouble();
-  // With the other outcomes the procedure itself says how to go on without the plateau.
-  if (station_->procedure().stability.on_timeout == TimeoutOutcome::abort) conditions.air_off_k = air_off_k();
+  if (!ends_without_plateau()) conditions.air_off_k = air_off_k();
   conditions.disk_free_bytes = disk_free_bytes_;
   conditions.storage_error = storage_error_;
   conditions.catalog_error = step_error_;
   conditions.supplies = supplies();
   return conditions;
+}
+
+/// Whether the present step has a time-out after which the procedure goes on without the plateau.
+bool Engine::ends_without_plateau() const {
+  const Plan& plan = station_->campaign.plan;
+  return step_ < plan.steps.size() && plan.steps[step_].kind == StepKind::wait_stable &&
+         plan.procedure.stability.on_timeout != TimeoutOutcome::abort;
 }
 
 /// Until the run is open the units are being switched on, which has its own judgement.

@@ -3,6 +3,7 @@
 unit that stands in the wrong slot, a soakd that was killed. Nothing that was recorded is voided."""
 import contextlib
 import json
+import re
 import signal
 import sqlite3
 import subprocess
@@ -14,6 +15,7 @@ import urllib.request
 import bench
 from bench import LabTest, short_procedure
 from lab_session import end
+from modbus_proxy import ModbusProxy, with_read_f32
 
 BUSY_TIMEOUT_S = 10.0  # for which soakd's own connection waits at one try (docs/architecture.md)
 HOLD_LOCK = """import sqlite3, sys
@@ -22,7 +24,7 @@ db.execute("BEGIN IMMEDIATE")
 print("locked", flush=True)
 sys.stdin.read()
 """
-SET_POINT, CONTROL_MODE = 2782, 2730  # registers of the controller
+SET_POINT, CONTROL_MODE, AIR = 2782, 2730, 2820  # registers of the controller
 SETTLE_S = 60.0  # process time for which a chamber must have answered
 OVER = ("finished", "failed", "aborted")
 GOES_ON = 'on_restart = "resume"\n'
@@ -317,6 +319,44 @@ class Suspension(LabTest):
         if self.status()["state"] != "paused":
             self.wait("the suspension", lambda s: s["suspension"])
         self.modbus("chamber").write_registers(CONTROL_MODE, [bench.OFF], 1)
+
+    def start_with_air(self, procedure):
+        """A chamber whose thermometer reads `self.off_k` too much: within what one reading may leap."""
+        self.off_k = 0.0
+
+        def edit(text):
+            port = self.lab.ports["chamber"]
+            proxy = ModbusProxy(port)
+            self.addCleanup(proxy.close)
+            proxy.change_answer = with_read_f32(AIR, lambda air_c: air_c + self.off_k)
+            return re.sub(rf"^port = {port}$", f"port = {proxy.port}", text, flags=re.M)
+        self.start_lab(rate=200, edit=edit)
+        self.start_campaign(procedure)
+
+    def test_air_that_leaves_the_plateau_suspends_a_recording_until_it_is_back(self):
+        self.start_with_air(short_procedure(set_points=(30,), dwell_s=2000))
+        self.wait_for_step("record")
+        self.off_k = 4.0
+        status = self.wait("the suspension", lambda s: s["suspension"] or s["state"] in bench.ENDED)
+        self.assertEqual((status["state"], status["suspension"]["causes"]), ("waiting", ["air"]))
+        begun_s = status["clock"]["process_s"]
+        self.wait("ten minutes", lambda s: s["clock"]["process_s"] > begun_s + 600)
+        self.assertEqual(self.status()["suspension"]["causes"], ["air"])
+        self.off_k = 0.0
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "finished", status["reason"])
+        self.assertEqual(self.attempts("record"), [1, 1])
+
+    def test_units_that_do_not_settle_have_the_time_out_of_the_procedure(self):
+        procedure = short_procedure(set_points=(30,)).replace("timeout_s = 200000", 'timeout_s = 3000\non_timeout = "skip_plateau"')
+        self.start_with_air(procedure)
+        self.wait_for_step("wait_stable")
+        self.off_k = 4.0
+        seen = []
+        status = self.wait("the end", lambda s: seen.append(s["suspension"]) or s["state"] in bench.ENDED)
+        self.assertEqual(status["state"], "finished", status["reason"])
+        self.assertEqual([suspension for suspension in seen if suspension], [])
+        self.assertIn("skipped", [outcome for (outcome,) in self.query("SELECT outcome FROM step")])
 
     def test_a_visit_that_begins_again_is_used_once(self):
         self.start_lab(rate=200, cut=["chamber"])
