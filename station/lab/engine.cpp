@@ -16,12 +16,10 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr int kLongestWait_ms = 20;
-constexpr std::chrono::seconds kResumeInterval{60};  ///< between tries to resume by itself
 /// soakd's end waits so long for a catalog that is locked. What is not written then is lost but for soakd's own log;
 /// the campaign is open there, and the next soakd takes it over.
 constexpr std::chrono::seconds kLongestGoodbye{30};
 constexpr std::chrono::milliseconds kGoodbyeTurn{100};
-constexpr std::chrono::seconds kEntryOfResume{2};  ///< for which a try to resume waits for the catalog
 
 }  // namespace
 
@@ -116,119 +114,6 @@ base::Result<hal::UnitPower*> Engine::make_power() {
   return power;
 }
 
-/// What a predecessor left behind: a campaign that it did not end is driven to the safe state first.
-base::Status Engine::take_over() {
-  const auto open = catalog_.open_campaign();
-  if (!open) return base::forward_error(open);
-  if (!*open) {
-    if (auto entered = enter_lost_runs(catalog_, log_); !entered) return entered;
-    return restore_unfinished();
-  }
-  station_->campaign.name = (*open)->name;
-  if (note_.campaign != (*open)->name) note_ = {.campaign = (*open)->name};
-  outcome_ = note_.outcome == name_of(CampaignState::aborted)  ? CampaignState::aborted
-             : note_.outcome == name_of(CampaignState::failed) ? CampaignState::failed
-                                                               : CampaignState::interrupted;
-  const bool was_cut_short = outcome_ == CampaignState::interrupted;
-  const std::string reason = was_cut_short ? "soakd ended during the campaign" : note_.reason;
-  resumes_by_itself_ = was_cut_short && note_.goes_on;
-  log_.add("campaign", station_->campaign.name,
-           fmt::format("soakd ended before the campaign did; the chamber is driven to the safe state, then {}",
-                       resumes_by_itself_ ? "it goes on"
-                       : was_cut_short    ? "'soak campaign resume' can continue it"
-                                          : fmt::format("it is {}", name_of(outcome_))));
-  restore_units(**open);
-  safe_end_ = std::make_unique<SafeEnd>(reason, station_->procedure().end_c, false, false);
-  // Reading what was recorded may take minutes: the chamber comes first.
-  runs_are_lost_ = true;
-  set_state(CampaignState::stopping, reason, was_cut_short ? "" : std::string(note_.user));
-  return {};
-}
-
-base::Status Engine::restore_unfinished() {
-  const auto last = catalog_.last_campaign();
-  if (!last) return base::forward_error(last);
-  if (!*last || ((*last)->state != "interrupted" && (*last)->state != "failed")) return {};
-  state_ = (*last)->state == "failed" ? CampaignState::failed : CampaignState::interrupted;
-  reason_ = (*last)->reason;
-  unfinished_ = station_->campaign.name = (*last)->name;
-  resumes_by_itself_ = state_ == CampaignState::interrupted && note_.campaign == unfinished_ && note_.goes_on;
-  return {};
-}
-
-void Engine::resume_by_itself() {
-  if (steady_clock::now() < next_resume_) return;
-  const auto entered = station_->enter_left_runs();
-  if (entered && !*entered) return;  // beside this thread: the next turn asks again
-  next_resume_ = steady_clock::now() + kResumeInterval;
-  const auto resumed = entered ? try_to_resume() : base::forward_error(entered);
-  if (resumed) return;
-  const base::Error& error = resumed.error();
-  // A device may still be starting, as the computer was, or the catalog be locked. A refusal of the plan is for people.
-  resumes_by_itself_ = error.kind != base::ErrorKind::bad_input;
-  log_.add(
-      "campaign", unfinished_,
-      fmt::format("{}: {}: {}", resumes_by_itself_ ? "cannot be resumed yet" : "is not resumed, it waits for somebody",
-                  error.where, error.message));
-}
-
-base::Status Engine::try_to_resume() {
-  if (journal_->wait_until_written(kEntryOfResume)) return do_resume("soakd");
-  return base::fail(base::ErrorKind::internal, journal_->standing().trouble, "journal");
-}
-
-// --- what the next soakd is to know ------------------------------------------------------------------------------
-
-CampaignNote Engine::note_now() const {
-  CampaignNote note{.campaign = station_->campaign.name};
-  switch (state_) {
-    case CampaignState::running:
-    case CampaignState::suspended:
-      // Somebody who is asked for something may have the door open.
-      note.goes_on =
-          has_come_on_ && station_->procedure().on_restart == RestartOutcome::resume && !station_->prompts.open();
-      return note;
-    case CampaignState::stopping:
-      if (outcome_ != CampaignState::interrupted) {
-        note.outcome = name_of(outcome_);
-        note.reason = reason_;
-        note.user = state_user_;
-        return note;
-      }
-      [[fallthrough]];
-    case CampaignState::interrupted:
-      // As it stood before soakd was to end, unless somebody has decided otherwise since.
-      note.goes_on = note_.goes_on && note_.campaign == note.campaign && (resumes_by_itself_ || stop_requested_);
-      return note;
-    case CampaignState::idle:
-      return note_;
-    case CampaignState::paused:
-    case CampaignState::finished:
-    case CampaignState::aborted:
-    case CampaignState::failed:
-      break;
-  }
-  return note;
-}
-
-void Engine::keep_note() {
-  const CampaignNote note = note_now();
-  if (note == note_) return;
-  note_ = note;
-  note_file_.keep(note);
-}
-
-void Engine::restore_units(const db::CampaignRow& row) {
-  const auto request = request_of(row);
-  auto checked = request ? check_start(*request, config_, catalog_) : base::forward_error(request);
-  if (checked) {
-    station_->campaign.plan.procedure = checked->plan.procedure;
-    make_units(*checked);
-  } else {
-    log_.add("campaign", row.name, "its units cannot be determined any more: " + checked.error().message);
-  }
-}
-
 void Engine::make_units(const CheckedStart& checked) {
   station_->units.clear();
   const hal::Imu::Settings settings{checked.plan.procedure.rate_hz, checked.plan.procedure.temp_rate_hz};
@@ -309,18 +194,6 @@ void Engine::cycle() {
     set_state(outcome_, std::string(reason_), std::string(state_user_));
   }
   keep_note();
-}
-
-bool Engine::runs_of_predecessor_are_entered() {
-  if (!runs_are_lost_) return true;
-  const auto entered = station_->enter_left_runs();
-  if (entered && !*entered) return false;
-  runs_are_lost_ = false;
-  if (!entered) {
-    log_.add("run", station_->campaign.name,
-             "what was recorded cannot be entered into the catalog: " + entered.error().message);
-  }
-  return true;
 }
 
 void Engine::record_history() {
