@@ -19,11 +19,7 @@ class FullDisk(LabTest):
         self.addCleanup(subprocess.run, ["umount", "-l", str(data)])
         return data
 
-    def test_a_full_disk_suspends_the_campaign_until_there_is_room(self):
-        data = self.mount("160m")  # more than the 100 MB with which it goes on
-        self.start_lab(rate=100)
-        self.start_campaign(short_procedure(set_points=(15,), dwell_s=1500))
-        self.wait_for_step("record")
+    def fill(self, data):
         filler = data / "filler"
         with filler.open("wb", buffering=0) as file:
             try:
@@ -31,6 +27,27 @@ class FullDisk(LabTest):
                     pass
             except OSError:
                 pass
+        return filler
+
+    def test_a_full_disk_does_not_hold_a_chamber_that_is_on_its_way_to_the_safe_state(self):
+        data = self.mount("160m")
+        self.start_lab(rate=50)
+        self.start_campaign(short_procedure(set_points=(5,), positions=("+Z",)))
+        self.wait_for_step("warm_end")
+        filler = self.fill(data)
+        status = self.wait("the chamber", lambda s: s["chamber"]["running"] is False or s["suspension"])
+        self.assertFalse(status["chamber"]["running"], status["reason"])
+        filler.unlink()
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "finished", status["reason"])
+        self.assert_safe()
+
+    def test_a_full_disk_suspends_the_campaign_until_there_is_room(self):
+        data = self.mount("160m")  # more than the 100 MB with which it goes on
+        self.start_lab(rate=100)
+        self.start_campaign(short_procedure(set_points=(15,), dwell_s=1500))
+        self.wait_for_step("record")
+        filler = self.fill(data)
         status = self.wait("the suspension", lambda s: s["suspension"] and "disk" in s["suspension"]["causes"])
         self.check_schema(status, "campaign-status")
         self.assertEqual(status["state"], "waiting")

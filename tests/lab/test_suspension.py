@@ -358,6 +358,19 @@ class Suspension(LabTest):
         self.assertEqual([suspension for suspension in seen if suspension], [])
         self.assertIn("skipped", [outcome for (outcome,) in self.query("SELECT outcome FROM step")])
 
+    def test_a_question_is_asked_again_after_a_suspension(self):
+        self.start_lab(rate=200, cut=["chamber"])
+        self.lab.soak("campaign", "start", self.write("procedure.toml", short_procedure()), "--name", "c", "--unit", "1=0380A009")
+        asked = self.wait("the question", lambda s: s["prompt"])["prompt"]["id"]
+        self.proxies["chamber"].cut()
+        status = self.wait("the suspension", lambda s: s["suspension"])
+        self.assertIsNone(status["prompt"], "an answer would be lost")
+        self.proxies["chamber"].mend()
+        status = self.wait("the question again", lambda s: s["prompt"] or s["state"] in bench.ENDED)
+        self.assertNotEqual(status["prompt"]["id"], asked)
+        self.lab.soak("campaign", "abort", "--reason", "test")
+        self.assertEqual(self.wait_for_end()["state"], "aborted")
+
     def test_a_visit_that_begins_again_is_used_once(self):
         self.start_lab(rate=200, cut=["chamber"])
         self.start_campaign(short_procedure(set_points=(30,), positions=("+Z", "-Z"), dwell_s=200))
