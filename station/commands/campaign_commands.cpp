@@ -99,6 +99,19 @@ std::string campaign_lines(const json& status) {
   return lines + "\n";
 }
 
+/// What happens by itself, and how to stop it.
+std::string waiting_lines(const json& status) {
+  std::string lines;
+  if (const json& suspension = status.at("suspension"); !suspension.is_null()) {
+    lines += fmt::format("           goes on by itself once that is over; gives up in {}\n",
+                         duration_text(suspension.at("gives_up_in_s").get<double>()));
+  }
+  if (status.at("resumes_by_itself").get<bool>()) {
+    lines += "           GOES ON BY ITSELF, keep the door closed: 'soak campaign abort' stops that\n";
+  }
+  return lines;
+}
+
 std::string chamber_lines(const json& status) {
   const json& chamber = status.at("chamber");
   std::string lines =
@@ -139,7 +152,7 @@ std::string status_text(const json& status) {
   std::string lines = fmt::format("state      {}{}\n", member_text(status, "state"),
                                   status.at("simulated").get<bool>() ? " (SIMULATED)" : "");
   if (!status.at("reason").is_null()) lines += fmt::format("           {}\n", member_text(status, "reason"));
-  lines += campaign_lines(status);
+  lines += waiting_lines(status) + campaign_lines(status);
   if (!status.at("prompt").is_null()) {
     lines += fmt::format("prompt     {}\n           answer it with 'soak campaign confirm'\n",
                          member_text(status.at("prompt"), "text"));

@@ -82,13 +82,17 @@ std::optional<std::string> WatchJudge::look(double now_s, const hal::ChamberRead
 
 // --- ChamberWatch -----------------------------------------------------------------------------------------------
 
-std::unique_ptr<ChamberWatch> ChamberWatch::make(const hal::DeviceMap& map, double clock_rate) {
+std::unique_ptr<ChamberWatch> ChamberWatch::make(const hal::DeviceMap& map, double clock_rate,
+                                                 std::function<void()> tripped) {
   if (!map.link.second_connection || hal::link_kind(map) != hal::LinkKind::tcp) return nullptr;
-  return std::make_unique<ChamberWatch>([map] { return hal::make_chamber(map); }, map.link.poll_s, clock_rate);
+  return std::make_unique<ChamberWatch>([map] { return hal::make_chamber(map); }, map.link.poll_s, clock_rate,
+                                        std::move(tripped));
 }
 
-ChamberWatch::ChamberWatch(MakeChamber make, double poll_s, double clock_rate)
-    : make_(std::move(make)), poll_s_(poll_s), clock_rate_(clock_rate), thread_([this] { run(); }) {}
+ChamberWatch::ChamberWatch(MakeChamber make, double poll_s, double clock_rate, std::function<void()> tripped)
+    : make_(std::move(make)), poll_s_(poll_s), clock_rate_(clock_rate), tripped_(std::move(tripped)), thread_([this] {
+        run();
+      }) {}
 
 ChamberWatch::~ChamberWatch() {
   {
@@ -195,7 +199,9 @@ void ChamberWatch::turn(hal::Chamber& chamber, WatchJudge& judge, std::uint64_t 
     if (why) trip(*why);
     must_stop = !verdict_.tripped.empty() && !verdict_.is_off;
   }
-  if (must_stop) switch_off(chamber, arming);
+  if (!must_stop) return;
+  tripped_();
+  switch_off(chamber, arming);
 }
 
 void ChamberWatch::note_reading(const base::Result<hal::ChamberReading>& reading, bool answers) {

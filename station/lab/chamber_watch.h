@@ -90,11 +90,13 @@ class ChamberWatch {
 
   /// Null where the chamber's controller is not to be asked over a second connection (a serial line has one master; a
   /// map may say so by `second_connection`).
-  [[nodiscard]] static std::unique_ptr<ChamberWatch> make(const hal::DeviceMap& map, double clock_rate);
+  [[nodiscard]] static std::unique_ptr<ChamberWatch> make(
+      const hal::DeviceMap& map, double clock_rate, std::function<void()> tripped = [] {});
 
   /// `make`: called on the watch's own thread whenever it is armed. `poll_s`: process time between readings;
-  /// `clock_rate`: process time per host time.
-  ChamberWatch(MakeChamber make, double poll_s, double clock_rate);
+  /// `clock_rate`: process time per host time. `tripped`: called on that thread before heating and cooling are switched
+  /// off, perhaps more than once.
+  ChamberWatch(MakeChamber make, double poll_s, double clock_rate, std::function<void()> tripped = [] {});
   ChamberWatch(const ChamberWatch&) = delete;
   ChamberWatch& operator=(const ChamberWatch&) = delete;
   ~ChamberWatch();
@@ -124,6 +126,7 @@ class ChamberWatch {
   MakeChamber make_;
   double poll_s_;
   double clock_rate_;
+  std::function<void()> tripped_;
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

@@ -21,6 +21,8 @@ constexpr int kLongestWait_ms = 20;
 constexpr std::chrono::seconds kLongestGoodbye{30};
 constexpr std::chrono::milliseconds kGoodbyeTurn{100};
 
+std::filesystem::path note_path(const db::Catalog& catalog) { return catalog.data_folder() / "soakd.campaign"; }
+
 }  // namespace
 
 std::unique_ptr<StepTask> make_task(const Plan& plan, const Step& step) {
@@ -46,12 +48,11 @@ std::unique_ptr<StepTask> make_task(const Plan& plan, const Step& step) {
 // --- beginning --------------------------------------------------------------------------------------------------
 
 Engine::Engine(const StationConfig& config, db::Catalog& catalog, std::unique_ptr<Journal> journal)
-    : config_(config),
-      catalog_(catalog),
-      journal_(std::move(journal)),
-      log_(*journal_),
-      note_file_(catalog.data_folder() / "soakd.campaign"),
-      note_(note_file_.read()) {}
+    : config_(config), catalog_(catalog), journal_(std::move(journal)), notes_(note_path(catalog)), log_(*journal_) {
+  const FoundNote found = read_campaign_note(note_path(catalog));
+  note_ = found.note;
+  interrupted_utc_s_ = found.noted_utc_s;
+}
 
 Engine::~Engine() {
   journal_->end();  // it wakes the engine
@@ -82,7 +83,7 @@ base::Status Engine::make_devices() {
   auto chamber = hal::make_chamber(config_.chamber);
   if (!chamber) return base::forward_error(chamber);
   chamber_ = *std::move(chamber);
-  watch_ = ChamberWatch::make(config_.chamber, config_.clock_rate);
+  watch_ = ChamberWatch::make(config_.chamber, config_.clock_rate, [this] { notes_.withdraw(); });
   if (config_.fixture) {
     auto fixture = hal::make_fixture(*config_.fixture);
     if (!fixture) return base::forward_error(fixture);
@@ -140,7 +141,10 @@ void Engine::run(const std::function<void()>& turned) {
     if (state_ != CampaignState::stopping) break;
   }
   const auto longest = steady_clock::now() + kLongestGoodbye;
-  while (!journal_->wait_until_written(kGoodbyeTurn) && steady_clock::now() < longest) {
+  const auto all_is_written = [&] {
+    return journal_->wait_until_written(kGoodbyeTurn) && notes_.wait_until_kept(kGoodbyeTurn);
+  };
+  while (!all_is_written() && steady_clock::now() < longest) {
     run_commands();
     turned();
   }
@@ -189,10 +193,7 @@ void Engine::cycle() {
   if (is_under_way(state_) && !chamber_is_silent_) watch_set_point();
   if (state_ == CampaignState::running && !chamber_is_silent_) advance();
   if (state_ == CampaignState::interrupted && resumes_by_itself_ && !stop_requested_) resume_by_itself();
-  if (state_ == CampaignState::stopping && safe_end_->poll(*station_) && runs_of_predecessor_are_entered()) {
-    safe_end_.reset();
-    set_state(outcome_, std::string(reason_), std::string(state_user_));
-  }
+  if (state_ == CampaignState::stopping) follow_safe_end();
   keep_note();
 }
 

@@ -35,7 +35,8 @@ namespace soak::station {
 
 /// Carries out campaigns: owns the devices and the run files, walks through the plan, persists each step's completion
 /// before the next begins, ends safely whatever happens. Its thread is the only one that touches a device or the
-/// catalog, but for the journal's.
+/// catalog, but for those of the chamber's watch, the journal and the sealing of runs, which have connections of their
+/// own.
 class Engine : public StationService {
  public:
   /// Makes the devices of the configuration; opens none. Takes over what a killed predecessor left behind.
@@ -63,6 +64,9 @@ class Engine : public StationService {
   [[nodiscard]] nlohmann::json log(std::int64_t after) const override { return log_.document(after); }
 
  private:
+  /// Process time before a campaign goes on by itself, for people to see it and to stop it; and between tries.
+  static constexpr double kResumeInterval_s = 300.0;
+
   Engine(const StationConfig& config, db::Catalog& catalog, std::unique_ptr<Journal> journal);
   [[nodiscard]] base::Status make_devices();
   /// What switches the units; null where that is done by hand.
@@ -73,17 +77,20 @@ class Engine : public StationService {
   /// Goes on with a campaign that was cut short, once nothing hinders it.
   void resume_by_itself();
   [[nodiscard]] base::Status try_to_resume();
-  /// Keeps what the next soakd is to know if this one ends now. Called in every turn, and whenever the state changes:
-  /// before the chamber is driven to the safe state, before somebody who asks for a pause gets the answer.
+  /// Keeps what the next soakd is to know if this one ends now. Called in every turn, and whenever the state changes.
   void keep_note();
   [[nodiscard]] CampaignNote note_now() const;
+  [[nodiscard]] CampaignNote ended_note(CampaignState outcome) const;
   void make_units(const CheckedStart& checked);
   /// True once there is nothing left to enter, or it failed.
   [[nodiscard]] bool runs_of_predecessor_are_entered();
 
-  /// Runs a command on the engine's thread and waits for its answer.
-  [[nodiscard]] base::Result<nlohmann::json> command(std::function<base::Result<nlohmann::json>()> work);
-  [[nodiscard]] base::Status status_command(std::function<base::Status()> work);
+  /// Runs a command on the engine's thread and waits for its answer. `late`: called here where that takes half a
+  /// minute.
+  [[nodiscard]] base::Result<nlohmann::json> command(
+      std::function<base::Result<nlohmann::json>()> work, const std::function<void()>& late = [] {});
+  [[nodiscard]] base::Status status_command(
+      std::function<base::Status()> work, const std::function<void()>& late = [] {});
   /// A command that may begin a campaign: run files that were left behind are entered first. Who asks waits for that,
   /// the loop does not.
   [[nodiscard]] base::Result<nlohmann::json> command_after_left_runs(
@@ -100,6 +107,9 @@ class Engine : public StationService {
   void watch_guard();
   /// Arms the chamber's watch while a campaign drives the chamber, and ends the campaign where it has tripped.
   void heed_watch();
+  /// Heating and cooling must stop, now and on the way to the safe state.
+  void switch_off_chamber(const std::string& why);
+  void follow_safe_end();
   void watch_set_point();
   /// Suspends the campaign where it cannot be carried on, and goes on with it once it can.
   void watch_conditions();
@@ -132,6 +142,7 @@ class Engine : public StationService {
   [[nodiscard]] std::string_view shown_state() const;
   [[nodiscard]] bool waits_for_journal() const;
   [[nodiscard]] std::string shown_reason() const;
+  [[nodiscard]] std::string reason_of_state() const;
 
   /// `resumed`: the way back into a campaign that was cut short; nothing for a new one.
   [[nodiscard]] base::Result<nlohmann::json> do_start(const StartRequest& request,
@@ -178,6 +189,7 @@ class Engine : public StationService {
   const StationConfig& config_;
   db::Catalog& catalog_;
   std::unique_ptr<Journal> journal_;
+  CampaignNoteKeeper notes_;  ///< before the chamber's watch, which withdraws them
   EventLog log_;
   TemperatureLog history_;
   std::unique_ptr<hal::Chamber> chamber_;
@@ -221,12 +233,14 @@ class Engine : public StationService {
   bool settle_fully_ = false;  ///< the next wait for stability is no short one after a turn
   int set_point_repeats_ = 0;  ///< how often the present set point had to be commanded again
   double repeated_c_ = 0.0;
-  std::string unfinished_;  ///< campaign that can be resumed
-  CampaignNoteFile note_file_;
-  CampaignNote note_;         ///< as it stands in the file
-  bool has_come_on_ = false;  ///< since the campaign was started or resumed
+  std::string unfinished_;          ///< campaign that can be resumed
+  CampaignNote note_;               ///< that was kept last
+  double interrupted_utc_s_ = 0.0;  ///< when the predecessor's campaign was cut short
+  bool has_come_on_ = false;        ///< since the campaign was started or resumed
+  bool was_asking_ = false;         ///< somebody, when the campaign was suspended; no step has ended since
   bool resumes_by_itself_ = false;
-  std::chrono::steady_clock::time_point next_resume_{};
+  double next_resume_s_ = 0.0;  ///< process time
+  std::string resume_trouble_;  ///< of the last try
   bool runs_are_lost_ = false;  ///< run files that a killed predecessor left are not entered yet
 
   std::mutex command_mutex_;

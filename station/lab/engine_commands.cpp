@@ -17,12 +17,17 @@ constexpr std::chrono::milliseconds kAskAgain{20};
 constexpr double kSecondsPerHour = 3600.0;
 constexpr std::chrono::milliseconds kCommandIsWritten{200};
 constexpr std::chrono::seconds kJournalIsWritten{2};
+constexpr std::chrono::seconds kNoteIsKept{2};
+/// An engine that does not take an abort for so long is stuck: the chamber's watch then switches heating and cooling
+/// off.
+constexpr std::chrono::seconds kEngineIsStuck{30};
 
 tl::unexpected<base::Error> wrong_state(std::string message) { return base::bad_input(std::move(message), "state"); }
 
 }  // namespace
 
-base::Result<nlohmann::json> Engine::command(std::function<base::Result<nlohmann::json>()> work) {
+base::Result<nlohmann::json> Engine::command(std::function<base::Result<nlohmann::json>()> work,
+                                             const std::function<void()>& late) {
   // Who gets the answer also finds the new state published.
   std::packaged_task<base::Result<nlohmann::json>()> task([this, done = std::move(work)] {
     auto result = done();
@@ -37,9 +42,12 @@ base::Result<nlohmann::json> Engine::command(std::function<base::Result<nlohmann
     commands_.push_back(std::move(task));
   }
   wake();
+  if (answer.wait_for(kEngineIsStuck) != std::future_status::ready) late();
   auto result = answer.get();
-  // Who asked finds it in the catalog, too, where that is not locked. The engine does not wait for that.
+  // Who asked finds it in the catalog, too, where that is not locked, and what they have decided outlives soakd. The
+  // engine does not wait for that.
   (void)journal_->wait_until_written(kCommandIsWritten);
+  (void)notes_.wait_until_kept(kNoteIsKept);
   return result;
 }
 
@@ -53,15 +61,18 @@ void Engine::run_commands() {
   for (auto& task : due) task();
 }
 
-base::Status Engine::status_command(std::function<base::Status()> work) {
-  const auto done = command([work = std::move(work)]() -> base::Result<nlohmann::json> {
-    if (auto status = work(); !status) return base::forward_error(status);
-    return nlohmann::json();
-  });
+base::Status Engine::status_command(std::function<base::Status()> work, const std::function<void()>& late) {
+  const auto done = command(
+      [work = std::move(work)]() -> base::Result<nlohmann::json> {
+        if (auto status = work(); !status) return base::forward_error(status);
+        return nlohmann::json();
+      },
+      late);
   return done ? base::Status{} : base::forward_error(done);
 }
 
 base::Status Engine::pause(const std::string& user) {
+  notes_.withdraw();  // now: should the engine be stuck, and soakd be killed for that, this counts
   return status_command([=, this] { return do_pause(user); });
 }
 
@@ -74,7 +85,11 @@ base::Status Engine::resume(const std::string& user) {
 }
 
 base::Status Engine::abort(const std::string& user, const std::string& reason) {
-  return status_command([=, this] { return do_abort(user, reason); });
+  notes_.withdraw();
+  const auto stop_chamber = [&] {
+    if (watch_) watch_->stop_now(fmt::format("aborted by {}, and soakd itself does not turn", user));
+  };
+  return status_command([=, this] { return do_abort(user, reason); }, stop_chamber);
 }
 
 base::Status Engine::confirm(const std::string& user, std::int64_t prompt) {
@@ -217,8 +232,10 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, c
   suspenders_ = Suspenders(station_->procedure().give_up_h * kSecondsPerHour);
   chamber_is_silent_ = visit_is_void_ = air_was_away_ = air_has_arrived_ = chamber_is_left_alone_ = false;
   set_point_repeats_ = 0;
-  has_come_on_ = false;
+  has_come_on_ = was_asking_ = false;
+  notes_.allow();
   resumes_by_itself_ = false;
+  resume_trouble_.clear();
   storage_error_.clear();
   next_disk_look_ = {};
   campaign_started_utc_s_ = now_utc_s();
@@ -258,6 +275,7 @@ base::Status Engine::do_resume(const std::string& user) {
     // What held while people had the chamber in hand does not count against the campaign.
     suspenders_ = Suspenders(station_->procedure().give_up_h * kSecondsPerHour);
     chamber_is_left_alone_ = false;
+    notes_.allow();
     set_state(CampaignState::running, "resumed by " + user, user);
     visit_is_void_ ? repeat_visit() : repeat_step("resumed");
     return {};
@@ -287,6 +305,7 @@ base::Status Engine::do_abort(const std::string& user, const std::string& reason
   if (state_ == CampaignState::stopping && outcome_ == CampaignState::interrupted) {
     // The way to the safe state is the same; what would come after it is not.
     outcome_ = CampaignState::aborted;
+    safe_end_->note_abort(text);
     resumes_by_itself_ = false;
     set_state(CampaignState::stopping, text, user);
     return {};

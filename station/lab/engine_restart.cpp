@@ -4,15 +4,13 @@
 
 #include <utility>
 
+#include "station/io/host.h"
 #include "station/lab/engine.h"
 
 namespace soak::station {
 namespace {
 
-using std::chrono::steady_clock;
-
-constexpr std::chrono::seconds kResumeInterval{60};  ///< between tries to resume by itself
-constexpr std::chrono::seconds kEntryOfResume{2};    ///< for which a try to resume waits for the catalog
+constexpr std::chrono::seconds kEntryOfResume{2};  ///< for which a try to resume waits for the catalog
 
 }  // namespace
 
@@ -29,6 +27,8 @@ base::Status Engine::take_over() {
   outcome_ = note_.outcome == name_of(CampaignState::aborted)  ? CampaignState::aborted
              : note_.outcome == name_of(CampaignState::failed) ? CampaignState::failed
                                                                : CampaignState::interrupted;
+  // What an older soakd has entered since, which knew of no note, counts as well.
+  note_.goes_on = note_.goes_on && (*open)->state == name_of(CampaignState::running);
   const bool was_cut_short = outcome_ == CampaignState::interrupted;
   const std::string reason = was_cut_short ? "soakd ended during the campaign" : note_.reason;
   resumes_by_itself_ = was_cut_short && note_.goes_on;
@@ -38,7 +38,8 @@ base::Status Engine::take_over() {
                        : was_cut_short    ? "'soak campaign resume' can continue it"
                                           : fmt::format("it is {}", name_of(outcome_))));
   restore_units(**open);
-  safe_end_ = std::make_unique<SafeEnd>(reason, station_->procedure().end_c, false, false);
+  safe_end_ = std::make_unique<SafeEnd>(reason, station_->procedure().end_c, note_.outputs_off,
+                                        outcome_ == CampaignState::aborted);
   // Reading what was recorded may take minutes: the chamber comes first.
   runs_are_lost_ = true;
   set_state(CampaignState::stopping, reason, was_cut_short ? "" : std::string(note_.user));
@@ -53,28 +54,41 @@ base::Status Engine::restore_unfinished() {
   reason_ = (*last)->reason;
   unfinished_ = station_->campaign.name = (*last)->name;
   resumes_by_itself_ = state_ == CampaignState::interrupted && note_.campaign == unfinished_ && note_.goes_on;
+  next_resume_s_ = station_->now_s() + kResumeInterval_s;
   return {};
 }
 
 void Engine::resume_by_itself() {
-  if (steady_clock::now() < next_resume_) return;
+  if (station_->now_s() < next_resume_s_) return;
   const auto entered = station_->enter_left_runs();
   if (entered && !*entered) return;  // beside this thread: the next turn asks again
-  next_resume_ = steady_clock::now() + kResumeInterval;
+  next_resume_s_ = station_->now_s() + kResumeInterval_s;
   const auto resumed = entered ? try_to_resume() : base::forward_error(entered);
   if (resumed) return;
   const base::Error& error = resumed.error();
   // A device may still be starting, as the computer was, or the catalog be locked. A refusal of the plan is for people.
   resumes_by_itself_ = error.kind != base::ErrorKind::bad_input;
-  log_.add(
-      "campaign", unfinished_,
+  const std::string trouble =
       fmt::format("{}: {}: {}", resumes_by_itself_ ? "cannot be resumed yet" : "is not resumed, it waits for somebody",
-                  error.where, error.message));
+                  error.where, error.message);
+  if (trouble != resume_trouble_) log_.add("campaign", unfinished_, trouble);
+  resume_trouble_ = trouble;
 }
 
 base::Status Engine::try_to_resume() {
-  if (journal_->wait_until_written(kEntryOfResume)) return do_resume("soakd");
-  return base::fail(base::ErrorKind::internal, journal_->standing().trouble, "journal");
+  if (!is_recent_break(interrupted_utc_s_, now_utc_s())) {
+    return base::bad_input(fmt::format("it was interrupted more than {:.0f} h ago", kLongestBreak_s / 3600.0),
+                           "campaign");
+  }
+  if (!journal_->wait_until_written(kEntryOfResume)) {
+    return base::fail(base::ErrorKind::internal, journal_->standing().trouble, "journal");
+  }
+  if (auto connected = connect_devices(); !connected) return connected;
+  // This soakd, or the one before it, had switched it off.
+  if (station_->chamber.reading()->running) {
+    return base::bad_input("heating and cooling are on: somebody uses it", chamber_->description());
+  }
+  return do_resume("soakd");
 }
 
 void Engine::restore_units(const db::CampaignRow& row) {
@@ -90,7 +104,8 @@ void Engine::restore_units(const db::CampaignRow& row) {
 
 bool Engine::runs_of_predecessor_are_entered() {
   if (!runs_are_lost_) return true;
-  const auto entered = station_->enter_left_runs();
+  const bool is_aborted = outcome_ == CampaignState::aborted;
+  const auto entered = station_->enter_left_runs(is_aborted ? station_->campaign.name : "");
   if (entered && !*entered) return false;
   runs_are_lost_ = false;
   if (!entered) {
@@ -108,16 +123,11 @@ CampaignNote Engine::note_now() const {
     case CampaignState::running:
     case CampaignState::suspended:
       // Somebody who is asked for something may have the door open.
-      note.goes_on =
-          has_come_on_ && station_->procedure().on_restart == RestartOutcome::resume && !station_->prompts.open();
+      note.goes_on = has_come_on_ && station_->procedure().on_restart == RestartOutcome::resume && !was_asking_ &&
+                     !station_->prompts.open();
       return note;
     case CampaignState::stopping:
-      if (outcome_ != CampaignState::interrupted) {
-        note.outcome = name_of(outcome_);
-        note.reason = reason_;
-        note.user = state_user_;
-        return note;
-      }
+      if (outcome_ != CampaignState::interrupted) return ended_note(outcome_);
       [[fallthrough]];
     case CampaignState::interrupted:
       // As it stood before soakd was to end, unless somebody has decided otherwise since.
@@ -125,20 +135,29 @@ CampaignNote Engine::note_now() const {
       return note;
     case CampaignState::idle:
       return note_;
-    case CampaignState::paused:
-    case CampaignState::finished:
     case CampaignState::aborted:
     case CampaignState::failed:
+      return ended_note(state_);  // the catalog may not have it yet
+    case CampaignState::paused:
+    case CampaignState::finished:
       break;
   }
   return note;
+}
+
+CampaignNote Engine::ended_note(CampaignState outcome) const {
+  return {.campaign = station_->campaign.name,
+          .outputs_off = safe_end_ && safe_end_->outputs_off(),
+          .outcome = std::string(name_of(outcome)),
+          .reason = reason_,
+          .user = state_user_};
 }
 
 void Engine::keep_note() {
   const CampaignNote note = note_now();
   if (note == note_) return;
   note_ = note;
-  note_file_.keep(note);
+  notes_.keep(note);
 }
 
 }  // namespace soak::station

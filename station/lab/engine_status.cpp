@@ -201,6 +201,15 @@ std::string_view Engine::shown_state() const {
 bool Engine::waits_for_journal() const { return ticket_ && journal_->standing().behind_s > kJournalLate_s; }
 
 std::string Engine::shown_reason() const {
+  if (const std::string trouble = notes_.trouble(); !trouble.empty()) {
+    return fmt::format(
+        "{}; what soakd is to know of it after a restart cannot be noted, then look after the chamber: {}",
+        reason_of_state(), trouble);
+  }
+  return reason_of_state();
+}
+
+std::string Engine::reason_of_state() const {
   if (state_ == CampaignState::suspended) return suspenders_.text();
   if (state_ == CampaignState::running && chamber_is_silent_) {
     return "the chamber does not answer: " + station_->chamber.trouble();

@@ -117,6 +117,7 @@ Journal::Written Engine::follow_end_of_step() {
 /// A plan has so many steps: what is allowed again after each of them cannot go on for ever.
 void Engine::note_progress() {
   has_come_on_ = true;
+  set_point_repeats_ = 0;
   suspenders_.note_progress();
 }
 
@@ -135,6 +136,7 @@ db::StepRow Engine::step_row(const std::string& outcome, const std::string& text
 
 void Engine::leave_step() {
   const auto broken = broken_;
+  was_asking_ = false;
   if (ended_row_->attempt == 0) note_progress();
   enter_next_step();
   if (broken && task_) repeat_step(*broken);
@@ -209,7 +211,10 @@ void Engine::repeat_visit() {
   visit_is_void_ = false;
   const Step& step = plan.steps[step_];
   if (begins_anew(step)) return enter_step(step_);
-  if (step.visit < 0 || is_on_way_back()) return repeat_step("the campaign was suspended");
+  // A visit whose last step is complete, and waits for its entry, is not measured twice.
+  const bool is_complete = ended_ && (step_ + 1 >= plan.steps.size() || plan.steps[step_ + 1].visit != step.visit ||
+                                      plan.steps[step_ + 1].run != step.run);
+  if (step.visit < 0 || is_complete || is_on_way_back()) return repeat_step("the campaign was suspended");
   const auto& reading = station_->chamber.reading();
   const double air_c = reading ? reading->air_c : config_.room_c;
   // Each position is recorded once more: what was complete before would stand beside it.
@@ -243,6 +248,20 @@ void Engine::set_state(CampaignState state, const std::string& reason, const std
   unfinished_ = is_resumable(state) ? campaign : "";
   for (const auto& unit : station_->units) unit->close();
   (void)journal_->wait_until_written(kEndIsWritten);
+}
+
+void Engine::follow_safe_end() {
+  const bool is_safe = safe_end_->poll(*station_);
+  // What goes wrong on the way is for people: nothing goes on after it by itself.
+  if (const std::string trouble = safe_end_->trouble(); !trouble.empty() && outcome_ == CampaignState::interrupted) {
+    outcome_ = CampaignState::failed;
+    resumes_by_itself_ = false;
+    set_state(CampaignState::stopping, trouble);
+  }
+  if (!is_safe || !runs_of_predecessor_are_entered()) return;
+  safe_end_.reset();
+  next_resume_s_ = station_->now_s() + kResumeInterval_s;
+  set_state(outcome_, std::string(reason_), std::string(state_user_));
 }
 
 void Engine::end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off, const std::string& user) {

@@ -33,9 +33,9 @@ void Engine::watch_alarms() {
     names += names.empty() ? alarm.name : ", " + alarm.name;
     outputs_off = outputs_off || alarm.outputs_off;
   }
+  const std::string trouble = "the chamber reports an alarm: " + names;
   // At once: the rest of the way to the safe state can wait.
-  if (outputs_off && !chamber_->stop()) log_.add("alarm", "chamber", "heating and cooling cannot be switched off yet");
-  end_campaign(CampaignState::failed, "the chamber reports an alarm: " + names, outputs_off);
+  outputs_off ? switch_off_chamber(trouble) : end_campaign(CampaignState::failed, trouble);
 }
 
 void Engine::watch_guard() {
@@ -46,10 +46,13 @@ void Engine::watch_guard() {
     units.push_back({unit->serial(), *unit->temp_c(), unit->type().temp_min_c, unit->type().temp_max_c});
   }
   const auto trouble = guard_.look(station_->now_s(), steady_clock::now(), reading ? &*reading : nullptr, units);
-  if (!trouble) return;
-  if (safe_end_) return safe_end_->switch_off_at_once(*station_, *trouble);
+  if (trouble) switch_off_chamber(*trouble);
+}
+
+void Engine::switch_off_chamber(const std::string& why) {
+  if (safe_end_) return safe_end_->switch_off_at_once(*station_, why);
   if (!chamber_->stop()) log_.add("alarm", "chamber", "heating and cooling cannot be switched off yet");
-  end_campaign(CampaignState::failed, *trouble, true);
+  end_campaign(CampaignState::failed, why, true);
 }
 
 void Engine::heed_watch() {
@@ -68,9 +71,7 @@ void Engine::heed_watch() {
     log_.add("device", "chamber", "its watch cannot read it over a connection of its own: " + verdict.trouble);
   }
   watch_is_blind_ = blind;
-  if (verdict.tripped.empty()) return;
-  if (safe_end_) return safe_end_->switch_off_at_once(*station_, verdict.tripped);
-  end_campaign(CampaignState::failed, verdict.tripped, true);
+  if (!verdict.tripped.empty()) switch_off_chamber(verdict.tripped);
 }
 
 void Engine::watch_set_point() {
@@ -105,7 +106,7 @@ void Engine::hold_for_chamber() {
   log_.add("device", "chamber",
            silent ? "does not answer, the campaign waits: " + station_->chamber.trouble() : "answers again");
   if (!silent && state_ == CampaignState::running) repeat_step("the chamber did not answer for a while");
-  if (silent && state_ == CampaignState::suspended) void_visit("the chamber does not answer");
+  if (state_ == CampaignState::suspended) void_visit("the chamber does not answer, or did not for a while");
 }
 
 // --- conditions -------------------------------------------------------------------------------------------------
@@ -227,6 +228,7 @@ void Engine::void_visit(const std::string& why) {
   visit_is_void_ = true;
   station_->break_segment(why);
   // What begins again asks again: an answer that comes meanwhile would be lost.
+  was_asking_ = was_asking_ || station_->prompts.open();
   station_->prompts.withdraw();
   // Nor does what the units send meanwhile belong to a run that is yet to be opened.
   if (!station_->run_is_open()) station_->expect_no_run();

@@ -69,23 +69,33 @@ void Journal::note_discarded() {
 void Journal::work() {
   std::size_t most = kMostInBatch;
   while (true) {
-    const std::vector<Entry> entries = next_batch(most);
-    if (entries.empty()) return;
-    most = kMostInBatch;
-    std::size_t at = 0;
-    if (const auto stored = enter_all(entries, at); stored) {
-      note_written(entries.size());
-    } else if (stored.error().kind != base::ErrorKind::bad_input) {
-      note_trouble(stored.error().where + ": " + stored.error().message);
-      continue;
-    } else if (at > 0) {
-      most = at;  // those before the one that is refused come first
-      continue;
-    } else {
-      note_refused(stored.error().where + ": " + stored.error().message);
+    try {
+      if (!write_batch(most)) return;
+    } catch (const std::exception&) {  // no memory: the next try may have some
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, kJournalRetry, [this] { return ends_; });
     }
-    tell_();
   }
+}
+
+bool Journal::write_batch(std::size_t& most) {
+  const std::vector<Entry> entries = next_batch(most);
+  if (entries.empty()) return false;
+  most = kMostInBatch;
+  std::size_t at = 0;
+  if (const auto stored = enter_all(entries, at); stored) {
+    note_written(entries.size());
+  } else if (stored.error().kind != base::ErrorKind::bad_input) {
+    note_trouble(stored.error().where + ": " + stored.error().message);
+    return true;
+  } else if (at > 0) {
+    most = at;  // those before the one that is refused come first
+    return true;
+  } else {
+    note_refused(stored.error().where + ": " + stored.error().message);
+  }
+  tell_();
+  return true;
 }
 
 std::vector<Journal::Entry> Journal::next_batch(std::size_t most) const {
@@ -97,17 +107,13 @@ std::vector<Journal::Entry> Journal::next_batch(std::size_t most) const {
 }
 
 base::Status Journal::enter_all(const std::vector<Entry>& entries, std::size_t& at) {
-  try {
-    return catalog_.all_or_nothing([&]() -> base::Status {
-      for (at = 0; at < entries.size(); ++at) {
-        auto entered = std::visit([this](const auto& row) { return enter(catalog_, row); }, entries[at].row);
-        if (!entered) return entered;
-      }
-      return {};
-    });
-  } catch (const std::exception& thrown) {  // no memory: the next try may have some
-    return base::fail(base::ErrorKind::internal, thrown.what(), "journal");
-  }
+  return catalog_.all_or_nothing([&]() -> base::Status {
+    for (at = 0; at < entries.size(); ++at) {
+      auto entered = std::visit([this](const auto& row) { return enter(catalog_, row); }, entries[at].row);
+      if (!entered) return entered;
+    }
+    return {};
+  });
 }
 
 void Journal::note_written(std::size_t count) {

@@ -91,6 +91,8 @@ class Journal {
   Journal(db::Catalog catalog, std::function<void()> written, std::size_t most_events);
   Ticket add_entry(Row row);
   void work();
+  /// False at the end. `most`: entries in the next batch.
+  [[nodiscard]] bool write_batch(std::size_t& most);
   /// The oldest entries, at most `most`, as soon as there is one; none at the end.
   [[nodiscard]] std::vector<Entry> next_batch(std::size_t most) const;
   /// Writes them in one transaction, all or none. `at`: the entry that failed.

@@ -132,8 +132,8 @@ base::Result<std::vector<Withdrawal>> withdrawals_in(const std::filesystem::path
 }
 
 /// Whether the run's own campaign keeps what was recorded before a break.
-bool keeps_lost_part(const db::Catalog& catalog, const db::RunInfo& info) {
-  if (info.purpose == "diagnosis") return false;
+bool keeps_lost_part(const db::Catalog& catalog, const db::RunInfo& info, const std::string& aborted_campaign) {
+  if (info.purpose == "diagnosis" || (!info.campaign.empty() && info.campaign == aborted_campaign)) return false;
   const auto row = catalog.campaign(info.campaign);
   if (!row || !*row) return true;
   const auto request = request_of(**row);
@@ -143,7 +143,8 @@ bool keeps_lost_part(const db::Catalog& catalog, const db::RunInfo& info) {
 }
 
 /// Number of units whose samples were entered; 0 where the file holds none.
-base::Result<std::size_t> enter_lost_run(db::Catalog& catalog, const db::OrphanRunFile& orphan) {
+base::Result<std::size_t> enter_lost_run(db::Catalog& catalog, const db::OrphanRunFile& orphan,
+                                         const std::string& aborted_campaign) {
   auto sha256 = db::RunFileWriter::seal_interrupted(orphan.path, kLostRunReason);
   if (!sha256) return base::forward_error(sha256);
   auto withdrawals = withdrawals_in(orphan.path, orphan.units);
@@ -153,7 +154,7 @@ base::Result<std::size_t> enter_lost_run(db::Catalog& catalog, const db::OrphanR
   run.sha256 = *std::move(sha256);
   run.void_reason = kLostRunReason;
   run.withdrawals = *std::move(withdrawals);
-  run.keeps_parts = keeps_lost_part(catalog, *orphan.info);
+  run.keeps_parts = keeps_lost_part(catalog, *orphan.info, aborted_campaign);
   for (const std::string& serial : orphan.units) run.units.push_back({serial, std::string(kUnknownUnitType)});
   const auto rows = enter_run(catalog, run);
   if (!rows) return base::forward_error(rows);
@@ -379,14 +380,14 @@ base::Result<std::vector<db::RunRow>> RunRecorder::finish(db::Catalog& catalog, 
   return enter_run(catalog, sealed_);
 }
 
-base::Result<std::vector<LostRun>> enter_lost_runs(db::Catalog& catalog) {
+base::Result<std::vector<LostRun>> enter_lost_runs(db::Catalog& catalog, const std::string& aborted_campaign) {
   std::vector<LostRun> lost;
   const auto orphans = db::orphan_run_files(catalog);
   if (!orphans) return base::forward_error(orphans);
   for (const db::OrphanRunFile& orphan : *orphans) {
     // Files of other writers (an import that is at work) are theirs.
     if (!orphan.info || orphan.info->source != kRunSource) continue;
-    const auto entered = enter_lost_run(catalog, orphan);
+    const auto entered = enter_lost_run(catalog, orphan, aborted_campaign);
     // An empty file that was sealed before has been told of then.
     if (entered && *entered == 0 && orphan.sealed) continue;
     lost.push_back({orphan.info->label,
@@ -396,7 +397,7 @@ base::Result<std::vector<LostRun>> enter_lost_runs(db::Catalog& catalog) {
 }
 
 base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log) {
-  const auto lost = enter_lost_runs(catalog);
+  const auto lost = enter_lost_runs(catalog, "");
   if (!lost) return base::forward_error(lost);
   for (const LostRun& run : *lost) log.add("run", run.label, run.text);
   return {};

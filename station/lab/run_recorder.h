@@ -162,10 +162,11 @@ struct LostRun {
 
 /// Seals the run files that a killed soakd left open and enters them into the catalog with every row that was flushed,
 /// cut short: rejected segments and one that was under way are withdrawn. Voided are a pre-flight, a run without a
-/// complete segment, and one whose procedure says on_break = "repeat_run". The same is done with files that were sealed
-/// but not entered. A file that cannot be read is told of and left as it is; one without samples is
-/// sealed, and stays outside the catalog.
-[[nodiscard]] base::Result<std::vector<LostRun>> enter_lost_runs(db::Catalog& catalog);
+/// complete segment, one of the campaign that was aborted, and one whose procedure says on_break = "repeat_run". The
+/// same is done with files that were sealed but not entered. A file that cannot be read is told of and left as it is;
+/// one without samples is sealed, and stays outside the catalog.
+[[nodiscard]] base::Result<std::vector<LostRun>> enter_lost_runs(db::Catalog& catalog,
+                                                                 const std::string& aborted_campaign);
 /// The same, told to the log.
 [[nodiscard]] base::Status enter_lost_runs(db::Catalog& catalog, EventLog& log);
 

@@ -68,10 +68,10 @@ std::optional<RunSealer::Sealed> RunSealer::take() {
   return sealed;
 }
 
-void RunSealer::begin_lost_runs() {
-  lost_runs_ = start_thread([folder = data_folder_, before = before_work] {
+void RunSealer::begin_lost_runs(const std::string& aborted_campaign) {
+  lost_runs_ = start_thread([folder = data_folder_, before = before_work, aborted_campaign] {
     return with_own_catalog<base::Result<std::vector<LostRun>>>(
-        folder, before, [](db::Catalog& catalog) { return enter_lost_runs(catalog); });
+        folder, before, [&](db::Catalog& catalog) { return enter_lost_runs(catalog, aborted_campaign); });
   });
 }
 

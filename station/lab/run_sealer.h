@@ -49,7 +49,7 @@ class RunSealer {
   void leave() { run_.reset(); }
 
   /// Begins to enter what killed predecessors left behind. Nothing else may be at work.
-  void begin_lost_runs();
+  void begin_lost_runs(const std::string& aborted_campaign);
   /// What was found, once; nothing while it is at work.
   [[nodiscard]] std::optional<base::Result<std::vector<LostRun>>> take_lost_runs();
   [[nodiscard]] bool enters_lost_runs() const { return lost_runs_.valid(); }

@@ -216,7 +216,10 @@ SafeEnd::SafeEnd(std::string reason, double end_c, bool outputs_off, bool aborte
 
 bool SafeEnd::poll(Station& station) {
   // An alarm may come up on the way.
-  for (const hal::ChamberAlarm& alarm : station.chamber.alarms()) outputs_off_ = outputs_off_ || alarm.outputs_off;
+  for (const hal::ChamberAlarm& alarm : station.chamber.alarms()) {
+    if (trouble_.empty()) trouble_ = "the chamber reports an alarm: " + alarm.name;
+    outputs_off_ = outputs_off_ || alarm.outputs_off;
+  }
   if (!chamber_is_safe_) chamber_is_safe_ = outputs_off_ ? switch_chamber_off(station) : warm_up_.poll(station);
   if (!fixture_is_halted_) halt_fixture(station);
   if (!chamber_is_safe_) return false;
@@ -228,7 +231,17 @@ bool SafeEnd::poll(Station& station) {
 void SafeEnd::switch_off_at_once(Station& station, const std::string& why) {
   if (outputs_off_) return;
   outputs_off_ = true;
+  trouble_ = why;
   station.log.add("alarm", "chamber", why + ": heating and cooling are switched off");
+}
+
+void SafeEnd::note_abort(const std::string& reason) {
+  reason_ = reason;
+  aborted_ = true;
+}
+
+std::string SafeEnd::trouble() const {
+  return trouble_.empty() && warm_up_.is_refused() ? "the chamber refuses: " + warm_up_.trouble() : trouble_;
 }
 
 /// Tried for as long as the chamber takes; the chamber does not wait for it.

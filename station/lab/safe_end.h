@@ -84,6 +84,12 @@ class SafeEnd {
   [[nodiscard]] bool needs_somebody(const Station& station) const;
   /// Heating and cooling must not go on, for this reason.
   void switch_off_at_once(Station& station, const std::string& why);
+  /// Somebody has ended the campaign that was to be interrupted only.
+  void note_abort(const std::string& reason);
+  /// What has gone wrong on the way that only a person should decide upon: an alarm, a trip, a chamber that refuses.
+  /// Empty where nothing has.
+  [[nodiscard]] std::string trouble() const;
+  [[nodiscard]] bool outputs_off() const { return outputs_off_; }
 
  private:
   void halt_fixture(Station& station);
@@ -95,6 +101,7 @@ class SafeEnd {
   std::string reason_;
   bool outputs_off_;
   bool aborted_;
+  std::string trouble_;
   DewSafeWarmUp warm_up_;
   bool chamber_is_safe_ = false;
   bool run_is_sealed_ = false;

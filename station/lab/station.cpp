@@ -316,8 +316,8 @@ base::Result<bool> Station::follow_sealing() {
   return true;
 }
 
-base::Result<bool> Station::enter_left_runs() {
-  if (!sealer.busy()) sealer.begin_lost_runs();
+base::Result<bool> Station::enter_left_runs(const std::string& aborted_campaign) {
+  if (!sealer.busy()) sealer.begin_lost_runs(aborted_campaign);
   if (!sealer.enters_lost_runs()) return false;
   const auto lost = sealer.take_lost_runs();
   if (!lost) return false;

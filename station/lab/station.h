@@ -81,8 +81,8 @@ class Station {
   /// waited for: its end is known.
   [[nodiscard]] base::Result<bool> end_run(const std::optional<std::string>& why_cut, bool aborted = false);
   /// Enters what killed predecessors left behind, beside the engine's thread: to be called until it says true, or why
-  /// it failed.
-  [[nodiscard]] base::Result<bool> enter_left_runs();
+  /// it failed. Runs of the campaign that was aborted are voided.
+  [[nodiscard]] base::Result<bool> enter_left_runs(const std::string& aborted_campaign = {});
   /// Commits what was recorded: a step whose end the journal knows must not lose its rows.
   [[nodiscard]] base::Status flush();
   /// While it is held nothing is recorded: the disk has no room for it.

@@ -24,7 +24,7 @@ db.execute("BEGIN IMMEDIATE")
 print("locked", flush=True)
 sys.stdin.read()
 """
-SET_POINT, CONTROL_MODE, AIR = 2782, 2730, 2820  # registers of the controller
+SET_POINT, CONTROL_MODE, AIR, HIGH_SET_POINT = 2782, 2730, 2820, 1334  # registers of the controller; of its first alarm
 SETTLE_S = 60.0  # process time for which a chamber must have answered
 OVER = ("finished", "failed", "aborted")
 GOES_ON = 'on_restart = "resume"\n'
@@ -261,10 +261,51 @@ class Suspension(LabTest):
         status = self.wait("the way to the safe state", lambda s: s["state"] == "stopping")
         self.check_schema(status, "campaign-status")
         self.assertTrue(status["resumes_by_itself"])
+        self.assertIn("soak campaign abort", self.lab.soak("campaign", "status").stdout)
         self.lab.soak("campaign", "abort", "--reason", "somebody is there")
         status = self.status()
         self.assertEqual((status["ending"]["outcome"], status["resumes_by_itself"]), ("aborted", False))
         self.assert_waits_for_somebody("aborted")
+
+    def test_nothing_goes_on_after_an_alarm_on_the_way_to_the_safe_state(self):
+        self.start_campaign_that_goes_on(rate=20, set_points=(40, 45, 50))
+        self.kill_soakd()
+        self.lab.start_soakd()
+        self.wait("the way to the safe state", lambda s: s["state"] == "stopping" and s["resumes_by_itself"])
+        chamber = self.modbus("chamber")
+        chamber.write_registers(HIGH_SET_POINT, self.words_f32(20.0), 1)
+        self.wait("the end", lambda s: s["state"] in bench.ENDED)
+        chamber.write_registers(HIGH_SET_POINT, self.words_f32(400.0), 1)
+        self.assert_waits_for_somebody("failed")
+
+    def test_nothing_goes_on_in_a_chamber_that_somebody_uses_meanwhile(self):
+        self.start_campaign_that_goes_on(rate=400)
+        end(self.lab.soakd)
+        self.modbus("chamber").write_registers(CONTROL_MODE, [bench.AUTO], 1)
+        self.lab.start_soakd()
+        self.wait("the refusal", lambda s: not s["resumes_by_itself"])
+        status = self.status()
+        self.assertEqual((status["state"], status["resumable"]), ("interrupted", "c"))
+        self.assertEqual(self.chamber()[0], bench.AUTO, "it is theirs")
+
+    def test_nothing_goes_on_after_a_break_of_more_than_twelve_hours(self):
+        self.start_campaign_that_goes_on(rate=400)
+        end(self.lab.soakd)
+        path = next(self.folder.rglob("soakd.campaign"))
+        note = json.loads(path.read_text())
+        self.assertTrue(note["goes_on"])
+        path.write_text(json.dumps(dict(note, noted_utc_s=note["noted_utc_s"] - 13 * 3600)))
+        self.lab.start_soakd()
+        self.wait("the refusal", lambda s: not s["resumes_by_itself"])
+        self.assert_waits_for_somebody("interrupted")
+
+    def test_what_an_aborted_campaign_recorded_is_void_though_soakd_was_killed(self):
+        self.start_campaign_that_goes_on(rate=100)
+        self.lab.soak("campaign", "abort", "--reason", "smoke")
+        self.kill_soakd()
+        self.lab.start_soakd()
+        self.assert_waits_for_somebody("aborted")
+        self.assertEqual(len(self.whole_runs_void()), 1)
 
     def test_a_suspended_campaign_goes_on_with_a_new_soakd(self):
         for how in ("killed", "stopped"):

@@ -192,7 +192,8 @@ class ChamberWatchTest : public ::testing::Test {
 
   Bench bench;
   WatchLimits limits;
-  ChamberWatch watch{[this] { return std::make_unique<BenchChamber>(bench); }, 1.0, 100.0};
+  std::atomic<int> told = 0;  ///< of a trip
+  ChamberWatch watch{[this] { return std::make_unique<BenchChamber>(bench); }, 1.0, 100.0, [this] { ++told; }};
 };
 
 TEST_F(ChamberWatchTest, HasAConnectionOfItsOwnOnAThreadOfItsOwnOnlyWhileItIsArmed) {
@@ -211,11 +212,13 @@ TEST_F(ChamberWatchTest, HasAConnectionOfItsOwnOnAThreadOfItsOwnOnlyWhileItIsArm
 TEST_F(ChamberWatchTest, SwitchesOffAnOverheatingChamberWhileNobodyAsks) {
   watch.arm(limits);
   ASSERT_TRUE(comes([&] { return is_read(); }));
+  EXPECT_EQ(told, 0);
   bench.with([](Bench& b) { b.says.air_c = 75.0; });
   // From here on this thread, which is the engine's, does nothing but look at the chamber.
   ASSERT_TRUE(comes([&] { return bench.with([](Bench& b) { return !b.says.running; }); }));
   ASSERT_TRUE(comes([&] { return watch.verdict().is_off; }));
   EXPECT_NE(watch.verdict().tripped, "");
+  EXPECT_GE(told, 1);
 }
 
 TEST_F(ChamberWatchTest, SwitchesOffAgainWhatIsSwitchedOnAfterATripUntilItIsDisarmed) {

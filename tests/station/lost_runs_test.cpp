@@ -135,24 +135,42 @@ TEST_F(LostRuns, KeepWhatWasCompleteAndWithdrawWhatWasRejectedOrUnderWay) {
   EXPECT_TRUE(std::ranges::find(usable["SN1"], "0 +Y 0") == usable["SN1"].end());
 }
 
-TEST_F(LostRuns, OfAPreFlightAreVoided) {
-  db::RunInfo lost = info("P00");
-  lost.source = kRunSource;
+/// A run with one complete segment.
+void record_a_segment_and_die(const fs::path& data_folder, const db::RunInfo& info, const std::string& purpose) {
   do_and_die([&] {
-    auto catalog = db::Catalog::open(folder_);
-    auto recorder = RunRecorder::begin(*catalog, lost, "diagnosis", {{"SN1", "mti"}});
+    auto catalog = db::Catalog::open(data_folder);
+    auto recorder = RunRecorder::begin(*catalog, info, purpose, {{"SN1", "mti"}});
     Unit unit(1);
     static_cast<void>(recorder->add(0, unit.samples(200, 20.0F), soak(20.0, "+X")));
     recorder->accept(0);
     static_cast<void>(recorder->add(0, unit.samples(200, 20.0F), soak(20.0, "")));
     static_cast<void>(recorder->flush());
   });
+}
+
+TEST_F(LostRuns, OfAPreFlightAreVoided) {
+  db::RunInfo lost = info("P00");
+  lost.source = kRunSource;
+  record_a_segment_and_die(folder_, lost, "diagnosis");
   EventLog log(*catalog_);
   ASSERT_TRUE(enter_lost_runs(*catalog_, log));
   const auto runs = catalog_->runs({});
   ASSERT_EQ(runs->size(), 1U);
   EXPECT_TRUE(runs->front().voided);
   EXPECT_TRUE(runs->front().cut_short.empty());
+}
+
+TEST_F(LostRuns, OfAnAbortedCampaignAreVoidedThoughTheyHoldCompleteSegments) {
+  for (const std::string campaign : {"c", "d"}) {
+    db::RunInfo lost = info("R-" + campaign);
+    lost.source = kRunSource;
+    lost.campaign = campaign;
+    record_a_segment_and_die(folder_, lost, "calibration");
+  }
+  ASSERT_TRUE(enter_lost_runs(*catalog_, std::string("c")));
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 2U);
+  for (const db::RunRow& run : *runs) EXPECT_EQ(run.voided, run.label == "R-c") << run.label;
 }
 
 TEST_F(LostRuns, WithoutSamplesAreToldOfOnce) {

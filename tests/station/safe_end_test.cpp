@@ -79,6 +79,18 @@ TEST_F(SafeEndOfAChamberThatGoesOn, NeedsSomebodyWhereItDoesNotTakeItsSetPoint) 
     return safe_end.needs_somebody(*station_);
   });
   EXPECT_GE(chamber_.commands, 5);
+  EXPECT_NE(safe_end.trouble(), "");
+}
+
+TEST_F(SafeEndOfAChamberThatGoesOn, TellsWhatOnlyAPersonShouldDecideUpon) {
+  stream_.rows_per_poll = 1;
+  SafeEnd quiet("soakd ended", 25.0, false, false);
+  turns_until([&] { return quiet.poll(*station_); });
+  EXPECT_EQ(quiet.trouble(), "");
+  SafeEnd tripped("soakd ended", 25.0, false, false);
+  tripped.switch_off_at_once(*station_, "too hot");
+  EXPECT_EQ(tripped.trouble(), "too hot");
+  EXPECT_TRUE(tripped.outputs_off());
 }
 
 }  // namespace
