@@ -1,0 +1,68 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""run_once.py NOTE PATH... -- PROGRAM ARG...: runs a program whose outcome depends on nothing but itself, its arguments, the files named
+(folders: all in them) and the recordings in $SOAK_TEST_DATA: tests of rooms that touch no clock, device or thread. Where the same has
+passed before, it is not run again: what it printed then is printed again. NOTE: a file that keeps the key of the last pass and what was
+printed. A fresh build folder has none, so there everything runs."""
+import hashlib
+import json
+import os
+import subprocess
+import sys
+
+SETTINGS = ("GTEST_", "SOAK_")  # variables that begin so
+RECORDINGS = os.environ.get("SOAK_TEST_DATA") or os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "shared", "data")
+
+
+def files_in(path):
+    """The files of a folder in a fixed order; a file itself."""
+    if not os.path.isdir(path):
+        return [path]
+    return sorted(os.path.join(folder, name) for folder, _, names in os.walk(path) for name in names)
+
+
+def key_of(command, paths):
+    """Changes with everything that the program's outcome depends on."""
+    key = hashlib.sha256()
+    for path in [command[0], *(file for path in paths for file in files_in(path))]:
+        key.update(path.encode() + b"\0")
+        with open(path, "rb") as file:
+            key.update(hashlib.sha256(file.read()).digest())
+    for word in [*command, *(f"{name}={value}" for name, value in sorted(os.environ.items()) if name.startswith(SETTINGS))]:
+        key.update(word.encode() + b"\0")
+    # Recordings are large, and not the project's: their names, sizes and dates do.
+    for file in files_in(RECORDINGS) if os.path.isdir(RECORDINGS) else []:
+        state = os.stat(file)
+        key.update(f"{file}\0{state.st_size}\0{state.st_mtime_ns}\0".encode())
+    return key.hexdigest()
+
+
+def passed_before(note, key):
+    """What was printed when the same passed; None where it has not."""
+    try:
+        with open(note, encoding="utf-8") as file:
+            before = json.load(file)
+        return before["printed"] if before["key"] == key else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def main():
+    split = sys.argv.index("--")
+    note, paths, command = sys.argv[1], sys.argv[2:split], sys.argv[split + 1:]
+    key = key_of(command, paths)
+    printed = passed_before(note, key)
+    if printed is not None:
+        print(printed + "passed before: the same program, the same data")
+        return 0
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
+    print(done.stdout, end="")
+    if done.returncode == 0:
+        with open(note + ".new", "w", encoding="utf-8") as file:
+            json.dump({"key": key, "printed": done.stdout}, file)
+        os.replace(note + ".new", note)
+    return 1 if done.returncode else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
