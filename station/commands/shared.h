@@ -11,6 +11,7 @@
 #include "calib/vocabulary/unit_type.h"
 #include "calib/vocabulary/warning.h"
 #include "db/catalog/catalog.h"
+#include "station/commands/command.h"
 #include "station/io/output.h"
 
 /// What several commands do.
