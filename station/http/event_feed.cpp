@@ -84,7 +84,9 @@ void EventFeed::stop() {
 
 EventStream::EventStream(const StationService& lab, const EventFeed& feed, std::optional<std::int64_t> last_log)
     : lab_(lab), feed_(feed), last_sent_(std::chrono::steady_clock::now()) {
-  const std::int64_t newest = feed.latest().newest_log;
+  std::int64_t newest = feed.latest().newest_log;
+  // The feed looks some times a second: a client may have seen more than it has. Only a number of another log is none.
+  if (last_log && *last_log > newest) newest = feed.newest_log(newest);
   last_log_ = std::min(last_log.value_or(newest), newest);
 }
 

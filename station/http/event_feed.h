@@ -32,13 +32,14 @@ class EventFeed {
   /// Waits until the status is of a later edition, the log has a later entry, or the feed is stopped; `timeout` at
   /// most.
   [[nodiscard]] News wait(std::uint64_t edition, std::int64_t log, std::chrono::milliseconds timeout) const;
+  /// Number of the newest log entry, looked up now; `after` where none is later.
+  [[nodiscard]] std::int64_t newest_log(std::int64_t after) const;
   /// Ends all waiting, now and later.
   void stop();
 
  private:
   void look();
   void run();
-  [[nodiscard]] std::int64_t newest_log(std::int64_t after) const;
 
   const StationService& lab_;
   mutable std::mutex mutex_;

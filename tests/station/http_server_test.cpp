@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "station/http/event_feed.h"
 #include "tests/station/http_raw.h"
 #include "tests/station/http_scripted_station.h"
 
@@ -359,6 +360,17 @@ TEST_F(Http, EventsGoOnAfterTheLastOneThatTheClientHasSeen) {
   RawConnection some = open_events("Last-Event-ID: 1201\r\n");
   ASSERT_TRUE(some.read_until("id: 1203\n"));
   EXPECT_EQ(some.count("event: log"), 2);
+}
+
+TEST(EventStream, SendsNothingTwiceToAClientThatHasSeenMoreThanTheFeed) {
+  ScriptedStation lab;
+  const EventFeed feed(lab);
+  for (int i = 1; i <= 3; ++i) lab.add_log("entry");  // the feed looks a fifth of a second later
+  EventStream stream(lab, feed, 2);
+  std::string text;
+  while (text.find("id: 3\n") == std::string::npos) text += stream.next().value();
+  EXPECT_EQ(text.find("id: 1\n"), std::string::npos);
+  EXPECT_EQ(text.find("id: 2\n"), std::string::npos);
 }
 
 TEST_F(Http, AnEventNumberOfAnotherLogDoesNotSilenceTheStream) {

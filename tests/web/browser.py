@@ -17,6 +17,7 @@ FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-
          "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage", "--hide-scrollbars")
 KEYS = {"Tab": "\ue004", "Enter": "\ue007", "Escape": "\ue00c", "ArrowLeft": "\ue012", "ArrowRight": "\ue014"}
 PATIENCE_S = 60
+STARTS = 5
 
 
 class Browser:
@@ -24,17 +25,26 @@ class Browser:
 
     def __init__(self, *flags):
         self.profile = tempfile.mkdtemp(prefix="soak-browser-")
-        self.driver = subprocess.Popen([DRIVER, "--port=0"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        self.port = None
-        for line in self.driver.stdout:
-            found = re.search(r"successfully on port (\d+)", line)
-            if found:
-                self.port = int(found.group(1))
-                break
+        self.start_driver()
         options = {"binary": BROWSER, "args": [*FLAGS, *flags, f"--user-data-dir={self.profile}"]}
         answer = self.send("POST", "/session", {"capabilities": {"alwaysMatch": {
             "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}}})
         self.session = "/session/" + answer["sessionId"]
+
+    def start_driver(self):
+        """It takes a port that is free for IPv4, and ends where another program has it for IPv6: then it is started again."""
+        said = []
+        for _ in range(STARTS):
+            self.driver = subprocess.Popen([DRIVER, "--port=0"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            for line in self.driver.stdout:
+                said.append(line)
+                found = re.search(r"successfully on port (\d+)", line)
+                if found:
+                    self.port = int(found.group(1))
+                    return
+            self.driver.wait(PATIENCE_S)
+            self.driver.stdout.close()
+        raise RuntimeError("chromedriver does not start: " + "".join(said))
 
     def close(self):
         try:
