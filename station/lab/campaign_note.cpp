@@ -14,6 +14,7 @@ namespace soak::station {
 namespace {
 
 constexpr std::chrono::seconds kNoteRetry{1};
+constexpr std::chrono::seconds kNoteIsLate{2};
 constexpr double kClockMayDiffer_s = 300.0;
 
 std::string note_text(const CampaignNote& note, double noted_utc_s) {
@@ -44,7 +45,7 @@ bool is_recent_break(double noted_utc_s, double now_utc_s) {
 }
 
 CampaignNoteKeeper::CampaignNoteKeeper(std::filesystem::path path, std::chrono::milliseconds renewal)
-    : path_(std::move(path)), renewal_(renewal), thread_([this] { work(); }) {}
+    : path_(std::move(path)), renewal_(renewal), found_(read_campaign_note(path_)), thread_([this] { work(); }) {}
 
 CampaignNoteKeeper::~CampaignNoteKeeper() {
   {
@@ -58,18 +59,26 @@ CampaignNoteKeeper::~CampaignNoteKeeper() {
 void CampaignNoteKeeper::keep(CampaignNote note) {
   const std::lock_guard lock(mutex_);
   wanted_ = std::move(note);
-  changed_.notify_all();
+  note_change();
 }
 
-void CampaignNoteKeeper::withdraw() {
+void CampaignNoteKeeper::withdraw(bool outputs_off) {
   const std::lock_guard lock(mutex_);
+  if (!wanted_) wanted_ = found_.note;
+  wanted_->goes_on = false;
   is_withdrawn_ = true;
-  changed_.notify_all();
+  is_too_hot_ = is_too_hot_ || outputs_off;
+  note_change();
 }
 
 void CampaignNoteKeeper::allow() {
   const std::lock_guard lock(mutex_);
-  is_withdrawn_ = false;
+  is_withdrawn_ = is_too_hot_ = false;
+  note_change();
+}
+
+void CampaignNoteKeeper::note_change() {
+  if (behind_since_ == Clock::time_point{} && kept_ != allowed()) behind_since_ = Clock::now();
   changed_.notify_all();
 }
 
@@ -80,12 +89,14 @@ bool CampaignNoteKeeper::wait_until_kept(std::chrono::milliseconds longest) cons
 
 std::string CampaignNoteKeeper::trouble() const {
   const std::lock_guard lock(mutex_);
-  return trouble_;
+  const bool is_late = behind_since_ != Clock::time_point{} && Clock::now() - behind_since_ > kNoteIsLate;
+  return trouble_.empty() && is_late ? "the disk has not taken it yet" : trouble_;
 }
 
 std::optional<CampaignNote> CampaignNoteKeeper::allowed() const {
   auto note = wanted_;
   if (note && is_withdrawn_) note->goes_on = false;
+  if (note && is_too_hot_) note->outputs_off = true;
   return note;
 }
 
@@ -98,11 +109,13 @@ void CampaignNoteKeeper::work() {
     const auto note = allowed();
     const bool renews = !woken && note && note->goes_on;
     if (note && (kept_ != note || renews)) {
+      kept_.reset();
       lock.unlock();
       std::string trouble = write(*note);
       lock.lock();
-      kept_ = trouble.empty() ? note : std::nullopt;
+      if (trouble.empty()) kept_ = note;
       trouble_ = std::move(trouble);
+      if (kept_ == allowed()) behind_since_ = {};
       changed_.notify_all();
     }
     if (ends_ && (kept_ == allowed() || !trouble_.empty())) return;

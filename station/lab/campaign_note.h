@@ -45,7 +45,8 @@ constexpr double kLongestBreak_s = 12.0 * 3600.0;
 [[nodiscard]] bool is_recent_break(double noted_utc_s, double now_utc_s);
 
 /// Keeps the note in a file of its own beside the catalog: the catalog may be locked, and what waits for it is lost
-/// with a killed soakd. Written, synced and renamed by a thread of its own, so that neither a slow disk delays the
+/// with a killed soakd. What a predecessor left stays as it is, with its time, until something else is kept or it is
+/// withdrawn. Written, synced and renamed by a thread of its own, so that neither a slow disk delays the
 /// chamber's commands nor a blocked engine an abort. What cannot be written is tried again every second; meanwhile the
 /// old note is taken away where that can be done. While the campaign may go on by itself its time is renewed. Any
 /// thread may call; all but wait_until_kept() return at once.
@@ -59,29 +60,39 @@ class CampaignNoteKeeper {
   /// Writes what is not written yet, in one try.
   ~CampaignNoteKeeper();
 
+  /// What the file held at the beginning.
+  [[nodiscard]] const FoundNote& found() const { return found_; }
   void keep(CampaignNote note);
-  /// Nothing may go on by itself, whatever is kept from now on, until allow().
-  void withdraw();
+  /// Nothing may go on by itself, whatever is kept from now on, until allow(). `outputs_off`: nor may heating and
+  /// cooling be switched on, even to make the chamber safe.
+  void withdraw(bool outputs_off = false);
   void allow();
   /// Whether the file holds the last note; waits for that.
   [[nodiscard]] bool wait_until_kept(std::chrono::milliseconds longest) const;
-  /// Why the last try failed; empty after one that did not.
+  /// Why the file does not hold the last note, though it has had two seconds; empty where it does.
   [[nodiscard]] std::string trouble() const;
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   void work();
+  /// To be called with the lock held, after a change.
+  void note_change();
   /// The note as it may stand in the file.
   [[nodiscard]] std::optional<CampaignNote> allowed() const;
   [[nodiscard]] std::string write(const CampaignNote& note) const;
 
   std::filesystem::path path_;
   std::chrono::milliseconds renewal_;
+  FoundNote found_;
 
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   std::optional<CampaignNote> wanted_;
-  std::optional<CampaignNote> kept_;  ///< as it stands in the file
+  std::optional<CampaignNote> kept_;  ///< as it stands in the file; nothing while it is being written
+  Clock::time_point behind_since_{};  ///< where that is another
   bool is_withdrawn_ = false;
+  bool is_too_hot_ = false;
   std::string trouble_;
   bool ends_ = false;
   std::thread thread_;  ///< last: it uses all of the above

@@ -82,14 +82,13 @@ std::optional<std::string> WatchJudge::look(double now_s, const hal::ChamberRead
 
 // --- ChamberWatch -----------------------------------------------------------------------------------------------
 
-std::unique_ptr<ChamberWatch> ChamberWatch::make(const hal::DeviceMap& map, double clock_rate,
-                                                 std::function<void()> tripped) {
+std::unique_ptr<ChamberWatch> ChamberWatch::make(const hal::DeviceMap& map, double clock_rate, Tripped tripped) {
   if (!map.link.second_connection || hal::link_kind(map) != hal::LinkKind::tcp) return nullptr;
   return std::make_unique<ChamberWatch>([map] { return hal::make_chamber(map); }, map.link.poll_s, clock_rate,
                                         std::move(tripped));
 }
 
-ChamberWatch::ChamberWatch(MakeChamber make, double poll_s, double clock_rate, std::function<void()> tripped)
+ChamberWatch::ChamberWatch(MakeChamber make, double poll_s, double clock_rate, Tripped tripped)
     : make_(std::move(make)), poll_s_(poll_s), clock_rate_(clock_rate), tripped_(std::move(tripped)), thread_([this] {
         run();
       }) {}
@@ -200,7 +199,7 @@ void ChamberWatch::turn(hal::Chamber& chamber, WatchJudge& judge, std::uint64_t 
     must_stop = !verdict_.tripped.empty() && !verdict_.is_off;
   }
   if (!must_stop) return;
-  tripped_();
+  tripped_(why.has_value());
   switch_off(chamber, arming);
 }
 

@@ -87,16 +87,18 @@ struct WatchVerdict {
 class ChamberWatch {
  public:
   using MakeChamber = std::function<base::Result<std::unique_ptr<hal::Chamber>>()>;
+  /// `outputs_off`: by what was read of air and alarms, so that the chamber must not be driven even to be made safe.
+  using Tripped = std::function<void(bool outputs_off)>;
 
   /// Null where the chamber's controller is not to be asked over a second connection (a serial line has one master; a
   /// map may say so by `second_connection`).
   [[nodiscard]] static std::unique_ptr<ChamberWatch> make(
-      const hal::DeviceMap& map, double clock_rate, std::function<void()> tripped = [] {});
+      const hal::DeviceMap& map, double clock_rate, Tripped tripped = [](bool) {});
 
   /// `make`: called on the watch's own thread whenever it is armed. `poll_s`: process time between readings;
   /// `clock_rate`: process time per host time. `tripped`: called on that thread before heating and cooling are switched
   /// off, perhaps more than once.
-  ChamberWatch(MakeChamber make, double poll_s, double clock_rate, std::function<void()> tripped = [] {});
+  ChamberWatch(MakeChamber make, double poll_s, double clock_rate, Tripped tripped = [](bool) {});
   ChamberWatch(const ChamberWatch&) = delete;
   ChamberWatch& operator=(const ChamberWatch&) = delete;
   ~ChamberWatch();
@@ -126,7 +128,7 @@ class ChamberWatch {
   MakeChamber make_;
   double poll_s_;
   double clock_rate_;
-  std::function<void()> tripped_;
+  Tripped tripped_;
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

@@ -41,6 +41,8 @@ class ChamberMonitor {
   /// Why the last try failed; empty after one that did not.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
   [[nodiscard]] std::optional<double> age_s() const;
+  /// When the chamber was asked for the last reading.
+  [[nodiscard]] std::chrono::steady_clock::time_point heard() const { return heard_host_; }
   /// The alarms of the last reading if the one before had alarms too: a single flipped bit on the wire is none. After a
   /// first one the next poll() reads at once.
   [[nodiscard]] std::vector<hal::ChamberAlarm> alarms() const;

@@ -49,9 +49,8 @@ std::unique_ptr<StepTask> make_task(const Plan& plan, const Step& step) {
 
 Engine::Engine(const StationConfig& config, db::Catalog& catalog, std::unique_ptr<Journal> journal)
     : config_(config), catalog_(catalog), journal_(std::move(journal)), notes_(note_path(catalog)), log_(*journal_) {
-  const FoundNote found = read_campaign_note(note_path(catalog));
-  note_ = found.note;
-  interrupted_utc_s_ = found.noted_utc_s;
+  note_ = notes_.found().note;
+  interrupted_utc_s_ = notes_.found().noted_utc_s;
 }
 
 Engine::~Engine() {
@@ -83,7 +82,8 @@ base::Status Engine::make_devices() {
   auto chamber = hal::make_chamber(config_.chamber);
   if (!chamber) return base::forward_error(chamber);
   chamber_ = *std::move(chamber);
-  watch_ = ChamberWatch::make(config_.chamber, config_.clock_rate, [this] { notes_.withdraw(); });
+  watch_ = ChamberWatch::make(config_.chamber, config_.clock_rate,
+                              [this](bool outputs_off) { notes_.withdraw(outputs_off); });
   if (config_.fixture) {
     auto fixture = hal::make_fixture(*config_.fixture);
     if (!fixture) return base::forward_error(fixture);
@@ -132,6 +132,7 @@ void Engine::make_units(const CheckedStart& checked) {
 void Engine::run(const std::function<void()>& turned) {
   while (true) {
     wait();
+    heed_watch();  // before a command: what has tripped is not switched on once more
     run_commands();
     cycle();
     publish();
@@ -183,7 +184,6 @@ void Engine::cycle() {
     // Nobody looks for room any more: what cannot be written must not pile up.
     if (state_ == CampaignState::stopping) station_->hold_recording(true);
   }
-  heed_watch();
   if (is_under_way(state_)) {
     record_history();
     watch_alarms();

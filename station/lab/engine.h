@@ -74,6 +74,8 @@ class Engine : public StationService {
   [[nodiscard]] base::Status take_over();
   [[nodiscard]] base::Status restore_unfinished();
   void restore_units(const db::CampaignRow& row);
+  /// Lets the campaign go on by itself after a restart, unless somebody is just stopping it.
+  void allow_to_go_on();
   /// Goes on with a campaign that was cut short, once nothing hinders it.
   void resume_by_itself();
   [[nodiscard]] base::Status try_to_resume();
@@ -180,6 +182,7 @@ class Engine : public StationService {
   void repeat_step(const std::string& why);
   /// Goes back to the begin of the present visit, by way of where the temperature turned if it has left the plan's.
   void repeat_visit();
+  void go_to_visit(bool air_was_away);
   [[nodiscard]] bool begins_anew(const Step& step) const;
   void end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off = false,
                     const std::string& user = {});
@@ -248,6 +251,7 @@ class Engine : public StationService {
   std::array<int, 2> wake_{-1, -1};  ///< a pipe that ends wait()
   std::atomic<bool> stop_requested_ = false;
   std::atomic<bool> stopped_ = false;
+  std::atomic<int> stop_commands_ = 0;  ///< aborts and pauses that somebody waits for
 
   mutable std::mutex status_mutex_;
   nlohmann::json status_;

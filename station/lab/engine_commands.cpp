@@ -22,6 +22,18 @@ constexpr std::chrono::seconds kNoteIsKept{2};
 /// off.
 constexpr std::chrono::seconds kEngineIsStuck{30};
 
+/// Counts an abort or a pause for as long as it is not answered.
+class StopCommand {
+ public:
+  explicit StopCommand(std::atomic<int>& count) : count_(count) { ++count_; }
+  StopCommand(const StopCommand&) = delete;
+  StopCommand& operator=(const StopCommand&) = delete;
+  ~StopCommand() { --count_; }
+
+ private:
+  std::atomic<int>& count_;
+};
+
 tl::unexpected<base::Error> wrong_state(std::string message) { return base::bad_input(std::move(message), "state"); }
 
 }  // namespace
@@ -72,6 +84,7 @@ base::Status Engine::status_command(std::function<base::Status()> work, const st
 }
 
 base::Status Engine::pause(const std::string& user) {
+  const StopCommand stop(stop_commands_);
   notes_.withdraw();  // now: should the engine be stuck, and soakd be killed for that, this counts
   return status_command([=, this] { return do_pause(user); });
 }
@@ -85,6 +98,7 @@ base::Status Engine::resume(const std::string& user) {
 }
 
 base::Status Engine::abort(const std::string& user, const std::string& reason) {
+  const StopCommand stop(stop_commands_);
   notes_.withdraw();
   const auto stop_chamber = [&] {
     if (watch_) watch_->stop_now(fmt::format("aborted by {}, and soakd itself does not turn", user));
@@ -233,7 +247,7 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, c
   chamber_is_silent_ = visit_is_void_ = air_was_away_ = air_has_arrived_ = chamber_is_left_alone_ = false;
   set_point_repeats_ = 0;
   has_come_on_ = was_asking_ = false;
-  notes_.allow();
+  allow_to_go_on();
   resumes_by_itself_ = false;
   resume_trouble_.clear();
   storage_error_.clear();
@@ -270,12 +284,16 @@ base::Status Engine::do_pause(const std::string& user) {
   return {};
 }
 
+void Engine::allow_to_go_on() {
+  if (stop_commands_ == 0) notes_.allow();
+}
+
 base::Status Engine::do_resume(const std::string& user) {
   if (state_ == CampaignState::paused) {
     // What held while people had the chamber in hand does not count against the campaign.
     suspenders_ = Suspenders(station_->procedure().give_up_h * kSecondsPerHour);
     chamber_is_left_alone_ = false;
-    notes_.allow();
+    allow_to_go_on();
     set_state(CampaignState::running, "resumed by " + user, user);
     visit_is_void_ ? repeat_visit() : repeat_step("resumed");
     return {};

@@ -29,6 +29,7 @@ base::Status Engine::take_over() {
                                                                : CampaignState::interrupted;
   // What an older soakd has entered since, which knew of no note, counts as well.
   note_.goes_on = note_.goes_on && (*open)->state == name_of(CampaignState::running);
+  if (note_ != notes_.found().note) notes_.keep(note_);
   const bool was_cut_short = outcome_ == CampaignState::interrupted;
   const std::string reason = was_cut_short ? "soakd ended during the campaign" : note_.reason;
   resumes_by_itself_ = was_cut_short && note_.goes_on;
@@ -128,6 +129,7 @@ CampaignNote Engine::note_now() const {
       return note;
     case CampaignState::stopping:
       if (outcome_ != CampaignState::interrupted) return ended_note(outcome_);
+      note.outputs_off = safe_end_ && safe_end_->outputs_off();
       [[fallthrough]];
     case CampaignState::interrupted:
       // As it stood before soakd was to end, unless somebody has decided otherwise since.
@@ -147,7 +149,7 @@ CampaignNote Engine::note_now() const {
 
 CampaignNote Engine::ended_note(CampaignState outcome) const {
   return {.campaign = station_->campaign.name,
-          .outputs_off = safe_end_ && safe_end_->outputs_off(),
+          .outputs_off = safe_end_ ? safe_end_->outputs_off() : note_.outputs_off,
           .outcome = std::string(name_of(outcome)),
           .reason = reason_,
           .user = state_user_};

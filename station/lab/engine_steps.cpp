@@ -138,8 +138,23 @@ void Engine::leave_step() {
   const auto broken = broken_;
   was_asking_ = false;
   if (ended_row_->attempt == 0) note_progress();
+  const bool was_on_way_back = is_on_way_back();
+  const int visit = station_->campaign.plan.steps[step_].visit;
   enter_next_step();
-  if (broken && task_) repeat_step(*broken);
+  if (!broken || !task_) return;
+  const int next_visit = station_->campaign.plan.steps[step_].visit;
+  const bool begins_visit = !was_on_way_back && next_visit >= 0 && next_visit != visit;
+  begins_visit ? go_to_visit(air_was_away_) : repeat_step(*broken);
+}
+
+/// Goes to the begin of the present visit from wherever the air is, approached as the plan does.
+void Engine::go_to_visit(bool air_was_away) {
+  const auto& reading = station_->chamber.reading();
+  const double air_c = reading ? reading->air_c : config_.room_c;
+  way_back_ = way_to_visit(station_->campaign.plan, step_, {air_c, config_.room_c, air_was_away});
+  way_at_ = 0;
+  settle_fully_ = false;
+  enter_step(way_back_.front());
 }
 
 void Engine::enter_next_step() {
@@ -212,17 +227,13 @@ void Engine::repeat_visit() {
   const Step& step = plan.steps[step_];
   if (begins_anew(step)) return enter_step(step_);
   // A visit whose last step is complete, and waits for its entry, is not measured twice.
-  const bool is_complete = ended_ && (step_ + 1 >= plan.steps.size() || plan.steps[step_ + 1].visit != step.visit ||
-                                      plan.steps[step_ + 1].run != step.run);
+  const bool is_complete =
+      ended_ && (ended_->state == StepState::skip_visit || step_ + 1 >= plan.steps.size() ||
+                 plan.steps[step_ + 1].visit != step.visit || plan.steps[step_ + 1].run != step.run);
   if (step.visit < 0 || is_complete || is_on_way_back()) return repeat_step("the campaign was suspended");
-  const auto& reading = station_->chamber.reading();
-  const double air_c = reading ? reading->air_c : config_.room_c;
   // Each position is recorded once more: what was complete before would stand beside it.
   station_->withdraw_visit(step.visit, "the campaign was suspended, its visit begins again");
-  way_back_ = way_to_visit(plan, step_, {air_c, config_.room_c, air_was_away_});
-  way_at_ = 0;
-  settle_fully_ = false;
-  enter_step(way_back_.front());
+  go_to_visit(air_was_away_);
 }
 
 // --- states -----------------------------------------------------------------------------------------------------

@@ -59,6 +59,8 @@ void Engine::heed_watch() {
   if (!watch_) return;
   const bool driven = is_under_way(state_) || state_ == CampaignState::stopping;
   if (!driven) {
+    if (!watch_->verdict().tripped.empty())
+      resumes_by_itself_ = false;  // in the last turn of the way to the safe state
     watch_is_blind_ = false;
     return watch_->disarm();
   }

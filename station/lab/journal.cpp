@@ -73,6 +73,7 @@ void Journal::work() {
       if (!write_batch(most)) return;
     } catch (const std::exception&) {  // no memory: the next try may have some
       std::unique_lock lock(mutex_);
+      trouble_ = "no memory";
       changed_.wait_for(lock, kJournalRetry, [this] { return ends_; });
     }
   }

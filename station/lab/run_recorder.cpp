@@ -136,6 +136,7 @@ bool keeps_lost_part(const db::Catalog& catalog, const db::RunInfo& info, const 
   if (info.purpose == "diagnosis" || (!info.campaign.empty() && info.campaign == aborted_campaign)) return false;
   const auto row = catalog.campaign(info.campaign);
   if (!row || !*row) return true;
+  if ((*row)->state == "aborted") return false;
   const auto request = request_of(**row);
   if (!request) return true;
   const auto procedure = parse_procedure(request->procedure_text, request->procedure_file);

@@ -144,6 +144,7 @@ bool DewSafeWarmUp::command(Station& station) {
   const auto sent = chamber.set_temperature(target_c(station)).and_then([&] { return chamber.start(); });
   if (sent) {
     is_off_ = false;
+    commanded_at_ = Clock::now();
     return true;
   }
   if (answers) handle_refusal(station, sent.error().message);
@@ -152,6 +153,7 @@ bool DewSafeWarmUp::command(Station& station) {
 
 void DewSafeWarmUp::handle_refusal(Station& station, const std::string& why) {
   trouble_ = why;
+  ++refusals_;
   if (commands_ < kWarmUpTries || is_off_) return;
   is_off_ = switch_off_and_see(station.chamber.chamber()).has_value();
   off_since_s_ = station.now_s();
@@ -164,15 +166,16 @@ void DewSafeWarmUp::handle_refusal(Station& station, const std::string& why) {
 /// keys) is commanded again.
 bool DewSafeWarmUp::obeys(const Station& station) {
   const auto& reading = station.chamber.reading();
-  if (!reading) return false;
+  if (!reading || station.chamber.heard() < commanded_at_) return false;  // what it said before
   commanded_ = reading->running && std::abs(reading->set_point_c - target_c(station)) <= kEndTolerance_c;
   trouble_ = commanded_ ? ""
                         : fmt::format("its set point is {:+.1f} °C, heating and cooling {}", reading->set_point_c,
                                       reading->running ? "on" : "off");
+  refusals_ = commanded_ ? 0 : refusals_ + 1;
   return commanded_;
 }
 
-bool DewSafeWarmUp::is_refused() const { return gave_up_ || (commands_ >= kWarmUpTries && !trouble_.empty()); }
+bool DewSafeWarmUp::is_refused() const { return gave_up_ || refusals_ >= kWarmUpTries; }
 
 /// Whether the room has warmed what the chamber did not: it is off.
 bool DewSafeWarmUp::room_has_warmed(const Station& station) {

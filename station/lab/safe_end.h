@@ -54,6 +54,8 @@ class DewSafeWarmUp {
   double temp_c_;
   bool commanded_ = false;
   int commands_ = 0;  ///< that a chamber which answers was given
+  int refusals_ = 0;  ///< of them, the last ones, that it did not follow
+  Clock::time_point commanded_at_{};
   std::string trouble_;
   bool is_off_ = false;   ///< switched off because it does not accept the set point, or nobody can read it
   bool gave_up_ = false;  ///< the way took too long: it is not driven any more

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace soak::station {
 namespace {
@@ -67,19 +68,19 @@ void Suspenders::Watch::follow(double now_s, const Finding& finding) {
 
 Suspenders::Finding Suspenders::judge(SuspensionCause cause, const StationConditions& conditions) {
   const auto level = [](bool bad, bool good) { return bad ? Level::bad : good ? Level::good : Level::between; };
-  const Finding unknown{Level::between, 0.0, ""};
+  const auto unknown = [] { return Finding{Level::between, 0.0, ""}; };
   switch (cause) {
     case SuspensionCause::chamber:
       return {level(conditions.chamber_silent_s >= kChamberSilent_s, conditions.chamber_silent_s <= 0.0), 0.0,
               "the chamber does not answer, it is left at its set point: " + conditions.chamber_trouble};
     case SuspensionCause::air: {
-      if (!conditions.air_off_k) return unknown;
+      if (!conditions.air_off_k) return unknown();
       const double off_k = *conditions.air_off_k;
       return {level(off_k > kAirAway_k, off_k <= kAirBack_k), kAirAway_s,
               fmt::format("the air is {:.1f} K from the set point: is the door open?", off_k)};
     }
     case SuspensionCause::disk: {
-      if (!conditions.disk_free_bytes) return unknown;
+      if (!conditions.disk_free_bytes) return unknown();
       const double free_bytes = *conditions.disk_free_bytes;
       return {level(free_bytes < kDiskLow_bytes, free_bytes >= kDiskEnough_bytes), 0.0,
               fmt::format("the disk has {:.0f} MB left, {:.0f} are needed to go on", 1e-6 * free_bytes,

@@ -104,8 +104,18 @@ TEST_F(CampaignNoteTest, OnceWithdrawnLetsNothingGoOnUntilSomebodyAllowsIt) {
   ASSERT_TRUE(keeper.wait_until_kept(kLongest));
   EXPECT_FALSE(found().goes_on);
   keeper.allow();
+  keeper.keep(next);
   ASSERT_TRUE(keeper.wait_until_kept(kLongest));
-  EXPECT_TRUE(found().goes_on);
+  EXPECT_EQ(found(), next);
+}
+
+TEST_F(CampaignNoteTest, OfAPredecessorIsWithdrawnAsWell) {
+  CampaignNoteKeeper(path_).keep(goes_on_);
+  CampaignNoteKeeper keeper(path_);
+  EXPECT_EQ(keeper.found().note, goes_on_);
+  keeper.withdraw(true);
+  ASSERT_TRUE(keeper.wait_until_kept(kLongest));
+  EXPECT_EQ(found(), (CampaignNote{.campaign = "c", .outputs_off = true}));
 }
 
 TEST_F(CampaignNoteTest, SaysWhenItWasTrueAtLast) {

@@ -193,7 +193,12 @@ class ChamberWatchTest : public ::testing::Test {
   Bench bench;
   WatchLimits limits;
   std::atomic<int> told = 0;  ///< of a trip
-  ChamberWatch watch{[this] { return std::make_unique<BenchChamber>(bench); }, 1.0, 100.0, [this] { ++told; }};
+  std::atomic<bool> told_outputs_off = false;
+  ChamberWatch watch{[this] { return std::make_unique<BenchChamber>(bench); }, 1.0, 100.0,
+                     [this](bool outputs_off) {
+                       ++told;
+                       told_outputs_off = outputs_off;
+                     }};
 };
 
 TEST_F(ChamberWatchTest, HasAConnectionOfItsOwnOnAThreadOfItsOwnOnlyWhileItIsArmed) {
@@ -219,6 +224,7 @@ TEST_F(ChamberWatchTest, SwitchesOffAnOverheatingChamberWhileNobodyAsks) {
   ASSERT_TRUE(comes([&] { return watch.verdict().is_off; }));
   EXPECT_NE(watch.verdict().tripped, "");
   EXPECT_GE(told, 1);
+  EXPECT_TRUE(told_outputs_off);
 }
 
 TEST_F(ChamberWatchTest, SwitchesOffAgainWhatIsSwitchedOnAfterATripUntilItIsDisarmed) {
