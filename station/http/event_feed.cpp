@@ -95,7 +95,8 @@ std::string EventStream::new_log_entries(std::int64_t newest) {
   while (last_log_ < newest) {
     const nlohmann::json page = lab_.log(last_log_);
     for (const auto& entry : page.at("entries")) {
-      last_log_ = entry.at("number").get<std::int64_t>();
+      last_log_ = std::min(entry.at("number").get<std::int64_t>(), newest);
+      if (entry.at("number") > newest) return text;  // what the feed has not seen follows once it has
       text += "id: " + std::to_string(last_log_) + "\nevent: log\ndata: " + compact(entry) + "\n\n";
     }
     if (page.at("entries").empty()) last_log_ = newest;
