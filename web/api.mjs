@@ -12,11 +12,14 @@ export async function get(path) {
   return answer(await fetch(ROOT + path));
 }
 
-/** Carries out POST /api/v1/campaign/`command`. Throws an Error whose message is for the user; of an answer, with its `status`. */
-export async function send(command, body) {
+/** Carries out POST /api/v1/`path`. Throws an Error whose message is for the user; of an answer, with its `status`. */
+export async function post(path, body) {
   const options = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
-  return answer(await fetch(`${ROOT}campaign/${command}`, options));
+  return answer(await fetch(ROOT + path, options));
 }
+
+/** Carries out POST /api/v1/campaign/`command`, as post() does. */
+export const send = (command, body) => post(`campaign/${command}`, body);
 
 async function answer(response) {
   const document = await response.json();

@@ -9,7 +9,10 @@ import { renderChamber, renderUnits } from "./device_cards.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { clock } from "./format.mjs";
 import { NoiseCard } from "./noise_card.mjs";
+import { RunView } from "./run_view.mjs";
+import { RunsView } from "./runs_view.mjs";
 import { StoredCard } from "./stored_card.mjs";
+import { connectViews } from "./views.mjs";
 
 const LOG_LINES = 100;
 const NOT_IN_THIS_STATE = 409; // docs/http-api.md
@@ -17,6 +20,8 @@ const NOT_IN_THIS_STATE = 409; // docs/http-api.md
 const chart = new Chart($("chart"), $("legend"));
 const noiseCard = new NoiseCard();
 const storedCard = new StoredCard(userName);
+const runsView = new RunsView();
+const runView = new RunView(() => $("user").value.trim());
 let status = null;
 let plan = null;
 let planOf = null; // which campaign the plan is of
@@ -55,6 +60,7 @@ function takeStatus(document) {
   render();
   noiseCard.take(status);
   storedCard.take(status);
+  runsView.take(status);
   if (confirmsItself(status) && status.prompt.id !== confirmedItself) {
     confirmedItself = status.prompt.id;
     confirm({ itself: true });
@@ -168,4 +174,5 @@ function connectButtons() {
 rememberUser();
 connectButtons();
 connectAlerts();
+connectViews({ station: null, runs: runsView, run: runView });
 subscribe(take);

@@ -83,6 +83,15 @@ struct RunFilter {
   std::optional<std::string> run;  ///< run id, unique prefix of one, or label
 };
 
+/// How many segments one unit's run has, and how many of them count no more.
+struct SegmentCounts {
+  std::string run_id;
+  std::string unit;
+  std::uint64_t recorded = 0;
+  std::uint64_t withdrawn = 0;  ///< by void records
+  std::uint64_t rejected = 0;   ///< not withdrawn, with a finding that rejects the segment or a sensor of it
+};
+
 /// What a void record withdraws: a whole run, one visit of it, or one segment. Records are only ever added.
 struct VoidRecord {
   std::string run_id;
@@ -242,6 +251,12 @@ class Catalog {
   /// catalog are not those that were stored, and any run where the tables of runs, void records or units are not.
   [[nodiscard]] base::Result<std::vector<calib::Segment>> segments(std::string_view run_id, std::string_view unit,
                                                                    bool with_blocks) const;
+
+  /// The same segments with those that void records withdraw, without blocks. Fails as segments() does.
+  [[nodiscard]] base::Result<std::vector<calib::Segment>> recorded_segments(std::string_view run_id,
+                                                                            std::string_view unit) const;
+  /// Of all runs that have segments, in no order that means anything.
+  [[nodiscard]] base::Result<std::vector<SegmentCounts>> segment_counts() const;
 
   /// Whether the catalog's numbers of a run are those that were stored; fails (corrupt), naming the run.
   [[nodiscard]] base::Status check_numbers(const RunRow& run) const;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <string>
@@ -152,15 +153,21 @@ calib::Segment segment_from(sqlite::Fields& fields, std::string_view run_id, std
   return segment;
 }
 
+/// Whether a void record withdraws segment `s`.
+constexpr std::string_view kIsWithdrawn =
+    "EXISTS (SELECT 1 FROM void AS v WHERE v.run_id = s.run_id AND v.unit = s.unit AND "
+    "(v.visit IS NULL OR v.visit = s.visit) AND (v.position IS NULL OR v.position = s.position) AND "
+    "(v.attempt IS NULL OR v.attempt = s.attempt))";
+
+enum class Withdrawn : std::uint8_t { left_out, among_them };
+
 std::vector<calib::Segment> read_segments(const SQLite::Database& database, std::string_view run_id,
-                                          std::string_view unit) {
+                                          std::string_view unit, Withdrawn withdrawn) {
+  const std::string only = withdrawn == Withdrawn::left_out ? " AND NOT " + std::string(kIsWithdrawn) : std::string();
   return sqlite::rows_of(
       database,
-      "SELECT " + list_of(segment_columns()) +
-          " FROM segment AS s WHERE run_id = ? AND unit = ? AND NOT EXISTS (SELECT 1 FROM void AS v WHERE "
-          "v.run_id = s.run_id AND v.unit = s.unit AND (v.visit IS NULL OR v.visit = s.visit) AND "
-          "(v.position IS NULL OR v.position = s.position) AND (v.attempt IS NULL OR v.attempt = s.attempt)) "
-          "ORDER BY t_start_s, visit, attempt, position",
+      "SELECT " + list_of(segment_columns()) + " FROM segment AS s WHERE run_id = ? AND unit = ?" + only +
+          " ORDER BY t_start_s, visit, attempt, position",
       [&](sqlite::Fields& fields) { return segment_from(fields, run_id, unit); }, run_id, unit);
 }
 
@@ -230,29 +237,59 @@ void insert_segment(SQLite::Database& database, const calib::Segment& segment) {
 
 }  // namespace catalog
 
+base::Status Catalog::Impl::check_run_of_fits(std::string_view run_id, std::string_view unit) {
+  if (!seals_are_sound) {
+    if (auto whole = catalog::check_seals(connection, kSealedOfFits); !whole) return whole;
+    seals_are_sound = true;
+  }
+  if (auto known = catalog::require_run(connection, run_id, unit); !known) return known;
+  const auto checked = std::pair(std::string(run_id), std::string(unit));
+  if (sound.contains(checked)) return {};
+  if (auto stored = catalog::check_numbers(connection, run_id, unit); !stored) return stored;
+  sound.insert(checked);
+  return {};
+}
+
 base::Result<std::vector<calib::Segment>> Catalog::segments(std::string_view run_id, std::string_view unit,
                                                             bool with_blocks) const {
   return impl_->connection.snapshot("read the segments", [&]() -> base::Result<std::vector<calib::Segment>> {
-    if (!impl_->seals_are_sound) {
-      if (const auto sound = catalog::check_seals(impl_->connection, kSealedOfFits); !sound) {
-        return base::forward_error(sound);
-      }
-      impl_->seals_are_sound = true;
-    }
-    if (const auto known = catalog::require_run(impl_->connection, run_id, unit); !known) {
-      return base::forward_error(known);
-    }
-    const auto checked = std::pair(std::string(run_id), std::string(unit));
-    if (!impl_->sound.contains(checked)) {
-      if (const auto sound = catalog::check_numbers(impl_->connection, run_id, unit); !sound)
-        return base::forward_error(sound);
-      impl_->sound.insert(checked);
-    }
-    auto segments = read_segments(impl_->database(), run_id, unit);
+    if (const auto sound = impl_->check_run_of_fits(run_id, unit); !sound) return base::forward_error(sound);
+    auto segments = read_segments(impl_->database(), run_id, unit, Withdrawn::left_out);
     read_parts(impl_->database(), run_id, unit, "finding", finding_columns(), segments, take_finding);
     if (with_blocks) read_parts(impl_->database(), run_id, unit, "block", block_columns(), segments, take_block);
     return segments;
   });
+}
+
+base::Result<std::vector<calib::Segment>> Catalog::recorded_segments(std::string_view run_id,
+                                                                     std::string_view unit) const {
+  return impl_->connection.snapshot("read the segments", [&]() -> base::Result<std::vector<calib::Segment>> {
+    if (const auto sound = impl_->check_run_of_fits(run_id, unit); !sound) return base::forward_error(sound);
+    auto segments = read_segments(impl_->database(), run_id, unit, Withdrawn::among_them);
+    read_parts(impl_->database(), run_id, unit, "finding", finding_columns(), segments, take_finding);
+    return segments;
+  });
+}
+
+base::Result<std::vector<SegmentCounts>> Catalog::segment_counts() const {
+  const std::string withdrawn(kIsWithdrawn);
+  return impl_->rows("count the segments",
+                     "SELECT run_id, unit, count(*), sum(withdrawn), sum(NOT withdrawn AND rejected) FROM (SELECT "
+                     "s.run_id, s.unit, " +
+                         withdrawn +
+                         " AS withdrawn, EXISTS (SELECT 1 FROM finding AS f WHERE f.run_id = s.run_id AND "
+                         "f.unit = s.unit AND f.visit = s.visit AND f.position = s.position AND "
+                         "f.attempt = s.attempt AND f.severity = 'reject') AS rejected FROM segment AS s) "
+                         "GROUP BY run_id, unit",
+                     [](sqlite::Fields& fields) {
+                       SegmentCounts counts;
+                       counts.run_id = fields.text();
+                       counts.unit = fields.text();
+                       counts.recorded = static_cast<std::uint64_t>(fields.integer());
+                       counts.withdrawn = static_cast<std::uint64_t>(fields.integer());
+                       counts.rejected = static_cast<std::uint64_t>(fields.integer());
+                       return counts;
+                     });
 }
 
 }  // namespace soak::db

@@ -57,6 +57,12 @@ struct PyramidBin {
   double maximum = 0.0;
 };
 
+/// Rows of a stream that follow each other.
+struct RowSpan {
+  std::uint64_t first = 0;
+  std::uint64_t count = 0;
+};
+
 /// Writes one run file (application id 0x534F414B, "SOAK"; docs/file-formats.md). The file is in WAL mode while open;
 /// seal() ends it. Destroyed without seal(), it leaves a readable, unsealed file with everything that was flushed. One
 /// thread at a time. After a failed write (full disk...) the rows stay in memory: the next call tries again.
@@ -111,6 +117,9 @@ class RunFileReader {
   /// Rows that were flushed when the file was opened.
   [[nodiscard]] std::uint64_t rows(std::size_t stream) const;
   [[nodiscard]] base::Result<std::vector<RunEvent>> events() const;
+  /// The rows whose time lies in [from_s, to_s], to the row. Reads some chunks of the time axis, however long the run.
+  /// Refuses (bad_input) a span that ends before it starts.
+  [[nodiscard]] base::Result<RowSpan> rows_between(std::size_t stream, double from_s, double to_s) const;
   /// `count` rows of one channel from `first_row` (fewer at the end). Checks the CRC of every chunk that it touches;
   /// corrupt, naming channel and chunk, where it fails. Absent rows hold zero bytes; `present` is empty if none is
   /// absent.

@@ -249,6 +249,15 @@ base::Status RunFileReader::scan(std::size_t stream, std::size_t channel,
                              });
 }
 
+base::Result<RowSpan> RunFileReader::rows_between(std::size_t stream, double from_s, double to_s) const {
+  if (const auto valid = impl_->check_place(stream, 0); !valid) return base::forward_error(valid);
+  if (!(from_s <= to_s)) {
+    return base::bad_input("the span must not end before it starts", impl_->file.connection.path().string());
+  }
+  return run::query_rows(impl_->file.connection, impl_->decoder, impl_->streams[stream], impl_->meta.finished,
+                         {from_s, to_s, 1});
+}
+
 base::Result<std::vector<PyramidBin>> RunFileReader::pyramid(std::size_t stream, std::size_t channel, double from_s,
                                                              double to_s, std::size_t max_bins) const {
   if (const auto valid = impl_->check_place(stream, channel); !valid) return base::forward_error(valid);

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -19,6 +16,7 @@
 #include "station/io/text.h"
 #include "station/io/text_file.h"
 #include "station/runs/csv_export.h"
+#include "station/runs/voiding.h"
 
 namespace soak::station {
 namespace {
@@ -106,35 +104,6 @@ base::Status RunsExport::run_with(db::Catalog& catalog, Output& output) {
   return {};
 }
 
-bool is_voided_by(const calib::SegmentKey& key, const RunsVoid& command) {
-  return key.visit == command.visit.value_or(key.visit) && key.position == command.position.value_or(key.position) &&
-         key.attempt == command.attempt.value_or(key.attempt);
-}
-
-std::string segments_text(const std::vector<calib::Segment>& segments) {
-  std::string text;
-  for (const calib::Segment& segment : segments) {
-    text += fmt::format("{}{}/{}/{}", text.empty() ? "" : ", ", segment.key.visit, segment.key.position,
-                        segment.key.attempt);
-  }
-  return text.empty() ? "none" : text;
-}
-
-nlohmann::json void_json(const db::RunRow& run, const db::VoidRecord& record, std::ptrdiff_t withdrawn,
-                         std::size_t counted) {
-  return {{"run", run.label},
-          {"run_id", run.run_id},
-          {"unit", run.unit},
-          {"visit", value_or_null(record.visit)},
-          {"position", value_or_null(record.position)},
-          {"attempt", value_or_null(record.attempt)},
-          {"reason", record.reason},
-          {"user", record.user},
-          {"utc_s", record.utc_s},
-          {"segments_withdrawn", withdrawn},
-          {"segments_before", counted}};
-}
-
 base::Status check_void(const RunsVoid& command) {
   if (auto plain = check_text_line(command.reason, "--reason"); !plain) return plain;
   if (command.position && !command.visit) return base::bad_input("requires --visit", "--position");
@@ -146,22 +115,12 @@ base::Status RunsVoid::run_with(db::Catalog& catalog, Output& output) {
   if (auto status = check_void(*this); !status) return status;
   const auto row = find_run(catalog, filter);
   if (!row) return base::forward_error(row);
-  if (row->voided) return base::bad_input("the whole run is already voided", row->run_id);
-  const auto segments = catalog.segments(row->run_id, row->unit, false);
-  if (!segments) return base::forward_error(segments);
-  const auto withdrawn =
-      std::count_if(segments->begin(), segments->end(), [&](const auto& s) { return is_voided_by(s.key, *this); });
-  if (visit && withdrawn == 0) {
-    return base::bad_input(
-        fmt::format("the run has no such segment, or it is already voided; it has (visit/position/attempt): {}",
-                    segments_text(*segments)),
-        row->run_id);
-  }
-  const db::VoidRecord record{row->run_id, row->unit, visit, position, attempt, reason, user_name(user), now_utc_s()};
-  if (auto status = catalog.add_void(record); !status) return status;
-  if (output.json()) return output.print_json(void_json(*row, record, withdrawn, segments->size()));
+  const auto made = void_part(catalog, *row,
+                              {row->run_id, row->unit, visit, position, attempt, reason, user_name(user), now_utc_s()});
+  if (!made) return base::forward_error(made);
+  if (output.json()) return output.print_json(voided_part_json(*made));
   output.print(
-      fmt::format("run {} ({}): {} of {} segments voided\n", row->label, row->run_id, withdrawn, segments->size()));
+      fmt::format("run {} ({}): {} of {} segments voided\n", row->label, row->run_id, made->withdrawn, made->counted));
   return {};
 }
 

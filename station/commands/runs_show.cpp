@@ -9,6 +9,7 @@
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
 #include "station/io/data_folder.h"
+#include "station/runs/run_document.h"
 #include "station/runs/run_streams.h"
 
 namespace soak::station {
@@ -47,7 +48,7 @@ base::Status RunsList::run_with(db::Catalog& catalog, Output& output) {
   if (!runs) return base::forward_error(runs);
   if (output.json()) {
     nlohmann::json list = nlohmann::json::array();
-    for (const db::RunRow& row : *runs) list.push_back(run_json(row));
+    for (const db::RunRow& row : *runs) list.push_back(stored_run_json(row));
     return output.print_json({{"runs", list}});
   }
   std::vector<std::vector<std::string>> table = {
@@ -58,61 +59,6 @@ base::Status RunsList::run_with(db::Catalog& catalog, Output& output) {
   }
   output.print(text_table(table));
   return {};
-}
-
-nlohmann::json channel_document(const db::ChannelInfo& channel) {
-  return {{"name", channel.name},
-          {"source_name", channel.source_name},
-          {"type", db::name_of(channel.type)},
-          {"unit", channel.unit},
-          {"scale", channel.scale},
-          {"offset", channel.offset},
-          {"labels", channel.labels}};
-}
-
-nlohmann::json finding_document(const calib::Finding& finding) {
-  return {{"code", finding.code},
-          {"severity", calib::name_of(finding.severity)},
-          {"sensor", finding.sensor ? nlohmann::json(calib::name_of(*finding.sensor)) : nlohmann::json()},
-          {"text", finding.text}};
-}
-
-nlohmann::json segment_document(const calib::Segment& segment) {
-  nlohmann::json sensors = nlohmann::json::object();
-  for (const calib::Sensor sensor : calib::kSensors) {
-    const calib::SensorStatistics& statistics = segment.sensor[calib::index_of(sensor)];
-    if (statistics.count == 0) continue;
-    const double factor = calib::printed_per_si(sensor);
-    sensors[std::string(calib::name_of(sensor))] = {{"mean", number_or_null(statistics.mean * factor)},
-                                                    {"se", number_or_null(statistics.standard_error * factor)},
-                                                    {"count", statistics.count},
-                                                    {"unit", calib::printed_unit(sensor)}};
-  }
-  nlohmann::json findings = nlohmann::json::array();
-  for (const calib::Finding& finding : segment.findings) findings.push_back(finding_document(finding));
-  return {{"visit", segment.key.visit},
-          {"position", segment.key.position},
-          {"azimuth_deg", number_or_null(segment.position ? segment.position->azimuth_deg : std::nullopt)},
-          {"attempt", segment.key.attempt},
-          {"phase", segment.phase == calib::Phase::ramp ? "ramp" : "soak"},
-          {"sweep", calib::name_of(segment.sweep)},
-          {"plateau_c", number_or_null(segment.plateau_c)},
-          {"t_start_s", segment.t_start_s},
-          {"t_end_s", segment.t_end_s},
-          {"temp_c", number_or_null(segment.temp_c)},
-          {"temp_rate_kpmin", number_or_null(segment.temp_rate_kpmin)},
-          {"sensors", sensors},
-          {"findings", findings}};
-}
-
-nlohmann::json void_document(const db::VoidRecord& record) {
-  return {{"unit", record.unit},
-          {"visit", value_or_null(record.visit)},
-          {"position", value_or_null(record.position)},
-          {"attempt", value_or_null(record.attempt)},
-          {"reason", record.reason},
-          {"user", record.user},
-          {"utc_s", record.utc_s}};
 }
 
 std::string run_header_text(const db::RunRow& run, const db::RunInfo& info) {
@@ -204,14 +150,14 @@ base::Status RunsShow::run_with(db::Catalog& catalog, Output& output) {
                  segment_table(*segments) + finding_text(*segments) + void_text(*voids));
     return {};
   }
-  nlohmann::json document = {{"run", run_json(*row)},
+  nlohmann::json document = {{"run", stored_run_json(*row)},
                              {"source", file->info().source},
                              {"channels", nlohmann::json::array()},
                              {"segments", nlohmann::json::array()},
                              {"voids", nlohmann::json::array()}};
-  for (const db::ChannelInfo& channel : channels) document["channels"].push_back(channel_document(channel));
-  for (const calib::Segment& segment : *segments) document["segments"].push_back(segment_document(segment));
-  for (const db::VoidRecord& record : *voids) document["voids"].push_back(void_document(record));
+  for (const db::ChannelInfo& channel : channels) document["channels"].push_back(stored_channel_json(channel));
+  for (const calib::Segment& segment : *segments) document["segments"].push_back(stored_segment_json(segment));
+  for (const db::VoidRecord& record : *voids) document["voids"].push_back(stored_void_json(record));
   return output.print_json(document);
 }
 

@@ -46,33 +46,6 @@ void declare_run(OptionList& options, db::RunFilter& filter) {
   options.add("--campaign NAME", &filter.campaign, "Only runs of this campaign");
 }
 
-nlohmann::json run_json(const db::RunRow& run) {
-  return {{"unit", run.unit},
-          {"campaign", run.campaign},
-          {"run", run.label},
-          {"run_id", run.run_id},
-          {"procedure", run.procedure},
-          {"purpose", run.purpose},
-          {"epoch", run.epoch},
-          {"created_utc_s", run.created_utc_s},
-          {"clock_rate", run.clock_rate},
-          {"rows", run.rows},
-          {"duration_s", run.duration_s},
-          {"sealed", run.sealed},
-          {"voided", run.voided},
-          {"cut_short", run.cut_short.empty() ? nlohmann::json() : nlohmann::json(run.cut_short)},
-          {"continues", run.continues.empty() ? nlohmann::json() : nlohmann::json(run.continues)},
-          {"simulated", run.simulated},
-          {"file", run.file_name},
-          {"file_sha256", run.file_sha256},
-          {"content_sha256", run.content_sha256},
-          {"site",
-           {{"latitude_deg", number_or_null(run.site.latitude_deg)},
-            {"height_m", number_or_null(run.site.height_m)},
-            {"azimuth_deg", number_or_null(run.site.azimuth_deg)},
-            {"gravity_mps2", number_or_null(run.site.gravity_mps2)}}}};
-}
-
 base::Result<calib::UnitType> find_unit_type(const std::string& folder, const std::string& name) {
   const std::filesystem::path path = folder.empty() ? default_unit_type_folder() : std::filesystem::path(folder);
   auto types = read_unit_types(path);

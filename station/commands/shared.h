@@ -2,7 +2,6 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,15 +25,6 @@ void note_waivers(const std::vector<calib::ReferenceUse>& references, Output& ou
 
 /// The argument RUN of a command, and the options that narrow its search.
 void declare_run(OptionList& options, db::RunFilter& filter);
-
-/// A run of the catalog as it stands in JSON results.
-[[nodiscard]] nlohmann::json run_json(const db::RunRow& run);
-
-/// The value, or null where it is absent.
-template <class T>
-nlohmann::json value_or_null(const std::optional<T>& value) {
-  return value ? nlohmann::json(*value) : nlohmann::json();
-}
 
 /// The type of that name; fails (bad_input) if the folder (empty = default_unit_type_folder()) does not have it.
 [[nodiscard]] base::Result<calib::UnitType> find_unit_type(const std::string& folder, const std::string& name);

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
-#include "station/io/text.h"
+#include "station/http/members.h"
 
 namespace soak::station {
 namespace {
@@ -14,8 +14,6 @@ namespace {
 using base::Result;
 using nlohmann::json;
 using Parameter = std::optional<std::string>;
-
-constexpr std::size_t kLongestLine = 200;
 
 Result<json> answer_status(StationService& lab, const Parameter&, std::int64_t) { return lab.status(); }
 
@@ -37,41 +35,6 @@ Result<json> answer_log(StationService& lab, const Parameter& after, std::int64_
   const auto value = base::parse_int(after.value_or("0"));
   if (!value) return base::bad_input("'" + *after + "' is not the number of a log entry", "after");
   return lab.log(*value >= 0 ? *value : std::max<std::int64_t>(0, newest_log + *value));
-}
-
-base::Status only_members(const json& body, std::initializer_list<std::string_view> known) {
-  for (const auto& member : body.items()) {
-    if (std::find(known.begin(), known.end(), member.key()) != known.end()) continue;
-    return base::bad_input("the command has no such member", member.key());
-  }
-  return {};
-}
-
-base::Status check_single_line(const std::string& value, const std::string& name) {
-  if (value.size() > kLongestLine) {
-    return base::bad_input("longer than " + std::to_string(kLongestLine) + " bytes", name);
-  }
-  if (value.empty()) return {};
-  return check_text_line(value, name);
-}
-
-/// A text member; `otherwise` where it is absent, refused if that is nothing.
-Result<std::string> text_member(const json& body, const std::string& name, const Parameter& otherwise) {
-  const auto member = body.find(name);
-  if (member == body.end() && otherwise) return *otherwise;
-  if (member == body.end()) return base::bad_input("the member is missing", name);
-  if (!member->is_string()) return base::bad_input("the member is not text", name);
-  auto value = member->get<std::string>();
-  if (value.empty() && !otherwise) return base::bad_input("the member is empty", name);
-  return value;
-}
-
-/// A text that stands in one line: of logs, of tables, of file names.
-Result<std::string> line_member(const json& body, const std::string& name, const Parameter& otherwise) {
-  auto value = text_member(body, name, otherwise);
-  if (!value) return value;
-  if (auto fits = check_single_line(*value, name); !fits) return base::forward_error(fits);
-  return value;
 }
 
 /// The user of a command that has no other members than `known`.
@@ -176,7 +139,7 @@ int http_status(const base::Error& error) {
     case base::ErrorKind::device:
       return 502;
     default:
-      return 500;
+      return error.where == kBusy ? 503 : 500;
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "base/result.h"
 #include "station/lab/station_service.h"
+#include "station/runs/run_archive.h"
 
 namespace soak::station {
 
@@ -29,14 +30,14 @@ struct ApiCommand {
   base::Result<nlohmann::json> (*carry_out)(StationService& lab, const nlohmann::json& body);
 };
 
-/// All of the interface but the event stream: docs/http-api.md.
+/// The interface but the event stream and stored runs (runs_api.h): docs/http-api.md.
 [[nodiscard]] const std::vector<ApiQuestion>& api_questions();
 [[nodiscard]] const std::vector<ApiCommand>& api_commands();
 
 /// The body of a command: a JSON object.
 [[nodiscard]] base::Result<nlohmann::json> parse_body(const std::string& text);
 
-/// 400 bad_input, 409 bad_input of the state, 502 device, 500 anything else.
+/// 400 bad_input, 409 bad_input of the state, 502 device, 503 internal with where == kBusy, 500 anything else.
 [[nodiscard]] int http_status(const base::Error& error);
 [[nodiscard]] std::string error_text(const base::Error& error);
 

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <chrono>
 #include <exception>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -18,6 +19,7 @@
 #include "station/http/connections.h"
 #include "station/http/event_feed.h"
 #include "station/http/metrics.h"
+#include "station/http/runs_api.h"
 #include "station/http/web_files.h"
 #include "station/report/html.h"
 
@@ -30,6 +32,9 @@ constexpr int kMaxStreams = 80;  // each holds one of the listener's threads
 constexpr std::chrono::seconds kStreamsEndWithin{1};
 constexpr std::chrono::milliseconds kPoll{1};
 constexpr const char* kJson = "application/json";
+/// Of answers that may be large: the library packs what is exactly application/json with Brotli at its highest quality,
+/// which costs a second of processor time for an answer of 600 kB.
+constexpr const char* kUnpackedJson = "application/json; charset=utf-8";
 const std::string kEventsPath = std::string(kApiPath) + "events";
 
 /// The library's own default, SO_REUSEPORT, would let two daemons share one port unnoticed.
@@ -43,9 +48,9 @@ void refuse(httplib::Response& response, int status, const base::Error& error) {
   response.set_content(error_text(error), kJson);
 }
 
-void answer(httplib::Response& response, const base::Result<nlohmann::json>& result) {
+void answer(httplib::Response& response, const base::Result<nlohmann::json>& result, const char* type = kJson) {
   if (!result) return refuse(response, http_status(result.error()), result.error());
-  response.set_content(compact(*result), kJson);
+  response.set_content(compact(*result), type);
 }
 
 struct Refusal {
@@ -67,7 +72,7 @@ std::string content_type(std::string_view name) {
   if (name.ends_with(".html")) return "text/html; charset=utf-8";
   if (name.ends_with(".css")) return "text/css; charset=utf-8";
   if (name.ends_with(".svg")) return "image/svg+xml";
-  if (name.ends_with(".toml")) return "text/plain; charset=utf-8";
+  if (name.ends_with(".toml") || name.ends_with(".txt")) return "text/plain; charset=utf-8";
   return "text/javascript; charset=utf-8";
 }
 
@@ -124,6 +129,7 @@ struct HttpServer::Running {
       : lab(service),
         address(std::move(listen_address)),
         data_folder(std::move(folder)),
+        runs(data_folder),
         own_names(std::move(names)),
         feed(service) {
     own_names.push_back(host_of(to_text(address)));
@@ -173,7 +179,16 @@ struct HttpServer::Running {
 
   void add_routes() {
     for (const ApiQuestion& question : api_questions()) add_question(question);
-    for (const ApiCommand& command : api_commands()) add_command(command);
+    for (const RunQuestion& question : run_questions()) {
+      listener.Get(kApiPath + std::string(question.name), [this, &question](const auto& request, auto& response) {
+        answer(response, question.answer(runs, request.params), kUnpackedJson);
+      });
+    }
+    for (const ApiCommand& command : api_commands()) {
+      add_post("campaign/" + std::string(command.name),
+               [this, &command](const nlohmann::json& body) { return command.carry_out(lab, body); });
+    }
+    add_post("run/void", [this](const nlohmann::json& body) { return void_run(runs, body); });
     listener.Get(kEventsPath, [this](const auto& request, auto& response) { send_events(request, response); });
     listener.Get("/metrics", [this](const auto&, auto& response) { send_metrics(response); });
     listener.Get("/([^/]*)", send_page);
@@ -188,15 +203,15 @@ struct HttpServer::Running {
     });
   }
 
-  void add_command(const ApiCommand& command) {
-    listener.Post(
-        kApiPath + ("campaign/" + std::string(command.name)), [this, &command](const auto& request, auto& response) {
-          if (!is_json(request)) {
-            return refuse(response, 415, {ErrorKind::bad_input, "the body must be application/json", "Content-Type"});
-          }
-          const auto body = parse_body(request.body);
-          answer(response, body ? command.carry_out(lab, *body) : body);
-        });
+  void add_post(const std::string& name,
+                std::function<base::Result<nlohmann::json>(const nlohmann::json& body)> carry_out) {
+    listener.Post(kApiPath + name, [carry_out = std::move(carry_out)](const auto& request, auto& response) {
+      if (!is_json(request)) {
+        return refuse(response, 415, {ErrorKind::bad_input, "the body must be application/json", "Content-Type"});
+      }
+      const auto body = parse_body(request.body);
+      answer(response, body ? carry_out(*body) : body);
+    });
   }
 
   /// For Prometheus.
@@ -259,6 +274,7 @@ struct HttpServer::Running {
   StationService& lab;
   HostPort address;
   std::filesystem::path data_folder;
+  RunArchive runs;
   std::vector<std::string> own_names;
   EventFeed feed;
   std::atomic<int> streams = 0;

@@ -15,9 +15,9 @@ namespace soak::station {
 /// commands the station.
 class HttpServer {
  public:
-  /// `listen`: HOST:PORT, port 0 = any free one. `data_folder`: whose free space /metrics tells; empty = none.
-  /// `allowed_hosts`: names of the station in addresses, besides this machine's own. The laboratory must outlive the
-  /// server.
+  /// `listen`: HOST:PORT, port 0 = any free one. `data_folder`: whose runs are shown and whose free space /metrics
+  /// tells; empty = none. `allowed_hosts`: names of the station in addresses, besides this machine's own. The
+  /// laboratory must outlive the server.
   HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder = {},
              std::vector<std::string> allowed_hosts = {});
   ~HttpServer();

@@ -39,6 +39,11 @@ struct Catalog::Impl {
                           [&]() -> base::Result<Rows> { return sqlite::rows_of(database(), sql, read, values...); });
   }
 
+  /// Refuses (corrupt) a run whose numbers are not those that were stored, and any run where the tables that fits rest
+  /// on are not; (bad_input) one that is not there. What was checked once is not checked again. Throws
+  /// SQLite::Exception.
+  [[nodiscard]] base::Status check_run_of_fits(std::string_view run_id, std::string_view unit);
+
   std::filesystem::path data_folder;
   sqlite::Connection connection;
   std::string user;                                     ///< who works with the catalog; empty = not known

@@ -147,12 +147,14 @@ class PyramidQuery {
         finished_(finished) {}
 
   [[nodiscard]] base::Result<std::vector<PyramidBin>> answer(const PyramidSpan& span);
+  [[nodiscard]] base::Result<RowSpan> rows(const PyramidSpan& span);
 
  private:
   [[nodiscard]] std::uint64_t count_base_bins() const;
   [[nodiscard]] std::optional<PyramidBin> time_bin(std::uint64_t index) const;
   [[nodiscard]] base::Result<RowRange> rows_of(const PyramidSpan& span) const;
   [[nodiscard]] std::uint64_t rows_covered(unsigned level) const;
+  [[nodiscard]] base::Result<std::vector<double>> times(RowRange rows);
   [[nodiscard]] base::Status add_samples(Joiner& joiner, RowRange rows, const PyramidSpan& span);
   [[nodiscard]] base::Result<std::vector<PyramidBin>> from_samples(RowRange rows, const PyramidSpan& span);
   [[nodiscard]] base::Result<std::vector<PyramidBin>> from_levels(RowRange rows, const PyramidSpan& span);
@@ -206,6 +208,34 @@ base::Result<RowRange> PyramidQuery::rows_of(const PyramidSpan& span) const {
   if (!end) return base::forward_error(end);
   const std::uint64_t end_row = *end == base_bins_ ? stream_.rows : *end * kBaseBinRows;
   return RowRange{std::min(*first * kBaseBinRows, end_row), std::min(end_row, stream_.rows)};
+}
+
+base::Result<std::vector<double>> PyramidQuery::times(RowRange rows) {
+  const auto column = read_rows(connection_, decoder_, time_, rows.first, rows.end - rows.first);
+  if (!column) return base::forward_error(column);
+  return values_of(*column, time_.info.scale, time_.info.offset);
+}
+
+/// The span begins in the first base bin of rows_of() and ends in the last one, or in the rows that have no bin yet.
+base::Result<RowSpan> PyramidQuery::rows(const PyramidSpan& span) {
+  base_bins_ = count_base_bins();
+  const auto rough = rows_of(span);
+  if (!rough) return base::forward_error(rough);
+  if (rough->first == rough->end) return RowSpan{rough->first, 0};
+  const std::uint64_t binned = std::min(stream_.rows, base_bins_ * kBaseBinRows);
+  const RowRange head{rough->first,
+                      rough->first < binned ? std::min(rough->end, rough->first + kBaseBinRows) : rough->end};
+  const auto early = times(head);
+  if (!early) return base::forward_error(early);
+  const auto before = std::lower_bound(early->begin(), early->end(), span.from_s) - early->begin();
+  const std::uint64_t last_bin = (std::min(rough->end, binned) - 1) / kBaseBinRows * kBaseBinRows;
+  const RowRange tail{std::max(rough->first, binned == 0 ? 0 : last_bin), rough->end};
+  const auto late = times(tail);
+  if (!late) return base::forward_error(late);
+  const auto until = std::upper_bound(late->begin(), late->end(), span.to_s) - late->begin();
+  const std::uint64_t first = head.first + static_cast<std::uint64_t>(before);
+  const std::uint64_t end = tail.first + static_cast<std::uint64_t>(until);
+  return RowSpan{first, end > first ? end - first : 0};
 }
 
 /// Adds the samples of `rows` that lie in the span.
@@ -273,6 +303,12 @@ base::Result<std::vector<PyramidBin>> query_pyramid(const sqlite::Connection& co
                                                     const PyramidSpan& span) {
   return connection.run("read the pyramid",
                         [&] { return PyramidQuery(connection, decoder, stream, channel, finished).answer(span); });
+}
+
+base::Result<RowSpan> query_rows(const sqlite::Connection& connection, codec::ColumnDecoder& decoder,
+                                 const StoredStream& stream, bool finished, const PyramidSpan& span) {
+  return connection.run("find the rows of a span",
+                        [&] { return PyramidQuery(connection, decoder, stream, 0, finished).rows(span); });
 }
 
 }  // namespace soak::db::run

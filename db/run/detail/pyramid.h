@@ -94,4 +94,8 @@ struct PyramidSpan {
                                                                   const StoredStream& stream, std::size_t channel,
                                                                   bool finished, const PyramidSpan& span);
 
+/// See RunFileReader::rows_between().
+[[nodiscard]] base::Result<RowSpan> query_rows(const sqlite::Connection& connection, codec::ColumnDecoder& decoder,
+                                               const StoredStream& stream, bool finished, const PyramidSpan& span);
+
 }  // namespace soak::db::run

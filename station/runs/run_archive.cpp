@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/runs/run_archive.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "db/run/run_file.h"
+#include "station/io/host.h"
+#include "station/runs/run_document.h"
+#include "station/runs/run_series.h"
+#include "station/runs/voiding.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kMostWaiting = 16;  // threads of the HTTP server that stand here instead of taking an abort
+constexpr std::chrono::seconds kPatience{5};
+
+using CountsByRun = std::map<std::pair<std::string, std::string>, db::SegmentCounts>;
+
+base::Result<CountsByRun> counts_by_run(const db::Catalog& catalog) {
+  auto counts = catalog.segment_counts();
+  if (!counts) return base::forward_error(counts);
+  CountsByRun by_run;
+  for (db::SegmentCounts& one : *counts) by_run[{one.run_id, one.unit}] = std::move(one);
+  return by_run;
+}
+
+json end_json(const db::VoidRecord& record) {
+  return {{"reason", record.reason}, {"user", record.user}, {"utc_s", record.utc_s}};
+}
+
+/// The record that withdraws the whole run, the first one that does; null where there is none.
+json void_of_run(const std::vector<db::VoidRecord>& records, const std::string& unit) {
+  const auto whole =
+      std::ranges::find_if(records, [&](const db::VoidRecord& record) { return record.unit == unit && !record.visit; });
+  return whole == records.end() ? json() : end_json(*whole);
+}
+
+/// A run as it stands in a list.
+base::Result<json> listed_run(const db::Catalog& catalog, const db::RunRow& run, const CountsByRun& counts) {
+  json document = stored_run_json(run);
+  const auto found = counts.find({run.run_id, run.unit});
+  const db::SegmentCounts none;
+  const db::SegmentCounts& of_run = found == counts.end() ? none : found->second;
+  document["segments"] = {
+      {"recorded", of_run.recorded}, {"withdrawn", of_run.withdrawn}, {"rejected", of_run.rejected}};
+  document["void"] = nullptr;
+  if (!run.voided) return document;
+  const auto records = catalog.voids(run.run_id);
+  if (!records) return base::forward_error(records);
+  document["void"] = void_of_run(*records, run.unit);
+  return document;
+}
+
+json shown_segment(const calib::Segment& segment, const std::vector<db::VoidRecord>& records) {
+  json document = stored_segment_json(segment);
+  const auto record = std::ranges::find_if(records, [&](const db::VoidRecord& one) {
+    return one.unit == segment.key.unit && is_withdrawn_by(segment.key, one);
+  });
+  document["void"] = record == records.end() ? json() : end_json(*record);
+  return document;
+}
+
+base::Result<db::RunRow> sealed_row(const db::Catalog& catalog, const RunName& name) {
+  const auto rows = catalog.runs({.unit = name.unit, .campaign = {}, .run = name.run_id});
+  if (!rows) return base::forward_error(rows);
+  const auto row = std::ranges::find(*rows, name.run_id, &db::RunRow::run_id);
+  if (row == rows->end()) {
+    return base::bad_input(fmt::format("there is no run {} of unit '{}'; /api/v1/runs lists those that there are. A "
+                                       "run is among them once its recording has ended",
+                                       name.run_id, name.unit),
+                           "run");
+  }
+  if (!row->sealed) return base::bad_input("the run is not sealed: its recording has not ended", "run");
+  return *row;
+}
+
+}  // namespace
+
+RunArchive::RunArchive(std::filesystem::path data_folder) : data_folder_(std::move(data_folder)) {}
+
+base::Result<json> RunArchive::in_turn(const std::function<base::Result<json>(db::Catalog&)>& work) {
+  if (data_folder_.empty()) return base::bad_input("the station has no data folder", "run");
+  const bool may_wait = ++waiting_ <= kMostWaiting;
+  std::unique_lock turn(turn_, std::defer_lock);
+  const bool ours = may_wait && turn.try_lock_for(kPatience);
+  --waiting_;
+  if (!ours) {
+    return base::fail(base::ErrorKind::internal, "too many questions about stored runs at a time; ask again in a while",
+                      kBusy);
+  }
+  if (!catalog_) {
+    auto opened = db::Catalog::open(data_folder_);
+    if (!opened) return base::forward_error(opened);
+    catalog_ = *std::move(opened);
+  }
+  return work(*catalog_);
+}
+
+base::Result<json> RunArchive::list(const db::RunFilter& filter) {
+  return in_turn([&](const db::Catalog& catalog) -> base::Result<json> {
+    const auto rows = catalog.runs(filter);
+    if (!rows) return base::forward_error(rows);
+    const auto counts = counts_by_run(catalog);
+    if (!counts) return base::forward_error(counts);
+    const std::size_t shown = std::min(rows->size(), kMostRuns);
+    json list = json::array();
+    for (auto row = rows->rbegin(); list.size() < shown; ++row) {
+      auto run = listed_run(catalog, *row, *counts);
+      if (!run) return run;
+      list.push_back(*std::move(run));
+    }
+    return json{{"runs", std::move(list)}, {"left_out", rows->size() - shown}};
+  });
+}
+
+base::Result<json> RunArchive::show(const RunName& name) {
+  return in_turn([&](const db::Catalog& catalog) -> base::Result<json> {
+    const auto row = sealed_row(catalog, name);
+    if (!row) return base::forward_error(row);
+    const auto counts = counts_by_run(catalog);
+    if (!counts) return base::forward_error(counts);
+    auto run = listed_run(catalog, *row, *counts);
+    if (!run) return run;
+    const auto segments = catalog.recorded_segments(row->run_id, row->unit);
+    if (!segments) return base::forward_error(segments);
+    const auto records = catalog.voids(row->run_id);
+    if (!records) return base::forward_error(records);
+    const auto file = db::RunFileReader::open(catalog.run_file_path(*row));
+    if (!file) return base::forward_error(file);
+    auto streams = streams_json(*file, row->unit);
+    if (!streams) return streams;
+    json document = {{"run", *std::move(run)},
+                     {"source", file->info().source},
+                     {"streams", *std::move(streams)},
+                     {"segments", json::array()},
+                     {"voids", json::array()}};
+    for (const calib::Segment& segment : *segments) document["segments"].push_back(shown_segment(segment, *records));
+    for (const db::VoidRecord& record : *records) {
+      if (record.unit == row->unit) document["voids"].push_back(stored_void_json(record));
+    }
+    return document;
+  });
+}
+
+base::Result<json> RunArchive::series(const SeriesRequest& request) {
+  if (request.points < 1 || request.points > kMostPoints) {
+    return base::bad_input(fmt::format("a series has 1 to {} points", kMostPoints), "points");
+  }
+  if (request.channels.empty() || request.channels.size() > kMostChannels) {
+    return base::bad_input(fmt::format("a series is of 1 to {} channels", kMostChannels), "channel");
+  }
+  return in_turn([&](const db::Catalog& catalog) -> base::Result<json> {
+    const auto row = sealed_row(catalog, request.run);
+    if (!row) return base::forward_error(row);
+    const auto file = db::RunFileReader::open(catalog.run_file_path(*row));
+    if (!file) return base::forward_error(file);
+    const auto stream = stream_named(*file, request.stream, row->unit);
+    if (!stream) return base::forward_error(stream);
+    auto series = series_json(*file, {*stream, request.channels, request.from_s, request.to_s, request.points});
+    if (!series) return series;
+    (*series)["run_id"] = row->run_id;
+    (*series)["unit"] = row->unit;
+    return series;
+  });
+}
+
+base::Result<json> RunArchive::withdraw(db::VoidRecord record) {
+  return in_turn([&](db::Catalog& catalog) -> base::Result<json> {
+    const auto row = sealed_row(catalog, {record.run_id, record.unit});
+    if (!row) return base::forward_error(row);
+    record.utc_s = now_utc_s();
+    const auto made = void_part(catalog, *row, std::move(record));
+    if (!made) return base::forward_error(made);
+    return voided_part_json(*made);
+  });
+}
+
+}  // namespace soak::station

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "db/catalog/catalog.h"
+
+namespace soak::station {
+
+/// `where` of the refusal (internal) while too many questions are being answered.
+inline constexpr const char* kBusy = "busy";
+
+/// One unit's part of a stored run.
+struct RunName {
+  std::string run_id;
+  std::string unit;
+};
+
+/// A question for channels of a run over a span of time.
+struct SeriesRequest {
+  RunName run;
+  std::string stream = "imu";         ///< a unit's samples, or "chamber"
+  std::vector<std::string> channels;  ///< canonical names
+  std::optional<double> from_s;       ///< absent = from the first row on
+  std::optional<double> to_s;         ///< absent = to the last row
+  std::size_t points = 1000;          ///< that a drawing has room for
+};
+
+/// The stored runs of a data folder for whoever looks at them beside the engine: a connection to the catalog of its
+/// own, one question at a time, so that many of them take one processor at most and recordings and commands go on.
+/// A few questions may wait, more are refused (internal, where == kBusy). Only sealed run files are opened: those take
+/// no lock, and no recording waits for a reader. Any thread may call. Documents: docs/http-api.md.
+class RunArchive {
+ public:
+  static constexpr std::size_t kMostRuns = 1000;    ///< in one list
+  static constexpr std::size_t kMostPoints = 2000;  ///< of one series
+  static constexpr std::size_t kMostChannels = 12;  ///< of one series
+
+  /// Opens nothing yet. An empty folder has no runs: every question is refused (bad_input).
+  explicit RunArchive(std::filesystem::path data_folder);
+
+  /// The newest runs first; of one unit, of one campaign.
+  [[nodiscard]] base::Result<nlohmann::json> list(const db::RunFilter& filter);
+  /// A run with its streams, channels, segments (withdrawn ones too) and void records. Refuses (bad_input, where ==
+  /// "run") one that is not there or not sealed.
+  [[nodiscard]] base::Result<nlohmann::json> show(const RunName& run);
+  /// Samples where the span holds at most `points` rows, else minimum, mean and maximum of about so many stretches.
+  /// Refuses (bad_input) what show() refuses, a stream or channel that the run does not have, naming those that it has,
+  /// more points or channels than the limits above, and a span that ends before it starts.
+  [[nodiscard]] base::Result<nlohmann::json> series(const SeriesRequest& request);
+  /// Enters a void record for `record.run_id` and `record.unit`, at the host's time. Refuses as void_part()
+  /// does.
+  [[nodiscard]] base::Result<nlohmann::json> withdraw(db::VoidRecord record);
+
+ private:
+  [[nodiscard]] base::Result<nlohmann::json> in_turn(
+      const std::function<base::Result<nlohmann::json>(db::Catalog&)>& work);
+
+  std::filesystem::path data_folder_;
+  std::timed_mutex turn_;  ///< guards catalog_
+  std::atomic<int> waiting_ = 0;
+  std::optional<db::Catalog> catalog_;
+};
+
+}  // namespace soak::station

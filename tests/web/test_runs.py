@@ -1,0 +1,420 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Stored runs in a real browser before a real `soakd` ($SOAK_BIN_FOLDER): lists, the strip chart down to every sample, what the
+gate refused, void. The answers of the interface against their schemas, and against what `soak` exports."""
+import contextlib
+import csv
+import json
+import os
+import pathlib
+import shutil
+import socket
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import unittest
+import urllib.error
+import urllib.parse
+import urllib.request
+
+from browser import BROWSER, DRIVER, Browser
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
+from soak_cli import check_schema, recording  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+HOSTILE = "<img src=x onerror=alert(1)>"
+REFUSED = {"visit": 0, "position": "-Y"}  # labelled so, but +Y is up: the gate refuses it
+SLOTS = """
+[chamber]
+map = "{procedures}/chambers/watlow-f4t.toml"
+host = "127.0.0.1"
+port = {port}
+
+[[slot]]
+name = "1"
+host = "127.0.0.1"
+port = {port}
+decoder = "xsens"
+"""
+
+
+def programs():
+    return pathlib.Path(os.environ.get("SOAK_BIN_FOLDER", ROOT / "build" / "release" / "bin"))
+
+
+def wrong_face(text):
+    """The recording with one segment whose label says -Y where +Y is up."""
+    lines = []
+    for line in text.splitlines():
+        cells = line.split(",")
+        if cells[5:6] == [REFUSED["position"]] and cells[4] == "0.0":
+            cells[12] = f"{-float(cells[12]):.6f}"
+        lines.append(",".join(cells))
+    return "\n".join(lines) + "\n"
+
+
+class Soakd:
+    """A station with stored runs and nobody at its devices."""
+
+    def __init__(self, seconds=60, plateaus=(0.0, 20.0, 40.0)):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-runs-"))
+        self.data = self.folder / "data"
+        self.store("spring", "R01", wrong_face(recording(1, "R01", plateaus, seconds)))
+        self.store("spring", "R02", recording(2, "R02", plateaus, seconds))
+        self.store(HOSTILE, "R03", recording(3, "R03", (0.0, 40.0), 10), unit=HOSTILE)
+        with socket.socket() as probe:  # a port at which nothing answers
+            probe.bind(("127.0.0.1", 0))
+            port = probe.getsockname()[1]
+        config = self.folder / "station.toml"
+        config.write_text(SLOTS.format(procedures=ROOT / "procedures", port=port), encoding="utf-8")
+        self.log = open(self.folder / "soakd.log", "w", encoding="utf-8")
+        self.process = subprocess.Popen([programs() / "soakd", "--config", config, "--data", self.data, "--listen", "127.0.0.1:0"],
+                                        stdout=subprocess.PIPE, stderr=self.log, text=True)
+        self.url = self.process.stdout.readline().strip()
+        assert self.url, (self.folder / "soakd.log").read_text(encoding="utf-8")
+
+    def store(self, campaign, label, text, unit="SN1"):
+        path = self.folder / f"{label}.csv"
+        path.write_text(text, encoding="utf-8")
+        self.soak("import", path, "--unit", unit, "--campaign", campaign, "--gravity-mps2", "9.80665")
+
+    def soak(self, *words):
+        return subprocess.run([programs() / "soak", *words, "--data", self.data], check=True, capture_output=True, text=True).stdout
+
+    def soak_json(self, *words):
+        return json.loads(self.soak(*words, "--json"))
+
+    def get(self, path, **parameters):
+        question = urllib.parse.urlencode(parameters, doseq=True)
+        with urllib.request.urlopen(f"{self.url}api/v1/{path}?{question}", timeout=30) as answer:
+            return json.load(answer)
+
+    def query(self, sql):
+        with contextlib.closing(sqlite3.connect(self.data / "station.db")) as catalog:
+            return catalog.execute(sql).fetchall()
+
+    def close(self):
+        self.process.terminate()
+        self.process.wait(30)
+        self.process.stdout.close()
+        self.log.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+class WithSoakd(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.soakd = Soakd()
+        cls.addClassCleanup(cls.soakd.close)
+        cls.runs = {run["run"]: run for run in cls.soakd.get("runs")["runs"]}
+
+    def name(self, label):
+        return {"run": self.runs[label]["run_id"], "unit": self.runs[label]["unit"]}
+
+
+class Interface(WithSoakd):
+    def test_the_list_is_that_of_soak_with_counts(self):
+        answer = self.soakd.get("runs")
+        check_schema(answer, "http-runs")
+        listed = {run["run_id"]: run for run in self.soakd.soak_json("runs", "list")["runs"]}
+        self.assertEqual(set(listed), {run["run_id"] for run in answer["runs"]})
+        for run in answer["runs"]:
+            self.assertEqual({key: run[key] for key in listed[run["run_id"]]}, listed[run["run_id"]])
+        self.assertEqual(self.runs["R01"]["segments"], {"recorded": 18, "withdrawn": 0, "rejected": 1})
+        self.assertEqual([run["run"] for run in self.soakd.get("runs", unit=HOSTILE)["runs"]], ["R03"])
+
+    def test_a_run_has_the_segments_of_soak_and_its_channels_with_their_rates(self):
+        answer = self.soakd.get("run", **self.name("R01"))
+        check_schema(answer, "http-run")
+        shown = self.soakd.soak_json("runs", "show", "R01")
+        self.assertEqual([{key: value for key, value in segment.items() if key != "void"} for segment in answer["segments"]],
+                         shown["segments"])
+        stream = answer["streams"][0]
+        self.assertEqual(stream["rows"], 18 * 120)
+        self.assertAlmostEqual(stream["channels"][0]["rate_hz"], 2.0)
+        refused = [s for s in answer["segments"] if any(f["severity"] == "reject" for f in s["findings"])]
+        self.assertEqual([{key: s[key] for key in REFUSED} for s in refused], [REFUSED])
+
+    def exported(self, label):
+        """The source's own numbers."""
+        path = self.soakd.folder / f"{label}-exported.csv"
+        self.soakd.soak("runs", "export", label, "--native", "-o", path)
+        with open(path, encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
+
+    def test_samples_are_those_of_the_native_export_bit_for_bit(self):
+        rows = self.exported("R02")
+        answer = self.soakd.get("run/series", **self.name("R02"), channel=["gyro_x", "accel_z"], from_s=100, to_s=200, points=500)
+        check_schema(answer, "http-series")
+        self.assertEqual(answer["kind"], "samples")
+        wanted = [row for row in rows if 100 <= float(row["t_s"]) <= 200]
+        self.assertEqual(answer["rows"], len(wanted))
+        self.assertEqual(answer["t_s"], [float(row["t_s"]) for row in wanted])
+        for channel, column in zip(answer["channels"], ("gx_dps", "az_mps2")):
+            self.assertEqual(channel["values"], [float(row[column]) for row in wanted])
+
+    def test_buckets_hold_the_exported_samples(self):
+        rows = self.exported("R02")
+        answer = self.soakd.get("run/series", **self.name("R02"), channel="gyro_y", points=100)
+        check_schema(answer, "http-series")
+        self.assertEqual(answer["kind"], "buckets")
+        values = [float(row["gy_dps"]) for row in rows]
+        channel, first = answer["channels"][0], 0
+        for count, low, high in zip(channel["count"], channel["minimum"], channel["maximum"]):
+            self.assertEqual((low, high), (min(values[first:first + count]), max(values[first:first + count])))
+            first += count
+        self.assertEqual(first, len(values))
+
+    def test_a_refusal_is_an_error_document(self):
+        with self.assertRaises(urllib.error.HTTPError) as refusal:
+            self.soakd.get("run/series", **self.name("R02"), channel="nosuch")
+        self.assertEqual(refusal.exception.code, 400)
+        error = json.load(refusal.exception)
+        check_schema(error, "error")
+        self.assertEqual(error["error"]["where"], "channel")
+        self.assertIn("gyro_x", error["error"]["message"])
+
+
+@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
+class WithBrowser(WithSoakd):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.browser = Browser()
+        cls.addClassCleanup(cls.browser.close)
+
+    def setUp(self):
+        self.browser.go("about:blank")
+        self.browser.console()
+        self.browser.resize(1280, 900)
+
+    def see(self, selector, text):
+        self.browser.wait_for_text(selector, text)
+
+    def open_list(self):
+        self.browser.go(f"{self.soakd.url}#runs")
+        self.browser.wait("return document.querySelectorAll('#runs-campaigns .runs tbody tr').length >= 3")
+
+    def open_run(self, label):
+        self.browser.go("about:blank")
+        self.browser.go(f"{self.soakd.url}#{urllib.parse.urlencode(self.name(label))}")
+        self.wait_for_chart()
+
+    def wait_for_chart(self, kind=None):
+        self.browser.wait("return document.querySelector('#strip-panels canvas') && "
+                          "(!arguments[0] || document.querySelector('#strip').dataset.kind === arguments[0])", kind)
+
+    def window(self):
+        """[from, to] in the address, which says what is shown."""
+        place = urllib.parse.parse_qs(self.browser.run("return location.hash.slice(1)"))
+        return float(place["from"][0]), float(place["to"][0])
+
+    def drag(self, start, end):
+        """With the mouse across the chart, from one share of its width to another."""
+        box = self.browser.run("const b = document.querySelector('#strip').getBoundingClientRect();"
+                               "return [b.left, b.top, b.width, b.height]")
+        points = [(round(box[0] + share * box[2]), round(box[1] + box[3] / 2)) for share in (start, (start + end) / 2, end)]
+        moves = [{"type": "pointerMove", "duration": 20, "x": x, "y": y} for x, y in points]
+        moves.insert(1, {"type": "pointerDown", "button": 0})
+        moves.append({"type": "pointerUp", "button": 0})
+        self.browser.send("POST", self.browser.session + "/actions", {"actions": [
+            {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": moves}]})
+
+
+class Page(WithBrowser):
+    def test_the_list_is_reached_from_the_station_and_says_what_became_of_each_run(self):
+        self.browser.go(self.soakd.url)
+        self.browser.click("#to-runs")
+        self.see("#runs-campaigns", "R01")
+        self.assertEqual(self.browser.run("return document.querySelector('#to-runs').ariaCurrent"), "page")
+        self.assertEqual(self.browser.run("return document.activeElement.id"), "runs-title")
+        self.see("#runs-campaigns", "18, 1 refused")
+        self.see("#runs-campaigns", HOSTILE)
+        self.browser.type("#runs-find", "R02 spring")
+        self.browser.wait("return document.querySelectorAll('#runs-campaigns tbody tr').length === 1")
+        self.browser.click("#runs-campaigns tbody a")
+        self.see("#run-title", "R02")
+        self.wait_for_chart()
+        self.browser.run("history.back()")
+        self.browser.wait("return !document.querySelector('#runs-view').hidden")
+        self.browser.click("#to-station")
+        self.browser.wait("return !document.querySelector('#station-view').hidden")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_run_is_looked_at_from_the_whole_down_to_every_sample(self):
+        self.open_run("R02")
+        self.wait_for_chart("buckets")
+        self.assertEqual(self.browser.run("return document.querySelectorAll('#strip-panels .panel').length"), 3)
+        self.drag(0.4, 0.6)
+        self.wait_for_chart("samples")
+        first, last = self.window()
+        self.assertAlmostEqual((last - first) / 1080, 0.2, delta=0.03)
+        expected = self.soakd.get("run/series", **self.name("R02"), channel="gyro_x", from_s=first, to_s=last, points=2000)["rows"]
+        self.see("#strip-window", f"every one of {expected} samples")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_keys_and_buttons_zoom_and_move(self):
+        self.open_run("R02")
+        self.browser.run("document.querySelector('#strip').focus()")
+        self.type_keys("+")
+        first, last = self.window()
+        self.assertAlmostEqual(last - first, 1079.5 / 2, delta=1)
+        self.type_keys("\ue008\ue014")  # Shift and the right arrow
+        moved = self.window()
+        self.assertAlmostEqual(moved[1] - moved[0], last - first, delta=1e-3)
+        self.assertGreater(moved[0], first)
+        self.browser.press("ArrowRight")
+        self.browser.wait("return document.querySelector('#strip').ariaLabel.includes('gyro')")
+        self.browser.wait("return !document.querySelector('.cursor-line').hidden")
+        self.type_keys("0")
+        self.assertAlmostEqual(self.window()[1], 1079.5, delta=1e-3)
+        for button, share in (("#strip-in", 0.5), ("#strip-in", 0.25), ("#strip-out", 0.5), ("#strip-all", 1.0)):
+            self.browser.click(button)
+            first, last = self.window()
+            self.assertAlmostEqual((last - first) / 1079.5, share, delta=0.01)
+        self.assertEqual(self.browser.console(), [])
+
+    def type_keys(self, text):
+        self.browser.send("POST", f"{self.browser.session}/element/{self.browser.element('#strip')}/value", {"text": text})
+
+    def test_channels_are_chosen(self):
+        self.open_run("R02")
+        panels = "return document.querySelectorAll('#strip-panels .panel').length === arguments[0]"
+        for name in ("gyro x", "gyro y", "gyro z"):
+            self.browser.run("for (const label of document.querySelectorAll('#strip-channels label'))"
+                             "if (label.innerText.trim() === arguments[0]) label.click()", name)
+        self.browser.wait(panels, 2)
+        self.browser.run("for (const label of document.querySelectorAll('#strip-channels label'))"
+                         "if (label.innerText.includes('chamber')) label.click()")
+        self.browser.wait("return document.querySelector('#strip-panels').innerText.includes('chamber')")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_refused_segment_is_shown_with_the_reason(self):
+        self.open_run("R01")
+        self.browser.wait("return document.querySelectorAll('#strip-segments .box.refused').length === 1")
+        self.browser.click("#segments-refused")
+        self.browser.wait("return document.querySelectorAll('#segments tbody tr').length === 1")
+        self.see("#segments tbody", "wrong_position")
+        self.see("#segments tbody", "−Y")
+        self.browser.click("#segments tbody button")
+        self.see("#strip-segment", "wrong_position")
+        first, last = self.window()
+        self.assertLess(last - first, 80)
+        self.assertEqual(self.browser.console(), [])
+
+    def test_what_has_no_name_for_a_screen_reader_is_not_there(self):
+        self.open_list()
+        self.open_run("R01")
+        nameless = self.browser.run("""
+          return [...document.querySelectorAll("a, button, input, select, [tabindex]")].filter((node) => node.offsetParent)
+            .filter((node) => !(node.ariaLabel || node.innerText?.trim() || node.labels?.length || node.getAttribute("aria-labelledby")))
+            .map((node) => node.outerHTML)""")
+        self.assertEqual(nameless, [])
+        ids = self.browser.run("return [...document.querySelectorAll('[id]')].map((node) => node.id)")
+        self.assertEqual(len(ids), len(set(ids)), "ids are unique")
+
+    def test_text_stands_out_from_what_is_behind_it(self):
+        contrast = """
+          const luminance = ([r, g, b]) => { const l = (c) => (c /= 255) <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
+            return 0.2126 * l(r) + 0.7152 * l(g) + 0.0722 * l(b); };
+          const parts = (text) => text.match(/[\\d.]+/g).map(Number);
+          const behind = (node) => { for (let n = node; n; n = n.parentElement) { const c = parts(getComputedStyle(n).backgroundColor);
+            if (c.length < 4 || c[3] === 1) return c; } return [255, 255, 255]; };
+          const poor = [];
+          for (const node of document.querySelectorAll("main *, header *, dialog *")) {
+            if (!node.offsetParent || node.disabled || ![...node.childNodes].some((n) => n.nodeType === 3 && n.data.trim())) continue;
+            const [a, b] = [luminance(parts(getComputedStyle(node).color)), luminance(behind(node))];
+            const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+            if (ratio < 4.5) poor.push(`${ratio.toFixed(2)} ${node.outerHTML.slice(0, 120)}`);
+          }
+          return poor;"""
+        self.addCleanup(self.browser.colours, "light")
+        for scheme in ("light", "dark"):
+            self.browser.colours(scheme)
+            self.open_list()
+            self.assertEqual(self.browser.run(contrast), [], f"list, {scheme}")
+            self.open_run("R01")
+            self.assertEqual(self.browser.run(contrast), [], f"run, {scheme}")
+            self.browser.click("#run-void")
+            self.assertEqual(self.browser.run(contrast), [], f"void, {scheme}")
+            self.browser.click("#void-cancel")
+
+    def test_nothing_is_wider_than_the_screen(self):
+        for width in (390, 768, 1280, 1920):
+            self.browser.resize(width, 900)
+            self.open_list()
+            wide = "return document.documentElement.scrollWidth - innerWidth"
+            self.assertLessEqual(self.browser.run(wide), 0, f"list at {width}")
+            self.open_run("R01")
+            self.assertLessEqual(self.browser.run(wide), 0, f"run at {width}")
+
+
+class Void(WithBrowser):
+    """Changes the runs: a station of its own."""
+
+    def test_a_segment_and_a_run_become_void_with_reason_and_name(self):
+        self.open_run("R01")
+        self.browser.click("#segments tbody tr:nth-child(2) button:nth-of-type(2)")
+        self.assertTrue(self.browser.run("return document.querySelector('#void-dialog').open"))
+        self.browser.click("#void-send")  # without reason and name nothing is sent
+        self.assertEqual(self.soakd.query("SELECT count(*) FROM void"), [(0,)])
+        self.see("#void-text", "1 of the 18")
+        self.browser.click("#void-scope label:last-of-type")
+        self.see("#void-text", "18")
+        self.browser.click("#void-scope label:first-of-type")
+        self.browser.type("#void-reason", "the door was open")
+        self.browser.type("#void-user", "Eva")
+        self.browser.click("#void-send")
+        self.browser.wait("return document.querySelectorAll('#strip-segments .box.void').length === 1")
+        self.assertEqual(self.soakd.query("SELECT run_id, unit, visit, position, attempt, reason, user FROM void"),
+                         [(self.runs["R01"]["run_id"], "SN1", 0, "-X", 0, "the door was open", "Eva")])
+        self.see("#segments tbody tr:nth-child(2)", "the door was open")
+
+        self.browser.run("scrollTo(0, 0)")
+        self.browser.click("#run-void")
+        self.see("#void-text", "17")
+        self.browser.type("#void-reason", "wrong unit")
+        self.browser.type("#void-user", "Eva")
+        self.browser.click("#void-send")
+        self.see("#run-void-record", "wrong unit")
+        self.assertTrue(self.browser.run("return document.querySelector('#run-void').disabled"))
+        self.assertEqual(self.soakd.query("SELECT visit, reason, user FROM void ORDER BY rowid DESC LIMIT 1"), [(None, "wrong unit", "Eva")])
+        events = self.soakd.query("SELECT kind, subject, user, text FROM event ORDER BY ordinal DESC LIMIT 2")
+        for kind, subject, user, _ in events:
+            self.assertEqual((kind, subject, user), ("voided", self.runs["R01"]["run_id"], "Eva"))
+        self.assertIn("wrong unit", events[0][3])
+        self.assertTrue(next(run for run in self.soakd.soak_json("runs", "list")["runs"] if run["run"] == "R01")["voided"])
+        self.assertTrue(self.soakd.soak_json("events", "verify"))
+        self.open_list()
+        self.see("#runs-campaigns", "wrong unit")
+        self.assertEqual(self.browser.console(), [])
+
+
+def take_pictures(folder):
+    """Pictures for people to look at: test_runs.py --pictures FOLDER."""
+    soakd, browser = Soakd(), Browser()
+    run = next(run for run in soakd.get("runs")["runs"] if run["run"] == "R01")
+    places = {"runs": "runs", "run": urllib.parse.urlencode({"run": run["run_id"], "unit": "SN1"})}
+    places["samples"] = places["run"] + "&from=190&to=310"
+    for scheme in ("light", "dark"):
+        browser.colours(scheme)
+        for width in (390, 1280, 1920):
+            browser.resize(width, 900)
+            for name, place in places.items():
+                browser.go("about:blank")
+                browser.go(f"{soakd.url}#{place}")
+                browser.wait("return document.querySelector('#runs-campaigns table') || document.querySelector('#strip-panels canvas')")
+                browser.run("return new Promise((done) => setTimeout(done, 300))")
+                browser.screenshot(pathlib.Path(folder) / f"{name}-{scheme}-{width}.png")
+            browser.run("document.querySelector('#segments tbody tr:nth-child(4) button:nth-of-type(2)').click()")
+            browser.screenshot(pathlib.Path(folder) / f"void-{scheme}-{width}.png")
+    browser.close()
+    soakd.close()
+
+
+if __name__ == "__main__":
+    if len(sys.argv) == 3 and sys.argv[1] == "--pictures":
+        take_pictures(sys.argv[2])
+    else:
+        unittest.main()

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// All stored runs by campaign.
+
+import { get } from "./api.mjs";
+import { $, element, say, show } from "./dom.mjs";
+import { shortDuration, timeOfDay, UNKNOWN } from "./format.mjs";
+import { campaignState, counts, marksOf, segmentsText } from "./run_words.mjs";
+import { loadDygraphs } from "./strip_panel.mjs";
+import { isActive, now_s } from "./words.mjs";
+
+const HEADS = ["Run", "Unit", "Recorded", "Length", "Segments", "State"];
+
+/** A mark in the colours of its state. */
+export function badge({ text, state }) {
+  const node = element("span", text);
+  node.className = state === "simulated" ? "badge simulated" : "badge";
+  if (state) node.dataset.state = state;
+  return node;
+}
+
+export class RunsView {
+  #status = null;
+  #shownFor = null; // what the station was doing by its last status
+  #stale = false; // a run may have ended since the list was loaded
+  #runs = [];
+  #campaigns = new Map();
+  #leftOut = 0;
+
+  constructor() {
+    for (const id of ["runs-find", "runs-counting"]) $(id).addEventListener("input", () => this.#render());
+  }
+
+  /** The newest status document. A run that has ended is in the list the next time it is looked at, or at once. */
+  take(status) {
+    this.#status = status;
+    const about = `${status.state} ${status.campaign?.name} ${status.campaign?.run}`;
+    this.#stale ||= this.#shownFor !== null && about !== this.#shownFor;
+    this.#shownFor = about;
+    this.#sayWhatIsRecorded();
+    if (this.#stale && !$("runs-view").hidden) this.open();
+  }
+
+  async open() {
+    this.#stale = false;
+    show($("runs-failure"), false);
+    try {
+      const [{ runs, left_out }, { campaigns }] = await Promise.all([get("runs"), get("stored")]);
+      this.#runs = runs;
+      this.#leftOut = left_out;
+      this.#campaigns = new Map(campaigns.map((campaign) => [campaign.name, campaign]));
+      this.#render();
+      loadDygraphs(); // a run will be looked at next
+    } catch (error) {
+      say($("runs-failure"), error.message);
+      show($("runs-failure"), true);
+    }
+  }
+
+  #sayWhatIsRecorded() {
+    const { campaign } = this.#status;
+    const records = campaign && isActive(this.#status);
+    show($("runs-recording"), Boolean(records));
+    if (records) say($("runs-recording"), `${campaign.run_label} of ${campaign.name} is being recorded: it is listed once it has ended.`);
+  }
+
+  #wanted(run) {
+    const words = $("runs-find").value.trim().toLowerCase().split(/\s+/);
+    const text = `${run.campaign} ${run.run} ${run.unit} ${run.procedure} ${run.purpose}`.toLowerCase();
+    return words.every((word) => text.includes(word)) && (!$("runs-counting").checked || counts(run));
+  }
+
+  #render() {
+    const runs = this.#runs.filter((run) => this.#wanted(run));
+    const groups = new Map();
+    for (const run of runs) groups.set(run.campaign, [...(groups.get(run.campaign) ?? []), run]);
+    $("runs-campaigns").replaceChildren(...[...groups].map(([name, those], i) => this.#campaignCard(name, those, i)));
+    const none = this.#runs.length === 0 ? "No run is stored yet." : "No run fits.";
+    say($("runs-nothing"), runs.length === 0 ? none : `${runs.length} ${runs.length === 1 ? "run" : "runs"}`);
+    show($("runs-more"), this.#leftOut > 0);
+    say($("runs-more"), `${this.#leftOut} older ones are not shown: soak runs list shows them all.`);
+  }
+
+  #campaignCard(name, runs, index) {
+    const card = element("section", "");
+    card.className = "card";
+    const title = element("h3", name);
+    title.id = `campaign-${index}`;
+    card.setAttribute("aria-labelledby", title.id);
+    const head = element("div", "");
+    head.className = "row";
+    const campaign = this.#campaigns.get(name);
+    const state = campaign?.state ?? null;
+    head.append(title, badge({ text: campaignState(state), state: state ?? "" }));
+    const about = [runs[0].procedure, campaign?.reason].filter(Boolean).join(" · ");
+    card.append(head, Object.assign(element("p", about), { className: "about" }), this.#table(runs, title.id));
+    return card;
+  }
+
+  #table(runs, titleId) {
+    const table = element("table", "");
+    table.className = "list runs";
+    table.setAttribute("aria-labelledby", titleId);
+    const heads = element("tr", "");
+    heads.append(...HEADS.map((text) => Object.assign(element("th", text), { scope: "col" })));
+    table.createTHead().append(heads);
+    table.createTBody().append(...runs.map((run) => this.#row(run)));
+    return table;
+  }
+
+  #row(run) {
+    const row = element("tr", "");
+    const link = element("a", run.run);
+    link.href = `#${new URLSearchParams({ run: run.run_id, unit: run.unit })}`;
+    const name = element("td", "");
+    name.append(link);
+    const marks = element("td", "");
+    marks.append(...marksOf(run).map(badge));
+    if (run.void) marks.append(Object.assign(element("p", `${run.void.reason} (${run.void.user})`), { className: "why" }));
+    const when = run.created_utc_s > 0 ? timeOfDay(run.created_utc_s, this.#status ? now_s(this.#status) : Date.now() / 1000) : UNKNOWN;
+    const cells = [run.unit, when, shortDuration(run.duration_s), segmentsText(run.segments)];
+    row.append(name, ...cells.map((text) => element("td", text)), marks);
+    return row;
+  }
+}

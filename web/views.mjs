@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which view of the page is shown: what stands behind # in the address, so that links, reload and Back work.
+
+import { $, show } from "./dom.mjs";
+
+/** "#run=ID&unit=SN" → {name: "run", parameters}; what is not known is the station. */
+function placeOf(hash, views) {
+  const parameters = new URLSearchParams(hash.replace(/^#/, ""));
+  const [name] = parameters.keys();
+  return { name: Object.hasOwn(views, name ?? "") ? name : "station", parameters };
+}
+
+/**
+ * `views`: name → an object with open(parameters), called whenever the address leads there, or null. The section of a view
+ * is NAME-view; a link to it is marked as the current one.
+ */
+export function connectViews(views) {
+  const go = (event) => {
+    const { name, parameters } = placeOf(location.hash, views);
+    for (const other of Object.keys(views)) show($(`${other}-view`), other === name);
+    const link = name === "run" ? "runs" : name;
+    for (const other of ["station", "runs"]) {
+      if (other === link) $(`to-${other}`).setAttribute("aria-current", "page");
+      else $(`to-${other}`).removeAttribute("aria-current");
+    }
+    views[name]?.open(parameters);
+    if (!event) return;
+    // Whoever cannot see the page is told where it has led; where it begins is seen.
+    document.querySelector(`#${name}-view .view-title`)?.focus({ preventScroll: true });
+    scrollTo(0, 0);
+  };
+  addEventListener("hashchange", go);
+  go(null);
+}
