@@ -12,7 +12,7 @@ export async function get(path) {
   return answer(await fetch(ROOT + path));
 }
 
-/** Carries out POST /api/v1/`path`. Throws an Error whose message is for the user; of an answer, with its `status`. */
+/** Carries out POST /api/v1/`path`. Throws an Error whose message is for the user; of an answer, with its `status` and, where it says so, `where` the mistake is. */
 export async function post(path, body) {
   const options = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
   return answer(await fetch(ROOT + path, options));
@@ -25,7 +25,7 @@ async function answer(response) {
   const document = await response.json();
   if (!response.ok) {
     const error = new Error(document.error?.message ?? `HTTP status ${response.status}`);
-    throw Object.assign(error, { status: response.status });
+    throw Object.assign(error, { status: response.status, where: document.error?.where ?? "" });
   }
   return document;
 }

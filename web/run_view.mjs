@@ -11,7 +11,7 @@ import { VoidDialog } from "./void_dialog.mjs";
 
 const COLOURS = 8;
 const MOST_CHANNELS = 12; // of one stream, docs/http-api.md
-const FIRST_SHOWN = ["temp_c", "gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"];
+const FIRST_SHOWN = ["temp_c", "chamber_c", "gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"];
 const NOT_DRAWN = ["label"]; // units whose numbers stand for texts
 const AROUND = 0.1; // of a segment's length, beside it where it is looked at
 
@@ -41,6 +41,7 @@ export class RunView {
     this.#asked = String(question);
     if (isAnother) {
       this.#document = null;
+      say($("run-title"), "Run");
       $("strip-channels").replaceChildren($("strip-channels").querySelector("legend"));
     }
     await this.#load(span.every(Number.isFinite) && span[0] < span[1] ? span : null);
@@ -57,9 +58,12 @@ export class RunView {
       this.#showParts();
       this.#render();
       await this.#strip.open(document, span);
+      if (asked !== this.#asked) return;
+      this.#choose(null);
       if (!wasShown) this.#offerChannels();
       this.#pickChannels();
     } catch (error) {
+      if (asked !== this.#asked) return;
       say($("run-failure"), error.message);
       show($("run-failure"), true);
     }
@@ -67,7 +71,8 @@ export class RunView {
   }
 
   #showParts() {
-    for (const part of ["strip-card", "segments-card", "run-void"]) show($(part), this.#document !== null);
+    for (const part of ["run-badges", "run-facts", "strip-card", "segments-card", "run-void"]) show($(part), this.#document !== null);
+    if (this.#document === null) for (const part of ["run-void-record", "run-cut-short"]) show($(part), false);
   }
 
   #noteWindow(from_s, to_s) {
@@ -95,7 +100,7 @@ export class RunView {
       ["Recorded", run.created_utc_s > 0 ? clock(run.created_utc_s) : UNKNOWN],
       ["Length", duration(run.duration_s)],
       ["Samples", count(run.rows)],
-      ["Rate", rate_hz === null ? UNKNOWN : `${significant(rate_hz, 4)} Hz`],
+      ["Mean rate", rate_hz === null ? UNKNOWN : `${significant(rate_hz, 4)} Hz`],
       ["From", source || UNKNOWN],
       ["Run id", run.run_id],
     ];
@@ -113,13 +118,14 @@ export class RunView {
     this.#channels = this.#document.streams.flatMap((stream) =>
       stream.channels.slice(1).filter((channel) => !NOT_DRAWN.includes(channel.unit) && channel.values > 0)
         .map((channel) => ({ key: `${stream.name}/${channel.name}`, stream: stream.name, name: channel.name, unit: quantityOf(channel.unit).unit })));
+    const ofUnit = new Set(this.#channels.filter(({ stream }) => stream === "imu").map(({ name }) => name));
     const inPanel = new Map();
     const boxes = this.#channels.map((channel) => {
       const before = inPanel.get(channel.unit) ?? 0;
       inPanel.set(channel.unit, before + 1);
       channel.style = before % COLOURS;
       const label = element("label", "");
-      const isFirst = channel.stream === "imu" ? FIRST_SHOWN.includes(channel.name) : channel.name === "chamber_c";
+      const isFirst = FIRST_SHOWN.includes(channel.name) && (channel.stream === "imu" || !ofUnit.has(channel.name));
       const input = Object.assign(document.createElement("input"), { type: "checkbox", checked: isFirst, value: channel.key });
       label.append(input, ` ${channelText(channel.stream, channel.name)}`);
       return label;

@@ -43,7 +43,7 @@ export function stateOf(segment) {
     const why = findings.map((f) => `${f.code}${f.sensor ? ` (${f.sensor})` : ""}: ${f.text}`).join("; ");
     return { kind: whole ? "refused" : "part", title: whole ? "refused" : "sensors refused", why };
   }
-  return { kind: "used", title: "counts", why: segment.findings.map((f) => `${f.code}: ${f.text}`).join("; ") };
+  return { kind: "used", title: "sound", why: segment.findings.map((f) => `${f.code}: ${f.text}`).join("; ") };
 }
 
 export const plateauText = ({ plateau_c }) => (plateau_c === null ? "no plateau" : `${number(plateau_c, 0)} °C`);
@@ -81,8 +81,8 @@ export function lossText(document, scope) {
   const { run } = document;
   const all = scope.segments.length === before;
   const what = scope.record.visit === undefined
-    ? `Run ${run.run} of unit ${run.unit} becomes void, with all ${before} of its segments that still count.`
-    : `${scope.segments.length} of the ${before} segments of run ${run.run} that still count ${scope.segments.length === 1 ? "becomes" : "become"} void${all ? ": none is left" : ""}.`;
+    ? `Run ${run.run} of unit ${run.unit} becomes void, with all ${before} of its segments that are not void yet.`
+    : `${scope.segments.length} of the ${before} segments of run ${run.run} that are not void yet ${scope.segments.length === 1 ? "becomes" : "become"} void${all ? ": none is left" : ""}.`;
   return `${what} No fit, no verification and no report uses what is void. Models that were fitted from it stay as they are until the
     unit is fitted again. The samples are kept, but this cannot be taken back.`;
 }
@@ -99,7 +99,7 @@ const QUANTITIES = {
 
 /** {unit, factor, offset}: shown = factor · value + offset. A unit that is not known is shown as it is. */
 export function quantityOf(unit) {
-  const [text, factor, offset] = QUANTITIES[unit] ?? [unit, 1, 0];
+  const [text, factor, offset] = Object.hasOwn(QUANTITIES, unit) ? QUANTITIES[unit] : [unit, 1, 0];
   return { unit: text, factor, offset };
 }
 

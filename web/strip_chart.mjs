@@ -27,6 +27,7 @@ export class StripChart {
   #answered = []; // the series that are shown
   #loading = false;
   #stale = false;
+  #moved = false; // since the address named the window
   #cursor_s = null;
   #chosen = null;
   #track = new SegmentTrack($("strip-segments"));
@@ -75,7 +76,7 @@ export class StripChart {
     this.#window = clamped([from_s, to_s], this.#whole());
     for (const panel of this.#panels.values()) panel.look(...this.#window);
     this.#redrawTrack();
-    this.#onWindow(...this.#window);
+    this.#moved = true;
     this.#load();
   }
 
@@ -121,7 +122,7 @@ export class StripChart {
         const answers = await Promise.all(this.#questions(from_s, to_s).map((question) => get(question)));
         if (!this.#stale) this.#draw(answers);
       } catch (error) {
-        if (error.status === BUSY) {
+        if (error.status === BUSY && !$("run-view").hidden) {
           await new Promise((done) => setTimeout(done, BUSY_MS));
           this.#stale = true;
         } else say($("strip-window"), `Not known: ${error.message}`);
@@ -153,6 +154,8 @@ export class StripChart {
     $("strip").dataset.kind = answers.some(({ kind }) => kind === "buckets") ? "buckets" : "samples";
     this.#redrawTrack();
     this.#sayWindow();
+    if (this.#moved) this.#onWindow(...this.#window); // not at each turn of the wheel: browsers refuse floods of that
+    this.#moved = false;
   }
 
   /** A panel for each unit, in the order in which the channels come. */
@@ -275,7 +278,7 @@ export class StripChart {
 
   /** The page itself scrolls with the wheel, unless the chart has the focus. */
   #wheel(event) {
-    if (!this.#area() || !(event.ctrlKey || document.activeElement === $("strip"))) return;
+    if (!this.#area() || event.deltaY === 0 || !(event.ctrlKey || document.activeElement === $("strip"))) return;
     event.preventDefault();
     this.zoom(event.deltaY < 0 ? WHEEL_ZOOM : 1 / WHEEL_ZOOM, this.#timeAt(event.clientX));
   }

@@ -58,7 +58,7 @@ export class VoidDialog {
       $("void-dialog").close();
       this.#done();
     } catch (error) {
-      say($("void-failure"), error.message);
+      say($("void-failure"), error.where ? `${error.where}: ${error.message}` : error.message);
       show($("void-failure"), true);
     }
     $("void-send").disabled = false;

@@ -152,6 +152,9 @@ Result<json> void_run(RunArchive& runs, const json& body) {
   if (const auto member = body.find("position"); member != body.end() && !member->is_null()) {
     if (!member->is_string()) return base::bad_input("the member is not text", "position");
     position = member->get<std::string>();
+    if (auto plain = check_text_line(*position, "position"); !plain && !position->empty()) {
+      return base::forward_error(plain);
+    }
   }
   if (position && !*visit) return base::bad_input("a position is withdrawn with its visit", "visit");
   if (*attempt && !position) return base::bad_input("an attempt is withdrawn with its visit and position", "position");

@@ -97,12 +97,10 @@ base::Result<json> RunArchive::in_turn(const std::function<base::Result<json>(db
     return base::fail(base::ErrorKind::internal, "too many questions about stored runs at a time; ask again in a while",
                       kBusy);
   }
-  if (!catalog_) {
-    auto opened = db::Catalog::open(data_folder_);
-    if (!opened) return base::forward_error(opened);
-    catalog_ = *std::move(opened);
-  }
-  return work(*catalog_);
+  // Anew for each question: what a catalog has found sound it does not check again.
+  auto catalog = db::Catalog::open(data_folder_);
+  if (!catalog) return base::forward_error(catalog);
+  return work(*catalog);
 }
 
 base::Result<json> RunArchive::list(const db::RunFilter& filter) {

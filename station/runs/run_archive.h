@@ -35,7 +35,7 @@ struct SeriesRequest {
   std::size_t points = 1000;          ///< that a drawing has room for
 };
 
-/// The stored runs of a data folder for whoever looks at them beside the engine: a connection to the catalog of its
+/// The stored runs of a data folder for whoever looks at them beside the engine: over connections to the catalog of its
 /// own, one question at a time, so that many of them take one processor at most and recordings and commands go on.
 /// A few questions may wait, more are refused (internal, where == kBusy). Only sealed run files are opened: those take
 /// no lock, and no recording waits for a reader. Any thread may call. Documents: docs/http-api.md.
@@ -66,9 +66,8 @@ class RunArchive {
       const std::function<base::Result<nlohmann::json>(db::Catalog&)>& work);
 
   std::filesystem::path data_folder_;
-  std::timed_mutex turn_;  ///< guards catalog_
+  std::timed_mutex turn_;
   std::atomic<int> waiting_ = 0;
-  std::optional<db::Catalog> catalog_;
 };
 
 }  // namespace soak::station

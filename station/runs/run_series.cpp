@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -18,8 +19,14 @@ namespace {
 
 using nlohmann::json;
 
-bool is_shown_with(const db::StreamInfo& stream, const std::string& unit) {
-  return stream.name != kPositionsStream && (stream.unit == unit || stream.unit.empty());
+/// A stream of the chamber is on the clock of the unit that was first in the run: beside another unit's samples it
+/// would stand in the wrong place.
+bool is_shown_with(const db::RunFileReader& file, const db::StreamInfo& stream, const std::string& unit) {
+  if (stream.name == kPositionsStream) return false;
+  if (!stream.unit.empty()) return stream.unit == unit;
+  return std::ranges::all_of(file.streams(), [&](const db::StreamInfo& other) {
+    return other.unit.empty() || other.unit == unit || other.name == kPositionsStream;
+  });
 }
 
 struct TimeRange {
@@ -145,7 +152,7 @@ base::Result<json> channels_json(const db::RunFileReader& file, const SeriesSpan
 base::Result<json> streams_json(const db::RunFileReader& file, const std::string& unit) {
   json list = json::array();
   for (std::size_t i = 0; i < file.streams().size(); ++i) {
-    if (!is_shown_with(file.streams()[i], unit)) continue;
+    if (!is_shown_with(file, file.streams()[i], unit)) continue;
     auto stream = stream_json(file, i);
     if (!stream) return stream;
     list.push_back(*std::move(stream));
@@ -157,7 +164,7 @@ base::Result<std::size_t> stream_named(const db::RunFileReader& file, const std:
                                        const std::string& unit) {
   std::vector<std::string> possible;
   for (std::size_t i = 0; i < file.streams().size(); ++i) {
-    if (!is_shown_with(file.streams()[i], unit)) continue;
+    if (!is_shown_with(file, file.streams()[i], unit)) continue;
     if (file.streams()[i].name == name) return i;
     possible.push_back(file.streams()[i].name);
   }
