@@ -206,7 +206,8 @@ class WithBrowser(WithSoakd):
                           "(!arguments[0] || document.querySelector('#strip').dataset.kind === arguments[0])", kind)
 
     def window(self):
-        """[from, to] in the address, which says what is shown."""
+        """[from, to] in the address, which says what is shown once the station has answered."""
+        self.browser.wait("return document.querySelector('#strip').getAttribute('aria-busy') === 'false'")
         place = urllib.parse.parse_qs(self.browser.run("return location.hash.slice(1)"))
         return float(place["from"][0]), float(place["to"][0])
 
@@ -285,9 +286,11 @@ class Page(WithBrowser):
             self.browser.run("for (const label of document.querySelectorAll('#strip-channels label'))"
                              "if (label.innerText.trim() === arguments[0]) label.click()", name)
         self.browser.wait(panels, 2)
+        # The chamber, on the unit's own clock, is compared with the unit from the beginning.
+        self.browser.wait("return document.querySelector('#strip-panels').innerText.includes('chamber')")
         self.browser.run("for (const label of document.querySelectorAll('#strip-channels label'))"
                          "if (label.innerText.includes('chamber')) label.click()")
-        self.browser.wait("return document.querySelector('#strip-panels').innerText.includes('chamber')")
+        self.browser.wait("return !document.querySelector('#strip-panels').innerText.includes('chamber')")
         self.assertEqual(self.browser.console(), [])
 
     def test_a_refused_segment_is_shown_with_the_reason(self):
