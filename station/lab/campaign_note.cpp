@@ -78,7 +78,11 @@ void CampaignNoteKeeper::allow() {
 }
 
 void CampaignNoteKeeper::note_change() {
-  if (behind_since_ == Clock::time_point{} && kept_ != allowed()) behind_since_ = Clock::now();
+  if (kept_ == allowed()) {
+    behind_since_ = {};  // back to what the file holds, before another was written
+  } else if (behind_since_ == Clock::time_point{}) {
+    behind_since_ = Clock::now();
+  }
   changed_.notify_all();
 }
 
