@@ -31,10 +31,9 @@ using base::ErrorKind;
 constexpr int kMaxStreams = 80;  // each holds one of the listener's threads
 constexpr std::chrono::seconds kStreamsEndWithin{1};
 constexpr std::chrono::milliseconds kPoll{1};
-constexpr const char* kJson = "application/json";
-/// Of answers that may be large: the library packs what is exactly application/json with Brotli at its highest quality,
-/// which costs a second of processor time for an answer of 600 kB.
-constexpr const char* kUnpackedJson = "application/json; charset=utf-8";
+/// With a parameter behind it, since the library packs what is exactly application/json with Brotli at its highest
+/// quality, which costs a second of processor time for an answer of 600 kB.
+constexpr const char* kJson = "application/json; charset=utf-8";
 const std::string kEventsPath = std::string(kApiPath) + "events";
 
 /// The library's own default, SO_REUSEPORT, would let two daemons share one port unnoticed.
@@ -48,9 +47,9 @@ void refuse(httplib::Response& response, int status, const base::Error& error) {
   response.set_content(error_text(error), kJson);
 }
 
-void answer(httplib::Response& response, const base::Result<nlohmann::json>& result, const char* type = kJson) {
+void answer(httplib::Response& response, const base::Result<nlohmann::json>& result) {
   if (!result) return refuse(response, http_status(result.error()), result.error());
-  response.set_content(compact(*result), type);
+  response.set_content(compact(*result), kJson);
 }
 
 struct Refusal {
@@ -65,7 +64,7 @@ std::optional<std::string> header(const httplib::Request& request, const char* n
 
 bool is_json(const httplib::Request& request) {
   const std::string type = request.get_header_value("Content-Type");
-  return type.substr(0, type.find_first_of("; ")) == kJson;
+  return type.substr(0, type.find_first_of("; ")) == "application/json";
 }
 
 std::string content_type(std::string_view name) {
@@ -181,7 +180,7 @@ struct HttpServer::Running {
     for (const ApiQuestion& question : api_questions()) add_question(question);
     for (const RunQuestion& question : run_questions()) {
       listener.Get(kApiPath + std::string(question.name), [this, &question](const auto& request, auto& response) {
-        answer(response, question.answer(runs, request.params), kUnpackedJson);
+        answer(response, question.answer(runs, request.params));
       });
     }
     for (const ApiCommand& command : api_commands()) {
@@ -229,7 +228,12 @@ struct HttpServer::Running {
       response.status = 404;
       return;
     }
-    response.set_content(file->content.data(), file->content.size(), content_type(name));
+    // Not as content, which the library would pack anew for each request: half a second of a processor for the page.
+    response.set_content_provider(
+        file->content.size(), content_type(name),
+        [content = file->content](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+          return sink.write(content.data() + offset, length);
+        });
   }
 
   void send_events(const httplib::Request& request, httplib::Response& response) {
