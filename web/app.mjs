@@ -47,7 +47,7 @@ function take({ kind, data }) {
 function lose() {
   say($("lost-since"), heardAt ? heardAt.toLocaleTimeString("en-GB") : "nowhere yet");
   show($("lost"), true);
-  for (const id of ["pause", "resume", "abort", "confirm"]) $(id).disabled = true;
+  for (const id of ["pause", "resume", "next", "abort", "confirm"]) $(id).disabled = true;
   $("door").dataset.lamp = "unknown";
   say($("door-title"), "Not known whether the door may be opened");
   if (!status) say($("campaign-name"), "No station");
@@ -165,6 +165,7 @@ const confirm = ({ itself = false } = {}) => command("confirm", { prompt: status
 function connectButtons() {
   $("pause").addEventListener("click", () => command("pause"));
   $("resume").addEventListener("click", () => command("resume"));
+  $("next").addEventListener("click", () => command("next"));
   $("confirm").addEventListener("click", () => confirm());
   $("abort").addEventListener("click", () => openAbortDialog(status, plan));
   $("abort-cancel").addEventListener("click", () => $("abort-dialog").close());

@@ -4,7 +4,7 @@
 import { $, element, say, show } from "./dom.mjs";
 import { duration, number } from "./format.mjs";
 import { drawPose } from "./pose.mjs";
-import { abortText, allRestAsAsked, doorOf, faceOf, finishOf, isActive, positionOf, runOf, sign, stateText, stepText, turnText, waitsForChamber } from "./words.mjs";
+import { abortText, allRestAsAsked, doorOf, faceOf, finishOf, isActive, nextBeginsByItself, positionOf, queueText, runOf, sign, stateText, stepText, turnText, waitsForChamber } from "./words.mjs";
 
 const CAN_PAUSE = ["preflight", "running", "waiting"];
 const CAN_ABORT = ["preflight", "running", "waiting", "paused"];
@@ -26,7 +26,8 @@ export function renderHead(status) {
 export function renderCampaign(status, plan) {
   const { campaign, clock: time, state, reason, resumable } = status;
   // After a restart soakd makes the chamber safe before it knows the campaign again: there is no name yet.
-  const shown = isActive(status) || nameOf(status) !== null;
+  const queued = queueText(status);
+  const shown = isActive(status) || nameOf(status) !== null || queued !== "";
   show($("progress-card"), shown);
   if (!shown) return;
   say($("step-text"), stepText(status, plan));
@@ -35,10 +36,14 @@ export function renderCampaign(status, plan) {
   show($("reason"), says);
   say($("reason"), says ? reason : "");
   $("reason").classList.toggle("calm", !["paused", "stopping", "aborted"].includes(state));
+  show($("queue"), queued !== "");
+  say($("queue"), queued);
   for (const part of ["progress", "facts"]) show($(part), campaign !== null);
   $("pause").disabled = !CAN_PAUSE.includes(state);
   $("resume").disabled = !(state === "paused" || resumable);
-  $("abort").disabled = !(CAN_ABORT.includes(state) || (state === "interrupted" && resumable) || status.resumes_by_itself);
+  $("abort").disabled = !(CAN_ABORT.includes(state) || (state === "interrupted" && resumable) || status.resumes_by_itself || nextBeginsByItself(status));
+  show($("next"), status.queue.waits_for === "somebody" && !isActive(status));
+  $("next").disabled = false;
   $("resume").classList.toggle("primary", !$("resume").disabled);
   if (campaign) renderFacts(campaign, plan, time, finishOf(status));
 }

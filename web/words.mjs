@@ -149,7 +149,8 @@ function leftOfStep_s({ campaign }, plan) {
 export function stepText(status, plan) {
   const { campaign, state, prompt, resumable } = status;
   if (state === "stopping") return "On the way to the safe state";
-  if (!campaign) return isActive(status) ? `The campaign: ${stateText(status)}` : `Campaign ${resumable} can be resumed`;
+  if (!campaign && !isActive(status)) return resumable ? `Campaign ${resumable} can be resumed` : "No campaign runs";
+  if (!campaign) return `The campaign: ${stateText(status)}`;
   const step = plan?.steps[campaign.step];
   if (state === "finished") return "All steps are done";
   if (["aborted", "failed", "interrupted"].includes(state)) return `Stopped at: ${campaign.step_text}`;
@@ -169,9 +170,26 @@ export function finishOf(status) {
   return { label: holds ? "Ready, if it goes on now" : "Ready", time: timeOfDay(now_s(status) + campaign.remaining_s / clock.rate, now_s(status)) };
 }
 
+// ---- campaigns that wait for their turn
+
+export const nextBeginsByItself = ({ queue }) => queue.waits_for === "time";
+
+const nextBegins = (status) => timeOfDay(status.queue.begins_utc_s, now_s(status));
+
+/** What waits, and for what; empty where nothing does. */
+export function queueText(status) {
+  const { campaigns, waits_for } = status.queue;
+  if (campaigns.length === 0) return "";
+  const names = campaigns.map((campaign) => campaign.name).join(", ");
+  if (waits_for === "campaign") return `Then: ${names}.`;
+  if (waits_for === "time") return `Next: ${names}. ${campaigns[0].name} begins by itself at ${nextBegins(status)}; Abort stops that.`;
+  return `In the queue: ${names}. It waits for you: Begin next.`;
+}
+
 /** What an abort costs. */
 export function abortText(status, plan) {
   const { campaign, resumable } = status;
+  if (nextBeginsByItself(status)) return `Campaign ${status.queue.campaigns[0].name} does not begin by itself. It stays in the queue. What has been recorded stays.`;
   if (!campaign) return `Campaign ${resumable ?? ""} is given up: it cannot be resumed afterwards. Its finished runs stay.`;
   const run = plan && runOf(campaign, plan);
   const name = run ? `run ${run.number} of ${run.of}` : plan ? "the pre-flight" : campaign.run_label;
@@ -213,6 +231,7 @@ export function doorOf(status, plan) {
   if (coldest <= dry_c) return no(`Dew may form: the coldest part is at ${number(coldest, 0)} °C, it takes ${number(dry_c, 0)} °C (${dew})`);
   if (hottest >= HOT_C) return no(`Hot: ${number(hottest, 0)} °C`);
   if (status.resumes_by_itself) return no("The campaign goes on by itself once the chamber is safe: abort it first");
+  if (nextBeginsByItself(status)) return no(`Campaign ${status.queue.campaigns[0].name} begins by itself at ${nextBegins(status)}: abort it first`);
   if (state === "paused") return { lamp: "yes", title: "Safe to open", text: `Paused; ${number(coldest, 0)} °C, ${dew}. After Resume the units settle again.` };
   if (state === "waiting" && !waitsByItself(status)) return { lamp: "yes", title: "Safe to open", text: `It waits for you; ${number(coldest, 0)} °C, ${dew}.` };
   if (state === "stopping" || isActive(status)) return no(state === "stopping" ? "The chamber is being made safe" : "A campaign is running: pause it first");
@@ -307,7 +326,16 @@ function campaignAlerts(status) {
   if (state === "interrupted") {
     return [{ level: "warning", title: "The campaign was interrupted", detail: reason, action: resumable ? "Press Resume: it goes on from the plateau before the break." : "Start a new campaign." }];
   }
-  return [];
+  return queueAlerts(status);
+}
+
+function queueAlerts(status) {
+  const { campaigns, trouble } = status.queue;
+  if (nextBeginsByItself(status)) {
+    return [{ level: "warning", title: `Campaign ${campaigns[0].name} begins by itself at ${nextBegins(status)}`, detail: trouble, action: "Keep the door closed. To stop that, abort it." }];
+  }
+  if (trouble === null || campaigns.length === 0 || isActive(status)) return [];
+  return [{ level: "warning", title: `Campaign ${campaigns[0].name} does not begin`, detail: trouble, action: "Mend what is named here, then press Begin next." }];
 }
 
 // ---- units

@@ -4,12 +4,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <thread>
 #include <vector>
 
-#include <map>
+#include "base/text.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
 #include "station/http/client.h"
@@ -112,6 +113,30 @@ std::string waiting_lines(const json& status) {
   return lines;
 }
 
+/// What becomes of the queue: "begins by itself at 2026-11-26T14:05:00Z".
+std::string queue_outlook(const json& queue) {
+  if (queue.at("waits_for") == "campaign")
+    return "the first one begins by itself once the present campaign has finished";
+  if (queue.at("waits_for") == "time") {
+    return fmt::format("BEGINS BY ITSELF at {}, keep the door closed: 'soak campaign abort' stops that",
+                       base::utc_text(queue.at("begins_utc_s").get<double>()));
+  }
+  return "waits for somebody: 'soak campaign next' begins the first one";
+}
+
+std::string queue_lines(const json& status) {
+  const json& queue = status.at("queue");
+  std::string lines;
+  for (const json& campaign : queue.at("campaigns")) {
+    lines +=
+        fmt::format("{}{} ({}, {})\n", lines.empty() ? "next       " : "           ", member_text(campaign, "name"),
+                    member_text(campaign, "procedure"), duration_text(campaign.at("estimate_s").get<double>()));
+  }
+  if (lines.empty()) return lines;
+  if (!queue.at("trouble").is_null()) lines += "           " + member_text(queue, "trouble") + "\n";
+  return lines + "           " + queue_outlook(queue) + "\n";
+}
+
 std::string chamber_lines(const json& status) {
   const json& chamber = status.at("chamber");
   std::string lines =
@@ -152,7 +177,7 @@ std::string status_text(const json& status) {
   std::string lines = fmt::format("state      {}{}\n", member_text(status, "state"),
                                   status.at("simulated").get<bool>() ? " (SIMULATED)" : "");
   if (!status.at("reason").is_null()) lines += fmt::format("           {}\n", member_text(status, "reason"));
-  lines += waiting_lines(status) + campaign_lines(status);
+  lines += waiting_lines(status) + campaign_lines(status) + queue_lines(status);
   if (!status.at("prompt").is_null()) {
     lines += fmt::format("prompt     {}\n           answer it with 'soak campaign confirm'\n",
                          member_text(status.at("prompt"), "text"));
@@ -160,11 +185,12 @@ std::string status_text(const json& status) {
   return lines + chamber_lines(status) + unit_table(status.at("units"));
 }
 
-/// soak campaign start PROCEDURE.toml --name NAME [--unit SLOT=SERIAL]...
+/// soak campaign start PROCEDURE.toml --name NAME [--unit SLOT=SERIAL]... [--queue]
 struct CampaignStart final : StationCommand {
   std::string procedure;  ///< path of the file, read here: the daemon need not see it
   std::string name;
   std::map<std::string, std::string> units;  ///< slot → serial number
+  bool queue = false;
 
   void declare(OptionList& options) override;
   base::Status run(Output& output) override;
@@ -185,6 +211,9 @@ void CampaignStart::declare(OptionList& options) {
       .add("--unit SLOT=SERIAL", read_unit,
            "Unit in a slot; repeat for each unit (default: those of the station's configuration)")
       .one_each();
+  options.add(
+      "--queue", &queue,
+      "Begin after the campaigns before it, each once the one before has finished; at once where there are none");
   StationCommand::declare(options);
   declare_user(options);
 }
@@ -194,19 +223,51 @@ base::Status CampaignStart::run(Output& output) {
   if (!daemon) return base::forward_error(daemon);
   const auto text = read_text_file(procedure);
   if (!text) return base::forward_error(text);
-  const auto answer = daemon->command("start", {{"procedure_text", *text},
-                                                {"procedure_file", procedure},
-                                                {"campaign", name},
-                                                {"units", units},
-                                                {"user", user_name(user)}});
+  const json request = {{"procedure_text", *text},
+                        {"procedure_file", procedure},
+                        {"campaign", name},
+                        {"units", units},
+                        {"user", user_name(user)}};
+  const auto answer = daemon->command(queue ? "queue" : "start", request);
   if (!answer) return base::forward_error(answer);
   if (output.json()) return output.print_json(*answer);
   for (const json& note : answer->value("notes", json::array())) output.note("note: " + note.get<std::string>());
-  output.print(fmt::format(
-      "campaign {} started: {} runs, {} steps, about {} of process time\n'soak campaign watch' follows it\n", name,
-      answer->value("runs", 0), answer->value("steps", 0), duration_text(answer->value("estimate_s", 0.0))));
+  const int before = answer->value("before", 0);
+  output.print(fmt::format("campaign {} {}: {} runs, {} steps, about {} of process time\n", name,
+                           before == 0 ? "started" : fmt::format("queued, {} before it", before),
+                           answer->value("runs", 0), answer->value("steps", 0),
+                           duration_text(answer->value("estimate_s", 0.0))));
+  output.print(before == 0 ? "'soak campaign watch' follows it\n" : "'soak campaign queue' shows what waits\n");
   return {};
 }
+
+/// soak campaign queue
+struct CampaignQueueShow final : StationCommand {
+  base::Status run(Output& output) override {
+    const auto daemon = client();
+    if (!daemon) return base::forward_error(daemon);
+    const auto status = daemon->get("status");
+    if (!status) return base::forward_error(status);
+    if (output.json()) return output.print_json(status->at("queue"));
+    const std::string lines = queue_lines(*status);
+    output.print(lines.empty() ? "no campaign waits\n" : lines);
+    return {};
+  }
+};
+
+/// soak campaign unqueue NAME
+struct CampaignUnqueue final : StationCommand {
+  std::string name;
+
+  void declare(OptionList& options) override {
+    options.add("name NAME", &name, "Name of the campaign").required();
+    StationCommand::declare(options);
+    declare_user(options);
+  }
+  base::Status run(Output& output) override {
+    return send("unqueue", {{"campaign", name}}, "campaign " + name + " is out of the queue", output);
+  }
+};
 
 /// soak campaign status
 struct CampaignStatus final : StationCommand {
@@ -221,7 +282,7 @@ struct CampaignStatus final : StationCommand {
   }
 };
 
-/// soak campaign pause, soak campaign resume
+/// soak campaign pause, resume, next
 struct CampaignChange final : StationCommand {
   CampaignChange(std::string command, std::string done) : command_(std::move(command)), done_(std::move(done)) {}
   void declare(OptionList& options) override {
@@ -415,7 +476,7 @@ base::Status CampaignWatch::run(Output& output) {
 
 CommandGroup campaign_commands() {
   return {"campaign",
-          "Campaigns of the running soakd: start, status, watch, pause, resume, abort, confirm",
+          "Campaigns of the running soakd: start, status, watch, pause, resume, abort, confirm, queue, unqueue, next",
           {{"start", "Check a procedure and start a campaign with it",
             "soak campaign start procedures/soak.toml --name acceptance --unit A=SN0042",
             std::make_shared<CampaignStart>()},
@@ -431,7 +492,13 @@ CommandGroup campaign_commands() {
            {"abort", "End the campaign safely", "soak campaign abort --reason 'a cable is loose'",
             std::make_shared<CampaignAbort>()},
            {"confirm", "Answer the prompt that the station is waiting for", "soak campaign confirm",
-            std::make_shared<CampaignConfirm>()}}};
+            std::make_shared<CampaignConfirm>()},
+           {"queue", "Campaigns that wait for their turn ('soak campaign start --queue')", "soak campaign queue",
+            std::make_shared<CampaignQueueShow>()},
+           {"unqueue", "Take a campaign out of the queue", "soak campaign unqueue verification",
+            std::make_shared<CampaignUnqueue>()},
+           {"next", "Begin the first campaign of the queue now", "soak campaign next",
+            std::make_shared<CampaignChange>("next", "the first campaign of the queue has started")}}};
 }
 
 }  // namespace soak::station

@@ -83,6 +83,20 @@ Result<json> do_start(StationService& lab, const json& body) {
   return lab.start(*request);
 }
 
+Result<json> do_queue(StationService& lab, const json& body) {
+  const auto request = start_request(body);
+  if (!request) return base::forward_error(request);
+  return lab.queue(*request);
+}
+
+Result<json> do_unqueue(StationService& lab, const json& body) {
+  const auto user = user_of_command(body, {"user", "campaign"});
+  if (!user) return base::forward_error(user);
+  const auto campaign = line_member(body, "campaign", std::nullopt);
+  if (!campaign) return base::forward_error(campaign);
+  return state_after(lab.unqueue(*user, *campaign), lab);
+}
+
 template <base::Status (StationService::*command)(const std::string&)>
 Result<json> user_command(StationService& lab, const json& body) {
   const auto user = user_of_command(body, {"user"});
@@ -119,6 +133,9 @@ const std::vector<ApiQuestion>& api_questions() {
 
 const std::vector<ApiCommand>& api_commands() {
   static const std::vector<ApiCommand> commands = {{"start", do_start},
+                                                   {"queue", do_queue},
+                                                   {"unqueue", do_unqueue},
+                                                   {"next", user_command<&StationService::next>},
                                                    {"pause", user_command<&StationService::pause>},
                                                    {"resume", user_command<&StationService::resume>},
                                                    {"abort", do_abort},

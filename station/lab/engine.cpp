@@ -22,6 +22,7 @@ constexpr std::chrono::seconds kLongestGoodbye{30};
 constexpr std::chrono::milliseconds kGoodbyeTurn{100};
 
 std::filesystem::path note_path(const db::Catalog& catalog) { return catalog.data_folder() / "soakd.campaign"; }
+std::filesystem::path queue_path(const db::Catalog& catalog) { return catalog.data_folder() / "soakd.queue"; }
 
 }  // namespace
 
@@ -48,7 +49,12 @@ std::unique_ptr<StepTask> make_task(const Plan& plan, const Step& step) {
 // --- beginning --------------------------------------------------------------------------------------------------
 
 Engine::Engine(const StationConfig& config, db::Catalog& catalog, std::unique_ptr<Journal> journal)
-    : config_(config), catalog_(catalog), journal_(std::move(journal)), notes_(note_path(catalog)), log_(*journal_) {
+    : config_(config),
+      catalog_(catalog),
+      journal_(std::move(journal)),
+      notes_(note_path(catalog)),
+      log_(*journal_),
+      queue_(queue_path(catalog)) {
   note_ = notes_.found().note;
   interrupted_utc_s_ = notes_.found().noted_utc_s;
 }
@@ -74,6 +80,7 @@ base::Result<std::unique_ptr<Engine>> Engine::make(const StationConfig& config, 
   engine->wake_ = pipe;
   if (auto status = engine->make_devices(); !status) return base::forward_error(status);
   if (auto status = engine->take_over(); !status) return base::forward_error(status);
+  engine->restore_queue();
   engine->publish();
   return engine;
 }
@@ -193,6 +200,7 @@ void Engine::cycle() {
   if (is_under_way(state_) && !chamber_is_silent_) watch_set_point();
   if (state_ == CampaignState::running && !chamber_is_silent_) advance();
   if (state_ == CampaignState::interrupted && resumes_by_itself_ && !stop_requested_) resume_by_itself();
+  if (next_begins_by_itself()) begin_next_by_itself();
   if (state_ == CampaignState::stopping) follow_safe_end();
   keep_note();
 }

@@ -20,6 +20,7 @@
 #include "station/config/station_config.h"
 #include "station/lab/campaign_log.h"
 #include "station/lab/campaign_note.h"
+#include "station/lab/campaign_queue.h"
 #include "station/lab/campaign_state.h"
 #include "station/lab/chamber_guard.h"
 #include "station/lab/chamber_watch.h"
@@ -51,6 +52,9 @@ class Engine : public StationService {
   [[nodiscard]] bool stopped() const { return stopped_; }
 
   [[nodiscard]] base::Result<nlohmann::json> start(const StartRequest& request) override;
+  [[nodiscard]] base::Result<nlohmann::json> queue(const StartRequest& request) override;
+  [[nodiscard]] base::Status unqueue(const std::string& user, const std::string& campaign) override;
+  [[nodiscard]] base::Status next(const std::string& user) override;
   [[nodiscard]] base::Status pause(const std::string& user) override;
   [[nodiscard]] base::Status resume(const std::string& user) override;
   [[nodiscard]] base::Status abort(const std::string& user, const std::string& reason) override;
@@ -64,8 +68,9 @@ class Engine : public StationService {
   [[nodiscard]] nlohmann::json log(std::int64_t after) const override { return log_.document(after); }
 
  private:
-  /// Process time before a campaign goes on by itself, for people to see it and to stop it; and between tries.
-  static constexpr double kResumeInterval_s = 300.0;
+  /// Process time before a campaign begins or goes on by itself, for people to see it and to stop it; and between
+  /// tries.
+  static constexpr double kGrace_s = 300.0;
 
   Engine(const StationConfig& config, db::Catalog& catalog, std::unique_ptr<Journal> journal);
   [[nodiscard]] base::Status make_devices();
@@ -79,6 +84,13 @@ class Engine : public StationService {
   /// Goes on with a campaign that was cut short, once nothing hinders it.
   void resume_by_itself();
   [[nodiscard]] base::Status try_to_resume();
+  /// What a predecessor left in the queue.
+  void restore_queue();
+  void let_queue_go_on(bool goes_on);
+  [[nodiscard]] bool next_begins_by_itself() const;
+  /// Begins the next campaign of the queue, once nothing hinders it.
+  void begin_next_by_itself();
+  [[nodiscard]] base::Status try_to_begin_next();
   /// Keeps what the next soakd is to know if this one ends now. Called in every turn, and whenever the state changes.
   void keep_note();
   [[nodiscard]] CampaignNote note_now() const;
@@ -141,6 +153,7 @@ class Engine : public StationService {
   [[nodiscard]] nlohmann::json campaign_document() const;
   [[nodiscard]] nlohmann::json suspension_document() const;
   [[nodiscard]] nlohmann::json ending_document() const;
+  [[nodiscard]] nlohmann::json queue_document() const;
   [[nodiscard]] std::string_view shown_state() const;
   [[nodiscard]] bool waits_for_journal() const;
   [[nodiscard]] std::string shown_reason() const;
@@ -149,6 +162,8 @@ class Engine : public StationService {
   /// `resumed`: the way back into a campaign that was cut short; nothing for a new one.
   [[nodiscard]] base::Result<nlohmann::json> do_start(const StartRequest& request,
                                                       const std::optional<WayBack>& resumed);
+  [[nodiscard]] base::Result<nlohmann::json> do_queue(const StartRequest& request);
+  [[nodiscard]] base::Result<nlohmann::json> do_next(const std::string& user);
   [[nodiscard]] base::Status do_pause(const std::string& user);
   [[nodiscard]] base::Status do_resume(const std::string& user);
   [[nodiscard]] base::Status do_abort(const std::string& user, const std::string& reason);
@@ -244,7 +259,12 @@ class Engine : public StationService {
   bool resumes_by_itself_ = false;
   double next_resume_s_ = 0.0;  ///< process time
   std::string resume_trouble_;  ///< of the last try
-  bool runs_are_lost_ = false;  ///< run files that a killed predecessor left are not entered yet
+  CampaignQueue queue_;
+  bool queue_goes_on_ = false;     ///< the last campaign finished, and nobody has stopped what comes after it
+  double next_begin_s_ = 0.0;      ///< process time
+  double next_begin_utc_s_ = 0.0;  ///< the same by the host's clock, of the first try
+  std::string queue_trouble_;      ///< of the last try
+  bool runs_are_lost_ = false;     ///< run files that a killed predecessor left are not entered yet
 
   std::mutex command_mutex_;
   std::deque<std::packaged_task<base::Result<nlohmann::json>()>> commands_;

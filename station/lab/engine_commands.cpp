@@ -328,6 +328,11 @@ base::Status Engine::do_abort(const std::string& user, const std::string& reason
     set_state(CampaignState::stopping, text, user);
     return {};
   }
+  if (next_begins_by_itself()) {
+    let_queue_go_on(false);
+    log_.add("campaign", station_->campaign.name, fmt::format("{}; the queue waits for somebody", text), user);
+    return {};
+  }
   if (!is_under_way(state_)) return wrong_state("no campaign is running");
   end_campaign(CampaignState::aborted, text, false, user);
   return {};

@@ -55,7 +55,7 @@ base::Status Engine::restore_unfinished() {
   reason_ = (*last)->reason;
   unfinished_ = station_->campaign.name = (*last)->name;
   resumes_by_itself_ = state_ == CampaignState::interrupted && note_.campaign == unfinished_ && note_.goes_on;
-  next_resume_s_ = station_->now_s() + kResumeInterval_s;
+  next_resume_s_ = station_->now_s() + kGrace_s;
   return {};
 }
 
@@ -63,7 +63,7 @@ void Engine::resume_by_itself() {
   if (station_->now_s() < next_resume_s_) return;
   const auto entered = station_->enter_left_runs();
   if (entered && !*entered) return;  // beside this thread: the next turn asks again
-  next_resume_s_ = station_->now_s() + kResumeInterval_s;
+  next_resume_s_ = station_->now_s() + kGrace_s;
   const auto resumed = entered ? try_to_resume() : base::forward_error(entered);
   if (resumed) return;
   const base::Error& error = resumed.error();

@@ -144,6 +144,7 @@ json Engine::status_document() const {
           {"units", std::move(units)},
           {"resumable", null_if_empty(unfinished_)},
           {"resumes_by_itself", resumes_by_itself_ && !stop_requested_},
+          {"queue", queue_document()},
           {"room", {{"temp_c", config_.room_c}, {"dew_point_c", config_.dew_point_c}}},
           {"clock", {{"rate", config_.clock_rate}, {"process_s", station_->now_s()}, {"utc_s", now_utc_s()}}},
           {"simulated", station_->simulated()},

@@ -257,6 +257,7 @@ void Engine::set_state(CampaignState state, const std::string& reason, const std
   journal_->add(Journal::State{campaign, std::string(journal_name_of(state)), reason, user});
   if (is_under_way(state)) return;
   unfinished_ = is_resumable(state) ? campaign : "";
+  let_queue_go_on(state == CampaignState::finished);
   for (const auto& unit : station_->units) unit->close();
   (void)journal_->wait_until_written(kEndIsWritten);
 }
@@ -271,7 +272,7 @@ void Engine::follow_safe_end() {
   }
   if (!is_safe || !runs_of_predecessor_are_entered()) return;
   safe_end_.reset();
-  next_resume_s_ = station_->now_s() + kResumeInterval_s;
+  next_resume_s_ = station_->now_s() + kGrace_s;
   set_state(outcome_, std::string(reason_), std::string(state_user_));
 }
 

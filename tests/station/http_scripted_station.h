@@ -41,7 +41,8 @@ class ScriptedStation : public StationService {
          "attitude": null,
          "samples": 0, "lost": 7, "gyro_dps": null, "accel_mps2": null,
          "noise": {"tau_s": 0.96, "gyro_dps": null, "accel_mps2": null}}],
-      "resumable": null, "resumes_by_itself": false, "room": {"temp_c": 23.0, "dew_point_c": 12.0},
+      "resumable": null, "resumes_by_itself": false,
+      "queue": {"campaigns": [], "waits_for": null, "begins_utc_s": null, "trouble": null}, "room": {"temp_c": 23.0, "dew_point_c": 12.0},
       "clock": {"rate": 60.0, "process_s": 39000.0, "utc_s": 1790000650.0}, "simulated": true, "version": "0.1.0"})");
   }
 
@@ -133,6 +134,15 @@ class ScriptedStation : public StationService {
     if (!done) return base::forward_error(done);
     return json{{"campaign", request.campaign}, {"runs", 5}, {"steps", 240}, {"estimate_s", 126000.0}};
   }
+  base::Result<json> queue(const StartRequest& request) override {
+    const auto done = note("queue " + request.campaign + " by " + request.user);
+    if (!done) return base::forward_error(done);
+    return json{{"campaign", request.campaign}, {"runs", 5}, {"steps", 240}, {"estimate_s", 126000.0}, {"before", 1}};
+  }
+  base::Status unqueue(const std::string& user, const std::string& campaign) override {
+    return note_and_set("unqueue " + campaign + " by " + user, "running");
+  }
+  base::Status next(const std::string& user) override { return note_and_set("next by " + user, "running"); }
   base::Status pause(const std::string& user) override { return note_and_set("pause by " + user, "paused"); }
   base::Status resume(const std::string& user) override { return note_and_set("resume by " + user, "running"); }
   base::Status abort(const std::string& user, const std::string& reason) override {

@@ -104,11 +104,15 @@ TEST_F(Http, CommandsReachTheLaboratory) {
             json::parse(R"({"campaign":"c","runs":5,"steps":240,"estimate_s":126000.0})"));
   EXPECT_EQ(json::parse(body_of(post("/api/v1/campaign/pause", R"({"user":"eva"})"))), json({{"state", "paused"}}));
   post("/api/v1/campaign/resume", "{}");
+  post("/api/v1/campaign/queue", R"({"procedure_text": "x = 1", "campaign": "d", "user": "eva"})");
+  post("/api/v1/campaign/unqueue", R"({"campaign": "d", "user": "eva"})");
+  post("/api/v1/campaign/next", R"({"user": "eva"})");
   post("/api/v1/campaign/confirm", R"({"user":"eva","prompt":7})");
   post("/api/v1/campaign/abort", R"({"user":"eva","reason":"cable"})",
        "Content-Type: application/json; charset=utf-8\r\n");
   EXPECT_EQ(lab.commands(), (std::vector<std::string>{"start c soak.toml [x = 1] A=SN1 B=SN2 by eva", "pause by eva",
-                                                      "resume by unknown", "confirm 7 by eva", "abort by eva: cable"}));
+                                                      "resume by unknown", "queue d by eva", "unqueue d by eva",
+                                                      "next by eva", "confirm 7 by eva", "abort by eva: cable"}));
 }
 
 TEST_F(Http, MalformedCommandsAreRefusedAndDoNotReachTheLaboratory) {
@@ -123,6 +127,9 @@ TEST_F(Http, MalformedCommandsAreRefusedAndDoNotReachTheLaboratory) {
       {"confirm", R"({"user": "eva"})"},
       {"confirm", R"({"user": "eva", "prompt": 1.5})"},
       {"start", R"({"campaign": "c"})"},
+      {"queue", R"({"campaign": "c"})"},
+      {"unqueue", R"({"user": "eva"})"},
+      {"next", R"({"campaign": "c"})"},
       {"start", R"({"procedure_text": "x", "campaign": "c", "units": ["SN1"]})"},
       {"start", R"({"procedure_text": "x", "campaign": "c", "units": {"A": 1}})"}};
   for (const auto& [command, body] : malformed) {
@@ -320,6 +327,17 @@ TEST(HttpAddress, TextThatIsNoAddressIsRefused) {
     EXPECT_FALSE(HttpServer(lab, text).start()) << text;
   }
   EXPECT_FALSE(HttpServer(lab, "192.0.2.1:0").start());  // RFC 5737: nobody has this address
+}
+
+// The library's own packing costs half a second of a processor each time the page is opened.
+TEST_F(Http, NothingIsPackedForWhoIsNear) {
+  for (const char* path : {"/", "/app.mjs", "/style.css", "/api/v1/status", "/api/v1/nothing"}) {
+    const std::string answer = exchange_raw(
+        port, std::string("GET ") + path + " HTTP/1.1\r\nHost: " + host() + "\r\nAccept-Encoding: gzip, br\r\n\r\n");
+    EXPECT_EQ(answer.find("Content-Encoding"), std::string::npos) << path;
+    EXPECT_NE(answer.find("Content-Length: "), std::string::npos) << path;
+    EXPECT_GT(body_of(answer).size(), 10) << path;
+  }
 }
 
 TEST_F(Http, AStoppedServerLetsGoOfItsAddress) {

@@ -227,6 +227,31 @@ class Alarms(StationTest):
         self.station.set("/resumes_by_itself", False)
         self.browser.wait("return document.querySelector('#abort').disabled")
 
+    def test_the_next_campaign_keeps_the_door_closed_or_waits_for_its_button(self):
+        waiting = {"campaigns": [{"name": name, "procedure": "verification", "user": "eva", "queued_utc_s": 1790000000.0,
+                                  "estimate_s": 7200.0} for name in ("check-1", "check-2")],
+                   "waits_for": "campaign", "begins_utc_s": None, "trouble": None}
+        self.station.set("/queue", waiting)
+        self.open()
+        self.see("#queue", "check-1, check-2")
+        self.hidden("#next")
+        self.station.set("/state", "finished")
+        self.station.set("/chamber/air_c", 25.0)
+        for unit in (0, 1):
+            self.station.set(f"/units/{unit}/temp_c", 25.0)
+        self.station.set("/queue", {**waiting, "waits_for": "time", "begins_utc_s": self.status()["clock"]["utc_s"] + 240.0})
+        self.browser.wait("return document.querySelector('#door').dataset.lamp === 'no'")
+        self.browser.wait("return !document.querySelector('#abort').disabled")
+        self.see("#alerts .warning", "check-1")
+        self.hidden("#next")
+        self.station.set("/queue", {**waiting, "waits_for": "somebody", "trouble": "the chamber does not answer"})
+        self.see("#alerts .warning", "the chamber does not answer")
+        self.browser.wait("return document.querySelector('#door').dataset.lamp === 'yes'")
+        self.browser.wait("return document.querySelector('#abort').disabled")
+        self.browser.click("#next")
+        self.station.wait_for_command("next by web page")
+        self.assertEqual(self.browser.console(), [])
+
     def test_a_chamber_that_is_off_while_nothing_runs_is_no_alarm(self):
         self.station.set("/state", "idle")
         self.station.set("/campaign", None)
