@@ -165,7 +165,7 @@ const confirm = ({ itself = false } = {}) => command("confirm", { prompt: status
 function connectButtons() {
   $("pause").addEventListener("click", () => command("pause"));
   $("resume").addEventListener("click", () => command("resume"));
-  $("next").addEventListener("click", () => command("next"));
+  $("next").addEventListener("click", () => command("next", { campaign: status.queue.campaigns[0]?.name }));
   $("confirm").addEventListener("click", () => confirm());
   $("abort").addEventListener("click", () => openAbortDialog(status, plan));
   $("abort-cancel").addEventListener("click", () => $("abort-dialog").close());

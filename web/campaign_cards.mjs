@@ -44,6 +44,7 @@ export function renderCampaign(status, plan) {
   $("abort").disabled = !(CAN_ABORT.includes(state) || (state === "interrupted" && resumable) || status.resumes_by_itself || nextBeginsByItself(status));
   show($("next"), status.queue.waits_for === "somebody" && !isActive(status));
   $("next").disabled = false;
+  say($("next"), resumable ? `Give up ${resumable}, begin next` : "Begin next");
   $("resume").classList.toggle("primary", !$("resume").disabled);
   if (campaign) renderFacts(campaign, plan, time, finishOf(status));
 }

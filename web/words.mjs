@@ -183,7 +183,7 @@ export function queueText(status) {
   const names = campaigns.map((campaign) => campaign.name).join(", ");
   if (waits_for === "campaign") return `Then: ${names}.`;
   if (waits_for === "time") return `Next: ${names}. ${campaigns[0].name} begins by itself at ${nextBegins(status)}; Abort stops that.`;
-  return `In the queue: ${names}. It waits for you: Begin next.`;
+  return `In the queue: ${names}.${isActive(status) ? "" : " It waits for you."}`;
 }
 
 /** What an abort costs. */

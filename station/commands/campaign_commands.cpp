@@ -114,7 +114,9 @@ std::string waiting_lines(const json& status) {
 }
 
 /// What becomes of the queue: "begins by itself at 2026-11-26T14:05:00Z".
-std::string queue_outlook(const json& queue) {
+std::string queue_outlook(const json& status) {
+  const json& queue = status.at("queue");
+  if (status.at("state") == "stopping") return "waits until the station is safe";
   if (queue.at("waits_for") == "campaign")
     return "the first one begins by itself once the present campaign has finished";
   if (queue.at("waits_for") == "time") {
@@ -134,7 +136,7 @@ std::string queue_lines(const json& status) {
   }
   if (lines.empty()) return lines;
   if (!queue.at("trouble").is_null()) lines += "           " + member_text(queue, "trouble") + "\n";
-  return lines + "           " + queue_outlook(queue) + "\n";
+  return lines + "           " + queue_outlook(status) + "\n";
 }
 
 std::string chamber_lines(const json& status) {
@@ -213,7 +215,7 @@ void CampaignStart::declare(OptionList& options) {
       .one_each();
   options.add(
       "--queue", &queue,
-      "Begin after the campaigns before it, each once the one before has finished; at once where there are none");
+      "Begin by itself, five minutes after the campaign before it has finished; 'soak campaign next' begins it now");
   StationCommand::declare(options);
   declare_user(options);
 }
@@ -232,12 +234,11 @@ base::Status CampaignStart::run(Output& output) {
   if (!answer) return base::forward_error(answer);
   if (output.json()) return output.print_json(*answer);
   for (const json& note : answer->value("notes", json::array())) output.note("note: " + note.get<std::string>());
-  const int before = answer->value("before", 0);
   output.print(fmt::format("campaign {} {}: {} runs, {} steps, about {} of process time\n", name,
-                           before == 0 ? "started" : fmt::format("queued, {} before it", before),
+                           queue ? fmt::format("queued, {} before it", answer->value("before", 0)) : "started",
                            answer->value("runs", 0), answer->value("steps", 0),
                            duration_text(answer->value("estimate_s", 0.0))));
-  output.print(before == 0 ? "'soak campaign watch' follows it\n" : "'soak campaign queue' shows what waits\n");
+  output.print(queue ? "'soak campaign queue' shows what waits, and for what\n" : "'soak campaign watch' follows it\n");
   return {};
 }
 

@@ -97,6 +97,15 @@ Result<json> do_unqueue(StationService& lab, const json& body) {
   return state_after(lab.unqueue(*user, *campaign), lab);
 }
 
+Result<json> do_next(StationService& lab, const json& body) {
+  const auto user = user_of_command(body, {"user", "campaign"});
+  if (!user) return base::forward_error(user);
+  if (!body.contains("campaign")) return state_after(lab.next(*user, ""), lab);
+  const auto campaign = line_member(body, "campaign", std::nullopt);
+  if (!campaign) return base::forward_error(campaign);
+  return state_after(lab.next(*user, *campaign), lab);
+}
+
 template <base::Status (StationService::*command)(const std::string&)>
 Result<json> user_command(StationService& lab, const json& body) {
   const auto user = user_of_command(body, {"user"});
@@ -135,7 +144,7 @@ const std::vector<ApiCommand>& api_commands() {
   static const std::vector<ApiCommand> commands = {{"start", do_start},
                                                    {"queue", do_queue},
                                                    {"unqueue", do_unqueue},
-                                                   {"next", user_command<&StationService::next>},
+                                                   {"next", do_next},
                                                    {"pause", user_command<&StationService::pause>},
                                                    {"resume", user_command<&StationService::resume>},
                                                    {"abort", do_abort},

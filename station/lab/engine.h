@@ -54,7 +54,7 @@ class Engine : public StationService {
   [[nodiscard]] base::Result<nlohmann::json> start(const StartRequest& request) override;
   [[nodiscard]] base::Result<nlohmann::json> queue(const StartRequest& request) override;
   [[nodiscard]] base::Status unqueue(const std::string& user, const std::string& campaign) override;
-  [[nodiscard]] base::Status next(const std::string& user) override;
+  [[nodiscard]] base::Status next(const std::string& user, const std::string& campaign) override;
   [[nodiscard]] base::Status pause(const std::string& user) override;
   [[nodiscard]] base::Status resume(const std::string& user) override;
   [[nodiscard]] base::Status abort(const std::string& user, const std::string& reason) override;
@@ -84,13 +84,16 @@ class Engine : public StationService {
   /// Goes on with a campaign that was cut short, once nothing hinders it.
   void resume_by_itself();
   [[nodiscard]] base::Status try_to_resume();
-  /// What a predecessor left in the queue.
   void restore_queue();
-  void let_queue_go_on(bool goes_on);
+  void drop_what_has_begun();
+  void hold_queue();
+  void let_queue_go_on();
+  void give_notice();
+  void follow_with_queue(CampaignState ended);
   [[nodiscard]] bool next_begins_by_itself() const;
   /// Begins the next campaign of the queue, once nothing hinders it.
   void begin_next_by_itself();
-  [[nodiscard]] base::Status try_to_begin_next();
+  [[nodiscard]] base::Status try_to_begin(const QueuedCampaign& first);
   /// Keeps what the next soakd is to know if this one ends now. Called in every turn, and whenever the state changes.
   void keep_note();
   [[nodiscard]] CampaignNote note_now() const;
@@ -162,8 +165,9 @@ class Engine : public StationService {
   /// `resumed`: the way back into a campaign that was cut short; nothing for a new one.
   [[nodiscard]] base::Result<nlohmann::json> do_start(const StartRequest& request,
                                                       const std::optional<WayBack>& resumed);
-  [[nodiscard]] base::Result<nlohmann::json> do_queue(const StartRequest& request);
-  [[nodiscard]] base::Result<nlohmann::json> do_next(const std::string& user);
+  [[nodiscard]] base::Result<nlohmann::json> check_for_queue(const StartRequest& request, QueuedCampaign& queued);
+  /// What takes the first campaign of the queue, and begins it.
+  [[nodiscard]] base::Result<nlohmann::json> begin_first(const QueuedCampaign& first, const std::string& user);
   [[nodiscard]] base::Status do_pause(const std::string& user);
   [[nodiscard]] base::Status do_resume(const std::string& user);
   [[nodiscard]] base::Status do_abort(const std::string& user, const std::string& reason);
@@ -260,11 +264,13 @@ class Engine : public StationService {
   double next_resume_s_ = 0.0;  ///< process time
   std::string resume_trouble_;  ///< of the last try
   CampaignQueue queue_;
-  bool queue_goes_on_ = false;     ///< the last campaign finished, and nobody has stopped what comes after it
-  double next_begin_s_ = 0.0;      ///< process time
-  double next_begin_utc_s_ = 0.0;  ///< the same by the host's clock, of the first try
-  std::string queue_trouble_;      ///< of the last try
-  bool runs_are_lost_ = false;     ///< run files that a killed predecessor left are not entered yet
+  bool queue_is_held_ = false;      ///< its next campaign waits for somebody, whatever finishes
+  bool device_was_silent_ = false;  ///< at the last try to begin it
+  double queue_since_s_ = 0.0;      ///< process time since which it is the next one's turn
+  double next_begin_s_ = 0.0;       ///< process time of the next try
+  double next_begin_utc_s_ = 0.0;   ///< the same by the host's clock
+  std::string queue_trouble_;       ///< of the last try
+  bool runs_are_lost_ = false;      ///< run files that a killed predecessor left are not entered yet
 
   std::mutex command_mutex_;
   std::deque<std::packaged_task<base::Result<nlohmann::json>()>> commands_;

@@ -134,7 +134,14 @@ base::Status Engine::ready_for_start() const {
 }
 
 base::Result<nlohmann::json> Engine::start(const StartRequest& request) {
-  return command_after_left_runs([this, request] { return do_start(request, std::nullopt); });
+  return command_after_left_runs([this, request]() -> base::Result<nlohmann::json> {
+    if (queue_.holds(request.campaign)) {
+      return base::bad_input(
+          fmt::format("campaign '{}' is in the queue: 'soak campaign unqueue' takes it out", request.campaign),
+          "campaign");
+    }
+    return do_start(request, std::nullopt);
+  });
 }
 
 base::Result<nlohmann::json> Engine::command_after_left_runs(
@@ -310,6 +317,7 @@ base::Status Engine::do_resume(const std::string& user) {
   const auto way = way_to_resume(catalog_, **row, config_.room_c);
   if (!way) return base::forward_error(way);
   const auto started = do_start(*request, *way);
+  if (started) queue_is_held_ = false;
   return started ? base::Status{} : base::forward_error(started);
 }
 
@@ -329,7 +337,7 @@ base::Status Engine::do_abort(const std::string& user, const std::string& reason
     return {};
   }
   if (next_begins_by_itself()) {
-    let_queue_go_on(false);
+    hold_queue();
     log_.add("campaign", station_->campaign.name, fmt::format("{}; the queue waits for somebody", text), user);
     return {};
   }

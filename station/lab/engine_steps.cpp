@@ -257,7 +257,7 @@ void Engine::set_state(CampaignState state, const std::string& reason, const std
   journal_->add(Journal::State{campaign, std::string(journal_name_of(state)), reason, user});
   if (is_under_way(state)) return;
   unfinished_ = is_resumable(state) ? campaign : "";
-  let_queue_go_on(state == CampaignState::finished);
+  follow_with_queue(state);
   for (const auto& unit : station_->units) unit->close();
   (void)journal_->wait_until_written(kEndIsWritten);
 }

@@ -59,8 +59,12 @@ void Engine::heed_watch() {
   if (!watch_) return;
   const bool driven = is_under_way(state_) || state_ == CampaignState::stopping;
   if (!driven) {
-    if (!watch_->verdict().tripped.empty())
-      resumes_by_itself_ = false;  // in the last turn of the way to the safe state
+    // In the last turn of a campaign, or of the way to the safe state.
+    if (const std::string tripped = watch_->verdict().tripped; !tripped.empty()) {
+      log_.add("alarm", "chamber", "its watch has switched heating and cooling off: " + tripped);
+      resumes_by_itself_ = false;
+      hold_queue();
+    }
     watch_is_blind_ = false;
     return watch_->disarm();
   }

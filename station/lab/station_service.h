@@ -34,12 +34,13 @@ class StationService {
   /// Checks everything (procedure, ratings, slots, references, devices) and begins; {"campaign", "runs", "steps",
   /// "estimate_s", "notes"}.
   [[nodiscard]] virtual base::Result<nlohmann::json> start(const StartRequest& request) = 0;
-  /// Checks everything that can be known before, and lets it begin after those before it; at once where there are none
-  /// and the last campaign needs nobody. As start(), and "before": the number of campaigns before it.
+  /// Checks everything that can be known before, and lets it begin after those before it, never at once. As start(),
+  /// and "before": the number of campaigns before it.
   [[nodiscard]] virtual base::Result<nlohmann::json> queue(const StartRequest& request) = 0;
   [[nodiscard]] virtual base::Status unqueue(const std::string& user, const std::string& campaign) = 0;
-  /// Begins the first campaign of the queue now.
-  [[nodiscard]] virtual base::Status next(const std::string& user) = 0;
+  /// Begins the first campaign of the queue now. Refuses (state) where it has another name than `campaign`, if that is
+  /// given: the queue that the user saw is gone.
+  [[nodiscard]] virtual base::Status next(const std::string& user, const std::string& campaign) = 0;
   [[nodiscard]] virtual base::Status pause(const std::string& user) = 0;
   [[nodiscard]] virtual base::Status resume(const std::string& user) = 0;
   [[nodiscard]] virtual base::Status abort(const std::string& user, const std::string& reason) = 0;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ QueuedCampaign queued(const std::string& name) {
 
 std::vector<std::string> names_in(const CampaignQueue& queue) {
   std::vector<std::string> names;
-  for (const QueuedCampaign& campaign : queue.waiting()) names.push_back(campaign.request.campaign);
+  for (const auto& campaign : queue.document()) names.push_back(campaign.at("name"));
   return names;
 }
 
@@ -39,7 +40,7 @@ TEST_F(CampaignQueueTest, KeepsWhatWasQueuedInItsOrderForTheNextSoakd) {
   ASSERT_TRUE(queue.remove("a"));
   const CampaignQueue next(path());
   EXPECT_EQ(names_in(next), (std::vector<std::string>{"c", "b"}));
-  const QueuedCampaign& first = next.waiting().front();
+  const QueuedCampaign first = next.front().value();
   EXPECT_EQ(first.request.procedure_text, "text of c\n[x]");
   EXPECT_EQ(first.request.procedure_file, "c.toml");
   EXPECT_EQ(first.request.units, (std::map<std::string, std::string>{{"1", "SN1"}, {"2", "SN2"}}));
@@ -62,7 +63,8 @@ TEST_F(CampaignQueueTest, HoldsNoMoreThanItsLimit) {
   CampaignQueue queue(path());
   for (std::size_t i = 0; i < CampaignQueue::kMost; ++i) ASSERT_TRUE(queue.add(queued(std::to_string(i))));
   EXPECT_EQ(queue.add(queued("one more")).error().kind, base::ErrorKind::bad_input);
-  EXPECT_EQ(queue.waiting().size(), CampaignQueue::kMost);
+  EXPECT_EQ(queue.size(), CampaignQueue::kMost);
+  EXPECT_EQ(queue.estimate_s(), 3600.5 * static_cast<double>(CampaignQueue::kMost));
 }
 
 TEST_F(CampaignQueueTest, NothingChangesWhereTheFileCannotBeWritten) {
@@ -70,20 +72,23 @@ TEST_F(CampaignQueueTest, NothingChangesWhereTheFileCannotBeWritten) {
   CampaignQueue queue(folder_.path() / "gone" / "soakd.queue");
   ASSERT_TRUE(queue.add(queued("a")));
   std::filesystem::remove_all(folder_.path() / "gone");
-  EXPECT_FALSE(queue.add(queued("b")));
-  EXPECT_FALSE(queue.remove("a"));
+  EXPECT_EQ(queue.add(queued("b")).error().kind, base::ErrorKind::internal);
+  EXPECT_EQ(queue.remove("a").error().kind, base::ErrorKind::internal);
   EXPECT_EQ(names_in(queue), std::vector<std::string>{"a"});
+  EXPECT_EQ(queue.take_out("a").error().kind, base::ErrorKind::internal);
+  EXPECT_TRUE(queue.empty()) << "it has begun, whatever the file says";
 }
 
 TEST_F(CampaignQueueTest, AFileThatIsNoQueueIsMovedAside) {
-  for (const char* text : {"", "[]", "{}", R"({"campaigns": 3})", R"({"campaigns": [{"campaign": "a"}]})",
+  for (const char* text : {"", "[]", "{}", R"({"campaigns": 3})", R"({"campaigns": null})", R"({"campaigns": {}})",
+                           R"({"campaigns": null})", R"({"campaigns": {}})", R"({"campaigns": [{"campaign": "a"}]})",
                            R"({"campaigns": [{"campaign": 1}]})", "\xff\xfe"}) {
     std::ofstream(path()) << text;
     CampaignQueue queue(path());
-    EXPECT_TRUE(queue.waiting().empty()) << text;
+    EXPECT_TRUE(queue.empty()) << text;
     EXPECT_FALSE(queue.trouble().empty()) << text;
     EXPECT_FALSE(std::filesystem::exists(path())) << text;
-    EXPECT_TRUE(std::filesystem::exists(path().string() + ".damaged")) << text;
+    EXPECT_TRUE(std::filesystem::remove(path().string() + ".damaged")) << text;
     ASSERT_TRUE(queue.add(queued("b"))) << text;
     std::filesystem::remove(path());
   }

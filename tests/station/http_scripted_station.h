@@ -142,7 +142,9 @@ class ScriptedStation : public StationService {
   base::Status unqueue(const std::string& user, const std::string& campaign) override {
     return note_and_set("unqueue " + campaign + " by " + user, "running");
   }
-  base::Status next(const std::string& user) override { return note_and_set("next by " + user, "running"); }
+  base::Status next(const std::string& user, const std::string& campaign) override {
+    return note_and_set("next " + campaign + " by " + user, "running");
+  }
   base::Status pause(const std::string& user) override { return note_and_set("pause by " + user, "paused"); }
   base::Status resume(const std::string& user) override { return note_and_set("resume by " + user, "running"); }
   base::Status abort(const std::string& user, const std::string& reason) override {

@@ -106,13 +106,13 @@ TEST_F(Http, CommandsReachTheLaboratory) {
   post("/api/v1/campaign/resume", "{}");
   post("/api/v1/campaign/queue", R"({"procedure_text": "x = 1", "campaign": "d", "user": "eva"})");
   post("/api/v1/campaign/unqueue", R"({"campaign": "d", "user": "eva"})");
-  post("/api/v1/campaign/next", R"({"user": "eva"})");
+  post("/api/v1/campaign/next", R"({"campaign": "e", "user": "eva"})");
   post("/api/v1/campaign/confirm", R"({"user":"eva","prompt":7})");
   post("/api/v1/campaign/abort", R"({"user":"eva","reason":"cable"})",
        "Content-Type: application/json; charset=utf-8\r\n");
   EXPECT_EQ(lab.commands(), (std::vector<std::string>{"start c soak.toml [x = 1] A=SN1 B=SN2 by eva", "pause by eva",
                                                       "resume by unknown", "queue d by eva", "unqueue d by eva",
-                                                      "next by eva", "confirm 7 by eva", "abort by eva: cable"}));
+                                                      "next e by eva", "confirm 7 by eva", "abort by eva: cable"}));
 }
 
 TEST_F(Http, MalformedCommandsAreRefusedAndDoNotReachTheLaboratory) {
@@ -129,7 +129,7 @@ TEST_F(Http, MalformedCommandsAreRefusedAndDoNotReachTheLaboratory) {
       {"start", R"({"campaign": "c"})"},
       {"queue", R"({"campaign": "c"})"},
       {"unqueue", R"({"user": "eva"})"},
-      {"next", R"({"campaign": "c"})"},
+      {"next", R"({"campaign": 3})"},
       {"start", R"({"procedure_text": "x", "campaign": "c", "units": ["SN1"]})"},
       {"start", R"({"procedure_text": "x", "campaign": "c", "units": {"A": 1}})"}};
   for (const auto& [command, body] : malformed) {

@@ -249,7 +249,7 @@ class Alarms(StationTest):
         self.browser.wait("return document.querySelector('#door').dataset.lamp === 'yes'")
         self.browser.wait("return document.querySelector('#abort').disabled")
         self.browser.click("#next")
-        self.station.wait_for_command("next by web page")
+        self.station.wait_for_command("next check-1 by web page")
         self.assertEqual(self.browser.console(), [])
 
     def test_a_chamber_that_is_off_while_nothing_runs_is_no_alarm(self):
