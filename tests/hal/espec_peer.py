@@ -8,7 +8,7 @@ One client at a time. Lines end in CR LF. Prints "PORT n", then obeys lines on s
   set NAME VALUE      air, sp, high, low, mode, alarm (codes, as "3 7")
   get NAME            prints the value or the mode, instead of "OK"
   fault KIND COUNT    the next COUNT answers: late (0.6 s), later (1.5 s), silence, fragments, cut (half an answer),
-                      garbage, twice, stale (the answer before this one first), refuse, endless, close
+                      garbage, twice, stale (the answer before this one first), other (that to TEMP?), refuse, endless, close
   then KIND COUNT     after those, the next COUNT
   log                 prints the commands that came since the last time, joined by "|", instead of "OK"
   stuck               commands that write are answered, but change nothing
@@ -63,6 +63,8 @@ def send(chamber, client, line):
     """Sends the answer as the fault wants it; false if the connection shall end."""
     fault = chamber.next_fault()
     good = b"NA:CHB NOT READY\r\n" if fault == "refuse" else (chamber.answer(line) + "\r\n").encode()
+    if fault == "other":
+        good = (chamber.answer("TEMP?") + "\r\n").encode()
     if fault in ("late", "later"):
         time.sleep(0.6 if fault == "late" else 1.5)
     if fault == "fragments":

@@ -40,6 +40,8 @@ bool contains_text(const std::vector<std::string>& texts, const std::string& tex
   return std::find(texts.begin(), texts.end(), text) != texts.end();
 }
 
+bool is_whole(const std::string& text) { return base::parse_int(text).has_value(); }
+
 std::string quoted(const std::string& command) { return "'" + command + "'"; }
 
 std::string field_text(const TextField& from) {
@@ -87,7 +89,7 @@ class TextCodec final : public Codec {
     Lines lines;
     std::vector<AlarmAnswer> answers;
     for (const AlarmRule& rule : rules) {
-      const auto held = read_field(rule.name, rule.text.from, lines);
+      const auto held = read_alarm(rule, lines);
       if (!held) return tl::unexpected(held.error());
       answers.push_back({!contains_text(rule.text.inactive, *held), lines.at(rule.text.from.ask)});
     }
@@ -158,6 +160,21 @@ class TextCodec final : public Codec {
       if (value) return Content{*value, field_of(place.from, *answer).value(), {}, 0};
       if (attempt == kValueTries) return tl::unexpected(NoAnswer{name, field_text(place.from), value.error().message});
       lines.erase(place.from.ask);
+    }
+  }
+
+  /// What an alarm's field holds. One that is a number where there is no alarm is a number where there is one: an
+  /// answer that is not belongs to another question, or was spoilt on its way, and is asked for again.
+  Answer<std::string> read_alarm(const AlarmRule& rule, Lines& lines) {
+    const bool is_number = rule.text.from.character == 0 && std::ranges::all_of(rule.text.inactive, is_whole);
+    for (int attempt = 1;; ++attempt) {
+      auto held = read_field(rule.name, rule.text.from, lines);
+      if (!held || !is_number || is_whole(*held)) return held;
+      if (attempt == kValueTries) {
+        return tl::unexpected(
+            NoAnswer{rule.name, field_text(rule.text.from), fmt::format("'{}' is no whole number", *held)});
+      }
+      lines.erase(rule.text.from.ask);
     }
   }
 
