@@ -60,7 +60,10 @@ class Survey {
     entry.kind = kind;
     entry.name = name;
     entry.place = codec_->place(subject);
-    if (const auto asked = ask(subject, entry); !asked) {
+    auto asked = ask(subject, entry);
+    // One answer may be lost on its way. Of a controller that has answered nothing yet that is not likely.
+    if (!asked && answered_ && !link_.is_open() && open_again()) asked = ask(subject, entry);
+    if (!asked) {
       const NoAnswer& fault = asked.error();
       entry.trouble = fault.place == entry.place ? fault.why : fmt::format("{}: {}", fault.place, fault.why);
     }

@@ -34,7 +34,8 @@ struct ChamberSurvey {
 
 /// Reads every probe, quantity and alarm of a map, each by a request of its own, and writes nothing. What fails does
 /// not keep the others from being read: the link is opened again where that is needed, which takes a second or more
-/// each time. Error (device): the controller cannot be reached, or is lost and does not come back.
+/// each time. A silence is asked once more. Error (device): the controller cannot be reached, or is lost and does not
+/// come back.
 [[nodiscard]] base::Result<ChamberSurvey> survey_chamber(const DeviceMap& map);
 
 }  // namespace soak::hal

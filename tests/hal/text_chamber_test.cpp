@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "hal/devices/detail/controller.h"
+#include "hal/devices/survey.h"
 #include "hal/maps/device_map.h"
 #include "tests/errors.h"
 #include "text_peer.h"
@@ -134,6 +135,14 @@ TEST_P(TextChamberTest, GivesTheTruthOrAnErrorAndRecoversFromEveryFault) {
       if (HasFatalFailure()) return;
     }
   }
+}
+
+TEST_P(TextChamberTest, ASurveyAsksOnceMoreWhereOneAnswerWasLost) {
+  (void)peer_.tell("fault fragments 2");
+  (void)peer_.tell("then silence 1");
+  const auto survey = survey_chamber(map_);
+  ASSERT_TRUE(survey) << survey.error().message;
+  for (const SurveyEntry& entry : survey->entries) EXPECT_EQ(entry.trouble, "") << entry.name;
 }
 
 TEST_P(TextChamberTest, ReadsAnAnswerThatComesByteByByte) {
