@@ -38,8 +38,11 @@ class Queue(LabTest):
     def wait_for_state(self, name, state):
         return self.wait(f"{name} {state}", lambda s: s["campaign"] and s["campaign"]["name"] == name and s["state"] == state, lab_s=1.0)
 
-    def states(self):
-        return self.query("SELECT campaign, state FROM journal ORDER BY campaign")
+    def expect_states(self, *states):
+        """Of the campaigns in the journal, which is written beside the engine."""
+        def written(_):
+            return self.query("SELECT campaign, state FROM journal ORDER BY campaign") == list(states)
+        self.wait(f"the journal: {states}", written, seconds=60.0, lab_s=10.0)
 
     def assert_waits_for_somebody(self, state):
         """Nothing begins for twice the notice."""
@@ -63,7 +66,7 @@ class Queue(LabTest):
         self.lab.soak("campaign", "unqueue", "c")
         self.assertEqual(self.waiting(), (["b", "d"], "campaign"))
         self.wait_for_state("d", "finished")
-        self.assertEqual(self.states(), [("a", "finished"), ("b", "finished"), ("d", "finished")])
+        self.expect_states(("a", "finished"), ("b", "finished"), ("d", "finished"))
         self.assertEqual(self.waiting(), ([], None))
         times = self.begins()
         for before, after in (("a", "b"), ("b", "d")):
@@ -95,7 +98,7 @@ class Queue(LabTest):
         refused.exception.close()
         self.lab.soak("campaign", "next")
         self.wait_for_state("c", "finished")
-        self.assertEqual(self.states(), [("a", "aborted"), ("b", "finished"), ("c", "finished"), ("meanwhile", "finished")])
+        self.expect_states(("a", "aborted"), ("b", "finished"), ("c", "finished"), ("meanwhile", "finished"))
         self.soak_fails(2, "campaign", "next")
 
     def test_on_a_station_that_has_nothing_to_do_it_waits_for_somebody(self):
@@ -117,7 +120,7 @@ class Queue(LabTest):
         self.lab.soak("campaign", "resume")
         self.assertEqual(self.waiting(), (["b"], "campaign"))
         self.wait_for_state("b", "finished")
-        self.assertEqual(self.states(), [("a", "finished"), ("b", "finished")])
+        self.expect_states(("a", "finished"), ("b", "finished"))
 
     def test_nothing_begins_by_itself_after_a_restart_though_the_last_campaign_had_finished(self):
         self.begin_two(SLOW)
