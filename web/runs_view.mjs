@@ -24,7 +24,7 @@ export class RunsView {
   #stale = false; // a run may have ended since the list was loaded
   #runs = [];
   #campaigns = new Map();
-  #leftOut = 0;
+  #notListed = 0;
 
   constructor() {
     for (const id of ["runs-find", "runs-counting"]) $(id).addEventListener("input", () => this.#render());
@@ -44,9 +44,9 @@ export class RunsView {
     this.#stale = false;
     show($("runs-failure"), false);
     try {
-      const [{ runs, left_out }, { campaigns }] = await Promise.all([get("runs"), get("stored")]);
+      const [{ runs, not_listed }, { campaigns }] = await Promise.all([get("runs"), get("stored")]);
       this.#runs = runs;
-      this.#leftOut = left_out;
+      this.#notListed = not_listed;
       this.#campaigns = new Map(campaigns.map((campaign) => [campaign.name, campaign]));
       this.#render();
       loadDygraphs(); // a run will be looked at next
@@ -76,8 +76,8 @@ export class RunsView {
     $("runs-campaigns").replaceChildren(...[...groups].map(([name, those], i) => this.#campaignCard(name, those, i)));
     const none = this.#runs.length === 0 ? "No run is stored yet." : "No run fits.";
     say($("runs-nothing"), runs.length === 0 ? none : `${runs.length} ${runs.length === 1 ? "run" : "runs"}`);
-    show($("runs-more"), this.#leftOut > 0);
-    say($("runs-more"), `${this.#leftOut} older ones are not shown: soak runs list shows them all.`);
+    show($("runs-more"), this.#notListed > 0);
+    say($("runs-more"), `${this.#notListed} older ones are not shown: soak runs list shows them all.`);
   }
 
   #campaignCard(name, runs, index) {

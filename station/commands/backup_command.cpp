@@ -22,9 +22,9 @@ struct BackupCommand final : CatalogCommand {
   base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
-nlohmann::json left_out_json(const std::vector<LeftOut>& files) {
+nlohmann::json uncopied_json(const std::vector<UncopiedFile>& files) {
   nlohmann::json list = nlohmann::json::array();
-  for (const LeftOut& file : files) list.push_back({{"file", file.file}, {"reason", file.why}});
+  for (const UncopiedFile& file : files) list.push_back({{"file", file.file}, {"reason", file.why}});
   return list;
 }
 
@@ -36,8 +36,8 @@ nlohmann::json backup_document(const std::string& folder, const BackupSummary& s
           {"copied", summary.copied},
           {"copied_bytes", summary.copied_bytes},
           {"kept", summary.kept},
-          {"still_open", left_out_json(summary.still_open)},
-          {"damaged", left_out_json(summary.damaged)}};
+          {"still_open", uncopied_json(summary.still_open)},
+          {"damaged", uncopied_json(summary.damaged)}};
 }
 
 std::string backup_text(const std::string& folder, const BackupSummary& summary) {
@@ -45,8 +45,8 @@ std::string backup_text(const std::string& folder, const BackupSummary& summary)
       fmt::format("{}: catalog with {} events, {} run files copied ({:.1f} MB), {} were there and are whole\n", folder,
                   summary.events.events, summary.copied.size(), 1e-6 * static_cast<double>(summary.copied_bytes),
                   summary.kept.size());
-  for (const LeftOut& file : summary.still_open) text += fmt::format("left out: {}: {}\n", file.file, file.why);
-  for (const LeftOut& file : summary.damaged) text += fmt::format("DAMAGED: {}: {}\n", file.file, file.why);
+  for (const UncopiedFile& file : summary.still_open) text += fmt::format("left out: {}: {}\n", file.file, file.why);
+  for (const UncopiedFile& file : summary.damaged) text += fmt::format("DAMAGED: {}: {}\n", file.file, file.why);
   if (!summary.events.end_sha256.empty()) {
     text += fmt::format("end of the event log: {}  (note it elsewhere: 'soak events verify --contains')\n",
                         summary.events.end_sha256);
@@ -57,7 +57,7 @@ std::string backup_text(const std::string& folder, const BackupSummary& summary)
 base::Status backup_verdict(const BackupSummary& summary, const std::string& folder) {
   if (summary.damaged.empty()) return {};
   std::string names;
-  for (const LeftOut& file : summary.damaged) names += (names.empty() ? "" : ", ") + file.file;
+  for (const UncopiedFile& file : summary.damaged) names += (names.empty() ? "" : ", ") + file.file;
   return base::corrupt(fmt::format("all but the damaged run files were backed up: {}", names), folder);
 }
 

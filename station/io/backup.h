@@ -14,19 +14,19 @@
 namespace soak::station {
 
 /// A run file that a backup does not hold, and why.
-struct LeftOut {
+struct UncopiedFile {
   std::string file;  ///< its name in the folder runs
   std::string why;
 };
 
 /// What a backup did.
 struct BackupSummary {
-  db::EventChain events;            ///< of the copied catalog
-  std::vector<std::string> copied;  ///< run files that are new in the backup
-  std::vector<std::string> kept;    ///< run files that it had already, read again and found whole
-  std::uint64_t copied_bytes = 0;   ///< of run files
-  std::vector<LeftOut> still_open;  ///< not sealed, or not in the catalog yet: the next backup takes them
-  std::vector<LeftOut> damaged;     ///< missing or changed at the station, or another file of that name in the backup
+  db::EventChain events;                 ///< of the copied catalog
+  std::vector<std::string> copied;       ///< run files that are new in the backup
+  std::vector<std::string> kept;         ///< run files that it had already, read again and found whole
+  std::uint64_t copied_bytes = 0;        ///< of run files
+  std::vector<UncopiedFile> still_open;  ///< not sealed, or not in the catalog yet: the next backup takes them
+  std::vector<UncopiedFile> damaged;  ///< missing or changed at the station, or another file of that name in the backup
 };
 
 /// Copies catalog and sealed run files into a folder, which then is a data folder of its own; the station goes on

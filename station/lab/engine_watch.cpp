@@ -122,14 +122,14 @@ void Engine::watch_conditions() {
   probe_storage();
   follow_air();
   (void)follow_end_of_step();
-  const Suspenders::Verdict verdict = suspenders_.look(station_->now_s(), conditions());
+  const Suspenders::Advice advice = suspenders_.look(station_->now_s(), conditions());
   air_was_away_ = air_was_away_ || suspenders_.has(SuspensionCause::air);
   station_->hold_recording(suspenders_.has(SuspensionCause::disk) || suspenders_.has(SuspensionCause::storage));
   if (state_ == CampaignState::paused) {
     chamber_is_left_alone_ = chamber_is_left_alone_ || suspenders_.has(SuspensionCause::chamber);
     return;
   }
-  if (verdict == Suspenders::Verdict::give_up) {
+  if (advice == Suspenders::Advice::give_up) {
     return end_campaign(CampaignState::failed, "it has waited for too long or too often: " + suspenders_.text());
   }
   const bool waits = must_wait();

@@ -30,19 +30,19 @@ std::string_view name_of(SuspensionCause cause) {
   return kNames.at(static_cast<std::size_t>(cause));
 }
 
-Suspenders::Verdict Suspenders::look(double now_s, const StationConditions& conditions) {
+Suspenders::Advice Suspenders::look(double now_s, const StationConditions& conditions) {
   for (const SuspensionCause cause : kAllCauses) watches_[index(cause)].follow(now_s, judge(cause, conditions));
   if (std::ranges::none_of(watches_, &Watch::suspends)) {
     waited_before_s_ = waited_s(now_s);
     since_s_.reset();
-    return Verdict::carry_on;
+    return Advice::carry_on;
   }
   if (!since_s_) {
     since_s_ = now_s;
     ++suspensions_;
   }
   const bool too_much = waited_s(now_s) > give_up_s_ || suspensions_ > kMostSuspensions;
-  return too_much ? Verdict::give_up : Verdict::suspend;
+  return too_much ? Advice::give_up : Advice::suspend;
 }
 
 double Suspenders::waited_s(double now_s) const { return waited_before_s_ + (since_s_ ? now_s - *since_s_ : 0.0); }

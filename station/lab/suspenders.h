@@ -62,14 +62,14 @@ class Suspenders {
   /// `give_up_s`: for which it waits at most without progress, over one suspension or many.
   explicit Suspenders(double give_up_s = 0.0) : give_up_s_(give_up_s) {}
 
-  enum class Verdict : std::uint8_t {
+  enum class Advice : std::uint8_t {
     carry_on,  ///< all is well
     suspend,   ///< wait, now or still
     give_up,   ///< it has waited for too long, or too often
   };
 
   /// `now_s` must not fall from one call to the next.
-  Verdict look(double now_s, const StationConditions& conditions);
+  Advice look(double now_s, const StationConditions& conditions);
 
   /// The campaign has come further than ever before: what it has waited for so far does not count any more.
   void note_progress();

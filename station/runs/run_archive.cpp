@@ -116,7 +116,7 @@ base::Result<json> RunArchive::list(const db::RunFilter& filter) {
       if (!run) return run;
       list.push_back(*std::move(run));
     }
-    return json{{"runs", std::move(list)}, {"left_out", rows->size() - shown}};
+    return json{{"runs", std::move(list)}, {"not_listed", rows->size() - shown}};
   });
 }
 

@@ -52,7 +52,7 @@ class Archive : public ::testing::Test {
 TEST_F(Archive, ListsTheNewestRunFirstWithWhatBecameOfItsSegments) {
   add_run_without_file("01990a5d-ac96-774b-bcce-b302099a8057", "r2", 1800000000.0);
   const json list = archive_.list({}).value();
-  EXPECT_EQ(list["left_out"], 0);
+  EXPECT_EQ(list["not_listed"], 0);
   ASSERT_EQ(list["runs"].size(), 2);
   EXPECT_EQ(list["runs"][0]["run"], "r2");
   EXPECT_EQ(list["runs"][0]["segments"], json({{"recorded", 0}, {"withdrawn", 0}, {"rejected", 0}}));
@@ -81,7 +81,7 @@ TEST_F(Archive, AListIsBoundedAndSaysHowManyItLeavesOut) {
   ASSERT_TRUE(added);
   const json list = archive_.list({}).value();
   EXPECT_EQ(list["runs"].size(), RunArchive::kMostRuns);
-  EXPECT_EQ(list["left_out"], 6);
+  EXPECT_EQ(list["not_listed"], 6);
   EXPECT_EQ(list["runs"][0]["run"], "n101004");
 }
 
