@@ -37,6 +37,16 @@ def told(data):
 
 
 class LostPower(LabTest):
+    def setUp(self):
+        super().setUp()
+        self.clients = {}
+
+    def modbus(self, device):
+        """One connection for all moments: the simulated controller takes only so many."""
+        if device not in self.clients:
+            self.clients[device] = super().modbus(device)
+        return self.clients[device]
+
     def record_campaign(self):
         """Begins and ends a campaign; notes after how many bytes of the record what was told."""
         self.record = self.folder / "disk.record"
