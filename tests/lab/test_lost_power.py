@@ -88,7 +88,10 @@ class LostPower(LabTest):
             with self.subTest(change=cut, of=len(changes)):
                 self.lab.data = str(self.folder / "left" / "data")
                 disk.after_loss_of_power(moments, self.lab.data)
-                self.judge(known[-1] if known else told(self.folder / "nothing"))
+                try:
+                    self.judge(known[-1] if known else told(self.folder / "nothing"))
+                finally:
+                    end(self.lab.soakd)  # also where it was judged wrong
             shutil.rmtree(self.folder / "left")
 
     def judge(self, known):
