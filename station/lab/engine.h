@@ -166,7 +166,7 @@ class Engine : public StationService {
   [[nodiscard]] base::Result<nlohmann::json> do_start(const StartRequest& request,
                                                       const std::optional<WayBack>& resumed);
   [[nodiscard]] base::Result<nlohmann::json> check_for_queue(const StartRequest& request, QueuedCampaign& queued);
-  /// What takes the first campaign of the queue, and begins it.
+  /// Begins the first campaign of the queue and takes it out.
   [[nodiscard]] base::Result<nlohmann::json> begin_first(const QueuedCampaign& first, const std::string& user);
   [[nodiscard]] base::Status do_pause(const std::string& user);
   [[nodiscard]] base::Status do_resume(const std::string& user);

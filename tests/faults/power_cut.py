@@ -12,7 +12,7 @@ PIECE = 4096
 
 
 def entries(record):
-    """(what, inode, place, path or bytes, second path) of each change in the record that is whole."""
+    """(what, inode, place, path or bytes, second path, bytes of the record up to its end) of each change that is whole."""
     with open(record, "rb") as file:
         while len(head := file.read(ENTRY.size)) == ENTRY.size:
             what, inode, at, length, second_length = ENTRY.unpack(head)
