@@ -23,6 +23,7 @@ constexpr double kSealAtPlateau_s =
     600.0;  ///< process time that a run may take to be sealed while the chamber is driven
 constexpr double kShortestOff_s = 1.0;
 constexpr double kClockAfterPowerOn_s = 60.0;  ///< largest that the clock of a unit that was just switched on may show
+constexpr double kLag_s = 0.25;  ///< host time that a laboratory whose clock runs at another rate may be behind
 // Host time after the units were switched on.
 constexpr double kPowerOnTimeout_s = 60.0;  ///< for all units to send
 constexpr double kRestart_s = 10.0;         ///< a unit that still sends by then was never off
@@ -48,6 +49,11 @@ class PowerCycle {
 
   /// When the last one was switched on.
   [[nodiscard]] steady_clock::time_point on_since() const { return on_since_; }
+  /// When a unit was switched on at the earliest: its clock did not run before.
+  [[nodiscard]] steady_clock::time_point on_since(const UnitChannel& unit) const {
+    const auto own = on_since_of_.find(&unit);
+    return own == on_since_of_.end() ? on_since_ : own->second;
+  }
   /// Why a unit has no supply, and that its output is off: it went off by itself or stayed at its current limit.
   [[nodiscard]] const std::map<std::string, std::string>& faults() const { return faults_; }
   [[nodiscard]] bool is_faulty(const UnitChannel& unit) const { return faults_.contains(unit.serial()); }
@@ -133,6 +139,7 @@ class PowerCycle {
   /// and again.
   base::Status switch_on_unit(Station& station, const UnitChannel& unit) {
     const int output = output_of(unit);
+    on_since_of_.try_emplace(&unit, steady_clock::now());
     auto on = station.supply->switch_on(output, unit.slot().supply, off_s_, station.now_s());
     if (on || on.error().kind != base::ErrorKind::device) return on;
     if (!station.supply->read({output}, station.now_s())) return on;
@@ -173,6 +180,7 @@ class PowerCycle {
   std::size_t next_ = 0;                      ///< of switched_, the next one to be switched on
   CommandRetry retry_;
   steady_clock::time_point on_since_{};
+  std::map<const UnitChannel*, steady_clock::time_point> on_since_of_;
   int checks_ = 0;  ///< of the in-rush
   std::map<std::string, std::string> faults_;
 };
@@ -268,8 +276,8 @@ class PowerOn : public StepTask {
     if (cycle_.is_faulty(unit) || !unit.streaming() || !unit.first_sample_s()) return false;
     const Before& before = before_.at(unit.serial());
     if (unit.power_on() != before.power_on) return true;
-    const std::chrono::duration<double> on = unit.first_heard() - cycle_.on_since();
-    const double since_switch_s = std::max(on.count(), 0.0) * station.config.clock_rate;
+    const std::chrono::duration<double> on = unit.first_heard() - cycle_.on_since(unit);
+    const double since_switch_s = (std::max(on.count(), 0.0) + kLag_s) * station.config.clock_rate;
     return !before.heard && *unit.first_sample_s() < since_switch_s + kClockAfterPowerOn_s;
   }
 
