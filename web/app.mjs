@@ -166,6 +166,9 @@ function connectButtons() {
   $("pause").addEventListener("click", () => command("pause"));
   $("resume").addEventListener("click", () => command("resume"));
   $("next").addEventListener("click", () => command("next", { campaign: status.queue.campaigns[0]?.name }));
+  $("queue-list").addEventListener("click", ({ target }) => {
+    if (target.dataset.campaign) command("unqueue", { campaign: target.dataset.campaign });
+  });
   $("confirm").addEventListener("click", () => confirm());
   $("abort").addEventListener("click", () => openAbortDialog(status, plan));
   $("abort-cancel").addEventListener("click", () => $("abort-dialog").close());

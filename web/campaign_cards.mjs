@@ -38,6 +38,7 @@ export function renderCampaign(status, plan) {
   $("reason").classList.toggle("calm", !["paused", "stopping", "aborted"].includes(state));
   show($("queue"), queued !== "");
   say($("queue"), queued);
+  renderQueue(status.queue.campaigns);
   for (const part of ["progress", "facts"]) show($(part), campaign !== null);
   $("pause").disabled = !CAN_PAUSE.includes(state);
   $("resume").disabled = !(state === "paused" || resumable);
@@ -47,6 +48,24 @@ export function renderCampaign(status, plan) {
   say($("next"), resumable ? `Give up ${resumable}, begin next` : "Begin next");
   $("resume").classList.toggle("primary", !$("resume").disabled);
   if (campaign) renderFacts(campaign, plan, time, finishOf(status));
+}
+
+let shownQueue = "";
+
+function renderQueue(campaigns) {
+  show($("queue-list"), campaigns.length > 0);
+  // Only what has changed: a button that is made anew loses the focus.
+  const asked = JSON.stringify(campaigns);
+  if (asked === shownQueue) return;
+  shownQueue = asked;
+  $("queue-list").replaceChildren(...campaigns.map(({ name, procedure, user, estimate_s }) => {
+    const entry = element("li", "");
+    const out = Object.assign(element("button", "Take out"), { type: "button", className: "small" });
+    out.dataset.campaign = name;
+    out.setAttribute("aria-label", `Take ${name} out of the queue`);
+    entry.append(element("span", `${name}: ${procedure}, about ${duration(estimate_s)}, queued by ${user}`), out);
+    return entry;
+  }));
 }
 
 function renderFacts(campaign, plan, time, finish) {

@@ -57,11 +57,7 @@ export class RunView {
       this.#document = document;
       this.#showParts();
       this.#render();
-      await this.#strip.open(document, span);
-      if (asked !== this.#asked) return;
-      this.#choose(null);
-      if (!wasShown) this.#offerChannels();
-      this.#pickChannels();
+      if (document.run.samples_dropped === null) await this.#showStrip(document, span, wasShown);
     } catch (error) {
       if (asked !== this.#asked) return;
       say($("run-failure"), error.message);
@@ -70,9 +66,23 @@ export class RunView {
     this.#showParts();
   }
 
+  async #showStrip(document, span, wasShown) {
+    const asked = this.#asked;
+    await this.#strip.open(document, span);
+    if (asked !== this.#asked) return;
+    this.#choose(null);
+    if (!wasShown) this.#offerChannels();
+    this.#pickChannels();
+  }
+
   #showParts() {
-    for (const part of ["run-badges", "run-facts", "strip-card", "segments-card", "run-void"]) show($(part), this.#document !== null);
-    if (this.#document === null) for (const part of ["run-void-record", "run-cut-short"]) show($(part), false);
+    for (const part of ["run-badges", "run-facts", "segments-card", "run-void"]) show($(part), this.#document !== null);
+    show($("strip-card"), this.#hasSamples());
+    if (this.#document === null) for (const part of ["run-void-record", "run-cut-short", "run-dropped"]) show($(part), false);
+  }
+
+  #hasSamples() {
+    return this.#document !== null && this.#document.run.samples_dropped === null;
   }
 
   #noteWindow(from_s, to_s) {
@@ -93,6 +103,9 @@ export class RunView {
     $("run-void").disabled = run.voided;
     show($("run-cut-short"), run.cut_short !== null);
     say($("run-cut-short"), run.cut_short === null ? "" : `Cut short: ${run.cut_short}`);
+    const dropped = run.samples_dropped;
+    show($("run-dropped"), dropped !== null);
+    say($("run-dropped"), dropped === null ? "" : `Samples dropped on ${clock(dropped.utc_s)} by ${dropped.user}: ${dropped.reason}`);
     const samples = streams.find((stream) => stream.name === "imu");
     const rate_hz = samples?.channels[0].rate_hz ?? null;
     const facts = [
@@ -163,7 +176,7 @@ export class RunView {
     const cells = [plateauText(segment), upText(segment), runTime(segment.t_start_s), duration(segment.t_end_s - segment.t_start_s)];
     const actions = element("td", "");
     actions.className = "actions";
-    actions.append(this.#button("Look", segment, () => this.#lookAt(segment)));
+    if (this.#hasSamples()) actions.append(this.#button("Look", segment, () => this.#lookAt(segment)));
     if (!segment.void) actions.append(this.#button("Void…", segment, () => this.#dialog.open(this.#document, segment, this.#userName())));
     row.append(...cells.map((text) => element("td", text)), state, actions);
     return row;

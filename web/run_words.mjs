@@ -12,6 +12,7 @@ export function marksOf(run) {
   if (run.voided) marks.push({ text: "void", state: "failed" });
   if (PURPOSES[run.purpose]) marks.push({ text: PURPOSES[run.purpose], state: "" });
   if (run.cut_short !== null) marks.push({ text: "cut short", state: "waiting" });
+  if (run.samples_dropped !== null) marks.push({ text: "no samples", state: "waiting" });
   if (run.simulated) marks.push({ text: "SIMULATED", state: "simulated" });
   if (marks.length === 0) marks.push({ text: "complete", state: "finished" });
   return marks;
@@ -83,8 +84,9 @@ export function lossText(document, scope) {
   const what = scope.record.visit === undefined
     ? `Run ${run.run} of unit ${run.unit} becomes void, with all ${before} of its segments that are not void yet.`
     : `${scope.segments.length} of the ${before} segments of run ${run.run} that are not void yet ${scope.segments.length === 1 ? "becomes" : "become"} void${all ? ": none is left" : ""}.`;
+  const kept = run.samples_dropped === null ? "The samples are kept, but this" : "This";
   return `${what} No fit, no verification and no report uses what is void. Models that were fitted from it stay as they are until the
-    unit is fitted again. The samples are kept, but this cannot be taken back.`;
+    unit is fitted again. ${kept} cannot be taken back.`;
 }
 
 // ---- units of channels, as people read them

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A station at rest: what it has stored, and a campaign that can be started.
+// What a station at rest has stored, and a campaign that is started, or put into the queue while another one runs.
 
 import { get, send } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
@@ -15,6 +15,7 @@ export class StoredCard {
   #shownFor = null; // state and campaign for which it is shown
   #loading = false;
   #slots = [];
+  #wasAtRest = null;
 
   /** `userName()`: who starts a campaign. */
   constructor(userName) {
@@ -29,11 +30,30 @@ export class StoredCard {
     this.#status = status;
     const atRest = !isActive(status);
     show($("idle"), atRest);
+    this.#offerStart(atRest);
     show($("start-gives-up"), status.resumable !== null);
     say($("start-gives-up"), `A new campaign gives ${status.resumable} up: it cannot be resumed afterwards.`);
     const about = `${status.state} ${status.campaign?.name} ${status.campaign?.started_utc_s}`;
     if (!atRest) this.#shownFor = null;
     else if (about !== this.#shownFor && !this.#loading) this.#load(about);
+  }
+
+  /** At rest the form lies open; beside a campaign it is for the queue only, and folded. */
+  #offerStart(atRest) {
+    if (atRest === this.#wasAtRest) return;
+    this.#wasAtRest = atRest;
+    $("start-box").open = atRest;
+    say($("start-title"), atRest ? "New campaign" : "Queue a campaign");
+    show($("start-send"), atRest);
+    if (!atRest && this.#slots.length === 0) this.#loadSlots();
+  }
+
+  async #loadSlots() {
+    try {
+      this.#showSlots((await get("stored")).slots);
+    } catch (error) {
+      console.warn("slots are not known:", error.message);
+    }
   }
 
   /** Loads and shows; where that fails, again after a while. */
@@ -76,27 +96,29 @@ export class StoredCard {
     if (event.key !== "Enter") return;
     event.preventDefault();
     const inputs = [...$("start-slots").querySelectorAll("input")];
-    (inputs[inputs.indexOf(event.target) + 1] ?? $("start-send")).focus();
+    (inputs[inputs.indexOf(event.target) + 1] ?? $(this.#wasAtRest ? "start-send" : "start-queue")).focus();
   }
 
   async #start(event) {
     event.preventDefault();
+    // Enter in a field presses the first button, also where that is hidden.
+    const forQueue = event.submitter?.id === "start-queue" || !this.#wasAtRest;
     show($("start-failure"), false);
     const file = $("start-procedure").files[0];
     const units = {};
     for (const input of $("start-slots").querySelectorAll("input")) {
       if (input.value.trim()) units[input.dataset.slot] = input.value.trim();
     }
-    $("start-send").disabled = true;
+    for (const button of ["start-send", "start-queue"]) $(button).disabled = true;
     try {
       const request = { procedure_text: await file.text(), procedure_file: file.name, campaign: $("start-name").value.trim(), units };
-      await send("start", { user: this.#userName(), ...request });
+      await send(forQueue ? "queue" : "start", { user: this.#userName(), ...request });
       $("start-name").value = "";
     } catch (error) {
       say($("start-failure"), error.message);
       show($("start-failure"), true);
     }
-    $("start-send").disabled = false;
+    for (const button of ["start-send", "start-queue"]) $(button).disabled = false;
   }
 }
 

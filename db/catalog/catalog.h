@@ -50,6 +50,16 @@ struct UnitRow {
   std::int32_t epoch = 0;  ///< rises with each repair or re-flash
 };
 
+/// That the samples of a run were dropped, of all its units, to make room: its file is gone, all else stays.
+struct SampleDrop {
+  std::string run_id;
+  std::string source;       ///< RunInfo::source of the file
+  std::uint64_t bytes = 0;  ///< of the file
+  std::string reason;
+  std::string user;
+  double utc_s = 0.0;
+};
+
 /// Whether a text is the purpose of a run: "calibration", "verification" or "diagnosis".
 [[nodiscard]] bool is_purpose(std::string_view text);
 
@@ -75,6 +85,7 @@ struct RunRow {
   double duration_s = 0.0;
   std::string cut_short = {};  ///< why it ended before its last visit; empty = it has all of them
   std::string continues = {};  ///< run id of the run that was cut short and goes on here; empty = none
+  std::optional<SampleDrop> samples_dropped = {};  ///< not read by add_run()
 };
 
 struct RunFilter {
@@ -174,7 +185,7 @@ struct EventChain {
 };
 
 /// The station's catalog `station.db`: what exists, statistics, models and an append-only log. Several processes may
-/// use it at once (WAL, busy time-out, short IMMEDIATE transactions). Nothing is deleted.
+/// use it at once (WAL, busy time-out, short IMMEDIATE transactions). No row is deleted.
 class Catalog {
  public:
   /// Opens the catalog of a data folder, creating folder and file where absent and migrating an older version forward.
@@ -244,8 +255,12 @@ class Catalog {
   [[nodiscard]] base::Status add_run(const RunRow& run, const std::vector<calib::Segment>& segments);
   [[nodiscard]] base::Result<std::vector<RunRow>> runs(const RunFilter& filter) const;
   /// Whether the file of a sealed run is there and holds, byte for byte, what was sealed; fails (corrupt), naming the
-  /// file. Reads all of it, of the runs of several units in one file once.
+  /// file. Reads all of it, of the runs of several units in one file once. Of a run whose samples were dropped there is
+  /// nothing to check: its numbers are those of check_numbers().
   [[nodiscard]] base::Status check_run_file(const RunRow& run) const;
+  /// The samples of a run. Fails as RunFileReader::open() does; refuses (bad_input) a run whose samples were dropped,
+  /// saying when, by whom and why.
+  [[nodiscard]] base::Result<RunFileReader> open_run_file(const RunRow& run) const;
   /// Segments of one unit's run that no void record withdraws, in the order of time, with their findings; with their
   /// blocks if asked. Those with findings that reject them are among them. Refuses (corrupt) a run whose numbers in the
   /// catalog are not those that were stored, and any run where the tables of runs, void records or units are not.
@@ -260,6 +275,10 @@ class Catalog {
 
   /// Whether the catalog's numbers of a run are those that were stored; fails (corrupt), naming the run.
   [[nodiscard]] base::Status check_numbers(const RunRow& run) const;
+
+  /// Notes and logs that the samples of a run are dropped; to remove the file afterwards is the caller's part. Refuses
+  /// (bad_input) an unknown run, one that is not sealed, one whose samples are dropped already, and no reason or user.
+  [[nodiscard]] base::Status add_sample_drop(const SampleDrop& drop);
 
   [[nodiscard]] base::Status add_void(const VoidRecord& record);
   [[nodiscard]] base::Result<std::vector<VoidRecord>> voids(std::string_view run_id) const;

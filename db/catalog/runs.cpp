@@ -9,6 +9,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/text.h"
 #include "db/catalog/detail/impl.h"
 #include "db/catalog/detail/run_digest.h"
 #include "db/detail/sqlite.h"
@@ -50,6 +51,27 @@ RunRow run_from(sqlite::Fields& fields) {
   run.continues = fields.text();
   run.voided = fields.flag();
   return run;
+}
+
+SampleDrop drop_from(sqlite::Fields& fields) {
+  SampleDrop drop;
+  drop.run_id = fields.text();
+  drop.source = fields.text();
+  drop.bytes = static_cast<std::uint64_t>(fields.integer());
+  drop.reason = fields.text();
+  drop.user = fields.text();
+  drop.utc_s = fields.real();
+  return drop;
+}
+
+void add_sample_drops(const SQLite::Database& database, std::vector<RunRow>& runs) {
+  const auto drops =
+      sqlite::rows_of(database, "SELECT run_id, source, bytes, reason, user, utc_s FROM sample_drop", drop_from);
+  for (const SampleDrop& drop : drops) {
+    for (RunRow& run : runs) {
+      if (run.run_id == drop.run_id) run.samples_dropped = drop;
+    }
+  }
 }
 
 void insert_run(SQLite::Database& database, const RunRow& run) {
@@ -153,6 +175,7 @@ base::Status Catalog::add_run(const RunRow& run, const std::vector<calib::Segmen
 }
 
 base::Status Catalog::check_run_file(const RunRow& run) const {
+  if (run.samples_dropped) return {};
   const std::filesystem::path path = run_file_path(run);
   constexpr std::string_view kRemedy = "restore it from a backup, or void the run ('soak runs verify' says more)";
   auto known = impl_->file_sha256.find(run.file_name);
@@ -169,6 +192,38 @@ base::Status Catalog::check_run_file(const RunRow& run) const {
   return base::corrupt(fmt::format("the run file of run '{}' is damaged: its SHA-256 is {}, the catalog says {}; {}",
                                    run.label, known->second, run.file_sha256, kRemedy),
                        path.string());
+}
+
+base::Result<RunFileReader> Catalog::open_run_file(const RunRow& run) const {
+  if (!run.samples_dropped) return RunFileReader::open(run_file_path(run));
+  const SampleDrop& drop = *run.samples_dropped;
+  return base::bad_input(
+      fmt::format("run '{}' of unit {} has no samples any more: {} dropped them on {} ({}); a backup made before "
+                  "may have them",
+                  run.label, run.unit, drop.user, base::utc_text(drop.utc_s), drop.reason),
+      run.run_id);
+}
+
+base::Status Catalog::add_sample_drop(const SampleDrop& drop) {
+  return impl_->connection.transact("note that samples are dropped", [&]() -> base::Status {
+    if (drop.reason.empty() || drop.user.empty()) return impl_->refuse("dropping samples needs a reason and a user");
+    SQLite::Database& database = impl_->database();
+    if (!sqlite::has_row(database, "SELECT 1 FROM run WHERE run_id = ?", drop.run_id)) {
+      return impl_->refuse("the catalog has no run '" + drop.run_id + "'");
+    }
+    if (sqlite::has_row(database, "SELECT 1 FROM run WHERE run_id = ? AND sealed = 0", drop.run_id)) {
+      return impl_->refuse("run " + drop.run_id + " is not sealed: its samples stay");
+    }
+    if (sqlite::has_row(database, "SELECT 1 FROM sample_drop WHERE run_id = ?", drop.run_id)) {
+      return impl_->refuse("the samples of run " + drop.run_id + " are dropped already");
+    }
+    sqlite::execute(
+        database, "INSERT INTO sample_drop (run_id, source, bytes, reason, user, utc_s) VALUES (?, ?, ?, ?, ?, ?)",
+        drop.run_id, drop.source, static_cast<std::int64_t>(drop.bytes), drop.reason, drop.user, drop.utc_s);
+    impl_->log({drop.utc_s, "samples_dropped", drop.run_id,
+                fmt::format("{} bytes, by {}: {}", drop.bytes, drop.user, drop.reason), drop.user});
+    return {};
+  });
 }
 
 base::Status Catalog::check_numbers(const RunRow& run) const {
@@ -190,6 +245,7 @@ base::Result<std::vector<RunRow>> Catalog::runs(const RunFilter& filter) const {
             "(?1 IS NULL OR named.unit = ?1) AND (?2 IS NULL OR named.campaign = ?2)))) "
             "ORDER BY created_utc_s, run_id, unit",
         run_from, filter.unit, filter.campaign, filter.run, kShortestPrefix);
+    add_sample_drops(impl_->database(), runs);
     if (filter.run) {
       const auto unique = check_prefix(runs, *filter.run, impl_->connection.path().string());
       if (!unique) return base::forward_error(unique);

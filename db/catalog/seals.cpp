@@ -25,7 +25,7 @@ namespace soak::db::catalog {
 namespace {
 
 /// All tables but those with digests of their own: segment, block and finding (of each run), event (a chain).
-constexpr std::array<std::string_view, 17> kSealedTables = {"unit_type",
+constexpr std::array<std::string_view, 18> kSealedTables = {"unit_type",
                                                             "unit",
                                                             "campaign",
                                                             "journal",
@@ -41,7 +41,8 @@ constexpr std::array<std::string_view, 17> kSealedTables = {"unit_type",
                                                             "reference_withdrawal",
                                                             "campaign_reference",
                                                             "check_standard",
-                                                            "check_standard_end"};
+                                                            "check_standard_end",
+                                                            "sample_drop"};
 
 constexpr std::size_t kSealBytes = 32;
 constexpr const char* kNoRows = "0000000000000000000000000000000000000000000000000000000000000000";

@@ -213,7 +213,7 @@ void take_finding(sqlite::Fields& fields, calib::Segment& segment) {
 }
 
 /// Tables that say which segments of which runs there are, and what they belong to.
-constexpr std::array<std::string_view, 3> kSealedOfFits = {"run", "void", "unit"};
+constexpr std::array<std::string_view, 4> kSealedOfFits = {"run", "void", "unit", "sample_drop"};
 
 }  // namespace
 

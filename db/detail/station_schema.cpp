@@ -326,6 +326,16 @@ CREATE TABLE seal (
   row_count INTEGER NOT NULL,
   sha256    TEXT NOT NULL
 ) WITHOUT ROWID;
+
+-- Runs whose samples were dropped to make room: the run file is gone, what the catalog knows of it stays.
+CREATE TABLE sample_drop (
+  run_id TEXT PRIMARY KEY,
+  source TEXT NOT NULL,              -- of the file, as it said
+  bytes  INTEGER NOT NULL CHECK (bytes >= 0),
+  reason TEXT NOT NULL CHECK (reason <> ''),
+  user   TEXT NOT NULL CHECK (user <> ''),
+  utc_s  REAL NOT NULL
+);
 )sql";
 
 /// Tables whose rows are only ever added, with the column that numbers them.
@@ -361,6 +371,7 @@ void finish_v2(SQLite::Database& database) {
   catalog::store_all_numbers_sha256(database);
   catalog::chain_all_events(database);
   database.exec(keep_rows("event", "event_id"));
+  database.exec(keep_rows("sample_drop", "run_id"));
   catalog::make_seals(database);
 }
 

@@ -127,6 +127,7 @@ int run_program(const Program& program, int argc, char** argv);
 CommandGroup import_commands();
 CommandGroup run_commands();
 CommandGroup run_show_commands();
+CommandGroup run_drop_commands();
 CommandGroup fit_commands();
 CommandGroup export_commands();
 CommandGroup eval_commands();

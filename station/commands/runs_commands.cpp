@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <system_error>
 
 #include "base/hash.h"
 #include "db/run/run_file.h"
@@ -90,7 +91,7 @@ base::Status write_native(const NativeCsv& made, const fs::path& csv, Output& ou
 base::Status RunsExport::run_with(db::Catalog& catalog, Output& output) {
   const auto row = find_run(catalog, filter);
   if (!row) return base::forward_error(row);
-  const auto reader = db::RunFileReader::open(catalog.run_file_path(*row));
+  const auto reader = catalog.open_run_file(*row);
   if (!reader) return base::forward_error(reader);
   if (native) {
     const auto made = native_csv(*reader, row->unit);
@@ -140,6 +141,7 @@ base::Result<std::string> file_sha256(const std::filesystem::path& path) {
 std::vector<std::string> problems_of(const db::Catalog& catalog, const db::RunRow& run) {
   std::vector<std::string> problems;
   if (const auto sound = catalog.check_numbers(run); !sound) problems.push_back(sound.error().message);
+  if (run.samples_dropped) return problems;
   const std::filesystem::path path = catalog.run_file_path(run);
   const auto sha256 = file_sha256(path);
   if (!sha256) {
@@ -172,6 +174,15 @@ base::Result<std::vector<db::RunRow>> runs_to_verify(const db::Catalog& catalog,
   return runs;
 }
 
+std::string verdict_text(const db::Catalog& catalog, const db::RunRow& run, bool is_sound) {
+  if (!is_sound) return "DAMAGED";
+  if (!run.samples_dropped) return "ok";
+  std::error_code ignored;
+  const bool is_left = fs::exists(catalog.run_file_path(run), ignored);
+  return is_left ? "ok, but the file of its dropped samples is still there: 'soak runs drop-samples' again removes it"
+                 : "ok, samples dropped";
+}
+
 base::Status damage_error(const std::vector<std::string>& damaged) {
   if (damaged.empty()) return {};
   std::string message = "damaged:";
@@ -200,9 +211,10 @@ base::Status RunsVerify::run_with(db::Catalog& catalog, Output& output) {
                     {"run", row.label},
                     {"unit", row.unit},
                     {"ok", problems.empty()},
+                    {"samples_dropped", row.samples_dropped.has_value()},
                     {"problems", problems}});
-    text +=
-        fmt::format("{}  unit {}, run {}: {}\n", row.run_id, row.unit, row.label, problems.empty() ? "ok" : "DAMAGED");
+    text += fmt::format("{}  unit {}, run {}: {}\n", row.run_id, row.unit, row.label,
+                        verdict_text(catalog, row, problems.empty()));
     for (const std::string& problem : problems) text += "    " + problem + "\n";
     if (!problems.empty()) damaged.push_back(fmt::format("run {} of unit {} ({})", row.label, row.unit, row.run_id));
   }
@@ -225,7 +237,7 @@ base::Status RunsVerify::run_with(db::Catalog& catalog, Output& output) {
 
 CommandGroup run_commands() {
   return {"runs",
-          "Runs: list, show, export, void, verify",
+          "Runs: list, show, export, void, verify, drop samples",
           {{"export", "Write the samples of a run as CSV", "soak runs export soak_run_1 --native -o soak_run_1.csv",
             std::make_shared<RunsExport>(), false},
            {"void", "Exclude a run, a visit or a segment from all results; nothing is deleted",

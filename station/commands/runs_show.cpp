@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/text.h"
 #include "calib/vocabulary/sensor.h"
 #include "db/run/run_file.h"
 #include "station/commands/command.h"
@@ -38,6 +39,7 @@ std::string run_state(const db::RunRow& run) {
   std::string text = run.sealed ? "sealed" : "open";
   if (run.voided) text += ", void";
   if (!run.cut_short.empty()) text += ", cut short";
+  if (run.samples_dropped) text += ", samples dropped";
   if (!run.continues.empty()) text += ", goes on from " + run.continues.substr(0, 13);
   if (run.simulated) text += ", SIMULATED";
   return text;
@@ -61,14 +63,14 @@ base::Status RunsList::run_with(db::Catalog& catalog, Output& output) {
   return {};
 }
 
-std::string run_header_text(const db::RunRow& run, const db::RunInfo& info) {
+std::string run_header_text(const db::RunRow& run, const std::string& source) {
   const auto site = [](const std::optional<double>& value) { return value ? fmt::format("{}", *value) : "unknown"; };
   return fmt::format(
       "run        {} ({})\nunit       {}, epoch {}\ncampaign   {}, procedure {}\npurpose    {}\nsource     {}\n"
       "rows       {} in {:.1f} s\nstate      {}\n"
       "site       latitude {} deg, height {} m, azimuth {} deg, gravity {} m/s2\n"
       "content    {}\nfile       {} (sha256 {})\n",
-      run.label, run.run_id, run.unit, run.epoch, run.campaign, run.procedure, run.purpose, info.source, run.rows,
+      run.label, run.run_id, run.unit, run.epoch, run.campaign, run.procedure, run.purpose, source, run.rows,
       run.duration_s, run_state(run), site(run.site.latitude_deg), site(run.site.height_m), site(run.site.azimuth_deg),
       site(run.site.gravity_mps2), run.content_sha256, run.file_name, run.file_sha256);
 }
@@ -132,30 +134,47 @@ std::string void_text(const std::vector<db::VoidRecord>& voids) {
   return text;
 }
 
+std::string drop_text(const std::optional<db::SampleDrop>& drop) {
+  if (!drop) return "";
+  return fmt::format("samples dropped on {} by {}: {}\n", base::utc_text(drop->utc_s), drop->user, drop->reason);
+}
+
+/// What the run file says besides the samples themselves.
+struct FileFacts {
+  std::string source;
+  std::vector<db::ChannelInfo> channels;  ///< of the unit; none where the samples were dropped
+};
+
+base::Result<FileFacts> file_facts(const db::Catalog& catalog, const db::RunRow& run) {
+  if (run.samples_dropped) return FileFacts{run.samples_dropped->source, {}};
+  const auto file = catalog.open_run_file(run);
+  if (!file) return base::forward_error(file);
+  const auto stream = imu_stream(*file, run.unit);
+  if (!stream) return base::forward_error(stream);
+  return FileFacts{file->info().source, file->streams()[*stream].channels};
+}
+
 base::Status RunsShow::run_with(db::Catalog& catalog, Output& output) {
   const auto row = find_run(catalog, filter);
   if (!row) return base::forward_error(row);
-  const auto file = db::RunFileReader::open(catalog.run_file_path(*row));
-  if (!file) return base::forward_error(file);
-  const auto stream = imu_stream(*file, row->unit);
-  if (!stream) return base::forward_error(stream);
+  const auto facts = file_facts(catalog, *row);
+  if (!facts) return base::forward_error(facts);
   const auto segments = catalog.segments(row->run_id, row->unit, false);
   if (!segments) return base::forward_error(segments);
   const auto voids = catalog.voids(row->run_id);
   if (!voids) return base::forward_error(voids);
-  const auto& channels = file->streams()[*stream].channels;
-
   if (!output.json()) {
-    output.print(run_header_text(*row, file->info()) + "\n" + channel_table(channels) + "\n" +
-                 segment_table(*segments) + finding_text(*segments) + void_text(*voids));
+    const std::string channels = row->samples_dropped ? "" : channel_table(facts->channels) + "\n";
+    output.print(run_header_text(*row, facts->source) + "\n" + channels + segment_table(*segments) +
+                 finding_text(*segments) + void_text(*voids) + drop_text(row->samples_dropped));
     return {};
   }
   nlohmann::json document = {{"run", stored_run_json(*row)},
-                             {"source", file->info().source},
+                             {"source", facts->source},
                              {"channels", nlohmann::json::array()},
                              {"segments", nlohmann::json::array()},
                              {"voids", nlohmann::json::array()}};
-  for (const db::ChannelInfo& channel : channels) document["channels"].push_back(stored_channel_json(channel));
+  for (const db::ChannelInfo& channel : facts->channels) document["channels"].push_back(stored_channel_json(channel));
   for (const calib::Segment& segment : *segments) document["segments"].push_back(stored_segment_json(segment));
   for (const db::VoidRecord& record : *voids) document["voids"].push_back(stored_void_json(record));
   return output.print_json(document);
@@ -165,7 +184,7 @@ base::Status RunsShow::run_with(db::Catalog& catalog, Output& output) {
 
 CommandGroup run_show_commands() {
   return {"runs",
-          "Runs: list, show, export, void, verify",
+          "Runs: list, show, export, void, verify, drop samples",
           {{"list", "List all runs", "soak runs list --unit SN0042 --json", std::make_shared<RunsList>()},
            {"show", "Show one run: channels, segments with their means, void records", "soak runs show soak_run_1",
             std::make_shared<RunsShow>()}}};

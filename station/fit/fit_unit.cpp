@@ -176,7 +176,7 @@ base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::Run
   std::vector<calib::Move> moves;
   if (calib::is_bench_session(*segments)) {
     // What a unit does between its rests is in no segment.
-    const auto file = db::RunFileReader::open(catalog.run_file_path(run));
+    const auto file = catalog.open_run_file(run);
     if (!file) return base::forward_error(file);
     const auto recording = read_recording(*file, run.unit);
     if (!recording) return base::forward_error(recording);

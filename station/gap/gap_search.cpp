@@ -94,7 +94,7 @@ base::Result<calib::gap::LoggedCampaign> with_logs(const db::Catalog& catalog, c
     const auto row =
         std::find_if(rows->begin(), rows->end(), [&](const db::RunRow& r) { return r.run_id == run.run_id; });
     if (row == rows->end()) continue;
-    const auto file = db::RunFileReader::open(catalog.run_file_path(*row));
+    const auto file = catalog.open_run_file(*row);
     if (!file) return base::forward_error(file);
     const auto recording = read_axes(*file, input.unit);
     if (!recording) return base::forward_error(recording);

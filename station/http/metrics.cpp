@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -24,6 +25,9 @@ struct Metric {
 
 constexpr std::array<std::string_view, 10> kStates = {"idle",     "preflight",   "running",  "waiting", "paused",
                                                       "stopping", "interrupted", "finished", "aborted", "failed"};
+
+/// What a campaign waits for by itself, docs/campaigns.md.
+constexpr std::array<std::string_view, 6> kCauses = {"chamber", "air", "disk", "storage", "supply", "catalog"};
 
 constexpr std::array<Metric, 7> kChamber = {
     {{"soak_chamber_connected", "Whether the chamber answers.", "connected"},
@@ -118,6 +122,16 @@ std::string state_samples(const json& status) {
   return text;
 }
 
+std::string suspension_samples(const json& suspension) {
+  const json causes = suspension.is_object() ? suspension.value("causes", json::array()) : json::array();
+  std::string text = head({"soak_suspended", "1 for each cause for which the campaign waits by itself.", ""});
+  for (const std::string_view cause : kCauses) {
+    const bool waits = std::find(causes.begin(), causes.end(), cause) != causes.end();
+    text += fmt::format("soak_suspended{{cause=\"{}\"}} {}\n", cause, waits ? 1 : 0);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string metrics_text(const json& status, double disk_free_bytes) {
@@ -126,6 +140,10 @@ std::string metrics_text(const json& status, double disk_free_bytes) {
   text += state_samples(status);
   text += head({"soak_prompt_open", "Whether the operator is asked for something.", ""}) +
           fmt::format("soak_prompt_open {}\n", status.value("prompt", json()).is_null() ? 0 : 1);
+  text += suspension_samples(status.value("suspension", json()));
+  text += head({"soak_queue_campaigns", "Campaigns that wait for their turn.", ""}) +
+          fmt::format("soak_queue_campaigns {}\n",
+                      status.value("queue", json::object()).value("campaigns", json::array()).size());
   const json chamber = status.value("chamber", json());
   text += samples_of(chamber, kChamber, "");
   if (chamber.is_object()) {

@@ -170,6 +170,7 @@ class Backup {
     if (!runs) return base::forward_error(runs);
     for (const db::RunRow& run : *runs) {
       if (auto sound = copy->check_numbers(run); !sound) return sound;
+      if (run.samples_dropped) continue;
       if (run.sealed) files_.emplace(run.file_name, run.file_sha256);
       if (!run.sealed) summary_.still_open.push_back({run.file_name, "not sealed yet"});
     }

@@ -122,9 +122,10 @@ json voids_json(const std::vector<db::VoidRecord>& voids) {
   return list;
 }
 
-/// Where the samples came from, as the run file says; null where it cannot be read.
+/// Where the samples came from, as the run file says or said; null where it cannot be read.
 json source_of(const db::Catalog& catalog, const db::RunRow& run) {
-  const auto file = db::RunFileReader::open(catalog.run_file_path(run));
+  if (run.samples_dropped) return run.samples_dropped->source;
+  const auto file = catalog.open_run_file(run);
   return file ? json(file->info().source) : json();
 }
 

@@ -132,13 +132,19 @@ base::Result<json> RunArchive::show(const RunName& name) {
     if (!segments) return base::forward_error(segments);
     const auto records = catalog.voids(row->run_id);
     if (!records) return base::forward_error(records);
-    const auto file = db::RunFileReader::open(catalog.run_file_path(*row));
-    if (!file) return base::forward_error(file);
-    auto streams = streams_json(*file, row->unit);
-    if (!streams) return streams;
+    std::string source = row->samples_dropped ? row->samples_dropped->source : "";
+    json streams = json::array();
+    if (!row->samples_dropped) {
+      const auto file = catalog.open_run_file(*row);
+      if (!file) return base::forward_error(file);
+      source = file->info().source;
+      auto read = streams_json(*file, row->unit);
+      if (!read) return read;
+      streams = *std::move(read);
+    }
     json document = {{"run", *std::move(run)},
-                     {"source", file->info().source},
-                     {"streams", *std::move(streams)},
+                     {"source", std::move(source)},
+                     {"streams", std::move(streams)},
                      {"segments", json::array()},
                      {"voids", json::array()}};
     for (const calib::Segment& segment : *segments) document["segments"].push_back(shown_segment(segment, *records));
@@ -159,7 +165,7 @@ base::Result<json> RunArchive::series(const SeriesRequest& request) {
   return in_turn([&](const db::Catalog& catalog) -> base::Result<json> {
     const auto row = sealed_row(catalog, request.run);
     if (!row) return base::forward_error(row);
-    const auto file = db::RunFileReader::open(catalog.run_file_path(*row));
+    const auto file = catalog.open_run_file(*row);
     if (!file) return base::forward_error(file);
     const auto stream = stream_named(*file, request.stream, row->unit);
     if (!stream) return base::forward_error(stream);

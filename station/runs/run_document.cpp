@@ -20,6 +20,11 @@ json present_or_null(const std::optional<T>& value) {
   return value ? json(*value) : json();
 }
 
+json drop_json(const std::optional<db::SampleDrop>& drop) {
+  if (!drop) return json();
+  return {{"reason", drop->reason}, {"user", drop->user}, {"utc_s", drop->utc_s}, {"bytes", drop->bytes}};
+}
+
 json finding_json(const calib::Finding& finding) {
   return {{"code", finding.code},
           {"severity", calib::name_of(finding.severity)},
@@ -63,6 +68,7 @@ json stored_run_json(const db::RunRow& run) {
           {"file", run.file_name},
           {"file_sha256", run.file_sha256},
           {"content_sha256", run.content_sha256},
+          {"samples_dropped", drop_json(run.samples_dropped)},
           {"site",
            {{"latitude_deg", number_or_null(run.site.latitude_deg)},
             {"height_m", number_or_null(run.site.height_m)},

@@ -295,7 +295,7 @@ base::Result<calib::SignalRecord> read_run_signal(const db::Catalog& catalog, co
                                                   const std::string& channel_name) {
   const auto run = find_run(catalog, part.run);
   if (!run) return base::forward_error(run);
-  const auto file = db::RunFileReader::open(catalog.run_file_path(*run));
+  const auto file = catalog.open_run_file(*run);
   if (!file) return base::forward_error(file);
   const auto stream = imu_stream(*file, run->unit);
   if (!stream) return base::forward_error(stream);

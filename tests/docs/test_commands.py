@@ -267,7 +267,8 @@ class Operations(Page):
     def test_operations(self):
         addresses = self.laboratory()
         self.unit("SN0042")
-        self.replaced += [("/mnt/backup/soak", "backup"), (r"--tcp 192\.168\.7\.20", f"--tcp 127.0.0.1:{addresses['chamber']}")]
+        self.replaced += [("/mnt/backup/soak", "backup"), (r"--tcp 192\.168\.7\.20", f"--tcp 127.0.0.1:{addresses['chamber']}"),
+                          ("--campaign spring-2024", "--campaign first")]
 
         def campaign():
             """One that was paused, so that there is something to go on with."""
@@ -287,6 +288,7 @@ class Records(Page):
     def test_records(self):
         self.unit("SN0042", runs=8, seconds=20)
         self.run_line("soak reference add --kind level --name 'level 1' --certificate L-1 --issued 2025-03-01 --due 2026-03-01 --uncertainty 0.01")
+        self.replaced += [("--campaign spring-2024", "--campaign first")]
         self.carry_out("docs/records.md")
 
 

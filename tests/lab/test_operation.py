@@ -89,6 +89,7 @@ class Operation(LabTest):
             self.assertLessEqual(metrics["soak_unit_samples_total"][labels], unit["samples"])
         self.assertEqual(metrics["soak_campaign_steps"][None], status["campaign"]["steps"])
         self.assertEqual(metrics["soak_chamber_connected"][None], 1)
+        self.assertEqual((sum(metrics["soak_suspended"].values()), metrics["soak_queue_campaigns"][None]), (0, 0))
         self.assertGreater(metrics["soak_disk_free_bytes"][None], 0)
         # Of a supply or a humidity sensor that the simulated laboratory lacks nothing is told.
         absent = {"soak_unit_supply_volts", "soak_unit_supply_amperes", "soak_chamber_humidity_percent"}

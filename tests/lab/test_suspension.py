@@ -143,6 +143,8 @@ class Suspension(LabTest):
         status = self.wait("the suspension", lambda s: s["suspension"])
         self.check_schema(status, "campaign-status")
         self.assertEqual((status["state"], status["suspension"]["causes"]), ("waiting", ["chamber"]))
+        with urllib.request.urlopen(self.lab.page + "metrics", timeout=30) as answer:
+            self.assertIn('soak_suspended{cause="chamber"} 1\n', answer.read().decode())
         silent_s = status["clock"]["process_s"]
         status = self.wait("20 minutes", lambda s: s["clock"]["process_s"] > silent_s + 1200)
         self.assertEqual(status["state"], "waiting")

@@ -127,15 +127,12 @@ class ScriptedStation : public StationService {
   }
 
   base::Result<json> start(const StartRequest& request) override {
-    std::string units;
-    for (const auto& [slot, serial] : request.units) units += " " + slot + "=" + serial;
-    const auto done = note("start " + request.campaign + " " + request.procedure_file + " [" + request.procedure_text +
-                           "]" + units + " by " + request.user);
+    const auto done = note("start " + text_of(request));
     if (!done) return base::forward_error(done);
     return json{{"campaign", request.campaign}, {"runs", 5}, {"steps", 240}, {"estimate_s", 126000.0}};
   }
   base::Result<json> queue(const StartRequest& request) override {
-    const auto done = note("queue " + request.campaign + " by " + request.user);
+    const auto done = note("queue " + text_of(request));
     if (!done) return base::forward_error(done);
     return json{{"campaign", request.campaign}, {"runs", 5}, {"steps", 240}, {"estimate_s", 126000.0}, {"before", 1}};
   }
@@ -194,6 +191,13 @@ class ScriptedStation : public StationService {
   }
 
  private:
+  static std::string text_of(const StartRequest& request) {
+    std::string units;
+    for (const auto& [slot, serial] : request.units) units += " " + slot + "=" + serial;
+    return request.campaign + " " + request.procedure_file + " [" + request.procedure_text + "]" + units + " by " +
+           request.user;
+  }
+
   base::Status note(const std::string& command) {
     const std::lock_guard lock(mutex_);
     commands_.push_back(command);

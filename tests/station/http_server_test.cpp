@@ -110,9 +110,10 @@ TEST_F(Http, CommandsReachTheLaboratory) {
   post("/api/v1/campaign/confirm", R"({"user":"eva","prompt":7})");
   post("/api/v1/campaign/abort", R"({"user":"eva","reason":"cable"})",
        "Content-Type: application/json; charset=utf-8\r\n");
-  EXPECT_EQ(lab.commands(), (std::vector<std::string>{"start c soak.toml [x = 1] A=SN1 B=SN2 by eva", "pause by eva",
-                                                      "resume by unknown", "queue d by eva", "unqueue d by eva",
-                                                      "next e by eva", "confirm 7 by eva", "abort by eva: cable"}));
+  EXPECT_EQ(lab.commands(),
+            (std::vector<std::string>{"start c soak.toml [x = 1] A=SN1 B=SN2 by eva", "pause by eva",
+                                      "resume by unknown", "queue d procedure [x = 1] by eva", "unqueue d by eva",
+                                      "next e by eva", "confirm 7 by eva", "abort by eva: cable"}));
 }
 
 TEST_F(Http, MalformedCommandsAreRefusedAndDoNotReachTheLaboratory) {

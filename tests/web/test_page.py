@@ -110,7 +110,7 @@ class Page(PageTest):
     def test_no_campaign(self):
         self.station.tell("status " + json.dumps({**self.idle(), "state": "idle", "campaign": None}))
         self.open()
-        self.see("#idle", "soak campaign start")
+        self.see("#start-card", "soak campaign start")
         self.hidden("#progress-card")
         self.see("#units", "SN0042")
 

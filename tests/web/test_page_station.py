@@ -234,6 +234,10 @@ class Alarms(StationTest):
         self.station.set("/queue", waiting)
         self.open()
         self.see("#queue", "check-1, check-2")
+        self.see("#queue-list li:nth-child(2)", "verification, about 2 h")
+        self.browser.click("#queue-list li:nth-child(2) button")
+        self.station.wait_for_command("unqueue check-2 by web page")
+        self.station.set("/state", "running")
         self.hidden("#next")
         self.station.set("/state", "finished")
         self.station.set("/chamber/air_c", 25.0)
@@ -673,6 +677,41 @@ class AtRest(StationTest):
             name = pathlib.Path(procedure.name).name
             self.browser.press("Enter")
             self.station.wait_for_command(f"start 2026-11 {name} [name = 'short'] 1=SN0042 2=SN0077 by web page")
+
+    def fill_form(self, name):
+        procedure = tempfile.NamedTemporaryFile("w", suffix=".toml")
+        self.addCleanup(procedure.close)
+        procedure.write("name = 'short'")
+        procedure.flush()
+        self.browser.type("#start-procedure", procedure.name)
+        self.browser.type("#start-name", name)
+        return pathlib.Path(procedure.name).name
+
+    def test_a_campaign_is_queued_at_rest_and_beside_another_one(self):
+        self.rest()
+        file = self.fill_form("check-1")
+        self.browser.click("#start-queue")
+        self.station.wait_for_command(f"queue check-1 {file} [name = 'short'] 1=SN0042 by web page")
+        self.station.set("/state", "running")
+        self.browser.wait("return !document.querySelector('#start-box').open")
+        self.browser.click("#start-box summary")
+        self.hidden("#start-send")
+        file = self.fill_form("check-2")
+        self.browser.type("#start-slots label:nth-child(2) input", "SN0077")
+        self.browser.press("Enter")
+        self.assertEqual(self.browser.run("return document.activeElement.id"), "start-queue")
+        self.browser.press("Enter")
+        self.station.wait_for_command(f"queue check-2 {file} [name = 'short'] 1=SN0042 2=SN0077 by web page")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_page_opened_beside_a_campaign_knows_the_slots_of_the_next_one(self):
+        self.station.tell("stored " + json.dumps(self.STORED))
+        self.open()
+        self.browser.click("#start-box summary")
+        self.browser.wait("return document.querySelectorAll('#start-slots input').length === 2")
+        file = self.fill_form("check-3")
+        self.browser.press("Enter")  # in a field, with its first button hidden
+        self.station.wait_for_command(f"queue check-3 {file} [name = 'short'] 1=SN0042 by web page")
 
     def test_a_refused_start_says_why(self):
         self.rest()

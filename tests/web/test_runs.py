@@ -293,6 +293,22 @@ class Page(WithBrowser):
         self.browser.wait("return !document.querySelector('#strip-panels').innerText.includes('chamber')")
         self.assertEqual(self.browser.console(), [])
 
+    def test_a_run_whose_samples_were_dropped_keeps_its_segments_and_says_who_dropped_them(self):
+        self.soakd.store("old", "R04", recording(4, "R04", (0.0, 20.0, 40.0), 10))
+        self.soakd.soak("runs", "drop-samples", "R04", "--reason", "older than two years", "--user", "Eva", "--yes")
+        run = next(run for run in self.soakd.get("runs")["runs"] if run["run"] == "R04")
+        answer = self.soakd.get("run", run=run["run_id"], unit="SN1")
+        check_schema(answer, "http-run")
+        self.assertEqual((answer["streams"], len(answer["segments"])), ([], 18))
+        self.open_run("R02")
+        self.browser.go(f"{self.soakd.url}#{urllib.parse.urlencode({'run': run['run_id'], 'unit': 'SN1'})}")
+        self.see("#run-dropped", "Eva: older than two years")
+        self.see("#segments tbody", "sound")
+        self.assertTrue(self.browser.run("return document.querySelector('#strip-card').hidden"))
+        self.open_list()
+        self.see("#runs-campaigns", "no samples")
+        self.assertEqual(self.browser.console(), [])
+
     def test_a_refused_segment_is_shown_with_the_reason(self):
         self.open_run("R01")
         self.browser.wait("return document.querySelectorAll('#strip-segments .box.refused').length === 1")
