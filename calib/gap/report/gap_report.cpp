@@ -50,9 +50,9 @@ std::optional<double> detection_limit(const CampaignModel& model, std::size_t s,
   }
   const NoiseComponents& noise = model.residuals().noise[s];
   const double blocks = static_cast<double>(observations.rows.size()) / placements;
-  const double of_visit =
-      noise.visit * noise.visit +
-      (noise.placement * noise.placement + noise.block * noise.block / blocks) / (placements / visits);
+  double of_visit = noise.visit * noise.visit +
+                    (noise.placement * noise.placement + noise.block * noise.block / blocks) / (placements / visits);
+  for (const GaussMarkov& process : noise.wander) of_visit += process.sigma * process.sigma;
   const double p = kGate / (static_cast<double>(found.candidates) * kSets);
   const double f = f_quantile(p, scatter_dof(noise) + observations.run_count() - 1);
   return std::sqrt(f * std::max(1.0, found.typical_heterogeneity) * of_visit / visits);
@@ -102,6 +102,26 @@ void note_sensors_without_scatter(const Observations& observations, const Campai
   }
   if (sensors.empty()) return;
   add_note(report, "no_scatter", "not judged, as their readings do not scatter: " + list_of(sensors));
+}
+
+/// Says how far each sensor's bias wanders that does.
+void note_wander(const CampaignModel& model, GapReport& report) {
+  std::vector<std::string> sizes;
+  for (const Sensor sensor : kSensors) {
+    if (!model.residuals().sensor[index_of(sensor)]) continue;
+    double variance = 0.0;
+    for (const GaussMarkov& process : model.residuals().noise[index_of(sensor)].wander) {
+      variance += process.sigma * process.sigma;
+    }
+    if (variance == 0.0) continue;
+    sizes.push_back(fmt::format("{} {:.2g} {}", name_of(sensor), std::sqrt(variance) * printed_per_si(sensor),
+                                printed_unit(sensor)));
+  }
+  if (sizes.empty()) return;
+  add_note(report, "wandering_bias",
+           fmt::format("the bias wanders while the unit runs, in another way in each run, as bias instability does; "
+                       "that is counted as noise: {} (standard deviation)",
+                       fmt::join(sizes, ", ")));
 }
 
 /// Whether each position always comes after the same one: what it remembers of that is then a constant of its own.
@@ -199,7 +219,7 @@ GapReport find_without_plateaus(const LoggedCampaign& campaign, GapReport report
   return ramps::judge_branches(campaign, *recording, std::move(report));
 }
 
-/// Searches the library, looks outside the means, and decides.
+/// Searches the library, looks outside the means, and decides. `report` is as it was before any search.
 void search_all(const LoggedCampaign& campaign, CampaignModel& model, GapReport& report) {
   for (const Effect& effect : library()) {
     if (auto why = effect.missing(model.regressor_inputs())) {
@@ -236,21 +256,31 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   if (auto same = same_readings(observations)) return cannot_judge(std::move(report), *std::move(same));
   drop_clipped_sensors(campaign, observations);
   const TemperatureHistory history(campaign, observations);
-  CampaignModel model(observations, history);
-  if (!replicated(model)) {
+  std::optional<CampaignModel> model(std::in_place, observations, history);
+  if (!replicated(*model)) {
     return cannot_judge(std::move(report),
                         "the runs do not repeat each other's plateaus, so their scatter is not known; record two runs "
                         "of one procedure");
   }
-  if (auto differ = disagreement(model)) return cannot_judge(std::move(report), *std::move(differ));
-  search_all(campaign, model, report);
-  note_sensors_without_scatter(observations, model, report);
+  if (auto differ = disagreement(*model)) return cannot_judge(std::move(report), *std::move(differ));
+  const GapReport before = report;
+  search_all(campaign, *model, report);
+  // Where it is time that readings follow, and in each run otherwise, the noise may be of another kind than assumed.
+  if (report.residual_structure && report.residual_structure->may_wander) {
+    model.emplace(observations, history, std::nullopt, NoiseModel{.wanders = true});
+    report = before;
+    search_all(campaign, *model, report);
+    note_wander(*model, report);
+  }
+  note_sensors_without_scatter(observations, *model, report);
   note_position_order(observations, report);
   note_thermometer(campaign, history, report);
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
     report.next.push_back(next_experiment(campaign, observations, history, report.effects, e));
   }
-  report.gap = cross_validated_gap(observations, history, report.effects);
+  NoiseModel noise;
+  if (model->wanders()) noise = {.wanders = true, .known = model->residuals().noise};
+  report.gap = cross_validated_gap(observations, history, report.effects, noise);
   return report;
 }
 

@@ -15,6 +15,7 @@
 
 #include "calib/gap/base/base_curve.h"
 #include "calib/gap/effects/columns.h"
+#include "calib/gap/search/detail/jumps.h"
 #include "calib/gap/search/detail/slow_noise.h"
 #include "calib/gap/search/score.h"
 
@@ -255,10 +256,16 @@ std::optional<ResidualStructure> misfit(const std::vector<AxisTest>& axes, const
   return worst;
 }
 
+/// What runs do not repeat: where the noise of the model wanders, only jumps are beyond it.
 std::optional<ResidualStructure> wander(const CampaignModel& model, const std::vector<NamedEffect>& effects) {
-  const auto slow = slow_noise(model, effects);
-  if (!slow || slow->excess < kStrange * explained(effects, slow->sensors)) return std::nullopt;
-  return ResidualStructure{"time, differently in each run", slow->p_adjusted, slow->excess, slow->sensors, true};
+  const auto found = model.wanders() ? jumps(model) : slow_noise(model, effects);
+  if (!found || found->excess < kStrange * explained(effects, found->sensors)) return std::nullopt;
+  return ResidualStructure{
+      .axis = model.wanders() ? "time, by jumps that no other run has" : "time, differently in each run",
+      .p_adjusted = found->p_adjusted,
+      .merit = found->excess,
+      .sensors = found->sensors,
+      .forbids_names = true};
 }
 
 std::optional<ResidualStructure> strongest(const std::vector<AxisTest>& axes, const std::vector<NamedEffect>& effects) {
@@ -277,9 +284,10 @@ std::optional<ResidualStructure> strongest(const std::vector<AxisTest>& axes, co
 
 }  // namespace
 
-std::optional<ResidualStructure> find_residual_structure(const CampaignModel& model,
-                                                         const std::vector<NamedEffect>& effects, double typical,
-                                                         double price) {
+namespace {
+
+std::optional<ResidualStructure> structure_left(const CampaignModel& model, const std::vector<NamedEffect>& effects,
+                                                double typical, double price) {
   const std::vector<AxisTest> axes = AxisTests(model, typical, price).take();
   auto any = strongest(axes, effects);
   if (any && any->forbids_names) return any;
@@ -289,6 +297,16 @@ std::optional<ResidualStructure> find_residual_structure(const CampaignModel& mo
   if (model.regressor_inputs().history.coarse()) return any;
   if (auto found = wander(model, effects)) return found;
   return any;
+}
+
+}  // namespace
+
+std::optional<ResidualStructure> find_residual_structure(const CampaignModel& model,
+                                                         const std::vector<NamedEffect>& effects, double typical,
+                                                         double price) {
+  auto found = structure_left(model, effects, typical, price);
+  if (found && found->forbids_names && !model.wanders()) found->may_wander = slow_noise(model, effects).has_value();
+  return found;
 }
 
 }  // namespace soak::calib::gap

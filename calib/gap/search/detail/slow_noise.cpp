@@ -16,9 +16,7 @@
 namespace soak::calib::gap {
 namespace {
 
-constexpr Eigen::Index kWaves = 4;  ///< half waves over a run: the low frequencies
-/// A tenth of the search's gate: scatter alone decides here, and nothing that runs repeat bears it out.
-constexpr double kSlowGate = 0.1 * kGate;
+constexpr Eigen::Index kWaves = 4;        ///< half waves over a run: the low frequencies
 constexpr double kLeastDof = 6.0;         ///< of the scatter that low frequencies are compared with
 constexpr double kLeastPlacements = 4.0;  ///< in a visit whose slope and bow are looked at
 

@@ -10,6 +10,9 @@
 
 namespace soak::calib::gap {
 
+/// Chance of what scatter alone decides, and nothing that runs repeat bears out: a tenth of the search's gate.
+inline constexpr double kSlowGate = 0.1 * kGate;
+
 /// Scatter that hangs together in time: neighbours are more alike than those further apart.
 struct SlowNoise {
   double p_adjusted = 1.0;  ///< for all sets of sensors and both distances
