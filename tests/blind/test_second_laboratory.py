@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import unittest
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import second_laboratory as lab  # noqa: E402
+from blind_campaign import Programs, report_of, temporary_folder  # noqa: E402
 
 SMALL = lab.Design(spacing_k=20, dwell_min=12)
 ALLOWED = {"t_s", "run", "phase", "sweep", "plateau_c", "position", "chamber_c", "temp_c", "gx_dps", "gy_dps", "gz_dps",
@@ -181,6 +183,30 @@ class File(unittest.TestCase):
 
     def test_same_seed_same_file(self):
         self.assertEqual(lab.make(10, SMALL, "step", 0.6).csv, lab.make(10, SMALL, "step", 0.6).csv)
+
+
+@unittest.skipUnless("SOAK_BIN" in os.environ, "skipped: SOAK_BIN does not name a program")
+class Judged(unittest.TestCase):
+    """A sample of `./run prove second-laboratory`."""
+    def report(self, seed, effect="none", size=None, **design):
+        with temporary_folder() as folder:
+            recording = Path(folder) / "unit.csv"
+            recording.write_text(lab.make(seed, lab.Design(**design), effect, size).csv, encoding="utf-8")
+            root = Path(__file__).resolve().parents[2]
+            return report_of(Programs(Path(os.environ["SOAK_BIN"]).parent, root / "hal" / "sim" / "lab.toml"), folder, recording, rules=2)
+
+    def test_a_bias_that_wanders_is_noise(self):
+        report = self.report(501, slow=1.25)
+        self.assertEqual(report["verdict"], "none", report["reason"])
+        self.assertIn("wandering_bias", [note["code"] for note in report["notes"]])
+
+    def test_an_effect_is_named_beside_it(self):
+        report = self.report(502, "g_sensitivity", 1.2, slow=1.25)
+        self.assertEqual([effect["name"] for effect in report["effects"]], ["g_sensitivity"], report["reason"])
+
+    def test_jumps_are_no_noise_of_that_kind(self):
+        report = self.report(503, "telegraph", 2.4)
+        self.assertEqual(report["verdict"], "unknown", report["reason"])
 
 
 if __name__ == "__main__":

@@ -60,7 +60,7 @@ Eigen::MatrixXd SensorResidual::project(Eigen::MatrixXd white) const {
 }
 
 CampaignModel::CampaignModel(const Observations& observations, const TemperatureHistory& history,
-                             std::optional<int> without_run, NoiseModel noise)
+                             std::optional<int> without_run, std::optional<KnownNoise> noise)
     : observations_(observations), history_(history), noise_(std::move(noise)) {
   terms_.fill(Eigen::MatrixXd(static_cast<Eigen::Index>(observations.rows.size()), 0));
   for (const Observation& row : observations.rows) {
@@ -154,17 +154,13 @@ void CampaignModel::fit() {
   for (const Sensor sensor : kSensors) fit(sensor);
 }
 
-NoiseComponents CampaignModel::noise_of(Sensor sensor) {
-  if (noise_.known) return (*noise_.known)[index_of(sensor)];
+NoiseComponents CampaignModel::noise_of(Sensor sensor) const {
+  if (noise_) return (*noise_)[index_of(sensor)];
   Eigen::VectorXd left = remainder(sensor);
   for (std::size_t i = 0; i < keep_.size(); ++i) {
     if (!keep_[i]) left(static_cast<Eigen::Index>(i)) = std::numeric_limits<double>::quiet_NaN();
   }
-  NoiseComponents nested = noise_components(observations_, left);
-  if (!noise_.wanders || !scatters(nested)) return nested;
-  if (!wander_ || !wander_->is_for(observations_, left))
-    wander_ = std::make_shared<WanderEstimate>(observations_, left);
-  return wander_->estimate(observations_, left, std::move(nested));
+  return noise_components(observations_, left);
 }
 
 /// Noise is estimated first as if all rows were alike, then from what the fit under that noise leaves; so is how far

@@ -160,6 +160,26 @@ NoiseComponents noise_components(const Observations& observations, const Eigen::
   return noise;
 }
 
+double variance_about_mean(const Observations& observations, const std::vector<GaussMarkov>& wander, int run) {
+  double sum = 0.0;
+  for (const GaussMarkov& process : wander) {
+    double earlier = 0.0;  // of all rows so far, the sum of their correlations with this one
+    double pairs = 0.0;
+    double rows = 0.0;
+    const Observation* before = nullptr;
+    for (const Observation& row : observations.rows) {
+      if (row.run != run) continue;
+      if (before != nullptr)
+        earlier = (earlier + 1.0) * std::exp(-std::max(0.0, row.t_s - before->t_s) / process.tau_s);
+      pairs += 2.0 * earlier + 1.0;
+      rows += 1.0;
+      before = &row;
+    }
+    if (rows > 0.0) sum += process.sigma * process.sigma * (1.0 - pairs / (rows * rows));
+  }
+  return sum;
+}
+
 Whitening::Whitening(const Observations& observations, Sensor sensor, const NoiseComponents& noise,
                      const std::vector<bool>& keep) {
   const std::size_t s = index_of(sensor);
@@ -198,12 +218,13 @@ void Whitening::filter_runs(const Observations& observations, const NoiseCompone
     const Observation& row = observations.rows[static_cast<std::size_t>(rows_[i])];
     const Observation* before = i > 0 ? &observations.rows[static_cast<std::size_t>(rows_[i - 1])] : nullptr;
     Step step;
-    step.fade = Eigen::VectorXd::Zero(n);
+    step.fade = States::Zero(n);
     if (before != nullptr && before->run == row.run) {
       step.fade(0) = before->placement == row.placement ? 1.0 : 0.0;
       step.fade(1) = before->visit == row.visit ? 1.0 : 0.0;
       for (Eigen::Index k = 2; k < n; ++k) {
-        step.fade(k) = std::exp(-(row.t_s - before->t_s) / noise.wander[static_cast<std::size_t>(k) - 2].tau_s);
+        step.fade(k) =
+            std::exp(-std::max(0.0, row.t_s - before->t_s) / noise.wander[static_cast<std::size_t>(k) - 2].tau_s);
       }
     }
     covariance = i == 0 ? Eigen::MatrixXd::Zero(n, n)
@@ -218,18 +239,23 @@ void Whitening::filter_runs(const Observations& observations, const NoiseCompone
   }
 }
 
+void Whitening::filter(Eigen::Ref<Eigen::VectorXd> column) const {
+  States states = States::Zero(steps_.front().fade.size());
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    const Step& step = steps_[i];
+    double& row = column(static_cast<Eigen::Index>(i));
+    states.array() *= step.fade.array();
+    row -= states.sum();
+    states += step.gain * row;
+    row *= step.scale;
+  }
+}
+
 Eigen::MatrixXd Whitening::apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
   Eigen::MatrixXd result(static_cast<Eigen::Index>(rows_.size()), columns.cols());
   for (std::size_t k = 0; k < rows_.size(); ++k) result.row(static_cast<Eigen::Index>(k)) = columns.row(rows_[k]);
-  Eigen::MatrixXd states;
-  for (std::size_t i = 0; i < steps_.size(); ++i) {
-    const Step& step = steps_[i];
-    if (i == 0) states = Eigen::MatrixXd::Zero(step.fade.size(), columns.cols());
-    states = step.fade.asDiagonal() * states;
-    auto row = result.row(static_cast<Eigen::Index>(i));
-    row -= states.colwise().sum();
-    states.noalias() += step.gain * row;
-    row *= step.scale;
+  if (!steps_.empty()) {
+    for (auto column : result.colwise()) filter(column);
   }
   for (const Visit& visit : visits_) {
     base::solve_lower_in_place(visit.factor, result.middleRows(visit.first, visit.factor.rows()));

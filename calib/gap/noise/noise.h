@@ -44,6 +44,8 @@ struct GaussMarkov {
   double sigma = 0.0;
 };
 
+inline constexpr int kMostStates = 8;  ///< of a filter: placement, visit and as many processes as there may be
+
 /// How the blocks of one sensor scatter, standard deviations in its unit: block within placement, placement within
 /// visit, visit within run. The runs' own offsets are free parameters of the base.
 struct NoiseComponents {
@@ -64,6 +66,10 @@ struct NoiseComponents {
 /// degrees of freedom, the scatter within runs stands in and `replicated` is false.
 [[nodiscard]] NoiseComponents noise_components(const Observations& observations, const Eigen::VectorXd& residual);
 
+/// Variance that a wander has about its own mean over a run, at the times of the run's rows.
+[[nodiscard]] double variance_about_mean(const Observations& observations, const std::vector<GaussMarkov>& wander,
+                                         int run);
+
 /// Turns the rows of one sensor into rows of unit variance that do not correlate, under nested noise: one Cholesky
 /// factor per visit. Where the bias wanders, by a Kalman filter over each run: what a row says beyond those before it.
 /// Rows without a value, and those whose `keep` is false, are passed over.
@@ -82,13 +88,16 @@ class Whitening {
     Eigen::Index first;  ///< index into rows_
     Eigen::MatrixXd factor;
   };
+  using States = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostStates, 1>;
   /// What the filter does at a row: the states fade, the row is less what they say, and corrects them.
   struct Step {
-    Eigen::VectorXd fade;
-    Eigen::VectorXd gain;
+    States fade;
+    States gain;
     double scale = 1.0;  ///< reciprocal standard deviation of what the row says beyond
   };
   void filter_runs(const Observations& observations, const NoiseComponents& noise);
+  /// Whitens one column.
+  void filter(Eigen::Ref<Eigen::VectorXd> column) const;
 
   std::vector<Eigen::Index> rows_;
   std::vector<Visit> visits_;  ///< empty where the bias wanders

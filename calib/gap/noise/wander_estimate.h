@@ -2,7 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
+#include <memory>
+#include <optional>
 
 #include "calib/gap/noise/noise.h"
 #include "calib/gap/observations/observations.h"
@@ -11,30 +12,28 @@ namespace soak::calib::gap {
 
 /// Estimates how a bias wanders while units run (bias instability, rate random walk) from what differs between runs:
 /// variances of Gauss-Markov processes of fixed correlation times, from five minutes to two days, beside those of
-/// placements and visits, on means over placements, with free means of runs and of what runs repeat. Minimum norm
-/// quadratic estimates (MINQUE, C. R. Rao 1971) none of which is negative; weights are those of a bias that wanders as
-/// much as placements scatter.
+/// placements and visits. Minimum norm quadratic estimates (MINQUE, C. R. Rao 1971), none negative, on means over the
+/// placements that another run repeats, with free means of runs and of what they repeat; the weights are those of a
+/// bias that wanders as much as placements scatter.
 class WanderEstimate {
  public:
-  /// `residual`: of one sensor, NaN where it has no reading; another residual may be estimated from if it has readings
-  /// in the same rows. Cost: the cube of the number of placements in a run, times the square of the number of runs.
-  WanderEstimate(const Observations& observations, const Eigen::VectorXd& residual);
+  /// `residual`: of one sensor, NaN where it has no reading. `nuisances`: further columns of free strength that are no
+  /// noise (the time of day), a row for each observation, which must outlive this. Cost: for each run the cube of the
+  /// number of its placements, some tens of times.
+  WanderEstimate(const Observations& observations, const Eigen::VectorXd& residual, const Eigen::MatrixXd& nuisances);
+  WanderEstimate(WanderEstimate&&) noexcept;
+  WanderEstimate& operator=(WanderEstimate&&) noexcept;
+  ~WanderEstimate();
 
-  /// Whether a residual has readings where this one had.
-  [[nodiscard]] bool is_for(const Observations& observations, const Eigen::VectorXd& residual) const;
+  /// Whether another sensor has readings in the same rows, so that it can be estimated as well.
+  [[nodiscard]] bool is_for(const Eigen::VectorXd& residual) const;
 
-  /// `nested` with its scatter of placements and visits shared out between these and the wander. Unchanged where runs
-  /// repeat too little to tell.
-  [[nodiscard]] NoiseComponents estimate(const Observations& observations, const Eigen::VectorXd& residual,
-                                         NoiseComponents nested) const;
+  /// `nested` with its scatter of placements and visits shared out anew; nothing where runs repeat too little to tell.
+  [[nodiscard]] std::optional<NoiseComponents> of(const Eigen::VectorXd& residual, NoiseComponents nested) const;
 
  private:
-  std::vector<Stay> places_;              ///< placements that runs repeat, without their values
-  std::vector<Eigen::MatrixXd> kernels_;  ///< per component the blocks of the runs, one under the other
-  std::vector<Eigen::Index> run_first_;   ///< first place of each run, and their number
-  Eigen::MatrixXd weight_;                ///< inverse covariance freed of the means
-  Eigen::MatrixXd information_;           ///< of the components
-  double blocks_ = 1.0;                   ///< mean number of a placement's blocks
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace soak::calib::gap

@@ -12,19 +12,6 @@ namespace {
 
 constexpr double kProbability = 0.95;
 
-/// Mean over all pairs of a run's rows of exp(−|Δt|/τ).
-double mean_correlation(const Observations& observations, double tau_s, int run) {
-  std::vector<double> t_s;
-  for (const Observation& row : observations.rows) {
-    if (row.run == run) t_s.push_back(row.t_s);
-  }
-  double sum = 0.0;
-  for (const double a : t_s) {
-    for (const double b : t_s) sum += std::exp(-std::abs(a - b) / tau_s);
-  }
-  return sum / static_cast<double>(t_s.size() * t_s.size());
-}
-
 /// Expected mean square of noise about its own mean over a run.
 double expected_noise(const Observations& observations, const NoiseComponents& noise, int run) {
   std::map<int, double> placement;
@@ -40,12 +27,8 @@ double expected_noise(const Observations& observations, const NoiseComponents& n
   double of_mean = noise.block * noise.block / rows;
   for (const auto& [id, count] : placement) of_mean += std::pow(noise.placement * count / rows, 2);
   for (const auto& [id, count] : visit) of_mean += std::pow(noise.visit * count / rows, 2);
-  double of_row = noise.block * noise.block + noise.placement * noise.placement + noise.visit * noise.visit;
-  for (const GaussMarkov& process : noise.wander) {
-    of_row += process.sigma * process.sigma;
-    of_mean += process.sigma * process.sigma * mean_correlation(observations, process.tau_s, run);
-  }
-  return of_row - of_mean;
+  return noise.block * noise.block + noise.placement * noise.placement + noise.visit * noise.visit - of_mean +
+         variance_about_mean(observations, noise.wander, run);
 }
 
 double mean_over_run(const Observations& observations, const Eigen::VectorXd& values, int run) {
@@ -141,7 +124,7 @@ void judge_run(const Observations& observations, const CampaignModel& plain, con
 }
 
 void judge_unseen_run(const Observations& observations, const TemperatureHistory& history,
-                      const std::vector<NamedEffect>& effects, int run, const NoiseModel& noise,
+                      const std::vector<NamedEffect>& effects, int run, const std::optional<KnownNoise>& noise,
                       SensorJudgements& judged) {
   const CampaignModel plain(observations, history, run, noise);
   CampaignModel with = plain;
@@ -181,7 +164,7 @@ std::optional<double> mean_square(const Observations& observations, const Eigen:
 }
 
 SensorGaps cross_validated_gap(const Observations& observations, const TemperatureHistory& history,
-                               const std::vector<NamedEffect>& effects, const NoiseModel& noise) {
+                               const std::vector<NamedEffect>& effects, const std::optional<KnownNoise>& noise) {
   SensorJudgements judged;
   for (int run = 0; run < observations.run_count(); ++run)
     judge_unseen_run(observations, history, effects, run, noise, judged);
@@ -189,9 +172,9 @@ SensorGaps cross_validated_gap(const Observations& observations, const Temperatu
 }
 
 SensorGaps gap_of_unseen_run(const Observations& observations, const TemperatureHistory& history,
-                             const std::vector<NamedEffect>& effects, int run) {
+                             const std::vector<NamedEffect>& effects, int run, const std::optional<KnownNoise>& noise) {
   SensorJudgements judged;
-  judge_unseen_run(observations, history, effects, run, {}, judged);
+  judge_unseen_run(observations, history, effects, run, noise, judged);
   auto gaps = summarised(judged, effects);
   for (auto& gap : gaps) {
     if (!gap) continue;

@@ -14,7 +14,10 @@
 
 #include "base/statistics.h"
 #include "calib/gap/base/run_agreement.h"
+#include "calib/gap/effects/columns.h"
+#include "calib/gap/noise/wander_estimate.h"
 #include "calib/gap/ramps/branch_report.h"
+#include "calib/gap/search/detail/slow_noise.h"
 #include "calib/gap/search/score.h"
 
 namespace soak::calib::gap {
@@ -52,20 +55,49 @@ std::optional<double> detection_limit(const CampaignModel& model, std::size_t s,
   const double blocks = static_cast<double>(observations.rows.size()) / placements;
   double of_visit = noise.visit * noise.visit +
                     (noise.placement * noise.placement + noise.block * noise.block / blocks) / (placements / visits);
-  for (const GaussMarkov& process : noise.wander) of_visit += process.sigma * process.sigma;
+  of_visit += variance_about_mean(observations, noise.wander, 0);
   const double p = kGate / (static_cast<double>(found.candidates) * kSets);
   const double f = f_quantile(p, scatter_dof(noise) + observations.run_count() - 1);
   return std::sqrt(f * std::max(1.0, found.typical_heterogeneity) * of_visit / visits);
 }
 
+/// Effects of the temperature's history that the base takes up in this campaign, for a sentence: "a, b or c".
+std::string absorbed_of_history(const std::vector<const Effect*>& absorbed) {
+  std::vector<std::string_view> names;
+  for (const Effect* effect : absorbed) {
+    if (effect->follows_history) names.push_back(effect->name);
+  }
+  if (names.size() < 2) return names.empty() ? "" : std::string(names.front());
+  const std::string_view last = names.back();
+  names.pop_back();
+  return fmt::format("{} or {}", fmt::join(names, ", "), last);
+}
+
+/// What would let the curve between the plateaus be known.
+std::string_view closer_plateaus(const std::vector<double>& level_c) {
+  double widest_c = 0.0;
+  for (std::size_t k = 1; k < level_c.size(); ++k) widest_c = std::max(widest_c, level_c[k] - level_c[k - 1]);
+  return widest_c > 12.0 ? ": plateaus 10 K apart would tell" : widest_c > 6.0 ? ": plateaus 5 K apart would tell" : "";
+}
+
+std::string unknown_reason(const SearchResult& found, const std::vector<double>& level_c) {
+  const ResidualStructure& structure = *found.residual_structure;
+  const std::string absorbed = absorbed_of_history(found.absorbed);
+  if (!structure.of_history || absorbed.empty()) {
+    return fmt::format("readings change with {}, in a way that no effect of the library explains", structure.axis);
+  }
+  return fmt::format("readings change with {}; {} would look like it, and cannot be told from the thermal curve here{}",
+                     structure.axis, absorbed, closer_plateaus(level_c));
+}
+
 /// `outside`: effects that the means do not show.
-void decide(SearchResult found, std::vector<NamedEffect> outside, GapReport& report) {
-  report.residual_structure = std::move(found.residual_structure);
+void decide(SearchResult found, std::vector<NamedEffect> outside, const std::vector<double>& level_c,
+            GapReport& report) {
+  report.residual_structure = found.residual_structure;
   if (report.residual_structure && report.residual_structure->forbids_names) {
     report.conclusion = Conclusion::unknown;
+    report.reason = unknown_reason(found, level_c);
     report.suspects = std::move(found.effects);
-    report.reason = fmt::format("readings change with {}, in a way that no effect of the library explains",
-                                report.residual_structure->axis);
     return;
   }
   std::stable_sort(found.effects.begin(), found.effects.end(),
@@ -104,23 +136,39 @@ void note_sensors_without_scatter(const Observations& observations, const Campai
   add_note(report, "no_scatter", "not judged, as their readings do not scatter: " + list_of(sensors));
 }
 
-/// Says how far each sensor's bias wanders that does.
-void note_wander(const CampaignModel& model, GapReport& report) {
-  std::vector<std::string> sizes;
+/// Noise of a campaign in which the bias wanders: told by what the first search has left. Nothing where a sensor that
+/// looks so, or any sensor at all, has no wander, or where there are too few runs to tell one from what they share.
+std::optional<KnownNoise> wandering_noise(const CampaignModel& model, const std::vector<NamedEffect>& effects,
+                                          const std::vector<Sensor>& sensors) {
+  constexpr int kLeastRunsOfWander = 4;
+  const RegressorInputs in = model.regressor_inputs();
+  if (sensors.empty() || in.observations.run_count() < kLeastRunsOfWander) return std::nullopt;
+  const Eigen::MatrixXd of_day = time_of_day(in);
+  KnownNoise noise = model.residuals().noise;
+  std::optional<WanderEstimate> estimate;
   for (const Sensor sensor : kSensors) {
     if (!model.residuals().sensor[index_of(sensor)]) continue;
-    double variance = 0.0;
-    for (const GaussMarkov& process : model.residuals().noise[index_of(sensor)].wander) {
-      variance += process.sigma * process.sigma;
-    }
-    if (variance == 0.0) continue;
+    const Eigen::VectorXd left = unexplained(model, effects, sensor);
+    if (!estimate || !estimate->is_for(left)) estimate.emplace(in.observations, left, of_day);
+    if (auto found = estimate->of(left, noise[index_of(sensor)])) noise[index_of(sensor)] = *std::move(found);
+  }
+  const auto wanders = [&](Sensor sensor) { return !noise[index_of(sensor)].wander.empty(); };
+  if (!std::all_of(sensors.begin(), sensors.end(), wanders)) return std::nullopt;
+  return noise;
+}
+
+/// Says how far the bias of these sensors wanders, about its mean over a run.
+void note_wander(const Observations& observations, const KnownNoise& noise, const std::vector<Sensor>& sensors,
+                 GapReport& report) {
+  std::vector<std::string> sizes;
+  for (const Sensor sensor : sensors) {
+    const double variance = variance_about_mean(observations, noise[index_of(sensor)].wander, 0);
     sizes.push_back(fmt::format("{} {:.2g} {}", name_of(sensor), std::sqrt(variance) * printed_per_si(sensor),
                                 printed_unit(sensor)));
   }
-  if (sizes.empty()) return;
   add_note(report, "wandering_bias",
-           fmt::format("the bias wanders while the unit runs, in another way in each run, as bias instability does; "
-                       "that is counted as noise: {} (standard deviation)",
+           fmt::format("the bias wanders while the unit runs, in another way in each run, as bias instability and rate "
+                       "random walk do; that is counted as noise: {} (standard deviation within a run)",
                        fmt::join(sizes, ", ")));
 }
 
@@ -203,7 +251,7 @@ void judge_locked_run(const LoggedCampaign& campaign, std::size_t number, GapRep
   }
   const auto run = static_cast<int>(found - observations.logged.begin());
   report.locked = {observations.runs[static_cast<std::size_t>(run)],
-                   gap_of_unseen_run(observations, history, report.effects, run)};
+                   gap_of_unseen_run(observations, history, report.effects, run, report.noise)};
 }
 
 /// Without plateaus: by branches of the temperature, where there are any.
@@ -239,7 +287,7 @@ void search_all(const LoggedCampaign& campaign, CampaignModel& model, GapReport&
   outside.add(look_outside_the_mean(campaign, model));
   outside.add(look_for_bump(model));
   std::move(outside.not_testable.begin(), outside.not_testable.end(), std::back_inserter(report.not_testable));
-  decide(std::move(found), std::move(outside.effects), report);
+  decide(std::move(found), std::move(outside.effects), model.regressor_inputs().observations.level_c, report);
 }
 
 GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
@@ -266,21 +314,22 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   const GapReport before = report;
   search_all(campaign, *model, report);
   // Where it is time that readings follow, and in each run otherwise, the noise may be of another kind than assumed.
-  if (report.residual_structure && report.residual_structure->may_wander) {
-    model.emplace(observations, history, std::nullopt, NoiseModel{.wanders = true});
+  const std::vector<Sensor> wander =
+      report.residual_structure ? report.residual_structure->may_wander : std::vector<Sensor>();
+  if (auto noise = wandering_noise(*model, report.suspects, wander)) {
+    model.emplace(observations, history, std::nullopt, noise);
     report = before;
     search_all(campaign, *model, report);
-    note_wander(*model, report);
+    note_wander(observations, *noise, wander, report);
+    report.noise = std::move(noise);
   }
   note_sensors_without_scatter(observations, *model, report);
   note_position_order(observations, report);
   note_thermometer(campaign, history, report);
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
-    report.next.push_back(next_experiment(campaign, observations, history, report.effects, e));
+    report.next.push_back(next_experiment(campaign, observations, history, report.effects, e, report.noise));
   }
-  NoiseModel noise;
-  if (model->wanders()) noise = {.wanders = true, .known = model->residuals().noise};
-  report.gap = cross_validated_gap(observations, history, report.effects, noise);
+  report.gap = cross_validated_gap(observations, history, report.effects, report.noise);
   return report;
 }
 

@@ -67,6 +67,7 @@ struct GapReport {
   std::array<std::optional<double>, kSensorCount> detection_limit;
   SensorGaps gap;
   std::vector<GateRejection> rejections;  ///< by the data gate, in the order of runs
+  std::optional<KnownNoise> noise;        ///< that wanders, where the verdict rests on such
   std::optional<LockedRun> locked;        ///< of campaigns of more than eight runs that could be judged
 };
 

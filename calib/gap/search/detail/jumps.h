@@ -2,16 +2,19 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "calib/gap/base/campaign_model.h"
 #include "calib/gap/search/detail/slow_noise.h"
+#include "calib/gap/search/search.h"
 
 namespace soak::calib::gap {
 
-/// Looks for a bias that jumps, and stays there for a while: once (a step) or to and fro (telegraph noise). To be told
-/// from one that wanders, whose changes are as likely small as its noise says (CampaignModel::wanders()): in each run
-/// the step between two placements that stands out most, against that noise, over all places where one may be.
-/// Nothing where the chance, adjusted for sensors and places, is above that of slow_noise().
-[[nodiscard]] std::optional<SlowNoise> jumps(const CampaignModel& model);
+/// Looks for a bias that jumps, and stays there for a while: once (a step) or to and fro (telegraph noise), against the
+/// model's noise, in which a bias may wander. In each run the step between two placements that stands out most, over
+/// all places where one may be; how much stronger or weaker each of `effects` was in a run is taken off. Of a set of
+/// sensors the chance is that of all its runs together, or of the one run that stands out most, whichever is less.
+/// Nothing where the chance, adjusted, is above that of slow_noise().
+[[nodiscard]] std::optional<SlowNoise> jumps(const CampaignModel& model, const std::vector<NamedEffect>& effects);
 
 }  // namespace soak::calib::gap
