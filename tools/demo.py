@@ -36,11 +36,12 @@ def recording_folder():
 
 
 def shape_errors(truth_temps, truth_values, temps, values):
-    """Largest error and mean error, with the mean over the range removed from the first; temps lie on the truth's grid."""
+    """Largest error, the temperature of it, and mean error, which is removed from the first; temps lie on the truth's grid."""
     grid = {round(t, 3): v for t, v in zip(truth_temps, truth_values)}
     errors = [v - grid[round(t, 3)] for t, v in zip(temps, values)]
     mean = sum(errors) / len(errors)
-    return max(abs(e - mean) for e in errors), mean
+    worst, temp_c = max((abs(e - mean), t) for e, t in zip(errors, temps))
+    return worst, temp_c, mean
 
 
 def check_with_stranger(serial, blob):
@@ -78,20 +79,20 @@ def compare(serial, blob, truth, runs):
         if sensor not in shown:
             continue
         sensor_truth = unit[sensor]
-        worst, mean = shape_errors(truth["temp_c"], sensor_truth["bias"], temps, [p["bias"][sensor] for p in points])
+        worst, at_c, mean = shape_errors(truth["temp_c"], sensor_truth["bias"], temps, [p["bias"][sensor] for p in points])
         span = sensor_truth["uncompensated_span"]
-        rows.append({"unit": serial, "sensor": sensor, "span": span, "worst_shape": worst, "ratio": worst / span,
+        rows.append({"unit": serial, "sensor": sensor, "span": span, "worst_shape": worst, "at_c": at_c, "ratio": worst / span,
                      "absolute": abs(mean), "absolute_limit": 2 * sensor_truth["power_on_sigma"] / math.sqrt(runs)})
     return rows
 
 
 def print_table(rows, fits):
-    print(f"\n{'unit':10}{'sensor':9}{'model':8}{'rules':>5}{'span':>9}{'worst shape':>13}{'ratio':>9}"
+    print(f"\n{'unit':10}{'sensor':9}{'model':8}{'rules':>5}{'span':>9}{'worst shape':>13}{'at °C':>8}{'ratio':>9}"
           f"{'level error':>13}{'2σ/√R':>9}")
     for r in rows:
         fit = fits[r["unit"]]["sensors"][r["sensor"]]
         unit = "deg/s" if r["sensor"].startswith("gyro") else "m/s2"
-        print(f"{r['unit']:10}{r['sensor']:9}{fit['deployed']:8}{fit['rules']:5}{r['span']:9.3f}{r['worst_shape']:13.5f}"
+        print(f"{r['unit']:10}{r['sensor']:9}{fit['deployed']:8}{fit['rules']:5}{r['span']:9.3f}{r['worst_shape']:13.5f}{r['at_c']:8.2f}"
               f"{'1/%.0f' % (1 / r['ratio']):>9}{r['absolute']:13.5f}{r['absolute_limit']:9.4f}  {unit}")
     print("Worst shape error every 0.25 °C of the file's valid range between −29.5 and 69.5 °C, against the noise-free curve, "
           "the mean removed:\nthat is the run-to-run bias, which no thermal model removes; it stands beside its limit, two "

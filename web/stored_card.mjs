@@ -21,6 +21,7 @@ export class StoredCard {
   constructor(userName) {
     this.#userName = userName;
     $("start-form").addEventListener("submit", (event) => this.#start(event));
+    $("start-box").addEventListener("toggle", () => this.#loadSlots());
     // A scanner ends each serial number with Enter: that is not yet the start.
     $("start-slots").addEventListener("keydown", (event) => this.#nextSlot(event));
   }
@@ -30,9 +31,10 @@ export class StoredCard {
     this.#status = status;
     const atRest = !isActive(status);
     show($("idle"), atRest);
+    show($("start-card"), true);
     this.#offerStart(atRest);
     show($("start-gives-up"), status.resumable !== null);
-    say($("start-gives-up"), `A new campaign gives ${status.resumable} up: it cannot be resumed afterwards.`);
+    say($("start-gives-up"), `Start gives ${status.resumable} up: it cannot be resumed afterwards.`);
     const about = `${status.state} ${status.campaign?.name} ${status.campaign?.started_utc_s}`;
     if (!atRest) this.#shownFor = null;
     else if (about !== this.#shownFor && !this.#loading) this.#load(about);
@@ -42,13 +44,15 @@ export class StoredCard {
   #offerStart(atRest) {
     if (atRest === this.#wasAtRest) return;
     this.#wasAtRest = atRest;
-    $("start-box").open = atRest;
+    // Whoever is typing goes on typing.
+    if (atRest || !$("start-box").contains(document.activeElement)) $("start-box").open = atRest;
     say($("start-title"), atRest ? "New campaign" : "Queue a campaign");
     show($("start-send"), atRest);
-    if (!atRest && this.#slots.length === 0) this.#loadSlots();
   }
 
+  /** Beside a campaign nobody has asked for the slots yet. */
   async #loadSlots() {
+    if (!$("start-box").open || this.#slots.length > 0) return;
     try {
       this.#showSlots((await get("stored")).slots);
     } catch (error) {
@@ -117,6 +121,7 @@ export class StoredCard {
     } catch (error) {
       say($("start-failure"), error.message);
       show($("start-failure"), true);
+      $("start-box").open = true;
     }
     for (const button of ["start-send", "start-queue"]) $(button).disabled = false;
   }

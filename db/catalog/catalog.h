@@ -50,7 +50,8 @@ struct UnitRow {
   std::int32_t epoch = 0;  ///< rises with each repair or re-flash
 };
 
-/// That the samples of a run were dropped, of all its units, to make room: its file is gone, all else stays.
+/// That the samples of a run were dropped, of all its units, to make room: its file goes, all else stays. A file that
+/// is put back from a backup counts as if it had never gone.
 struct SampleDrop {
   std::string run_id;
   std::string source;       ///< RunInfo::source of the file
@@ -85,7 +86,7 @@ struct RunRow {
   double duration_s = 0.0;
   std::string cut_short = {};  ///< why it ended before its last visit; empty = it has all of them
   std::string continues = {};  ///< run id of the run that was cut short and goes on here; empty = none
-  std::optional<SampleDrop> samples_dropped = {};  ///< not read by add_run()
+  std::optional<SampleDrop> samples_dropped = {};  ///< the last drop, where the file is gone; not read by add_run()
 };
 
 struct RunFilter {
@@ -256,7 +257,7 @@ class Catalog {
   [[nodiscard]] base::Result<std::vector<RunRow>> runs(const RunFilter& filter) const;
   /// Whether the file of a sealed run is there and holds, byte for byte, what was sealed; fails (corrupt), naming the
   /// file. Reads all of it, of the runs of several units in one file once. Of a run whose samples were dropped there is
-  /// nothing to check: its numbers are those of check_numbers().
+  /// nothing to check.
   [[nodiscard]] base::Status check_run_file(const RunRow& run) const;
   /// The samples of a run. Fails as RunFileReader::open() does; refuses (bad_input) a run whose samples were dropped,
   /// saying when, by whom and why.
@@ -277,7 +278,7 @@ class Catalog {
   [[nodiscard]] base::Status check_numbers(const RunRow& run) const;
 
   /// Notes and logs that the samples of a run are dropped; to remove the file afterwards is the caller's part. Refuses
-  /// (bad_input) an unknown run, one that is not sealed, one whose samples are dropped already, and no reason or user.
+  /// (bad_input) an unknown run, one that is not sealed, and no reason or user.
   [[nodiscard]] base::Status add_sample_drop(const SampleDrop& drop);
 
   [[nodiscard]] base::Status add_void(const VoidRecord& record);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <string_view>
 #include <system_error>
 
@@ -64,14 +65,20 @@ SampleDrop drop_from(sqlite::Fields& fields) {
   return drop;
 }
 
-void add_sample_drops(const SQLite::Database& database, std::vector<RunRow>& runs) {
-  const auto drops =
-      sqlite::rows_of(database, "SELECT run_id, source, bytes, reason, user, utc_s FROM sample_drop", drop_from);
-  for (const SampleDrop& drop : drops) {
-    for (RunRow& run : runs) {
-      if (run.run_id == drop.run_id) run.samples_dropped = drop;
-    }
+/// The last drop of each run, by run id.
+std::map<std::string, SampleDrop> sample_drops(const SQLite::Database& database) {
+  std::map<std::string, SampleDrop> drops;
+  const char* const sql = "SELECT run_id, source, bytes, reason, user, utc_s FROM sample_drop ORDER BY rowid";
+  for (SampleDrop& drop : sqlite::rows_of(database, sql, drop_from)) {
+    std::string run_id = drop.run_id;
+    drops.insert_or_assign(std::move(run_id), std::move(drop));
   }
+  return drops;
+}
+
+bool is_there(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(path, ignored);
 }
 
 void insert_run(SQLite::Database& database, const RunRow& run) {
@@ -175,13 +182,15 @@ base::Status Catalog::add_run(const RunRow& run, const std::vector<calib::Segmen
 }
 
 base::Status Catalog::check_run_file(const RunRow& run) const {
-  if (run.samples_dropped) return {};
   const std::filesystem::path path = run_file_path(run);
   constexpr std::string_view kRemedy = "restore it from a backup, or void the run ('soak runs verify' says more)";
   auto known = impl_->file_sha256.find(run.file_name);
   if (known == impl_->file_sha256.end()) {
-    std::error_code ignored;
-    if (!std::filesystem::exists(path, ignored)) {
+    if (!is_there(path)) {
+      // Asked again: somebody may have dropped them since the run was read.
+      const auto dropped = impl_->drop_of(run.run_id);
+      if (!dropped) return base::forward_error(dropped);
+      if (*dropped) return {};
       return base::corrupt(fmt::format("the run file of run '{}' is missing; {}", run.label, kRemedy), path.string());
     }
     auto sha256 = sqlite::sha256_of_file(path);
@@ -194,13 +203,25 @@ base::Status Catalog::check_run_file(const RunRow& run) const {
                        path.string());
 }
 
+base::Result<std::optional<SampleDrop>> Catalog::Impl::drop_of(std::string_view run_id) const {
+  return connection.run("read what was dropped", [&]() -> base::Result<std::optional<SampleDrop>> {
+    return sqlite::first_row_of(database(),
+                                "SELECT run_id, source, bytes, reason, user, utc_s FROM sample_drop WHERE run_id = ? "
+                                "ORDER BY rowid DESC LIMIT 1",
+                                drop_from, run_id);
+  });
+}
+
 base::Result<RunFileReader> Catalog::open_run_file(const RunRow& run) const {
-  if (!run.samples_dropped) return RunFileReader::open(run_file_path(run));
-  const SampleDrop& drop = *run.samples_dropped;
+  const std::filesystem::path path = run_file_path(run);
+  if (is_there(path)) return RunFileReader::open(path);
+  const auto drop = impl_->drop_of(run.run_id);
+  if (!drop) return base::forward_error(drop);
+  if (!*drop) return RunFileReader::open(path);
   return base::bad_input(
-      fmt::format("run '{}' of unit {} has no samples any more: {} dropped them on {} ({}); a backup made before "
-                  "may have them",
-                  run.label, run.unit, drop.user, base::utc_text(drop.utc_s), drop.reason),
+      fmt::format("run '{}' of unit {} has no samples any more: {} dropped them on {} ({}). From a backup of before "
+                  "they can be put back: the file {} in the folder runs",
+                  run.label, run.unit, (*drop)->user, base::utc_text((*drop)->utc_s), (*drop)->reason, run.file_name),
       run.run_id);
 }
 
@@ -214,12 +235,11 @@ base::Status Catalog::add_sample_drop(const SampleDrop& drop) {
     if (sqlite::has_row(database, "SELECT 1 FROM run WHERE run_id = ? AND sealed = 0", drop.run_id)) {
       return impl_->refuse("run " + drop.run_id + " is not sealed: its samples stay");
     }
-    if (sqlite::has_row(database, "SELECT 1 FROM sample_drop WHERE run_id = ?", drop.run_id)) {
-      return impl_->refuse("the samples of run " + drop.run_id + " are dropped already");
-    }
-    sqlite::execute(
-        database, "INSERT INTO sample_drop (run_id, source, bytes, reason, user, utc_s) VALUES (?, ?, ?, ?, ?, ?)",
-        drop.run_id, drop.source, static_cast<std::int64_t>(drop.bytes), drop.reason, drop.user, drop.utc_s);
+    sqlite::execute(database,
+                    "INSERT INTO sample_drop (drop_id, run_id, source, bytes, reason, user, utc_s) "
+                    "VALUES (?, ?, ?, ?, ?, ?, ?)",
+                    catalog::new_uuid(drop.utc_s), drop.run_id, drop.source, static_cast<std::int64_t>(drop.bytes),
+                    drop.reason, drop.user, drop.utc_s);
     impl_->log({drop.utc_s, "samples_dropped", drop.run_id,
                 fmt::format("{} bytes, by {}: {}", drop.bytes, drop.user, drop.reason), drop.user});
     return {};
@@ -245,7 +265,11 @@ base::Result<std::vector<RunRow>> Catalog::runs(const RunFilter& filter) const {
             "(?1 IS NULL OR named.unit = ?1) AND (?2 IS NULL OR named.campaign = ?2)))) "
             "ORDER BY created_utc_s, run_id, unit",
         run_from, filter.unit, filter.campaign, filter.run, kShortestPrefix);
-    add_sample_drops(impl_->database(), runs);
+    const auto drops = sample_drops(impl_->database());
+    for (RunRow& run : runs) {
+      const auto dropped = drops.find(run.run_id);
+      if (dropped != drops.end() && !is_there(run_file_path(run))) run.samples_dropped = dropped->second;
+    }
     if (filter.run) {
       const auto unique = check_prefix(runs, *filter.run, impl_->connection.path().string());
       if (!unique) return base::forward_error(unique);

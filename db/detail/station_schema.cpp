@@ -329,12 +329,13 @@ CREATE TABLE seal (
 
 -- Runs whose samples were dropped to make room: the run file is gone, what the catalog knows of it stays.
 CREATE TABLE sample_drop (
-  run_id TEXT PRIMARY KEY,
-  source TEXT NOT NULL,              -- of the file, as it said
-  bytes  INTEGER NOT NULL CHECK (bytes >= 0),
-  reason TEXT NOT NULL CHECK (reason <> ''),
-  user   TEXT NOT NULL CHECK (user <> ''),
-  utc_s  REAL NOT NULL
+  drop_id TEXT PRIMARY KEY,          -- UUIDv7
+  run_id  TEXT NOT NULL,
+  source  TEXT NOT NULL,             -- of the file, as it said
+  bytes   INTEGER NOT NULL CHECK (bytes >= 0),
+  reason  TEXT NOT NULL CHECK (reason <> ''),
+  user    TEXT NOT NULL CHECK (user <> ''),
+  utc_s   REAL NOT NULL
 );
 )sql";
 
@@ -371,7 +372,7 @@ void finish_v2(SQLite::Database& database) {
   catalog::store_all_numbers_sha256(database);
   catalog::chain_all_events(database);
   database.exec(keep_rows("event", "event_id"));
-  database.exec(keep_rows("sample_drop", "run_id"));
+  database.exec(keep_rows("sample_drop", "drop_id"));
   catalog::make_seals(database);
 }
 

@@ -268,6 +268,23 @@ void leave_contained(const std::string& unit, const std::vector<calib::ModelTerm
   }
 }
 
+/// Each later fit takes accepted terms off the samples of all runs of the unit.
+base::Status check_samples_are_there(const db::Catalog& catalog, const std::string& serial) {
+  const auto row = find_unit(catalog, serial);
+  if (!row) return base::forward_error(row);
+  const auto runs = catalog.runs({.unit = serial, .campaign = {}, .run = {}});
+  if (!runs) return base::forward_error(runs);
+  for (const db::RunRow& run : *runs) {
+    if (!run.samples_dropped || run.voided || run.epoch != row->epoch || run.purpose == "diagnosis") continue;
+    return base::bad_input(
+        fmt::format("a term is taken off the samples of all runs of unit {}, and those of run '{}' were dropped. "
+                    "Exclude such runs first: 'soak runs void {} --unit {} --reason TEXT'",
+                    serial, run.label, run.run_id, serial),
+        serial);
+  }
+  return {};
+}
+
 base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
   auto search = search_gap(catalog, unit, campaign);
   if (!search) return base::forward_error(search);
@@ -281,6 +298,7 @@ base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
   calib::forward::centre(search->campaign, found->terms);
   std::string names;
   for (const calib::ModelTerm& term : found->terms) names += (names.empty() ? "" : ", ") + term.name;
+  if (auto there = check_samples_are_there(catalog, unit); !there) return there;
   std::vector<calib::ModelTerm> terms = search->terms;
   std::move(found->terms.begin(), found->terms.end(), std::back_inserter(terms));
   auto stored =

@@ -6,7 +6,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <system_error>
 
 #include "base/hash.h"
 #include "db/run/run_file.h"
@@ -174,13 +173,9 @@ base::Result<std::vector<db::RunRow>> runs_to_verify(const db::Catalog& catalog,
   return runs;
 }
 
-std::string verdict_text(const db::Catalog& catalog, const db::RunRow& run, bool is_sound) {
+std::string verdict_text(const db::RunRow& run, bool is_sound) {
   if (!is_sound) return "DAMAGED";
-  if (!run.samples_dropped) return "ok";
-  std::error_code ignored;
-  const bool is_left = fs::exists(catalog.run_file_path(run), ignored);
-  return is_left ? "ok, but the file of its dropped samples is still there: 'soak runs drop-samples' again removes it"
-                 : "ok, samples dropped";
+  return run.samples_dropped ? "ok, samples dropped" : "ok";
 }
 
 base::Status damage_error(const std::vector<std::string>& damaged) {
@@ -213,8 +208,8 @@ base::Status RunsVerify::run_with(db::Catalog& catalog, Output& output) {
                     {"ok", problems.empty()},
                     {"samples_dropped", row.samples_dropped.has_value()},
                     {"problems", problems}});
-    text += fmt::format("{}  unit {}, run {}: {}\n", row.run_id, row.unit, row.label,
-                        verdict_text(catalog, row, problems.empty()));
+    text +=
+        fmt::format("{}  unit {}, run {}: {}\n", row.run_id, row.unit, row.label, verdict_text(row, problems.empty()));
     for (const std::string& problem : problems) text += "    " + problem + "\n";
     if (!problems.empty()) damaged.push_back(fmt::format("run {} of unit {} ({})", row.label, row.unit, row.run_id));
   }

@@ -10,7 +10,6 @@
 
 #include "station/commands/command.h"
 #include "station/fit/fit_unit.h"
-#include "station/io/data_folder.h"
 #include "station/io/host.h"
 #include "station/io/text.h"
 #include "station/records/sample_drop.h"
@@ -46,19 +45,17 @@ base::Result<std::vector<std::string>> run_ids(const db::Catalog& catalog, const
     if (std::ranges::find(ids, id) == ids.end()) ids.push_back(id);
   };
   for (const std::string& name : command.names) {
-    // Parts of one run have one id; a label may name several runs.
     const auto parts = catalog.runs({.unit = {}, .campaign = {}, .run = name});
     if (!parts) return base::forward_error(parts);
-    const bool is_one = !parts->empty() && std::ranges::all_of(*parts, [&](const db::RunRow& part) {
-      return part.run_id == parts->front().run_id;
-    });
-    if (is_one) {
-      add(parts->front().run_id);
-      continue;
+    if (parts->empty()) return base::bad_input("there is no such run; 'soak runs list' shows them", name);
+    // Parts of one run have one id; a label may name several runs.
+    for (const db::RunRow& part : *parts) {
+      if (part.run_id == parts->front().run_id) continue;
+      return base::bad_input(fmt::format("several runs have this label ({}, {}, ...): give the run id",
+                                         parts->front().run_id, part.run_id),
+                             name);
     }
-    const auto run = find_run(catalog, {.unit = {}, .campaign = {}, .run = name});
-    if (!run) return base::forward_error(run);
-    add(run->run_id);
+    add(parts->front().run_id);
   }
   if (!command.campaign) return ids;
   if (auto known = check_campaign_known(catalog, *command.campaign); !known) return base::forward_error(known);
@@ -104,9 +101,15 @@ std::string text_of(const std::vector<SamplePlan>& plans, bool dropped) {
   }
   return text + fmt::format(
                     "nothing was done. With --yes the samples of {} run{} go, {:.1f} MB, for good: no chart, no "
-                    "export, no noise analysis and no gap search of them any more. Fits and verifications use the "
+                    "export, no noise figures and no gap search of them any more. Fits and verifications use the "
                     "statistics, which stay\n",
                     plans.size(), plans.size() == 1 ? "" : "s", megabytes);
+}
+
+base::Status interrupted_after(std::size_t runs) {
+  return base::fail(base::ErrorKind::internal,
+                    fmt::format("interrupted; the samples of {} run{} were dropped", runs, runs == 1 ? "" : "s"),
+                    "drop-samples");
 }
 
 base::Status RunsDropSamples::run_with(db::Catalog& catalog, Output& output) {
@@ -116,15 +119,18 @@ base::Status RunsDropSamples::run_with(db::Catalog& catalog, Output& output) {
   // All are judged before the first one is touched.
   if (auto whole = catalog.verify(); !whole) return whole;
   std::vector<SamplePlan> plans;
+  const auto report = output.progress("checking");
   for (const std::string& id : *ids) {
+    if (!report(static_cast<double>(plans.size()) / static_cast<double>(ids->size()))) return interrupted_after(0);
     auto plan = plan_sample_drop(catalog, id);
     if (!plan) return base::forward_error(plan);
     plans.push_back(*std::move(plan));
   }
+  output.end_progress();
   const std::string name = user_name(user);
-  for (const SamplePlan& plan : plans) {
-    if (!yes) break;
-    if (auto dropped = drop_samples(catalog, plan, reason, name); !dropped) return dropped;
+  for (std::size_t done = 0; yes && done < plans.size(); ++done) {
+    if (interrupted()) return interrupted_after(done);
+    if (auto dropped = drop_samples(catalog, plans[done], reason, name); !dropped) return dropped;
   }
   if (output.json()) return output.print_json(document_of(plans, *this, name));
   output.print(text_of(plans, yes));

@@ -168,13 +168,12 @@ base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration) {
 }
 
 base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run, const calib::UnitType& type) {
-  // Statistics without the samples they came from could not be checked any more.
   if (auto sound = catalog.check_run_file(run); !sound) return base::forward_error(sound);
   auto segments = catalog.segments(run.run_id, run.unit, true);
   if (!segments) return base::forward_error(segments);
   const auto own_thermometer = calib::own_thermometers(*segments);
   std::vector<calib::Move> moves;
-  if (calib::is_bench_session(*segments)) {
+  if (calib::is_bench_session(*segments) && !run.samples_dropped) {
     // What a unit does between its rests is in no segment.
     const auto file = catalog.open_run_file(run);
     if (!file) return base::forward_error(file);
@@ -263,7 +262,11 @@ base::Status take_terms_off(const db::Catalog& catalog, const std::vector<calib:
                             calib::UnitInput& input, std::vector<calib::Warning>& warnings) {
   if (terms.empty()) return {};
   auto logged = with_logs(catalog, input, false);
-  if (!logged) return base::forward_error(logged);
+  if (!logged) {
+    base::Error error = logged.error();
+    error.message = fmt::format("the model's accepted terms are taken off the samples: {}", error.message);
+    return tl::unexpected<base::Error>(std::move(error));
+  }
   // Mountings scatter, and the misalignment of the next one is as uncertain as that says: a fit must see it.
   std::vector<calib::ModelTerm> of_the_unit = terms;
   std::erase_if(of_the_unit, [](const calib::ModelTerm& term) { return term.name == "fixture_tilt"; });

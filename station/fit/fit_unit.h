@@ -19,8 +19,7 @@ namespace soak::station {
 /// with the statistics of their segments and the references of their campaigns; of one campaign only, where that is
 /// given. Samples that were stored more than once count once (calib/estimate/unit_input.h). Adds to `warnings` what
 /// must be told of that and of the unit's type. Refuses an unknown unit or campaign, and a unit without such runs,
-/// saying which runs there are and why they do not count; fails (corrupt) for a damaged waiver and a damaged or missing
-/// run file.
+/// saying which runs there are and why they do not count; fails (corrupt) for a damaged waiver and as load_run() does.
 [[nodiscard]] base::Result<calib::UnitInput> load_unit(const db::Catalog& catalog, const std::string& unit,
                                                        const std::optional<std::string>& campaign,
                                                        std::vector<calib::Warning>& warnings);
@@ -32,8 +31,8 @@ namespace soak::station {
 [[nodiscard]] base::Result<calib::UnitInput> unit_of(const calib::Calibration& calibration);
 
 /// A run of the catalog, of a unit of that type, as input of a fit or a verification; of a session on a bench
-/// (is_bench_session()) with the gyros' samples between its rests. Fails (corrupt) where its file is missing or
-/// damaged.
+/// (is_bench_session()) with the gyros' samples between its rests, as long as it has samples. Fails (corrupt) where its
+/// file is damaged, or missing although nobody has dropped its samples.
 [[nodiscard]] base::Result<calib::RunInput> load_run(const db::Catalog& catalog, const db::RunRow& run,
                                                      const calib::UnitType& type);
 

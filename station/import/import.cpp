@@ -245,6 +245,12 @@ class Importer {
     if (same_label->voided) {
       summary_.warnings.push_back(fmt::format("run '{}' is already stored, but voided", staged.row.label));
     }
+    if (same_label->samples_dropped) {
+      summary_.warnings.push_back(
+          fmt::format("run '{}' is already stored; its samples were dropped, and stay so: import into another campaign "
+                      "to have them again",
+                      staged.row.label));
+    }
     files_.discard(staged.temporary);
     summary_.runs.push_back(outcome(*same_label, staged.segments.size(), true));
     return {};

@@ -195,6 +195,14 @@ class Backup {
     return {};
   }
 
+  /// The copied catalog is older than what somebody may have dropped since.
+  [[nodiscard]] base::Result<bool> was_dropped_meanwhile(const std::string& name) const {
+    const auto runs = catalog_.runs({});
+    if (!runs) return base::forward_error(runs);
+    return std::ranges::any_of(*runs,
+                               [&](const db::RunRow& run) { return run.file_name == name && run.samples_dropped; });
+  }
+
   base::Status take_run_file(const std::string& name, const std::string& sha256) {
     const fs::path from = catalog_.data_folder() / "runs" / name;
     const fs::path to = folder_ / "runs" / name;
@@ -212,7 +220,10 @@ class Backup {
       return {};
     }
     if (!fs::exists(from, ignored)) {
-      summary_.damaged.push_back({name, "missing at the station"});
+      const auto dropped = was_dropped_meanwhile(name);
+      if (!dropped) return base::forward_error(dropped);
+      auto& list = *dropped ? summary_.still_open : summary_.damaged;
+      list.push_back({name, *dropped ? "its samples were dropped meanwhile" : "missing at the station"});
       return {};
     }
     const auto damage = copy_run_file(from, to, sha256);

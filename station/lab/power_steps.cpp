@@ -23,7 +23,7 @@ constexpr double kSealAtPlateau_s =
     600.0;  ///< process time that a run may take to be sealed while the chamber is driven
 constexpr double kShortestOff_s = 1.0;
 constexpr double kClockAfterPowerOn_s = 60.0;  ///< largest that the clock of a unit that was just switched on may show
-constexpr double kLag_s = 0.25;  ///< host time that a laboratory whose clock runs at another rate may be behind
+constexpr double kLag_s = 0.02;  ///< host time that a laboratory whose clock runs at another rate may be behind
 // Host time after the units were switched on.
 constexpr double kPowerOnTimeout_s = 60.0;  ///< for all units to send
 constexpr double kRestart_s = 10.0;         ///< a unit that still sends by then was never off

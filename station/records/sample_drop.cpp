@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "calib/estimate/moves.h"
+#include "calib/model/model_document.h"
 #include "db/durable.h"
 #include "db/run/run_file.h"
-#include "station/fit/fit_unit.h"
 #include "station/io/host.h"
 
 namespace soak::station {
@@ -23,27 +23,40 @@ namespace fs = std::filesystem;
 base::Status check_campaign_is_over(const db::Catalog& catalog, const db::RunRow& run) {
   const auto journal = catalog.campaign(run.campaign);
   if (!journal) return base::forward_error(journal);
-  if (!*journal || ((*journal)->state != "running" && (*journal)->state != "paused")) {
-    const auto last = catalog.last_campaign();
-    if (!last) return base::forward_error(last);
-    const bool may_go_on = *last && (*last)->name == run.campaign && (*last)->state == "interrupted";
-    if (!may_go_on) return {};
-  }
-  return base::bad_input(fmt::format("campaign '{}' is not over ({}): its samples stay until it is finished or aborted",
-                                     run.campaign, (*journal)->state),
+  const auto last = catalog.last_campaign();
+  if (!last) return base::forward_error(last);
+  if (!*journal) return {};
+  const std::string& state = (*journal)->state;
+  const bool goes_on = state == "running" || state == "paused";
+  // The last campaign can be resumed after these, until another one begins.
+  const bool may_go_on = (*last)->name == run.campaign && (state == "interrupted" || state == "failed");
+  if (!goes_on && !may_go_on) return {};
+  return base::bad_input(fmt::format("campaign '{}' is {}: its samples stay until it is finished, or given up with "
+                                     "'soak campaign abort'",
+                                     run.campaign, state),
                          run.label);
 }
 
-/// Whether a fit or a verification may ever read this part of a run.
-bool may_be_used(const db::RunRow& part, const db::UnitRow& unit) {
-  return !part.voided && part.epoch == unit.epoch && part.purpose != "diagnosis";
+/// Versions of a unit's model of that epoch that carry accepted terms: the newest such version with one of its terms.
+base::Result<std::optional<std::pair<std::int32_t, std::string>>> model_with_term(const db::Catalog& catalog,
+                                                                                  const std::string& unit,
+                                                                                  std::int32_t epoch) {
+  const auto newest = catalog.model(unit);
+  if (!newest) return base::forward_error(newest);
+  for (std::int32_t version = *newest ? (*newest)->version : 0; version > 0; --version) {
+    const auto model = catalog.model(unit, version);
+    if (!model) return base::forward_error(model);
+    if (!*model || (*model)->epoch != epoch) continue;
+    const auto terms = calib::model_terms_of((*model)->document);
+    if (!terms) return base::forward_error(terms);
+    if (!terms->empty()) return std::pair(version, terms->front().name);
+  }
+  return std::nullopt;
 }
 
-/// Fits use the catalog's statistics; two of their steps read samples.
-base::Status check_no_fit_needs_samples(const db::Catalog& catalog, const db::RunRow& part) {
-  const auto unit = catalog.unit(part.unit);
-  if (!unit) return base::forward_error(unit);
-  if (!*unit || !may_be_used(part, **unit)) return {};
+/// Fits, verifications and reports use the catalog's statistics; two of their steps read samples.
+base::Status check_nothing_needs_samples(const db::Catalog& catalog, const db::RunRow& part) {
+  if (part.voided || part.purpose == "diagnosis") return {};
   const auto segments = catalog.segments(part.run_id, part.unit, false);
   if (!segments) return base::forward_error(segments);
   if (calib::is_bench_session(*segments)) {
@@ -52,13 +65,13 @@ base::Status check_no_fit_needs_samples(const db::Catalog& catalog, const db::Ru
                                        part.label, part.unit),
                            part.run_id);
   }
-  const auto terms = accepted_terms(catalog, part.unit, (*unit)->epoch);
-  if (!terms) return base::forward_error(terms);
-  if (terms->empty()) return {};
+  const auto model = model_with_term(catalog, part.unit, part.epoch);
+  if (!model) return base::forward_error(model);
+  if (!*model) return {};
   return base::bad_input(
-      fmt::format("the model of unit {} carries the accepted term '{}', which each later fit and verification takes "
-                  "off the samples of run '{}'",
-                  part.unit, terms->front().name, part.label),
+      fmt::format("model {} of unit {} carries the accepted term '{}', which is taken off the samples of run '{}' "
+                  "whenever that model is verified, reported or fitted again",
+                  (*model)->first, part.unit, (*model)->second, part.label),
       part.run_id);
 }
 
@@ -67,7 +80,7 @@ base::Status check_part(const db::Catalog& catalog, const db::RunRow& part) {
   if (!part.sealed) return base::bad_input("is not sealed: its recording has not ended", part.label);
   if (auto kept = catalog.check_numbers(part); !kept) return kept;
   if (auto whole = catalog.check_run_file(part); !whole) return whole;
-  return check_no_fit_needs_samples(catalog, part);
+  return check_nothing_needs_samples(catalog, part);
 }
 
 }  // namespace
@@ -79,15 +92,7 @@ base::Result<SamplePlan> plan_sample_drop(const db::Catalog& catalog, const std:
   SamplePlan plan;
   plan.run = parts->front();
   for (const db::RunRow& part : *parts) plan.units.push_back(part.unit);
-  const fs::path path = catalog.run_file_path(plan.run);
-  std::error_code ignored;
-  if (plan.run.samples_dropped) {
-    if (!fs::exists(path, ignored)) return base::forward_error(catalog.open_run_file(plan.run));
-    plan.source = plan.run.samples_dropped->source;
-    plan.bytes = fs::file_size(path, ignored);
-    plan.is_noted = true;
-    return plan;
-  }
+  if (plan.run.samples_dropped) return base::forward_error(catalog.open_run_file(plan.run));
   if (auto over = check_campaign_is_over(catalog, plan.run); !over) return base::forward_error(over);
   for (const db::RunRow& part : *parts) {
     if (auto free = check_part(catalog, part); !free) return base::forward_error(free);
@@ -95,23 +100,30 @@ base::Result<SamplePlan> plan_sample_drop(const db::Catalog& catalog, const std:
   const auto file = catalog.open_run_file(plan.run);
   if (!file) return base::forward_error(file);
   plan.source = file->info().source;
-  plan.bytes = fs::file_size(path, ignored);
+  std::error_code ignored;
+  plan.bytes = fs::file_size(catalog.run_file_path(plan.run), ignored);
   return plan;
 }
 
 base::Status drop_samples(db::Catalog& catalog, const SamplePlan& plan, std::string_view reason,
                           std::string_view user) {
-  if (!plan.is_noted) {
-    db::SampleDrop drop{plan.run.run_id, plan.source, plan.bytes, std::string(reason), std::string(user), now_utc_s()};
-    if (auto noted = catalog.add_sample_drop(drop); !noted) return noted;
+  if (auto over = check_campaign_is_over(catalog, plan.run); !over) return over;
+  const auto parts = catalog.runs({.unit = {}, .campaign = {}, .run = plan.run.run_id});
+  if (!parts) return base::forward_error(parts);
+  for (const db::RunRow& part : *parts) {
+    if (auto free = check_nothing_needs_samples(catalog, part); !free) return free;
   }
+  auto noted = catalog.add_sample_drop(
+      {plan.run.run_id, plan.source, plan.bytes, std::string(reason), std::string(user), now_utc_s()});
+  if (!noted) return noted;
   const fs::path path = catalog.run_file_path(plan.run);
   std::error_code error;
   fs::remove(path, error);
   if (error) {
     return base::fail(
         base::ErrorKind::internal,
-        fmt::format("the drop is noted, but the file cannot be removed: {}; give the command again", error.message()),
+        fmt::format("the drop is noted, but the file cannot be removed: {}; mend that and give the command again",
+                    error.message()),
         path.string());
   }
   return db::sync_name(path);

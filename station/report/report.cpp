@@ -78,7 +78,7 @@ base::Result<json> noise_json(const db::Catalog& catalog, const std::string& uni
   if (!*longest) {
     return json{{"segment", json()},
                 {"sensors", json::object()},
-                {"reason", "no run of the unit has a segment at rest that the data gate accepts"}};
+                {"reason", "no run of the unit that has its samples has a segment at rest that the data gate accepts"}};
   }
   json sensors = json::object();
   for (const calib::Sensor sensor : calib::kSensors) {

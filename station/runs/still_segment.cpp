@@ -22,7 +22,7 @@ base::Result<std::optional<StillSegment>> longest_still_segment(const db::Catalo
   if (!runs) return base::forward_error(runs);
   std::optional<StillSegment> longest;
   for (const db::RunRow& run : *runs) {
-    if (!run.sealed || run.voided || run.epoch != epoch) continue;
+    if (!run.sealed || run.voided || run.samples_dropped || run.epoch != epoch) continue;
     const auto segments = catalog.segments(run.run_id, run.unit, false);
     if (!segments) return base::forward_error(segments);
     for (const calib::Segment& segment : *segments) {

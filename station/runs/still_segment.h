@@ -22,9 +22,9 @@ struct StillSegment {
 /// Seconds from the segment's first sample to its last.
 [[nodiscard]] double length_s(const calib::Segment& segment);
 
-/// The unit's longest segment at rest in this epoch: of its sealed, unvoided runs, whatever their purpose, without
-/// segments that the data gate rejected and those in which the fixture turns; the first of equals. Absent where there
-/// is none. Fails as the catalog does.
+/// The unit's longest segment at rest in this epoch: of its sealed, unvoided runs that have samples, whatever their
+/// purpose, without segments that the data gate rejected and those in which the fixture turns; the first of equals.
+/// Absent where there is none. Fails as the catalog does.
 [[nodiscard]] base::Result<std::optional<StillSegment>> longest_still_segment(const db::Catalog& catalog,
                                                                               const std::string& unit,
                                                                               std::int32_t epoch);

@@ -12,10 +12,10 @@ from steep_curves import Bump, make_curves, random_places, write_campaign
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
-def report(seed, kind, bump=None):
+def report(seed, kind, bump=None, runs=3):
     with temporary_folder() as folder:
         csv = pathlib.Path(folder) / "unit.csv"
-        write_campaign(csv, seed, kind, bump, runs=3)
+        write_campaign(csv, seed, kind, bump, runs)
         return report_of(Programs(pathlib.Path(os.environ["SOAK_BIN"]).parent, ROOT / "hal" / "sim" / "lab.toml"), folder, csv)
 
 
@@ -37,6 +37,11 @@ class SteepCurves(unittest.TestCase):
         for kind in steep_curves.KINDS:
             found = report(1, kind)
             self.assertEqual((found["verdict"], found["effects"]), ("none", []), kind)
+
+    def test_kinks_are_no_lag(self):
+        # The base read at lagged temperatures once fitted the noise of the visits: sensor_lag, p 7e-12.
+        found = report(90166, "kinks", runs=6)
+        self.assertEqual((found["verdict"], found["effects"]), ("none", []))
 
     def test_a_resonance_is_named_where_it_is(self):
         # Where a sensor's own curve turns near the resonance, the plateaus cannot tell the two apart: it is not named then.

@@ -1,8 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """`soak runs drop-samples`: only by request and with a record, after a check of all that stays; what stays gives the same numbers."""
+import os
 import shutil
+import signal
 import sqlite3
+import subprocess
+import threading
 import unittest
 
 from soak_cli import SoakTest, recording
@@ -110,15 +114,62 @@ class DropSamples(SoakTest):
         self.drop("bench")
         self.assertEqual(len(self.files()), 3)
 
-    def test_a_file_that_was_put_back_is_no_damage_and_goes_when_asked_again(self):
+    def test_a_file_that_is_put_back_counts_again(self):
         name = self.run_row("r1")["file"]
+        exported = self.soak("runs", "export", "r1").stdout
         shutil.copy(self.data / "runs" / name, self.folder / "kept")
         self.drop("r1")
         shutil.copy(self.folder / "kept", self.data / "runs" / name)
-        self.soak("runs", "verify")
-        self.assertIn(name, self.files())
+        self.assertIsNone(self.run_row("r1")["samples_dropped"])
+        self.assertEqual(self.soak("runs", "export", "r1").stdout, exported)
+        with open(self.data / "runs" / name, "ab") as file:
+            file.write(b"x")
+        self.soak("runs", "verify", status=4)
+        shutil.copy(self.folder / "kept", self.data / "runs" / name)
+        self.drop("--campaign", "c")
+        self.assertEqual(self.files(), [])
+        self.assertEqual(len(self.soak_json("events-list", "events", "list", "--kind", "samples_dropped")["events"]), 4)
+
+    def test_noise_figures_come_from_a_run_that_has_its_samples(self):
+        for number, seconds in ((6, 60), (7, 80)):
+            self.imported(f"{number}.csv", recording(number, f"long{number}", PLATEAUS, seconds), "--campaign", "long", "--gravity-mps2", "9.80665")
+        self.fit()
+
+        def noise():
+            return self.soak_json("report", "report", "--unit", "SN1", "-o", self.folder / "r.html")["sections"]["noise"]
+        self.assertEqual(noise()["segment"]["run"], "long7")
+        self.drop("long7")
+        after = noise()
+        self.assertEqual(after["segment"]["run"], "long6")
+        self.assertGreater(len(after["sensors"]["gyro_x"]["ci95"]), 3)
+
+    def test_ctrl_c_stops_it_before_anything_is_gone(self):
+        path = self.data / "runs" / self.run_row("r1")["file"]
+        kept, again = self.folder / "kept", self.folder / "again"
+        for copy in (kept, again):
+            shutil.copy(path, copy)
+        path.unlink()
+        os.mkfifo(path)  # its hash is waited for
+        with subprocess.Popen(self.command("runs", "drop-samples", "--campaign", "c", *REASON, "--yes"), stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, text=True) as process:
+            watchdog = threading.Timer(60, process.kill)
+            watchdog.start()
+            with open(path, "wb") as writer:
+                process.send_signal(signal.SIGINT)
+                writer.write(kept.read_bytes())
+                os.replace(again, path)
+            _, err = process.communicate()
+            watchdog.cancel()
+        self.assertEqual(process.returncode, 1, err)
+        self.assertEqual(len(self.files()), 3)
+        self.assertEqual(self.soak_json("events-list", "events", "list", "--kind", "samples_dropped")["events"], [])
+
+    def test_a_recording_whose_samples_were_dropped_is_not_stored_again_unnoticed(self):
         self.drop("r1")
-        self.assertNotIn(name, self.files())
+        said = self.soak_json("import", "import", self.folder / "1.csv", "--unit", "SN1", "--campaign", "c", "--gravity-mps2", "9.80665")
+        self.assertEqual(said["runs"][0]["status"], "unchanged")
+        self.assertTrue(any("r1" in warning for warning in said["warnings"]), said["warnings"])
+        self.assertEqual(len(self.files()), 2)
 
     def test_backups_go_on_and_those_made_before_keep_the_file(self):
         place = self.folder / "backup"

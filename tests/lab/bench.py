@@ -28,6 +28,7 @@ from lab_session import LabSession, ProgramFailed, bin_folder, end  # noqa: E402
 OFF, AUTO = 62, 10  # modes of the controller
 DEW_POINT_C = 15.0  # that the station assumes
 WAIT_S = 300.0  # generous: the machine may be busy
+EVENT_S = 60.0  # for which an entry of the journal is waited for
 ENDED = ("finished", "failed", "aborted", "interrupted")
 AT_ONCE = 4  # campaigns: most of their time is spent waiting for time-outs
 
@@ -128,9 +129,13 @@ class LabTest(unittest.TestCase):
 
     def assert_event(self, kind, subject, *data):
         """The log has an event of that kind about that subject with all of `data` in its text: serial numbers, positions,
-        numbers. How it is worded is not judged."""
-        found = [event for event in self.events() if event[0] == kind and subject in event[1]]
-        self.assertTrue(any(all(str(part) in text for part in data) for _, _, text in found), (kind, subject, data, self.events()))
+        numbers. How it is worded is not judged. The catalog is written beside the engine: a while is waited for it."""
+        def is_there():
+            return any(event[0] == kind and subject in event[1] and all(str(part) in event[2] for part in data) for event in self.events())
+        end_s = time.monotonic() + EVENT_S
+        while not is_there():
+            self.assertLess(time.monotonic(), end_s, (kind, subject, data, self.events()))
+            time.sleep(0.05)
 
     def modbus(self, device):
         """A pymodbus client beside soakd: chamber, fixture or relay."""

@@ -65,6 +65,8 @@ class Queue(LabTest):
         self.assertEqual(self.queue("d")["before"], 3)
         self.lab.soak("campaign", "unqueue", "c")
         self.assertEqual(self.waiting(), (["b", "d"], "campaign"))
+        with urllib.request.urlopen(self.lab.page + "metrics", timeout=30) as answer:
+            self.assertIn("\nsoak_queue_campaigns 2\n", answer.read().decode())
         self.wait_for_state("d", "finished")
         self.expect_states(("a", "finished"), ("b", "finished"), ("d", "finished"))
         self.assertEqual(self.waiting(), ([], None))
@@ -158,6 +160,8 @@ class Queue(LabTest):
         for name in ("a", "b"):
             self.soak_fails(2, "campaign", "start", good, "--name", name, "--queue")
         self.soak_fails(2, "campaign", "start", good, "--name", "x", "--queue", "--unit", "99=SN1")
+        hot = self.write("hot.toml", short_procedure(set_points=(25, 150)))
+        self.soak_fails(2, "campaign", "start", hot, "--name", "x", "--queue")
         self.soak_fails(2, "campaign", "start", good, "--name", "b")
         self.soak_fails(2, "campaign", "unqueue", "x")
         self.soak_fails(2, "campaign", "next")  # one is under way

@@ -46,7 +46,7 @@ class ProgramsTest(unittest.TestCase):
         self.assertIn("--seed", self.refused(*out, "--seed"))
         self.assertIn("--seed", self.refused(*out, "--seed", 1, "--seed", 2))
         self.assertIn("'seven'", self.refused(*out, "--seed", "seven"))
-        self.assertIn("'17'", self.refused(*out, "--units", 17))
+        self.assertIn("'65'", self.refused(*out, "--units", 65))
         self.assertIn("20000", self.refused(*out, "--rate", 0))
         self.assertIn("'nan'", self.refused(*out, "--rate", "nan"))
         self.assertIn("'3'", self.refused(*out, "--units", 2, "--pty", 1, 3))

@@ -83,6 +83,11 @@ Tally tally(std::uint64_t block, std::size_t count, const std::function<void(Uni
     ++t.count;
     t.inside += n.low <= record.density && record.density <= n.high;
     t.below += n.high < record.density;
+    if (n.high < record.density) {
+      std::printf("  upper end of N behind %s, %g Hz at %g Hz, %g s, low-pass %s: %.3f of the truth, N %.3f of it\n",
+                  unit.filter.c_str(), unit.corner_hz, unit.rate_hz, unit.length_s, low_pass ? "found" : "not found",
+                  n.high / record.density, n.value / record.density);
+    }
     t.invented += fit.bias_instability.found || fit.flicker.found || fit.rate_random_walk.found ||
                   fit.markov_sigma.found || fit.rate_ramp.found;
     t.bias += fit.bias_instability.found;

@@ -178,6 +178,11 @@ TEST(Lab, HasFixtureAndRelayThatIdentifyThemselves) {
   EXPECT_EQ(test::write_number(lab.lab.fixture().registers(), 0, 7), ModbusAnswer::illegal_value);
   EXPECT_EQ(test::write_number(lab.lab.relay().registers(), 0, 2), ModbusAnswer::illegal_value);
   EXPECT_EQ(test::write_number(lab.lab.relay().registers(), 16, 1), ModbusAnswer::illegal_address);
+  for (const auto& [asked, state] : {std::pair(15, 31), std::pair(64, 128), std::pair(111, 175)}) {
+    EXPECT_EQ(test::write_number(lab.lab.relay().registers(), asked, 1), ModbusAnswer::done);
+    EXPECT_EQ(test::number_at(lab.lab.relay().registers(), state), 1);
+  }
+  EXPECT_EQ(test::write_number(lab.lab.relay().registers(), 112, 1), ModbusAnswer::illegal_address);
 }
 
 // All slots point their accelerometers' sum where the fixture points up.

@@ -73,7 +73,7 @@ TEST_F(SampleDropTest, DropsTheFileOfAllUnitsAfterTheCampaignIsOver) {
 }
 
 TEST_F(SampleDropTest, SamplesOfACampaignThatMayGoOnStay) {
-  for (const char* state : {"running", "paused", "interrupted"}) {
+  for (const char* state : {"running", "paused", "interrupted", "failed"}) {
     set_state(state);
     const auto plan = plan_sample_drop(catalog_, kStoredRunId);
     ASSERT_FALSE(plan) << state;
@@ -90,8 +90,13 @@ TEST_F(SampleDropTest, SamplesThatAnAcceptedTermIsTakenOffStay) {
   const auto plan = plan_sample_drop(catalog_, kStoredRunId);
   ASSERT_FALSE(plan);
   EXPECT_TRUE(base::mentions(plan.error().message, {"SN2", "sensor_lag"}));
-  // A repaired unit is another one: no fit reads its earlier runs.
+  // An older model, also of a unit before its repair, may be verified and reported at any time.
+  ASSERT_TRUE(catalog_.add_model("SN2", 0, 1700000001.0, [](std::int32_t) {
+    return std::string(R"({"format": "soak-model", "format_version": 1})");
+  }));
   ASSERT_TRUE(catalog_.begin_epoch("SN2", "repaired", "ann"));
+  EXPECT_FALSE(plan_sample_drop(catalog_, kStoredRunId));
+  ASSERT_TRUE(catalog_.add_void({kStoredRunId, "SN2", {}, {}, {}, "not wanted", "ann", 1700000100.0}));
   EXPECT_TRUE(plan_sample_drop(catalog_, kStoredRunId));
 }
 
@@ -100,13 +105,35 @@ TEST_F(SampleDropTest, AFileThatALossOfPowerLeftBehindGoesWhenAskedAgain) {
   const auto plan = plan_sample_drop(catalog_, kStoredRunId);
   ASSERT_TRUE(plan);
   ASSERT_TRUE(catalog_.add_sample_drop({kStoredRunId, plan->source, plan->bytes, "room", "ann", 1700000500.0}));
+  EXPECT_FALSE(catalog_.runs({}).value().front().samples_dropped) << "its file is there";
   const auto again = plan_sample_drop(catalog_, kStoredRunId);
   ASSERT_TRUE(again) << again.error().message;
-  EXPECT_TRUE(again->is_noted);
   ASSERT_TRUE(drop_samples(catalog_, *again, "another reason", "bob"));
   EXPECT_FALSE(file_is_there());
-  EXPECT_EQ(catalog_.runs({}).value().front().samples_dropped->user, "ann");
+  EXPECT_EQ(catalog_.runs({}).value().front().samples_dropped->user, "bob");
   EXPECT_FALSE(plan_sample_drop(catalog_, kStoredRunId));
+}
+
+TEST_F(SampleDropTest, WhatHasHappenedSinceThePlanIsLookedAtAgain) {
+  set_state("finished");
+  const auto plan = plan_sample_drop(catalog_, kStoredRunId);
+  ASSERT_TRUE(plan);
+  add_model_with_term("SN1");
+  EXPECT_FALSE(drop_samples(catalog_, *plan, "room", "ann"));
+  EXPECT_TRUE(file_is_there());
+  EXPECT_FALSE(catalog_.runs({}).value().front().samples_dropped);
+}
+
+TEST_F(SampleDropTest, WhoeverReadTheRunBeforeTheDropFindsNoDamage) {
+  set_state("finished");
+  const db::RunRow before = catalog_.runs({}).value().front();
+  const auto plan = plan_sample_drop(catalog_, kStoredRunId);
+  ASSERT_TRUE(plan);
+  auto other = db::Catalog::open(folder_.path());
+  ASSERT_TRUE(other);
+  ASSERT_TRUE(drop_samples(*other, *plan, "room", "ann"));
+  EXPECT_TRUE(catalog_.check_run_file(before));
+  EXPECT_EQ(catalog_.open_run_file(before).error().kind, base::ErrorKind::bad_input);
 }
 
 TEST_F(SampleDropTest, ARecordWithoutReasonUserOrSealedRunIsRefused) {

@@ -46,6 +46,14 @@ class Station:
         self.process.stdout.close()
 
 
+# What a station at rest answers that it has stored.
+STORED = {"slots": [{"name": "1", "unit": "SN0042", "unit_type": "mti-300"}, {"name": "2", "unit": "", "unit_type": ""}],
+          "units": [{"serial": "SN0042", "type": "mti-300", "runs": 6, "newest_run_utc_s": 1789900000.0},
+                    {"serial": "<b>x</b>", "type": "generic", "runs": 0, "newest_run_utc_s": None}],
+          "campaigns": [{"name": "2026-10", "procedure": "six-position", "state": "finished", "reason": None,
+                         "begun_utc_s": 1789800000.0, "runs": 3, "units": ["SN0042"]}]}
+
+
 def soak_history(points=3000):
     """Chamber and two units that follow it late, over 39000 s."""
     t = [13.0 * i for i in range(points)]

@@ -120,12 +120,15 @@ Eigen::VectorXd CampaignModel::prediction_variance(Sensor sensor, int run) const
   return spread.rowwise().squaredNorm();
 }
 
-/// By normal equations with columns of unit length: many temperatures are tried.
+/// By normal equations with columns of unit length: many temperatures are tried. The slopes at the plateaus are the
+/// spline's: where up and down lie kelvins apart, slopes of their own would fit the noise of each visit.
 Eigen::VectorXd CampaignModel::read_at(Sensor sensor, const std::vector<double>& temp_c) const {
   constexpr double kRidge = 1e-12;
   const std::size_t s = index_of(sensor);
   const SensorResidual& present = *residuals_.sensor[s];
-  const Eigen::MatrixXd base = base_design(observations_, sensor, temp_c).columns;
+  BaseDesign design = base_design(observations_, sensor, temp_c);
+  design.columns.middleCols(design.levels, design.levels).setZero();
+  const Eigen::MatrixXd& base = design.columns;
   Eigen::MatrixXd columns(base.rows(), base.cols() + terms_[s].cols());
   columns << base, terms_[s];
   const Eigen::MatrixXd white = present.whiten(columns);

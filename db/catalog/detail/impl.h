@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -43,6 +44,8 @@ struct Catalog::Impl {
   /// on are not; (bad_input) one that is not there. What was checked once is not checked again. Throws
   /// SQLite::Exception.
   [[nodiscard]] base::Status check_run_of_fits(std::string_view run_id, std::string_view unit);
+  /// The last drop of a run's samples; nothing where there was none.
+  [[nodiscard]] base::Result<std::optional<SampleDrop>> drop_of(std::string_view run_id) const;
 
   std::filesystem::path data_folder;
   sqlite::Connection connection;

@@ -11,6 +11,19 @@ namespace {
 constexpr int kRelayState = 16;
 constexpr int kRelayIdentification = 32;
 constexpr int kRelayIdentity = 0x5052;
+constexpr int kExtension = 64;  ///< of the first output beyond the card's own
+constexpr int kExtensionState = 128;
+
+/// Registers of an output (from 0): what is asked for, and its state.
+struct OutputRegisters {
+  int asked;
+  int state;
+};
+
+OutputRegisters registers_of(int output) {
+  if (output < kRelayCardOutputs) return {output, kRelayState + output};
+  return {kExtension + output - kRelayCardOutputs, kExtensionState + output - kRelayCardOutputs};
+}
 
 }  // namespace
 
@@ -23,8 +36,9 @@ SimulatedRelay::SimulatedRelay(std::function<void(int, bool)> switched) : switch
       on = request == 1;
       switched_(output + 1, on);
     };
-    registers_.add_number(output, 1, read, {[](int request) { return request == 0 || request == 1; }, store});
-    registers_.add_number(kRelayState + output, 1, read);
+    const auto [asked, state] = registers_of(output);
+    registers_.add_number(asked, 1, read, {[](int request) { return request == 0 || request == 1; }, store});
+    registers_.add_number(state, 1, read);
   }
   registers_.add_number(kRelayIdentification, 1, [] { return kRelayIdentity; });
 }

@@ -16,9 +16,11 @@
 
 namespace soak::hal::sim {
 
-inline constexpr int kRelayOutputs = 16;
+inline constexpr int kRelayOutputs = 64;
+inline constexpr int kRelayCardOutputs = 16;  ///< of the card itself; the others are those of its extensions
 
-/// The relay card that feeds the units. All outputs are off at the start; they switch at once.
+/// The relay card that feeds the units, with extensions of further outputs. All outputs are off at the start; they
+/// switch at once.
 class SimulatedRelay {
  public:
   /// `switched` is told each output (from 1) that changes.

@@ -26,7 +26,7 @@ one line of JSON with the ports. Ends with status 0 on SIGTERM or SIGINT.
 
   --out DIR        folder for station.toml; created if missing
   --seed N         seed of all random numbers (default: from the configuration)
-  --units N        number of units, 1 to 16, in slots 1, 2, ...
+  --units N        number of units, 1 to 64, in slots 1, 2, ...
   --rate R         simulated seconds per real second, 0.01 to 20000 (default 1); max = 20000. The simulated clock slows
                    down if a client cannot keep up.
   --config FILE    what is simulated and how strong it is, in the format of lab.toml

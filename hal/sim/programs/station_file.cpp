@@ -14,6 +14,7 @@
 #include "base/text.h"
 #include "base/units.h"
 #include "hal/sim/lab/inertial_unit.h"
+#include "hal/sim/lab/lab.h"
 
 namespace soak::hal::sim {
 namespace {
@@ -117,7 +118,9 @@ std::string station_toml(const CampaignConfig& config, const LabServerOptions& o
                                  base::shortest(options.rate));
   text += chamber_section(folder, options, addresses);
   text += device_section("fixture", folder / "fixtures" / map_of(options.kinds.fixture), addresses.fixture);
-  text += device_section("power", folder / "power" / "modbus-relay.toml", addresses.relay);
+  const bool card_is_enough = config.units <= kRelayCardOutputs;
+  const char* const relay = card_is_enough ? "modbus-relay.toml" : "modbus-relay-64.toml";
+  text += device_section("power", folder / "power" / relay, addresses.relay);
   text += fmt::format("[unit_types]\nfolder = {}\n\n[site]\ngravity_mps2 = {}\n",
                       in_quotes((folder / "units").string()), base::shortest(base::kStandardGravity_mps2));
   text += earth_lines(config, options);

@@ -10,12 +10,17 @@
 namespace soak::calib::signal::allan_fit {
 namespace {
 
+/// Of N. No term is negative: by chance the others take from the white noise and never give, and behind a low-pass
+/// little of the curve tells them apart. With 2.5 % its upper end was below the truth in 3.8 % of 600 records.
+constexpr std::array<double, 2> kWhiteTails = {0.025, 0.985};
+
 /// sqrt(theta) and the interval of theta, times `unit`.
-AllanCoefficient coefficient(double theta, const ConfidenceDistribution& distribution, double unit) {
+AllanCoefficient coefficient(double theta, const ConfidenceDistribution& distribution, double unit,
+                             const std::array<double, 2>& tails = kTails) {
   const auto scaled = [&](double variance) { return unit * std::sqrt(variance); };
   AllanCoefficient c{.value = scaled(theta), .found = true};
-  c.low = std::min(c.value, scaled(distribution.quantile(kTails[0])));
-  c.high = std::max(c.value, scaled(distribution.quantile(kTails[1])));
+  c.low = std::min(c.value, scaled(distribution.quantile(tails[0])));
+  c.high = std::max(c.value, scaled(distribution.quantile(tails[1])));
   return c;
 }
 
@@ -63,8 +68,9 @@ AllanCoefficient fitted_coefficient(const Fitted& fit, Term term, double unit) {
   add_estimates(fit, term, estimates);
   for (const Fitted& rival : fit.rivals) add_estimates(rival, term, estimates);
   const ConfidenceDistribution distribution(std::move(estimates));
-  if (best.has(column)) return coefficient(best.value(column), distribution, unit);
-  return {.high = unit * std::sqrt(distribution.quantile(kTails[1]))};
+  const std::array<double, 2>& tails = term == white ? kWhiteTails : kTails;
+  if (best.has(column)) return coefficient(best.value(column), distribution, unit, tails);
+  return {.high = unit * std::sqrt(distribution.quantile(tails[1]))};
 }
 
 /// The least value of one model's own curve, as if it were the coefficient of a single term.

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of a station that rests: what it has stored, and the form that starts or queues a campaign."""
+import datetime
+import json
+import pathlib
+import tempfile
+import unittest
+
+from page_test import STORED
+from test_page_station import StationTest
+
+
+class AtRest(StationTest):
+    def rest(self):
+        self.station.set("/state", "idle")
+        self.station.set("/campaign", None)
+        self.station.tell("stored " + json.dumps(STORED))
+        self.open()
+        self.see("#stored-campaigns", "2026-10")
+
+    def test_it_shows_what_is_stored(self):
+        self.rest()
+        self.see("#stored-campaigns", "finished")
+        self.see("#stored-units", "mti-300")
+        self.see("#stored-units", "<b>x</b>")
+        self.assertEqual(self.browser.console(), [])
+        self.station.tell("status " + json.dumps({**self.status(), "state": "running"}))
+        self.hidden("#idle")
+
+    def test_what_could_not_be_read_is_asked_for_again(self):
+        once = """
+          const real = window.fetch;
+          let failures = 1;
+          window.fetch = (path, ...more) =>
+            String(path).endsWith("stored") && failures-- > 0 ? Promise.reject(new Error("no connection")) : real(path, ...more);"""
+        script = self.browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=once)
+        self.addCleanup(self.browser.devtools, "Page.removeScriptToEvaluateOnNewDocument", **script)
+        self.rest()
+        self.browser.console()  # the page notes the failure there
+
+    def test_what_was_stored_in_another_year_has_its_year(self):
+        self.rest()
+        self.assertNotIn(str(datetime.datetime.fromtimestamp(1789800000.0).year), self.text("#stored-campaigns td:nth-child(3)"))
+        stored = json.loads(json.dumps(STORED))
+        stored["campaigns"][0]["begun_utc_s"] -= 366 * 86400.0
+        self.station.tell("stored " + json.dumps(stored))
+        self.open()
+        year = datetime.datetime.fromtimestamp(stored["campaigns"][0]["begun_utc_s"]).year
+        self.see("#stored-campaigns td:nth-child(3)", str(year))
+
+    def test_what_is_stored_fits_narrow_screens(self):
+        self.rest()
+        for width in (320, 390, 768, 1280):
+            self.browser.resize(width, 900)
+            self.assertLessEqual(self.browser.run("return document.documentElement.scrollWidth"), width)
+
+    def test_a_campaign_is_started_from_the_page(self):
+        self.rest()
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as procedure:
+            procedure.write("name = 'short'")
+            procedure.flush()
+            self.browser.type("#start-procedure", procedure.name)
+            self.browser.type("#start-name", "2026-11")
+            self.browser.type("#start-slots label:nth-child(2) input", "SN0077")
+            self.browser.press("Enter")  # as a scanner ends a serial number
+            self.assertEqual(self.browser.run("return document.activeElement.id"), "start-send")
+            self.assertEqual(self.station.commands(), [])
+            name = pathlib.Path(procedure.name).name
+            self.browser.press("Enter")
+            self.station.wait_for_command(f"start 2026-11 {name} [name = 'short'] 1=SN0042 2=SN0077 by web page")
+
+    def fill_form(self, name):
+        procedure = tempfile.NamedTemporaryFile("w", suffix=".toml")
+        self.addCleanup(procedure.close)
+        procedure.write("name = 'short'")
+        procedure.flush()
+        self.browser.type("#start-procedure", procedure.name)
+        self.browser.type("#start-name", name)
+        return pathlib.Path(procedure.name).name
+
+    def test_a_campaign_is_queued_at_rest_and_beside_another_one(self):
+        self.rest()
+        file = self.fill_form("check-1")
+        self.browser.click("#start-queue")
+        self.station.wait_for_command(f"queue check-1 {file} [name = 'short'] 1=SN0042 by web page")
+        self.browser.run("document.querySelector('#start-name').focus()")
+        self.station.set("/state", "running")
+        self.hidden("#start-send")
+        self.assertTrue(self.browser.run("return document.querySelector('#start-box').open"), "folded under whoever works with it")
+        self.station.set("/state", "idle")
+        self.browser.wait("return document.querySelector('#start-send').offsetParent !== null")
+        self.browser.run("document.activeElement.blur()")
+        self.station.set("/state", "running")
+        self.browser.wait("return !document.querySelector('#start-box').open")
+        self.browser.click("#start-box summary")
+        file = self.fill_form("check-2")
+        self.browser.type("#start-slots label:nth-child(2) input", "SN0077")
+        self.browser.press("Enter")
+        self.assertEqual(self.browser.run("return document.activeElement.id"), "start-queue")
+        self.browser.press("Enter")
+        self.station.wait_for_command(f"queue check-2 {file} [name = 'short'] 1=SN0042 2=SN0077 by web page")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_page_opened_beside_a_campaign_knows_the_slots_of_the_next_one(self):
+        self.station.tell("stored " + json.dumps(STORED))
+        self.open()
+        self.browser.click("#start-box summary")
+        self.browser.wait("return document.querySelectorAll('#start-slots input').length === 2")
+        file = self.fill_form("check-3")
+        self.browser.press("Enter")  # in a field, with its first button hidden
+        self.station.wait_for_command(f"queue check-3 {file} [name = 'short'] 1=SN0042 by web page")
+
+    def test_a_refused_start_says_why(self):
+        self.rest()
+        self.station.tell("fail 2 --unit")
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as procedure:
+            procedure.write("name = 'short'")
+            procedure.flush()
+            self.browser.type("#start-procedure", procedure.name)
+            self.browser.type("#start-name", "2026-11")
+            self.browser.click("#start-send")
+            self.see("#start-failure", "scripted failure")
+        self.browser.console()  # Chromium lists the 400
+
+
+if __name__ == "__main__":
+    unittest.main()
