@@ -99,10 +99,10 @@ TEST(Whitening, MakesNoiseWhiteThatWandersOnTop) {
   EXPECT_LT((white - Eigen::MatrixXd::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-/// Half the mean square of the difference of a bias to what it was before, without blocks and placements: what an Allan
-/// variance shows at that distance.
-double half_square_of_change(const NoiseComponents& noise, double apart_s) {
-  double sum = noise.visit * noise.visit;
+/// Half the mean square of the difference of two placements' means, blocks left out: what an Allan variance shows at
+/// that distance. Within a visit (18 minutes here) what the visit has of its own does not differ.
+double half_square_of_change(const NoiseComponents& noise, double apart_s, bool same_visit) {
+  double sum = noise.placement * noise.placement + (same_visit ? 0.0 : noise.visit * noise.visit);
   for (const GaussMarkov& process : noise.wander) {
     sum += process.sigma * process.sigma * (1.0 - std::exp(-apart_s / process.tau_s));
   }
@@ -138,11 +138,12 @@ TEST(WanderEstimate, FindsHowFarABiasWandersInWhichTime) {
   double far = 0.0;
   for (const NoiseComponents& own : noise) {
     EXPECT_NEAR(own.block, 1.0, 0.1);
-    near += half_square_of_change(own, 600.0) / kSensorCount;
-    far += half_square_of_change(own, 10000.0) / kSensorCount;
+    near += half_square_of_change(own, 600.0, true) / kSensorCount;
+    far += half_square_of_change(own, 10000.0, false) / kSensorCount;
   }
+  // A placement's own scatter is half a block's.
   const auto truth = [](double apart_s) {
-    return 1.125 * (2.0 - std::exp(-apart_s / 900.0) - std::exp(-apart_s / 15000.0));
+    return 0.25 + 1.125 * (2.0 - std::exp(-apart_s / 900.0) - std::exp(-apart_s / 15000.0));
   };
   EXPECT_NEAR(near / truth(600.0), 1.0, 0.2);
   EXPECT_NEAR(far / truth(10000.0), 1.0, 0.2);
@@ -155,7 +156,7 @@ TEST(WanderEstimate, FindsLittleWhereNothingWanders) {
   double visit = 0.0;
   for (const NoiseComponents& own : estimated(plan, made_up::campaign(plan, made_up::nothing()))) {
     placement += own.placement * own.placement / kSensorCount;
-    visit += half_square_of_change(own, 3000.0) / kSensorCount;
+    visit += (half_square_of_change(own, 3000.0, false) - own.placement * own.placement) / kSensorCount;
   }
   EXPECT_NEAR(placement, 0.25, 0.08);
   EXPECT_NEAR(visit, 0.25, 0.08);

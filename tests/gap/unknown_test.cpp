@@ -115,6 +115,19 @@ TEST(Unknown, IsADailyWaveBesideABiasThatWanders) {
                  "time of day");
 }
 
+TEST(Unknown, IsNotAWanderOfAllSensorsButOne) {
+  for (std::uint64_t seed = 1; seed <= made_up::fewer_under_sanitizers(4); ++seed) {
+    Plan plan;
+    plan.seed = seed;
+    const Hidden wandering = made_up::wander(plan, 1.25, {360.0, 3600.0, 36000.0}, seed);
+    const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& moment) {
+      return sensor == Sensor::gyro_z ? 0.0 : wandering(sensor, moment);
+    });
+    EXPECT_EQ(name_of(report.conclusion), "none") << report.reason;
+    EXPECT_TRUE(has_note(report, "wandering_bias", {"gyro_x", "accel_z"}));
+  }
+}
+
 // It settles with the time since the turn, which no sensitivity to the attitude does.
 TEST(Unknown, IsCreepTowardsTheNewAttitude) {
   const Plan plan;

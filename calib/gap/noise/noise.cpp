@@ -251,6 +251,13 @@ void Whitening::filter(Eigen::Ref<Eigen::VectorXd> column) const {
   }
 }
 
+double Whitening::log_determinant() const {
+  double sum = 0.0;
+  for (const Step& step : steps_) sum -= 2.0 * std::log(step.scale);
+  for (const Visit& visit : visits_) sum += 2.0 * visit.factor.diagonal().array().log().sum();
+  return sum;
+}
+
 Eigen::MatrixXd Whitening::apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
   Eigen::MatrixXd result(static_cast<Eigen::Index>(rows_.size()), columns.cols());
   for (std::size_t k = 0; k < rows_.size(); ++k) result.row(static_cast<Eigen::Index>(k)) = columns.row(rows_[k]);

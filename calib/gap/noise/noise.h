@@ -80,6 +80,8 @@ class Whitening {
 
   /// Whitened rows of `columns`, which has one row per observation.
   [[nodiscard]] Eigen::MatrixXd apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const;
+  /// ln of the determinant of the rows' covariance.
+  [[nodiscard]] double log_determinant() const;
   /// Observation that whitened row i belongs to: rows keep their visit and run.
   [[nodiscard]] const std::vector<Eigen::Index>& rows() const { return rows_; }
 

@@ -17,9 +17,9 @@ namespace soak::calib::gap {
 /// bias that wanders as much as placements scatter.
 class WanderEstimate {
  public:
-  /// `residual`: of one sensor, NaN where it has no reading. `nuisances`: further columns of free strength that are no
-  /// noise (the time of day), a row for each observation, which must outlive this. Cost: for each run the cube of the
-  /// number of its placements, some tens of times.
+  /// `observations` must outlive this. `residual`: of one sensor, NaN where it has no reading. `nuisances`: further
+  /// columns of free strength that are no noise (the time of day), a row for each observation. Cost: for each run the
+  /// cube of the number of its placements, some tens of times.
   WanderEstimate(const Observations& observations, const Eigen::VectorXd& residual, const Eigen::MatrixXd& nuisances);
   WanderEstimate(WanderEstimate&&) noexcept;
   WanderEstimate& operator=(WanderEstimate&&) noexcept;

@@ -28,6 +28,13 @@ constexpr std::size_t kMostOpenRuns = 8;  ///< of more, one is locked away befor
 /// Sets of sensors among which a term may be named: all, gyros, accelerometers, each alone.
 constexpr double kSets = 9.0;
 
+/// Variance of a wander about its mean over a run, in the mean of the runs.
+double wander_variance(const Observations& observations, const NoiseComponents& noise) {
+  double sum = 0.0;
+  for (int run = 0; run < observations.run_count(); ++run) sum += variance_about_mean(observations, noise.wander, run);
+  return sum / observations.run_count();
+}
+
 /// F of one and the given degrees of freedom whose upper tail is `p`.
 double f_quantile(double p, double dof) {
   double low = 0.0;
@@ -55,7 +62,7 @@ std::optional<double> detection_limit(const CampaignModel& model, std::size_t s,
   const double blocks = static_cast<double>(observations.rows.size()) / placements;
   double of_visit = noise.visit * noise.visit +
                     (noise.placement * noise.placement + noise.block * noise.block / blocks) / (placements / visits);
-  of_visit += variance_about_mean(observations, noise.wander, 0);
+  of_visit += wander_variance(observations, noise);
   const double p = kGate / (static_cast<double>(found.candidates) * kSets);
   const double f = f_quantile(p, scatter_dof(noise) + observations.run_count() - 1);
   return std::sqrt(f * std::max(1.0, found.typical_heterogeneity) * of_visit / visits);
@@ -136,8 +143,8 @@ void note_sensors_without_scatter(const Observations& observations, const Campai
   add_note(report, "no_scatter", "not judged, as their readings do not scatter: " + list_of(sensors));
 }
 
-/// Noise of a campaign in which the bias wanders: told by what the first search has left. Nothing where a sensor that
-/// looks so, or any sensor at all, has no wander, or where there are too few runs to tell one from what they share.
+/// Noise of a campaign in which the bias wanders: told by what the first search has left. Nothing where none of the
+/// sensors that look so has wander, or where there are too few runs to tell one from what they share.
 std::optional<KnownNoise> wandering_noise(const CampaignModel& model, const std::vector<NamedEffect>& effects,
                                           const std::vector<Sensor>& sensors) {
   constexpr int kLeastRunsOfWander = 4;
@@ -153,16 +160,16 @@ std::optional<KnownNoise> wandering_noise(const CampaignModel& model, const std:
     if (auto found = estimate->of(left, noise[index_of(sensor)])) noise[index_of(sensor)] = *std::move(found);
   }
   const auto wanders = [&](Sensor sensor) { return !noise[index_of(sensor)].wander.empty(); };
-  if (!std::all_of(sensors.begin(), sensors.end(), wanders)) return std::nullopt;
+  if (std::none_of(sensors.begin(), sensors.end(), wanders)) return std::nullopt;
   return noise;
 }
 
-/// Says how far the bias of these sensors wanders, about its mean over a run.
-void note_wander(const Observations& observations, const KnownNoise& noise, const std::vector<Sensor>& sensors,
-                 GapReport& report) {
+/// Says how far the bias of each sensor wanders, about its mean over a run.
+void note_wander(const Observations& observations, const KnownNoise& noise, GapReport& report) {
   std::vector<std::string> sizes;
-  for (const Sensor sensor : sensors) {
-    const double variance = variance_about_mean(observations, noise[index_of(sensor)].wander, 0);
+  for (const Sensor sensor : kSensors) {
+    if (noise[index_of(sensor)].wander.empty()) continue;
+    const double variance = wander_variance(observations, noise[index_of(sensor)]);
     sizes.push_back(fmt::format("{} {:.2g} {}", name_of(sensor), std::sqrt(variance) * printed_per_si(sensor),
                                 printed_unit(sensor)));
   }
@@ -320,7 +327,7 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
     model.emplace(observations, history, std::nullopt, noise);
     report = before;
     search_all(campaign, *model, report);
-    note_wander(observations, *noise, wander, report);
+    note_wander(observations, *noise, report);
     report.noise = std::move(noise);
   }
   note_sensors_without_scatter(observations, *model, report);
