@@ -206,6 +206,34 @@ inline Hidden nothing() {
   return [](Sensor, const Moment&) { return 0.0; };
 }
 
+/// A bias of each sensor that wanders: Gauss-Markov processes of equal variance, `blocks` of a block's noise together.
+inline Hidden wander(const Plan& plan, double blocks, const std::vector<double>& tau_s, std::uint64_t seed) {
+  struct State {
+    int run = -1;
+    double t_s = 0.0;
+    std::vector<double> value = {};
+  };
+  auto states = std::make_shared<std::array<State, kSensorCount>>();
+  auto random = std::make_shared<base::Random>(seed);
+  return [=](Sensor sensor, const Moment& moment) {
+    State& state = (*states)[index_of(sensor)];
+    if (state.run != moment.run) {
+      state = {moment.run, moment.t_s, {}};
+      for (std::size_t k = 0; k < tau_s.size(); ++k) state.value.push_back(random->gaussian());
+    }
+    double sum = 0.0;
+    // Blocks are asked for once they are over.
+    const double goes_on_s = std::max(0.0, moment.t_s - state.t_s);
+    for (std::size_t k = 0; k < tau_s.size(); ++k) {
+      const double stays = std::exp(-goes_on_s / tau_s[k]);
+      state.value[k] = stays * state.value[k] + std::sqrt(1.0 - stays * stays) * random->gaussian();
+      sum += state.value[k];
+    }
+    state.t_s += goes_on_s;
+    return blocks * unit_of(plan, sensor) * sum / std::sqrt(static_cast<double>(tau_s.size()));
+  };
+}
+
 /// What a thermometer in whole degrees would have shown.
 inline LoggedCampaign in_whole_degrees(LoggedCampaign campaign) {
   campaign.thermometer.count = 1000;

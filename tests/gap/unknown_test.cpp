@@ -5,9 +5,11 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <numbers>
 
 #include "calib/gap/report/gap_report.h"
 #include "calib/gap/search/detail/slow_noise.h"
+#include "tests/gap/gap_notes.h"
 #include "tests/gap/made_up_campaign.h"
 
 namespace soak::calib::gap {
@@ -68,7 +70,7 @@ TEST(Unknown, IsABiasThatJumpsToAndFro) {
     }
     return sensor == Sensor::gyro_y ? 2.0 * plan.gyro_block * next_s->value : 0.0;
   });
-  expect_unknown(report, "time, differently in each run");
+  expect_unknown(report, "time, by jumps that no other run has");
   EXPECT_EQ(report.residual_structure->sensors, std::vector<Sensor>{Sensor::gyro_y});
 }
 
@@ -86,7 +88,44 @@ TEST(Unknown, IsABiasThatStepsOnceInEachRun) {
                              const auto r = static_cast<std::size_t>(moment.run);
                              return moment.t_s > when_s.at(r) ? height.at(r) * unit_of(plan, sensor) : 0.0;
                            }),
-                 "time, differently in each run");
+                 "time, by jumps that no other run has");
+}
+
+TEST(Unknown, IsABiasThatStepsOnceInOneRun) {
+  const Plan plan;
+  const Hidden wandering = made_up::wander(plan, 0.5, {360.0, 3600.0, 36000.0}, 11);
+  expect_unknown(report_of(plan,
+                           [&](Sensor sensor, const Moment& moment) {
+                             const bool steps = sensor == Sensor::accel_y && moment.run == 2 && moment.t_s > 14000.0;
+                             return wandering(sensor, moment) + (steps ? 8.0 * plan.accel_block : 0.0);
+                           }),
+                 "time, by jumps that no other run has");
+}
+
+// The runs begin at other times of day.
+TEST(Unknown, IsADailyWaveBesideABiasThatWanders) {
+  const Plan plan;
+  const Hidden wandering = made_up::wander(plan, 0.75, {360.0, 3600.0, 36000.0}, 12);
+  expect_unknown(report_of(plan,
+                           [&](Sensor sensor, const Moment& moment) {
+                             const double utc_s = 1.7e9 + 100000.0 * moment.run + moment.t_s;
+                             return wandering(sensor, moment) +
+                                    3.0 * unit_of(plan, sensor) * std::sin(2.0 * std::numbers::pi * utc_s / 86400.0);
+                           }),
+                 "time of day");
+}
+
+TEST(Unknown, IsNotAWanderOfAllSensorsButOne) {
+  for (std::uint64_t seed = 1; seed <= made_up::fewer_under_sanitizers(4); ++seed) {
+    Plan plan;
+    plan.seed = seed;
+    const Hidden wandering = made_up::wander(plan, 1.25, {360.0, 3600.0, 36000.0}, seed);
+    const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& moment) {
+      return sensor == Sensor::gyro_z ? 0.0 : wandering(sensor, moment);
+    });
+    EXPECT_EQ(name_of(report.conclusion), "none") << report.reason;
+    EXPECT_TRUE(has_note(report, "wandering_bias", {"gyro_x", "accel_z"}));
+  }
 }
 
 // It settles with the time since the turn, which no sensitivity to the attitude does.
@@ -99,6 +138,30 @@ TEST(Unknown, IsCreepTowardsTheNewAttitude) {
                              return 4.0 * plan.gyro_block * settled * (moment.up[0] - 0.5 * moment.up[2]);
                            }),
                  "");
+}
+
+// Bias instability and rate random walk, as every data sheet states them.
+TEST(Unknown, IsNotABiasThatWanders) {
+  for (std::uint64_t seed = 1; seed <= made_up::fewer_under_sanitizers(8); ++seed) {
+    Plan plan;
+    plan.seed = seed;
+    const GapReport report = report_of(plan, made_up::wander(plan, 1.25, {360.0, 3600.0, 36000.0}, seed));
+    EXPECT_EQ(name_of(report.conclusion), "none") << report.reason;
+    EXPECT_TRUE(has_note(report, "wandering_bias", {"gyro_x", "accel_z"}));
+  }
+}
+
+TEST(Unknown, IsNotAnEffectBesideABiasThatWanders) {
+  const Plan plan;
+  const Hidden wandering = made_up::wander(plan, 1.0, {360.0, 3600.0, 36000.0}, 3);
+  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& moment) {
+    const double bias = wandering(sensor, moment);
+    if (!is_gyro(sensor)) return bias;
+    const auto k = index_of(sensor);
+    return bias + 1.5 * plan.gyro_block * (moment.up[k] - moment.up[(k + 1) % 3]);
+  });
+  ASSERT_EQ(name_of(report.conclusion), "named") << report.reason;
+  EXPECT_EQ(report.effects[0].effect->name, "g_sensitivity");
 }
 
 TEST(Unknown, IsNotAnEffectWhoseStrengthVariesFromRunToRun) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/base/campaign_model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -18,7 +19,9 @@ constexpr double kNoSlope = 1e12;  ///< prior that keeps a slope at that of the 
 /// Whether a sensor has any noise: one that is stuck at a number says nothing.
 bool scatters(const NoiseComponents& noise) {
   constexpr double kLeast = 1e-12;  ///< far below the resolution of any output, deg/s or m/s²
-  return std::hypot(noise.block, noise.placement, noise.visit) > kLeast;
+  double most = std::hypot(noise.block, noise.placement, noise.visit);
+  for (const GaussMarkov& process : noise.wander) most = std::max(most, process.sigma);
+  return most > kLeast;
 }
 
 Eigen::VectorXd readings(const Observations& observations, Sensor sensor) {
@@ -57,8 +60,8 @@ Eigen::MatrixXd SensorResidual::project(Eigen::MatrixXd white) const {
 }
 
 CampaignModel::CampaignModel(const Observations& observations, const TemperatureHistory& history,
-                             std::optional<int> without_run)
-    : observations_(observations), history_(history) {
+                             std::optional<int> without_run, std::optional<KnownNoise> noise)
+    : observations_(observations), history_(history), noise_(std::move(noise)) {
   terms_.fill(Eigen::MatrixXd(static_cast<Eigen::Index>(observations.rows.size()), 0));
   for (const Observation& row : observations.rows) {
     keep_.push_back(row.run != without_run);
@@ -154,6 +157,15 @@ void CampaignModel::fit() {
   for (const Sensor sensor : kSensors) fit(sensor);
 }
 
+NoiseComponents CampaignModel::noise_of(Sensor sensor) const {
+  if (noise_) return (*noise_)[index_of(sensor)];
+  Eigen::VectorXd left = remainder(sensor);
+  for (std::size_t i = 0; i < keep_.size(); ++i) {
+    if (!keep_[i]) left(static_cast<Eigen::Index>(i)) = std::numeric_limits<double>::quiet_NaN();
+  }
+  return noise_components(observations_, left);
+}
+
 /// Noise is estimated first as if all rows were alike, then from what the fit under that noise leaves; so is how far
 /// the curve's slope may be off.
 void CampaignModel::fit(Sensor sensor) {
@@ -172,11 +184,7 @@ void CampaignModel::fit(Sensor sensor) {
     const Eigen::VectorXd sigmas =
         slope_sigmas(observations_.level_c, residuals_.sensor[s]->coefficients().head(design.levels));
     prior.segment(design.levels, design.levels) = sigmas.cwiseMax(1.0 / kNoSlope).cwiseInverse();
-    Eigen::VectorXd left = remainder(sensor);
-    for (std::size_t i = 0; i < keep_.size(); ++i) {
-      if (!keep_[i]) left(static_cast<Eigen::Index>(i)) = std::numeric_limits<double>::quiet_NaN();
-    }
-    noise = noise_components(observations_, left);
+    noise = noise_of(sensor);
     if (!scatters(noise)) return residuals_.sensor[s].reset();
   }
   residuals_.noise[s] = noise;

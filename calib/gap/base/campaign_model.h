@@ -50,15 +50,21 @@ struct Residuals {
   int levels = 0;
 };
 
+/// Noise of a campaign that another model of it has told.
+using KnownNoise = std::array<NoiseComponents, kSensorCount>;
+
 /// The saturated base of all sensors with the terms taken in so far, fitted to the blocks of a campaign: what
 /// candidates are tested against. One run may be left out of every fit, to be judged later. Observations and history
-/// must outlive it. A sensor without readings, or whose readings never scatter, has no residual.
+/// must outlive it. Without `noise` that is estimated from what the fit leaves. A sensor without readings, or whose
+/// readings never scatter, has no residual.
 class CampaignModel {
  public:
   CampaignModel(const Observations& observations, const TemperatureHistory& history,
-                std::optional<int> without_run = {});
+                std::optional<int> without_run = {}, std::optional<KnownNoise> noise = {});
 
   [[nodiscard]] const Residuals& residuals() const { return residuals_; }
+  /// The noise that it was given.
+  [[nodiscard]] const std::optional<KnownNoise>& known_noise() const { return noise_; }
   /// Must not outlive the model.
   [[nodiscard]] RegressorInputs regressor_inputs() const;
   /// Adds a term to the base of the given sensors and fits anew. Sensors with parameters of their own get the term's
@@ -75,10 +81,12 @@ class CampaignModel {
  private:
   void fit();
   void fit(Sensor sensor);
+  [[nodiscard]] NoiseComponents noise_of(Sensor sensor) const;
   [[nodiscard]] Eigen::VectorXd read_at(Sensor sensor, const std::vector<double>& temp_c) const;
 
   const Observations& observations_;
   const TemperatureHistory& history_;
+  std::optional<KnownNoise> noise_;
   std::vector<bool> keep_;
   std::array<std::vector<double>, kSensorCount> temp_c_;
   std::array<Eigen::MatrixXd, kSensorCount> terms_;

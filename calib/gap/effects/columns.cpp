@@ -2,6 +2,7 @@
 #include "calib/gap/effects/columns.h"
 
 #include <fmt/format.h>
+#include <numbers>
 
 namespace soak::calib::gap {
 
@@ -45,6 +46,17 @@ std::vector<Candidate> constant_and_linear(const Observations& observations, con
 
 std::string_view start_text(bool under_way) {
   return under_way ? ", under way at the start" : ", at rest at the start";
+}
+
+Eigen::MatrixXd time_of_day(const RegressorInputs& in) {
+  constexpr double kDayLength_s = 86400.0;
+  const auto rows = static_cast<Eigen::Index>(in.observations.rows.size());
+  if (in.history.utc_s().empty()) return Eigen::MatrixXd(rows, 0);
+  const Eigen::ArrayXd angle = as_vector(in.history.utc_s()).array() * (2.0 * std::numbers::pi / kDayLength_s);
+  Eigen::MatrixXd day(rows, 2);
+  day.col(0) = angle.sin();
+  day.col(1) = angle.cos();
+  return day;
 }
 
 Eigen::VectorXd rate_kpmin(const TemperatureHistory& history) { return kMinute_s * as_vector(history.rate()); }

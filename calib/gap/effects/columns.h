@@ -42,6 +42,8 @@ template <class Grid, class OfShape>
 inline constexpr std::array kRampTaus_s = {30.0, 60.0, 120.0, 240.0, 480.0, 960.0};
 [[nodiscard]] std::string_view start_text(bool under_way);
 inline constexpr double kMinute_s = 60.0;
+/// Sine and cosine of the time of day, a row for each observation; no column where Unix times are not known.
+[[nodiscard]] Eigen::MatrixXd time_of_day(const RegressorInputs& in);
 /// Slope of the thermometer, K/min.
 [[nodiscard]] Eigen::VectorXd rate_kpmin(const TemperatureHistory& history);
 /// On ramps, a logged channel about its mean; nothing where it was not logged or never moved.

@@ -182,10 +182,10 @@ NextExperiment simulated(const LoggedCampaign& campaign, const CampaignModel& mo
 
 NextExperiment next_experiment(const LoggedCampaign& campaign, const Observations& observations,
                                const TemperatureHistory& history, const std::vector<NamedEffect>& effects,
-                               std::size_t which) {
+                               std::size_t which, const std::optional<KnownNoise>& noise) {
   Question question{effects.at(which), {}, {}, {}};
   if (question.winner.rivals.empty()) return {};
-  CampaignModel model(observations, history);
+  CampaignModel model(observations, history, std::nullopt, noise);
   for (std::size_t other = 0; other < effects.size(); ++other) {
     const NamedEffect& effect = effects[other];
     if (other == which || !predicts(effect)) continue;

@@ -29,9 +29,10 @@ struct NextExperiment {
 /// own logs, and ranks them by the squared distance that they add (discrimination.h) per hour. Rivals that no action
 /// tells are named in the text with the library's sentence. `effects`: all that were named; `observations` as the
 /// search saw them. Nothing is computed where effects[which] has no rivals. An effect that every mounting draws anew
-/// predicts nothing for the next run: there the library's sentence stands alone.
+/// predicts nothing for the next run: there the library's sentence stands alone. `noise`: of the campaign, where it is
+/// known.
 [[nodiscard]] NextExperiment next_experiment(const LoggedCampaign& campaign, const Observations& observations,
                                              const TemperatureHistory& history, const std::vector<NamedEffect>& effects,
-                                             std::size_t which);
+                                             std::size_t which, const std::optional<KnownNoise>& noise = {});
 
 }  // namespace soak::calib::gap

@@ -160,6 +160,26 @@ NoiseComponents noise_components(const Observations& observations, const Eigen::
   return noise;
 }
 
+double variance_about_mean(const Observations& observations, const std::vector<GaussMarkov>& wander, int run) {
+  double sum = 0.0;
+  for (const GaussMarkov& process : wander) {
+    double earlier = 0.0;  // of all rows so far, the sum of their correlations with this one
+    double pairs = 0.0;
+    double rows = 0.0;
+    const Observation* before = nullptr;
+    for (const Observation& row : observations.rows) {
+      if (row.run != run) continue;
+      if (before != nullptr)
+        earlier = (earlier + 1.0) * std::exp(-std::max(0.0, row.t_s - before->t_s) / process.tau_s);
+      pairs += 2.0 * earlier + 1.0;
+      rows += 1.0;
+      before = &row;
+    }
+    if (rows > 0.0) sum += process.sigma * process.sigma * (1.0 - pairs / (rows * rows));
+  }
+  return sum;
+}
+
 Whitening::Whitening(const Observations& observations, Sensor sensor, const NoiseComponents& noise,
                      const std::vector<bool>& keep) {
   const std::size_t s = index_of(sensor);
@@ -167,6 +187,10 @@ Whitening::Whitening(const Observations& observations, Sensor sensor, const Nois
     const SensorStatistics& statistics = observations.rows[i].sensor[s];
     if (keep[i] && statistics.count > 0 && std::isfinite(statistics.mean))
       rows_.push_back(static_cast<Eigen::Index>(i));
+  }
+  if (!noise.wander.empty()) {
+    filter_runs(observations, noise);
+    return;
   }
   const auto visit_at = [&](std::size_t k) {
     const auto& row = observations.rows[static_cast<std::size_t>(rows_[k])];
@@ -181,9 +205,65 @@ Whitening::Whitening(const Observations& observations, Sensor sensor, const Nois
   }
 }
 
+/// States: the placement's, the visit's, and one for each Gauss-Markov process; their covariance goes from row to row.
+void Whitening::filter_runs(const Observations& observations, const NoiseComponents& noise) {
+  const auto n = static_cast<Eigen::Index>(noise.wander.size()) + 2;
+  Eigen::VectorXd variance(n);
+  variance(0) = noise.placement * noise.placement;
+  variance(1) = noise.visit * noise.visit;
+  for (Eigen::Index k = 2; k < n; ++k) variance(k) = std::pow(noise.wander[static_cast<std::size_t>(k) - 2].sigma, 2);
+  const double own = std::max(noise.block * noise.block, 1e-12 * variance.sum() + 1e-300);
+  Eigen::MatrixXd covariance;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Observation& row = observations.rows[static_cast<std::size_t>(rows_[i])];
+    const Observation* before = i > 0 ? &observations.rows[static_cast<std::size_t>(rows_[i - 1])] : nullptr;
+    Step step;
+    step.fade = States::Zero(n);
+    if (before != nullptr && before->run == row.run) {
+      step.fade(0) = before->placement == row.placement ? 1.0 : 0.0;
+      step.fade(1) = before->visit == row.visit ? 1.0 : 0.0;
+      for (Eigen::Index k = 2; k < n; ++k) {
+        step.fade(k) =
+            std::exp(-std::max(0.0, row.t_s - before->t_s) / noise.wander[static_cast<std::size_t>(k) - 2].tau_s);
+      }
+    }
+    covariance = i == 0 ? Eigen::MatrixXd::Zero(n, n)
+                        : Eigen::MatrixXd(step.fade.asDiagonal() * covariance * step.fade.asDiagonal());
+    covariance.diagonal().array() += variance.array() * (1.0 - step.fade.array().square());
+    const Eigen::VectorXd with_row = covariance.rowwise().sum();  // the row reads the sum of all states
+    const double beyond = with_row.sum() + own;
+    step.gain = with_row / beyond;
+    covariance -= step.gain * with_row.transpose();
+    step.scale = 1.0 / std::sqrt(beyond);
+    steps_.push_back(std::move(step));
+  }
+}
+
+void Whitening::filter(Eigen::Ref<Eigen::VectorXd> column) const {
+  States states = States::Zero(steps_.front().fade.size());
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    const Step& step = steps_[i];
+    double& row = column(static_cast<Eigen::Index>(i));
+    states.array() *= step.fade.array();
+    row -= states.sum();
+    states += step.gain * row;
+    row *= step.scale;
+  }
+}
+
+double Whitening::log_determinant() const {
+  double sum = 0.0;
+  for (const Step& step : steps_) sum -= 2.0 * std::log(step.scale);
+  for (const Visit& visit : visits_) sum += 2.0 * visit.factor.diagonal().array().log().sum();
+  return sum;
+}
+
 Eigen::MatrixXd Whitening::apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
   Eigen::MatrixXd result(static_cast<Eigen::Index>(rows_.size()), columns.cols());
   for (std::size_t k = 0; k < rows_.size(); ++k) result.row(static_cast<Eigen::Index>(k)) = columns.row(rows_[k]);
+  if (!steps_.empty()) {
+    for (auto column : result.colwise()) filter(column);
+  }
   for (const Visit& visit : visits_) {
     base::solve_lower_in_place(visit.factor, result.middleRows(visit.first, visit.factor.rows()));
   }

@@ -37,6 +37,15 @@ struct Stay {
 /// Means over visits of the means over their placements.
 [[nodiscard]] std::vector<Stay> visits_of(const std::vector<Stay>& placements);
 
+/// A bias that wanders and returns: variance sigma², correlation exp(−|Δt|/tau_s) (IEEE 952, Annex B: Markov noise).
+/// Sums of such stand for bias instability and, where tau_s is longer than a run, for rate random walk.
+struct GaussMarkov {
+  double tau_s = 0.0;
+  double sigma = 0.0;
+};
+
+inline constexpr int kMostStates = 8;  ///< of a filter: placement, visit and as many processes as there may be
+
 /// How the blocks of one sensor scatter, standard deviations in its unit: block within placement, placement within
 /// visit, visit within run. The runs' own offsets are free parameters of the base.
 struct NoiseComponents {
@@ -47,6 +56,8 @@ struct NoiseComponents {
   double placement_dof = 0.0;
   double visit_dof = 0.0;
   bool replicated = false;  ///< whether runs repeat each other enough to say so
+  /// Beside these, a bias that wanders all through the run; none where it was not looked for (WanderEstimate).
+  std::vector<GaussMarkov> wander = {};
 };
 
 /// Nested analysis of variance of what differs between runs that repeat the same cell (plateau, sweep, occurrence,
@@ -55,8 +66,13 @@ struct NoiseComponents {
 /// degrees of freedom, the scatter within runs stands in and `replicated` is false.
 [[nodiscard]] NoiseComponents noise_components(const Observations& observations, const Eigen::VectorXd& residual);
 
+/// Variance that a wander has about its own mean over a run, at the times of the run's rows.
+[[nodiscard]] double variance_about_mean(const Observations& observations, const std::vector<GaussMarkov>& wander,
+                                         int run);
+
 /// Turns the rows of one sensor into rows of unit variance that do not correlate, under nested noise: one Cholesky
-/// factor per visit. Rows without a value, and those whose `keep` is false, are passed over.
+/// factor per visit. Where the bias wanders, by a Kalman filter over each run: what a row says beyond those before it.
+/// Rows without a value, and those whose `keep` is false, are passed over.
 class Whitening {
  public:
   Whitening(const Observations& observations, Sensor sensor, const NoiseComponents& noise,
@@ -64,6 +80,8 @@ class Whitening {
 
   /// Whitened rows of `columns`, which has one row per observation.
   [[nodiscard]] Eigen::MatrixXd apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const;
+  /// ln of the determinant of the rows' covariance.
+  [[nodiscard]] double log_determinant() const;
   /// Observation that whitened row i belongs to: rows keep their visit and run.
   [[nodiscard]] const std::vector<Eigen::Index>& rows() const { return rows_; }
 
@@ -72,8 +90,20 @@ class Whitening {
     Eigen::Index first;  ///< index into rows_
     Eigen::MatrixXd factor;
   };
+  using States = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostStates, 1>;
+  /// What the filter does at a row: the states fade, the row is less what they say, and corrects them.
+  struct Step {
+    States fade;
+    States gain;
+    double scale = 1.0;  ///< reciprocal standard deviation of what the row says beyond
+  };
+  void filter_runs(const Observations& observations, const NoiseComponents& noise);
+  /// Whitens one column.
+  void filter(Eigen::Ref<Eigen::VectorXd> column) const;
+
   std::vector<Eigen::Index> rows_;
-  std::vector<Visit> visits_;
+  std::vector<Visit> visits_;  ///< empty where the bias wanders
+  std::vector<Step> steps_;    ///< else of each row
 };
 
 }  // namespace soak::calib::gap

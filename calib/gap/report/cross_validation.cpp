@@ -27,7 +27,8 @@ double expected_noise(const Observations& observations, const NoiseComponents& n
   double of_mean = noise.block * noise.block / rows;
   for (const auto& [id, count] : placement) of_mean += std::pow(noise.placement * count / rows, 2);
   for (const auto& [id, count] : visit) of_mean += std::pow(noise.visit * count / rows, 2);
-  return noise.block * noise.block + noise.placement * noise.placement + noise.visit * noise.visit - of_mean;
+  return noise.block * noise.block + noise.placement * noise.placement + noise.visit * noise.visit - of_mean +
+         variance_about_mean(observations, noise.wander, run);
 }
 
 double mean_over_run(const Observations& observations, const Eigen::VectorXd& values, int run) {
@@ -123,8 +124,9 @@ void judge_run(const Observations& observations, const CampaignModel& plain, con
 }
 
 void judge_unseen_run(const Observations& observations, const TemperatureHistory& history,
-                      const std::vector<NamedEffect>& effects, int run, SensorJudgements& judged) {
-  const CampaignModel plain(observations, history, run);
+                      const std::vector<NamedEffect>& effects, int run, const std::optional<KnownNoise>& noise,
+                      SensorJudgements& judged) {
+  const CampaignModel plain(observations, history, run, noise);
   CampaignModel with = plain;
   for (const NamedEffect& named : effects) {
     if (!named.effect->candidates) continue;  // nothing that a mean shows
@@ -162,17 +164,17 @@ std::optional<double> mean_square(const Observations& observations, const Eigen:
 }
 
 SensorGaps cross_validated_gap(const Observations& observations, const TemperatureHistory& history,
-                               const std::vector<NamedEffect>& effects) {
+                               const std::vector<NamedEffect>& effects, const std::optional<KnownNoise>& noise) {
   SensorJudgements judged;
   for (int run = 0; run < observations.run_count(); ++run)
-    judge_unseen_run(observations, history, effects, run, judged);
+    judge_unseen_run(observations, history, effects, run, noise, judged);
   return summarised(judged, effects);
 }
 
 SensorGaps gap_of_unseen_run(const Observations& observations, const TemperatureHistory& history,
-                             const std::vector<NamedEffect>& effects, int run) {
+                             const std::vector<NamedEffect>& effects, int run, const std::optional<KnownNoise>& noise) {
   SensorJudgements judged;
-  judge_unseen_run(observations, history, effects, run, judged);
+  judge_unseen_run(observations, history, effects, run, noise, judged);
   auto gaps = summarised(judged, effects);
   for (auto& gap : gaps) {
     if (!gap) continue;

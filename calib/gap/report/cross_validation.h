@@ -28,14 +28,18 @@ using SensorGaps = std::array<std::optional<SensorGap>, kSensorCount>;
 /// Cross-validation, one run after the other: base, shapes and parameters of `effects` from the others, judged on that
 /// run. Which effects act on which sensors was chosen on all runs. The fraction (of means over the runs of their own
 /// RMS) is absent where before − floor is under two standard errors, and where no effect could close it: those outside
-/// the mean, and those that are drawn anew with each mounting. Cost: as many fits of the campaign as there are runs.
+/// the mean, and those that are drawn anew with each mounting. `noise`: of
+/// all runs, where it is not to be estimated from the others. Cost: as many fits of
+/// the campaign as there are runs.
 [[nodiscard]] SensorGaps cross_validated_gap(const Observations& observations, const TemperatureHistory& history,
-                                             const std::vector<NamedEffect>& effects);
+                                             const std::vector<NamedEffect>& effects,
+                                             const std::optional<KnownNoise>& noise = {});
 
 /// The same of one run that was locked away before the search, a single number: base, shapes and parameters from all
 /// others. Its fraction has no interval; it is absent where no effect could close the gap, or nothing is above the
-/// floor.
+/// floor. `noise`: as above.
 [[nodiscard]] SensorGaps gap_of_unseen_run(const Observations& observations, const TemperatureHistory& history,
-                                           const std::vector<NamedEffect>& effects, int run);
+                                           const std::vector<NamedEffect>& effects, int run,
+                                           const std::optional<KnownNoise>& noise = {});
 
 }  // namespace soak::calib::gap

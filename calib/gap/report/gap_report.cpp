@@ -14,7 +14,10 @@
 
 #include "base/statistics.h"
 #include "calib/gap/base/run_agreement.h"
+#include "calib/gap/effects/columns.h"
+#include "calib/gap/noise/wander_estimate.h"
 #include "calib/gap/ramps/branch_report.h"
+#include "calib/gap/search/detail/slow_noise.h"
 #include "calib/gap/search/score.h"
 
 namespace soak::calib::gap {
@@ -24,6 +27,13 @@ constexpr int kLeastRuns = 2;
 constexpr std::size_t kMostOpenRuns = 8;  ///< of more, one is locked away before the search
 /// Sets of sensors among which a term may be named: all, gyros, accelerometers, each alone.
 constexpr double kSets = 9.0;
+
+/// Variance of a wander about its mean over a run, in the mean of the runs.
+double wander_variance(const Observations& observations, const NoiseComponents& noise) {
+  double sum = 0.0;
+  for (int run = 0; run < observations.run_count(); ++run) sum += variance_about_mean(observations, noise.wander, run);
+  return sum / observations.run_count();
+}
 
 /// F of one and the given degrees of freedom whose upper tail is `p`.
 double f_quantile(double p, double dof) {
@@ -50,22 +60,51 @@ std::optional<double> detection_limit(const CampaignModel& model, std::size_t s,
   }
   const NoiseComponents& noise = model.residuals().noise[s];
   const double blocks = static_cast<double>(observations.rows.size()) / placements;
-  const double of_visit =
-      noise.visit * noise.visit +
-      (noise.placement * noise.placement + noise.block * noise.block / blocks) / (placements / visits);
+  double of_visit = noise.visit * noise.visit +
+                    (noise.placement * noise.placement + noise.block * noise.block / blocks) / (placements / visits);
+  of_visit += wander_variance(observations, noise);
   const double p = kGate / (static_cast<double>(found.candidates) * kSets);
   const double f = f_quantile(p, scatter_dof(noise) + observations.run_count() - 1);
   return std::sqrt(f * std::max(1.0, found.typical_heterogeneity) * of_visit / visits);
 }
 
+/// Effects of the temperature's history that the base takes up in this campaign, for a sentence: "a, b or c".
+std::string absorbed_of_history(const std::vector<const Effect*>& absorbed) {
+  std::vector<std::string_view> names;
+  for (const Effect* effect : absorbed) {
+    if (effect->follows_history) names.push_back(effect->name);
+  }
+  if (names.size() < 2) return names.empty() ? "" : std::string(names.front());
+  const std::string_view last = names.back();
+  names.pop_back();
+  return fmt::format("{} or {}", fmt::join(names, ", "), last);
+}
+
+/// What would let the curve between the plateaus be known.
+std::string_view closer_plateaus(const std::vector<double>& level_c) {
+  double widest_c = 0.0;
+  for (std::size_t k = 1; k < level_c.size(); ++k) widest_c = std::max(widest_c, level_c[k] - level_c[k - 1]);
+  return widest_c > 12.0 ? ": plateaus 10 K apart would tell" : widest_c > 6.0 ? ": plateaus 5 K apart would tell" : "";
+}
+
+std::string unknown_reason(const SearchResult& found, const std::vector<double>& level_c) {
+  const ResidualStructure& structure = *found.residual_structure;
+  const std::string absorbed = absorbed_of_history(found.absorbed);
+  if (!structure.of_history || absorbed.empty()) {
+    return fmt::format("readings change with {}, in a way that no effect of the library explains", structure.axis);
+  }
+  return fmt::format("readings change with {}; {} would look like it, and cannot be told from the thermal curve here{}",
+                     structure.axis, absorbed, closer_plateaus(level_c));
+}
+
 /// `outside`: effects that the means do not show.
-void decide(SearchResult found, std::vector<NamedEffect> outside, GapReport& report) {
-  report.residual_structure = std::move(found.residual_structure);
+void decide(SearchResult found, std::vector<NamedEffect> outside, const std::vector<double>& level_c,
+            GapReport& report) {
+  report.residual_structure = found.residual_structure;
   if (report.residual_structure && report.residual_structure->forbids_names) {
     report.conclusion = Conclusion::unknown;
+    report.reason = unknown_reason(found, level_c);
     report.suspects = std::move(found.effects);
-    report.reason = fmt::format("readings change with {}, in a way that no effect of the library explains",
-                                report.residual_structure->axis);
     return;
   }
   std::stable_sort(found.effects.begin(), found.effects.end(),
@@ -102,6 +141,42 @@ void note_sensors_without_scatter(const Observations& observations, const Campai
   }
   if (sensors.empty()) return;
   add_note(report, "no_scatter", "not judged, as their readings do not scatter: " + list_of(sensors));
+}
+
+/// Noise of a campaign in which the bias wanders: told by what the first search has left. Nothing where none of the
+/// sensors that look so has wander, or where there are too few runs to tell one from what they share.
+std::optional<KnownNoise> wandering_noise(const CampaignModel& model, const std::vector<NamedEffect>& effects,
+                                          const std::vector<Sensor>& sensors) {
+  constexpr int kLeastRunsOfWander = 4;
+  const RegressorInputs in = model.regressor_inputs();
+  if (sensors.empty() || in.observations.run_count() < kLeastRunsOfWander) return std::nullopt;
+  const Eigen::MatrixXd of_day = time_of_day(in);
+  KnownNoise noise = model.residuals().noise;
+  std::optional<WanderEstimate> estimate;
+  for (const Sensor sensor : kSensors) {
+    if (!model.residuals().sensor[index_of(sensor)]) continue;
+    const Eigen::VectorXd left = unexplained(model, effects, sensor);
+    if (!estimate || !estimate->is_for(left)) estimate.emplace(in.observations, left, of_day);
+    if (auto found = estimate->of(left, noise[index_of(sensor)])) noise[index_of(sensor)] = *std::move(found);
+  }
+  const auto wanders = [&](Sensor sensor) { return !noise[index_of(sensor)].wander.empty(); };
+  if (std::none_of(sensors.begin(), sensors.end(), wanders)) return std::nullopt;
+  return noise;
+}
+
+/// Says how far the bias of each sensor wanders, about its mean over a run.
+void note_wander(const Observations& observations, const KnownNoise& noise, GapReport& report) {
+  std::vector<std::string> sizes;
+  for (const Sensor sensor : kSensors) {
+    if (noise[index_of(sensor)].wander.empty()) continue;
+    const double variance = wander_variance(observations, noise[index_of(sensor)]);
+    sizes.push_back(fmt::format("{} {:.2g} {}", name_of(sensor), std::sqrt(variance) * printed_per_si(sensor),
+                                printed_unit(sensor)));
+  }
+  add_note(report, "wandering_bias",
+           fmt::format("the bias wanders while the unit runs, in another way in each run, as bias instability and rate "
+                       "random walk do; that is counted as noise: {} (standard deviation within a run)",
+                       fmt::join(sizes, ", ")));
 }
 
 /// Whether each position always comes after the same one: what it remembers of that is then a constant of its own.
@@ -183,7 +258,7 @@ void judge_locked_run(const LoggedCampaign& campaign, std::size_t number, GapRep
   }
   const auto run = static_cast<int>(found - observations.logged.begin());
   report.locked = {observations.runs[static_cast<std::size_t>(run)],
-                   gap_of_unseen_run(observations, history, report.effects, run)};
+                   gap_of_unseen_run(observations, history, report.effects, run, report.noise)};
 }
 
 /// Without plateaus: by branches of the temperature, where there are any.
@@ -199,7 +274,7 @@ GapReport find_without_plateaus(const LoggedCampaign& campaign, GapReport report
   return ramps::judge_branches(campaign, *recording, std::move(report));
 }
 
-/// Searches the library, looks outside the means, and decides.
+/// Searches the library, looks outside the means, and decides. `report` is as it was before any search.
 void search_all(const LoggedCampaign& campaign, CampaignModel& model, GapReport& report) {
   for (const Effect& effect : library()) {
     if (auto why = effect.missing(model.regressor_inputs())) {
@@ -219,7 +294,7 @@ void search_all(const LoggedCampaign& campaign, CampaignModel& model, GapReport&
   outside.add(look_outside_the_mean(campaign, model));
   outside.add(look_for_bump(model));
   std::move(outside.not_testable.begin(), outside.not_testable.end(), std::back_inserter(report.not_testable));
-  decide(std::move(found), std::move(outside.effects), report);
+  decide(std::move(found), std::move(outside.effects), model.regressor_inputs().observations.level_c, report);
 }
 
 GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
@@ -236,21 +311,32 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
   if (auto same = same_readings(observations)) return cannot_judge(std::move(report), *std::move(same));
   drop_clipped_sensors(campaign, observations);
   const TemperatureHistory history(campaign, observations);
-  CampaignModel model(observations, history);
-  if (!replicated(model)) {
+  std::optional<CampaignModel> model(std::in_place, observations, history);
+  if (!replicated(*model)) {
     return cannot_judge(std::move(report),
                         "the runs do not repeat each other's plateaus, so their scatter is not known; record two runs "
                         "of one procedure");
   }
-  if (auto differ = disagreement(model)) return cannot_judge(std::move(report), *std::move(differ));
-  search_all(campaign, model, report);
-  note_sensors_without_scatter(observations, model, report);
+  if (auto differ = disagreement(*model)) return cannot_judge(std::move(report), *std::move(differ));
+  const GapReport before = report;
+  search_all(campaign, *model, report);
+  // Where it is time that readings follow, and in each run otherwise, the noise may be of another kind than assumed.
+  const std::vector<Sensor> wander =
+      report.residual_structure ? report.residual_structure->may_wander : std::vector<Sensor>();
+  if (auto noise = wandering_noise(*model, report.suspects, wander)) {
+    model.emplace(observations, history, std::nullopt, noise);
+    report = before;
+    search_all(campaign, *model, report);
+    note_wander(observations, *noise, report);
+    report.noise = std::move(noise);
+  }
+  note_sensors_without_scatter(observations, *model, report);
   note_position_order(observations, report);
   note_thermometer(campaign, history, report);
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
-    report.next.push_back(next_experiment(campaign, observations, history, report.effects, e));
+    report.next.push_back(next_experiment(campaign, observations, history, report.effects, e, report.noise));
   }
-  report.gap = cross_validated_gap(observations, history, report.effects);
+  report.gap = cross_validated_gap(observations, history, report.effects, report.noise);
   return report;
 }
 

@@ -53,7 +53,8 @@ struct GapReport {
   /// What limits the conclusion. Codes: no_scatter (sensors whose readings never scatter are not judged),
   /// position_order (positions in one order: a memory of the one before could look like the effect named),
   /// coarse_thermometer (changes with time were not looked for), reconstructed_temperature (within the thermometer's
-  /// steps it is calculated from the air), clipped (sensors that reach the end of their range are not judged).
+  /// steps it is calculated from the air), clipped (sensors that reach the end of their range are not judged),
+  /// wandering_bias (sensors whose bias wanders, which is counted as noise).
   std::vector<Warning> notes;
   JudgedOn judged_on = JudgedOn::runs;
   std::vector<NamedEffect> effects;   ///< strongest first; empty but for the conclusion `named`
@@ -66,6 +67,7 @@ struct GapReport {
   std::array<std::optional<double>, kSensorCount> detection_limit;
   SensorGaps gap;
   std::vector<GateRejection> rejections;  ///< by the data gate, in the order of runs
+  std::optional<KnownNoise> noise;        ///< that wanders, where the verdict rests on such
   std::optional<LockedRun> locked;        ///< of campaigns of more than eight runs that could be judged
 };
 

@@ -37,6 +37,9 @@ struct ResidualStructure {
   double merit = 0.0;  ///< in units of the effects' gain
   std::vector<Sensor> sensors;
   bool forbids_names = false;  ///< too much of the gap for the effects found to be its cause
+  bool of_history = false;     ///< what follows the history of temperature shows along that axis
+  /// Sensors in which a bias that wanders, which the noise of the model does not know, may look so.
+  std::vector<Sensor> may_wander = {};
 };
 
 /// What the forward search found.

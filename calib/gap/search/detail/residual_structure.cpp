@@ -15,13 +15,13 @@
 
 #include "calib/gap/base/base_curve.h"
 #include "calib/gap/effects/columns.h"
+#include "calib/gap/search/detail/jumps.h"
 #include "calib/gap/search/detail/slow_noise.h"
 #include "calib/gap/search/score.h"
 
 namespace soak::calib::gap {
 namespace {
 
-constexpr double kDayLength_s = 86400.0;
 constexpr int kKnots = 6;  ///< of what is smooth in the time within a run
 
 /// Indicator columns of all groups but the first; a group number below 0 belongs to none.
@@ -103,6 +103,7 @@ struct AxisTest {
   std::string name;  ///< "time since the fixture turned", ...
   CandidateTest test;
   Standing standing;
+  bool of_history = false;
 };
 
 /// Tests the axes that a campaign can show.
@@ -113,11 +114,12 @@ class AxisTests {
     const RegressorInputs in = model.regressor_inputs();
     const Observations& o = in.observations;
     if (!in.history.blurred()) {
-      add("temperature and direction of the sweep", directions_by(o, [](const Observation& row) { return row.level; }));
+      add("temperature and direction of the sweep", directions_by(o, [](const Observation& row) { return row.level; }),
+          true);
     }
     if (!in.history.coarse()) {
       add("time since the plateau was reached and direction of the sweep",
-          directions_by(o, [](const Observation& row) { return row.order; }));
+          directions_by(o, [](const Observation& row) { return row.order; }), true);
       add("time since the fixture turned",
           by(o, [](const Observation& row) { return static_cast<int>(row.t_in_placement_s / 60.0); }));
       add("order of the positions in a visit", by(o, [](const Observation& row) { return row.order; }));
@@ -128,17 +130,17 @@ class AxisTests {
     if (!in.history.chamber_c().empty()) {
       Eigen::VectorXd across = as_vector(in.history.chamber_c());
       for (Eigen::Index i = 0; i < across.size(); ++i) across(i) -= o.rows[static_cast<std::size_t>(i)].temp_c;
-      add("chamber air less unit", across);
+      add("chamber air less unit", across, true);
     }
   }
 
   [[nodiscard]] std::vector<AxisTest> take() { return std::move(tests_); }
 
  private:
-  void add(std::string name, const Eigen::MatrixXd& columns) {
+  void add(std::string name, const Eigen::MatrixXd& columns, bool of_history = false) {
     if (columns.cols() == 0) return;
     const Candidate candidate = for_all("", {}, columns);
-    AxisTest test{std::move(name), test_candidate(model_.residuals(), candidate), {}};
+    AxisTest test{std::move(name), test_candidate(model_.residuals(), candidate), {}, of_history};
     test.standing = standing(test.test, candidate, typical_, price_);
     tests_.push_back(std::move(test));
   }
@@ -156,14 +158,8 @@ class AxisTests {
   }
 
   void add_times(const RegressorInputs& in) {
-    add("time within the run", of_time_in_run(in.observations));
-    if (!in.history.utc_s().empty()) {
-      const Eigen::ArrayXd angle = as_vector(in.history.utc_s()).array() * (2.0 * std::numbers::pi / kDayLength_s);
-      Eigen::MatrixXd day(angle.size(), 2);
-      day.col(0) = angle.sin();
-      day.col(1) = angle.cos();
-      add("time of day", day);
-    }
+    add("time within the run", of_time_in_run(in.observations), true);
+    add("time of day", time_of_day(in));
     if (!in.history.since_power_s().empty()) {
       std::vector<int> octave;
       for (const double t_s : in.history.since_power_s()) {
@@ -249,16 +245,23 @@ std::optional<ResidualStructure> misfit(const std::vector<AxisTest>& axes, const
       const double found = together.gain / moderated_heterogeneity(together, typical) - together.dof;
       if (p > kGate || found < tolerated * (known + found)) continue;
       if (worst && worst->merit >= found) continue;
-      worst = ResidualStructure{axis.name, p, found, effect.sensors, true};
+      worst = ResidualStructure{axis.name, p, found, effect.sensors, true, axis.of_history};
     }
   }
   return worst;
 }
 
+/// What runs do not repeat: where the noise of the model wanders, only jumps are beyond it.
 std::optional<ResidualStructure> wander(const CampaignModel& model, const std::vector<NamedEffect>& effects) {
-  const auto slow = slow_noise(model, effects);
-  if (!slow || slow->excess < kStrange * explained(effects, slow->sensors)) return std::nullopt;
-  return ResidualStructure{"time, differently in each run", slow->p_adjusted, slow->excess, slow->sensors, true};
+  const bool noise_wanders = model.known_noise().has_value();
+  const auto found = noise_wanders ? jumps(model, effects) : slow_noise(model, effects);
+  if (!found || found->excess < kStrange * explained(effects, found->sensors)) return std::nullopt;
+  return ResidualStructure{
+      .axis = noise_wanders ? "time, by jumps that no other run has" : "time, differently in each run",
+      .p_adjusted = found->p_adjusted,
+      .merit = found->excess,
+      .sensors = found->sensors,
+      .forbids_names = true};
 }
 
 std::optional<ResidualStructure> strongest(const std::vector<AxisTest>& axes, const std::vector<NamedEffect>& effects) {
@@ -270,16 +273,14 @@ std::optional<ResidualStructure> strongest(const std::vector<AxisTest>& axes, co
     const double p = std::min(1.0, stands.p * static_cast<double>(axes.size()));
     if (p > kGate || !stands.enough_folds || stands.merit <= 0.0) continue;
     if (best && best->merit >= stands.merit) continue;
-    best = ResidualStructure{axis.name, p, stands.merit, stands.sensors, stands.merit >= kStrange * named};
+    best = ResidualStructure{axis.name,      p, stands.merit, stands.sensors, stands.merit >= kStrange * named,
+                             axis.of_history};
   }
   return best;
 }
 
-}  // namespace
-
-std::optional<ResidualStructure> find_residual_structure(const CampaignModel& model,
-                                                         const std::vector<NamedEffect>& effects, double typical,
-                                                         double price) {
+std::optional<ResidualStructure> structure_left(const CampaignModel& model, const std::vector<NamedEffect>& effects,
+                                                double typical, double price) {
   const std::vector<AxisTest> axes = AxisTests(model, typical, price).take();
   auto any = strongest(axes, effects);
   if (any && any->forbids_names) return any;
@@ -289,6 +290,18 @@ std::optional<ResidualStructure> find_residual_structure(const CampaignModel& mo
   if (model.regressor_inputs().history.coarse()) return any;
   if (auto found = wander(model, effects)) return found;
   return any;
+}
+
+}  // namespace
+
+std::optional<ResidualStructure> find_residual_structure(const CampaignModel& model,
+                                                         const std::vector<NamedEffect>& effects, double typical,
+                                                         double price) {
+  auto found = structure_left(model, effects, typical, price);
+  const bool is_open = found && found->forbids_names && !model.known_noise();
+  if (!is_open || model.regressor_inputs().history.coarse()) return found;
+  if (const auto slow = slow_noise(model, effects)) found->may_wander = slow->sensors;
+  return found;
 }
 
 }  // namespace soak::calib::gap

@@ -16,9 +16,7 @@
 namespace soak::calib::gap {
 namespace {
 
-constexpr Eigen::Index kWaves = 4;  ///< half waves over a run: the low frequencies
-/// A tenth of the search's gate: scatter alone decides here, and nothing that runs repeat bears it out.
-constexpr double kSlowGate = 0.1 * kGate;
+constexpr Eigen::Index kWaves = 4;        ///< half waves over a run: the low frequencies
 constexpr double kLeastDof = 6.0;         ///< of the scatter that low frequencies are compared with
 constexpr double kLeastPlacements = 4.0;  ///< in a visit whose slope and bow are looked at
 
@@ -119,18 +117,6 @@ Spectrum within_visits(const std::vector<Stay>& placements) {
   return spectrum;
 }
 
-/// What the effects read in a sensor, one column for each that acts on it.
-Eigen::MatrixXd contributions(const std::vector<NamedEffect>& effects, Sensor sensor, Eigen::Index rows) {
-  Eigen::MatrixXd columns(rows, 0);
-  for (const NamedEffect& effect : effects) {
-    if (std::find(effect.sensors.begin(), effect.sensors.end(), sensor) == effect.sensors.end()) continue;
-    const std::size_t s = index_of(sensor);
-    columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
-    columns.rightCols(1) = effect.candidate.columns[s] * effect.parameters[s];
-  }
-  return columns;
-}
-
 /// Takes off what an effect reads more or less in each run than in all of them.
 void take_off_strength(const Observations& observations, const Eigen::MatrixXd& columns, Eigen::VectorXd& remainder) {
   if (columns.cols() == 0) return;
@@ -158,15 +144,30 @@ struct Found {
 
 }  // namespace
 
+Eigen::MatrixXd contributions(const std::vector<NamedEffect>& effects, Sensor sensor, Eigen::Index rows) {
+  Eigen::MatrixXd columns(rows, 0);
+  for (const NamedEffect& effect : effects) {
+    if (std::find(effect.sensors.begin(), effect.sensors.end(), sensor) == effect.sensors.end()) continue;
+    const std::size_t s = index_of(sensor);
+    columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
+    columns.rightCols(1) = effect.candidate.columns[s] * effect.parameters[s];
+  }
+  return columns;
+}
+
+Eigen::VectorXd unexplained(const CampaignModel& model, const std::vector<NamedEffect>& effects, Sensor sensor) {
+  Eigen::VectorXd remainder = model.remainder(sensor);
+  take_off_strength(model.regressor_inputs().observations, contributions(effects, sensor, remainder.size()), remainder);
+  return remainder;
+}
+
 std::optional<SlowNoise> slow_noise(const CampaignModel& model, const std::vector<NamedEffect>& effects) {
   const Observations& observations = model.regressor_inputs().observations;
   std::array<Found, kSensorCount> found;
   std::vector<Sensor> sensors;
   for (const Sensor sensor : kSensors) {
     if (!model.residuals().sensor[index_of(sensor)]) continue;
-    Eigen::VectorXd remainder = model.remainder(sensor);
-    take_off_strength(observations, contributions(effects, sensor, remainder.size()), remainder);
-    const auto placements = placements_of(observations, remainder);
+    const auto placements = placements_of(observations, unexplained(model, effects, sensor));
     const Spectrum slow = over_runs(visits_of(placements));
     const Spectrum fast = within_visits(placements);
     found[index_of(sensor)] = {slow.p(), fast.p(), slow.excess() + fast.excess()};

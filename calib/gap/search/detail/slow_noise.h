@@ -10,12 +10,24 @@
 
 namespace soak::calib::gap {
 
+/// Chance of what scatter alone decides, and nothing that runs repeat bears out: a tenth of the search's gate.
+inline constexpr double kSlowGate = 0.1 * kGate;
+
 /// Scatter that hangs together in time: neighbours are more alike than those further apart.
 struct SlowNoise {
   double p_adjusted = 1.0;  ///< for all sets of sensors and both distances
   double excess = 0.0;      ///< squares beyond those of white scatter, over the variance of what scatters
   std::vector<Sensor> sensors;
 };
+
+/// What effects that were taken into the model read in a sensor, one column for each that acts on it, a row for each
+/// observation.
+[[nodiscard]] Eigen::MatrixXd contributions(const std::vector<NamedEffect>& effects, Sensor sensor, Eigen::Index rows);
+
+/// Readings less all that the model knows, and less what each effect reads more or less in one run than in all: how
+/// strong an effect is may differ from run to run, and is no noise.
+[[nodiscard]] Eigen::VectorXd unexplained(const CampaignModel& model, const std::vector<NamedEffect>& effects,
+                                          Sensor sensor);
 
 /// Looks for a wander that no run repeats: a bias that steps or jumps to and fro while the unit runs. The nested noise
 /// model says that visits of a run scatter independently, and placements of a visit too. Two F tests of that per

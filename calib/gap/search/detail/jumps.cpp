@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/gap/search/detail/jumps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "base/linear/dense_solve.h"
+#include "base/statistics.h"
+#include "calib/gap/search/detail/telegraph.h"
+#include "calib/gap/search/score.h"
+
+namespace soak::calib::gap {
+namespace {
+
+constexpr double kInvisible = 1e-3;      ///< share of a step's squares below which the base takes it up
+constexpr std::size_t kMostPlaces = 80;  ///< of a step in one run; of more within visits, every second, third...
+constexpr double kWays = 3.0;            ///< in which chances are put together
+
+/// A placement other than its run's first: where a step may come.
+struct StepPlace {
+  Eigen::Index row = 0;
+  bool same_visit = false;
+};
+
+std::vector<StepPlace> places_in(const Observations& observations, int run) {
+  std::vector<StepPlace> places;
+  for (std::size_t i = 1; i < observations.rows.size(); ++i) {
+    const Observation& row = observations.rows[i];
+    const Observation& before = observations.rows[i - 1];
+    if (row.run != run || before.run != run) continue;
+    if (row.placement != before.placement) {
+      places.push_back({static_cast<Eigen::Index>(i), row.visit == before.visit});
+    }
+  }
+  return places;
+}
+
+/// A step to 1 at each place until the run's end, a column each.
+Eigen::MatrixXd steps_at(const Observations& observations, const std::vector<StepPlace>& places, int run) {
+  Eigen::MatrixXd steps = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(observations.rows.size()),
+                                                static_cast<Eigen::Index>(places.size()));
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    for (Eigen::Index i = places[k].row; i < steps.rows(); ++i) {
+      if (observations.rows[static_cast<std::size_t>(i)].run != run) break;
+      steps(i, static_cast<Eigen::Index>(k)) = 1.0;
+    }
+  }
+  return steps;
+}
+
+/// All places between visits, where most of the time passes, and as many of those within visits as there may be.
+std::vector<Eigen::Index> thinned(const std::vector<StepPlace>& places) {
+  const std::size_t stride = places.size() / kMostPlaces + 1;
+  std::vector<Eigen::Index> kept;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    if (!places[k].same_visit || k % stride == stride / 2) kept.push_back(static_cast<Eigen::Index>(k));
+  }
+  return kept;
+}
+
+/// Columns of the effects in one run only, zero in the others.
+Eigen::MatrixXd in_run(const Observations& observations, Eigen::MatrixXd columns, int run) {
+  for (Eigen::Index i = 0; i < columns.rows(); ++i) {
+    if (observations.rows[static_cast<std::size_t>(i)].run != run) columns.row(i).setZero();
+  }
+  return columns;
+}
+
+/// What the step that stands out most in a run takes out of the squares, more than the largest of as many chances
+/// would, and its chance among all places.
+struct Step {
+  double excess = 0.0;
+  double p = 1.0;
+};
+
+/// `white`: steps at all places of this run, whitened.
+Step strongest_step(const Observations& observations, const SensorResidual& residual, const Eigen::MatrixXd& effects,
+                    double noise_dof, int run, Eigen::MatrixXd white) {
+  const auto count = static_cast<double>(white.cols());
+  const Eigen::RowVectorXd before = white.colwise().squaredNorm();
+  white = residual.project(std::move(white));
+  Eigen::VectorXd left = residual.residual();
+  if (effects.cols() > 0) {
+    const Eigen::MatrixXd strength = residual.project(residual.whiten(in_run(observations, effects, run)));
+    for (Eigen::Index k = 0; k < white.cols(); ++k) {
+      white.col(k) -= strength * base::solve_pivoted_qr(strength, Eigen::VectorXd(white.col(k)));
+    }
+    left -= strength * base::solve_pivoted_qr(strength, left);
+  }
+  double gain = 0.0;
+  for (Eigen::Index k = 0; k < white.cols(); ++k) {
+    const double information = white.col(k).squaredNorm();
+    if (information <= kInvisible * before(k)) continue;
+    const double score = white.col(k).dot(left);
+    gain = std::max(gain, score * score / information);
+  }
+  if (gain <= 0.0 || noise_dof <= 0.0) return {};
+  return {std::max(0.0, gain - 2.0 * std::log(count)), std::min(1.0, count * base::f_upper_tail(gain, 1.0, noise_dof))};
+}
+
+/// Chances of one sensor: of the step that stands out in each run, and of two levels in all of them.
+struct OfSensor {
+  std::vector<double> of_runs;
+  double of_levels = 1.0;
+  double excess = 0.0;
+};
+
+OfSensor look_in(const CampaignModel& model, const std::vector<NamedEffect>& effects, Sensor sensor) {
+  const Observations& observations = model.regressor_inputs().observations;
+  const std::size_t s = index_of(sensor);
+  const SensorResidual& residual = *model.residuals().sensor[s];
+  const Eigen::MatrixXd columns = contributions(effects, sensor, static_cast<Eigen::Index>(observations.rows.size()));
+  OfSensor result;
+  for (int run = 0; run < observations.run_count(); ++run) {
+    const std::vector<StepPlace> places = places_in(observations, run);
+    if (places.empty()) continue;
+    const Eigen::MatrixXd white = residual.whiten(steps_at(observations, places, run));
+    const Step step = strongest_step(observations, residual, columns, model.residuals().noise[s].visit_dof, run,
+                                     white(Eigen::all, thinned(places)));
+    result.of_runs.push_back(step.p);
+    result.excess += step.excess;
+  }
+  result.of_levels = chance_of_telegraph(model, sensor);
+  return result;
+}
+
+}  // namespace
+
+std::optional<SlowNoise> jumps(const CampaignModel& model, const std::vector<NamedEffect>& effects) {
+  std::array<OfSensor, kSensorCount> found;
+  std::vector<Sensor> sensors;
+  for (const Sensor sensor : kSensors) {
+    if (!model.residuals().sensor[index_of(sensor)]) continue;
+    sensors.push_back(sensor);
+    found[index_of(sensor)] = look_in(model, effects, sensor);
+  }
+  const auto sets = sensor_sets(sensors);
+  SlowNoise best;
+  for (const auto& set : sets) {
+    std::vector<double> of_runs;
+    std::vector<double> of_levels;
+    double squares = 0.0;
+    for (const Sensor sensor : set) {
+      const OfSensor& own = found[index_of(sensor)];
+      of_runs.insert(of_runs.end(), own.of_runs.begin(), own.of_runs.end());
+      of_levels.push_back(own.of_levels);
+      squares += own.excess;
+    }
+    if (of_runs.empty()) continue;
+    const double least = *std::min_element(of_runs.begin(), of_runs.end()) * static_cast<double>(of_runs.size());
+    const double p = kWays * std::min({chance_together(of_runs), least, chance_together(of_levels)});
+    const double adjusted = std::min(1.0, p * static_cast<double>(sets.size()));
+    if (adjusted < best.p_adjusted) best = {adjusted, squares, set};
+  }
+  if (best.p_adjusted > kSlowGate) return std::nullopt;
+  return best;
+}
+
+}  // namespace soak::calib::gap
