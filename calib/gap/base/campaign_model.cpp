@@ -15,6 +15,7 @@ namespace {
 constexpr double kRankTolerance = 1e-9;
 constexpr int kPasses = 3;
 constexpr double kNoSlope = 1e12;  ///< prior that keeps a slope at that of the spline
+constexpr double kSlow_s = 7200.0;
 
 /// Whether a sensor has any noise: one that is stuck at a number says nothing.
 bool scatters(const NoiseComponents& noise) {
@@ -32,6 +33,11 @@ Eigen::VectorXd readings(const Observations& observations, Sensor sensor) {
   return y;
 }
 
+NoiseComponents without_slow_processes(NoiseComponents noise) {
+  std::erase_if(noise.wander, [](const GaussMarkov& process) { return process.tau_s >= kSlow_s; });
+  return noise;
+}
+
 }  // namespace
 
 SensorResidual::SensorResidual(const Observations& observations, Sensor sensor, const Eigen::MatrixXd& base,
@@ -40,6 +46,9 @@ SensorResidual::SensorResidual(const Observations& observations, Sensor sensor, 
     : whitening_(observations, sensor, noise, keep) {
   const Eigen::Index rows = static_cast<Eigen::Index>(whitening_.rows().size());
   if (rows == 0) return;
+  const NoiseComponents quick = without_slow_processes(noise);
+  if (quick.wander.size() < noise.wander.size()) without_slow_.emplace(observations, sensor, quick, keep);
+  for (const Observation& row : observations.rows) run_.push_back(row.run);
   // A prior about 0 is one more reading of 0 for each column.
   Eigen::MatrixXd white = Eigen::MatrixXd::Zero(rows + base.cols(), base.cols());
   white.topRows(rows) = whitening_.apply(base);
@@ -57,6 +66,21 @@ SensorResidual::SensorResidual(const Observations& observations, Sensor sensor, 
 Eigen::MatrixXd SensorResidual::project(Eigen::MatrixXd white) const {
   white -= basis_ * (basis_.transpose() * white);
   return white;
+}
+
+double SensorResidual::slow_share(const Eigen::MatrixXd& columns) const {
+  if (!without_slow_) return 0.0;
+  Eigen::MatrixXd centred = columns;
+  for (Eigen::Index first = 0, i = 0; i < centred.rows(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (at + 1 < run_.size() && run_[at + 1] == run_[at]) continue;
+    auto run = centred.middleRows(first, i + 1 - first);
+    run.rowwise() -= run.colwise().mean().eval();
+    first = i + 1;
+  }
+  const double information = whitening_.apply(centred).squaredNorm();
+  const double of_quick = without_slow_->apply(centred).squaredNorm();
+  return of_quick > 0.0 ? std::max(0.0, 1.0 - information / of_quick) : 0.0;
 }
 
 CampaignModel::CampaignModel(const Observations& observations, const TemperatureHistory& history,

@@ -23,6 +23,9 @@ class SensorResidual {
   [[nodiscard]] Eigen::MatrixXd whiten(const Eigen::MatrixXd& columns) const { return whitening_.apply(columns); }
   /// Whitened columns freed of what the base takes up.
   [[nodiscard]] Eigen::MatrixXd project(Eigen::MatrixXd white) const;
+  /// Share of the variance of a term's parameters that comes from the slow part of a wander, processes of two hours and
+  /// more: 0 where the noise has none. About the means of runs.
+  [[nodiscard]] double slow_share(const Eigen::MatrixXd& columns) const;
   /// Whitened readings, freed likewise: the residual.
   [[nodiscard]] const Eigen::VectorXd& residual() const { return residual_; }
   [[nodiscard]] const std::vector<Eigen::Index>& rows() const { return whitening_.rows(); }
@@ -33,6 +36,8 @@ class SensorResidual {
 
  private:
   Whitening whitening_;
+  std::optional<Whitening> without_slow_;  ///< absent where the noise has no slow process
+  std::vector<int> run_;                   ///< of each observation
   /// Orthonormal, of the whitened base and, below it, the prior's rows; a column's part of the former.
   Eigen::MatrixXd basis_;
   Eigen::VectorXd coefficients_;

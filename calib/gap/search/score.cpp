@@ -181,6 +181,13 @@ double scatter_dof(const NoiseComponents& noise) {
   return std::min(kMost, noise.visit_dof);
 }
 
+double term_dof(const NoiseComponents& noise, double slow_share, int runs) {
+  if (slow_share <= 0.0) return scatter_dof(noise);
+  const double quick_share = 1.0 - slow_share;
+  const double of_slow = std::max(1.0, static_cast<double>(runs) - 1.0);
+  return 1.0 / (quick_share * quick_share / std::max(1.0, scatter_dof(noise)) + slow_share * slow_share / of_slow);
+}
+
 double p_value(const TermTest& test, double typical) {
   if (test.dof <= 0.0 || test.gain <= 0.0) return 1.0;
   const double f = test.gain / test.dof / moderated_heterogeneity(test, typical);
@@ -218,8 +225,9 @@ CandidateTest test_candidate(const Residuals& residuals, const Candidate& candid
         score_term(*residuals.sensor[s], candidate.columns[s], by_run ? residuals.run_fold : residuals.level_fold,
                    by_run ? residuals.runs : residuals.levels);
     result.sensor[s] = test_term(score);
-    result.sensor[s]->noise_dof = scatter_dof(residuals.noise[s]);
-    noise_dof += scatter_dof(residuals.noise[s]);
+    const double slow_share = residuals.sensor[s]->slow_share(candidate.columns[s]);
+    result.sensor[s]->noise_dof = term_dof(residuals.noise[s], slow_share, residuals.runs);
+    noise_dof += result.sensor[s]->noise_dof;
     if (candidate.shared) together.add(score);
   }
   if (candidate.shared && !together.score.empty()) {

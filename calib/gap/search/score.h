@@ -37,6 +37,10 @@ inline constexpr double kPriorDof = 12.0;
 /// looks the same in all runs. It sits in one sensor, so that those of several sensors add up.
 [[nodiscard]] double scatter_dof(const NoiseComponents& noise);
 
+/// Degrees of freedom of the variance of a term's parameters, `slow_share` of which comes from slow processes: each run
+/// shows those about once [Satterthwaite 1946].
+[[nodiscard]] double term_dof(const NoiseComponents& noise, double slow_share, int runs);
+
 /// Upper tail of F = (gain/dof)/max(1, λ) with λ drawn towards `typical`, the median over the library, as few folds
 /// hardly tell it. As λ counts for 1 at least, the tail is that of the noise.
 [[nodiscard]] double p_value(const TermTest& test, double typical);
