@@ -199,7 +199,8 @@ WayBack way_back(const Plan& plan, const std::set<std::size_t>& ended, double ro
     if (run.preflight) return {{run.first_step}, ""};
     return into_run(plan, run, ended, room_c);
   }
-  return {};
+  // soakd ended between the last step and the campaign's own end: that is reached through the last step again.
+  return {{plan.steps.size() - 1}, "all its steps are done"};
 }
 
 }  // namespace soak::station

@@ -13,7 +13,7 @@ namespace soak::station {
 /// How a campaign that was cut short goes on.
 struct WayBack {
   /// Steps of the plan in the order in which they are carried out first; after the last of them the plan goes on with
-  /// the step that follows it. Empty where nothing is left to do.
+  /// the step that follows it. Not empty.
   std::vector<std::size_t> steps;
   std::string text;  ///< where the run goes on, for the log; empty where it begins
 };
@@ -26,6 +26,7 @@ struct WayBack {
 /// would have seen without the break. Where the plan itself comes from the room in that direction, so does the way
 /// back. With repeat_run the run begins again; one that begins at a plateau (power.cycle_at_visit) is approached in the
 /// same manner. A run all of whose visits are done is not touched again.
+/// Where all steps have ended the last one, which records nothing, is carried out again.
 [[nodiscard]] WayBack way_back(const Plan& plan, const std::set<std::size_t>& ended, double room_c);
 
 /// How the temperature stands after a suspension.

@@ -268,9 +268,7 @@ base::Result<WayBack> way_to_resume(const db::Catalog& catalog, const db::Campai
                                        row.name),
                            "state");
   }
-  WayBack way = way_back(plan, ended, room_c);
-  if (way.steps.empty()) return base::bad_input(fmt::format("all runs of campaign '{}' are done", row.name), "state");
-  return way;
+  return way_back(plan, ended, room_c);
 }
 
 }  // namespace soak::station

@@ -67,7 +67,7 @@ struct CheckedStart {
 [[nodiscard]] base::Result<StartRequest> request_of(const db::CampaignRow& row);
 
 /// The way back into a campaign that was cut short. Refuses (state) a campaign whose procedure compiles to another plan
-/// than it did when it was started, and one that has nothing left to do.
+/// than it did when it was started.
 [[nodiscard]] base::Result<WayBack> way_to_resume(const db::Catalog& catalog, const db::CampaignRow& row,
                                                   double room_c);
 
