@@ -102,7 +102,7 @@ struct CheckAddress {
   std::string subject;
 
   DoctorCheck operator()(const hal::TcpAddress& tcp) const {
-    return good(subject, fmt::format("tcp {}:{}: not contacted", tcp.host, tcp.port));
+    return good(subject, fmt::format("tcp {}:{} is configured; not asked whether it answers", tcp.host, tcp.port));
   }
   DoctorCheck operator()(const hal::SerialAddress& serial) const { return check_serial(subject, serial.device); }
   DoctorCheck operator()(const hal::UsbAddress& usb) const { return check_usb(subject, usb); }

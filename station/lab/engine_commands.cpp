@@ -305,6 +305,10 @@ base::Status Engine::do_resume(const std::string& user) {
     visit_is_void_ ? repeat_visit() : repeat_step("resumed");
     return {};
   }
+  if (state_ == CampaignState::stopping) {
+    return wrong_state(
+        "the chamber is still on its way to the safe state: wait until the state is no longer 'stopping'");
+  }
   if (unfinished_.empty() || !is_resumable(state_)) {
     return wrong_state("there is no campaign that was paused, interrupted or failed");
   }

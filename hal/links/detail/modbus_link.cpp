@@ -59,6 +59,7 @@ std::string connect_fault(const ControllerAddress& address, int code) {
     if (failure != 0) return fmt::format("unknown host '{}': {}", tcp->host, ::gai_strerror(failure));
     ::freeaddrinfo(found);
   }
+  if (code == EINPROGRESS || code == ETIMEDOUT) return "cannot connect: no answer";
   return fmt::format("cannot connect: {}", modbus_strerror(code));
 }
 
