@@ -28,9 +28,8 @@ using SensorGaps = std::array<std::optional<SensorGap>, kSensorCount>;
 /// Cross-validation, one run after the other: base, shapes and parameters of `effects` from the others, judged on that
 /// run. Which effects act on which sensors was chosen on all runs. The fraction (of means over the runs of their own
 /// RMS) is absent where before − floor is under two standard errors, and where no effect could close it: those outside
-/// the mean, and those that are drawn anew with each mounting. `noise`: of
-/// all runs, where it is not to be estimated from the others. Cost: as many fits of
-/// the campaign as there are runs.
+/// the mean, and those that are drawn anew with each mounting. `noise`: of all runs, where it is not to be estimated
+/// from the others. Cost: as many fits of the campaign as there are runs.
 [[nodiscard]] SensorGaps cross_validated_gap(const Observations& observations, const TemperatureHistory& history,
                                              const std::vector<NamedEffect>& effects,
                                              const std::optional<KnownNoise>& noise = {});

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include "base/linear/dense_solve.h"
@@ -19,46 +20,38 @@ constexpr double kInvisible = 1e-3;      ///< share of a step's squares below wh
 constexpr std::size_t kMostPlaces = 80;  ///< of a step in one run; of more within visits, every second, third...
 constexpr double kWays = 3.0;            ///< in which chances are put together
 
-/// A placement other than its run's first: where a step may come.
-struct StepPlace {
-  Eigen::Index row = 0;
-  bool same_visit = false;
-};
-
-std::vector<StepPlace> places_in(const Observations& observations, int run) {
-  std::vector<StepPlace> places;
+/// Rows at which a step may come, the first of placements other than the run's first: all between visits, where most of
+/// the time passes, and as many of those within visits as there may be.
+std::vector<Eigen::Index> places_in(const Observations& observations, int run) {
+  std::vector<Eigen::Index> places;
   for (std::size_t i = 1; i < observations.rows.size(); ++i) {
     const Observation& row = observations.rows[i];
     const Observation& before = observations.rows[i - 1];
-    if (row.run != run || before.run != run) continue;
-    if (row.placement != before.placement) {
-      places.push_back({static_cast<Eigen::Index>(i), row.visit == before.visit});
+    if (row.run == run && before.run == run && row.placement != before.placement) {
+      places.push_back(static_cast<Eigen::Index>(i));
     }
   }
-  return places;
+  const std::size_t stride = places.size() / kMostPlaces + 1;
+  std::vector<Eigen::Index> kept;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const auto row = static_cast<std::size_t>(places[k]);
+    const bool between_visits = observations.rows[row].visit != observations.rows[row - 1].visit;
+    if (between_visits || k % stride == stride / 2) kept.push_back(places[k]);
+  }
+  return kept;
 }
 
 /// A step to 1 at each place until the run's end, a column each.
-Eigen::MatrixXd steps_at(const Observations& observations, const std::vector<StepPlace>& places, int run) {
+Eigen::MatrixXd steps_at(const Observations& observations, const std::vector<Eigen::Index>& places, int run) {
   Eigen::MatrixXd steps = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(observations.rows.size()),
                                                 static_cast<Eigen::Index>(places.size()));
   for (std::size_t k = 0; k < places.size(); ++k) {
-    for (Eigen::Index i = places[k].row; i < steps.rows(); ++i) {
+    for (Eigen::Index i = places[k]; i < steps.rows(); ++i) {
       if (observations.rows[static_cast<std::size_t>(i)].run != run) break;
       steps(i, static_cast<Eigen::Index>(k)) = 1.0;
     }
   }
   return steps;
-}
-
-/// All places between visits, where most of the time passes, and as many of those within visits as there may be.
-std::vector<Eigen::Index> thinned(const std::vector<StepPlace>& places) {
-  const std::size_t stride = places.size() / kMostPlaces + 1;
-  std::vector<Eigen::Index> kept;
-  for (std::size_t k = 0; k < places.size(); ++k) {
-    if (!places[k].same_visit || k % stride == stride / 2) kept.push_back(static_cast<Eigen::Index>(k));
-  }
-  return kept;
 }
 
 /// Columns of the effects in one run only, zero in the others.
@@ -76,10 +69,11 @@ struct Step {
   double p = 1.0;
 };
 
-/// `white`: steps at all places of this run, whitened.
 Step strongest_step(const Observations& observations, const SensorResidual& residual, const Eigen::MatrixXd& effects,
-                    double noise_dof, int run, Eigen::MatrixXd white) {
-  const auto count = static_cast<double>(white.cols());
+                    double noise_dof, int run) {
+  const std::vector<Eigen::Index> places = places_in(observations, run);
+  if (places.empty()) return {};
+  Eigen::MatrixXd white = residual.whiten(steps_at(observations, places, run));
   const Eigen::RowVectorXd before = white.colwise().squaredNorm();
   white = residual.project(std::move(white));
   Eigen::VectorXd left = residual.residual();
@@ -97,6 +91,7 @@ Step strongest_step(const Observations& observations, const SensorResidual& resi
     const double score = white.col(k).dot(left);
     gain = std::max(gain, score * score / information);
   }
+  const auto count = static_cast<double>(places.size());
   if (gain <= 0.0 || noise_dof <= 0.0) return {};
   return {std::max(0.0, gain - 2.0 * std::log(count)), std::min(1.0, count * base::f_upper_tail(gain, 1.0, noise_dof))};
 }
@@ -115,15 +110,12 @@ OfSensor look_in(const CampaignModel& model, const std::vector<NamedEffect>& eff
   const Eigen::MatrixXd columns = contributions(effects, sensor, static_cast<Eigen::Index>(observations.rows.size()));
   OfSensor result;
   for (int run = 0; run < observations.run_count(); ++run) {
-    const std::vector<StepPlace> places = places_in(observations, run);
-    if (places.empty()) continue;
-    const Eigen::MatrixXd white = residual.whiten(steps_at(observations, places, run));
-    const Step step = strongest_step(observations, residual, columns, model.residuals().noise[s].visit_dof, run,
-                                     white(Eigen::all, thinned(places)));
+    const Step step = strongest_step(observations, residual, columns, model.residuals().noise[s].visit_dof, run);
     result.of_runs.push_back(step.p);
     result.excess += step.excess;
   }
   result.of_levels = chance_of_telegraph(model, sensor);
+  result.excess -= 2.0 * std::log(std::max(result.of_levels, std::numeric_limits<double>::min()));
   return result;
 }
 
