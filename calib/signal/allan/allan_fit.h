@@ -27,10 +27,10 @@ struct AllanCurve {
 /// The overlapping deviations of a record at these averaging times; without a low-pass.
 [[nodiscard]] AllanCurve overlapping_curve(const PhaseRecord& record, std::span<const std::size_t> multiples);
 
-/// A coefficient with its two-sided 95 % interval (never below 0). `found` false: the curve shows no trace of the term;
-/// `value` is then 0 (but see AllanFit::bias_instability) and `high` what could have stayed hidden. Where a term was
-/// not found or the fit misfits, `high` is no more than lets the term's own curve stay below the upper ends of
-/// AllanFit::ci95.
+/// A coefficient with its two-sided 95 % interval (never below 0; the upper end of N at 98.5 instead of 97.5 %).
+/// `found` false: the curve shows no trace of the term; `value` is then 0 (but see AllanFit::bias_instability) and
+/// `high` what could have stayed hidden. Where a term was not found or the fit misfits, `high` is no more than lets the
+/// term's own curve stay below the upper ends of AllanFit::ci95.
 struct AllanCoefficient {
   double value = 0.0;
   double low = 0.0;
