@@ -111,8 +111,9 @@ void read_shared(const Problem& problem, const Solution& solution, double inflat
   if (even) estimate.even_order = Estimate{even->value / (g * g), even->standard_error / (g * g)};
 }
 
-/// Degrees of freedom of the standard errors where the residuals of a single visit inflate them; 0 = many.
+/// Degrees of freedom of the standard errors where a wander or the residuals of a single visit make them; 0 = many.
 double error_freedoms(const Problem& problem, const Solution& solution, double inflation) {
+  if (solution.wander > 0.0) return solution.wander_freedoms;
   if (inflation <= 1.0 || problem.visits.size() > 1) return 0.0;
   double unknowns = static_cast<double>(solution.shared.size());
   for (const VisitInfo& visit : problem.visits) unknowns += visit.with_scale ? 3.0 : 2.0;

@@ -9,6 +9,7 @@
 #include "base/linear/dense_solve.h"
 #include "base/statistics.h"
 #include "base/units.h"
+#include "calib/estimate/detail/session_wander.h"
 
 namespace soak::calib::six_position {
 namespace {
@@ -178,6 +179,7 @@ void normalise_times(Problem& problem) {
 // Solving it.
 
 constexpr int kDriftIterations = 15;
+constexpr std::size_t kMostRowsForWander = 400;  ///< more rows on a bench are none that somebody turned by hand
 
 using LocalMatrix = Eigen::Matrix<double, kLocalCount, kLocalCount>;
 
@@ -240,21 +242,76 @@ struct Normal {
   Eigen::VectorXd shared_right;
 };
 
-Normal assemble(const Problem& problem) {
+/// The rows of the fit as they are: the visit's own columns, the shared ones, the value.
+struct Equations {
+  Eigen::MatrixXd local;
+  Eigen::MatrixXd shared;
+  Eigen::VectorXd value;
+};
+
+Equations equations_of(const Problem& problem) {
+  const auto n = static_cast<Eigen::Index>(problem.rows.size());
+  Equations equations{Eigen::MatrixXd(n, Eigen::Index{kLocalCount}), Eigen::MatrixXd(n, shared_count(problem)),
+                      Eigen::VectorXd(n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Row& row = problem.rows[static_cast<std::size_t>(i)];
+    equations.local.row(i) = local_row(problem, row).transpose();
+    equations.shared.row(i) = shared_row(problem, row).transpose();
+    equations.value[i] = row.value;
+  }
+  return equations;
+}
+
+Eigen::VectorXd column_of(const Problem& problem, double Row::* member) {
+  Eigen::VectorXd column(static_cast<Eigen::Index>(problem.rows.size()));
+  for (Eigen::Index i = 0; i < column.size(); ++i) column[i] = problem.rows[static_cast<std::size_t>(i)].*member;
+  return column;
+}
+
+/// The rows with noise of variance 1, one independent of the other. `wander`: variance of a random walk over the one
+/// visit that there is, 0 = none.
+Equations whitened(const Problem& problem, double wander) {
+  Equations rows = equations_of(problem);
+  const Eigen::VectorXd weight = column_of(problem, &Row::weight);
+  if (wander == 0.0) {
+    const Eigen::VectorXd root = weight.cwiseSqrt();
+    return {root.asDiagonal() * rows.local, root.asDiagonal() * rows.shared, root.cwiseProduct(rows.value)};
+  }
+  Eigen::MatrixXd covariance = wander * walk_about_its_mean(column_of(problem, &Row::tau));
+  covariance.diagonal() += weight.cwiseInverse();
+  const Eigen::MatrixXd lower = base::cholesky(covariance);
+  return {base::solve_lower(lower, rows.local), base::solve_lower(lower, rows.shared),
+          base::solve_lower(lower, rows.value)};
+}
+
+Normal assemble(const Problem& problem, double wander) {
   const Eigen::Index k = shared_count(problem);
   Normal normal{std::vector<LocalNormal>(problem.visits.size()), Eigen::MatrixXd::Zero(k, k), Eigen::VectorXd::Zero(k)};
   for (LocalNormal& local : normal.local) local.cross = Eigen::MatrixXd::Zero(kLocalCount, k);
-  for (const Row& row : problem.rows) {
-    LocalNormal& local = normal.local[row.visit];
-    const LocalVector a = local_row(problem, row);
-    const Eigen::VectorXd s = shared_row(problem, row);
-    local.own += row.weight * a * a.transpose();
-    local.cross += row.weight * a * s.transpose();
-    local.right += row.weight * a * row.value;
-    normal.shared += row.weight * s * s.transpose();
-    normal.shared_right += row.weight * s * row.value;
+  const Equations rows = whitened(problem, wander);
+  for (Eigen::Index i = 0; i < rows.value.size(); ++i) {
+    LocalNormal& local = normal.local[problem.rows[static_cast<std::size_t>(i)].visit];
+    const LocalVector a = rows.local.row(i).transpose();
+    const Eigen::VectorXd s = rows.shared.row(i).transpose();
+    local.own += a * a.transpose();
+    local.cross += a * s.transpose();
+    local.right += a * rows.value[i];
+    normal.shared += s * s.transpose();
+    normal.shared_right += s * rows.value[i];
   }
   return normal;
+}
+
+/// Of a gyro in a session of one visit; nothing where the noise of the rows is not known.
+SessionWander wander_of(const Problem& problem) {
+  const std::size_t n = problem.rows.size();
+  if (!is_gyro(problem.sensor) || problem.visits.size() != 1 || problem.typical_se <= 0.0 || n > kMostRowsForWander)
+    return {};
+  const Equations rows = equations_of(problem);
+  Eigen::MatrixXd design(rows.value.size(), rows.local.cols() + rows.shared.cols());
+  design << rows.local, rows.shared;
+  return estimate_session_wander(design, rows.value, column_of(problem, &Row::weight).cwiseInverse(),
+                                 column_of(problem, &Row::tau));
 }
 
 /// Pseudo-inverse of a symmetric matrix; `null` receives the directions without information.
@@ -314,13 +371,25 @@ Solution solve_with(const Problem& problem, const Normal& normal, double drift_v
   return solution;
 }
 
+/// Satterthwaite: ν = 2 v²/((dv/dq)² var q) of the bias' variance v where that of the walk, q, is estimated; 0 = many.
+double freedoms_of_wander(const Problem& problem, const Solution& solution, const SessionWander& wander) {
+  if (wander.variance == 0.0) return 0.0;
+  constexpr double kStep = 0.01;
+  const Normal wider = assemble(problem, (1.0 + kStep) * wander.variance);
+  const double variance = solution.local_variance.front()[kBias];
+  const double change = solve_with(problem, wider, solution.drift_variance).local_variance.front()[kBias] - variance;
+  const double per_variance = change / (kStep * wander.variance);
+  return std::max(1.0, 2.0 * variance * variance * wander.information / (per_variance * per_variance));
+}
+
 void judge_residuals(const Problem& problem, Solution& solution, double drift_variance) {
   double chi_squared = 0.0;
   double unknowns = static_cast<double>(shared_count(problem));
-  for (const Row& row : problem.rows) {
-    const double fitted =
-        local_row(problem, row).dot(solution.local[row.visit]) + shared_row(problem, row).dot(solution.shared);
-    chi_squared += row.weight * (row.value - fitted) * (row.value - fitted);
+  const Equations rows = whitened(problem, solution.wander);
+  for (Eigen::Index i = 0; i < rows.value.size(); ++i) {
+    const LocalVector& local = solution.local[problem.rows[static_cast<std::size_t>(i)].visit];
+    const double fitted = rows.local.row(i).dot(local) + rows.shared.row(i).dot(solution.shared);
+    chi_squared += (rows.value[i] - fitted) * (rows.value[i] - fitted);
   }
   for (std::size_t v = 0; v < problem.visits.size(); ++v) {
     const double drift = solution.local[v][kDrift];
@@ -384,11 +453,12 @@ double inflation_of(const Problem& problem, const Solution& solution) {
 
 SharedNormal shared_normal(const Problem& problem, double drift_variance) {
   std::vector<LocalMatrix> inverse;
-  return eliminate_visits(problem, assemble(problem), drift_variance, inverse);
+  return eliminate_visits(problem, assemble(problem, 0.0), drift_variance, inverse);
 }
 
 Solution solve(const Problem& problem) {
-  const Normal normal = assemble(problem);
+  const SessionWander wander = wander_of(problem);
+  const Normal normal = assemble(problem, wander.variance);
   const double unit = problem.typical_se > 0.0 ? problem.typical_se * problem.typical_se : 1.0;
   double drift_variance = unit;
   Solution solution = solve_with(problem, normal, drift_variance);
@@ -400,6 +470,8 @@ Solution solve(const Problem& problem) {
     drift_variance = std::max(1e-6 * unit, sum / static_cast<double>(problem.visits.size()));
     solution = solve_with(problem, normal, drift_variance);
   }
+  solution.wander = wander.variance;
+  solution.wander_freedoms = freedoms_of_wander(problem, solution, wander);
   judge_residuals(problem, solution, drift_variance);
   return solution;
 }

@@ -99,8 +99,10 @@ struct Solution {
   std::vector<bool> scale_known;
   Eigen::VectorXd shared;
   Eigen::MatrixXd shared_covariance;
-  Eigen::MatrixXd open;         ///< one column per direction of `shared` that the segments do not show
-  double drift_variance = 0.0;  ///< of the visits' drifts, estimated
+  Eigen::MatrixXd open;          ///< one column per direction of `shared` that the segments do not show
+  double drift_variance = 0.0;   ///< of the visits' drifts, estimated
+  double wander = 0.0;           ///< variance of a gyro's random walk over a session of one visit, estimated; 0 = none
+  double wander_freedoms = 0.0;  ///< how well the bias' variance is known with it; 0 = many
   double reduced_chi_squared = 0.0;
 };
 
