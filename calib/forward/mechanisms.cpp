@@ -21,6 +21,8 @@ struct Inputs {
   const gap::LoggedRun& run;
   const Moment& moment;
   Vector3 force{};  ///< m/s²
+  double gravity_mps2 = 0.0;
+  int sign_at_rest = 1;
   double regressor = 0.0;
   std::size_t axis = 0;
 
@@ -90,6 +92,33 @@ double earth_rate(const Inputs& in) {
          in.number("east") * frame.east[in.axis];
 }
 
+constexpr double kNeverFades_s = 1e6;
+
+/// The placements of a run from its first up to a moment, in the order of time: the memory goes over to the force of
+/// each with the time constant. One that never fades holds the placement before.
+double position_memory(const Inputs& in) {
+  std::vector<const Segment*> placements;
+  for (const Segment& segment : in.run.run.segments) {
+    const bool counts = segment.position && !turns(segment) && segment.phase == Phase::soak;
+    if (counts && segment.t_start_s < in.moment.segment->t_start_s) placements.push_back(&segment);
+  }
+  if (placements.empty()) return 0.0;
+  std::sort(placements.begin(), placements.end(),
+            [](const Segment* a, const Segment* b) { return a->t_start_s < b->t_start_s; });
+  const double tau_s = in.number("tau_s", 1.0);
+  const bool fades = tau_s < kNeverFades_s;
+  Vector3 memory = force_mps2(*placements.front(), in.gravity_mps2, in.sign_at_rest);
+  for (std::size_t k = 0; k < placements.size(); ++k) {
+    const Vector3 force = force_mps2(*placements[k], in.gravity_mps2, in.sign_at_rest);
+    const double until_s = k + 1 < placements.size() ? placements[k + 1]->t_start_s : in.moment.segment->t_start_s;
+    const double left = fades ? std::exp(-(until_s - placements[k]->t_start_s) / tau_s) : 0.0;
+    for (std::size_t j = 0; j < 3; ++j) memory[j] = force[j] + (memory[j] - force[j]) * left;
+  }
+  double sum = 0.0;
+  for (std::size_t j = 0; j < 3; ++j) sum += in.number(kAxes[j]) * (memory[j] - (fades ? in.force[j] : 0.0));
+  return fades ? sum * std::exp(-(in.moment.t_s - in.moment.segment->t_start_s) / tau_s) : sum;
+}
+
 double aging(const Inputs& in) {
   return in.number("per_s") * (*in.run.start_utc_s + in.moment.t_s - in.number("reference_utc_s"));
 }
@@ -138,6 +167,17 @@ const std::array kMechanisms = {
         [](const gap::LoggedRun& run) { return series_of(run.log, run.log.t_since_power_s).empty(); },
         [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.t_since_power_s); },
         [](const Inputs& in) { return in.number("amplitude") * std::exp(-in.regressor / in.number("tau_s", 1.0)); }},
+    Mechanism{"moisture", kCourse, no_temperature,
+              [](const TermPart& part, const gap::LoggedRun& run) {
+                return water_of(temperature(run), part.value("tau_s").value_or(1.0),
+                                part.value("activation_k").value_or(0.0));
+              },
+              [](const Inputs& in) { return in.number("amplitude") * in.regressor; }},
+    Mechanism{"temperature_gradient", "the chamber's air was not logged",
+              [](const gap::LoggedRun& run) { return series_of(run.log, run.log.chamber_c).empty(); },
+              [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.chamber_c); },
+              [](const Inputs& in) { return in.at_temperature("per_k") * (in.regressor - in.moment.temp_c); }, true},
+    Mechanism{"position_memory", "", nothing_missing, no_regressor, position_memory},
     Mechanism{"vibration_rectification", "the compressor's duty was not logged",
               [](const gap::LoggedRun& run) { return series_of(run.log, run.log.compressor).empty(); },
               [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.compressor); },
@@ -187,6 +227,8 @@ double Mechanisms::contribution(Sensor sensor, const Moment& moment) const {
     if (!prepared.part->acts_on(sensor)) continue;
     Inputs in{*prepared.part, run_, moment};
     in.force = force_mps2(*moment.segment, gravity_mps2_, sign_at_rest_);
+    in.gravity_mps2 = gravity_mps2_;
+    in.sign_at_rest = sign_at_rest_;
     in.axis = axis_of(sensor);
     if (!prepared.regressor.empty()) in.regressor = prepared.at(moment);
     sum += prepared.mechanism->contribution(in) - centre_at(*prepared.part, moment.temp_c);
@@ -203,9 +245,13 @@ double Mechanisms::element_temp_c(Sensor sensor, const Moment& moment) const {
   return temp_c;
 }
 
+/// Terms of a unit's past, or of what only a chamber knows, that act at rest on a plateau.
+constexpr std::array<std::string_view, 4> kOfThePast = {"thermal_hysteresis", "warmup_transient", "moisture",
+                                                        "temperature_gradient"};
+
 void centre(const gap::LoggedCampaign& campaign, std::vector<ModelTerm>& terms) {
   for (ModelTerm& term : terms) {
-    if (term.name != "thermal_hysteresis" && term.name != "warmup_transient") continue;
+    if (std::find(kOfThePast.begin(), kOfThePast.end(), term.name) == kOfThePast.end()) continue;
     const std::vector<ModelTerm> alone = {term};
     for (TermPart& part : term.parts) {
       std::map<double, std::array<double, 3>> plateaus;  // set point: blocks, sums of temperature and of what is added

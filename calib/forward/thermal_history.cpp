@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace soak::calib::forward {
 namespace {
@@ -130,6 +131,22 @@ Series branch_memory_of(const Series& temp_c, double width_c) {
   BranchMemory branch(temp_c.values.front(), width_c);
   for (const double c : temp_c.values) memory.values.push_back(branch.advance(c));
   return memory;
+}
+
+Series water_of(const Series& temp_c, double tau_s, double activation_k) {
+  constexpr double kZero_k = 273.15;
+  constexpr double kFifty_k = kZero_k + 50.0;
+  Series water{temp_c.t_s, {}};
+  double times_tau = 0.0;  // at 50 °C that would have dried as much
+  for (std::size_t k = 0; k < temp_c.t_s.size(); ++k) {
+    if (k > 0) {
+      const double middle_k = kZero_k + std::midpoint(temp_c.values[k - 1], temp_c.values[k]);
+      const double faster = std::exp(activation_k / kFifty_k - activation_k / middle_k);
+      times_tau += (temp_c.t_s[k] - temp_c.t_s[k - 1]) * faster / tau_s;
+    }
+    water.values.push_back(std::exp(-times_tau));
+  }
+  return water;
 }
 
 }  // namespace soak::calib::forward

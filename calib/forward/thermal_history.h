@@ -34,4 +34,8 @@ struct Series {
 /// branch that leads from room temperature (23 °C) to the first temperature.
 [[nodiscard]] Series branch_memory_of(const Series& temp_c, double width_c);
 
+/// Water left in a package, 1 at the first temperature, that dries with the time constant `tau_s` at 50 °C and faster
+/// the hotter by Arrhenius' law, `activation_k` over the absolute temperature.
+[[nodiscard]] Series water_of(const Series& temp_c, double tau_s, double activation_k);
+
 }  // namespace soak::calib::forward

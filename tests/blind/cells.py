@@ -16,6 +16,9 @@ NEED_LOGS = ("sensor_lag", "vibration_rectification", "supply_sensitivity")
 # The other names. Their magnitudes are counted in other ways (hal/sim/README.md), so no oracle stands beside them.
 OTHERS = ("narrow_bump", "aging_drift", "noise_vs_temperature", "quantization", "saturation")
 UNKNOWN = ("reposition_creep", "position_memory", "daily_wave", "telegraph_noise", "bias_step", "moisture", "gradient_rate")
+# What the library calls them where it has a mechanism of that kind: a right name.
+KIN = {"position_memory": "position_memory", "reposition_creep": "position_memory", "moisture": "moisture",
+       "gradient_rate": "temperature_gradient"}
 UNKNOWN_MAGNITUDES = (0.6, 1.2, 2.4)
 # Beyond it more than the Earth turns would have to be hidden.
 LARGEST_EARTH_RATE = 0.6

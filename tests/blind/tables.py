@@ -3,7 +3,7 @@
 import collections
 import statistics
 
-from cells import DESIGNS, EFFECTS, NEED_LOGS, OTHERS, PAIR_DESIGNS, STRESS, UNKNOWN
+from cells import DESIGNS, EFFECTS, KIN, NEED_LOGS, OTHERS, PAIR_DESIGNS, STRESS, UNKNOWN
 from intervals import share
 from oracle import names_beyond
 
@@ -148,16 +148,17 @@ def print_unknown(records):
     found = chosen(records, table="unknown")
     if not found:
         return
-    widths = (18, 5, 30, 9, 6, 10)
-    print("\nEffects outside of the library")
-    print_row("effect", "size", "called unknown", "named", "none", "false names", widths=widths)
+    widths = (18, 5, 30, 9, 7, 6, 10)
+    print("\nMechanisms that are not the library's; kin: named as what the library has of that kind, and nothing else")
+    print_row("effect", "size", "unknown or kin", "unknown", "kin", "none", "false names", widths=widths)
     for name in UNKNOWN:
         for magnitude in values_of(found, "magnitude"):
             cell = chosen(found, effects=[name], magnitude=magnitude)
             kinds = collections.Counter(record["verdict"] for record in cell)
-            names = collections.Counter("+".join(r["names"]) for r in cell if r["names"]).most_common(3)
+            kin = sum(r["names"] == [KIN.get(name)] for r in cell)
+            names = collections.Counter("+".join(r["names"]) for r in cell if r["names"] not in ([], [KIN.get(name)])).most_common(3)
             if cell:
-                print_row(name, f"{magnitude:g}", share(kinds["unknown"], len(cell)), str(kinds["named"]), str(kinds["none"]),
+                print_row(name, f"{magnitude:g}", share(kinds["unknown"] + kin, len(cell)), str(kinds["unknown"]), str(kin), str(kinds["none"]),
                           ", ".join(f"{count} {text}" for text, count in names), widths=widths)
 
 

@@ -49,9 +49,11 @@ class Tables(unittest.TestCase):
     def test_unknown_effects_and_single_runs_count_by_verdict(self):
         found = [record("unknown", ["moisture"], [], verdict="unknown", magnitude=1.2),
                  record("unknown", ["moisture"], ["sensor_lag"], magnitude=1.2, seed=2),
+                 record("unknown", ["moisture"], ["moisture"], magnitude=1.2, seed=3),
+                 record("unknown", ["moisture"], ["moisture", "sensor_lag"], magnitude=1.2, seed=4),
                  record("one", [], [], design="one", verdict="cannot_judge")]
         text = printed(found)
-        self.assertIn("moisture 1.2 1/2 = 50.0 % (1.3..98.7) 1 0 1 sensor_lag", text)
+        self.assertIn("moisture 1.2 2/4 = 50.0 % (6.8..93.2) 1 1 0 1 sensor_lag, 1 moisture+sensor_lag", text)
         self.assertIn("One run: cannot_judge 1/1", text)
 
     def test_an_effect_without_its_log_counts_by_the_names_that_it_is_given(self):

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numbers>
 
 #include "calib/gap/report/gap_report.h"
 #include "tests/gap/gap_notes.h"
@@ -119,6 +120,122 @@ TEST(FindGap, NamesTheCompressor) {
   const Plan plan;
   expect_named(report_of(plan, [&](Sensor sensor, const Moment& m) { return 1.5 * unit_of(plan, sensor) * m.duty; }),
                "vibration_rectification");
+}
+
+/// State that a mechanism carries from moment to moment of a run.
+struct Carried {
+  int run = -1;
+  double t_s = 0.0;
+  double value = 0.0;
+  Vector3 vector{};
+};
+
+// A package that is wet again at each start, to another share: twice as fast with each 9 K, not as the library's.
+TEST(FindGap, NamesWaterThatDriesOutWithinARun) {
+  const Plan plan;
+  const std::array<double, 6> wet = {1.0, 0.7, 0.9, 0.6, 0.8, 0.75};
+  Carried water;
+  double least = 1.0;
+  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
+    if (water.run != m.run) water = {m.run, m.t_s, wet.at(static_cast<std::size_t>(m.run))};
+    water.value *= std::exp(-(m.t_s - water.t_s) / 14400.0 * std::exp2((m.temp_c - 50.0) / 9.0));
+    water.t_s = m.t_s;
+    least = std::min(least, water.value);
+    return 6.0 * unit_of(plan, sensor) * water.value;
+  });
+  expect_named(report, "moisture");
+  const Sensor sensor = report.effects[0].sensors[0];
+  const double moved = report.effects[0].magnitude.value / (6.0 * unit_of(plan, sensor) * printed_per_si(sensor));
+  EXPECT_NEAR(moved, 0.79 - least, 0.2);
+}
+
+// A share leaves within an hour where it is hot and comes back in ten hours.
+TEST(FindGap, NamesWaterThatComesBackInTheCold) {
+  for (const double blocks : {4.0, 10.0}) {
+    const Plan plan;
+    Carried water;
+    const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
+      if (water.run != m.run) water = {m.run, m.t_s, 1.0};
+      const double out_ps = m.temp_c > 45.0 ? 1.0 / 3600.0 : 0.0;
+      const double in_ps = 1.0 / 36000.0;
+      const double settled = in_ps / (in_ps + out_ps);
+      water.value = settled + (water.value - settled) * std::exp(-(m.t_s - water.t_s) * (in_ps + out_ps));
+      water.t_s = m.t_s;
+      return blocks * unit_of(plan, sensor) * water.value;
+    });
+    expect_named(report, "moisture");
+  }
+}
+
+TEST(FindGap, NamesAMemoryOfThePositionBefore) {
+  const Plan plan;
+  constexpr double kTau_s = 300.0;
+  Carried memory;  // since when the unit stands as it does, and what it held then
+  Vector3 stands{};
+  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
+    if (std::ranges::all_of(m.up, [](double x) { return x == 0.0; })) return 0.0;  // on the way: as it stood
+    if (memory.run != m.run) {
+      memory = {m.run, m.t_s, 0.0, m.up};
+      stands = m.up;
+    }
+    if (m.up != stands) {
+      const double left = std::exp(-(m.t_s - memory.t_s) / kTau_s);
+      for (std::size_t k = 0; k < 3; ++k) memory.vector[k] = stands[k] + (memory.vector[k] - stands[k]) * left;
+      memory.t_s = m.t_s;
+      stands = m.up;
+    }
+    if (sensor != Sensor::gyro_y) return 0.0;
+    const double left = std::exp(-(m.t_s - memory.t_s) / kTau_s);
+    return 3.0 * plan.gyro_block * left * (memory.vector[0] - m.up[0] - 0.5 * (memory.vector[2] - m.up[2]));
+  });
+  expect_named(report, "position_memory");
+  EXPECT_EQ(report.effects[0].sensors, std::vector<Sensor>{Sensor::gyro_y});
+}
+
+// A gyro that feels each attitude in full only after some minutes: two names, of which the second is the creep.
+TEST(FindGap, NamesTheCreepBesideAGSensitivityThatSettles) {
+  const Plan plan;
+  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& m) {
+    if (!is_gyro(sensor)) return 0.0;
+    const double settled = 1.0 - std::exp(-m.in_placement_s / 60.0);
+    return 4.0 * plan.gyro_block * settled * (m.up[0] - 0.5 * m.up[2]);
+  });
+  EXPECT_EQ(name_of(report.conclusion), "named") << report.reason;
+  ASSERT_EQ(report.effects.size(), 2U) << report.reason;
+  EXPECT_EQ(report.effects[0].effect->name, "g_sensitivity");
+  EXPECT_EQ(report.effects[1].effect->name, "position_memory");
+}
+
+// The air swings about its set point at the plateaus too, which no rate of the unit follows.
+TEST(FindGap, NamesAGradientFromTheAirToTheUnit) {
+  const Plan plan;
+  LoggedCampaign campaign = made_up::campaign(plan, made_up::nothing());
+  for (LoggedRun& run : campaign.runs) {
+    RunLog& log = run.log;
+    for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+      log.chamber_c[k] += std::sin(2.0 * std::numbers::pi * log.t_s[k] / 700.0);
+    }
+    for (Segment& segment : run.run.segments) {
+      for (Block& block : segment.blocks) {
+        double air_c = 0.0;
+        double count = 0.0;
+        for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+          if (std::abs(log.t_s[k] - block.t_s) > 30.0) continue;
+          air_c += log.chamber_c[k];
+          count += 1.0;
+        }
+        block.sensor[index_of(Sensor::accel_x)].mean += 2.0 * plan.accel_block * (air_c / count - block.temp_c);
+      }
+    }
+  }
+  const GapReport report = find_gap(campaign, 1);
+  expect_named(report, "temperature_gradient");
+  const std::size_t strongest = index_of(Sensor::accel_x);
+  for (const Sensor sensor : report.effects[0].sensors) {
+    if (index_of(sensor) == strongest) continue;
+    EXPECT_LT(report.effects[0].gain[index_of(sensor)], 0.02 * report.effects[0].gain[strongest]);
+  }
+  EXPECT_NEAR(report.effects[0].magnitude.value, 2.0 * plan.accel_block, 0.4 * plan.accel_block);
 }
 
 TEST(FindGap, NamesGSensitivity) {

@@ -37,27 +37,6 @@ struct State {
   double value = 0.0;
 };
 
-/// Water in the package: a share that leaves within an hour where it is hot and comes back in ten hours.
-Hidden water(const Plan& plan, double blocks) {
-  auto state = std::make_shared<State>();
-  return [=](Sensor sensor, const Moment& moment) {
-    if (state->run != moment.run) *state = {moment.run, moment.t_s, 1.0};
-    const double out_ps = moment.temp_c > 45.0 ? 1.0 / 3600.0 : 0.0;
-    const double in_ps = 1.0 / 36000.0;
-    const double settled = in_ps / (in_ps + out_ps);
-    state->value = settled + (state->value - settled) * std::exp(-(moment.t_s - state->t_s) * (in_ps + out_ps));
-    state->t_s = moment.t_s;
-    return blocks * unit_of(plan, sensor) * state->value;
-  };
-}
-
-TEST(Unknown, IsWaterThatDriesOutWhereItIsHot) {
-  for (const double blocks : {4.0, 10.0}) {
-    const Plan plan;
-    expect_unknown(report_of(plan, water(plan, blocks)), "");
-  }
-}
-
 TEST(Unknown, IsABiasThatJumpsToAndFro) {
   const Plan plan;
   auto next_s = std::make_shared<State>();
@@ -126,18 +105,6 @@ TEST(Unknown, IsNotAWanderOfAllSensorsButOne) {
     EXPECT_EQ(name_of(report.conclusion), "none") << report.reason;
     EXPECT_TRUE(has_note(report, "wandering_bias", {"gyro_x", "accel_z"}));
   }
-}
-
-// It settles with the time since the turn, which no sensitivity to the attitude does.
-TEST(Unknown, IsCreepTowardsTheNewAttitude) {
-  const Plan plan;
-  expect_unknown(report_of(plan,
-                           [&](Sensor sensor, const Moment& moment) {
-                             if (!is_gyro(sensor)) return 0.0;
-                             const double settled = 1.0 - std::exp(-moment.in_placement_s / 60.0);
-                             return 4.0 * plan.gyro_block * settled * (moment.up[0] - 0.5 * moment.up[2]);
-                           }),
-                 "");
 }
 
 // Bias instability and rate random walk, as every data sheet states them.

@@ -104,7 +104,7 @@ struct Effect {
 };
 
 /// Version of the library: rises when what an effect's name or parameters mean changes.
-inline constexpr std::string_view kLibraryVersion = "1";
+inline constexpr std::string_view kLibraryVersion = "2";
 
 /// The effects that show in the mean of blocks, in the order of design.
 [[nodiscard]] const std::vector<Effect>& library();

@@ -7,7 +7,7 @@ Effect g_sensitivity() {
   Effect effect;
   effect.name = "g_sensitivity";
   effect.physics = "specific force unbalances a gyro's vibrating masses: its bias follows the attitude";
-  effect.twins = {"earth_rate"};
+  effect.twins = {"earth_rate", "position_memory"};
   effect.experiment =
       "the same positions with the fixture turned in azimuth: g-sensitivity stays, the horizontal part of the Earth's "
       "rotation turns";

@@ -17,12 +17,18 @@ Effect fixture_tilt();
 Effect scale_nonlinearity();
 Effect vibration_rectification();
 Effect supply_sensitivity();
+Effect temperature_gradient();
+Effect position_memory();
+Effect moisture();
 
 const std::vector<Effect>& library() {
-  static const std::vector<Effect> effects = {
-      thermal_hysteresis(), temperature_rate(), sensor_lag(),   warmup_transient(),   g_sensitivity(),
-      earth_rate(),         cross_axis(),       fixture_tilt(), scale_nonlinearity(), vibration_rectification(),
-      supply_sensitivity()};
+  static const std::vector<Effect> effects = {thermal_hysteresis(), temperature_rate(),
+                                              sensor_lag(),         warmup_transient(),
+                                              g_sensitivity(),      earth_rate(),
+                                              cross_axis(),         fixture_tilt(),
+                                              scale_nonlinearity(), vibration_rectification(),
+                                              supply_sensitivity(), temperature_gradient(),
+                                              position_memory(),    moisture()};
   return effects;
 }
 

@@ -57,7 +57,7 @@ Effect thermal_hysteresis() {
   effect.name = "thermal_hysteresis";
   effect.physics =
       "stress in package and solder depends on the way to a temperature, not on the speed; it stays after the soak";
-  effect.twins = {"temperature_rate", "sensor_lag", "warmup_transient"};
+  effect.twins = {"temperature_rate", "sensor_lag", "warmup_transient", "moisture"};
   effect.experiment = "a longer soak (memory stays, rate effects die out) and a minor loop that turns halfway";
   effect.missing = [](const RegressorInputs& in) { return in.history.blurred(); };
   effect.follows_history = true;

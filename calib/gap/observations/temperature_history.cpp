@@ -207,4 +207,20 @@ std::vector<double> TemperatureHistory::branch_memory(double width_c, std::optio
   return at_observations(of_runs);
 }
 
+std::vector<double> TemperatureHistory::water_left(double tau_s, double activation_k) const {
+  constexpr double kFifty_k = 323.15;
+  constexpr double kZero_k = 273.15;
+  std::vector<std::vector<double>> of_runs;
+  for (const RunTemperature& run : runs_) {
+    std::vector<double> water(run.t_s.size(), 1.0);
+    for (std::size_t k = 1; k < water.size(); ++k) {
+      const double kelvin = 0.5 * (run.temp_c[k] + run.temp_c[k - 1]) + kZero_k;
+      const double dried = (run.t_s[k] - run.t_s[k - 1]) / tau_s * std::exp(activation_k * (1 / kFifty_k - 1 / kelvin));
+      water[k] = water[k - 1] * std::exp(-dried);
+    }
+    of_runs.push_back(std::move(water));
+  }
+  return at_observations(of_runs);
+}
+
 }  // namespace soak::calib::gap

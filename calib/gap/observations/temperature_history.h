@@ -34,6 +34,9 @@ class TemperatureHistory {
   /// 0.5 K do not count. Each run starts on the branch that leads from room temperature to its first plateau, or, with
   /// `along`, on the branch of its first movement (1), the opposite one (−1) or between them.
   [[nodiscard]] std::vector<double> branch_memory(double width_c, std::optional<double> along = {}) const;
+  /// Share of the water that is left in a package which holds 1 at each run's start and dries with the time constant
+  /// `tau_s` at 50 °C: dw/dt = −w/tau · exp(activation (1/323.15 K − 1/T)) [Arrhenius].
+  [[nodiscard]] std::vector<double> water_left(double tau_s, double activation_k) const;
   /// Seconds since power-on.
   [[nodiscard]] const std::vector<double>& since_power_s() const { return since_power_; }
   /// Mean over each block; empty where a run has none.

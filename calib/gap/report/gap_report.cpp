@@ -195,7 +195,9 @@ void note_position_order(const Observations& observations, GapReport& report) {
   const bool concerned = std::any_of(report.effects.begin(), report.effects.end(), [&](const NamedEffect& named) {
     return std::find(kOfPosition.begin(), kOfPosition.end(), named.effect->name) != kOfPosition.end();
   });
-  if (!concerned || !one_order(observations)) return;
+  const bool told = std::any_of(report.effects.begin(), report.effects.end(),
+                                [](const NamedEffect& named) { return named.effect->name == "position_memory"; });
+  if (!concerned || told || !one_order(observations)) return;
   add_note(report, "position_order",
            "the positions always came in the same order: creep, or memory of the previous position, could look the "
            "same; a run in another order would decide");

@@ -60,7 +60,7 @@ constexpr CatalogueEntry kCatalogue[] = {
     {"reposition_creep", "*", Hits::some, kInNoLibrary, kWeighted, make_reposition_creep},
     // The position before this one is not forgotten: the part of the last up vector along a direction of the body, for
     // as long as the unit rests in the next position.
-    {"position_memory", "*", Hits::some, kInNoLibrary, kWeighted, make_position_memory},
+    {"position_memory", "*", Hits::some, kNameable, kWeighted, make_position_memory},
     // Something in the building that follows the time of day: a sine of one period per day.
     {"daily_wave", "*", Hits::some, kInNoLibrary, kWeighted, make_daily_wave},
     // Random telegraph noise: a trap in the electronics that is full (+1) or empty (−1) for exponentially distributed
@@ -72,7 +72,7 @@ constexpr CatalogueEntry kCatalogue[] = {
     // A bond that gives way: a step at a random time after each power-on, until the next one; 0.5 ... 1 of random sign.
     {"bias_step", "*", Hits::some, kInNoLibrary, kWeighted, make_bias_step},
     // Moisture in the package, driven out by heat and taken up again in the cold: water content between 0 and 1.
-    {"moisture", "*", Hits::some, kInNoLibrary, kWeighted, make_moisture},
+    {"moisture", "*", Hits::some, kNameable, kWeighted, make_moisture},
 };
 
 }  // namespace
