@@ -3,6 +3,7 @@
 
 {"cell", "table", "design", "effects", "magnitude", "seed": what was planned (cells.py),
  "verdict", "names", "suspects", "residual_structure", "sizes", "p_adjusted": of `soak gap find`,
+ "set": the first name and those that it cannot be told from,
  "closed": {sensor of the first name: fraction | null},
  "oracle": [the most likely candidate, the most likely pair: {"names", "ratio"}], "naive": {"name", "log_p"},
  "cpu_s": {"generate", "import", "fit", "find", "judge"}}, the last for oracle and quick statistics;
@@ -52,6 +53,7 @@ def ours(report):
     gap = report["gap"]
     first = effects[0]["sensors"] if effects else []
     return {"verdict": report["verdict"], "names": [effect["name"] for effect in effects],
+            "set": [name for effect in effects[:1] for name in (effect["name"], *effect["confusable_with"])],
             "suspects": [effect["name"] for effect in report["suspects"]],
             "residual_structure": report["residual_structure"]["axis"] if report["residual_structure"] else None,
             "sizes": [effect["magnitude"] for effect in effects],

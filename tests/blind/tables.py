@@ -144,19 +144,25 @@ def print_pairs(records, limits):
               f" false {counted(found, lambda r, name=name: name in r['names'] and name not in r['effects'])}")
 
 
+def of_kin(record):
+    """Whether the one name, or a set of three at most that it stands for, holds what the library has of that kind."""
+    held = record.get("set") or record["names"]
+    return len(record["names"]) == 1 and len(held) <= 3 and KIN.get(record["effects"][0]) in held
+
+
 def print_unknown(records):
     found = chosen(records, table="unknown")
     if not found:
         return
     widths = (18, 5, 30, 9, 7, 6, 10)
-    print("\nMechanisms that are not the library's; kin: named as what the library has of that kind, and nothing else")
+    print("\nMechanisms that are not the library's; kin: one name, what the library has of that kind or not told from it")
     print_row("effect", "size", "unknown or kin", "unknown", "kin", "none", "false names", widths=widths)
     for name in UNKNOWN:
         for magnitude in values_of(found, "magnitude"):
             cell = chosen(found, effects=[name], magnitude=magnitude)
             kinds = collections.Counter(record["verdict"] for record in cell)
-            kin = sum(r["names"] == [KIN.get(name)] for r in cell)
-            names = collections.Counter("+".join(r["names"]) for r in cell if r["names"] not in ([], [KIN.get(name)])).most_common(3)
+            kin = counted(cell, of_kin)
+            names = collections.Counter("+".join(r["names"]) for r in cell if r["names"] and not of_kin(r)).most_common(3)
             if cell:
                 print_row(name, f"{magnitude:g}", share(kinds["unknown"] + kin, len(cell)), str(kinds["unknown"]), str(kin), str(kinds["none"]),
                           ", ".join(f"{count} {text}" for text, count in names), widths=widths)

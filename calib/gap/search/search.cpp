@@ -17,6 +17,8 @@ constexpr double kLeastShare = 0.05;
 /// Share of the winner's merit from which another effect is told as nearly as good, and a twin of it.
 constexpr double kRival = 0.8;
 constexpr double kTwin = 0.6;
+/// Merit by which a rarer mechanism must stand above its commoner twin: odds of 150 to 1.
+constexpr double kRarer = 10.0;
 
 /// One shape of an effect, tested.
 struct Contender {
@@ -173,6 +175,21 @@ NamedEffect describe(const CampaignModel& model, const Contender& winner, double
   return effect;
 }
 
+/// The one of the greatest merit among those that pass the gates, or its commoner twin if that passes them nearly as
+/// well; null where none does.
+const Contender* winner_of(const std::vector<Contender>& best, double tests) {
+  const auto passes = [&](const Contender& contender) {
+    return contender.standing.p * tests <= kGate && contender.standing.merit > 0.0 && contender.standing.enough_folds;
+  };
+  const auto first = std::find_if(best.begin(), best.end(), passes);
+  if (first == best.end()) return nullptr;
+  const auto commoner = std::find_if(first, best.end(), [&](const Contender& other) {
+    return other.effect->name == first->effect->commoner && passes(other) &&
+           other.standing.merit >= first->standing.merit - kRarer;
+  });
+  return commoner != best.end() ? &*commoner : &*first;
+}
+
 class Search {
  public:
   explicit Search(CampaignModel& model) : model_(model), price_(price_of(model.regressor_inputs().observations)) {}
@@ -217,10 +234,8 @@ class Search {
     }
     if (result_.effects.empty()) result_.absorbed = absorbed(list);
     const std::vector<Contender> best = ranked(model_, std::move(list), typical_, price_);
-    const auto found = std::find_if(best.begin(), best.end(), [&](const Contender& contender) {
-      return contender.standing.p * tests <= kGate && contender.standing.merit > 0.0 && contender.standing.enough_folds;
-    });
-    if (found == best.end()) return std::nullopt;
+    const Contender* found = winner_of(best, tests);
+    if (found == nullptr) return std::nullopt;
     const Contender& winner = *found;
     const double p = std::min(1.0, winner.standing.p * tests);
     if (!result_.effects.empty() && winner.standing.gain < kLeastShare * first_gain_in(winner.standing.sensors)) {
