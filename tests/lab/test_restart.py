@@ -10,7 +10,7 @@ import time
 import unittest
 
 import bench
-from bench import LabTest, short_procedure
+from bench import ENDED, LabTest, short_procedure
 from lab_session import ProgramFailed, end
 
 SET_POINTS_C = (15, 30, 45, 30)
@@ -115,12 +115,12 @@ class Restart(LabTest):
                 self.wait(f"step {step}", lambda s: s["state"] == "finished" or s["campaign"]["step"] >= step)
                 time.sleep(moments.uniform(0.0, 0.2))
                 self.kill_and_start_again()
-                status = self.wait_for_end()
+                # Killed after its end, the campaign is nothing that the next soakd knows of.
+                status = self.wait("the end", lambda s: s["state"] in (*ENDED, "idle"), lab_s=60.0)
                 self.assert_safe()
                 if status["state"] == "interrupted":
                     self.lab.soak("campaign", "resume")
                     status = self.wait_for_end()
-                # Killed after its end, the campaign is nothing that the next soakd knows of.
                 self.assertIn(status["state"], ("finished", "idle"), status["reason"])
                 self.assertEqual(self.query("SELECT state FROM journal"), [("finished",)])
                 self.assert_safe()
