@@ -60,6 +60,14 @@ double g_sensitivity(const Inputs& in) {
   return sum;
 }
 
+/// Half as high a width beside its centre.
+double narrow_bump(const Inputs& in) {
+  const double width = in.number("width_c", 1.0);
+  const double square = width * width;
+  const double off = in.moment.temp_c - in.number("centre_c");
+  return in.number("height") * square / (square + off * off);
+}
+
 /// Angle of a run about the mean of all that are listed: that mean is misalignment. 0 for a run that is not.
 double tilt_angle(const Inputs& in, std::size_t axis) {
   const std::string prefix = std::string(kAxes[axis]) + "@";
@@ -154,6 +162,7 @@ const std::array kMechanisms = {
               [](const Inputs& in) { return g_sensitivity(in) * (in.moment.temp_c - in.number("reference_c")); }},
     Mechanism{"fixture_tilt", "", nothing_missing, no_regressor, fixture_tilt},
     Mechanism{"scale_nonlinearity", "", nothing_missing, no_regressor, even_order},
+    Mechanism{"narrow_bump", "", nothing_missing, no_regressor, narrow_bump},
     Mechanism{"noise_vs_temperature", "", nothing_missing, no_regressor, nothing},
     Mechanism{"quantization", "", nothing_missing, no_regressor, nothing},
     Mechanism{"saturation", "", nothing_missing, no_regressor, nothing},

@@ -42,6 +42,12 @@ void subtract_terms(const Mechanisms& mechanisms, Segment& segment) {
 
 constexpr double kPpm = 1e-6;
 
+/// The terms that the curves of a model do not hold.
+std::vector<ModelTerm> beside_curves(std::vector<ModelTerm> terms) {
+  std::erase_if(terms, [](const ModelTerm& term) { return term.name == "narrow_bump"; });
+  return terms;
+}
+
 /// A model in one run.
 class RunSimulation {
  public:
@@ -51,7 +57,8 @@ class RunSimulation {
         sign_at_rest_(sign_at_rest),
         gravity_mps2_(gravity_at(run.run.site).mps2),
         earth_(place_of(run.run.segments, run.run.site).earth),
-        mechanisms_(model.terms, run, sign_at_rest) {}
+        terms_(beside_curves(model.terms)),
+        mechanisms_(terms_, run, sign_at_rest) {}
 
   [[nodiscard]] const std::vector<std::string>& not_evaluated() const { return mechanisms_.not_evaluated(); }
 
@@ -87,6 +94,7 @@ class RunSimulation {
   int sign_at_rest_;
   double gravity_mps2_;
   EarthRate earth_;
+  std::vector<ModelTerm> terms_;
   Mechanisms mechanisms_;
 };
 

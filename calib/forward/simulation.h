@@ -47,7 +47,7 @@ struct SimulatedCampaign {
 
 /// Reads off the model what each block of the campaign should read: thermal history, positions, headings and place from
 /// the log, curves at the element's temperature, couplings with specific force, the known rotation of the Earth, and
-/// every accepted term by its mechanism. Offsets that change from power-on to power-on are not in it: compare() takes
+/// every accepted term by its mechanism (but for `narrow_bump`, which the curve holds). Offsets that change from power-on to power-on are not in it: compare() takes
 /// them off. Cost: linear in blocks and logs.
 [[nodiscard]] SimulatedCampaign simulate(const SimulatedModel& model, const gap::LoggedCampaign& campaign);
 

@@ -181,24 +181,78 @@ class Accept(SoakTest):
         shown = self.soak("gap", "show", "--unit", "SN1", "--campaign", fitted).stdout
         self.assertIn("--procedure verification", shown)
 
-    def test_what_can_be_added_is_and_the_rest_is_said(self):
-        """A resonance belongs to the curve; the steps of an output do not."""
+    def bumpy_unit(self):
+        """Four runs of a unit with a resonance at 45 degC in its gyros, one of them fresh; accel_y puts out steps."""
         csv = self.folder / "unit.csv"
-        steep_curves.write_campaign(csv, 2, "smooth", steep_curves.Bump(30.0, 4.0, 45.0, (0, 1, 2)), runs=3)
+        steep_curves.write_campaign(csv, 2, "smooth", steep_curves.Bump(30.0, 4.0, 45.0, (0, 1, 2)), runs=4)
         head, *rows = csv.read_text(encoding="utf-8").splitlines()
         coarse = head.split(",").index("ay_mps2")
         cells = [row.split(",") for row in rows]
         for row in cells:
             row[coarse] = f"{0.01 * round(float(row[coarse]) / 0.01):.2f}"
-        csv.write_text("\n".join([head] + [",".join(row) for row in cells]) + "\n", encoding="utf-8")
-        self.soak("import", csv, "--unit", "SN1", "--gravity-mps2", "9.80665")
+        for name, fresh in (("fit.csv", False), ("fresh.csv", True)):
+            kept = [",".join(row) for row in cells if (row[0] == "R04") == fresh]
+            self.write(name, "\n".join([head] + kept) + "\n")
+        place = ("--unit", "SN1", "--gravity-mps2", "9.80665")
+        self.soak("import", self.folder / "fit.csv", *place)
+        self.soak("import", self.folder / "fresh.csv", *place, "--procedure", "verification", "--campaign", "fresh")
         self.soak("fit", "--unit", "SN1", "--rules", 3)
-        refused = self.refusal("gap", "accept", "--unit", "SN1", "--effect", "narrow_bump")
-        self.assertIn("narrow_bump", refused["message"])
+
+    def bias_at(self, name, sensor, *temps_c):
+        """What the runtime reads out of the unit's newest file."""
+        file = self.folder / name
+        self.soak("export", "--unit", "SN1", "--format", "blob", "-o", file)
+        listed = ",".join(str(temp_c) for temp_c in temps_c)
+        points = self.json("eval", file, "--temp-c", listed)["points"]
+        return [point["bias"][sensor] for point in points]
+
+    def test_a_bump_goes_all_the_way_into_the_deployed_curve(self):
+        self.bumpy_unit()
+        found = self.json("gap", "find", "--unit", "SN1")
+        effects = {effect["name"]: effect for effect in found["effects"]}
+        self.assertEqual(sorted(effects), ["narrow_bump", "quantization"])
+        hit = effects["narrow_bump"]["sensors"]
+        before = self.bias_at("before.soakcal", "gyro_y", 25, 35, 45, 55)
         accepted = self.json("gap", "accept", "--unit", "SN1")
         check_schema(accepted, "gap-accept")
-        self.assertEqual([term["name"] for term in accepted["terms"]], ["quantization"])
-        self.assertEqual([entry["name"] for entry in accepted["not_added"]], ["narrow_bump"])
+        self.assertEqual(accepted["not_added"], [])
+        term, = (term for term in accepted["terms"] if term["name"] == "narrow_bump")
+        self.assertEqual((term["lab_only"], sorted(s for part in term["parts"] for s in part["sensors"])), (False, sorted(hit)))
+
+        fitted = self.json("fit", "--unit", "SN1")
+        check_schema(fitted, "fit")
+        after = self.bias_at("after.soakcal", "gyro_y", 25, 35, 45, 55)
+        height = 30 * 0.004  # what the generator hid, deg/s
+        risen = [b - a for a, b in zip(before, after)]
+        self.assertGreater(risen[2], 0.5 * height)  # the stiff curve followed little of it
+        self.assertTrue(all(abs(rise) < 0.3 * height for rise in (risen[0], risen[1], risen[3])), risen)
+
+        shown = self.json("gap", "show", "--unit", "SN1")
+        check_schema(shown, "gap-show")
+        for sensor in hit:
+            fresh = shown["sensors"][sensor]["fresh"]
+            self.assertLess(fresh["after_rms"], 0.5 * fresh["before_rms"], sensor)
+            self.assertLess(fresh["after_rms"], 1.5 * fresh["floor_rms"], sensor)
+        again = self.json("gap", "find", "--unit", "SN1")
+        self.assertEqual(again["verdict"], "none", again["reason"])
+        for file in ("before", "after"):
+            verified = self.json("verify", self.folder / f"{file}.soakcal", "--campaign", "fresh")
+            check_schema(verified, "verify")
+            effects[file] = verified["sensors"]["gyro_y"]["rmse_shape"]
+        self.assertLess(effects["after"], 0.5 * effects["before"])
+
+    def test_an_export_that_cannot_hold_a_bump_says_so(self):
+        self.bumpy_unit()
+        self.soak("gap", "accept", "--unit", "SN1", "--effect", "narrow_bump")
+        for form in ("px4", "ardupilot"):
+            notes = self.json("export", "--unit", "SN1", "--format", form, "-o", self.folder / form)["notes"]
+            self.assertEqual(sum("narrow_bump" in note for note in notes), 1, notes)
+        target = self.folder / "out.json"
+        self.soak("export", "--unit", "SN1", "--format", "json", "-o", target)
+        document = json.loads(target.read_text(encoding="utf-8"))
+        check_schema(document, "calibration")
+        self.assertIn("narrow_bump", [term["name"] for term in document["terms"]])
+        self.soak("export", "--unit", "SN1", "--format", "c", "-o", self.folder / "cal.h")
 
     def test_nothing_is_accepted_that_was_not_named(self):
         self.campaign(90, [])
