@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <string_view>
+#include <utility>
 
 #include "calib/estimate/site.h"
 
@@ -34,6 +35,11 @@ struct Inputs {
   }
 };
 
+/// Of recordings without plateaus the mean is taken of every so many kelvins.
+constexpr double kGrid_c = 5.0;
+
+double nearest_grid_c(double temp_c) { return kGrid_c * std::round(temp_c / kGrid_c); }
+
 double centre_at(const TermPart& part, double temp_c) {
   if (part.centre.empty()) return 0.0;
   const auto above = std::lower_bound(part.centre.begin(), part.centre.end(), temp_c,
@@ -47,6 +53,20 @@ double centre_at(const TermPart& part, double temp_c) {
 constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
 
 Series temperature(const gap::LoggedRun& run) { return series_of(run.log, run.log.temp_c); }
+
+Series times(double factor, Series series) {
+  for (double& value : series.values) value *= factor;
+  return series;
+}
+
+/// How far the thermometer is ahead of an element that follows it, K, times a factor.
+Series ahead_of_follower(const TermPart& part, const gap::LoggedRun& run, double factor) {
+  const bool under_way = part.value("starts_under_way").value_or(0.0) > 0.0;
+  Series ahead = temperature(run);
+  const Series element = follower_of(ahead, part.value("tau_s").value_or(1.0), under_way);
+  for (std::size_t k = 0; k < ahead.values.size(); ++k) ahead.values[k] -= element.values[k];
+  return times(factor, std::move(ahead));
+}
 
 double even_order(const Inputs& in) {
   const double f = in.force[in.axis];
@@ -126,19 +146,20 @@ double nothing(const Inputs&) { return 0.0; }
 const std::array kMechanisms = {
     Mechanism{"thermal_hysteresis", kCourse, no_temperature,
               [](const TermPart& part, const gap::LoggedRun& run) {
-                return branch_memory_of(temperature(run), part.value("width_c").value_or(1.0));
+                return branch_memory_of(temperature(run), part.value("width_c").value_or(1.0),
+                                        part.value("starts_along"));
               },
               [](const Inputs& in) { return in.at_temperature("amplitude") * in.regressor; }},
     Mechanism{"temperature_rate", kCourse, no_temperature,
-              [](const TermPart&, const gap::LoggedRun& run) { return rate_of(temperature(run)); },
+              [](const TermPart& part, const gap::LoggedRun& run) {
+                const double tau_s = part.value("tau_s").value_or(0.0);
+                return tau_s > 0.0 ? ahead_of_follower(part, run, 1.0 / tau_s) : rate_of(temperature(run));
+              },
               [](const Inputs& in) { return in.at_temperature("per_kps") * in.regressor; }},
     Mechanism{"sensor_lag", kCourse, no_temperature,
               [](const TermPart& part, const gap::LoggedRun& run) {
-                Series behind = temperature(run);
-                const Series element = follower_of(behind, part.value("tau_s").value_or(1.0));
-                for (std::size_t k = 0; k < behind.values.size(); ++k)
-                  behind.values[k] = element.values[k] - behind.values[k];
-                return behind;
+                const double tau_s = part.value("tau_s").value_or(1.0);
+                return tau_s > 0.0 ? ahead_of_follower(part, run, -1.0) : times(-tau_s, rate_of(temperature(run)));
               },
               nothing},
     Mechanism{
@@ -221,9 +242,8 @@ void centre(const gap::LoggedCampaign& campaign, std::vector<ModelTerm>& terms) 
       for (const gap::LoggedRun& run : campaign.runs) {
         const Mechanisms mechanisms(alone, run, campaign.type.sign_at_rest);
         for (const Segment& segment : run.run.segments) {
-          if (segment.phase != Phase::soak || !segment.plateau_c) continue;
           for (const Block& block : segment.blocks) {
-            auto& [blocks, temp_c, added] = plateaus[*segment.plateau_c];
+            auto& [blocks, temp_c, added] = plateaus[segment.plateau_c.value_or(nearest_grid_c(block.temp_c))];
             const Moment moment{&segment, block.t_s, 0.5 * block.duration_s, block.temp_c};
             blocks += 1.0;
             temp_c += block.temp_c;

@@ -116,6 +116,13 @@ SimulatedBlock simulate_block(const RunSimulation& simulation, const Calibration
   return result;
 }
 
+/// Whether no segment lies at a plateau.
+bool is_ramp(const gap::LoggedCampaign& campaign) {
+  return std::ranges::none_of(campaign.runs, [](const gap::LoggedRun& run) {
+    return std::ranges::any_of(run.run.segments, [](const Segment& segment) { return segment.plateau_c.has_value(); });
+  });
+}
+
 /// Sums over one run of one sensor.
 struct Sums {
   double count = 0.0;
@@ -142,6 +149,7 @@ std::vector<std::string> subtract_terms(const std::vector<ModelTerm>& terms, gap
 
 SimulatedCampaign simulate(const SimulatedModel& model, const gap::LoggedCampaign& campaign) {
   SimulatedCampaign result;
+  const bool ramp = is_ramp(campaign);
   for (std::size_t r = 0; r < campaign.runs.size(); ++r) {
     const gap::LoggedRun& run = campaign.runs[r];
     const RunSimulation simulation(model, run, campaign.type.sign_at_rest);
@@ -149,7 +157,7 @@ SimulatedCampaign simulate(const SimulatedModel& model, const gap::LoggedCampaig
                                 simulation.not_evaluated().end());
     for (std::size_t k = 0; k < run.run.segments.size(); ++k) {
       const Segment& segment = run.run.segments[k];
-      if (!gap::is_observed(segment)) continue;
+      if (ramp ? turns(segment) || is_rejected(segment) : !gap::is_observed(segment)) continue;
       for (const Block& block : segment.blocks) {
         result.blocks.push_back(simulate_block(simulation, model.calibration, segment, block));
         result.blocks.back().run = static_cast<int>(r);

@@ -29,7 +29,6 @@ namespace {
 
 using calib::gap::GapReport;
 using calib::gap::NamedEffect;
-using calib::gap::NotAdded;
 
 /// What all gap commands take.
 struct GapCommand : CatalogCommand {
@@ -45,6 +44,12 @@ struct GapCommand : CatalogCommand {
 void declare_gap_user(OptionList& options, std::string& user) {
   options.add("--user NAME", &user, "Name for the log (default: the user that runs the program)");
 }
+
+/// A named effect that does not go into the model.
+struct NotAdded {
+  std::string name;
+  std::string why;  ///< a sentence
+};
 
 /// soak gap find: looks for what the unit's newest model lacks in the runs that a fit uses, less the effects that the
 /// model contains already, and stores the report in the catalog. Fails (bad_input) for a unit without a model.
@@ -254,18 +259,19 @@ base::Status print_new_version(const calib::UnitModel& model, std::int32_t paren
 }
 
 /// An effect that is found again was estimated wrongly, and a second term of that name would hide it: it moves from the
-/// terms to those that are not added.
-void leave_contained(const std::string& unit, const std::vector<calib::ModelTerm>& carried,
-                     calib::gap::Acceptance& found) {
+/// terms to those that are not added, which are returned.
+std::vector<NotAdded> leave_contained(const std::string& unit, const std::vector<calib::ModelTerm>& carried,
+                                      std::vector<calib::ModelTerm>& found) {
+  std::vector<NotAdded> not_added;
   for (const calib::ModelTerm& known : carried) {
-    const auto again =
-        std::erase_if(found.terms, [&](const calib::ModelTerm& term) { return term.name == known.name; });
+    const auto again = std::erase_if(found, [&](const calib::ModelTerm& term) { return term.name == known.name; });
     if (again == 0) continue;
-    found.not_added.push_back(
+    not_added.push_back(
         {known.name, fmt::format("the model already contains {0}, but the runs show more of it: withdraw it ('soak gap "
                                  "withdraw --unit {1} --effect {0} --reason ...'), then find and accept it again",
                                  known.name, unit)});
   }
+  return not_added;
 }
 
 /// Each later fit takes accepted terms off the samples of all runs of the unit.
@@ -290,24 +296,22 @@ base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
   if (!search) return base::forward_error(search);
   auto found = calib::gap::accepted_terms(search->campaign, search->report, effects);
   if (!found) return base::forward_error(found);
-  const std::size_t wanted = found->terms.size();
-  leave_contained(unit, search->terms, *found);
-  if (found->terms.empty() || (!effects.empty() && found->terms.size() < wanted)) {
-    return base::bad_input(found->not_added.back().why);
-  }
-  calib::forward::centre(search->campaign, found->terms);
+  const std::vector<NotAdded> not_added = leave_contained(unit, search->terms, *found);
+  // Who asks for an effect by name wants that one, not the rest.
+  if (found->empty() || (!effects.empty() && !not_added.empty())) return base::bad_input(not_added.back().why);
+  calib::forward::centre(search->campaign, *found);
   std::string names;
-  for (const calib::ModelTerm& term : found->terms) names += (names.empty() ? "" : ", ") + term.name;
+  for (const calib::ModelTerm& term : *found) names += (names.empty() ? "" : ", ") + term.name;
   if (auto there = check_samples_are_there(catalog, unit); !there) return there;
   std::vector<calib::ModelTerm> terms = search->terms;
-  std::move(found->terms.begin(), found->terms.end(), std::back_inserter(terms));
+  std::move(found->begin(), found->end(), std::back_inserter(terms));
   auto stored =
       catalog.add_gap_report({unit, search->model.version, now_utc_s(), calib::gap::gap_json(search->report).dump()});
   if (!stored) return stored;
   const auto model =
       refit(catalog, search->model, terms, "gap_accepted", fmt::format("{} accepted by {}", names, user_name(user)));
   if (!model) return base::forward_error(model);
-  return print_new_version(*model, search->model.version, found->not_added, output);
+  return print_new_version(*model, search->model.version, not_added, output);
 }
 
 base::Status GapWithdraw::run_with(db::Catalog& catalog, Output& output) {

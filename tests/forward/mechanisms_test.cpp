@@ -40,7 +40,7 @@ ModelTerm term_of(const LoggedCampaign& campaign, const gap::Effect& effect, con
   report.effects.push_back(named);
   const auto accepted = gap::accepted_terms(campaign, report, {});
   EXPECT_TRUE(accepted) << effect.name;
-  return accepted ? accepted->terms.front() : ModelTerm{};
+  return accepted ? accepted->front() : ModelTerm{};
 }
 
 /// Largest difference between what regressors and mechanism say at the blocks, each less its mean over the run (offsets
