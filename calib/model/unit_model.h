@@ -25,7 +25,7 @@ struct SensorFit {
 
 /// Fits one sensor: curves over temperature, or constants where all rows are of one temperature
 /// (is_of_one_temperature()). Refuses one attitude at one temperature, which leaves accelerometers nothing. The six
-/// sensors are independent: callers may run them in parallel. A `narrow_bump` among the terms of the rows is part of the
+/// sensors are independent: callers may run them in parallel. A `narrow_bump` of the rows' terms is part of the
 /// bias curve (bump_curve.h): the rows hold it, and so does what is fitted to them.
 [[nodiscard]] base::Result<SensorFit> fit_sensor(const UnitRows& rows, Sensor sensor, const CurveFitOptions& options);
 
