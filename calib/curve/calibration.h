@@ -63,7 +63,7 @@ struct SensorCalibration {
   bool own_thermometer = false;  ///< its temperatures are of a thermometer of this sensor, not of the unit's
   double temp_min_c = 0.0;       ///< valid range: that of the training segment means
   double temp_max_c = 0.0;
-  std::string model;  ///< what the bias curve is: "anfis", "poly3", "poly5", "spline", "constant"
+  std::string model;  ///< what the bias curve is: "anfis", "poly3", "poly5", "spline", "constant", "anfis+narrow_bump"
   Curve bias;
   UncertaintyTable bias_uncertainty;
   std::optional<OneWay> one_way;  ///< temperatures that the runs visited one way only; absent: none, or not stated

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,18 @@ using exporting::TempRange;
 using Axes = std::vector<const SensorCalibration*>;
 
 const char* kind_word(bool gyro) { return gyro ? "gyros" : "accelerometers"; }
+
+/// Accepted effects that a device corrects with the calibration file, and no cubic does; nothing without such.
+std::optional<std::string> effects_note(const Calibration& calibration) {
+  std::vector<std::string> names;
+  for (const AcceptedTerm& term : calibration.terms) {
+    const bool listed = std::find(names.begin(), names.end(), term.name) != names.end();
+    if (!term.lab_only && !listed) names.push_back(term.name);
+  }
+  if (names.empty()) return std::nullopt;
+  return fmt::format("Accepted effects that this file cannot hold: {}. A cubic over temperature has no room for them.",
+                     fmt::join(names, ", "));
+}
 
 // ---- PX4 ----
 
@@ -248,6 +262,7 @@ base::Result<AutopilotFile> export_px4(const Calibration& calibration, const Px4
   if (!accels) return base::forward_error(accels);
   if (file.losses.empty()) return base::bad_input("the model has no sensor", fmt::format("unit {}", calibration.unit));
   file.notes = px4_notes(options, file.losses);
+  if (auto note = effects_note(calibration)) file.notes.push_back(*std::move(note));
   file.text =
       "# Onboard parameters for Vehicle 1\n#\n" + exporting::provenance_comment(calibration) +
       exporting::comment("offset = X0 + X1 d + X2 d^2 + X3 d^3, d = T - TREF, T held at [TMIN, TMAX]; rad/s, m/s2") +
@@ -271,6 +286,7 @@ base::Result<AutopilotFile> export_ardupilot(const Calibration& calibration, con
 
   AutopilotFile file;
   file.notes = ardupilot_notes(*gyros, *accels, options);
+  if (auto note = effects_note(calibration)) file.notes.push_back(*std::move(note));
   const std::string prefix = fmt::format("INS_TCAL{}_", options.instance + 1);
   std::string lines = prefix + "ENABLE 1\n" + ardupilot_line(prefix + "TMIN", static_cast<float>(range->min_c)) +
                       ardupilot_line(prefix + "TMAX", static_cast<float>(range->max_c));

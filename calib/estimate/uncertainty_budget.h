@@ -18,8 +18,8 @@ namespace soak::calib {
 /// One line of the uncertainty budget of a curve (JCGM 100:2008, 8): standard uncertainties at each of its points, in
 /// its unit. Contributions count as independent.
 struct Contribution {
-  /// "noise", "run_to_run", "hysteresis", "thermometer", "gravity", "fixture", "model"; "supply" where the model has a
-  /// term of it
+  /// "noise", "run_to_run", "hysteresis", "thermometer", "gravity", "fixture", "model"; "supply" and "narrow_bump"
+  /// where the model has a term of that
   std::string name = {};
   char type = 'A';  ///< 'A': from the scatter of these runs; 'B': from elsewhere
   std::optional<double> degrees_of_freedom = std::nullopt;  ///< absent = infinite

@@ -45,7 +45,7 @@ struct UnitInput {
   std::int32_t epoch = 0;
   std::vector<RunInput> runs;
   std::vector<ReferenceUse> references;  ///< of the campaigns of its runs
-  std::vector<ModelTerm> terms;          ///< accepted for the unit and already taken off the segments
+  std::vector<ModelTerm> terms;          ///< accepted for the unit; taken off the segments but for `narrow_bump`
 };
 
 /// Whether two recordings are the same samples, from the statistics of their segments, which are in the order of time:

@@ -63,7 +63,7 @@ struct UnitRows {
   bool simulated = false;                ///< some run is
   std::vector<RunReference> runs;        ///< all that were given
   std::vector<ReferenceUse> references;  ///< of the campaigns of the runs
-  std::vector<ModelTerm> terms;          ///< that the readings were freed of before
+  std::vector<ModelTerm> terms;          ///< accepted; the readings were freed of them, but of `narrow_bump`
 
   std::array<std::optional<CurveData>, kSensorCount> bias;
   std::array<std::optional<CurveData>, kSensorCount>

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <string_view>
+#include <utility>
 
 #include "calib/estimate/site.h"
 
@@ -36,6 +37,11 @@ struct Inputs {
   }
 };
 
+/// Of recordings without plateaus the mean is taken of every so many kelvins.
+constexpr double kGrid_c = 5.0;
+
+double nearest_grid_c(double temp_c) { return kGrid_c * std::round(temp_c / kGrid_c); }
+
 double centre_at(const TermPart& part, double temp_c) {
   if (part.centre.empty()) return 0.0;
   const auto above = std::lower_bound(part.centre.begin(), part.centre.end(), temp_c,
@@ -50,6 +56,20 @@ constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
 
 Series temperature(const gap::LoggedRun& run) { return series_of(run.log, run.log.temp_c); }
 
+Series times(double factor, Series series) {
+  for (double& value : series.values) value *= factor;
+  return series;
+}
+
+/// How far the thermometer is ahead of an element that follows it, K, times a factor.
+Series ahead_of_follower(const TermPart& part, const gap::LoggedRun& run, double factor) {
+  const bool under_way = part.value("starts_under_way").value_or(0.0) > 0.0;
+  Series ahead = temperature(run);
+  const Series element = follower_of(ahead, part.value("tau_s").value_or(1.0), under_way);
+  for (std::size_t k = 0; k < ahead.values.size(); ++k) ahead.values[k] -= element.values[k];
+  return times(factor, std::move(ahead));
+}
+
 double even_order(const Inputs& in) {
   const double f = in.force[in.axis];
   const double g = in.number("gravity");
@@ -60,6 +80,14 @@ double g_sensitivity(const Inputs& in) {
   double sum = 0.0;
   for (std::size_t j = 0; j < 3; ++j) sum += in.number(kAxes[j]) * in.force[j];
   return sum;
+}
+
+/// Half as high a width beside its centre.
+double narrow_bump(const Inputs& in) {
+  const double width = in.number("width_c", 1.0);
+  const double square = width * width;
+  const double off = in.moment.temp_c - in.number("centre_c");
+  return in.number("height") * square / (square + off * off);
 }
 
 /// Angle of a run about the mean of all that are listed: that mean is misalignment. 0 for a run that is not.
@@ -147,19 +175,20 @@ double nothing(const Inputs&) { return 0.0; }
 const std::array kMechanisms = {
     Mechanism{"thermal_hysteresis", kCourse, no_temperature,
               [](const TermPart& part, const gap::LoggedRun& run) {
-                return branch_memory_of(temperature(run), part.value("width_c").value_or(1.0));
+                return branch_memory_of(temperature(run), part.value("width_c").value_or(1.0),
+                                        part.value("starts_along"));
               },
               [](const Inputs& in) { return in.at_temperature("amplitude") * in.regressor; }},
     Mechanism{"temperature_rate", kCourse, no_temperature,
-              [](const TermPart&, const gap::LoggedRun& run) { return rate_of(temperature(run)); },
+              [](const TermPart& part, const gap::LoggedRun& run) {
+                const double tau_s = part.value("tau_s").value_or(0.0);
+                return tau_s > 0.0 ? ahead_of_follower(part, run, 1.0 / tau_s) : rate_of(temperature(run));
+              },
               [](const Inputs& in) { return in.at_temperature("per_kps") * in.regressor; }},
     Mechanism{"sensor_lag", kCourse, no_temperature,
               [](const TermPart& part, const gap::LoggedRun& run) {
-                Series behind = temperature(run);
-                const Series element = follower_of(behind, part.value("tau_s").value_or(1.0));
-                for (std::size_t k = 0; k < behind.values.size(); ++k)
-                  behind.values[k] = element.values[k] - behind.values[k];
-                return behind;
+                const double tau_s = part.value("tau_s").value_or(1.0);
+                return tau_s > 0.0 ? ahead_of_follower(part, run, -1.0) : times(-tau_s, rate_of(temperature(run)));
               },
               nothing},
     Mechanism{
@@ -194,6 +223,7 @@ const std::array kMechanisms = {
               [](const Inputs& in) { return g_sensitivity(in) * (in.moment.temp_c - in.number("reference_c")); }},
     Mechanism{"fixture_tilt", "", nothing_missing, no_regressor, fixture_tilt},
     Mechanism{"scale_nonlinearity", "", nothing_missing, no_regressor, even_order},
+    Mechanism{"narrow_bump", "", nothing_missing, no_regressor, narrow_bump},
     Mechanism{"noise_vs_temperature", "", nothing_missing, no_regressor, nothing},
     Mechanism{"quantization", "", nothing_missing, no_regressor, nothing},
     Mechanism{"saturation", "", nothing_missing, no_regressor, nothing},
@@ -245,11 +275,20 @@ double Mechanisms::element_temp_c(Sensor sensor, const Moment& moment) const {
   return temp_c;
 }
 
+namespace {
+
 /// Terms of a unit's past, or of what only a chamber knows, that act at rest on a plateau.
 constexpr std::array<std::string_view, 4> kOfThePast = {"thermal_hysteresis", "warmup_transient", "moisture",
                                                         "temperature_gradient"};
 
+bool at_plateau(const Segment& segment) { return segment.phase == Phase::soak && segment.plateau_c; }
+
+}  // namespace
+
 void centre(const gap::LoggedCampaign& campaign, std::vector<ModelTerm>& terms) {
+  const bool with_plateaus = std::any_of(campaign.runs.begin(), campaign.runs.end(), [](const gap::LoggedRun& run) {
+    return std::any_of(run.run.segments.begin(), run.run.segments.end(), at_plateau);
+  });
   for (ModelTerm& term : terms) {
     if (std::find(kOfThePast.begin(), kOfThePast.end(), term.name) == kOfThePast.end()) continue;
     const std::vector<ModelTerm> alone = {term};
@@ -258,9 +297,9 @@ void centre(const gap::LoggedCampaign& campaign, std::vector<ModelTerm>& terms) 
       for (const gap::LoggedRun& run : campaign.runs) {
         const Mechanisms mechanisms(alone, run, campaign.type.sign_at_rest);
         for (const Segment& segment : run.run.segments) {
-          if (segment.phase != Phase::soak || !segment.plateau_c) continue;
+          if (with_plateaus && !at_plateau(segment)) continue;
           for (const Block& block : segment.blocks) {
-            auto& [blocks, temp_c, added] = plateaus[*segment.plateau_c];
+            auto& [blocks, temp_c, added] = plateaus[segment.plateau_c.value_or(nearest_grid_c(block.temp_c))];
             const Moment moment{&segment, block.t_s, 0.5 * block.duration_s, block.temp_c};
             blocks += 1.0;
             temp_c += block.temp_c;

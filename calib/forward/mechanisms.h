@@ -53,7 +53,8 @@ class Mechanisms {
 };
 
 /// Completes terms of a unit's past (`thermal_hysteresis`, `warmup_transient`) with their mean over the blocks of each
-/// plateau (TermPart::centre): the curves of a file that cannot evaluate them must keep that mean.
+/// plateau, of every 5 K where there are none (TermPart::centre): the curves of a file that cannot evaluate them must
+/// keep that mean.
 void centre(const gap::LoggedCampaign& campaign, std::vector<ModelTerm>& terms);
 
 /// Specific force of a unit at rest in a segment's position, along its axes, m/s², signed as the unit reads it; zero

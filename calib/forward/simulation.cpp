@@ -42,6 +42,12 @@ void subtract_terms(const Mechanisms& mechanisms, Segment& segment) {
 
 constexpr double kPpm = 1e-6;
 
+/// The terms that the curves of a model do not hold.
+std::vector<ModelTerm> beside_curves(std::vector<ModelTerm> terms) {
+  std::erase_if(terms, [](const ModelTerm& term) { return term.name == "narrow_bump"; });
+  return terms;
+}
+
 /// A model in one run.
 class RunSimulation {
  public:
@@ -51,7 +57,8 @@ class RunSimulation {
         sign_at_rest_(sign_at_rest),
         gravity_mps2_(gravity_at(run.run.site).mps2),
         earth_(place_of(run.run.segments, run.run.site).earth),
-        mechanisms_(model.terms, run, sign_at_rest) {}
+        terms_(beside_curves(model.terms)),
+        mechanisms_(terms_, run, sign_at_rest) {}
 
   [[nodiscard]] const std::vector<std::string>& not_evaluated() const { return mechanisms_.not_evaluated(); }
 
@@ -87,6 +94,7 @@ class RunSimulation {
   int sign_at_rest_;
   double gravity_mps2_;
   EarthRate earth_;
+  std::vector<ModelTerm> terms_;
   Mechanisms mechanisms_;
 };
 
@@ -106,6 +114,13 @@ SimulatedBlock simulate_block(const RunSimulation& simulation, const Calibration
     result.noise[s] = block.sensor[s].standard_error;
   }
   return result;
+}
+
+/// Whether no segment lies at a plateau.
+bool is_ramp(const gap::LoggedCampaign& campaign) {
+  return std::ranges::none_of(campaign.runs, [](const gap::LoggedRun& run) {
+    return std::ranges::any_of(run.run.segments, [](const Segment& segment) { return segment.plateau_c.has_value(); });
+  });
 }
 
 /// Sums over one run of one sensor.
@@ -134,6 +149,7 @@ std::vector<std::string> subtract_terms(const std::vector<ModelTerm>& terms, gap
 
 SimulatedCampaign simulate(const SimulatedModel& model, const gap::LoggedCampaign& campaign) {
   SimulatedCampaign result;
+  const bool ramp = is_ramp(campaign);
   for (std::size_t r = 0; r < campaign.runs.size(); ++r) {
     const gap::LoggedRun& run = campaign.runs[r];
     const RunSimulation simulation(model, run, campaign.type.sign_at_rest);
@@ -141,7 +157,7 @@ SimulatedCampaign simulate(const SimulatedModel& model, const gap::LoggedCampaig
                                 simulation.not_evaluated().end());
     for (std::size_t k = 0; k < run.run.segments.size(); ++k) {
       const Segment& segment = run.run.segments[k];
-      if (!gap::is_observed(segment)) continue;
+      if (ramp ? turns(segment) || is_rejected(segment) : !gap::is_observed(segment)) continue;
       for (const Block& block : segment.blocks) {
         result.blocks.push_back(simulate_block(simulation, model.calibration, segment, block));
         result.blocks.back().run = static_cast<int>(r);

@@ -41,14 +41,15 @@ struct SimulatedBlock {
 
 /// A campaign as the model says it should read.
 struct SimulatedCampaign {
-  std::vector<SimulatedBlock> blocks;      ///< of segments in soak at plateaus, in the order of runs and time
+  std::vector<SimulatedBlock>
+      blocks;  ///< of segments in soak at plateaus, or of a campaign without any; by run and time
   std::vector<std::string> not_evaluated;  ///< terms that could not be evaluated and why
 };
 
 /// Reads off the model what each block of the campaign should read: thermal history, positions, headings and place from
 /// the log, curves at the element's temperature, couplings with specific force, the known rotation of the Earth, and
-/// every accepted term by its mechanism. Offsets that change from power-on to power-on are not in it: compare() takes
-/// them off. Cost: linear in blocks and logs.
+/// every accepted term by its mechanism (but for `narrow_bump`, which the curve holds). Offsets that change from
+/// power-on to power-on are not in it: compare() takes them off. Cost: linear in blocks and logs.
 [[nodiscard]] SimulatedCampaign simulate(const SimulatedModel& model, const gap::LoggedCampaign& campaign);
 
 /// RMS of what one sensor read beyond the simulation, SI.

@@ -42,8 +42,8 @@ class MovingLine {
 /// Follows a temperature through a dead band and remembers the way it came.
 class BranchMemory {
  public:
-  BranchMemory(double first_c, double width_c)
-      : followed_c_(first_c), width_c_(width_c), memory_(first_c < kRoom_c ? -1.0 : 1.0) {}
+  BranchMemory(double first_c, double width_c, double memory)
+      : followed_c_(first_c), width_c_(width_c), memory_(memory) {}
 
   double advance(double temp_c) {
     const double above = temp_c - kDeadBand_c / 2 - followed_c_;
@@ -63,6 +63,14 @@ class BranchMemory {
   double width_c_;
   double memory_;
 };
+
+/// 1 where the temperature first leaves the dead band upwards, or never; −1 where downwards.
+double first_way(const Series& temp_c) {
+  const double first_c = temp_c.values.front();
+  const auto left =
+      std::ranges::find_if(temp_c.values, [&](double c) { return std::abs(c - first_c) > kDeadBand_c / 2; });
+  return left != temp_c.values.end() && *left < first_c ? -1.0 : 1.0;
+}
 
 }  // namespace
 
@@ -110,10 +118,11 @@ Series rate_of(const Series& temp_c) {
   return rate;
 }
 
-Series follower_of(const Series& temp_c, double tau_s) {
+Series follower_of(const Series& temp_c, double tau_s, bool under_way) {
   Series element{temp_c.t_s, {}};
   if (temp_c.empty()) return element;
-  element.values.push_back(temp_c.values.front());
+  const double behind = under_way ? tau_s * rate_of(temp_c).values.front() : 0.0;
+  element.values.push_back(temp_c.values.front() - behind);
   for (std::size_t k = 1; k < temp_c.t_s.size(); ++k) {
     const double dt_s = temp_c.t_s[k] - temp_c.t_s[k - 1];
     const double slope = (temp_c.values[k] - temp_c.values[k - 1]) / dt_s;
@@ -125,10 +134,12 @@ Series follower_of(const Series& temp_c, double tau_s) {
   return element;
 }
 
-Series branch_memory_of(const Series& temp_c, double width_c) {
+Series branch_memory_of(const Series& temp_c, double width_c, std::optional<double> along) {
   Series memory{temp_c.t_s, {}};
   if (temp_c.empty()) return memory;
-  BranchMemory branch(temp_c.values.front(), width_c);
+  const double first_c = temp_c.values.front();
+  const double start = along ? *along * first_way(temp_c) : first_c < kRoom_c ? -1.0 : 1.0;
+  BranchMemory branch(first_c, width_c, start);
   for (const double c : temp_c.values) memory.values.push_back(branch.advance(c));
   return memory;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "calib/gap/campaign/campaign.h"
@@ -26,13 +27,15 @@ struct Series {
 [[nodiscard]] Series rate_of(const Series& temp_c);
 
 /// Temperature of an element that follows `temp_c` with the time constant `tau_s`: dTe/dt = (T − Te)/τ. It starts at
-/// the first temperature.
-[[nodiscard]] Series follower_of(const Series& temp_c, double tau_s);
+/// the first temperature or, `under_way`, as far behind it as if the slope of the first two minutes had gone on for
+/// long.
+[[nodiscard]] Series follower_of(const Series& temp_c, double tau_s, bool under_way = false);
 
 /// Memory of the branch that a unit came from, −1 (cooling) to 1 (heating): h tends to the sign of the way with each
 /// kelvin, dh = (±1 − h)(1 − e^{−|dT|/w}), w = `width_c`. Turns of less than 0.5 K do not count. It starts at the
-/// branch that leads from room temperature (23 °C) to the first temperature.
-[[nodiscard]] Series branch_memory_of(const Series& temp_c, double width_c);
+/// branch that leads from room temperature (23 °C) to the first temperature or, with `along`, on the branch of the
+/// first movement (1), the opposite one (−1) or between them (0).
+[[nodiscard]] Series branch_memory_of(const Series& temp_c, double width_c, std::optional<double> along = {});
 
 /// Water left in a package, 1 at the first temperature, that dries with the time constant `tau_s` at 50 °C and faster
 /// the hotter by Arrhenius' law, `activation_k` over the absolute temperature.

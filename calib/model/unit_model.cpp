@@ -11,6 +11,7 @@
 #include <utility>
 #include <variant>
 
+#include "calib/curve/bump_curve.h"
 #include "calib/curve/constant_fit.h"
 
 namespace soak::calib {
@@ -185,11 +186,14 @@ base::Result<SensorFit> fit_sensor(const UnitRows& rows, Sensor sensor, const Cu
   const std::string name(name_of(sensor));
   if (!bias) return base::bad_input("no run gives this sensor", name);
   if (is_of_one_temperature(*bias)) return constants_of(rows, sensor);
-  auto fitted = fit_curve(*bias, options, {name, std::string(printed_unit(sensor)), printed_per_si(sensor)},
+  const auto bump = bump_of(rows.terms, sensor);
+  auto fitted = fit_curve(bump ? without_bump(*bias, *bump) : *bias, options,
+                          {name, std::string(printed_unit(sensor)), printed_per_si(sensor)},
                           rows.bias_type_b[index_of(sensor)], rows.hysteresis[index_of(sensor)]);
   if (!fitted) return base::forward_error(fitted);
   SensorFit fit;
   fit.bias = std::move(*fitted);
+  if (bump) add_bump(*bump, fit.bias);
   fit.warnings = fit.bias.warnings;
   if (rows.relative_accel && !is_gyro(sensor)) {
     fit.relative = true;
@@ -251,6 +255,7 @@ Calibration make_calibration(const UnitModel& model) {
     out.temp_min_c = fit->bias.temp_min_c;
     out.temp_max_c = fit->bias.temp_max_c;
     out.model = name_of(fit->bias.deployed);
+    if (bump_of(model.terms, sensor)) out.model += "+narrow_bump";
     out.bias = fit->bias.curve;
     out.bias_uncertainty = uncertainty_table(fit->bias, true);
     if (!fit->bias.one_way.ranges.empty()) out.one_way = fit->bias.one_way;

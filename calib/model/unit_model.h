@@ -25,7 +25,8 @@ struct SensorFit {
 
 /// Fits one sensor: curves over temperature, or constants where all rows are of one temperature
 /// (is_of_one_temperature()). Refuses one attitude at one temperature, which leaves accelerometers nothing. The six
-/// sensors are independent: callers may run them in parallel.
+/// sensors are independent: callers may run them in parallel. A `narrow_bump` of the rows' terms is part of the
+/// bias curve (bump_curve.h): the rows hold it, and so does what is fitted to them.
 [[nodiscard]] base::Result<SensorFit> fit_sensor(const UnitRows& rows, Sensor sensor, const CurveFitOptions& options);
 
 /// One version of a unit's thermal model: what `soak fit` makes.
@@ -48,7 +49,7 @@ struct UnitModel {
   std::array<std::optional<StatedValue>, 3> even_order;  ///< of the accelerometers, 1/(m/s²)
   LevelStatement level;                                  ///< of the chamber's side; concerns no unit
   CurveFitOptions options;                               ///< that it was fitted with
-  std::vector<ModelTerm> terms;                          ///< that the readings were freed of before the fit
+  std::vector<ModelTerm> terms;                          ///< accepted: the readings were freed of them before the fit
   std::vector<Warning> warnings;
 };
 

@@ -36,7 +36,8 @@ struct GateLimits {
   /// What temperature may add to the apparent tilt: 0.05°/K is a bias that moves by 8.6 mm/s² per kelvin, three times
   /// the 0.3 m/s² over 100 K of a poor unit. A slow thermal drift is not motion: what each accelerometer does in
   /// proportion to the temperature, up to 30 mm/s² per kelvin, is taken off before (where that changes by 2 K or more
-  /// within a quarter of the segment).
+  /// within a quarter of the segment). A segment without plateau whose temperature runs through more than 10 K is a
+  /// ramp: there only changes from one stretch to the next but one count.
   double tilt_per_k_deg = 0.05;
   /// Angle that a gyro turns through within one block of 10 s, beyond its rate in the neighbouring blocks.
   double turn_deg = 2.0;

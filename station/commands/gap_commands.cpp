@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -23,13 +24,13 @@
 #include "station/io/text.h"
 #include "station/io/text_file.h"
 #include "station/report/page.h"
+#include "station/report/term_text.h"
 
 namespace soak::station {
 namespace {
 
 using calib::gap::GapReport;
 using calib::gap::NamedEffect;
-using calib::gap::NotAdded;
 
 /// What all gap commands take.
 struct GapCommand : CatalogCommand {
@@ -45,6 +46,12 @@ struct GapCommand : CatalogCommand {
 void declare_gap_user(OptionList& options, std::string& user) {
   options.add("--user NAME", &user, "Name for the log (default: the user that runs the program)");
 }
+
+/// A named effect that does not go into the model.
+struct NotAdded {
+  std::string name;
+  std::string why;  ///< a sentence
+};
 
 /// soak gap find: looks for what the unit's newest model lacks in the runs that a fit uses, less the effects that the
 /// model contains already, and stores the report in the catalog. Fails (bad_input) for a unit without a model.
@@ -104,17 +111,11 @@ struct GapShow final : GapCommand {
   base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
-std::string sensors_text(const std::vector<calib::Sensor>& sensors) {
-  std::vector<std::string_view> names;
-  for (const calib::Sensor sensor : sensors) names.push_back(calib::name_of(sensor));
-  return sensors.size() == calib::kSensorCount ? "all sensors" : fmt::format("{}", fmt::join(names, ", "));
-}
-
 std::string effect_text(const NamedEffect& effect, const std::string& next_experiment) {
-  std::string text = fmt::format(
-      "  {}: {:.3g} {}{}{}, {}\n    {}\n    probability that noise alone looks like this: {:.2g}\n",
-      effect.effect->name, effect.magnitude.value, effect.magnitude.unit, effect.candidate.shape.empty() ? "" : ", ",
-      effect.candidate.shape, sensors_text(effect.sensors), effect.effect->physics, effect.p_adjusted);
+  std::string text = fmt::format("  {}\n    {}\n    probability that noise alone looks like this: {:.2g}\n",
+                                 size_text(effect.effect->name, effect.magnitude.value, effect.magnitude.unit,
+                                           effect.candidate.shape, sensors_text(effect.sensors)),
+                                 effect.effect->physics, effect.p_adjusted);
   if (!effect.rivals.empty()) {
     std::vector<std::string_view> names;
     for (const auto* rival : effect.rivals) names.push_back(rival->name);
@@ -165,9 +166,19 @@ std::string rejected_text(const GapReport& report) {
   return text;
 }
 
+/// The reason without the notes, which come after the table.
+std::string plain_reason(const GapReport& report) {
+  std::string reason = report.reason;
+  for (const calib::Warning& note : report.notes) {
+    const std::size_t at = reason.find("; " + note.text);
+    if (at != std::string::npos) reason.erase(at, note.text.size() + 2);
+  }
+  return reason;
+}
+
 std::string gap_report_text(const GapReport& report) {
   std::string text = fmt::format("unit {}, model {}: {}\n{}\n", report.unit, report.model,
-                                 calib::gap::name_of(report.conclusion), report.reason);
+                                 calib::gap::name_of(report.conclusion), plain_reason(report));
   for (std::size_t e = 0; e < report.effects.size(); ++e) {
     text += effect_text(report.effects[e], report.next.at(e).text);
   }
@@ -180,6 +191,7 @@ std::string gap_report_text(const GapReport& report) {
                         judged_on_text(report.judged_on),
                         report.judged_on == calib::gap::JudgedOn::runs ? "one-minute" : "30-second", gap_table(report));
   }
+  for (const calib::Warning& note : report.notes) text += fmt::format("note: {}\n", note.text);
   for (const auto& entry : report.not_testable) text += fmt::format("not testable: {}: {}\n", entry.name, entry.why);
   return text + rejected_text(report);
 }
@@ -209,29 +221,22 @@ base::Result<calib::UnitModel> refit(db::Catalog& catalog, const db::ModelRow& p
   return model;
 }
 
-std::string parameters_text(const calib::TermPart& part) {
+/// The size of each term, and where it is corrected.
+base::Result<std::string> terms_text(const db::Catalog& catalog, const std::string& unit,
+                                     const std::vector<calib::ModelTerm>& terms) {
   std::string text;
-  for (const calib::TermParameter& parameter : part.parameters) {
-    text += fmt::format("{}{} = {:.4g}", text.empty() ? "" : ", ", parameter.name, parameter.value);
-    if (parameter.unit != "1") text += " " + parameter.unit;
-  }
-  return text;
-}
-
-std::string term_text(const calib::ModelTerm& term) {
-  std::string text = fmt::format("  {}{}\n", term.name, term.lab_only ? " (lab only)" : " (in the calibration file)");
-  for (const calib::TermPart& part : term.parts) {
-    std::string sensors;
-    for (const calib::Sensor sensor : part.sensors) {
-      sensors += (sensors.empty() ? "" : ", ") + std::string(calib::name_of(sensor));
+  for (const calib::ModelTerm& term : terms) {
+    const auto lines = size_lines(catalog, unit, term);
+    if (!lines) return base::forward_error(lines);
+    for (const std::string& line : *lines) {
+      text += fmt::format("  {}{}\n", line, term.lab_only ? " (lab only)" : " (in the calibration file)");
     }
-    text += fmt::format("    {}: {}\n", sensors, parameters_text(part));
   }
   return text;
 }
 
 /// `not_added`: effects that were named and are not among the new terms.
-base::Status print_new_version(const calib::UnitModel& model, std::int32_t parent,
+base::Status print_new_version(const db::Catalog& catalog, const calib::UnitModel& model, std::int32_t parent,
                                const std::vector<NotAdded>& not_added, Output& output) {
   for (const calib::Warning& warning : model.warnings) output.note("warning: " + warning.text);
   if (output.json()) {
@@ -245,27 +250,32 @@ base::Status print_new_version(const calib::UnitModel& model, std::int32_t paren
   }
   std::string text = fmt::format("unit {}: model {} follows model {}; it contains {}\n", model.unit, model.version,
                                  parent, model.terms.empty() ? "no accepted effect" : "these accepted effects:");
-  for (const calib::ModelTerm& term : model.terms) text += term_text(term);
+  const auto terms = terms_text(catalog, model.unit, model.terms);
+  if (!terms) return base::forward_error(terms);
+  text += *terms;
   for (const NotAdded& entry : not_added) text += fmt::format("not added: {}: {}\n", entry.name, entry.why);
-  if (!model.terms.empty())
-    text += fmt::format("'soak gap show --unit {}' shows the gap before and after\n", model.unit);
+  if (!model.terms.empty()) {
+    text += fmt::format("'soak gap show --unit {}' shows the gap before and after\n\n{}", model.unit,
+                        parameter_table(model.terms));
+  }
   output.print(text);
   return {};
 }
 
 /// An effect that is found again was estimated wrongly, and a second term of that name would hide it: it moves from the
-/// terms to those that are not added.
-void leave_contained(const std::string& unit, const std::vector<calib::ModelTerm>& carried,
-                     calib::gap::Acceptance& found) {
+/// terms to those that are not added, which are returned.
+std::vector<NotAdded> leave_contained(const std::string& unit, const std::vector<calib::ModelTerm>& carried,
+                                      std::vector<calib::ModelTerm>& found) {
+  std::vector<NotAdded> not_added;
   for (const calib::ModelTerm& known : carried) {
-    const auto again =
-        std::erase_if(found.terms, [&](const calib::ModelTerm& term) { return term.name == known.name; });
+    const auto again = std::erase_if(found, [&](const calib::ModelTerm& term) { return term.name == known.name; });
     if (again == 0) continue;
-    found.not_added.push_back(
+    not_added.push_back(
         {known.name, fmt::format("the model already contains {0}, but the runs show more of it: withdraw it ('soak gap "
                                  "withdraw --unit {1} --effect {0} --reason ...'), then find and accept it again",
                                  known.name, unit)});
   }
+  return not_added;
 }
 
 /// Each later fit takes accepted terms off the samples of all runs of the unit.
@@ -290,24 +300,22 @@ base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
   if (!search) return base::forward_error(search);
   auto found = calib::gap::accepted_terms(search->campaign, search->report, effects);
   if (!found) return base::forward_error(found);
-  const std::size_t wanted = found->terms.size();
-  leave_contained(unit, search->terms, *found);
-  if (found->terms.empty() || (!effects.empty() && found->terms.size() < wanted)) {
-    return base::bad_input(found->not_added.back().why);
-  }
-  calib::forward::centre(search->campaign, found->terms);
+  const std::vector<NotAdded> not_added = leave_contained(unit, search->terms, *found);
+  // Who asks for an effect by name wants that one, not the rest.
+  if (found->empty() || (!effects.empty() && !not_added.empty())) return base::bad_input(not_added.back().why);
+  calib::forward::centre(search->campaign, *found);
   std::string names;
-  for (const calib::ModelTerm& term : found->terms) names += (names.empty() ? "" : ", ") + term.name;
+  for (const calib::ModelTerm& term : *found) names += (names.empty() ? "" : ", ") + term.name;
   if (auto there = check_samples_are_there(catalog, unit); !there) return there;
   std::vector<calib::ModelTerm> terms = search->terms;
-  std::move(found->terms.begin(), found->terms.end(), std::back_inserter(terms));
+  std::move(found->begin(), found->end(), std::back_inserter(terms));
   auto stored =
       catalog.add_gap_report({unit, search->model.version, now_utc_s(), calib::gap::gap_json(search->report).dump()});
   if (!stored) return stored;
   const auto model =
       refit(catalog, search->model, terms, "gap_accepted", fmt::format("{} accepted by {}", names, user_name(user)));
   if (!model) return base::forward_error(model);
-  return print_new_version(*model, search->model.version, found->not_added, output);
+  return print_new_version(catalog, *model, search->model.version, not_added, output);
 }
 
 base::Status GapWithdraw::run_with(db::Catalog& catalog, Output& output) {
@@ -326,7 +334,7 @@ base::Status GapWithdraw::run_with(db::Catalog& catalog, Output& output) {
   const auto model = refit(catalog, **parent, *terms, "gap_withdrawn",
                            fmt::format("{} withdrawn by {}: {}", effect, user_name(user), reason));
   if (!model) return base::forward_error(model);
-  return print_new_version(*model, (*parent)->version, {}, output);
+  return print_new_version(catalog, *model, (*parent)->version, {}, output);
 }
 
 std::vector<std::string> comparison_row(calib::Sensor sensor, const SensorComparison& figures, const std::string& runs,
@@ -347,14 +355,40 @@ std::string closed_text(const SensorComparison& figures) {
   return figures.closed_fraction ? fmt::format("{:.0f} %", 100.0 * *figures.closed_fraction) : "too small to tell";
 }
 
-std::string comparison_text(const GapComparison& comparison) {
-  std::string text = fmt::format("unit {}: simulation minus measurement, with model {} and with model {}\n",
+/// What fresh runs say of the sensor in which the gap has changed most, of those that an effect acts on.
+std::string result_text(const GapComparison& comparison) {
+  const auto ratio = [](const SensorComparison& fresh) {
+    return std::abs(std::log(fresh.after_rms / fresh.before_rms));
+  };
+  std::optional<calib::Sensor> most;
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const auto& fresh = comparison.fresh[calib::index_of(sensor)];
+    const bool acted_on = std::ranges::any_of(
+        comparison.terms, [&](const calib::ModelTerm& term) { return term.part_of(sensor) != nullptr; });
+    if (!fresh || !acted_on) continue;
+    if (!most || ratio(*fresh) > ratio(*comparison.fresh[calib::index_of(*most)])) most = sensor;
+  }
+  if (!most) return {};
+  const SensorComparison& fresh = *comparison.fresh[calib::index_of(*most)];
+  const double factor = calib::printed_per_si(*most);
+  const std::string floor = fresh.floor_rms ? fmt::format(" (floor {:.3g})", *fresh.floor_rms * factor) : "";
+  return fmt::format("on fresh runs the gap of {} went from {:.3g} to {:.3g} {}{}: the largest change\n",
+                     calib::name_of(*most), fresh.before_rms * factor, fresh.after_rms * factor,
+                     calib::printed_unit(*most), floor);
+}
+
+/// Length of the blocks that are compared, in words.
+std::string_view block_words(const GapComparison& comparison) {
+  return comparison.at_plateaus ? "one-minute" : "30-second";
+}
+
+base::Result<std::string> comparison_text(const db::Catalog& catalog, const GapComparison& comparison) {
+  std::string text = fmt::format("unit {}: measurement minus simulation, with model {} and with model {}\n",
                                  comparison.unit, comparison.before, comparison.model);
   if (comparison.terms.empty()) text += "the model contains no accepted effect: before and after are the same\n";
-  for (const calib::ModelTerm& term : comparison.terms) {
-    text += fmt::format("  {}, found to be missing from model {}{}\n", term.name, term.parent_version,
-                        term.lab_only ? "; lab only: not computed in the unit" : "");
-  }
+  const auto terms = terms_text(catalog, comparison.unit, comparison.terms);
+  if (!terms) return base::forward_error(terms);
+  text += *terms + result_text(comparison) + "\n";
   std::vector<std::vector<std::string>> table = {
       {"sensor", "unit", "runs", "before", "after", "floor", "noise", "closed"}};
   for (const calib::Sensor sensor : calib::kSensors) {
@@ -363,10 +397,11 @@ std::string comparison_text(const GapComparison& comparison) {
     if (comparison.fresh[s])
       table.push_back(comparison_row(sensor, *comparison.fresh[s], "fresh", closed_text(*comparison.fresh[s])));
   }
-  text += text_table(table) +
-          "RMS of one-minute blocks about each run's own mean. fresh: runs that neither model was fitted to; floor: "
-          "what noise and\nrun-to-run scatter would leave with a perfect model (fitted runs lie below it, because the "
-          "fit follows part of their noise)\n";
+  text += fmt::format(
+      "{}RMS of {} blocks about each run's own mean. fresh: runs that neither model was fitted to; floor: what noise "
+      "and\nrun-to-run scatter would leave with a perfect model (fitted runs lie below it, because the fit follows "
+      "part of their noise)\n",
+      text_table(table), block_words(comparison));
   for (const std::string& sentence : remarks(comparison)) text += sentence + "\n";
   return text;
 }
@@ -380,7 +415,9 @@ base::Status GapShow::run_with(db::Catalog& catalog, Output& output) {
   }
   for (const std::string& sentence : comparison->simulated_after.not_evaluated) output.note("warning: " + sentence);
   if (output.json()) return output.print_json(comparison_json(*comparison));
-  output.print(comparison_text(*comparison));
+  const auto text = comparison_text(catalog, *comparison);
+  if (!text) return base::forward_error(text);
+  output.print(*text);
   return {};
 }
 

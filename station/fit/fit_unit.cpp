@@ -267,9 +267,11 @@ base::Status take_terms_off(const db::Catalog& catalog, const std::vector<calib:
     error.message = fmt::format("the model's accepted terms are taken off the samples: {}", error.message);
     return tl::unexpected<base::Error>(std::move(error));
   }
-  // Mountings scatter, and the misalignment of the next one is as uncertain as that says: a fit must see it.
+  // Mountings scatter, and the misalignment of the next one is as uncertain as that says: a fit must see it. A bump is
+  // part of the curve that is fitted.
   std::vector<calib::ModelTerm> of_the_unit = terms;
-  std::erase_if(of_the_unit, [](const calib::ModelTerm& term) { return term.name == "fixture_tilt"; });
+  std::erase_if(of_the_unit,
+                [](const calib::ModelTerm& term) { return term.name == "fixture_tilt" || term.name == "narrow_bump"; });
   for (std::string& sentence : calib::forward::subtract_terms(of_the_unit, *logged)) {
     warnings.push_back({"term_not_evaluated", std::move(sentence)});
   }

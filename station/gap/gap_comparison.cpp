@@ -191,6 +191,9 @@ base::Result<GapComparison> compare_gap(const db::Catalog& catalog, const std::s
   }
   const auto logged = with_logs(catalog, *std::move(input), false);
   if (!logged) return base::forward_error(logged);
+  comparison.at_plateaus = std::ranges::any_of(logged->runs, [](const calib::gap::LoggedRun& run) {
+    return std::ranges::any_of(run.run.segments, [](const auto& segment) { return segment.plateau_c.has_value(); });
+  });
   comparison.simulated_before = calib::forward::simulate(*before, *logged);
   comparison.simulated_after = calib::forward::simulate(*after, *logged);
   comparison.fitted = figures(comparison, true);

@@ -36,7 +36,8 @@ struct SensorComparison {
 /// A unit's model against the measurement, before and after.
 struct GapComparison {
   std::string unit;
-  bool simulated = false;  ///< the model was made from simulated data
+  bool simulated = false;   ///< the model was made from simulated data
+  bool at_plateaus = true;  ///< false: blocks are of 30 s, of recordings without plateaus
   std::int32_t model = 0;
   std::int32_t before = 0;  ///< version without the effects; that of `model` where it carries none
   std::vector<calib::ModelTerm> terms;

@@ -14,6 +14,7 @@
 
 #include "station/report/html.h"
 #include "station/report/page_parts.h"
+#include "station/report/term_text.h"
 
 namespace soak::station {
 namespace {
@@ -183,10 +184,15 @@ std::string parameters_of(const json& part) {
   while (estimated * estimated < covariance.size()) ++estimated;
   for (std::size_t i = 0; i < part["parameters"].size(); ++i) {
     const json& parameter = part["parameters"][i];
-    text += fmt::format("{}{} = {}", text.empty() ? "" : "<br>", html::text_of(parameter, "name"),
-                        html::number(parameter["value"]));
-    if (i < estimated) text += " ± " + html::number(1.96 * std::sqrt(covariance[i * estimated + i].get<double>()));
-    if (parameter["unit"] != "1") text += " " + html::escaped(html::unit_text(parameter["unit"].get<std::string>()));
+    const calib::TermParameter given{parameter["name"], parameter["value"], parameter["unit"]};
+    const calib::TermParameter printed = printed_parameter(given);
+    text +=
+        fmt::format("{}{} = {}", text.empty() ? "" : "<br>", html::escaped(printed.name), html::number(printed.value));
+    if (i < estimated) {
+      const double half_width = 1.96 * std::sqrt(covariance[i * estimated + i].get<double>());
+      text += " ± " + html::number(printed_parameter({given.name, half_width, given.unit}).value);
+    }
+    if (printed.unit != "1") text += " " + html::escaped(html::unit_text(printed.unit));
   }
   return text;
 }

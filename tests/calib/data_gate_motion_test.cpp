@@ -133,6 +133,25 @@ TEST(DataGate, TakesAPoorUnitOnALongRampForUnmoved) {
   expect_clean(ramp(0.02));
 }
 
+// Recorded by a station: down, up and back. Memory of the way made "moved" of units that nobody had touched.
+TEST(DataGate, TakesAMemoryOfTheWayOnARampForUnmoved) {
+  Recording r = ramp(0.0);
+  r.plateau_c.clear();
+  const std::size_t turn = r.rows() / 2;
+  for (std::size_t i = turn; i < r.rows(); ++i) {
+    const std::size_t there = 2 * turn - 1 - std::min(i, 2 * turn - 1);
+    r.temp_c[i] = r.temp_c[there];
+    for (std::size_t s = 3; s < 6; ++s) r.sensor[s][i] = r.sensor[s][there];
+  }
+  for (std::size_t i = 0; i < r.rows(); ++i) {
+    // After the turn the other branch is reached within some 10 K.
+    const double way_c = i < turn ? 0.0 : std::abs(r.temp_c[i] - r.temp_c[turn]);
+    sensor(r, Sensor::accel_x)[i] += 0.08 * -std::expm1(-way_c / 10.0);
+    sensor(r, Sensor::accel_y)[i] -= 0.08 * -std::expm1(-way_c / 10.0);
+  }
+  expect_clean(r);
+}
+
 TEST(DataGate, FindsAMoveOnALongRamp) {
   for (const double share : {0.2, 0.5, 0.8}) {
     Recording r = ramp(0.0);

@@ -10,6 +10,7 @@ import sqlite3
 import sys
 import unittest
 
+import numpy as np
 from soak_cli import ROOT, SoakTest, check_schema
 
 sys.path.insert(0, str(ROOT / "tests" / "blind"))
@@ -174,6 +175,23 @@ class Accept(SoakTest):
         self.assertEqual((shown["before"], shown["model"]), (1, 4))
         self.assertEqual([term["name"] for term in shown["terms"]], ["thermal_hysteresis"])
 
+    def test_an_effect_has_one_size_in_one_unit_wherever_it_is_told(self):
+        self.campaign(78, [hidden("g_sensitivity"), hidden("thermal_hysteresis")])
+        found = self.soak("gap", "find", "--unit", "SN1").stdout
+        sizes = [line.strip() for line in found.splitlines() if line.startswith(("  g_sensitivity: ", "  thermal_hysteresis: "))]
+        self.assertEqual(len(sizes), 2, found)
+        told = {"find": found, "accept": self.soak("gap", "accept", "--unit", "SN1").stdout}
+        told["show"] = self.soak("gap", "show", "--unit", "SN1", "-o", self.folder / "gap.html").stdout
+        for command in ("accept", "show"):
+            for size in sizes:
+                self.assertIn(size, told[command])
+        self.soak("report", "--unit", "SN1", "-o", self.folder / "report.html")
+        for page in ("gap.html", "report.html"):
+            told[page] = (self.folder / page).read_text(encoding="utf-8")
+        for where, text in told.items():
+            self.assertNotIn("rad/s", text, where)
+            self.assertIn("deg/s", text, where)
+
     def test_without_a_fresh_run_it_says_that_nothing_is_proved(self):
         self.campaign(77, [hidden("thermal_hysteresis")])
         self.soak("gap", "accept", "--unit", "SN1")
@@ -181,24 +199,85 @@ class Accept(SoakTest):
         shown = self.soak("gap", "show", "--unit", "SN1", "--campaign", fitted).stdout
         self.assertIn("--procedure verification", shown)
 
-    def test_what_can_be_added_is_and_the_rest_is_said(self):
-        """A resonance belongs to the curve; the steps of an output do not."""
-        csv = self.folder / "unit.csv"
-        steep_curves.write_campaign(csv, 2, "smooth", steep_curves.Bump(30.0, 4.0, 45.0, (0, 1, 2)), runs=3)
-        head, *rows = csv.read_text(encoding="utf-8").splitlines()
-        coarse = head.split(",").index("ay_mps2")
-        cells = [row.split(",") for row in rows]
-        for row in cells:
-            row[coarse] = f"{0.01 * round(float(row[coarse]) / 0.01):.2f}"
-        csv.write_text("\n".join([head] + [",".join(row) for row in cells]) + "\n", encoding="utf-8")
-        self.soak("import", csv, "--unit", "SN1", "--gravity-mps2", "9.80665")
+    def bumpy_unit(self):
+        """Three runs of a unit with a resonance at 45 degC in its gyros, and two fresh ones at temperatures between the
+        plateaus of these; accel_y puts out steps."""
+        bump = steep_curves.Bump(30.0, 4.0, 45.0, (0, 1, 2))
+        place = ("--unit", "SN1", "--gravity-mps2", "9.80665")
+        plateaus_c = steep_curves.PLATEAUS_C
+        self.addCleanup(setattr, steep_curves, "PLATEAUS_C", plateaus_c)
+        for name, shift_c, runs, options in (("fit", 0.0, 3, ()), ("fresh", 2.5, 2, ("--procedure", "verification", "--campaign", "fresh"))):
+            csv = self.folder / f"{name}.csv"
+            steep_curves.PLATEAUS_C = plateaus_c[plateaus_c < 70.0] + shift_c if shift_c else plateaus_c
+            steep_curves.write_campaign(csv, 2, "smooth", bump, runs)
+            head, *rows = csv.read_text(encoding="utf-8").splitlines()
+            coarse = head.split(",").index("ay_mps2")
+            cells = [row.split(",") for row in rows]
+            for row in cells:
+                row[coarse] = f"{0.01 * round(float(row[coarse]) / 0.01):.2f}"
+            csv.write_text("\n".join([head] + [",".join(row) for row in cells]) + "\n", encoding="utf-8")
+            self.soak("import", csv, *place, *options)
         self.soak("fit", "--unit", "SN1", "--rules", 3)
-        refused = self.refusal("gap", "accept", "--unit", "SN1", "--effect", "narrow_bump")
-        self.assertIn("narrow_bump", refused["message"])
+        return steep_curves.make_curves(2, "smooth", bump)
+
+    def bias_at(self, name, sensor, *temps_c):
+        """What the runtime reads out of the unit's newest file."""
+        file = self.folder / name
+        self.soak("export", "--unit", "SN1", "--format", "blob", "-o", file)
+        listed = ",".join(str(temp_c) for temp_c in temps_c)
+        points = self.json("eval", file, "--temp-c", listed)["points"]
+        return np.array([point["bias"][sensor] for point in points])
+
+    def error_of(self, name, truth, temps_c):
+        """RMS of the newest file's curve of gyro_y about the truth, but for the offset of the power-ons."""
+        off = self.bias_at(name, "gyro_y", *temps_c) - truth(temps_c)[:, 1]
+        return float(np.sqrt(np.mean((off - np.median(off)) ** 2)))
+
+    def test_a_bump_goes_all_the_way_into_the_deployed_curve(self):
+        truth = self.bumpy_unit()
+        found = self.json("gap", "find", "--unit", "SN1")
+        effects = {effect["name"]: effect for effect in found["effects"]}
+        self.assertEqual(sorted(effects), ["narrow_bump", "quantization"])
+        hit = effects["narrow_bump"]["sensors"]
+        temps_c = np.arange(-29.0, 69.5, 0.5)
+        before = self.error_of("before.soakcal", truth, temps_c)
         accepted = self.json("gap", "accept", "--unit", "SN1")
         check_schema(accepted, "gap-accept")
-        self.assertEqual([term["name"] for term in accepted["terms"]], ["quantization"])
-        self.assertEqual([entry["name"] for entry in accepted["not_added"]], ["narrow_bump"])
+        self.assertEqual(accepted["not_added"], [])
+        term, = (term for term in accepted["terms"] if term["name"] == "narrow_bump")
+        self.assertEqual((term["lab_only"], sorted(s for part in term["parts"] for s in part["sensors"])), (False, sorted(hit)))
+
+        fitted = self.json("fit", "--unit", "SN1")
+        check_schema(fitted, "fit")
+        # The curve that was stiff before follows the resonance between the plateaus as well, as far as these tell its width.
+        self.assertLess(self.error_of("after.soakcal", truth, temps_c), 0.75 * before)
+        shown = self.json("gap", "show", "--unit", "SN1")
+        check_schema(shown, "gap-show")
+        for sensor in hit:
+            fresh = shown["sensors"][sensor]["fresh"]
+            self.assertLess(fresh["after_rms"], 0.75 * fresh["before_rms"], sensor)
+            self.assertGreater(fresh["closed_fraction"], 0.5, sensor)
+        again = self.json("gap", "find", "--unit", "SN1")
+        self.assertEqual(again["verdict"], "none", again["reason"])
+        shape = {}
+        for file in ("before", "after"):
+            verified = self.json("verify", self.folder / f"{file}.soakcal", "--campaign", "fresh")
+            check_schema(verified, "verify")
+            shape[file] = verified["sensors"]["gyro_y"]["rmse_shape"]
+        self.assertLess(shape["after"], 0.75 * shape["before"])
+
+    def test_an_export_that_cannot_hold_a_bump_says_so(self):
+        self.bumpy_unit()
+        self.soak("gap", "accept", "--unit", "SN1", "--effect", "narrow_bump")
+        for form in ("px4", "ardupilot"):
+            notes = self.json("export", "--unit", "SN1", "--format", form, "-o", self.folder / form)["notes"]
+            self.assertEqual(sum("narrow_bump" in note for note in notes), 1, notes)
+        target = self.folder / "out.json"
+        self.soak("export", "--unit", "SN1", "--format", "json", "-o", target)
+        document = json.loads(target.read_text(encoding="utf-8"))
+        check_schema(document, "calibration")
+        self.assertIn("narrow_bump", [term["name"] for term in document["terms"]])
+        self.soak("export", "--unit", "SN1", "--format", "c", "-o", self.folder / "cal.h")
 
     def test_nothing_is_accepted_that_was_not_named(self):
         self.campaign(90, [])

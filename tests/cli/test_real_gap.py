@@ -50,6 +50,22 @@ class Branches(SoakTest):
                              {entry["name"] for entry in report["not_testable"]})
         self.assertIn("gyro_x", self.soak("gap", "find", "--unit", "R1").stdout)
 
+    def test_a_name_leads_to_a_model_that_reads_a_fresh_cycle_better(self):
+        effect = self.find(3)["effects"][0]
+        accepted = self.soak_json("gap-accept", "gap", "accept", "--unit", "R1")
+        self.assertEqual([(term["name"], term["parent_version"]) for term in accepted["terms"]], [(effect["name"], 1)])
+        self.assertEqual([part["sensors"] for part in accepted["terms"][0]["parts"]], [["gyro_x"]])
+        self.assertEqual([term["name"] for term in self.soak_json("fit", "fit", "--unit", "R1")["terms"]], [effect["name"]])
+        self.soak("import", self.write("fresh.csv", cycle(3, seed=8)), "--unit", "R1", "--procedure", "verification",
+                  "--campaign", "fresh")
+        fresh = self.soak_json("gap-show", "gap", "show", "--unit", "R1")["sensors"]["gyro_x"]["fresh"]
+        self.assertLess(fresh["after_rms"], 0.5 * fresh["before_rms"], fresh)
+        again = self.soak_json("gap-find", "gap", "find", "--unit", "R1")
+        self.assertEqual(again["effects"], [], again["reason"])
+        for form in ("blob", "c", "json"):
+            self.soak("export", "--unit", "R1", "--format", form, "-o", self.folder / form)
+        self.soak("eval", self.folder / "blob", "--temp-c", "0,25,50")
+
     def test_two_give_no_name(self):
         report = self.find(2)
         self.assertIn(report["verdict"], ("unknown", "cannot_judge"))

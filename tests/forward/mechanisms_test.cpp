@@ -40,7 +40,7 @@ ModelTerm term_of(const LoggedCampaign& campaign, const gap::Effect& effect, con
   report.effects.push_back(named);
   const auto accepted = gap::accepted_terms(campaign, report, {});
   EXPECT_TRUE(accepted) << effect.name;
-  return accepted ? accepted->terms.front() : ModelTerm{};
+  return accepted ? accepted->front() : ModelTerm{};
 }
 
 /// Largest difference between what regressors and mechanism say at the blocks, each less its mean over the run (offsets
@@ -181,6 +181,28 @@ TEST(Mechanisms, SayWhyARunCannotBeEvaluated) {
   ASSERT_EQ(not_evaluated.size(), 2U);
   EXPECT_NE(not_evaluated[0].find("supply_sensitivity"), std::string::npos) << not_evaluated[0];
   EXPECT_NE(not_evaluated[1].find("magic"), std::string::npos) << not_evaluated[1];
+}
+
+TEST(Mechanisms, ABumpIsHighAtItsCentreAndHalfAsHighAWidthAway) {
+  LoggedCampaign campaign = made_up::campaign({.runs = 1}, made_up::nothing());
+  ModelTerm bump;
+  bump.name = "narrow_bump";
+  bump.parts = {{{Sensor::gyro_y}, {{"height", 2e-3, "rad/s"}, {"centre_c", 30.0, "degC"}, {"width_c", 3.0, "K"}}, {}}};
+  const std::vector<ModelTerm> terms = {bump};
+  const Mechanisms mechanisms(terms, campaign.runs.front(), 1);
+  const Segment& segment = campaign.runs.front().run.segments.front();
+  const auto at = [&](Sensor sensor, double temp_c) {
+    return mechanisms.contribution(sensor, {&segment, 500.0, 0.0, temp_c});
+  };
+  EXPECT_NEAR(at(Sensor::gyro_y, 30.0), 2e-3, 1e-12);
+  EXPECT_NEAR(at(Sensor::gyro_y, 33.0), 1e-3, 1e-12);
+  EXPECT_NEAR(at(Sensor::gyro_y, 27.0), 1e-3, 1e-12);
+  EXPECT_EQ(at(Sensor::gyro_z, 30.0), 0.0);
+  // A search no longer sees it.
+  const double before = campaign.runs.front().run.segments.front().blocks.front().sensor[1].mean;
+  const double temp_c = segment.blocks.front().sensor_temp_c[1];
+  EXPECT_TRUE(subtract_terms(terms, campaign).empty());
+  EXPECT_NEAR(before - segment.blocks.front().sensor[1].mean, at(Sensor::gyro_y, temp_c), 1e-12);
 }
 
 TEST(Mechanisms, AgeingRunsThroughTheCalendar) {

@@ -95,7 +95,7 @@ TEST(Simulation, AnAcceptedTermClosesTheGapThatTheReportSaysItCloses) {
   ASSERT_EQ(report.effects.front().effect->name, "thermal_hysteresis");
   const auto accepted = gap::accepted_terms(campaign, report, {});
   ASSERT_TRUE(accepted) << accepted.error().message;
-  const std::vector<ModelTerm>& terms = accepted->terms;
+  const std::vector<ModelTerm>& terms = *accepted;
   auto freed = campaign;
   ASSERT_TRUE(subtract_terms(terms, freed).empty());
   SimulatedModel with = refitted(freed);

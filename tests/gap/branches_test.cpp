@@ -264,6 +264,17 @@ TEST(Branches, OfOneCannotJudge) {
   EXPECT_EQ(report.conclusion, Conclusion::cannot_judge);
 }
 
+// A station labels what it records between plateaus "ramp", an imported recording has no label or "soak".
+TEST(Branches, AreJudgedAlikeWhateverTheRecorderCallsThem) {
+  LoggedCampaign campaign = ramps({}, play(8.0, 5.0));
+  const GapReport as_soak = find_gap(campaign, 1);
+  campaign.runs.front().run.segments.front().phase = Phase::ramp;
+  const GapReport as_ramp = find_gap(campaign, 1);
+  EXPECT_EQ(name_of(as_ramp.conclusion), name_of(as_soak.conclusion)) << as_ramp.reason;
+  EXPECT_NE(as_ramp.conclusion, Conclusion::cannot_judge) << as_ramp.reason;
+  EXPECT_EQ(as_ramp.effects.size(), as_soak.effects.size());
+}
+
 TEST(Branches, SayWhatOneAttitudeCannotTest) {
   const GapReport report = find_gap(ramps({}, no_effect()), 1);
   for (const char* name : {"g_sensitivity", "earth_rate", "cross_axis", "fixture_tilt", "scale_nonlinearity",

@@ -94,26 +94,32 @@ TEST(NarrowBump, IsFoundBesideASteepStep) {
   EXPECT_EQ(found.effects[0].candidate.shape.substr(0, 5), "at 40") << found.effects[0].candidate.shape;
 }
 
-TEST(NarrowBump, IsNoTermOfAModelButDoesNotKeepOthersFromIt) {
+TEST(NarrowBump, IsATermWithHeightPlaceAndWidthBesideOthers) {
   const Plan plan = fine_grid();
   LoggedCampaign campaign = made_up::campaign(plan, [&](Sensor sensor, const Moment& moment) {
-    const double off = (moment.temp_c - 30.0) / 1.5;
-    return sensor == Sensor::gyro_z ? 8.0 * plan.gyro_block * std::exp(-off * off) : 0.0;
+    const double off = (moment.temp_c - 30.0) / 2.0;
+    return sensor == Sensor::gyro_z ? 8.0 * plan.gyro_block / (1.0 + off * off) : 0.0;
   });
-  const auto alone = accepted_terms(campaign, find_gap(campaign, 1), {});
-  ASSERT_FALSE(alone.has_value());
-  EXPECT_EQ(alone.error().kind, base::ErrorKind::bad_input);
-
   campaign.samples[index_of(Sensor::accel_y)] = {.count = 1000, .step = 0.004, .noise = 0.002};
   const GapReport report = find_gap(campaign, 1);
-  const auto both = accepted_terms(campaign, report, {});
-  ASSERT_TRUE(both.has_value()) << both.error().message;
-  ASSERT_EQ(both->terms.size(), 1U);
-  EXPECT_EQ(both->terms[0].name, "quantization");
-  ASSERT_EQ(both->not_added.size(), 1U);
-  EXPECT_EQ(both->not_added[0].name, "narrow_bump");
-  EXPECT_FALSE(accepted_terms(campaign, report, {"narrow_bump", "quantization"}).has_value());
-  EXPECT_TRUE(accepted_terms(campaign, report, {"quantization"}).has_value());
+  const auto accepted = accepted_terms(campaign, report, {});
+  ASSERT_TRUE(accepted.has_value()) << accepted.error().message;
+  ASSERT_EQ(accepted->size(), 2U);
+  const auto bump = std::ranges::find(*accepted, "narrow_bump", &ModelTerm::name);
+  ASSERT_NE(bump, accepted->end());
+  EXPECT_FALSE(bump->lab_only);
+  ASSERT_EQ(bump->parts.size(), 1U);
+  const TermPart& part = bump->parts[0];
+  EXPECT_EQ(part.sensors, std::vector<Sensor>{Sensor::gyro_z});
+  const double height = 8.0 * plan.gyro_block;
+  EXPECT_NEAR(part.value("height").value_or(0.0), height, 0.25 * height);
+  EXPECT_NEAR(part.value("centre_c").value_or(0.0), 30.0, 1.0);
+  EXPECT_NEAR(part.value("width_c").value_or(0.0), 2.0, 1.5);
+  ASSERT_EQ(part.covariance.size(), 1U);
+  // What is stated to be known of the height is neither nothing nor all of it.
+  EXPECT_GT(std::sqrt(part.covariance[0]), 0.01 * height);
+  EXPECT_LT(std::sqrt(part.covariance[0]), 0.3 * height);
+  EXPECT_TRUE(accepted_terms(campaign, report, {"narrow_bump"}).has_value());
 }
 
 TEST(NarrowBump, IsNotTestableWithSevenPlateaus) {

@@ -76,7 +76,7 @@ TEST(OutsideTheMean, RunsThatAgreeBetterThanTheirSamplesAllowAreNotBelieved) {
 void accept_all(LoggedCampaign& campaign) {
   auto accepted = accepted_terms(campaign, find_gap(campaign, 1), {});
   ASSERT_TRUE(accepted.has_value()) << accepted.error().message;
-  campaign.carried = accepted->terms;
+  campaign.carried = *accepted;
 }
 
 TEST(OutsideTheMean, CarriedNoiseIsNotNamedAgainUntilThereIsMoreOfIt) {

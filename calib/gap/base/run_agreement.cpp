@@ -33,7 +33,7 @@ constexpr double kVisitsToBlocks = 4.0;
 /// Values by group.
 using Groups = std::map<int, std::vector<double>>;
 
-double mean_of(const std::vector<double>& values) {
+double mean_value(const std::vector<double>& values) {
   Mean mean;
   for (const double value : values) mean.add(value);
   return mean.value;
@@ -89,7 +89,7 @@ CellMeans::CellMeans(const Observations& observations, const Eigen::VectorXd& va
   double squares = 0.0;
   double dof = 0.0;
   for (const auto& [id, blocks] : placements) {
-    const double mean = mean_of(blocks);
+    const double mean = mean_value(blocks);
     for (const double value : blocks) squares += (value - mean) * (value - mean);
     dof += static_cast<double>(blocks.size()) - 1.0;
   }
@@ -114,7 +114,7 @@ std::optional<double> CellMeans::distance(int run, int other) const {
   if (by_level.size() < 2) return std::nullopt;
   std::vector<double> shape;
   for (const auto& [level, differences] : by_level) shape.push_back(base::median(differences));
-  const double mean = mean_of(shape);
+  const double mean = mean_value(shape);
   double squares = 0.0;
   for (const double value : shape) squares += (value - mean) * (value - mean);
   return std::sqrt(squares / static_cast<double>(shape.size()));

@@ -48,6 +48,12 @@ std::string_view start_text(bool under_way) {
   return under_way ? ", under way at the start" : ", at rest at the start";
 }
 
+std::vector<TermParameter> node_shape(double tau_s, bool under_way) {
+  return {{"tau_s", tau_s, "s"}, {"starts_under_way", under_way ? 1.0 : 0.0, "1"}};
+}
+
+double mean_of(const std::vector<double>& channel) { return channel.empty() ? 0.0 : as_vector(channel).mean(); }
+
 Eigen::MatrixXd time_of_day(const RegressorInputs& in) {
   constexpr double kDayLength_s = 86400.0;
   const auto rows = static_cast<Eigen::Index>(in.observations.rows.size());
@@ -92,13 +98,13 @@ Magnitude linear_magnitude(Sensor sensor, const Eigen::VectorXd& parameters, dou
   return {parameters(0) * factor * printed_per_si(sensor), std::string(printed_unit(sensor)) + std::string(per)};
 }
 
-Meaning temperature_shaped(const RegressorInputs& in, const Candidate& candidate, Sensor sensor, std::string_view name,
-                           std::string_view per) {
+Meaning temperature_shaped(const Observations& observations, const Candidate& candidate, Sensor sensor,
+                           std::string_view name, std::string_view per) {
   const std::string unit = si_unit(sensor) + std::string(per);
   Meaning meaning{{{std::string(name), unit}}, {}};
   if (candidate.columns[index_of(sensor)].cols() < 2) return meaning;
-  meaning.estimated.push_back({std::string(name) + "_per_c", unit + "/K", 1.0 / half_range_c(in.observations)});
-  meaning.given.push_back({"reference_c", middle_c(in.observations), "degC"});
+  meaning.estimated.push_back({std::string(name) + "_per_c", unit + "/K", 1.0 / half_range_c(observations)});
+  meaning.given.push_back({"reference_c", middle_c(observations), "degC"});
   return meaning;
 }
 

@@ -41,6 +41,8 @@ template <class Grid, class OfShape>
 /// Second thermal nodes that are tried on ramps, and how a shape says in what state a run starts.
 inline constexpr std::array kRampTaus_s = {30.0, 60.0, 120.0, 240.0, 480.0, 960.0};
 [[nodiscard]] std::string_view start_text(bool under_way);
+/// Numbers of the shape of such a node: its time constant, and in what state each run starts.
+[[nodiscard]] std::vector<TermParameter> node_shape(double tau_s, bool under_way);
 inline constexpr double kMinute_s = 60.0;
 /// Sine and cosine of the time of day, a row for each observation; no column where Unix times are not known.
 [[nodiscard]] Eigen::MatrixXd time_of_day(const RegressorInputs& in);
@@ -48,6 +50,8 @@ inline constexpr double kMinute_s = 60.0;
 [[nodiscard]] Eigen::VectorXd rate_kpmin(const TemperatureHistory& history);
 /// On ramps, a logged channel about its mean; nothing where it was not logged or never moved.
 [[nodiscard]] OnRamps channel_on_ramps(const std::vector<double>& channel, std::string_view per);
+/// Mean of a channel that was logged; 0 where it was not.
+[[nodiscard]] double mean_of(const std::vector<double>& channel);
 
 /// Why a campaign in one attitude cannot show what follows the positions.
 [[nodiscard]] std::optional<std::string> one_attitude_only(const RegressorInputs& in);
@@ -65,7 +69,7 @@ inline constexpr double kMinute_s = 60.0;
                                          std::string_view per);
 /// Meaning of constant_and_linear() in one sensor: `name` at the middle of the range and, with two columns, its slope
 /// against temperature. `per`: what follows the sensor's unit ("/(K/s)").
-[[nodiscard]] Meaning temperature_shaped(const RegressorInputs& in, const Candidate& candidate, Sensor sensor,
+[[nodiscard]] Meaning temperature_shaped(const Observations& observations, const Candidate& candidate, Sensor sensor,
                                          std::string_view name, std::string_view per);
 
 }  // namespace soak::calib::gap

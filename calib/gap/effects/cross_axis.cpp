@@ -34,7 +34,7 @@ Effect cross_axis() {
   };
   effect.meaning = [](const RegressorInputs& in, const Candidate&, Sensor sensor) {
     const double per_c = 1.0 / half_range_c(in.observations);
-    return Meaning{{{axis_name(axis_of(sensor) + 1), "1/K", per_c}, {axis_name(axis_of(sensor) + 2), "1/K", per_c}},
+    return Meaning{{{axis_name(axis_of(sensor) + 1), "rad/K", per_c}, {axis_name(axis_of(sensor) + 2), "rad/K", per_c}},
                    {{"reference_c", middle_c(in.observations), "degC"}}};
   };
   effect.lab_only = false;

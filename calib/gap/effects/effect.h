@@ -32,6 +32,17 @@ struct Candidate {
   bool shifts = false;
 };
 
+/// What the parameters of a candidate say whatever the campaign: how `gap accept` keeps them.
+struct Meaning {
+  struct Estimated {
+    std::string name;
+    std::string unit;
+    double per_parameter = 1.0;  ///< value in `unit` = parameter times this
+  };
+  std::vector<Estimated> estimated;  ///< in the order of the columns
+  std::vector<TermParameter> given;  ///< numbers of the shape, and the point that others are relative to
+};
+
 /// How an effect shows in a recording in one attitude without plateaus (ramps/), where every block follows the
 /// temperature history.
 struct OnRamps {
@@ -41,6 +52,8 @@ struct OnRamps {
   std::vector<Candidate> candidates = {};
   std::string_view per = {};  ///< what follows the printed unit in its magnitude, "/V"
   Size size = Size::first;
+  /// What the parameters of a candidate say. Good as long as the observations are.
+  std::function<Meaning(const Candidate&, Sensor)> meaning = {};
 };
 
 /// All that an effect may look at to make its regressors.
@@ -60,17 +73,6 @@ struct RegressorInputs {
 struct Magnitude {
   double value = 0.0;
   std::string unit;
-};
-
-/// What the parameters of a candidate say whatever the campaign: how `gap accept` keeps them.
-struct Meaning {
-  struct Estimated {
-    std::string name;
-    std::string unit;
-    double per_parameter = 1.0;  ///< value in `unit` = parameter times this
-  };
-  std::vector<Estimated> estimated;  ///< in the order of the columns
-  std::vector<TermParameter> given;  ///< numbers of the shape, and the point that others are relative to
 };
 
 /// An entry of the library: a mechanism with its physics, its regressors, what it can be confused with, and the

@@ -26,17 +26,23 @@ std::vector<Candidate> lag_of_tau(const RegressorInputs& in, double tau_s) {
 /// Lags of 30 to 960 s, each run at rest or under way at its start, and leads of 30 to 240 s.
 OnRamps lag_on_ramps(const Observations&, const TemperatureHistory& history) {
   OnRamps made{.size = OnRamps::Size::time_constant};
-  const auto add = [&](std::string shape, double tau_s, const Eigen::VectorXd& moved_c) {
-    made.candidates.push_back(for_all(std::move(shape), {tau_s}, moved_c));
+  made.meaning = [](const Candidate& candidate, Sensor) {
+    Meaning meaning{{}, node_shape(candidate.shape_values.at(0), candidate.shape_values.at(1) > 0.0)};
+    meaning.given.insert(meaning.given.begin(), {"factor", 1.0, "1"});
+    return meaning;
+  };
+  const auto add = [&](std::string shape, double tau_s, bool under_way, const Eigen::VectorXd& moved_c) {
+    made.candidates.push_back(for_all(std::move(shape), {tau_s, under_way ? 1.0 : 0.0}, moved_c));
     made.candidates.back().shared = made.candidates.back().shifts = true;
   };
   for (const double tau_s : kRampTaus_s) {
     for (const bool under_way : {false, true}) {
-      add(fmt::format("tau {:g} s{}", tau_s, start_text(under_way)), tau_s, as_vector(history.lag(tau_s, under_way)));
+      add(fmt::format("tau {:g} s{}", tau_s, start_text(under_way)), tau_s, under_way,
+          as_vector(history.lag(tau_s, under_way)));
     }
   }
   for (const double lead_s : {30.0, 60.0, 120.0, 240.0}) {
-    add(fmt::format("tau {:g} s", -lead_s), -lead_s, lead_s / kMinute_s * rate_kpmin(history));
+    add(fmt::format("tau {:g} s", -lead_s), -lead_s, false, lead_s / kMinute_s * rate_kpmin(history));
   }
   return made;
 }

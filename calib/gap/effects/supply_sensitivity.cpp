@@ -3,6 +3,14 @@
 
 namespace soak::calib::gap {
 
+namespace {
+
+Meaning meaning_about(double mean_v, Sensor sensor) {
+  return {{{"per_v", si_unit(sensor) + "/V"}}, {{"reference_v", mean_v, "V"}}};
+}
+
+}  // namespace
+
 Effect supply_sensitivity() {
   Effect effect;
   effect.name = "supply_sensitivity";
@@ -19,14 +27,17 @@ Effect supply_sensitivity() {
     return std::vector{for_all("", {}, volts)};
   };
   effect.on_ramps = [](const Observations&, const TemperatureHistory& history) {
-    return channel_on_ramps(history.supply_v(), "/V");
+    OnRamps made = channel_on_ramps(history.supply_v(), "/V");
+    made.meaning = [mean_v = mean_of(history.supply_v())](const Candidate&, Sensor sensor) {
+      return meaning_about(mean_v, sensor);
+    };
+    return made;
   };
   effect.magnitude = [](const RegressorInputs&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0, "/V");
   };
   effect.meaning = [](const RegressorInputs& in, const Candidate&, Sensor sensor) {
-    return Meaning{{{"per_v", si_unit(sensor) + "/V"}},
-                   {{"reference_v", as_vector(in.history.supply_v()).mean(), "V"}}};
+    return meaning_about(mean_of(in.history.supply_v()), sensor);
   };
   return effect;
 }

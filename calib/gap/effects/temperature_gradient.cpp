@@ -39,7 +39,7 @@ Effect temperature_gradient() {
     return linear_magnitude(sensor, theta, 1.0, "/K");
   };
   effect.meaning = [](const RegressorInputs& in, const Candidate& candidate, Sensor sensor) {
-    return temperature_shaped(in, candidate, sensor, "per_k", "/K");
+    return temperature_shaped(in.observations, candidate, sensor, "per_k", "/K");
   };
   return effect;
 }

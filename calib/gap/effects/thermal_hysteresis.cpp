@@ -18,6 +18,12 @@ std::vector<Candidate> hysteresis_of_width(const RegressorInputs& in, double wid
 /// Widths of 2 to 70 K, each run on either branch before its start or between them.
 OnRamps hysteresis_on_ramps(const Observations& observations, const TemperatureHistory& history) {
   OnRamps made{.size = OnRamps::Size::largest};
+  made.meaning = [&observations](const Candidate& candidate, Sensor sensor) {
+    Meaning meaning = temperature_shaped(observations, candidate, sensor, "amplitude", "");
+    meaning.given.push_back({"width_c", candidate.shape_values.at(0), "K"});
+    meaning.given.push_back({"starts_along", candidate.shape_values.at(1), "1"});
+    return meaning;
+  };
   for (const double width_c : {2.0, 6.0, 15.0, 35.0, 70.0}) {
     for (const double along : {1.0, 0.0, -1.0}) {
       const auto text = fmt::format("width {:g} K, before the start {}", width_c,
@@ -25,7 +31,7 @@ OnRamps hysteresis_on_ramps(const Observations& observations, const TemperatureH
                                     : along < 0.0 ? "against the first branch"
                                                   : "neither way");
       const Eigen::VectorXd memory = as_vector(history.branch_memory(width_c, along));
-      for (Candidate& candidate : constant_and_linear(observations, text, {width_c}, memory)) {
+      for (Candidate& candidate : constant_and_linear(observations, text, {width_c, along}, memory)) {
         made.candidates.push_back(std::move(candidate));
       }
     }
@@ -68,7 +74,7 @@ Effect thermal_hysteresis() {
   effect.on_ramps = hysteresis_on_ramps;
   effect.magnitude = largest_half_gap;
   effect.meaning = [](const RegressorInputs& in, const Candidate& candidate, Sensor sensor) {
-    Meaning meaning = temperature_shaped(in, candidate, sensor, "amplitude", "");
+    Meaning meaning = temperature_shaped(in.observations, candidate, sensor, "amplitude", "");
     meaning.given.push_back({"width_c", candidate.shape_values.front(), "K"});
     return meaning;
   };

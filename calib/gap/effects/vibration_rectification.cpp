@@ -3,6 +3,12 @@
 
 namespace soak::calib::gap {
 
+namespace {
+
+Meaning meaning_per_duty(Sensor sensor) { return {{{"per_duty", si_unit(sensor)}}, {}}; }
+
+}  // namespace
+
 Effect vibration_rectification() {
   Effect effect;
   effect.name = "vibration_rectification";
@@ -17,14 +23,14 @@ Effect vibration_rectification() {
     return std::vector{for_all("", {}, as_vector(in.history.compressor()))};
   };
   effect.on_ramps = [](const Observations&, const TemperatureHistory& history) {
-    return channel_on_ramps(history.compressor(), "");
+    OnRamps made = channel_on_ramps(history.compressor(), "");
+    made.meaning = [](const Candidate&, Sensor sensor) { return meaning_per_duty(sensor); };
+    return made;
   };
   effect.magnitude = [](const RegressorInputs&, const Candidate&, Sensor sensor, const Eigen::VectorXd& theta) {
     return linear_magnitude(sensor, theta, 1.0, " per unit duty");
   };
-  effect.meaning = [](const RegressorInputs&, const Candidate&, Sensor sensor) {
-    return Meaning{{{"per_duty", si_unit(sensor)}}, {}};
-  };
+  effect.meaning = [](const RegressorInputs&, const Candidate&, Sensor sensor) { return meaning_per_duty(sensor); };
   return effect;
 }
 

@@ -16,6 +16,10 @@ std::vector<Candidate> warmup_of_tau(const RegressorInputs& in, double tau_s) {
   return {decay_of_tau(in.history.since_power_s(), tau_s, fmt::format("tau {:.3g} s", tau_s))};
 }
 
+Meaning meaning_of_decay(const Candidate& candidate, Sensor sensor) {
+  return {{{"amplitude", si_unit(sensor)}}, {{"tau_s", candidate.shape_values.front(), "s"}}};
+}
+
 }  // namespace
 
 Effect warmup_transient() {
@@ -35,6 +39,7 @@ Effect warmup_transient() {
   effect.of_shape = warmup_of_tau;
   effect.on_ramps = [](const Observations&, const TemperatureHistory& history) {
     OnRamps made;
+    made.meaning = meaning_of_decay;
     if (history.since_power_s().empty()) return made;
     for (const double tau_s : {200.0, 400.0, 800.0, 1600.0, 3200.0}) {
       made.candidates.push_back(decay_of_tau(history.since_power_s(), tau_s, fmt::format("tau {:g} s", tau_s)));
@@ -45,7 +50,7 @@ Effect warmup_transient() {
     return linear_magnitude(sensor, theta, 1.0, "");
   };
   effect.meaning = [](const RegressorInputs&, const Candidate& candidate, Sensor sensor) {
-    return Meaning{{{"amplitude", si_unit(sensor)}}, {{"tau_s", candidate.shape_values.front(), "s"}}};
+    return meaning_of_decay(candidate, sensor);
   };
   return effect;
 }

@@ -177,7 +177,6 @@ std::vector<GateRejection> rejected_by_gate(const LoggedCampaign& campaign) {
     for (const auto& sensor : scopes) {
       GateRejection entry{.run = run.run.label, .sensor = sensor, .segments = 0, .of = 0, .code = {}, .why = {}};
       for (const Segment& segment : run.run.segments) {
-        if (segment.phase != Phase::soak) continue;
         ++entry.of;
         const Finding* finding = sensor && is_rejected(segment) ? nullptr : rejecting_finding(segment, sensor);
         if (finding == nullptr || entry.segments++ > 0) continue;

@@ -48,9 +48,14 @@ NamedEffect entry_of(const RampEffect& effect, const std::vector<Explained>& gro
     entry.delta_bic += outcome->delta_bic;
     before += result->before / result->floor;
     after += outcome->after / result->floor;
+    const std::size_t s = index_of(sensor);
+    const WholeFit fit = fits[s]->fit_all(&candidate);
+    entry.parameters[s] = fit.parameters;
+    entry.covariance[s] = fit.covariance;
+    entry.meaning[s] = effect.shown.meaning(candidate, sensor);
     if (result->before < clearest * outcome->after) continue;
     clearest = result->before / outcome->after;
-    entry.magnitude = magnitude_on_ramps(effect.shown, candidate, fits[index_of(sensor)]->fit_all(&candidate), sensor);
+    entry.magnitude = magnitude_on_ramps(effect.shown, candidate, fit, sensor);
   }
   entry.merit = entry.delta_bic;
   entry.heldout_gain = 1.0 - std::sqrt(after / before);

@@ -5,26 +5,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <optional>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
 namespace soak::calib::gap {
 namespace {
-
-/// Why an effect is no term of a model, of what it was named in; nothing where it is one.
-std::optional<std::string> why_no_term(const NamedEffect& named, JudgedOn judged_on) {
-  const bool with_numbers = std::all_of(named.sensors.begin(), named.sensors.end(), [&](Sensor sensor) {
-    const Meaning& meaning = named.meaning[index_of(sensor)];
-    const auto count = static_cast<std::size_t>(named.parameters[index_of(sensor)].size());
-    return meaning.estimated.size() == count && (count > 0 || !meaning.given.empty());
-  });
-  if (with_numbers) return std::nullopt;
-  return judged_on == JudgedOn::runs
-             ? "it is part of the curve over temperature, not an addition to it: the fitted curve follows it where "
-               "plateaus are close enough"
-             : "a recording without plateaus gives no parameters for a model; record plateaus in six positions";
-}
 
 /// Parameters and covariance of one sensor in the units that their meaning states.
 TermPart part_of(const NamedEffect& named, Sensor sensor) {
@@ -77,17 +63,26 @@ ModelTerm term_of(const NamedEffect& named, const GapReport& report) {
   return term;
 }
 
+/// Temperatures of a segment: of its blocks where it lies at no plateau.
+std::vector<double> temperatures_of(const Segment& segment) {
+  if (segment.plateau_c) return {segment.temp_c};
+  std::vector<double> temps_c;
+  for (const Block& block : segment.blocks) temps_c.push_back(block.temp_c);
+  return temps_c;
+}
+
 void note_data(const LoggedCampaign& campaign, ModelTerm& term) {
-  bool first = true;
+  std::vector<double> temps_c;
   for (const LoggedRun& run : campaign.runs) {
     term.run_hashes.push_back(run.run.content_sha256);
     for (const Segment& segment : run.run.segments) {
-      if (segment.phase != Phase::soak) continue;
-      term.temp_min_c = first ? segment.temp_c : std::min(term.temp_min_c, segment.temp_c);
-      term.temp_max_c = first ? segment.temp_c : std::max(term.temp_max_c, segment.temp_c);
-      first = false;
+      std::ranges::copy(temperatures_of(segment), std::back_inserter(temps_c));
     }
   }
+  if (temps_c.empty()) return;
+  const auto [low, high] = std::ranges::minmax(temps_c);
+  term.temp_min_c = low;
+  term.temp_max_c = high;
 }
 
 bool wanted(const NamedEffect& named, const std::vector<std::string>& names) {
@@ -100,16 +95,20 @@ std::string named_list(const GapReport& report) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-std::string in_words(const std::vector<NotAdded>& list) {
-  std::vector<std::string> words;
-  for (const NotAdded& entry : list) words.push_back(fmt::format("{}: {}", entry.name, entry.why));
-  return fmt::format("{}", fmt::join(words, "; "));
+/// A sensor has its own shape on ramps, and then an entry of its own: they are parts of one term.
+void add_term(ModelTerm term, std::vector<ModelTerm>& terms) {
+  const auto same = std::ranges::find(terms, term.name, &ModelTerm::name);
+  if (same == terms.end()) return terms.push_back(std::move(term));
+  std::ranges::move(term.parts, std::back_inserter(same->parts));
+  same->p_adjusted = std::max(same->p_adjusted, term.p_adjusted);
+  same->delta_bic += term.delta_bic;
+  same->heldout_gain = std::min(same->heldout_gain, term.heldout_gain);
 }
 
 }  // namespace
 
-base::Result<Acceptance> accepted_terms(const LoggedCampaign& campaign, const GapReport& report,
-                                        const std::vector<std::string>& names) {
+base::Result<std::vector<ModelTerm>> accepted_terms(const LoggedCampaign& campaign, const GapReport& report,
+                                                    const std::vector<std::string>& names) {
   if (report.effects.empty()) {
     return base::bad_input(
         fmt::format("nothing to accept: the verdict is '{}', {}", name_of(report.conclusion), report.reason));
@@ -120,21 +119,14 @@ base::Result<Acceptance> accepted_terms(const LoggedCampaign& campaign, const Ga
     if (!known)
       return base::bad_input(fmt::format("'{}' is not among the effects named: {}", name, named_list(report)));
   }
-  Acceptance acceptance;
+  std::vector<ModelTerm> terms;
   for (const NamedEffect& named : report.effects) {
     if (!wanted(named, names)) continue;
-    if (auto why = why_no_term(named, report.judged_on)) {
-      acceptance.not_added.push_back({std::string(named.effect->name), *std::move(why)});
-      continue;
-    }
-    acceptance.terms.push_back(term_of(named, report));
-    note_data(campaign, acceptance.terms.back());
+    ModelTerm term = term_of(named, report);
+    note_data(campaign, term);
+    add_term(std::move(term), terms);
   }
-  // Who asks for an effect by name wants that one, not the rest.
-  if (acceptance.terms.empty() || (!names.empty() && !acceptance.not_added.empty())) {
-    return base::bad_input("cannot be added to a model: " + in_words(acceptance.not_added));
-  }
-  return acceptance;
+  return terms;
 }
 
 }  // namespace soak::calib::gap

@@ -84,23 +84,10 @@ struct GapReport {
 /// The document of `soak gap find --json` (docs/schema/gap-find.schema.json): deg/s and m/s².
 [[nodiscard]] nlohmann::json gap_json(const GapReport& report);
 
-/// A named effect that does not go into the model.
-struct NotAdded {
-  std::string name;
-  std::string why;  ///< a sentence
-};
-
-/// The named effects of a report as terms of a model, and those that are none.
-struct Acceptance {
-  std::vector<ModelTerm> terms;  ///< in the report's order, at least one
-  std::vector<NotAdded> not_added;
-};
-
-/// What can be added of the effects of a report: of all, or of `names` where it is not empty. Not added are effects
-/// without parameters (a bump, which belongs to the curve; any effect of a recording without plateaus). Refuses
-/// (bad_input) a report without a named effect, a name that it has not named, saying what it has, and where nothing, or
-/// not all of `names`, can be added.
-[[nodiscard]] base::Result<Acceptance> accepted_terms(const LoggedCampaign& campaign, const GapReport& report,
-                                                      const std::vector<std::string>& names);
+/// The named effects of a report as terms of a model, in the report's order: of all, or of `names` where it is not
+/// empty. Refuses (bad_input) a report without a named effect, and a name that it has not named, saying what it has.
+[[nodiscard]] base::Result<std::vector<ModelTerm>> accepted_terms(const LoggedCampaign& campaign,
+                                                                  const GapReport& report,
+                                                                  const std::vector<std::string>& names);
 
 }  // namespace soak::calib::gap

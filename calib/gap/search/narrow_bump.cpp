@@ -5,9 +5,11 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "base/statistics.h"
 #include "calib/gap/base/smooth_curve.h"
+#include "calib/gap/effects/columns.h"
 #include "calib/gap/search/outside_the_mean.h"
 #include "calib/gap/search/score.h"
 
@@ -31,6 +33,7 @@ const Effect& bump() {
         "a feature of the curve at one temperature, narrower than the spacing of the plateaus: a resonance, a range "
         "that switches on and off again";
     made.experiment = "a grid of 2 K around it, up and down";
+    made.lab_only = false;
     return made;
   }();
   return effect;
@@ -103,10 +106,21 @@ double chance_of_turns(const Levels& levels, const Five& five) {
   return chance;
 }
 
-/// Shapes of height 1 over the levels, one per column: the first `bumps` are bumps about one level.
+/// Place and half width of a bump.
+struct Place {
+  double centre_c = 0.0;
+  double width_c = 1.0;
+};
+
+/// A bump of height 1.
+Eigen::ArrayXd shape_of(const Place& bump, const Eigen::ArrayXd& temp_c) {
+  return 1.0 / (1.0 + ((temp_c - bump.centre_c) / bump.width_c).square());
+}
+
+/// Shapes of height 1 over the levels, one per column: the first are the bumps.
 struct Shapes {
   Eigen::MatrixXd columns;
-  std::size_t bumps = 0;
+  std::vector<Place> bumps;
 };
 
 /// Bumps 1/(1 + ((T − T₀)/w)²) about the middle of the five, and what may be taken for one: kinks max(0, T − T₀) and
@@ -114,15 +128,14 @@ struct Shapes {
 Shapes shapes_about(const Levels& levels, const Five& five) {
   const double distance_c = 0.5 * (levels.at_c(five[3]) - levels.at_c(five[1]));
   std::vector<Eigen::ArrayXd> columns;
+  Shapes shapes;
   const Eigen::ArrayXd temp_c = Eigen::Map<const Eigen::ArrayXd>(levels.temp_c.data(), levels.value.size());
   for (const double off : {-0.4, -0.2, 0.0, 0.2, 0.4}) {
     for (const double width : {0.3, 0.5, 0.8}) {
-      const double centre_c = levels.at_c(five[2]) + off * distance_c;
-      columns.emplace_back(1.0 / (1.0 + ((temp_c - centre_c) / (width * distance_c)).square()));
+      const Place& bump = shapes.bumps.emplace_back(levels.at_c(five[2]) + off * distance_c, width * distance_c);
+      columns.emplace_back(shape_of(bump, temp_c));
     }
   }
-  Shapes shapes;
-  shapes.bumps = columns.size();
   for (double centre_c = levels.at_c(five[0]); centre_c <= levels.at_c(five[4]); centre_c += 0.25 * distance_c) {
     columns.emplace_back((temp_c - centre_c).max(0.0));
     for (const double width : {0.1, 0.5, 1.0, 2.0}) {
@@ -134,10 +147,42 @@ Shapes shapes_about(const Levels& levels, const Five& five) {
   return shapes;
 }
 
+/// The bump that a sensor has, where it has one.
+struct BumpShape {
+  double height = 0.0;
+  /// With how far a smooth curve strays between its levels, and what they leave open of place and width.
+  double height_variance = 0.0;
+  Place place;
+};
+
+/// Levels leave open how far beside one of them a bump is, and how wide: place and width are means over all that were
+/// tried, weighted by their likelihood, and the height is that of these.
+BumpShape mean_bump(const Levels& levels, const SmoothCurve& curve, const std::vector<Place>& tried,
+                    const std::vector<FeatureFit>& fits, double most_likely) {
+  BumpShape mean;
+  mean.place = {0.0, 0.0};
+  double total = 0.0;
+  for (std::size_t i = 0; i < tried.size(); ++i) {
+    const double weight = std::exp(fits[i].log_likelihood - most_likely);
+    total += weight;
+    mean.place.centre_c += (tried[i].centre_c - mean.place.centre_c) * weight / total;
+    mean.place.width_c += (tried[i].width_c - mean.place.width_c) * weight / total;
+  }
+  const Eigen::ArrayXd temp_c = Eigen::Map<const Eigen::ArrayXd>(levels.temp_c.data(), levels.value.size());
+  const FeatureFit own = curve.with_each(shape_of(mean.place, temp_c)).front();
+  mean.height = own.height;
+  mean.height_variance = own.squared_ratio > 0.0 ? own.height * own.height / own.squared_ratio : 0.0;
+  for (std::size_t i = 0; i < tried.size(); ++i) {
+    const double weight = std::exp(fits[i].log_likelihood - most_likely) / total;
+    mean.height_variance += weight * std::pow(fits[i].height - own.height, 2);
+  }
+  return mean;
+}
+
 /// What one sensor's curve says of a bump at one level.
 struct BumpTest {
   double chance = 1.0;  ///< that it is none
-  double height = 0.0;
+  BumpShape bump;
   double turns = 1.0;  ///< chance that the curve does not turn sharply there, whatever does that
 };
 
@@ -148,7 +193,7 @@ BumpTest test_bump(const Levels& levels, const SmoothCurve& curve, const Five& f
   const Shapes shapes = shapes_about(levels, five);
   const std::vector<FeatureFit> fits = curve.with_each(shapes.columns);
   const auto likelier = [](const FeatureFit& a, const FeatureFit& b) { return a.log_likelihood < b.log_likelihood; };
-  const auto first_rival = fits.begin() + static_cast<std::ptrdiff_t>(shapes.bumps);
+  const auto first_rival = fits.begin() + static_cast<std::ptrdiff_t>(shapes.bumps.size());
   const FeatureFit& best = *std::max_element(fits.begin(), first_rival, likelier);
   const FeatureFit& rival = *std::max_element(first_rival, fits.end(), likelier);
   const double distance_c = 0.5 * (levels.at_c(five[3]) - levels.at_c(five[1]));
@@ -157,7 +202,7 @@ BumpTest test_bump(const Levels& levels, const SmoothCurve& curve, const Five& f
   // Line, height and the two numbers of the scale were taken from the levels.
   const double dof = static_cast<double>(levels.value.size()) - 5.0;
   result.chance = std::max(result.turns, base::f_upper_tail(best.squared_ratio, 1.0, dof));
-  result.height = best.height;
+  result.bump = mean_bump(levels, curve, shapes.bumps, fits, best.log_likelihood);
   return result;
 }
 
@@ -189,7 +234,7 @@ struct PlacedBump {
   double p = 1.0;  ///< adjusted
   std::vector<Sensor> sensors;
   Sensor strongest = Sensor::gyro_x;
-  double height = 0.0;  ///< in the strongest
+  std::array<BumpTest, kSensorCount> test = {};
 };
 
 /// Takes the sets of sensors at one place into `found` where their chance together is less.
@@ -201,7 +246,7 @@ void pool_sensors(const std::array<BumpTest, kSensorCount>& test, const std::vec
     const double p = std::min(1.0, chance_together(chances) * tests);
     if (p >= found.p) continue;
     const auto least = static_cast<std::size_t>(std::min_element(chances.begin(), chances.end()) - chances.begin());
-    found = {place, p, {}, set[least], test[index_of(set[least])].height};
+    found = {place, p, {}, set[least], test};
     for (std::size_t i = 0; i < set.size(); ++i) {
       if (chances[i] <= kSensorGate || i == least) found.sensors.push_back(set[i]);
     }
@@ -242,6 +287,25 @@ NotTestable too_few_plateaus(std::size_t levels, std::size_t places) {
                                      levels, places, kResolved_c)};
 }
 
+NamedEffect named_bump(const PlacedBump& found, std::string shape) {
+  NamedEffect named;
+  named.effect = &bump();
+  named.p_adjusted = found.p;
+  named.sensors = found.sensors;
+  named.candidate.shape = std::move(shape);
+  for (const Sensor sensor : found.sensors) {
+    const std::size_t s = index_of(sensor);
+    const BumpShape& own = found.test[s].bump;
+    named.parameters[s] = Eigen::VectorXd::Constant(1, own.height);
+    named.covariance[s] = Eigen::MatrixXd::Constant(1, 1, own.height_variance);
+    named.meaning[s] = {{{"height", si_unit(sensor)}},
+                        {{"centre_c", own.place.centre_c, "degC"}, {"width_c", own.place.width_c, "K"}}};
+  }
+  const double height = found.test[index_of(found.strongest)].bump.height;
+  named.magnitude = {height * printed_per_si(found.strongest), std::string(printed_unit(found.strongest))};
+  return named;
+}
+
 }  // namespace
 
 OutsideTheMean look_for_bump(const CampaignModel& model) {
@@ -276,13 +340,7 @@ OutsideTheMean look_for_bump(const CampaignModel& model) {
     return overlap(places[found.place], places[turn.place]);
   });
   if (alone && found.p <= kOutsideMeanGate) {
-    NamedEffect named;
-    named.effect = &bump();
-    named.p_adjusted = found.p;
-    named.sensors = found.sensors;
-    named.candidate.shape = place_text(level_c, places[found.place]);
-    named.magnitude = {found.height * printed_per_si(found.strongest), std::string(printed_unit(found.strongest))};
-    result.effects.push_back(std::move(named));
+    result.effects.push_back(named_bump(found, place_text(level_c, places[found.place])));
   } else if (!turns.empty()) {
     result.not_testable.push_back(turns_without_name(level_c, places, turns));
   }

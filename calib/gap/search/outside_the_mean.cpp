@@ -289,7 +289,7 @@ void look_for_noise_slope(const LoggedCampaign& campaign, const Observations& ob
       noise_slope(), chosen, [](Sensor) { return 1.0 / kLogVariance; },
       [](Sensor) { return std::string("relative per K"); },
       [&](Sensor) {
-        return Meaning{{{"relative_per_c", "1/K", 1.0 / kLogVariance}},
+        return Meaning{{{"relative_per_c", "relative per K", 1.0 / kLogVariance}},
                        {{"reference_c", middle_c(observations), "degC"}}};
       }));
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -177,12 +178,28 @@ AttitudeChange tilt_between(const View& view, const Rest& a, const Rest& b, doub
   return tilt;
 }
 
-/// The worst of: each stretch against the middle of all, and against the last but one before it (a step may lie within
-/// the stretch between them).
+/// Whether the temperature runs so far through a segment that its middle says nothing of its ends: curve and memory of
+/// the accelerometers come and go with it.
+bool is_ramp(const View& view, const std::vector<Rest>& rests) {
+  constexpr double kRamp_c = 10.0;
+  if (view.segment.plateau_c) return false;
+  double low_c = std::numeric_limits<double>::infinity();
+  double high_c = -low_c;
+  for (const Rest& rest : rests) {
+    if (std::isnan(rest.temp_c)) continue;
+    low_c = std::min(low_c, rest.temp_c);
+    high_c = std::max(high_c, rest.temp_c);
+  }
+  return high_c - low_c > kRamp_c;
+}
+
+/// The worst of: each stretch against the middle of all, but on ramps, and against the last but one before it (a step
+/// may lie within the stretch between them).
 std::optional<AttitudeChange> worst_tilt(const View& view) {
   if (std::none_of(kAccels.begin(), kAccels.end(), [&](Sensor s) { return recorded(view, s); })) return std::nullopt;
   std::vector<Rest> rests = rests_of(view);
   if (rests.size() < 3) return std::nullopt;
+  const bool ramp = is_ramp(view, rests);
   remove_drift(rests);
   const Rest middle = middle_of(rests);
   if (norm_of(middle.force) <= 0.0) return std::nullopt;
@@ -192,7 +209,7 @@ std::optional<AttitudeChange> worst_tilt(const View& view) {
     if (tilt.excess_deg > worst.excess_deg) worst = tilt;
   };
   for (std::size_t i = 0; i < rests.size(); ++i) {
-    keep(tilt_between(view, middle, rests[i], error));
+    if (!ramp) keep(tilt_between(view, middle, rests[i], error));
     if (i >= 2) keep(tilt_between(view, rests[i - 2], rests[i], error));
   }
   return worst.excess_deg > 0.0 ? std::optional(worst) : std::nullopt;

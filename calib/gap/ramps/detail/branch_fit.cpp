@@ -297,12 +297,15 @@ WholeFit BranchFit::fit_all(const Candidate* shape) const {
   const Eigen::VectorXd values = white(values_);
   Normal normal = normal_of(columns, values, std::vector<bool>(row_.size(), true));
   normal.matrix.diagonal() += ridge(made, normal.matrix);
-  const Eigen::VectorXd parameters = base::solve_ldlt(normal.matrix, normal.side);
+  const base::Ldlt solver(normal.matrix);
+  const Eigen::VectorXd parameters = solver.solve(normal.side);
   const Eigen::Index terms = made.columns.cols() - made.base;
   WholeFit fit;
   fit.squares = (values - columns * parameters).squaredNorm();
   fit.columns = static_cast<double>(made.columns.cols()) + (shape != nullptr && shape->shifts ? 1.0 : 0.0);
   fit.parameters = parameters.tail(terms);
+  const Eigen::MatrixXd units = Eigen::MatrixXd::Identity(made.columns.cols(), made.columns.cols()).rightCols(terms);
+  fit.covariance = noise_.sigma * noise_.sigma * solver.solve(Eigen::MatrixXd(units)).bottomRows(terms);
   fit.term = made.columns.rightCols(terms) * fit.parameters;
   return fit;
 }

@@ -30,6 +30,7 @@ struct WholeFit {
   double squares = 0.0;        ///< of the whitened residuals
   double columns = 0.0;        ///< of base and term
   Eigen::VectorXd parameters;  ///< of the term, SI
+  Eigen::MatrixXd covariance;  ///< of these, under the blocks' noise
   Eigen::VectorXd term;        ///< what it adds at each row of the sensor, SI
 };
 

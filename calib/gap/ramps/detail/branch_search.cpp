@@ -41,7 +41,11 @@ RampEffect drift_on_ramps(const Observations& observations) {
     time_h(i) = observations.rows[static_cast<std::size_t>(i)].t_s / kHour_s;
   }
   time_h.array() -= time_h.mean();
-  return {drift(), {.candidates = {for_all("", {}, time_h)}, .per = "/h"}, true};
+  return {drift(),
+          {.candidates = {for_all("", {}, time_h)},
+           .per = "/h",
+           .meaning = [](const Candidate&, Sensor) { return Meaning{}; }},
+          true};
 }
 
 SensorResult judge_base(const BranchFit& fit, double sensors) {

@@ -19,7 +19,6 @@ constexpr std::size_t kLeastBlocks = 8;
 std::vector<Observation> rows_of_run(const LoggedRun& run, int number) {
   std::vector<Observation> rows;
   for (const Segment& segment : accepted(run.run.segments)) {
-    if (segment.phase != Phase::soak) continue;
     for (const Block& block : segment.blocks) {
       Observation& row = rows.emplace_back();
       row.run = number;
@@ -54,7 +53,7 @@ bool is_ramp(const LoggedCampaign& campaign) {
   const Segment* any = nullptr;
   for (const LoggedRun& run : campaign.runs) {
     for (const Segment& segment : run.run.segments) {
-      if (segment.phase != Phase::soak || segment.blocks.empty()) continue;
+      if (segment.blocks.empty()) continue;
       if (segment.plateau_c || (any != nullptr && any->position != segment.position)) return false;
       any = &segment;
     }

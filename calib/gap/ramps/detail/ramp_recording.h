@@ -24,10 +24,10 @@ struct RampRecording {
   std::vector<int> branch;  ///< of each row: index into `branches`
 };
 
-/// Blocks of all segments without a plateau that the data gate accepts, cut into branches where the temperature turns
-/// by more than 5 K; a branch of fewer than 8 blocks or less than 10 K is dropped with its rows. Nothing where some
-/// segment lies at a plateau or the unit stood in more than one position: then the campaign is not of this kind. Cost
-/// linear in blocks.
+/// Blocks of all segments without a plateau that the data gate accepts, whether the recorder called them ramp or soak,
+/// cut into branches where the temperature turns by more than 5 K; a branch of fewer than 8 blocks or less than 10 K is
+/// dropped with its rows. Nothing where some segment lies at a plateau or the unit stood in more than one position:
+/// then the campaign is not of this kind. Cost linear in blocks.
 [[nodiscard]] std::optional<RampRecording> ramp_recording(const LoggedCampaign& campaign);
 
 /// What is predicted in turn from all the rest.

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "calib/curve/calibration.h"
+#include "calib/curve/curve_fit.h"
+#include "calib/estimate/curve_data.h"
+#include "calib/estimate/model_term.h"
+#include "calib/vocabulary/sensor.h"
+
+/// An accepted `narrow_bump`: a feature of a bias curve at one temperature, too narrow for what a family follows. It
+/// depends on temperature alone, so that the deployed curve holds it.
+namespace soak::calib {
+
+/// height / (1 + ((T − centre)/width)²), in the unit of the curve.
+struct CurveBump {
+  double height = 0.0;
+  double centre_c = 0.0;
+  double width_c = 1.0;       ///< half width at half height, positive
+  double height_error = 0.0;  ///< standard uncertainty of the height (k = 1)
+
+  /// Value at `temp_c` of a bump of height 1.
+  [[nodiscard]] double shape(double temp_c) const;
+};
+
+/// The bump of a sensor among accepted terms; nothing where none acts on it.
+[[nodiscard]] std::optional<CurveBump> bump_of(const std::vector<ModelTerm>& terms, Sensor sensor);
+
+/// The curve with the bump, over the curve's own domain: cubic pieces that meet, and differ from the sum by some 1e-5
+/// of its span. Some hundred pieces; 1024, what a calibration file holds, at most.
+[[nodiscard]] SplineCurve with_bump(const Curve& curve, const CurveBump& bump);
+
+/// The rows without the bump, for a fit.
+[[nodiscard]] CurveData without_bump(CurveData data, const CurveBump& bump);
+
+/// Adds the bump to what was fitted to rows without it: curve, points, and the height's uncertainty as contribution
+/// `narrow_bump`.
+void add_bump(const CurveBump& bump, CurveFit& fit);
+
+}  // namespace soak::calib
