@@ -281,7 +281,9 @@ function unitAlerts(status) {
   const alerts = [];
   for (const unit of status.units) {
     const who = `Unit ${unit.serial} in slot ${unit.slot}`;
-    if (isActive(status) && unit.state === "failed") {
+    if (isActive(status) && unit.dropped) {
+      alerts.push({ level: "warning", title: `${who} was dropped: not recorded in this run`, detail: unit.dropped, action: "Look at its cable and its supply. The other units go on, and the next run tries it again." });
+    } else if (isActive(status) && unit.state === "failed") {
       alerts.push({ level: "alarm", title: `${who} has failed`, action: "Look at its cable and its supply. The other units go on." });
     }
     const face = faceOf(unit);
@@ -351,6 +353,7 @@ export function unitStateText(unit) {
 
 /** Whether its temperature stands still; "" where nothing is known of it. */
 export function stableText(unit) {
+  if (unit.dropped) return "dropped: not recorded in this run";
   if (unit.temp_c === null) return "";
   return unit.stable ? "✓ stable" : "settling";
 }

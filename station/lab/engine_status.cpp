@@ -98,6 +98,7 @@ json unit_part(const Station& station, const UnitChannel& unit) {
           {"serial", unit.serial()},
           {"type", unit.type().name},
           {"state", imu_state_name(unit.imu().state())},
+          {"dropped", null_if_empty(unit.dropped())},
           {"powered", streaming ? json(true) : json()},
           {"supply_v", number_or_null(supply.voltage_v)},
           {"supply_a", number_or_null(supply.current_a)},

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a station that nobody looks at for weeks notices by itself: units that are dropped."""
+import unittest
+
+import bench
+from bench import LabTest, short_procedure
+
+SECOND = "0380A002"
+
+
+class Units(LabTest):
+    def test_one_that_was_dropped_and_sends_again_is_said_to_be_dropped(self):
+        self.start_lab(units=2, rate=50, cut=["unit2"])
+        self.start_campaign(short_procedure(dwell_s=3000))
+        self.wait_for_step("record")
+        self.assertEqual([unit["dropped"] for unit in self.status()["units"]], [None, None])
+        self.proxies["unit2"].cut()
+        self.wait("the drop", lambda s: s["units"][1]["dropped"])
+        self.proxies["unit2"].mend()
+        status = self.wait("the unit", lambda s: s["units"][1]["state"] == "streaming")
+        self.check_schema(status, "campaign-status")
+        self.assertIsNone(status["units"][0]["dropped"])
+        self.assertTrue(status["units"][1]["dropped"])
+        self.assertRegex(self.lab.soak("campaign", "status"), f"{SECOND}.*dropped")
+
+
+if __name__ == "__main__":
+    bench.main()
