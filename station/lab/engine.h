@@ -74,6 +74,8 @@ class Engine : public StationService {
 
   Engine(const StationConfig& config, db::Catalog& catalog, std::unique_ptr<Journal> journal);
   [[nodiscard]] base::Status make_devices();
+  static constexpr std::string_view kNothingLeft =
+      "all units of this run were dropped: no unit is left, and nothing to record";
   /// What switches the units; null where that is done by hand.
   [[nodiscard]] base::Result<hal::UnitPower*> make_power();
   [[nodiscard]] base::Status take_over();
@@ -144,6 +146,8 @@ class Engine : public StationService {
   /// Whether what holds suspends the present step.
   [[nodiscard]] bool must_wait() const;
   /// Looks whether there is room on the disk, and whether what could not be written can be written now.
+  /// Whether all units of the open run were dropped.
+  [[nodiscard]] bool nothing_is_left_to_record() const;
   void probe_storage();
   void suspend();
   /// What was judged and recorded at the present visit counts no more: it begins again when the campaign goes on.

@@ -135,10 +135,16 @@ void Engine::watch_conditions() {
   const bool waits = must_wait();
   if (waits && state_ == CampaignState::running) suspend();
   if (state_ != CampaignState::suspended) return;
+  // What it waits for brings no unit back in this run.
+  if (nothing_is_left_to_record()) {
+    return end_campaign(CampaignState::failed, fmt::format("{}; it had waited: {}", kNothingLeft, suspenders_.text()));
+  }
   const bool air_moved = air_off_k().value_or(0.0) > kAirMoved_k;
   if (air_moved || suspenders_.spoil_visit()) void_visit(suspenders_.text());
   if (!waits) go_on();
 }
+
+bool Engine::nothing_is_left_to_record() const { return station_->run_is_open() && station_->active_units().empty(); }
 
 bool Engine::makes_safe() const {
   const Plan& plan = station_->campaign.plan;

@@ -23,6 +23,19 @@ class Units(LabTest):
         self.assertTrue(status["units"][1]["dropped"])
         self.assertRegex(self.lab.soak("campaign", "status"), f"{SECOND}.*dropped")
 
+    def test_a_campaign_that_waits_ends_safely_when_all_of_them_are_dropped(self):
+        self.start_lab(rate=400, cut=["chamber", "unit1"])
+        self.start_campaign(short_procedure(dwell_s=6000, extra="[suspend]\ngive_up_h = 100.0\n"))
+        self.wait_for_step("record")
+        for wire in self.proxies.values():
+            wire.cut()
+        status = self.wait("the end of waiting", lambda s: s["state"] == "stopping", seconds=180)  # a minute, and no 15
+        self.assertEqual(status["ending"]["outcome"], "failed")
+        self.proxies["chamber"].mend()
+        self.assertEqual(self.wait_for_end()["state"], "failed")
+        self.assert_safe()
+        self.assertEqual(self.status()["resumable"], "c")
+
 
 if __name__ == "__main__":
     bench.main()
