@@ -136,7 +136,8 @@ void Engine::make_units(const CheckedStart& checked) {
 
 // --- the loop ---------------------------------------------------------------------------------------------------
 
-void Engine::run(const std::function<void()>& turned) {
+base::Status Engine::run(const std::function<void()>& turned) {
+  base::Status ended;
   while (true) {
     wait();
     heed_watch();  // before a command: what has tripped is not switched on once more
@@ -148,6 +149,9 @@ void Engine::run(const std::function<void()>& turned) {
     end_campaign(CampaignState::interrupted, "soakd was asked to stop");
     if (state_ != CampaignState::stopping) break;
   }
+    if (!safe_end_ || !safe_end_->is_silent_for_good(*station_)) continue;
+    ended = leave_silent_chamber();
+    break;
   const auto longest = steady_clock::now() + kLongestGoodbye;
   const auto all_is_written = [&] {
     return journal_->wait_until_written(kGoodbyeTurn) && notes_.wait_until_kept(kGoodbyeTurn);
@@ -160,6 +164,15 @@ void Engine::run(const std::function<void()>& turned) {
   stopped_ = true;
   run_commands();
 }
+  return ended;
+}
+
+base::Status Engine::leave_silent_chamber() {
+  const std::string text = "soakd ends, and the chamber was not confirmed safe: it has not answered for two hours (" +
+                           station_->chamber.trouble() + "). Go to the chamber, and switch it off by hand";
+  log_.add("alarm", "chamber", text);
+  if (const auto flushed = station_->flush(); !flushed) log_.add("run", station_->run_id(), flushed.error().message);
+  return base::fail(base::ErrorKind::device, text, chamber_->description());
 
 void Engine::stop() {
   stop_requested_ = true;

@@ -44,8 +44,10 @@ class Engine : public StationService {
   [[nodiscard]] static base::Result<std::unique_ptr<Engine>> make(const StationConfig& config, db::Catalog& catalog);
   ~Engine() override;
 
-  /// Works until stop(). `turned`: called after each turn of the loop, some 50 times a second.
-  void run(const std::function<void()>& turned = [] {});
+  /// Works until stop(). `turned`: called after each turn of the loop, some 50 times a second. Fails (device) where the
+  /// chamber was not safe in the end because it had not answered for two hours (SafeEnd::is_silent_for_good()); the
+  /// campaign then is open for the next soakd to take over.
+  [[nodiscard]] base::Status run(const std::function<void()>& turned = [] {});
   /// Asks for the way to the safe state and the end of run(): what SIGTERM does.
   void stop();
   /// Whether run() has come to its end.
@@ -130,6 +132,8 @@ class Engine : public StationService {
   void switch_off_chamber(const std::string& why);
   void follow_safe_end();
   void watch_set_point();
+  /// Keeps what was recorded, and says that somebody must look after the chamber.
+  [[nodiscard]] base::Status leave_silent_chamber();
   /// Suspends the campaign where it cannot be carried on, and goes on with it once it can.
   void watch_conditions();
   /// A short silence of the chamber: nothing begins meanwhile.
