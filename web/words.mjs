@@ -246,7 +246,7 @@ export function doorOf(status, plan) {
 
 /** What needs somebody: {level: "alarm" | "warning", title, action}, the most urgent first. */
 export function alertsOf(status) {
-  return [...chamberAlerts(status), ...unitAlerts(status), ...campaignAlerts(status)];
+  return [...chamberAlerts(status), ...folderAlerts(status), ...unitAlerts(status), ...campaignAlerts(status)];
 }
 
 /** What follows once a silent chamber answers. */
@@ -274,6 +274,11 @@ function chamberAlerts(status) {
     detail: ends ? null : reason, // in the banner of campaignAlerts()
   });
   return alerts;
+}
+
+function folderAlerts({ data }) {
+  if (data.trouble === null) return [];
+  return [{ level: "alarm", title: "The data folder is gone", detail: data.trouble, action: "Bring it back (is its disk mounted?), or start soakd again. No campaign begins before that." }];
 }
 
 function unitAlerts(status) {
@@ -348,12 +353,12 @@ export const sign = (label) => label.replace("-", "−");
 export const isByHand = ({ fixture }) => fixture.description === "by hand";
 
 export function unitStateText(unit) {
+  if (unit.dropped) return "dropped: not recorded in this run";
   return UNIT_STATES[unit.state] ?? unit.state;
 }
 
 /** Whether its temperature stands still; "" where nothing is known of it. */
 export function stableText(unit) {
-  if (unit.dropped) return "dropped: not recorded in this run";
   if (unit.temp_c === null) return "";
   return unit.stable ? "✓ stable" : "settling";
 }

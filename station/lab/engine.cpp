@@ -51,6 +51,7 @@ std::unique_ptr<StepTask> make_task(const Plan& plan, const Step& step) {
 Engine::Engine(const StationConfig& config, db::Catalog& catalog, std::unique_ptr<Journal> journal)
     : config_(config),
       catalog_(catalog),
+      data_folder_(catalog.data_folder()),
       journal_(std::move(journal)),
       notes_(note_path(catalog)),
       log_(*journal_),
@@ -148,10 +149,10 @@ base::Status Engine::run(const std::function<void()>& turned) {
     if (!stop_requested_) continue;
     end_campaign(CampaignState::interrupted, "soakd was asked to stop");
     if (state_ != CampaignState::stopping) break;
-  }
     if (!safe_end_ || !safe_end_->is_silent_for_good(*station_)) continue;
     ended = leave_silent_chamber();
     break;
+  }
   const auto longest = steady_clock::now() + kLongestGoodbye;
   const auto all_is_written = [&] {
     return journal_->wait_until_written(kGoodbyeTurn) && notes_.wait_until_kept(kGoodbyeTurn);
@@ -163,7 +164,6 @@ base::Status Engine::run(const std::function<void()>& turned) {
   for (const auto& unit : station_->units) unit->close();
   stopped_ = true;
   run_commands();
-}
   return ended;
 }
 
@@ -173,6 +173,7 @@ base::Status Engine::leave_silent_chamber() {
   log_.add("alarm", "chamber", text);
   if (const auto flushed = station_->flush(); !flushed) log_.add("run", station_->run_id(), flushed.error().message);
   return base::fail(base::ErrorKind::device, text, chamber_->description());
+}
 
 void Engine::stop() {
   stop_requested_ = true;
@@ -204,6 +205,7 @@ void Engine::cycle() {
     // Nobody looks for room any more: what cannot be written must not pile up.
     if (state_ == CampaignState::stopping) station_->hold_recording(true);
   }
+  watch_data_folder();
   if (is_under_way(state_)) {
     record_history();
     watch_alarms();

@@ -167,7 +167,7 @@ StationConditions Engine::conditions() const {
   conditions.chamber_trouble = station_->chamber.trouble();
   if (!ends_without_plateau()) conditions.air_off_k = air_off_k();
   conditions.disk_free_bytes = disk_free_bytes_;
-  conditions.storage_error = storage_error_;
+  conditions.storage_error = folder_trouble_.empty() ? storage_error_ : folder_trouble_;
   conditions.catalog_error = step_error_;
   conditions.supplies = supplies();
   return conditions;
@@ -214,6 +214,17 @@ void Engine::follow_air() {
   if (!reading || step_ >= plan.steps.size() || air_may_leave(plan.steps[step_])) return;
   const Step& step = plan.steps[step_];
   if (step.visit >= 0 && std::abs(reading->air_c - step.temp_c) <= kAirArrived_k) air_has_arrived_ = true;
+}
+
+void Engine::watch_data_folder() {
+  const auto now = steady_clock::now();
+  if (now < next_folder_look_) return;
+  next_folder_look_ = now + kDiskInterval;
+  std::string trouble = data_folder_.trouble();
+  if (trouble == folder_trouble_) return;
+  folder_trouble_ = std::move(trouble);
+  log_.add("storage", catalog_.data_folder().string(),
+           folder_trouble_.empty() ? "the data folder is there again" : folder_trouble_);
 }
 
 void Engine::probe_storage() {

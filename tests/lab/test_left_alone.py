@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a station that nobody looks at for weeks notices by itself: units that are dropped, a chamber that never answers again."""
+"""What a station that nobody looks at for weeks notices by itself: a data folder that goes away, units that are dropped one after the
+other, a chamber that never answers again."""
+import os
 import signal
 import time
 import unittest
@@ -9,6 +11,57 @@ from bench import LabTest, short_procedure
 
 SECOND = "0380A002"
 SILENT_FOR_GOOD_S = 7200.0  # process time after which a soakd that is to end gives up a chamber that does not answer
+
+
+class DataFolder(LabTest):
+    def move_away(self):
+        os.rename(self.lab.data, self.lab.data + ".away")
+
+    def move_back(self):
+        os.rename(self.lab.data + ".away", self.lab.data)
+
+    def trouble(self, status):
+        self.check_schema(status, "campaign-status")
+        return status["data"]["trouble"]
+
+    def start(self):
+        return self.lab.soak("campaign", "start", self.write("procedure.toml", short_procedure()), "--name", "c")
+
+    def test_one_that_goes_away_under_an_idle_station_is_a_problem_and_no_campaign_begins(self):
+        self.start_lab()
+        self.assertIsNone(self.trouble(self.status()))
+        self.move_away()
+        self.assertIn(self.lab.data, self.wait("the finding", self.trouble, seconds=20)["reason"])
+        self.assertIn(self.lab.data, self.lab.soak("campaign", "status"))
+        self.soak_fails(1, "campaign", "start", self.write("procedure.toml", short_procedure()), "--name", "c")
+        self.assertFalse(os.path.exists(self.lab.data), "nothing is made in its place")
+        os.mkdir(self.lab.data)  # the mount point without its disk
+        time.sleep(2)
+        self.assertTrue(self.trouble(self.status()))
+        os.rmdir(self.lab.data)
+        self.move_back()
+        self.wait("its return", lambda s: not self.trouble(s), seconds=20)
+        self.assert_event("storage", self.lab.data)
+        self.start()
+        self.assertEqual(self.wait_for_end()["state"], "finished")
+
+    def test_one_that_goes_away_under_a_campaign_suspends_it_until_it_is_back(self):
+        self.start_lab(rate=100)
+        self.start_campaign(short_procedure(set_points=(15,), dwell_s=1500))
+        self.wait_for_step("record")
+        self.move_away()
+        status = self.wait("the suspension", lambda s: s["suspension"])
+        self.assertEqual((status["state"], status["suspension"]["causes"]), ("waiting", ["storage"]))
+        time.sleep(6)  # a flush is tried meanwhile
+        status = self.status()
+        self.assertEqual(status["state"], "waiting")
+        self.assertEqual(self.chamber()[0], bench.AUTO, "the chamber holds its set point")
+        self.move_back()
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "finished", status["reason"])
+        self.assert_safe()
+        self.lab.soak("runs", "verify")
+        self.assertEqual(self.query("SELECT label, cut_short FROM run"), [("R01", "")])
 
 
 class Units(LabTest):
