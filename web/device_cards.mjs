@@ -49,7 +49,7 @@ function renderUnit(card, unit) {
   say(part("serial"), unit.serial);
   say(part("slot"), `slot ${unit.slot}`);
   say(part("unit-state"), unitStateText(unit));
-  part("unit-state").dataset.state = unit.state === "failed" ? "failed" : "";
+  part("unit-state").dataset.state = unit.dropped || unit.state === "failed" ? "failed" : "";
   say(part("temp"), number(unit.temp_c, 2));
   say(part("stable"), stableText(unit));
   part("stable").classList.toggle("yes", unit.stable);

@@ -246,7 +246,7 @@ export function doorOf(status, plan) {
 
 /** What needs somebody: {level: "alarm" | "warning", title, action}, the most urgent first. */
 export function alertsOf(status) {
-  return [...chamberAlerts(status), ...unitAlerts(status), ...campaignAlerts(status)];
+  return [...chamberAlerts(status), ...folderAlerts(status), ...unitAlerts(status), ...campaignAlerts(status)];
 }
 
 /** What follows once a silent chamber answers. */
@@ -276,12 +276,19 @@ function chamberAlerts(status) {
   return alerts;
 }
 
+function folderAlerts({ data }) {
+  if (data.trouble === null) return [];
+  return [{ level: "alarm", title: "The data folder is gone", detail: data.trouble, action: "Bring it back (is its disk mounted?), or start soakd again. No campaign begins before that." }];
+}
+
 function unitAlerts(status) {
   const turning = status.campaign?.step_kind === "move" || status.campaign?.step_kind === "spin";
   const alerts = [];
   for (const unit of status.units) {
     const who = `Unit ${unit.serial} in slot ${unit.slot}`;
-    if (isActive(status) && unit.state === "failed") {
+    if (isActive(status) && unit.dropped) {
+      alerts.push({ level: "warning", title: `${who} was dropped: not recorded in this run`, detail: unit.dropped, action: "Look at its cable and its supply. The other units go on, and the next run tries it again." });
+    } else if (isActive(status) && unit.state === "failed") {
       alerts.push({ level: "alarm", title: `${who} has failed`, action: "Look at its cable and its supply. The other units go on." });
     }
     const face = faceOf(unit);
@@ -346,6 +353,7 @@ export const sign = (label) => label.replace("-", "−");
 export const isByHand = ({ fixture }) => fixture.description === "by hand";
 
 export function unitStateText(unit) {
+  if (unit.dropped) return "dropped: not recorded in this run";
   return UNIT_STATES[unit.state] ?? unit.state;
 }
 

@@ -264,7 +264,8 @@ class Catalog {
   [[nodiscard]] base::Result<RunFileReader> open_run_file(const RunRow& run) const;
   /// Segments of one unit's run that no void record withdraws, in the order of time, with their findings; with their
   /// blocks if asked. Those with findings that reject them are among them. Refuses (corrupt) a run whose numbers in the
-  /// catalog are not those that were stored, and any run where the tables of runs, void records or units are not.
+  /// catalog are not those that were stored, and any run where the tables of runs, voids, units or sample drops are
+  /// not.
   [[nodiscard]] base::Result<std::vector<calib::Segment>> segments(std::string_view run_id, std::string_view unit,
                                                                    bool with_blocks) const;
 

@@ -54,6 +54,9 @@ RunRow run_from(sqlite::Fields& fields) {
   return run;
 }
 
+/// In the order in which drop_from() reads them.
+constexpr const char* kDropColumns = "run_id, source, bytes, reason, user, utc_s";
+
 SampleDrop drop_from(sqlite::Fields& fields) {
   SampleDrop drop;
   drop.run_id = fields.text();
@@ -68,7 +71,7 @@ SampleDrop drop_from(sqlite::Fields& fields) {
 /// The last drop of each run, by run id.
 std::map<std::string, SampleDrop> sample_drops(const SQLite::Database& database) {
   std::map<std::string, SampleDrop> drops;
-  const char* const sql = "SELECT run_id, source, bytes, reason, user, utc_s FROM sample_drop ORDER BY rowid";
+  const std::string sql = fmt::format("SELECT {} FROM sample_drop ORDER BY rowid", kDropColumns);
   for (SampleDrop& drop : sqlite::rows_of(database, sql, drop_from)) {
     std::string run_id = drop.run_id;
     drops.insert_or_assign(std::move(run_id), std::move(drop));
@@ -205,10 +208,10 @@ base::Status Catalog::check_run_file(const RunRow& run) const {
 
 base::Result<std::optional<SampleDrop>> Catalog::Impl::drop_of(std::string_view run_id) const {
   return connection.run("read what was dropped", [&]() -> base::Result<std::optional<SampleDrop>> {
-    return sqlite::first_row_of(database(),
-                                "SELECT run_id, source, bytes, reason, user, utc_s FROM sample_drop WHERE run_id = ? "
-                                "ORDER BY rowid DESC LIMIT 1",
-                                drop_from, run_id);
+    return sqlite::first_row_of(
+        database(),
+        fmt::format("SELECT {} FROM sample_drop WHERE run_id = ? ORDER BY rowid DESC LIMIT 1", kDropColumns), drop_from,
+        run_id);
   });
 }
 
@@ -236,8 +239,7 @@ base::Status Catalog::add_sample_drop(const SampleDrop& drop) {
       return impl_->refuse("run " + drop.run_id + " is not sealed: its samples stay");
     }
     sqlite::execute(database,
-                    "INSERT INTO sample_drop (drop_id, run_id, source, bytes, reason, user, utc_s) "
-                    "VALUES (?, ?, ?, ?, ?, ?, ?)",
+                    fmt::format("INSERT INTO sample_drop (drop_id, {}) VALUES (?, ?, ?, ?, ?, ?, ?)", kDropColumns),
                     catalog::new_uuid(drop.utc_s), drop.run_id, drop.source, static_cast<std::int64_t>(drop.bytes),
                     drop.reason, drop.user, drop.utc_s);
     impl_->log({drop.utc_s, "samples_dropped", drop.run_id,

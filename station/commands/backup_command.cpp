@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
@@ -28,6 +30,15 @@ nlohmann::json uncopied_json(const std::vector<UncopiedFile>& files) {
   return list;
 }
 
+/// What the operator should know of a backup that is whole.
+std::vector<std::string> backup_warnings(const BackupSummary& summary) {
+  if (!summary.on_same_disk) return {};
+  return {
+      "the backup is on the file system of the data folder: it protects from a damaged catalog, not from a dead disk; "
+      "back "
+      "up to another disk as well"};
+}
+
 nlohmann::json backup_document(const std::string& folder, const BackupSummary& summary) {
   return {{"folder", folder},
           {"ok", summary.damaged.empty()},
@@ -37,7 +48,8 @@ nlohmann::json backup_document(const std::string& folder, const BackupSummary& s
           {"copied_bytes", summary.copied_bytes},
           {"kept", summary.kept},
           {"still_open", uncopied_json(summary.still_open)},
-          {"damaged", uncopied_json(summary.damaged)}};
+          {"damaged", uncopied_json(summary.damaged)},
+          {"warnings", backup_warnings(summary)}};
 }
 
 std::string backup_text(const std::string& folder, const BackupSummary& summary) {
@@ -70,6 +82,7 @@ base::Status BackupCommand::run_with(db::Catalog& catalog, Output& output) {
   } else {
     output.print(backup_text(folder, *summary));
   }
+  for (const std::string& warning : backup_warnings(*summary)) output.note("warning: " + warning);
   // Last, and no failure: a backup is made where the disk is full as well.
   if (!catalog.read_only()) {
     const std::string what = fmt::format("{} events, {} run files new, {} damaged", summary->events.events,

@@ -161,17 +161,34 @@ std::string face_text(const json& unit) {
   return fmt::format("{} is up, need {}", member_text(attitude, "up"), member_text(attitude, "expected"));
 }
 
+/// What the unit does; of one that was dropped that does not count.
+std::string unit_state_text(const json& unit) {
+  const bool dropped = unit.value("dropped", json()).is_string();
+  return dropped ? fmt::format("dropped ({})", member_text(unit, "state")) : member_text(unit, "state");
+}
+
+/// Why units are not recorded, a line each.
+std::string dropped_lines(const json& units) {
+  std::string lines;
+  for (const json& unit : units) {
+    if (!unit.value("dropped", json()).is_string()) continue;
+    lines += fmt::format("{} is dropped, not recorded in this run: {}\n", member_text(unit, "serial"),
+                         member_text(unit, "dropped"));
+  }
+  return lines;
+}
+
 std::string unit_table(const json& units) {
   if (units.empty()) return {};
   std::vector<std::vector<std::string>> rows = {
       {"slot", "unit", "state", "°C", "K/min", "±", "stable", "position", "samples", "lost"}};
   for (const json& unit : units) {
-    rows.push_back({member_text(unit, "slot"), member_text(unit, "serial"), member_text(unit, "state"),
+    rows.push_back({member_text(unit, "slot"), member_text(unit, "serial"), unit_state_text(unit),
                     member_number(unit, "temp_c", 2), member_number(unit, "slope_kpmin", 3),
                     member_number(unit, "slope_half_width_kpmin", 3), unit.at("stable").get<bool>() ? "yes" : "no",
                     face_text(unit), member_number(unit, "samples", 0), member_number(unit, "lost", 0)});
   }
-  return "\n" + text_table(rows);
+  return "\n" + text_table(rows) + dropped_lines(units);
 }
 
 /// What `soak campaign status` prints of a status document.

@@ -57,6 +57,14 @@ std::optional<StationConfig> read_config(const std::string& file, std::vector<Do
   return std::nullopt;
 }
 
+/// Whether the folder may be that of a station before its first start: the configuration names it, nothing is in it.
+bool may_be_new(const DoctorCommand& command, const std::optional<StationConfig>& config,
+                const std::filesystem::path& folder) {
+  std::error_code failure;
+  const bool is_there = std::filesystem::exists(folder, failure);
+  return config && command.data.empty() && (!is_there || std::filesystem::is_empty(folder, failure));
+}
+
 base::Result<std::vector<DoctorCheck>> all_checks(const DoctorCommand& command) {
   std::vector<DoctorCheck> checks;
   const auto config = read_config(command.config, checks);
@@ -70,7 +78,7 @@ base::Result<std::vector<DoctorCheck>> all_checks(const DoctorCommand& command) 
   checks.push_back(check_disk_space(*folder));
   std::error_code ignored;
   if (!std::filesystem::exists(*folder / "station.db", ignored)) {
-    checks.push_back({"database", CheckOutcome::ok, fmt::format("not created yet in {}", folder->string()), {}});
+    checks.push_back(missing_catalog(*folder, may_be_new(command, config, *folder)));
     checks.push_back(check_clock(nullptr, now_utc_s()));
     return checks;
   }

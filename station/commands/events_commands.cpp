@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
-#include <ctime>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
+#include <string_view>
 #include <utility>
 
+#include "base/text.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
 
@@ -49,6 +53,7 @@ bool is_asked_for(const db::EventRow& event, const EventsList& command) {
 nlohmann::json event_json(const db::EventRow& event) {
   return {{"number", event.number},
           {"utc_s", event.utc_s},
+          {"utc", base::utc_text(event.utc_s)},
           {"kind", event.kind},
           {"subject", event.subject},
           {"user", event.user.empty() ? nlohmann::json() : nlohmann::json(event.user)},
@@ -56,18 +61,61 @@ nlohmann::json event_json(const db::EventRow& event) {
           {"chain_sha256", event.chain_sha256}};
 }
 
-/// "2027-03-01 12:34:56" in UTC.
-std::string utc_text(double utc_s) {
-  const auto seconds = static_cast<std::time_t>(utc_s);
-  std::tm parts{};
-  if (::gmtime_r(&seconds, &parts) == nullptr) return fmt::format("{:.0f}", utc_s);
-  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}:{:02}", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday,
-                     parts.tm_hour, parts.tm_min, parts.tm_sec);
+/// Kinds of all events that programs of this version enter.
+constexpr std::array<std::string_view, 39> kKnownKinds = {"alarm",
+                                                          "backup_made",
+                                                          "calibration_exported",
+                                                          "campaign",
+                                                          "campaign_aborted",
+                                                          "campaign_begun",
+                                                          "campaign_failed",
+                                                          "campaign_finished",
+                                                          "campaign_interrupted",
+                                                          "campaign_paused",
+                                                          "campaign_running",
+                                                          "chamber",
+                                                          "check_standard",
+                                                          "check_standard_added",
+                                                          "check_standard_ended",
+                                                          "device",
+                                                          "epoch_begun",
+                                                          "gap_accepted",
+                                                          "gap_withdrawn",
+                                                          "model_added",
+                                                          "noise_exported",
+                                                          "nothing_to_void",
+                                                          "position",
+                                                          "power",
+                                                          "prompt",
+                                                          "reference",
+                                                          "reference_added",
+                                                          "reference_retired",
+                                                          "reference_waived",
+                                                          "reference_withdrawn",
+                                                          "run",
+                                                          "run_added",
+                                                          "run_warning",
+                                                          "samples_dropped",
+                                                          "segment",
+                                                          "step",
+                                                          "storage",
+                                                          "unit",
+                                                          "voided"};
+
+/// A kind that no event ever has is a mistyped one. What older or newer versions have entered is in the log itself.
+base::Status check_event_kind(const std::optional<std::string>& kind, const std::vector<db::EventRow>& events) {
+  if (!kind) return {};
+  std::set<std::string_view> kinds(kKnownKinds.begin(), kKnownKinds.end());
+  for (const db::EventRow& event : events) kinds.insert(event.kind);
+  if (kinds.contains(*kind)) return {};
+  return base::bad_input(fmt::format("there are no events of kind '{}'; kinds are {}", *kind, fmt::join(kinds, ", ")),
+                         "--kind");
 }
 
 base::Status EventsList::run_with(db::Catalog& catalog, Output& output) {
   auto events = catalog.events();
   if (!events) return base::forward_error(events);
+  if (auto known = check_event_kind(kind, *events); !known) return known;
   std::erase_if(*events, [&](const db::EventRow& event) { return !is_asked_for(event, *this); });
   const std::size_t shown = std::min(last.value_or(events->size()), events->size());
   events->erase(events->begin(), events->end() - static_cast<std::ptrdiff_t>(shown));
@@ -79,7 +127,7 @@ base::Status EventsList::run_with(db::Catalog& catalog, Output& output) {
   std::vector<std::vector<std::string>> rows = {{"number", "utc", "kind", "subject", "user", "text"}};
   for (const db::EventRow& event : *events) {
     rows.push_back(
-        {std::to_string(event.number), utc_text(event.utc_s), event.kind, event.subject, event.user, event.text});
+        {std::to_string(event.number), base::utc_text(event.utc_s), event.kind, event.subject, event.user, event.text});
   }
   output.print(text_table(rows));
   return {};

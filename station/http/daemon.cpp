@@ -95,10 +95,10 @@ base::Status run_daemon(const DaemonOptions& options) {
   std::cout << page << std::endl;
   signals.stop_with(**engine, manager);
   manager.ready(serving);
-  (*engine)->run([&manager] { manager.still_alive(); });
+  auto ended = (*engine)->run([&manager] { manager.still_alive(); });
   signals.release();
   server.stop();
-  return {};
+  return ended;
 }
 
 }  // namespace soak::station

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -99,6 +100,13 @@ base::Result<std::optional<std::string>> copy_run_file(const fs::path& from, con
   return fmt::format("damaged at the station: its SHA-256 is {}, the catalog says {}", found->sha256, sha256);
 }
 
+/// False where that cannot be known.
+bool are_on_same_file_system(const fs::path& one, const fs::path& other) {
+  struct stat of_one{};
+  struct stat of_other{};
+  return ::stat(one.c_str(), &of_one) == 0 && ::stat(other.c_str(), &of_other) == 0 && of_one.st_dev == of_other.st_dev;
+}
+
 class Backup {
  public:
   Backup(const db::Catalog& catalog, fs::path folder, const std::function<bool(double)>& progress)
@@ -108,6 +116,7 @@ class Backup {
     if (auto free = check_folder(); !free) return base::forward_error(free);
     if (auto earlier = check_earlier_backup(); !earlier) return base::forward_error(earlier);
     if (auto made = db::create_folders_durably(folder_ / "runs"); !made) return base::forward_error(made);
+    summary_.on_same_disk = are_on_same_file_system(folder_ / "runs", catalog_.data_folder() / "runs");
     const auto lock = FolderLock::take(folder_ / "backup.lock", "soak backup");
     if (!lock) return base::forward_error(lock);
     if (auto copied = copy_catalog(); !copied) return base::forward_error(copied);

@@ -25,6 +25,7 @@ struct BackupSummary {
   std::vector<std::string> copied;       ///< run files that are new in the backup
   std::vector<std::string> kept;         ///< run files that it had already, read again and found whole
   std::uint64_t copied_bytes = 0;        ///< of run files
+  bool on_same_disk = false;             ///< on the file system of the data folder: of no use when the disk dies
   std::vector<UncopiedFile> still_open;  ///< not sealed, or not in the catalog yet: the next backup takes them
   std::vector<UncopiedFile> damaged;  ///< missing or changed at the station, or another file of that name in the backup
 };

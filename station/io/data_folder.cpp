@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -18,6 +19,13 @@ namespace {
 std::string environment(const char* name) {
   const char* value = std::getenv(name);
   return value != nullptr ? value : "";
+}
+
+/// Device and inode; nothing where nothing is there.
+std::optional<std::pair<std::uint64_t, std::uint64_t>> node_of(const std::filesystem::path& path) {
+  struct stat found{};
+  if (::stat(path.c_str(), &found) != 0) return std::nullopt;
+  return std::pair<std::uint64_t, std::uint64_t>{found.st_dev, found.st_ino};
 }
 
 /// What the process that holds the lock file has written into it: its number, a line end, its address.
@@ -87,6 +95,20 @@ base::Result<db::UnitRow> find_unit(const db::Catalog& catalog, const std::strin
   if (*unit) return **std::move(unit);
   return base::bad_input(fmt::format("unknown unit '{}': 'soak unit list' shows all", serial),
                          catalog.data_folder().string());
+}
+
+OpenedFolder::OpenedFolder(const std::filesystem::path& folder) {
+  for (const auto& path : {folder, folder / "runs", folder / "station.db"}) places_.push_back({path, node_of(path)});
+}
+
+std::string OpenedFolder::trouble() const {
+  for (const Place& place : places_) {
+    const auto node = node_of(place.path);
+    if (node && node == place.node) continue;
+    return fmt::format("the data folder is not the one that was opened: {} {} (unmounted, deleted or replaced?)",
+                       place.path.string(), node ? "is another one" : "is gone");
+  }
+  return {};
 }
 
 base::Result<FolderLock> FolderLock::take(const std::filesystem::path& file, std::string_view what) {

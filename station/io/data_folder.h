@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/file_descriptor.h"
 #include "base/result.h"
@@ -29,6 +31,23 @@ namespace soak::station {
 
 /// The unit with that serial number; fails (bad_input) if there is none.
 [[nodiscard]] base::Result<db::UnitRow> find_unit(const db::Catalog& catalog, const std::string& serial);
+
+/// A data folder that a program has open: whether what is there now is still that. Files of a folder that was
+/// unmounted, deleted or replaced can be written to all the same, and nobody finds again what is in them.
+class OpenedFolder {
+ public:
+  /// Remembers what is there now: the folder, `runs` in it, and the catalog.
+  explicit OpenedFolder(const std::filesystem::path& folder);
+  /// What is gone or is another one now; empty where nothing is.
+  [[nodiscard]] std::string trouble() const;
+
+ private:
+  struct Place {
+    std::filesystem::path path;
+    std::optional<std::pair<std::uint64_t, std::uint64_t>> node;  ///< device and inode; nothing where none was there
+  };
+  std::vector<Place> places_;
+};
 
 /// Keeps a second process of the same kind out of a folder. The operating system lets go of it when the process ends,
 /// however that happens; the file itself stays.

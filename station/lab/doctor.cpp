@@ -160,6 +160,20 @@ DoctorCheck check_disk_space(const fs::path& folder) {
   return good(kSubject, text);
 }
 
+DoctorCheck missing_catalog(const fs::path& folder, bool is_new) {
+  constexpr const char* kSubject = "database";
+  const std::string text = fmt::format("there is no catalog (station.db) in {}", folder.string());
+  if (!is_new) {
+    return failed(kSubject, text + ": it is no data folder of Soak, or its disk is not mounted",
+                  base::ErrorKind::bad_input);
+  }
+  return {
+      kSubject,
+      CheckOutcome::warning,
+      text + ": soakd makes it when it is started for the first time; if there was one, look that its disk is mounted",
+      {}};
+}
+
 DoctorCheck check_database(const base::Result<db::Catalog>& catalog) {
   constexpr const char* kSubject = "database";
   const auto told = [&](const base::Error& error) {

@@ -34,6 +34,10 @@ struct DoctorCheck {
 /// Whether the folder can be written to, and the space that is left there.
 [[nodiscard]] DoctorCheck check_disk_space(const std::filesystem::path& folder);
 
+/// Of a folder without a catalog. `is_new`: it may be that of a station that was never started, so that this is a
+/// warning; else (bad_input) it is no data folder.
+[[nodiscard]] DoctorCheck missing_catalog(const std::filesystem::path& folder, bool is_new);
+
 /// SQLite's integrity check and foreign keys.
 [[nodiscard]] DoctorCheck check_database(const base::Result<db::Catalog>& catalog);
 

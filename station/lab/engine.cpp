@@ -51,6 +51,7 @@ std::unique_ptr<StepTask> make_task(const Plan& plan, const Step& step) {
 Engine::Engine(const StationConfig& config, db::Catalog& catalog, std::unique_ptr<Journal> journal)
     : config_(config),
       catalog_(catalog),
+      data_folder_(catalog.data_folder()),
       journal_(std::move(journal)),
       notes_(note_path(catalog)),
       log_(*journal_),
@@ -136,7 +137,8 @@ void Engine::make_units(const CheckedStart& checked) {
 
 // --- the loop ---------------------------------------------------------------------------------------------------
 
-void Engine::run(const std::function<void()>& turned) {
+base::Status Engine::run(const std::function<void()>& turned) {
+  base::Status ended;
   while (true) {
     wait();
     heed_watch();  // before a command: what has tripped is not switched on once more
@@ -147,6 +149,9 @@ void Engine::run(const std::function<void()>& turned) {
     if (!stop_requested_) continue;
     end_campaign(CampaignState::interrupted, "soakd was asked to stop");
     if (state_ != CampaignState::stopping) break;
+    if (!safe_end_ || !safe_end_->is_silent_for_good(*station_)) continue;
+    ended = leave_silent_chamber();
+    break;
   }
   const auto longest = steady_clock::now() + kLongestGoodbye;
   const auto all_is_written = [&] {
@@ -159,6 +164,15 @@ void Engine::run(const std::function<void()>& turned) {
   for (const auto& unit : station_->units) unit->close();
   stopped_ = true;
   run_commands();
+  return ended;
+}
+
+base::Status Engine::leave_silent_chamber() {
+  const std::string text = "soakd ends, and the chamber was not confirmed safe: it has not answered for two hours (" +
+                           station_->chamber.trouble() + "). Go to the chamber, and switch it off by hand";
+  log_.add("alarm", "chamber", text);
+  if (const auto flushed = station_->flush(); !flushed) log_.add("run", station_->run_id(), flushed.error().message);
+  return base::fail(base::ErrorKind::device, text, chamber_->description());
 }
 
 void Engine::stop() {
@@ -191,6 +205,7 @@ void Engine::cycle() {
     // Nobody looks for room any more: what cannot be written must not pile up.
     if (state_ == CampaignState::stopping) station_->hold_recording(true);
   }
+  watch_data_folder();
   if (is_under_way(state_)) {
     record_history();
     watch_alarms();

@@ -18,6 +18,7 @@
 #include "base/result.h"
 #include "db/catalog/catalog.h"
 #include "station/config/station_config.h"
+#include "station/io/data_folder.h"
 #include "station/lab/campaign_log.h"
 #include "station/lab/campaign_note.h"
 #include "station/lab/campaign_queue.h"
@@ -44,8 +45,10 @@ class Engine : public StationService {
   [[nodiscard]] static base::Result<std::unique_ptr<Engine>> make(const StationConfig& config, db::Catalog& catalog);
   ~Engine() override;
 
-  /// Works until stop(). `turned`: called after each turn of the loop, some 50 times a second.
-  void run(const std::function<void()>& turned = [] {});
+  /// Works until stop(). `turned`: called after each turn of the loop, some 50 times a second. Fails (device) where the
+  /// chamber was not safe in the end because it had not answered for two hours (SafeEnd::is_silent_for_good()); the
+  /// campaign then is open for the next soakd to take over.
+  [[nodiscard]] base::Status run(const std::function<void()>& turned = [] {});
   /// Asks for the way to the safe state and the end of run(): what SIGTERM does.
   void stop();
   /// Whether run() has come to its end.
@@ -71,6 +74,8 @@ class Engine : public StationService {
   /// Process time before a campaign begins or goes on by itself, for people to see it and to stop it; and between
   /// tries.
   static constexpr double kGrace_s = 300.0;
+  static constexpr std::string_view kNothingLeft =
+      "all units of this run were dropped: no unit is left, and nothing to record";
 
   Engine(const StationConfig& config, db::Catalog& catalog, std::unique_ptr<Journal> journal);
   [[nodiscard]] base::Status make_devices();
@@ -127,7 +132,11 @@ class Engine : public StationService {
   /// Heating and cooling must stop, now and on the way to the safe state.
   void switch_off_chamber(const std::string& why);
   void follow_safe_end();
+  /// Keeps what was recorded, and says that somebody must look after the chamber.
+  [[nodiscard]] base::Status leave_silent_chamber();
   void watch_set_point();
+  /// Notices a data folder that was unmounted, deleted or replaced: what is written from then on nobody finds again.
+  void watch_data_folder();
   /// Suspends the campaign where it cannot be carried on, and goes on with it once it can.
   void watch_conditions();
   /// A short silence of the chamber: nothing begins meanwhile.
@@ -137,6 +146,8 @@ class Engine : public StationService {
   /// Whether the air is, in this step, on its way or where people let it go: they turn the fixture at the open door.
   [[nodiscard]] bool air_may_leave(const Step& step) const;
   void follow_air();
+  /// Whether all units of the open run were dropped.
+  [[nodiscard]] bool nothing_is_left_to_record() const;
   [[nodiscard]] bool ends_without_plateau() const;
   [[nodiscard]] std::vector<StationConditions::Supply> supplies() const;
   /// Whether the present step leads to the safe state, for which nothing but the chamber is needed.
@@ -210,6 +221,9 @@ class Engine : public StationService {
 
   const StationConfig& config_;
   db::Catalog& catalog_;
+  const OpenedFolder data_folder_;
+  std::string folder_trouble_;
+  std::chrono::steady_clock::time_point next_folder_look_{};
   std::unique_ptr<Journal> journal_;
   CampaignNoteKeeper notes_;  ///< before the chamber's watch, which withdraws them
   EventLog log_;

@@ -126,6 +126,10 @@ base::Status Engine::ready_for_start() const {
     return wrong_state(
         fmt::format("campaign '{}' is {}: wait for its end or abort it", station_->campaign.name, name_of(state_)));
   }
+  if (const std::string trouble = data_folder_.trouble(); !trouble.empty()) {
+    return base::fail(base::ErrorKind::internal, trouble + ": bring it back, or start soakd again",
+                      catalog_.data_folder().string());
+  }
   // The catalog is used directly from here on: what came before must be in it.
   if (!journal_->wait_until_written(kJournalIsWritten)) {
     return wrong_state("the journal cannot be written: " + journal_->standing().trouble);

@@ -98,6 +98,7 @@ json unit_part(const Station& station, const UnitChannel& unit) {
           {"serial", unit.serial()},
           {"type", unit.type().name},
           {"state", imu_state_name(unit.imu().state())},
+          {"dropped", null_if_empty(unit.dropped())},
           {"powered", streaming ? json(true) : json()},
           {"supply_v", number_or_null(supply.voltage_v)},
           {"supply_a", number_or_null(supply.current_a)},
@@ -138,6 +139,7 @@ json Engine::status_document() const {
           {"suspension", suspension_document()},
           {"ending", ending_document()},
           {"journal", journal_part(journal_->standing())},
+          {"data", {{"folder", catalog_.data_folder().string()}, {"trouble", null_if_empty(folder_trouble_)}}},
           {"prompt", prompt ? json{{"id", prompt->id}, {"text", prompt->text}} : json()},
           {"chamber", chamber_part(*station_)},
           {"fixture", fixture_part(*station_)},
@@ -202,12 +204,14 @@ std::string_view Engine::shown_state() const {
 bool Engine::waits_for_journal() const { return ticket_ && journal_->standing().behind_s > kJournalLate_s; }
 
 std::string Engine::shown_reason() const {
+  std::string reason = reason_of_state();
+  const auto add = [&](const std::string& text) { reason += (reason.empty() ? "" : "; ") + text; };
+  // A campaign that waits for the folder says so anyway.
+  if (!folder_trouble_.empty() && state_ != CampaignState::suspended) add(folder_trouble_);
   if (const std::string trouble = notes_.trouble(); !trouble.empty()) {
-    return fmt::format(
-        "{}; what soakd is to know of it after a restart cannot be noted, then look after the chamber: {}",
-        reason_of_state(), trouble);
+    add("what soakd is to know of it after a restart cannot be noted, then look after the chamber: " + trouble);
   }
-  return reason_of_state();
+  return reason;
 }
 
 std::string Engine::reason_of_state() const {

@@ -57,10 +57,7 @@ void Engine::forget_end_of_step() {
 
 void Engine::advance() {
   if (!ended_) {
-    if (station_->run_is_open() && station_->active_units().empty()) {
-      end_campaign(CampaignState::failed, "no unit is left in this run");
-      return;
-    }
+    if (nothing_is_left_to_record()) return end_campaign(CampaignState::failed, std::string(kNothingLeft));
     const StepProgress progress = task_->poll(*station_);
     if (progress.state == StepState::running) return;
     if (progress.state == StepState::failed) return step_failed(progress);

@@ -135,10 +135,16 @@ void Engine::watch_conditions() {
   const bool waits = must_wait();
   if (waits && state_ == CampaignState::running) suspend();
   if (state_ != CampaignState::suspended) return;
+  // What it waits for brings no unit back in this run.
+  if (nothing_is_left_to_record()) {
+    return end_campaign(CampaignState::failed, fmt::format("{}; it had waited: {}", kNothingLeft, suspenders_.text()));
+  }
   const bool air_moved = air_off_k().value_or(0.0) > kAirMoved_k;
   if (air_moved || suspenders_.spoil_visit()) void_visit(suspenders_.text());
   if (!waits) go_on();
 }
+
+bool Engine::nothing_is_left_to_record() const { return station_->run_is_open() && station_->active_units().empty(); }
 
 bool Engine::makes_safe() const {
   const Plan& plan = station_->campaign.plan;
@@ -161,7 +167,7 @@ StationConditions Engine::conditions() const {
   conditions.chamber_trouble = station_->chamber.trouble();
   if (!ends_without_plateau()) conditions.air_off_k = air_off_k();
   conditions.disk_free_bytes = disk_free_bytes_;
-  conditions.storage_error = storage_error_;
+  conditions.storage_error = folder_trouble_.empty() ? storage_error_ : folder_trouble_;
   conditions.catalog_error = step_error_;
   conditions.supplies = supplies();
   return conditions;
@@ -208,6 +214,17 @@ void Engine::follow_air() {
   if (!reading || step_ >= plan.steps.size() || air_may_leave(plan.steps[step_])) return;
   const Step& step = plan.steps[step_];
   if (step.visit >= 0 && std::abs(reading->air_c - step.temp_c) <= kAirArrived_k) air_has_arrived_ = true;
+}
+
+void Engine::watch_data_folder() {
+  const auto now = steady_clock::now();
+  if (now < next_folder_look_) return;
+  next_folder_look_ = now + kDiskInterval;
+  std::string trouble = data_folder_.trouble();
+  if (trouble == folder_trouble_) return;
+  folder_trouble_ = std::move(trouble);
+  log_.add("storage", catalog_.data_folder().string(),
+           folder_trouble_.empty() ? "the data folder is there again" : folder_trouble_);
 }
 
 void Engine::probe_storage() {

@@ -265,9 +265,10 @@ class PowerOn : public StepTask {
   }
 
   void leave_out(Station& station, UnitChannel& unit) const {
-    station.log.add("unit", unit.serial(), fmt::format("left out of {}: {}", run_.label, finding(station, unit)));
+    const std::string why = finding(station, unit);
+    station.log.add("unit", unit.serial(), fmt::format("left out of {}: {}", run_.label, why));
     station.campaign.missing_units.push_back(fmt::format("{} in {}", unit.serial(), run_.label));
-    unit.end_run();
+    unit.drop(why);
   }
 
   /// A unit has proved that it restarted if its own count of power-ons rose, or if it was never heard before and its

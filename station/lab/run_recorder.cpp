@@ -28,6 +28,8 @@ constexpr std::string_view kLostRunReason = "soakd ended in mid-run";
 /// Events by which a run file tells of its attempts; their text is JSON.
 constexpr std::string_view kRejected = "rejected";
 constexpr std::string_view kAccepted = "recorded";
+/// The event by which a sealed file tells how its run ended (docs/file-formats.md).
+constexpr std::string_view kEnded = "ended";
 constexpr std::string_view kUnknownUnitType = "generic";
 constexpr double kLossEvent_s = 60.0;  ///< device time that one event of lost packets tells of, at most
 
@@ -91,6 +93,39 @@ std::string attempt_text(const std::string& unit, const std::optional<std::pair<
   return text.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
+std::string ended_text(const RunEnd& end, const std::vector<RecordedUnit>& units) {
+  nlohmann::json types = nlohmann::json::object();
+  for (const RecordedUnit& unit : units) types[unit.serial] = unit.type;
+  const nlohmann::json text = {{"cut_short", end.void_reason ? nlohmann::json(*end.void_reason) : nlohmann::json()},
+                               {"units_cut_short", end.void_units},
+                               {"keeps_parts", end.keeps_parts},
+                               {"types", std::move(types)}};
+  return text.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+/// What a run file tells of its run's end.
+struct ToldEnd {
+  RunEnd end;
+  std::map<std::string, std::string> types;  ///< of its units, by serial number
+};
+
+/// Nothing of a file that was never sealed by who recorded it, and of those of versions that did not write it.
+std::optional<ToldEnd> told_end(const std::vector<db::RunEvent>& events) {
+  const auto found = std::ranges::find(events, kEnded, &db::RunEvent::kind);
+  if (found == events.end()) return std::nullopt;
+  try {
+    const auto text = nlohmann::json::parse(found->text);
+    ToldEnd told;
+    if (const auto& reason = text.at("cut_short"); !reason.is_null()) told.end.void_reason = reason;
+    text.at("units_cut_short").get_to(told.end.void_units);
+    text.at("keeps_parts").get_to(told.end.keeps_parts);
+    text.at("types").get_to(told.types);
+    return told;
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+}
+
 /// Device time of a unit's last row; nothing where it has none.
 base::Result<std::optional<double>> last_time_s(const db::RunFileReader& file, const std::string& unit) {
   const auto stream = find_stream(file, kImuStream, unit);
@@ -101,27 +136,32 @@ base::Result<std::optional<double>> last_time_s(const db::RunFileReader& file, c
   return db::values_of(*last, channel.scale, channel.offset).front();
 }
 
-/// What a run file itself says of the attempts in it: the rejected ones, and of each unit the last one where it ends
-/// with the file and was never accepted.
-base::Result<std::vector<Withdrawal>> withdrawals_in(const std::filesystem::path& path,
-                                                     const std::vector<std::string>& units) {
-  const auto file = db::RunFileReader::open(path);
-  if (!file) return base::forward_error(file);
-  const auto events = file->events();
-  if (!events) return base::forward_error(events);
+/// The attempts that a run file itself calls rejected.
+std::vector<Withdrawal> rejected_in(const std::vector<db::RunEvent>& events) {
   std::vector<Withdrawal> withdrawals;
-  std::map<std::string, double> accepted_to_s;
-  for (const db::RunEvent& event : *events) {
-    if (event.kind != kRejected && event.kind != kAccepted) continue;
+  for (const db::RunEvent& event : events) {
+    if (event.kind != kRejected) continue;
     const auto text = nlohmann::json::parse(event.text, nullptr, false);
-    if (!text.is_object()) continue;
-    const std::string unit = text.value("unit", "");
-    if (event.kind == kAccepted) accepted_to_s[unit] = text.value("to_s", 0.0);
-    if (event.kind == kAccepted || !text.contains("to_s")) continue;
-    withdrawals.push_back({unit, {{text.value("from_s", 0.0), text.value("to_s", 0.0)}}, text.value("reason", "")});
+    if (!text.is_object() || !text.contains("to_s")) continue;
+    withdrawals.push_back(
+        {text.value("unit", ""), {{text.value("from_s", 0.0), text.value("to_s", 0.0)}}, text.value("reason", "")});
   }
+  return withdrawals;
+}
+
+/// Of each unit the last attempt, where it ends with the file and was never accepted.
+base::Result<std::vector<Withdrawal>> under_way_in(const db::RunFileReader& file,
+                                                   const std::vector<db::RunEvent>& events,
+                                                   const std::vector<std::string>& units) {
+  std::map<std::string, double> accepted_to_s;
+  for (const db::RunEvent& event : events) {
+    if (event.kind != kAccepted) continue;
+    const auto text = nlohmann::json::parse(event.text, nullptr, false);
+    if (text.is_object()) accepted_to_s[text.value("unit", "")] = text.value("to_s", 0.0);
+  }
+  std::vector<Withdrawal> withdrawals;
   for (const std::string& unit : units) {
-    const auto last_s = last_time_s(*file, unit);
+    const auto last_s = last_time_s(file, unit);
     if (!last_s) return base::forward_error(last_s);
     if (!*last_s) continue;
     const auto accepted = accepted_to_s.find(unit);
@@ -143,20 +183,43 @@ bool keeps_lost_part(const db::Catalog& catalog, const db::RunInfo& info, const 
   return !procedure || procedure->on_break == BreakOutcome::resume;
 }
 
+/// What becomes of a run whose file is sealed, by what that says. Its units' types are read from there, too: a catalog
+/// that was restored may not know them.
+base::Status judge_lost_run(const db::Catalog& catalog, const db::OrphanRunFile& orphan,
+                            const std::string& aborted_campaign, SealedRun& run) {
+  const auto file = db::RunFileReader::open(orphan.path);
+  if (!file) return base::forward_error(file);
+  const auto events = file->events();
+  if (!events) return base::forward_error(events);
+  run.withdrawals = rejected_in(*events);
+  const auto told = told_end(*events);
+  for (const std::string& serial : orphan.units) {
+    const bool known = told && told->types.contains(serial);
+    run.units.push_back({serial, known ? told->types.at(serial) : std::string(kUnknownUnitType)});
+  }
+  if (told) {
+    run.void_reason = told->end.void_reason;
+    run.void_units = told->end.void_units;
+    run.keeps_parts = told->end.keeps_parts;
+    return {};
+  }
+  const auto under_way = under_way_in(*file, *events, orphan.units);
+  if (!under_way) return base::forward_error(under_way);
+  run.withdrawals.insert(run.withdrawals.end(), under_way->begin(), under_way->end());
+  run.void_reason = kLostRunReason;
+  run.keeps_parts = keeps_lost_part(catalog, *orphan.info, aborted_campaign);
+  return {};
+}
+
 /// Number of units whose samples were entered; 0 where the file holds none.
 base::Result<std::size_t> enter_lost_run(db::Catalog& catalog, const db::OrphanRunFile& orphan,
                                          const std::string& aborted_campaign) {
   auto sha256 = db::RunFileWriter::seal_interrupted(orphan.path, kLostRunReason);
   if (!sha256) return base::forward_error(sha256);
-  auto withdrawals = withdrawals_in(orphan.path, orphan.units);
-  if (!withdrawals) return base::forward_error(withdrawals);
   SealedRun run;
   run.path = orphan.path;
   run.sha256 = *std::move(sha256);
-  run.void_reason = kLostRunReason;
-  run.withdrawals = *std::move(withdrawals);
-  run.keeps_parts = keeps_lost_part(catalog, *orphan.info, aborted_campaign);
-  for (const std::string& serial : orphan.units) run.units.push_back({serial, std::string(kUnknownUnitType)});
+  if (auto judged = judge_lost_run(catalog, orphan, aborted_campaign, run); !judged) return base::forward_error(judged);
   const auto rows = enter_run(catalog, run);
   if (!rows) return base::forward_error(rows);
   return rows->size();
@@ -354,27 +417,36 @@ std::size_t RunRecorder::withdraw_visit(std::size_t unit, int visit, const std::
 
 // --- the end ----------------------------------------------------------------------------------------------------
 
-base::Status RunRecorder::seal() {
+base::Status RunRecorder::seal(const RunEnd& end) {
   if (!sealed_.sha256.empty()) return {};
   double last_t_s = std::max(last_chamber_t_s_, 0.0);
   for (UnitStream& unit : units_) {
     last_t_s = std::max(last_t_s, unit.last_t_s);
     if (auto written = write_loss(unit); !written) return written;
   }
-  for (const UnitStream& unit : units_) {
-    if (unit.rows > 0 || noted_silence_) continue;
-    auto noted = file_.add_event(last_t_s, "no_samples", fmt::format("unit {} sent no sample", unit.unit.serial));
-    if (!noted) return noted;
+  if (!noted_end_) {
+    if (auto noted = note_end(last_t_s, end); !noted) return noted;
   }
-  noted_silence_ = true;
+  noted_end_ = true;
   auto sha256 = file_.seal();
   if (!sha256) return base::forward_error(sha256);
   sealed_.sha256 = *std::move(sha256);
   return {};
 }
 
+/// What the catalog is told of the run's end stands in the file as well: the catalog may be lost, or restored to a
+/// state from before the run.
+base::Status RunRecorder::note_end(double t_s, const RunEnd& end) {
+  for (const UnitStream& unit : units_) {
+    if (unit.rows > 0) continue;
+    auto noted = file_.add_event(t_s, "no_samples", fmt::format("unit {} sent no sample", unit.unit.serial));
+    if (!noted) return noted;
+  }
+  return file_.add_event(t_s, kEnded, ended_text(end, sealed_.units));
+}
+
 base::Result<std::vector<db::RunRow>> RunRecorder::finish(db::Catalog& catalog, const RunEnd& end) {
-  if (const auto sealed = seal(); !sealed) return base::forward_error(sealed);
+  if (const auto sealed = seal(end); !sealed) return base::forward_error(sealed);
   sealed_.void_reason = end.void_reason;
   sealed_.void_units = end.void_units;
   sealed_.keeps_parts = end.keeps_parts;

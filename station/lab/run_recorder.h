@@ -138,7 +138,8 @@ class RunRecorder {
   [[nodiscard]] base::Status note_losses(UnitStream& unit, std::span<const hal::ImuSample> samples, bool same_stretch);
   [[nodiscard]] base::Status write_loss(UnitStream& unit);
   [[nodiscard]] base::Status note_position(UnitStream& unit, const std::string& label, double t_s);
-  [[nodiscard]] base::Status seal();
+  [[nodiscard]] base::Status seal(const RunEnd& end);
+  [[nodiscard]] base::Status note_end(double t_s, const RunEnd& end);
   /// Withdraws an attempt, in the file and for finish().
   void withdraw(const UnitStream& rows, const std::optional<Attempt>& attempt, std::string reason);
 
@@ -147,7 +148,7 @@ class RunRecorder {
   db::RunInfo info_;
   SealedRun sealed_;  ///< `sha256` is empty while the file is open
   bool with_rates_;
-  bool noted_silence_ = false;  ///< the events of units without rows are in the file
+  bool noted_end_ = false;  ///< the events of its end are in the file
   std::vector<UnitStream> units_;
   std::vector<Accepted> accepted_;
   std::size_t chamber_stream_ = 0;
@@ -163,7 +164,8 @@ struct LostRun {
 /// Seals the run files that a killed soakd left open and enters them into the catalog with every row that was flushed,
 /// cut short: rejected segments and one that was under way are withdrawn. Voided are a pre-flight, a run without a
 /// complete segment, one of the campaign that was aborted, and one whose procedure says on_break = "repeat_run". The
-/// same is done with files that were sealed but not entered. A file that cannot be read is told of and left as it is;
+/// same is done with files that were sealed but not entered, or whose entry is gone with a catalog that was restored:
+/// one that says how its run ended is entered as that says. A file that cannot be read is told of and left as it is;
 /// one without samples is sealed, and stays outside the catalog.
 [[nodiscard]] base::Result<std::vector<LostRun>> enter_lost_runs(db::Catalog& catalog,
                                                                  const std::string& aborted_campaign);

@@ -6,6 +6,8 @@
 #include <system_error>
 #include <utility>
 
+#include "station/io/data_folder.h"
+
 namespace soak::station {
 namespace {
 
@@ -15,7 +17,8 @@ Result with_own_catalog(const std::filesystem::path& data_folder, const std::fun
                         const Work& work) {
   try {
     if (before_work) before_work();
-    auto catalog = db::Catalog::open(data_folder);
+    // A folder that has gone must not be made anew in its place.
+    auto catalog = open_existing_catalog(data_folder.string());
     if (!catalog) return base::forward_error(catalog);
     return work(*catalog);
   } catch (const std::exception& thrown) {

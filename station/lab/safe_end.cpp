@@ -218,6 +218,10 @@ SafeEnd::SafeEnd(std::string reason, double end_c, bool outputs_off, bool aborte
     : reason_(std::move(reason)), outputs_off_(outputs_off), aborted_(aborted), warm_up_(end_c) {}
 
 bool SafeEnd::poll(Station& station) {
+  if (!heard_ || !station.chamber.stale()) {
+    heard_ = steady_clock::now();
+    heard_s_ = station.now_s();
+  }
   // An alarm may come up on the way.
   for (const hal::ChamberAlarm& alarm : station.chamber.alarms()) {
     if (trouble_.empty()) trouble_ = "the chamber reports an alarm: " + alarm.name;
@@ -229,6 +233,11 @@ bool SafeEnd::poll(Station& station) {
   if (!run_is_sealed_) seal_run(station);
   if (!units_are_off_) units_are_off_ = units_are_off(station);
   return run_is_sealed_ && units_are_off_;
+}
+
+bool SafeEnd::is_silent_for_good(const Station& station) const {
+  return !chamber_is_safe_ && heard_ && station.now_s() - heard_s_ > kWarmUpReserve_s &&
+         steady_clock::now() - *heard_ > kUnreadable;
 }
 
 void SafeEnd::switch_off_at_once(Station& station, const std::string& why) {

@@ -84,6 +84,9 @@ class SafeEnd {
   [[nodiscard]] std::string text(const Station& station) const;
   /// Whether a person has to go to the chamber: it does not answer, or does not do what it is told.
   [[nodiscard]] bool needs_somebody(const Station& station) const;
+  /// Whether the chamber has not answered for so long that who only waits for it need not wait any more: for two hours
+  /// of process time, as the way to the safe state may take beyond its own length, and a minute of host time.
+  [[nodiscard]] bool is_silent_for_good(const Station& station) const;
   /// Heating and cooling must not go on, for this reason.
   void switch_off_at_once(Station& station, const std::string& why);
   /// Somebody has ended the campaign that was to be interrupted only.
@@ -105,6 +108,8 @@ class SafeEnd {
   bool aborted_;
   std::string trouble_;
   DewSafeWarmUp warm_up_;
+  std::optional<std::chrono::steady_clock::time_point> heard_;  ///< when the chamber answered last, or poll() began
+  double heard_s_ = 0.0;                                        ///< the same in process time
   bool chamber_is_safe_ = false;
   bool run_is_sealed_ = false;
   bool units_are_off_ = false;

@@ -21,6 +21,7 @@
 #include "station/import/slow_channel.h"
 #include "station/io/text.h"
 #include "station/lab/run_recorder.h"
+#include "station/lab/suspenders.h"
 #include "station/records/check_standard.h"
 
 namespace soak::station {
@@ -155,10 +156,20 @@ base::Status check_disk(const CheckedStart& checked, std::size_t first_step, con
   const double needed = estimated_bytes(plan.procedure.rate_hz, checked.units.size(), plan.remaining_s(first_step));
   std::error_code error;
   const auto space = std::filesystem::space(folder, error);
-  if (error || static_cast<double>(space.available) > needed) return {};
-  return base::bad_input(fmt::format("the campaign will write about {:.0f} MB, the disk has {:.0f} MB left",
-                                     needed * 1e-6, static_cast<double>(space.available) * 1e-6),
-                         folder.string());
+  if (error) return {};
+  const auto left = static_cast<double>(space.available);
+  if (left <= needed) {
+    return base::bad_input(
+        fmt::format("the campaign will write about {:.0f} MB, the disk has {:.0f} MB left", needed * 1e-6, left * 1e-6),
+        folder.string());
+  }
+  if (left >= Suspenders::kDiskEnough_bytes) return {};
+  return base::fail(
+      base::ErrorKind::internal,
+      fmt::format("the disk has {:.0f} MB left, a campaign needs {:.0f} MB to begin or go on; below {:.0f} "
+                  "MB it waits: make room",
+                  left * 1e-6, Suspenders::kDiskEnough_bytes * 1e-6, Suspenders::kDiskLow_bytes * 1e-6),
+      folder.string());
 }
 
 base::Status check_room(const CheckedStart& checked, std::size_t first_step, double room_c, double air_c) {

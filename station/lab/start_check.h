@@ -45,7 +45,8 @@ struct CheckedStart {
 /// are bad_input.
 [[nodiscard]] base::Status check_fixture(const CheckedStart& checked, const hal::Fixture* fixture);
 
-/// Whether the disk under `folder` holds what the plan will write from step `first_step` on.
+/// Whether the disk under `folder` holds what the plan will write from step `first_step` on (else bad_input), and as
+/// much as a campaign that waited for room needs to go on (else internal: the plan is not at fault).
 [[nodiscard]] base::Status check_disk(const CheckedStart& checked, std::size_t first_step,
                                       const std::filesystem::path& folder);
 

@@ -196,7 +196,7 @@ void Station::lose(UnitChannel& unit, const std::string& why) {
   close_capture(unit, "the unit was lost: " + why);
   lost_[unit.serial()] = "the unit was lost: " + why;
   if (recorder_) campaign.missing_units.push_back(fmt::format("{} in {}", unit.serial(), recorder_->info().label));
-  unit.end_run();
+  unit.drop(why);
 }
 
 void Station::expect_run() {

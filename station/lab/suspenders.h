@@ -58,6 +58,8 @@ class Suspenders {
  public:
   static constexpr double kSettle_s = 60.0;
   static constexpr int kMostSuspensions = 10;  ///< without progress between them
+  static constexpr double kDiskLow_bytes = 50e6;
+  static constexpr double kDiskEnough_bytes = 100e6;
 
   /// `give_up_s`: for which it waits at most without progress, over one suspension or many.
   explicit Suspenders(double give_up_s = 0.0) : give_up_s_(give_up_s) {}

@@ -98,8 +98,17 @@ class UnitChannel {
 
   /// The unit takes part in the present run: it is waited for and recorded.
   [[nodiscard]] bool active() const { return active_; }
-  void begin_run() { active_ = true; }
-  void end_run() { active_ = false; }
+  void begin_run() {
+    active_ = true;
+    dropped_.clear();
+  }
+  /// It has no part in the present run any more, or gets none, for this reason; the next run tries it again.
+  void drop(std::string why) {
+    active_ = false;
+    dropped_ = std::move(why);
+  }
+  /// Why it was dropped from the present run, or the last one; empty where it was not.
+  [[nodiscard]] const std::string& dropped() const { return dropped_; }
   /// For how long (host time) an active unit has not streamed.
   [[nodiscard]] double silent_s() const;
 
@@ -150,6 +159,7 @@ class UnitChannel {
   std::optional<double> first_sample_s_;
   std::chrono::steady_clock::time_point first_heard_{};
   bool active_ = false;
+  std::string dropped_;
   bool closed_ = false;
   calib::StabilityJudge judge_;
   AttitudeWatch attitude_;

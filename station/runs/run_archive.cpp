@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "db/run/run_file.h"
+#include "station/io/data_folder.h"
 #include "station/io/host.h"
 #include "station/runs/run_document.h"
 #include "station/runs/run_series.h"
@@ -98,7 +99,7 @@ base::Result<json> RunArchive::in_turn(const std::function<base::Result<json>(db
                       kBusy);
   }
   // Anew for each question: what a catalog has found sound it does not check again.
-  auto catalog = db::Catalog::open(data_folder_);
+  auto catalog = open_existing_catalog(data_folder_.string());
   if (!catalog) return base::forward_error(catalog);
   return work(*catalog);
 }

@@ -3,9 +3,12 @@
 """`soak backup`: the copy is whole, a restored folder gives the same fit, and nothing in a backup is ever replaced by something else."""
 import hashlib
 import json
+import os
+import pathlib
 import shutil
 import sqlite3
 import subprocess
+import tempfile
 import unittest
 
 from soak_cli import SoakTest, recording
@@ -128,6 +131,17 @@ class Backup(SoakTest):
             catalog.execute("UPDATE segment SET gyro_x_mean = gyro_x_mean + 0.05")
         self.refusal("backup", self.place, status=4)
         self.assertEqual((self.place / "station.db").read_bytes(), good)
+
+    def test_on_the_disk_of_the_station_it_is_made_and_warned_of(self):
+        self.assertEqual(len(self.back_up()["warnings"]), 1)
+        self.assertEqual(self.soak("backup", self.place).stderr.count("\n"), 1)
+
+    @unittest.skipIf(not os.access("/dev/shm", os.W_OK) or os.stat("/dev/shm").st_dev == os.stat(tempfile.gettempdir()).st_dev,
+                     "needs a second file system")
+    def test_on_another_file_system_there_is_nothing_to_warn_of(self):
+        with tempfile.TemporaryDirectory(dir="/dev/shm") as other:
+            self.place = pathlib.Path(other) / "backup"
+            self.assertEqual(self.back_up()["warnings"], [])
 
     def test_it_is_in_the_log(self):
         self.back_up()

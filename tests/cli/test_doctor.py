@@ -44,6 +44,34 @@ class DoctorTest(SoakTest):
         self.assertEqual(document["ok"], status == 0)
         return {check["subject"]: check for check in document["checks"]}
 
+    def setUp(self):
+        super().setUp()
+        self.soak("unit", "add", "SN1", "--type", "mti-300")  # makes the data folder
+
+    def test_a_folder_without_a_catalog_is_no_data_folder(self):
+        for data in (self.folder / "missing", self.folder):
+            with self.subTest(data):
+                self.data = data
+                self.assertEqual(self.doctor(status=2)["database"]["finding"], "failed")
+
+    def test_the_folder_of_a_station_that_was_never_started_is_new(self):
+        _, slave = pty.openpty()
+        port = os.ttyname(slave)
+        for folder, finding, status in (("missing", "warning", 0), ("empty", "warning", 0), ("full", "failed", 2)):
+            with self.subTest(folder):
+                data = self.folder / folder
+                if folder != "missing":
+                    data.mkdir()
+                if folder == "full":
+                    (data / "letter.txt").write_text("x", encoding="utf-8")
+                config = self.config(f'device = "{port}"')
+                config.write_text(f'data = "{data}"\n{config.read_text(encoding="utf-8")}', encoding="utf-8")
+                command = [os.environ["SOAK_BIN"], "doctor", "--json", "--config", str(config)]
+                done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "SOAK_DATA": ""})
+                self.assertEqual(done.returncode, status, done.stdout + done.stderr)
+                checks = {check["subject"]: check for check in json.loads(done.stdout)["checks"]}
+                self.assertEqual(checks["database"]["finding"], finding)
+
     def test_without_a_configuration_the_computer_is_looked_at(self):
         checks = self.doctor()
         self.assertEqual(set(checks), {"disk", "database", "clock"})
@@ -79,7 +107,7 @@ class DoctorTest(SoakTest):
         chamber = shutil.copy(ROOT / "procedures" / "chambers" / "watlow-f4t.toml", self.folder)
         config = self.config(f'device = "{port}"')
         config.write_text(re.sub('^map = .*', f'map = "{chamber}"', config.read_text(), flags=re.M))
-        for path in [self.folder, config, program, chamber]:
+        for path in [self.folder, config, program, chamber, self.data, *self.data.rglob("*")]:
             shutil.chown(path, nobody.pw_uid)
         somebody = {"user": nobody.pw_uid, "group": nobody.pw_gid, "executable": program, "cwd": self.folder}
         checks = self.doctor("--config", config, status=3, extra_groups=[], **somebody)
@@ -104,7 +132,6 @@ class DoctorTest(SoakTest):
         self.assertIn("'usb'", checks["configuration"]["text"])
 
     def test_a_damaged_database_is_the_gravest_of_failures(self):
-        self.soak("unit", "add", "SN1", "--type", "mti-300")
         self.assertEqual(self.doctor()["database"]["finding"], "ok")
         database = self.data / "station.db"
         damaged = bytearray(database.read_bytes())

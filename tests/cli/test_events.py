@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The event log and the seals of the catalog's tables, judged by digests written from docs/file-formats.md (run_digest.py)."""
 import contextlib
+import datetime
 import os
 import sqlite3
 import unittest
@@ -40,6 +41,20 @@ class Log(EventTest):
         self.assertEqual([event["kind"] for event in ann], ["voided"])
         self.assertEqual(self.soak_json("events-list", "events", "list", "--last", 2)["events"], events[-2:])
         self.assertEqual(len(self.soak_json("events-list", "events", "list", "--subject", "SN1", "--kind", "model_added")["events"]), 1)
+
+    def test_each_event_has_its_full_date(self):
+        event = self.soak_json("events-list", "events", "list", "--last", 1)["events"][0]
+        date = datetime.datetime.fromtimestamp(int(event["utc_s"]), datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+        self.assertEqual(event["utc"], date)
+        self.assertIn(date, self.soak("events", "list", "--last", 1).stdout)
+
+    def test_a_kind_that_no_event_has_is_refused_and_one_without_events_is_not(self):
+        self.refusal("events", "list", "--kind", "void")
+        self.assertEqual(self.soak_json("events-list", "events", "list", "--kind", "samples_dropped")["events"], [])
+
+    def test_a_kind_that_another_version_has_entered_is_found(self):
+        self.change("UPDATE event SET kind = 'of_another_version' WHERE ordinal = 1")
+        self.assertEqual(len(self.soak_json("events-list", "events", "list", "--kind", "of_another_version")["events"]), 1)
 
     def test_its_chain_is_that_of_the_description(self):
         with contextlib.closing(sqlite3.connect(self.data / "station.db")) as catalog:

@@ -42,6 +42,16 @@ class FullDisk(LabTest):
         self.assertEqual(status["state"], "finished", status["reason"])
         self.assert_safe()
 
+    def test_no_campaign_begins_with_less_room_than_one_needs_to_go_on(self):
+        data = self.mount("140m")
+        self.start_lab()
+        filler = data / "filler"
+        filler.write_bytes(bytes(60_000_000))
+        procedure = self.write("procedure.toml", short_procedure(set_points=(15,)))
+        self.soak_fails(1, "campaign", "start", procedure, "--name", "c")
+        filler.unlink()
+        self.start_campaign(short_procedure(set_points=(15,)))
+
     def test_a_full_disk_suspends_the_campaign_until_there_is_room(self):
         data = self.mount("160m")  # more than the 100 MB with which it goes on
         self.start_lab(rate=100)

@@ -2,6 +2,7 @@
 // Runs that a killed process left behind.
 #include <gtest/gtest.h>
 
+#include <sqlite3.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <csignal>
@@ -171,6 +172,89 @@ TEST_F(LostRuns, OfAnAbortedCampaignAreVoidedThoughTheyHoldCompleteSegments) {
   const auto runs = catalog_->runs({});
   ASSERT_EQ(runs->size(), 2U);
   for (const db::RunRow& run : *runs) EXPECT_EQ(run.voided, run.label == "R-c") << run.label;
+}
+
+/// A row of the catalog as text, but for what the file itself does not hold.
+std::string text_of(const db::Catalog& catalog, const db::RunRow& run) {
+  std::string text = run.label + " " + run.unit + " " + run.purpose + " " + std::to_string(run.rows) + " " +
+                     run.file_sha256 + (run.voided ? " void" : "") + " cut short: " + run.cut_short +
+                     ", type: " + (*catalog.unit(run.unit))->type;
+  for (const std::string& segment : usable_segments(catalog, run)) text += ", " + segment;
+  const auto voids = catalog.voids(run.run_id);
+  for (const db::VoidRecord& record : *voids) {
+    if (record.unit == run.unit) text += ", void " + record.position.value_or("all") + ": " + record.reason;
+  }
+  return text;
+}
+
+std::vector<std::string> all_runs(const db::Catalog& catalog) {
+  std::vector<std::string> texts;
+  const auto runs = catalog.runs({});
+  for (const db::RunRow& run : *runs) texts.push_back(text_of(catalog, run));
+  std::ranges::sort(texts);
+  return texts;
+}
+
+/// Runs that ended in every way there is, newer than the catalog that is restored under them.
+class RunsNewerThanTheCatalog : public LostRuns {
+ protected:
+  void SetUp() override {
+    LostRuns::SetUp();
+    ASSERT_TRUE(catalog_->copy_to(folder_ / "backup.db"));
+  }
+
+  void record(const std::string& label, const std::string& purpose, const RunEnd& end) {
+    db::RunInfo about = info(label);
+    about.source = kRunSource;
+    auto recorder = RunRecorder::begin(*catalog_, about, purpose, {{"SN1", "mti-300"}, {"SN2", "mti-30"}});
+    ASSERT_TRUE(recorder);
+    record_up_and_down(*recorder, {{{1, 2}, "the unit moved"}});
+    ASSERT_TRUE(recorder->finish(*catalog_, end));
+  }
+
+  void restore_catalog() {
+    catalog_.reset();
+    for (const char* name : {"station.db", "station.db-wal", "station.db-shm"}) fs::remove(folder_ / name);
+    fs::rename(folder_ / "backup.db", folder_ / "station.db");
+    auto catalog = db::Catalog::open(folder_);
+    ASSERT_TRUE(catalog);
+    catalog_ = std::make_unique<db::Catalog>(*std::move(catalog));
+    ASSERT_TRUE(catalog_->runs({})->empty());
+  }
+};
+
+TEST_F(RunsNewerThanTheCatalog, AreEnteredAsTheyEnded) {
+  record("P00", "diagnosis", {});
+  record("R01", "calibration", {});
+  record("R02", "calibration", {.void_units = {{"SN2", "the unit was lost"}}, .keeps_parts = true});
+  record("R03", "calibration", {.void_reason = "aborted by ann", .keeps_parts = true});
+  record("R04", "verification", {.void_reason = "aborted by ann"});
+  const auto before = all_runs(*catalog_);
+  ASSERT_EQ(before.size(), 10U);
+  restore_catalog();
+  EventLog log(*catalog_);
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
+  EXPECT_EQ(all_runs(*catalog_), before);
+  EXPECT_TRUE(db::orphan_run_files(*catalog_)->empty());
+}
+
+/// Files of earlier versions do not.
+TEST_F(RunsNewerThanTheCatalog, AreCutShortWhereTheirFileDoesNotSayHowTheyEnded) {
+  record("R01", "calibration", {});
+  const auto file = catalog_->run_file_path(catalog_->runs({})->front());
+  restore_catalog();
+  sqlite3* database = nullptr;
+  ASSERT_EQ(::sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  ASSERT_EQ(::sqlite3_exec(database, "DELETE FROM event WHERE kind = 'ended'", nullptr, nullptr, nullptr), SQLITE_OK);
+  ::sqlite3_close(database);
+  EventLog log(*catalog_);
+  ASSERT_TRUE(enter_lost_runs(*catalog_, log));
+  const auto runs = catalog_->runs({});
+  ASSERT_EQ(runs->size(), 2U);
+  for (const db::RunRow& run : *runs) {
+    EXPECT_FALSE(run.voided) << run.unit;
+    EXPECT_FALSE(run.cut_short.empty()) << run.unit;
+  }
 }
 
 TEST_F(LostRuns, WithoutSamplesAreToldOfOnce) {

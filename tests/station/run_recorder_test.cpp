@@ -182,10 +182,11 @@ TEST_F(RunRecorderTest, KeepsTheChambersLogAndEvents) {
   EXPECT_EQ(values("output_percent")[0], -40.0);
   EXPECT_EQ(values("chamber_rh")[0], 7.5);
   const auto events = file->events();
-  ASSERT_EQ(events->size(), 2U);
+  ASSERT_EQ(events->size(), 3U);
   EXPECT_EQ((*events)[0].text, "opened");
   EXPECT_EQ((*events)[1].kind, "no_samples");
   EXPECT_NE((*events)[1].text.find("SN2"), std::string::npos);
+  EXPECT_EQ((*events)[2].kind, "ended");
   EXPECT_TRUE(file->verify());
 }
 

@@ -106,6 +106,20 @@ class AfterABreak(StationTest):
         self.browser.click("#resume")
         self.station.wait_for_command("resume by web page")
 
+    def test_a_unit_that_was_dropped_does_not_look_like_one_that_is_recorded(self):
+        self.station.set("/units/0/dropped", "it has stopped sending")
+        self.open()
+        self.see("#units > :nth-child(1) .unit-state", "dropped")
+        self.see("#alerts", "it has stopped sending")
+        self.assertNotIn("dropped", self.text("#units > :nth-child(2)"))
+
+    def test_a_data_folder_that_is_gone_is_an_alarm_though_nothing_runs(self):
+        self.station.set("/state", "idle")
+        self.station.set("/campaign", None)
+        self.station.set("/data/trouble", "/var/lib/soak is gone")
+        self.open()
+        self.see("#alerts .alarm", "/var/lib/soak is gone")
+
     def test_a_failed_campaign_that_still_stands_in_the_status_can_be_resumed(self):
         self.station.set("/state", "failed")
         self.station.set("/resumable", "acceptance")
