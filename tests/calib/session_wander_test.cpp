@@ -81,10 +81,12 @@ TEST(SessionWander, NoiseAloneIsMostlyNoWander) {
   EXPECT_GT(none, 100);  // half of the scores are negative where the truth is on the border
 }
 
-TEST(SessionWander, ThreeSpareRowsAreTooFew) {
-  const Eigen::MatrixXd columns = design().topRows(7);
-  const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(7, 0.0, 1.0).array().square();
-  EXPECT_EQ(estimate_session_wander(columns.leftCols(4), y, Eigen::VectorXd::Ones(7), times().head(7)).variance, 0.0);
+TEST(SessionWander, ThreeSpareRowsAreTooFewAndNoneToo) {
+  for (const Eigen::Index rows : {7, 4}) {
+    const Eigen::MatrixXd columns = design().topRows(7).leftCols(4).bottomRows(rows);
+    const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(rows, 0.0, 1.0).array().square();
+    EXPECT_EQ(estimate_session_wander(columns, y, Eigen::VectorXd::Ones(rows), times().head(rows)).variance, 0.0);
+  }
 }
 
 }  // namespace

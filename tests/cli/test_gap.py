@@ -53,10 +53,15 @@ class Blind(unittest.TestCase):
         self.assertTrue(report["reason"])
 
     def test_what_the_library_does_not_have_is_unknown(self):
-        for number, effect in enumerate(("daily_wave", "telegraph_noise", "bias_step", "moisture")):
+        for number, effect in enumerate(("daily_wave", "telegraph_noise", "bias_step")):
             report, _ = judge(programs(), 900 + number, {}, [{"effect": effect, "magnitude": 2.4, "seed": 5 + number}])
             check_schema(report, "gap-find")
             self.assertEqual((report["verdict"], names(report)), ("unknown", []), effect)
+
+    def test_water_that_the_simulator_makes_by_other_equations_is_named(self):
+        report, _ = judge(programs(), 903, {}, [{"effect": "moisture", "magnitude": 2.4, "seed": 8}])
+        check_schema(report, "gap-find")
+        self.assertEqual((report["verdict"], names(report)), ("named", ["moisture"]))
 
 
 class Find(SoakTest):

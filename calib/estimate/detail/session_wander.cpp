@@ -13,7 +13,7 @@ constexpr Eigen::Index kLeastSpare = 4;  ///< rows beside the unknowns
 constexpr double kDependent = 1e-9;      ///< pivots below count as zero, relative
 
 /// What is left of the readings and of the walk once the unknowns have taken theirs, in directions in which the walk's
-/// covariance is diagonal and the noise has variance 1.
+/// covariance is diagonal and the noise has variance 1. Empty where too little is left.
 struct Contrasts {
   Eigen::ArrayXd walk;  ///< variance of the walk of unit variance
   Eigen::ArrayXd read;
@@ -34,6 +34,7 @@ Contrasts contrasts_of(const Eigen::MatrixXd& design, const Eigen::VectorXd& y, 
                        const Eigen::VectorXd& tau) {
   const Eigen::VectorXd root = noise.cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd free = complement_of(root.asDiagonal() * design);
+  if (free.cols() < kLeastSpare) return {};
   const Eigen::MatrixXd seen = root.asDiagonal() * free;
   const Eigen::MatrixXd walk = seen.transpose() * walk_about_its_mean(tau) * seen;
   const base::SymmetricEigen eigen = base::symmetric_eigen(walk);
@@ -66,7 +67,7 @@ SessionWander estimate_session_wander(const Eigen::MatrixXd& design, const Eigen
   SessionWander wander;
   if (!(tau.maxCoeff() > tau.minCoeff())) return wander;
   const Contrasts contrasts = contrasts_of(design, y, noise, tau);
-  if (contrasts.walk.size() < kLeastSpare || !(contrasts.walk.maxCoeff() > 0.0)) return wander;
+  if (contrasts.walk.size() == 0 || !(contrasts.walk.maxCoeff() > 0.0)) return wander;
   // From a hundredth of the noise to a million times of it, in steps of a quarter: finer than any session can tell.
   double best = log_likelihood(contrasts, 0.0);
   for (int step = -20; step <= 60; ++step) {
