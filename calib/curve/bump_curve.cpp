@@ -19,7 +19,7 @@ constexpr double kPieceTolerance = 1e-5;
 /// Halvings of a first piece: of 128 of these, more than any family has, come the 1024 that a file holds.
 constexpr int kMostHalvings = 3;
 constexpr int kFirstPieces = 24;
-constexpr double kSameKnot_c = 1e-6;
+constexpr double kSameKnot_c = 1e-3;
 
 using Value = std::function<double(double temp_c)>;
 
@@ -87,6 +87,13 @@ double CurveBump::shape(double temp_c) const {
   return 1.0 / (1.0 + off * off);
 }
 
+double CurveBump::error_at(double temp_c) const {
+  const double off = (temp_c - centre_c) / width_c;
+  const double flank = 2.0 * height * std::pow(shape(temp_c), 2) * off / width_c;  // against the centre
+  const Eigen::Vector3d slope(shape(temp_c), flank, flank * off);
+  return std::sqrt(std::max(0.0, slope.dot(covariance * slope)));
+}
+
 std::optional<CurveBump> bump_of(const std::vector<ModelTerm>& terms, Sensor sensor) {
   const auto term = std::ranges::find(terms, kBump, &ModelTerm::name);
   if (term == terms.end()) return std::nullopt;
@@ -96,8 +103,9 @@ std::optional<CurveBump> bump_of(const std::vector<ModelTerm>& terms, Sensor sen
   const auto centre_c = part->value("centre_c");
   const auto width_c = part->value("width_c");
   if (!height || !centre_c || !width_c || !(*width_c > 0.0)) return std::nullopt;
-  const double variance = part->covariance.empty() ? 0.0 : part->covariance.front();
-  return CurveBump{*height, *centre_c, *width_c, std::sqrt(std::max(0.0, variance))};
+  CurveBump bump{.height = *height, .centre_c = *centre_c, .width_c = *width_c};
+  if (part->covariance.size() == 9) bump.covariance = Eigen::Map<const Eigen::Matrix3d>(part->covariance.data());
+  return bump;
 }
 
 SplineCurve with_bump(const Curve& curve, const CurveBump& bump) {
@@ -124,10 +132,11 @@ CurveData without_bump(CurveData data, const CurveBump& bump) {
 
 void add_bump(const CurveBump& bump, CurveFit& fit) {
   fit.curve = with_bump(fit.curve, bump);
-  Contribution height{.name = kBump, .basis = "the height of the accepted bump, as the search that named it knew it"};
-  for (const CurvePoint& point : fit.points) height.u.push_back(bump.height_error * bump.shape(point.temp_c));
-  height.u_fresh = height.u;
-  fit.budget.push_back(std::move(height));
+  Contribution part{.name = kBump,
+                    .basis = "height, place and width of the accepted bump, as the search that named it knew them"};
+  for (const CurvePoint& point : fit.points) part.u.push_back(bump.error_at(point.temp_c));
+  part.u_fresh = part.u;
+  fit.budget.push_back(std::move(part));
   for (std::size_t i = 0; i < fit.points.size(); ++i) {
     CurvePoint& point = fit.points[i];
     point.value = evaluate(fit.curve, point.temp_c);

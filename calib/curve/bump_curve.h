@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -18,11 +19,14 @@ namespace soak::calib {
 struct CurveBump {
   double height = 0.0;
   double centre_c = 0.0;
-  double width_c = 1.0;       ///< half width at half height, positive
-  double height_error = 0.0;  ///< standard uncertainty of the height (k = 1)
+  double width_c = 1.0;  ///< half width at half height, positive
+  /// Of height, centre and width, in that order; all zero where nothing is known of it.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 
   /// Value at `temp_c` of a bump of height 1.
   [[nodiscard]] double shape(double temp_c) const;
+  /// Standard uncertainty of the bump at `temp_c` (k = 1): of its height on top, of its place and width on the flanks.
+  [[nodiscard]] double error_at(double temp_c) const;
 };
 
 /// The bump of a sensor among accepted terms; nothing where none acts on it.
@@ -35,7 +39,7 @@ struct CurveBump {
 /// The rows without the bump, for a fit.
 [[nodiscard]] CurveData without_bump(CurveData data, const CurveBump& bump);
 
-/// Adds the bump to what was fitted to rows without it: curve, points, and the height's uncertainty as contribution
+/// Adds the bump to what was fitted to rows without it: curve, points, and its uncertainty as contribution
 /// `narrow_bump`.
 void add_bump(const CurveBump& bump, CurveFit& fit);
 

@@ -29,8 +29,10 @@ std::optional<std::string> effects_note(const Calibration& calibration) {
     if (!term.lab_only && !listed) names.push_back(term.name);
   }
   if (names.empty()) return std::nullopt;
-  return fmt::format("Accepted effects that this file cannot hold: {}. A cubic over temperature has no room for them.",
-                     fmt::join(names, ", "));
+  return fmt::format(
+      "Accepted effects that this file does not hold, or only in part: {}. A cubic over temperature has no "
+      "room for them.",
+      fmt::join(names, ", "));
 }
 
 // ---- PX4 ----

@@ -111,9 +111,8 @@ void read_shared(const Problem& problem, const Solution& solution, double inflat
   if (even) estimate.even_order = Estimate{even->value / (g * g), even->standard_error / (g * g)};
 }
 
-/// Degrees of freedom of the standard errors where a wander or the residuals of a single visit make them; 0 = many.
+/// Degrees of freedom of the standard errors where the residuals of a single visit inflate them; 0 = many.
 double error_freedoms(const Problem& problem, const Solution& solution, double inflation) {
-  if (solution.wander > 0.0) return solution.wander_freedoms;
   if (inflation <= 1.0 || problem.visits.size() > 1) return 0.0;
   double unknowns = static_cast<double>(solution.shared.size());
   for (const VisitInfo& visit : problem.visits) unknowns += visit.with_scale ? 3.0 : 2.0;
@@ -124,8 +123,12 @@ SensorEstimate read_solution(const Problem& problem, const Solution& solution) {
   SensorEstimate estimate;
   estimate.reduced_chi_squared = solution.reduced_chi_squared;
   const double inflation = inflation_of(problem, solution);
-  const double freedoms = error_freedoms(problem, solution, inflation);
-  estimate.coupling_freedoms = freedoms;
+  const double residual = error_freedoms(problem, solution, inflation);
+  const auto fewer = [&](double of_wander) {
+    if (solution.wander == 0.0) return residual;
+    return residual > 0.0 ? std::min(residual, of_wander) : of_wander;
+  };
+  estimate.coupling_freedoms = fewer(solution.wander_freedoms.shared);
   for (std::size_t v = 0; v < problem.visits.size(); ++v) {
     if (!solution.bias_known[v]) continue;
     const VisitInfo& visit = problem.visits[v];
@@ -137,7 +140,8 @@ SensorEstimate read_solution(const Problem& problem, const Solution& solution) {
     plateau.t_s = visit.t_s;
     plateau.bias = solution.local[v][kBias];
     plateau.bias_se = std::sqrt(solution.local_variance[v][kBias]) * inflation;
-    plateau.bias_freedoms = plateau.scale_freedoms = freedoms;
+    plateau.bias_freedoms = fewer(solution.wander_freedoms.bias);
+    plateau.scale_freedoms = fewer(solution.wander_freedoms.scale);
     if (solution.scale_known[v]) {
       // The column was f/g or rate over reference rate, so the unknown is S times that unit.
       const double ppm = 1e6 / six_position::scale_unit(problem);

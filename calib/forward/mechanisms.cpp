@@ -21,9 +21,8 @@ struct Inputs {
   const TermPart& part;
   const gap::LoggedRun& run;
   const Moment& moment;
-  Vector3 force{};  ///< m/s²
-  double gravity_mps2 = 0.0;
-  int sign_at_rest = 1;
+  Vector3 force{};                                    ///< m/s²
+  const std::map<double, Vector3>* memory = nullptr;  ///< memory_at_starts()
   double regressor = 0.0;
   std::size_t axis = 0;
 
@@ -55,6 +54,15 @@ double centre_at(const TermPart& part, double temp_c) {
 constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
 
 Series temperature(const gap::LoggedRun& run) { return series_of(run.log, run.log.temp_c); }
+
+/// The chamber's air less the unit's own thermometer, whichever thermometer a sensor has.
+Series air_less_unit(const gap::LoggedRun& run) {
+  const Series unit = temperature(run);
+  Series across = series_of(run.log, run.log.chamber_c);
+  for (std::size_t k = 0; k < across.values.size(); ++k)
+    across.values[k] -= unit.empty() ? 0.0 : unit.at(across.t_s[k]);
+  return across;
+}
 
 Series times(double factor, Series series) {
   for (double& value : series.values) value *= factor;
@@ -122,28 +130,37 @@ double earth_rate(const Inputs& in) {
 
 constexpr double kNeverFades_s = 1e6;
 
-/// The placements of a run from its first up to a moment, in the order of time: the memory goes over to the force of
-/// each with the time constant. One that never fades holds the placement before.
-double position_memory(const Inputs& in) {
-  std::vector<const Segment*> placements;
-  for (const Segment& segment : in.run.run.segments) {
-    const bool counts = segment.position && !turns(segment) && segment.phase == Phase::soak;
-    if (counts && segment.t_start_s < in.moment.segment->t_start_s) placements.push_back(&segment);
+/// What a memory of the position holds when each placement of a run begins, by its start: from the first on it goes
+/// over to the force of each with the time constant. One that never fades holds the placement before.
+std::map<double, Vector3> memory_at_starts(const TermPart& part, const gap::LoggedRun& run, double gravity_mps2,
+                                           int sign_at_rest) {
+  std::map<double, Vector3> forces;
+  for (const Segment& segment : run.run.segments) {
+    if (segment.position && !turns(segment) && segment.phase == Phase::soak)
+      forces[segment.t_start_s] = force_mps2(segment, gravity_mps2, sign_at_rest);
   }
-  if (placements.empty()) return 0.0;
-  std::sort(placements.begin(), placements.end(),
-            [](const Segment* a, const Segment* b) { return a->t_start_s < b->t_start_s; });
+  const double tau_s = part.value("tau_s").value_or(1.0);
+  std::map<double, Vector3> memory;
+  for (auto here = forces.begin(); here != forces.end(); ++here) {
+    if (here == forces.begin()) {
+      memory[here->first] = tau_s < kNeverFades_s ? here->second : Vector3{};
+      continue;
+    }
+    const auto before = std::prev(here);
+    const double left = tau_s < kNeverFades_s ? std::exp(-(here->first - before->first) / tau_s) : 0.0;
+    for (std::size_t j = 0; j < 3; ++j)
+      memory[here->first][j] = before->second[j] + (memory[before->first][j] - before->second[j]) * left;
+  }
+  return memory;
+}
+
+double position_memory(const Inputs& in) {
+  const auto kept = in.memory->find(in.moment.segment->t_start_s);
+  if (kept == in.memory->end()) return 0.0;
   const double tau_s = in.number("tau_s", 1.0);
   const bool fades = tau_s < kNeverFades_s;
-  Vector3 memory = force_mps2(*placements.front(), in.gravity_mps2, in.sign_at_rest);
-  for (std::size_t k = 0; k < placements.size(); ++k) {
-    const Vector3 force = force_mps2(*placements[k], in.gravity_mps2, in.sign_at_rest);
-    const double until_s = k + 1 < placements.size() ? placements[k + 1]->t_start_s : in.moment.segment->t_start_s;
-    const double left = fades ? std::exp(-(until_s - placements[k]->t_start_s) / tau_s) : 0.0;
-    for (std::size_t j = 0; j < 3; ++j) memory[j] = force[j] + (memory[j] - force[j]) * left;
-  }
   double sum = 0.0;
-  for (std::size_t j = 0; j < 3; ++j) sum += in.number(kAxes[j]) * (memory[j] - (fades ? in.force[j] : 0.0));
+  for (std::size_t j = 0; j < 3; ++j) sum += in.number(kAxes[j]) * (kept->second[j] - (fades ? in.force[j] : 0.0));
   return fades ? sum * std::exp(-(in.moment.t_s - in.moment.segment->t_start_s) / tau_s) : sum;
 }
 
@@ -204,8 +221,8 @@ const std::array kMechanisms = {
               [](const Inputs& in) { return in.number("amplitude") * in.regressor; }},
     Mechanism{"temperature_gradient", "the chamber's air was not logged",
               [](const gap::LoggedRun& run) { return series_of(run.log, run.log.chamber_c).empty(); },
-              [](const TermPart&, const gap::LoggedRun& run) { return series_of(run.log, run.log.chamber_c); },
-              [](const Inputs& in) { return in.at_temperature("per_k") * (in.regressor - in.moment.temp_c); }, true},
+              [](const TermPart&, const gap::LoggedRun& run) { return air_less_unit(run); },
+              [](const Inputs& in) { return in.at_temperature("per_k") * in.regressor; }, true},
     Mechanism{"position_memory", "", nothing_missing, no_regressor, position_memory},
     Mechanism{"vibration_rectification", "the compressor's duty was not logged",
               [](const gap::LoggedRun& run) { return series_of(run.log, run.log.compressor).empty(); },
@@ -247,7 +264,11 @@ Mechanisms::Mechanisms(const std::vector<ModelTerm>& terms, const gap::LoggedRun
                       found == kMechanisms.end() ? "this program does not know it" : found->needs));
       continue;
     }
-    for (const TermPart& part : term.parts) prepared_.push_back({&*found, &part, found->regressor(part, run)});
+    for (const TermPart& part : term.parts) {
+      prepared_.push_back({&*found, &part, found->regressor(part, run), {}});
+      if (found->name == "position_memory")
+        prepared_.back().memory = memory_at_starts(part, run, gravity_mps2_, sign_at_rest_);
+    }
   }
 }
 
@@ -257,8 +278,7 @@ double Mechanisms::contribution(Sensor sensor, const Moment& moment) const {
     if (!prepared.part->acts_on(sensor)) continue;
     Inputs in{*prepared.part, run_, moment};
     in.force = force_mps2(*moment.segment, gravity_mps2_, sign_at_rest_);
-    in.gravity_mps2 = gravity_mps2_;
-    in.sign_at_rest = sign_at_rest_;
+    in.memory = &prepared.memory;
     in.axis = axis_of(sensor);
     if (!prepared.regressor.empty()) in.regressor = prepared.at(moment);
     sum += prepared.mechanism->contribution(in) - centre_at(*prepared.part, moment.temp_c);
@@ -286,9 +306,7 @@ bool at_plateau(const Segment& segment) { return segment.phase == Phase::soak &&
 }  // namespace
 
 void centre(const gap::LoggedCampaign& campaign, std::vector<ModelTerm>& terms) {
-  const bool with_plateaus = std::any_of(campaign.runs.begin(), campaign.runs.end(), [](const gap::LoggedRun& run) {
-    return std::any_of(run.run.segments.begin(), run.run.segments.end(), at_plateau);
-  });
+  const bool with_plateaus = gap::has_plateaus(campaign);
   for (ModelTerm& term : terms) {
     if (std::find(kOfThePast.begin(), kOfThePast.end(), term.name) == kOfThePast.end()) continue;
     const std::vector<ModelTerm> alone = {term};
@@ -300,9 +318,10 @@ void centre(const gap::LoggedCampaign& campaign, std::vector<ModelTerm>& terms) 
           if (with_plateaus && !at_plateau(segment)) continue;
           for (const Block& block : segment.blocks) {
             auto& [blocks, temp_c, added] = plateaus[segment.plateau_c.value_or(nearest_grid_c(block.temp_c))];
-            const Moment moment{&segment, block.t_s, 0.5 * block.duration_s, block.temp_c};
+            const double here_c = block.sensor_temp_c[index_of(part.sensors.front())];
+            const Moment moment{&segment, block.t_s, 0.5 * block.duration_s, here_c};
             blocks += 1.0;
-            temp_c += block.temp_c;
+            temp_c += here_c;
             added += mechanisms.contribution(part.sensors.front(), moment);
           }
         }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,7 @@ class Mechanisms {
     const Mechanism* mechanism;
     const TermPart* part;
     Series regressor;
+    std::map<double, Vector3> memory;  ///< what position_memory holds when a placement begins, by device time
 
     [[nodiscard]] double at(const Moment& moment) const;
   };
@@ -52,7 +54,8 @@ class Mechanisms {
   std::vector<std::string> not_evaluated_;
 };
 
-/// Completes terms of a unit's past (`thermal_hysteresis`, `warmup_transient`) with their mean over the blocks of each
+/// Completes terms of a unit's past (`thermal_hysteresis`, `warmup_transient`, `moisture`) and of what only a chamber
+/// knows (`temperature_gradient`) with their mean over the blocks of each
 /// plateau, of every 5 K where there are none (TermPart::centre): the curves of a file that cannot evaluate them must
 /// keep that mean.
 void centre(const gap::LoggedCampaign& campaign, std::vector<ModelTerm>& terms);

@@ -255,7 +255,7 @@ Calibration make_calibration(const UnitModel& model) {
     out.temp_min_c = fit->bias.temp_min_c;
     out.temp_max_c = fit->bias.temp_max_c;
     out.model = name_of(fit->bias.deployed);
-    if (bump_of(model.terms, sensor)) out.model += "+narrow_bump";
+    if (fit->bias.deployed != Family::constant && bump_of(model.terms, sensor)) out.model += "+narrow_bump";
     out.bias = fit->bias.curve;
     out.bias_uncertainty = uncertainty_table(fit->bias, true);
     if (!fit->bias.one_way.ranges.empty()) out.one_way = fit->bias.one_way;

@@ -252,7 +252,11 @@ std::vector<calib::ModelTerm> moving_terms(const calib::Calibration& calibration
     }
     calib::TermPart part;
     part.sensors = accepted.sensors;
-    for (const auto& [name, value] : accepted.parameters) part.parameters.push_back({name, value, ""});
+    for (const auto& [name, value] : accepted.parameters) {
+      // A device takes the rate of its thermometer, not that of a node behind it.
+      if (accepted.name == "temperature_rate" && (name == "tau_s" || name == "starts_under_way")) continue;
+      part.parameters.push_back({name, value, ""});
+    }
     terms.back().parts.push_back(std::move(part));
   }
   return terms;

@@ -28,6 +28,7 @@ struct Replacement {
 /// In this order, each at most once: what stands first holds what follows.
 constexpr std::array kReplacements = {
     Replacement{"(rad/s)/(m/s2)", "deg/s/g", base::kDegPerRad* base::kStandardGravity_mps2},
+    Replacement{"(m/s2)/(m/s2)", "m/s2/g", base::kStandardGravity_mps2},
     Replacement{"1/(m/s2)", "m/s2/g2", base::kStandardGravity_mps2* base::kStandardGravity_mps2},
     Replacement{"rad/s/s", "deg/s per 1000 h", base::kDegPerRad* kSecondsPer1000h},
     Replacement{"m/s2/s", "m/s2 per 1000 h", kSecondsPer1000h},

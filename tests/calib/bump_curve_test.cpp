@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "base/random.h"
 #include "calib/model/unit_model.h"
 #include "tests/calib/calibration_file_samples.h"
 
@@ -14,12 +15,15 @@ namespace {
 /// A resonance by its textbook formula: half as high a width beside its centre.
 double resonance(double temp_c) { return 3e-3 / (1.0 + std::pow((temp_c - 31.0) / 2.0, 2)); }
 
-constexpr CurveBump kBump = {.height = 3e-3, .centre_c = 31.0, .width_c = 2.0, .height_error = 1e-4};
+const CurveBump kBump = {.height = 3e-3, .centre_c = 31.0, .width_c = 2.0};
 
 ModelTerm bump_term(Sensor sensor) {
   ModelTerm term;
   term.name = "narrow_bump";
-  term.parts = {{{sensor}, {{"height", 3e-3, "rad/s"}, {"centre_c", 31.0, "degC"}, {"width_c", 2.0, "K"}}, {1e-8}, {}}};
+  term.parts = {{{sensor},
+                 {{"height", 3e-3, "rad/s"}, {"centre_c", 31.0, "degC"}, {"width_c", 2.0, "K"}},
+                 {1e-8, 0, 0, 0, 0.09, 0, 0, 0, 0.04},
+                 {}}};
   return term;
 }
 
@@ -47,8 +51,26 @@ TEST(BumpCurve, IsThatOfTheSensorThatTheTermNames) {
   EXPECT_EQ(found->height, 3e-3);
   EXPECT_EQ(found->centre_c, 31.0);
   EXPECT_EQ(found->width_c, 2.0);
-  EXPECT_NEAR(found->height_error, 1e-4, 1e-12);
+  EXPECT_EQ(found->covariance(0, 0), 1e-8);
+  EXPECT_EQ(found->covariance(1, 1), 0.09);
   EXPECT_FALSE(bump_of(terms, Sensor::gyro_x));
+}
+
+// Bumps drawn from what is known of one scatter as it says, as long as that is little.
+TEST(BumpCurve, ItsErrorIsTheScatterOfTheBumpsThatItMayBe) {
+  CurveBump bump = kBump;
+  bump.covariance = Eigen::Vector3d(1e-4 * 1e-4, 0.1 * 0.1, 0.08 * 0.08).asDiagonal();
+  base::Random random(5);
+  for (const double temp_c : {31.0, 30.0, 33.0, 38.0}) {
+    double squares = 0.0;
+    constexpr int kDraws = 20000;
+    for (int n = 0; n < kDraws; ++n) {
+      const double height = 3e-3 + 1e-4 * random.gaussian();
+      const double off = (temp_c - 31.0 - 0.1 * random.gaussian()) / (2.0 + 0.08 * random.gaussian());
+      squares += std::pow(height / (1.0 + off * off) - resonance(temp_c), 2) / kDraws;
+    }
+    EXPECT_NEAR(bump.error_at(temp_c) / std::sqrt(squares), 1.0, 0.05) << temp_c;
+  }
 }
 
 /// Three runs over plateaus 5 K apart, with the resonance in one gyro; the truth of the fit.
@@ -91,7 +113,7 @@ TEST(BumpCurve, IsFittedBesideAnAcceptedBumpAndDeployedWithIt) {
     if (std::abs(point.temp_c - 31.0) < 0.6) at_bump = std::max(at_bump, point.ci95);
     if (std::abs(point.temp_c - 0.0) < 0.6) aside = std::max(aside, point.ci95);
   }
-  // The height is known to 1e-4 (k = 1), which no scatter of the runs shows.
+  // The height is known to 1e-4 (k = 1), the place to 0.3 K, which no scatter of the runs shows.
   EXPECT_GT(at_bump, 1.9e-4);
   EXPECT_LT(aside, 1e-4);
 }

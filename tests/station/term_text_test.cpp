@@ -26,6 +26,7 @@ TEST(TermText, ParametersHaveTheUnitsInWhichSizesAreTold) {
   expect_printed({"per_kps", 3.0, "m/s2/(K/s)"}, "per_kpmin", 0.05, "m/s2/(K/min)");
   expect_printed({"per_kps_per_c", 3.0, "m/s2/(K/s)/K"}, "per_kpmin_per_c", 0.05, "m/s2/(K/min)/K");
   expect_printed({"x", 1e-4, "(rad/s)/(m/s2)"}, "x", 1e-4 * kDeg * 9.80665, "deg/s/g");
+  expect_printed({"x", 1e-4, "(m/s2)/(m/s2)"}, "x", 1e-4 * 9.80665, "m/s2/g");
   expect_printed({"even_order", 1e-5, "1/(m/s2)"}, "even_order", 1e-5 * 9.80665 * 9.80665, "m/s2/g2");
   expect_printed({"per_s", 1e-12, "rad/s/s"}, "per_1000h", 1e-12 * kDeg * 3.6e6, "deg/s per 1000 h");
   expect_printed({"per_s", 1e-10, "m/s2/s"}, "per_1000h", 3.6e-4, "m/s2 per 1000 h");

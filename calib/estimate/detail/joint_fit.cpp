@@ -179,6 +179,7 @@ void normalise_times(Problem& problem) {
 // Solving it.
 
 constexpr int kDriftIterations = 15;
+constexpr double kWanderStep = 0.01;             ///< of its variance, for a derivative
 constexpr std::size_t kMostRowsForWander = 400;  ///< more rows on a bench are none that somebody turned by hand
 
 using LocalMatrix = Eigen::Matrix<double, kLocalCount, kLocalCount>;
@@ -371,15 +372,28 @@ Solution solve_with(const Problem& problem, const Normal& normal, double drift_v
   return solution;
 }
 
-/// Satterthwaite: ν = 2 v²/((dv/dq)² var q) of the bias' variance v where that of the walk, q, is estimated; 0 = many.
-double freedoms_of_wander(const Problem& problem, const Solution& solution, const SessionWander& wander) {
-  if (wander.variance == 0.0) return 0.0;
-  constexpr double kStep = 0.01;
-  const Normal wider = assemble(problem, (1.0 + kStep) * wander.variance);
-  const double variance = solution.local_variance.front()[kBias];
-  const double change = solve_with(problem, wider, solution.drift_variance).local_variance.front()[kBias] - variance;
-  const double per_variance = change / (kStep * wander.variance);
-  return std::max(1.0, 2.0 * variance * variance * wander.information / (per_variance * per_variance));
+/// Satterthwaite: ν = 2 v²/((dv/dq)² var q) of a variance v where that of the walk, q, is estimated, with v at q and a
+/// hundredth beyond it; many where the walk hardly touches it.
+double freedoms_of_wander(double variance, double wider, const SessionWander& wander) {
+  constexpr double kMany = 1e6;
+  const double per_variance = (wider - variance) / (kWanderStep * wander.variance);
+  if (per_variance == 0.0 || variance <= 0.0) return kMany;
+  return std::clamp(2.0 * variance * variance * wander.information / (per_variance * per_variance), 1.0, kMany);
+}
+
+void state_freedoms(const Problem& problem, const SessionWander& wander, Solution& solution) {
+  solution.wander = wander.variance;
+  if (wander.variance == 0.0) return;
+  const Normal further = assemble(problem, (1.0 + kWanderStep) * wander.variance);
+  const Solution wider = solve_with(problem, further, solution.drift_variance);
+  const LocalVector& local = solution.local_variance.front();
+  solution.wander_freedoms.bias = freedoms_of_wander(local[kBias], wider.local_variance.front()[kBias], wander);
+  solution.wander_freedoms.scale = freedoms_of_wander(local[kScale], wider.local_variance.front()[kScale], wander);
+  solution.wander_freedoms.shared = std::numeric_limits<double>::infinity();
+  for (Eigen::Index k = 0; k < solution.shared.size(); ++k) {
+    const double own = freedoms_of_wander(solution.shared_covariance(k, k), wider.shared_covariance(k, k), wander);
+    solution.wander_freedoms.shared = std::min(solution.wander_freedoms.shared, own);
+  }
 }
 
 void judge_residuals(const Problem& problem, Solution& solution, double drift_variance) {
@@ -470,8 +484,7 @@ Solution solve(const Problem& problem) {
     drift_variance = std::max(1e-6 * unit, sum / static_cast<double>(problem.visits.size()));
     solution = solve_with(problem, normal, drift_variance);
   }
-  solution.wander = wander.variance;
-  solution.wander_freedoms = freedoms_of_wander(problem, solution, wander);
+  state_freedoms(problem, wander, solution);
   judge_residuals(problem, solution, drift_variance);
   return solution;
 }

@@ -91,6 +91,13 @@ enum Local : int { kBias, kDrift, kScale, kLocalCount };
 
 using LocalVector = Eigen::Matrix<double, kLocalCount, 1>;
 
+/// Degrees of freedom of variances that a wander is part of, which is estimated; of the shared unknowns the least.
+struct WanderFreedoms {
+  double bias = 0.0;
+  double scale = 0.0;
+  double shared = 0.0;
+};
+
 /// What the joint fit says; variances are those of noise as large as the rows' weights say.
 struct Solution {
   std::vector<LocalVector> local;
@@ -99,10 +106,10 @@ struct Solution {
   std::vector<bool> scale_known;
   Eigen::VectorXd shared;
   Eigen::MatrixXd shared_covariance;
-  Eigen::MatrixXd open;          ///< one column per direction of `shared` that the segments do not show
-  double drift_variance = 0.0;   ///< of the visits' drifts, estimated
-  double wander = 0.0;           ///< variance of a gyro's random walk over a session of one visit, estimated; 0 = none
-  double wander_freedoms = 0.0;  ///< how well the bias' variance is known with it; 0 = many
+  Eigen::MatrixXd open;         ///< one column per direction of `shared` that the segments do not show
+  double drift_variance = 0.0;  ///< of the visits' drifts, estimated
+  double wander = 0.0;          ///< variance of a gyro's random walk over a session of one visit, estimated; 0 = none
+  WanderFreedoms wander_freedoms;
   double reduced_chi_squared = 0.0;
 };
 

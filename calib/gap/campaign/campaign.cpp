@@ -207,4 +207,12 @@ RunLog make_run_log(const Recording& recording) {
   return log;
 }
 
+bool has_plateaus(const LoggedCampaign& campaign) {
+  return std::ranges::any_of(campaign.runs, [](const LoggedRun& run) {
+    return std::ranges::any_of(run.run.segments, [](const Segment& segment) {
+      return segment.phase == Phase::soak && segment.plateau_c.has_value();
+    });
+  });
+}
+
 }  // namespace soak::calib::gap

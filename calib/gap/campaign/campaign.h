@@ -80,4 +80,7 @@ struct LoggedCampaign {
   std::vector<ModelTerm> carried;  ///< by the unit's model; what they do to means is taken off the segments
 };
 
+/// Whether some run rests at a plateau; else its recordings are judged by branches.
+[[nodiscard]] bool has_plateaus(const LoggedCampaign& campaign);
+
 }  // namespace soak::calib::gap

@@ -51,7 +51,10 @@ Eigen::MatrixX3d staying(const Observations& observations) {
   return before;
 }
 
+/// None between what fades within hours and what stays: it would be the position at the start of the run.
 std::vector<Candidate> fading_in(const RegressorInputs& in, double tau_s) {
+  constexpr double kSlowest_s = 1e4;
+  if (tau_s > kSlowest_s && tau_s < kStays_s) return {};
   if (tau_s >= kStays_s) return {for_all("does not fade", {kStays_s}, staying(in.observations))};
   return {for_all(fmt::format("tau {:.3g} s", tau_s), {tau_s}, fading(in.observations, tau_s))};
 }

@@ -173,10 +173,13 @@ std::vector<GateRejection> rejected_by_gate(const LoggedCampaign& campaign) {
   std::vector<GateRejection> all;
   std::vector<std::optional<Sensor>> scopes = {std::nullopt};
   scopes.insert(scopes.end(), kSensors.begin(), kSensors.end());
+  // A recording of ramps is no part of a search at plateaus.
+  const bool with_plateaus = has_plateaus(campaign);
   for (const LoggedRun& run : campaign.runs) {
     for (const auto& sensor : scopes) {
       GateRejection entry{.run = run.run.label, .sensor = sensor, .segments = 0, .of = 0, .code = {}, .why = {}};
       for (const Segment& segment : run.run.segments) {
+        if (with_plateaus && !(segment.phase == Phase::soak && segment.plateau_c)) continue;
         ++entry.of;
         const Finding* finding = sensor && is_rejected(segment) ? nullptr : rejecting_finding(segment, sensor);
         if (finding == nullptr || entry.segments++ > 0) continue;

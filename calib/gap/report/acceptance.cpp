@@ -72,10 +72,12 @@ std::vector<double> temperatures_of(const Segment& segment) {
 }
 
 void note_data(const LoggedCampaign& campaign, ModelTerm& term) {
+  const bool with_plateaus = has_plateaus(campaign);
   std::vector<double> temps_c;
   for (const LoggedRun& run : campaign.runs) {
     term.run_hashes.push_back(run.run.content_sha256);
     for (const Segment& segment : run.run.segments) {
+      if (with_plateaus && !(segment.phase == Phase::soak && segment.plateau_c)) continue;
       std::ranges::copy(temperatures_of(segment), std::back_inserter(temps_c));
     }
   }

@@ -150,9 +150,10 @@ Shapes shapes_about(const Levels& levels, const Five& five) {
 /// The bump that a sensor has, where it has one.
 struct BumpShape {
   double height = 0.0;
-  /// With how far a smooth curve strays between its levels, and what they leave open of place and width.
-  double height_variance = 0.0;
   Place place;
+  /// Of height, centre and width: how far a smooth curve strays between its levels, and what they leave open of place
+  /// and width.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
 /// Levels leave open how far beside one of them a bump is, and how wide: place and width are means over all that were
@@ -171,10 +172,12 @@ BumpShape mean_bump(const Levels& levels, const SmoothCurve& curve, const std::v
   const Eigen::ArrayXd temp_c = Eigen::Map<const Eigen::ArrayXd>(levels.temp_c.data(), levels.value.size());
   const FeatureFit own = curve.with_each(shape_of(mean.place, temp_c)).front();
   mean.height = own.height;
-  mean.height_variance = own.squared_ratio > 0.0 ? own.height * own.height / own.squared_ratio : 0.0;
+  mean.covariance(0, 0) = own.squared_ratio > 0.0 ? own.height * own.height / own.squared_ratio : 0.0;
   for (std::size_t i = 0; i < tried.size(); ++i) {
     const double weight = std::exp(fits[i].log_likelihood - most_likely) / total;
-    mean.height_variance += weight * std::pow(fits[i].height - own.height, 2);
+    const Eigen::Vector3d off(fits[i].height - mean.height, tried[i].centre_c - mean.place.centre_c,
+                              tried[i].width_c - mean.place.width_c);
+    mean.covariance += weight * off * off.transpose();
   }
   return mean;
 }
@@ -296,10 +299,9 @@ NamedEffect named_bump(const PlacedBump& found, std::string shape) {
   for (const Sensor sensor : found.sensors) {
     const std::size_t s = index_of(sensor);
     const BumpShape& own = found.test[s].bump;
-    named.parameters[s] = Eigen::VectorXd::Constant(1, own.height);
-    named.covariance[s] = Eigen::MatrixXd::Constant(1, 1, own.height_variance);
-    named.meaning[s] = {{{"height", si_unit(sensor)}},
-                        {{"centre_c", own.place.centre_c, "degC"}, {"width_c", own.place.width_c, "K"}}};
+    named.parameters[s] = Eigen::Vector3d(own.height, own.place.centre_c, own.place.width_c);
+    named.covariance[s] = own.covariance;
+    named.meaning[s] = {{{"height", si_unit(sensor)}, {"centre_c", "degC"}, {"width_c", "K"}}, {}};
   }
   const double height = found.test[index_of(found.strongest)].bump.height;
   named.magnitude = {height * printed_per_si(found.strongest), std::string(printed_unit(found.strongest))};
