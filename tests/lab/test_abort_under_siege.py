@@ -45,7 +45,7 @@ class Siege(LabTest):
             threading.Thread(target=client, daemon=True).start()
 
     def test_an_abort_reaches_the_chamber(self):
-        data = self.mount("64m")
+        data = self.mount("128m")
         self.start_lab(units=2, rate=100, cut=["unit2"])
         self.start_campaign(short_procedure(set_points=(SET_POINT_C,), dwell_s=3000))
         self.wait_for_step("wait_stable")
