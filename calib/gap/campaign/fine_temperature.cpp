@@ -21,7 +21,7 @@ constexpr double kHole_s = 300.0;     ///< without air
 constexpr double kLeastChanges = 20;  ///< of step
 constexpr double kSameThermometer_c = 1e-6;
 
-bool has_plateaus(const LoggedRun& run) {
+bool reaches_plateaus(const LoggedRun& run) {
   return std::any_of(run.run.segments.begin(), run.run.segments.end(),
                      [](const Segment& segment) { return segment.plateau_c.has_value(); });
 }
@@ -163,7 +163,7 @@ double mean_over(const RunLog& log, const Block& block) {
 void refine_logs(LoggedCampaign& campaign) {
   const auto step_c = campaign.thermometer.step;
   if (!step_c || *step_c < kCoarseStep_c) return;
-  if (campaign.runs.empty() || !std::all_of(campaign.runs.begin(), campaign.runs.end(), has_plateaus)) return;
+  if (campaign.runs.empty() || !std::all_of(campaign.runs.begin(), campaign.runs.end(), reaches_plateaus)) return;
   if (!one_thermometer(campaign)) return;
   std::vector<AirAndUnit> runs;
   for (const LoggedRun& run : campaign.runs) {
