@@ -8,11 +8,7 @@ constexpr double kLeastMove_c = 0.5;
 
 /// The chamber's air less the unit's thermometer, kelvin.
 Eigen::VectorXd air_less_unit(const RegressorInputs& in) {
-  Eigen::VectorXd across = as_vector(in.history.chamber_c());
-  for (Eigen::Index i = 0; i < across.size(); ++i) {
-    across(i) -= in.observations.rows[static_cast<std::size_t>(i)].temp_c;
-  }
-  return across;
+  return as_vector(in.history.chamber_c()) - as_vector(in.history.unit_c());
 }
 
 }  // namespace
@@ -26,6 +22,7 @@ Effect temperature_gradient() {
   effect.experiment =
       "a step of the air while the unit is at rest at a plateau: the gradient is there before the unit has warmed";
   effect.missing = [](const RegressorInputs& in) -> std::optional<std::string> {
+    if (in.history.unit_c().empty()) return "the unit's temperature was not logged at every block";
     if (in.history.chamber_c().empty()) return "the chamber's air was not logged in every run (chamber_c)";
     const Eigen::VectorXd across = air_less_unit(in);
     if (across.maxCoeff() - across.minCoeff() < kLeastMove_c) return "the air was never far from the unit";

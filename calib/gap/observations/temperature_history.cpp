@@ -170,6 +170,7 @@ TemperatureHistory::TemperatureHistory(const LoggedCampaign& campaign, const Obs
   compressor_ = at_blocks(campaign, observations, [](const RunLog& log) -> auto& { return log.compressor; });
   supply_ = at_blocks(campaign, observations, [](const RunLog& log) -> auto& { return log.supply_v; });
   chamber_ = at_blocks(campaign, observations, [](const RunLog& log) -> auto& { return log.chamber_c; });
+  unit_ = at_blocks(campaign, observations, [](const RunLog& log) -> auto& { return log.temp_c; });
   utc_ = unix_times(campaign, observations);
 }
 

@@ -43,6 +43,8 @@ class TemperatureHistory {
   [[nodiscard]] const std::vector<double>& compressor() const { return compressor_; }
   [[nodiscard]] const std::vector<double>& supply_v() const { return supply_; }
   [[nodiscard]] const std::vector<double>& chamber_c() const { return chamber_; }
+  /// The unit's own thermometer as it was logged, whatever thermometer a sensor has.
+  [[nodiscard]] const std::vector<double>& unit_c() const { return unit_; }
   /// Unix time; empty where a run has none.
   [[nodiscard]] const std::vector<double>& utc_s() const { return utc_; }
 
@@ -63,6 +65,7 @@ class TemperatureHistory {
   std::vector<double> compressor_;
   std::vector<double> supply_;
   std::vector<double> chamber_;
+  std::vector<double> unit_;
   std::vector<double> utc_;
 };
 
