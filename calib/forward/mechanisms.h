@@ -55,9 +55,8 @@ class Mechanisms {
 };
 
 /// Completes terms of a unit's past (`thermal_hysteresis`, `warmup_transient`, `moisture`) and of what only a chamber
-/// knows (`temperature_gradient`) with their mean over the blocks of each
-/// plateau, of every 5 K where there are none (TermPart::centre): the curves of a file that cannot evaluate them must
-/// keep that mean.
+/// knows (`temperature_gradient`) with their mean over the blocks of each plateau, of every 5 K where there are none
+/// (TermPart::centre): the curves of a file that cannot evaluate them must keep that mean.
 void centre(const gap::LoggedCampaign& campaign, std::vector<ModelTerm>& terms);
 
 /// Specific force of a unit at rest in a segment's position, along its axes, m/s², signed as the unit reads it; zero

@@ -116,13 +116,6 @@ SimulatedBlock simulate_block(const RunSimulation& simulation, const Calibration
   return result;
 }
 
-/// Whether no segment lies at a plateau.
-bool is_ramp(const gap::LoggedCampaign& campaign) {
-  return std::ranges::none_of(campaign.runs, [](const gap::LoggedRun& run) {
-    return std::ranges::any_of(run.run.segments, [](const Segment& segment) { return segment.plateau_c.has_value(); });
-  });
-}
-
 /// Sums over one run of one sensor.
 struct Sums {
   double count = 0.0;
@@ -149,7 +142,7 @@ std::vector<std::string> subtract_terms(const std::vector<ModelTerm>& terms, gap
 
 SimulatedCampaign simulate(const SimulatedModel& model, const gap::LoggedCampaign& campaign) {
   SimulatedCampaign result;
-  const bool ramp = is_ramp(campaign);
+  const bool ramp = !gap::has_plateaus(campaign);
   for (std::size_t r = 0; r < campaign.runs.size(); ++r) {
     const gap::LoggedRun& run = campaign.runs[r];
     const RunSimulation simulation(model, run, campaign.type.sign_at_rest);

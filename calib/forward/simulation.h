@@ -41,8 +41,8 @@ struct SimulatedBlock {
 
 /// A campaign as the model says it should read.
 struct SimulatedCampaign {
-  std::vector<SimulatedBlock>
-      blocks;  ///< of segments in soak at plateaus, or of a campaign without any; by run and time
+  /// Of segments in soak at plateaus, of all in a campaign without any; by run and time.
+  std::vector<SimulatedBlock> blocks;
   std::vector<std::string> not_evaluated;  ///< terms that could not be evaluated and why
 };
 
