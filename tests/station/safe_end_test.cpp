@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "station/lab/steps.h"
@@ -110,9 +111,8 @@ class ChamberThatCannotBeSwitchedOff : public LabBench {
 
   [[nodiscard]] std::vector<db::EventRow> alarms() const {
     std::vector<db::EventRow> found;
-    for (const db::EventRow& event : catalog_->events().value()) {
-      if (event.kind == "alarm") found.push_back(event);
-    }
+    const auto events = catalog_->events().value();
+    std::ranges::copy_if(events, std::back_inserter(found), [](const auto& event) { return event.kind == "alarm"; });
     return found;
   }
 
