@@ -51,8 +51,8 @@ std::string user_name(const std::string& stated) {
 std::string software_version() { return SOAK_VERSION; }
 
 /// By default glibc gives threads eight heaps for each processor, and each of them keeps what it once needed. A run is
-/// sealed by a thread of its own, in another heap each time: together they would come to hold, empty, a multiple of what
-/// is in use (docs/proofs.md, endurance). soakd's threads allocate too little at a time to wait for one another.
+/// sealed by a thread of its own, in another heap each time: together they would come to hold, empty, a multiple of
+/// what is in use (docs/proofs.md, endurance). soakd's threads allocate too little at a time to wait for one another.
 void share_one_heap() { ::mallopt(M_ARENA_MAX, 1); }
 
 std::size_t heap_in_use_bytes() {

@@ -182,9 +182,10 @@ class SafeEndOfUnits : public LabBench {
  protected:
   void SetUp() override {
     LabBench::SetUp();
-    config_.slots.push_back({.power_output = 1});
-    config_.slots.push_back({.power_output = 2});
-    power_.outputs[1].on = power_.outputs[2].on = true;
+    for (const int output : {1, 2}) {
+      config_.slots.emplace_back().power_output = output;
+      power_.outputs[output].on = true;
+    }
     station_ = std::make_unique<Station>(config_, *catalog_, *log_, chamber_, nullptr, &power_);
   }
 
