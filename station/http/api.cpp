@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "station/http/members.h"
+#include "station/io/data_folder.h"
 
 namespace soak::station {
 namespace {
@@ -165,7 +166,7 @@ int http_status(const base::Error& error) {
     case base::ErrorKind::device:
       return 502;
     default:
-      return error.where == kBusy ? 503 : 500;
+      return error.where == kBusy || error.where == kNoFolder ? 503 : 500;
   }
 }
 

@@ -72,6 +72,7 @@ std::string config_template() {
 }
 
 base::Status run_daemon(const DaemonOptions& options) {
+  share_one_heap();
   auto config = find_station_config(options.config, options.data);
   if (!config) return base::forward_error(config);
   if (!options.listen.empty()) config->listen = options.listen;

@@ -134,7 +134,7 @@ std::string suspension_samples(const json& suspension) {
 
 }  // namespace
 
-std::string metrics_text(const json& status, double disk_free_bytes) {
+std::string metrics_text(const json& status, const HostFigures& host) {
   std::string text = head({"soak_info", "Version of soakd.", ""}) +
                      fmt::format("soak_info{{version=\"{}\"}} 1\n", escaped(status.value("version", "")));
   text += state_samples(status);
@@ -152,10 +152,12 @@ std::string metrics_text(const json& status, double disk_free_bytes) {
   }
   text += samples_of(status.value("campaign", json()), kCampaign, "");
   text += unit_samples(status.value("units", json::array()));
-  if (std::isfinite(disk_free_bytes)) {
+  if (std::isfinite(host.disk_free_bytes)) {
     text += head({"soak_disk_free_bytes", "Space that is left for recordings.", ""}) +
-            fmt::format("soak_disk_free_bytes {:.0f}\n", disk_free_bytes);
+            fmt::format("soak_disk_free_bytes {:.0f}\n", host.disk_free_bytes);
   }
+  text += head({"soak_heap_bytes", "Memory that soakd has allocated and uses.", ""}) +
+          fmt::format("soak_heap_bytes {:.0f}\n", host.heap_bytes);
   return text;
 }
 

@@ -21,6 +21,7 @@
 #include "station/http/metrics.h"
 #include "station/http/runs_api.h"
 #include "station/http/web_files.h"
+#include "station/io/host.h"
 #include "station/report/html.h"
 
 namespace soak::station {
@@ -218,7 +219,8 @@ struct HttpServer::Running {
     std::error_code failure;
     const auto space = std::filesystem::space(data_folder, failure);
     const double free_bytes = failure ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(space.available);
-    response.set_content(metrics_text(lab.status(), free_bytes), "text/plain; version=0.0.4; charset=utf-8");
+    const HostFigures host{free_bytes, static_cast<double>(heap_in_use_bytes())};
+    response.set_content(metrics_text(lab.status(), host), "text/plain; version=0.0.4; charset=utf-8");
   }
 
   static void send_page(const httplib::Request& request, httplib::Response& response) {

@@ -71,6 +71,15 @@ base::Result<db::Catalog> open_existing_catalog(std::string_view data_option) {
   return db::Catalog::open(*folder);
 }
 
+base::Result<db::Catalog> reopen_catalog(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  if (std::filesystem::exists(folder / "station.db", ignored)) return db::Catalog::open(folder);
+  return base::fail(
+      base::ErrorKind::internal,
+      fmt::format("the data folder {} is gone (unmounted, deleted or moved?): bring it back", folder.string()),
+      kNoFolder);
+}
+
 base::Result<db::RunRow> find_run(const db::Catalog& catalog, const db::RunFilter& filter) {
   auto runs = catalog.runs(filter);
   if (!runs) return base::forward_error(runs);

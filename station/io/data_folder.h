@@ -25,6 +25,13 @@ namespace soak::station {
 /// Opens the catalog of an existing data folder: a mistyped folder must not look like an empty one.
 [[nodiscard]] base::Result<db::Catalog> open_existing_catalog(std::string_view data_option);
 
+/// `where` of the refusal of what cannot be done while the data folder is not there.
+inline constexpr const char* kNoFolder = "data";
+
+/// Opens the catalog of a folder once more that a long-lived program works with. A folder that has gone (a disk that
+/// was unmounted) is the world's failure (internal, where == kNoFolder), and is not made anew in its place.
+[[nodiscard]] base::Result<db::Catalog> reopen_catalog(const std::filesystem::path& folder);
+
 /// The one run that `text` names: run id, unique beginning of one, or label. Fails (bad_input) for none and for
 /// several, listing them.
 [[nodiscard]] base::Result<db::RunRow> find_run(const db::Catalog& catalog, const db::RunFilter& filter);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/io/host.h"
 
+#include <malloc.h>
 #include <pwd.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
@@ -48,6 +49,16 @@ std::string user_name(const std::string& stated) {
 }
 
 std::string software_version() { return SOAK_VERSION; }
+
+/// By default glibc gives threads eight heaps for each processor, and each of them keeps what it once needed. A run is
+/// sealed by a thread of its own, in another heap each time: together they would come to hold, empty, a multiple of
+/// what is in use (docs/proofs.md, endurance). soakd's threads allocate too little at a time to wait for one another.
+void share_one_heap() { ::mallopt(M_ARENA_MAX, 1); }
+
+std::size_t heap_in_use_bytes() {
+  const struct mallinfo2 heap = ::mallinfo2();
+  return heap.uordblks + heap.hblkhd;
+}
 
 void log_line(const std::string& text) {
   static const auto logger = [] {

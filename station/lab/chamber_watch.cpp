@@ -7,7 +7,7 @@
 #include <cmath>
 #include <exception>
 
-#include "station/lab/safe_end.h"
+#include "station/lab/dew_safe_warm_up.h"
 
 namespace soak::station {
 namespace {

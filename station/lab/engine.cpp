@@ -149,8 +149,9 @@ base::Status Engine::run(const std::function<void()>& turned) {
     if (!stop_requested_) continue;
     end_campaign(CampaignState::interrupted, "soakd was asked to stop");
     if (state_ != CampaignState::stopping) break;
-    if (!safe_end_ || !safe_end_->is_silent_for_good(*station_)) continue;
-    ended = leave_silent_chamber();
+    const std::string why = safe_end_ ? safe_end_->why_hopeless(*station_) : "";
+    if (why.empty()) continue;
+    ended = leave_chamber(why);
     break;
   }
   const auto longest = steady_clock::now() + kLongestGoodbye;
@@ -167,9 +168,9 @@ base::Status Engine::run(const std::function<void()>& turned) {
   return ended;
 }
 
-base::Status Engine::leave_silent_chamber() {
-  const std::string text = "soakd ends, and the chamber was not confirmed safe: it has not answered for two hours (" +
-                           station_->chamber.trouble() + "). Go to the chamber, and switch it off by hand";
+base::Status Engine::leave_chamber(const std::string& why) {
+  const std::string text =
+      "soakd ends, and the chamber was not confirmed safe: " + why + ". Go to the chamber, and switch it off by hand";
   log_.add("alarm", "chamber", text);
   if (const auto flushed = station_->flush(); !flushed) log_.add("run", station_->run_id(), flushed.error().message);
   return base::fail(base::ErrorKind::device, text, chamber_->description());

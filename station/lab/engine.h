@@ -46,8 +46,8 @@ class Engine : public StationService {
   ~Engine() override;
 
   /// Works until stop(). `turned`: called after each turn of the loop, some 50 times a second. Fails (device) where the
-  /// chamber was not safe in the end because it had not answered for two hours (SafeEnd::is_silent_for_good()); the
-  /// campaign then is open for the next soakd to take over.
+  /// chamber was not safe in the end because for two hours it had not answered, or had refused to go off
+  /// (SafeEnd::why_hopeless()); the campaign then is open for the next soakd to take over.
   [[nodiscard]] base::Status run(const std::function<void()>& turned = [] {});
   /// Asks for the way to the safe state and the end of run(): what SIGTERM does.
   void stop();
@@ -133,7 +133,7 @@ class Engine : public StationService {
   void switch_off_chamber(const std::string& why);
   void follow_safe_end();
   /// Keeps what was recorded, and says that somebody must look after the chamber.
-  [[nodiscard]] base::Status leave_silent_chamber();
+  [[nodiscard]] base::Status leave_chamber(const std::string& why);
   void watch_set_point();
   /// Notices a data folder that was unmounted, deleted or replaced: what is written from then on nobody finds again.
   void watch_data_folder();
@@ -170,6 +170,7 @@ class Engine : public StationService {
   [[nodiscard]] nlohmann::json queue_document() const;
   [[nodiscard]] std::string_view shown_state() const;
   [[nodiscard]] bool waits_for_journal() const;
+  [[nodiscard]] std::string step_trouble() const;
   [[nodiscard]] std::string shown_reason() const;
   [[nodiscard]] std::string reason_of_state() const;
 
@@ -187,7 +188,7 @@ class Engine : public StationService {
   /// Enters a campaign that begins, and what it is measured with from now on, into the catalog.
   [[nodiscard]] base::Status store_start(const StartRequest& request, const CheckedStart& checked,
                                          const std::vector<calib::ReferenceUse>& references,
-                                         const std::vector<std::string>& notes, bool is_resumed);
+                                         const std::vector<std::string>& notes, const std::optional<WayBack>& resumed);
   [[nodiscard]] base::Status connect_devices();
   void begin_campaign(const StartRequest& request, CheckedStart checked, const std::optional<WayBack>& resumed);
 
@@ -207,6 +208,8 @@ class Engine : public StationService {
   [[nodiscard]] db::StepRow step_row(const std::string& outcome, const std::string& text);
   void leave_step();
   void enter_next_step();
+  /// All steps have ended.
+  void finish();
   /// Goes back to where the position was last confirmed: after a break nothing that was judged of temperature and
   /// position counts any more.
   void repeat_step(const std::string& why);
@@ -218,6 +221,8 @@ class Engine : public StationService {
                     const std::string& user = {});
   /// `user`: who asked for it; empty where the station decided.
   void set_state(CampaignState state, const std::string& reason, const std::string& user = {});
+  /// The same where the catalog knows of it already, or must not yet.
+  void show_state(CampaignState state, const std::string& reason, const std::string& user);
 
   const StationConfig& config_;
   db::Catalog& catalog_;

@@ -34,6 +34,11 @@ class StopCommand {
   std::atomic<int>& count_;
 };
 
+std::string reason_of_start(const StartRequest& request, const std::optional<WayBack>& resumed) {
+  const std::string way = resumed && !resumed->text.empty() ? "; " + resumed->text : "";
+  return fmt::format("{} by {}{}", resumed ? "resumed" : "started", request.user, way);
+}
+
 tl::unexpected<base::Error> wrong_state(std::string message) { return base::bad_input(std::move(message), "state"); }
 
 }  // namespace
@@ -127,8 +132,7 @@ base::Status Engine::ready_for_start() const {
         fmt::format("campaign '{}' is {}: wait for its end or abort it", station_->campaign.name, name_of(state_)));
   }
   if (const std::string trouble = data_folder_.trouble(); !trouble.empty()) {
-    return base::fail(base::ErrorKind::internal, trouble + ": bring it back, or start soakd again",
-                      catalog_.data_folder().string());
+    return base::fail(base::ErrorKind::internal, trouble + ": bring it back, or start soakd again", kNoFolder);
   }
   // The catalog is used directly from here on: what came before must be in it.
   if (!journal_->wait_until_written(kJournalIsWritten)) {
@@ -187,7 +191,7 @@ base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, const
   }
   std::vector<std::string> notes = judged->notes;
   if (*standards) notes.push_back(**standards);
-  if (auto stored = store_start(request, *checked, judged->uses, notes, resumed.has_value()); !stored) {
+  if (auto stored = store_start(request, *checked, judged->uses, notes, resumed); !stored) {
     return base::forward_error(stored);
   }
   nlohmann::json answer = {{"campaign", request.campaign},
@@ -203,16 +207,21 @@ base::Result<nlohmann::json> Engine::do_start(const StartRequest& request, const
 
 base::Status Engine::store_start(const StartRequest& request, const CheckedStart& checked,
                                  const std::vector<calib::ReferenceUse>& references,
-                                 const std::vector<std::string>& notes, bool is_resumed) {
+                                 const std::vector<std::string>& notes, const std::optional<WayBack>& resumed) {
   db::CampaignRow row;
   row.name = request.campaign;
   row.procedure = checked.plan.procedure.name;
   row.document = start_document(request, checked, notes).dump();
   row.created_utc_s = row.updated_utc_s = now_utc_s();
   return catalog_.all_or_nothing([&]() -> base::Status {
-    if (!is_resumed) {
+    if (!resumed) {
       if (auto begun = catalog_.begin_campaign(row); !begun) return begun;
     }
+    // Not by way of the journal: were soakd killed before that has written it, the next one would take a resumed
+    // campaign for one that is in the safe state, and leave chamber and units as they are.
+    const std::string reason = reason_of_start(request, resumed);
+    const auto running = journal_name_of(CampaignState::running);
+    if (auto open = catalog_.set_campaign_state(request.campaign, running, reason, request.user); !open) return open;
     // Now, while nothing runs yet: a run that begins need not wait for the catalog.
     for (const CheckedUnit& unit : checked.units) {
       if (auto entered = catalog_.ensure_unit(unit.serial, unit.type.name); !entered) {
@@ -270,10 +279,7 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, c
   }
   way_back_ = resumed ? resumed->steps : std::vector<std::size_t>{0};
   way_at_ = 0;
-  set_state(CampaignState::running,
-            fmt::format("{} by {}{}{}", resumed ? "resumed" : "started", request.user,
-                        resumed && !resumed->text.empty() ? "; " : "", resumed ? resumed->text : ""),
-            request.user);
+  show_state(CampaignState::running, reason_of_start(request, resumed), request.user);
   enter_step(way_back_.front());
 }
 

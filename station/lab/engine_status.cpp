@@ -194,12 +194,14 @@ json Engine::campaign_document() const {
 std::string_view Engine::shown_state() const {
   if (state_ != CampaignState::running) return name_of(state_);
   if (chamber_is_silent_ || waits_for_journal() || station_->prompts.open()) return "waiting";
-  if (!station_->seal_trouble().empty()) return "waiting";
+  if (!station_->seal_trouble().empty() || !step_trouble().empty()) return "waiting";
   const Plan& plan = station_->campaign.plan;
   const bool preflight =
       step_ < plan.steps.size() && plan.runs[static_cast<std::size_t>(plan.steps[step_].run)].preflight;
   return preflight ? "preflight" : "running";
 }
+
+std::string Engine::step_trouble() const { return task_ ? task_->trouble() : ""; }
 
 bool Engine::waits_for_journal() const { return ticket_ && journal_->standing().behind_s > kJournalLate_s; }
 
@@ -227,6 +229,7 @@ std::string Engine::reason_of_state() const {
   if (state_ == CampaignState::running && !station_->seal_trouble().empty()) {
     return "the run cannot be entered into the catalog yet: " + station_->seal_trouble();
   }
+  if (state_ == CampaignState::running && !step_trouble().empty()) return step_trouble();
   return safe_end_ ? fmt::format("{}; {}", reason_, safe_end_->text(*station_)) : reason_;
 }
 

@@ -169,11 +169,20 @@ void Engine::enter_next_step() {
   if (next < plan.steps.size()) {
     enter_step(next);
   } else {
-    task_.reset();
-    step_ = plan.steps.size();
-    const auto& missing = station_->campaign.missing_units;
-    set_state(CampaignState::finished, missing.empty() ? "" : fmt::format("without {}", fmt::join(missing, ", ")));
+    finish();
   }
+}
+
+void Engine::finish() {
+  // It may have tripped since this turn began, or while the last step waited for its entry: such a campaign has not
+  // finished.
+  if (const std::string tripped = watch_ ? watch_->verdict().tripped : ""; !tripped.empty()) {
+    return switch_off_chamber(tripped);
+  }
+  task_.reset();
+  step_ = station_->campaign.plan.steps.size();
+  const auto& missing = station_->campaign.missing_units;
+  set_state(CampaignState::finished, missing.empty() ? "" : fmt::format("without {}", fmt::join(missing, ", ")));
 }
 
 double Engine::estimate_after_step_s() const {
@@ -235,7 +244,7 @@ void Engine::repeat_visit() {
 
 // --- states -----------------------------------------------------------------------------------------------------
 
-void Engine::set_state(CampaignState state, const std::string& reason, const std::string& user) {
+void Engine::show_state(CampaignState state, const std::string& reason, const std::string& user) {
   if (!may_follow(state_, state)) {
     log_.add("campaign", station_->campaign.name,
              fmt::format("internal error: no way leads from {} to {}", name_of(state_), name_of(state)));
@@ -244,13 +253,17 @@ void Engine::set_state(CampaignState state, const std::string& reason, const std
   state_ = state;
   reason_ = reason;
   state_user_ = user;
-  const std::string& campaign = station_->campaign.name;
-  log_.add("campaign", campaign,
+  log_.add("campaign", station_->campaign.name,
            reason.empty() ? std::string(name_of(state)) : fmt::format("{}: {}", name_of(state), reason), user);
   keep_note();
+}
+
+void Engine::set_state(CampaignState state, const std::string& reason, const std::string& user) {
+  show_state(state, reason, user);
   // While it is suspended or on the way to the safe state the journal's campaign stays open: if soakd ends now, the
   // next one takes it over.
   if (state == CampaignState::stopping || state == CampaignState::suspended) return;
+  const std::string& campaign = station_->campaign.name;
   journal_->add(Journal::State{campaign, std::string(journal_name_of(state)), reason, user});
   if (is_under_way(state)) return;
   unfinished_ = is_resumable(state) ? campaign : "";

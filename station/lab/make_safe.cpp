@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-#include "station/lab/safe_end.h"
+#include "station/lab/dew_safe_warm_up.h"
 
 namespace soak::station {
 namespace {

@@ -17,8 +17,7 @@ Result with_own_catalog(const std::filesystem::path& data_folder, const std::fun
                         const Work& work) {
   try {
     if (before_work) before_work();
-    // A folder that has gone must not be made anew in its place.
-    auto catalog = open_existing_catalog(data_folder.string());
+    auto catalog = reopen_catalog(data_folder);
     if (!catalog) return base::forward_error(catalog);
     return work(*catalog);
   } catch (const std::exception& thrown) {

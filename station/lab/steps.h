@@ -46,6 +46,8 @@ class StepTask {
   virtual ~StepTask() = default;
 
   [[nodiscard]] virtual StepProgress poll(Station& station) = 0;
+  /// What keeps it from its end until somebody comes; empty as a rule.
+  [[nodiscard]] virtual std::string trouble() const { return {}; }
 };
 
 /// The task for `step`, one of the plan's or one that the caller has changed.

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "station/lab/safe_end.h"
+#include "station/lab/dew_safe_warm_up.h"
 #include "station/lab/steps.h"
 
 namespace soak::station {
@@ -176,6 +176,12 @@ class WarmEnd : public StepTask {
       station.set_plateau(std::nullopt, calib::Sweep::unknown, -1);
     }
     return warm_up_->poll(station) ? StepProgress::done() : StepProgress::running();
+  }
+
+  std::string trouble() const override {
+    if (!warm_up_ || !warm_up_->off().is_alarm()) return {};
+    return fmt::format("heating and cooling cannot be switched off ({}): go to the chamber and switch them off by hand",
+                       warm_up_->off().trouble());
   }
 
  private:

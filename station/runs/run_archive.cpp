@@ -99,7 +99,7 @@ base::Result<json> RunArchive::in_turn(const std::function<base::Result<json>(db
                       kBusy);
   }
   // Anew for each question: what a catalog has found sound it does not check again.
-  auto catalog = open_existing_catalog(data_folder_.string());
+  auto catalog = reopen_catalog(data_folder_);
   if (!catalog) return base::forward_error(catalog);
   return work(*catalog);
 }

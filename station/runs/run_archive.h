@@ -37,7 +37,8 @@ struct SeriesRequest {
 
 /// The stored runs of a data folder for whoever looks at them beside the engine: over connections to the catalog of its
 /// own, one question at a time, so that many of them take one processor at most and recordings and commands go on.
-/// A few questions may wait, more are refused (internal, where == kBusy). Only sealed run files are opened: those take
+/// A few questions may wait, more are refused (internal, where == kBusy); all of them are while the folder is gone
+/// (reopen_catalog()). Only sealed run files are opened: those take
 /// no lock, and no recording waits for a reader. Any thread may call. Documents: docs/http-api.md.
 class RunArchive {
  public:

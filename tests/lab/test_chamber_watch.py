@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The chamber overheats while the engine is blocked: the watch, with a connection of its own, switches heating and cooling off
 before the engine turns again."""
+import contextlib
 import pathlib
 import re
+import sqlite3
 import time
 import unittest
 
@@ -58,6 +60,25 @@ class ChamberWatch(LabTest):
         self.assertEqual(status["state"], "failed")
         self.assertEqual(self.chamber()[:2], (OFF, 0.0))
         self.assert_event("campaign", "c", status["reason"])
+
+
+    def test_a_trip_while_the_last_step_waits_for_its_entry_ends_the_campaign_as_tripped(self):
+        self.start_lab(edit=self.edit)
+        begun = self.start_campaign(short_procedure(set_points=(30,)))
+        with contextlib.closing(sqlite3.connect(f"{self.lab.data}/station.db", timeout=30)) as catalog:
+            catalog.execute(f"CREATE TRIGGER refuse BEFORE INSERT ON step WHEN NEW.step_index = {begun['steps'] - 1} "
+                            "BEGIN SELECT RAISE(ABORT, 'refused by the test'); END")
+        self.wait("the last step's end", lambda s: s["suspension"] and s["campaign"]["step"] == begun["steps"] - 1)
+        self.proxy.change_answer = with_read_f32(AIR, lambda value: value + 60.0)
+        self.wait("the trip", lambda s: s["state"] not in ("running", "waiting"))
+        self.proxy.change_answer = lambda request, answer: answer
+        with contextlib.closing(sqlite3.connect(f"{self.lab.data}/station.db", timeout=30)) as catalog:
+            catalog.execute("DROP TRIGGER refuse")
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "failed")
+        self.assertIn("air", status["reason"])
+        self.assertEqual(status["resumable"], "c")
+        self.assert_safe()
 
 
 if __name__ == "__main__":

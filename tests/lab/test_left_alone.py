@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a station that nobody looks at for weeks notices by itself: a data folder that goes away, units that are dropped one after the
-other, a chamber that never answers again."""
+other, a chamber that never answers again, or never goes off."""
 import os
+import re
 import signal
 import time
 import unittest
 
 import bench
 from bench import LabTest, short_procedure
+from modbus_proxy import ModbusProxy, refuses
 
 SECOND = "0380A002"
-SILENT_FOR_GOOD_S = 7200.0  # process time after which a soakd that is to end gives up a chamber that does not answer
+HOPELESS_S = 7200.0  # process time after which a soakd that is to end gives up a chamber that does not answer, or does not go off
+MODE = 2730  # register of the controller
 
 
 class DataFolder(LabTest):
@@ -93,7 +96,7 @@ class Units(LabTest):
         self.assertEqual(self.status()["resumable"], "c")
 
 
-class DeadChamber(LabTest):
+class ChamberWithoutHope(LabTest):
     def test_a_station_that_is_asked_to_stop_gives_up_a_chamber_that_never_answers(self):
         self.start_lab(rate=400, cut=["chamber"])
         self.start_campaign(short_procedure())
@@ -102,13 +105,39 @@ class DeadChamber(LabTest):
         stopped_s = time.monotonic()
         self.lab.soakd.send_signal(signal.SIGTERM)
         self.assertEqual(self.lab.soakd.wait(bench.WAIT_S), 3)
-        self.assertGreater((time.monotonic() - stopped_s) * self.lab.rate, SILENT_FOR_GOOD_S)
+        self.assertGreater((time.monotonic() - stopped_s) * self.lab.rate, HOPELESS_S)
         self.lab.soakd.stdout.close()
         self.proxies["chamber"].mend()
         self.assertEqual(self.chamber()[0], bench.AUTO, "nobody has switched it off")
         self.lab.start_soakd()
         status = self.wait_for_end()
         self.assertIn(status["state"], ("interrupted", "failed"), "by this fast clock the way to the safe state was overdue as well")
+        self.assertEqual(status["resumable"], "c")
+        self.assert_safe()
+
+
+    def test_a_station_that_is_asked_to_stop_gives_up_a_chamber_that_answers_and_does_not_go_off(self):
+        def edit(text):
+            port = self.lab.ports["chamber"]
+            self.proxy = ModbusProxy(port)
+            self.addCleanup(self.proxy.close)
+            return re.sub(rf"^port = {port}$", f"port = {self.proxy.port}", text, flags=re.M)
+        self.start_lab(rate=400, edit=edit)
+        self.start_campaign(short_procedure(set_points=(25,)))
+        self.wait_for_step("wait_stable")
+        self.proxy.answer = refuses(MODE)
+        stopped_s = time.monotonic()
+        self.lab.soakd.send_signal(signal.SIGTERM)
+        self.assertEqual(self.lab.soakd.wait(bench.WAIT_S), 3)
+        self.assertGreater((time.monotonic() - stopped_s) * self.lab.rate, HOPELESS_S)
+        self.assertIn("not confirmed safe", self.lab.log())
+        self.assert_event("alarm", "chamber", "127.0.0.1")
+        self.lab.soakd.stdout.close()
+        self.assertEqual(self.chamber()[0], bench.AUTO, "nobody has switched it off")
+        self.proxy.answer = lambda request: None
+        self.lab.start_soakd()
+        status = self.wait_for_end()
+        self.assertIn(status["state"], ("interrupted", "failed"), "what went wrong on the way is for people")
         self.assertEqual(status["resumable"], "c")
         self.assert_safe()
 

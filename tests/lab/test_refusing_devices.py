@@ -13,14 +13,14 @@ WORTH_OF_MEMORY = 12  # writes; controllers bear some 100,000 in their lives
 
 
 class RefusingChamber(LabTest):
-    def start(self, set_point_c):
+    def start(self, set_point_c, dwell_s=100000):
         def edit(text):
             port = self.lab.ports["chamber"]
             self.proxy = ModbusProxy(port)
             self.addCleanup(self.proxy.close)
             return re.sub(rf"^port = {port}$", f"port = {self.proxy.port}", text, flags=re.M)
         self.start_lab(rate=400, edit=edit)
-        self.start_campaign(short_procedure(set_points=(set_point_c,), positions=("+Z",), dwell_s=100000))
+        self.start_campaign(short_procedure(set_points=(set_point_c,), positions=("+Z",), dwell_s=dwell_s))
         self.wait_for_step("record")
         self.assertEqual(self.chamber()[0], AUTO)
 
@@ -66,8 +66,24 @@ class RefusingChamber(LabTest):
         status = self.wait("more tries", lambda s: len(self.proxy.writes_to(MODE)) >= before + 2)
         self.assertEqual(status["state"], "stopping")
         self.assertLessEqual(len(self.proxy.writes_to(MODE)), before + 3)
+        self.check_schema(status, "campaign-status")
+        self.assertTrue(status["ending"]["needs_somebody"])
+        self.assert_event("alarm", "chamber", status["chamber"]["description"])
         self.proxy.answer = lambda request: None
         self.assertEqual(self.wait_for_end()["state"], "aborted")
+        self.assert_safe()
+
+
+    def test_the_end_of_a_campaign_waits_for_somebody_where_the_chamber_cannot_be_switched_off(self):
+        self.start(25, dwell_s=30)
+        self.proxy.answer = forgets(MODE)
+        status = self.wait("a word for somebody", lambda s: s["state"] == "waiting" and s["campaign"]["step_kind"] == "warm_end")
+        self.assertTrue(status["reason"])
+        self.assert_event("alarm", "chamber", status["chamber"]["description"])
+        self.proxy.answer = lambda request: None
+        status = self.wait_for_end()
+        self.assertEqual(status["state"], "finished", status["reason"])
+        self.assertEqual(self.query("SELECT cut_short FROM run"), [("",)])
         self.assert_safe()
 
 

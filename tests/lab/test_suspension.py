@@ -14,7 +14,7 @@ import urllib.request
 
 import bench
 from bench import LabTest, short_procedure
-from lab_session import end
+from lab_session import ProgramFailed, end
 from modbus_proxy import ModbusProxy, with_read_f32
 
 BUSY_TIMEOUT_S = 10.0  # for which soakd's own connection waits at one try (docs/architecture.md)
@@ -245,6 +245,26 @@ class Suspension(LabTest):
         self.kill_soakd()
         self.lab.start_soakd()
         self.assert_waits_for_somebody("interrupted")
+
+    def test_a_resume_that_the_catalog_does_not_take_switches_nothing_on(self):
+        """A soakd that is killed right after it began to move would leave a catalog that says interrupted: the next one would take the
+        laboratory for safe, and leave the units on."""
+        self.start_campaign_that_goes_on(rate=400)
+        self.lab.soak("campaign", "pause")
+        end(self.lab.soakd)
+        self.lab.start_soakd()
+        self.wait("the safe state", lambda s: s["state"] == "interrupted")
+        with self.write_catalog() as catalog:
+            catalog.execute("CREATE TRIGGER refuse BEFORE UPDATE ON journal WHEN NEW.state = 'running' "
+                            "BEGIN SELECT RAISE(ABORT, 'refused by the test'); END")
+        with self.assertRaises(ProgramFailed) as refused:
+            self.lab.soak("campaign", "resume")
+        self.assertIn("refused by the test", str(refused.exception))
+        self.assert_waits_for_somebody("interrupted")
+        with self.write_catalog() as catalog:
+            catalog.execute("DROP TRIGGER refuse")
+        self.lab.soak("campaign", "resume")
+        self.assertEqual(self.wait_for_end()["state"], "finished")
 
     def test_a_campaign_that_comes_no_further_is_resumed_once(self):
         self.start_campaign_that_goes_on(rate=200)

@@ -35,6 +35,7 @@ class ObedientChamber : public hal::Chamber {
   }
   base::Status set_temperature(double temp_c) override {
     ++commands;
+    if (refuses_set_points) return base::fail(base::ErrorKind::device, "illegal data value", description());
     if (takes_set_points) set_point_c = temp_c;
     return {};
   }
@@ -45,6 +46,7 @@ class ObedientChamber : public hal::Chamber {
   }
   base::Status stop() override {
     ++stops;
+    if (refuses_stops) return base::fail(base::ErrorKind::device, "illegal data value", description());
     if (deaf_stops > 0)
       --deaf_stops;
     else
@@ -62,6 +64,8 @@ class ObedientChamber : public hal::Chamber {
   int reads = 0;
   int commands = 0;
   int stops = 0;
+  bool refuses_set_points = false;
+  bool refuses_stops = false;
   int deaf_stops = 0;  ///< so many commands to stop are acknowledged, and it goes on
 };
 

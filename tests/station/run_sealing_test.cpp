@@ -134,6 +134,28 @@ TEST_F(RunSealing, AFailureIsTriedAgainUntilTheRunIsEntered) {
   EXPECT_FALSE(runs->front().voided);
 }
 
+TEST_F(RunSealing, ADataFolderThatIsGoneIsWaitedForAndNotMadeAnew) {
+  record(2, 1000);
+  station_->campaign.plan.procedure.give_up_h = 12.0;
+  ASSERT_TRUE(station_->flush());
+  const fs::path away = folder_.string() + ".away";
+  fs::rename(folder_, away);
+  const auto task = power_off();
+  turns_until([&] {
+    EXPECT_EQ(task->poll(*station_).state, StepState::running);
+    return !station_->seal_trouble().empty();
+  });
+  EXPECT_FALSE(fs::exists(folder_));
+  fs::rename(away, folder_);
+  StepProgress progress;
+  turns_until([&] {
+    progress = task->poll(*station_);
+    return progress.state != StepState::running;
+  });
+  EXPECT_EQ(progress.state, StepState::done) << progress.text;
+  EXPECT_EQ(catalog_->runs({})->size(), 1U);
+}
+
 TEST_F(RunSealing, AFailureThatLastsForTooLongComesBackAndTheSafeEndTriesAgain) {
   record(2, 1000);
   station_->campaign.plan.procedure.give_up_h = 0.0;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "station/http/server.h"
+#include "tests/errors.h"
 #include "tests/station/http_raw.h"
 #include "tests/station/http_scripted_station.h"
 #include "tests/station/stored_runs.h"
@@ -59,6 +60,21 @@ TEST_F(RunsOverHttp, AnswersWhatIsAsked) {
   EXPECT_EQ(series["channels"].size(), 2);
   EXPECT_EQ(series["rows"], 151);
   EXPECT_EQ(json::parse(body_of(get("run/series?" + run_ + "&stream=chamber&channel=chamber_c")))["rows"], 1000);
+}
+
+TEST_F(RunsOverHttp, ADataFolderThatIsGoneIsNoMistakeOfWhoAsks) {
+  const std::filesystem::path away = folder_.path().string() + ".away";
+  std::filesystem::rename(folder_.path(), away);
+  for (const std::string& answer : {get("runs"), get("run?" + run_), get("run/series?" + run_ + "&channel=gyro_x"),
+                                    post_void("{\"run\": \"" + std::string(testing::kStoredRunId) +
+                                              "\", \"unit\": \"SN1\", \"reason\": \"r\", \"user\": \"u\"}")}) {
+    EXPECT_EQ(status_of(answer), 503);
+    EXPECT_EQ(where(answer), "data");
+    EXPECT_TRUE(base::mentions(body_of(answer), {folder_.path().string()}));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_.path()));
+  std::filesystem::rename(away, folder_.path());
+  EXPECT_EQ(status_of(get("runs")), 200);
 }
 
 TEST_F(RunsOverHttp, AnswersAreNotPackedForWhomTheyAreLargeAndNear) {

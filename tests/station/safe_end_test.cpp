@@ -4,6 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "station/lab/steps.h"
+#include "tests/errors.h"
+#include "tests/station/fake_power.h"
 #include "tests/station/lab_bench.h"
 
 namespace soak::station {
@@ -91,6 +98,130 @@ TEST_F(SafeEndOfAChamberThatGoesOn, TellsWhatOnlyAPersonShouldDecideUpon) {
   tripped.switch_off_at_once(*station_, "too hot");
   EXPECT_EQ(tripped.trouble(), "too hot");
   EXPECT_TRUE(tripped.outputs_off());
+}
+
+/// A chamber that answers and cannot be switched off, whatever it says to the command.
+class ChamberThatCannotBeSwitchedOff : public LabBench {
+ protected:
+  void SetUp() override {
+    LabBench::SetUp();
+    stream_.rows_per_poll = 1;
+    ASSERT_TRUE(station_->poll());
+  }
+
+  [[nodiscard]] std::vector<db::EventRow> alarms() const {
+    std::vector<db::EventRow> found;
+    const auto events = catalog_->events().value();
+    std::ranges::copy_if(events, std::back_inserter(found), [](const auto& event) { return event.kind == "alarm"; });
+    return found;
+  }
+
+  /// Polls until somebody is called; what is promised of every way to get there.
+  void expect_alarm(SafeEnd& safe_end) {
+    turns_until([&] {
+      EXPECT_FALSE(safe_end.poll(*station_));
+      return !alarms().empty();
+    });
+    EXPECT_TRUE(base::mentions(alarms().front().text, {chamber_.description()}));
+    EXPECT_TRUE(safe_end.needs_somebody(*station_));
+    EXPECT_NE(safe_end.trouble(), "");
+    EXPECT_GE(chamber_.stops, 3) << "one answer may have been lost";
+  }
+};
+
+TEST_F(ChamberThatCannotBeSwitchedOff, IsAnAlarmWhereItRefusesTheCommand) {
+  chamber_.refuses_stops = true;
+  SafeEnd safe_end("tripped", 25.0, true, false);
+  expect_alarm(safe_end);
+}
+
+TEST_F(ChamberThatCannotBeSwitchedOff, IsAnAlarmWhereTheCommandHasNoEffectAtTheEndOfTheWarmUp) {
+  chamber_.deaf_stops = 1000;
+  SafeEnd safe_end("soakd ended", 25.0, false, false);
+  expect_alarm(safe_end);
+}
+
+TEST_F(ChamberThatCannotBeSwitchedOff, IsAnAlarmWhereItTakesNoSetPointEither) {
+  chamber_.refuses_set_points = chamber_.refuses_stops = true;
+  SafeEnd safe_end("aborted", 25.0, false, true);
+  expect_alarm(safe_end);
+}
+
+TEST_F(ChamberThatCannotBeSwitchedOff, IsToldUntilItGoesOffAndOneAlarmSaysSo) {
+  chamber_.deaf_stops = 4;
+  SafeEnd safe_end("tripped", 25.0, true, false);
+  turns_until([&] { return safe_end.poll(*station_); });
+  EXPECT_EQ(chamber_.stops, 5);
+  EXPECT_EQ(alarms().size(), 1U);
+  EXPECT_FALSE(safe_end.needs_somebody(*station_));
+}
+
+TEST_F(ChamberThatCannotBeSwitchedOff, IsNotHopelessBeforeTwoHoursAndAMinute) {
+  chamber_.refuses_stops = true;
+  SafeEnd safe_end("tripped", 25.0, true, false);
+  expect_alarm(safe_end);
+  EXPECT_EQ(safe_end.why_hopeless(*station_), "");
+}
+
+TEST_F(ChamberThatCannotBeSwitchedOff, IsWhatTheLastStepOfACampaignWaitsFor) {
+  chamber_.deaf_stops = 4;
+  Step step;
+  step.kind = StepKind::warm_end;
+  step.temp_c = 25.0;
+  const auto task = make_task(station_->campaign.plan, step);
+  turns_until([&] {
+    EXPECT_EQ(task->poll(*station_).state, StepState::running);
+    return !task->trouble().empty();
+  });
+  turns_until([&] { return task->poll(*station_).state == StepState::done; });
+  EXPECT_FALSE(chamber_.running);
+}
+
+/// Units whose supply the safe end has switched off.
+class SafeEndOfUnits : public LabBench {
+ protected:
+  void SetUp() override {
+    LabBench::SetUp();
+    for (const int output : {1, 2}) {
+      config_.slots.emplace_back().power_output = output;
+      power_.outputs[output].on = true;
+    }
+    station_ = std::make_unique<Station>(config_, *catalog_, *log_, chamber_, nullptr, &power_);
+  }
+
+  void end_it() {
+    chamber_.running = false;
+    SafeEnd safe_end("soakd ended", 25.0, true, false);
+    turns_until([&] { return safe_end.poll(*station_); });
+  }
+
+  [[nodiscard]] bool has_event(const std::string& kind, const std::string& subject) const {
+    const auto events = catalog_->events().value();
+    return std::ranges::any_of(events, [&](const auto& e) { return e.kind == kind && e.subject == subject; });
+  }
+
+  FakePower power_;
+};
+
+TEST_F(SafeEndOfUnits, SwitchesThemOffOnce) {
+  end_it();
+  EXPECT_FALSE(power_.outputs[1].on || power_.outputs[2].on);
+  EXPECT_EQ(power_.commands, 2);
+  EXPECT_FALSE(has_event("power", "power"));
+}
+
+TEST_F(SafeEndOfUnits, FindsAnOutputThatALateCommandHasSwitchedOnAgain) {
+  bool was_late = false;
+  power_.before_read = [&] { power_.outputs[2].on = power_.outputs[2].on || !std::exchange(was_late, true); };
+  end_it();
+  EXPECT_FALSE(power_.outputs[1].on || power_.outputs[2].on);
+  EXPECT_TRUE(has_event("power", "power"));
+}
+
+TEST_F(SafeEndOfUnits, CallsSomebodyToAnOutputThatDoesNotStayOff) {
+  power_.before_read = [&] { power_.outputs[1].on = true; };
+  end_it();
+  EXPECT_TRUE(has_event("alarm", "power"));
 }
 
 }  // namespace

@@ -1,40 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/lab/device_monitors.h"
 #include "tests/errors.h"
+#include "tests/station/fake_power.h"
 
 #include <gtest/gtest.h>
 
 namespace soak::station {
 namespace {
-
-/// A supply that says what it is told to say, or does not answer.
-class FakePower final : public hal::UnitPower {
- public:
-  base::Status connect() override { return {}; }
-  [[nodiscard]] base::Status check(int, const hal::SupplySettings&) const override { return {}; }
-  base::Status prepare(int output, const hal::SupplySettings& settings) override {
-    outputs[output].limit_a = settings.limit_a;
-    return {};
-  }
-  base::Status set(int output, bool on) override {
-    if (!answers) return base::fail(base::ErrorKind::device, "no answer");
-    outputs[output].on = on;
-    return {};
-  }
-  base::Result<std::map<int, hal::OutputReading>> read(const std::vector<int>& asked) override {
-    ++reads;
-    if (!answers) return base::fail(base::ErrorKind::device, "no answer");
-    std::map<int, hal::OutputReading> readings;
-    for (const int output : asked) readings[output] = outputs[output];
-    return readings;
-  }
-  [[nodiscard]] bool measures(int) const override { return true; }
-  [[nodiscard]] std::string description() const override { return "the fake"; }
-
-  bool answers = true;
-  int reads = 0;
-  std::map<int, hal::OutputReading> outputs;
-};
 
 class UnitSupplyTest : public ::testing::Test {
  protected:
