@@ -9,8 +9,8 @@ with hal/sim or calib. Each campaign is a CSV as `soak import` reads it; what is
     spline    a cubic spline through random values at six to nine random knots, no two nearer than 8 K, and nothing else
     loose     the same with knots anywhere: some lie within a kelvin or two of each other, and make narrow bumps
 
-Six runs of 21 plateaus from -30 to 70 degC, all on the way up and every fourth on the way down, six positions of two minutes
-at each, in another order in each run.
+Six runs of 21 plateaus from -30 to 70 degC, all on the way up and every fourth on the way down, or of six, both ways; six
+positions of two minutes at each, in another order in each run.
 Noise as the blind benchmark has it by default: 0.004 deg/s and 0.002 m/s2 for a one-minute block, half of that for each
 stay in a position and each visit, five times that for each power-on.
 """
@@ -27,6 +27,7 @@ POSITIONS = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Y": (0, 1, 0), "-Y": (0, -1, 0
 GRAVITY_MPS2 = 9.80665
 BLOCK = np.array([0.004] * 3 + [0.002] * 3)  # noise of a one-minute block
 PLATEAUS_C = np.arange(-30.0, 70.1, 5.0)
+COARSE_C = np.arange(-30.0, 70.1, 20.0)
 STEP_S, SOAK_S, STAY_S, TURN_S = 10.0, 900.0, 120.0, 10.0
 RAMP_KPMIN, UNIT_LAG_S = 2.0, 240.0
 
@@ -85,7 +86,7 @@ def make_curves(seed, kind, bump=None):
     return bias
 
 
-def course(random, order):
+def course(random, order, plateaus_c):
     """One run, a row each 10 s: set point, sweep, visit, position (-1: the fixture turns), whether it rests at the plateau."""
     set_c, sweep, visit, position, rests = [], [], [], [], []
 
@@ -95,9 +96,9 @@ def course(random, order):
         for column, value in ((sweep, way), (visit, number), (position, here), (rests, rest)):
             column.extend([value] * count)
 
-    plateaus = list(PLATEAUS_C) + list(PLATEAUS_C[-5::-4])
+    plateaus = list(plateaus_c) + list(plateaus_c[-5::-4] if len(plateaus_c) > 12 else plateaus_c[-2::-1])
     for number, plateau_c in enumerate(plateaus):
-        way = "up" if number < len(PLATEAUS_C) else "down"
+        way = "up" if number < len(plateaus_c) else "down"
         if number:
             ramp_s = 60.0 * abs(plateau_c - plateaus[number - 1]) / RAMP_KPMIN
             count = round(ramp_s / STEP_S)
@@ -111,10 +112,10 @@ def course(random, order):
     return np.array(set_c) + offsets_c[visit], np.array(sweep), visit, np.array(position), np.array(rests), np.array(plateaus)[visit]
 
 
-def make_run(random, bias, turn):
+def make_run(random, bias, turn, plateaus_c):
     """Columns of one run."""
     order = np.roll(np.arange(6), turn) if turn % 2 == 0 else np.roll(np.arange(6)[::-1], turn)
-    air_c, sweep, visit, position, rests, plateau_c = course(random, order)
+    air_c, sweep, visit, position, rests, plateau_c = course(random, order, plateaus_c)
     stays = 1.0 - np.exp(-STEP_S / UNIT_LAG_S)
     temp_c, _ = lfilter([stays], [1.0, stays - 1.0], air_c, zi=[(1.0 - stays) * air_c[0]])
     count = len(temp_c)
@@ -133,7 +134,7 @@ def make_run(random, bias, turn):
             for i in np.flatnonzero(keep)]
 
 
-def write_campaign(path, seed, kind, bump=None, runs=6):
+def write_campaign(path, seed, kind, bump=None, runs=6, plateaus_c=PLATEAUS_C):
     """The CSV of one unit."""
     random = np.random.default_rng((seed, 2))
     bias = make_curves(seed, kind, bump)
@@ -141,6 +142,6 @@ def write_campaign(path, seed, kind, bump=None, runs=6):
         file.write("run,utc_s,t_s,phase,sweep,plateau_c,position,temp_c,chamber_c," + ",".join(SENSORS) + "\n")
         for number in range(runs):
             start_s = 1.8e9 + 2e5 * number
-            for t_s, *row in make_run(random, bias, number):
+            for t_s, *row in make_run(random, bias, number, plateaus_c):
                 file.write("R%02d,%.0f,%.0f,%s,%s,%g,%s,%.4f,%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n"
                            % (number + 1, start_s + t_s, t_s, *row))

@@ -204,6 +204,11 @@ class Judged(unittest.TestCase):
         report = self.report(502, "g_sensitivity", 1.2, slow=1.25)
         self.assertEqual([effect["name"] for effect in report["effects"]], ["g_sensitivity"], report["reason"])
 
+    def test_a_thermal_effect_is_named_at_plateaus_25_k_apart(self):
+        for effect in ("thermal_hysteresis", "temperature_rate"):
+            report = self.report(504, effect, 1.2, spacing_k=25.0, dwell_min=30.0)
+            self.assertEqual([found["name"] for found in report["effects"]], [effect], report["reason"])
+
     def test_jumps_are_no_noise_of_that_kind(self):
         report = self.report(503, "telegraph", 2.4)
         self.assertEqual(report["verdict"], "unknown", report["reason"])

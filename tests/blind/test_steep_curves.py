@@ -12,11 +12,12 @@ from steep_curves import Bump, make_curves, random_places, write_campaign
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
-def report(seed, kind, bump=None, runs=3):
+def report(seed, kind, bump=None, runs=3, **options):
     with temporary_folder() as folder:
         csv = pathlib.Path(folder) / "unit.csv"
-        write_campaign(csv, seed, kind, bump, runs)
-        return report_of(Programs(pathlib.Path(os.environ["SOAK_BIN"]).parent, ROOT / "hal" / "sim" / "lab.toml"), folder, csv)
+        write_campaign(csv, seed, kind, bump, runs, **options)
+        return report_of(Programs(pathlib.Path(os.environ["SOAK_BIN"]).parent, ROOT / "hal" / "sim" / "lab.toml"), folder, csv,
+                         rules=2)
 
 
 class SteepCurves(unittest.TestCase):
@@ -36,6 +37,11 @@ class SteepCurves(unittest.TestCase):
     def test_steep_curves_are_given_no_name(self):
         for kind in steep_curves.KINDS:
             found = report(1, kind)
+            self.assertEqual((found["verdict"], found["effects"]), ("none", []), kind)
+
+    def test_nor_where_plateaus_say_little_of_how_steep_they_are(self):
+        for kind in ("tanh", "spline"):
+            found = report(1, kind, plateaus_c=steep_curves.COARSE_C)
             self.assertEqual((found["verdict"], found["effects"]), ("none", []), kind)
 
     def test_kinks_are_no_lag(self):

@@ -17,7 +17,6 @@ constexpr double kHalfBlock_s = 30.0;
 constexpr double kTurn_c = 0.5;  ///< noise and drift of a plateau are no turn
 constexpr double kStartRoom_c = 23.0;
 constexpr std::size_t kLeastLevels = 5;
-constexpr double kWidest_c = 20.0;
 
 /// Linear between the samples, constant beyond the ends.
 double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at) {
@@ -106,13 +105,8 @@ std::optional<std::string> why_coarse(const LoggedCampaign& campaign) {
 
 std::optional<std::string> why_blurred(const LoggedCampaign& campaign, const Observations& observations) {
   if (auto coarse = why_coarse(campaign)) return coarse;
-  const auto& levels = observations.level_c;
-  if (levels.size() < kLeastLevels) return "fewer than five plateaus: the slope of the curve is not known well enough";
-  for (std::size_t k = 1; k < levels.size(); ++k) {
-    if (levels[k] - levels[k - 1] > kWidest_c) {
-      return fmt::format("plateaus {:.0f} K apart: the slope of the curve is not known well enough",
-                         levels[k] - levels[k - 1]);
-    }
+  if (observations.level_c.size() < kLeastLevels) {
+    return "fewer than five plateaus: the slope of the curve is not known well enough";
   }
   return std::nullopt;
 }

@@ -20,7 +20,7 @@ class TemperatureHistory {
   /// most. Over a hole the temperature is taken to go straight.
   [[nodiscard]] bool continuous() const { return continuous_; }
   /// Why what follows the temperature history cannot be told from the curve: a thermometer in steps of 0.1 K or
-  /// more, fewer than five plateaus, or plateaus more than 20 K apart. Nothing where it can.
+  /// more, or fewer than five plateaus. Nothing where it can.
   [[nodiscard]] const std::optional<std::string>& blurred() const { return blurred_; }
   /// Step of a thermometer so coarse (0.1 K or more) that what changes with time cannot be told from a temperature that
   /// moves within a step, in words; nothing for a fine one.

@@ -80,21 +80,36 @@ std::string absorbed_of_history(const std::vector<const Effect*>& absorbed) {
   return fmt::format("{} or {}", fmt::join(names, ", "), last);
 }
 
-/// What would let the curve between the plateaus be known.
-std::string_view closer_plateaus(const std::vector<double>& level_c) {
+constexpr double kCoarse_c = 12.0;
+constexpr double kMedium_c = 6.0;
+
+double widest_step_c(const std::vector<double>& level_c) {
   double widest_c = 0.0;
   for (std::size_t k = 1; k < level_c.size(); ++k) widest_c = std::max(widest_c, level_c[k] - level_c[k - 1]);
-  return widest_c > 12.0 ? ": plateaus 10 K apart would tell" : widest_c > 6.0 ? ": plateaus 5 K apart would tell" : "";
+  return widest_c;
+}
+
+/// What would let the curve between the plateaus be known.
+std::string_view closer_plateaus(double widest_c) {
+  if (widest_c > kCoarse_c) return ": plateaus 10 K apart would tell";
+  return widest_c > kMedium_c ? ": plateaus 5 K apart would tell" : "";
 }
 
 std::string unknown_reason(const SearchResult& found, const std::vector<double>& level_c) {
   const ResidualStructure& structure = *found.residual_structure;
   const std::string absorbed = absorbed_of_history(found.absorbed);
-  if (!structure.of_history || absorbed.empty()) {
-    return fmt::format("readings change with {}, in a way that no effect of the library explains", structure.axis);
+  const double widest_c = widest_step_c(level_c);
+  if (structure.of_history && !absorbed.empty()) {
+    return fmt::format(
+        "readings change with {}; {} would look like it, and cannot be told from the thermal curve here{}",
+        structure.axis, absorbed, closer_plateaus(widest_c));
   }
-  return fmt::format("readings change with {}; {} would look like it, and cannot be told from the thermal curve here{}",
-                     structure.axis, absorbed, closer_plateaus(level_c));
+  if (structure.of_history && widest_c > kCoarse_c) {
+    return fmt::format(
+        "readings change with {}, and what the plateaus show of the curve fits no effect of the library{}",
+        structure.axis, closer_plateaus(widest_c));
+  }
+  return fmt::format("readings change with {}, in a way that no effect of the library explains", structure.axis);
 }
 
 /// `outside`: effects that the means do not show.

@@ -220,7 +220,8 @@ std::optional<ResidualStructure> between_twins(const std::vector<NamedEffect>& e
           .p_adjusted = second.p_adjusted,
           .merit = second.merit,
           .sensors = second.sensors,
-          .forbids_names = true};
+          .forbids_names = true,
+          .of_history = true};
     }
   }
   return std::nullopt;
