@@ -257,6 +257,59 @@ TEST(Branches, OfTwoGiveNoName) {
   }
 }
 
+// One difference is a smooth curve of temperature: a size that changes with temperature would follow whatever it is.
+TEST(Branches, OfTwoSuspectNothingWithAPartLinearInTemperature) {
+  int suspected = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    RampPlan plan;
+    plan.seed = seed;
+    plan.branches = 2;
+    const RampEffect even = play(8.0, 5.0);
+    const GapReport report = find_gap(ramps(plan,
+                                            [&](const Ramp& ramp, Sensor sensor) {
+                                              std::vector<double> added = even(ramp, sensor);
+                                              for (std::size_t i = 0; i < added.size(); ++i)
+                                                added[i] *= 1.0 + ramp.temp_c[i] / 60.0;
+                                              return added;
+                                            }),
+                                      1);
+    for (const NamedEffect& suspect : report.suspects) {
+      ++suspected;
+      EXPECT_EQ(suspect.candidate.shape.find("linear"), std::string::npos) << suspect.candidate.shape;
+    }
+  }
+  EXPECT_GT(suspected, 0);
+}
+
+TEST(Branches, OfTwoSuspectNoMemoryWhereADriftDoesAsWell) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    RampPlan plan;
+    plan.seed = seed;
+    plan.branches = 2;
+    const GapReport report = find_gap(ramps(plan, of_time([](double t_s) { return t_s / 100.0; })), 1);
+    EXPECT_TRUE(report.effects.empty());
+    for (const NamedEffect& suspect : report.suspects) EXPECT_EQ(suspect.effect->name, "aging_drift");
+  }
+}
+
+TEST(Branches, ASuspectIsAcceptedOnlyWhereItIsAskedFor) {
+  RampPlan plan;
+  plan.branches = 2;
+  const LoggedCampaign campaign = ramps(plan, play(8.0, 5.0));
+  const GapReport report = find_gap(campaign, 1);
+  ASSERT_FALSE(report.suspects.empty()) << report.reason;
+  const std::string name(report.suspects.front().effect->name);
+  const auto refused = accepted_terms(campaign, report, {name});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("--suspect"), std::string::npos) << refused.error().message;
+  const auto terms = accepted_terms(campaign, report, {name}, Accepted::suspected);
+  ASSERT_TRUE(terms) << terms.error().message;
+  ASSERT_EQ(terms->size(), 1U);
+  EXPECT_EQ(terms->front().name, name);
+  EXPECT_EQ(terms->front().verdict, "unknown");
+  EXPECT_FALSE(accepted_terms(campaign, report, {"moisture"}, Accepted::suspected));
+}
+
 TEST(Branches, OfOneCannotJudge) {
   RampPlan plan;
   plan.branches = 1;
