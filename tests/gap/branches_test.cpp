@@ -15,6 +15,8 @@ namespace soak::calib::gap {
 namespace {
 
 using made_up::kStep_s;
+using made_up::of_time;
+using made_up::play;
 using made_up::Ramp;
 using made_up::RampEffect;
 using made_up::RampPlan;
@@ -32,32 +34,11 @@ std::vector<double> behind(const Ramp& ramp, double tau_s) {
   return result;
 }
 
-/// A rod with play of `play_c` to either side, pushed by the temperature.
-RampEffect play(double size, double play_c) {
-  return [=](const Ramp& ramp, Sensor) {
-    std::vector<double> result;
-    double rod_c = ramp.temp_c.front();
-    for (const double c : ramp.temp_c) {
-      rod_c = std::clamp(rod_c, c - play_c, c + play_c);
-      result.push_back(size * (c - rod_c) / play_c);
-    }
-    return result;
-  };
-}
-
 /// A gradient that a second node leaves behind.
 RampEffect gradient(double size) {
   return [=](const Ramp& ramp, Sensor) {
     std::vector<double> result = behind(ramp, 150.0);
     for (std::size_t i = 0; i < result.size(); ++i) result[i] = size * (ramp.temp_c[i] - result[i]) / 7.0;
-    return result;
-  };
-}
-
-RampEffect of_time(const std::function<double(double)>& value) {
-  return [=](const Ramp& ramp, Sensor) {
-    std::vector<double> result;
-    for (const double t_s : ramp.t_s) result.push_back(value(t_s));
     return result;
   };
 }
@@ -243,71 +224,6 @@ TEST(Branches, OfSeveralRunsHaveOffsetsThatAreNoGap) {
   }
   campaign.runs[1] = campaign.runs[0];
   EXPECT_EQ(find_gap(campaign, 1).conclusion, Conclusion::cannot_judge);
-}
-
-TEST(Branches, OfTwoGiveNoName) {
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    RampPlan plan;
-    plan.seed = seed;
-    plan.branches = 2;
-    const GapReport report = find_gap(ramps(plan, play(8.0, 5.0)), 1);
-    EXPECT_TRUE(report.conclusion == Conclusion::unknown || report.conclusion == Conclusion::cannot_judge)
-        << report.reason;
-    EXPECT_TRUE(report.effects.empty());
-  }
-}
-
-// One difference is a smooth curve of temperature: a size that changes with temperature would follow whatever it is.
-TEST(Branches, OfTwoSuspectNothingWithAPartLinearInTemperature) {
-  int suspected = 0;
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    RampPlan plan;
-    plan.seed = seed;
-    plan.branches = 2;
-    const RampEffect even = play(8.0, 5.0);
-    const GapReport report = find_gap(ramps(plan,
-                                            [&](const Ramp& ramp, Sensor sensor) {
-                                              std::vector<double> added = even(ramp, sensor);
-                                              for (std::size_t i = 0; i < added.size(); ++i)
-                                                added[i] *= 1.0 + ramp.temp_c[i] / 60.0;
-                                              return added;
-                                            }),
-                                      1);
-    for (const NamedEffect& suspect : report.suspects) {
-      ++suspected;
-      EXPECT_EQ(suspect.candidate.shape.find("linear"), std::string::npos) << suspect.candidate.shape;
-    }
-  }
-  EXPECT_GT(suspected, 0);
-}
-
-TEST(Branches, OfTwoSuspectNoMemoryWhereADriftDoesAsWell) {
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    RampPlan plan;
-    plan.seed = seed;
-    plan.branches = 2;
-    const GapReport report = find_gap(ramps(plan, of_time([](double t_s) { return t_s / 100.0; })), 1);
-    EXPECT_TRUE(report.effects.empty());
-    for (const NamedEffect& suspect : report.suspects) EXPECT_EQ(suspect.effect->name, "aging_drift");
-  }
-}
-
-TEST(Branches, ASuspectIsAcceptedOnlyWhereItIsAskedFor) {
-  RampPlan plan;
-  plan.branches = 2;
-  const LoggedCampaign campaign = ramps(plan, play(8.0, 5.0));
-  const GapReport report = find_gap(campaign, 1);
-  ASSERT_FALSE(report.suspects.empty()) << report.reason;
-  const std::string name(report.suspects.front().effect->name);
-  const auto refused = accepted_terms(campaign, report, {name});
-  ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().message.find("--suspect"), std::string::npos) << refused.error().message;
-  const auto terms = accepted_terms(campaign, report, {name}, Accepted::suspected);
-  ASSERT_TRUE(terms) << terms.error().message;
-  ASSERT_EQ(terms->size(), 1U);
-  EXPECT_EQ(terms->front().name, name);
-  EXPECT_EQ(terms->front().verdict, "unknown");
-  EXPECT_FALSE(accepted_terms(campaign, report, {"moisture"}, Accepted::suspected));
 }
 
 TEST(Branches, OfOneCannotJudge) {
