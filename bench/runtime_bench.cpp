@@ -167,14 +167,11 @@ void Sample(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(temps.size()));
 }
 
-/// A thermal history in three sensors on top of the curves: each sample with a reading of the thermometer, of which
-/// each moves the rod. "per_plain" is the median over turns of its time over that of soak_apply just before; the limit
-/// is 2.
-void History(benchmark::State& state) {
-  state.SetLabel(state.range(0) != 0 ? "one width" : "three widths");
+/// Curves of general bells, and a thermal history in the three gyros.
+Calibration with_history(bool one_width) {
   Calibration calibration = with(model(kRules, 1.7));
   for (const Sensor sensor : {Sensor::gyro_x, Sensor::gyro_y, Sensor::gyro_z}) {
-    const double width_c = state.range(0) != 0 ? 6.0 : 6.0 + 3.0 * static_cast<double>(index_of(sensor));
+    const double width_c = one_width ? 6.0 : 6.0 + 3.0 * static_cast<double>(index_of(sensor));
     AcceptedTerm term{"thermal_hysteresis", false, {sensor}, {{"amplitude", 0.01}, {"width_c", width_c}}};
     for (int k = 1; k <= 21; ++k) {
       term.parameters.emplace_back("mean_" + std::to_string(k) + "_c", -35.0 + 5.0 * k);
@@ -182,7 +179,14 @@ void History(benchmark::State& state) {
     }
     calibration.terms.push_back(term);
   }
-  const auto bytes = encode(calibration);
+  return calibration;
+}
+
+/// Each sample comes with a reading of the thermometer that moves the rod. "per_plain" is the median over turns of its
+/// time over that of soak_apply just before; the limit is 2.
+void History(benchmark::State& state) {
+  state.SetLabel(state.range(0) != 0 ? "one width" : "three widths");
+  const auto bytes = encode(with_history(state.range(0) != 0));
   soak_cal cal;
   soak_history history;
   if (!bytes || soak_load(&cal, bytes->data(), bytes->size()) != SOAK_OK ||
