@@ -11,13 +11,14 @@
 
 #include <algorithm>
 #include <ctime>
+#include <string>
 #include <vector>
 
 #include "anfis/model/one_input.h"
 #include "base/statistics.h"
 #include "calib/deploy/calibration_file.h"
 #include "calib/deploy/table_form.h"
-#include "calib/runtime/soak_runtime.h"
+#include "calib/runtime/soak_history.h"
 
 namespace soak::calib {
 namespace {
@@ -166,11 +167,68 @@ void Sample(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(temps.size()));
 }
 
+/// Curves of general bells, and a thermal history in the three gyros.
+Calibration with_history(bool one_width) {
+  Calibration calibration = with(model(kRules, 1.7));
+  for (const Sensor sensor : {Sensor::gyro_x, Sensor::gyro_y, Sensor::gyro_z}) {
+    const double width_c = one_width ? 6.0 : 6.0 + 3.0 * static_cast<double>(index_of(sensor));
+    AcceptedTerm term{"thermal_hysteresis", false, {sensor}, {{"amplitude", 0.01}, {"width_c", width_c}}};
+    for (int k = 1; k <= 21; ++k) {
+      term.parameters.emplace_back("mean_" + std::to_string(k) + "_c", -35.0 + 5.0 * k);
+      term.parameters.emplace_back("mean_" + std::to_string(k), 1e-4 * k);
+    }
+    calibration.terms.push_back(term);
+  }
+  return calibration;
+}
+
+/// Each sample comes with a reading of the thermometer that moves the rod. "per_plain" is the median over turns of its
+/// time over that of soak_apply just before; the limit is 2.
+void History(benchmark::State& state) {
+  state.SetLabel(state.range(0) != 0 ? "one width" : "three widths");
+  const auto bytes = encode(with_history(state.range(0) != 0));
+  soak_cal cal;
+  soak_history history;
+  if (!bytes || soak_load(&cal, bytes->data(), bytes->size()) != SOAK_OK ||
+      soak_load_history(&history, &cal) != SOAK_OK) {
+    return state.SkipWithError("no file");
+  }
+  const std::vector<float> temps = temperatures();
+  const float raw[6] = {0.1F, -0.2F, 0.3F, 1.0F, -2.0F, 9.8F};
+  const auto time_of = [&](auto apply) {
+    const double start = now_ns();
+    for (const float temp_c : temps) {
+      float out[6];
+      std::uint32_t flags = 0;
+      const soak_status status = apply(temp_c, out, &flags);
+      benchmark::DoNotOptimize(status);
+      benchmark::DoNotOptimize(out);
+    }
+    return (now_ns() - start) / static_cast<double>(temps.size());
+  };
+  std::vector<double> ratio;
+  std::vector<double> own_ns;
+  for (auto _ : state) {
+    for (int i = 0; i < kStretches; ++i) {
+      const double plain_ns = time_of(
+          [&](float temp_c, float* out, std::uint32_t* flags) { return soak_apply(&cal, temp_c, raw, out, flags); });
+      own_ns.push_back(time_of([&](float temp_c, float* out, std::uint32_t* flags) {
+        (void)soak_history_step(&history, temp_c);
+        return soak_apply_history(&cal, nullptr, &history, temp_c, 0.0F, raw, out, flags);
+      }));
+      ratio.push_back(own_ns.back() / plain_ns);
+    }
+  }
+  state.counters["ns"] = *std::min_element(own_ns.begin(), own_ns.end());
+  state.counters["per_plain"] = base::median(ratio);
+}
+
 BENCHMARK(Table)->ArgName("in_turn")->Arg(1)->Arg(0)->Iterations(1);
 BENCHMARK(WholeExponents)->ArgName("in_turn")->Arg(1)->Arg(0)->Iterations(1);
 BENCHMARK(GeneralBells)->ArgName("in_turn")->Arg(1)->Arg(0)->Iterations(1);
 BENCHMARK(Gaussians)->ArgName("in_turn")->Arg(1)->Arg(0)->Iterations(1);
 BENCHMARK(Sample)->ArgName("bells")->Arg(1)->Arg(0)->Unit(benchmark::kMicrosecond);
+BENCHMARK(History)->ArgName("one_width")->Arg(1)->Arg(0)->Iterations(1);
 
 }  // namespace
 }  // namespace soak::calib

@@ -80,7 +80,7 @@ struct SensorCalibration {
 /// A term that `gap accept` added: evaluated by mechanism, its meaning fixed by its name (design: missing effects).
 struct AcceptedTerm {
   std::string name;
-  bool lab_only = false;  ///< cannot be evaluated from the unit's temperature and its rate
+  bool lab_only = false;  ///< cannot be evaluated from the course of the unit's own temperature
   std::vector<Sensor> sensors;
   std::vector<std::pair<std::string, double>> parameters;
 };

@@ -27,7 +27,8 @@ struct TermPart {
   std::vector<TermParameter> parameters;  ///< those that were estimated first, then those that define the shape
   std::vector<double> covariance;         ///< of the estimated ones, row by row, in the products of their units
   /// What is taken off the mechanism: its mean over the procedure, at temperatures in °C, SI; linear between, held
-  /// beyond. For effects of a unit's past, which a deployed file cannot evaluate: its curves keep that mean. Empty = 0.
+  /// beyond. For effects of a unit's past, which not every reader of a file evaluates: its curves keep that mean. Empty
+  /// = 0.
   std::vector<std::pair<double, double>> centre;
 
   [[nodiscard]] bool acts_on(Sensor sensor) const { return std::ranges::find(sensors, sensor) != sensors.end(); }
@@ -52,7 +53,7 @@ struct ModelTerm {
   std::string name;                 ///< of the effect (design: names for missing effects)
   std::string library;              ///< version of the library of effects that named it
   std::int32_t parent_version = 0;  ///< model in which it was found missing
-  bool lab_only = false;            ///< cannot be evaluated from the unit's temperature and its rate alone
+  bool lab_only = false;            ///< cannot be evaluated from the course of the unit's own temperature
   std::vector<TermPart> parts;      ///< no sensor twice
   double temp_min_c = 0.0;          ///< range of temperature that it was estimated over
   double temp_max_c = 0.0;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -13,6 +14,7 @@
 
 #include "calib/curve/bump_curve.h"
 #include "calib/curve/constant_fit.h"
+#include "calib/model/deployed_terms.h"
 
 namespace soak::calib {
 namespace {
@@ -172,11 +174,7 @@ void add_term(const ModelTerm& term, const std::optional<Coupling>& g_sensitivit
   if (of_the_lab(term)) return;
   if (term.name == "g_sensitivity") return add_g_sensitivity(term, g_sensitivity, calibration);
   if (term.name == "scale_nonlinearity") return add_even_order(term, calibration);
-  for (const TermPart& part : term.parts) {
-    AcceptedTerm out{term.name, term.lab_only, part.sensors, {}};
-    for (const TermParameter& parameter : part.parameters) out.parameters.emplace_back(parameter.name, parameter.value);
-    calibration.terms.push_back(std::move(out));
-  }
+  std::ranges::move(deployed_term(term), std::back_inserter(calibration.terms));
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
  * Accepted effects of a Soak calibration file (docs/gap-terms.md) that a unit can correct from its temperature and the
  * rate at which it changes: temperature_rate, sensor_lag, cross_axis. Beside soak_runtime.h, and as that: C99 or C++,
  * freestanding, no allocation, float32. (g_sensitivity is a section of its own that soak_apply corrects already;
- * effects that the file marks as lab only are passed over.)
+ * thermal_hysteresis needs a state: soak_history.h. Effects that the file marks as lab only are passed over.)
  *
  *     static soak_terms terms;                       once, after soak_load
  *     if (soak_load_terms(&terms, &cal) < 0) { ... }

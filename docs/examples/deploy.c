@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What docs/deployment.md shows, as one program; every line of code on that page stands here. */
 #include "SN-0001.h"
+#include "soak_history.h"
 #include "soak_terms.h"
 
 static soak_cal cal;
@@ -58,6 +59,29 @@ soak_status correct_moving(float temp_c, float temp_rate_kps, const float raw[6]
   return soak_apply_moving(&cal, &terms, temp_c, temp_rate_kps, raw, out, &flags);
 }
 /* [moving] */
+
+/* [history] */
+static soak_history history;
+
+int history_start(const soak_memory* kept) { /* null: nothing was kept from before the power cycle */
+  if (soak_load_history(&history, &cal) < 0) return 0;
+  return kept == NULL || soak_history_resume(&history, kept) == SOAK_OK;
+}
+
+void new_temperature(float temp_c) { /* each reading of the thermometer, or one every few seconds */
+  if (soak_history_step(&history, temp_c) != SOAK_OK) report_fault("thermometer: no temperature");
+}
+
+soak_status correct_remembering(float temp_c, float temp_rate_kps, const float raw[6], float out[6]) {
+  uint32_t flags;
+  return soak_apply_history(&cal, &terms, &history, temp_c, temp_rate_kps, raw, out, &flags);
+}
+
+float gyro_x_unknown(float temp_c) { /* rad/s */
+  float bound;
+  return soak_history_unknown(&history, SOAK_GYRO_X, temp_c, &bound) == SOAK_OK ? bound : 0.0f;
+}
+/* [history] */
 
 /* [uncertainty] */
 float gyro_x_sigma(float temp_c) {
@@ -159,6 +183,9 @@ int main(void) {
   if (correct(25.0f, raw, out) != SOAK_OK || correct(90.0f, raw, out) != SOAK_CLAMPED) return 2;
   if (!(gyro_x_sigma(25.0f) < 0.02f) || !is_exact_enough(1e-6f)) return 3;
   if (soak_load_terms(&terms, &cal) < 0 || correct_moving(25.0f, 0.01f, raw, out) != SOAK_OK) return 5;
+  if (!history_start(NULL)) return 8;
+  new_temperature(25.0f);
+  if (correct_remembering(25.0f, 0.01f, raw, out) != SOAK_OK || gyro_x_unknown(25.0f) != 0.0f) return 8;
   if (correct_several(25.0f, raw, raw, out) != SOAK_OK) return 6;
   if (is_update(&cal, "SN-0001") || !check_signature()) return 7;
   if (!(misalignment_sigma(0, 1) <= 0.01f) || !(accel_x_left_over(29.4f) >= 0.0f)) return 4;

@@ -131,6 +131,7 @@ CommandGroup run_drop_commands();
 CommandGroup fit_commands();
 CommandGroup export_commands();
 CommandGroup eval_commands();
+CommandGroup correct_commands();
 CommandGroup verify_commands();
 CommandGroup unit_commands();
 CommandGroup type_commands();

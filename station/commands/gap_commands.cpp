@@ -68,12 +68,14 @@ struct GapFind final : GapCommand {
 /// no effect is named, if none can be added, or if one is wanted that is not named or cannot be added.
 struct GapAccept final : GapCommand {
   std::vector<std::string> effects;  ///< empty = all that are named
+  bool suspect = false;              ///< suspects may be taken too
   std::string user;                  ///< empty = the user that runs the program
 
   void declare(OptionList& options) override {
     declare_unit(options);
     declare_campaign(options);
     options.add("--effect NAME", &effects, "Only this one of the effects that are named (may be repeated)");
+    options.add("--suspect", &suspect, "Take the effect of --effect also where it is only suspected").needs("--effect");
     declare_gap_user(options, user);
   }
   base::Status run_with(db::Catalog& catalog, Output& output) override;
@@ -298,7 +300,9 @@ base::Status check_samples_are_there(const db::Catalog& catalog, const std::stri
 base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
   auto search = search_gap(catalog, unit, campaign);
   if (!search) return base::forward_error(search);
-  auto found = calib::gap::accepted_terms(search->campaign, search->report, effects);
+  using calib::gap::Accepted;
+  auto found = calib::gap::accepted_terms(search->campaign, search->report, effects,
+                                          suspect ? Accepted::suspected : Accepted::named);
   if (!found) return base::forward_error(found);
   const std::vector<NotAdded> not_added = leave_contained(unit, search->terms, *found);
   // Who asks for an effect by name wants that one, not the rest.

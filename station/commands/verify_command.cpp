@@ -15,6 +15,7 @@
 
 #include "calib/estimate/unit_input.h"
 #include "calib/judge/verification.h"
+#include "calib/model/deployed_terms.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
 #include "station/config/unit_type_file.h"
@@ -255,7 +256,7 @@ std::string verify_text(const calib::Calibration& calibration, const KnownLimits
   }
   std::string corrected;
   for (const calib::ModelTerm& term : terms) corrected += fmt::format("{}{}", corrected.empty() ? "" : ", ", term.name);
-  if (!corrected.empty()) corrected = fmt::format("effects corrected as by soak_apply_moving: {}\n", corrected);
+  if (!corrected.empty()) corrected = fmt::format("effects corrected as on the device: {}\n", corrected);
   return fmt::format("unit {}, model {}: {}\nlimits: {}\n{}{}{}{}{}rule: {}\n", calibration.unit,
                      calibration.model_version, calib::name_of(verification.verdict), limits.source.value_or("none"),
                      corrected, text_table(table), temperatures_text(verification), not_judged_text(verification),
@@ -288,8 +289,8 @@ base::Status VerifyCommand::run(Output& output) {
   std::vector<calib::Warning> warnings;
   auto runs = load_campaign(*catalog, loaded->calibration, campaign, warnings);
   if (!runs) return base::forward_error(runs);
-  // As soak_apply_moving does on the device.
-  const std::vector<calib::ModelTerm> terms = moving_terms(loaded->calibration);
+  // As soak_apply_history and soak_apply_moving do on the device.
+  const std::vector<calib::ModelTerm> terms = calib::moving_terms(loaded->calibration);
   if (const auto taken = take_terms_off(*catalog, terms, *runs, warnings); !taken) return base::forward_error(taken);
   auto verification = calib::verify(loaded->calibration, *runs, limits->limits);
   if (!verification) return base::forward_error(verification);

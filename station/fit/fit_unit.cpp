@@ -151,8 +151,6 @@ base::Result<std::set<std::string>> run_hashes_of(const db::ModelRow& model) {
   return std::set<std::string>(calibration->run_hashes.begin(), calibration->run_hashes.end());
 }
 
-constexpr std::array<std::string_view, 3> kMovingTerms = {"temperature_rate", "sensor_lag", "cross_axis"};
-
 }  // namespace
 
 // What is fitted.
@@ -239,27 +237,6 @@ base::Result<std::vector<calib::ModelTerm>> accepted_terms(const db::Catalog& ca
   if (!model) return base::forward_error(model);
   if (!*model || (*model)->epoch != epoch) return std::vector<calib::ModelTerm>();
   return calib::model_terms_of((*model)->document);
-}
-
-std::vector<calib::ModelTerm> moving_terms(const calib::Calibration& calibration) {
-  std::vector<calib::ModelTerm> terms;
-  for (const calib::AcceptedTerm& accepted : calibration.terms) {
-    if (std::ranges::find(kMovingTerms, accepted.name) == kMovingTerms.end()) continue;
-    // A file has a section for each part of a term.
-    if (terms.empty() || terms.back().name != accepted.name) {
-      terms.emplace_back();
-      terms.back().name = accepted.name;
-    }
-    calib::TermPart part;
-    part.sensors = accepted.sensors;
-    for (const auto& [name, value] : accepted.parameters) {
-      // A device takes the rate of its thermometer, not that of a node behind it.
-      if (accepted.name == "temperature_rate" && (name == "tau_s" || name == "starts_under_way")) continue;
-      part.parameters.push_back({name, value, ""});
-    }
-    terms.back().parts.push_back(std::move(part));
-  }
-  return terms;
 }
 
 base::Status take_terms_off(const db::Catalog& catalog, const std::vector<calib::ModelTerm>& terms,

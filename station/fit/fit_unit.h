@@ -40,9 +40,6 @@ namespace soak::station {
 [[nodiscard]] base::Result<std::vector<calib::ModelTerm>> accepted_terms(const db::Catalog& catalog,
                                                                          const std::string& unit, std::int32_t epoch);
 
-/// Terms of a calibration file that a device corrects while its temperature moves (soak_apply_moving).
-[[nodiscard]] std::vector<calib::ModelTerm> moving_terms(const calib::Calibration& calibration);
-
 /// Takes terms off the segments of `input`, and notes them there; the run files are read for it. `warnings` gets what
 /// could not be taken off (`term_not_evaluated`). Without terms nothing is done.
 [[nodiscard]] base::Status take_terms_off(const db::Catalog& catalog, const std::vector<calib::ModelTerm>& terms,

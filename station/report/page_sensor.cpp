@@ -214,7 +214,7 @@ std::string term_html(const json& term) {
                    {"Probability that scatter looks like this", html::number(term["p_adjusted"])},
                    {"Nearly as good", rivals.empty() ? "nothing" : list_of(rivals)},
                    {"Where it is corrected", term["lab_only"].get<bool>()
-                                                 ? "lab only: needs more than the unit's temperature and its rate"
+                                                 ? "lab only: needs more than the course of the unit's temperature"
                                                  : "in the calibration file"}}),
       parameter_table(term));
 }

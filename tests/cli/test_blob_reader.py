@@ -51,6 +51,21 @@ class Golden(unittest.TestCase):
         self.assertEqual(stated.readings_only, {"g_sensitivity", "accel_z"})
         self.assertIsNone(Calibration.load(golden("mixed")).couplings)
 
+    def test_a_memory_needs_a_width_and_its_mean_in_pairs_that_rise(self):
+        def with_memory(lab_only=0, **parameters):
+            payload = struct.pack("<BBBB", lab_only, 1, 18, len(parameters)) + struct.pack(f"<{len(parameters)}f", *parameters.values())
+            payload += b"thermal_hysteresis" + b"".join(bytes([len(name)]) + name.encode() for name in parameters)
+            return with_section(golden("fis"), 0x0022, payload + bytes(-len(payload) % 4))
+        mean = {"mean_1_c": -20.0, "mean_1": 0.25, "mean_2_c": 40.0, "mean_2": -0.5}
+        term = Calibration.load(with_memory(amplitude=0.5, width_c=6.0, **mean)).terms[-1]
+        self.assertEqual((term.lab_only, dict(term.parameters)["mean_2"]), (False, -0.5))
+        Calibration.load(with_memory(amplitude=0.5, width_c=6.0))
+        Calibration.load(with_memory(lab_only=1, amplitude=0.5, width_c=-6.0))
+        for broken in ({"width_c": 0.0, **mean}, {"amplitude": 0.5}, {"width_c": 6.0, **mean, "mean_2_c": -20.0},
+                       {"width_c": 6.0, "mean_1_c": 0.0}, {**mean, "width_c": 6.0}):
+            with self.assertRaises(BlobError, msg=str(broken)):
+                Calibration.load(with_memory(**broken))
+
     def test_misalignment_of_the_gyros_is_that_the_file_was_made_from(self):
         stated = Calibration.load(golden("gyros")).gyro_misalignment
         self.assertAlmostEqual(stated.matrix[1][2], 0.005, 9)

@@ -20,8 +20,8 @@ from blind_campaign import Programs, configuration  # noqa: E402
 FRESH = ("R05", "R06")
 
 
-def hidden(effect):
-    return {"effect": effect, "magnitude": 2.4, "seed": 3}
+def hidden(effect, seed=3):
+    return {"effect": effect, "magnitude": 2.4, "seed": seed}
 
 
 class Accept(SoakTest):
@@ -58,7 +58,7 @@ class Accept(SoakTest):
         check_schema(accepted, "gap-accept")
         self.assertEqual((accepted["parent"], accepted["model"], accepted["not_added"]), (1, 2, []))
         term = accepted["terms"][0]
-        self.assertEqual((term["name"], term["parent_version"], term["lab_only"]), ("thermal_hysteresis", 1, True))
+        self.assertEqual((term["name"], term["parent_version"], term["lab_only"]), ("thermal_hysteresis", 1, False))
         self.assertEqual(len(term["run_hashes"]), 4)
         self.assertEqual(len(term["parts"][0]["centre"]), 7)
         hit = found["effects"][0]["sensors"]
@@ -143,6 +143,50 @@ class Accept(SoakTest):
         self.assertLess(ratios[3], 0.85, ratios)
         self.assertLess(ratios[-1], 0.95, ratios)
         self.assertIn("sensor_lag", self.soak("verify", self.folder / "after.soakcal", "--campaign", "fresh").stdout)
+
+    def test_a_device_follows_the_history_that_the_file_carries(self):
+        self.campaign(77, [hidden("thermal_hysteresis", 6)])  # of a gyro, which is at rest in all positions
+        shape, corrected, target = {}, {}, self.folder / "corrected.csv"
+        for model in ("before", "after"):
+            if model == "after":
+                term, = self.json("gap", "accept", "--unit", "SN1")["terms"]
+            file = self.folder / f"{model}.soakcal"
+            self.soak("export", "--unit", "SN1", "--format", "blob", "-o", file, "--simulated")
+            verified = self.json("verify", file, "--campaign", "fresh")
+            check_schema(verified, "verify")
+            self.assertEqual(verified["moving_terms"], ["thermal_hysteresis"] if model == "after" else [])
+            shape[model] = {name: sensor["rmse_shape"] for name, sensor in verified["sensors"].items()}
+            device = self.json("correct", file, FRESH[0], "--past", "cooling", "-o", target)
+            check_schema(device, "correct")
+            self.assertEqual(device["thermal_history"], model == "after")
+            corrected[model] = {name: sensor["corrected_rms"] for name, sensor in device["sensors"].items()}
+        hit = {sensor for part in term["parts"] for sensor in part["sensors"]}
+        for sensor in hit:
+            self.assertLess(shape["after"][sensor], 0.85 * shape["before"][sensor], sensor)
+        self.assertTrue(all(sensor.startswith("gyro") for sensor in hit), hit)
+        for sensor in hit:
+            # Most of what is left is the noise of 30 s.
+            self.assertLess(corrected["after"][sensor], 0.92 * corrected["before"][sensor], sensor)
+        self.assertEqual(device["unknown_at_end"], 0.0)
+        with open(target, encoding="utf-8", newline="") as table:
+            rows = list(csv.DictReader(table))
+        self.assertEqual(len(rows), device["blocks"])
+        for sensor in hit:
+            column = [float(row[f"g{sensor[-1]}_corrected_dps"]) for row in rows]
+            self.assertAlmostEqual(np.std(column), corrected["after"][sensor], delta=1e-6)
+        unknown = self.json("correct", file, FRESH[0])
+        self.assertEqual((unknown["past"], unknown["file"]), ("unknown", None))
+        self.assertIn("thermal history", self.soak("correct", file, FRESH[0]).stdout)
+        self.assertIn("nobody", self.refusal("correct", file, "nobody")["message"])
+        # What autopilots and firmware without it lack is told and documented.
+        self.assertTrue(any("thermal_hysteresis" in note for note in
+                            self.json("export", "--unit", "SN1", "--format", "px4", "-o", self.folder / "px4", "--simulated")["notes"]))
+        self.soak("export", "--unit", "SN1", "--format", "json", "-o", self.folder / "out.json", "--simulated")
+        document = json.loads((self.folder / "out.json").read_text(encoding="utf-8"))
+        check_schema(document, "calibration")
+        listed = next(entry for entry in document["terms"] if entry["name"] == "thermal_hysteresis")
+        self.assertFalse(listed["lab_only"])
+        self.assertEqual(sum(name.startswith("mean_") for name in listed["parameters"]), 14)  # seven plateaus
 
     def test_accepting_fits_what_the_model_was_fitted_to(self):
         self.campaign(77, [hidden("sensor_lag")])

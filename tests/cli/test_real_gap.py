@@ -72,6 +72,22 @@ class Branches(SoakTest):
         self.assertEqual(report["effects"], [])
         self.assertEqual(report["held_out"], "half")
 
+    def test_a_suspect_of_two_goes_into_the_model_only_by_name_and_on_request(self):
+        suspect, = {effect["name"] for effect in self.find(2)["suspects"]}
+        for arguments in ((), ("--effect", suspect)):
+            refused = self.refusal("gap", "accept", "--unit", "R1", *arguments)
+            self.assertIn("--suspect", refused["message"])
+        self.refusal("gap", "accept", "--unit", "R1", "--suspect")
+        term, = self.soak_json("gap-accept", "gap", "accept", "--unit", "R1", "--suspect", "--effect", suspect)["terms"]
+        self.assertEqual((term["name"], term["verdict"], term["lab_only"]), ("thermal_hysteresis", "unknown", False))
+        self.soak("export", "--unit", "R1", "--format", "blob", "-o", self.folder / "blob")
+        self.soak("import", self.write("fresh.csv", cycle(3, seed=8)), "--unit", "R1", "--procedure", "verification",
+                  "--campaign", "fresh")
+        device = self.soak_json("correct", "correct", self.folder / "blob", "fresh", "--past", "unknown")
+        self.assertTrue(device["thermal_history"])
+        # What the curve cannot follow of gyro_x: three rods of 0.05 deg/s.
+        self.assertLess(device["sensors"]["gyro_x"]["corrected_rms"], 0.015)
+
     def test_one_cannot_be_judged(self):
         report = self.find(1)
         self.assertEqual(report["verdict"], "cannot_judge")

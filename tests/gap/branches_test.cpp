@@ -15,6 +15,8 @@ namespace soak::calib::gap {
 namespace {
 
 using made_up::kStep_s;
+using made_up::of_time;
+using made_up::play;
 using made_up::Ramp;
 using made_up::RampEffect;
 using made_up::RampPlan;
@@ -32,32 +34,11 @@ std::vector<double> behind(const Ramp& ramp, double tau_s) {
   return result;
 }
 
-/// A rod with play of `play_c` to either side, pushed by the temperature.
-RampEffect play(double size, double play_c) {
-  return [=](const Ramp& ramp, Sensor) {
-    std::vector<double> result;
-    double rod_c = ramp.temp_c.front();
-    for (const double c : ramp.temp_c) {
-      rod_c = std::clamp(rod_c, c - play_c, c + play_c);
-      result.push_back(size * (c - rod_c) / play_c);
-    }
-    return result;
-  };
-}
-
 /// A gradient that a second node leaves behind.
 RampEffect gradient(double size) {
   return [=](const Ramp& ramp, Sensor) {
     std::vector<double> result = behind(ramp, 150.0);
     for (std::size_t i = 0; i < result.size(); ++i) result[i] = size * (ramp.temp_c[i] - result[i]) / 7.0;
-    return result;
-  };
-}
-
-RampEffect of_time(const std::function<double(double)>& value) {
-  return [=](const Ramp& ramp, Sensor) {
-    std::vector<double> result;
-    for (const double t_s : ramp.t_s) result.push_back(value(t_s));
     return result;
   };
 }
@@ -243,18 +224,6 @@ TEST(Branches, OfSeveralRunsHaveOffsetsThatAreNoGap) {
   }
   campaign.runs[1] = campaign.runs[0];
   EXPECT_EQ(find_gap(campaign, 1).conclusion, Conclusion::cannot_judge);
-}
-
-TEST(Branches, OfTwoGiveNoName) {
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    RampPlan plan;
-    plan.seed = seed;
-    plan.branches = 2;
-    const GapReport report = find_gap(ramps(plan, play(8.0, 5.0)), 1);
-    EXPECT_TRUE(report.conclusion == Conclusion::unknown || report.conclusion == Conclusion::cannot_judge)
-        << report.reason;
-    EXPECT_TRUE(report.effects.empty());
-  }
 }
 
 TEST(Branches, OfOneCannotJudge) {

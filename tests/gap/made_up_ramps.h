@@ -105,4 +105,25 @@ inline LoggedCampaign ramps(const RampPlan& plan, const RampEffect& hidden,
   return made;
 }
 
+/// A rod with play of `play_c` to either side, pushed by the temperature.
+inline RampEffect play(double size, double play_c) {
+  return [=](const Ramp& ramp, Sensor) {
+    std::vector<double> result;
+    double rod_c = ramp.temp_c.front();
+    for (const double c : ramp.temp_c) {
+      rod_c = std::clamp(rod_c, c - play_c, c + play_c);
+      result.push_back(size * (c - rod_c) / play_c);
+    }
+    return result;
+  };
+}
+
+inline RampEffect of_time(const std::function<double(double)>& value) {
+  return [=](const Ramp& ramp, Sensor) {
+    std::vector<double> result;
+    for (const double t_s : ramp.t_s) result.push_back(value(t_s));
+    return result;
+  };
+}
+
 }  // namespace soak::calib::gap::made_up

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tests/mcu/evaluate.h"
 
-#include "calib/runtime/soak_runtime.h"
-#include "calib/runtime/soak_terms.h"
+#include "calib/runtime/soak_history.h"
 
 static const float kRaw[6] = {0.1f, -0.2f, 0.3f, 1.0f, -2.0f, 9.8f};
 static const float kTempRate_kps = 0.015625f; /* 0.94 K/min */
@@ -40,12 +39,12 @@ static char* append_state(char* at, uint32_t status, uint32_t flags) {
   return append_hex(append_text(append_hex(append_text(at, " "), status), " "), flags);
 }
 
-static void evaluate_at(const soak_cal* cal, const soak_terms* terms, const char* name, float temp_c,
-                        print_function print) {
+static void evaluate_at(const soak_cal* cal, const soak_terms* terms, soak_history* history, const char* name,
+                        float temp_c, print_function print) {
   char line[512];
   char* at = append_text(line, name);
-  float values[36];
-  uint32_t flags = 0U, moving_flags = 0U, bands = 0U;
+  float values[42];
+  uint32_t flags = 0U, moving_flags = 0U, history_flags = 0U, bands = 0U;
   int i;
   const soak_status applied = soak_apply(cal, temp_c, kRaw, values, &flags);
   const soak_status moving = soak_apply_moving(cal, terms, temp_c, kTempRate_kps, kRaw, values + 18, &moving_flags);
@@ -55,9 +54,12 @@ static void evaluate_at(const soak_cal* cal, const soak_terms* terms, const char
   for (i = 0; i < 6; ++i) {
     bands = bands * 4U + (uint32_t)soak_uncertainty(cal, i, temp_c, &values[24 + i], &values[30 + i]);
   }
+  bands = bands * 4U + (uint32_t)soak_history_step(history, temp_c);
+  bands = bands * 4U +
+          (uint32_t)soak_apply_history(cal, terms, history, temp_c, kTempRate_kps, kRaw, values + 36, &history_flags);
   at = append_state(append_float(at, temp_c), worst, flags);
-  at = append_state(at, (uint32_t)moving * 4096U + bands, moving_flags);
-  (void)append_text(append_floats(at, values, 36), "\n");
+  at = append_state(at, (uint32_t)moving * 65536U + bands, moving_flags ^ history_flags);
+  (void)append_text(append_floats(at, values, 42), "\n");
   print(line);
 }
 
@@ -82,11 +84,13 @@ static void evaluate_constants(const soak_cal* cal, const soak_terms* terms, con
 void evaluate_file(const char* name, const uint8_t* file, size_t size, print_function print) {
   soak_cal cal;
   soak_terms terms;
+  soak_history history;
   int i;
-  if (soak_load(&cal, file, size) != SOAK_OK || soak_load_terms(&terms, &cal) < 0) {
+  if (soak_load(&cal, file, size) != SOAK_OK || soak_load_terms(&terms, &cal) < 0 ||
+      soak_load_history(&history, &cal) < 0) {
     print("refused\n");
     return;
   }
   evaluate_constants(&cal, &terms, name, print);
-  for (i = 0; i <= 346; ++i) evaluate_at(&cal, &terms, name, -45.0f + 0.375f * (float)i, print);
+  for (i = 0; i <= 346; ++i) evaluate_at(&cal, &terms, &history, name, -45.0f + 0.375f * (float)i, print);
 }

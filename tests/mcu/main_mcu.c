@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* On the microcontroller: the values of all golden files, and instructions per call. */
-#include "calib/runtime/soak_runtime.h"
+#include "calib/runtime/soak_history.h"
 #include "tests/mcu/board.h"
 #include "tests/mcu/evaluate.h"
 
@@ -15,6 +15,7 @@ GOLDEN(couplings);
 GOLDEN(moving);
 
 static soak_cal cal;
+static soak_history history;
 static volatile float sink;
 
 typedef void (*work)(float temp_c);
@@ -32,6 +33,16 @@ static void apply(float temp_c) {
   float out[6];
   uint32_t flags;
   if (soak_apply(&cal, temp_c, raw, out, &flags) >= SOAK_OK) sink = out[0];
+}
+
+/* Each call moves the rod. */
+static void history_step(float temp_c) { sink = (float)soak_history_step(&history, temp_c); }
+
+static void history_apply(float temp_c) {
+  static const float raw[6] = {0.1f, -0.2f, 0.3f, 1.0f, -2.0f, 9.8f};
+  float out[6];
+  uint32_t flags;
+  if (soak_apply_history(&cal, NULL, &history, temp_c, 0.0f, raw, out, &flags) >= SOAK_OK) sink = out[0];
 }
 
 static void bias_of(int sensor, float temp_c) {
@@ -91,5 +102,10 @@ int main(void) {
   LOAD(table);
   count("table_bias", gyro_bias);
   count("table_apply", apply);
+  LOAD(moving);
+  if (soak_load_history(&history, &cal) != SOAK_OK) board_print("refused\n");
+  count("moving_apply", apply);
+  count("history_step", history_step);
+  count("history_apply", history_apply);
   return 0;
 }

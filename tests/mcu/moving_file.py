@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""moving_file.py IN OUT: a calibration file with effects that soak_apply_moving corrects (docs/blob-format.md, 0x0022)."""
+"""moving_file.py IN OUT: a calibration file with effects that soak_apply_moving and soak_apply_history correct (docs/blob-format.md,
+0x0022)."""
 import struct
 import sys
 
@@ -10,7 +11,9 @@ GYROS, ACCELS = 0b000111, 0b111000
 TERMS = [("temperature_rate", GYROS | ACCELS, {"per_kps": 0.25, "per_kps_per_c": 0.004, "reference_c": 25.0}),
          ("sensor_lag", GYROS | ACCELS, {"factor": 1.0, "tau_s": 75.0}),
          ("cross_axis", 0b001000, {"x": 0.0, "y": 3e-6, "z": -5e-6, "reference_c": 25.0}),
-         ("cross_axis", 0b100000, {"x": 2e-6, "y": 7e-6, "z": 0.0, "reference_c": 25.0})]
+         ("cross_axis", 0b100000, {"x": 2e-6, "y": 7e-6, "z": 0.0, "reference_c": 25.0}),
+         ("thermal_hysteresis", GYROS, {"amplitude": 0.003, "amplitude_per_c": 2e-5, "width_c": 12.0, "reference_c": 25.0,
+                                        "mean_1_c": -20.0, "mean_1": -0.001, "mean_2_c": 60.0, "mean_2": 0.0015})]
 
 
 def crc32c(content):

@@ -8,7 +8,7 @@ import sys
 
 FILES = ["fis", "whole", "mixed", "table", "couplings", "moving"]
 LINES = 1 + 347  # constants; -45 to 85 °C in steps of 3/8
-APPLIED, MOVING, BANDS = slice(0, 6), slice(18, 24), slice(24, 36)  # of the 36 numbers of a line
+APPLIED, MOVING, BANDS, REMEMBERED = slice(0, 6), slice(18, 24), slice(24, 36), slice(36, 42)  # of the numbers of a line
 NAN = "7fc00000"
 # soak_apply per sample may cost this many instructions; docs/deployment.md states fewer.
 LIMITS = {"fis_apply": 8000, "table_apply": 2000, "table_bias": 150, "hundred_more": 101}
@@ -43,6 +43,8 @@ def check_counts(found):
     assert found["hundred_more"] in (100, 101), found  # the counter counts instructions
     for name, limit in LIMITS.items():
         assert found[name] <= limit, (name, found[name])
+    # A sample with a reading of the thermometer: at most twice what it costs without a history.
+    assert found["history_step"] + found["history_apply"] <= 2 * found["moving_apply"], found
 
 
 def check_reach(lines):
@@ -50,13 +52,16 @@ def check_reach(lines):
     numbers = {}
     for line in lines:
         name, temp, *_ = line.split()
-        numbers[name, temp] = line.split()[-36:]
+        numbers[name, temp] = line.split()[-36:] if temp == "constants" else line.split()[-42:]
     assert set(numbers["couplings", "constants"][0:24]) - {NAN}, "uncertainties of couplings"
     near_25_c = "41c60000"  # 24.75 °C
     assert NAN not in numbers["fis", near_25_c][BANDS], "ci95 and pi95"
     assert numbers["couplings", near_25_c][MOVING] == numbers["couplings", near_25_c][APPLIED], "no effects"
     moved = [a != b for a, b in zip(numbers["moving", near_25_c][MOVING], numbers["moving", near_25_c][APPLIED])]
     assert moved == [True, False, True, True, True, True], moved  # the file has no gyro_y
+    assert numbers["couplings", near_25_c][REMEMBERED] == numbers["couplings", near_25_c][APPLIED], "no history"
+    remembered = [a != b for a, b in zip(numbers["moving", near_25_c][REMEMBERED], numbers["moving", near_25_c][MOVING])]
+    assert remembered == [True, False, True, False, False, False], remembered
 
 
 def main():
@@ -73,7 +78,7 @@ def main():
     different = [(a, b) for a, b in zip(values, expected) if a != b]
     assert not different, different[:2]
     check_counts(counts(lines))
-    print(f"{len(values)} lines of 36 values each: the same bits")
+    print(f"{len(values)} lines of 36 or 42 values each: the same bits")
     print("\n".join(line for line in lines if line.startswith(("count ", "load "))))
     return 0
 

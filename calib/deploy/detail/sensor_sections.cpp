@@ -5,6 +5,7 @@
 #include "base/hash.h"
 #include "base/text.h"
 #include "calib/deploy/detail/sections.h"
+#include "calib/model/deployed_terms.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib::file {
@@ -110,6 +111,10 @@ base::Status check_term(const AcceptedTerm& term) {
   for (const auto& [name, value] : term.parameters) {
     if (auto status = check_text(name, "name of a parameter"); !status) return status;
     if (!fits_float(value)) return base::bad_input("parameter " + name + " is not a finite float32 number", where);
+  }
+  if (!can_be_followed(term)) {
+    return base::bad_input("a memory needs width_c above 0, and its mean last, in pairs with rising temperatures",
+                           where);
   }
   return {};
 }
@@ -335,7 +340,7 @@ base::Result<AcceptedTerm> read_term(std::span<const std::uint8_t> payload) {
   for (auto& parameter : term.parameters) parameter.first = in.text(in.number<std::uint8_t>());
   const bool finite =
       std::ranges::all_of(term.parameters, [](const auto& parameter) { return std::isfinite(parameter.second); });
-  if (!in.is_whole() || term.name.empty() || !finite) {
+  if (!in.is_whole() || term.name.empty() || !finite || !can_be_followed(term)) {
     return base::corrupt("an accepted term breaks the format", "terms");
   }
   return term;

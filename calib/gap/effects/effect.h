@@ -104,7 +104,7 @@ struct Effect {
   bool follows_history = false;
   /// The twin that is taken instead where the data hardly tell the two apart: what more units have.
   std::string_view commoner = {};
-  bool lab_only = true;  ///< cannot be evaluated from the unit's temperature and its rate alone
+  bool lab_only = true;  ///< cannot be evaluated from the course of the unit's own temperature
 };
 
 /// Version of the library: rises when what an effect's name or parameters mean changes.

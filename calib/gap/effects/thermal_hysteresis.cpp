@@ -78,6 +78,7 @@ Effect thermal_hysteresis() {
     meaning.given.push_back({"width_c", candidate.shape_values.front(), "K"});
     return meaning;
   };
+  effect.lab_only = false;
   return effect;
 }
 

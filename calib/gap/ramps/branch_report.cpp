@@ -248,8 +248,8 @@ GapReport judge_branches(const LoggedCampaign& campaign, const RampRecording& re
     return cannot_judge(std::move(report),
                         "no sensor has readings that scatter in two branches at common temperatures");
   }
-  const std::vector<RampEffect> tried = effects_on_ramps(recording, history);
-  const BranchResult result = search_branches(fits, tried);
+  const std::vector<RampEffect> tried = effects_on_ramps(recording, history, plan->halves);
+  const BranchResult result = search_branches(fits, tried, plan->halves);
   decide_on_ramps(result, tried, fits, plan->halves, report);
   // No procedure repeats a recording without plateaus: the library's sentence stands for the simulated ranking.
   for (const NamedEffect& named : report.effects) {

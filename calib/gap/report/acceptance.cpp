@@ -91,10 +91,26 @@ bool wanted(const NamedEffect& named, const std::vector<std::string>& names) {
   return names.empty() || std::find(names.begin(), names.end(), named.effect->name) != names.end();
 }
 
-std::string named_list(const GapReport& report) {
+std::string list_of_names(const std::vector<NamedEffect>& effects) {
   std::vector<std::string_view> names;
-  for (const NamedEffect& named : report.effects) names.push_back(named.effect->name);
+  for (const NamedEffect& named : effects) names.push_back(named.effect->name);
   return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// Whether the parameters of an effect mean something: those of a drift that only forbids names do not.
+bool has_meaning(const NamedEffect& named) {
+  return std::ranges::all_of(named.sensors, [&](Sensor sensor) {
+    const std::size_t s = index_of(sensor);
+    return named.meaning[s].estimated.size() == static_cast<std::size_t>(named.parameters[s].size());
+  });
+}
+
+/// What a report without named effects leaves to do.
+std::string suspects_text(const GapReport& report) {
+  std::vector<NamedEffect> suspects;
+  std::ranges::copy_if(report.suspects, std::back_inserter(suspects), has_meaning);
+  if (suspects.empty()) return {};
+  return fmt::format("; suspected is {}, which '--suspect --effect NAME' takes all the same", list_of_names(suspects));
 }
 
 /// A sensor has its own shape on ramps, and then an entry of its own: they are parts of one term.
@@ -110,19 +126,24 @@ void add_term(ModelTerm term, std::vector<ModelTerm>& terms) {
 }  // namespace
 
 base::Result<std::vector<ModelTerm>> accepted_terms(const LoggedCampaign& campaign, const GapReport& report,
-                                                    const std::vector<std::string>& names) {
-  if (report.effects.empty()) {
-    return base::bad_input(
-        fmt::format("nothing to accept: the verdict is '{}', {}", name_of(report.conclusion), report.reason));
+                                                    const std::vector<std::string>& names, Accepted accepted) {
+  std::vector<NamedEffect> effects = report.effects;
+  if (accepted == Accepted::suspected) std::ranges::copy_if(report.suspects, std::back_inserter(effects), has_meaning);
+  if (effects.empty()) {
+    return base::bad_input(fmt::format("nothing to accept: the verdict is '{}', {}{}", name_of(report.conclusion),
+                                       report.reason, suspects_text(report)));
   }
   for (const std::string& name : names) {
-    const bool known = std::any_of(report.effects.begin(), report.effects.end(),
+    const bool known = std::any_of(effects.begin(), effects.end(),
                                    [&](const NamedEffect& named) { return named.effect->name == name; });
-    if (!known)
-      return base::bad_input(fmt::format("'{}' is not among the effects named: {}", name, named_list(report)));
+    if (!known) {
+      return base::bad_input(fmt::format("'{}' is not among the effects {}: {}", name,
+                                         accepted == Accepted::named ? "named" : "named or suspected",
+                                         list_of_names(effects)));
+    }
   }
   std::vector<ModelTerm> terms;
-  for (const NamedEffect& named : report.effects) {
+  for (const NamedEffect& named : effects) {
     if (!wanted(named, names)) continue;
     ModelTerm term = term_of(named, report);
     note_data(campaign, term);

@@ -84,10 +84,15 @@ struct GapReport {
 /// The document of `soak gap find --json` (docs/schema/gap-find.schema.json): deg/s and m/s².
 [[nodiscard]] nlohmann::json gap_json(const GapReport& report);
 
+/// Which of a report's effects to take: those that it names, or its suspects as well.
+enum class Accepted { named, suspected };
+
 /// The named effects of a report as terms of a model, in the report's order: of all, or of `names` where it is not
-/// empty. Refuses (bad_input) a report without a named effect, and a name that it has not named, saying what it has.
+/// empty. With Accepted::suspected its suspects count as named; the terms keep the report's verdict. Refuses
+/// (bad_input) a report without such an effect, and a name that it has not, saying what it has.
 [[nodiscard]] base::Result<std::vector<ModelTerm>> accepted_terms(const LoggedCampaign& campaign,
                                                                   const GapReport& report,
-                                                                  const std::vector<std::string>& names);
+                                                                  const std::vector<std::string>& names,
+                                                                  Accepted accepted = Accepted::named);
 
 }  // namespace soak::calib::gap

@@ -18,6 +18,10 @@ int runtime_as_c_apply(const uint8_t* file, size_t size, float temp_c, const flo
 int runtime_as_c_apply_moving(const uint8_t* file, size_t size, float temp_c, float temp_rate_kps, const float raw[6],
                               float out[6], uint32_t* flags);
 
+/* The same with the thermal history of a way that ends at the sample's temperature. */
+int runtime_as_c_apply_history(const uint8_t* file, size_t size, const float* path_c, size_t count, float temp_rate_kps,
+                               const float raw[6], float out[6], uint32_t* flags);
+
 #ifdef __cplusplus
 }
 #endif

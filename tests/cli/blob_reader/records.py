@@ -6,6 +6,7 @@ from __future__ import annotations
 import datetime
 import uuid
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .curves import clamp, require_count, require_rising, require_temperatures, to_float32
@@ -222,7 +223,20 @@ def read_term(payload: Payload) -> Term:
     values = payload.floats(count)
     name = payload.text(name_size)
     names = [payload.text(*payload.integers("B")) for _ in values]
+    if name == "thermal_hysteresis" and not flags & 1:
+        _check_memory(names, values)
     return Term(name, sensors, bool(flags & 1), tuple(zip(names, values)))
+
+
+def _check_memory(names: Sequence[str], values: Sequence[float]) -> None:
+    """A width, and the mean as the last parameters, in pairs with rising temperatures."""
+    require("width_c" in names and values[names.index("width_c")] > 0, "a memory has no width")
+    first = names.index("mean_1_c") if "mean_1_c" in names else len(names)
+    pairs = (len(names) - first) // 2
+    expected = [part for k in range(1, pairs + 1) for part in (f"mean_{k}_c", f"mean_{k}")]
+    require(list(names[first:]) == expected, "the mean of a memory is not in pairs at the end")
+    temps_c = values[first::2]
+    require(all(a < b for a, b in zip(temps_c, temps_c[1:])), "the temperatures of a mean do not rise")
 
 
 def _read_uncertainty_matrix(payload: Payload) -> Matrix:

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "calib/runtime/soak_terms.h"
+#include "calib/runtime/soak_history.h"
 
 static int same_bits(float a, float b) {
   uint32_t bits_of_a, bits_of_b;
@@ -136,12 +136,39 @@ static const char* check_moving(const soak_cal* cal) {
   return NULL;
 }
 
+static const char* check_history(const soak_cal* cal) {
+  static const float sample[6] = {0.1f, -0.2f, 0.3f, 1.0f, -2.0f, 9.8f};
+  static const float path_c[] = {20.0f, NAN, 900.0f, -273.0f, 1e9f, 19.0f, 19.1f, 60.0f};
+  soak_history history;
+  float out[6], bound;
+  uint32_t flags, i, k;
+  if (soak_load_history(&history, cal) < 0 && history.count != 0U) return "refused terms are not taken";
+  for (k = 0; k < sizeof path_c / sizeof path_c[0]; ++k) {
+    const soak_status stepped = soak_history_step(&history, path_c[k]);
+    const soak_status status = soak_apply_history(cal, NULL, &history, path_c[k], 0.0f, sample, out, &flags);
+    if (status < SOAK_OK) return "soak_apply_history refuses no loaded file";
+    if ((stepped == SOAK_INVALID) != !(path_c[k] >= -273.15f && path_c[k] <= 1000.0f))
+      return "what is no temperature is told";
+    for (i = 0; i < 6U; ++i) {
+      const int uncorrected = (flags & (SOAK_FLAG_ABSENT(i) | SOAK_FLAG_INVALID(i))) != 0U;
+      if (!(soak_magnitude(history.state.memory[i]) <= 1.0f)) return "a memory lies from -1 to 1";
+      if (!(history.state.unknown[i] >= 0.0f && history.state.unknown[i] <= 1.0f)) return "what is unknown is a share";
+      if (uncorrected && !same_bits(out[i], sample[i])) return "a sensor without correction passes unchanged";
+      if (!uncorrected && !soak_is_finite(out[i])) return "a sensor with correction is finite";
+      if (soak_history_unknown(&history, (int)i, 20.0f, &bound) == SOAK_OK && bound < 0.0f)
+        return "a bound is not negative";
+    }
+  }
+  return NULL;
+}
+
 static const char* check_everything(const soak_cal* cal) {
   static const float fixed[] = {-300.0f, -29.9f, 0.0f, 20.0f, 1e-40f, 1e9f, -FLT_MAX, NAN, INFINITY};
   const char* broken = check_couplings(cal);
   uint32_t i, k;
   if (broken == NULL) broken = check_identity(cal);
   if (broken == NULL && cal->provenance != NULL) broken = check_moving(cal);
+  if (broken == NULL && cal->provenance != NULL) broken = check_history(cal);
   for (i = 0; i < sizeof fixed / sizeof fixed[0] && broken == NULL; ++i) broken = check_temperature(cal, fixed[i]);
   for (i = 0; i < 6U; ++i) {
     const float low = cal->sensor[i].temp_min_c, high = cal->sensor[i].temp_max_c;

@@ -20,6 +20,7 @@ constexpr double kAtFloor = 1.5;    ///< of the floor's square: nothing more to 
 constexpr double kExplains = 0.95;  ///< share of the square that an effect has to close
 constexpr double kRival = 6.0;
 constexpr double kSecondColumn = 0.8;  ///< share of the square that a second parameter may leave at most
+constexpr double kDriftApart = 4.0;    ///< of two branches: the square that a drift leaves over that of the effect
 
 /// Effects that follow time, temperature or a logged channel, in the order in which rivals are listed.
 constexpr std::array<std::string_view, 6> kOnRamps = {"thermal_hysteresis", "temperature_rate",
@@ -76,6 +77,10 @@ bool repeats(const BranchFit& fit) {
   return better >= 2;
 }
 
+bool has_second_parameter(const Candidate& candidate) {
+  return std::ranges::any_of(candidate.columns, [](const auto& columns) { return columns.cols() > 1; });
+}
+
 double candidate_count(const std::vector<RampEffect>& effects) {
   double count = 0.0;
   for (const RampEffect& effect : effects) count += static_cast<double>(effect.candidates().size());
@@ -108,7 +113,7 @@ std::array<std::size_t, kSensorCount> best_candidates(const RampEffect& effect, 
     if (errors[s].empty()) continue;
     std::vector<double> own;
     for (std::size_t k = 0; k < together.size(); ++k) {
-      const double price = effect.candidates()[k].columns[s].cols() > 1 ? -std::log(kSecondColumn) : 0.0;
+      const double price = has_second_parameter(effect.candidates()[k]) ? -std::log(kSecondColumn) : 0.0;
       own.push_back(remainder(errors[s][k], *fits[s], result.sensor[s]->floor) + price);
       together[k] += own.back();
     }
@@ -147,6 +152,18 @@ Outcome judge_shape(const Candidate& shape, std::size_t number, std::vector<doub
   outcome.delta_bic = fit.rows() * std::log(without.squares / with.squares) - added * std::log(fit.rows());
   outcome.explains = outcome.supported && outcome.closed >= kExplains && outcome.p_adjusted < kGate;
   return outcome;
+}
+
+/// Of two branches: halves of one difference that also grows with time support no effect.
+void withhold_where_a_drift_does(const std::vector<RampEffect>& effects, SensorResult& result) {
+  double drift = std::numeric_limits<double>::infinity();
+  for (std::size_t m = 0; m < result.outcomes.size(); ++m) {
+    if (effects[m].nuisance) drift = std::min(drift, result.outcomes[m].after);
+  }
+  for (std::size_t m = 0; m < result.outcomes.size(); ++m) {
+    Outcome& outcome = result.outcomes[m];
+    if (!effects[m].nuisance && kDriftApart * outcome.after > drift) outcome.explains = false;
+  }
 }
 
 /// Mean over sensors of log(square over floor), 0 at the floor; what no fold supports counts as the base.
@@ -202,7 +219,8 @@ double over_folds(const std::vector<double>& squares, const std::vector<double>&
   return sum / total;
 }
 
-std::vector<RampEffect> effects_on_ramps(const RampRecording& recording, const TemperatureHistory& history) {
+std::vector<RampEffect> effects_on_ramps(const RampRecording& recording, const TemperatureHistory& history,
+                                         bool halves) {
   std::vector<RampEffect> list;
   for (const std::string_view name : kOnRamps) {
     const auto effect =
@@ -210,11 +228,16 @@ std::vector<RampEffect> effects_on_ramps(const RampRecording& recording, const T
     list.push_back({&*effect, effect->on_ramps(recording.observations, history)});
   }
   list.push_back(drift_on_ramps(recording.observations));
+  // The one difference of two branches is a smooth curve of temperature, which two parameters and a shape nearly always
+  // follow: that one half of it predicts the other says little then.
+  for (RampEffect& effect : list) {
+    if (halves) std::erase_if(effect.shown.candidates, has_second_parameter);
+  }
   std::erase_if(list, [](const RampEffect& effect) { return effect.candidates().empty(); });
   return list;
 }
 
-BranchResult search_branches(const BranchFits& fits, const std::vector<RampEffect>& effects) {
+BranchResult search_branches(const BranchFits& fits, const std::vector<RampEffect>& effects, bool halves) {
   BranchResult result;
   const auto sensors =
       static_cast<double>(std::count_if(fits.begin(), fits.end(), [](const auto& fit) { return fit.has_value(); }));
@@ -233,6 +256,9 @@ BranchResult search_branches(const BranchFits& fits, const std::vector<RampEffec
       result.sensor[s]->outcomes.push_back(
           judge_shape(effect.candidates()[k], k, std::move(errors[s][k]), *fits[s], *result.sensor[s], tests));
     }
+  }
+  for (auto& sensor : result.sensor) {
+    if (halves && sensor) withhold_where_a_drift_does(effects, *sensor);
   }
   choose_winner(result, effects.size());
   return result;

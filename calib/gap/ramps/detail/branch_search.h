@@ -19,9 +19,9 @@ struct RampEffect {
 };
 
 /// The effects of the library whose channels were recorded, and a straight drift in time as nuisance, in the order in
-/// which rivals are listed.
+/// which rivals are listed. `halves`: of two branches, without candidates of two parameters.
 [[nodiscard]] std::vector<RampEffect> effects_on_ramps(const RampRecording& recording,
-                                                       const TemperatureHistory& history);
+                                                       const TemperatureHistory& history, bool halves);
 
 using BranchFits = std::array<std::optional<BranchFit>, kSensorCount>;
 
@@ -34,7 +34,8 @@ struct Outcome {
   double p_adjusted = 1.0;     ///< chance that scatter gains as much, for all candidates and sensors
   double delta_bic = 0.0;      ///< BIC without the term less BIC with it
   std::vector<double> errors;  ///< mean square of each fold
-  /// Whether the folds support it, it leaves less than a twentieth of the square, and p_adjusted is below kGate.
+  /// Whether the folds support it, it leaves less than a twentieth of the square, and p_adjusted is below kGate; of two
+  /// branches also, whether a straight drift leaves four times its square.
   bool explains = false;
 };
 
@@ -65,6 +66,6 @@ struct BranchResult {
 /// that is below kGate for all sensors. The winner is the effect that brings the sensors that it explains nearest to
 /// their floor; rivals are those that leave no more than six times the winner's square in these sensors, in the
 /// geometric mean.
-[[nodiscard]] BranchResult search_branches(const BranchFits& fits, const std::vector<RampEffect>& effects);
+[[nodiscard]] BranchResult search_branches(const BranchFits& fits, const std::vector<RampEffect>& effects, bool halves);
 
 }  // namespace soak::calib::gap::ramps
