@@ -30,8 +30,10 @@ TermPart part_of(const AcceptedTerm& accepted) {
     part.centre.emplace_back(numbers.at(mean_temp_name(k)), numbers.at(mean_name(k)));
   }
   for (const auto& [name, value] : accepted.parameters) {
-    // A device takes the rate of its thermometer, not that of a node behind it.
+    // A device takes the rate of its thermometer, not that of a node behind it; how the recording began in which the
+    // effect was found says nothing of others.
     if (accepted.name == "temperature_rate" && (name == "tau_s" || name == "starts_under_way")) continue;
+    if (accepted.name == "thermal_hysteresis" && name == "starts_along") continue;
     if (name.starts_with("mean_")) continue;
     part.parameters.push_back({name, value, ""});
   }

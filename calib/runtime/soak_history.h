@@ -17,6 +17,7 @@
  * Start: soak_load_history begins with h = 0, which may be wrong by 1. Whatever came before is forgotten over the way:
  * each width_c of it, up or down, leaves 1/e, three leave 5 %. soak_history_unknown says how much of the correction is
  * not known yet. Who knows more tells it: soak_history_start, or soak_history_resume with what was kept from before.
+ * What the unit went through between two readings is in neither: after a pause with turns in it, begin anew.
  */
 #ifndef SOAK_HISTORY_H_
 #define SOAK_HISTORY_H_
@@ -53,15 +54,33 @@ typedef struct soak_history {
 /* The rod moves in steps of at least so much: shorter ones would be lost in the rounding of the memory. */
 #define SOAK_LEAST_WAY_C 0.001953125f
 
+/* Whether a name of the format (its length, then its letters) is mean_K_c, or mean_K without `of_temp`. */
+static inline int soak_is_mean(const uint8_t* text, uint32_t number, int of_temp) {
+  char name[11] = "mean_";
+  uint32_t end = 5U;
+  if (number >= 100U) name[end++] = (char)('0' + number / 100U);
+  if (number >= 10U) name[end++] = (char)('0' + number / 10U % 10U);
+  name[end++] = (char)('0' + number % 10U);
+  if (of_temp) {
+    name[end++] = '_';
+    name[end++] = 'c';
+  }
+  name[end] = '\0';
+  return soak_same_name(text + 1, text[0], name);
+}
+
 /* The pairs mean_1_c, mean_1, mean_2_c ... end the list of parameters. Returns their number; -1 where they break the
  * format. */
 static inline int32_t soak_find_means(const soak_term_view* view, const uint8_t** pairs) {
   const uint8_t* text = view->names;
   uint32_t i, k, count;
-  for (i = 0; i < view->parameters && !soak_same_name(text + 1, text[0], "mean_1_c"); ++i) text += 1U + text[0];
+  for (i = 0; i < view->parameters && !soak_is_mean(text, 1U, 1); ++i) text += 1U + text[0];
   *pairs = view->payload + 4U + 4U * i;
   if ((view->parameters - i) % 2U != 0U) return -1;
   count = (view->parameters - i) / 2U;
+  for (k = 0; k < 2U * count; ++k, text += 1U + text[0]) {
+    if (!soak_is_mean(text, k / 2U + 1U, k % 2U == 0U)) return -1;
+  }
   for (k = 1; k < count; ++k) {
     if (!(soak_f32(*pairs + 8U * k) > soak_f32(*pairs + 8U * k - 8U))) return -1;
   }
@@ -205,9 +224,10 @@ static inline soak_status soak_history_step(soak_history* history, float temp_c)
   return SOAK_OK;
 }
 
-/* How far the correction of a sensor may be off at temp_c because its past is not known, rad/s or m/s²; 0 where the
- * file has no such effect for it, or the past was told. But for the play of the rod, whose end may be off by 0.25 K
- * until the temperature has moved by 0.5 K one way. */
+/* How far the correction of a sensor may be off at temp_c (within the sensor's range) because what came before the
+ * first reading is not known, rad/s or m/s²; 0 where the file has no such effect for it, or the past was told. But for
+ * the play of the rod, whose end may be off by 0.25 K until the temperature has moved by 0.5 K one way, and for turns
+ * that no reading showed. */
 SOAK_NODISCARD static inline soak_status soak_history_unknown(const soak_history* history, int sensor, float temp_c,
                                                               float* bound) {
   if (history == NULL || bound == NULL || sensor < 0 || sensor >= SOAK_SENSORS) return SOAK_E_ARGUMENT;
@@ -220,9 +240,9 @@ SOAK_NODISCARD static inline soak_status soak_history_unknown(const soak_history
 }
 
 /* Corrects one sample as soak_apply_moving does, and for the history: each sensor loses amplitude * h less the mean
- * that its bias curve already holds. Beyond a sensor's valid range that of its nearer end. Before the first step, as
- * soak_apply_moving. `terms` may be null: then, and where the file has none of them, as soak_apply, and temp_rate_kps
- * is not looked at. Does not step: any number of threads may apply one history while none steps it. */
+ * that its bias curve already holds. Beyond a sensor's valid range that of its nearer end. `terms` may be null: then,
+ * and where the file has none of them, as soak_apply, and temp_rate_kps is not looked at. Does not step: any number of
+ * threads may apply one history while none steps it. */
 SOAK_NODISCARD static inline soak_status soak_apply_history(const soak_cal* cal, const soak_terms* terms,
                                                             const soak_history* history, float temp_c,
                                                             float temp_rate_kps, const float raw[6], float out[6],
@@ -233,7 +253,7 @@ SOAK_NODISCARD static inline soak_status soak_apply_history(const soak_cal* cal,
   if (cal == NULL || history == NULL || raw == NULL || out == NULL || flags == NULL) return SOAK_E_ARGUMENT;
   for (i = 0; i < 6U; ++i) {
     given[i] = reading[i] = raw[i];
-    if (!(history->width_c[i] > 0.0f) || history->state.begun == 0U || !soak_is_finite(temp_c)) continue;
+    if (!(history->width_c[i] > 0.0f) || !soak_is_finite(temp_c)) continue;
     {
       const float at_c = soak_clamp(temp_c, cal->sensor[i].temp_min_c, cal->sensor[i].temp_max_c);
       reading[i] -= soak_amplitude_at(history, i, at_c) * history->state.memory[i] -

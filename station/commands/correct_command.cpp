@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
@@ -33,23 +35,30 @@ struct CorrectCommand final : CatalogCommand {
     options.add("--past WAY", &past, "How the unit came to its first temperature: what a thermal history starts with")
         .one_of({"unknown", "heating", "cooling"})
         .with_default();
-    options.add("-o,--output FILE.csv", &target, "Means of 30 s, raw and corrected");
+    options.add("-o,--output FILE.csv", &target, "Means of 30 s in one position, raw and corrected");
   }
   base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
-/// RMS of a sensor's blocks, raw or corrected, about their mean; absent without any.
+/// RMS of a sensor's blocks, raw or corrected, about the mean of their position; absent without any. Of both the same
+/// blocks, where any was corrected.
 std::optional<double> scatter_of(const CorrectedRun& run, calib::Sensor sensor, bool corrected) {
-  std::vector<double> values;
+  const std::size_t s = calib::index_of(sensor);
+  const bool any =
+      std::ranges::any_of(run.blocks, [&](const CorrectedBlock& block) { return block.corrected[s].has_value(); });
+  std::map<std::string, std::vector<double>> positions;
   for (const CorrectedBlock& block : run.blocks) {
-    const auto& value = (corrected ? block.corrected : block.raw)[calib::index_of(sensor)];
-    if (value) values.push_back(*value);
+    const auto& value = corrected ? block.corrected[s] : block.raw[s];
+    if (value && (!any || block.corrected[s])) positions[block.position].push_back(*value);
   }
-  if (values.empty()) return std::nullopt;
-  const auto count = static_cast<double>(values.size());
-  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
   double squares = 0.0;
-  for (const double value : values) squares += (value - mean) * (value - mean);
+  double count = 0.0;
+  for (const auto& [position, values] : positions) {
+    const double mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+    for (const double value : values) squares += (value - mean) * (value - mean);
+    count += static_cast<double>(values.size());
+  }
+  if (count == 0.0) return std::nullopt;
   return std::sqrt(squares / count) * calib::printed_per_si(sensor);
 }
 
@@ -89,7 +98,8 @@ std::string corrected_text(const LoadedCalibration& loaded, const db::RunRow& ro
                      fmt::format("{:.5f}", *raw), corrected ? fmt::format("{:.5f}", *corrected) : "–"});
   }
   std::string text = fmt::format(
-      "unit {}, model {}, run {}: {} rows, {} of them out of range; RMS of means of 30 s about their mean\n",
+      "unit {}, model {}, run {}: {} rows, {} of them out of range; RMS of means of 30 s about that of their "
+      "position\n",
       loaded.calibration.unit, loaded.calibration.model_version, row.label, run.rows, run.clamped);
   if (run.history) {
     text += fmt::format("thermal history followed, past {}; at the end {:.2g} of it is unknown\n", command.past,

@@ -256,7 +256,9 @@ std::string verify_text(const calib::Calibration& calibration, const KnownLimits
   }
   std::string corrected;
   for (const calib::ModelTerm& term : terms) corrected += fmt::format("{}{}", corrected.empty() ? "" : ", ", term.name);
-  if (!corrected.empty()) corrected = fmt::format("effects corrected as on the device: {}\n", corrected);
+  if (!corrected.empty()) {
+    corrected = fmt::format("effects corrected as on a device that knows its past: {}\n", corrected);
+  }
   return fmt::format("unit {}, model {}: {}\nlimits: {}\n{}{}{}{}{}rule: {}\n", calibration.unit,
                      calibration.model_version, calib::name_of(verification.verdict), limits.source.value_or("none"),
                      corrected, text_table(table), temperatures_text(verification), not_judged_text(verification),

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "calib/judge/report_json.h"
+#include "calib/model/deployed_terms.h"
 #include "calib/model/document_parts.h"
 #include "calib/model/model_document.h"
 #include "calib/signal/documents/signal_json.h"
@@ -210,11 +211,12 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   if (!warnings) return base::forward_error(warnings);
   const auto terms = calib::model_terms_of(model->document);
   if (!terms) return base::forward_error(terms);
-  // Rows are shown as the curve was fitted: less the accepted terms. Fresh runs are judged as `soak verify` does:
-  // whole.
+  // Rows are shown as the curve was fitted: less the accepted terms. Fresh runs are judged as `soak verify` does: less
+  // what a device corrects.
   const auto fitted = input_less_terms(catalog, *calibration, *runs, RunUse::fitted, *terms, *warnings);
   if (!fitted) return base::forward_error(fitted);
-  const auto fresh = input_of(catalog, *calibration, *runs, RunUse::fresh, *warnings);
+  const auto fresh =
+      input_less_terms(catalog, *calibration, *runs, RunUse::fresh, calib::moving_terms(*calibration), *warnings);
   if (!fresh) return base::forward_error(fresh);
 
   const auto limits = limits_for(request, *calibration);

@@ -6,16 +6,22 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/text.h"
 #include "calib/forward/thermal_history.h"
 #include "calib/runtime/soak_history.h"
 #include "station/import/channel.h"
+#include "station/io/csv_scanner.h"
 
 namespace soak::station {
 namespace {
 
 constexpr double kBlock_s = 30.0;
+/// Between steps of the thermal history, each with the mean of the readings since the last: the laboratory finds the
+/// effect in means of as much, and what a reading scatters by is no way.
+constexpr double kStep_s = 10.0;
+constexpr std::int32_t kMoves = -1;
 
 /// What firmware keeps of a file.
 struct Device {
@@ -42,8 +48,9 @@ struct Sums {
   std::array<double, calib::kSensorCount> corrected{};
   std::array<std::size_t, calib::kSensorCount> corrected_rows{};
 
-  [[nodiscard]] CorrectedBlock block() const {
+  [[nodiscard]] CorrectedBlock block(std::string position) const {
     CorrectedBlock made;
+    made.position = std::move(position);
     made.t_s = t_s / static_cast<double>(rows);
     made.temp_c = temp_c / static_cast<double>(rows);
     for (std::size_t s = 0; s < calib::kSensorCount; ++s) {
@@ -69,6 +76,16 @@ calib::forward::Series rate_of(const calib::Recording& recording) {
   return calib::forward::rate_of(temp_c);
 }
 
+std::int32_t position_at(const calib::Recording& recording, std::size_t row) {
+  return recording.position.empty() ? 0 : recording.position[row];
+}
+
+std::string position_name(const calib::Recording& recording, std::int32_t position) {
+  return recording.position.empty() || position == kMoves
+             ? ""
+             : recording.positions[static_cast<std::size_t>(position)].label;
+}
+
 /// Corrects one row after the other.
 class Corrector {
  public:
@@ -84,7 +101,7 @@ class Corrector {
       fresh_[s] = !values.empty() && std::isfinite(values[row]);
       if (fresh_[s]) raw_[s] = static_cast<float>(values[row]);
     }
-    (void)soak_history_step(&device_.history, temp_c);
+    step(recording_.t_s[row], temp_c);
     const float rate_kps = rate_.empty() ? 0.0F : static_cast<float>(rate_.at(recording_.t_s[row]));
     std::array<float, calib::kSensorCount> out{};
     std::uint32_t flags = 0;
@@ -93,8 +110,7 @@ class Corrector {
     if (status < SOAK_OK || !std::isfinite(temp_c)) return;
     ++rows;
     if ((flags & 0x3FU) != 0U) ++clamped;
-    const bool moves = !recording_.position.empty() && recording_.position[row] < 0;
-    if (!moves) add(row, out, flags, sums);
+    if (position_at(recording_, row) != kMoves) add(row, out, flags, sums);
   }
 
   [[nodiscard]] double unknown() const {
@@ -110,6 +126,20 @@ class Corrector {
   std::size_t clamped = 0;
 
  private:
+  /// The first reading at once, then means.
+  void step(double t_s, float temp_c) {
+    if (!std::isfinite(temp_c)) return;
+    if (readings_ > 0 && t_s >= step_s_) {
+      (void)soak_history_step(&device_.history, static_cast<float>(readings_c_ / static_cast<double>(readings_)));
+      readings_c_ = 0.0;
+      readings_ = 0;
+    }
+    if (readings_ == 0) step_s_ = t_s + kStep_s;
+    readings_c_ += static_cast<double>(temp_c);
+    ++readings_;
+    if (device_.history.state.begun == 0U) (void)soak_history_step(&device_.history, temp_c);
+  }
+
   void add(std::size_t row, const std::array<float, calib::kSensorCount>& out, std::uint32_t flags, Sums& sums) const {
     ++sums.rows;
     sums.t_s += recording_.t_s[row];
@@ -127,6 +157,9 @@ class Corrector {
   Device device_;
   const calib::Recording& recording_;
   calib::forward::Series rate_;
+  double step_s_ = 0.0;  ///< when the history is stepped next
+  double readings_c_ = 0.0;
+  std::size_t readings_ = 0;
   std::array<float, calib::kSensorCount> raw_{};
   std::array<bool, calib::kSensorCount> fresh_{};
 };
@@ -146,16 +179,21 @@ base::Result<CorrectedRun> correct_run(const base::Bytes& file, const calib::Rec
   run.history = device.history.count > 0;
   Corrector corrector(device, recording);
   Sums sums;
-  double end_s = recording.rows() > 0 ? recording.t_s.front() + kBlock_s : 0.0;
+  double end_s = 0.0;
+  std::int32_t position = kMoves;
+  const auto end_block = [&] {
+    if (sums.rows > 0) run.blocks.push_back(sums.block(position_name(recording, position)));
+    sums = {};
+  };
   for (std::size_t row = 0; row < recording.rows(); ++row) {
-    if (recording.t_s[row] >= end_s) {
-      if (sums.rows > 0) run.blocks.push_back(sums.block());
-      sums = {};
-      end_s += kBlock_s * (1.0 + std::floor((recording.t_s[row] - end_s) / kBlock_s));
+    if (row == 0 || recording.t_s[row] >= end_s || position_at(recording, row) != position) {
+      end_block();
+      end_s = recording.t_s[row] + kBlock_s;
+      position = position_at(recording, row);
     }
     corrector.add(row, sums);
   }
-  if (sums.rows > 0) run.blocks.push_back(sums.block());
+  end_block();
   run.rows = corrector.rows;
   run.clamped = corrector.clamped;
   run.unknown_at_end = corrector.unknown();
@@ -163,7 +201,7 @@ base::Result<CorrectedRun> correct_run(const base::Bytes& file, const calib::Rec
 }
 
 std::string corrected_csv(const CorrectedRun& run) {
-  std::string text = "t_s,temp_c";
+  std::string text = "t_s,temp_c,position";
   std::string corrected;
   for (const calib::Sensor sensor : calib::kSensors) {
     const std::string header = canonical_header(calib::name_of(sensor));
@@ -173,7 +211,7 @@ std::string corrected_csv(const CorrectedRun& run) {
   }
   text += corrected + '\n';
   for (const CorrectedBlock& block : run.blocks) {
-    text += fmt::format("{:.3f},{:.4f}", block.t_s, block.temp_c);
+    text += fmt::format("{:.3f},{:.4f},{}", block.t_s, block.temp_c, csv_cell(block.position));
     for (const calib::Sensor sensor : calib::kSensors) text += cell(block.raw[calib::index_of(sensor)], sensor);
     for (const calib::Sensor sensor : calib::kSensors) text += cell(block.corrected[calib::index_of(sensor)], sensor);
     text += '\n';

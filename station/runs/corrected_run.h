@@ -19,6 +19,7 @@ namespace soak::station {
 struct CorrectedBlock {
   double t_s = 0.0;  ///< middle of its rows
   double temp_c = 0.0;
+  std::string position;  ///< the recording's name of it; empty where it has none
   std::array<std::optional<double>, calib::kSensorCount> raw;
   std::array<std::optional<double>, calib::kSensorCount> corrected;  ///< absent where the runtime left all rows raw
 };
@@ -34,16 +35,16 @@ struct CorrectedRun {
   double unknown_at_end = 0.0;
 };
 
-/// Runs the deployment runtime over a recording as firmware would: each row steps the thermal history with the unit's
-/// thermometer (`past`: of soak_history_start) and is corrected; means of blocks of 30 s come out, without rows in
-/// which the fixture moves. A sensor without a value in a row counts as its last one, and adds nothing to the mean. The
-/// rate of the temperature is the slope over four minutes about the row. Fails (corrupt) where the runtime refuses the
-/// file.
+/// Runs the deployment runtime over a recording as firmware would: means of 10 s of the unit's thermometer step the
+/// thermal history (`past`: of soak_history_start), each row is corrected; means of blocks of up to 30 s in one
+/// position come out, without rows in which the fixture moves. A sensor without a value in a row counts as its last
+/// one, and adds nothing to the mean. The rate of the temperature is the slope over four minutes about the row. Fails
+/// (corrupt) where the runtime refuses the file.
 [[nodiscard]] base::Result<CorrectedRun> correct_run(const base::Bytes& file, const calib::Recording& recording,
                                                      double past);
 
-/// The blocks as CSV in printed units: t_s, temp_c, the sensors raw (`gx_dps`) and corrected (`gx_corrected_dps`); an
-/// empty cell where there is no value.
+/// The blocks as CSV in printed units: t_s, temp_c, position, the sensors raw (`gx_dps`) and corrected
+/// (`gx_corrected_dps`); an empty cell where there is no value.
 [[nodiscard]] std::string corrected_csv(const CorrectedRun& run);
 
 }  // namespace soak::station

@@ -172,10 +172,18 @@ class Accept(SoakTest):
             rows = list(csv.DictReader(table))
         self.assertEqual(len(rows), device["blocks"])
         for sensor in hit:
-            column = [float(row[f"g{sensor[-1]}_corrected_dps"]) for row in rows]
-            self.assertAlmostEqual(np.std(column), corrected["after"][sensor], delta=1e-6)
+            column = np.array([float(row[f"g{sensor[-1]}_corrected_dps"]) for row in rows])
+            names = np.array([row["position"] for row in rows])
+            self.assertEqual(set(names), {"+X", "-X", "+Y", "-Y", "+Z", "-Z"})
+            about = np.concatenate([column[names == name] - column[names == name].mean() for name in set(names)])
+            self.assertAlmostEqual(np.sqrt(np.mean(about**2)), corrected["after"][sensor], delta=1e-6)
         unknown = self.json("correct", file, FRESH[0])
         self.assertEqual((unknown["past"], unknown["file"]), ("unknown", None))
+        width_c = max(parameter["value"] for part in term["parts"] for parameter in part["parameters"] if parameter["name"] == "width_c")
+        temps_c = [float(row["temp_c"]) for row in rows]
+        way_c = sum(abs(b - a) for a, b in zip(temps_c, temps_c[1:]))  # of means, and with turns of less than 0.5 K in it
+        self.assertGreater(unknown["unknown_at_end"], 0.0)
+        self.assertAlmostEqual(math.log(unknown["unknown_at_end"]), -way_c / width_c, delta=0.2 * way_c / width_c)
         self.assertIn("thermal history", self.soak("correct", file, FRESH[0]).stdout)
         self.assertIn("nobody", self.refusal("correct", file, "nobody")["message"])
         # What autopilots and firmware without it lack is told and documented.

@@ -58,7 +58,7 @@ static void evaluate_at(const soak_cal* cal, const soak_terms* terms, soak_histo
   bands = bands * 4U +
           (uint32_t)soak_apply_history(cal, terms, history, temp_c, kTempRate_kps, kRaw, values + 36, &history_flags);
   at = append_state(append_float(at, temp_c), worst, flags);
-  at = append_state(at, (uint32_t)moving * 65536U + bands, moving_flags ^ history_flags);
+  at = append_state(at, (uint32_t)moving * 65536U + bands, moving_flags * 65536U + history_flags);
   (void)append_text(append_floats(at, values, 42), "\n");
   print(line);
 }
