@@ -16,7 +16,7 @@ const ZOOM = 2;
 const WHEEL_ZOOM = 1.25;
 const STEP = 0.25; // of the window
 const BUSY_MS = 1000;
-const BUSY = 503; // docs/http-api.md
+const BUSY = "busy"; // docs/http-api.md
 
 export class StripChart {
   #Dygraph = null;
@@ -122,7 +122,7 @@ export class StripChart {
         const answers = await Promise.all(this.#questions(from_s, to_s).map((question) => get(question)));
         if (!this.#stale) this.#draw(answers);
       } catch (error) {
-        if (error.status === BUSY && !$("run-view").hidden) {
+        if (error.where === BUSY && !$("run-view").hidden) {
           await new Promise((done) => setTimeout(done, BUSY_MS));
           this.#stale = true;
         } else say($("strip-window"), `Not known: ${error.message}`);

@@ -76,7 +76,7 @@ export const waitsForChamber = (status) => waitsByItself(status) && !status.cham
 
 export function stateText(status) {
   if (status.state !== "waiting") return STATES[status.state] ?? status.state;
-  if (!waitsByItself(status)) return "waiting for you";
+  if (!waitsByItself(status) || status.campaign?.step_trouble) return "waiting for you";
   const [cause] = causesOf(status);
   const waits = cause ?? (waitsForChamber(status) ? "chamber" : "catalog");
   return `waiting for ${SUSPENSIONS[waits].waits}`;
@@ -234,6 +234,7 @@ export function doorOf(status, plan) {
   if (nextBeginsByItself(status)) return no(`Campaign ${status.queue.campaigns[0].name} begins by itself at ${nextBegins(status)}: abort it first`);
   if (state === "paused") return { lamp: "yes", title: "Safe to open", text: `Paused; ${number(coldest, 0)} °C, ${dew}. After Resume the units settle again.` };
   if (state === "waiting" && !waitsByItself(status)) return { lamp: "yes", title: "Safe to open", text: `It waits for you; ${number(coldest, 0)} °C, ${dew}.` };
+  if (status.campaign?.step_trouble) return no("Heating and cooling are not off");
   if (state === "stopping" || isActive(status)) return no(state === "stopping" ? "The chamber is being made safe" : "A campaign is running: pause it first");
   // An alarm may have switched the chamber off while the units were cold (docs/campaigns.md, the safe state).
   if (state === "failed" && units.every((unit) => unit.temp_c === null)) {
@@ -317,6 +318,9 @@ const endsAsAsked = ({ ending }) => ending?.outcome === "aborted" && !ending.nee
 
 function campaignAlerts(status) {
   const { state, reason, resumable } = status;
+  if (state === "waiting" && status.campaign?.step_trouble) {
+    return [{ level: "alarm", title: "The chamber does not go off", detail: status.campaign.step_trouble, action: "Go to the chamber, and switch heating and cooling off by hand. Keep the door closed until the lamp below says that it is safe." }];
+  }
   if (state === "waiting") return suspensionAlert(status);
   if (state === "failed") {
     return [{ level: "alarm", title: "The campaign failed", detail: reason, action: resumable ? "Mend what is named here, then press Resume: it goes on from the plateau before the break." : "Mend what is named here, then start a new campaign." }];

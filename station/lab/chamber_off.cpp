@@ -14,14 +14,8 @@ using std::chrono::steady_clock;
 constexpr std::chrono::seconds kInterval{1};
 /// One answer may be lost, or come from before the command.
 constexpr int kRefusalsOfAlarm = 3;
-
-base::Status switch_off_and_see(hal::Chamber& chamber) {
-  if (auto off = chamber.stop(); !off) return off;
-  const auto now = chamber.read();
-  if (!now || !now->running) return {};
-  return base::fail(base::ErrorKind::device, "it took the command, but still says that they are on",
-                    chamber.description());
-}
+/// Some controllers tell what they do a moment after they were told.
+constexpr std::chrono::seconds kAlarmAfter{5};
 
 }  // namespace
 
@@ -29,9 +23,9 @@ bool ChamberOff::attempt(Station& station) {
   const auto now = steady_clock::now();
   if (now < next_) return false;
   next_ = now + kInterval;
-  auto off = switch_off_and_see(station.chamber.chamber());
+  auto off = switch_off_and_look(station.chamber.chamber());
   if (!off) {
-    note_refusal(station, std::move(off.error().message));
+    note_failure(station, std::move(off.error().message));
     return false;
   }
   if (is_alarm_) station.log.add("device", "chamber", "heating and cooling are off at last");
@@ -39,23 +33,41 @@ bool ChamberOff::attempt(Station& station) {
   return true;
 }
 
-void ChamberOff::note_refusal(Station& station, std::string why) {
+base::Status ChamberOff::switch_off_and_look(hal::Chamber& chamber) {
+  answered_ = false;
+  auto off = chamber.stop();
+  answered_ = chamber.answers();
+  if (!off) return off;
+  const auto now = chamber.read();
+  answered_ = now.has_value();
+  if (now && !now->running) return {};
+  if (!now && !was_seen_on_) return {};
+  was_seen_on_ = true;
+  return base::fail(base::ErrorKind::device,
+                    now ? "it took the command, but still says that they are on"
+                        : "it took the command, but cannot be read since it said that they are on",
+                    chamber.description());
+}
+
+void ChamberOff::note_failure(Station& station, std::string why) {
   trouble_ = std::move(why);
   if (!std::exchange(was_reported_, true)) {
     station.log.add("device", "chamber", "heating and cooling cannot be switched off: " + trouble_);
   }
-  if (station.chamber.stale() || ++refusals_ < kRefusalsOfAlarm || is_alarm_) return;
+  if (!answered_ || is_alarm_) return;
+  if (++refusals_ == 1) first_refusal_ = steady_clock::now();
+  if (refusals_ < kRefusalsOfAlarm || steady_clock::now() - first_refusal_ < kAlarmAfter) return;
   is_alarm_ = true;
   station.log.add("alarm", "chamber",
                   fmt::format("{} answers, but its heating and cooling cannot be switched off ({}): go to the chamber "
-                              "and switch them off by hand. It is told again every second",
+                              "and switch them off by hand. The command is repeated every second",
                               station.chamber.chamber().description(), trouble_));
 }
 
 void ChamberOff::forget() {
   trouble_.clear();
   refusals_ = 0;
-  was_reported_ = is_alarm_ = false;
+  was_reported_ = was_seen_on_ = answered_ = is_alarm_ = false;
 }
 
 }  // namespace soak::station

@@ -41,21 +41,22 @@ double DewSafeWarmUp::target_c(const Station& station) const {
 bool DewSafeWarmUp::poll(Station& station) {
   watch(station);
   if (gave_up_) return is_off_ && room_has_warmed(station);
+  // The units were dry and the chamber was to go off: it is not driven again, whatever it says of its set point.
+  if (leaving_) return is_off_ || switch_off(station);
   if (!commanded_) {
     commanded_ = command(station);
     // It takes neither set point nor command: the one that makes it harmless is not left to the next try in a minute.
     if (!commanded_ && refusals_ > 0 && off_.is_refused()) (void)switch_off(station);
     return !commanded_ && is_off_ && room_has_warmed(station);
   }
-  // What was to go off is not driven again, whatever it says of its set point meanwhile.
-  if (warm_since_s_ && off_.is_refused()) return switch_off(station);
   if (!obeys(station)) return false;
   if (std::abs(station.chamber.reading()->air_c - target_c(station)) > kEndReached_c) {
     warm_since_s_.reset();
     return false;
   }
   if (!warm_since_s_) warm_since_s_ = station.now_s();
-  return units_are_dry(station) && switch_off(station);
+  leaving_ = units_are_dry(station);
+  return leaving_ && switch_off(station);
 }
 
 void DewSafeWarmUp::watch(Station& station) {

@@ -63,6 +63,7 @@ class DewSafeWarmUp {
   ChamberOff off_;
   bool is_off_ = false;   ///< switched off because it does not accept the set point, or nobody can read it
   bool gave_up_ = false;  ///< the way took too long: it is not driven any more
+  bool leaving_ = false;  ///< air and units were warm: all that is left is to switch off
   std::optional<Clock::time_point> read_;  ///< when there was a reading, at last
   std::optional<Clock::time_point> begun_;
   double begun_s_ = 0.0;

@@ -169,8 +169,9 @@ base::Status Engine::run(const std::function<void()>& turned) {
 }
 
 base::Status Engine::leave_chamber(const std::string& why) {
-  const std::string text =
+  std::string text =
       "soakd ends, and the chamber was not confirmed safe: " + why + ". Go to the chamber, and switch it off by hand";
+  if (const std::string units = safe_end_->leave_units(*station_); !units.empty()) text += "; " + units;
   log_.add("alarm", "chamber", text);
   if (const auto flushed = station_->flush(); !flushed) log_.add("run", station_->run_id(), flushed.error().message);
   return base::fail(base::ErrorKind::device, text, chamber_->description());

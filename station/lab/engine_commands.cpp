@@ -288,6 +288,7 @@ void Engine::begin_campaign(const StartRequest& request, CheckedStart checked, c
 base::Status Engine::do_pause(const std::string& user) {
   if (state_ == CampaignState::paused) return wrong_state("the campaign is paused already");
   if (!can(state_, CampaignEvent::pause)) return wrong_state("no campaign is running");
+  if (const std::string trouble = step_trouble(); !trouble.empty()) return wrong_state(trouble);
   station_->break_segment("paused by " + user);
   // Somebody may open the door.
   if (auto halted = station_->halt_fixture(); !halted) {

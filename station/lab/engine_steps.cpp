@@ -174,8 +174,7 @@ void Engine::enter_next_step() {
 }
 
 void Engine::finish() {
-  // It may have tripped since this turn began, or while the last step waited for its entry: such a campaign has not
-  // finished.
+  // It may have tripped since this turn began: such a campaign has not finished.
   if (const std::string tripped = watch_ ? watch_->verdict().tripped : ""; !tripped.empty()) {
     return switch_off_chamber(tripped);
   }
@@ -288,6 +287,8 @@ void Engine::follow_safe_end() {
 
 void Engine::end_campaign(CampaignState outcome, const std::string& reason, bool outputs_off, const std::string& user) {
   if (!is_under_way(state_)) return;
+  // A chamber that is being switched off at the end of the campaign, and does not go off, is not driven again.
+  outputs_off = outputs_off || !step_trouble().empty();
   task_.reset();
   forget_end_of_step();
   station_->prompts.withdraw();

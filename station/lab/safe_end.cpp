@@ -70,18 +70,26 @@ bool SafeEnd::poll(Station& station) {
   }
   if (!chamber_is_safe_) chamber_is_safe_ = outputs_off_ ? warm_up_.switch_off(station) : warm_up_.poll(station);
   if (!fixture_is_halted_) halt_fixture(station);
-  if (!chamber_is_safe_) return false;
+  // Units are not left on in a chamber that was to go off at once and does not.
+  if (!chamber_is_safe_ && !(outputs_off_ && warm_up_.off().is_alarm())) return false;
   if (!run_is_sealed_) seal_run(station);
   if (!units_are_off_) units_are_off_ = units_are_off(station);
-  return run_is_sealed_ && units_are_off_;
+  return chamber_is_safe_ && run_is_sealed_ && units_are_off_;
 }
 
 std::string SafeEnd::why_hopeless(const Station& station) const {
   const bool is_over = !chamber_is_safe_ && obeyed_ && station.now_s() - obeyed_s_ > kHopeless_s &&
                        steady_clock::now() - *obeyed_ > kHopeless;
   if (!is_over) return {};
-  if (station.chamber.stale()) return "it has not answered for two hours (" + station.chamber.trouble() + ")";
-  return "its heating and cooling could not be switched off for two hours (" + warm_up_.off().trouble() + ")";
+  return fmt::format("for two hours it has not answered, or not gone off ({})",
+                     station.chamber.stale() ? station.chamber.trouble() : warm_up_.off().trouble());
+}
+
+std::string SafeEnd::leave_units(Station& station) {
+  if (!station.supply || units_are_off_) return {};
+  if (const auto off = switch_units_off(station); !off)
+    return "the units cannot be switched off: " + off.error().message;
+  return {};
 }
 
 void SafeEnd::switch_off_at_once(Station& station, const std::string& why) {
@@ -129,7 +137,8 @@ bool SafeEnd::units_are_off(Station& station) {
   if (looks_ > 0) return units_stay_off(station);
   const auto off = units_off_.attempt([&] { return switch_units_off(station); });
   if (!off) {
-    station.log.add("device", "power", "cannot be switched off: " + off.error().message);
+    station.log.add("alarm", "power",
+                    "cannot be switched off (" + off.error().message + "): go there and see that the units are off");
     return true;
   }
   if (!*off) return false;

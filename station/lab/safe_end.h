@@ -30,6 +30,9 @@ class SafeEnd {
   /// hours of process time, as the way to the safe state may take beyond its own length, and a minute of host time.
   /// Empty as long as there is hope.
   [[nodiscard]] std::string why_hopeless(const Station& station) const;
+  /// One last try to switch the units off, where soakd ends before the chamber is safe. What is wrong with that; empty
+  /// where they are off, or nothing switches them.
+  [[nodiscard]] std::string leave_units(Station& station);
   /// Heating and cooling must not go on, for this reason.
   void switch_off_at_once(Station& station, const std::string& why);
   /// Somebody has ended the campaign that was to be interrupted only.

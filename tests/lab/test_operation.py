@@ -114,6 +114,7 @@ class Operation(LabTest):
             return self.metrics()["soak_heap_bytes"][None]
 
         before = heap_after(f"a{i}" for i in range(5))
+        self.assertGreater(before, 1e6)
         self.assertLess(heap_after(f"b{i}" for i in range(5)) - before, 5 * GROWTH_PER_CAMPAIGN_BYTES)
 
     def test_a_backup_is_made_while_a_run_is_recorded(self):

@@ -28,6 +28,7 @@ class ObedientChamber : public hal::Chamber {
   base::Status connect() override { return {}; }
   base::Result<hal::ChamberReading> read() override {
     ++reads;
+    if (unreadable) return base::fail(base::ErrorKind::device, "does not answer", description());
     hal::ChamberReading reading;
     reading.air_c = reading.set_point_c = set_point_c;
     reading.running = running;
@@ -46,6 +47,7 @@ class ObedientChamber : public hal::Chamber {
   }
   base::Status stop() override {
     ++stops;
+    if (silent) return base::fail(base::ErrorKind::device, "does not answer", description());
     if (refuses_stops) return base::fail(base::ErrorKind::device, "illegal data value", description());
     if (deaf_stops > 0)
       --deaf_stops;
@@ -56,6 +58,7 @@ class ObedientChamber : public hal::Chamber {
   std::optional<double> min_set_point_c() const override { return std::nullopt; }
   std::optional<double> max_set_point_c() const override { return std::nullopt; }
   bool can_ramp() const override { return false; }
+  bool answers() const override { return !silent; }
   std::string description() const override { return "obedient"; }
 
   double set_point_c = 60.0;
@@ -66,7 +69,9 @@ class ObedientChamber : public hal::Chamber {
   int stops = 0;
   bool refuses_set_points = false;
   bool refuses_stops = false;
-  int deaf_stops = 0;  ///< so many commands to stop are acknowledged, and it goes on
+  bool unreadable = false;
+  bool silent = false;  ///< to a command to stop
+  int deaf_stops = 0;   ///< so many commands to stop are acknowledged, and it goes on
 };
 
 /// What a unit shows.

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <utility>
 
+#include "station/lab/chamber_off.h"
 #include "station/lab/steps.h"
 #include "tests/errors.h"
 #include "tests/station/fake_power.h"
@@ -148,10 +149,10 @@ TEST_F(ChamberThatCannotBeSwitchedOff, IsAnAlarmWhereItTakesNoSetPointEither) {
 }
 
 TEST_F(ChamberThatCannotBeSwitchedOff, IsToldUntilItGoesOffAndOneAlarmSaysSo) {
-  chamber_.deaf_stops = 4;
+  chamber_.deaf_stops = 7;
   SafeEnd safe_end("tripped", 25.0, true, false);
   turns_until([&] { return safe_end.poll(*station_); });
-  EXPECT_EQ(chamber_.stops, 5);
+  EXPECT_EQ(chamber_.stops, 8);
   EXPECT_EQ(alarms().size(), 1U);
   EXPECT_FALSE(safe_end.needs_somebody(*station_));
 }
@@ -163,8 +164,46 @@ TEST_F(ChamberThatCannotBeSwitchedOff, IsNotHopelessBeforeTwoHoursAndAMinute) {
   EXPECT_EQ(safe_end.why_hopeless(*station_), "");
 }
 
+TEST_F(ChamberThatCannotBeSwitchedOff, IsNotTakenForOffBecauseAReadingIsLost) {
+  chamber_.deaf_stops = 1;
+  ChamberOff off;
+  EXPECT_FALSE(off.attempt(*station_));
+  EXPECT_TRUE(off.is_refused());
+  chamber_.unreadable = true;
+  turns_until([&] {
+    EXPECT_FALSE(off.attempt(*station_));
+    return chamber_.stops == 2;
+  });
+  chamber_.unreadable = false;
+  turns_until([&] { return off.attempt(*station_); });
+  EXPECT_FALSE(chamber_.running);
+}
+
+TEST_F(ChamberThatCannotBeSwitchedOff, HasNotRefusedWhereItDidNotAnswer) {
+  chamber_.silent = true;
+  ChamberOff off;
+  EXPECT_FALSE(off.attempt(*station_));
+  EXPECT_FALSE(off.is_refused());
+  EXPECT_NE(off.trouble(), "");
+}
+
+TEST_F(ChamberThatCannotBeSwitchedOff, DoesNotKeepUnitsOnThatWereToGoOffAtOnce) {
+  FakePower power;
+  config_.slots.emplace_back().power_output = 1;
+  power.outputs[1].on = true;
+  station_ = std::make_unique<Station>(config_, *catalog_, *log_, chamber_, nullptr, &power);
+  ASSERT_TRUE(station_->poll());
+  chamber_.refuses_stops = true;
+  SafeEnd safe_end("tripped", 25.0, true, false);
+  expect_alarm(safe_end);
+  turns_until([&] {
+    EXPECT_FALSE(safe_end.poll(*station_));
+    return !power.outputs[1].on;
+  });
+}
+
 TEST_F(ChamberThatCannotBeSwitchedOff, IsWhatTheLastStepOfACampaignWaitsFor) {
-  chamber_.deaf_stops = 4;
+  chamber_.deaf_stops = 7;
   Step step;
   step.kind = StepKind::warm_end;
   step.temp_c = 25.0;
