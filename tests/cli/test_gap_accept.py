@@ -166,7 +166,7 @@ class Accept(SoakTest):
         # The report judges the same runs alike.
         report = self.json("report", "--unit", "SN1", "-o", self.folder / "report.html")["sections"]["sensors"]
         for sensor in hit:
-            self.assertAlmostEqual(report[sensor]["verification"]["rmse_shape"], shape["after"][sensor], delta=1e-6, msg=sensor)
+            self.assertAlmostEqual(report[sensor]["verification"]["bias"]["rmse_shape"], shape["after"][sensor], delta=1e-6, msg=sensor)
         self.assertTrue(all(sensor.startswith("gyro") for sensor in hit), hit)
         for sensor in hit:
             # Most of what is left is the noise of 30 s.
