@@ -120,6 +120,8 @@ export class JobPanel {
 
   #showRunning() {
     const job = this.#running;
+    // What has the focus goes away: the keyboard goes on from the jobs' title.
+    if (job === null && $("job-running").contains(document.activeElement)) $("unit-work-title").focus();
     show($("job-running"), job !== null);
     if (job) say($("job-running-text"), runningText(job, Date.now() / 1000));
   }

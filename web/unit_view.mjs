@@ -59,7 +59,7 @@ export class UnitView {
     const holds = verdictNow(unit) !== null;
     const judged = (name) => (holds ? (unit.verification.job.result.sensors[name] ?? null) : null);
     const sensors = Object.entries(unit.model?.sensors ?? {});
-    $("unit-curves").replaceChildren(...sensors.map(([name, sensor]) => sensorCard(name, sensor, judged(name))));
+    $("unit-sensors").replaceChildren(...sensors.map(([name, sensor]) => sensorCard(name, sensor, judged(name))));
     this.#jobs.offer(unit);
   }
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/http/jobs_api.h"
 
-#include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
@@ -25,7 +23,7 @@ Result<json> verification_part(const db::Catalog& catalog, const json& job, cons
   if (!withdrawn) return base::forward_error(withdrawn);
   if (*withdrawn) stale = "data of its campaign were withdrawn since";
   const json judged = job.value("/result/model"_json_pointer, json());
-  if (model.is_null() || model["version"] != judged) stale = fmt::format("it is on model {}", judged.dump());
+  if (model.is_null() || model["version"] != judged) stale = "the unit was fitted again since";
   return json{{"job", job}, {"stale", stale}};
 }
 

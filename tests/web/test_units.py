@@ -292,13 +292,15 @@ class Page(WithStation):
         self.see("#unit-verdict", "FAIL")
         self.see("#unit-verdict", "gyro x")
         self.see("#unit-next", "Do not hand it over")
-        verdicts = lambda: {unit["unit"]: unit["verdict"] for unit in self.soakd.get("units")["units"]}
-        self.assertEqual(verdicts()[OTHER], "fail")
+        self.assertEqual(self.listed_verdict(OTHER), "fail")
         self.soakd.soak("runs", "void", "--unit", OTHER, "--campaign", "verification", "--reason", "fixture slipped", self.run_of(OTHER))
         self.open_unit(OTHER)
         self.see("#unit-verdict", "NOT JUDGED")
         self.see("#unit-verdict", "does not hold any more: data of its campaign were withdrawn since. It was FAIL")
-        self.assertIsNone(verdicts()[OTHER])
+        self.assertIsNone(self.listed_verdict(OTHER))
+
+    def listed_verdict(self, serial):
+        return next(unit["verdict"] for unit in self.soakd.get("units")["units"] if unit["unit"] == serial)
 
     def run_of(self, serial):
         return next(run["run_id"] for run in self.soakd.get("runs", unit=serial, campaign="verification")["runs"])
@@ -328,7 +330,9 @@ class Page(WithStation):
         self.assertEqual([line for line in self.browser.console() if "400" not in line], [])
 
     def test_every_width_and_both_schemes_can_be_read(self):
-        for width in (390, 768, 1280, 1920):
+        if self.soakd.get("unit", unit=OTHER)["model"] is None:
+            self.soakd.soak("fit", "--unit", OTHER)
+        for width in (320, 390, 768, 1280, 1920):
             self.browser.resize(width, 900)
             self.browser.go("about:blank")
             self.browser.go(f"{self.soakd.url}#units")
@@ -337,6 +341,11 @@ class Page(WithStation):
             self.assertLessEqual(self.browser.run(wide), 0, f"list at {width}")
             self.open_unit(OTHER)
             self.assertLessEqual(self.browser.run(wide), 0, f"unit at {width}")
+        self.browser.run("document.querySelector('#unit-warnings-rest').open = true")
+        self.addCleanup(self.browser.colours, "light")
+        for scheme in ("light", "dark"):
+            self.browser.colours(scheme)
+            self.assertEqual(self.browser.poor_contrast(), [], scheme)
         nameless = self.browser.run("""
           return [...document.querySelectorAll("a, button, input, select, summary, [tabindex], svg[role=img]")].filter((node) => node.getClientRects().length)
             .filter((node) => !(node.ariaLabel || node.innerText?.trim() || node.labels?.length || node.getAttribute("aria-labelledby")))
