@@ -111,7 +111,7 @@ base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobReques
 }
 
 json job_result(const std::string& kind, const std::string& output) {
-  const json document = json::parse(output, nullptr, false);
+  json document = json::parse(output, nullptr, false);
   if (!document.is_object()) return nullptr;
   if (kind == "fit") return part_of(document, {"unit", "model", "epoch", "simulated"});
   if (kind == "verify") return document;
