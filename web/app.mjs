@@ -12,6 +12,8 @@ import { NoiseCard } from "./noise_card.mjs";
 import { RunView } from "./run_view.mjs";
 import { RunsView } from "./runs_view.mjs";
 import { StoredCard } from "./stored_card.mjs";
+import { UnitView } from "./unit_view.mjs";
+import { UnitsView } from "./units_view.mjs";
 import { connectViews } from "./views.mjs";
 
 const LOG_LINES = 100;
@@ -22,6 +24,8 @@ const noiseCard = new NoiseCard();
 const storedCard = new StoredCard(userName);
 const runsView = new RunsView();
 const runView = new RunView(() => $("user").value.trim());
+const unitsView = new UnitsView();
+const unitView = new UnitView(userName);
 let status = null;
 let plan = null;
 let planOf = null; // which campaign the plan is of
@@ -178,5 +182,5 @@ function connectButtons() {
 rememberUser();
 connectButtons();
 connectAlerts();
-connectViews({ station: null, runs: runsView, run: runView });
+connectViews({ station: null, runs: runsView, run: runView, units: unitsView, unit: unitView });
 subscribe(take);

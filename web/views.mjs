@@ -18,8 +18,8 @@ export function connectViews(views) {
   const go = (event) => {
     const { name, parameters } = placeOf(location.hash, views);
     for (const other of Object.keys(views)) show($(`${other}-view`), other === name);
-    const link = name === "run" ? "runs" : name;
-    for (const other of ["station", "runs"]) {
+    const link = { run: "runs", unit: "units" }[name] ?? name;
+    for (const other of ["station", "runs", "units"]) {
       if (other === link) $(`to-${other}`).setAttribute("aria-current", "page");
       else $(`to-${other}`).removeAttribute("aria-current");
     }

@@ -11,6 +11,7 @@
 
 #include "calib/judge/detail/report_words.h"
 #include "calib/judge/verification.h"
+#include "calib/judge/warning_list.h"
 #include "calib/model/model_document.h"
 
 namespace soak::calib {
@@ -120,37 +121,6 @@ json verification_json(Sensor sensor, const std::optional<Verification>& verific
           {"scale", result.scale ? curve_verification_json(*result.scale, result.scale->verdict, 1.0) : json()}};
 }
 
-/// Warnings as a page shows them: the same words of several sensors once, with what to do.
-class WarningList {
- public:
-  void add(const Warning& warning, std::string_view sensor = {}) {
-    json& entry = entry_of(warning);
-    if (!sensor.empty()) entry["sensors"].push_back(sensor);
-  }
-
-  /// Those of a document: [{"code", "text"}].
-  void add_stored(const json& warnings, std::string_view sensor = {}) {
-    for (const json& warning : warnings) add({warning.at("code"), warning.at("text")}, sensor);
-  }
-
-  [[nodiscard]] json take() { return std::move(list_); }
-
- private:
-  json& entry_of(const Warning& warning) {
-    const auto same = std::find_if(list_.begin(), list_.end(), [&](const json& entry) {
-      return entry["code"] == warning.code && entry["text"] == warning.text;
-    });
-    if (same != list_.end()) return *same;
-    list_.push_back({{"code", warning.code},
-                     {"text", warning.text},
-                     {"remedy", remedy_of(warning.code)},
-                     {"sensors", json::array()}});
-    return list_.back();
-  }
-
-  json list_ = json::array();
-};
-
 std::vector<std::string> labels_of(const UnitInput& input) {
   std::vector<std::string> labels;
   for (const RunInput& run : input.runs) labels.push_back(run.label);
@@ -253,8 +223,7 @@ json sections(const ReportInput& input, const json& fit, const Calibration& cali
     warnings.add({"simulated", "the model comes from SIMULATED data: it is not of a real unit"});
   }
   for (const Warning& warning : input.warnings) warnings.add(warning);
-  warnings.add_stored(fit.at("warnings"));
-  for (const auto& [name, sensor] : fit.at("sensors").items()) warnings.add_stored(sensor.at("warnings"), name);
+  warnings.add_fit(fit);
   Sources from{input, fit, calibration, {}, {}, {}};
   from.fitted = rows_of(input.fitted, "rows_missing", warnings);
   from.verification = verification_of(calibration, input, warnings);

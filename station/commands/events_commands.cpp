@@ -62,7 +62,7 @@ nlohmann::json event_json(const db::EventRow& event) {
 }
 
 /// Kinds of all events that programs of this version enter.
-constexpr std::array<std::string_view, 40> kKnownKinds = {"alarm",
+constexpr std::array<std::string_view, 42> kKnownKinds = {"alarm",
                                                           "backup_made",
                                                           "calibration_exported",
                                                           "campaign",
@@ -81,6 +81,8 @@ constexpr std::array<std::string_view, 40> kKnownKinds = {"alarm",
                                                           "epoch_begun",
                                                           "gap_accepted",
                                                           "gap_withdrawn",
+                                                          "job_ended",
+                                                          "job_started",
                                                           "journal",
                                                           "model_added",
                                                           "noise_exported",

@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
 #include <nlohmann/json_fwd.hpp>
-#include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/result.h"
+#include "station/http/parameters.h"
 #include "station/runs/run_archive.h"
 
 namespace soak::station {
-
-/// Query parameters; one may be given several times.
-using Parameters = std::multimap<std::string, std::string>;
 
 /// A question about stored runs: GET /api/v1/NAME.
 struct RunQuestion {

@@ -18,6 +18,7 @@
 #include "station/http/api.h"
 #include "station/http/connections.h"
 #include "station/http/event_feed.h"
+#include "station/http/jobs_api.h"
 #include "station/http/metrics.h"
 #include "station/http/runs_api.h"
 #include "station/http/web_files.h"
@@ -130,6 +131,7 @@ struct HttpServer::Running {
         address(std::move(listen_address)),
         data_folder(std::move(folder)),
         runs(data_folder),
+        jobs(data_folder),
         own_names(std::move(names)),
         feed(service) {
     own_names.push_back(host_of(to_text(address)));
@@ -188,6 +190,17 @@ struct HttpServer::Running {
       add_post("campaign/" + std::string(command.name),
                [this, &command](const nlohmann::json& body) { return command.carry_out(lab, body); });
     }
+    for (const JobQuestion& question : job_questions()) {
+      listener.Get(kApiPath + std::string(question.name), [this, &question](const auto& request, auto& response) {
+        answer(response, question.answer(runs, jobs, request.params));
+      });
+    }
+    for (const JobOrder& order : job_orders()) {
+      add_post(std::string(order.name),
+               [this, &order](const nlohmann::json& body) { return order.carry_out(jobs, body); });
+    }
+    listener.Get(kApiPath + std::string("job/file"),
+                 [this](const auto& request, auto& response) { send_job_file(request, response); });
     add_post("run/void", [this](const nlohmann::json& body) { return void_run(runs, body); });
     listener.Get(kEventsPath, [this](const auto& request, auto& response) { send_events(request, response); });
     listener.Get("/metrics", [this](const auto&, auto& response) { send_metrics(response); });
@@ -221,6 +234,14 @@ struct HttpServer::Running {
     const double free_bytes = failure ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(space.available);
     const HostFigures host{free_bytes, static_cast<double>(heap_in_use_bytes())};
     response.set_content(metrics_text(lab.status(), host), "text/plain; version=0.0.4; charset=utf-8");
+  }
+
+  /// To be saved, not shown: whatever is in it, it is not a page of the station.
+  void send_job_file(const httplib::Request& request, httplib::Response& response) const {
+    const auto file = job_file(jobs, request.params);
+    if (!file) return refuse(response, http_status(file.error()), file.error());
+    response.set_header("Content-Disposition", "attachment; filename=\"" + file->name + '"');
+    response.set_content(file->content, "application/octet-stream");
   }
 
   static void send_page(const httplib::Request& request, httplib::Response& response) {
@@ -281,6 +302,7 @@ struct HttpServer::Running {
   HostPort address;
   std::filesystem::path data_folder;
   RunArchive runs;
+  JobRunner jobs;
   std::vector<std::string> own_names;
   EventFeed feed;
   std::atomic<int> streams = 0;

@@ -76,7 +76,7 @@ base::Status check_nothing_needs_samples(const db::Catalog& catalog, const db::R
 }
 
 /// What the catalog keeps must be whole before the samples that could give it again are gone.
-base::Status check_part(const db::Catalog& catalog, const db::RunRow& part) {
+base::Status check_run_part(const db::Catalog& catalog, const db::RunRow& part) {
   if (!part.sealed) return base::bad_input("is not sealed: its recording has not ended", part.label);
   if (auto kept = catalog.check_numbers(part); !kept) return kept;
   if (auto whole = catalog.check_run_file(part); !whole) return whole;
@@ -95,7 +95,7 @@ base::Result<SamplePlan> plan_sample_drop(const db::Catalog& catalog, const std:
   if (plan.run.samples_dropped) return base::forward_error(catalog.open_run_file(plan.run));
   if (auto over = check_campaign_is_over(catalog, plan.run); !over) return base::forward_error(over);
   for (const db::RunRow& part : *parts) {
-    if (auto free = check_part(catalog, part); !free) return base::forward_error(free);
+    if (auto free = check_run_part(catalog, part); !free) return base::forward_error(free);
   }
   const auto file = catalog.open_run_file(plan.run);
   if (!file) return base::forward_error(file);

@@ -61,11 +61,11 @@ class RunArchive {
   /// Enters a void record for `record.run_id` and `record.unit`, at the host's time. Refuses as void_part()
   /// does.
   [[nodiscard]] base::Result<nlohmann::json> withdraw(db::VoidRecord record);
-
- private:
+  /// Any other question to the catalog, in the same turn.
   [[nodiscard]] base::Result<nlohmann::json> in_turn(
       const std::function<base::Result<nlohmann::json>(db::Catalog&)>& work);
 
+ private:
   std::filesystem::path data_folder_;
   std::timed_mutex turn_;
   std::atomic<int> waiting_ = 0;

@@ -87,7 +87,7 @@ TEST(TermsOfRamps, SayWhatTheRegressorsSaidThatFoundThem) {
   const gap::TemperatureHistory history(campaign, recording->observations);
   const std::set<std::string_view> history_effects = {"thermal_hysteresis", "temperature_rate", "sensor_lag"};
   int compared = 0;
-  for (const gap::ramps::RampEffect& effect : gap::ramps::effects_on_ramps(*recording, history)) {
+  for (const gap::ramps::RampEffect& effect : gap::ramps::effects_on_ramps(*recording, history, false)) {
     if (effect.nuisance) continue;
     for (const Candidate& candidate : effect.candidates()) {
       // Logged channels count by their mean over a block of 30 s here, over a minute there (less at the start).

@@ -18,6 +18,20 @@ FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-
 KEYS = {"Tab": "\ue004", "Enter": "\ue007", "Escape": "\ue00c", "ArrowLeft": "\ue012", "ArrowRight": "\ue014"}
 PATIENCE_S = 60
 STARTS = 5
+POOR_CONTRAST = """
+const luminance = ([r, g, b]) => { const l = (c) => (c /= 255) <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
+  return 0.2126 * l(r) + 0.7152 * l(g) + 0.0722 * l(b); };
+const parts = (text) => text.match(/[\\d.]+/g).map(Number);
+const behind = (node) => { for (let n = node; n; n = n.parentElement) { const c = parts(getComputedStyle(n).backgroundColor);
+  if (c.length < 4 || c[3] === 1) return c; } return [255, 255, 255]; };
+const poor = [];
+for (const node of document.querySelectorAll("main *, header *, dialog *")) {
+  if (!node.offsetParent || node.disabled || ![...node.childNodes].some((n) => n.nodeType === 3 && n.data.trim())) continue;
+  const [a, b] = [luminance(parts(getComputedStyle(node).color)), luminance(behind(node))];
+  const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  if (ratio < 4.5) poor.push(`${ratio.toFixed(2)} ${node.outerHTML.slice(0, 120)}`);
+}
+return poor;"""
 
 
 class Browser:
@@ -131,6 +145,10 @@ class Browser:
     def colours(self, scheme):
         """"light" or "dark": what the user's system prefers."""
         self.devtools("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+
+    def poor_contrast(self):
+        """Texts that do not stand out from what is behind them as WCAG 2.2, 1.4.3 asks."""
+        return self.run(POOR_CONTRAST)
 
     def screenshot(self, path):
         """The whole page."""

@@ -1,46 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stored runs in a real browser before a real `soakd` ($SOAK_BIN_FOLDER): lists, the strip chart down to every sample, what the
 gate refused, void. The answers of the interface against their schemas, and against what `soak` exports."""
-import contextlib
 import csv
 import json
-import os
 import pathlib
-import shutil
-import socket
-import sqlite3
-import subprocess
 import sys
-import tempfile
 import unittest
 import urllib.error
 import urllib.parse
-import urllib.request
 
 from browser import BROWSER, DRIVER, Browser
+from real_soakd import Soakd
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from soak_cli import check_schema, recording  # noqa: E402
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 HOSTILE = "<img src=x onerror=alert(1)>"
 REFUSED = {"visit": 0, "position": "-Y"}  # labelled so, but +Y is up: the gate refuses it
-SLOTS = """
-[chamber]
-map = "{procedures}/chambers/watlow-f4t.toml"
-host = "127.0.0.1"
-port = {port}
-
-[[slot]]
-name = "1"
-host = "127.0.0.1"
-port = {port}
-decoder = "xsens"
-"""
-
-
-def programs():
-    return pathlib.Path(os.environ.get("SOAK_BIN_FOLDER", ROOT / "build" / "release" / "bin"))
 
 
 def wrong_face(text):
@@ -54,58 +30,24 @@ def wrong_face(text):
     return "\n".join(lines) + "\n"
 
 
-class Soakd:
-    """A station with stored runs and nobody at its devices."""
+class StoredRuns(Soakd):
+    """A station with stored runs."""
 
-    def __init__(self, seconds=60, plateaus=(0.0, 20.0, 40.0)):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-runs-"))
-        self.data = self.folder / "data"
-        self.store("spring", "R01", wrong_face(recording(1, "R01", plateaus, seconds)))
-        self.store("spring", "R02", recording(2, "R02", plateaus, seconds))
+    def store_all(self):
+        self.store("spring", "R01", wrong_face(recording(1, "R01", (0.0, 20.0, 40.0), 60)))
+        self.store("spring", "R02", recording(2, "R02", (0.0, 20.0, 40.0), 60))
         self.store(HOSTILE, "R03", recording(3, "R03", (0.0, 40.0), 10), unit=HOSTILE)
-        with socket.socket() as probe:  # a port at which nothing answers
-            probe.bind(("127.0.0.1", 0))
-            port = probe.getsockname()[1]
-        config = self.folder / "station.toml"
-        config.write_text(SLOTS.format(procedures=ROOT / "procedures", port=port), encoding="utf-8")
-        self.log = open(self.folder / "soakd.log", "w", encoding="utf-8")
-        self.process = subprocess.Popen([programs() / "soakd", "--config", config, "--data", self.data, "--listen", "127.0.0.1:0"],
-                                        stdout=subprocess.PIPE, stderr=self.log, text=True)
-        self.url = self.process.stdout.readline().strip()
-        assert self.url, (self.folder / "soakd.log").read_text(encoding="utf-8")
 
     def store(self, campaign, label, text, unit="SN1"):
         path = self.folder / f"{label}.csv"
         path.write_text(text, encoding="utf-8")
         self.soak("import", path, "--unit", unit, "--campaign", campaign, "--gravity-mps2", "9.80665")
 
-    def soak(self, *words):
-        return subprocess.run([programs() / "soak", *words, "--data", self.data], check=True, capture_output=True, text=True).stdout
-
-    def soak_json(self, *words):
-        return json.loads(self.soak(*words, "--json"))
-
-    def get(self, path, **parameters):
-        question = urllib.parse.urlencode(parameters, doseq=True)
-        with urllib.request.urlopen(f"{self.url}api/v1/{path}?{question}", timeout=30) as answer:
-            return json.load(answer)
-
-    def query(self, sql):
-        with contextlib.closing(sqlite3.connect(self.data / "station.db")) as catalog:
-            return catalog.execute(sql).fetchall()
-
-    def close(self):
-        self.process.terminate()
-        self.process.wait(30)
-        self.process.stdout.close()
-        self.log.close()
-        shutil.rmtree(self.folder, ignore_errors=True)
-
 
 class WithSoakd(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.soakd = Soakd()
+        cls.soakd = StoredRuns()
         cls.addClassCleanup(cls.soakd.close)
         cls.runs = {run["run"]: run for run in cls.soakd.get("runs")["runs"]}
 
@@ -339,29 +281,15 @@ class Page(WithBrowser):
         self.assertEqual(len(ids), len(set(ids)), "ids are unique")
 
     def test_text_stands_out_from_what_is_behind_it(self):
-        contrast = """
-          const luminance = ([r, g, b]) => { const l = (c) => (c /= 255) <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
-            return 0.2126 * l(r) + 0.7152 * l(g) + 0.0722 * l(b); };
-          const parts = (text) => text.match(/[\\d.]+/g).map(Number);
-          const behind = (node) => { for (let n = node; n; n = n.parentElement) { const c = parts(getComputedStyle(n).backgroundColor);
-            if (c.length < 4 || c[3] === 1) return c; } return [255, 255, 255]; };
-          const poor = [];
-          for (const node of document.querySelectorAll("main *, header *, dialog *")) {
-            if (!node.offsetParent || node.disabled || ![...node.childNodes].some((n) => n.nodeType === 3 && n.data.trim())) continue;
-            const [a, b] = [luminance(parts(getComputedStyle(node).color)), luminance(behind(node))];
-            const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
-            if (ratio < 4.5) poor.push(`${ratio.toFixed(2)} ${node.outerHTML.slice(0, 120)}`);
-          }
-          return poor;"""
         self.addCleanup(self.browser.colours, "light")
         for scheme in ("light", "dark"):
             self.browser.colours(scheme)
             self.open_list()
-            self.assertEqual(self.browser.run(contrast), [], f"list, {scheme}")
+            self.assertEqual(self.browser.poor_contrast(), [], f"list, {scheme}")
             self.open_run("R01")
-            self.assertEqual(self.browser.run(contrast), [], f"run, {scheme}")
+            self.assertEqual(self.browser.poor_contrast(), [], f"run, {scheme}")
             self.browser.click("#run-void")
-            self.assertEqual(self.browser.run(contrast), [], f"void, {scheme}")
+            self.assertEqual(self.browser.poor_contrast(), [], f"void, {scheme}")
             self.browser.click("#void-cancel")
 
     def test_nothing_is_wider_than_the_screen(self):
@@ -417,7 +345,7 @@ class Void(WithBrowser):
 
 def take_pictures(folder):
     """Pictures for people to look at: test_runs.py --pictures FOLDER."""
-    soakd, browser = Soakd(), Browser()
+    soakd, browser = StoredRuns(), Browser()
     run = next(run for run in soakd.get("runs")["runs"] if run["run"] == "R01")
     places = {"runs": "runs", "run": urllib.parse.urlencode({"run": run["run_id"], "unit": "SN1"})}
     places["samples"] = places["run"] + "&from=190&to=310"

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/jobs/job.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "calib/deploy/calibration_file.h"
+#include "calib/model/model_document.h"
+#include "station/io/data_folder.h"
+#include "station/io/text_file.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array<std::string_view, 4> kKinds = {"fit", "verify", "report", "export"};
+constexpr std::size_t kLongestStem = 60;
+
+struct Format {
+  std::string_view name;
+  std::string_view ending;
+};
+constexpr std::array<Format, 6> kFormats = {{{"blob", ".soakcal"},
+                                             {"c", ".h"},
+                                             {"json", ".json"},
+                                             {"px4", ".params"},
+                                             {"ardupilot", ".parm"},
+                                             {"kalibr", ".yaml"}}};
+
+bool is_plain(char c) {
+  return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '.' || c == '-' || c == '_';
+}
+
+/// Put into the job's folder here, and not by `soak export`: nothing leaves the laboratory, so nothing is recorded.
+base::Result<std::filesystem::path> calibration_file(const db::Catalog& catalog, const JobRequest& request,
+                                                     const std::filesystem::path& folder) {
+  const auto model = catalog.model(request.unit);
+  if (!model) return base::forward_error(model);
+  if (!*model) return base::bad_input(fmt::format("unit {} has no model yet: fit it first", request.unit), "unit");
+  const auto calibration = calib::calibration_of((*model)->document);
+  if (!calibration) return base::forward_error(calibration);
+  const auto bytes = calib::encode(*calibration);
+  if (!bytes) return base::forward_error(bytes);
+  std::filesystem::path file = folder / "verified.soakcal";
+  if (auto written = write_text_file(file, std::string(bytes->begin(), bytes->end())); !written) {
+    return base::forward_error(written);
+  }
+  return file;
+}
+
+/// Takes over the members that there are.
+json part_of(const json& document, std::initializer_list<const char*> members) {
+  json part = json::object();
+  for (const char* member : members) {
+    if (const auto found = document.find(member); found != document.end()) part[member] = *found;
+  }
+  return part;
+}
+
+}  // namespace
+
+std::vector<std::string_view> export_formats() {
+  std::vector<std::string_view> names;
+  for (const Format& format : kFormats) names.push_back(format.name);
+  return names;
+}
+
+base::Status check_job(const db::Catalog& catalog, const JobRequest& request) {
+  if (std::ranges::find(kKinds, request.kind) == kKinds.end()) {
+    return base::bad_input(fmt::format("there is no such job; there are {}", fmt::join(kKinds, ", ")), "kind");
+  }
+  const auto unit = catalog.unit(request.unit);
+  if (!unit) return base::forward_error(unit);
+  if (!*unit) return base::bad_input("there is no such unit; /api/v1/units lists those that there are", "unit");
+  if (request.kind == "verify" && request.campaign.empty()) {
+    return base::bad_input("the campaign of the fresh runs is missing", "campaign");
+  }
+  if (request.kind == "export" && std::ranges::find(kFormats, request.format, &Format::name) == kFormats.end()) {
+    return base::bad_input(fmt::format("there is no such format; there are {}", fmt::join(export_formats(), ", ")),
+                           "format");
+  }
+  return {};
+}
+
+base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobRequest& request,
+                                     const std::filesystem::path& folder) {
+  // Each value in one word with its option: one that begins with a dash is a value all the same.
+  const std::string unit = "--unit=" + request.unit;
+  const auto output = [&](const std::string& name) { return "--output=" + (folder / name).string(); };
+  const std::string stem = plain_file_name(request.unit.substr(0, kLongestStem));
+  if (request.kind == "fit") return JobCommand{{"fit", unit}, ""};
+  if (request.kind == "report") {
+    const std::string name = stem + ".html";
+    return JobCommand{{"report", unit, output(name)}, name};
+  }
+  if (request.kind == "verify") {
+    const auto file = calibration_file(catalog, request, folder);
+    if (!file) return base::forward_error(file);
+    return JobCommand{{"verify", file->string(), "--campaign=" + request.campaign}, ""};
+  }
+  const Format& format = *std::ranges::find(kFormats, request.format, &Format::name);
+  const std::string name = stem + std::string(format.ending);
+  JobCommand command{{"export", unit, "--format=" + request.format, output(name)}, name};
+  if (request.simulated) command.arguments.emplace_back("--simulated");
+  return command;
+}
+
+json job_result(const std::string& kind, const std::string& output) {
+  json document = json::parse(output, nullptr, false);
+  if (!document.is_object()) return nullptr;
+  if (kind == "fit") return part_of(document, {"unit", "model", "epoch", "simulated"});
+  if (kind == "verify") return document;
+  if (kind == "export") {
+    return part_of(document, {"unit", "model", "format", "bytes", "sha256", "simulated", "warnings", "notes"});
+  }
+  json part = part_of(document, {"unit", "model", "bytes", "sha256"});
+  part.update(part_of(document.value("/sections/summary"_json_pointer, json::object()), {"verdict", "sentence"}));
+  return part;
+}
+
+std::string job_message(const ChildEnd& end) {
+  // Remarks come before the error, which is a document of its own.
+  const std::size_t newline = end.errors.rfind("\n{");
+  const std::size_t begin = newline == std::string::npos ? 0 : newline + 1;
+  const json document = json::parse(end.errors.substr(begin), nullptr, false);
+  if (document.is_object() && document.contains("error")) {
+    const json& error = document["error"];
+    const std::string where = error.value("where", "");
+    return (where.empty() ? "" : where + ": ") + error.value("message", "");
+  }
+  if (!end.errors.empty()) return end.errors.substr(end.errors.size() - std::min<std::size_t>(end.errors.size(), 2000));
+  if (end.exit_status > 128) return fmt::format("ended by signal {}", end.exit_status - 128);
+  return fmt::format("ended with status {}", end.exit_status);
+}
+
+std::string plain_file_name(std::string_view text) {
+  std::string name(text);
+  for (char& c : name) c = is_plain(c) ? c : '_';
+  if (name.empty() || name.front() == '.' || name.front() == '-') name.insert(0, 1, '_');
+  return name;
+}
+
+}  // namespace soak::station

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "db/catalog/catalog.h"
+#include "station/jobs/child.h"
+
+namespace soak::station {
+
+/// What somebody at the page wants to be done with a unit.
+struct JobRequest {
+  std::string kind;        ///< "fit", "verify", "report", "export"
+  std::string unit;        ///< serial number
+  std::string campaign;    ///< verify: of the fresh runs
+  std::string format;      ///< export: one of export_formats()
+  bool simulated = false;  ///< export: also of a model that was made from simulated data
+  std::string user;
+};
+
+/// The formats of `soak export`.
+[[nodiscard]] std::vector<std::string_view> export_formats();
+
+/// A command line of `soak` that does it.
+struct JobCommand {
+  std::vector<std::string> arguments;
+  std::string file;  ///< name of the file that it makes in the job's folder; empty = none
+};
+
+/// Refuses (bad_input, where == the member) a request that is not one: another kind or format, a unit that the catalog
+/// does not have, a campaign that is missing.
+[[nodiscard]] base::Status check_job(const db::Catalog& catalog, const JobRequest& request);
+
+/// The command for a request that check_job() lets pass, in an empty folder; a verification's calibration file, made
+/// of the newest model, is put there. Refuses (bad_input) a verification of a unit that has no model.
+[[nodiscard]] base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobRequest& request,
+                                                   const std::filesystem::path& folder);
+
+/// What of the document that `soak` printed is kept with the job; null where it printed none.
+[[nodiscard]] nlohmann::json job_result(const std::string& kind, const std::string& output);
+
+/// Why it failed, in the words of `soak --json` on standard error.
+[[nodiscard]] std::string job_message(const ChildEnd& end);
+
+/// A text as the name of a file: letters, digits and ".-_" only, neither a dot nor a dash first.
+[[nodiscard]] std::string plain_file_name(std::string_view text);
+
+}  // namespace soak::station

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+namespace soak::station {
+
+/// The jobs that are kept, each a document (docs/schema/http-job.schema.json) and a folder of its own with that
+/// document and the file that was made: they outlive the daemon. Not for several threads at once.
+class JobShelf {
+ public:
+  static constexpr std::size_t kMostJobs =
+      20;  ///< kept of all, the newest; of each unit the newest verdict and export too
+
+  explicit JobShelf(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  /// Takes up what a predecessor left. A job that it was carrying out has failed; what is no job is removed.
+  void load();
+  /// A number that no kept job has, rising.
+  [[nodiscard]] std::int64_t next_id() const { return jobs_.empty() ? 1 : jobs_.rbegin()->first + 1; }
+  [[nodiscard]] std::filesystem::path folder_of(std::int64_t id) const { return folder_ / std::to_string(id); }
+
+  /// Keeps a document anew, and removes the jobs that are too many.
+  void put(const nlohmann::json& job);
+  /// The folder of a job that did not come to be.
+  void remove_folder(std::int64_t id) const;
+
+  /// Newest first.
+  [[nodiscard]] nlohmann::json list() const;
+  [[nodiscard]] std::optional<nlohmann::json> find(std::int64_t id) const;
+  /// The newest of a unit that came to its end without failing; null where there is none.
+  [[nodiscard]] nlohmann::json newest(const std::string& unit, const std::string& kind) const;
+
+ private:
+  void write(const nlohmann::json& job) const;
+  void remove_what_is_too_much();
+
+  std::filesystem::path folder_;
+  std::map<std::int64_t, nlohmann::json> jobs_;
+};
+
+}  // namespace soak::station

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/report/unit_overview.h"
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "calib/judge/warning_list.h"
+#include "calib/model/model_document.h"
+#include "station/report/runs_of_model.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+/// What a page shows of a sensor's part of `soak fit --json`. An older document may lack some of it.
+constexpr auto kOfSensor = {
+    "deployed",         "scale_deployed", "rules", "train_rmse", "check_rmse", "check_rmse_shape",
+    "run_to_run_sigma", "relative",       "runs",  "temp_min_c", "temp_max_c", "curve"};
+
+bool counts(const db::RunRow& run) { return !run.voided && run.purpose != "diagnosis"; }
+
+bool can_be_fitted(const db::RunRow& run, const db::UnitRow& unit) {
+  return run.sealed && !run.voided && run.purpose == "calibration" && run.epoch == unit.epoch;
+}
+
+/// Runs that count, and the newest of them.
+json run_counts(const std::vector<db::RunRow>& runs, const db::UnitRow& unit) {
+  std::size_t number = 0;
+  std::size_t to_fit = 0;
+  double newest_utc_s = 0.0;
+  for (const db::RunRow& run : runs) {
+    if (run.unit != unit.serial || !counts(run)) continue;
+    ++number;
+    if (can_be_fitted(run, unit)) ++to_fit;
+    newest_utc_s = std::max(newest_utc_s, run.created_utc_s);
+  }
+  return {{"runs", number}, {"to_fit", to_fit}, {"newest_run_utc_s", newest_utc_s > 0.0 ? json(newest_utc_s) : json()}};
+}
+
+json model_head(const db::ModelRow& model) {
+  return {{"version", model.version}, {"epoch", model.epoch}, {"created_utc_s", model.created_utc_s}};
+}
+
+/// Campaigns with runs that can judge a model: none of its runs is among those that the model was fitted to. Newest
+/// first.
+json fresh_campaigns(const RunsOfModel& found) {
+  std::set<std::string> seen;
+  std::map<std::string, std::pair<std::size_t, double>> fresh;  // runs, time of the newest
+  for (const UsedRun& used : found.runs) {
+    if (used.use == RunUse::fitted) seen.insert(used.run.campaign);
+    if (used.use != RunUse::fresh && used.use != RunUse::not_used) continue;
+    auto& [runs, newest_utc_s] = fresh[used.run.campaign];
+    ++runs;
+    newest_utc_s = std::max(newest_utc_s, used.run.created_utc_s);
+  }
+  std::vector<std::pair<double, json>> sorted;
+  for (const auto& [campaign, of] : fresh) {
+    if (seen.contains(campaign)) continue;
+    sorted.emplace_back(of.second, json{{"campaign", campaign}, {"runs", of.first}});
+  }
+  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return a.first > b.first; });
+  json list = json::array();
+  for (auto& [newest_utc_s, entry] : sorted) list.push_back(std::move(entry));
+  return list;
+}
+
+json sensor_part(const std::string& name, const json& sensor) {
+  json part = {{"unit", name.starts_with("gyro") ? "deg/s" : "m/s2"}};
+  for (const char* key : kOfSensor) part[key] = sensor.value(key, json());
+  return part;
+}
+
+base::Status add_model(const db::Catalog& catalog, const db::ModelRow& model, json& overview) {
+  const auto calibration = calib::calibration_of(model.document);
+  if (!calibration) return base::forward_error(calibration);
+  const auto runs = runs_of_model(catalog, *calibration);
+  if (!runs) return base::forward_error(runs);
+  const json fit = json::parse(model.document, nullptr, false)["fit"];
+  json part = model_head(model);
+  part["simulated"] = calibration->simulated;
+  part["sensors"] = json::object();
+  for (const auto& [name, sensor] : fit.at("sensors").items()) part["sensors"][name] = sensor_part(name, sensor);
+  calib::WarningList warnings;
+  if (calibration->simulated) {
+    warnings.add({"simulated", "the model comes from SIMULATED data: it is not of a real unit"});
+  }
+  for (const calib::Warning& warning : runs->warnings) warnings.add(warning);
+  warnings.add_fit(fit);
+  overview["model"] = std::move(part);
+  overview["warnings"] = warnings.take();
+  overview["verify_with"] = fresh_campaigns(*runs);
+  return {};
+}
+
+}  // namespace
+
+base::Result<json> units_overview(const db::Catalog& catalog) {
+  const auto units = catalog.units();
+  if (!units) return base::forward_error(units);
+  const auto runs = catalog.runs({.unit = {}, .campaign = {}, .run = {}});
+  if (!runs) return base::forward_error(runs);
+  std::map<std::string, std::vector<db::RunRow>> of_unit;
+  for (const db::RunRow& run : *runs) of_unit[run.unit].push_back(run);
+  std::vector<json> list;
+  for (const db::UnitRow& unit : *units) {
+    json entry = {
+        {"unit", unit.serial}, {"type", unit.type}, {"epoch", unit.epoch}, {"model", nullptr}, {"trouble", nullptr}};
+    entry.update(run_counts(of_unit[unit.serial], unit));
+    const auto model = catalog.model(unit.serial);
+    // One that is damaged must not keep the others from being seen.
+    if (!model)
+      entry["trouble"] = model.error().message;
+    else if (*model)
+      entry["model"] = model_head(**model);
+    list.push_back(std::move(entry));
+  }
+  const auto newest = [](const json& entry) {
+    return entry["newest_run_utc_s"].is_null() ? 0.0 : entry["newest_run_utc_s"].get<double>();
+  };
+  std::ranges::stable_sort(list, [&](const json& a, const json& b) { return newest(a) > newest(b); });
+  return json{{"units", std::move(list)}};
+}
+
+base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& serial) {
+  const auto unit = catalog.unit(serial);
+  if (!unit) return base::forward_error(unit);
+  if (!*unit) return base::bad_input("there is no such unit; /api/v1/units lists those that there are", "unit");
+  const auto runs = catalog.runs({.unit = serial, .campaign = {}, .run = {}});
+  if (!runs) return base::forward_error(runs);
+  const auto model = catalog.model(serial);
+  if (!model) return base::forward_error(model);
+  json overview = {{"unit", serial},   {"type", (*unit)->type},     {"epoch", (*unit)->epoch},
+                   {"model", nullptr}, {"warnings", json::array()}, {"verify_with", json::array()}};
+  overview.update(run_counts(*runs, **unit));
+  if (*model) {
+    if (auto added = add_model(catalog, **model, overview); !added) return base::forward_error(added);
+  }
+  return overview;
+}
+
+base::Result<bool> withdrawn_after(const db::Catalog& catalog, const std::string& unit, const std::string& campaign,
+                                   double utc_s) {
+  const auto runs = catalog.runs({.unit = unit, .campaign = campaign, .run = {}});
+  if (!runs) return base::forward_error(runs);
+  for (const db::RunRow& run : *runs) {
+    const auto voids = catalog.voids(run.run_id);
+    if (!voids) return base::forward_error(voids);
+    const auto later = [&](const db::VoidRecord& record) { return record.unit == unit && record.utc_s > utc_s; };
+    if (std::ranges::any_of(*voids, later)) return true;
+  }
+  return false;
+}
+
+}  // namespace soak::station

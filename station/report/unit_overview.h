@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "base/result.h"
+#include "db/catalog/catalog.h"
+
+namespace soak::station {
+
+/// All units with the number of their runs and their newest model, those recorded last first
+/// (docs/schema/http-units.schema.json).
+[[nodiscard]] base::Result<nlohmann::json> units_overview(const db::Catalog& catalog);
+
+/// A unit with what is stored of its newest model, read and not calculated: curves, errors, warnings with remedies;
+/// and the campaigns whose runs that model has not seen (docs/schema/http-unit.schema.json, but for what jobs know).
+/// Refuses (bad_input, where == "unit") an unknown unit; (corrupt) a damaged model.
+[[nodiscard]] base::Result<nlohmann::json> unit_overview(const db::Catalog& catalog, const std::string& serial);
+
+/// Whether something of a unit's runs in a campaign was withdrawn after a time.
+[[nodiscard]] base::Result<bool> withdrawn_after(const db::Catalog& catalog, const std::string& unit,
+                                                 const std::string& campaign, double utc_s);
+
+}  // namespace soak::station

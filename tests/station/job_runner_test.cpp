@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// Jobs for the page: a process apart that takes nothing with it and leaves nothing behind.
+#include "station/jobs/job_runner.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <future>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/db/sample_catalog.h"
+#include "tests/db/support.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+ChildEnd shell(const std::string& script, const std::string& user = "Eva") {
+  const std::atomic<bool> stop = false;
+  const auto end = run_child({"/bin/sh", {"-c", script}, user}, stop);
+  EXPECT_TRUE(end) << end.error().message;
+  return end.value_or(ChildEnd{-1, "", ""});
+}
+
+TEST(JobProcess, GivesItsStatusAndWhatItSaidOnBothStreams) {
+  const ChildEnd end = shell("echo out; echo err >&2; exit 5");
+  EXPECT_EQ(end.exit_status, 5);
+  EXPECT_EQ(end.output, "out\n");
+  EXPECT_EQ(end.errors, "err\n");
+  EXPECT_TRUE(end.is_whole);
+  EXPECT_FALSE(end.stopped);
+}
+
+TEST(JobProcess, WorksInTheNameOfTheUserBehindEverybodyElse) {
+  EXPECT_EQ(shell("echo $USER; nice", "Eva $(id)").output,
+            "Eva $(id)\n" + std::to_string(std::min(19, ::getpriority(PRIO_PROCESS, 0) + 10)) + "\n");
+}
+
+TEST(JobProcess, HasNoneOfOurOpenFilesAndHearsTheSignalsThatWeBlock) {
+  const int leak = ::open("/dev/zero", O_RDONLY);  // no O_CLOEXEC, as a library might have it
+  sigset_t blocked;
+  sigset_t before;
+  sigemptyset(&blocked);
+  sigaddset(&blocked, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &blocked, &before);
+  const ChildEnd end = shell("ls -l /proc/$$/fd | grep -c zero; grep SigBlk /proc/$$/status; kill -TERM $$; sleep 30");
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  ::close(leak);
+  EXPECT_TRUE(end.output.starts_with("0\nSigBlk:\t0000000000000000")) << end.output;
+  EXPECT_EQ(end.exit_status, 128 + SIGTERM);
+}
+
+TEST(JobProcess, WhatItSaysIsBounded) {
+  const ChildEnd end = shell("head -c 40000000 /dev/zero; head -c 100000 /dev/zero >&2");
+  EXPECT_EQ(end.exit_status, 0);
+  EXPECT_EQ(end.output.size(), kMostOutput);
+  EXPECT_EQ(end.errors.size(), kMostErrors);
+  EXPECT_FALSE(end.is_whole);
+}
+
+TEST(JobProcess, IsKilledWhenItIsToStopEvenIfItDoesNotListen) {
+  std::atomic<bool> stop = true;
+  const auto end = run_child({"/bin/sh", {"-c", "trap '' TERM; while :; do sleep 0.01; done"}, "Eva"}, stop);
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->stopped);
+  EXPECT_EQ(end->exit_status, 128 + SIGKILL);
+}
+
+TEST(JobProcess, AProgramThatIsNotThereIsAFailureThatNamesIt) {
+  const std::atomic<bool> stop = false;
+  const auto end = run_child({"/nowhere/soak", {}, "Eva"}, stop);
+  ASSERT_FALSE(end);
+  EXPECT_NE(end.error().message.find("/nowhere/soak"), std::string::npos);
+}
+
+TEST(Job, AFileNameIsMadeOfHarmlessCharacters) {
+  EXPECT_EQ(plain_file_name("SN-0042_a.b"), "SN-0042_a.b");
+  EXPECT_EQ(plain_file_name("../x"), "_.._x");
+  EXPECT_EQ(plain_file_name("--help"), "_--help");
+  EXPECT_EQ(plain_file_name("<a\"\r\nb>"), "_a___b_");
+  EXPECT_EQ(plain_file_name(""), "_");
+}
+
+TEST(Job, TheMessageIsThatOfTheErrorBehindRemarks) {
+  ChildEnd end{2, "",
+               "soak: warning: {brace\n{\n  \"error\": {\"code\": 2, \"message\": \"no\", \"where\": \"--unit\"}\n}\n"};
+  EXPECT_EQ(job_message(end), "--unit: no");
+  end.errors = "==1==ERROR\n";
+  EXPECT_EQ(job_message(end), "==1==ERROR\n");
+  EXPECT_EQ(job_message({137, "", ""}), "ended by signal 9");
+}
+
+/// A `soak` that is a script.
+class Runner : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(catalog_.ensure_unit("-SN 1", "generic")); }
+
+  void soak_does(const std::string& script) {
+    std::ofstream(program_) << "#!/bin/sh\n" << script << '\n';
+    ::chmod(program_.c_str(), 0755);
+  }
+  static json ended(const JobRunner& jobs, std::int64_t id) {
+    json job = jobs.show(id).value();
+    while (job["state"] == "running") {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      job = jobs.show(id).value();
+    }
+    return job;
+  }
+  static JobRequest fit() { return {"fit", "-SN 1", "", "", false, "Eva"}; }
+
+  db::testing::TempFolder folder_;
+  db::Catalog catalog_ = db::Catalog::open(folder_.path()).value();
+  std::filesystem::path program_ = folder_.path() / "soak";
+};
+
+TEST_F(Runner, GivesEachWordAsOneArgumentAndKeepsTheResult) {
+  soak_does("for word; do echo \"$word\" >> " + (folder_.path() / "words").string() +
+            "; done; echo '{\"model\": 3, \"unit\": \"x\", \"sensors\": {}}'");
+  JobRunner jobs(folder_.path(), program_);
+  const json job = ended(jobs, jobs.start(fit()).value()["id"]);
+  EXPECT_EQ(job["state"], "done");
+  EXPECT_EQ(job["result"], json({{"model", 3}, {"unit", "x"}}));
+  std::ifstream words(folder_.path() / "words");
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(words), {}),
+            "fit\n--unit=-SN 1\n--data=" + folder_.path().string() + "\n--json\n");
+}
+
+TEST_F(Runner, BeginningAndEndAreInTheEventLogWithTheUser) {
+  soak_does("echo '{\"error\": {\"code\": 2, \"message\": \"no run\", \"where\": \"\"}}' >&2; exit 2");
+  JobRunner jobs(folder_.path(), program_);
+  const json job = ended(jobs, jobs.start(fit()).value()["id"]);
+  EXPECT_EQ(job["state"], "failed");
+  EXPECT_EQ(job["message"], "no run");
+  const auto events = catalog_.events().value();
+  ASSERT_GE(events.size(), 2U);
+  const auto& begin = events[events.size() - 2];
+  EXPECT_EQ(begin.kind + begin.subject + begin.text + begin.user, "job_started-SN 1fitEva");
+  EXPECT_EQ(events.back().kind + events.back().text, "job_endedfit: failed: no run");
+}
+
+TEST_F(Runner, AUnitBeyondItsLimitsIsNoFailureOfTheJob) {
+  soak_does("echo '{\"unit\": \"x\", \"model\": 1}'; exit 5");
+  JobRunner jobs(folder_.path(), program_);
+  EXPECT_EQ(ended(jobs, jobs.start(fit()).value()["id"])["state"], "done");
+}
+
+TEST_F(Runner, OneJobAtATimeAndACancelEndsIt) {
+  soak_does("sleep 60");
+  JobRunner jobs(folder_.path(), program_);
+  const std::int64_t id = jobs.start(fit()).value()["id"];
+  const auto second = jobs.start(fit());
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().where, "state");
+  const auto cancelled = jobs.cancel(id, "Bob");
+  ASSERT_TRUE(cancelled);
+  EXPECT_EQ((*cancelled)["state"], "cancelled");
+  EXPECT_EQ((*cancelled)["message"], "cancelled by Bob");
+  EXPECT_FALSE(jobs.cancel(id, "Bob"));
+  soak_does("echo '{\"unit\": \"x\"}'");
+  EXPECT_EQ(ended(jobs, jobs.start(fit()).value()["id"])["state"], "done");
+}
+
+TEST_F(Runner, KeepsTheNewestJobsAndTheNewestVerdictAcrossARestart) {
+  soak_does("echo '{\"unit\": \"x\", \"verdict\": \"pass\"}'");
+  JobShelf shelf(folder_.path() / "jobs");
+  std::filesystem::create_directories(shelf.folder_of(1));
+  shelf.put({{"id", 1}, {"kind", "verify"}, {"unit", "-SN 1"}, {"state", "done"}});
+  std::filesystem::create_directories(shelf.folder_of(2));
+  shelf.put({{"id", 2}, {"kind", "fit"}, {"unit", "-SN 1"}, {"state", "running"}});
+  std::filesystem::create_directories(folder_.path() / "jobs" / "rubbish");
+  JobRunner jobs(folder_.path(), program_);
+  EXPECT_EQ(jobs.show(2).value()["state"], "failed");
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "jobs" / "rubbish"));
+  for (std::size_t i = 0; i < JobShelf::kMostJobs; ++i) ended(jobs, jobs.start(fit()).value()["id"]);
+  EXPECT_EQ(jobs.list()["jobs"].size(), JobShelf::kMostJobs + 1);
+  EXPECT_EQ(jobs.newest("-SN 1", "verify")["id"], 1);
+  EXPECT_FALSE(jobs.show(2));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "jobs" / "2"));
+}
+
+TEST_F(Runner, RefusesWhatIsNoJobAndLeavesNoFolder) {
+  JobRunner jobs(folder_.path(), program_);
+  const auto refused = [&](const JobRequest& request) {
+    const auto started = jobs.start(request);
+    return started ? std::string("started") : started.error().where;
+  };
+  EXPECT_EQ(refused({"rm", "-SN 1", "", "", false, ""}), "kind");
+  EXPECT_EQ(refused({"fit", "SN2", "", "", false, ""}), "unit");
+  EXPECT_EQ(refused({"verify", "-SN 1", "", "", false, ""}), "campaign");
+  EXPECT_EQ(refused({"verify", "-SN 1", "c", "", false, ""}), "unit") << "it has no model";
+  EXPECT_EQ(refused({"export", "-SN 1", "", "exe", false, ""}), "format");
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.path() / "jobs"));
+  EXPECT_FALSE(JobRunner("", program_).start(fit()));
+}
+
+}  // namespace
+}  // namespace soak::station

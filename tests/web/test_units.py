@@ -1,0 +1,393 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A technician judges and hands over a unit from the page alone, before a real `soakd` ($SOAK_BIN_FOLDER) with a unit of
+soaksim-campaign: fit, verify, report, export; what fails says why; a cancelled job and a stopped daemon leave no process."""
+import functools
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import urllib.error
+import urllib.parse
+import urllib.request
+
+from browser import BROWSER, DRIVER, Browser
+from real_soakd import Soakd, programs
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
+from soak_cli import check_schema, recording  # noqa: E402
+
+SERIAL, OTHER = "SIM-0001", "SIM-0002"  # the one is handed over, the other is for what goes wrong
+HOSTILE = ("<script>alert(1)</script>", "../x", "--help", "-o", "__proto__", "[a,b]")
+LIMITS = 'name = "generic"\n[limits]\ngyro = 0.5\naccel = 0.5\n'
+
+
+@functools.cache
+def stored_units():
+    """A data folder with two small simulated units, not fitted, and units whose names are meant to do harm; stations work on copies."""
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-units-"))
+    data = ["--data", folder / "data"]
+    simulator = os.environ.get("SOAK_SIM_BIN", programs() / "soaksim-campaign")
+    subprocess.run([simulator, "--out", folder / "lab", "--units", "2", "--runs", "3", "--rows-per-position", "6"], check=True, capture_output=True)
+    for serial in (SERIAL, OTHER):
+        for campaign, procedure in (("campaign", "import"), ("verification", "verification")):
+            subprocess.run([programs() / "soak", "import", folder / "lab" / campaign / f"{serial}.csv", "--unit", serial, "--campaign", campaign,
+                            "--procedure", procedure, "--simulated", "--gravity-mps2", "9.80665", *data], check=True, capture_output=True)
+    (folder / "small.csv").write_text(recording(3, "r1", (0.0,), 10), encoding="utf-8")
+    for name in HOSTILE:
+        subprocess.run([programs() / "soak", "import", folder / "small.csv", f"--unit={name}", f"--campaign={name}", "--gravity-mps2", "9.80665",
+                        *data], check=True, capture_output=True)
+    return folder
+
+
+def tearDownModule():
+    if stored_units.cache_info().currsize:
+        shutil.rmtree(stored_units(), ignore_errors=True)
+
+
+class UnitStation(Soakd):
+    """With limits for the unit's type, and units whose names are meant to do harm."""
+
+    def __init__(self):
+        self.types = pathlib.Path(tempfile.mkdtemp(prefix="soak-types-"))
+        (self.types / "units").mkdir()
+        self.limits(LIMITS)
+        os.environ["SOAK_PROCEDURES"] = str(self.types)
+        super().__init__()
+
+    def store_all(self):
+        shutil.copytree(stored_units() / "data", self.data)
+
+    def limits(self, text):
+        (self.types / "units" / "generic.toml").write_text(text, encoding="utf-8")
+
+    def post(self, path, **body):
+        request = urllib.request.Request(f"{self.url}api/v1/{path}", json.dumps(body).encode(), {"Content-Type": "application/json"})
+        with urllib.request.urlopen(request, timeout=30) as answer:
+            return json.load(answer)
+
+    def refusal(self, path, **body):
+        try:
+            self.post(path, **body)
+        except urllib.error.HTTPError as error:
+            document = json.load(error)
+            check_schema(document, "error")
+            return error.code, document["error"]["where"]
+        raise AssertionError("not refused")
+
+    def ended(self, job):
+        """The document of a job once it has ended."""
+        end = time.monotonic() + 60
+        while (document := self.get("job", id=job["id"]))["state"] == "running":
+            assert time.monotonic() < end
+            time.sleep(0.02)
+        check_schema(document, "http-job")
+        return document
+
+    def children(self):
+        tasks = pathlib.Path(f"/proc/{self.process.pid}/task")
+        return [int(child) for task in tasks.iterdir() for child in (task / "children").read_text().split()]
+
+    def held_child(self):
+        """The process of the fit that runs, which gets no further from here on."""
+        end = time.monotonic() + 30
+        while not (found := [pid for pid in self.children() if b"fit" in pathlib.Path(f"/proc/{pid}/cmdline").read_bytes()]):
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        os.kill(found[0], signal.SIGSTOP)
+        return found[0]
+
+    def close(self):
+        super().close()
+        os.environ.pop("SOAK_PROCEDURES", None)
+        shutil.rmtree(self.types, ignore_errors=True)
+
+
+def is_alive(pid):
+    try:
+        state = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+class WithStation(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.soakd = UnitStation()
+        cls.addClassCleanup(cls.soakd.close)
+
+
+class Interface(WithStation):
+    def test_names_that_are_meant_to_do_harm_are_names(self):
+        units = self.soakd.get("units")
+        check_schema(units, "http-units")
+        self.assertEqual({unit["unit"] for unit in units["units"]}, {SERIAL, OTHER, *HOSTILE})
+        for name in HOSTILE:
+            document = self.soakd.get("unit", unit=name)
+            check_schema(document, "http-unit")
+            self.assertEqual((document["unit"], document["runs"], document["model"]), (name, 1, None))
+            self.assertEqual(self.soakd.refusal("jobs", kind="verify", unit=name, campaign=name), (400, "unit"), "no model")
+        # Those that soak itself may take for something else: the unit is found, and refused for what it lacks.
+        for name in HOSTILE[2:]:
+            job = self.soakd.ended(self.soakd.post("jobs", kind="report", unit=name, user="Eva"))
+            self.assertEqual((job["state"], job["exit_status"]), ("failed", 2), job)
+            self.assertIn("has no model yet", job["message"])
+        job = self.soakd.ended(self.soakd.post("jobs", kind="export", unit="../x", format="kalibr", user="Eva"))
+        self.assertEqual(job["state"], "failed")
+        self.assertEqual(list(self.soakd.folder.rglob("x.yaml")), [])
+
+    def test_what_is_no_job_is_refused(self):
+        refused = self.soakd.refusal
+        self.assertEqual(refused("jobs", kind="rm", unit=SERIAL), (400, "kind"))
+        self.assertEqual(refused("jobs", kind="fit", unit="SN9"), (400, "unit"))
+        self.assertEqual(refused("jobs", kind="fit", unit=""), (400, "unit"))
+        self.assertEqual(refused("jobs", kind="fit"), (400, "unit"))
+        self.assertEqual(refused("jobs", kind="fit", unit=SERIAL, arguments=["--all"]), (400, "arguments"))
+        self.assertEqual(refused("jobs", kind="verify", unit=SERIAL), (400, "campaign"))
+        self.assertEqual(refused("jobs", kind="export", unit=SERIAL, format="exe"), (400, "format"))
+        self.assertEqual(refused("jobs", kind="export", unit=SERIAL, format="blob", simulated="yes"), (400, "simulated"))
+        self.assertEqual(refused("jobs/cancel", id=999), (400, "id"))
+        for path in ("job?id=999", "job?id=x", "job?id=1&id=2", "job/file?id=999", "unit?unit=SN9", "unit", "units?x=1"):
+            with self.assertRaises(urllib.error.HTTPError) as refusal:
+                urllib.request.urlopen(f"{self.soakd.url}api/v1/{path}", timeout=30)
+            self.assertEqual(refusal.exception.code, 400, path)
+            check_schema(json.load(refusal.exception), "error")
+
+    def test_a_job_is_a_process_apart_that_a_cancel_ends_and_a_stopped_soakd_takes_along(self):
+        job = self.soakd.post("jobs", kind="fit", unit=SERIAL, user="Eva")
+        child = self.soakd.held_child()
+        self.assertEqual(os.getpriority(os.PRIO_PROCESS, child), 10)
+        files = [os.readlink(link) for link in pathlib.Path(f"/proc/{child}/fd").iterdir()]
+        self.assertEqual([name for name in files if "socket" in name or "soakd" in name or "eventfd" in name], [])
+        self.assertEqual(self.soakd.refusal("jobs", kind="fit", unit=SERIAL), (409, "state"))
+        ended = self.soakd.post("jobs/cancel", id=job["id"], user="Bob")
+        self.assertEqual((ended["state"], ended["message"]), ("cancelled", "cancelled by Bob"))
+        self.assertFalse(is_alive(child))
+        self.assertEqual(self.soakd.refusal("jobs/cancel", id=job["id"]), (409, "state"))
+        events = self.soakd.query("SELECT kind, user, text FROM event WHERE subject = 'SIM-0001' ORDER BY ordinal DESC LIMIT 2")
+        self.assertEqual(events, [("job_ended", "Bob", "fit: cancelled"), ("job_started", "Eva", "fit")])
+        self.soakd.soak("events", "verify")
+
+        self.soakd.post("jobs", kind="fit", unit=SERIAL, user="Eva")
+        child = self.soakd.held_child()
+        self.soakd.process.terminate()
+        self.soakd.process.wait(30)
+        self.assertFalse(is_alive(child))
+        self.assertEqual(self.soakd.query("SELECT count(*) FROM model"), [(0,)])
+        self.soakd.start()  # and what was kept is kept
+        kept = self.soakd.get("jobs")
+        check_schema(kept, "http-jobs")
+        job = kept["jobs"][0]
+        self.assertEqual((job["state"], job["message"]), ("cancelled", "soakd was stopped"))
+
+        self.soakd.post("jobs", kind="fit", unit=SERIAL, user="Eva")
+        child = self.soakd.held_child()
+        self.soakd.process.kill()
+        self.soakd.process.wait(30)
+        end = time.monotonic() + 10
+        while is_alive(child):
+            self.assertLess(time.monotonic(), end, "the job outlives a killed soakd")
+            time.sleep(0.01)
+        self.soakd.start()
+        self.assertEqual(self.soakd.get("jobs")["jobs"][0]["message"], "soakd ended meanwhile")
+
+
+@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
+class Page(WithStation):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.browser = Browser()
+        cls.addClassCleanup(cls.browser.close)
+        cls.downloads = pathlib.Path(tempfile.mkdtemp(prefix="soak-downloads-"))
+        cls.addClassCleanup(shutil.rmtree, cls.downloads, ignore_errors=True)
+        cls.browser.devtools("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(cls.downloads))
+
+    def setUp(self):
+        self.browser.go("about:blank")
+        self.browser.console()
+        self.browser.resize(1280, 900)
+
+    def see(self, selector, text):
+        self.browser.wait_for_text(selector, text)
+
+    def open_unit(self, serial):
+        self.browser.go("about:blank")
+        self.browser.go(f"{self.soakd.url}#{urllib.parse.urlencode({'unit': serial})}")
+        self.browser.wait("return !document.querySelector('#unit-work').hidden")
+
+    def click(self, button):
+        self.browser.wait("return !document.querySelector(arguments[0]).disabled", button)
+        self.browser.run("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", button)
+        self.browser.click(button)
+
+    def downloaded(self, name):
+        end = time.monotonic() + 30
+        while not (self.downloads / name).exists():
+            self.assertLess(time.monotonic(), end, list(self.downloads.iterdir()))
+            time.sleep(0.02)
+        return (self.downloads / name).read_bytes()
+
+    def test_a_unit_is_fitted_judged_and_handed_over_by_clicks(self):
+        self.browser.go(self.soakd.url)
+        self.browser.click("#to-units")
+        self.see("#units-list", HOSTILE[0])
+        self.assertEqual(self.browser.run("return document.querySelector('#to-units').ariaCurrent"), "page")
+        self.browser.type("#units-find", SERIAL)
+        self.browser.wait("return document.querySelectorAll('#units-list tbody tr').length === 1")
+        self.see("#units-list tbody", "NOT JUDGED")
+        self.browser.click("#units-list tbody a")
+        self.see("#unit-title", SERIAL)
+        self.see("#unit-verdict", "NOT JUDGED")
+        self.see("#unit-next", "Fit it.")
+        self.browser.type("#user", "Eva")
+        self.click("#unit-fit")
+        self.browser.wait("return document.querySelectorAll('#unit-curves .sensor').length === 6")
+        self.see("#unit-next", "Verify it with a run that the fit has not seen.")
+        self.see("#unit-verdict", "NOT JUDGED")
+        self.see("#unit-badges", "SIMULATED")
+        self.see("#unit-warnings", "simulated")
+        bands = self.browser.run("return document.querySelectorAll('#unit-curves svg .band.ci95').length")
+        self.assertEqual(bands, 6)
+
+        self.click("#unit-verify")
+        self.see("#unit-verdict", "PASS")
+        self.see("#unit-verdict", "campaign verification, by Eva")
+        self.see("#unit-next", "Export it.")
+        self.see("#unit-curves .sensor", "PASS")
+
+        self.click("#unit-report")
+        self.see("#unit-jobs", "Download SIM-0001.html")
+        self.browser.click("#unit-jobs a[download='SIM-0001.html']")
+        self.assertIn(b"<title>", self.downloaded("SIM-0001.html"))
+
+        self.click("#unit-export")  # refused, in the words of soak
+        self.see("#unit-jobs", "was made from SIMULATED data; use --simulated")
+        self.see("#unit-next", "Export it.")
+        self.click("#unit-simulated")
+        for form, name in (("blob", "SIM-0001.soakcal"), ("c", "SIM-0001.h")):
+            self.browser.run("const s = document.querySelector('#unit-format'); s.value = arguments[0];", form)
+            self.click("#unit-export")
+            self.browser.wait("return document.querySelector(arguments[0])", f"#unit-jobs a[download='{name}']")
+            self.browser.click(f"#unit-jobs a[download='{name}']")
+            content = self.downloaded(name)
+            path = self.soakd.folder / name
+            self.soakd.soak("export", "--unit", SERIAL, "--format", form, "--simulated", "-o", path)
+            self.assertEqual(content, path.read_bytes())
+        self.see("#unit-next", "verified and exported")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_a_verdict_goes_with_what_it_stands_on(self):
+        self.soakd.limits(LIMITS.replace("0.5", "0.000001"))
+        self.addCleanup(self.soakd.limits, LIMITS)
+        self.soakd.soak("fit", "--unit", OTHER)
+        self.open_unit(OTHER)
+        self.click("#unit-verify")
+        self.see("#unit-verdict", "FAIL")
+        self.see("#unit-verdict", "gyro x")
+        self.see("#unit-next", "Do not hand it over")
+        self.assertEqual(self.listed_verdict(OTHER), "fail")
+        self.soakd.soak("runs", "void", "--unit", OTHER, "--campaign", "verification", "--reason", "fixture slipped", self.run_of(OTHER))
+        self.open_unit(OTHER)
+        self.see("#unit-verdict", "NOT JUDGED")
+        self.see("#unit-verdict", "does not hold any more: data of its campaign were withdrawn since. It was FAIL")
+        self.assertIsNone(self.listed_verdict(OTHER))
+
+    def listed_verdict(self, serial):
+        return next(unit["verdict"] for unit in self.soakd.get("units")["units"] if unit["unit"] == serial)
+
+    def run_of(self, serial):
+        return next(run["run_id"] for run in self.soakd.get("runs", unit=serial, campaign="verification")["runs"])
+
+    def test_a_job_is_cancelled_and_one_that_fails_says_why(self):
+        self.open_unit(OTHER)
+        self.click("#unit-fit")
+        self.soakd.held_child()
+        self.see("#job-running-text", f"Fitting: unit {OTHER}")
+        self.click("#unit-cancel")
+        self.see("#unit-jobs li", "cancelled by")
+        self.assertTrue(self.browser.run("return document.querySelector('#job-running').hidden"))
+        self.open_unit("--help")
+        self.see("#unit-title", "--help")
+        self.click("#unit-fit")
+        self.browser.wait("return document.querySelector('#unit-jobs li')")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_names_are_text(self):
+        for name in HOSTILE:
+            self.open_unit(name)
+            self.see("#unit-title", name)
+            self.assertEqual(self.browser.run("return document.querySelector('main script')"), None)
+        self.browser.go("about:blank")
+        self.browser.go(f"{self.soakd.url}#unit=nobody")
+        self.see("#unit-failure", "there is no such unit")
+        self.assertEqual([line for line in self.browser.console() if "400" not in line], [])
+
+    def test_every_width_and_both_schemes_can_be_read(self):
+        if self.soakd.get("unit", unit=OTHER)["model"] is None:
+            self.soakd.soak("fit", "--unit", OTHER)
+        for width in (320, 390, 768, 1280, 1920):
+            self.browser.resize(width, 900)
+            self.browser.go("about:blank")
+            self.browser.go(f"{self.soakd.url}#units")
+            self.browser.wait("return document.querySelector('#units-list tbody tr')")
+            wide = "return document.documentElement.scrollWidth - innerWidth"
+            self.assertLessEqual(self.browser.run(wide), 0, f"list at {width}")
+            self.open_unit(OTHER)
+            self.assertLessEqual(self.browser.run(wide), 0, f"unit at {width}")
+        self.browser.run("document.querySelector('#unit-warnings-rest').open = true")
+        self.addCleanup(self.browser.colours, "light")
+        for scheme in ("light", "dark"):
+            self.browser.colours(scheme)
+            self.assertEqual(self.browser.poor_contrast(), [], scheme)
+        nameless = self.browser.run("""
+          return [...document.querySelectorAll("a, button, input, select, summary, [tabindex], svg[role=img]")].filter((node) => node.getClientRects().length)
+            .filter((node) => !(node.ariaLabel || node.innerText?.trim() || node.labels?.length || node.getAttribute("aria-labelledby")))
+            .map((node) => node.outerHTML)""")
+        self.assertEqual(nameless, [])
+        ids = self.browser.run("return [...document.querySelectorAll('[id]')].map((node) => node.id)")
+        self.assertEqual(len(ids), len(set(ids)), "ids are unique")
+
+
+def take_pictures(folder):
+    """Pictures for people to look at: test_units.py --pictures FOLDER."""
+    soakd, browser = UnitStation(), Browser()
+    def open_unit():
+        browser.go("about:blank")
+        browser.go(f"{soakd.url}#unit={SERIAL}")
+        browser.wait("return !document.querySelector('#unit-work').hidden")
+        browser.run("return new Promise((done) => setTimeout(done, 400))")
+    def picture(name):
+        for scheme in ("light", "dark"):
+            browser.colours(scheme)
+            for width in (390, 1280, 1920):
+                browser.resize(width, 900)
+                browser.run("return new Promise((done) => setTimeout(done, 150))")
+                browser.screenshot(pathlib.Path(folder) / f"{name}-{scheme}-{width}.png")
+    open_unit()
+    picture("new")
+    soakd.ended(soakd.post("jobs", kind="fit", unit=SERIAL, user="Eva"))
+    soakd.ended(soakd.post("jobs", kind="verify", unit=SERIAL, campaign="verification", user="Eva"))
+    soakd.ended(soakd.post("jobs", kind="export", unit=SERIAL, format="blob", user="Eva"))
+    soakd.ended(soakd.post("jobs", kind="report", unit=SERIAL, user="Eva"))
+    soakd.post("jobs", kind="fit", unit=SERIAL, user="Eva")
+    open_unit()
+    picture("passed")
+    browser.go(f"{soakd.url}#units")
+    browser.wait("return document.querySelector('#units-list tbody tr')")
+    picture("list")
+    browser.close()
+    soakd.close()
+
+
+if __name__ == "__main__":
+    if len(sys.argv) == 3 and sys.argv[1] == "--pictures":
+        take_pictures(sys.argv[2])
+    else:
+        unittest.main()

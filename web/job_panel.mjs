@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// The jobs of a unit: buttons that start them, the one that runs, what came of those before.
+
+import { get, post } from "./api.mjs";
+import { $, element, say, show } from "./dom.mjs";
+import { clock } from "./format.mjs";
+import { badge } from "./runs_view.mjs";
+import { endedText, FORMATS, nextOf, runningText, verbOf } from "./unit_words.mjs";
+
+const LOOK_AGAIN_MS = 1000;
+const MOST_SHOWN = 8;
+const KINDS = ["fit", "verify", "report", "export"];
+
+export class JobPanel {
+  #userName;
+  #changed;
+  #serial = null;
+  #unit = null; // its document
+  #running = null; // the job that is under way, of whatever unit
+  #shown = null; // which jobs are shown, as text; null before the first look
+  #looking = false;
+  #lookAgain = false; // somebody has asked while an answer was under way
+
+  /** `userName()`: who is at the page; `changed()`: a job of this unit has ended. */
+  constructor(userName, changed) {
+    this.#userName = userName;
+    this.#changed = changed;
+    $("unit-format").append(...Object.entries(FORMATS).map(([value, text]) => Object.assign(element("option", text), { value })));
+    for (const kind of KINDS) $(`unit-${kind}`).addEventListener("click", () => this.#start(kind));
+    $("unit-cancel").addEventListener("click", () => this.#cancel());
+    setInterval(() => {
+      if (!$("unit-view").hidden && this.#running) this.#look();
+    }, LOOK_AGAIN_MS);
+  }
+
+  open(serial) {
+    this.#serial = serial;
+    this.#shown = null;
+    show($("job-failure"), false);
+    this.#look();
+  }
+
+  /** What can be done with a unit as it is. */
+  offer(unit) {
+    this.#unit = unit;
+    const chosen = $("unit-campaign").value;
+    const choices = unit.verify_with.map(({ campaign, runs }) =>
+      Object.assign(element("option", `${campaign} (${runs} ${runs === 1 ? "run" : "runs"})`), { value: campaign }));
+    $("unit-campaign").replaceChildren(...choices);
+    if (unit.verify_with.some(({ campaign }) => campaign === chosen)) $("unit-campaign").value = chosen;
+    $("unit-campaign").disabled = choices.length === 0;
+    const { kind: next } = nextOf(unit);
+    for (const kind of KINDS) $(`unit-${kind}`).classList.toggle("primary", kind === next);
+    show($("unit-campaign-none"), unit.model !== null && choices.length === 0);
+    show($("unit-simulated-box"), unit.model?.simulated === true);
+    this.#enable();
+  }
+
+  #enable() {
+    const busy = this.#running !== null || this.#unit === null;
+    const hasModel = this.#unit?.model != null;
+    $("unit-fit").disabled = busy || this.#unit.to_fit === 0;
+    $("unit-verify").disabled = busy || !hasModel || this.#unit.verify_with.length === 0;
+    $("unit-report").disabled = busy || !hasModel;
+    $("unit-export").disabled = busy || !hasModel;
+  }
+
+  async #start(kind) {
+    const request = { kind, unit: this.#serial, user: this.#userName() };
+    if (kind === "verify") request.campaign = $("unit-campaign").value;
+    if (kind === "export") Object.assign(request, { format: $("unit-format").value, simulated: !$("unit-simulated-box").hidden && $("unit-simulated").checked });
+    await this.#tell(`${verbOf(kind)}: `, "jobs", request);
+  }
+
+  async #cancel() {
+    if (this.#running) await this.#tell("Cancel: ", "jobs/cancel", { id: this.#running.id, user: this.#userName() });
+  }
+
+  async #tell(what, path, body) {
+    show($("job-failure"), false);
+    try {
+      await post(path, body);
+    } catch (error) {
+      say($("job-failure"), what + error.message);
+      show($("job-failure"), true);
+    }
+    await this.#look();
+  }
+
+  async #look() {
+    this.#lookAgain = true;
+    if (this.#looking) return;
+    this.#looking = true;
+    while (this.#lookAgain) {
+      this.#lookAgain = false;
+      try {
+        this.#take((await get("jobs")).jobs);
+      } catch (error) {
+        console.warn("no jobs:", error.message); // asked again in a second, or with the next click
+      }
+    }
+    this.#looking = false;
+  }
+
+  #take(jobs) {
+    this.#running = jobs.find(({ state }) => state === "running") ?? null;
+    this.#showRunning();
+    const own = jobs.filter(({ unit, state }) => unit === this.#serial && state !== "running").slice(0, MOST_SHOWN);
+    const about = own.map(({ id }) => id).join(" ");
+    if (about !== this.#shown) {
+      const isFirst = this.#shown === null;
+      this.#shown = about;
+      $("unit-jobs").replaceChildren(...own.map(jobLine));
+      say($("job-news"), isFirst || own.length === 0 ? "" : spoken(own[0]));
+      if (!isFirst) this.#changed();
+    }
+    show($("unit-jobs-none"), own.length === 0);
+    this.#enable();
+  }
+
+  #showRunning() {
+    const job = this.#running;
+    // What has the focus goes away: the keyboard goes on from the jobs' title.
+    if (job === null && $("job-running").contains(document.activeElement)) $("unit-work-title").focus();
+    show($("job-running"), job !== null);
+    if (job) say($("job-running-text"), runningText(job, Date.now() / 1000));
+  }
+}
+
+const spoken = (job) => {
+  const { title, badge: { text }, text: why } = endedText(job);
+  return `${title}: ${text}. ${why}`;
+};
+
+function jobLine(job) {
+  const { title, badge: mark, text } = endedText(job);
+  const line = element("li", "");
+  line.dataset.state = job.state;
+  const head = element("div", "");
+  head.className = "row";
+  head.append(badge(mark), element("strong", title), Object.assign(element("span", `${clock(job.ended_utc_s ?? job.started_utc_s)}, ${job.user}`), { className: "why" }));
+  if (job.file) {
+    const link = element("a", `Download ${job.file.name}`);
+    link.href = `/api/v1/job/file?${new URLSearchParams({ id: job.id })}`;
+    link.download = job.file.name;
+    head.append(link);
+  }
+  line.append(head);
+  if (text) line.append(Object.assign(element("p", text), { className: job.state === "failed" ? "bad" : "why" }));
+  return line;
+}

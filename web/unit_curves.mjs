@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// A drawing of each sensor's curve with its bands, as the report has it, without the rows behind it.
+
+import { Axis } from "./axes.mjs";
+import { element } from "./dom.mjs";
+import { BELOW, draw, Panel, TOP } from "./figure.mjs";
+import { badge } from "./runs_view.mjs";
+import { sensorFacts, sensorText, unitText, verdictOf } from "./unit_words.mjs";
+
+const HEIGHT = 260;
+
+const isNumber = (value) => typeof value === "number";
+
+/** [temperature, low, high] of the points that have that band. */
+function band(curve, key) {
+  const known = curve.filter((point) => isNumber(point.bias) && isNumber(point[key]));
+  return known.map((point) => [point.temp_c, point.bias - point[key], point.bias + point[key]]);
+}
+
+/** An axis that holds the values, with some room at both ends. */
+function axisOf(values) {
+  const [low, high] = [Math.min(...values), Math.max(...values)];
+  const room = high > low ? 0.06 * (high - low) : Math.max(0.1 * Math.abs(low), 1e-6);
+  return new Axis(low - room, high + room);
+}
+
+function facts(sensor) {
+  const list = element("dl", "");
+  list.className = "facts";
+  list.append(...sensorFacts(sensor).map(([name, value]) => {
+    const box = element("div", "");
+    box.append(element("dt", name), element("dd", value));
+    return box;
+  }));
+  return list;
+}
+
+/** The card of a sensor; `judged`: its part of a verification that holds, or null. */
+export function sensorCard(name, sensor, judged) {
+  const card = element("section", "");
+  card.className = "card sensor";
+  const title = element("h3", sensorText(name));
+  title.id = `sensor-${name}`;
+  card.setAttribute("aria-labelledby", title.id);
+  const head = element("div", "");
+  head.className = "row";
+  head.append(title);
+  if (judged) {
+    const { title: text, state } = verdictOf(judged.verdict);
+    head.append(badge({ text, state }));
+  }
+  const curve = sensor.curve.filter(({ bias }) => isNumber(bias));
+  const [wide, narrow] = [band(curve, "pi95"), band(curve, "ci95")];
+  const figure = element("figure", "");
+  const caption = element("figcaption", "");
+  caption.append(element("b", `Bias of ${sensorText(name)}`),
+    element("span", sensorFacts(sensor).map((fact) => fact.join(" ")).join(", ")));
+  figure.append(caption);
+  const x = axisOf([sensor.temp_min_c, sensor.temp_max_c]);
+  const y = axisOf([...curve.map(({ bias }) => bias), ...[...wide, ...narrow].flatMap(([, low, high]) => [low, high])]);
+  const panel = new Panel(TOP, HEIGHT - BELOW, x, y, "temperature of the unit, °C", `bias, ${unitText(sensor)}`);
+  panel.band(wide, "pi95");
+  panel.band(narrow, "ci95");
+  panel.line(curve.map(({ temp_c, bias }) => [temp_c, bias]), "curve");
+  const legend = [["line curve", "deployed curve"], ["band ci95", "95 %, mean curve"]];
+  if (wide.length > 0) legend.push(["band pi95", "95 %, one fresh power-on"]);
+  draw(figure, HEIGHT, [panel], legend);
+  caption.firstElementChild.remove(); // the card's title says it
+  card.append(head, figure, facts(sensor));
+  return card;
+}

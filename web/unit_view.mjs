@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// One unit: its verdict, what is to be done next, its curves, and the jobs that do it.
+
+import { get } from "./api.mjs";
+import { $, element, say, show } from "./dom.mjs";
+import { clock } from "./format.mjs";
+import { JobPanel } from "./job_panel.mjs";
+import { badge } from "./runs_view.mjs";
+import { sensorCard } from "./unit_curves.mjs";
+import { nextOf, sensorText, sortedWarnings, verdictNow, verdictOf, verdictText } from "./unit_words.mjs";
+
+const PARTS = ["unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-curves"];
+
+export class UnitView {
+  #asked = null; // serial number that the address names
+  #jobs;
+
+  /** `userName()`: who starts a job. */
+  constructor(userName) {
+    this.#jobs = new JobPanel(userName, () => this.#load());
+  }
+
+  async open(parameters) {
+    const serial = parameters.get("unit") ?? "";
+    if (serial !== this.#asked) {
+      for (const part of PARTS) show($(part), false);
+      $("unit-badges").replaceChildren();
+    }
+    this.#asked = serial;
+    say($("unit-title"), serial);
+    await this.#load();
+    if (serial === this.#asked) this.#jobs.open(serial);
+  }
+
+  async #load() {
+    const asked = this.#asked;
+    show($("unit-failure"), false);
+    try {
+      const unit = await get(`unit?${new URLSearchParams({ unit: asked })}`);
+      if (asked === this.#asked) this.#render(unit);
+    } catch (error) {
+      if (asked !== this.#asked) return;
+      for (const part of PARTS) show($(part), false);
+      say($("unit-failure"), error.message);
+      show($("unit-failure"), true);
+    }
+  }
+
+  #render(unit) {
+    for (const part of PARTS) show($(part), true);
+    const { title, state } = verdictOf(verdictNow(unit));
+    $("unit-verdict").dataset.state = state;
+    say($("unit-verdict-title"), title);
+    say($("unit-verdict-text"), verdictText(unit));
+    say($("unit-next"), nextOf(unit).text);
+    $("unit-badges").replaceChildren(...(unit.model?.simulated ? [badge({ text: "SIMULATED", state: "simulated" })] : []));
+    this.#renderFacts(unit);
+    this.#renderWarnings(unit);
+    const holds = verdictNow(unit) !== null;
+    const judged = (name) => (holds ? (unit.verification.job.result.sensors[name] ?? null) : null);
+    const sensors = Object.entries(unit.model?.sensors ?? {});
+    $("unit-sensors").replaceChildren(...sensors.map(([name, sensor]) => sensorCard(name, sensor, judged(name))));
+    this.#jobs.offer(unit);
+  }
+
+  #renderFacts(unit) {
+    const { model, exported } = unit;
+    const facts = [
+      ["Type", unit.type],
+      ["Model", model === null ? "none yet" : `${model.version}, ${clock(model.created_utc_s)}`],
+      ["Runs", `${unit.runs}, ${unit.to_fit} for a fit`],
+      ["Epoch", String(unit.epoch)],
+      ["Exported", exported === null ? "not yet" : `${clock(exported.ended_utc_s)} by ${exported.user}`],
+    ];
+    $("unit-facts").replaceChildren(...facts.map(([name, value]) => {
+      const box = element("div", "");
+      box.append(element("dt", name), element("dd", value));
+      return box;
+    }));
+  }
+
+  #renderWarnings({ model, warnings, verification }) {
+    // A verification warns of its own.
+    const own = verification && verification.stale === null ? verification.job.result.warnings : [];
+    const { act, rest } = sortedWarnings([...warnings, ...own.map((warning) => ({ ...warning, remedy: "", sensors: [] }))]);
+    show($("unit-warnings-card"), model !== null);
+    say($("unit-warnings-none"), act.length === 0 ? "No warning asks for anything." : "");
+    show($("unit-warnings-none"), act.length === 0);
+    $("unit-warnings").replaceChildren(...act.map(warningLine));
+    show($("unit-warnings-rest"), rest.length > 0);
+    say($("unit-warnings-rest-title"), `${rest.length} more with nothing to do`);
+    $("unit-warnings-rest-list").replaceChildren(...rest.map(warningLine));
+  }
+}
+
+function warningLine({ code, text, remedy, sensors, level }) {
+  const line = element("li", "");
+  line.dataset.level = String(level);
+  const said = sensors.length === 1 && text.startsWith(sensors[0]);
+  const who = sensors.length > 0 && !said ? `${sensors.map(sensorText).join(", ")}: ` : "";
+  line.append(`${who}${text}`, " ", element("code", code));
+  if (remedy) line.append(Object.assign(element("span", ` ${remedy}`), { className: "why" }));
+  return line;
+}

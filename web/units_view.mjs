@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// All units that the station knows: which are judged, which are not.
+
+import { get } from "./api.mjs";
+import { $, element, say, show } from "./dom.mjs";
+import { timeOfDay, UNKNOWN } from "./format.mjs";
+import { badge } from "./runs_view.mjs";
+import { verdictOf } from "./unit_words.mjs";
+
+/** Where a unit's page is. */
+export const unitAddress = (serial) => `#${new URLSearchParams({ unit: serial })}`;
+
+export class UnitsView {
+  #units = [];
+
+  constructor() {
+    $("units-find").addEventListener("input", () => this.#render());
+  }
+
+  async open() {
+    show($("units-failure"), false);
+    try {
+      this.#units = (await get("units")).units;
+      this.#render();
+    } catch (error) {
+      say($("units-failure"), error.message);
+      show($("units-failure"), true);
+    }
+  }
+
+  #render() {
+    const words = $("units-find").value.trim().toLowerCase().split(/\s+/);
+    const units = this.#units.filter((unit) => words.every((word) => `${unit.unit} ${unit.type}`.toLowerCase().includes(word)));
+    const none = this.#units.length === 0 ? "No unit is known yet: record or import a run." : "No unit fits.";
+    say($("units-nothing"), units.length === 0 ? none : `${units.length} ${units.length === 1 ? "unit" : "units"}`);
+    show($("units-list"), units.length > 0);
+    $("units-list").tBodies[0].replaceChildren(...units.map((unit) => this.#row(unit)));
+  }
+
+  #row(unit) {
+    const row = element("tr", "");
+    const link = element("a", unit.unit);
+    link.href = unitAddress(unit.unit);
+    const name = element("td", "");
+    name.append(link);
+    const { title, state } = verdictOf(unit.verdict);
+    const verdict = element("td", "");
+    verdict.append(badge({ text: title, state }));
+    if (unit.trouble !== null) verdict.append(Object.assign(element("p", unit.trouble), { className: "why" }));
+    const when = (utc_s) => (utc_s === null ? UNKNOWN : timeOfDay(utc_s, Date.now() / 1000));
+    const model = unit.model === null ? "none yet" : `${unit.model.version}, ${when(unit.model.created_utc_s)}`;
+    row.append(name, verdict, ...[unit.type, model, unit.runs, when(unit.newest_run_utc_s)].map((text) => element("td", String(text))));
+    return row;
+  }
+}
