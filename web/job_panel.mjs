@@ -36,6 +36,7 @@ export class JobPanel {
   open(serial) {
     this.#serial = serial;
     this.#shown = null;
+    $("unit-jobs").setAttribute("aria-busy", "true");
     show($("job-failure"), false);
     this.#look();
   }
@@ -100,6 +101,7 @@ export class JobPanel {
       }
     }
     this.#looking = false;
+    $("unit-jobs").setAttribute("aria-busy", "false");
   }
 
   #take(jobs) {

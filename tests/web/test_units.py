@@ -221,6 +221,8 @@ class Page(WithStation):
         self.browser.go("about:blank")
         self.browser.go(f"{self.soakd.url}#{urllib.parse.urlencode({'unit': serial})}")
         self.browser.wait("return !document.querySelector('#unit-work').hidden")
+        # Whoever leaves the page while it waits for an answer has a warning in the console.
+        self.browser.wait("return document.querySelector('#unit-jobs').ariaBusy === 'false'")
 
     def click(self, button):
         self.browser.wait("return !document.querySelector(arguments[0]).disabled", button)
