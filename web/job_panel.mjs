@@ -8,6 +8,7 @@ import { badge } from "./runs_view.mjs";
 import { endedText, FORMATS, nextOf, runningText, verbOf } from "./unit_words.mjs";
 
 const LOOK_AGAIN_MS = 1000;
+const LOOKS_AT_OTHERS = 10; // every so many times where no job is known to run
 const MOST_SHOWN = 8;
 const KINDS = ["fit", "verify", "report", "export"];
 
@@ -28,14 +29,20 @@ export class JobPanel {
     $("unit-format").append(...Object.entries(FORMATS).map(([value, text]) => Object.assign(element("option", text), { value })));
     for (const kind of KINDS) $(`unit-${kind}`).addEventListener("click", () => this.#start(kind));
     $("unit-cancel").addEventListener("click", () => this.#cancel());
+    let ticks = 0;
     setInterval(() => {
-      if (!$("unit-view").hidden && this.#running) this.#look();
+      const isDue = ++ticks % LOOKS_AT_OTHERS === 0; // somebody else may have started one
+      if (!$("unit-view").hidden && !document.hidden && this.#serial !== null && (this.#running || isDue)) this.#look();
     }, LOOK_AGAIN_MS);
+    document.addEventListener("visibilitychange", () => {
+      if (!$("unit-view").hidden && !document.hidden && this.#serial !== null) this.#changed();
+    });
   }
 
   open(serial) {
     this.#serial = serial;
     this.#shown = null;
+    $("unit-jobs").replaceChildren();
     $("unit-jobs").setAttribute("aria-busy", "true");
     show($("job-failure"), false);
     this.#look();
@@ -79,6 +86,9 @@ export class JobPanel {
 
   async #tell(what, path, body) {
     show($("job-failure"), false);
+    if ($("unit-work").contains(document.activeElement)) $("unit-work-title").focus();
+    for (const kind of KINDS) $(`unit-${kind}`).disabled = true;
+    say($("job-news"), `${what.trim()} asked for`);
     try {
       await post(path, body);
     } catch (error) {
@@ -97,7 +107,7 @@ export class JobPanel {
       try {
         this.#take((await get("jobs")).jobs);
       } catch (error) {
-        console.warn("no jobs:", error.message); // asked again in a second, or with the next click
+        console.warn("no jobs:", error.message); // asked again before long
       }
     }
     this.#looking = false;
@@ -114,7 +124,7 @@ export class JobPanel {
       this.#shown = about;
       $("unit-jobs").replaceChildren(...own.map(jobLine));
       say($("job-news"), isFirst || own.length === 0 ? "" : spoken(own[0]));
-      if (!isFirst) this.#changed();
+      this.#changed(); // also at the first look: one may have ended since the unit was read
     }
     show($("unit-jobs-none"), own.length === 0);
     this.#enable();

@@ -71,6 +71,7 @@ export function nextOf(unit) {
   if (verdict === "fail") return { kind: "report", text: "Do not hand it over: it exceeds its limits. The report shows where." };
   if (verdict === "marginal") return { kind: null, text: "Do not hand it over as passed: record more runs for the fit or the verification, and verify it again." };
   if (verdict !== "pass") return { kind: null, text: "Set limits for its type (procedures/units), or verify it over the whole range: it is not judged yet." };
+  if (unit.warnings.some(({ code }) => GRAVE.includes(code) && code !== "simulated")) return { kind: "report", text: "Do not hand it over before the first warning below is settled." };
   return exported === null ? { kind: "export", text: "Export it." } : { kind: null, text: "Nothing: it is verified and exported." };
 }
 

@@ -14,24 +14,37 @@ namespace {
 using base::Result;
 using nlohmann::json;
 
-/// The newest verdict on a unit, and why it does not hold for the model as it is now, if it does not.
-Result<json> verification_part(const db::Catalog& catalog, const json& job, const json& model) {
-  if (job.is_null()) return json();
-  json stale;
+/// Whether a job worked on the model as it is now. A number alone may come again: a catalog that was restored from a
+/// backup counts on from there.
+bool is_of_model(const json& job, const json& model) {
+  return !model.is_null() && job.value("/result/model"_json_pointer, json()) == model["version"] &&
+         job.value("started_utc_s", 0.0) >= model["created_utc_s"].get<double>();
+}
+
+/// Why the newest verdict on a unit does not hold for it as it is now; null where it does.
+Result<json> why_stale(const db::Catalog& catalog, const json& job, const json& unit) {
+  if (!is_of_model(job, unit["model"])) return json("the unit was fitted again since");
+  if (unit["model"]["epoch"] != unit["epoch"]) return json("the unit was repaired or changed since");
   const auto withdrawn =
-      withdrawn_after(catalog, job["unit"], job.value("campaign", ""), job.value("ended_utc_s", 0.0));
+      withdrawn_since_start(catalog, job["unit"], job.value("campaign", ""), job.value("started_utc_s", 0.0));
   if (!withdrawn) return base::forward_error(withdrawn);
-  if (*withdrawn) stale = "data of its campaign were withdrawn since";
-  const json judged = job.value("/result/model"_json_pointer, json());
-  if (model.is_null() || model["version"] != judged) stale = "the unit was fitted again since";
-  return json{{"job", job}, {"stale", stale}};
+  if (*withdrawn) return json("data of its campaign were withdrawn since");
+  const auto doubt = doubt_of_model(catalog, job["unit"]);
+  if (!doubt) return base::forward_error(doubt);
+  return doubt->empty() ? json() : json(*doubt);
+}
+
+/// The newest verdict on a unit, with why it does not hold, if it does not.
+Result<json> verification_part(const db::Catalog& catalog, const json& job, const json& unit) {
+  if (job.is_null()) return json();
+  auto stale = why_stale(catalog, job, unit);
+  if (!stale) return stale;
+  return json{{"job", job}, {"stale", *std::move(stale)}};
 }
 
 /// The newest export of the model as it is now.
 json export_part(const json& job, const json& model) {
-  const bool is_of_model =
-      !job.is_null() && !model.is_null() && job["result"].value("model", json()) == model["version"];
-  return is_of_model ? job : json();
+  return !job.is_null() && is_of_model(job, model) ? job : json();
 }
 
 Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Parameters& parameters) {
@@ -40,7 +53,7 @@ Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Paramet
     auto list = units_overview(catalog);
     if (!list) return list;
     for (json& unit : (*list)["units"]) {
-      auto part = verification_part(catalog, jobs.newest(unit["unit"], "verify"), unit["model"]);
+      auto part = verification_part(catalog, jobs.newest(unit["unit"], "verify"), unit);
       if (!part) return part;
       const bool holds = part->is_object() && (*part)["stale"].is_null();
       unit["verdict"] = holds ? (*part)["job"]["result"].value("verdict", json()) : json();
@@ -56,7 +69,7 @@ Result<json> answer_unit(RunArchive& runs, const JobRunner& jobs, const Paramete
   return runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
     auto unit = unit_overview(catalog, *serial);
     if (!unit) return unit;
-    auto part = verification_part(catalog, jobs.newest(*serial, "verify"), (*unit)["model"]);
+    auto part = verification_part(catalog, jobs.newest(*serial, "verify"), *unit);
     if (!part) return part;
     (*unit)["verification"] = *std::move(part);
     (*unit)["exported"] = export_part(jobs.newest(*serial, "export"), (*unit)["model"]);

@@ -12,6 +12,7 @@
 #include "calib/model/model_document.h"
 #include "station/io/data_folder.h"
 #include "station/io/text_file.h"
+#include "station/report/unit_overview.h"
 
 namespace soak::station {
 namespace {
@@ -34,6 +35,15 @@ constexpr std::array<Format, 6> kFormats = {{{"blob", ".soakcal"},
 
 bool is_plain(char c) {
   return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '.' || c == '-' || c == '_';
+}
+
+/// Runs that the model was fitted to cannot judge it.
+base::Status check_fresh(const db::Catalog& catalog, const JobRequest& request) {
+  const auto unit = unit_overview(catalog, request.unit);
+  if (!unit) return base::forward_error(unit);
+  const json& fresh = (*unit)["verify_with"];
+  if (std::ranges::any_of(fresh, [&](const json& entry) { return entry["campaign"] == request.campaign; })) return {};
+  return base::bad_input("the campaign has no runs that the newest model has not seen", "campaign");
 }
 
 /// Put into the job's folder here, and not by `soak export`: nothing leaves the laboratory, so nothing is recorded.
@@ -101,6 +111,7 @@ base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobReques
   if (request.kind == "verify") {
     const auto file = calibration_file(catalog, request, folder);
     if (!file) return base::forward_error(file);
+    if (auto fresh = check_fresh(catalog, request); !fresh) return base::forward_error(fresh);
     return JobCommand{{"verify", file->string(), "--campaign=" + request.campaign}, ""};
   }
   const Format& format = *std::ranges::find(kFormats, request.format, &Format::name);

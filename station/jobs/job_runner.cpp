@@ -46,7 +46,8 @@ std::string what_it_does(const json& job) {
 std::string how_it_ended(const json& job) {
   std::string text = job["state"];
   if (job["result"].is_object()) {
-    if (job["result"].contains("model")) text += fmt::format(", model {}", job["result"]["model"].dump());
+    if (job.value("/result/model"_json_pointer, json()).is_number())
+      text += fmt::format(", model {}", job["result"]["model"].dump());
     if (job["result"].contains("verdict")) text += ", verdict " + job["result"]["verdict"].get<std::string>();
   }
   if (job["state"] == "failed") text += ": " + job["message"].get<std::string>();

@@ -34,8 +34,12 @@ std::optional<json> stored_job(const std::filesystem::path& folder) {
 
 bool is_done(const json& job) { return job["state"] == "done"; }
 
-/// What the page of a unit goes on showing of it when other jobs have come after.
-bool is_lasting(const json& job) { return is_done(job) && (job["kind"] == "verify" || job["kind"] == "export"); }
+/// What the page of a unit goes on showing of it when other jobs have come after: what was done with a model. Values of
+/// the noise come from a run, and name none.
+bool is_lasting(const json& job) {
+  return is_done(job) && (job["kind"] == "verify" || job["kind"] == "export") &&
+         job.value("/result/model"_json_pointer, json()).is_number_integer();
+}
 
 }  // namespace
 
@@ -105,7 +109,7 @@ std::optional<json> JobShelf::find(std::int64_t id) const {
 
 json JobShelf::newest(const std::string& unit, const std::string& kind) const {
   for (auto job = jobs_.rbegin(); job != jobs_.rend(); ++job) {
-    if (is_done(job->second) && job->second["unit"] == unit && job->second["kind"] == kind) return job->second;
+    if (is_lasting(job->second) && job->second["unit"] == unit && job->second["kind"] == kind) return job->second;
   }
   return nullptr;
 }

@@ -136,7 +136,9 @@ base::Status Engine::ready_for_start() const {
   }
   // The catalog is used directly from here on: what came before must be in it.
   if (!journal_->wait_until_written(kJournalIsWritten)) {
-    return wrong_state("the journal cannot be written: " + journal_->standing().trouble);
+    const std::string trouble = journal_->standing().trouble;
+    return wrong_state(trouble.empty() ? "what came before is still being written: try again in a moment"
+                                       : "the journal cannot be written: " + trouble);
   }
   return {};
 }

@@ -10,6 +10,7 @@
 
 #include "calib/judge/warning_list.h"
 #include "calib/model/model_document.h"
+#include "station/records/calibration_reader.h"
 #include "station/report/runs_of_model.h"
 
 namespace soak::station {
@@ -143,14 +144,28 @@ base::Result<json> unit_overview(const db::Catalog& catalog, const std::string& 
   return overview;
 }
 
-base::Result<bool> withdrawn_after(const db::Catalog& catalog, const std::string& unit, const std::string& campaign,
-                                   double utc_s) {
+base::Result<std::string> doubt_of_model(const db::Catalog& catalog, const std::string& serial) {
+  const auto model = catalog.model(serial);
+  if (!model) return base::forward_error(model);
+  if (!*model) return std::string();
+  const auto calibration = calib::calibration_of((*model)->document);
+  if (!calibration) return base::forward_error(calibration);
+  const auto withdrawn = withdrawn_since(catalog, *calibration);
+  if (!withdrawn) return base::forward_error(withdrawn);
+  const auto found = std::ranges::find_if(*withdrawn, [](const calib::Warning& warning) {
+    return warning.code == "voided_since" || warning.code == "reference_withdrawn";
+  });
+  return found == withdrawn->end() ? std::string() : found->text;
+}
+
+base::Result<bool> withdrawn_since_start(const db::Catalog& catalog, const std::string& unit,
+                                         const std::string& campaign, double utc_s) {
   const auto runs = catalog.runs({.unit = unit, .campaign = campaign, .run = {}});
   if (!runs) return base::forward_error(runs);
   for (const db::RunRow& run : *runs) {
     const auto voids = catalog.voids(run.run_id);
     if (!voids) return base::forward_error(voids);
-    const auto later = [&](const db::VoidRecord& record) { return record.unit == unit && record.utc_s > utc_s; };
+    const auto later = [&](const db::VoidRecord& record) { return record.unit == unit && record.utc_s >= utc_s; };
     if (std::ranges::any_of(*voids, later)) return true;
   }
   return false;

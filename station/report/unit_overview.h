@@ -18,8 +18,11 @@ namespace soak::station {
 /// Refuses (bad_input, where == "unit") an unknown unit; (corrupt) a damaged model.
 [[nodiscard]] base::Result<nlohmann::json> unit_overview(const db::Catalog& catalog, const std::string& serial);
 
-/// Whether something of a unit's runs in a campaign was withdrawn after a time.
-[[nodiscard]] base::Result<bool> withdrawn_after(const db::Catalog& catalog, const std::string& unit,
-                                                 const std::string& campaign, double utc_s);
+/// What was withdrawn since of what the newest model of a unit rests on, in words; empty where nothing was.
+[[nodiscard]] base::Result<std::string> doubt_of_model(const db::Catalog& catalog, const std::string& serial);
+
+/// Whether something of a unit's runs in a campaign was withdrawn since a time.
+[[nodiscard]] base::Result<bool> withdrawn_since_start(const db::Catalog& catalog, const std::string& unit,
+                                                       const std::string& campaign, double utc_s);
 
 }  // namespace soak::station

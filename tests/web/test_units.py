@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A technician judges and hands over a unit from the page alone, before a real `soakd` ($SOAK_BIN_FOLDER) with a unit of
 soaksim-campaign: fit, verify, report, export; what fails says why; a cancelled job and a stopped daemon leave no process."""
+import contextlib
 import functools
 import json
 import os
@@ -91,7 +92,11 @@ class UnitStation(Soakd):
 
     def children(self):
         tasks = pathlib.Path(f"/proc/{self.process.pid}/task")
-        return [int(child) for task in tasks.iterdir() for child in (task / "children").read_text().split()]
+        found = []
+        for task in list(tasks.iterdir()):
+            with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # a thread that has ended meanwhile
+                found += map(int, (task / "children").read_text().split())
+        return found
 
     def held_child(self):
         """The process of the fit that runs, which gets no further from here on."""
@@ -283,7 +288,18 @@ class Page(WithStation):
             self.soakd.soak("export", "--unit", SERIAL, "--format", form, "--simulated", "-o", path)
             self.assertEqual(content, path.read_bytes())
         self.see("#unit-next", "verified and exported")
+        self.browser.run("const s = document.querySelector('#unit-format'); s.value = 'kalibr';")
+        self.click("#unit-export")  # values of the noise say nothing of what was handed over
+        self.see("#unit-jobs li:first-child", "Kalibr")
+        self.see("#unit-next", "verified and exported")
         self.assertEqual(self.browser.console(), [])
+
+        self.assertEqual(self.soakd.refusal("jobs", kind="verify", unit=SERIAL, campaign="default"), (400, "campaign"), "its own runs")
+        self.soakd.soak("fit", "--unit", SERIAL)  # by somebody at a terminal
+        self.assertIsNone(self.listed_verdict(SERIAL))
+        self.open_unit(SERIAL)
+        self.see("#unit-verdict", "fitted again since")
+        self.assertIsNone(self.soakd.get("unit", unit=SERIAL)["exported"])
 
     def test_a_verdict_goes_with_what_it_stands_on(self):
         self.soakd.limits(LIMITS.replace("0.5", "0.000001"))
@@ -318,7 +334,8 @@ class Page(WithStation):
         self.open_unit("--help")
         self.see("#unit-title", "--help")
         self.click("#unit-fit")
-        self.browser.wait("return document.querySelector('#unit-jobs li')")
+        self.see("#unit-jobs li", "failed")
+        self.assertIn("run r1", self.browser.text("#unit-jobs li"))
         self.assertEqual(self.browser.console(), [])
 
     def test_names_are_text(self):
