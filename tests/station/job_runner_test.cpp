@@ -173,9 +173,12 @@ TEST_F(Runner, KeepsTheNewestJobsAndTheNewestVerdictAcrossARestart) {
   soak_does("echo '{\"unit\": \"x\", \"verdict\": \"pass\"}'");
   JobShelf shelf(folder_.path() / "jobs");
   std::filesystem::create_directories(shelf.folder_of(1));
-  shelf.put({{"id", 1}, {"kind", "verify"}, {"unit", "-SN 1"}, {"state", "done"}});
+  shelf.put({{"id", 1}, {"kind", "verify"}, {"unit", "-SN 1"}, {"state", "done"}, {"result", {{"model", 3}}}});
   std::filesystem::create_directories(shelf.folder_of(2));
   shelf.put({{"id", 2}, {"kind", "fit"}, {"unit", "-SN 1"}, {"state", "running"}});
+  // Values of the noise: of no model.
+  std::filesystem::create_directories(shelf.folder_of(3));
+  shelf.put({{"id", 3}, {"kind", "export"}, {"unit", "-SN 1"}, {"state", "done"}, {"result", {{"model", nullptr}}}});
   std::filesystem::create_directories(folder_.path() / "jobs" / "rubbish");
   JobRunner jobs(folder_.path(), program_);
   EXPECT_EQ(jobs.show(2).value()["state"], "failed");
@@ -183,7 +186,8 @@ TEST_F(Runner, KeepsTheNewestJobsAndTheNewestVerdictAcrossARestart) {
   for (std::size_t i = 0; i < JobShelf::kMostJobs; ++i) ended(jobs, jobs.start(fit()).value()["id"]);
   EXPECT_EQ(jobs.list()["jobs"].size(), JobShelf::kMostJobs + 1);
   EXPECT_EQ(jobs.newest("-SN 1", "verify")["id"], 1);
-  EXPECT_FALSE(jobs.show(2));
+  EXPECT_TRUE(jobs.newest("-SN 1", "export").is_null());
+  for (const int gone : {2, 3}) EXPECT_FALSE(jobs.show(gone)) << gone;
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "jobs" / "2"));
 }
 
