@@ -15,8 +15,8 @@ namespace soak::station {
 /// document and the file that was made: they outlive the daemon. Not for several threads at once.
 class JobShelf {
  public:
-  static constexpr std::size_t kMostJobs =
-      20;  ///< kept of all, the newest; of each unit the newest verdict and export too
+  /// Kept of all, the newest; of each unit the newest verdict and export too.
+  static constexpr std::size_t kMostJobs = 20;
 
   explicit JobShelf(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
@@ -34,7 +34,7 @@ class JobShelf {
   /// Newest first.
   [[nodiscard]] nlohmann::json list() const;
   [[nodiscard]] std::optional<nlohmann::json> find(std::int64_t id) const;
-  /// The newest of a unit that came to its end without failing; null where there is none.
+  /// The newest verification or export of a unit that came to its end and names a model; null where there is none.
   [[nodiscard]] nlohmann::json newest(const std::string& unit, const std::string& kind) const;
 
  private:

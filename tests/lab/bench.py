@@ -18,6 +18,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import jsonschema
 from fault_proxy import FaultProxy
+from modbus_proxy import ModbusProxy
 from pymodbus.client import ModbusTcpClient
 from short_procedure import short_procedure  # noqa: F401 (the tests take it from here)
 
@@ -56,6 +57,13 @@ class LabTest(unittest.TestCase):
         if edit:
             self.config.write_text(edit(self.config.read_text(encoding="utf-8")), encoding="utf-8")
         self.lab.start_soakd()
+
+    def with_chamber_proxy(self, text):
+        """A station.toml whose chamber stands behind `proxy`, which can lie: for `edit` of start_lab."""
+        port = self.lab.ports["chamber"]
+        self.proxy = ModbusProxy(port)
+        self.addCleanup(self.proxy.close)
+        return re.sub(rf"^port = {port}$", f"port = {self.proxy.port}", text, flags=re.M)
         return self.lab
 
     def stop_lab(self):

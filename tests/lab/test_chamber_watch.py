@@ -10,7 +10,7 @@ import unittest
 
 import bench
 from bench import AUTO, OFF, LabTest, short_procedure
-from modbus_proxy import ModbusProxy, with_read_f32
+from modbus_proxy import with_read_f32
 
 AIR = 2820
 TIMEOUT_S = 30  # of the fixture: for so long it blocks who asks
@@ -19,10 +19,7 @@ TIMEOUT_S = 30  # of the fixture: for so long it blocks who asks
 class ChamberWatch(LabTest):
     def edit(self, text):
         """The chamber behind a proxy that can lie, and a fixture whose silence blocks the engine for long."""
-        port = self.lab.ports["chamber"]
-        self.proxy = ModbusProxy(port)
-        self.addCleanup(self.proxy.close)
-        text = re.sub(rf"^port = {port}$", f"port = {self.proxy.port}", text, flags=re.M)
+        text = self.with_chamber_proxy(text)
         fixture = re.search(r'^\[fixture\]\n(?:.+\n)*?map = "([^"]+)"', text, flags=re.M).group(1)
         source = pathlib.Path(fixture)
         slow = re.sub(r"^response_timeout_s = .*\n", "", source.read_text(encoding="utf-8"), flags=re.M)

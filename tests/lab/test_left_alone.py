@@ -2,14 +2,13 @@
 """What a station that nobody looks at for weeks notices by itself: a data folder that goes away, units that are dropped one after the
 other, a chamber that never answers again, or never goes off."""
 import os
-import re
 import signal
 import time
 import unittest
 
 import bench
 from bench import LabTest, short_procedure
-from modbus_proxy import ModbusProxy, refuses
+from modbus_proxy import refuses
 
 SECOND = "0380A002"
 HOPELESS_S = 7200.0  # process time after which a soakd that is to end gives up a chamber that does not answer, or does not go off
@@ -117,12 +116,7 @@ class ChamberWithoutHope(LabTest):
 
 
     def test_a_station_that_is_asked_to_stop_gives_up_a_chamber_that_answers_and_does_not_go_off(self):
-        def edit(text):
-            port = self.lab.ports["chamber"]
-            self.proxy = ModbusProxy(port)
-            self.addCleanup(self.proxy.close)
-            return re.sub(rf"^port = {port}$", f"port = {self.proxy.port}", text, flags=re.M)
-        self.start_lab(rate=400, edit=edit)
+        self.start_lab(rate=400, edit=self.with_chamber_proxy)
         self.start_campaign(short_procedure(set_points=(25,)))
         self.wait_for_step("wait_stable")
         self.proxy.answer = refuses(MODE)

@@ -11,7 +11,7 @@ import unittest
 import bench
 from bench import AUTO, OFF, LabTest, short_procedure
 from lab_session import bin_folder
-from modbus_proxy import ModbusProxy, forgets, refuses
+from modbus_proxy import forgets, refuses
 
 SET_POINT, MODE, AIR = 2782, 2730, 2820
 SAFE_C = 25.0
@@ -34,12 +34,7 @@ def reads_nan(register):
 class MakeSafe(LabTest):
     def start(self, set_point_c=60, rate=400, through_proxy=False, position_s=100000):
         """A campaign that records at that temperature for ever."""
-        def edit(text):
-            port = self.lab.ports["chamber"]
-            self.proxy = ModbusProxy(port)
-            self.addCleanup(self.proxy.close)
-            return re.sub(rf"^port = {port}$", f"port = {self.proxy.port}", text, flags=re.M)
-        self.start_lab(rate=rate, edit=edit if through_proxy else None)
+        self.start_lab(rate=rate, edit=self.with_chamber_proxy if through_proxy else None)
         self.start_campaign(short_procedure(set_points=(set_point_c,), positions=("+Z",), dwell_s=position_s))
         self.wait_for_step("record")
         self.assertEqual(self.chamber()[0], AUTO)

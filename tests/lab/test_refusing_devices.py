@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Devices that answer and do not obey: a chamber that does not take its set point any more, a fixture that somebody else
 turns. The chamber's registers and the catalog are judged, not what soakd says of them."""
-import re
 import unittest
 
 import bench
 from bench import AUTO, OFF, LabTest, short_procedure
-from modbus_proxy import ModbusProxy, forgets, refuses
+from modbus_proxy import forgets, refuses
 
 SET_POINT, MODE = 2782, 2730
 WORTH_OF_MEMORY = 12  # writes; controllers bear some 100,000 in their lives
@@ -14,12 +13,7 @@ WORTH_OF_MEMORY = 12  # writes; controllers bear some 100,000 in their lives
 
 class RefusingChamber(LabTest):
     def start(self, set_point_c, dwell_s=100000):
-        def edit(text):
-            port = self.lab.ports["chamber"]
-            self.proxy = ModbusProxy(port)
-            self.addCleanup(self.proxy.close)
-            return re.sub(rf"^port = {port}$", f"port = {self.proxy.port}", text, flags=re.M)
-        self.start_lab(rate=400, edit=edit)
+        self.start_lab(rate=400, edit=self.with_chamber_proxy)
         self.start_campaign(short_procedure(set_points=(set_point_c,), positions=("+Z",), dwell_s=dwell_s))
         self.wait_for_step("record")
         self.assertEqual(self.chamber()[0], AUTO)

@@ -3,13 +3,12 @@
 the station does not see here, and the units' recordings are judged."""
 import math
 import random
-import re
 import struct
 import unittest
 
 import bench
 from bench import AUTO, OFF, LabTest, short_procedure
-from modbus_proxy import READ, ModbusProxy, with_read_f32, with_written_f32
+from modbus_proxy import READ, with_read_f32, with_written_f32
 
 SET_POINT, WORKING, AIR = 2782, 2810, 2820
 ALARM, ALARM_ON = 1356, 60  # 61, which is none, with its lowest bit flipped
@@ -19,12 +18,10 @@ RATED_MAX_C = 85.0  # of the simulated units' type
 class WrongChamber(LabTest):
     def start(self, procedure, rate=400, **changes):
         def edit(text):
-            port = self.lab.ports["chamber"]
-            self.proxy = ModbusProxy(port)
-            self.addCleanup(self.proxy.close)
+            text = self.with_chamber_proxy(text)
             for name, change in changes.items():
                 setattr(self.proxy, name, change)
-            return re.sub(rf"^port = {port}$", f"port = {self.proxy.port}", text, flags=re.M)
+            return text
         self.start_lab(rate=rate, edit=edit)
         self.start_campaign(procedure)
 
