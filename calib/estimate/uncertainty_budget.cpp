@@ -305,14 +305,21 @@ constexpr double kManyFreedoms = 1e6;
 /// Scatter of this many degrees of freedom is known well enough for those of a sum to be computed from it.
 constexpr double kFreedomsForSum = 3.0;
 
-double expanded(double variance, double degrees_of_freedom) {
-  if (variance <= 0.0) return 0.0;
-  return base::student_t_two_sided(0.95, std::clamp(degrees_of_freedom, 1.0, kManyFreedoms)) * std::sqrt(variance);
+double squared_t(double degrees_of_freedom) {
+  return std::pow(base::student_t_two_sided(0.95, std::clamp(degrees_of_freedom, 1.0, kManyFreedoms)), 2);
 }
 
 /// Degrees of freedom of a type B part say how far its number is to be relied on, those of type A how it scatters.
 bool has_factor_of_its_own(const Contribution& part) {
   return part.type == 'A' && part.degrees_of_freedom && *part.degrees_of_freedom < kFreedomsForSum;
+}
+
+/// How far the factor of a part of few degrees of freedom counts, by its share of the whole variance: hardly where it
+/// is small beside what is known, for then it cannot matter by how much it is underestimated. The slope and the power
+/// hold the coverage within the limits that the header states.
+double weight_of_own_factor(double variance, double degrees_of_freedom, double all) {
+  const double share = variance / (variance + degrees_of_freedom / 6.0 * (all - variance));
+  return std::pow(share, 4);
 }
 
 /// Parts whose variances add, with effective degrees of freedom.
@@ -334,18 +341,24 @@ struct SumOfParts {
 }  // namespace
 
 double expanded_uncertainty(const std::vector<Contribution>& budget, Band band, std::size_t i) {
-  SumOfParts together;
-  double alone = 0.0;
+  SumOfParts rest;
+  SumOfParts all;
   for (const Contribution& part : budget) {
     const std::vector<double>& u = band == Band::mean ? part.u : part.u_fresh;
     if (u.empty()) continue;
-    if (has_factor_of_its_own(part)) {
-      alone += std::pow(expanded(u[i] * u[i], *part.degrees_of_freedom), 2);
-    } else {
-      together.add(u[i] * u[i], part.degrees_of_freedom);
-    }
+    all.add(u[i] * u[i], part.degrees_of_freedom);
+    if (!has_factor_of_its_own(part)) rest.add(u[i] * u[i], part.degrees_of_freedom);
   }
-  return std::hypot(std::sqrt(alone), expanded(together.variance, together.degrees_of_freedom()));
+  if (all.variance <= 0.0) return 0.0;
+  const double of_rest = squared_t(rest.degrees_of_freedom());
+  double factor = of_rest;
+  for (const Contribution& part : budget) {
+    const std::vector<double>& u = band == Band::mean ? part.u : part.u_fresh;
+    if (u.empty() || !has_factor_of_its_own(part)) continue;
+    const double more = std::max(0.0, squared_t(*part.degrees_of_freedom) - of_rest);
+    factor += more * weight_of_own_factor(u[i] * u[i], *part.degrees_of_freedom, all.variance);
+  }
+  return std::sqrt(all.variance * factor);
 }
 
 std::optional<double> face_uncertainty_rad(const Circumstances& circumstances) {

@@ -39,12 +39,16 @@ enum class Band { mean, fresh_power_on };
 /// beside a type B part half as large, hold the truth in 93.6 %) times the root of the sum of squares. Each point lies
 /// in all the vectors that are not empty.
 ///
-/// A part of type A with fewer than three degrees of freedom has a t factor of its own, and the expanded parts add as
-/// squares, U² = Σ t_i² u_i². Effective degrees of freedom are computed from variances that are estimated themselves:
-/// where so few squares came out small, they are far too many (beside a known part they hold 87 % at worst of one
-/// degree, 92 % of two, 94 % of three). U holds 95 % or more whatever the true variances σ_i² are: for
-/// W_i = u_i²/σ_i² it is E F(Σ t_i² W_i σ_i²/Σσ²) with the distribution function F of χ² of one degree, which is
-/// concave, so at least the mean of E F(t_i² W_i) = 0.95.
+/// A part of type A with fewer than three degrees of freedom counts by itself: effective degrees of freedom are
+/// computed from variances that are estimated, and where so few squares came out small, they are far too many (beside a
+/// known part they hold 87 % at worst of one degree, 92 % of two, 94 % of three). With t_r of all other parts and the
+/// part's share a_i = u_i²/(u_i² + ν_i/6 (u² − u_i²)),
+///
+///     U² = u² (t_r² + Σ (t_i² − t_r²) a_i⁴),  u² = Σ u_j²
+///
+/// which is t_i² u_i² where that part is alone and t_r² u² where it is small. By simulation over all shares, U holds
+/// 94.5 to 96.9 % of one degree of freedom beside a known part, 94.6 to 95.6 % of two, and never less beside parts that
+/// are estimated themselves (up to 97.5 % beside ten degrees, 98.5 % beside three).
 [[nodiscard]] double expanded_uncertainty(const std::vector<Contribution>& budget, Band band, std::size_t i);
 
 /// What is known of the circumstances under which a sensor was measured, beyond its readings.
