@@ -130,6 +130,10 @@ base::Result<anfis::StructureChoice> choose_rules(const CurveData& data, const a
   return anfis::StructureChoice{found->chosen, found->curve[chosen].mean_error};
 }
 
+/// What the choice of the number of rules and of the shape by the same rows counts as, in parameters: the one that wins
+/// has followed their noise a little. Found with made-up smooth curves of two runs, which the ANFIS else won in 15 %.
+constexpr double kChosenStructure = 1.0;
+
 /// The rules of each shape are chosen by themselves; of the shapes the one whose choice has the lesser error.
 base::Result<anfis::RuleBaseOptions> choose_structure(const CurveData& data, const anfis::TrainingData& rows,
                                                       const CurveFitOptions& options, RuleChoice choice) {
@@ -174,7 +178,7 @@ base::Status train_anfis(const CurveData& data, const anfis::TrainingData& rows,
   FittedCurve fitted;
   fitted.curve = result->model;
   fitted.variance = [variance](double temp_c) { return variance->at(temp_c); };
-  fitted.parameters = variance->effective_parameters();
+  fitted.parameters = variance->effective_parameters() + (options.rules ? 0.0 : kChosenStructure);
   const double total_weight = std::accumulate(rows.weight.begin(), rows.weight.end(), 0.0);
   fitted.whitened_rss = result->summary.train_rmse * result->summary.train_rmse * total_weight;
   trained.rules = static_cast<int>(result->model.rules.size());
