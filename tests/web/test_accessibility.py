@@ -76,7 +76,7 @@ class Stored(AxeTest):
 
     def test_what_is_stored(self):
         run = self.soakd.get("runs", unit=SERIAL)["runs"][0]["run_id"]
-        for place, selector, text in (("runs", "#runs-view", SERIAL), (f"run={run}&unit={SERIAL}", "#run-title", "R"), ("units", "#units-list", SERIAL),
+        for place, selector, text in (("runs", "#runs-view", SERIAL), (f"run={run}&unit={SERIAL}", "#run-title", f"unit {SERIAL}"), ("units", "#units-list", SERIAL),
                                       (f"unit={SERIAL}", "#unit-verdict", "NOT JUDGED")):
             self.browser.go(f"{self.soakd.url}#{place}")
             self.see(selector, text)
