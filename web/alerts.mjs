@@ -73,7 +73,10 @@ function alertNode({ level, title, detail, action }) {
   return node;
 }
 
-/** Written anew only where something has changed: a screen reader says it again then. */
+/**
+ * Written anew only where something has changed: a screen reader says it again then.
+ * @param {import("./documents.mjs").Status} status
+ */
 export function renderAlerts(status) {
   const alerts = alertsOf(status);
   const text = JSON.stringify(alerts);

@@ -7,7 +7,12 @@ const SILENCE_MS = 20000;
 const LOCK = "soak-events";
 const CHANNEL = "soak-events";
 
-/** Answer of GET /api/v1/`path`. Throws where there is none. */
+/**
+ * Answer of GET /api/v1/`path`. Throws where there is none.
+ * @template {string} P
+ * @param {P} path
+ * @returns {Promise<import("./documents.mjs").AnswerTo<P>>}
+ */
 export async function get(path) {
   return answer(await fetch(ROOT + path));
 }
@@ -85,7 +90,8 @@ function readStream(take) {
   const watch = setInterval(async () => {
     if (Date.now() - heard < SILENCE_MS) return;
     try {
-      await fetch(`${ROOT}status`, { signal: AbortSignal.timeout(RETRY_MS) });
+      const { timeout } = /** @type {any} */ (AbortSignal); // TypeScript 4.8 does not know it
+      await fetch(`${ROOT}status`, { signal: timeout.call(AbortSignal, RETRY_MS) });
       heard = Date.now();
     } catch {
       again();

@@ -8,6 +8,7 @@ import { Chart } from "./chart.mjs";
 import { renderChamber, renderUnits } from "./device_cards.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { clock } from "./format.mjs";
+import { HelpView } from "./help_view.mjs";
 import { NoiseCard } from "./noise_card.mjs";
 import { RunView } from "./run_view.mjs";
 import { RunsView } from "./runs_view.mjs";
@@ -182,5 +183,5 @@ function connectButtons() {
 rememberUser();
 connectButtons();
 connectAlerts();
-connectViews({ station: null, runs: runsView, run: runView, units: unitsView, unit: unitView });
+connectViews({ station: null, runs: runsView, run: runView, units: unitsView, unit: unitView, help: new HelpView() });
 subscribe(take);

@@ -12,6 +12,7 @@ const CAN_ABORT = ["preflight", "running", "waiting", "paused"];
 /** The campaign that the buttons are about: the running or last one, or one that can be resumed. */
 export const nameOf = ({ campaign, resumable }) => campaign?.name ?? resumable ?? null;
 
+/** @param {import("./documents.mjs").Status} status */
 export function renderHead(status) {
   const { state, campaign, prompt } = status;
   say($("campaign-name"), nameOf(status) ?? (isActive(status) ? "Campaign" : "No campaign"));
@@ -23,6 +24,10 @@ export function renderHead(status) {
   document.title = `${prompt ? "● Waiting for you · " : ""}${share}Soak`;
 }
 
+/**
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
 export function renderCampaign(status, plan) {
   const { campaign, clock: time, state, reason, resumable } = status;
   // After a restart soakd makes the chamber safe before it knows the campaign again: there is no name yet.
@@ -85,6 +90,10 @@ function renderFacts(campaign, plan, time, finish) {
   say($("procedure"), `${campaign.procedure} (${campaign.purpose})`);
 }
 
+/**
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
 export function renderDoor(status, plan) {
   const { lamp, title, text } = doorOf(status, plan);
   $("door").dataset.lamp = lamp;
@@ -92,6 +101,10 @@ export function renderDoor(status, plan) {
   say($("door-text"), text);
 }
 
+/**
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
 export function renderPrompt(status, plan) {
   const { prompt, campaign } = status;
   if (prompt) say($("prompt-text"), prompt.text);
@@ -126,11 +139,18 @@ function renderFaces(units) {
   $("prompt-faces").replaceChildren(...lines);
 }
 
-/** Whether the open prompt may be confirmed without a click: asked for, and every unit rests as it shall. */
+/**
+ * Whether the open prompt may be confirmed without a click: asked for, and every unit rests as it shall.
+ * @param {import("./documents.mjs").Status} status
+ */
 export function confirmsItself(status) {
   return status.prompt !== null && status.campaign?.step_kind === "move" && $("itself").checked && allRestAsAsked(status);
 }
 
+/**
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
 export function openAbortDialog(status, plan) {
   say($("abort-text"), abortText(status, plan));
   $("abort-reason").value = "";

@@ -8,6 +8,7 @@ import { faceOf, fixtureText, linkOf, positionText, stableText, unitStateText } 
 
 const unitCards = new Map(); // serial → card
 
+/** @param {import("./documents.mjs").Status} status */
 export function renderChamber(status) {
   const { chamber } = status;
   say($("air"), number(chamber.air_c, 2));
@@ -26,6 +27,7 @@ export function renderChamber(status) {
   say($("chamber-about"), chamber.description);
 }
 
+/** @param {import("./documents.mjs").LiveUnit[]} units */
 export function renderUnits(units) {
   const serials = new Set(units.map((unit) => unit.serial));
   for (const [serial, card] of unitCards) {

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The few things that are done to the page over and over.
 
+/**
+ * The element with that id. What kind of element it is index.html says.
+ * @param {string} id
+ * @returns {any}
+ */
 export const $ = (id) => document.getElementById(id);
 
 export function show(node, visible) {

@@ -70,6 +70,6 @@ export function draw(figure, height, panels, legend) {
     entry.append(swatch, text);
     list.append(entry);
   }
-  description.replaceWith(list);
-  figure.prepend(root);
+  description.remove();
+  figure.append(root, list);
 }

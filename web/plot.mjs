@@ -6,23 +6,27 @@ import { svg } from "./axes.mjs";
 import { element } from "./dom.mjs";
 
 /**
- * A chart derives from this and says what it shows:
- *   abscissae        of the points, rising
- *   lines            {name, style, values, steps}: a value for each abscissa, null or undefined where it is not known; with
- *                    `steps` each holds until the next
- *   title            for those who cannot see it
- *   axes             {x, y}: Axis of the abscissae, Axis of the values
- *   grid(box)        nodes behind the lines; box: {left, right, top, bottom}
- *   resting          index of the point that the legend shows while there is no cursor
- *   text(value)      a value in the legend
- *   where(index)     what the legend says of that point itself, "" for nothing
+ * What a chart says that it shows.
+ * @typedef {object} Shown
+ * @property {number[]} abscissae of the points, rising
+ * @property {{name: string, style: string, values: (number | null | undefined)[], steps?: boolean}[]} lines a value for each abscissa,
+ *   null or undefined where it is not known; with `steps` each holds until the next
+ * @property {string} title for those who cannot see it
+ * @property {{x: any, y: any}} axes Axis of the abscissae, Axis of the values
+ * @property {(box: {left: number, right: number, top: number, bottom: number}, axes: any) => Node[]} grid nodes behind the lines
+ * @property {number} resting index of the point that the legend shows while there is no cursor
+ * @property {(value: number) => string} text a value in the legend
+ * @property {(index: number) => string} where what the legend says of that point itself, "" for nothing
  */
+
+/** A chart derives from this and has the members of Shown. */
 export class Plot {
   #host;
   #legend;
   #margin;
   #cursor = null; // index of a point
   #drawing = false;
+  #shown = /** @type {Shown} */ (/** @type {unknown} */ (this));
   #x = (abscissa) => abscissa;
 
   /** `host` holds the drawing, `legend` (a list) the names and values. */
@@ -65,14 +69,14 @@ export class Plot {
     const margin = this.#margin;
     const box = { left: margin.left, right: width - margin.right, top: margin.top, bottom: height - margin.bottom };
     if (box.right - box.left < 20 || box.bottom - box.top < 10) return;
-    const axes = this.axes;
+    const axes = this.#shown.axes;
     const [x, y] = [axes.x.scale(box.left, box.right), axes.y.scale(box.bottom, box.top)];
     this.#x = x;
     const root = svg("svg", { viewBox: `0 0 ${width} ${height}`, "aria-hidden": "true" });
     const grid = svg("g", { class: "grid" });
-    grid.append(...this.grid(box));
+    grid.append(...this.#shown.grid(box));
     root.append(grid);
-    for (const line of this.lines) {
+    for (const line of this.#shown.lines) {
       root.append(svg("path", { d: this.#path(line, x, y), class: `line ${line.style}` }));
     }
     if (this.#cursor !== null) root.append(this.#cursorMarks(box, x, y));
@@ -81,8 +85,8 @@ export class Plot {
   }
 
   /** At most four points for each column of pixels: first, lowest, highest, last. A value that is not known is a gap. */
-  #path({ values, steps }, x, y) {
-    const abscissae = this.abscissae;
+  #path({ values, steps = false }, x, y) {
+    const abscissae = this.#shown.abscissae;
     const parts = [];
     let pen = "M";
     let column = null;
@@ -117,10 +121,10 @@ export class Plot {
   }
 
   #cursorMarks(box, x, y) {
-    const at = x(this.abscissae[this.#cursor]);
+    const at = x(this.#shown.abscissae[this.#cursor]);
     const marks = svg("g", { class: "cursor" });
     marks.append(svg("line", { x1: at, x2: at, y1: box.top, y2: box.bottom }));
-    for (const { style, values } of this.lines) {
+    for (const { style, values } of this.#shown.lines) {
       const value = values[this.#cursor];
       if (value === null || value === undefined) continue;
       marks.append(svg("circle", { cx: at, cy: y(value), r: 3.5, class: `dot ${style}` }));
@@ -129,15 +133,15 @@ export class Plot {
   }
 
   #drawLegend() {
-    const index = this.#cursor ?? this.resting;
-    const items = [...this.lines].map(({ name, style, values }) => {
+    const index = this.#cursor ?? this.#shown.resting;
+    const items = [...this.#shown.lines].map(({ name, style, values }) => {
       const item = document.createElement("li");
       const swatch = document.createElement("span");
       swatch.className = `swatch ${style}`;
-      item.append(swatch, `${name} `, element("b", this.text(values[index])));
+      item.append(swatch, `${name} `, element("b", this.#shown.text(values[index])));
       return item;
     });
-    const where = this.where(index);
+    const where = this.#shown.where(index);
     if (where) {
       const item = element("li", where);
       item.className = "where";
@@ -145,11 +149,11 @@ export class Plot {
     }
     this.#legend.replaceChildren(...items);
     const summary = items.map((item) => item.textContent).join(", ");
-    this.#host.setAttribute("aria-label", `${this.title}. ${summary}. Arrow keys move a cursor.`);
+    this.#host.setAttribute("aria-label", `${this.#shown.title}. ${summary}. Arrow keys move a cursor.`);
   }
 
   #pointAt(pixel) {
-    const abscissae = this.abscissae;
+    const abscissae = this.#shown.abscissae;
     if (abscissae.length === 0) return;
     let low = 0;
     let high = abscissae.length - 1;
@@ -162,10 +166,10 @@ export class Plot {
   }
 
   #key(event) {
-    const last = this.abscissae.length - 1;
+    const last = this.#shown.abscissae.length - 1;
     if (last < 0) return;
     const stride = Math.max(1, Math.round(last / 100));
-    const from = this.#cursor ?? this.resting;
+    const from = this.#cursor ?? this.#shown.resting;
     const target = { ArrowLeft: from - stride, ArrowRight: from + stride, Home: 0, End: last }[event.key];
     if (event.key === "Escape") this.moveCursor(null);
     if (target === undefined) return;

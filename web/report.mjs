@@ -95,8 +95,12 @@ function runLegend(rows) {
   return legend;
 }
 
-/** A deployed curve with its bands, and the rows that it was fitted to. */
-function drawCurve(figure, sensor, rows, [key, ci95, pi95], name, more) {
+/**
+ * A deployed curve with its bands, and the rows that it was fitted to.
+ * @param {[string, string, string?]} keys of the curve and its bands
+ */
+function drawCurve(figure, sensor, rows, keys, name, more) {
+  const [key, ci95, pi95] = keys;
   const { curve } = sensor;
   const line = points(curve, key);
   const [wide, narrow] = [band(curve, pi95, key), band(curve, ci95, key)];
@@ -224,6 +228,8 @@ const CHARTS = {
   check: (figure) => drawCheck(figure, figure.dataset.of, data.check[figure.dataset.unit]),
 };
 
-for (const figure of document.querySelectorAll("figure[data-chart]")) {
+/** @type {NodeListOf<HTMLElement>} */
+const figures = document.querySelectorAll("figure[data-chart]");
+for (const figure of figures) {
   CHARTS[figure.dataset.chart](figure, data.sensors?.[figure.dataset.of]);
 }

@@ -6,7 +6,10 @@ import { number, significant } from "./format.mjs";
 const PURPOSES = { calibration: null, verification: "verification", diagnosis: "pre-flight" };
 const CAMPAIGN_STATES = { null: "imported" };
 
-/** Marks of a run: {text, state} with the states of a badge. */
+/**
+ * Marks of a run: {text, state} with the states of a badge.
+ * @param {import("./documents.mjs").Run} run
+ */
 export function marksOf(run) {
   const marks = [];
   if (run.voided) marks.push({ text: "void", state: "failed" });
@@ -18,7 +21,10 @@ export function marksOf(run) {
   return marks;
 }
 
-/** Whether a fit may use it. */
+/**
+ * Whether a fit may use it.
+ * @param {import("./documents.mjs").Run} run
+ */
 export const counts = (run) => !run.voided && run.purpose !== "diagnosis";
 
 export const campaignState = (state) => CAMPAIGN_STATES[state] ?? state;

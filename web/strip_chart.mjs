@@ -137,7 +137,7 @@ export class StripChart {
     const { run_id, unit } = this.#document.run;
     const streams = new Set(this.#channels.map(({ stream }) => stream));
     return [...streams].map((stream) => {
-      const question = new URLSearchParams({ run: run_id, unit, stream, from_s, to_s, points });
+      const question = new URLSearchParams({ run: run_id, unit, stream, from_s: String(from_s), to_s: String(to_s), points: String(points) });
       for (const channel of this.#channels) if (channel.stream === stream) question.append("channel", channel.name);
       return `run/series?${question}`;
     });

@@ -12,8 +12,9 @@ const VALUE_PIXELS = 68;
 
 /** dygraphs, loaded when stored runs are looked at: the station's own view needs none of it. */
 export async function loadDygraphs() {
+  // @ts-ignore: Debian's file, beside the modules in soakd; it has no types
   await import("./dygraph.min.js");
-  const { Dygraph } = window;
+  const { Dygraph } = /** @type {any} */ (window);
   // The page has a legend of its own, and its policy forbids the style attributes that this one writes.
   Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
   return Dygraph;

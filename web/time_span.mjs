@@ -11,7 +11,12 @@ export function wholeOf(streams) {
   return [first_s, Math.max(...known.map((stream) => stream.last_s), first_s + SHORTEST_S)];
 }
 
-/** The part of a span that lies in `whole`; one that is too short grows about its middle. */
+/**
+ * The part of a span that lies in `whole`; one that is too short grows about its middle.
+ * @param {number[]} span
+ * @param {number[]} whole
+ * @returns {[number, number]}
+ */
 export function clamped([from_s, to_s], [first_s, last_s]) {
   const middle_s = (from_s + to_s) / 2;
   const half_s = Math.max(to_s - from_s, SHORTEST_S) / 2;
@@ -24,7 +29,13 @@ export function clamped([from_s, to_s], [first_s, last_s]) {
 /** `factor` times closer; what lies at `at_s` stays in its place. */
 export const zoomed = ([from_s, to_s], factor, at_s) => [at_s - (at_s - from_s) / factor, at_s + (to_s - at_s) / factor];
 
-/** As long as before, later by that share of its length, or as far as `whole` reaches. */
+/**
+ * As long as before, later by that share of its length, or as far as `whole` reaches.
+ * @param {number[]} span
+ * @param {number} share
+ * @param {number[]} whole
+ * @returns {[number, number]}
+ */
 export function moved([from_s, to_s], share, [first_s, last_s]) {
   const by_s = Math.min(last_s - to_s, Math.max(first_s - from_s, share * (to_s - from_s)));
   return [from_s + by_s, to_s + by_s];

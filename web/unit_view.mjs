@@ -82,7 +82,7 @@ export class UnitView {
   #renderWarnings({ model, warnings, verification }) {
     // A verification warns of its own.
     const own = verification && verification.stale === null ? verification.job.result.warnings : [];
-    const { act, rest } = sortedWarnings([...warnings, ...own.map((warning) => ({ ...warning, remedy: "", sensors: [] }))]);
+    const { act, rest } = sortedWarnings([...warnings, ...own.map((warning) => ({ ...warning, remedy: "", urgency: /** @type {const} */ ("act"), sensors: [] }))]);
     show($("unit-warnings-card"), model !== null);
     say($("unit-warnings-none"), act.length === 0 ? "No warning asks for anything." : "");
     show($("unit-warnings-none"), act.length === 0);
@@ -93,9 +93,10 @@ export class UnitView {
   }
 }
 
-function warningLine({ code, text, remedy, sensors, level }) {
+/** @param {import("./documents.mjs").Warning} warning */
+function warningLine({ code, text, remedy, sensors, urgency }) {
   const line = element("li", "");
-  line.dataset.level = String(level);
+  line.dataset.urgency = urgency;
   const said = sensors.length === 1 && text.startsWith(sensors[0]);
   const who = sensors.length > 0 && !said ? `${sensors.map(sensorText).join(", ")}: ` : "";
   line.append(`${who}${text}`, " ", element("code", code));

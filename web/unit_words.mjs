@@ -17,10 +17,6 @@ const VERDICTS = {
   not_measured: { title: "NOT MEASURED", state: "waiting" },
 };
 const NOT_JUDGED = { title: "NOT JUDGED", state: "" };
-/** Warnings that speak against handing a unit over at all. */
-const GRAVE = ["check_standard_out_of_control", "voided_since", "reference_withdrawn", "reference_expired", "waiver_signature", "run_missing", "band_too_narrow",
-  "simulated"];
-const NOTHING_TO_DO = /^(No action needed|Nothing)/;
 
 /** What the formats are for, in the order in which they are offered: name in the interface → text. */
 export const FORMATS = {
@@ -35,7 +31,10 @@ export const FORMATS = {
 /** {title, state}: of the document's verdict, null where nothing has been judged. */
 export const verdictOf = (verdict) => (verdict !== null && Object.hasOwn(VERDICTS, verdict) ? VERDICTS[verdict] : NOT_JUDGED);
 
-/** The verdict that holds for the newest model, or null. */
+/**
+ * The verdict that holds for the newest model, or null.
+ * @param {import("./documents.mjs").Unit} unit
+ */
 export function verdictNow({ verification }) {
   return verification && verification.stale === null ? (verification.job.result.verdict ?? null) : null;
 }
@@ -43,7 +42,10 @@ export function verdictNow({ verification }) {
 const curvesWith = (sensors, verdict) =>
   Object.entries(sensors).filter(([, sensor]) => sensor.verdict === verdict).map(([name]) => sensorText(name)).join(", ");
 
-/** Why the verdict is what it is, one sentence. */
+/**
+ * Why the verdict is what it is, one sentence.
+ * @param {import("./documents.mjs").Unit} unit
+ */
 export function verdictText(unit) {
   const { model, verification } = unit;
   if (model === null) return "There is no model of this unit yet.";
@@ -58,7 +60,10 @@ export function verdictText(unit) {
   return `${by}: ${[words[verdict], which].filter(Boolean).join(": ")}.`;
 }
 
-/** What is to be done next: {kind, text}; `kind` of the job that does it, null where none does. */
+/**
+ * What is to be done next: {kind, text}; `kind` of the job that does it, null where none does.
+ * @param {import("./documents.mjs").Unit} unit
+ */
 export function nextOf(unit) {
   const { model, verify_with, exported } = unit;
   if (model === null && unit.to_fit === 0) return { kind: null, text: "Record a campaign with it, or import its recordings." };
@@ -71,18 +76,19 @@ export function nextOf(unit) {
   if (verdict === "fail") return { kind: "report", text: "Do not hand it over: it exceeds its limits. The report shows where." };
   if (verdict === "marginal") return { kind: null, text: "Do not hand it over as passed: record more runs for the fit or the verification, and verify it again." };
   if (verdict !== "pass") return { kind: null, text: "Set limits for its type (procedures/units), or verify it over the whole range: it is not judged yet." };
-  if (unit.warnings.some(({ code }) => GRAVE.includes(code) && code !== "simulated")) return { kind: "report", text: "Do not hand it over before the first warning below is settled." };
+  if (unit.warnings.some(({ code, urgency }) => urgency === "grave" && code !== "simulated")) return { kind: "report", text: "Do not hand it over before the first warning below is settled." };
   return exported === null ? { kind: "export", text: "Export it." } : { kind: null, text: "Nothing: it is verified and exported." };
 }
 
 // ---- warnings
 
-const levelOf = ({ code, remedy }) => (GRAVE.includes(code) ? 0 : NOTHING_TO_DO.test(remedy) ? 2 : 1);
-
-/** {act, rest}: those that ask for something, the gravest first, and those that ask for nothing. */
+/**
+ * {act, rest}: those that ask for something, the gravest first as they come, and those that ask for nothing.
+ * @param {import("./documents.mjs").Warning[]} warnings
+ */
 export function sortedWarnings(warnings) {
-  const withLevel = warnings.map((warning) => ({ ...warning, level: levelOf(warning) })).sort((a, b) => a.level - b.level);
-  return { act: withLevel.filter(({ level }) => level < 2), rest: withLevel.filter(({ level }) => level === 2) };
+  const asks = ({ urgency }) => urgency !== "none";
+  return { act: warnings.filter(asks), rest: warnings.filter((warning) => !asks(warning)) };
 }
 
 // ---- sensors
@@ -93,7 +99,10 @@ export const unitText = ({ unit }) => ({ "deg/s": "°/s", "m/s2": "m/s²" })[uni
 /** An error as people read it; small ones with the digits that they have. */
 const size = (value) => (value === null ? UNKNOWN : significant(value, 2));
 
-/** [name, value] of what is stated of a sensor's curve. */
+/**
+ * [name, value] of what is stated of a sensor's curve.
+ * @param {import("./documents.mjs").Sensor} sensor
+ */
 export function sensorFacts(sensor) {
   const unit = unitText(sensor);
   const residual = sensor.check_rmse_shape === null ? ["Residual of the fit", `${size(sensor.train_rmse)} ${unit}`]
@@ -112,7 +121,11 @@ export function sensorFacts(sensor) {
 
 export const verbOf = (kind) => KINDS[kind]?.verb ?? kind;
 
-/** "Fitting SN1 since 12 s, by Eva" */
+/**
+ * "Fitting SN1 since 12 s, by Eva"
+ * @param {import("./documents.mjs").Job} job
+ * @param {number} now_s
+ */
 export function runningText(job, now_s) {
   const since = shortDuration(Math.max(0, Math.round(now_s - job.started_utc_s)));
   return `${KINDS[job.kind]?.doing ?? job.kind}: unit ${job.unit}, for ${since} now, started by ${job.user}`;
@@ -124,7 +137,10 @@ const detailOf = ({ kind, campaign, format, result }) => {
   return kind === "fit" && result ? `: model ${result.model}` : "";
 };
 
-/** What a job that has ended did: {title, state, text}; `text` is why not, or what came of it. */
+/**
+ * What a job that has ended did: {title, badge, text}; `text` is why not, or what came of it.
+ * @param {import("./documents.mjs").Job} job
+ */
 export function endedText(job) {
   const title = `${KINDS[job.kind]?.noun ?? job.kind}${detailOf(job)}`;
   if (job.state === "done") {

@@ -19,14 +19,15 @@ export function connectViews(views) {
     const { name, parameters } = placeOf(location.hash, views);
     for (const other of Object.keys(views)) show($(`${other}-view`), other === name);
     const link = { run: "runs", unit: "units" }[name] ?? name;
-    for (const other of ["station", "runs", "units"]) {
+    for (const other of ["station", "runs", "units", "help"]) {
       if (other === link) $(`to-${other}`).setAttribute("aria-current", "page");
       else $(`to-${other}`).removeAttribute("aria-current");
     }
     views[name]?.open(parameters);
     if (!event) return;
     // Whoever cannot see the page is told where it has led; where it begins is seen.
-    document.querySelector(`#${name}-view .view-title`)?.focus({ preventScroll: true });
+    const title = /** @type {HTMLElement | null} */ (document.querySelector(`#${name}-view .view-title`));
+    title?.focus({ preventScroll: true });
     scrollTo(0, 0);
   };
   addEventListener("hashchange", go);

@@ -63,6 +63,7 @@ const HOT_C = 50;
 /** Degrees from the expected direction within which the station calls a position right (station/lab/position_watch.h). */
 const TILT_DEG = 5;
 
+/** @param {import("./documents.mjs").Status} status */
 export const isActive = (status) => ACTIVE.includes(status.state);
 
 /** Whether the campaign waits by itself for something that is not asked of a person. */
@@ -71,9 +72,13 @@ const waitsByItself = (status) => status.state === "waiting" && (status.suspensi
 /** What it waits for by itself; the most urgent first. */
 const causesOf = ({ suspension }) => Object.keys(SUSPENSIONS).filter((cause) => suspension?.causes.includes(cause));
 
-/** Whether the campaign waits for a chamber that does not answer. */
+/**
+ * Whether the campaign waits for a chamber that does not answer.
+ * @param {import("./documents.mjs").Status} status
+ */
 export const waitsForChamber = (status) => waitsByItself(status) && !status.chamber.connected;
 
+/** @param {import("./documents.mjs").Status} status */
 export function stateText(status) {
   if (status.state !== "waiting") return STATES[status.state] ?? status.state;
   if (!waitsByItself(status) || status.campaign?.step_trouble) return "waiting for you";
@@ -82,12 +87,18 @@ export function stateText(status) {
   return `waiting for ${SUSPENSIONS[waits].waits}`;
 }
 
-/** Host time now by the station's clock, in seconds since 1970. */
+/**
+ * Host time now by the station's clock, in seconds since 1970.
+ * @param {import("./documents.mjs").Status} status
+ */
 export const now_s = (status) => status.clock.utc_s;
 
 // ---- the step
 
-/** {number, of} among the runs that count; null in the pre-flight. */
+/**
+ * {number, of} among the runs that count; null in the pre-flight.
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
 export function runOf(campaign, plan) {
   const counted = plan.runs.filter((run) => !run.preflight);
   const run = plan.runs[campaign.run - 1];
@@ -101,7 +112,10 @@ function plateauText(step, plan) {
   return `${number(step.temp_c, 0)} °C (${visits.indexOf(step.visit) + 1} of ${visits.length})`;
 }
 
-/** The fixture position that the step is about: its own, else that of the last move. */
+/**
+ * The fixture position that the step is about: its own, else that of the last move.
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
 export function positionOf(index, plan) {
   for (let i = index; i >= 0; --i) if (plan.steps[i].position) return plan.steps[i].position;
   return null;
@@ -145,6 +159,8 @@ function leftOfStep_s({ campaign }, plan) {
 /**
  * "Run 1 of 3, −20 °C (1 of 5): units settling, 12 min". Without a plan, what the station itself calls the step; without
  * the campaign's document (soakd has just begun again), what can be said of its state.
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan | null} plan
  */
 export function stepText(status, plan) {
   const { campaign, state, prompt, resumable } = status;
@@ -162,7 +178,10 @@ export function stepText(status, plan) {
   return `${place}: ${actionText(status, step, positionOf(campaign.step, plan))}${left}`;
 }
 
-/** When it will be over: {label, time}; null where that is not planned. */
+/**
+ * When it will be over: {label, time}; null where that is not planned.
+ * @param {import("./documents.mjs").Status} status
+ */
 export function finishOf(status) {
   const { campaign, state, clock } = status;
   if (!campaign || !isActive(status) || state === "stopping") return null;
@@ -176,7 +195,10 @@ export const nextBeginsByItself = ({ queue }) => queue.waits_for === "time";
 
 const nextBegins = (status) => timeOfDay(status.queue.begins_utc_s, now_s(status));
 
-/** What waits, and for what; empty where nothing does. */
+/**
+ * What waits, and for what; empty where nothing does.
+ * @param {import("./documents.mjs").Status} status
+ */
 export function queueText(status) {
   const { campaigns, waits_for } = status.queue;
   if (campaigns.length === 0) return "";
@@ -186,7 +208,11 @@ export function queueText(status) {
   return `In the queue: ${names}.${isActive(status) ? "" : " It waits for you."}`;
 }
 
-/** What an abort costs. */
+/**
+ * What an abort costs.
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
 export function abortText(status, plan) {
   const { campaign, resumable } = status;
   if (nextBeginsByItself(status)) return `Campaign ${status.queue.campaigns[0].name} does not begin by itself. It stays in the queue. What has been recorded stays.`;
@@ -215,7 +241,11 @@ function opensIn_s({ campaign, clock, state }, plan) {
   return Math.max(0, campaign.remaining_s - after_s) / clock.rate;
 }
 
-/** Whether the chamber may be opened: {lamp: "yes" | "no" | "unknown", title, text}. */
+/**
+ * Whether the chamber may be opened: {lamp: "yes" | "no" | "unknown", title, text}.
+ * @param {import("./documents.mjs").Status} status
+ * @param {import("./documents.mjs").Plan | null} plan
+ */
 export function doorOf(status, plan) {
   const { chamber, fixture, room, state, units } = status;
   const dew = `dew point of the room ${number(room.dew_point_c, 0)} °C`;
@@ -245,7 +275,10 @@ export function doorOf(status, plan) {
 
 // ---- what is wrong
 
-/** What needs somebody: {level: "alarm" | "warning", title, action}, the most urgent first. */
+/**
+ * What needs somebody: {level: "alarm" | "warning", title, action}, the most urgent first.
+ * @param {import("./documents.mjs").Status} status
+ */
 export function alertsOf(status) {
   return [...chamberAlerts(status), ...folderAlerts(status), ...unitAlerts(status), ...campaignAlerts(status)];
 }
@@ -356,12 +389,16 @@ export const sign = (label) => label.replace("-", "−");
 
 export const isByHand = ({ fixture }) => fixture.description === "by hand";
 
+/** @param {import("./documents.mjs").LiveUnit} unit */
 export function unitStateText(unit) {
   if (unit.dropped) return "dropped: not recorded in this run";
   return UNIT_STATES[unit.state] ?? unit.state;
 }
 
-/** Whether its temperature stands still; "" where nothing is known of it. */
+/**
+ * Whether its temperature stands still; "" where nothing is known of it.
+ * @param {import("./documents.mjs").LiveUnit} unit
+ */
 export function stableText(unit) {
   if (unit.temp_c === null) return "";
   return unit.stable ? "✓ stable" : "settling";
@@ -382,7 +419,10 @@ export function turnText({ up, expected }) {
   return `${up} is up now, turn it ${half ? "half a turn" : "a quarter turn"} to ${expected}`;
 }
 
-/** The face that is up by the unit's own accelerometers where they say it; else the one that is expected, as such. */
+/**
+ * The face that is up by the unit's own accelerometers where they say it; else the one that is expected, as such.
+ * @param {import("./documents.mjs").LiveUnit} unit
+ */
 export function positionText(unit) {
   const face = faceOf(unit);
   if (!face) return unit.position ? sign(unit.position) : UNKNOWN;
@@ -397,6 +437,7 @@ export function allRestAsAsked({ units }) {
   return sending.length > 0 && sending.every((unit) => unit.attitude?.right === true);
 }
 
+/** @param {import("./documents.mjs").Status} status */
 export function fixtureText(status) {
   const { fixture } = status;
   if (isByHand(status)) return "turned by hand";
@@ -404,7 +445,10 @@ export function fixtureText(status) {
   return fixture.moving ? "moving" : sign(fixture.position ?? UNKNOWN);
 }
 
-/** The chamber's link: {text, state}. */
+/**
+ * The chamber's link: {text, state}.
+ * @param {import("./documents.mjs").Status} status
+ */
 export function linkOf(status) {
   const { chamber } = status;
   if (!chamber.connected) return { text: "does not answer", state: isActive(status) ? "failed" : "waiting" };

@@ -23,6 +23,12 @@ void WarningList::add_fit(const json& fit) {
   for (const auto& [name, sensor] : fit.at("sensors").items()) add_stored(sensor.at("warnings"), name);
 }
 
+json WarningList::take() {
+  std::ranges::stable_sort(list_.get_ref<json::array_t&>(), {},
+                           [](const json& entry) { return urgency_of(entry["code"].get<std::string>()); });
+  return std::move(list_);
+}
+
 json& WarningList::entry_of(const Warning& warning) {
   const auto same = std::find_if(list_.begin(), list_.end(), [&](const json& entry) {
     return entry["code"] == warning.code && entry["text"] == warning.text;
@@ -31,6 +37,7 @@ json& WarningList::entry_of(const Warning& warning) {
   list_.push_back({{"code", warning.code},
                    {"text", warning.text},
                    {"remedy", remedy_of(warning.code)},
+                   {"urgency", name_of(urgency_of(warning.code))},
                    {"sensors", json::array()}});
   return list_.back();
 }

@@ -8,8 +8,8 @@
 
 namespace soak::calib {
 
-/// Warnings as a page shows them: the same words of several sensors once, with what to do:
-/// [{"code", "text", "remedy", "sensors"}].
+/// Warnings as a page shows them, the gravest first: the same words of several sensors once, with what to do:
+/// [{"code", "text", "remedy", "urgency", "sensors"}]; `urgency` is "grave", "act" or "none" (report_words.h).
 class WarningList {
  public:
   void add(const Warning& warning, std::string_view sensor = {});
@@ -18,7 +18,7 @@ class WarningList {
   /// Those of the document of `soak fit --json`: of the unit, then of its sensors.
   void add_fit(const nlohmann::json& fit);
 
-  [[nodiscard]] nlohmann::json take() { return std::move(list_); }
+  [[nodiscard]] nlohmann::json take();
 
  private:
   nlohmann::json& entry_of(const Warning& warning);

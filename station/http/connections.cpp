@@ -272,6 +272,16 @@ BoundedListener::BoundedListener(ConnectionLimits limits, std::function<bool(con
 
 BoundedListener::~BoundedListener() = default;
 
+void BoundedListener::Get(const std::string& path, Handler handler) {
+  routes_.push_back({"GET", path});
+  httplib::Server::Get(path, std::move(handler));
+}
+
+void BoundedListener::Post(const std::string& path, Handler handler) {
+  routes_.push_back({"POST", path});
+  httplib::Server::Post(path, std::move(handler));
+}
+
 void BoundedListener::widen_backlog() { ::listen(svr_sock_, static_cast<int>(limits_.threads)); }
 
 void BoundedListener::cut_all() { register_->cut_all(); }

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace soak::station {
 
@@ -26,6 +27,12 @@ struct ConnectionLimits {
   double linger_s = 1.0;    ///< after the answer, for what the client still sends
 };
 
+/// What the server answers to: a method and the pattern of its paths.
+struct Route {
+  std::string method;
+  std::string path;
+};
+
 /// httplib's server with these limits. The library bounds one line of a header and the pause between two bytes, but
 /// neither the sum of all headers nor the time of a request nor the number of connections. One request a connection: an
 /// idle connection holds no thread, and no part of a refused request can be taken for the next one.
@@ -34,6 +41,11 @@ class BoundedListener : public httplib::Server {
   /// `endless`: whether the answer to this request goes on until the client leaves (an event stream).
   BoundedListener(ConnectionLimits limits, std::function<bool(const httplib::Request&)> endless);
   ~BoundedListener() override;
+
+  /// The library's own, remembered in routes().
+  void Get(const std::string& path, Handler handler);
+  void Post(const std::string& path, Handler handler);
+  [[nodiscard]] const std::vector<Route>& routes() const { return routes_; }
 
   /// Lets as many connections wait in the kernel as there are threads: the library's five are less than a dozen browser
   /// tabs.
@@ -50,6 +62,7 @@ class BoundedListener : public httplib::Server {
   ConnectionLimits limits_;
   std::function<bool(const httplib::Request&)> endless_;
   std::unique_ptr<Register> register_;
+  std::vector<Route> routes_;
 };
 
 }  // namespace soak::station

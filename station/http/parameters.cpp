@@ -14,7 +14,8 @@ namespace soak::station {
 base::Status only_parameters(const Parameters& parameters, std::initializer_list<std::string_view> known) {
   for (const auto& [name, value] : parameters) {
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    return base::bad_input(fmt::format("there is no such parameter; known are {}", fmt::join(known, ", ")), name);
+    const std::string rest = known.size() == 0 ? "there are none" : fmt::format("known are {}", fmt::join(known, ", "));
+    return base::bad_input("there is no such parameter; " + rest, name);
   }
   return {};
 }
@@ -26,6 +27,15 @@ base::Result<std::optional<std::string>> single(const Parameters& parameters, co
   if (first->second.empty()) return base::bad_input("the parameter is empty", name);
   if (auto plain = check_text_line(first->second, name); !plain) return base::forward_error(plain);
   return first->second;
+}
+
+base::Result<std::optional<std::string>> only_parameter(const Parameters& parameters, const std::string& name) {
+  if (name.empty()) {
+    if (auto none = only_parameters(parameters, {}); !none) return base::forward_error(none);
+    return std::nullopt;
+  }
+  if (auto known = only_parameters(parameters, {name}); !known) return base::forward_error(known);
+  return single(parameters, name);
 }
 
 base::Result<std::string> required(const Parameters& parameters, const std::string& name, std::string_view what) {

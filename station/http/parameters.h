@@ -21,7 +21,11 @@ using Parameters = std::multimap<std::string, std::string>;
 /// The value of a parameter that is given at most once: a line of plain text.
 [[nodiscard]] base::Result<std::optional<std::string>> single(const Parameters& parameters, const std::string& name);
 
-/// The same, refused where it is not given. `what` it is, for the message.
+/// The same where nothing else is given; `name` empty: nothing at all.
+[[nodiscard]] base::Result<std::optional<std::string>> only_parameter(const Parameters& parameters,
+                                                                      const std::string& name);
+
+/// As single(), refused where it is not given. `what` it is, for the message.
 [[nodiscard]] base::Result<std::string> required(const Parameters& parameters, const std::string& name,
                                                  std::string_view what);
 

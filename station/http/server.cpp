@@ -73,6 +73,7 @@ std::string content_type(std::string_view name) {
   if (name.ends_with(".html")) return "text/html; charset=utf-8";
   if (name.ends_with(".css")) return "text/css; charset=utf-8";
   if (name.ends_with(".svg")) return "image/svg+xml";
+  if (name.ends_with(".png")) return "image/png";
   if (name.ends_with(".toml") || name.ends_with(".txt")) return "text/plain; charset=utf-8";
   return "text/javascript; charset=utf-8";
 }
@@ -209,10 +210,9 @@ struct HttpServer::Running {
 
   void add_question(const ApiQuestion& question) {
     listener.Get(kApiPath + std::string(question.name), [this, &question](const auto& request, auto& response) {
-      std::optional<std::string> parameter;
-      const std::string name(question.parameter);
-      if (request.has_param(name)) parameter = request.get_param_value(name);
-      answer(response, question.answer(lab, parameter, feed.latest().newest_log));
+      const auto parameter = only_parameter(request.params, std::string(question.parameter));
+      if (!parameter) return refuse(response, http_status(parameter.error()), parameter.error());
+      answer(response, question.answer(lab, *parameter, feed.latest().newest_log));
     });
   }
 
@@ -331,5 +331,12 @@ base::Result<int> HttpServer::start() {
 }
 
 void HttpServer::stop() { running_.reset(); }
+
+std::vector<std::string> HttpServer::routes() const {
+  std::vector<std::string> lines;
+  if (!running_) return lines;
+  for (const Route& route : running_->listener.routes()) lines.push_back(route.method + ' ' + route.path);
+  return lines;
+}
 
 }  // namespace soak::station

@@ -26,6 +26,8 @@ class HttpServer {
   [[nodiscard]] base::Result<int> start();
   /// Ends open event streams, finishes what is being answered (some seconds at most) and lets go of the address.
   void stop();
+  /// "GET /api/v1/status": everything that it answers to while it listens; paths are patterns.
+  [[nodiscard]] std::vector<std::string> routes() const;
 
  private:
   struct Running;

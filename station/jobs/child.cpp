@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -24,6 +25,7 @@ constexpr int kNice = 10;
 constexpr std::string_view kFirstToGo = "500";  // of 1000: before anything else of the machine (proc(5), oom_score_adj)
 constexpr int kNotStarted = 127;
 constexpr int kLookEvery_ms = 50;
+constexpr std::chrono::seconds kToFinish{3};
 
 base::Error failure(const std::string& what) {
   return {base::ErrorKind::internal, what + ": " + std::generic_category().message(errno), "jobs"};
@@ -124,23 +126,46 @@ class Collected {
   bool is_whole_ = true;
 };
 
+/// Asks the process to end once it shall stop, and ends it where it has not done so in time.
+class Stopper {
+ public:
+  explicit Stopper(pid_t process) : process_(process) {}
+
+  [[nodiscard]] bool has_asked() const { return has_asked_; }
+  void stop() {
+    const auto now = std::chrono::steady_clock::now();
+    if (!std::exchange(has_asked_, true)) {
+      latest_end_ = now + kToFinish;
+      ::kill(process_, SIGTERM);
+    } else if (now >= latest_end_) {
+      ::kill(process_, SIGKILL);
+    }
+  }
+
+ private:
+  pid_t process_;
+  bool has_asked_ = false;
+  std::chrono::steady_clock::time_point latest_end_;
+};
+
 int exit_status_of(int status) { return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status); }
 
 ChildEnd follow(pid_t process, Collected output, Collected errors, const std::atomic<bool>& stop) {
-  bool stopped = false;
+  Stopper stopper(process);
   for (;;) {
     std::array<pollfd, 2> awaited = {output.awaited(), errors.awaited()};
     ::poll(awaited.data(), awaited.size(), kLookEvery_ms);
     output.read();
     errors.read();
-    if (stop && !std::exchange(stopped, true)) ::kill(process, SIGKILL);
+    if (stop) stopper.stop();
     int status = 0;
     const pid_t ended = ::waitpid(process, &status, WNOHANG);
     if (ended == 0 || (ended < 0 && errno == EINTR)) continue;
     output.read();
     errors.read();
     const bool is_whole = output.is_whole() && errors.is_whole();
-    return {ended < 0 ? kNotStarted : exit_status_of(status), output.take(), errors.take(), is_whole, stopped};
+    return {ended < 0 ? kNotStarted : exit_status_of(status), output.take(), errors.take(), is_whole,
+            stopper.has_asked()};
   }
 }
 

@@ -31,9 +31,10 @@ inline constexpr std::size_t kMostOutput = std::size_t{32} << 20;
 inline constexpr std::size_t kMostErrors = std::size_t{64} << 10;
 
 /// Runs a program to its end. It disturbs nobody: lowest but for what idles (nice 10), the first to go where memory is
-/// short, none of this process's open files and sockets with it. Killed once `stop` is set, as what it writes survives
-/// that (the catalog by its transactions), and where the calling thread ends, however that happens. Fails (internal)
-/// where it cannot be started.
+/// short, none of this process's open files and sockets with it. Asked to end (SIGTERM) once `stop` is set, so that
+/// what it has just committed it also reports; killed three seconds later, as what it writes survives that (the catalog
+/// by its transactions), and where the calling thread ends, however that happens. Fails (internal) where it cannot be
+/// started.
 [[nodiscard]] base::Result<ChildEnd> run_child(const ChildProgram& child, const std::atomic<bool>& stop);
 
 }  // namespace soak::station

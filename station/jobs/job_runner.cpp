@@ -38,14 +38,16 @@ json new_document(const JobRequest& request, std::int64_t id) {
 /// "verify against check-2027", "export as blob"
 std::string what_it_does(const json& job) {
   std::string text = job["kind"];
-  if (job["campaign"].is_string()) text += " against " + job["campaign"].get<std::string>();
-  if (job["format"].is_string()) text += " as " + job["format"].get<std::string>();
+  if (const json campaign = job.value("campaign", json()); campaign.is_string()) {
+    text += " against " + campaign.get<std::string>();
+  }
+  if (const json format = job.value("format", json()); format.is_string()) text += " as " + format.get<std::string>();
   return text;
 }
 
 std::string how_it_ended(const json& job) {
   std::string text = job["state"];
-  if (job["result"].is_object()) {
+  if (job.value("result", json()).is_object()) {
     if (job.value("/result/model"_json_pointer, json()).is_number())
       text += fmt::format(", model {}", job["result"]["model"].dump());
     if (job["result"].contains("verdict")) text += ", verdict " + job["result"]["verdict"].get<std::string>();
@@ -69,8 +71,16 @@ JobRunner::JobRunner(std::filesystem::path data_folder, std::filesystem::path pr
     : data_folder_(data_folder.empty() ? std::move(data_folder) : std::filesystem::absolute(data_folder)),
       program_(std::move(program)),
       shelf_(data_folder_ / "jobs") {
-  if (!data_folder_.empty()) shelf_.load();
+  if (!data_folder_.empty()) end_those_cut_short();
   thread_ = std::thread([this] { work(); });
+}
+
+void JobRunner::end_those_cut_short() {
+  for (const json& job : shelf_.load()) {
+    // First the log: where soakd ends in between, the next one finds the job once more.
+    note("job_ended", job, what_it_does(job) + ": " + how_it_ended(job), job.value("user", "unknown"));
+    shelf_.put(job);
+  }
 }
 
 JobRunner::~JobRunner() {
@@ -213,7 +223,7 @@ void JobRunner::note(const std::string& kind, const json& job, const std::string
 
 json JobRunner::list() const {
   const std::scoped_lock lock(mutex_);
-  return {{"jobs", shelf_.list()}};
+  return shelf_.list();
 }
 
 base::Result<json> JobRunner::show(std::int64_t id) const {

@@ -26,7 +26,8 @@ namespace soak::station {
 /// docs/http-api.md.
 class JobRunner {
  public:
-  /// Does nothing to the folder yet. An empty one has no jobs: every start is refused (bad_input).
+  /// Takes up the jobs that are kept; the end of one that a predecessor left running enters the event log. An empty
+  /// folder has no jobs: every start is refused (bad_input).
   explicit JobRunner(std::filesystem::path data_folder, std::filesystem::path program = soak_beside_this_program());
   /// Ends the job that is under way, and its process with it.
   ~JobRunner();
@@ -36,10 +37,11 @@ class JobRunner {
   /// Begins a job and answers with its document. Refuses what check_job() and job_command() refuse, and (where ==
   /// "state") a second job beside one that runs.
   [[nodiscard]] base::Result<nlohmann::json> start(const JobRequest& request);
-  /// Ends a job; the answer comes when its process has ended. Refuses (where == "state") one that does not run.
+  /// Ends a job; the answer comes when its process has ended: "done" where it had come to its end already. Refuses
+  /// (where == "state") one that does not run.
   [[nodiscard]] base::Result<nlohmann::json> cancel(std::int64_t id, const std::string& user);
 
-  /// The kept jobs, the newest first: {"jobs": [...]}.
+  /// The kept jobs, as JobShelf::list() gives them.
   [[nodiscard]] nlohmann::json list() const;
   /// Refuses (where == "id") a job that is not kept; so does file().
   [[nodiscard]] base::Result<nlohmann::json> show(std::int64_t id) const;
@@ -62,6 +64,7 @@ class JobRunner {
 
   [[nodiscard]] base::Result<UnderWay> prepare(const JobRequest& request, std::int64_t id);
   void note(const std::string& kind, const nlohmann::json& job, const std::string& text, const std::string& user) const;
+  void end_those_cut_short();
   void work();
   void carry_out(UnderWay job);
   void finish(nlohmann::json& document, const JobCommand& command, const ChildEnd& end) const;

@@ -43,8 +43,9 @@ bool is_lasting(const json& job) {
 
 }  // namespace
 
-void JobShelf::load() {
+std::vector<json> JobShelf::load() {
   std::error_code failure;
+  std::vector<json> cut_short;
   std::vector<std::filesystem::path> folders;
   for (const auto& entry : std::filesystem::directory_iterator(folder_, failure)) folders.push_back(entry.path());
   for (const std::filesystem::path& folder : folders) {
@@ -56,11 +57,12 @@ void JobShelf::load() {
     const std::int64_t id = (*job)["id"];
     jobs_[id] = *std::move(job);
     if (jobs_[id]["state"] != "running") continue;
-    jobs_[id]["state"] = "failed";
-    jobs_[id]["message"] = "soakd ended meanwhile";
-    write(jobs_[id]);
+    cut_short.push_back(jobs_[id]);
+    cut_short.back()["state"] = "failed";
+    cut_short.back()["message"] = "soakd ended meanwhile";
   }
   remove_what_is_too_much();
+  return cut_short;
 }
 
 void JobShelf::put(const json& job) {
@@ -97,8 +99,9 @@ void JobShelf::remove_what_is_too_much() {
 
 json JobShelf::list() const {
   json list = json::array();
-  for (auto job = jobs_.rbegin(); job != jobs_.rend(); ++job) list.push_back(job->second);
-  return list;
+  for (auto job = jobs_.rbegin(); job != jobs_.rend() && list.size() < kMostListed; ++job) list.push_back(job->second);
+  const std::size_t not_listed = jobs_.size() - list.size();
+  return {{"jobs", std::move(list)}, {"not_listed", not_listed}};
 }
 
 std::optional<json> JobShelf::find(std::int64_t id) const {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace soak::station {
 
@@ -17,11 +18,14 @@ class JobShelf {
  public:
   /// Kept of all, the newest; of each unit the newest verdict and export too.
   static constexpr std::size_t kMostJobs = 20;
+  /// Listed of those.
+  static constexpr std::size_t kMostListed = 100;
 
   explicit JobShelf(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  /// Takes up what a predecessor left. A job that it was carrying out has failed; what is no job is removed.
-  void load();
+  /// Takes up what a predecessor left; what is no job is removed. The answer are the jobs that it was carrying out,
+  /// which have failed by now and stand as running until they are put again.
+  [[nodiscard]] std::vector<nlohmann::json> load();
   /// A number that no kept job has, rising.
   [[nodiscard]] std::int64_t next_id() const { return jobs_.empty() ? 1 : jobs_.rbegin()->first + 1; }
   [[nodiscard]] std::filesystem::path folder_of(std::int64_t id) const { return folder_ / std::to_string(id); }
@@ -31,7 +35,7 @@ class JobShelf {
   /// The folder of a job that did not come to be.
   void remove_folder(std::int64_t id) const;
 
-  /// Newest first.
+  /// {"jobs": the newest kMostListed, newest first, "not_listed": how many older ones are kept}
   [[nodiscard]] nlohmann::json list() const;
   [[nodiscard]] std::optional<nlohmann::json> find(std::int64_t id) const;
   /// The newest verification or export of a unit that came to its end and names a model; null where there is none.

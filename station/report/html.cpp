@@ -135,17 +135,23 @@ Cell number_cell(const json& value) { return {.html = number(value), .number = t
 
 Cell html_cell(std::string html, bool number) { return {.html = std::move(html), .number = number}; }
 
-Table::Table(std::string_view caption, const std::vector<std::string>& headings)
-    : head_(fmt::format("<caption>{}</caption>\n<thead><tr>", escaped(caption))) {
-  for (const std::string& heading : headings) head_ += fmt::format("<th scope=\"col\">{}</th>", escaped(heading));
+Table::Table(std::string_view caption, const std::vector<std::string>& headings, Narrow narrow)
+    : narrow_(narrow), head_(fmt::format("<caption>{}</caption>\n<thead><tr>", escaped(caption))) {
+  for (const std::string& heading : headings) {
+    headings_.push_back(escaped(heading));
+    head_ += fmt::format("<th scope=\"col\">{}</th>", headings_.back());
+  }
   head_ += "</tr></thead>\n";
 }
 
 void Table::row(const std::vector<Cell>& cells) {
   rows_ += "<tr>";
+  std::size_t column = 0;
   for (const Cell& cell : cells) {
     const std::string style = std::string(cell.number ? "n " : "") + cell.style;
-    const std::string attribute = style.empty() ? "" : fmt::format(" class=\"{}\"", style);
+    std::string attribute = style.empty() ? "" : fmt::format(" class=\"{}\"", style);
+    if (narrow_ == Narrow::stacks) attribute += fmt::format(" data-heading=\"{}\"", headings_.at(column));
+    ++column;
     rows_ += cell.heading ? fmt::format("<th scope=\"row\"{}>{}</th>", attribute, cell.html)
                           : fmt::format("<td{}>{}</td>", attribute, cell.html);
   }
@@ -153,7 +159,8 @@ void Table::row(const std::vector<Cell>& cells) {
 }
 
 std::string Table::html() const {
-  return "<div class=\"wide\"><table>\n" + head_ + "<tbody>\n" + rows_ + "</tbody></table></div>\n";
+  const std::string begin = narrow_ == Narrow::stacks ? "<table class=\"stacks\">\n" : "<table>\n";
+  return "<div class=\"wide\">" + begin + head_ + "<tbody>\n" + rows_ + "</tbody></table></div>\n";
 }
 
 std::string facts(const std::vector<std::pair<std::string, std::string>>& list) {

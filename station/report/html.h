@@ -49,14 +49,19 @@ struct Cell {
 [[nodiscard]] Cell number_cell(const nlohmann::json& value);  ///< number()
 [[nodiscard]] Cell html_cell(std::string html, bool number = false);
 
+/// How a table meets a narrow screen: it scrolls, or each row becomes a list in which each cell has its heading.
+enum class Narrow { scrolls, stacks };
+
 /// A table with a caption and headed columns. Captions and headings are escaped.
 class Table {
  public:
-  Table(std::string_view caption, const std::vector<std::string>& headings);
+  Table(std::string_view caption, const std::vector<std::string>& headings, Narrow narrow = Narrow::scrolls);
   void row(const std::vector<Cell>& cells);
   [[nodiscard]] std::string html() const;
 
  private:
+  std::vector<std::string> headings_;  ///< escaped
+  Narrow narrow_;
   std::string head_;
   std::string rows_;
 };

@@ -2,9 +2,7 @@
 #include "station/report/page.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -30,56 +28,12 @@ constexpr std::string_view kWithoutScript =
     "<noscript><p class=\"soft\">The charts on this page need its script, which is not running; tables and text do "
     "not.</p></noscript>\n";
 
-// ---- head, warnings, overview ----
-
-std::string verdict_word(const std::string& verdict) {
-  std::string word = verdict;
-  std::replace(word.begin(), word.end(), '_', ' ');
-  std::transform(word.begin(), word.end(), word.begin(),
-                 [](char c) { return c >= 'a' && c <= 'z' ? char(c - 32) : c; });
-  return html::escaped(word);
-}
-
-std::string who(const json& warning) {
-  const auto sensors = warning["sensors"].get<std::vector<std::string>>();
-  if (sensors.empty()) return {};
-  const std::string text = warning["text"];
-  if (sensors.size() == 1 && text.starts_with(sensors.front())) return {};
-  return html::escaped(sensors.size() == 6 ? "all sensors" : fmt::format("{}", fmt::join(sensors, ", "))) + ": ";
-}
-
-/// The largest of a member over the points of the curve; null where one is null.
-json largest(const json& curve, const char* key) {
-  double value = 0.0;
-  for (const json& point : curve) {
-    if (!point[key].is_number()) return {};
-    value = std::max(value, point[key].get<double>());
-  }
-  return value;
-}
+// ---- overview ----
 
 /// Held-out errors of the deployed family.
 const json& deployed_error(const json& fit, const char* of_anfis, const char* of_baseline) {
   const std::string deployed = fit["deployed"];
   return deployed == "anfis" ? member(fit, of_anfis) : member(member(member(fit, "baselines"), deployed), of_baseline);
-}
-
-/// `verdict` null: no fresh run said anything; `limited`: there is a limit to be judged by.
-html::Cell verdict_cell(const json& verdict, bool limited) {
-  if (!verdict.is_string() || verdict == "not_measured")
-    return {.html = limited ? "not measured" : "no limit", .style = "nowrap"};
-  if (verdict == "info") return {.html = "no limit", .style = "nowrap"};
-  return {.html = html::escaped(verdict.get<std::string>()), .style = verdict.get<std::string>()};
-}
-
-html::Cell bias_verdict_cell(const json& sensor) {
-  return verdict_cell(member(member(sensor["verification"], "bias"), "verdict"), !sensor["limit"].is_null());
-}
-
-/// The worst of bias and scale.
-html::Cell sensor_verdict_cell(const json& sensor) {
-  const bool limited = !sensor["limit"].is_null() || !sensor["scale_limit_ppm"].is_null();
-  return verdict_cell(member(sensor["verification"], "verdict"), limited);
 }
 
 // ---- the whole ----
@@ -115,8 +69,8 @@ std::string title_of(const json& document) {
 std::string body(const json& document) {
   const json& sections = document["sections"];
   const json& sensors = sections["sensors"];
-  std::string html = head_part(document) + warnings_part(sections["summary"]) + overview_part(sensors);
-  html += navigation(sections);
+  std::string html = certificate_part(document, "certificate", "h1") + navigation(sections);
+  html += more_warnings_part(sections["summary"]) + overview_part(sensors);
   for (const std::string_view name : calib::kSensorNames) {
     const json& sensor = html::member(sensors, name);
     if (!sensor.is_null()) html += sensor_part(name, sensor);
@@ -143,42 +97,9 @@ std::string page_frame(const Frame& frame, std::string_view body, const json& da
       html::escaped(frame.software), html::date_time(frame.created_utc_s), script.html);
 }
 
-std::string head_part(const json& document) {
-  const json& summary = document["sections"]["summary"];
-  const std::string verdict = summary["verdict"];
-  std::string html = fmt::format("<header>\n<p class=\"brand\">Soak calibration report</p>\n<h1>Unit {}</h1>\n",
-                                 html::text_of(document, "unit"));
-  html += fmt::format("<p class=\"verdict {}\"><b>{}</b>{}</p>\n", html::escaped(verdict), verdict_word(verdict),
-                      html::text_of(summary, "sentence"));
-  html += html::facts({{"Type", html::text_of(summary, "unit_type")},
-                       {"Epoch", html::text_of(summary, "epoch")},
-                       {"Model version", html::text_of(document, "model")},
-                       {"Fitted", html::date_time(summary["model_created_utc_s"])},
-                       {"This page", html::date_time(document["created_utc_s"])},
-                       {"Data", summary["simulated"].get<bool>() ? "SIMULATED" : "measured"},
-                       {"Limits", summary["limits"].is_null() ? "none" : html::text_of(summary, "limits")},
-                       {"Gravity", fmt::format("{} m/s² ({})", html::number(summary["gravity_mps2"].get<double>(), 5),
-                                               html::text_of(summary, "gravity"))}});
-  return html + "</header>\n";
-}
-
-std::string warnings_part(const json& summary) {
-  const json& warnings = summary["warnings"];
-  if (warnings.empty()) return {};
-  std::string html = "<section id=\"warnings\"><h2>Warnings</h2>\n<ul class=\"warnings\">\n";
-  for (const json& warning : warnings) {
-    const std::string remedy = html::text_of(warning, "remedy");
-    html += fmt::format("<li><span class=\"who\">{}</span>{} <code>{}</code>{}</li>\n", who(warning),
-                        html::text_of(warning, "text"), html::text_of(warning, "code"),
-                        remedy.empty() ? "" : fmt::format("<span class=\"do\">What to do: {}</span>", remedy));
-  }
-  return html + "</ul></section>\n";
-}
-
 std::string overview_part(const json& sensors) {
   html::Table table("All sensors", {"sensor", "unit", "in the file", "range, °C", "cross-validation, absolute",
-                                    "cross-validation, shape", "run-to-run", "widest ci95", "widest pi95",
-                                    "limit of bias", "worst fresh error of bias", "verdict on bias", "on the sensor"});
+                                    "cross-validation, shape", "run-to-run", "widest ci95", "widest pi95"});
   for (const std::string_view name : calib::kSensorNames) {
     const json& sensor = member(sensors, name);
     if (sensor.is_null()) continue;
@@ -191,14 +112,9 @@ std::string overview_part(const json& sensors) {
                html::number_cell(deployed_error(fit, "check_rmse", "rmse_abs")),
                html::number_cell(deployed_error(fit, "check_rmse_shape", "rmse_shape")),
                html::number_cell(member(fit, "run_to_run_sigma")), html::number_cell(largest(fit["curve"], "ci95")),
-               html::number_cell(largest(fit["curve"], "pi95")), html::number_cell(sensor["limit"]),
-               html::number_cell(member(member(sensor["verification"], "bias"), "worst_abs")),
-               bias_verdict_cell(sensor), sensor_verdict_cell(sensor)});
+               html::number_cell(largest(fit["curve"], "pi95"))});
   }
-  return "<section id=\"overview\"><h2>At a glance</h2>\n" + table.html() +
-         "<p class=\"soft\">A limit is judged on fresh runs that no fit has seen, with a guard band of the 95 % "
-         "uncertainty of each estimate (JCGM 106). The verdict on the sensor is the worst of bias and scale. "
-         "Without a limit nothing passes.</p></section>\n";
+  return "<section id=\"overview\"><h2>All curves</h2>\n" + table.html() + "</section>\n";
 }
 
 std::string report_page(const json& document) {

@@ -5,13 +5,19 @@
 #include <string>
 
 #include "station/gap/gap_comparison.h"
+#include "station/report/campaign_report.h"
 
 namespace soak::station {
 
-/// A unit's report as one HTML page that needs nothing else: no script, no font, no picture from elsewhere; a content
-/// security policy forbids them. Its figures are drawn by its own script from data in it. Texts of the document are
-/// escaped. Numbers stand in `<data value="...">` with all their digits. `document` is that of report_document().
+/// A unit's report as one HTML page that needs nothing else, its first printed page a certificate: no script, no font,
+/// no picture from elsewhere; a content security policy forbids them. Its figures are drawn by its own script from data
+/// in it. Texts of the document are escaped. Numbers stand in `<data value="...">` with all their digits. `document` is
+/// that of report_document().
 [[nodiscard]] std::string report_page(const nlohmann::json& document);
+
+/// The report of a campaign as one HTML page that needs nothing else: all units with their verdicts, then for each of
+/// them the certificate of its own report, each on a printed page.
+[[nodiscard]] std::string campaign_page(const CampaignReport& report);
 
 /// The gap before and after as one HTML page that needs nothing else: per sensor what was read beyond the simulation,
 /// over temperature, with a table of figures and what was accepted. `software`: name and version of this program.

@@ -42,12 +42,19 @@ struct Script {
 };
 [[nodiscard]] Script figure_script(const nlohmann::json& data);
 
+/// The largest of a member over the points of a curve; null where one of them has none.
+[[nodiscard]] nlohmann::json largest(const nlohmann::json& curve, const char* key);
+
 // Parts of the page, each from one section of the document; HTML.
 
-/// Name, verdict, what it is of.
-[[nodiscard]] std::string head_part(const nlohmann::json& document);
-/// Warnings with their remedies; empty without warnings.
-[[nodiscard]] std::string warnings_part(const nlohmann::json& summary);
+/// One page of A4: name, verdict as a whole and sensor by sensor, what it rests on, the gravest warnings. `heading`:
+/// "h1", or "h2" where it is one of several on a page.
+[[nodiscard]] std::string certificate_part(const nlohmann::json& document, std::string_view id,
+                                           std::string_view heading);
+/// A verdict and why, as it stands above everything else; texts are escaped here.
+[[nodiscard]] std::string verdict_line(const std::string& verdict, const std::string& sentence);
+/// The warnings with their remedies that the certificate has no room for; empty without such.
+[[nodiscard]] std::string more_warnings_part(const nlohmann::json& summary);
 /// One line per sensor.
 [[nodiscard]] std::string overview_part(const nlohmann::json& sensors);
 /// Curves, residuals, baselines, uncertainty of one sensor.

@@ -68,6 +68,10 @@ json segment_json(const StillSegment& still) {
           {"duration_s", length_s(segment)}};
 }
 
+json no_noise(const std::string& reason) {
+  return {{"segment", json()}, {"sensors", json::object()}, {"reason", reason}};
+}
+
 /// The section `noise` of a report: for each sensor the document of `soak signal allan` of the unit's longest segment
 /// at rest in this epoch (still_segment.h), from its first kMostNoiseSamples samples. `reason` says why there is
 /// nothing where there is nothing. `progress` is told the share that is done, and stops the work (internal) where it
@@ -77,9 +81,7 @@ base::Result<json> noise_json(const db::Catalog& catalog, const std::string& uni
   const auto longest = longest_still_segment(catalog, unit, epoch);
   if (!longest) return base::forward_error(longest);
   if (!*longest) {
-    return json{{"segment", json()},
-                {"sensors", json::object()},
-                {"reason", "no run of the unit that has its samples has a segment at rest that the data gate accepts"}};
+    return no_noise("no run of the unit that has its samples has a segment at rest that the data gate accepts");
   }
   json sensors = json::object();
   for (const calib::Sensor sensor : calib::kSensors) {
@@ -224,7 +226,8 @@ base::Result<json> report_document(const db::Catalog& catalog, const ReportReque
   auto sections =
       calib::report_json({model->document, *fitted, *fresh, limits->limits, limits->source, *std::move(warnings)});
   if (!sections) return base::forward_error(sections);
-  auto noise = noise_json(catalog, request.unit, model->epoch, request.progress);
+  auto noise = request.with_noise ? noise_json(catalog, request.unit, model->epoch, request.progress)
+                                  : base::Result<json>(no_noise("not asked for"));
   if (!noise) return base::forward_error(noise);
   auto provenance = provenance_json(catalog, *model, *calibration, *runs);
   if (!provenance) return base::forward_error(provenance);

@@ -19,6 +19,7 @@ struct ReportRequest {
   std::optional<std::int32_t> model;  ///< version; absent = the newest
   calib::Limits limits;
   std::optional<std::string> limits_source;  ///< where they stand; absent: those of the unit's type, if it has any
+  bool with_noise = true;                    ///< false: without an analysis of the noise, which takes the longest
   double created_utc_s = 0.0;
   std::string software;                  ///< name and version of this program
   std::function<bool(double)> progress;  ///< is told the share that is done; false stops the work

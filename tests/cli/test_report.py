@@ -192,7 +192,8 @@ class Report(test_fit.FittedTest):
     def test_without_limits_nothing_passes(self):
         document, page = self.report()
         self.assertEqual(document["sections"]["summary"]["verdict"], "info")
-        self.assertEqual({row[-1] for row in page.tables["All sensors"]}, {"no limit"})
+        self.assertEqual({row[2] for row in page.tables["Verdict, sensor by sensor"]}, {"no limit"})
+        self.assertIn("NOT JUDGED", page.text)
 
     def test_limits_are_judged_on_fresh_runs_as_verify_does(self):
         wide = self.limits(1.0, 1.0)
@@ -206,6 +207,51 @@ class Report(test_fit.FittedTest):
         document, page = self.report("--limits", self.limits(0.0001, 1.0), status=5)
         self.assertEqual(document["sections"]["summary"]["verdict"], "fail")
         self.assertRegex(page.text, r"FAIL.*\(V01\): gyro_")
+
+    def test_warnings_come_by_what_they_ask_for_and_those_that_ask_for_nothing_in_one_line(self):
+        self.soak("runs", "void", "R02", "--reason", "test")
+        document, page = self.report()
+        warnings = document["sections"]["summary"]["warnings"]
+        order = ["grave", "act", "none"]
+        self.assertEqual([w["urgency"] for w in warnings], sorted((w["urgency"] for w in warnings), key=order.index))
+        self.assertEqual({w["code"]: w["urgency"] for w in warnings if w["code"] in ("voided_since", "simulated", "baseline_deployed")},
+                         {"voided_since": "grave", "simulated": "grave", "baseline_deployed": "none"})
+        fits = [sensor["fit"] for sensor in document["sections"]["sensors"].values()]
+        families = [fit[key] for fit in fits for key in ("deployed", "scale_deployed") if fit[key]]
+        counts = {"polynomial": sum(family.startswith("poly") for family in families), "spline": families.count("spline")}
+        told = ", ".join(f"{count} {family}" for family, count in counts.items() if count)
+        self.assertIn(f"Nothing to do: better than the ANFIS and in the file: {told}", page.text)
+        self.assertNotIn("What to do: No action", page.text)
+        self.assertNotIn("baseline_deployed", page.text)
+
+    def test_the_report_of_a_campaign_lists_its_units_with_verdicts_and_has_a_page_of_each(self):
+        path = test_fit.fitted_folder() / "lab" / "campaign" / f"{SERIAL}.csv"
+        self.soak("import", path, "--unit", "NEW", "--campaign", "campaign", "--simulated")
+        file, wide = self.folder / "campaign.html", self.limits(1.0, 1.0)
+        document = self.soak_json("report-campaign", "report", "--campaign", "campaign", "-o", file, "--limits", wide)
+        own, own_page = self.report("--limits", wide)
+        summary = own["sections"]["summary"]
+        new, fitted = document["units"]
+        self.assertEqual((new["unit"], new["verdict"]), ("NEW", None))
+        self.assertIn("soak fit --unit NEW", new["trouble"])
+        self.assertEqual([fitted[key] for key in ("unit", "model", "verdict", "sentence")], [SERIAL, 1, "pass", summary["sentence"]])
+        page = Page(file.read_text(encoding="utf-8"))
+        self.assertEqual([row[:2] for row in page.tables["Units of the campaign"]], [["NEW", "no report"], [SERIAL, "pass"]])
+        self.assertEqual(page.tables["Verdict, sensor by sensor"], own_page.tables["Verdict, sensor by sensor"])
+        self.assertIn("2 units: 1 no report, 1 pass.", page.text)
+        self.assertEqual(len(page.ids), len(set(page.ids)))
+        self.assertLessEqual({value for name, value in page.attributes if name == "href" and value.startswith("#")}, {f"#{i}" for i in page.ids})
+        failing = ("report", "--campaign", "campaign", "-o", file, "--limits", self.limits(0.0001, 1.0))
+        self.assertIn("1 of 2 units exceed their limits", self.soak(*failing, status=5).stderr)
+
+    def test_a_report_is_of_one_unit_or_of_one_campaign_that_has_runs(self):
+        path = self.folder / "none.html"
+        for wrong in ((), ("--unit", SERIAL, "--campaign", "campaign"), ("--campaign", "no-such"), ("--campaign", "campaign", "--model", "1")):
+            self.refusal("report", *wrong, "-o", path)
+        for run in ("R01", "R02", "R03"):
+            self.soak("runs", "void", run, "--campaign", "campaign", "--reason", "test")
+        self.assertIn("no run that counts", self.refusal("report", "--campaign", "campaign", "-o", path)["message"])
+        self.assertFalse(path.exists())
 
     def test_limits_without_fresh_runs_are_not_measured(self):
         self.soak("runs", "void", "V01", "--reason", "test")

@@ -72,6 +72,10 @@ class Campaign(LabTest):
                 self.assertAlmostEqual(values["oadev"][at] / expected[kind], 1.0, delta=0.2, msg=f"{unit['serial']} {sensor}")
                 in_status = unit["noise"]["gyro_dps" if kind == "gyro" else "accel_mps2"]
                 self.assertAlmostEqual(in_status["xyz".index(axis)] / expected[kind], 1.0, delta=0.2)
+        self.check_schema(noise, "http-noise")
+        for path in ("plan", "history", "log?after=-20", "stored"):
+            with urllib.request.urlopen(f"{self.lab.page}api/v1/{path}", timeout=30) as answer:
+                self.check_schema(json.load(answer), f"http-{path.partition('?')[0]}")
         with self.assertRaises(urllib.error.HTTPError) as refused:
             self.noise("nobody")
         self.assertEqual(refused.exception.code, 400)

@@ -131,12 +131,17 @@ class ScriptedStation : public StationService {
   base::Result<json> start(const StartRequest& request) override {
     const auto done = note("start " + text_of(request));
     if (!done) return base::forward_error(done);
-    return json{{"campaign", request.campaign}, {"runs", 5}, {"steps", 240}, {"estimate_s", 126000.0}};
+    return json{{"campaign", request.campaign},
+                {"runs", 5},
+                {"steps", 240},
+                {"estimate_s", 126000.0},
+                {"notes", json::array()}};
   }
   base::Result<json> queue(const StartRequest& request) override {
     const auto done = note("queue " + text_of(request));
     if (!done) return base::forward_error(done);
-    return json{{"campaign", request.campaign}, {"runs", 5}, {"steps", 240}, {"estimate_s", 126000.0}, {"before", 1}};
+    return json{{"campaign", request.campaign}, {"runs", 5},  {"steps", 240}, {"estimate_s", 126000.0},
+                {"notes", json::array()},       {"before", 1}};
   }
   base::Status unqueue(const std::string& user, const std::string& campaign) override {
     return note_and_set("unqueue " + campaign + " by " + user, "running");

@@ -101,7 +101,7 @@ TEST_F(Http, CommandsReachTheLaboratory) {
                                       "units": {"A": "SN1", "B": "SN2"}, "user": "eva"})");
   EXPECT_EQ(status_of(answer), 200);
   EXPECT_EQ(json::parse(body_of(answer)),
-            json::parse(R"({"campaign":"c","runs":5,"steps":240,"estimate_s":126000.0})"));
+            json::parse(R"({"campaign":"c","runs":5,"steps":240,"estimate_s":126000.0,"notes":[]})"));
   EXPECT_EQ(json::parse(body_of(post("/api/v1/campaign/pause", R"({"user":"eva"})"))), json({{"state", "paused"}}));
   post("/api/v1/campaign/resume", "{}");
   post("/api/v1/campaign/queue", R"({"procedure_text": "x = 1", "campaign": "d", "user": "eva"})");

@@ -74,6 +74,20 @@ TEST(JobProcess, IsKilledWhenItIsToStopEvenIfItDoesNotListen) {
   EXPECT_EQ(end->exit_status, 128 + SIGKILL);
 }
 
+TEST(JobProcess, IsAskedToStopFirstAndMayReportWhatItHasDone) {
+  std::atomic<bool> stop = false;
+  const std::string script = "trap 'echo committed; exit 0' TERM; echo begun; while :; do sleep 0.01; done";
+  const auto stopper = std::async(std::launch::async, [&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    stop = true;
+  });
+  const auto end = run_child({"/bin/sh", {"-c", script}, "Eva"}, stop);
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->stopped);
+  EXPECT_EQ(end->exit_status, 0);
+  EXPECT_EQ(end->output, "begun\ncommitted\n");
+}
+
 TEST(JobProcess, AProgramThatIsNotThereIsAFailureThatNamesIt) {
   const std::atomic<bool> stop = false;
   const auto end = run_child({"/nowhere/soak", {}, "Eva"}, stop);
@@ -167,6 +181,53 @@ TEST_F(Runner, OneJobAtATimeAndACancelEndsIt) {
   EXPECT_FALSE(jobs.cancel(id, "Bob"));
   soak_does("echo '{\"unit\": \"x\"}'");
   EXPECT_EQ(ended(jobs, jobs.start(fit()).value()["id"])["state"], "done");
+}
+
+TEST_F(Runner, ACancelInTheMomentOfTheCommitDoesNotSayCancelled) {
+  soak_does("trap 'echo \"{\\\"model\\\": 4}\"; exit 0' TERM; : > " + (folder_.path() / "begun").string() +
+            "; while :; do sleep 0.01; done");
+  JobRunner jobs(folder_.path(), program_);
+  const std::int64_t id = jobs.start(fit()).value()["id"];
+  while (!std::filesystem::exists(folder_.path() / "begun")) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const auto job = jobs.cancel(id, "Bob");
+  ASSERT_TRUE(job);
+  EXPECT_EQ((*job)["state"], "done");
+  EXPECT_EQ((*job)["result"]["model"], 4);
+  EXPECT_EQ(catalog_.events().value().back().text, "fit: done, model 4");
+}
+
+TEST_F(Runner, TheEndOfAJobThatDiedWithSoakdEntersTheEventLogAtTheNextStartOnce) {
+  JobShelf shelf(folder_.path() / "jobs");
+  std::filesystem::create_directories(shelf.folder_of(1));
+  shelf.put(
+      {{"id", 1}, {"kind", "verify"}, {"unit", "-SN 1"}, {"campaign", "c"}, {"user", "Eva"}, {"state", "running"}});
+  const std::size_t before = catalog_.events().value().size();
+  for (int starts = 0; starts < 2; ++starts) {
+    JobRunner jobs(folder_.path(), program_);
+    EXPECT_EQ(jobs.show(1).value()["message"], "soakd ended meanwhile");
+  }
+  const auto events = catalog_.events().value();
+  ASSERT_EQ(events.size(), before + 1);
+  const auto& end = events.back();
+  EXPECT_EQ(end.kind + end.subject + end.text + end.user,
+            "job_ended-SN 1verify against c: failed: soakd ended meanwhileEva");
+}
+
+TEST_F(Runner, TheListIsBoundedAndSaysHowManyItLeavesOut) {
+  JobShelf shelf(folder_.path() / "jobs");
+  constexpr std::int64_t kKept = 130;  // of as many units the newest verdict: none of them is removed
+  for (std::int64_t id = 1; id <= kKept; ++id) {
+    std::filesystem::create_directories(shelf.folder_of(id));
+    shelf.put({{"id", id},
+               {"kind", "verify"},
+               {"unit", "SN" + std::to_string(id)},
+               {"state", "done"},
+               {"result", {{"model", 1}}}});
+  }
+  const json list = JobRunner(folder_.path(), program_).list();
+  ASSERT_EQ(list["jobs"].size(), JobShelf::kMostListed);
+  EXPECT_EQ(list["jobs"][0]["id"], kKept);
+  EXPECT_EQ(list["not_listed"], kKept - static_cast<std::int64_t>(JobShelf::kMostListed));
 }
 
 TEST_F(Runner, KeepsTheNewestJobsAndTheNewestVerdictAcrossARestart) {

@@ -278,7 +278,43 @@ TEST(ReportPageTest, KeepsTheVerdictOnTheBiasApartFromThatOfTheSensor) {
   gyro["limit"] = 0.1;
   gyro["scale_limit_ppm"] = 100.0;
   gyro["verification"] = {{"verdict", "fail"}, {"bias", bias}, {"scale", nullptr}};
-  EXPECT_NE(report_page(with).find("<td class=\"pass\">pass</td><td class=\"fail\">fail</td>"), std::string::npos);
+  EXPECT_TRUE(base::mentions_in_order(report_page(with), {"data-heading=\"on its bias\">pass</td><td class=\"fail\" "
+                                                          "data-heading=\"on the sensor\">fail</td>"}));
+}
+
+TEST(ReportPageTest, TheCertificateHasTheGravestWarningsAndTheRestComesBehind) {
+  json with = document("SN1", 3, 10);
+  json warnings = json::array();
+  for (int i = 0; i < 9; ++i) {
+    warnings.push_back({{"code", "few_runs"},
+                        {"text", "trouble " + std::to_string(i)},
+                        {"remedy", "mend it"},
+                        {"urgency", i == 0 ? "grave" : "act"},
+                        {"sensors", json::array()}});
+  }
+  with["sections"]["summary"]["warnings"] = warnings;
+  const std::string page = report_page(with);
+  EXPECT_TRUE(base::mentions_in_order(
+      page, {"class=\"certificate\"", "NOT JUDGED", "Verdict, sensor by sensor", "<li class=\"grave\">", "trouble 0",
+             "trouble 5", "And 3 more", "<nav", "More warnings", "trouble 6", "trouble 8"}));
+  EXPECT_EQ(unbalanced(page), "");
+}
+
+TEST(ReportPageTest, TheReportOfACampaignKeepsTextsAsText) {
+  const std::string hostile = "</title><script>alert(1)</script><img src=x onerror=alert(2)>\"'&";
+  json line = {{"unit", hostile},   {"model", 3},          {"fitted_utc_s", 1.8e9}, {"simulated", true},
+               {"verdict", "fail"}, {"sentence", hostile}, {"trouble", nullptr}};
+  json without = {{"unit", hostile},    {"model", nullptr},    {"fitted_utc_s", nullptr}, {"simulated", nullptr},
+                  {"verdict", nullptr}, {"sentence", nullptr}, {"trouble", hostile}};
+  CampaignReport report{
+      {{"campaign", hostile}, {"created_utc_s", 1.8e9}, {"software", "soak"}, {"units", {line, without}}},
+      {document(hostile, 2, 5), json()}};
+  const std::string page = campaign_page(report);
+  EXPECT_EQ(unbalanced(page), "");
+  EXPECT_EQ(without_script(page).find("<script"), std::string::npos);
+  EXPECT_EQ(page.find("<img"), std::string::npos);
+  EXPECT_TRUE(base::mentions_in_order(page, {"2 units: 1 fail, 1 no report.", "href=\"#unit-1\"", "id=\"unit-1\""}));
+  EXPECT_EQ(page.find("id=\"unit-2\""), std::string::npos);
 }
 
 TEST(ReportPageTest, DrawsTheUncertaintyBudget) {

@@ -11,6 +11,7 @@
 //   log TEXT           adds a log entry
 //   fail CODE WHERE    makes the next command fail
 //   commands           prints the commands that came, as one JSON array
+//   routes             prints what the server answers to, as a JSON array
 //   stop / start       stops and starts the server, on the same port
 #include <cstdio>
 #include <iostream>
@@ -60,6 +61,7 @@ void obey(Stage& stage, const std::string& line) {
   if (command == "noise") stage.lab.set_noise(nlohmann::json::parse(rest));
   if (command == "noise-calls") std::cout << stage.lab.noise_calls() << std::endl;
   if (command == "log") stage.lab.add_log(rest);
+  if (command == "routes") std::cout << nlohmann::json(stage.server->routes()).dump() << std::endl;
   if (command == "stop") stage.server.reset();
   if (command == "start") stage.start();
   if (command == "commands") std::cout << nlohmann::json(stage.lab.commands()).dump() << std::endl;

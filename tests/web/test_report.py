@@ -20,6 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SERIAL = "<img src=http://127.0.0.1:9/x onerror=alert(1)>"
 SENSORS = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
 A4_PIXELS = 703  # 186 mm between the margins at 96 dpi
+A4_HEIGHT_PIXELS = 1024  # 271 mm
 
 
 def make_report(folder):
@@ -163,6 +164,35 @@ class Report(unittest.TestCase):
         wide = self.browser.run("""return [...document.querySelectorAll('table, figure')].filter(
             e => e.getBoundingClientRect().right > innerWidth + 1).map(e => e.querySelector('caption, b').innerText)""")
         self.assertEqual(wide, [])
+
+    def test_verdicts_are_in_sight_on_a_telephone_a_small_screen_and_paper(self):
+        for width, media in ((390, ""), (800, ""), (A4_PIXELS, "print")):
+            self.open(width)
+            self.browser.devtools("Emulation.setEmulatedMedia", media=media)
+            self.addCleanup(self.browser.devtools, "Emulation.setEmulatedMedia", media="")
+            cells = self.browser.run("""
+              return [...document.querySelectorAll('.certificate tbody :is(th, td)')].map(cell => cell.getBoundingClientRect()).map(
+                box => [box.left, box.right, box.height])""")
+            self.assertGreaterEqual(len(cells), 42)
+            for left, right, height in cells:
+                self.assertTrue(0 <= left < right <= width and height > 0, (width, left, right, height))
+
+    def test_the_certificate_is_one_printed_page_and_the_details_begin_on_the_next(self):
+        self.open(A4_PIXELS)
+        self.browser.devtools("Emulation.setEmulatedMedia", media="print")
+        self.addCleanup(self.browser.devtools, "Emulation.setEmulatedMedia", media="")
+        height, after = self.browser.run("""const certificate = document.querySelector('.certificate');
+          return [certificate.getBoundingClientRect().bottom, getComputedStyle(certificate).breakAfter]""")
+        self.assertLess(height, A4_HEIGHT_PIXELS)
+        self.assertEqual(after, "page")
+
+    def test_the_name_of_a_figure_stands_above_it(self):
+        self.open()
+        names = self.browser.run("""return [...document.querySelectorAll('figure')].map(figure =>
+          [figure.querySelector('figcaption').getBoundingClientRect().bottom, figure.querySelector('svg').getBoundingClientRect().top])""")
+        self.assertGreaterEqual(len(names), 15)
+        for bottom, top in names:
+            self.assertLessEqual(bottom, top + 1)
 
     def test_is_dark_where_the_user_wants_it(self):
         backs = []

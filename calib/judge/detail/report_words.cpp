@@ -191,6 +191,16 @@ constexpr std::array kRemedies = {
     Remedy{"verification_failed", "Record or import verification runs that cover the model's temperatures."},
 };
 
+/// What speaks against handing a unit over at all.
+constexpr std::array<std::string_view, 8> kGrave = {"check_standard_out_of_control",
+                                                    "voided_since",
+                                                    "reference_withdrawn",
+                                                    "reference_expired",
+                                                    "waiver_signature",
+                                                    "run_missing",
+                                                    "band_too_narrow",
+                                                    "simulated"};
+
 }  // namespace
 
 VerdictSentence verdict_sentence(const json& fit, bool limits_given, const std::optional<Verification>& verification,
@@ -213,6 +223,16 @@ std::string_view remedy_of(std::string_view code) {
   const auto* found =
       std::find_if(kRemedies.begin(), kRemedies.end(), [&](const Remedy& remedy) { return remedy.code == code; });
   return found == kRemedies.end() ? std::string_view() : found->text;
+}
+
+Urgency urgency_of(std::string_view code) {
+  if (std::ranges::find(kGrave, code) != kGrave.end()) return Urgency::grave;
+  return remedy_of(code).starts_with("No action needed") ? Urgency::none : Urgency::act;
+}
+
+std::string_view name_of(Urgency urgency) {
+  constexpr std::array<std::string_view, 3> kNames = {"grave", "act", "none"};
+  return kNames.at(static_cast<std::size_t>(urgency));
 }
 
 }  // namespace soak::calib

@@ -28,4 +28,10 @@ struct VerdictSentence {
 /// unknown code.
 [[nodiscard]] std::string_view remedy_of(std::string_view code);
 
+/// What a warning of this code asks for, the gravest first: the unit is not handed over before it is settled; something
+/// is to be done; nothing. An unknown code asks for something.
+enum class Urgency { grave, act, none };
+[[nodiscard]] Urgency urgency_of(std::string_view code);
+[[nodiscard]] std::string_view name_of(Urgency urgency);
+
 }  // namespace soak::calib
