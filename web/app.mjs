@@ -11,6 +11,8 @@ import { clock } from "./format.mjs";
 import { NoiseCard } from "./noise_card.mjs";
 import { RunView } from "./run_view.mjs";
 import { RunsView } from "./runs_view.mjs";
+import { SettingsView } from "./settings_view.mjs";
+import { StartForm } from "./start_form.mjs";
 import { StoredCard } from "./stored_card.mjs";
 import { UnitView } from "./unit_view.mjs";
 import { UnitsView } from "./units_view.mjs";
@@ -21,11 +23,13 @@ const NOT_IN_THIS_STATE = 409; // docs/http-api.md
 
 const chart = new Chart($("chart"), $("legend"));
 const noiseCard = new NoiseCard();
-const storedCard = new StoredCard(userName);
+const startForm = new StartForm(userName);
+const storedCard = new StoredCard(startForm);
 const runsView = new RunsView();
 const runView = new RunView(() => $("user").value.trim());
 const unitsView = new UnitsView();
 const unitView = new UnitView(userName);
+const settingsView = new SettingsView(userName);
 let status = null;
 let plan = null;
 let planOf = null; // which campaign the plan is of
@@ -63,6 +67,7 @@ function takeStatus(document) {
   show($("lost"), false);
   render();
   noiseCard.take(status);
+  startForm.take(status);
   storedCard.take(status);
   runsView.take(status);
   if (confirmsItself(status) && status.prompt.id !== confirmedItself) {
@@ -182,5 +187,5 @@ function connectButtons() {
 rememberUser();
 connectButtons();
 connectAlerts();
-connectViews({ station: null, runs: runsView, run: runView, units: unitsView, unit: unitView });
+connectViews({ station: null, runs: runsView, run: runView, units: unitsView, unit: unitView, settings: settingsView });
 subscribe(take);
