@@ -11,7 +11,7 @@ import { clock } from "./format.mjs";
 import { NoiseCard } from "./noise_card.mjs";
 import { RunView } from "./run_view.mjs";
 import { RunsView } from "./runs_view.mjs";
-import { SettingsView } from "./settings_view.mjs";
+import { RecordsView } from "./records_view.mjs";
 import { StartForm } from "./start_form.mjs";
 import { StoredCard } from "./stored_card.mjs";
 import { UnitView } from "./unit_view.mjs";
@@ -29,7 +29,7 @@ const runsView = new RunsView();
 const runView = new RunView(() => $("user").value.trim());
 const unitsView = new UnitsView();
 const unitView = new UnitView(userName);
-const settingsView = new SettingsView(userName);
+const recordsView = new RecordsView(userName);
 let status = null;
 let plan = null;
 let planOf = null; // which campaign the plan is of
@@ -187,5 +187,5 @@ function connectButtons() {
 rememberUser();
 connectButtons();
 connectAlerts();
-connectViews({ station: null, runs: runsView, run: runView, units: unitsView, unit: unitView, settings: settingsView });
+connectViews({ station: null, runs: runsView, run: runView, units: unitsView, unit: unitView, records: recordsView });
 subscribe(take);

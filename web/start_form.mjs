@@ -4,7 +4,7 @@
 import { get, post, send } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { timeOfDay } from "./format.mjs";
-import { reviewLines } from "./start_words.mjs";
+import { reviewLines, unknownUnits } from "./start_words.mjs";
 import { isActive, now_s } from "./words.mjs";
 
 const OWN_FILE = "own file";
@@ -16,7 +16,7 @@ export class StartForm {
   #slots = [];
   #procedures = [];
   #types = [];
-  #asked = false; // for the procedures
+  #unknown = ""; // the units that can be entered, as they are shown
   #wasAtRest = null;
   #checks = 0;
   #timer = 0;
@@ -25,9 +25,15 @@ export class StartForm {
   constructor(userName) {
     this.#userName = userName;
     $("start-form").addEventListener("submit", (event) => this.#start(event));
-    $("start-form").addEventListener("input", () => this.#checkSoon());
+    $("start-form").addEventListener("input", () => {
+      show($("start-failure"), false);
+      this.#checkSoon();
+    });
     $("start-choice").addEventListener("change", () => this.#choose());
     $("start-box").addEventListener("toggle", () => this.#load());
+    // Records may have been made meanwhile, files changed, time passed.
+    addEventListener("hashchange", () => this.#load());
+    document.addEventListener("visibilitychange", () => this.#load());
     // A scanner ends each serial number with Enter: that is not yet the start.
     $("start-slots").addEventListener("keydown", (event) => this.#nextSlot(event));
   }
@@ -63,29 +69,43 @@ export class StartForm {
     if (atRest || !$("start-box").contains(document.activeElement)) $("start-box").open = atRest;
     say($("start-title"), atRest ? "New campaign" : "Queue a campaign");
     show($("start-send"), atRest);
+    this.#checkSoon();
   }
 
-  /** Once it is open: the procedures to choose from, and beside a campaign, where nobody has asked for them yet, the slots. */
+  /** Whenever somebody comes to it: what there is to choose from, and whether what they have chosen still holds. */
   async #load() {
-    if (!$("start-box").open) return;
+    if (!$("start-box").open || document.hidden || $("station-view").hidden) return;
+    await Promise.all([
+      this.#ask("procedures", ({ procedures }) => this.#showProcedures(procedures)),
+      this.#ask("types", ({ types }) => (this.#types = types.map(({ name }) => name))),
+      this.#slots.length === 0 && this.#ask("stored", ({ slots }) => this.showSlots(slots)),
+    ]);
+    this.#checkSoon();
+  }
+
+  async #ask(what, take) {
     try {
-      if (!this.#asked) {
-        this.#types = (await get("types")).types.map(({ name }) => name);
-        this.#showProcedures((await get("procedures")).procedures);
-      }
-      this.#asked = true;
-      if (this.#slots.length === 0) this.showSlots((await get("stored")).slots);
+      take(await get(what));
     } catch (error) {
-      console.warn("procedures or slots are not known:", error.message);
+      this.#fail(`The station does not say what ${what === "stored" ? "slots" : what} it has: ${error.message}`);
     }
   }
 
-  /** Without any, a file of one's own is the only choice. */
+  #fail(text) {
+    say($("start-failure"), text);
+    show($("start-failure"), true);
+  }
+
+  /** Without any, a file of one's own is the only choice. What is chosen stays chosen. */
   #showProcedures(procedures) {
+    const [chosen, known] = [$("start-choice").value, JSON.stringify(procedures)];
+    if (known === JSON.stringify(this.#procedures)) return;
     this.#procedures = procedures;
     const option = (text, value, disabled = false) => Object.assign(element("option", text), { value, disabled });
-    const known = procedures.map(({ file, name, trouble }) => option(trouble ? `${file} (has mistakes)` : name, file, trouble !== null));
-    $("start-choice").replaceChildren(option("Choose…", ""), ...known, option("A file of your own…", OWN_FILE));
+    const own = procedures.map(({ file, name, trouble }) => option(trouble ? `${file} (has mistakes)` : name, file, trouble !== null));
+    $("start-choice").replaceChildren(option("Choose…", ""), ...own, option("A file of your own…", OWN_FILE));
+    $("start-choice").value = $("start-procedure").files.length > 0 ? OWN_FILE : chosen;
+    if ($("start-choice").selectedIndex < 0) $("start-choice").value = "";
     show($("start-choice-label"), procedures.length > 0);
     this.#choose();
   }
@@ -97,10 +117,15 @@ export class StartForm {
     $("start-choice").required = !own;
   }
 
-  /** {text, file} of the procedure that is chosen, null where none is. */
+  /** {text, file} of the procedure that is chosen, as its file is now; null where none is. */
   async #procedure() {
     const chosen = this.#procedures.find(({ file }) => file === $("start-choice").value);
-    if (chosen) return { text: chosen.text, file: chosen.file };
+    if (chosen) {
+      const { procedures } = await get(`procedures?${new URLSearchParams({ file: chosen.file })}`);
+      if (procedures.length === 0) throw new Error(`${chosen.file} is gone: choose another procedure`);
+      if (procedures[0].trouble) throw new Error(procedures[0].trouble);
+      return { text: procedures[0].text, file: chosen.file };
+    }
     const file = $("start-procedure").files[0];
     return file && !$("start-file-label").hidden ? { text: await file.text(), file: file.name } : null;
   }
@@ -116,7 +141,6 @@ export class StartForm {
 
   /** Not at every key; of several answers the last question's counts. */
   #checkSoon() {
-    show($("start-failure"), false);
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#check(), CHECK_AFTER_MS);
   }
@@ -128,38 +152,47 @@ export class StartForm {
       const review = request && (await send("check", { user: this.#userName(), ...request }));
       if (number === this.#checks) this.#showReview(review, request);
     } catch (error) {
-      if (number === this.#checks) this.#showReview({ procedure: null, mistakes: [{ message: error.message, where: "" }] }, null);
+      if (number === this.#checks) this.#showReview({ procedure: null, mistakes: [{ message: error.message, where: "" }] }, { units: {} });
     }
   }
 
   #showReview(review, request) {
     show($("start-review"), review !== null);
-    if (review === null) return;
+    if (review === null) {
+      this.#offerUnits([]);
+      return;
+    }
     const { rate } = this.#status.clock;
     const end = (estimate_s) => (this.#wasAtRest ? timeOfDay(now_s(this.#status) + estimate_s / rate, now_s(this.#status)) : null);
-    const lines = reviewLines(review, { named: Boolean(request?.campaign), rate, end });
-    $("start-review").replaceChildren(...lines.map((line) => this.#reviewItem(line)));
+    const asked = { named: Boolean(request.campaign), filled: Object.keys(request.units).length > 0, rate, end };
+    $("start-review").replaceChildren(...reviewLines(review, asked).map(({ text, level }) => Object.assign(element("li", text), { className: level })));
+    this.#offerUnits(unknownUnits(review));
   }
 
-  /** A unit whose type nobody knows yet can be entered on the spot. */
-  #reviewItem({ text, level, ofUnit }) {
-    const item = Object.assign(element("li", text), { className: level });
-    if (!ofUnit) return item;
-    const types = document.createElement("select");
-    types.setAttribute("aria-label", `Type of unit ${ofUnit}`);
-    types.append(...["Choose its type…", ...this.#types].map((name, i) => Object.assign(element("option", name), { value: i === 0 ? "" : name })));
-    types.addEventListener("change", () => this.#enterUnit(ofUnit, types.value));
-    item.append(" ", types);
-    return item;
+  /** Units whose type nobody knows yet can be entered on the spot; whoever is choosing goes on choosing. */
+  #offerUnits(serials) {
+    const about = JSON.stringify([serials, this.#types]);
+    if (about === this.#unknown) return;
+    this.#unknown = about;
+    const rows = serials.map((serial) => {
+      const row = element("p", "");
+      const types = document.createElement("select");
+      types.append(...this.#types.map((name) => Object.assign(element("option", name), { value: name })));
+      types.setAttribute("aria-label", `Type of unit ${serial}`);
+      const add = Object.assign(element("button", `Enter unit ${serial} as`), { type: "button", className: "small" });
+      add.addEventListener("click", () => this.#enterUnit(serial, types.value));
+      row.append(add, " ", types);
+      return row;
+    });
+    $("start-unknown").replaceChildren(...rows);
   }
 
   async #enterUnit(unit, type) {
-    if (type === "") return;
     try {
       await post("unit/add", { unit, type, user: this.#userName() });
+      $("start-form").querySelector(`[data-slot]`)?.focus();
     } catch (error) {
-      say($("start-failure"), error.message);
-      show($("start-failure"), true);
+      this.#fail(error.message);
     }
     this.#check();
   }
@@ -184,8 +217,7 @@ export class StartForm {
       this.#checks += 1; // an answer that is under way is about what has begun
       clearTimeout(this.#timer);
     } catch (error) {
-      say($("start-failure"), error.message);
-      show($("start-failure"), true);
+      this.#fail(error.message);
       $("start-box").open = true;
     }
     for (const button of ["start-send", "start-queue"]) $(button).disabled = false;

@@ -27,16 +27,20 @@ function timeText({ estimate_s }, { rate, end }) {
 
 function diskText({ needed_bytes, free_bytes }) {
   const free = free_bytes === null ? "" : `; ${size(free_bytes)} are free`;
-  return `writes at most ${size(needed_bytes)}${free}`;
+  return `writes about ${size(needed_bytes)}${free}`;
 }
 
+/** Serial numbers of which the station knows no type. */
+export const unknownUnits = ({ mistakes }) => mistakes.map(({ where }) => where.match(/^unit (?!type )(.*)/)?.[1]).filter((serial) => serial);
+
 /**
- * Lines {text, level} (`bad`: it would be refused; `note`; `good`), the refusals first, those about a unit with its serial number as `ofUnit`. `named`: whether a
- * name has been entered; before that its lack is no mistake to tell.
+ * Lines {text, level} (`bad`: it would be refused; `note`; `good`), the refusals first. `named`, `filled`: whether a name and a serial number have been entered;
+ * before that their lack is no mistake to tell.
  */
-export function reviewLines({ procedure, units = [], mistakes, notes = [], disk }, { named, rate, end }) {
-  const told = mistakes.filter(({ where }) => named || where !== "--name");
-  const lines = told.map(({ message, where }) => ({ text: message, level: "bad", ofUnit: where.match(/^unit (?!type )(.*)/)?.[1] ?? null }));
+export function reviewLines({ procedure, units = [], mistakes, notes = [], disk }, { named, filled, rate, end }) {
+  const told = mistakes.filter(({ where }) => (named || where !== "--name") && (filled || where !== "--unit"));
+  const place = (where) => (where.includes("/") ? ` (${where})` : "");
+  const lines = told.map(({ message, where }) => ({ text: `Refused: ${message}${place(where)}`, level: "bad" }));
   if (procedure) {
     lines.push({ text: `${procedure.name}: ${extentText(procedure)}; ${timeText(procedure, { rate, end })}`, level: told.length > 0 ? "note" : "good" });
     if (disk.needed_bytes !== null) lines.push({ text: diskText(disk), level: "note" });

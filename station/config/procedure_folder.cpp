@@ -69,9 +69,11 @@ std::vector<fs::path> procedure_folders(const fs::path& data_folder) {
   return {data_folder / "procedures", default_unit_type_folder().parent_path()};
 }
 
-json procedures_document(const std::vector<fs::path>& folders, double room_c) {
+json procedures_document(const std::vector<fs::path>& folders, const std::string& file, double room_c) {
   json list = json::array();
-  for (const auto& [file, path] : files_of(folders)) list.push_back(entry_of(file, path, room_c));
+  for (const auto& [name, path] : files_of(folders)) {
+    if (file.empty() || name == file) list.push_back(entry_of(name, path, room_c));
+  }
   return {{"procedures", std::move(list)}};
 }
 

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <vector>
 
 namespace soak::station {
@@ -12,8 +13,9 @@ namespace soak::station {
 [[nodiscard]] std::vector<std::filesystem::path> procedure_folders(const std::filesystem::path& data_folder);
 
 /// The *.toml of these folders with their texts, in the order of their names; of two with the same name that of the
-/// first folder. One that is wrong, or longer than 256 KiB, has `trouble` instead of what it says. `room_c`: as
-/// compile_plan() has it. Document of GET /api/v1/procedures: docs/http-api.md.
-[[nodiscard]] nlohmann::json procedures_document(const std::vector<std::filesystem::path>& folders, double room_c);
+/// first folder. One that is wrong, or longer than 256 KiB, has `trouble` instead of what it says. `file`: only the one
+/// of that name; empty = all. `room_c`: as compile_plan() has it. Document of GET /api/v1/procedures: docs/http-api.md.
+[[nodiscard]] nlohmann::json procedures_document(const std::vector<std::filesystem::path>& folders,
+                                                 const std::string& file, double room_c);
 
 }  // namespace soak::station

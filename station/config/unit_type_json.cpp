@@ -2,6 +2,8 @@
 #include "station/config/unit_type_json.h"
 
 #include <nlohmann/json.hpp>
+#include <set>
+#include <system_error>
 
 #include "station/config/unit_type_file.h"
 #include "station/io/output.h"
@@ -42,12 +44,19 @@ nlohmann::json type_document(const calib::UnitType& type) {
           {"limits", stated_limits(type.limits)}};
 }
 
-base::Result<nlohmann::json> types_document(const std::filesystem::path& folder) {
-  const auto types = read_unit_types(folder);
-  if (!types) return base::forward_error(types);
-  nlohmann::json list = nlohmann::json::array();
-  for (const calib::UnitType& type : *types) list.push_back(type_document(type));
-  return nlohmann::json{{"folder", folder.string()}, {"types", std::move(list)}};
+nlohmann::json types_document(const std::filesystem::path& folder) {
+  std::set<std::filesystem::path> files;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (entry->path().extension() == ".toml") files.insert(entry->path());
+  }
+  nlohmann::json document = {
+      {"folder", folder.string()}, {"types", nlohmann::json::array()}, {"troubles", nlohmann::json::array()}};
+  for (const std::filesystem::path& file : files) {
+    const auto type = read_unit_type(file);
+    type ? document["types"].push_back(type_document(*type)) : document["troubles"].push_back(type.error().message);
+  }
+  return document;
 }
 
 }  // namespace soak::station

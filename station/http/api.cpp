@@ -28,7 +28,9 @@ Result<json> answer_history(StationService& lab, const Parameter& after_s, std::
 
 Result<json> answer_stored(StationService& lab, const Parameter&, std::int64_t) { return lab.stored(); }
 
-Result<json> answer_procedures(StationService& lab, const Parameter&, std::int64_t) { return lab.procedures(); }
+Result<json> answer_procedures(StationService& lab, const Parameter& file, std::int64_t) {
+  return lab.procedures(file.value_or(""));
+}
 
 Result<json> answer_types(StationService& lab, const Parameter&, std::int64_t) { return lab.types(); }
 
@@ -146,10 +148,14 @@ Result<json> do_confirm(StationService& lab, const json& body) {
 }  // namespace
 
 const std::vector<ApiQuestion>& api_questions() {
-  static const std::vector<ApiQuestion> questions = {
-      {"status", "", answer_status},         {"plan", "", answer_plan},       {"history", "after_s", answer_history},
-      {"stored", "", answer_stored},         {"noise", "unit", answer_noise}, {"log", "after", answer_log},
-      {"procedures", "", answer_procedures}, {"types", "", answer_types}};
+  static const std::vector<ApiQuestion> questions = {{"status", "", answer_status},
+                                                     {"plan", "", answer_plan},
+                                                     {"history", "after_s", answer_history},
+                                                     {"stored", "", answer_stored},
+                                                     {"noise", "unit", answer_noise},
+                                                     {"log", "after", answer_log},
+                                                     {"procedures", "file", answer_procedures},
+                                                     {"types", "", answer_types}};
   return questions;
 }
 

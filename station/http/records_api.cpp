@@ -36,13 +36,11 @@ Result<std::optional<double>> number_member(const json& body, const std::string&
 }
 
 base::Status check_type(const StationService& lab, const std::string& type) {
-  const auto document = lab.types();
-  if (!document) return base::forward_error(document);
-  const auto& types = document->at("types");
-  const bool known = std::ranges::any_of(types, [&](const json& one) { return one.at("name") == type; });
+  const json document = lab.types();
+  const bool known = std::ranges::any_of(document.at("types"), [&](const json& one) { return one.at("name") == type; });
   if (known) return {};
-  return base::bad_input(
-      fmt::format("there is no unit type '{}' in {}", type, document->at("folder").get<std::string>()), "type");
+  const auto folder = document.at("folder").get<std::string>();
+  return base::bad_input(fmt::format("there is no unit type '{}' in {}, or its file is wrong", type, folder), "type");
 }
 
 /// A unit before its first campaign. That it is there already with the same type is no mistake.
@@ -56,13 +54,14 @@ Result<json> add_unit(const StationService& lab, RunArchive& archive, const json
   if (!user) return base::forward_error(user);
   if (auto listed = check_type(lab, *type); !listed) return base::forward_error(listed);
   return archive.in_turn([&](db::Catalog& catalog) -> Result<json> {
-    const auto before = catalog.unit(*serial);
-    if (!before) return base::forward_error(before);
-    if (*before && (*before)->type != *type) {
-      return base::bad_input(fmt::format("unit {} exists with type '{}'", *serial, (*before)->type), "type");
-    }
     const auto entered = catalog.all_or_nothing([&]() -> base::Status {
-      if (auto unit = catalog.ensure_unit(*serial, *type); !unit) return base::forward_error(unit);
+      const auto before = catalog.unit(*serial);
+      if (!before) return base::forward_error(before);
+      const auto unit = catalog.ensure_unit(*serial, *type);
+      if (!unit) return base::forward_error(unit);
+      if (unit->type != *type) {
+        return base::bad_input(fmt::format("unit {} exists with type '{}'", *serial, unit->type), "type");
+      }
       if (*before) return {};
       return catalog.log_event({now_utc_s(), "unit_added", *serial, "as " + *type, *user});
     });

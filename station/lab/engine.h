@@ -69,8 +69,8 @@ class Engine : public StationService {
   [[nodiscard]] nlohmann::json history(double after_s) const override { return history_.document(after_s); }
   [[nodiscard]] base::Result<nlohmann::json> noise(const std::string& unit) const override;
   [[nodiscard]] base::Result<nlohmann::json> stored() override;
-  [[nodiscard]] nlohmann::json procedures() const override;
-  [[nodiscard]] base::Result<nlohmann::json> types() const override;
+  [[nodiscard]] nlohmann::json procedures(const std::string& file) const override;
+  [[nodiscard]] nlohmann::json types() const override;
   [[nodiscard]] nlohmann::json log(std::int64_t after) const override { return log_.document(after); }
 
  private:

@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <system_error>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "station/config/procedure_folder.h"
 #include "station/config/unit_type_json.h"
@@ -28,12 +30,6 @@ class Mistakes {
       json mistake = {{"message", line}, {"where", error.where}};
       if (std::ranges::find(list_, mistake) == list_.end()) list_.push_back(std::move(mistake));
     }
-  }
-  /// Whether there was none.
-  template <class T>
-  bool none_in(const base::Result<T>& result) {
-    if (!result) add(result.error());
-    return result.has_value();
   }
   [[nodiscard]] const json& list() const { return list_; }
 
@@ -73,41 +69,54 @@ base::Result<json> Engine::check(const StartRequest& request) {
   return command([=, this] { return reviewed_document(request); });
 }
 
-json Engine::procedures() const {
-  return procedures_document(procedure_folders(catalog_.data_folder()), config_.room_c);
+json Engine::procedures(const std::string& file) const {
+  return procedures_document(procedure_folders(catalog_.data_folder()), file, config_.room_c);
 }
 
-base::Result<json> Engine::types() const { return types_document(config_.unit_types); }
+json Engine::types() const { return types_document(config_.unit_types); }
 
 base::Result<json> Engine::reviewed_document(const StartRequest& request) const {
   Mistakes mistakes;
   ReviewedStart reviewed = review_start(request, config_, catalog_);
-  for (const base::Error& mistake : reviewed.mistakes) mistakes.add(mistake);
+  for (const base::Error& mistake : reviewed.mistakes) {
+    // What the catalog cannot tell is no mistake of whoever asks.
+    if (mistake.kind != base::ErrorKind::bad_input) return tl::unexpected(mistake);
+    mistakes.add(mistake);
+  }
   const auto known = catalog_.campaign(request.campaign);
   if (!known) return base::forward_error(known);
   if (*known || queue_.holds(request.campaign)) {
-    mistakes.add({base::ErrorKind::bad_input, "campaign '" + request.campaign + "' exists already: choose another name",
+    const std::string where = *known ? "exists already" : "is in the queue already";
+    mistakes.add({base::ErrorKind::bad_input, "campaign '" + request.campaign + "' " + where + ": choose another name",
                   "campaign"});
   }
-  json notes = json::array();
+  std::vector<std::string> notes;
   json document = {{"procedure", nullptr},
                    {"units", units_part(reviewed.units)},
                    {"disk", {{"needed_bytes", nullptr}, {"free_bytes", free_bytes(catalog_.data_folder())}}}};
   if (reviewed.procedure) {
     const CheckedStart checked{compile_plan(*reviewed.procedure, config_.room_c), std::move(reviewed.units)};
     document["procedure"] = plan_part(checked);
-    if (!checked.units.empty()) document["disk"]["needed_bytes"] = needed_bytes(checked, 0);
-    for (const base::Status& able : {check_chamber(checked, *chamber_), check_fixture(checked, fixture_.get()),
-                                     check_disk(checked, 0, catalog_.data_folder())}) {
-      (void)mistakes.none_in(able);
+    for (const base::Status& able : {check_chamber(checked, *chamber_), check_fixture(checked, fixture_.get())}) {
+      if (!able) mistakes.add(able.error());
     }
-    if (const auto judged = check_references(catalog_, checked, 0, now_utc_s(), config_.clock_rate);
-        mistakes.none_in(judged)) {
-      notes = judged->notes;
+    // One that has to wait for its turn may find room by then.
+    const bool waits = is_under_way(state_) || !queue_.empty();
+    if (!checked.units.empty()) {
+      document["disk"]["needed_bytes"] = needed_bytes(checked, 0);
+      const auto fits = check_disk(checked, 0, catalog_.data_folder());
+      if (!fits && waits) notes.push_back(fits.error().message);
+      if (!fits && !waits) mistakes.add(fits.error());
     }
-    if (const auto standards = note_on_check_standards(catalog_, checked); mistakes.none_in(standards) && *standards) {
-      notes.push_back(**standards);
-    }
+    const double before_s = queue_.estimate_s() + (is_under_way(state_) ? estimate_after_step_s() : 0.0);
+    const auto judged =
+        check_references(catalog_, checked, 0, now_utc_s() + before_s / config_.clock_rate, config_.clock_rate);
+    if (!judged && judged.error().kind != base::ErrorKind::bad_input) return base::forward_error(judged);
+    if (!judged) mistakes.add(judged.error());
+    if (judged) notes.insert(notes.end(), judged->notes.begin(), judged->notes.end());
+    const auto standards = note_on_check_standards(catalog_, checked);
+    if (!standards) return base::forward_error(standards);
+    if (*standards) notes.push_back(**standards);
   }
   document["mistakes"] = mistakes.list();
   document["notes"] = std::move(notes);

@@ -31,28 +31,25 @@ constexpr double kRoomTolerance_c = 10.0;
 constexpr double kRangeShare = 0.9;
 
 /// Slot → serial number: those of the request, else those of the configuration.
-base::Result<std::map<std::string, std::string>> serials(const StartRequest& request, const StationConfig& config) {
-  std::map<std::string, std::string> by_slot = request.units;
-  if (by_slot.empty()) {
-    for (const Slot& slot : config.slots) {
-      if (!slot.unit.empty()) by_slot[slot.name] = slot.unit;
-    }
-  }
-  if (by_slot.empty()) {
-    return base::bad_input("no unit: name them with --unit SLOT=SERIAL, or in the station's configuration", "--unit");
-  }
-  std::map<std::string, std::string> slot_of;
-  for (const auto& [slot, serial] : by_slot) {
-    if (serial.empty()) return base::bad_input(fmt::format("slot {}: the serial number is empty", slot), "--unit");
-    if (auto plain = check_carried_line(serial, "--unit"); !plain) return base::forward_error(plain);
-    const auto [other, is_new] = slot_of.emplace(serial, slot);
-    if (!is_new) {
-      return base::bad_input(fmt::format("unit {} is given for slot {} and for slot {}: a unit can only be in one slot",
-                                         serial, other->second, slot),
-                             "--unit");
-    }
+std::map<std::string, std::string> serials(const StartRequest& request, const StationConfig& config) {
+  if (!request.units.empty()) return request.units;
+  std::map<std::string, std::string> by_slot;
+  for (const Slot& slot : config.slots) {
+    if (!slot.unit.empty()) by_slot[slot.name] = slot.unit;
   }
   return by_slot;
+}
+
+/// `slot_of`: serial number → slot of those before.
+base::Status check_serial(const std::string& slot, const std::string& serial,
+                          std::map<std::string, std::string>& slot_of) {
+  if (serial.empty()) return base::bad_input(fmt::format("slot {}: the serial number is empty", slot), "--unit");
+  if (auto plain = check_carried_line(serial, "--unit"); !plain) return plain;
+  const auto [other, is_new] = slot_of.emplace(serial, slot);
+  if (is_new) return {};
+  return base::bad_input(fmt::format("unit {} is given for slot {} and for slot {}: a unit can only be in one slot",
+                                     serial, other->second, slot),
+                         "--unit");
 }
 
 const Slot* slot_named(const StationConfig& config, const std::string& name) {
@@ -149,8 +146,13 @@ ReviewedStart review_start(const StartRequest& request, const StationConfig& con
     reviewed.procedure = *std::move(procedure);
   }
   const auto by_slot = serials(request, config);
-  if (!note(by_slot)) return reviewed;
-  for (const auto& [slot, serial] : *by_slot) {
+  if (by_slot.empty()) {
+    (void)note(base::Status(
+        base::bad_input("no unit: name them with --unit SLOT=SERIAL, or in the station's configuration", "--unit")));
+  }
+  std::map<std::string, std::string> slot_of;
+  for (const auto& [slot, serial] : by_slot) {
+    if (!note(check_serial(slot, serial, slot_of))) continue;
     if (auto unit = check_unit(slot, serial, config, catalog); note(unit)) reviewed.units.push_back(*std::move(unit));
   }
   if (reviewed.procedure) (void)note(check_ratings(*reviewed.procedure, types_of(reviewed.units), {}, {}));

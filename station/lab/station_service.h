@@ -60,11 +60,10 @@ class StationService {
   [[nodiscard]] virtual nlohmann::json history(double after_s) const = 0;
   /// docs/http-api.md: the document of GET /api/v1/stored.
   [[nodiscard]] virtual base::Result<nlohmann::json> stored() = 0;
-  /// docs/http-api.md: the document of GET /api/v1/procedures.
-  [[nodiscard]] virtual nlohmann::json procedures() const = 0;
-  /// docs/http-api.md: the document of GET /api/v1/types. Fails (bad_input) where a file of the station's folder of
-  /// unit types is wrong.
-  [[nodiscard]] virtual base::Result<nlohmann::json> types() const = 0;
+  /// docs/http-api.md: the document of GET /api/v1/procedures, of all or of one file.
+  [[nodiscard]] virtual nlohmann::json procedures(const std::string& file) const = 0;
+  /// docs/http-api.md: the document of GET /api/v1/types.
+  [[nodiscard]] virtual nlohmann::json types() const = 0;
   /// Allan deviations of that unit in its present or last run. Refuses (bad_input, where == "unit") a serial number
   /// that no unit of the campaign has.
   [[nodiscard]] virtual base::Result<nlohmann::json> noise(const std::string& unit) const = 0;

@@ -101,23 +101,6 @@ class ScriptedStation : public StationService {
     plan_ = std::move(plan);
   }
 
-  void set_procedures(json procedures) {
-    const std::lock_guard lock(mutex_);
-    procedures_ = std::move(procedures);
-  }
-
-  /// What the question for a campaign that has not begun answers.
-  void set_review(json review) {
-    const std::lock_guard lock(mutex_);
-    review_ = std::move(review);
-  }
-
-  /// What was asked last.
-  [[nodiscard]] std::string checked() const {
-    const std::lock_guard lock(mutex_);
-    return checked_;
-  }
-
   void set_stored(json stored) {
     const std::lock_guard lock(mutex_);
     stored_ = std::move(stored);
@@ -155,10 +138,12 @@ class ScriptedStation : public StationService {
     if (!done) return base::forward_error(done);
     return json{{"campaign", request.campaign}, {"runs", 5}, {"steps", 240}, {"estimate_s", 126000.0}, {"before", 1}};
   }
-  base::Result<json> check(const StartRequest& request) override {
-    const std::lock_guard lock(mutex_);
-    checked_ = text_of(request);
-    return review_;
+  base::Result<json> check(const StartRequest&) override {
+    return json{{"procedure", nullptr},
+                {"units", json::array()},
+                {"mistakes", json::array()},
+                {"notes", json::array()},
+                {"disk", {{"needed_bytes", nullptr}, {"free_bytes", nullptr}}}};
   }
   base::Status unqueue(const std::string& user, const std::string& campaign) override {
     return note_and_set("unqueue " + campaign + " by " + user, "running");
@@ -195,13 +180,8 @@ class ScriptedStation : public StationService {
     const std::lock_guard lock(mutex_);
     return stored_;
   }
-  json procedures() const override {
-    const std::lock_guard lock(mutex_);
-    return procedures_;
-  }
-  base::Result<json> types() const override {
-    return json{{"folder", "/procedures/units"}, {"types", {{{"name", "mti-300"}}, {{"name", "generic"}}}}};
-  }
+  json procedures(const std::string&) const override { return {{"procedures", json::array()}}; }
+  json types() const override { return {{"folder", "units"}, {"types", json::array()}, {"troubles", json::array()}}; }
   json history(double after_s) const override {
     const std::lock_guard lock(mutex_);
     json answer = history_;
@@ -246,13 +226,6 @@ class ScriptedStation : public StationService {
   mutable std::mutex mutex_;
   json status_ = running_status();
   json plan_;
-  json procedures_ = {{"procedures", json::array()}};
-  json review_ = {{"procedure", nullptr},
-                  {"units", json::array()},
-                  {"mistakes", json::array()},
-                  {"notes", json::array()},
-                  {"disk", {{"needed_bytes", nullptr}, {"free_bytes", nullptr}}}};
-  std::string checked_;
   json stored_ = {{"slots", json::array()}, {"units", json::array()}, {"campaigns", json::array()}};
   json history_ = {
       {"t_s", json::array()}, {"chamber_c", json::array()}, {"set_point_c", json::array()}, {"units", json::object()}};

@@ -6,9 +6,6 @@
 //   history JSON       replaces the history
 //   plan JSON          replaces the plan
 //   stored JSON        replaces what /api/v1/stored answers
-//   procedures JSON    replaces what /api/v1/procedures answers
-//   review JSON        what the check of a campaign answers
-//   checked            prints what was checked last
 //   noise JSON         what /api/v1/noise answers of the unit in it
 //   noise-calls        prints how often it was asked
 //   log TEXT           adds a log entry
@@ -60,9 +57,6 @@ void obey(Stage& stage, const std::string& line) {
   if (command == "history") stage.lab.set_history(nlohmann::json::parse(rest));
   if (command == "plan") stage.lab.set_plan(nlohmann::json::parse(rest));
   if (command == "stored") stage.lab.set_stored(nlohmann::json::parse(rest));
-  if (command == "procedures") stage.lab.set_procedures(nlohmann::json::parse(rest));
-  if (command == "review") stage.lab.set_review(nlohmann::json::parse(rest));
-  if (command == "checked") std::cout << stage.lab.checked() << std::endl;
   if (command == "noise") stage.lab.set_noise(nlohmann::json::parse(rest));
   if (command == "noise-calls") std::cout << stage.lab.noise_calls() << std::endl;
   if (command == "log") stage.lab.add_log(rest);

@@ -158,12 +158,12 @@ class OnThePage(WithLaboratory):
         self.open()
         self.assertTrue(self.browser.run("return document.querySelector('#start-choice option[value=\"broken.toml\"]').disabled"))
         self.choose("ours.toml")
-        self.browser.wait_for_text("#start-review", "no unit")
-        self.assertNotIn("name of the campaign", self.browser.run("return document.querySelector('#start-review').innerText"))
+        self.browser.wait_for_text("#start-review", "of this laboratory")
+        self.assertNotIn("Refused", self.browser.run("return document.querySelector('#start-review').innerText"), "nothing was entered yet")
         self.browser.type("#start-slots input", "SN0043")
         self.browser.wait_for_text("#start-review", "the type of unit SN0043 is not known")
-        self.browser.run("""const types = document.querySelector('#start-review select'); types.value = 'vn-200';
-            types.dispatchEvent(new Event('change', { bubbles: true }));""")
+        self.browser.run("document.querySelector('#start-unknown select').value = 'vn-200'")
+        self.browser.click("#start-unknown button")
         self.browser.wait_for_text("#start-review", "SN0043, type vn-200")
         self.browser.run("document.querySelector('#start-slots input').value = ''")
         self.browser.type("#start-slots input", "SN0042")
@@ -178,6 +178,21 @@ class OnThePage(WithLaboratory):
         self.browser.wait_for_text("#start-failure", "cannot connect")
         self.browser.console()  # Chromium lists the 502
 
+    def test_a_file_that_was_changed_meanwhile_is_what_is_checked(self):
+        path = self.soakd.data / "procedures" / "changing.toml"
+        self.addCleanup(path.unlink)
+        path.write_text(OWN, encoding="utf-8")
+        self.open()
+        self.choose("changing.toml")
+        self.browser.wait_for_text("#start-review", "from 0 to 20 °C")
+        path.write_text(OWN.replace("[0, 20]", "[0, 30]"), encoding="utf-8")
+        self.browser.type("#start-name", "x")
+        self.browser.wait_for_text("#start-review", "from 0 to 30 °C")
+        path.write_text("name = 3\n", encoding="utf-8")
+        self.browser.type("#start-name", "y")
+        self.browser.wait_for_text("#start-review", "changing.toml:1")
+        self.assertEqual(self.browser.console(), [])
+
     def test_a_file_of_one_s_own_is_checked_too(self):
         self.open()
         self.choose("own file")
@@ -190,13 +205,16 @@ class OnThePage(WithLaboratory):
         self.assertEqual(self.browser.console(), [])
 
     def test_a_reference_is_entered_and_retired(self):
-        self.browser.go(self.soakd.url + "#settings")
+        self.browser.go(self.soakd.url + "#records")
         self.browser.wait("return document.querySelectorAll('#types tbody tr').length >= 4")
         self.browser.run("document.querySelector('#reference-form').closest('details').open = true")
         for name, value in (("name", "level <b>1</b>"), ("certificate", "L-7"), ("uncertainty", "0.01")):
             self.browser.type(f"#reference-{name}", value)
-        self.browser.run("""document.querySelector('#reference-kind').value = 'level';
+        self.assertIn("K", self.browser.run("return document.querySelector('#reference-correction-box').innerText"))
+        self.browser.run("""const kind = document.querySelector('#reference-kind'); kind.value = 'level';
+            kind.dispatchEvent(new Event('change', { bubbles: true }));
             document.querySelector('#reference-issued').value = '2026-01-01'; document.querySelector('#reference-due').value = '2099-01-01';""")
+        self.assertIn("deg: level error", self.browser.run("return document.querySelector('#reference-correction-box').innerText"))
         self.browser.click("#reference-form button[type=submit]")
         self.browser.wait_for_text("#references", "level <b>1</b>")
         self.browser.wait_for_text("#references", "valid")

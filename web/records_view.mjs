@@ -4,10 +4,10 @@
 import { get, post } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { badge } from "./runs_view.mjs";
-import { limitsText, ratingText, standingOf, valueText } from "./settings_words.mjs";
+import { limitsText, ratingText, standingOf, valueText } from "./records_words.mjs";
 import { unitAddress } from "./units_view.mjs";
 
-export class SettingsView {
+export class RecordsView {
   #userName;
   #retiring = null; // the entry that the dialog is about
 
@@ -23,11 +23,8 @@ export class SettingsView {
 
   async open() {
     this.#sayUnit();
-    await tell("settings-failure", async () => {
-      const [{ references }, { types, folder }] = await Promise.all([get("references"), get("types")]);
-      this.#showReferences(references);
-      this.#showTypes(types, folder);
-    });
+    await tell("records-failure", async () => this.#showReferences((await get("references")).references));
+    await tell("records-failure", async () => this.#showTypes(await get("types")), { add: true });
   }
 
   /** The entries that stand; older ones of a reference come after its newest. */
@@ -58,7 +55,7 @@ export class SettingsView {
     return [...$("reference-kind").options].find(({ value }) => value === kind)?.text ?? kind;
   }
 
-  #showTypes(types, folder) {
+  #showTypes({ types, folder, troubles }) {
     const rows = types.map((type) => {
       const row = element("tr", "");
       row.append(...[type.name, type.description, ratingText(type), limitsText(type.limits)].map((text) => element("td", text)));
@@ -66,6 +63,8 @@ export class SettingsView {
     });
     $("types").tBodies[0].replaceChildren(...rows);
     say($("types-folder"), folder);
+    $("types-troubles").replaceChildren(...troubles.map((text) => element("li", text)));
+    show($("types-troubles"), troubles.length > 0);
     $("new-unit-type").replaceChildren(...types.map(({ name }) => Object.assign(element("option", name), { value: name })));
   }
 
@@ -92,8 +91,10 @@ export class SettingsView {
     };
     await tell("reference-failure", async () => {
       this.#showReferences((await post("references/add", { ...entry, user: this.#userName() })).references);
+      say($("records-news"), `${entry.name} is entered.`);
       $("reference-form").reset();
       this.#sayUnit();
+      $("reference-kind").focus();
     });
   }
 
@@ -110,13 +111,17 @@ export class SettingsView {
     event.preventDefault(); // it stays open until the station has said yes
     await tell("retire-failure", async () => {
       const record = { record_id: this.#retiring.record_id, reason: $("retire-reason").value.trim(), user: this.#userName() };
-      this.#showReferences((await post("references/retire", record)).references);
+      const { references } = await post("references/retire", record);
       $("retire-dialog").close();
+      this.#showReferences(references);
+      say($("records-news"), `${this.#retiring.name} is retired.`);
+      $("records-title").focus(); // the button that led here is gone
     });
   }
 
   async #addUnit(event) {
     event.preventDefault();
+    $("new-unit-done").replaceChildren();
     await tell("new-unit-failure", async () => {
       const { unit, type } = await post("unit/add", { unit: $("new-unit-serial").value.trim(), type: $("new-unit-type").value, user: this.#userName() });
       const link = Object.assign(element("a", unit), { href: unitAddress(unit) });
@@ -126,13 +131,18 @@ export class SettingsView {
   }
 }
 
-/** Carries out; where that fails the place with that id says why. */
-async function tell(id, work) {
-  show($(id), false);
+let busy = false;
+
+/** Carries out, once at a time; where that fails the place with that id says why. `add`: beside what it says already. */
+async function tell(id, work, { add = false } = {}) {
+  if (busy) return;
+  busy = true;
+  if (!add) show($(id), false);
   try {
     await work();
   } catch (error) {
-    say($(id), error.where ? `${error.where}: ${error.message}` : error.message);
+    say($(id), error.message);
     show($(id), true);
   }
+  busy = false;
 }

@@ -12,9 +12,13 @@ const STANDINGS = {
   withdrawn: { text: "withdrawn", state: "" },
 };
 
-/** {text, state} of a badge: how an entry of the register stands, with its days where they are few. */
-export function standingOf({ standing, days_left }) {
+/** {text, state} of a badge: how an entry of the register stands, with its days where they are few, and who signed for it. */
+export function standingOf({ standing, days_left, waivers }) {
   const known = STANDINGS[standing] ?? { text: standing, state: "" };
+  const waiver = waivers.at(-1);
+  if (standing === "expired" && waiver) {
+    return waiver.good ? { text: `expired, waived by ${waiver.signer}`, state: "waiting" } : { text: "expired, its waiver is DAMAGED", state: "failed" };
+  }
   if (standing !== "due_soon") return known;
   return { ...known, text: `${known.text}: ${days_left} ${days_left === 1 ? "day" : "days"}` };
 }
