@@ -12,6 +12,8 @@ import { HelpView } from "./help_view.mjs";
 import { NoiseCard } from "./noise_card.mjs";
 import { RunView } from "./run_view.mjs";
 import { RunsView } from "./runs_view.mjs";
+import { RecordsView } from "./records_view.mjs";
+import { StartForm } from "./start_form.mjs";
 import { StoredCard } from "./stored_card.mjs";
 import { UnitView } from "./unit_view.mjs";
 import { UnitsView } from "./units_view.mjs";
@@ -22,11 +24,13 @@ const NOT_IN_THIS_STATE = 409; // docs/http-api.md
 
 const chart = new Chart($("chart"), $("legend"));
 const noiseCard = new NoiseCard();
-const storedCard = new StoredCard(userName);
+const startForm = new StartForm(userName);
+const storedCard = new StoredCard(startForm);
 const runsView = new RunsView();
 const runView = new RunView(() => $("user").value.trim());
 const unitsView = new UnitsView();
 const unitView = new UnitView(userName);
+const recordsView = new RecordsView(userName);
 let status = null;
 let plan = null;
 let planOf = null; // which campaign the plan is of
@@ -64,6 +68,7 @@ function takeStatus(document) {
   show($("lost"), false);
   render();
   noiseCard.take(status);
+  startForm.take(status);
   storedCard.take(status);
   runsView.take(status);
   if (confirmsItself(status) && status.prompt.id !== confirmedItself) {
@@ -183,5 +188,5 @@ function connectButtons() {
 rememberUser();
 connectButtons();
 connectAlerts();
-connectViews({ station: null, runs: runsView, run: runView, units: unitsView, unit: unitView, help: new HelpView() });
+connectViews({ station: null, runs: runsView, run: runView, units: unitsView, unit: unitView, records: recordsView, help: new HelpView() });
 subscribe(take);

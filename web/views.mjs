@@ -19,9 +19,9 @@ export function connectViews(views) {
     const { name, parameters } = placeOf(location.hash, views);
     for (const other of Object.keys(views)) show($(`${other}-view`), other === name);
     const link = { run: "runs", unit: "units" }[name] ?? name;
-    for (const other of ["station", "runs", "units", "help"]) {
-      if (other === link) $(`to-${other}`).setAttribute("aria-current", "page");
-      else $(`to-${other}`).removeAttribute("aria-current");
+    for (const other of document.querySelectorAll(".top nav a")) {
+      if (other.id === `to-${link}`) other.setAttribute("aria-current", "page");
+      else other.removeAttribute("aria-current");
     }
     views[name]?.open(parameters);
     if (!event) return;

@@ -62,7 +62,7 @@ nlohmann::json event_json(const db::EventRow& event) {
 }
 
 /// Kinds of all events that programs of this version enter.
-constexpr std::array<std::string_view, 42> kKnownKinds = {"alarm",
+constexpr std::array<std::string_view, 43> kKnownKinds = {"alarm",
                                                           "backup_made",
                                                           "calibration_exported",
                                                           "campaign",
@@ -103,6 +103,7 @@ constexpr std::array<std::string_view, 42> kKnownKinds = {"alarm",
                                                           "step",
                                                           "storage",
                                                           "unit",
+                                                          "unit_added",
                                                           "voided"};
 
 /// A kind that no event ever has is a mistyped one. What older or newer versions have entered is in the log itself.

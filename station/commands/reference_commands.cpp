@@ -17,6 +17,7 @@
 #include "station/io/host.h"
 #include "station/io/text.h"
 #include "station/records/key_file.h"
+#include "station/records/reference_entry.h"
 #include "station/records/reference_register.h"
 #include "station/records/signing.h"
 
@@ -123,27 +124,6 @@ struct ReferenceWaive final : CatalogCommand, ReferenceOptions {
   base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
-constexpr double kLargestCoverage = 4.0;
-
-/// Plausible numbers of a certificate, in the kind's printed unit: what is beyond is a typing mistake.
-struct KindLimits {
-  double uncertainty;
-  double correction_min;
-  double correction_max;
-};
-
-KindLimits limits_of(ReferenceKind kind) {
-  constexpr std::array<KindLimits, calib::kReferenceKindNames.size()> kLimits = {{
-      {10.0, -20.0, 20.0},             // chamber_probe, K
-      {5.0, 0.0, 0.0},                 // fixture_squareness, deg: the angles of the faces are not corrected for
-      {5.0, -5.0, 5.0},                // level, deg
-      {0.1, 9.7, 9.9},                 // gravity, m/s2: from the equator to the poles, up to high mountains
-      {5.0, -5.0, 5.0},                // supply, V
-      {10'000.0, -100'000., 100'000.}  // rate, ppm
-  }};
-  return kLimits[static_cast<std::size_t>(kind)];
-}
-
 base::Status check_lines(std::initializer_list<std::pair<const std::string&, const char*>> lines) {
   for (const auto& [text, option] : lines) {
     if (auto status = check_carried_line(text, option); !status) return status;
@@ -151,78 +131,13 @@ base::Status check_lines(std::initializer_list<std::pair<const std::string&, con
   return {};
 }
 
-base::Result<ReferenceKind> kind_of(const std::string& name) {
-  const auto kind = calib::reference_kind_named(name);
-  if (kind) return *kind;
-  return base::bad_input(
-      fmt::format("unknown kind '{}': use one of {}", name, fmt::join(calib::kReferenceKindNames, ", ")), "--kind");
+/// A mistake of an entry is in the option of the same name.
+base::Error at_option(base::Error error) {
+  error.where = "--" + error.where;
+  return error;
 }
 
-base::Result<double> date_of(const std::string& text, const std::string& option) {
-  const auto utc_s = parse_iso_date(text);
-  if (utc_s) return *utc_s;
-  return base::bad_input(fmt::format("'{}' is not a date such as 2027-03-01", text), option);
-}
-
-base::Status check_correction(const calib::Reference& reference, const std::optional<double>& correction) {
-  const KindLimits limits = limits_of(reference.kind);
-  const auto unit = calib::printed_unit(reference.kind);
-  const auto kind = calib::name_of(reference.kind);
-  if (!correction) {
-    if (reference.kind != ReferenceKind::gravity) return {};
-    return base::bad_input("required for gravity: the local gravity itself, in m/s2", "--correction");
-  }
-  if (reference.kind == ReferenceKind::fixture_squareness) {
-    return base::bad_input("not valid for fixture_squareness, which has only an uncertainty", "--correction");
-  }
-  if (*correction >= limits.correction_min && *correction <= limits.correction_max) return {};
-  return base::bad_input(fmt::format("{} {} is not plausible for {}: must be from {} to {} {}", *correction, unit, kind,
-                                     limits.correction_min, limits.correction_max, unit),
-                         "--correction");
-}
-
-base::Status check_numbers(const ReferenceAdd& command, const calib::Reference& reference) {
-  const double largest = limits_of(reference.kind).uncertainty;
-  if (!(command.uncertainty > 0.0) || !(command.uncertainty <= largest)) {
-    return base::bad_input(fmt::format("{} {} is not plausible for {}: must be more than 0 and at most {} {}",
-                                       command.uncertainty, calib::printed_unit(reference.kind),
-                                       calib::name_of(reference.kind), largest, calib::printed_unit(reference.kind)),
-                           "--uncertainty");
-  }
-  if (!(command.coverage >= 1.0) || !(command.coverage <= kLargestCoverage)) {
-    return base::bad_input(
-        fmt::format("{} is not a coverage factor: must be from 1 to {}, usually 2", command.coverage, kLargestCoverage),
-        "--k");
-  }
-  return check_correction(reference, command.correction);
-}
-
-base::Status check_dates(const calib::Reference& reference, double now_s) {
-  if (reference.issued_utc_s > now_s) {
-    return base::bad_input("is in the future; check the date and the computer's clock", "--issued");
-  }
-  if (reference.due_utc_s > reference.issued_utc_s) return {};
-  return base::bad_input(fmt::format("must be after the date of issue, {}", iso_date(reference.issued_utc_s)), "--due");
-}
-
-base::Result<calib::Reference> reference_of(const ReferenceAdd& command, double now_s) {
-  const auto lines = check_lines({{command.name, "--name"}, {command.certificate, "--certificate"}});
-  if (!lines) return base::forward_error(lines);
-  const auto kind = kind_of(command.kind);
-  if (!kind) return base::forward_error(kind);
-  const auto issued = date_of(command.issued, "--issued");
-  if (!issued) return base::forward_error(issued);
-  const auto due = date_of(command.due, "--due");
-  if (!due) return base::forward_error(due);
-  calib::Reference reference{{}, *kind, command.name, command.certificate, {}, 0.0, *issued, *due};
-  if (auto status = check_dates(reference, now_s); !status) return base::forward_error(status);
-  if (auto status = check_numbers(command, reference); !status) return base::forward_error(status);
-  // u = U / k  [JCGM 100:2008, 6.2.1]
-  const double factor = calib::printed_per_si(*kind);
-  reference.standard_uncertainty = command.uncertainty / command.coverage / factor;
-  if (command.correction) reference.correction = *command.correction / factor;
-  return reference;
-}
+base::Result<ReferenceKind> kind_of(const std::string& name) { return reference_kind(name).map_error(at_option); }
 
 /// The entries of one reference, the newest first; fails (bad_input) if there are none.
 base::Result<std::vector<ShownReference>> entries_of(const db::Catalog& catalog, const ReferenceOptions& command) {
@@ -284,7 +199,8 @@ base::Result<calib::Reference> entry_to_waive(const db::Catalog& catalog, const 
 
 base::Status ReferenceAdd::run(Output& output) {
   const double now_s = now_utc_s();
-  auto reference = reference_of(*this, now_s);
+  const EnteredReference entered{kind, name, certificate, issued, due, uncertainty, coverage, correction};
+  const auto reference = reference_from(entered, now_s).map_error(at_option);
   if (!reference) return base::forward_error(reference);
   const std::string who = user_name(user);
   if (auto status = check_carried_line(who, "--user"); !status) return status;

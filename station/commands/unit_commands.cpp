@@ -9,6 +9,7 @@
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
 #include "station/config/unit_type_file.h"
+#include "station/config/unit_type_json.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
 #include "station/io/text.h"
@@ -116,37 +117,6 @@ struct TypeShow final : TypeList {
 
 void TypeList::declare(OptionList& options) {
   options.add("--types DIR", &folder, "Folder of unit types (default: $SOAK_PROCEDURES/units, else the checkout's)");
-}
-
-nlohmann::json axes_document(const calib::UnitType& type) {
-  return type.axes ? nlohmann::json(*type.axes) : nlohmann::json();
-}
-
-nlohmann::json thermometers_document(const calib::UnitType& type) {
-  if (!type.thermometers) return {};
-  return *type.thermometers == calib::Thermometers::one ? "one" : "per_sensor";
-}
-
-nlohmann::json type_document(const calib::UnitType& type) {
-  return {{"name", type.name},
-          {"description", type.description},
-          {"temp_min_c", number_or_null(type.temp_min_c)},
-          {"temp_max_c", number_or_null(type.temp_max_c)},
-          {"sign_at_rest", type.sign_at_rest},
-          {"axes", axes_document(type)},
-          {"warm_up_s", number_or_null(type.warm_up_s)},
-          {"thermometers", thermometers_document(type)},
-          {"temp_lsb_c", number_or_null(type.temp_lsb_c)},
-          {"temp_repeatability_c", number_or_null(type.temp_repeatability_c)},
-          {"gyro_range_dps", number_or_null(type.gyro_range_dps)},
-          {"gyro_lsb_dps", number_or_null(type.gyro_lsb_dps)},
-          {"gyro_noise_max_dps_rthz", number_or_null(type.gyro_noise_max_dps_rthz)},
-          {"gyro_bias_max_dps", number_or_null(type.gyro_bias_max_dps)},
-          {"accel_range_mps2", number_or_null(type.accel_range_mps2)},
-          {"accel_lsb_mps2", number_or_null(type.accel_lsb_mps2)},
-          {"accel_noise_max_mps2_rthz", number_or_null(type.accel_noise_max_mps2_rthz)},
-          {"accel_bias_max_mps2", number_or_null(type.accel_bias_max_mps2)},
-          {"limits", stated_limits(type.limits)}};
 }
 
 std::string rating_text(const calib::UnitType& type) {

@@ -28,6 +28,12 @@ Result<json> answer_history(StationService& lab, const Parameter& after_s, std::
 
 Result<json> answer_stored(StationService& lab, const Parameter&, std::int64_t) { return lab.stored(); }
 
+Result<json> answer_procedures(StationService& lab, const Parameter& file, std::int64_t) {
+  return lab.procedures(file.value_or(""));
+}
+
+Result<json> answer_types(StationService& lab, const Parameter&, std::int64_t) { return lab.types(); }
+
 Result<json> answer_noise(StationService& lab, const Parameter& unit, std::int64_t) {
   return lab.noise(unit.value_or(""));
 }
@@ -58,14 +64,15 @@ Result<std::map<std::string, std::string>> units_member(const json& body) {
   return found;
 }
 
-Result<StartRequest> start_request(const json& body) {
+/// `no_name`: the campaign's name where the body has none; absent = it must have one.
+Result<StartRequest> start_request(const json& body, const std::optional<std::string>& no_name = std::nullopt) {
   const auto user = user_of_command(body, {"procedure_text", "procedure_file", "campaign", "units", "user"});
   if (!user) return base::forward_error(user);
   const auto procedure = text_member(body, "procedure_text", std::nullopt);
   if (!procedure) return base::forward_error(procedure);
   const auto file = line_member(body, "procedure_file", "procedure");
   if (!file) return base::forward_error(file);
-  const auto campaign = line_member(body, "campaign", std::nullopt);
+  const auto campaign = line_member(body, "campaign", no_name);
   if (!campaign) return base::forward_error(campaign);
   const auto slots = units_member(body);
   if (!slots) return base::forward_error(slots);
@@ -88,6 +95,12 @@ Result<json> do_queue(StationService& lab, const json& body) {
   const auto request = start_request(body);
   if (!request) return base::forward_error(request);
   return lab.queue(*request);
+}
+
+Result<json> do_check(StationService& lab, const json& body) {
+  const auto request = start_request(body, "");
+  if (!request) return base::forward_error(request);
+  return lab.check(*request);
 }
 
 Result<json> do_unqueue(StationService& lab, const json& body) {
@@ -135,15 +148,21 @@ Result<json> do_confirm(StationService& lab, const json& body) {
 }  // namespace
 
 const std::vector<ApiQuestion>& api_questions() {
-  static const std::vector<ApiQuestion> questions = {
-      {"status", "", answer_status}, {"plan", "", answer_plan},       {"history", "after_s", answer_history},
-      {"stored", "", answer_stored}, {"noise", "unit", answer_noise}, {"log", "after", answer_log}};
+  static const std::vector<ApiQuestion> questions = {{"status", "", answer_status},
+                                                     {"plan", "", answer_plan},
+                                                     {"history", "after_s", answer_history},
+                                                     {"stored", "", answer_stored},
+                                                     {"noise", "unit", answer_noise},
+                                                     {"log", "after", answer_log},
+                                                     {"procedures", "file", answer_procedures},
+                                                     {"types", "", answer_types}};
   return questions;
 }
 
 const std::vector<ApiCommand>& api_commands() {
   static const std::vector<ApiCommand> commands = {{"start", do_start},
                                                    {"queue", do_queue},
+                                                   {"check", do_check},
                                                    {"unqueue", do_unqueue},
                                                    {"next", do_next},
                                                    {"pause", user_command<&StationService::pause>},

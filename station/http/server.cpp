@@ -20,6 +20,7 @@
 #include "station/http/event_feed.h"
 #include "station/http/jobs_api.h"
 #include "station/http/metrics.h"
+#include "station/http/records_api.h"
 #include "station/http/runs_api.h"
 #include "station/http/web_files.h"
 #include "station/io/host.h"
@@ -202,6 +203,13 @@ struct HttpServer::Running {
     }
     listener.Get(kApiPath + std::string("job/file"),
                  [this](const auto& request, auto& response) { send_job_file(request, response); });
+    listener.Get(kApiPath + std::string("references"), [this](const auto& request, auto& response) {
+      answer(response, references_answer(runs, request.params));
+    });
+    for (const RecordCommand& command : record_commands()) {
+      add_post(std::string(command.name),
+               [this, &command](const nlohmann::json& body) { return command.carry_out(lab, runs, body); });
+    }
     add_post("run/void", [this](const nlohmann::json& body) { return void_run(runs, body); });
     listener.Get(kEventsPath, [this](const auto& request, auto& response) { send_events(request, response); });
     listener.Get("/metrics", [this](const auto&, auto& response) { send_metrics(response); });

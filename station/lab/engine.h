@@ -56,6 +56,7 @@ class Engine : public StationService {
 
   [[nodiscard]] base::Result<nlohmann::json> start(const StartRequest& request) override;
   [[nodiscard]] base::Result<nlohmann::json> queue(const StartRequest& request) override;
+  [[nodiscard]] base::Result<nlohmann::json> check(const StartRequest& request) override;
   [[nodiscard]] base::Status unqueue(const std::string& user, const std::string& campaign) override;
   [[nodiscard]] base::Status next(const std::string& user, const std::string& campaign) override;
   [[nodiscard]] base::Status pause(const std::string& user) override;
@@ -68,6 +69,8 @@ class Engine : public StationService {
   [[nodiscard]] nlohmann::json history(double after_s) const override { return history_.document(after_s); }
   [[nodiscard]] base::Result<nlohmann::json> noise(const std::string& unit) const override;
   [[nodiscard]] base::Result<nlohmann::json> stored() override;
+  [[nodiscard]] nlohmann::json procedures(const std::string& file) const override;
+  [[nodiscard]] nlohmann::json types() const override;
   [[nodiscard]] nlohmann::json log(std::int64_t after) const override { return log_.document(after); }
 
  private:
@@ -177,6 +180,8 @@ class Engine : public StationService {
   /// `resumed`: the way back into a campaign that was cut short; nothing for a new one.
   [[nodiscard]] base::Result<nlohmann::json> do_start(const StartRequest& request,
                                                       const std::optional<WayBack>& resumed);
+  /// Of a request of which nothing has begun yet: mistakes, cost, notes.
+  [[nodiscard]] base::Result<nlohmann::json> reviewed_document(const StartRequest& request) const;
   [[nodiscard]] base::Result<nlohmann::json> check_for_queue(const StartRequest& request, QueuedCampaign& queued);
   /// Begins the first campaign of the queue and takes it out.
   [[nodiscard]] base::Result<nlohmann::json> begin_first(const QueuedCampaign& first, const std::string& user);

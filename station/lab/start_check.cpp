@@ -31,28 +31,25 @@ constexpr double kRoomTolerance_c = 10.0;
 constexpr double kRangeShare = 0.9;
 
 /// Slot → serial number: those of the request, else those of the configuration.
-base::Result<std::map<std::string, std::string>> serials(const StartRequest& request, const StationConfig& config) {
-  std::map<std::string, std::string> by_slot = request.units;
-  if (by_slot.empty()) {
-    for (const Slot& slot : config.slots) {
-      if (!slot.unit.empty()) by_slot[slot.name] = slot.unit;
-    }
-  }
-  if (by_slot.empty()) {
-    return base::bad_input("no unit: name them with --unit SLOT=SERIAL, or in the station's configuration", "--unit");
-  }
-  std::map<std::string, std::string> slot_of;
-  for (const auto& [slot, serial] : by_slot) {
-    if (serial.empty()) return base::bad_input(fmt::format("slot {}: the serial number is empty", slot), "--unit");
-    if (auto plain = check_carried_line(serial, "--unit"); !plain) return base::forward_error(plain);
-    const auto [other, is_new] = slot_of.emplace(serial, slot);
-    if (!is_new) {
-      return base::bad_input(fmt::format("unit {} is given for slot {} and for slot {}: a unit can only be in one slot",
-                                         serial, other->second, slot),
-                             "--unit");
-    }
+std::map<std::string, std::string> serials(const StartRequest& request, const StationConfig& config) {
+  if (!request.units.empty()) return request.units;
+  std::map<std::string, std::string> by_slot;
+  for (const Slot& slot : config.slots) {
+    if (!slot.unit.empty()) by_slot[slot.name] = slot.unit;
   }
   return by_slot;
+}
+
+/// `slot_of`: serial number → slot of those before.
+base::Status check_serial(const std::string& slot, const std::string& serial,
+                          std::map<std::string, std::string>& slot_of) {
+  if (serial.empty()) return base::bad_input(fmt::format("slot {}: the serial number is empty", slot), "--unit");
+  if (auto plain = check_carried_line(serial, "--unit"); !plain) return plain;
+  const auto [other, is_new] = slot_of.emplace(serial, slot);
+  if (is_new) return {};
+  return base::bad_input(fmt::format("unit {} is given for slot {} and for slot {}: a unit can only be in one slot",
+                                     serial, other->second, slot),
+                         "--unit");
 }
 
 const Slot* slot_named(const StationConfig& config, const std::string& name) {
@@ -96,22 +93,16 @@ base::Status check_ranges(const Slot& slot, const calib::UnitType& type) {
                          "unit type " + type.name);
 }
 
-base::Result<std::vector<CheckedUnit>> check_units(const StartRequest& request, const StationConfig& config,
-                                                   const db::Catalog& catalog) {
-  const auto by_slot = serials(request, config);
-  if (!by_slot) return base::forward_error(by_slot);
-  std::vector<CheckedUnit> units;
-  for (const auto& [name, serial] : *by_slot) {
-    const Slot* slot = slot_named(config, name);
-    if (!slot) return base::bad_input(fmt::format("the station has no slot '{}'", name), "--unit");
-    auto type = type_of(serial, *slot, config, catalog);
-    if (!type) return base::forward_error(type);
-    if (auto ranges = check_ranges(*slot, *type); !ranges) return base::forward_error(ranges);
-    Slot own = *slot;
-    if (type->axes) own.axes = sent_axes(own.axes, *type->axes);
-    units.push_back({std::move(own), serial, *std::move(type)});
-  }
-  return units;
+base::Result<CheckedUnit> check_unit(const std::string& slot_name, const std::string& serial,
+                                     const StationConfig& config, const db::Catalog& catalog) {
+  const Slot* slot = slot_named(config, slot_name);
+  if (!slot) return base::bad_input(fmt::format("the station has no slot '{}'", slot_name), "--unit");
+  auto type = type_of(serial, *slot, config, catalog);
+  if (!type) return base::forward_error(type);
+  if (auto ranges = check_ranges(*slot, *type); !ranges) return base::forward_error(ranges);
+  Slot own = *slot;
+  if (type->axes) own.axes = sent_axes(own.axes, *type->axes);
+  return CheckedUnit{std::move(own), serial, *std::move(type)};
 }
 
 std::vector<calib::UnitType> types_of(const std::vector<CheckedUnit>& units) {
@@ -129,6 +120,11 @@ base::Status check_headings(const Procedure& procedure, const StationConfig& con
       procedure.file);
 }
 
+base::Status check_name(const std::string& campaign) {
+  if (campaign.empty()) return base::bad_input("the name of the campaign is empty", "--name");
+  return check_text_line(campaign, "--name");
+}
+
 /// Tells one plan from another.
 std::string fingerprint(const Plan& plan) {
   const std::string text = plan_document(plan).dump();
@@ -137,23 +133,46 @@ std::string fingerprint(const Plan& plan) {
 
 }  // namespace
 
+ReviewedStart review_start(const StartRequest& request, const StationConfig& config, const db::Catalog& catalog) {
+  ReviewedStart reviewed;
+  const auto note = [&](const auto& result) {
+    if (!result) reviewed.mistakes.push_back(result.error());
+    return result.has_value();
+  };
+  (void)note(check_name(request.campaign));
+  auto procedure = parse_procedure(request.procedure_text, request.procedure_file);
+  if (note(procedure)) {
+    (void)note(check_headings(*procedure, config));
+    reviewed.procedure = *std::move(procedure);
+  }
+  const auto by_slot = serials(request, config);
+  if (by_slot.empty()) {
+    (void)note(base::Status(
+        base::bad_input("no unit: name them with --unit SLOT=SERIAL, or in the station's configuration", "--unit")));
+  }
+  std::map<std::string, std::string> slot_of;
+  for (const auto& [slot, serial] : by_slot) {
+    if (!note(check_serial(slot, serial, slot_of))) continue;
+    if (auto unit = check_unit(slot, serial, config, catalog); note(unit)) reviewed.units.push_back(*std::move(unit));
+  }
+  if (reviewed.procedure) (void)note(check_ratings(*reviewed.procedure, types_of(reviewed.units), {}, {}));
+  return reviewed;
+}
+
 base::Result<CheckedStart> check_start(const StartRequest& request, const StationConfig& config,
                                        const db::Catalog& catalog) {
-  if (request.campaign.empty()) return base::bad_input("the name of the campaign is empty", "--name");
-  if (auto plain = check_text_line(request.campaign, "--name"); !plain) return base::forward_error(plain);
-  const auto procedure = parse_procedure(request.procedure_text, request.procedure_file);
-  if (!procedure) return base::forward_error(procedure);
-  if (auto headings = check_headings(*procedure, config); !headings) return base::forward_error(headings);
-  auto units = check_units(request, config, catalog);
-  if (!units) return base::forward_error(units);
-  if (auto rated = check_ratings(*procedure, types_of(*units), {}, {}); !rated) return base::forward_error(rated);
-  CheckedStart checked{compile_plan(*procedure, config.room_c), *std::move(units)};
-  return checked;
+  ReviewedStart reviewed = review_start(request, config, catalog);
+  if (!reviewed.mistakes.empty()) return tl::unexpected(reviewed.mistakes.front());
+  return CheckedStart{compile_plan(*reviewed.procedure, config.room_c), std::move(reviewed.units)};
+}
+
+double needed_bytes(const CheckedStart& checked, std::size_t first_step) {
+  const Plan& plan = checked.plan;
+  return estimated_bytes(plan.procedure.rate_hz, checked.units.size(), plan.remaining_s(first_step));
 }
 
 base::Status check_disk(const CheckedStart& checked, std::size_t first_step, const std::filesystem::path& folder) {
-  const Plan& plan = checked.plan;
-  const double needed = estimated_bytes(plan.procedure.rate_hz, checked.units.size(), plan.remaining_s(first_step));
+  const double needed = needed_bytes(checked, first_step);
   std::error_code error;
   const auto space = std::filesystem::space(folder, error);
   if (error) return {};

@@ -14,6 +14,7 @@
 #include "hal/devices/chamber.h"
 #include "hal/devices/fixture.h"
 #include "station/config/plan.h"
+#include "station/config/procedure.h"
 #include "station/config/station_config.h"
 #include "station/fit/reference_rule.h"
 #include "station/lab/resume.h"
@@ -33,8 +34,19 @@ struct CheckedStart {
   std::vector<CheckedUnit> units;  ///< in the order of the slots
 };
 
+/// What a request comes to as far as it is sound, and all that is wrong with it.
+struct ReviewedStart {
+  std::optional<Procedure> procedure;  ///< absent where its text is wrong
+  std::vector<CheckedUnit> units;      ///< in the order of the slots
+  std::vector<base::Error> mistakes;
+};
+
 /// Checks all that can be known before a device is touched: the procedure's text, slots and serial numbers, unit types
-/// (the catalog's, else the slot's) and ratings. Errors are bad_input.
+/// (the catalog's, else the slot's) and ratings. A mistake in one does not hide those in the others.
+[[nodiscard]] ReviewedStart review_start(const StartRequest& request, const StationConfig& config,
+                                         const db::Catalog& catalog);
+
+/// The same for a campaign that is to begin: the first mistake refuses it. Errors are bad_input.
 [[nodiscard]] base::Result<CheckedStart> check_start(const StartRequest& request, const StationConfig& config,
                                                      const db::Catalog& catalog);
 
@@ -44,6 +56,9 @@ struct CheckedStart {
 /// Checks that the fixture (null = turned by hand) knows the positions of the plan and can turn at its rates. Errors
 /// are bad_input.
 [[nodiscard]] base::Status check_fixture(const CheckedStart& checked, const hal::Fixture* fixture);
+
+/// What the plan will write from step `first_step` on, on the safe side.
+[[nodiscard]] double needed_bytes(const CheckedStart& checked, std::size_t first_step);
 
 /// Whether the disk under `folder` holds what the plan will write from step `first_step` on (else bad_input), and as
 /// much as a campaign that waited for room needs to go on (else internal: the plan is not at fault).

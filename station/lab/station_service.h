@@ -37,6 +37,9 @@ class StationService {
   /// Checks everything that can be known before, and lets it begin after those before it, never at once. As start(),
   /// and "before": the number of campaigns before it.
   [[nodiscard]] virtual base::Result<nlohmann::json> queue(const StartRequest& request) = 0;
+  /// What that campaign would be and all that is wrong with it, without touching a device: docs/http-api.md. Mistakes
+  /// of the request are part of the answer, not errors.
+  [[nodiscard]] virtual base::Result<nlohmann::json> check(const StartRequest& request) = 0;
   [[nodiscard]] virtual base::Status unqueue(const std::string& user, const std::string& campaign) = 0;
   /// Begins the first campaign of the queue now. Refuses (state) where it has another name than `campaign`, if that is
   /// given: the queue that the user saw is gone.
@@ -57,6 +60,10 @@ class StationService {
   [[nodiscard]] virtual nlohmann::json history(double after_s) const = 0;
   /// docs/http-api.md: the document of GET /api/v1/stored.
   [[nodiscard]] virtual base::Result<nlohmann::json> stored() = 0;
+  /// docs/http-api.md: the document of GET /api/v1/procedures, of all or of one file.
+  [[nodiscard]] virtual nlohmann::json procedures(const std::string& file) const = 0;
+  /// docs/http-api.md: the document of GET /api/v1/types.
+  [[nodiscard]] virtual nlohmann::json types() const = 0;
   /// Allan deviations of that unit in its present or last run. Refuses (bad_input, where == "unit") a serial number
   /// that no unit of the campaign has.
   [[nodiscard]] virtual base::Result<nlohmann::json> noise(const std::string& unit) const = 0;

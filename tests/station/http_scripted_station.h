@@ -143,6 +143,13 @@ class ScriptedStation : public StationService {
     return json{{"campaign", request.campaign}, {"runs", 5},  {"steps", 240}, {"estimate_s", 126000.0},
                 {"notes", json::array()},       {"before", 1}};
   }
+  base::Result<json> check(const StartRequest&) override {
+    return json{{"procedure", nullptr},
+                {"units", json::array()},
+                {"mistakes", json::array()},
+                {"notes", json::array()},
+                {"disk", {{"needed_bytes", nullptr}, {"free_bytes", nullptr}}}};
+  }
   base::Status unqueue(const std::string& user, const std::string& campaign) override {
     return note_and_set("unqueue " + campaign + " by " + user, "running");
   }
@@ -178,6 +185,8 @@ class ScriptedStation : public StationService {
     const std::lock_guard lock(mutex_);
     return stored_;
   }
+  json procedures(const std::string&) const override { return {{"procedures", json::array()}}; }
+  json types() const override { return {{"folder", "units"}, {"types", json::array()}, {"troubles", json::array()}}; }
   json history(double after_s) const override {
     const std::lock_guard lock(mutex_);
     json answer = history_;

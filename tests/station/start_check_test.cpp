@@ -135,6 +135,25 @@ TEST_F(StartCheck, RefusesWhatNoLaboratoryCouldDo) {
   EXPECT_TRUE(holds(refusal(), "short.toml:1")) << refusal();
 }
 
+TEST_F(StartCheck, AReviewTellsTheMistakesOfEachPartAndKeepsWhatIsSound) {
+  request.units = {{"A", "SN1"}, {"B", "SN2"}, {"Q", "SN3"}};
+  config.slots[1].unit_type = "";
+  request.campaign = "";
+  ReviewedStart reviewed = review_start(request, config, *catalog);
+  EXPECT_TRUE(reviewed.procedure);
+  ASSERT_EQ(reviewed.units.size(), 1U);
+  EXPECT_EQ(reviewed.units[0].serial, "SN1");
+  ASSERT_EQ(reviewed.mistakes.size(), 3U);
+  EXPECT_EQ(reviewed.mistakes[0].where, "--name");
+  EXPECT_EQ(reviewed.mistakes[1].where, "unit SN2");
+  EXPECT_TRUE(holds(reviewed.mistakes[2].message, "'Q'")) << reviewed.mistakes[2].message;
+  request.procedure_text = "name = 3\n";
+  reviewed = review_start(request, config, *catalog);
+  EXPECT_FALSE(reviewed.procedure);
+  EXPECT_EQ(reviewed.units.size(), 1U);
+  EXPECT_EQ(reviewed.mistakes.size(), 4U);
+}
+
 TEST_F(StartCheck, RefusesATurnOfTheFixtureThatTheRunFilesCouldNotSay) {
   request.procedure_text = kProcedure;
   request.procedure_text.replace(request.procedure_text.find("[preflight]"), 0, "turned_deg = 90\n");

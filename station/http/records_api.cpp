@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/http/records_api.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "station/http/members.h"
+#include "station/io/host.h"
+#include "station/io/text.h"
+#include "station/records/reference_entry.h"
+#include "station/records/reference_register.h"
+
+namespace soak::station {
+namespace {
+
+using base::Result;
+using nlohmann::json;
+
+/// What a person has to enter; it ends up in files and certificates, so it must be short and plain.
+Result<std::string> carried_member(const json& body, const std::string& name) {
+  auto value = text_member(body, name, std::nullopt);
+  if (!value) return value;
+  if (auto plain = check_carried_line(*value, name); !plain) return base::forward_error(plain);
+  return value;
+}
+
+Result<std::optional<double>> number_member(const json& body, const std::string& name) {
+  const auto member = body.find(name);
+  if (member == body.end() || member->is_null()) return std::nullopt;
+  if (!member->is_number()) return base::bad_input("the member is not a number", name);
+  return member->get<double>();
+}
+
+base::Status check_type(const StationService& lab, const std::string& type) {
+  const json document = lab.types();
+  const bool known = std::ranges::any_of(document.at("types"), [&](const json& one) { return one.at("name") == type; });
+  if (known) return {};
+  const auto folder = document.at("folder").get<std::string>();
+  return base::bad_input(fmt::format("there is no unit type '{}' in {}, or its file is wrong", type, folder), "type");
+}
+
+/// A unit before its first campaign. That it is there already with the same type is no mistake.
+Result<json> add_unit(const StationService& lab, RunArchive& archive, const json& body) {
+  if (auto known = only_members(body, {"unit", "type", "user"}); !known) return base::forward_error(known);
+  const auto serial = carried_member(body, "unit");
+  if (!serial) return base::forward_error(serial);
+  const auto type = carried_member(body, "type");
+  if (!type) return base::forward_error(type);
+  const auto user = carried_member(body, "user");
+  if (!user) return base::forward_error(user);
+  if (auto listed = check_type(lab, *type); !listed) return base::forward_error(listed);
+  return archive.in_turn([&](db::Catalog& catalog) -> Result<json> {
+    const auto entered = catalog.all_or_nothing([&]() -> base::Status {
+      const auto before = catalog.unit(*serial);
+      if (!before) return base::forward_error(before);
+      const auto unit = catalog.ensure_unit(*serial, *type);
+      if (!unit) return base::forward_error(unit);
+      if (unit->type != *type) {
+        return base::bad_input(fmt::format("unit {} exists with type '{}'", *serial, unit->type), "type");
+      }
+      if (*before) return {};
+      return catalog.log_event({now_utc_s(), "unit_added", *serial, "as " + *type, *user});
+    });
+    if (!entered) return base::forward_error(entered);
+    return json{{"unit", *serial}, {"type", *type}};
+  });
+}
+
+Result<json> register_document(const db::Catalog& catalog) {
+  const auto shown = shown_register(catalog, now_utc_s());
+  if (!shown) return base::forward_error(shown);
+  return references_document(*shown);
+}
+
+Result<EnteredReference> entered_reference(const json& body) {
+  EnteredReference entry;
+  for (const auto& [name, member] : {std::pair{"kind", &entry.kind},
+                                     {"name", &entry.name},
+                                     {"certificate", &entry.certificate},
+                                     {"issued", &entry.issued},
+                                     {"due", &entry.due}}) {
+    const auto text = carried_member(body, name);
+    if (!text) return base::forward_error(text);
+    *member = *text;
+  }
+  const auto uncertainty = number_member(body, "uncertainty");
+  if (!uncertainty) return base::forward_error(uncertainty);
+  if (!*uncertainty) return base::bad_input("the member is missing", "uncertainty");
+  const auto coverage = number_member(body, "k");
+  if (!coverage) return base::forward_error(coverage);
+  const auto correction = number_member(body, "correction");
+  if (!correction) return base::forward_error(correction);
+  entry.uncertainty = **uncertainty;
+  entry.coverage = coverage->value_or(entry.coverage);
+  entry.correction = *correction;
+  return entry;
+}
+
+/// A certificate; of a reference that has one already the newer one stands.
+Result<json> add_reference(const StationService&, RunArchive& archive, const json& body) {
+  const auto known =
+      only_members(body, {"kind", "name", "certificate", "issued", "due", "uncertainty", "k", "correction", "user"});
+  if (!known) return base::forward_error(known);
+  const auto entry = entered_reference(body);
+  if (!entry) return base::forward_error(entry);
+  const auto user = carried_member(body, "user");
+  if (!user) return base::forward_error(user);
+  const auto reference = reference_from(*entry, now_utc_s());
+  if (!reference) return base::forward_error(reference);
+  return archive.in_turn([&](db::Catalog& catalog) -> Result<json> {
+    const auto added = catalog.add_reference({*reference, *user, now_utc_s()});
+    if (!added) return base::forward_error(added);
+    return register_document(catalog);
+  });
+}
+
+/// Takes a reference out of use.
+Result<json> retire_reference(const StationService&, RunArchive& archive, const json& body) {
+  if (auto known = only_members(body, {"record_id", "reason", "user"}); !known) return base::forward_error(known);
+  const auto record_id = carried_member(body, "record_id");
+  if (!record_id) return base::forward_error(record_id);
+  const auto reason = carried_member(body, "reason");
+  if (!reason) return base::forward_error(reason);
+  const auto user = carried_member(body, "user");
+  if (!user) return base::forward_error(user);
+  return archive.in_turn([&](db::Catalog& catalog) -> Result<json> {
+    if (auto retired = catalog.retire_reference(*record_id, {*reason, *user, now_utc_s()}); !retired) {
+      return base::forward_error(retired);
+    }
+    return register_document(catalog);
+  });
+}
+
+}  // namespace
+
+Result<json> references_answer(RunArchive& archive, const Parameters& parameters) {
+  if (auto known = only_parameters(parameters, {}); !known) return base::forward_error(known);
+  return archive.in_turn([](db::Catalog& catalog) { return register_document(catalog); });
+}
+
+const std::vector<RecordCommand>& record_commands() {
+  static const std::vector<RecordCommand> commands = {
+      {"unit/add", add_unit}, {"references/add", add_reference}, {"references/retire", retire_reference}};
+  return commands;
+}
+
+}  // namespace soak::station

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a campaign would be, for somebody who still fills in the form: nothing begins and no device is touched.
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <system_error>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "station/config/procedure_folder.h"
+#include "station/config/unit_type_json.h"
+#include "station/io/host.h"
+#include "station/lab/engine.h"
+#include "station/lab/start_check.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+/// Each line of a message is a mistake of its own (a procedure's are told all at once); what two checks find counts
+/// once.
+class Mistakes {
+ public:
+  void add(const base::Error& error) {
+    std::istringstream lines(error.message);
+    for (std::string line; std::getline(lines, line);) {
+      json mistake = {{"message", line}, {"where", error.where}};
+      if (std::ranges::find(list_, mistake) == list_.end()) list_.push_back(std::move(mistake));
+    }
+  }
+  [[nodiscard]] const json& list() const { return list_; }
+
+ private:
+  json list_ = json::array();
+};
+
+json units_part(const std::vector<CheckedUnit>& units) {
+  json list = json::array();
+  for (const CheckedUnit& unit : units) {
+    list.push_back({{"slot", unit.slot.name}, {"serial", unit.serial}, {"type", unit.type.name}});
+  }
+  return list;
+}
+
+json free_bytes(const std::filesystem::path& folder) {
+  std::error_code error;
+  const auto space = std::filesystem::space(folder, error);
+  return error ? json() : json(space.available);
+}
+
+json plan_part(const CheckedStart& checked) {
+  const Procedure& procedure = checked.plan.procedure;
+  return {{"name", procedure.name},
+          {"description", procedure.description},
+          {"purpose", name_of(procedure.purpose)},
+          {"runs", std::ranges::count(checked.plan.runs, false, &PlannedRun::preflight)},
+          {"visits", procedure.set_points_c.size()},
+          {"set_points_c", procedure.set_points_c},
+          {"positions", procedure.positions},
+          {"estimate_s", checked.plan.remaining_s(0)}};
+}
+
+}  // namespace
+
+base::Result<json> Engine::check(const StartRequest& request) {
+  return command([=, this] { return reviewed_document(request); });
+}
+
+json Engine::procedures(const std::string& file) const {
+  return procedures_document(procedure_folders(catalog_.data_folder()), file, config_.room_c);
+}
+
+json Engine::types() const { return types_document(config_.unit_types); }
+
+base::Result<json> Engine::reviewed_document(const StartRequest& request) const {
+  Mistakes mistakes;
+  ReviewedStart reviewed = review_start(request, config_, catalog_);
+  for (const base::Error& mistake : reviewed.mistakes) {
+    // What the catalog cannot tell is no mistake of whoever asks.
+    if (mistake.kind != base::ErrorKind::bad_input) return tl::unexpected(mistake);
+    mistakes.add(mistake);
+  }
+  const auto known = catalog_.campaign(request.campaign);
+  if (!known) return base::forward_error(known);
+  if (*known || queue_.holds(request.campaign)) {
+    const std::string where = *known ? "exists already" : "is in the queue already";
+    mistakes.add({base::ErrorKind::bad_input, "campaign '" + request.campaign + "' " + where + ": choose another name",
+                  "campaign"});
+  }
+  std::vector<std::string> notes;
+  json document = {{"procedure", nullptr},
+                   {"units", units_part(reviewed.units)},
+                   {"disk", {{"needed_bytes", nullptr}, {"free_bytes", free_bytes(catalog_.data_folder())}}}};
+  if (reviewed.procedure) {
+    const CheckedStart checked{compile_plan(*reviewed.procedure, config_.room_c), std::move(reviewed.units)};
+    document["procedure"] = plan_part(checked);
+    for (const base::Status& able : {check_chamber(checked, *chamber_), check_fixture(checked, fixture_.get())}) {
+      if (!able) mistakes.add(able.error());
+    }
+    // One that has to wait for its turn may find room by then.
+    const bool waits = is_under_way(state_) || !queue_.empty();
+    if (!checked.units.empty()) {
+      document["disk"]["needed_bytes"] = needed_bytes(checked, 0);
+      const auto fits = check_disk(checked, 0, catalog_.data_folder());
+      if (!fits && waits) notes.push_back(fits.error().message);
+      if (!fits && !waits) mistakes.add(fits.error());
+    }
+    const double before_s = queue_.estimate_s() + (is_under_way(state_) ? estimate_after_step_s() : 0.0);
+    const auto judged =
+        check_references(catalog_, checked, 0, now_utc_s() + before_s / config_.clock_rate, config_.clock_rate);
+    if (!judged && judged.error().kind != base::ErrorKind::bad_input) return base::forward_error(judged);
+    if (!judged) mistakes.add(judged.error());
+    if (judged) notes.insert(notes.end(), judged->notes.begin(), judged->notes.end());
+    const auto standards = note_on_check_standards(catalog_, checked);
+    if (!standards) return base::forward_error(standards);
+    if (*standards) notes.push_back(**standards);
+  }
+  document["mistakes"] = mistakes.list();
+  document["notes"] = std::move(notes);
+  return document;
+}
+
+}  // namespace soak::station

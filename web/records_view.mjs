@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the laboratory measures with and what it measures: certificates of references, types of units, new units.
+
+import { get, post } from "./api.mjs";
+import { $, element, say, show } from "./dom.mjs";
+import { badge } from "./runs_view.mjs";
+import { limitsText, ratingText, standingOf, valueText } from "./records_words.mjs";
+import { unitAddress } from "./units_view.mjs";
+
+export class RecordsView {
+  #userName;
+  #retiring = null; // the entry that the dialog is about
+
+  /** `userName()`: who enters something, "" where nobody has said so. */
+  constructor(userName) {
+    this.#userName = userName;
+    $("reference-form").addEventListener("submit", (event) => this.#addReference(event));
+    $("reference-kind").addEventListener("change", () => this.#sayUnit());
+    $("new-unit-form").addEventListener("submit", (event) => this.#addUnit(event));
+    $("retire-form").addEventListener("submit", (event) => this.#retire(event));
+    $("retire-cancel").addEventListener("click", () => $("retire-dialog").close());
+  }
+
+  async open() {
+    this.#sayUnit();
+    await tell("records-failure", async () => this.#showReferences((await get("references")).references));
+    await tell("records-failure", async () => this.#showTypes(await get("types")), { add: true });
+  }
+
+  /** The entries that stand; older ones of a reference come after its newest. */
+  #showReferences(references) {
+    const seen = new Set();
+    const standing = references.filter(({ kind, name }) => !seen.has(`${kind} ${name}`) && seen.add(`${kind} ${name}`));
+    const rows = standing.map((entry) => {
+      const row = element("tr", "");
+      const state = element("td", "");
+      state.append(badge(standingOf(entry)));
+      const retire = Object.assign(element("button", "Retire…"), { type: "button", className: "small" });
+      retire.setAttribute("aria-label", `Retire ${entry.name}`);
+      retire.addEventListener("click", () => this.#askToRetire(entry));
+      const actions = element("td", "");
+      if (entry.retired === null) actions.append(retire);
+      const { correction, standard_uncertainty, unit } = entry;
+      const numbers = [valueText(correction, unit), valueText(standard_uncertainty, unit)];
+      row.append(...[this.#kindText(entry.kind), entry.name, entry.certificate].map((text) => element("td", text)), state, element("td", entry.due), ...numbers.map((text) => element("td", text)), actions);
+      return row;
+    });
+    $("references").tBodies[0].replaceChildren(...rows);
+    show($("references-box"), rows.length > 0);
+    show($("references-none"), rows.length === 0);
+  }
+
+  /** As the form names it. */
+  #kindText(kind) {
+    return [...$("reference-kind").options].find(({ value }) => value === kind)?.text ?? kind;
+  }
+
+  #showTypes({ types, folder, troubles }) {
+    const rows = types.map((type) => {
+      const row = element("tr", "");
+      row.append(...[type.name, type.description, ratingText(type), limitsText(type.limits)].map((text) => element("td", text)));
+      return row;
+    });
+    $("types").tBodies[0].replaceChildren(...rows);
+    say($("types-folder"), folder);
+    $("types-troubles").replaceChildren(...troubles.map((text) => element("li", text)));
+    show($("types-troubles"), troubles.length > 0);
+    $("new-unit-type").replaceChildren(...types.map(({ name }) => Object.assign(element("option", name), { value: name })));
+  }
+
+  #sayUnit() {
+    const [unit, correction] = $("reference-kind").selectedOptions[0].dataset.says.split("|");
+    for (const place of document.querySelectorAll(".reference-unit")) say(place, unit);
+    say($("reference-correction-what"), correction);
+    show($("reference-correction-box"), correction !== "");
+    $("reference-correction").required = $("reference-kind").value === "gravity";
+  }
+
+  async #addReference(event) {
+    event.preventDefault();
+    const text = (id) => $(id).value.trim();
+    const entry = {
+      kind: $("reference-kind").value,
+      name: text("reference-name"),
+      certificate: text("reference-certificate"),
+      issued: $("reference-issued").value,
+      due: $("reference-due").value,
+      uncertainty: Number($("reference-uncertainty").value),
+      k: Number($("reference-k").value),
+      correction: text("reference-correction") === "" || $("reference-correction-box").hidden ? null : Number(text("reference-correction")),
+    };
+    await tell("reference-failure", async () => {
+      this.#showReferences((await post("references/add", { ...entry, user: this.#userName() })).references);
+      say($("records-news"), `${entry.name} is entered.`);
+      $("reference-form").reset();
+      this.#sayUnit();
+      $("reference-kind").focus();
+    });
+  }
+
+  #askToRetire(entry) {
+    this.#retiring = entry;
+    say($("retire-text"), `${this.#kindText(entry.kind)} “${entry.name}”, certificate ${entry.certificate}: it is out of use from now on. What was measured with it keeps it.`);
+    $("retire-reason").value = "";
+    show($("retire-failure"), false);
+    $("retire-dialog").showModal();
+    $("retire-reason").focus();
+  }
+
+  async #retire(event) {
+    event.preventDefault(); // it stays open until the station has said yes
+    await tell("retire-failure", async () => {
+      const record = { record_id: this.#retiring.record_id, reason: $("retire-reason").value.trim(), user: this.#userName() };
+      const { references } = await post("references/retire", record);
+      $("retire-dialog").close();
+      this.#showReferences(references);
+      say($("records-news"), `${this.#retiring.name} is retired.`);
+      $("records-title").focus(); // the button that led here is gone
+    });
+  }
+
+  async #addUnit(event) {
+    event.preventDefault();
+    $("new-unit-done").replaceChildren();
+    await tell("new-unit-failure", async () => {
+      const { unit, type } = await post("unit/add", { unit: $("new-unit-serial").value.trim(), type: $("new-unit-type").value, user: this.#userName() });
+      const link = Object.assign(element("a", unit), { href: unitAddress(unit) });
+      $("new-unit-done").replaceChildren(link, ` is known as ${type}.`);
+      $("new-unit-serial").value = "";
+    });
+  }
+}
+
+let busy = false;
+
+/** Carries out, once at a time; where that fails the place with that id says why. `add`: beside what it says already. */
+async function tell(id, work, { add = false } = {}) {
+  if (busy) return;
+  busy = true;
+  if (!add) show($(id), false);
+  try {
+    await work();
+  } catch (error) {
+    say($(id), error.message);
+    show($(id), true);
+  }
+  busy = false;
+}

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// A new campaign: what is chosen is checked while the form is filled in, then started, or put into the queue while another one runs.
+
+import { get, post, send } from "./api.mjs";
+import { $, element, say, show } from "./dom.mjs";
+import { timeOfDay } from "./format.mjs";
+import { reviewLines, unknownUnits } from "./start_words.mjs";
+import { isActive, now_s } from "./words.mjs";
+
+const OWN_FILE = "own file";
+const CHECK_AFTER_MS = 400;
+
+export class StartForm {
+  #userName;
+  #status = null;
+  #slots = [];
+  #procedures = [];
+  #types = [];
+  #unknown = ""; // the units that can be entered, as they are shown
+  #wasAtRest = null;
+  #checks = 0;
+  #timer = 0;
+
+  /** `userName()`: who starts a campaign. */
+  constructor(userName) {
+    this.#userName = userName;
+    $("start-form").addEventListener("submit", (event) => this.#start(event));
+    $("start-form").addEventListener("input", () => {
+      show($("start-failure"), false);
+      this.#checkSoon();
+    });
+    $("start-choice").addEventListener("change", () => this.#choose());
+    $("start-box").addEventListener("toggle", () => this.#load());
+    // Records may have been made meanwhile, files changed, time passed.
+    addEventListener("hashchange", () => this.#load());
+    document.addEventListener("visibilitychange", () => this.#load());
+    // A scanner ends each serial number with Enter: that is not yet the start.
+    $("start-slots").addEventListener("keydown", (event) => this.#nextSlot(event));
+  }
+
+  /** The newest status document. */
+  take(status) {
+    this.#status = status;
+    show($("start-card"), true);
+    this.#offerStart(!isActive(status));
+    show($("start-gives-up"), status.resumable !== null);
+    say($("start-gives-up"), `Start gives ${status.resumable} up: it cannot be resumed afterwards.`);
+  }
+
+  /** A field for each slot of the station, with the unit that its configuration names. */
+  showSlots(slots) {
+    if (JSON.stringify(slots) === JSON.stringify(this.#slots)) return;
+    this.#slots = slots;
+    const fields = slots.map(({ name, unit }) => {
+      const label = element("label", `Slot ${name}: serial number `);
+      const input = Object.assign(document.createElement("input"), { type: "text", value: unit, maxLength: 200, autocomplete: "off" });
+      input.dataset.slot = name;
+      label.append(input);
+      return label;
+    });
+    $("start-slots").replaceChildren(...fields);
+  }
+
+  /** At rest the form lies open; beside a campaign it is for the queue only, and folded. */
+  #offerStart(atRest) {
+    if (atRest === this.#wasAtRest) return;
+    this.#wasAtRest = atRest;
+    // Whoever is typing goes on typing.
+    if (atRest || !$("start-box").contains(document.activeElement)) $("start-box").open = atRest;
+    say($("start-title"), atRest ? "New campaign" : "Queue a campaign");
+    show($("start-send"), atRest);
+    this.#checkSoon();
+  }
+
+  /** Whenever somebody comes to it: what there is to choose from, and whether what they have chosen still holds. */
+  async #load() {
+    if (!$("start-box").open || document.hidden || $("station-view").hidden) return;
+    await Promise.all([
+      this.#ask("procedures", ({ procedures }) => this.#showProcedures(procedures)),
+      this.#ask("types", ({ types }) => (this.#types = types.map(({ name }) => name))),
+      this.#slots.length === 0 && this.#ask("stored", ({ slots }) => this.showSlots(slots)),
+    ]);
+    this.#checkSoon();
+  }
+
+  async #ask(what, take) {
+    try {
+      take(await get(what));
+    } catch (error) {
+      this.#fail(`The station does not say what ${what === "stored" ? "slots" : what} it has: ${error.message}`);
+    }
+  }
+
+  #fail(text) {
+    say($("start-failure"), text);
+    show($("start-failure"), true);
+  }
+
+  /** Without any, a file of one's own is the only choice. What is chosen stays chosen. */
+  #showProcedures(procedures) {
+    const [chosen, known] = [$("start-choice").value, JSON.stringify(procedures)];
+    if (known === JSON.stringify(this.#procedures)) return;
+    this.#procedures = procedures;
+    const option = (text, value, disabled = false) => Object.assign(element("option", text), { value, disabled });
+    const own = procedures.map(({ file, name, trouble }) => option(trouble ? `${file} (has mistakes)` : name, file, trouble !== null));
+    $("start-choice").replaceChildren(option("Choose…", ""), ...own, option("A file of your own…", OWN_FILE));
+    $("start-choice").value = $("start-procedure").files.length > 0 ? OWN_FILE : chosen;
+    if ($("start-choice").selectedIndex < 0) $("start-choice").value = "";
+    show($("start-choice-label"), procedures.length > 0);
+    this.#choose();
+  }
+
+  #choose() {
+    const own = this.#procedures.length === 0 || $("start-choice").value === OWN_FILE;
+    show($("start-file-label"), own);
+    $("start-procedure").required = own;
+    $("start-choice").required = !own;
+  }
+
+  /** {text, file} of the procedure that is chosen, as its file is now; null where none is. */
+  async #procedure() {
+    const chosen = this.#procedures.find(({ file }) => file === $("start-choice").value);
+    if (chosen) {
+      const { procedures } = await get(`procedures?${new URLSearchParams({ file: chosen.file })}`);
+      if (procedures.length === 0) throw new Error(`${chosen.file} is gone: choose another procedure`);
+      if (procedures[0].trouble) throw new Error(procedures[0].trouble);
+      return { text: procedures[0].text, file: chosen.file };
+    }
+    const file = $("start-procedure").files[0];
+    return file && !$("start-file-label").hidden ? { text: await file.text(), file: file.name } : null;
+  }
+
+  async #request() {
+    const procedure = await this.#procedure();
+    const units = {};
+    for (const input of $("start-slots").querySelectorAll("input")) {
+      if (input.value.trim()) units[input.dataset.slot] = input.value.trim();
+    }
+    return procedure && { procedure_text: procedure.text, procedure_file: procedure.file, campaign: $("start-name").value.trim(), units };
+  }
+
+  /** Not at every key; of several answers the last question's counts. */
+  #checkSoon() {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.#check(), CHECK_AFTER_MS);
+  }
+
+  async #check() {
+    const number = ++this.#checks;
+    try {
+      const request = await this.#request();
+      const review = request && (await send("check", { user: this.#userName(), ...request }));
+      if (number === this.#checks) this.#showReview(review, request);
+    } catch (error) {
+      if (number === this.#checks) this.#showReview({ procedure: null, mistakes: [{ message: error.message, where: "" }] }, { units: {} });
+    }
+  }
+
+  #showReview(review, request) {
+    show($("start-review"), review !== null);
+    if (review === null) {
+      this.#offerUnits([]);
+      return;
+    }
+    const { rate } = this.#status.clock;
+    const end = (estimate_s) => (this.#wasAtRest ? timeOfDay(now_s(this.#status) + estimate_s / rate, now_s(this.#status)) : null);
+    const asked = { named: Boolean(request.campaign), filled: Object.keys(request.units).length > 0, rate, end };
+    $("start-review").replaceChildren(...reviewLines(review, asked).map(({ text, level }) => Object.assign(element("li", text), { className: level })));
+    this.#offerUnits(unknownUnits(review));
+  }
+
+  /** Units whose type nobody knows yet can be entered on the spot; whoever is choosing goes on choosing. */
+  #offerUnits(serials) {
+    const about = JSON.stringify([serials, this.#types]);
+    if (about === this.#unknown) return;
+    this.#unknown = about;
+    const rows = serials.map((serial) => {
+      const row = element("p", "");
+      const types = document.createElement("select");
+      types.append(...this.#types.map((name) => Object.assign(element("option", name), { value: name })));
+      types.setAttribute("aria-label", `Type of unit ${serial}`);
+      const add = Object.assign(element("button", `Enter unit ${serial} as`), { type: "button", className: "small" });
+      add.addEventListener("click", () => this.#enterUnit(serial, types.value));
+      row.append(add, " ", types);
+      return row;
+    });
+    $("start-unknown").replaceChildren(...rows);
+  }
+
+  async #enterUnit(unit, type) {
+    try {
+      await post("unit/add", { unit, type, user: this.#userName() });
+      $("start-form").querySelector(`[data-slot]`)?.focus();
+    } catch (error) {
+      this.#fail(error.message);
+    }
+    this.#check();
+  }
+
+  #nextSlot(event) {
+    if (event.key !== "Enter") return;
+    event.preventDefault();
+    const inputs = [...$("start-slots").querySelectorAll("input")];
+    (inputs[inputs.indexOf(event.target) + 1] ?? $(this.#wasAtRest ? "start-send" : "start-queue")).focus();
+  }
+
+  async #start(event) {
+    event.preventDefault();
+    // Enter in a field presses the first button, also where that is hidden.
+    const forQueue = event.submitter?.id === "start-queue" || !this.#wasAtRest;
+    show($("start-failure"), false);
+    for (const button of ["start-send", "start-queue"]) $(button).disabled = true;
+    try {
+      await send(forQueue ? "queue" : "start", { user: this.#userName(), ...(await this.#request()) });
+      $("start-name").value = "";
+      this.#showReview(null, null);
+      this.#checks += 1; // an answer that is under way is about what has begun
+      clearTimeout(this.#timer);
+    } catch (error) {
+      this.#fail(error.message);
+      $("start-box").open = true;
+    }
+    for (const button of ["start-send", "start-queue"]) $(button).disabled = false;
+  }
+}
