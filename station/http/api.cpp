@@ -29,6 +29,7 @@ Result<json> answer_history(StationService& lab, const Parameter& after_s, std::
 Result<json> answer_stored(StationService& lab, const Parameter&, std::int64_t) { return lab.stored(); }
 
 Result<json> answer_procedures(StationService& lab, const Parameter& file, std::int64_t) {
+  if (file && file->empty()) return base::bad_input("the name of a file is empty", "file");
   return lab.procedures(file.value_or(""));
 }
 

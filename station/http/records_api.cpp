@@ -70,6 +70,12 @@ Result<json> add_unit(const StationService& lab, RunArchive& archive, const json
   });
 }
 
+/// What the catalog refuses is about that member of the body.
+base::Error at_member(base::Error error, const std::string& name) {
+  if (error.kind == base::ErrorKind::bad_input) error.where = name;
+  return error;
+}
+
 Result<json> register_document(const db::Catalog& catalog) {
   const auto shown = shown_register(catalog, now_utc_s());
   if (!shown) return base::forward_error(shown);
@@ -113,7 +119,7 @@ Result<json> add_reference(const StationService&, RunArchive& archive, const jso
   if (!reference) return base::forward_error(reference);
   return archive.in_turn([&](db::Catalog& catalog) -> Result<json> {
     const auto added = catalog.add_reference({*reference, *user, now_utc_s()});
-    if (!added) return base::forward_error(added);
+    if (!added) return tl::unexpected(at_member(added.error(), "certificate"));
     return register_document(catalog);
   });
 }
@@ -129,7 +135,7 @@ Result<json> retire_reference(const StationService&, RunArchive& archive, const 
   if (!user) return base::forward_error(user);
   return archive.in_turn([&](db::Catalog& catalog) -> Result<json> {
     if (auto retired = catalog.retire_reference(*record_id, {*reason, *user, now_utc_s()}); !retired) {
-      return base::forward_error(retired);
+      return tl::unexpected(at_member(retired.error(), "record_id"));
     }
     return register_document(catalog);
   });

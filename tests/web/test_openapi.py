@@ -56,7 +56,7 @@ def wrong_values(schema):
     kinds = [kinds] if isinstance(kinds, str) else kinds
     if "enum" in schema:
         yield "no such word"
-    yield {"string": 5, "integer": "x", "boolean": "x", "object": [], "enum": 5}[kinds[0]]
+    yield {"string": 5, "integer": "x", "number": "x", "boolean": "x", "object": [], "enum": 5}[kinds[0]]
     if kinds[0] == "integer":
         yield 1.5
     if "minimum" in schema:
@@ -234,12 +234,15 @@ class OpenApi(unittest.TestCase):
     def test_bodies_that_it_does_not_allow_are_refused_by_the_name_of_the_member(self):
         run = self.example_values()["run"]
         values = {"campaign": "verification", "procedure_text": "x = 1", "procedure_file": "a.toml", "units": {}, "prompt": 1, "reason": "test", "run": run, "unit": SERIAL,
-                  "visit": 0, "position": "+X", "attempt": 0, "kind": "export", "format": "blob", "simulated": True, "id": 10 ** 6, "user": "Eva"}
+                  "visit": 0, "position": "+X", "attempt": 0, "kind": "export", "format": "blob", "simulated": True, "id": 10 ** 6, "user": "Eva", "type": "generic", "record_id": run, "name": "level 1", "certificate": "L-7", "issued": "2026-01-01",
+                  "due": "2099-01-01", "uncertainty": 0.01, "k": 2, "correction": 0.0}
         for (method, path), operation in OPERATIONS.items():
             if method != "POST":
                 continue
             schema = body_of(operation)
             right = {name: values[name] for name in schema["properties"]}
+            if path == "/api/v1/references/add":
+                right["kind"] = "level"
             check(right, schema)
             with self.subTest(path=path):
                 self.assertEqual(self.refusal(operation, path, {**right, "no_such": 1}), (400, "no_such"))
