@@ -101,6 +101,20 @@ TEST_P(TextChamberTest, TellsWhatTheControllerRefused) {
   EXPECT_TRUE(chamber_->read()) << "the link is sound, there is no pause";
 }
 
+TEST_P(TextChamberTest, IsToldToGoOffThoughItSaysThatItIsAndMayThenRefuse) {
+  ASSERT_EQ(text_of(chamber_->connect()), "");
+  (void)peer_.tell("log");
+  ASSERT_EQ(text_of(chamber_->stop()), "");
+  EXPECT_EQ(peer_.tell("log"), "MODE?|MODE,STANDBY|MODE?");
+  (void)peer_.tell("fault fragments 1");
+  (void)peer_.tell("then refuse 1");
+  EXPECT_EQ(text_of(chamber_->stop()), "") << "it is off";
+  (void)peer_.tell("set mode CONSTANT");
+  (void)peer_.tell("fault fragments 1");
+  (void)peer_.tell("then refuse 1");
+  EXPECT_TRUE(fails(chamber_->stop(), base::ErrorKind::device, {"NA:CHB NOT READY"}));
+}
+
 TEST_P(TextChamberTest, FindsAWriteThatTheControllerAcceptsAndIgnores) {
   (void)peer_.tell("stuck");
   const auto status = chamber_->set_temperature(60.0);
