@@ -30,7 +30,7 @@ DeviceMap p300(const std::variant<TcpAddress, SerialAddress>& address) {
   auto map = read_device_map(file);
   if (!map) throw std::runtime_error(map.error().message);
   map->link.address = address;
-  map->link.response_timeout_s = 1.0;  // a busy machine lets the peer wait
+  map->link.response_timeout_s = 10.0;  // a busy machine lets the peer wait
   return *std::move(map);
 }
 
