@@ -36,16 +36,9 @@ class ChamberWatch(LabTest):
         return text.replace(name, str(self.write(f"{device}.toml", changed)))
 
     def wait_until_blocked(self):
-        """The status, once nothing in it has moved for two seconds: the chamber's last digits do while the engine turns."""
-        end_s = time.monotonic() + bench.WAIT_S
-        before, since_s = self.status(), time.monotonic()
-        while time.monotonic() - since_s < 2.0:
-            self.assertLess(time.monotonic(), end_s, "the engine is never blocked")
-            time.sleep(0.05)
-            status = self.status()
-            if status != before:
-                before, since_s = status, time.monotonic()
-        return before
+        """The status, once the engine waits for the fixture."""
+        self.assertTrue(self.proxies["fixture"].lost.wait(bench.WAIT_S), "nobody asks the fixture")
+        return self.status()
 
     def test_an_overheating_chamber_is_switched_off_while_the_engine_is_blocked(self):
         self.start_lab(cut=["fixture"], edit=self.edit)
