@@ -75,8 +75,9 @@ class MappedChamber final : public Chamber {
     return controller_->run("ramp_on");
   }
 
-  base::Status start() override { return switch_control("start", "auto"); }
-  base::Status stop() override { return switch_control("stop", "off"); }
+  base::Status start() override { return switch_control("start", "auto", Controller::Held::by_policy); }
+  // A register that says "off" is no proof that heating is: the command may have been lost behind it.
+  base::Status stop() override { return switch_control("stop", "off", Controller::Held::write_anyway); }
 
   std::optional<double> min_set_point_c() const override { return range_.min; }
   std::optional<double> max_set_point_c() const override { return range_.max; }
@@ -95,9 +96,9 @@ class MappedChamber final : public Chamber {
     return false;
   }
 
-  base::Status switch_control(const char* action, const char* mode) {
-    if (controller_->has_action(action)) return controller_->run(action);
-    return controller_->write("control_mode", controller_->code("control_mode", mode).value());
+  base::Status switch_control(const char* action, const char* mode, Controller::Held held) {
+    if (controller_->has_action(action)) return controller_->run(action, held);
+    return controller_->write("control_mode", controller_->code("control_mode", mode).value(), held);
   }
 
   /// The controller's own limits, set at its front, narrow those of the map.

@@ -52,7 +52,7 @@ class Chamber {
   [[nodiscard]] virtual base::Status set_ramp_rate(std::optional<double> rate_kpmin) = 0;
   /// Control on: the chamber drives towards the set point.
   [[nodiscard]] virtual base::Status start() = 0;
-  /// Control off: neither heating nor cooling.
+  /// Control off: neither heating nor cooling. Written also where the controller says that it is off.
   [[nodiscard]] virtual base::Status stop() = 0;
   /// Set points that the map allows; absent = not stated.
   [[nodiscard]] virtual std::optional<double> min_set_point_c() const = 0;

@@ -18,8 +18,6 @@ constexpr double kSilentUnit_s = 1800.0;  ///< process time in warm air for a un
 /// Between commands to a device that refuses them: their registers may lie in memory that wears out.
 constexpr std::chrono::seconds kWarmUpInterval{1};
 constexpr int kWarmUpTries = 5;
-constexpr std::chrono::seconds kLaterWarmUpInterval{60};
-constexpr std::chrono::seconds kUnreadable{60};  ///< after which a chamber that nobody can read is switched off
 constexpr double kSlowest_kpmin = 0.5;
 constexpr double kWarmUpReserve_s = 7200.0;
 constexpr double kNight_s = 28800.0;  ///< process time in which a room warms any chamber that is off
@@ -32,7 +30,7 @@ double safe_temp_c(double wanted_c, double dew_point_c) {
   return std::max({wanted_c, kLowestEnd_c, dew_point_c + 2.0 * kDewMargin_c});
 }
 
-DewSafeWarmUp::DewSafeWarmUp(double temp_c) : temp_c_(temp_c) {}
+DewSafeWarmUp::DewSafeWarmUp(double temp_c, const WarmUpPatience& patience) : temp_c_(temp_c), patience_(patience) {}
 
 double DewSafeWarmUp::target_c(const Station& station) const {
   return safe_temp_c(temp_c_, station.config.dew_point_c);
@@ -74,13 +72,13 @@ void DewSafeWarmUp::watch(Station& station) {
     return give_up(station,
                    fmt::format("it has not come to {:+.0f} °C in {:.1f} h", target_c(station), limit_s_ / 3600.0));
   }
-  if (!is_off_ && now - *read_ > kUnreadable) give_up(station, station.chamber.trouble());
+  if (!is_off_ && now - *read_ > patience_.unreadable) give_up(station, station.chamber.trouble());
 }
 
 /// By both clocks: with a fast simulated one process time alone would give a slow host no chance.
 bool DewSafeWarmUp::overdue(const Station& station) {
   return begun_ && !warm_since_s_ && !is_off_ && station.now_s() - begun_s_ > limit_s_ &&
-         Clock::now() - *begun_ > kUnreadable;
+         Clock::now() - *begun_ > patience_.unreadable;
 }
 
 void DewSafeWarmUp::give_up(Station& station, const std::string& why) {
@@ -88,7 +86,7 @@ void DewSafeWarmUp::give_up(Station& station, const std::string& why) {
   if (!switch_off(station)) return;
   commanded_ = false;
   warm_since_s_.reset();
-  next_command_ = Clock::now() + kLaterWarmUpInterval;
+  next_command_ = Clock::now() + patience_.pause;
   station.log.add("device", "chamber", why + ": heating and cooling are switched off");
 }
 
@@ -98,7 +96,7 @@ bool DewSafeWarmUp::command(Station& station) {
   const bool answers = chamber_answers(station);
   if (is_off_ && !answers) return false;  // what nobody can read is not switched on again
   if (answers) ++commands_;
-  next_command_ = now + (answers && commands_ >= kWarmUpTries ? kLaterWarmUpInterval : kWarmUpInterval);
+  next_command_ = now + (answers && commands_ >= kWarmUpTries ? patience_.pause : kWarmUpInterval);
   hal::Chamber& chamber = station.chamber.chamber();
   // A ramp that cannot be switched off makes the way longer, not impossible.
   if (chamber.can_ramp()) (void)chamber.set_ramp_rate(std::nullopt);

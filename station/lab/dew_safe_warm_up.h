@@ -14,6 +14,12 @@ namespace soak::station {
 /// the room.
 [[nodiscard]] double safe_temp_c(double wanted_c, double dew_point_c);
 
+/// How patient a warm-up is with a chamber that cannot be driven, in host time.
+struct WarmUpPatience {
+  std::chrono::milliseconds unreadable{60'000};  ///< after which one that nobody can read is switched off
+  std::chrono::milliseconds pause{60'000};       ///< before one that was given up, or did not obey, is driven again
+};
+
 /// Leaves the cold without dew: drives the chamber to at least 25 °C, waits until the air and every unit that still
 /// sends its temperature are above the room's dew point, then switches heating and cooling off. Keeps trying while
 /// the chamber does not answer.
@@ -26,7 +32,7 @@ namespace soak::station {
 /// driven again once it can be read.
 class DewSafeWarmUp {
  public:
-  explicit DewSafeWarmUp(double temp_c);
+  explicit DewSafeWarmUp(double temp_c, const WarmUpPatience& patience = {});
 
   /// True once the chamber is off and no unit can gather dew.
   [[nodiscard]] bool poll(Station& station);
@@ -55,6 +61,7 @@ class DewSafeWarmUp {
   [[nodiscard]] bool units_are_dry(const Station& station) const;
 
   double temp_c_;
+  WarmUpPatience patience_;
   bool commanded_ = false;
   int commands_ = 0;  ///< that a chamber which answers was given
   int refusals_ = 0;  ///< of them, the last ones, that it did not follow

@@ -76,6 +76,14 @@ TEST_F(ModbusChamberTest, SetsARampInKelvinPerMinuteAndSwitchesItOff) {
   EXPECT_EQ(peek(2794, "4"), "62");
 }
 
+TEST_F(ModbusChamberTest, IsToldToGoOffAgainWhereItsRegisterSaysOffAndItGoesOn) {
+  ASSERT_TRUE(poke(2814, "4", "10"));  // what it does; what it was told stands in 2730
+  ASSERT_EQ(peek(2730, "4"), "62");
+  ASSERT_TRUE(chamber_->read()->running);
+  ASSERT_EQ(text_of(chamber_->stop()), "");
+  EXPECT_FALSE(chamber_->read()->running);
+}
+
 TEST_F(ModbusChamberTest, ReportsAlarmsByTheirCodes) {
   ASSERT_TRUE(poke(1456, "4", "37"));   // high
   ASSERT_TRUE(poke(1356, "4", "88"));   // startup: inactive

@@ -32,7 +32,7 @@ DeviceMap supply_map(const std::string& name, const Address& address) {
   if (!read) throw std::runtime_error(read.error().message);
   DeviceMap map = *read;
   map.link.address = address;
-  map.link.response_timeout_s = 1.0;  // a busy machine lets the peer wait
+  map.link.response_timeout_s = 10.0;  // a busy machine lets the peer wait
   return map;
 }
 

@@ -30,7 +30,7 @@ DeviceMap p300(const std::variant<TcpAddress, SerialAddress>& address) {
   auto map = read_device_map(file);
   if (!map) throw std::runtime_error(map.error().message);
   map->link.address = address;
-  map->link.response_timeout_s = 1.0;  // a busy machine lets the peer wait
+  map->link.response_timeout_s = 10.0;  // a busy machine lets the peer wait
   return *std::move(map);
 }
 
@@ -99,6 +99,20 @@ TEST_P(TextChamberTest, TellsWhatTheControllerRefused) {
   EXPECT_EQ(refused.error().kind, base::ErrorKind::device);
   EXPECT_TRUE(names(refused.error(), {"'TEMP, S60.0'", "'NA:DATA OUT OF RANGE'"}));
   EXPECT_TRUE(chamber_->read()) << "the link is sound, there is no pause";
+}
+
+TEST_P(TextChamberTest, IsToldToGoOffThoughItSaysThatItIsAndMayThenRefuse) {
+  ASSERT_EQ(text_of(chamber_->connect()), "");
+  (void)peer_.tell("log");
+  ASSERT_EQ(text_of(chamber_->stop()), "");
+  EXPECT_EQ(peer_.tell("log"), "MODE?|MODE,STANDBY|MODE?");
+  (void)peer_.tell("fault fragments 1");
+  (void)peer_.tell("then refuse 1");
+  EXPECT_EQ(text_of(chamber_->stop()), "") << "it is off";
+  (void)peer_.tell("set mode CONSTANT");
+  (void)peer_.tell("fault fragments 1");
+  (void)peer_.tell("then refuse 1");
+  EXPECT_TRUE(fails(chamber_->stop(), base::ErrorKind::device, {"NA:CHB NOT READY"}));
 }
 
 TEST_P(TextChamberTest, FindsAWriteThatTheControllerAcceptsAndIgnores) {

@@ -60,11 +60,15 @@ class LabTest(unittest.TestCase):
 
     def with_chamber_proxy(self, text):
         """A station.toml whose chamber stands behind `proxy`, which can lie: for `edit` of start_lab."""
-        port = self.lab.ports["chamber"]
-        self.proxy = ModbusProxy(port)
-        self.addCleanup(self.proxy.close)
-        return re.sub(rf"^port = {port}$", f"port = {self.proxy.port}", text, flags=re.M)
-        return self.lab
+        text, self.proxy = self.with_proxy(text, "chamber")
+        return text
+
+    def with_proxy(self, text, device):
+        """A station.toml whose chamber, fixture or relay stands behind a ModbusProxy, and that."""
+        port = self.lab.ports[device]
+        proxy = ModbusProxy(port)
+        self.addCleanup(proxy.close)
+        return re.sub(rf"^port = {port}$", f"port = {proxy.port}", text, flags=re.M), proxy
 
     def stop_lab(self):
         if self.lab.soakd and self.lab.soakd.poll() is None:

@@ -10,6 +10,7 @@ class FaultProxy:
     def __init__(self, target):
         self.target = target
         self.mode = "whole"
+        self.lost = threading.Event()  # bytes came to a wire that is not whole
         self._pairs = []
         self._lock = threading.Lock()
         self._listener = socket.create_server(("127.0.0.1", 0))
@@ -66,6 +67,8 @@ class FaultProxy:
                 # What comes into a dead wire is taken and lost: a sender that waits for its reader goes on.
                 if self.mode == "whole":
                     sink.sendall(data)
+                else:
+                    self.lost.set()
         except OSError:
             pass
         _end(source)

@@ -73,6 +73,12 @@ def receive_exactly(end, count):
     return data
 
 
+def reads(request, register):
+    """Whether the request asks for that register, alone or in a block."""
+    first, count = struct.unpack(">HH", request[1:5])
+    return request[0] == READ and first <= register < first + count
+
+
 def refuses(register):
     """An answer that refuses to write the register (exception 3)."""
     def answer(request):
@@ -86,6 +92,21 @@ def forgets(register):
     def answer(request):
         written = request[0] in (WRITE_ONE, WRITE) and struct.unpack(">H", request[1:3])[0] == register
         return request[:5] if written else None
+    return answer
+
+
+def says_so_and_goes_on(register, value, times):
+    """An answer of a device whose register takes `value` so many times and says so, while what is behind it goes on as before."""
+    taken = 0
+
+    def answer(request):
+        nonlocal taken
+        if request == struct.pack(">BHH", WRITE_ONE, register, value) and taken < times:
+            taken += 1
+            return request
+        if request == struct.pack(">BHH", READ, register, 1) and taken > 0:
+            return struct.pack(">BBH", READ, 2, value)
+        return None
     return answer
 
 

@@ -5,38 +5,40 @@ import contextlib
 import pathlib
 import re
 import sqlite3
+import struct
+import threading
 import time
 import unittest
 
 import bench
 from bench import AUTO, OFF, LabTest, short_procedure
-from modbus_proxy import with_read_f32
+from modbus_proxy import READ, WRITE_ONE, reads, with_read_f32
 
-AIR = 2820
-TIMEOUT_S = 30  # of the fixture: for so long it blocks who asks
+AIR, MODE = 2820, 2730
+SWITCH_OFF = struct.pack(">BHH", WRITE_ONE, MODE, OFF)
+TIMEOUT_S = 30  # of a link: for so long a device may block who asks
+SHORTEST_POLL_S = 0.1
+LONGER_THAN_POLL = 4  # readings of the watch, which rests for 50 ms between two
 
 
 class ChamberWatch(LabTest):
     def edit(self, text):
         """The chamber behind a proxy that can lie, and a fixture whose silence blocks the engine for long."""
-        text = self.with_chamber_proxy(text)
-        fixture = re.search(r'^\[fixture\]\n(?:.+\n)*?map = "([^"]+)"', text, flags=re.M).group(1)
-        source = pathlib.Path(fixture)
-        slow = re.sub(r"^response_timeout_s = .*\n", "", source.read_text(encoding="utf-8"), flags=re.M)
-        slow = slow.replace("[link]\n", f"[link]\nresponse_timeout_s = {TIMEOUT_S}\n", 1)
-        return text.replace(fixture, str(self.write("slow-fixture.toml", slow)))
+        return self.with_link(self.with_chamber_proxy(text), "fixture", response_timeout_s=TIMEOUT_S)
+
+    def with_link(self, text, device, **link):
+        """The configuration with a map of that device whose link has other settings."""
+        name = re.search(rf'^\[{device}\]\n(?:.+\n)*?map = "([^"]+)"', text, flags=re.M).group(1)
+        changed = pathlib.Path(name).read_text(encoding="utf-8")
+        for key, value in link.items():
+            changed = re.sub(rf"^{key} = .*\n", "", changed, flags=re.M)
+            changed = changed.replace("[link]\n", f"[link]\n{key} = {value}\n", 1)
+        return text.replace(name, str(self.write(f"{device}.toml", changed)))
 
     def wait_until_blocked(self):
-        """The status, once nothing in it has moved for two seconds: the chamber's last digits do while the engine turns."""
-        end_s = time.monotonic() + bench.WAIT_S
-        before, since_s = self.status(), time.monotonic()
-        while time.monotonic() - since_s < 2.0:
-            self.assertLess(time.monotonic(), end_s, "the engine is never blocked")
-            time.sleep(0.05)
-            status = self.status()
-            if status != before:
-                before, since_s = status, time.monotonic()
-        return before
+        """The status, once the engine waits for the fixture."""
+        self.assertTrue(self.proxies["fixture"].lost.wait(bench.WAIT_S), "nobody asks the fixture")
+        return self.status()
 
     def test_an_overheating_chamber_is_switched_off_while_the_engine_is_blocked(self):
         self.start_lab(cut=["fixture"], edit=self.edit)
@@ -72,6 +74,52 @@ class ChamberWatch(LabTest):
         with contextlib.closing(sqlite3.connect(f"{self.lab.data}/station.db", timeout=30)) as catalog:
             catalog.execute("DROP TRIGGER refuse")
         status = self.wait_for_end()
+        self.assertEqual(status["state"], "failed")
+        self.assertIn("air", status["reason"])
+        self.assertEqual(status["resumable"], "c")
+        self.assert_safe()
+
+    def edit_patiently(self, text):
+        """Chamber and relay behind proxies that may hold answers back for long."""
+        text, self.relay = self.with_proxy(self.with_chamber_proxy(text), "relay")
+        text = self.with_link(text, "chamber", response_timeout_s=TIMEOUT_S, poll_s=SHORTEST_POLL_S)
+        return self.with_link(text, "power", response_timeout_s=TIMEOUT_S)
+
+    def test_a_trip_in_the_very_turn_in_which_the_last_step_ends_ends_the_campaign_as_tripped(self):
+        """The engine has looked at the watch for the last time when the trip comes. What is held back makes that so: first the command
+        that switches the unit off, until the run is sealed and the chamber due to be read again, then that reading, which begins the
+        turn, until the watch, which reads beside the engine, has tripped."""
+        self.start_lab(edit=self.edit_patiently)
+        begun = self.start_campaign(short_procedure(set_points=(30,)).replace("off_s = 10", "off_s = 0"))
+        engine = []  # the thread of the proxy that serves it: who switches the chamber off at the campaign's end
+        reads_of_watch = []
+        unit_is_off, tripped = threading.Event(), threading.Event()
+
+        def at_chamber(request):
+            me = threading.get_ident()
+            if request == SWITCH_OFF and not engine:
+                engine.append(me)
+                self.relay.answer = at_relay
+            if request == SWITCH_OFF and me not in engine:
+                tripped.set()
+            if reads(request, AIR) and me not in engine:
+                reads_of_watch.append(request)
+            if request[0] == READ and me in engine and unit_is_off.is_set() and not tripped.is_set():
+                self.proxy.change_answer = with_read_f32(AIR, lambda value: value + 60.0)
+                tripped.wait(TIMEOUT_S)
+
+        def at_relay(request):
+            if request[0] == WRITE_ONE and not unit_is_off.is_set():
+                reads_of_watch.clear()
+                end_s = time.monotonic() + TIMEOUT_S
+                while time.monotonic() < end_s and not (self.query("SELECT 1 FROM run") and len(reads_of_watch) >= LONGER_THAN_POLL):
+                    time.sleep(0.01)
+                unit_is_off.set()
+
+        self.proxy.answer = at_chamber
+        status = self.wait_for_end()
+        self.assertEqual(self.query("SELECT count(*) FROM step WHERE outcome = 'done'"), [(begun["steps"],)])
+        self.assertTrue(tripped.is_set())
         self.assertEqual(status["state"], "failed")
         self.assertIn("air", status["reason"])
         self.assertEqual(status["resumable"], "c")

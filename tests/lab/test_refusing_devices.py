@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Devices that answer and do not obey: a chamber that does not take its set point any more, a fixture that somebody else
 turns. The chamber's registers and the catalog are judged, not what soakd says of them."""
+import struct
 import unittest
 
 import bench
 from bench import AUTO, OFF, LabTest, short_procedure
-from modbus_proxy import forgets, refuses
+from modbus_proxy import forgets, refuses, says_so_and_goes_on
 
 SET_POINT, MODE = 2782, 2730
 WORTH_OF_MEMORY = 12  # writes; controllers bear some 100,000 in their lives
@@ -67,6 +68,12 @@ class RefusingChamber(LabTest):
         self.assertEqual(self.wait_for_end()["state"], "aborted")
         self.assert_safe()
 
+    def test_a_chamber_whose_register_says_off_while_it_heats_is_written_to_until_it_is_off(self):
+        self.start(25)
+        self.abort_with(says_so_and_goes_on(MODE, OFF, times=2))
+        self.assertEqual(self.wait_for_end()["state"], "aborted")
+        self.assert_safe()
+        self.assertEqual(self.proxy.writes_to(MODE).count(struct.pack(">H", OFF)), 3)
 
     def test_the_end_of_a_campaign_waits_for_somebody_where_the_chamber_cannot_be_switched_off(self):
         self.start(25, dwell_s=30)

@@ -6,17 +6,22 @@ import os
 import pathlib
 import random
 import sqlite3
+import struct
+import threading
 import time
 import unittest
 
 import bench
 from bench import ENDED, LabTest, short_procedure
 from lab_session import ProgramFailed, end
+from modbus_proxy import WRITE_ONE, reads
 
 SET_POINTS_C = (15, 30, 45, 30)
 POSITIONS = ("+Z", "-Z")
 MOMENTS = int(os.environ.get("SOAK_KILLS", "2"))
 SEED = int(os.environ.get("SOAK_KILLS_SEED", "1"))
+FIRST_RELAY, FIRST_CONTACT = 0, 16  # registers
+SWITCH_ON = struct.pack(">BHH", WRITE_ONE, FIRST_RELAY, 1)
 
 
 class Restart(LabTest):
@@ -145,6 +150,42 @@ class Restart(LabTest):
         self.assertEqual(self.wait_for_end()["state"], "finished")
         self.assert_safe()
         self.assertEqual(self.query("SELECT label FROM run"), [("R01",)])
+
+    def test_a_command_of_a_killed_soakd_that_comes_after_the_safe_end_is_undone(self):
+        """It was on its way to the relays when soakd was killed, and gets there once the next one has found the unit off."""
+        on_its_way, may_come, is_there = (threading.Event() for _ in range(3))
+        requests = []  # of the next soakd
+
+        def at_relay(request):
+            if not on_its_way.is_set():
+                if request == SWITCH_ON:
+                    on_its_way.set()
+                    may_come.wait(bench.WAIT_S)
+                return
+            if reads(request, FIRST_RELAY) or requests:
+                requests.append(request)
+            if sum(reads(asked, FIRST_CONTACT) for asked in requests) == 2:  # once after the command, then to look again
+                may_come.set()
+                is_there.wait(bench.WAIT_S)
+
+        def from_relay(request, answer):
+            if request == SWITCH_ON:
+                is_there.set()
+            return answer
+
+        def edit(text):
+            text, proxy = self.with_proxy(text, "relay")
+            proxy.answer, proxy.change_answer = at_relay, from_relay
+            return text
+
+        self.start_lab(rate=200, edit=edit)
+        self.start_campaign(short_procedure())
+        self.assertTrue(on_its_way.wait(bench.WAIT_S))
+        self.kill_and_start_again()
+        self.assertEqual(self.wait_for_end()["state"], "interrupted")
+        self.assertTrue(is_there.is_set())
+        self.assert_event("power", "power", 1)
+        self.assert_safe()
 
     def test_a_run_is_repeated_where_the_procedure_says_so(self):
         self.start_lab(rate=400)

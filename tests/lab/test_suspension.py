@@ -6,6 +6,7 @@ import json
 import re
 import signal
 import sqlite3
+import struct
 import subprocess
 import sys
 import time
@@ -15,7 +16,7 @@ import urllib.request
 import bench
 from bench import LabTest, short_procedure
 from lab_session import ProgramFailed, end
-from modbus_proxy import ModbusProxy, with_read_f32
+from modbus_proxy import WRITE_ONE, ModbusProxy, with_read_f32
 
 BUSY_TIMEOUT_S = 10.0  # for which soakd's own connection waits at one try (docs/architecture.md)
 HOLD_LOCK = """import sqlite3, sys
@@ -25,6 +26,7 @@ print("locked", flush=True)
 sys.stdin.read()
 """
 SET_POINT, CONTROL_MODE, AIR, HIGH_SET_POINT = 2782, 2730, 2820, 1334  # registers of the controller; of its first alarm
+TURN_OVER = struct.pack(">BHH", WRITE_ONE, 0, 6)  # request of the fixture: to -Z
 SETTLE_S = 60.0  # process time for which a chamber must have answered
 OVER = ("finished", "failed", "aborted")
 GOES_ON = 'on_restart = "resume"\n'
@@ -188,6 +190,7 @@ class Suspension(LabTest):
         status = self.wait("the same question again", lambda s: s["prompt"] and s["prompt"]["id"] != asked)
         self.lab.soak("campaign", "abort", "--reason", "the other unit")
         self.assertEqual(self.wait_for_end()["state"], "aborted")
+        self.wait("the journal", lambda s: s["journal"]["queued"] == 0)  # who starts before that is told to try again
         self.lab.soak("campaign", "start", procedure, "--name", "d", "--unit", "1=0380A001")
         self.wait_for_step("record")
         self.assert_event("unit", "0380A001", "MTi")
@@ -435,10 +438,20 @@ class Suspension(LabTest):
         self.assertEqual(self.wait_for_end()["state"], "aborted")
 
     def test_a_visit_that_begins_again_is_used_once(self):
-        self.start_lab(rate=200, cut=["chamber"])
+        def edit(text):
+            text, fixture = self.with_proxy(text, "fixture")
+            fixture.answer = at_fixture
+            return text
+
+        turned = []
+
+        def at_fixture(request):
+            if request == TURN_OVER and not turned:
+                turned.append(request)
+                self.proxies["chamber"].cut()  # here: whoever looks from outside may be late
+
+        self.start_lab(rate=200, cut=["chamber"], edit=edit)
         self.start_campaign(short_procedure(set_points=(30,), positions=("+Z", "-Z"), dwell_s=200))
-        self.wait("the second position", lambda s: self.attempts("record")[0] == 1 and s["campaign"]["step_kind"] == "record")
-        self.proxies["chamber"].cut()
         self.wait("the suspension", lambda s: s["suspension"])
         self.lab.soak("campaign", "pause")
         self.proxies["chamber"].mend()

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "station/lab/chamber_off.h"
+#include "station/lab/dew_safe_warm_up.h"
 #include "station/lab/steps.h"
 #include "tests/errors.h"
 #include "tests/station/fake_power.h"
@@ -18,6 +19,7 @@ namespace soak::station {
 namespace {
 
 using namespace lab_bench;
+using namespace std::chrono_literals;
 
 class SafeEndOfAChamberThatGoesOn : public LabBench {
  protected:
@@ -214,6 +216,40 @@ TEST_F(ChamberThatCannotBeSwitchedOff, IsWhatTheLastStepOfACampaignWaitsFor) {
   });
   turns_until([&] { return task->poll(*station_).state == StepState::done; });
   EXPECT_FALSE(chamber_.running);
+}
+
+/// The warm-up at the end, of units that send nothing: half an hour of warm air, here half a second, and they are dry.
+class WarmUpAtTheEnd : public LabBench {
+ protected:
+  void SetUp() override {
+    LabBench::SetUp();
+    config_.clock_rate = 3600.0;
+    station_ = std::make_unique<Station>(config_, *catalog_, *log_, chamber_, nullptr, nullptr);
+  }
+};
+
+TEST_F(WarmUpAtTheEnd, DoesNotDriveAChamberAgainThatWasToGoOffWhenItsLinkBroke) {
+  DewSafeWarmUp warm_up(25.0, {.unreadable = 20ms, .pause = 1ms});
+  const auto poll_until = [&](auto there) {
+    turns_until([&] {
+      EXPECT_FALSE(warm_up.poll(*station_));
+      return there();
+    });
+  };
+  chamber_.silent = true;  // to the command to switch off
+  poll_until([&] { return chamber_.stops == 1; });
+  chamber_.unreadable = true;
+  station_->chamber.forget();
+  poll_until([&] { return chamber_.stops == 2; });  // a second later: it was unreadable for too long
+  const int commands = chamber_.commands;
+  chamber_.silent = false;
+  turns_until([&] {
+    const bool is_over = warm_up.poll(*station_);
+    chamber_.unreadable = chamber_.unreadable && chamber_.running;  // the command comes first
+    return is_over;
+  });
+  EXPECT_FALSE(chamber_.running);
+  EXPECT_EQ(chamber_.commands, commands);
 }
 
 /// Units whose supply the safe end has switched off.

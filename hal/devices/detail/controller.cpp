@@ -116,7 +116,7 @@ base::Result<Content> Controller::encode(const std::string& name, double value, 
   return content;
 }
 
-base::Status Controller::write(const std::string& name, double value) {
+base::Status Controller::write(const std::string& name, double value, Held rule) {
   if (auto within = check_limits(name, value); !within) return within;
   if (auto ready = connect(); !ready) return ready;
   const Quantity& quantity = map_.quantities.at(name);
@@ -129,8 +129,11 @@ base::Status Controller::write(const std::string& name, double value) {
   }
   const auto wanted = encode(name, value, held);
   if (!wanted) return base::forward_error(wanted);
-  if (compare && codec_->is_same(quantity, held, *wanted)) return {};
-  if (const auto written = codec_->write(name, *wanted); !written) return fail(written.error());
+  const bool is_held = compare && codec_->is_same(quantity, held, *wanted);
+  if (is_held && rule == Held::by_policy) return {};
+  if (const auto written = codec_->write(name, *wanted); !written) {
+    return is_held && answers() ? base::Status{} : fail(written.error());
+  }
   return map_.write_policy.read_back && !quantity.command ? expect_content(name, *wanted) : base::Status{};
 }
 
@@ -162,9 +165,9 @@ base::Status Controller::expect_content(const std::string& name, const Content& 
   }
 }
 
-base::Status Controller::run(const std::string& action) {
+base::Status Controller::run(const std::string& action, Held held) {
   for (const ActionStep& step : map_.actions.at(action)) {
-    if (auto done = write(step.quantity, step.value); !done) return done;
+    if (auto done = write(step.quantity, step.value, held); !done) return done;
     std::this_thread::sleep_for(std::chrono::duration<double>(step.delay_s));
   }
   return {};

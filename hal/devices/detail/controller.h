@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -29,6 +30,12 @@ class Controller {
     std::optional<double> max;
   };
 
+  /// What is done about a value that the controller says it holds already.
+  enum class Held : std::uint8_t {
+    by_policy,     ///< what the map's policy says
+    write_anyway,  ///< written whatever the policy says; a refusal then is no failure, the controller holds it
+  };
+
   explicit Controller(DeviceMap map);
   Controller(const Controller&) = delete;
   Controller& operator=(const Controller&) = delete;
@@ -50,8 +57,9 @@ class Controller {
   [[nodiscard]] base::Result<std::vector<ChamberAlarm>> active_alarms();
   /// Writes by the map's policy. The controller is asked for what it holds before and after: what was sent earlier
   /// proves nothing. Refuses (bad_input) a value beyond the map's limits.
-  [[nodiscard]] base::Status write(const std::string& name, double value);
-  [[nodiscard]] base::Status run(const std::string& action);
+  [[nodiscard]] base::Status write(const std::string& name, double value, Held held = Held::by_policy);
+  /// Writes the steps of an action of the map, one after the other.
+  [[nodiscard]] base::Status run(const std::string& action, Held held = Held::by_policy);
   /// Waits a few tenths of a second for a quantity to become `value`.
   [[nodiscard]] base::Status expect(const std::string& name, double value);
 
