@@ -20,11 +20,14 @@ using nlohmann::json;
 json text_or_null(const std::string& text) { return text.empty() ? json() : json(text); }
 
 json new_document(const JobRequest& request, std::int64_t id) {
+  json effects;
+  if (request.kind == "gap_accept") effects = request.effects;
   return {{"id", id},
           {"kind", request.kind},
           {"unit", request.unit},
           {"campaign", text_or_null(request.kind == "verify" ? request.campaign : "")},
           {"format", text_or_null(request.kind == "export" ? request.format : "")},
+          {"effects", std::move(effects)},
           {"user", request.user},
           {"state", "running"},
           {"started_utc_s", now_utc_s()},
@@ -35,9 +38,12 @@ json new_document(const JobRequest& request, std::int64_t id) {
           {"file", nullptr}};
 }
 
-/// "verify against check-2027", "export as blob"
+/// "verify against check-2027", "export as blob", "gap_accept of sensor_lag"
 std::string what_it_does(const json& job) {
   std::string text = job["kind"];
+  for (const json& effect : job["effects"]) {
+    text += (&effect == &job["effects"].front() ? " of " : ", ") + effect.get<std::string>();
+  }
   if (job["campaign"].is_string()) text += " against " + job["campaign"].get<std::string>();
   if (job["format"].is_string()) text += " as " + job["format"].get<std::string>();
   return text;

@@ -15,7 +15,7 @@ namespace soak::station {
 /// document and the file that was made: they outlive the daemon. Not for several threads at once.
 class JobShelf {
  public:
-  /// Kept of all, the newest; of each unit the newest verdict and export too.
+  /// Kept of all, the newest; of each unit the newest verdict, export, gap search and comparison too.
   static constexpr std::size_t kMostJobs = 20;
 
   explicit JobShelf(std::filesystem::path folder) : folder_(std::move(folder)) {}
@@ -31,10 +31,11 @@ class JobShelf {
   /// The folder of a job that did not come to be.
   void remove_folder(std::int64_t id) const;
 
-  /// Newest first.
+  /// Newest first; results without the key `map`.
   [[nodiscard]] nlohmann::json list() const;
   [[nodiscard]] std::optional<nlohmann::json> find(std::int64_t id) const;
-  /// The newest verification or export of a unit that came to its end and names a model; null where there is none.
+  /// The newest job of a kind that lasts (verify, export, gap_find, gap_show) of a unit that came to its end and names
+  /// a model; null where there is none.
   [[nodiscard]] nlohmann::json newest(const std::string& unit, const std::string& kind) const;
 
  private:
