@@ -7,6 +7,8 @@ import { confirmsItself, openAbortDialog, renderCampaign, renderDoor, renderHead
 import { Chart } from "./chart.mjs";
 import { renderChamber, renderUnits } from "./device_cards.mjs";
 import { $, element, say, show } from "./dom.mjs";
+import { EventsView } from "./events_view.mjs";
+import { FleetView } from "./fleet_view.mjs";
 import { clock } from "./format.mjs";
 import { NoiseCard } from "./noise_card.mjs";
 import { RunView } from "./run_view.mjs";
@@ -182,5 +184,5 @@ function connectButtons() {
 rememberUser();
 connectButtons();
 connectAlerts();
-connectViews({ station: null, runs: runsView, run: runView, units: unitsView, unit: unitView });
+connectViews({ station: null, runs: runsView, run: runView, units: unitsView, unit: unitView, fleet: new FleetView(), events: new EventsView() });
 subscribe(take);

@@ -19,7 +19,7 @@ export function connectViews(views) {
     const { name, parameters } = placeOf(location.hash, views);
     for (const other of Object.keys(views)) show($(`${other}-view`), other === name);
     const link = { run: "runs", unit: "units" }[name] ?? name;
-    for (const other of ["station", "runs", "units"]) {
+    for (const other of ["station", "runs", "units", "fleet", "events"]) {
       if (other === link) $(`to-${other}`).setAttribute("aria-current", "page");
       else $(`to-${other}`).removeAttribute("aria-current");
     }
