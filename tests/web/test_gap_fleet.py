@@ -76,6 +76,10 @@ def tearDownModule():
 
 
 class GapStation(UnitStation):
+    def __init__(self):
+        stored_data()  # with the unit types that come with Soak, before the station's own take their place
+        super().__init__()
+
     def store_all(self):
         shutil.copytree(stored_data() / "data", self.data)
 
