@@ -7,6 +7,8 @@ import { confirmsItself, openAbortDialog, renderCampaign, renderDoor, renderHead
 import { Chart } from "./chart.mjs";
 import { renderChamber, renderUnits } from "./device_cards.mjs";
 import { $, element, say, show } from "./dom.mjs";
+import { EventsView } from "./events_view.mjs";
+import { FleetView } from "./fleet_view.mjs";
 import { clock } from "./format.mjs";
 import { HelpView } from "./help_view.mjs";
 import { NoiseCard } from "./noise_card.mjs";
@@ -188,5 +190,8 @@ function connectButtons() {
 rememberUser();
 connectButtons();
 connectAlerts();
-connectViews({ station: null, runs: runsView, run: runView, units: unitsView, unit: unitView, records: recordsView, help: new HelpView() });
+connectViews({
+  station: null, runs: runsView, run: runView, units: unitsView, unit: unitView,
+  fleet: new FleetView(), events: new EventsView(), records: recordsView, help: new HelpView(),
+});
 subscribe(take);

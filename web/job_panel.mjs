@@ -15,6 +15,7 @@ const KINDS = ["fit", "verify", "report", "export"];
 export class JobPanel {
   #userName;
   #changed;
+  #took;
   #serial = null;
   #unit = null; // its document
   #running = null; // the job that is under way, of whatever unit
@@ -22,12 +23,16 @@ export class JobPanel {
   #looking = false;
   #lookAgain = false; // somebody has asked while an answer was under way
 
-  /** `userName()`: who is at the page; `changed()`: a job of this unit has ended. */
-  constructor(userName, changed) {
+  /**
+   * `userName()`: who is at the page; `changed()`: a job of this unit has ended; `took(busy, job)`: whether another one
+   * would be refused, and the one that runs, if it is known.
+   */
+  constructor(userName, changed, took) {
     this.#userName = userName;
     this.#changed = changed;
+    this.#took = took;
     $("unit-format").append(...Object.entries(FORMATS).map(([value, text]) => Object.assign(element("option", text), { value })));
-    for (const kind of KINDS) $(`unit-${kind}`).addEventListener("click", () => this.#start(kind));
+    for (const kind of KINDS) $(`unit-${kind}`).addEventListener("click", () => this.#startOwn(kind));
     $("unit-cancel").addEventListener("click", () => this.#cancel());
     let ticks = 0;
     setInterval(() => {
@@ -71,13 +76,19 @@ export class JobPanel {
     $("unit-verify").disabled = busy || !hasModel || this.#unit.verify_with.length === 0;
     $("unit-report").disabled = busy || !hasModel;
     $("unit-export").disabled = busy || !hasModel;
+    this.#took(busy, this.#running);
   }
 
-  async #start(kind) {
-    const request = { kind, unit: this.#serial, user: this.#userName() };
-    if (kind === "verify") request.campaign = $("unit-campaign").value;
-    if (kind === "export") Object.assign(request, { format: $("unit-format").value, simulated: !$("unit-simulated-box").hidden && $("unit-simulated").checked });
-    await this.#tell(`${verbOf(kind)}: `, "jobs", request);
+  /** Starts a job of this unit; `members`: of the request, beside kind, unit and user. */
+  async start(kind, members = {}) {
+    await this.#tell(`${verbOf(kind)}: `, "jobs", { kind, unit: this.#serial, user: this.#userName(), ...members });
+  }
+
+  async #startOwn(kind) {
+    const members = {};
+    if (kind === "verify") members.campaign = $("unit-campaign").value;
+    if (kind === "export") Object.assign(members, { format: $("unit-format").value, simulated: !$("unit-simulated-box").hidden && $("unit-simulated").checked });
+    await this.start(kind, members);
   }
 
   async #cancel() {
@@ -88,6 +99,7 @@ export class JobPanel {
     show($("job-failure"), false);
     if ($("unit-work").contains(document.activeElement)) $("unit-work-title").focus();
     for (const kind of KINDS) $(`unit-${kind}`).disabled = true;
+    this.#took(true, this.#running);
     say($("job-news"), `${what.trim()} asked for`);
     try {
       await post(path, body);

@@ -4,20 +4,23 @@
 import { get } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { clock } from "./format.mjs";
+import { GapCard } from "./gap_card.mjs";
 import { JobPanel } from "./job_panel.mjs";
 import { badge } from "./runs_view.mjs";
 import { sensorCard } from "./unit_curves.mjs";
 import { nextOf, sensorText, sortedWarnings, verdictNow, verdictOf, verdictText } from "./unit_words.mjs";
 
-const PARTS = ["unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-curves"];
+const PARTS = ["unit-verdict", "unit-next-box", "unit-facts", "unit-work", "unit-warnings-card", "unit-gap", "unit-curves"];
 
 export class UnitView {
   #asked = null; // serial number that the address names
+  #gap;
   #jobs;
 
   /** `userName()`: who starts a job. */
   constructor(userName) {
-    this.#jobs = new JobPanel(userName, () => this.#load());
+    this.#gap = new GapCard((kind, members) => this.#jobs.start(kind, members));
+    this.#jobs = new JobPanel(userName, () => this.#load(), (busy, job) => this.#gap.wait(busy, job));
   }
 
   async open(parameters) {
@@ -60,6 +63,7 @@ export class UnitView {
     const judged = (name) => (holds ? (unit.verification.job.result.sensors[name] ?? null) : null);
     const sensors = Object.entries(unit.model?.sensors ?? {});
     $("unit-sensors").replaceChildren(...sensors.map(([name, sensor]) => sensorCard(name, sensor, judged(name))));
+    this.#gap.render(unit);
     this.#jobs.offer(unit);
   }
 

@@ -2,6 +2,7 @@
 // What the documents of units and jobs mean in words that a technician acts on. Nothing here touches the page.
 
 import { number, shortDuration, significant, UNKNOWN } from "./format.mjs";
+import { effectName, gapVerdictOf } from "./gap_words.mjs";
 
 /** Kinds of jobs: what the button, a running job and an ended one are called. */
 const KINDS = {
@@ -9,6 +10,9 @@ const KINDS = {
   verify: { verb: "Verify", doing: "Verifying", noun: "Verification" },
   report: { verb: "Report", doing: "Writing the report", noun: "Report" },
   export: { verb: "Export", doing: "Exporting", noun: "Export" },
+  gap_find: { verb: "Search", doing: "Searching for what the model lacks", noun: "Gap search" },
+  gap_accept: { verb: "Accept", doing: "Fitting again with the accepted effects", noun: "Accepted" },
+  gap_show: { verb: "Compare", doing: "Comparing before and after", noun: "Before and after" },
 };
 const VERDICTS = {
   pass: { title: "PASS", state: "finished" },
@@ -131,7 +135,8 @@ export function runningText(job, now_s) {
   return `${KINDS[job.kind]?.doing ?? job.kind}: unit ${job.unit}, for ${since} now, started by ${job.user}`;
 }
 
-const detailOf = ({ kind, campaign, format, result }) => {
+const detailOf = ({ kind, campaign, format, effects, result }) => {
+  if (kind === "gap_accept") return ` ${effects.map(effectName).join(", ")}${result ? `: model ${result.model}` : ""}`;
   if (kind === "verify") return ` against ${campaign}`;
   if (kind === "export") return ` as ${Object.hasOwn(FORMATS, format ?? "") ? FORMATS[format] : format}`;
   return kind === "fit" && result ? `: model ${result.model}` : "";
@@ -145,8 +150,9 @@ export function endedText(job) {
   const title = `${KINDS[job.kind]?.noun ?? job.kind}${detailOf(job)}`;
   if (job.state === "done") {
     const verdict = job.result?.verdict;
-    const shown = verdict === undefined ? { title: "done", state: "finished" } : verdictOf(verdict);
-    return { title, badge: { text: shown.title, state: shown.state }, text: job.result?.sentence ?? "" };
+    const judged = job.kind === "gap_find" ? gapVerdictOf : verdictOf;
+    const shown = verdict === undefined ? { title: "done", state: "finished" } : judged(verdict);
+    return { title, badge: { text: shown.title, state: shown.state }, text: job.result?.sentence ?? job.result?.reason ?? "" };
   }
   const state = job.state === "failed" ? "failed" : "waiting";
   return { title, badge: { text: job.state, state }, text: job.message ?? "" };

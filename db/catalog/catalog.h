@@ -177,6 +177,17 @@ struct EventRow {
   std::string chain_sha256 = {};  ///< of this event and all before it; not read when it is entered
 };
 
+/// Which events are asked for: those that are like everything that is given.
+struct EventFilter {
+  std::optional<std::string> kind;
+  std::optional<std::string> subject;
+  std::optional<std::string> user;
+  std::optional<double> from_utc_s;
+  std::optional<double> to_utc_s;      ///< that moment itself not
+  std::optional<std::int64_t> before;  ///< only smaller numbers
+  std::size_t most = 0;                ///< the newest so many
+};
+
 /// The event log as a chain (docs/file-formats.md).
 struct EventChain {
   std::uint64_t events = 0;
@@ -333,6 +344,10 @@ class Catalog {
   [[nodiscard]] base::Status log_event(const EventRow& event);
   /// In the order in which they were entered.
   [[nodiscard]] base::Result<std::vector<EventRow>> events() const;
+  /// Some of them, the newest first.
+  [[nodiscard]] base::Result<std::vector<EventRow>> find_events(const EventFilter& filter) const;
+  /// The kinds of all events, each once, in the order of the alphabet.
+  [[nodiscard]] base::Result<std::vector<std::string>> event_kinds() const;
   /// Follows the chain of the event log; fails (corrupt), naming the first event that was changed or is missing.
   [[nodiscard]] base::Result<EventChain> check_events() const;
   /// SQLite's integrity check and foreign keys, the schema, the seals of the tables and the chain of the event log:

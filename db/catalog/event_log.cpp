@@ -141,6 +141,21 @@ base::Result<std::vector<EventRow>> Catalog::events() const {
                      [](sqlite::Fields& fields) { return chained_from(fields).row; });
 }
 
+base::Result<std::vector<EventRow>> Catalog::find_events(const EventFilter& filter) const {
+  const std::string sql = fmt::format(
+      "SELECT {} FROM event WHERE (?1 IS NULL OR kind = ?1) AND (?2 IS NULL OR subject = ?2) AND (?3 IS NULL OR user = "
+      "?3) AND (?4 IS NULL OR utc_s >= ?4) AND (?5 IS NULL OR utc_s < ?5) AND (?6 IS NULL OR ordinal < ?6) ORDER BY "
+      "ordinal DESC LIMIT ?7",
+      kEventColumns);
+  return impl_->rows(
+      "read the event log", sql, [](sqlite::Fields& fields) { return chained_from(fields).row; }, filter.kind,
+      filter.subject, filter.user, filter.from_utc_s, filter.to_utc_s, filter.before, filter.most);
+}
+
+base::Result<std::vector<std::string>> Catalog::event_kinds() const {
+  return impl_->rows("read the event log", "SELECT DISTINCT kind FROM event ORDER BY kind", sqlite::text_from);
+}
+
 base::Result<EventChain> Catalog::check_events() const {
   return impl_->connection.snapshot("check the event log", [&] { return follow_chain(impl_->database()); });
 }

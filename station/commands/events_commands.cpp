@@ -14,6 +14,7 @@
 #include "base/text.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
+#include "station/records/event_json.h"
 
 namespace soak::station {
 namespace {
@@ -48,17 +49,6 @@ struct EventsVerify final : CatalogCommand {
 bool is_asked_for(const db::EventRow& event, const EventsList& command) {
   return event.kind == command.kind.value_or(event.kind) && event.subject == command.subject.value_or(event.subject) &&
          event.user == command.user.value_or(event.user);
-}
-
-nlohmann::json event_json(const db::EventRow& event) {
-  return {{"number", event.number},
-          {"utc_s", event.utc_s},
-          {"utc", base::utc_text(event.utc_s)},
-          {"kind", event.kind},
-          {"subject", event.subject},
-          {"user", event.user.empty() ? nlohmann::json() : nlohmann::json(event.user)},
-          {"text", event.text},
-          {"chain_sha256", event.chain_sha256}};
 }
 
 /// Kinds of all events that programs of this version enter.
@@ -153,12 +143,7 @@ base::Status EventsVerify::run_with(db::Catalog& catalog, Output& output) {
   const auto chain = catalog.check_events();
   base::Status status = chain ? check_contains(catalog, contains) : base::Status(base::forward_error(chain));
   if (output.json()) {
-    const auto printed = output.print_json(
-        {{"ok", status.has_value()},
-         {"events", chain ? nlohmann::json(chain->events) : nlohmann::json()},
-         {"chain_sha256", chain && chain->events > 0 ? nlohmann::json(chain->end_sha256) : nlohmann::json()},
-         {"problem", status ? nlohmann::json() : nlohmann::json(status.error().message)},
-         {"where", status ? nlohmann::json() : nlohmann::json(status.error().where)}});
+    const auto printed = output.print_json(chain_json(chain, status));
     if (!printed) return printed;
   } else if (status) {
     output.print(fmt::format("{} events, none changed or missing; end of the chain: {}\n", chain->events,

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "station/http/jobs_api.h"
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "base/text.h"
 #include "station/http/members.h"
 #include "station/io/text.h"
+#include "station/report/fleet_overview.h"
 #include "station/report/unit_overview.h"
 
 namespace soak::station {
@@ -14,6 +20,8 @@ namespace {
 using base::Result;
 using nlohmann::json;
 
+constexpr std::size_t kMostEffects = 20;  // the library has no more
+
 /// Whether a job worked on the model as it is now. A number alone may come again: a catalog that was restored from a
 /// backup counts on from there.
 bool is_of_model(const json& job, const json& model) {
@@ -21,30 +29,51 @@ bool is_of_model(const json& job, const json& model) {
          job.value("started_utc_s", 0.0) >= model["created_utc_s"].get<double>();
 }
 
-/// Why the newest verdict on a unit does not hold for it as it is now; null where it does.
+/// Why what a job said of a unit does not hold for it as it is now; null where it does. One without a campaign is of
+/// all runs.
 Result<json> why_stale(const db::Catalog& catalog, const json& job, const json& unit) {
   if (!is_of_model(job, unit["model"])) return json("the unit was fitted again since");
   if (unit["model"]["epoch"] != unit["epoch"]) return json("the unit was repaired or changed since");
-  const auto withdrawn =
-      withdrawn_since_start(catalog, job["unit"], job.value("campaign", ""), job.value("started_utc_s", 0.0));
+  std::optional<std::string> campaign;
+  if (job["campaign"].is_string()) campaign = job["campaign"];
+  const auto withdrawn = withdrawn_since_start(catalog, job["unit"], campaign, job.value("started_utc_s", 0.0));
   if (!withdrawn) return base::forward_error(withdrawn);
-  if (*withdrawn) return json("data of its campaign were withdrawn since");
+  if (*withdrawn) return json(campaign ? "data of its campaign were withdrawn since" : "data were withdrawn since");
   const auto doubt = doubt_of_model(catalog, job["unit"]);
   if (!doubt) return base::forward_error(doubt);
   return doubt->empty() ? json() : json(*doubt);
 }
 
-/// The newest verdict on a unit, with why it does not hold, if it does not.
-Result<json> verification_part(const db::Catalog& catalog, const json& job, const json& unit) {
+/// A job with why what it said does not hold, if it does not; null where there is no job.
+Result<json> kept_part(const db::Catalog& catalog, const json& job, const json& unit) {
   if (job.is_null()) return json();
   auto stale = why_stale(catalog, job, unit);
   if (!stale) return stale;
   return json{{"job", job}, {"stale", *std::move(stale)}};
 }
 
+/// The newest search or comparison of a unit's gap. It holds until runs come that it would have looked at.
+Result<json> gap_part(const db::Catalog& catalog, const json& job, const json& unit) {
+  auto part = kept_part(catalog, job, unit);
+  if (!part || !part->is_object() || !(*part)["stale"].is_null()) return part;
+  const bool only_fitted = job["kind"] == "gap_find";
+  const auto recorded = recorded_since(catalog, job["unit"], job.value("started_utc_s", 0.0), only_fitted);
+  if (!recorded) return base::forward_error(recorded);
+  if (*recorded) (*part)["stale"] = "runs were added since";
+  return part;
+}
+
 /// The newest export of the model as it is now.
 json export_part(const json& job, const json& model) {
   return !job.is_null() && is_of_model(job, model) ? job : json();
+}
+
+/// The verdict that holds for a unit; null where there is none.
+Result<json> verdict_of(const db::Catalog& catalog, const JobRunner& jobs, const json& unit) {
+  const auto part = kept_part(catalog, jobs.newest(unit["unit"], "verify"), unit);
+  if (!part) return part;
+  const bool holds = part->is_object() && (*part)["stale"].is_null();
+  return holds ? (*part)["job"]["result"].value("verdict", json()) : json();
 }
 
 Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Parameters& parameters) {
@@ -53,10 +82,9 @@ Result<json> answer_units(RunArchive& runs, const JobRunner& jobs, const Paramet
     auto list = units_overview(catalog);
     if (!list) return list;
     for (json& unit : (*list)["units"]) {
-      auto part = verification_part(catalog, jobs.newest(unit["unit"], "verify"), unit);
-      if (!part) return part;
-      const bool holds = part->is_object() && (*part)["stale"].is_null();
-      unit["verdict"] = holds ? (*part)["job"]["result"].value("verdict", json()) : json();
+      auto verdict = verdict_of(catalog, jobs, unit);
+      if (!verdict) return verdict;
+      unit["verdict"] = *std::move(verdict);
     }
     return list;
   });
@@ -69,12 +97,27 @@ Result<json> answer_unit(RunArchive& runs, const JobRunner& jobs, const Paramete
   return runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
     auto unit = unit_overview(catalog, *serial);
     if (!unit) return unit;
-    auto part = verification_part(catalog, jobs.newest(*serial, "verify"), *unit);
+    auto part = kept_part(catalog, jobs.newest(*serial, "verify"), *unit);
     if (!part) return part;
     (*unit)["verification"] = *std::move(part);
+    auto found = gap_part(catalog, jobs.newest(*serial, "gap_find"), *unit);
+    if (!found) return found;
+    auto shown = gap_part(catalog, jobs.newest(*serial, "gap_show"), *unit);
+    if (!shown) return shown;
+    (*unit)["gap"] = {{"find", *std::move(found)}, {"show", *std::move(shown)}};
     (*unit)["exported"] = export_part(jobs.newest(*serial, "export"), (*unit)["model"]);
     return unit;
   });
+}
+
+Result<json> answer_fleet(RunArchive& runs, const JobRunner& jobs, const Parameters& parameters) {
+  if (auto known = only_parameters(parameters, {"type"}); !known) return base::forward_error(known);
+  const auto type = required(parameters, "type", "a type of units, as /api/v1/units gives it");
+  if (!type) return base::forward_error(type);
+  return fleet_overview(
+      {.in_turn = [&](const FleetSources::Work& work) { return runs.in_turn(work); },
+       .verdict = [&](const db::Catalog& catalog, const json& unit) { return verdict_of(catalog, jobs, unit); }},
+      *type);
 }
 
 Result<std::int64_t> job_id(const Parameters& parameters) {
@@ -106,8 +149,23 @@ Result<std::string> name_member(const json& body, const std::string& name,
   return text;
 }
 
+/// Names of effects; none where the member is absent.
+Result<std::vector<std::string>> effects_member(const json& body) {
+  std::vector<std::string> effects;
+  const json member = body.value("effects", json::array());
+  if (!member.is_array() || member.size() > kMostEffects) {
+    return base::bad_input(fmt::format("the member is not a list of at most {} names", kMostEffects), "effects");
+  }
+  for (const json& name : member) {
+    if (!name.is_string()) return base::bad_input("a name of the list is not text", "effects");
+    effects.push_back(name);
+    if (auto plain = check_single_line(effects.back(), "effects"); !plain) return base::forward_error(plain);
+  }
+  return effects;
+}
+
 Result<json> do_start(JobRunner& jobs, const json& body) {
-  const auto known = only_members(body, {"kind", "unit", "campaign", "format", "simulated", "user"});
+  const auto known = only_members(body, {"kind", "unit", "campaign", "format", "simulated", "effects", "user"});
   if (!known) return base::forward_error(known);
   const auto user = line_member(body, "user", "unknown");
   if (!user) return base::forward_error(user);
@@ -121,7 +179,9 @@ Result<json> do_start(JobRunner& jobs, const json& body) {
   if (!format) return base::forward_error(format);
   const json simulated = body.value("simulated", json(false));
   if (!simulated.is_boolean()) return base::bad_input("the member is neither true nor false", "simulated");
-  return jobs.start({*kind, *unit, *campaign, *format, simulated, *user});
+  const auto effects = effects_member(body);
+  if (!effects) return base::forward_error(effects);
+  return jobs.start({*kind, *unit, *campaign, *format, simulated, *user, *effects});
 }
 
 Result<json> do_cancel(JobRunner& jobs, const json& body) {
@@ -138,8 +198,11 @@ Result<json> do_cancel(JobRunner& jobs, const json& body) {
 }  // namespace
 
 const std::vector<JobQuestion>& job_questions() {
-  static const std::vector<JobQuestion> questions = {
-      {"units", answer_units}, {"unit", answer_unit}, {"jobs", answer_jobs}, {"job", answer_job}};
+  static const std::vector<JobQuestion> questions = {{"units", answer_units},
+                                                     {"unit", answer_unit},
+                                                     {"fleet", answer_fleet},
+                                                     {"jobs", answer_jobs},
+                                                     {"job", answer_job}};
   return questions;
 }
 

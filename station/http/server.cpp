@@ -16,6 +16,7 @@
 #include "base/text.h"
 #include "station/http/address.h"
 #include "station/http/api.h"
+#include "station/http/audit_api.h"
 #include "station/http/connections.h"
 #include "station/http/event_feed.h"
 #include "station/http/jobs_api.h"
@@ -183,10 +184,12 @@ struct HttpServer::Running {
 
   void add_routes() {
     for (const ApiQuestion& question : api_questions()) add_question(question);
-    for (const RunQuestion& question : run_questions()) {
-      listener.Get(kApiPath + std::string(question.name), [this, &question](const auto& request, auto& response) {
-        answer(response, question.answer(runs, request.params));
-      });
+    for (const auto* questions : {&run_questions(), &audit_questions()}) {
+      for (const RunQuestion& question : *questions) {
+        listener.Get(kApiPath + std::string(question.name), [this, &question](const auto& request, auto& response) {
+          answer(response, question.answer(runs, request.params));
+        });
+      }
     }
     for (const ApiCommand& command : api_commands()) {
       add_post("campaign/" + std::string(command.name),

@@ -19,7 +19,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array<std::string_view, 4> kKinds = {"fit", "verify", "report", "export"};
+constexpr std::array<std::string_view, 7> kKinds = {"fit",      "verify",     "report",  "export",
+                                                    "gap_find", "gap_accept", "gap_show"};
 constexpr std::size_t kLongestStem = 60;
 
 struct Format {
@@ -94,6 +95,9 @@ base::Status check_job(const db::Catalog& catalog, const JobRequest& request) {
     return base::bad_input(fmt::format("there is no such format; there are {}", fmt::join(export_formats(), ", ")),
                            "format");
   }
+  if (request.kind == "gap_accept" && request.effects.empty()) {
+    return base::bad_input("the names of the effects to be accepted are missing", "effects");
+  }
   return {};
 }
 
@@ -114,6 +118,13 @@ base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobReques
     if (auto fresh = check_fresh(catalog, request); !fresh) return base::forward_error(fresh);
     return JobCommand{{"verify", file->string(), "--campaign=" + request.campaign}, ""};
   }
+  if (request.kind.starts_with("gap_")) {
+    JobCommand command{{"gap", request.kind.substr(4), unit}, ""};
+    if (request.kind == "gap_accept") {
+      for (const std::string& effect : request.effects) command.arguments.push_back("--effect=" + effect);
+    }
+    return command;
+  }
   const Format& format = *std::ranges::find(kFormats, request.format, &Format::name);
   const std::string name = stem + std::string(format.ending);
   JobCommand command{{"export", unit, "--format=" + request.format, output(name)}, name};
@@ -125,7 +136,7 @@ json job_result(const std::string& kind, const std::string& output) {
   json document = json::parse(output, nullptr, false);
   if (!document.is_object()) return nullptr;
   if (kind == "fit") return part_of(document, {"unit", "model", "epoch", "simulated"});
-  if (kind == "verify") return document;
+  if (kind == "verify" || kind.starts_with("gap_")) return document;
   if (kind == "export") {
     return part_of(document, {"unit", "model", "format", "bytes", "sha256", "simulated", "warnings", "notes"});
   }

@@ -15,12 +15,13 @@ namespace soak::station {
 
 /// What somebody at the page wants to be done with a unit.
 struct JobRequest {
-  std::string kind;        ///< "fit", "verify", "report", "export"
+  std::string kind;        ///< "fit", "verify", "report", "export", "gap_find", "gap_accept", "gap_show"
   std::string unit;        ///< serial number
   std::string campaign;    ///< verify: of the fresh runs
   std::string format;      ///< export: one of export_formats()
   bool simulated = false;  ///< export: also of a model that was made from simulated data
   std::string user;
+  std::vector<std::string> effects = {};  ///< gap_accept: names of those to be taken, one at least
 };
 
 /// The formats of `soak export`.
@@ -33,7 +34,7 @@ struct JobCommand {
 };
 
 /// Refuses (bad_input, where == the member) a request that is not one: another kind or format, a unit that the catalog
-/// does not have, a campaign that is missing.
+/// does not have, a campaign or effects that are missing.
 [[nodiscard]] base::Status check_job(const db::Catalog& catalog, const JobRequest& request);
 
 /// The command for a request that check_job() lets pass, in an empty folder; a verification's calibration file, made

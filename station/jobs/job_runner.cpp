@@ -20,11 +20,14 @@ using nlohmann::json;
 json text_or_null(const std::string& text) { return text.empty() ? json() : json(text); }
 
 json new_document(const JobRequest& request, std::int64_t id) {
+  json effects;
+  if (request.kind == "gap_accept") effects = request.effects;
   return {{"id", id},
           {"kind", request.kind},
           {"unit", request.unit},
           {"campaign", text_or_null(request.kind == "verify" ? request.campaign : "")},
           {"format", text_or_null(request.kind == "export" ? request.format : "")},
+          {"effects", std::move(effects)},
           {"user", request.user},
           {"state", "running"},
           {"started_utc_s", now_utc_s()},
@@ -35,9 +38,11 @@ json new_document(const JobRequest& request, std::int64_t id) {
           {"file", nullptr}};
 }
 
-/// "verify against check-2027", "export as blob"
+/// "verify against check-2027", "export as blob", "gap_accept of sensor_lag"
 std::string what_it_does(const json& job) {
   std::string text = job["kind"];
+  const json effects = job.value("effects", json::array());
+  for (std::size_t i = 0; i < effects.size(); ++i) text += (i == 0 ? " of " : ", ") + effects[i].get<std::string>();
   if (const json campaign = job.value("campaign", json()); campaign.is_string()) {
     text += " against " + campaign.get<std::string>();
   }

@@ -20,7 +20,7 @@ namespace soak::station {
 /// The program `soak` beside the one that runs.
 [[nodiscard]] std::filesystem::path soak_beside_this_program();
 
-/// Does for people at the page what they would do with `soak`: fit, verify, report, export of a unit; one job at a
+/// Does for people at the page what they would do with `soak`: fit, verify, report, export, gap of a unit; one job at a
 /// time, each a process of its own (run_child()), so that recording goes on whatever becomes of it. Beginning and end
 /// of each are in the event log with the user. Jobs live in the data folder, in `jobs`. Any thread may call; documents:
 /// docs/http-api.md.

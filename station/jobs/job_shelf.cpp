@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <set>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -34,10 +37,12 @@ std::optional<json> stored_job(const std::filesystem::path& folder) {
 
 bool is_done(const json& job) { return job["state"] == "done"; }
 
+constexpr std::array<std::string_view, 4> kLasting = {"verify", "export", "gap_find", "gap_show"};
+
 /// What the page of a unit goes on showing of it when other jobs have come after: what was done with a model. Values of
 /// the noise come from a run, and name none.
 bool is_lasting(const json& job) {
-  return is_done(job) && (job["kind"] == "verify" || job["kind"] == "export") &&
+  return is_done(job) && std::ranges::find(kLasting, job["kind"].get<std::string>()) != kLasting.end() &&
          job.value("/result/model"_json_pointer, json()).is_number_integer();
 }
 
@@ -99,7 +104,12 @@ void JobShelf::remove_what_is_too_much() {
 
 json JobShelf::list() const {
   json list = json::array();
-  for (auto job = jobs_.rbegin(); job != jobs_.rend() && list.size() < kMostListed; ++job) list.push_back(job->second);
+  for (auto job = jobs_.rbegin(); job != jobs_.rend() && list.size() < kMostListed; ++job) {
+    json entry = job->second;
+    // Pages ask for the list every second: the map of a gap is most of its document.
+    if (entry["result"].is_object()) entry["result"].erase("map");
+    list.push_back(std::move(entry));
+  }
   const std::size_t not_listed = jobs_.size() - list.size();
   return {{"jobs", std::move(list)}, {"not_listed", not_listed}};
 }

@@ -16,7 +16,7 @@ namespace soak::station {
 /// document and the file that was made: they outlive the daemon. Not for several threads at once.
 class JobShelf {
  public:
-  /// Kept of all, the newest; of each unit the newest verdict and export too.
+  /// Kept of all, the newest; of each unit the newest verdict, export, gap search and comparison too.
   static constexpr std::size_t kMostJobs = 20;
   /// Listed of those.
   static constexpr std::size_t kMostListed = 100;
@@ -35,10 +35,12 @@ class JobShelf {
   /// The folder of a job that did not come to be.
   void remove_folder(std::int64_t id) const;
 
-  /// {"jobs": the newest kMostListed, newest first, "not_listed": how many older ones are kept}
+  /// {"jobs": the newest kMostListed, newest first, results without the key `map`, "not_listed": how many older ones are
+  /// kept}
   [[nodiscard]] nlohmann::json list() const;
   [[nodiscard]] std::optional<nlohmann::json> find(std::int64_t id) const;
-  /// The newest verification or export of a unit that came to its end and names a model; null where there is none.
+  /// The newest job of a kind that lasts (verify, export, gap_find, gap_show) of a unit that came to its end and names
+  /// a model; null where there is none.
   [[nodiscard]] nlohmann::json newest(const std::string& unit, const std::string& kind) const;
 
  private:

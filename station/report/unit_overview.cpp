@@ -12,6 +12,7 @@
 #include "calib/model/model_document.h"
 #include "station/records/calibration_reader.h"
 #include "station/report/runs_of_model.h"
+#include "station/report/term_text.h"
 
 namespace soak::station {
 namespace {
@@ -22,6 +23,9 @@ using nlohmann::json;
 constexpr auto kOfSensor = {
     "deployed",         "scale_deployed", "rules", "train_rmse", "check_rmse", "check_rmse_shape",
     "run_to_run_sigma", "relative",       "runs",  "temp_min_c", "temp_max_c", "curve"};
+
+/// Events that are looked through for new runs.
+constexpr std::size_t kMostAdded = 100'000;
 
 bool counts(const db::RunRow& run) { return !run.voided && run.purpose != "diagnosis"; }
 
@@ -45,6 +49,19 @@ json run_counts(const std::vector<db::RunRow>& runs, const db::UnitRow& unit) {
 
 json model_head(const db::ModelRow& model) {
   return {{"version", model.version}, {"epoch", model.epoch}, {"created_utc_s", model.created_utc_s}};
+}
+
+/// The accepted effects of a model, with their sizes in words.
+base::Result<json> terms_part(const db::Catalog& catalog, const db::ModelRow& model) {
+  const auto terms = calib::model_terms_of(model.document);
+  if (!terms) return base::forward_error(terms);
+  json list = json::array();
+  for (const calib::ModelTerm& term : *terms) {
+    auto sizes = size_lines(catalog, model.unit, term);
+    if (!sizes) return base::forward_error(sizes);
+    list.push_back({{"name", term.name}, {"lab_only", term.lab_only}, {"sizes", *std::move(sizes)}});
+  }
+  return list;
 }
 
 /// Campaigns with runs that can judge a model: none of its runs is among those that the model was fitted to. Newest
@@ -83,6 +100,9 @@ base::Status add_model(const db::Catalog& catalog, const db::ModelRow& model, js
   if (!runs) return base::forward_error(runs);
   const json fit = json::parse(model.document, nullptr, false)["fit"];
   json part = model_head(model);
+  auto terms = terms_part(catalog, model);
+  if (!terms) return base::forward_error(terms);
+  part["terms"] = *std::move(terms);
   part["simulated"] = calibration->simulated;
   part["sensors"] = json::object();
   for (const auto& [name, sensor] : fit.at("sensors").items()) part["sensors"][name] = sensor_part(name, sensor);
@@ -159,7 +179,7 @@ base::Result<std::string> doubt_of_model(const db::Catalog& catalog, const std::
 }
 
 base::Result<bool> withdrawn_since_start(const db::Catalog& catalog, const std::string& unit,
-                                         const std::string& campaign, double utc_s) {
+                                         const std::optional<std::string>& campaign, double utc_s) {
   const auto runs = catalog.runs({.unit = unit, .campaign = campaign, .run = {}});
   if (!runs) return base::forward_error(runs);
   for (const db::RunRow& run : *runs) {
@@ -169,6 +189,25 @@ base::Result<bool> withdrawn_since_start(const db::Catalog& catalog, const std::
     if (std::ranges::any_of(*voids, later)) return true;
   }
   return false;
+}
+
+base::Result<bool> recorded_since(const db::Catalog& catalog, const std::string& unit, double utc_s, bool only_fitted) {
+  const auto runs = catalog.runs({.unit = unit, .campaign = {}, .run = {}});
+  if (!runs) return base::forward_error(runs);
+  // When a run was entered only its event knows: the run itself names its beginning.
+  const auto added = catalog.find_events({.kind = "run_added",
+                                          .subject = {},
+                                          .user = {},
+                                          .from_utc_s = utc_s,
+                                          .to_utc_s = {},
+                                          .before = {},
+                                          .most = kMostAdded});
+  if (!added) return base::forward_error(added);
+  return std::ranges::any_of(*added, [&](const db::EventRow& event) {
+    return std::ranges::any_of(*runs, [&](const db::RunRow& run) {
+      return run.run_id == event.subject && counts(run) && (!only_fitted || run.purpose == "calibration");
+    });
+  });
 }
 
 }  // namespace soak::station

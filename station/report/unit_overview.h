@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 #include "base/result.h"
@@ -21,8 +22,12 @@ namespace soak::station {
 /// What was withdrawn since of what the newest model of a unit rests on, in words; empty where nothing was.
 [[nodiscard]] base::Result<std::string> doubt_of_model(const db::Catalog& catalog, const std::string& serial);
 
-/// Whether something of a unit's runs in a campaign was withdrawn since a time.
+/// Whether something of a unit's runs, of one campaign or of all, was withdrawn since a time.
 [[nodiscard]] base::Result<bool> withdrawn_since_start(const db::Catalog& catalog, const std::string& unit,
-                                                       const std::string& campaign, double utc_s);
+                                                       const std::optional<std::string>& campaign, double utc_s);
+
+/// Whether runs of a unit that count were entered since a time; `only_fitted`: runs that a fit takes.
+[[nodiscard]] base::Result<bool> recorded_since(const db::Catalog& catalog, const std::string& unit, double utc_s,
+                                                bool only_fitted);
 
 }  // namespace soak::station

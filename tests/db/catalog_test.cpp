@@ -262,6 +262,29 @@ TEST_F(CatalogTest, HasALogThatOnlyGrows) {
   EXPECT_TRUE(base::is_uuid(raw().execAndGet("SELECT event_id FROM event").getString()));
 }
 
+TEST_F(CatalogTest, FindsEventsByKindSubjectUserAndTime) {
+  for (int i = 1; i <= 6; ++i) {
+    const std::string kind = i % 2 == 0 ? "even" : "odd";
+    ASSERT_TRUE(catalog_->log_event({100.0 * i, kind, "SN" + std::to_string(i % 3), "", i > 3 ? "ann" : "eva"}));
+  }
+  const auto numbers = [&](EventFilter filter) {
+    if (filter.most == 0) filter.most = 100;
+    std::vector<std::int64_t> found;
+    for (const EventRow& event : catalog_->find_events(filter).value()) found.push_back(event.number);
+    return found;
+  };
+  using Numbers = std::vector<std::int64_t>;
+  EXPECT_EQ(numbers({}), (Numbers{6, 5, 4, 3, 2, 1}));
+  EXPECT_EQ(numbers({.kind = "even"}), (Numbers{6, 4, 2}));
+  EXPECT_EQ(numbers({.subject = "SN0"}), (Numbers{6, 3}));
+  EXPECT_EQ(numbers({.user = "eva"}), (Numbers{3, 2, 1}));
+  EXPECT_EQ(numbers({.from_utc_s = 200.0, .to_utc_s = 500.0}), (Numbers{4, 3, 2}));
+  EXPECT_EQ(numbers({.kind = "odd", .before = 5}), (Numbers{3, 1}));
+  EXPECT_EQ(numbers({.most = 2}), (Numbers{6, 5}));
+  EXPECT_EQ(numbers({.kind = "even' OR 1"}), Numbers{});
+  EXPECT_EQ(*catalog_->event_kinds(), (std::vector<std::string>{"even", "odd"}));
+}
+
 TEST_F(CatalogTest, ShowsRatesInDegreesPerSecond) {
   fill(*catalog_);
   const double shown = raw().execAndGet("SELECT gyro_y_mean_dps FROM segment_dps ORDER BY t_start_s").getDouble();

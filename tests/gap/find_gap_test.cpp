@@ -57,6 +57,61 @@ TEST(FindGap, NamesHysteresis) {
   EXPECT_LT(gap->after_rms, gap->before_rms);
 }
 
+/// Index of the row of a map.
+std::size_t row_at(const RemainderMap& map, double temp_c, Sweep sweep) {
+  const auto row = std::ranges::find_if(
+      map.rows, [&](const MapRow& at) { return std::abs(at.temp_c - temp_c) < 2.0 && at.sweep == sweep; });
+  EXPECT_NE(row, map.rows.end()) << temp_c << " " << name_of(sweep);
+  return static_cast<std::size_t>(row - map.rows.begin());
+}
+
+// In mid-range the rod is 15 K behind either way: one block's noise above the curve when heating, below when cooling.
+TEST(FindGap, DrawsTheMapOfWhatIsHidden) {
+  const Plan plan;
+  const GapReport report = report_of(plan, hysteresis(plan));
+  ASSERT_TRUE(report.map);
+  const RemainderMap& map = *report.map;
+  EXPECT_EQ(map.rows.size(), 13U);  // the warmest plateau is reached one way only
+  EXPECT_EQ(map.positions.size(), 6U);
+  const std::size_t up = row_at(map, 25.0, Sweep::up);
+  const std::size_t down = row_at(map, 25.0, Sweep::down);
+  for (const Sensor sensor : kSensors) {
+    const auto& part = map.sensor[index_of(sensor)];
+    ASSERT_TRUE(part) << name_of(sensor);
+    for (std::size_t p = 0; p < map.positions.size(); ++p) {
+      const double half_gap = 0.5 * (part->before.at(up).at(p).value() - part->before.at(down).at(p).value());
+      EXPECT_NEAR(half_gap, unit_of(plan, sensor), 4.0 * part->scatter) << name_of(sensor) << " " << map.positions[p];
+      EXPECT_NEAR(part->after.at(up).at(p).value(), 0.0, 5.0 * part->scatter) << name_of(sensor);
+    }
+  }
+}
+
+TEST(FindGap, DrawsAMapOfChanceWhereNothingIsHidden) {
+  const Plan plan;
+  const GapReport report = report_of(plan, made_up::nothing());
+  ASSERT_TRUE(report.map);
+  for (const Sensor sensor : kSensors) {
+    const auto& part = report.map->sensor[index_of(sensor)];
+    ASSERT_TRUE(part) << name_of(sensor);
+    EXPECT_TRUE(part->after.empty());
+    // Three blocks, one placement, one visit, in six runs; the base takes a part of it.
+    const double expected = unit_of(plan, sensor) * std::sqrt((1.0 / 3.0 + 0.25 + 0.25) / 6.0);
+    EXPECT_NEAR(part->scatter, expected, 0.15 * expected) << name_of(sensor);
+    std::size_t beyond = 0;
+    for (const auto& row : part->before) {
+      beyond += static_cast<std::size_t>(
+          std::ranges::count_if(row, [&](const auto& cell) { return std::abs(cell.value()) > 3.0 * part->scatter; }));
+    }
+    EXPECT_LE(beyond, 2U) << name_of(sensor) << " of 78 cells";
+  }
+}
+
+TEST(FindGap, DrawsNoMapOfOneRun) {
+  Plan plan;
+  plan.runs = 1;
+  EXPECT_FALSE(report_of(plan, made_up::nothing()).map);
+}
+
 TEST(FindGap, NamesWarmUp) {
   const Plan plan;
   expect_named(

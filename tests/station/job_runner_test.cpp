@@ -148,6 +148,22 @@ TEST_F(Runner, GivesEachWordAsOneArgumentAndKeepsTheResult) {
             "fit\n--unit=-SN 1\n--data=" + folder_.path().string() + "\n--json\n");
 }
 
+TEST_F(Runner, TakesTheEffectsOfAGapByName) {
+  soak_does("for word; do echo \"$word\" >> " + (folder_.path() / "words").string() +
+            "; done; echo '{\"model\": 4, \"unit\": \"x\", \"parent\": 3, \"not_added\": []}'");
+  JobRunner jobs(folder_.path(), program_);
+  const JobRequest accept{"gap_accept", "-SN 1", "", "", false, "Eva", {"sensor_lag", "--suspect"}};
+  const json job = ended(jobs, jobs.start(accept).value()["id"]);
+  EXPECT_EQ(job["state"], "done");
+  EXPECT_EQ(job["effects"], json({"sensor_lag", "--suspect"}));
+  EXPECT_EQ(job["result"]["parent"], 3) << "the whole document is kept";
+  std::ifstream words(folder_.path() / "words");
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(words), {}),
+            "gap\naccept\n--unit=-SN 1\n--effect=sensor_lag\n--effect=--suspect\n--data=" + folder_.path().string() +
+                "\n--json\n");
+  EXPECT_EQ(catalog_.events()->back().text, "gap_accept of sensor_lag, --suspect: done, model 4");
+}
+
 TEST_F(Runner, BeginningAndEndAreInTheEventLogWithTheUser) {
   soak_does("echo '{\"error\": {\"code\": 2, \"message\": \"no run\", \"where\": \"\"}}' >&2; exit 2");
   JobRunner jobs(folder_.path(), program_);
@@ -240,13 +256,16 @@ TEST_F(Runner, KeepsTheNewestJobsAndTheNewestVerdictAcrossARestart) {
   // Values of the noise: of no model.
   std::filesystem::create_directories(shelf.folder_of(3));
   shelf.put({{"id", 3}, {"kind", "export"}, {"unit", "-SN 1"}, {"state", "done"}, {"result", {{"model", nullptr}}}});
+  std::filesystem::create_directories(shelf.folder_of(4));
+  shelf.put({{"id", 4}, {"kind", "gap_find"}, {"unit", "-SN 1"}, {"state", "done"}, {"result", {{"model", 3}}}});
   std::filesystem::create_directories(folder_.path() / "jobs" / "rubbish");
   JobRunner jobs(folder_.path(), program_);
   EXPECT_EQ(jobs.show(2).value()["state"], "failed");
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "jobs" / "rubbish"));
   for (std::size_t i = 0; i < JobShelf::kMostJobs; ++i) ended(jobs, jobs.start(fit()).value()["id"]);
-  EXPECT_EQ(jobs.list()["jobs"].size(), JobShelf::kMostJobs + 1);
+  EXPECT_EQ(jobs.list()["jobs"].size(), JobShelf::kMostJobs + 2);
   EXPECT_EQ(jobs.newest("-SN 1", "verify")["id"], 1);
+  EXPECT_EQ(jobs.newest("-SN 1", "gap_find")["id"], 4);
   EXPECT_TRUE(jobs.newest("-SN 1", "export").is_null());
   for (const int gone : {2, 3}) EXPECT_FALSE(jobs.show(gone)) << gone;
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "jobs" / "2"));
@@ -263,6 +282,7 @@ TEST_F(Runner, RefusesWhatIsNoJobAndLeavesNoFolder) {
   EXPECT_EQ(refused({"verify", "-SN 1", "", "", false, ""}), "campaign");
   EXPECT_EQ(refused({"verify", "-SN 1", "c", "", false, ""}), "unit") << "it has no model";
   EXPECT_EQ(refused({"export", "-SN 1", "", "exe", false, ""}), "format");
+  EXPECT_EQ(refused({"gap_accept", "-SN 1", "", "", false, ""}), "effects");
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path() / "jobs"));
   EXPECT_FALSE(JobRunner("", program_).start(fit()));
 }

@@ -56,7 +56,7 @@ def wrong_values(schema):
     kinds = [kinds] if isinstance(kinds, str) else kinds
     if "enum" in schema:
         yield "no such word"
-    yield {"string": 5, "integer": "x", "number": "x", "boolean": "x", "object": [], "enum": 5}[kinds[0]]
+    yield {"string": 5, "integer": "x", "number": "x", "boolean": "x", "array": "x", "object": [], "enum": 5}[kinds[0]]
     if kinds[0] == "integer":
         yield 1.5
     if "minimum" in schema:
@@ -127,7 +127,8 @@ class OpenApi(unittest.TestCase):
         run = self.soakd.get("runs", unit=SERIAL, campaign="campaign")["runs"][0]["run_id"]
         channels = [channel["name"] for channel in self.soakd.get("run", run=run, unit=SERIAL)["streams"][0]["channels"]]
         return {"unit": SERIAL, "campaign": "campaign", "run": run, "channel": channels[:2], "stream": "imu", "from_s": 1, "to_s": 1e6, "points": 10,
-                "after_s": 0, "after": -5, "file": "app.mjs"}
+                "after_s": 0, "after": -5, "file": "app.mjs", "type": "generic", "kind": "run_added", "subject": SERIAL, "user": "Eva",
+                "from_utc_s": 0, "to_utc_s": 4e9, "before": 10 ** 6, "most": 10}
 
     # ---- the document
 
@@ -235,7 +236,7 @@ class OpenApi(unittest.TestCase):
         run = self.example_values()["run"]
         values = {"campaign": "verification", "procedure_text": "x = 1", "procedure_file": "a.toml", "units": {}, "prompt": 1, "reason": "test", "run": run, "unit": SERIAL,
                   "visit": 0, "position": "+X", "attempt": 0, "kind": "export", "format": "blob", "simulated": True, "id": 10 ** 6, "user": "Eva", "type": "generic", "record_id": run, "name": "level 1", "certificate": "L-7", "issued": "2026-01-01",
-                  "due": "2099-01-01", "uncertainty": 0.01, "k": 2, "correction": 0.0}
+                  "due": "2099-01-01", "uncertainty": 0.01, "k": 2, "correction": 0.0, "effects": []}
         for (method, path), operation in OPERATIONS.items():
             if method != "POST":
                 continue

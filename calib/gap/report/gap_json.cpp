@@ -127,6 +127,7 @@ nlohmann::json gap_json(const GapReport& report) {
           {"rejected_by_gate", rejections_json(report.rejections)},
           {"detection_limit", std::move(limits)},
           {"gap", gaps_json(report.gap)},
+          {"map", report.map ? map_json(*report.map) : nlohmann::json()},
           {"locked_run", std::move(locked)}};
 }
 

@@ -354,6 +354,7 @@ GapReport find_in(const LoggedCampaign& campaign, std::int32_t model_version) {
     report.next.push_back(next_experiment(campaign, observations, history, report.effects, e, report.noise));
   }
   report.gap = cross_validated_gap(observations, history, report.effects, report.noise);
+  report.map = remainder_map(observations, history, report.effects, report.noise);
   return report;
 }
 

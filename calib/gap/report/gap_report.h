@@ -14,6 +14,7 @@
 #include "calib/gap/experiment/next_experiment.h"
 #include "calib/gap/observations/observations.h"
 #include "calib/gap/report/cross_validation.h"
+#include "calib/gap/report/remainder_map.h"
 #include "calib/gap/search/outside_the_mean.h"
 #include "calib/gap/search/search.h"
 #include "calib/vocabulary/warning.h"
@@ -66,6 +67,7 @@ struct GapReport {
   /// to half); SI.
   std::array<std::optional<double>, kSensorCount> detection_limit;
   SensorGaps gap;
+  std::optional<RemainderMap> map;        ///< absent: cannot_judge, or no plateaus
   std::vector<GateRejection> rejections;  ///< by the data gate, in the order of runs
   std::optional<KnownNoise> noise;        ///< that wanders, where the verdict rests on such
   std::optional<LockedRun> locked;        ///< of campaigns of more than eight runs that could be judged

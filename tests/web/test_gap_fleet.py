@@ -1,0 +1,399 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a model lacks, a fleet and the event log from the page alone, before a real `soakd` ($SOAK_BIN_FOLDER): a lag that
+soaksim-campaign hides is found, accepted and gone on a fresh run; an odd unit stands out of nine; a log that was changed says so."""
+import csv
+import functools
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import urllib.error
+import urllib.parse
+import urllib.request
+
+from browser import BROWSER, DRIVER, Browser
+from real_soakd import ROOT, programs
+from test_units import UnitStation
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
+from soak_cli import check_schema  # noqa: E402
+
+LAGGING = "SN0042"
+HIDDEN = '\n[[hidden]]\neffect = "sensor_lag"\nmagnitude = 2.4\nseed = 31\n'
+ODD = '<img src=x onerror="document.title=1">'  # the serial number of the unit that is not like the others
+ODD_DPS = 3.0  # added to the rate of its gyro x; units of the simulator differ by a few tenths
+FLEET = 9
+SEARCH_S = 300  # a job yields to everybody else on the machine
+
+
+@functools.cache
+def stored_data():
+    """A data folder with a unit whose elements lag behind its thermometer, fitted, and with nine fitted units of one type; stations work
+    on copies."""
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-gap-"))
+    simulator = os.environ.get("SOAK_SIM_BIN", programs() / "soaksim-campaign")
+
+    def run(*words):
+        subprocess.run([str(word) for word in words], check=True, capture_output=True)
+
+    def soak(*words):
+        run(programs() / "soak", *words, "--data", folder / "data")
+
+    (folder / "lab.toml").write_text((ROOT / "hal" / "sim" / "lab.toml").read_text(encoding="utf-8") + HIDDEN, encoding="utf-8")
+    run(simulator, "--out", folder / "lag", "--seed", "31", "--units", "1", "--design", "identical", "--config", folder / "lab.toml", "--truth", folder / "truth.json")
+    lines = next((folder / "lag" / "campaign").glob("*.csv")).read_text(encoding="utf-8").splitlines(keepends=True)
+    column = lines[0].rstrip().split(",").index("run")
+    for name, keep in (("five", lambda label: label != "R06"), ("sixth", lambda label: label == "R06")):
+        (folder / f"{name}.csv").write_text("".join(lines[:1] + [line for line in lines[1:] if keep(line.split(",")[column])]), encoding="utf-8")
+    common = ["--gravity-mps2", "9.80665", "--simulated"]
+    soak("import", folder / "five.csv", "--unit", LAGGING, *common)
+    soak("import", folder / "sixth.csv", "--unit", LAGGING, "--campaign", "check", "--procedure", "verification", *common)
+    soak("fit", "--unit", LAGGING, "--rules", "3")
+
+    run(simulator, "--out", folder / "many", "--seed", "7", "--units", str(FLEET), "--runs", "2", "--rows-per-position", "4")
+    for path in sorted((folder / "many" / "campaign").glob("*.csv")):
+        serial = path.stem
+        if path.stem == f"SIM-{FLEET:04}":
+            serial = ODD
+            rows = list(csv.DictReader(path.open(encoding="utf-8")))
+            with path.open("w", encoding="utf-8", newline="") as file:
+                writer = csv.DictWriter(file, rows[0])
+                writer.writeheader()
+                writer.writerows({**row, "gx_dps": float(row["gx_dps"]) + ODD_DPS} for row in rows)
+        soak("import", path, f"--unit={serial}", "--type", "mti-300", "--campaign", serial, *common)
+        soak("fit", f"--unit={serial}", "--rules", "2")
+    return folder
+
+
+def tearDownModule():
+    if stored_data.cache_info().currsize:
+        shutil.rmtree(stored_data(), ignore_errors=True)
+
+
+class GapStation(UnitStation):
+    def __init__(self):
+        stored_data()  # with the unit types that come with Soak, before the station's own take their place
+        super().__init__()
+
+    def store_all(self):
+        shutil.copytree(stored_data() / "data", self.data)
+
+    def ended(self, job):
+        end = time.monotonic() + SEARCH_S
+        while (document := self.get("job", id=job["id"]))["state"] == "running":
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        check_schema(document, "http-job")
+        return document
+
+
+class WithStation(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.soakd = GapStation()
+        cls.addClassCleanup(cls.soakd.close)
+
+
+class Interface(WithStation):
+    def refused(self, path):
+        with self.assertRaises(urllib.error.HTTPError) as refusal:
+            urllib.request.urlopen(f"{self.soakd.url}api/v1/{path}", timeout=30)
+        document = json.load(refusal.exception)
+        check_schema(document, "error")
+        return refusal.exception.code, document["error"]["where"]
+
+    def test_jobs_of_the_gap_that_are_none_are_refused(self):
+        refused = self.soakd.refusal
+        self.assertEqual(refused("jobs", kind="gap_accept", unit=LAGGING), (400, "effects"))
+        self.assertEqual(refused("jobs", kind="gap_accept", unit=LAGGING, effects="sensor_lag"), (400, "effects"))
+        self.assertEqual(refused("jobs", kind="gap_accept", unit=LAGGING, effects=[1]), (400, "effects"))
+        self.assertEqual(refused("jobs", kind="gap_accept", unit=LAGGING, effects=["x"] * 21), (400, "effects"))
+        self.assertEqual(refused("jobs", kind="gap_accept", unit=LAGGING, effects=["x\ny"]), (400, "effects"))
+        self.assertEqual(refused("jobs", kind="gap_withdraw", unit=LAGGING), (400, "kind"))
+
+    def test_a_fleet_is_compared_unit_by_unit(self):
+        fleet = self.soakd.get("fleet", type="mti-300")
+        check_schema(fleet, "http-fleet")
+        self.assertEqual(len(fleet["units"]), FLEET)
+        self.assertEqual({unit["verdict"] for unit in fleet["units"]}, {None})
+        bias = fleet["sensors"]["gyro_x"]["bias"]
+        self.assertEqual([unit["unit"] for unit in bias["units"] if unit["outlier"]], [ODD])
+        # Against the models themselves, as `soak fit` has stored them: the median of nine is the fifth.
+        at = bias["temp_c"].index(20.0)
+        values = []
+        for unit in fleet["units"]:
+            curve = self.soakd.get("unit", unit=unit["unit"])["model"]["sensors"]["gyro_x"]["curve"]
+            values.append(between(curve, 20.0))
+        self.assertAlmostEqual(bias["median"][at], sorted(values)[4], delta=1e-5 * max(map(abs, values)))
+        self.assertEqual([unit["drift"] for unit in bias["units"]], [None] * FLEET, "one model each")
+        self.assertEqual(self.refused("fleet?type=nothing"), (400, "type"))
+        self.assertEqual(self.refused("fleet"), (400, "type"))
+        self.assertEqual(self.refused("fleet?type=%E2%80%AEx"), (400, "type"), "U+202E")
+
+    def test_events_are_those_that_soak_lists(self):
+        listed = self.soakd.soak_json("events", "list")["events"]
+        page = self.soakd.get("audit", most=500)
+        check_schema(page, "http-audit")
+        self.assertEqual(page["events"], listed[::-1][:500])
+        self.assertEqual(page["kinds"], sorted({event["kind"] for event in listed}))
+        for name, value in (("kind", "model_added"), ("subject", LAGGING)):
+            mine = [event for event in listed if event[name] == value]
+            self.assertGreater(len(mine), 0)
+            self.assertEqual(self.soakd.get("audit", **{name: value}, most=500)["events"], mine[::-1])
+        middle = listed[len(listed) // 2]["utc_s"]
+        self.assertEqual(self.soakd.get("audit", from_utc_s=middle, most=500)["events"], [event for event in listed if event["utc_s"] >= middle][::-1])
+        self.assertEqual(self.soakd.get("audit", to_utc_s=middle, most=500)["events"], [event for event in listed if event["utc_s"] < middle][::-1])
+        first = self.soakd.get("audit", most=2)
+        self.assertTrue(first["has_older"])
+        second = self.soakd.get("audit", most=2, before=first["events"][-1]["number"])
+        self.assertEqual(first["events"] + second["events"], listed[::-1][:4])
+        self.assertFalse(self.soakd.get("audit", before=2)["has_older"])
+        for wrong in ("most=0", "most=501", "before=x", "from_utc_s=now", "kind=", "since=1"):
+            self.assertEqual(self.refused(f"audit?{wrong}"), (400, wrong.split("=")[0]))
+
+    def test_the_chain_of_events_is_checked(self):
+        check = self.soakd.get("audit/check")
+        check_schema(check, "events-verify")
+        self.assertEqual(check, self.soakd.soak_json("events", "verify"))
+        self.assertTrue(check["ok"])
+
+
+class Kept(WithStation):
+    def stale(self):
+        return self.soakd.get("unit", unit=LAGGING)["gap"]["find"]["stale"]
+
+    def search(self):
+        self.soakd.ended(self.soakd.post("jobs", kind="gap_find", unit=LAGGING, user="Eva"))
+
+    def test_a_search_goes_with_the_runs_that_it_looked_at(self):
+        self.search()
+        self.assertIsNone(self.stale())
+        run = self.soakd.get("runs", unit=LAGGING, campaign="check")["runs"][0]["run_id"]
+        self.soakd.soak("runs", "void", run, "--unit", LAGGING, "--reason", "fixture slipped")
+        self.assertEqual(self.stale(), "data were withdrawn since")
+        self.search()
+        self.assertIsNone(self.stale())
+        again = ["import", stored_data() / "sixth.csv", "--unit", LAGGING, "--gravity-mps2", "9.80665", "--simulated"]
+        self.soakd.soak(*again, "--campaign", "check again", "--procedure", "verification")
+        self.assertIsNone(self.stale(), "a search takes no such run")
+        self.soakd.soak(*again, "--campaign", "more")
+        self.assertEqual(self.stale(), "runs were added since")
+
+
+def between(curve, temp_c):
+    """The value of a curve of points at a temperature: a straight line between neighbours."""
+    above = next(i for i, point in enumerate(curve) if point["temp_c"] >= temp_c)
+    a, b = curve[max(0, above - 1)], curve[above]
+    share = 0.0 if a is b else (temp_c - a["temp_c"]) / (b["temp_c"] - a["temp_c"])
+    return a["bias"] + share * (b["bias"] - a["bias"])
+
+
+@unittest.skipUnless(BROWSER and DRIVER, "skipped: chromium and chromedriver are not installed")
+class Page(WithStation):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.browser = Browser()
+        cls.addClassCleanup(cls.browser.close)
+
+    def setUp(self):
+        self.browser.go("about:blank")
+        self.browser.console()
+        self.browser.resize(1280, 900)
+
+    def see(self, selector, text):
+        self.browser.wait_for_text(selector, text)
+
+    def go(self, place, ready):
+        self.browser.go("about:blank")
+        self.browser.go(f"{self.soakd.url}#{place}")
+        self.browser.wait(ready)
+
+    def open_unit(self, serial):
+        self.go(urllib.parse.urlencode({"unit": serial}), "return !document.querySelector('#unit-work').hidden")
+        self.browser.wait("return document.querySelector('#unit-jobs').ariaBusy === 'false'")
+
+    def click(self, button):
+        self.browser.wait("return !document.querySelector(arguments[0]).disabled", button)
+        self.browser.run("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", button)
+        self.browser.click(button)
+
+    def done(self, kind):
+        """Waits until the newest job is of that kind and has ended."""
+        end = time.monotonic() + SEARCH_S
+        while not ((jobs := self.soakd.get("jobs")["jobs"]) and (jobs[0]["kind"], jobs[0]["state"]) == (kind, "done")):
+            self.assertLess(time.monotonic(), end, jobs)
+            time.sleep(0.1)
+
+    def coloured(self):
+        """Of all cells of the maps shown: how many are coloured."""
+        return self.browser.run("return document.querySelectorAll('#gap-maps td[class]').length")
+
+    def test_a_hidden_effect_is_found_accepted_and_gone(self):
+        self.open_unit(LAGGING)
+        self.see("#gap-none", "Nobody has searched yet")
+        self.browser.type("#user", "Eva")
+        self.click("#gap-find")
+        self.done("gap_find")
+        self.see("#gap-verdict-title", "EFFECT FOUND")
+        self.see("#gap-verdict-text", "sensor lag")
+        self.see("#gap-effects", "below 1 in a million")
+        found = self.soakd.get("unit", unit=LAGGING)
+        check_schema(found, "http-unit")
+        result = found["gap"]["find"]["job"]["result"]
+        check_schema(result, "gap-find")
+        truth = json.loads((stored_data() / "truth.json").read_text(encoding="utf-8"))["units"][0]["effects"][0]
+        self.assertEqual([effect["name"] for effect in result["effects"]], [truth["name"]])
+        self.assertEqual(self.browser.run("return document.querySelectorAll('#gap-maps .heat-map').length"), len(result["map"]["sensors"]))
+        cells = sum(abs(cell) >= 3 * sensor["scatter"] for sensor in result["map"]["sensors"].values() for row in sensor["before"] for cell in row if cell is not None)
+        self.assertEqual(self.coloured(), cells)
+        self.assertGreater(cells, 0)
+        self.click("label:has(> #gap-map-after)")
+        self.assertLess(self.coloured(), cells / 4)
+        self.assertNotIn("map", self.soakd.get("jobs")["jobs"][0]["result"])
+
+        self.click("#gap-accept")
+        self.see("#accept-dialog", "Model 2 will carry them")
+        self.browser.click("#accept-cancel")
+        self.assertEqual(self.soakd.get("unit", unit=LAGGING)["model"]["version"], 1)
+        self.click("#gap-accept")
+        self.browser.run("document.querySelector('#accept-effects input').click()")
+        self.assertTrue(self.browser.run("return document.querySelector('#accept-send').disabled"), "nothing is chosen")
+        self.browser.run("document.querySelector('#accept-effects input').click()")
+        self.click("#accept-send")
+        self.done("gap_accept")
+        self.see("#gap-terms", "sensor_lag")
+        self.see("#gap-stale", "fitted again since")
+        self.see("#unit-jobs", "Accepted sensor lag: model 2")
+        self.assertTrue(self.browser.run("return document.querySelector('#gap-accept').hidden"))
+
+        self.click("#gap-show")
+        self.done("gap_show")
+        self.see("#gap-shown-text", "on 1 fresh run")
+        shown = self.soakd.get("unit", unit=LAGGING)["gap"]["show"]
+        self.assertIsNone(shown["stale"])
+        check_schema(shown["job"]["result"], "gap-show")
+        self.assertEqual(shown["job"]["result"], self.soakd.soak_json("gap", "show", "--unit", LAGGING))
+        self.see("#gap-shown-table", "fresh")
+        events = self.soakd.get("audit", kind="job_ended", subject=LAGGING)["events"]
+        self.assertEqual([(event["user"], event["text"]) for event in events[:2]],
+                         [("Eva", "gap_show: done, model 2"), ("Eva", "gap_accept of sensor_lag: done, model 2")])
+        self.assertEqual(self.browser.console(), [])
+
+    def test_an_odd_unit_stands_out_and_its_name_is_text(self):
+        self.go("fleet=mti-300", "return document.querySelectorAll('#fleet-sensors .sensor').length === 6")
+        self.assertEqual(self.browser.run("return document.querySelector('#to-fleet').ariaCurrent"), "page")
+        self.see("#fleet-summary", "1 unit stands out from the others")
+        self.see("#fleet-units tbody tr:first-child", ODD)
+        self.see("#fleet-units tbody tr:first-child", "bias of gyro x")
+        self.see("[aria-labelledby=fleet-of-gyro_x] .legend", ODD)
+        self.assertEqual(self.browser.run("return document.querySelectorAll('[aria-labelledby=fleet-of-gyro_x] path.each').length"), FLEET - 1)
+        self.assertEqual(self.browser.run("return document.querySelectorAll('main img').length"), 0)
+        self.click("#fleet-marked")
+        self.browser.wait("return document.querySelectorAll('#fleet-units tbody tr').length === 1")
+        self.click("#fleet-marked")
+        self.click("label:has(> #fleet-scale)")
+        self.see("#fleet-sensors", "accel x")
+        self.browser.run("const s = document.querySelector('#fleet-type'); s.value = 'generic'; s.dispatchEvent(new Event('change'))")
+        self.see("#fleet-summary", "With fewer than 8 models none is marked")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_the_log_is_filtered_paged_and_checked(self):
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        listed = self.soakd.soak_json("events", "list")["events"]
+        rows = "return document.querySelectorAll('#audit tbody tr').length"
+        self.assertEqual(self.browser.run(rows), min(100, len(listed)))
+        self.browser.run("document.querySelector('#audit-kind').value = 'model_added'")
+        self.browser.type("#audit-subject", LAGGING)
+        self.click("#audit-send")
+        models = [event for event in listed if (event["kind"], event["subject"]) == ("model_added", LAGGING)]
+        self.browser.wait(f"{rows} === arguments[0]", len(models))
+        self.see("#audit tbody", models[-1]["text"])
+        self.assertIn("kind=model_added", self.browser.run("return location.hash"))
+        self.click("#audit-clear")
+        self.browser.wait(f"{rows} > arguments[0]", len(models))
+        self.click("#chain-check")
+        self.see("#chain-result", "none changed or missing")
+        self.browser.type("#audit-user", "nobody at all")
+        self.click("#audit-send")
+        self.see("#audit-nothing", "No event is like that.")
+        self.assertEqual(self.browser.console(), [])
+
+    def test_older_events_come_page_by_page(self):
+        listed = len(self.soakd.soak_json("events", "list")["events"])
+        for repair in range(max(0, 105 - listed)):
+            self.soakd.soak("unit", "add", "SIM-0002", "--begin-epoch", f"repair {repair}", "--user", "ann")
+        everything = self.soakd.soak_json("events", "list")["events"]
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        self.assertGreater(len(everything), 100)
+        self.assertLess(len(everything), 200)
+        self.click("#audit-older")
+        self.browser.wait("return document.querySelectorAll('#audit tbody tr').length === arguments[0]", len(everything))
+        self.see("#audit tbody tr:last-child", everything[0]["text"])
+        self.assertTrue(self.browser.run("return document.querySelector('#audit-older').hidden"))
+
+    def test_every_width_and_both_schemes_can_be_read(self):
+        if self.soakd.get("unit", unit=LAGGING)["gap"]["find"] is None:
+            self.soakd.ended(self.soakd.post("jobs", kind="gap_find", unit=LAGGING, user="Eva"))
+        places = (("fleet=mti-300", "return document.querySelector('#fleet-sensors svg')"), ("events", "return document.querySelector('#audit tbody tr')"))
+        wide = "return document.documentElement.scrollWidth - innerWidth"
+        self.addCleanup(self.browser.colours, "light")
+        for width in (320, 390, 768, 1280, 1920):
+            self.browser.resize(width, 900)
+            for place, ready in places:
+                self.go(place, ready)
+                self.assertLessEqual(self.browser.run(wide), 0, f"{place} at {width}")
+            self.open_unit(LAGGING)
+            self.assertLessEqual(self.browser.run(wide), 0, f"gap at {width}")
+        for place, ready in (*places, (f"unit={LAGGING}", "return document.querySelector('#gap-maps table')")):
+            self.go(place, ready)
+            self.browser.run("for (const box of document.querySelectorAll('details')) box.open = true")
+            for scheme in ("light", "dark"):
+                self.browser.colours(scheme)
+                self.assertEqual(self.browser.poor_contrast(), [], f"{place}, {scheme}")
+            nameless = self.browser.run("""
+              return [...document.querySelectorAll("a, button, input, select, summary, [tabindex], svg[role=img]")].filter((node) => node.getClientRects().length)
+                .filter((node) => !(node.ariaLabel || node.innerText?.trim() || node.labels?.length || node.getAttribute("aria-labelledby")))
+                .map((node) => node.outerHTML)""")
+            self.assertEqual(nameless, [], place)
+        ids = self.browser.run("return [...document.querySelectorAll('[id]')].map((node) => node.id)")
+        self.assertEqual(len(ids), len(set(ids)), "ids are unique")
+
+
+def take_pictures(folder):
+    """Pictures for people to look at: test_gap_fleet.py --pictures FOLDER."""
+    soakd, browser = GapStation(), Browser()
+
+    def picture(name, place, ready):
+        for scheme in ("light", "dark"):
+            browser.colours(scheme)
+            for width in (390, 1280, 1920):
+                browser.resize(width, 900)
+                browser.go("about:blank")
+                browser.go(f"{soakd.url}#{place}")
+                browser.wait(ready)
+                browser.run("return new Promise((done) => setTimeout(done, 400))")
+                browser.screenshot(pathlib.Path(folder) / f"{name}-{scheme}-{width}.png")
+
+    unit = urllib.parse.urlencode({"unit": LAGGING})
+    soakd.ended(soakd.post("jobs", kind="gap_find", unit=LAGGING, user="Eva"))
+    picture("gap-found", unit, "return document.querySelector('#gap-maps table')")
+    soakd.ended(soakd.post("jobs", kind="gap_accept", unit=LAGGING, effects=["sensor_lag"], user="Eva"))
+    soakd.ended(soakd.post("jobs", kind="gap_show", unit=LAGGING, user="Eva"))
+    picture("gap-accepted", unit, "return document.querySelector('#gap-shown-table td')")
+    picture("fleet", "fleet=mti-300", "return document.querySelector('#fleet-sensors svg')")
+    picture("events", "events", "return document.querySelector('#audit tbody tr')")
+    browser.close()
+    soakd.close()
+
+
+if __name__ == "__main__":
+    if len(sys.argv) == 3 and sys.argv[1] == "--pictures":
+        take_pictures(sys.argv[2])
+    else:
+        unittest.main()

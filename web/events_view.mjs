@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// The event log, newest first, by kind, subject, user and time; and whether it is as it was written.
+
+import { get } from "./api.mjs";
+import { $, element, say, show } from "./dom.mjs";
+import { clock, count } from "./format.mjs";
+
+/** Where the event log about a unit, a run or a campaign is. */
+const eventsAddress = (asked) => `#${new URLSearchParams({ events: "", ...asked })}`;
+
+const FIELDS = ["kind", "subject", "user", "from", "to"];
+
+export class EventsView {
+  #asked = ""; // the question, without the page
+  #oldest = null; // number of the last event shown
+
+  constructor() {
+    $("audit-form").addEventListener("submit", (event) => {
+      event.preventDefault();
+      const address = eventsAddress(Object.fromEntries(FIELDS.map((name) => [name, $(`audit-${name}`).value.trim()]).filter(([, value]) => value !== "")));
+      if (address === location.hash) this.#load();
+      else location.hash = address;
+    });
+    $("audit-form").addEventListener("reset", () => { location.hash = "#events"; });
+    $("audit-older").addEventListener("click", () => this.#older());
+    $("chain-check").addEventListener("click", () => this.#check());
+  }
+
+  async open(parameters) {
+    for (const name of FIELDS) {
+      const value = parameters.get(name) ?? "";
+      if (name === "kind" && ![...$("audit-kind").options].some((option) => option.value === value)) this.#addKind(value);
+      $(`audit-${name}`).value = value;
+    }
+    await this.#load();
+  }
+
+  #addKind(kind) {
+    $("audit-kind").append(Object.assign(element("option", kind), { value: kind }));
+  }
+
+  #question() {
+    const question = new URLSearchParams();
+    for (const name of ["kind", "subject", "user"]) if ($(`audit-${name}`).value.trim()) question.set(name, $(`audit-${name}`).value.trim());
+    for (const name of ["from", "to"]) if ($(`audit-${name}`).value) question.set(`${name}_utc_s`, String(new Date($(`audit-${name}`).value).getTime() / 1000));
+    return question;
+  }
+
+  async #load() {
+    this.#asked = this.#question().toString();
+    this.#oldest = null;
+    const page = await this.#page();
+    if (page === null) return;
+    const known = new Set([...$("audit-kind").options].map(({ value }) => value));
+    for (const kind of page.kinds) if (!known.has(kind)) this.#addKind(kind);
+    $("audit").tBodies[0].replaceChildren(...page.events.map(eventRow));
+    show($("audit"), page.events.length > 0);
+    say($("audit-nothing"), page.events.length === 0 ? "No event is like that." : "");
+  }
+
+  async #older() {
+    const page = await this.#page();
+    if (page === null) return;
+    const first = eventRow(page.events[0]);
+    first.tabIndex = -1;
+    $("audit").tBodies[0].append(first, ...page.events.slice(1).map(eventRow));
+    first.focus(); // the button may go away, and reading goes on here
+  }
+
+  /** The next page of what was asked for; null where it did not come, or something else is asked for by now. */
+  async #page() {
+    const asked = this.#asked;
+    const question = new URLSearchParams(asked);
+    if (this.#oldest !== null) question.set("before", String(this.#oldest));
+    show($("audit-failure"), false);
+    try {
+      const page = await get(`audit?${question}`);
+      if (asked !== this.#asked) return null;
+      this.#oldest = page.events.at(-1)?.number ?? this.#oldest;
+      show($("audit-older"), page.has_older);
+      return page;
+    } catch (error) {
+      say($("audit-failure"), error.message);
+      show($("audit-failure"), true);
+      return null;
+    }
+  }
+
+  async #check() {
+    const result = $("chain-result");
+    $("chain-check").disabled = true;
+    result.dataset.state = "";
+    say(result, "Reading the whole log…");
+    show(result, true);
+    try {
+      const { ok, events, chain_sha256: end, problem, where } = await get("audit/check");
+      result.dataset.state = ok ? "finished" : "failed";
+      say(result, ok ? `${count(events)} events, none changed or missing. End of the chain: ${end ?? "none"}` : `${where}: ${problem}`);
+    } catch (error) {
+      result.dataset.state = "waiting";
+      say(result, `Not checked: ${error.message}`);
+    }
+    $("chain-check").disabled = false;
+  }
+}
+
+function eventRow({ utc_s, kind, subject, user, text }) {
+  const row = element("tr", "");
+  const time = element("td", "");
+  time.append(Object.assign(element("time", clock(utc_s)), { dateTime: new Date(utc_s * 1000).toISOString() }));
+  row.append(time, ...[kind, subject, user ?? "the station", text].map((value) => element("td", value)));
+  // On a narrow screen the style sheet makes blocks of them, which are no row and cells by themselves.
+  row.role = "row";
+  for (const cell of row.cells) cell.role = "cell";
+  return row;
+}

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// The gap of a unit: what its model lacks, where that shows, what accepting it has changed.
+
+import { $, element, say, show } from "./dom.mjs";
+import { clock } from "./format.mjs";
+import { closedText, effectName, evidenceOf, gapNextOf, gapText, gapVerdictOf, intervalText, sensorsText, shownText, sizeText, small, smallUnitOf } from "./gap_words.mjs";
+import { heatTable, mapKey } from "./heat_map.mjs";
+import { runningText, sensorText } from "./unit_words.mjs";
+
+const GAP_PARTS = ["gap-verdict", "gap-next-box", "gap-map", "gap-limits"];
+
+export class GapCard {
+  #start;
+  #unit = null; // its document
+  #busy = true;
+
+  /** `start(kind, members)`: a job of the unit that is shown. */
+  constructor(start) {
+    this.#start = start;
+    for (const kind of ["gap_find", "gap_show"]) $(kind.replace("_", "-")).addEventListener("click", () => this.#ask(kind));
+    for (const which of ["before", "after"]) $(`gap-map-${which}`).addEventListener("change", () => this.#renderMap());
+    $("gap-map-key").replaceChildren(...mapKey());
+    $("gap-accept").addEventListener("click", () => this.#openDialog());
+    $("accept-effects").addEventListener("change", () => this.#enable());
+    $("accept-cancel").addEventListener("click", () => $("accept-dialog").close());
+    $("accept-form").addEventListener("submit", () => this.#ask("gap_accept", { effects: chosenEffects() }));
+  }
+
+  /** `busy`: a job would be refused; `job`: the one that runs, or null. */
+  wait(busy, job) {
+    this.#busy = busy;
+    const isOurs = job !== null && job.unit === this.#unit?.unit && job.kind.startsWith("gap_");
+    show($("gap-running"), isOurs);
+    if (isOurs) say($("gap-running"), runningText(job, Date.now() / 1000));
+    this.#enable();
+  }
+
+  render(unit) {
+    this.#unit = unit;
+    show($("unit-gap"), unit.model !== null);
+    if (unit.model === null) return;
+    const { find, show: shown } = unit.gap;
+    show($("gap-none"), find === null);
+    for (const part of GAP_PARTS) show($(part), find !== null);
+    this.#renderStale(find);
+    this.#renderTerms(unit.model);
+    this.#renderShown(shown);
+    if (find !== null) this.#renderSearch(find);
+    else $("gap-effects").replaceChildren();
+    this.#enable();
+  }
+
+  #ask(kind, members) {
+    $("unit-gap-title").focus(); // the button that was pressed is switched off
+    this.#start(kind, members);
+  }
+
+  #enable() {
+    for (const kind of ["find", "show", "accept"]) $(`gap-${kind}`).disabled = this.#busy;
+    $("accept-send").disabled = this.#busy || chosenEffects().length === 0;
+    const found = this.#unit?.gap.find ?? null;
+    const named = found !== null && found.stale === null && found.job.result.verdict === "named";
+    show($("gap-accept"), named);
+    $("gap-find").classList.toggle("primary", this.#unit !== null && this.#unit.gap.find === null);
+    $("gap-show").classList.toggle("primary", !named && this.#unit?.model?.terms.length > 0 && this.#unit.gap.show?.stale !== null);
+  }
+
+  #renderStale(find) {
+    show($("gap-stale"), find !== null && find.stale !== null);
+    if (find === null) return;
+    const { job } = find;
+    say($("gap-stale"), `This search is of model ${job.result.model}, ${clock(job.started_utc_s)} by ${job.user}. It does not hold any more: ${find.stale}.`);
+  }
+
+  #renderSearch({ job: { result }, stale }) {
+    const { title, state } = gapVerdictOf(result.verdict);
+    $("gap-verdict").dataset.state = stale === null ? state : "";
+    say($("gap-verdict-title"), title);
+    say($("gap-verdict-text"), gapText(result));
+    say($("gap-reason"), result.reason);
+    show($("gap-next-box"), stale === null);
+    say($("gap-next"), gapNextOf(result));
+    $("gap-effects").replaceChildren(...[...result.effects, ...result.suspects].map(effectCard));
+    const hasMap = result.map !== undefined && result.map !== null;
+    show($("gap-map"), hasMap);
+    if (hasMap) this.#renderMap();
+    $("gap-limits-body").replaceChildren(...limits(result));
+  }
+
+  #renderMap() {
+    const { map, effects } = this.#unit.gap.find.job.result;
+    const hasAfter = Object.values(map.sensors).some(({ after }) => after !== null);
+    show($("gap-map-choice"), hasAfter);
+    const which = hasAfter && $("gap-map-after").checked ? "after" : "before";
+    const acted = new Set(effects.flatMap(({ sensors }) => sensors));
+    const sensors = Object.entries(map.sensors).sort(([a], [b]) => Number(acted.has(b)) - Number(acted.has(a)));
+    $("gap-maps").replaceChildren(...sensors.map(([name, sensor]) => {
+      const box = element("div", "");
+      box.className = "scroll";
+      box.tabIndex = 0;
+      box.role = "region";
+      box.ariaLabel = `Map of ${sensorText(name)}`;
+      box.append(heatTable(name, sensor, sensor[which] ?? sensor.before, map));
+      return box;
+    }));
+  }
+
+  #renderTerms({ terms }) {
+    show($("gap-terms-box"), terms.length > 0);
+    $("gap-terms").replaceChildren(...terms.map(({ sizes, lab_only: labOnly }) => {
+      const line = element("li", sizes.join("; "));
+      line.append(Object.assign(element("span", labOnly ? " Lab only: the unit itself cannot correct it." : " In the calibration file: the unit corrects it."), { className: "why" }));
+      return line;
+    }));
+  }
+
+  #renderShown(shown) {
+    show($("gap-shown"), shown !== null);
+    if (shown === null) return;
+    const { job: { result, started_utc_s: started, user }, stale } = shown;
+    const old = stale === null ? "" : ` It does not hold any more: ${stale}.`;
+    say($("gap-shown-text"), `${shownText(result)} Compared ${clock(started)} by ${user}.${old}`);
+    $("gap-shown-table").replaceChildren(...shownTable(result));
+    $("gap-remarks").replaceChildren(...result.remarks.map((text) => element("li", text)));
+  }
+
+  #openDialog() {
+    const { model, gap } = this.#unit;
+    const { effects } = gap.find.job.result;
+    // Without plateaus an effect stands there once for each shape; it is accepted by its name.
+    const names = [...new Set(effects.map(({ name }) => name))];
+    $("accept-effects").replaceChildren(element("legend", "Effects"), ...names.map((name) => {
+      const line = element("label", "");
+      const box = Object.assign(element("input", ""), { type: "checkbox", value: name, checked: true });
+      line.append(box, ` ${effectName(name)}: ${effects.filter((effect) => effect.name === name).map((effect) => `${sizeText(effect)}, ${sensorsText(effect.sensors)}`).join("; ")}`);
+      return line;
+    }));
+    const rivals = [...new Set(effects.flatMap(({ confusable_with: names }) => names))];
+    say($("accept-text"), `Model ${model.version + 1} will carry them: all runs are freed of them and fitted again. Model ${model.version} stays as it is. The search is done once more before; what it does not name any more is not taken.`);
+    show($("accept-rivals"), rivals.length > 0);
+    say($("accept-rivals"), `Nearly as good: ${rivals.map(effectName).join(", ")}. These runs hardly tell them apart.`);
+    this.#enable();
+    $("accept-dialog").showModal();
+  }
+}
+
+const chosenEffects = () => [...$("accept-effects").querySelectorAll("input:checked")].map(({ value }) => value);
+
+function effectCard(effect) {
+  const card = element("section", "");
+  card.className = "effect";
+  const title = element("h3", effect.status === "named" ? effectName(effect.name) : `Only suspected: ${effectName(effect.name)}`);
+  const list = element("dl", "");
+  list.className = "facts";
+  list.append(...evidenceOf(effect).map(([name, value]) => {
+    const box = element("div", "");
+    box.append(element("dt", name), element("dd", value));
+    return box;
+  }));
+  card.append(title, element("p", effect.physics), list);
+  if (effect.next_experiment !== null) card.append(element("p", `Next experiment: ${effect.next_experiment}.`));
+  return card;
+}
+
+/** A table with a head; rows of texts, the first of each names it. */
+function tableParts(heads, rows) {
+  const top = element("thead", "");
+  const head = element("tr", "");
+  head.append(...heads.map((text) => Object.assign(element("th", text), { scope: "col" })));
+  top.append(head);
+  const body = element("tbody", "");
+  body.append(...rows.map(([name, ...values]) => {
+    const line = element("tr", "");
+    line.append(Object.assign(element("th", name), { scope: "row" }), ...values.map((text) => element("td", text)));
+    return line;
+  }));
+  return [top, body];
+}
+
+/** Fresh runs first: they are what counts. */
+function shownTable({ sensors, terms }) {
+  const accepted = terms.at(-1)?.gap ?? {};
+  const rows = ["fresh", "fitted"].flatMap((use) => Object.entries(sensors).filter(([, sensor]) => sensor[use] !== null).map(([name, sensor]) => {
+    const part = sensor[use];
+    const closed = use === "fresh" ? closedText(part.closed_fraction) : "–";
+    return [sensorText(name), use, small(part.before_rms, 3), small(part.after_rms, 3), small(part.floor_rms, 3), smallUnitOf(name), closed,
+      use === "fresh" ? intervalText(accepted[name]?.closed_ci95) : "–"];
+  }));
+  return tableParts(["Sensor", "Runs", "Before", "After", "Floor", "Unit", "Closed", "Expected when accepted (95 %)"], rows);
+}
+
+function limits({ detection_limit: limit, not_testable: notTestable, rejected_by_gate: rejected, gap }) {
+  const parts = [];
+  const sensors = Object.keys(limit);
+  if (sensors.length > 0) {
+    const table = element("table", "");
+    table.className = "list figures";
+    table.append(...tableParts(["Sensor", "Named in half of such campaigns from", "Gap without", "with the effects", "Floor", "Unit"],
+      sensors.map((name) => [sensorText(name), small(limit[name]), small(gap[name]?.before_rms, 3), small(gap[name]?.after_rms, 3), small(gap[name]?.floor_rms, 3), smallUnitOf(name)])));
+    const box = element("div", "");
+    box.className = "scroll";
+    box.tabIndex = 0;
+    box.role = "region";
+    box.ariaLabel = "Smallest effects that would be named";
+    box.append(table);
+    parts.push(box);
+  }
+  const list = element("ul", "");
+  list.className = "remarks";
+  list.append(...notTestable.map(({ name, why }) => element("li", `Not testable: ${effectName(name)}: ${why}`)),
+    ...rejected.map(({ run, sensor, segments, of, why }) => element("li", `Rejected by the data gate: run ${run}${sensor ? `, ${sensorText(sensor)}` : ""}: ${segments} of ${of} segments: ${why}`)));
+  return [...parts, list];
+}

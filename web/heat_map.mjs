@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a sensor read beyond the base at each plateau and position, as a table whose cells stand out where they are more than
+// chance.
+
+import { element } from "./dom.mjs";
+import { number } from "./format.mjs";
+import { small, smallUnitOf } from "./gap_words.mjs";
+import { sensorText } from "./unit_words.mjs";
+
+const STEPS = [3, 6, 12]; // standard errors of a cell from which on it is coloured, and more so
+const SWEEPS = { up: ["▲", "heating"], down: ["▼", "cooling"], unknown: ["", ""] };
+
+/** 0: within chance; 1 to 3: further off. */
+function stepOf(value, scatter) {
+  if (!(scatter > 0)) return 0;
+  return STEPS.filter((step) => Math.abs(value) >= step * scatter).length;
+}
+
+/** What the colours mean, as entries of a legend. */
+export function mapKey() {
+  const entry = (style, text) => {
+    const swatch = element("span", "");
+    swatch.className = `heat ${style}`;
+    const line = element("li", "");
+    line.append(swatch, text);
+    return line;
+  };
+  const [one, two, three] = STEPS;
+  return [entry("hot-1", `reads more, from ${one} sigma`), entry("hot-2", `from ${two}`), entry("hot-3", `from ${three}`), entry("cold-1", `reads less, from ${one} sigma`),
+    entry("cold-2", `from ${two}`), entry("cold-3", `from ${three}`)];
+}
+
+function plateauHead({ temp_c, sweep }) {
+  const head = element("th", `${number(temp_c, 0)} °C `);
+  head.scope = "row";
+  const [mark, words] = SWEEPS[sweep];
+  const sign = element("span", mark);
+  sign.ariaHidden = "true";
+  head.append(sign, Object.assign(element("span", words), { className: "unseen" }));
+  return head;
+}
+
+/** One digit more than the standard error has: what is beyond is chance. */
+const decimalsOf = (scatter) => (scatter > 0 ? Math.max(0, 1 - Math.floor(Math.log10(1000 * scatter))) : 3);
+
+function cell(value, scatter) {
+  const node = element("td", number(value === null ? null : 1000 * value, decimalsOf(scatter)));
+  const step = value === null ? 0 : stepOf(value, scatter);
+  if (step > 0) node.className = `${value > 0 ? "hot" : "cold"}-${step}`;
+  return node;
+}
+
+/** The table of one sensor; `values`: its part `before` or `after` of the document's map. */
+export function heatTable(name, { scatter }, values, { plateaus, positions }) {
+  const table = element("table", "");
+  table.className = "heat-map";
+  const caption = element("caption", "");
+  caption.append(element("b", sensorText(name)), ` ${smallUnitOf(name)}; 1 sigma is ${small(scatter)}`);
+  const head = element("tr", "");
+  head.append(element("td", ""), ...positions.map((position) => Object.assign(element("th", position || "any"), { scope: "col" })));
+  const top = element("thead", "");
+  top.append(head);
+  const body = element("tbody", "");
+  body.append(...plateaus.map((plateau, row) => {
+    const line = element("tr", "");
+    line.append(plateauHead(plateau), ...positions.map((_, column) => cell(values[row][column], scatter)));
+    return line;
+  }));
+  table.append(caption, top, body);
+  return table;
+}
