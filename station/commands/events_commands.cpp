@@ -62,7 +62,8 @@ nlohmann::json event_json(const db::EventRow& event) {
 }
 
 /// Kinds of all events that programs of this version enter.
-constexpr std::array<std::string_view, 42> kKnownKinds = {"alarm",
+constexpr std::array<std::string_view, 43> kKnownKinds = {"account",
+                                                          "alarm",
                                                           "backup_made",
                                                           "calibration_exported",
                                                           "campaign",
