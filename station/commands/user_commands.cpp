@@ -55,7 +55,7 @@ base::Status UserCommand::tell(const std::string& what, Output& output) const {
 }
 
 base::Result<std::string> new_password(const std::string& name) {
-  const auto password = read_password("password of " + name);
+  auto password = read_password("password of " + name);
   if (!password) return password;
   if (auto fits = check_password(*password); !fits) return base::forward_error(fits);
   return kept_of_password(*password);
@@ -83,7 +83,7 @@ base::Status UserAdd::run(Output& output) {
   if (!catalog) return base::forward_error(catalog);
   const auto kept = new_password(name);
   if (!kept) return base::forward_error(kept);
-  const auto added = change_accounts(catalog->data_folder(), [&](Accounts& accounts) -> base::Status {
+  auto added = change_accounts(catalog->data_folder(), [&](Accounts& accounts) -> base::Status {
     if (find_account(accounts, name) != nullptr) {
       return base::bad_input("there is such an account already: 'soak user password' gives it another password", name);
     }
@@ -97,7 +97,7 @@ base::Status UserAdd::run(Output& output) {
 /// soak user remove NAME
 struct UserRemove final : UserCommand {
   base::Status run(Output& output) override {
-    const auto removed = change([&](Accounts& accounts, Account&) -> base::Status {
+    auto removed = change([&](Accounts& accounts, Account&) -> base::Status {
       std::erase_if(accounts, [&](const Account& account) { return account.name == name; });
       return {};
     });
@@ -111,7 +111,7 @@ struct UserPassword final : UserCommand {
   base::Status run(Output& output) override {
     const auto kept = new_password(name);
     if (!kept) return base::forward_error(kept);
-    const auto changed = change([&](Accounts&, Account& account) -> base::Status {
+    auto changed = change([&](Accounts&, Account& account) -> base::Status {
       account.password = *kept;
       return {};
     });
@@ -138,7 +138,7 @@ base::Status UserToken::run(Output& output) {
   const auto secret = new_secret();
   if (!secret) return base::forward_error(secret);
   Role may = Role::viewer;
-  const auto made = change([&](Accounts&, Account& account) -> base::Status {
+  auto made = change([&](Accounts&, Account& account) -> base::Status {
     if (std::ranges::find(account.tokens, label, &AccessToken::label) != account.tokens.end()) {
       return base::bad_input("the account has a token of that label: 'soak user revoke' ends it", label);
     }
@@ -169,7 +169,7 @@ struct UserRevoke final : UserCommand {
     options.add("--label TEXT", &label, "Label of the token").required();
   }
   base::Status run(Output& output) override {
-    const auto revoked = change([&](Accounts&, Account& account) -> base::Status {
+    auto revoked = change([&](Accounts&, Account& account) -> base::Status {
       const auto is_it = [&](const AccessToken& token) { return token.label == label; };
       if (std::erase_if(account.tokens, is_it) == 1) return {};
       return base::bad_input("the account has no token of that label: 'soak user list' shows all", label);

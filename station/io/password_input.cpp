@@ -48,7 +48,7 @@ base::Result<std::string> read_password(const std::string& prompt) {
   auto first = read_line();
   if (!first) return first;
   std::cerr << "again: " << std::flush;
-  const auto second = read_line();
+  auto second = read_line();
   if (!second) return second;
   if (*first != *second) return base::bad_input("the two differ: nothing was changed", "password");
   return first;
