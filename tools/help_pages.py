@@ -3,7 +3,7 @@
 
 help_pages.py FOLDER PAGE.md... writes FOLDER/help-NAME.html for each page: the list of all pages, in the order given, and
 the text. Links between the pages become addresses of the station's page (#help=NAME&at=HEADING); a link to anything that
-the Help does not hold keeps its text only. docs/decisions/0035-help.md
+the Help does not hold keeps its text only. docs/decisions/0034-help.md
 """
 import argparse
 import collections

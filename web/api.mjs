@@ -6,6 +6,11 @@ const RETRY_MS = 2000;
 const SILENCE_MS = 20000;
 const LOCK = "soak-events";
 const CHANNEL = "soak-events";
+const NOT_KNOWN = 401; // docs/access.md
+
+function logIn() {
+  location.assign(`login.html${location.hash}`);
+}
 
 /**
  * Answer of GET /api/v1/`path`. Throws where there is none.
@@ -19,7 +24,9 @@ export async function get(path) {
 
 /** Carries out POST /api/v1/`path`. Throws an Error whose message is for the user; of an answer, with its `status` and, where it says so, `where` the mistake is. */
 export async function post(path, body) {
-  const options = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
+  // The second header says that a page of this station asks: pages of other origins cannot send it.
+  const headers = { "Content-Type": "application/json", "X-Requested-With": "soak" };
+  const options = { method: "POST", headers, body: JSON.stringify(body) };
   return answer(await fetch(ROOT + path, options));
 }
 
@@ -28,6 +35,7 @@ export const send = (command, body) => post(`campaign/${command}`, body);
 
 async function answer(response) {
   const document = await response.json();
+  if (response.status === NOT_KNOWN && document.error?.where === "account") logIn();
   if (!response.ok) {
     const error = new Error(document.error?.message ?? `HTTP status ${response.status}`);
     throw Object.assign(error, { status: response.status, where: document.error?.where ?? "" });
@@ -79,6 +87,8 @@ function readStream(take) {
     clearInterval(watch);
     source.close();
     take({ kind: "lost" });
+    // Perhaps the session has ended: a stream does not say why it does.
+    fetch(`${ROOT}session`).then(answer).catch(() => {});
     setTimeout(() => readStream(take), RETRY_MS);
   };
   source.onopen = () => hear({ kind: "connected" });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The station's page: what /api/v1 says, and what a user can tell it.
 
+import { showAccount } from "./account.mjs";
 import { connectAlerts, renderAlerts } from "./alerts.mjs";
 import { get, send, subscribe } from "./api.mjs";
 import { confirmsItself, openAbortDialog, renderCampaign, renderDoor, renderHead, renderPrompt } from "./campaign_cards.mjs";
@@ -188,6 +189,7 @@ function connectButtons() {
 }
 
 rememberUser();
+showAccount().catch((error) => console.warn("no account:", error.message));
 connectButtons();
 connectAlerts();
 connectViews({

@@ -25,28 +25,50 @@ using nlohmann::json;
 
 /// What all campaign commands know: where the daemon is and who asks.
 struct StationCommand : Command {
-  std::string station;  ///< HOST:PORT; empty = $SOAK_STATION, else 127.0.0.1:8088
-  std::string user;     ///< empty = the user that runs the program
+  std::string station;      ///< HOST:PORT or https://HOST:PORT; empty = $SOAK_STATION, else 127.0.0.1:8088
+  std::string certificate;  ///< empty = $SOAK_CERTIFICATE
+  std::string token_file;   ///< empty = $SOAK_TOKEN_FILE
+  std::string user;         ///< empty = the user that runs the program
 
   void declare(OptionList& options) override {
-    options.add("--station HOST:PORT", &station, "Where soakd listens (default: $SOAK_STATION, else 127.0.0.1:8088)");
+    options.add("--station HOST:PORT", &station,
+                "Where soakd listens, https://HOST:PORT where it speaks TLS (default: $SOAK_STATION, else "
+                "127.0.0.1:8088)");
+    options.add("--certificate FILE", &certificate,
+                "Over TLS: the station's own certificate, soakd.crt of its data folder (default: $SOAK_CERTIFICATE, "
+                "else one that the system trusts)");
+    options.add("--token-file FILE", &token_file,
+                "File with a token of 'soak user token', where the station asks who it is (default: $SOAK_TOKEN_FILE)");
   }
   void declare_user(OptionList& options) {
     options.add("--user NAME", &user, "Name for the log (default: the user that runs the program)");
   }
-  /// A client of the daemon. Fails (bad_input) for an address that is not one.
+  /// A client of the daemon. Fails (bad_input) for an address that is not one, and a token that cannot be read.
   [[nodiscard]] base::Result<Client> client() const;
   /// Sends a command and prints the state that it leads to.
   base::Status send(const std::string& name, json body, const std::string& done, Output& output) const;
 };
 
+/// What an option says, else the environment, else `otherwise`.
+std::string given(const std::string& option, const char* variable, const std::string& otherwise = {}) {
+  if (!option.empty()) return option;
+  const char* named = std::getenv(variable);
+  return named == nullptr ? otherwise : named;
+}
+
 base::Result<Client> StationCommand::client() const {
-  std::string text = station;
-  if (const char* named = std::getenv("SOAK_STATION"); text.empty() && named != nullptr) text = named;
-  if (text.empty()) text = "127.0.0.1:8088";
-  auto address = parse_host_port(text);
+  auto address = parse_station_address(given(station, "SOAK_STATION", "127.0.0.1:8088"));
   if (!address) return base::bad_input(address.error().message, "--station");
-  return Client(*std::move(address));
+  StationEntry entry(*std::move(address));
+  entry.certificate = given(certificate, "SOAK_CERTIFICATE");
+  const std::string file = given(token_file, "SOAK_TOKEN_FILE");
+  if (file.empty()) return Client(std::move(entry));
+  if (!entry.tls)
+    return base::bad_input("a token is sent over TLS only: the address must begin with https://", "--station");
+  auto token = read_text_file(file);
+  if (!token) return base::forward_error(token);
+  entry.token = token->substr(0, token->find_first_of("\r\n"));
+  return Client(std::move(entry));
 }
 
 base::Status StationCommand::send(const std::string& name, json body, const std::string& done, Output& output) const {

@@ -148,5 +148,6 @@ CommandGroup make_safe_commands();
 CommandGroup doctor_commands();
 CommandGroup event_commands();
 CommandGroup backup_commands();
+CommandGroup user_commands();
 
 }  // namespace soak::station

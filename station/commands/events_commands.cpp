@@ -52,7 +52,8 @@ bool is_asked_for(const db::EventRow& event, const EventsList& command) {
 }
 
 /// Kinds of all events that programs of this version enter.
-constexpr std::array<std::string_view, 43> kKnownKinds = {"alarm",
+constexpr std::array<std::string_view, 44> kKnownKinds = {"account",
+                                                          "alarm",
                                                           "backup_made",
                                                           "calibration_exported",
                                                           "campaign",

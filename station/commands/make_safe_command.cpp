@@ -15,6 +15,7 @@
 #include "station/commands/command.h"
 #include "station/config/station_config.h"
 #include "station/http/client.h"
+#include "station/http/tls.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
 #include "station/lab/make_safe.h"
@@ -41,17 +42,19 @@ constexpr std::chrono::seconds kSoakdMoves{10};  ///< a station's status changes
 constexpr std::chrono::milliseconds kLookAgain{500};
 
 /// Whether the soakd at that address has the chamber in hand: it answers, the chamber answers it, and its engine turns.
-bool has_chamber_in_hand(const std::string& address) {
-  const auto where = parse_host_port(address);
+bool has_chamber_in_hand(const std::string& address, const StationConfig& config) {
+  const auto where = parse_station_address(address);
   if (!where) return false;
-  const Client client(*where, kSoakdAnswers_s);
-  const auto first = client.get("status");
+  StationEntry entry(*where);
+  entry.certificate = config.tls_certificate.empty() ? certificate_in(config.data).certificate : config.tls_certificate;
+  const Client client(entry, kSoakdAnswers_s);
+  const auto first = client.get("alive");
   const auto deadline = std::chrono::steady_clock::now() + kSoakdMoves;
   while (first && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(kLookAgain);
-    const auto now = client.get("status");
+    const auto now = client.get("alive");
     if (!now) return false;
-    if (*now != *first) return now->value("/chamber/connected"_json_pointer, false);
+    if (now->at("turn") != first->at("turn")) return now->value("chamber_connected", false);
   }
   return false;
 }
@@ -115,7 +118,7 @@ base::Status ChamberMakeSafe::run(Output& output) {
   const auto station = find_station_config(config, data);
   if (!station) return base::forward_error(station);
   const auto holder = FolderLock::holder(station->data / "soakd.lock");
-  if (holder && has_chamber_in_hand(holder->address)) {
+  if (holder && has_chamber_in_hand(holder->address, *station)) {
     return base::bad_input(fmt::format("soakd (process {}, {}) is running and controls this chamber: use 'soak "
                                        "campaign abort', or stop soakd; both bring the chamber to the safe state",
                                        holder->process, holder->address),

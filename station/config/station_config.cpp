@@ -278,6 +278,10 @@ void read_service(const settings::Table& root, const std::filesystem::path& fold
   }
   if (root.has("allowed_hosts")) config.allowed_hosts = read_host_names(root);
   if (root.has("data")) config.data = path_in(root, "data", folder);
+  if (const auto tls = root.table("tls")) {
+    config.tls_certificate = path_in(*tls, "certificate", folder);
+    config.tls_key = path_in(*tls, "key", folder);
+  }
   config.clock_rate = root.section("clock").number("rate", {0.001, 1e6}, config.clock_rate);
 }
 

@@ -47,6 +47,8 @@ struct StationConfig {
   std::string file;
   std::string listen = "127.0.0.1:8088";
   std::vector<std::string> allowed_hosts;  ///< names by which browsers may ask for it, in small letters
+  std::filesystem::path tls_certificate;   ///< PEM; empty = soakd makes one where it needs one
+  std::filesystem::path tls_key;           ///< of tls_certificate
   double clock_rate = 1.0;
   std::filesystem::path data;             ///< empty = as for `soak`
   std::filesystem::path unit_types;       ///< folder of unit types

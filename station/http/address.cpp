@@ -43,6 +43,23 @@ base::Result<HostPort> parse_host_port(std::string_view text) {
   return HostPort{std::string(host), static_cast<int>(*port)};
 }
 
+base::Result<StationAddress> parse_station_address(std::string_view text) {
+  constexpr std::string_view kClear = "http://";
+  constexpr std::string_view kTls = "https://";
+  const bool tls = text.starts_with(kTls);
+  const bool has_scheme = tls || text.starts_with(kClear);
+  if (has_scheme) text.remove_prefix(tls ? kTls.size() : kClear.size());
+  if (has_scheme && text.ends_with('/')) text.remove_suffix(1);
+  auto address = parse_host_port(text);
+  if (!address) return base::forward_error(address);
+  return StationAddress{*std::move(address), tls};
+}
+
+bool is_loopback(const HostPort& listen) {
+  return listen.host == "localhost" || listen.host == "::1" ||
+         (listen.host.starts_with("127.") && is_numeric_address(listen.host));
+}
+
 std::string to_text(const HostPort& address) {
   const bool is_ipv6 = address.host.find(':') != std::string::npos;
   return (is_ipv6 ? "[" + address.host + "]" : address.host) + ":" + std::to_string(address.port);
@@ -76,7 +93,7 @@ std::optional<std::string> why_refused(const RequestOrigin& request, const std::
   if (!is_known_host(host_of(request.host), names)) {
     return "the request is for host '" + request.host + "', which is not one of this station's names or addresses";
   }
-  if (request.origin && *request.origin != "http://" + request.host) {
+  if (request.origin && *request.origin != (request.tls ? "https://" : "http://") + request.host) {
     return "the request comes from a page of '" + *request.origin + "', not from a page of this station";
   }
   return std::nullopt;

@@ -39,7 +39,21 @@ struct HostPort {
 struct RequestOrigin {
   std::string host;                   ///< Host header
   std::optional<std::string> origin;  ///< Origin header
+  bool tls = false;                   ///< it came over TLS
 };
+
+/// How a program reaches a soakd.
+struct StationAddress {
+  HostPort address;
+  bool tls = false;
+};
+
+/// Reads HOST:PORT, http://HOST:PORT or https://HOST:PORT; a slash may end it, as in the address of the page. Refuses
+/// (bad_input) anything else.
+[[nodiscard]] base::Result<StationAddress> parse_station_address(std::string_view text);
+
+/// Whether `listen` is an address that only the machine itself reaches: localhost, 127.x.x.x, ::1.
+[[nodiscard]] bool is_loopback(const HostPort& listen);
 
 /// Why a request is refused, or nothing where it may pass. A page of another site can make a browser send requests to
 /// this machine; two things give it away:

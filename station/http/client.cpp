@@ -6,10 +6,13 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
+
+#include "station/http/tls.h"
 
 namespace soak::station {
 namespace {
@@ -21,8 +24,38 @@ constexpr int kConnectSeconds = 5;
 constexpr int kSilenceSeconds = 25;  // a stream says something every ten seconds
 constexpr std::chrono::milliseconds kKeepOnEvery{100};
 
-base::Error unreachable(const HostPort& address, httplib::Error reason) {
-  const std::string where = to_text(address);
+std::string text_of(const StationEntry& entry) { return (entry.tls ? "https://" : "") + to_text(entry.address); }
+
+/// A client of the library, with the station's certificate and the token.
+base::Result<std::unique_ptr<httplib::ClientImpl>> make_client(const StationEntry& entry) {
+  const HostPort& at = entry.address;
+  std::unique_ptr<httplib::ClientImpl> client;
+  if (entry.tls) {
+    auto secure = std::make_unique<httplib::SSLClient>(at.host, at.port);
+    if (!entry.certificate.empty()) {
+      secure->enable_server_certificate_verification(false);  // by names and authorities: it is compared instead
+      if (auto trusts = trust_only(secure->ssl_context(), entry.certificate); !trusts)
+        return base::forward_error(trusts);
+    }
+    client = std::move(secure);
+  } else {
+    client = std::make_unique<httplib::ClientImpl>(at.host, at.port);
+  }
+  if (!entry.token.empty()) client->set_bearer_token_auth(entry.token);
+  client->set_connection_timeout(kConnectSeconds);
+  return client;
+}
+
+base::Error unreachable(const StationEntry& entry, httplib::Error reason) {
+  const std::string where = text_of(entry);
+  const bool untrusted = reason == httplib::Error::SSLConnection || reason == httplib::Error::SSLServerVerification ||
+                         reason == httplib::Error::SSLLoadingCerts;
+  if (untrusted) {
+    return {ErrorKind::device,
+            "what answers there does not speak TLS or does not show a certificate that is trusted: give the station's "
+            "own (soakd.crt of its data folder) with --certificate FILE or $SOAK_CERTIFICATE",
+            where};
+  }
   if (reason == httplib::Error::Connection || reason == httplib::Error::ConnectionTimeout) {
     return {ErrorKind::device,
             "no soakd answers there: start one with 'soakd --config FILE --listen " + where +
@@ -33,25 +66,28 @@ base::Error unreachable(const HostPort& address, httplib::Error reason) {
 }
 
 /// The error that an answer other than 2xx describes.
-base::Error refusal_of(const httplib::Response& response, const HostPort& address) {
+base::Error refusal_of(const httplib::Response& response, const StationEntry& entry) {
   const json document = json::parse(response.body, nullptr, false);
   const json error = document.is_object() ? document.value("error", json()) : json();
   const json code = error.is_object() ? error.value("code", json()) : json();
+  if (response.status == 400 && response.body.find("HTTPS only") != std::string::npos) {
+    return {ErrorKind::bad_input, "this soakd speaks TLS: write https:// before the address", text_of(entry)};
+  }
   if (!code.is_number_integer() || code < 1 || code > 5 || !error.value("message", json()).is_string()) {
     return {ErrorKind::device,
             "the program that answers there (HTTP status " + std::to_string(response.status) + ") is not soakd",
-            to_text(address)};
+            text_of(entry)};
   }
   return {static_cast<ErrorKind>(code.get<int>()), error["message"].get<std::string>(),
           error.value("where", std::string())};
 }
 
-base::Result<json> answer_document(const httplib::Result& result, const HostPort& address) {
-  if (!result) return tl::unexpected(unreachable(address, result.error()));
-  if (result->status != 200) return tl::unexpected(refusal_of(*result, address));
+base::Result<json> answer_document(const httplib::Result& result, const StationEntry& entry) {
+  if (!result) return tl::unexpected(unreachable(entry, result.error()));
+  if (result->status != 200) return tl::unexpected(refusal_of(*result, entry));
   json document = json::parse(result->body, nullptr, false);
   if (document.is_discarded()) {
-    return base::fail(ErrorKind::device, "the program that answers there is not soakd", to_text(address));
+    return base::fail(ErrorKind::device, "the program that answers there is not soakd", text_of(entry));
   }
   return document;
 }
@@ -59,9 +95,9 @@ base::Result<json> answer_document(const httplib::Result& result, const HostPort
 /// One stream, read by a thread of its own so that the reader can leave at any time.
 class StreamReader {
  public:
-  explicit StreamReader(const HostPort& address) : address_(address), client_(address.host, address.port) {
-    client_.set_connection_timeout(kConnectSeconds);
-    client_.set_read_timeout(kSilenceSeconds);
+  StreamReader(const StationEntry& entry, std::unique_ptr<httplib::ClientImpl> client)
+      : entry_(entry), client_(std::move(client)) {
+    client_->set_read_timeout(kSilenceSeconds);
     thread_ = std::thread([this] { run(); });
   }
 
@@ -70,7 +106,7 @@ class StreamReader {
     leaving_ = true;
     // stop() has no effect on a request that is just about to begin: it is repeated.
     while (!ended_) {
-      client_.stop();
+      client_->stop();
       changed_.wait_for(lock, kKeepOnEvery);
     }
     lock.unlock();
@@ -94,7 +130,7 @@ class StreamReader {
   void run() {
     std::string error_body;
     int status = 0;
-    const auto result = client_.Get(
+    const auto result = client_->Get(
         std::string(kApiPath) + "events",
         [&](const httplib::Response& response) {
           status = response.status;
@@ -108,10 +144,10 @@ class StreamReader {
     if (result && result->status != 200) {
       httplib::Response response = *result;
       response.body = error_body;
-      ended_ = refusal_of(response, address_);
+      ended_ = refusal_of(response, entry_);
     } else {
-      ended_ = result ? base::Error{ErrorKind::device, "soakd ended the stream of events", to_text(address_)}
-                      : unreachable(address_, result.error());
+      ended_ = result ? base::Error{ErrorKind::device, "soakd ended the stream of events", text_of(entry_)}
+                      : unreachable(entry_, result.error());
     }
     changed_.notify_all();
   }
@@ -123,8 +159,8 @@ class StreamReader {
     return !leaving_;
   }
 
-  const HostPort address_;
-  httplib::Client client_;
+  const StationEntry entry_;
+  const std::unique_ptr<httplib::ClientImpl> client_;
   EventParser parser_;
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -162,23 +198,25 @@ void EventParser::take_line(std::string_view line, std::vector<ServerEvent>& com
 }
 
 base::Result<json> Client::get(const std::string& path) const {
-  httplib::Client client(address_.host, address_.port);
-  client.set_connection_timeout(kConnectSeconds);
-  client.set_read_timeout(answer_s_);
-  return answer_document(client.Get(kApiPath + path), address_);
+  const auto client = make_client(entry_);
+  if (!client) return base::forward_error(client);
+  (*client)->set_read_timeout(answer_s_);
+  return answer_document((*client)->Get(kApiPath + path), entry_);
 }
 
 base::Result<json> Client::command(const std::string& command, const json& body) const {
-  httplib::Client client(address_.host, address_.port);
-  client.set_connection_timeout(kConnectSeconds);
-  client.set_read_timeout(answer_s_);
+  const auto client = make_client(entry_);
+  if (!client) return base::forward_error(client);
+  (*client)->set_read_timeout(answer_s_);
   const std::string text = body.dump(-1, ' ', false, json::error_handler_t::replace);
-  return answer_document(client.Post(kApiPath + ("campaign/" + command), text, "application/json"), address_);
+  return answer_document((*client)->Post(kApiPath + ("campaign/" + command), text, "application/json"), entry_);
 }
 
 base::Status Client::follow(const std::function<bool(const ServerEvent&)>& on_event,
                             const std::function<bool()>& keep_on) const {
-  StreamReader reader(address_);
+  auto client = make_client(entry_);
+  if (!client) return base::forward_error(client);
+  StreamReader reader(entry_, *std::move(client));
   while (keep_on()) {
     for (const ServerEvent& event : reader.take()) {
       if (!on_event(event)) return {};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -34,12 +35,25 @@ class EventParser {
   ServerEvent event_;
 };
 
+/// How a program gets into a station.
+struct StationEntry {
+  StationEntry(HostPort in_the_clear) : address(std::move(in_the_clear)) {}
+  explicit StationEntry(StationAddress station) : address(std::move(station.address)), tls(station.tls) {}
+
+  HostPort address;
+  bool tls = false;
+  /// Over TLS: the station's own certificate, and no other one is taken; empty = one that the system trusts, for the
+  /// name in the address.
+  std::filesystem::path certificate;
+  std::string token;  ///< `soak user token`; empty = none
+};
+
 /// The other end of HttpServer. Errors: what the daemon answered, with its kind; `device` where no daemon answers, with
-/// the address and how to start one.
+/// the address and how to start one, or does not show the certificate that it should.
 class Client {
  public:
   /// `answer_s`: how long an answer is waited for; a start checks every device first.
-  explicit Client(HostPort address, int answer_s = 60) : address_(std::move(address)), answer_s_(answer_s) {}
+  explicit Client(StationEntry entry, int answer_s = 60) : entry_(std::move(entry)), answer_s_(answer_s) {}
 
   /// GET `path`, for example "status".
   [[nodiscard]] base::Result<nlohmann::json> get(const std::string& path) const;
@@ -52,7 +66,7 @@ class Client {
                                     const std::function<bool()>& keep_on) const;
 
  private:
-  HostPort address_;
+  StationEntry entry_;
   int answer_s_;
 };
 

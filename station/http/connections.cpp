@@ -11,15 +11,15 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <condition_variable>
 #include <cstring>
-#include <deque>
 #include <limits>
 #include <list>
 #include <mutex>
 #include <optional>
-#include <thread>
-#include <vector>
+#include <string_view>
+
+#include "station/http/bounded_pool.h"
+#include "station/http/wire.h"
 
 namespace soak::station {
 namespace {
@@ -54,56 +54,10 @@ void address_of(const sockaddr_storage& address, std::string& ip, int& port) {
   port = ntohs(six ? v6->sin6_port : v4->sin_port);
 }
 
-/// A fixed number of threads. The one that accepts connections waits while too many have no thread yet: they stay with
-/// the kernel, where they take no descriptor of ours.
-class BoundedPool : public httplib::TaskQueue {
- public:
-  BoundedPool(std::size_t threads, std::size_t waiting) : most_waiting_(waiting) {
-    for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
-  }
-  ~BoundedPool() override { shutdown(); }
-
-  void enqueue(std::function<void()> task) override {
-    std::unique_lock lock(mutex_);
-    room_.wait(lock, [this] { return tasks_.size() < most_waiting_ || ended_; });
-    tasks_.push_back(std::move(task));
-    lock.unlock();
-    task_.notify_one();
-  }
-
-  void shutdown() override {
-    {
-      const std::lock_guard lock(mutex_);
-      ended_ = true;
-    }
-    task_.notify_all();
-    room_.notify_all();
-    for (std::thread& thread : threads_) thread.join();
-    threads_.clear();
-  }
-
- private:
-  void work() {
-    while (true) {
-      std::unique_lock lock(mutex_);
-      task_.wait(lock, [this] { return !tasks_.empty() || ended_; });
-      if (tasks_.empty()) return;
-      const auto task = std::move(tasks_.front());
-      tasks_.pop_front();
-      lock.unlock();
-      room_.notify_one();
-      task();
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable task_;
-  std::condition_variable room_;
-  std::deque<std::function<void()>> tasks_;
-  std::vector<std::thread> threads_;
-  std::size_t most_waiting_;
-  bool ended_ = false;
-};
+/// What somebody gets who speaks HTTP where TLS is spoken.
+constexpr std::string_view kSpeaksTls =
+    "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain; charset=utf-8\r\nConnection: close\r\n"
+    "Content-Length: 75\r\n\r\nThis station speaks HTTPS only: write https:// in place of http:// for it.\n";
 
 }  // namespace
 
@@ -172,8 +126,25 @@ class BoundedListener::Register {
 /// One connection as the library reads and writes it, within the limits: beyond them it looks closed.
 class BoundedListener::Connection : public httplib::Stream {
  public:
-  Connection(socket_t socket, const ConnectionLimits& limits, Register& all)
-      : socket_(socket), limits_(limits), all_(all), request_until_(after(limits.request_s)) {}
+  Connection(socket_t socket, const ConnectionLimits& limits, Register& all, SSL_CTX* tls)
+      : socket_(socket),
+        wire_(make_wire(socket, tls)),
+        limits_(limits),
+        all_(all),
+        request_until_(after(limits.request_s)) {}
+
+  /// Whether requests can be read: after the handshake, of a wire that has one.
+  bool begin() {
+    while (true) {
+      const Wire::Begin state = wire_->begin();
+      if (state == Wire::Begin::begun) return true;
+      if (state == Wire::Begin::speaks_http) static_cast<void>(write(kSpeaksTls.data(), kSpeaksTls.size()));
+      const bool waits = state == Wire::Begin::waits_to_read || state == Wire::Begin::waits_to_write;
+      if (!waits || !wait_for_client(state == Wire::Begin::waits_to_read ? POLLIN : POLLOUT, request_until_)) {
+        return false;
+      }
+    }
+  }
 
   /// From here on the body is read.
   void head_is_read() { allowed_bytes_ = limits_.head_bytes + limits_.body_bytes; }
@@ -197,8 +168,9 @@ class BoundedListener::Connection : public httplib::Stream {
     if (!answer_until_) answer_until_ = after(limits_.answer_s);
     const auto latest = std::min(*answer_until_, after(limits_.write_s));
     while (wait_for_client(POLLOUT, latest)) {
-      const ssize_t n = ::send(socket_, bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT);
-      if (n >= 0 || (errno != EAGAIN && errno != EINTR)) return n;
+      const Wire::Moved moved = wire_->send(bytes, size);
+      if (moved.bytes > 0) return static_cast<ssize_t>(moved.bytes);
+      if (moved.is_over() || !wait_for_client(moved.waits_for, latest)) return -1;
     }
     return -1;
   }
@@ -218,6 +190,7 @@ class BoundedListener::Connection : public httplib::Stream {
   /// Ends the answer and passes over what the client still sends: a socket closed over unread bytes takes the answer
   /// with it.
   void finish() {
+    wire_->say_end();
     ::shutdown(socket_, SHUT_WR);
     request_until_ = after(limits_.linger_s);
     allowed_bytes_ = read_bytes_ + limits_.body_bytes;
@@ -238,19 +211,23 @@ class BoundedListener::Connection : public httplib::Stream {
   bool refill() {
     const std::size_t allowed = std::min(buffer_.size(), allowed_bytes_ - read_bytes_);
     if (allowed == 0) return false;
-    while (wait_for_client(POLLIN, request_until_)) {
-      const ssize_t n = ::recv(socket_, buffer_.data(), allowed, MSG_DONTWAIT);
-      if (n < 0 && (errno == EAGAIN || errno == EINTR)) continue;
-      if (n <= 0) return false;
-      next_ = 0;
-      held_ = static_cast<std::size_t>(n);
-      read_bytes_ += held_;
-      return true;
+    while (Clock::now() < request_until_) {
+      // Before it waits: a wire may hold more than the socket does.
+      const Wire::Moved moved = wire_->receive(buffer_.data(), allowed);
+      if (moved.is_over()) return false;
+      if (moved.bytes > 0) {
+        next_ = 0;
+        held_ = moved.bytes;
+        read_bytes_ += held_;
+        return true;
+      }
+      if (!wait_for_client(moved.waits_for, request_until_)) return false;
     }
     return false;
   }
 
   socket_t socket_;
+  std::unique_ptr<Wire> wire_;
   const ConnectionLimits& limits_;
   Register& all_;
   Clock::time_point request_until_;
@@ -262,8 +239,12 @@ class BoundedListener::Connection : public httplib::Stream {
   std::size_t held_ = 0;
 };
 
-BoundedListener::BoundedListener(ConnectionLimits limits, std::function<bool(const httplib::Request&)> endless)
-    : limits_(limits), endless_(std::move(endless)), register_(std::make_unique<Register>(limits.short_ones)) {
+BoundedListener::BoundedListener(ConnectionLimits limits, std::function<bool(const httplib::Request&)> endless,
+                                 SSL_CTX* tls)
+    : limits_(limits),
+      endless_(std::move(endless)),
+      tls_(tls),
+      register_(std::make_unique<Register>(limits.short_ones)) {
   new_task_queue = [this] { return new BoundedPool(limits_.threads, limits_.waiting); };
   set_payload_max_length(limits_.body_bytes);
   set_keep_alive_max_count(1);
@@ -288,14 +269,15 @@ void BoundedListener::cut_all() { register_->cut_all(); }
 
 bool BoundedListener::process_and_close_socket(socket_t socket) {
   register_->add(socket);
-  Connection connection(socket, limits_, *register_);
+  Connection connection(socket, limits_, *register_, tls_);
   bool closed = false;
-  const bool answered = process_request(connection, true, closed, [&](httplib::Request& request) {
+  const auto take_head = [&](httplib::Request& request) {
     connection.head_is_read();
     if (!endless_(request)) return;
     connection.make_endless();
     register_->set_endless(socket);
-  });
+  };
+  const bool answered = connection.begin() && process_request(connection, true, closed, take_head);
   connection.finish();
   register_->remove_and_close(socket);
   return answered;

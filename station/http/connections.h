@@ -2,6 +2,7 @@
 #pragma once
 
 #include <httplib.h>
+#include <openssl/types.h>
 
 #include <cstddef>
 #include <functional>
@@ -21,7 +22,7 @@ struct ConnectionLimits {
   std::size_t waiting = 32;        ///< accepted, without a thread yet; more are not accepted until one is free
   std::size_t head_bytes = 65536;  ///< request line and headers
   std::size_t body_bytes = 1 << 20;
-  double request_s = 10.0;  ///< from the connection to the end of the request
+  double request_s = 10.0;  ///< from the connection to the end of the request, the handshake of TLS included
   double answer_s = 60.0;   ///< from the first byte of the answer to its end, event streams apart
   double write_s = 5.0;     ///< without any progress of an answer
   double linger_s = 1.0;    ///< after the answer, for what the client still sends
@@ -38,8 +39,10 @@ struct Route {
 /// idle connection holds no thread, and no part of a refused request can be taken for the next one.
 class BoundedListener : public httplib::Server {
  public:
-  /// `endless`: whether the answer to this request goes on until the client leaves (an event stream).
-  BoundedListener(ConnectionLimits limits, std::function<bool(const httplib::Request&)> endless);
+  /// `endless`: whether the answer to this request goes on until the client leaves (an event stream). `tls`: context
+  /// that connections speak TLS with (tls_context()), which must outlive the listener; null = in the clear.
+  BoundedListener(ConnectionLimits limits, std::function<bool(const httplib::Request&)> endless,
+                  SSL_CTX* tls = nullptr);
   ~BoundedListener() override;
 
   /// The library's own, remembered in routes().
@@ -61,6 +64,7 @@ class BoundedListener : public httplib::Server {
 
   ConnectionLimits limits_;
   std::function<bool(const httplib::Request&)> endless_;
+  SSL_CTX* tls_;
   std::unique_ptr<Register> register_;
   std::vector<Route> routes_;
 };

@@ -4,14 +4,18 @@
 #include <fmt/format.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <iostream>
+#include <optional>
 #include <string_view>
 #include <thread>
 
+#include "station/access/accounts.h"
 #include "station/config/station_config.h"
 #include "station/config/unit_type_file.h"
 #include "station/http/address.h"
 #include "station/http/server.h"
+#include "station/http/tls.h"
 #include "station/http/web_files.h"
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
@@ -59,6 +63,48 @@ class StopSignals {
   std::thread waiter_;
 };
 
+/// Whether others than this machine can ask the station, or are to be known by name.
+bool is_for_others(const StationConfig& config, const HostPort& listen) {
+  return !is_loopback(listen) || !config.allowed_hosts.empty() || !config.tls_certificate.empty();
+}
+
+/// All that a browser may call the station, as far as a certificate can hold it.
+std::vector<std::string> certificate_names(const StationConfig& config, const HostPort& listen) {
+  std::vector<std::string> names = {"localhost", "127.0.0.1", "::1"};
+  const auto add = [&](const std::string& name) {
+    const bool everywhere = name == "0.0.0.0" || name == "::";
+    const bool holds = name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-.:") == std::string::npos;
+    if (!everywhere && holds && std::ranges::find(names, name) == names.end()) names.push_back(name);
+  };
+  add(host_of(to_text(listen)));
+  std::ranges::for_each(names_of_machine(), add);
+  std::ranges::for_each(config.allowed_hosts, add);
+  return names;
+}
+
+/// The certificate of a station that others can ask. Refuses (bad_input) one to which nobody has an account.
+base::Result<CertificateFiles> certificate_for_others(const StationConfig& config, const HostPort& listen) {
+  const auto accounts = read_accounts(config.data);
+  if (!accounts) return base::forward_error(accounts);
+  if (accounts->empty()) {
+    return base::bad_input(
+        fmt::format("others than this machine can reach this station, and nobody has an account: 'soak user add NAME "
+                    "--role engineer --data {}' makes one (or listen at 127.0.0.1, without allowed_hosts)",
+                    config.data.string()),
+        to_text(listen));
+  }
+  if (!config.tls_certificate.empty()) return CertificateFiles{config.tls_certificate, config.tls_key};
+  const CertificateFiles files = certificate_in(config.data);
+  const auto made = make_sure_of_certificate(files, certificate_names(config, listen));
+  // A full disk keeps no station from its chamber as long as there is an older one.
+  if (!made) log_line(fmt::format("the certificate stays as it was: {}: {}", made.error().where, made.error().message));
+  const auto digits = fingerprint(files.certificate);
+  if (!digits) return base::forward_error(digits);
+  log_line(fmt::format("{} the certificate {}, SHA-256 {}", made && *made ? "made" : "shows",
+                       files.certificate.string(), *digits));
+  return files;
+}
+
 }  // namespace
 
 std::string config_template() {
@@ -82,16 +128,25 @@ base::Status run_daemon(const DaemonOptions& options) {
   if (!catalog) return base::forward_error(catalog);
   const auto lock = FolderLock::take(catalog->data_folder() / "soakd.lock", "soakd");
   if (!lock) return base::forward_error(lock);
+  config->data = catalog->data_folder();
+  const auto listen = parse_host_port(config->listen);
+  if (!listen) return base::forward_error(listen);
+  std::optional<CertificateFiles> certificate;
+  if (is_for_others(*config, *listen)) {
+    const auto files = certificate_for_others(*config, *listen);
+    if (!files) return base::forward_error(files);
+    certificate = *files;
+  }
   const auto engine = Engine::make(*config, *catalog);
   if (!engine) return base::forward_error(engine);
-  HttpServer server(**engine, config->listen, catalog->data_folder(), config->allowed_hosts);
+  HttpServer server(**engine, config->listen, config->data, config->allowed_hosts, certificate);
   const auto port = server.start();
   if (!port) return base::forward_error(port);
-  const std::string address = to_text({parse_host_port(config->listen)->host, *port});
+  const std::string address = (certificate ? "https://" : "http://") + to_text({listen->host, *port});
   lock->note_address(address);
-  const std::string page = "http://" + address + "/";
+  const std::string page = address + "/";
   const std::string serving =
-      fmt::format("serving {} from {}, {} slots", page, catalog->data_folder().string(), config->slots.size());
+      fmt::format("serving {} from {}, {} slots", page, config->data.string(), config->slots.size());
   log_line(serving);
   std::cout << page << std::endl;
   signals.stop_with(**engine, manager);

@@ -19,8 +19,9 @@ struct DaemonOptions {
 
 /// `soakd`: reads the configuration, takes the data folder for itself, serves pages and interface, carries out
 /// campaigns until SIGTERM or SIGINT; a running campaign is then driven to the safe state first. Prints the address
-/// that it serves, one line, once it does. Errors: wrong configuration, an address or data folder that is taken
-/// (bad_input).
+/// that it serves, one line, once it does. Where others than this machine can reach it (docs/access.md) it speaks TLS,
+/// with a certificate of its own where the configuration names none. Errors: wrong configuration, an address or data
+/// folder that is taken, others and no accounts (bad_input).
 [[nodiscard]] base::Status run_daemon(const DaemonOptions& options);
 
 }  // namespace soak::station

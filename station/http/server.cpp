@@ -14,7 +14,9 @@
 #include <thread>
 
 #include "base/text.h"
+#include "station/http/access_api.h"
 #include "station/http/address.h"
+#include "station/http/answers.h"
 #include "station/http/api.h"
 #include "station/http/audit_api.h"
 #include "station/http/connections.h"
@@ -35,40 +37,12 @@ using base::ErrorKind;
 constexpr int kMaxStreams = 80;  // each holds one of the listener's threads
 constexpr std::chrono::seconds kStreamsEndWithin{1};
 constexpr std::chrono::milliseconds kPoll{1};
-/// With a parameter behind it, since the library packs what is exactly application/json with Brotli at its highest
-/// quality, which costs a second of processor time for an answer of 600 kB.
-constexpr const char* kJson = "application/json; charset=utf-8";
 const std::string kEventsPath = std::string(kApiPath) + "events";
 
 /// The library's own default, SO_REUSEPORT, would let two daemons share one port unnoticed.
 void set_socket_options(socket_t socket) {
   const int on = 1;
   ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-}
-
-void refuse(httplib::Response& response, int status, const base::Error& error) {
-  response.status = status;
-  response.set_content(error_text(error), kJson);
-}
-
-void answer(httplib::Response& response, const base::Result<nlohmann::json>& result) {
-  if (!result) return refuse(response, http_status(result.error()), result.error());
-  response.set_content(compact(*result), kJson);
-}
-
-struct Refusal {
-  int status;
-  base::Error error;
-};
-
-std::optional<std::string> header(const httplib::Request& request, const char* name) {
-  if (!request.has_header(name)) return std::nullopt;
-  return request.get_header_value(name);
-}
-
-bool is_json(const httplib::Request& request) {
-  const std::string type = request.get_header_value("Content-Type");
-  return type.substr(0, type.find_first_of("; ")) == "application/json";
 }
 
 std::string content_type(std::string_view name) {
@@ -86,10 +60,10 @@ bool wants_page(const httplib::Request& request) {
 }
 
 /// What somebody reads who has typed a name that this station does not go by.
-std::string refusal_page(const std::string& why, const HostPort& address) {
-  const std::string own = html::escaped(to_text(address));
+std::string refusal_page(const std::string& why, const std::string& own_address) {
+  const std::string own = html::escaped(own_address);
   return "<!doctype html><html lang=\"en\"><title>Soak: not at this address</title><h1>Not at this address</h1><p>" +
-         html::escaped(why) + ".</p><p>The station listens at <a href=\"http://" + own + "/\">http://" + own +
+         html::escaped(why) + ".</p><p>The station listens at <a href=\"" + own + "/\">" + own +
          "/</a>. To reach it by another name, write that name into its configuration, as in <code>allowed_hosts = "
          "[\"lab-pc\"]</code>, and start soakd again.</p></html>";
 }
@@ -110,7 +84,7 @@ void describe_library_error(const httplib::Request& request, httplib::Response& 
   if (response.status == 404) error.message = "this path does not exist, or not for the method " + request.method;
   if (response.status == 413) error.message = "the body is longer than 1 MiB";
   if (response.status >= 500) error.kind = ErrorKind::internal;
-  response.set_content(error_text(error), kJson);
+  refuse(response, {response.status, std::move(error)});
 }
 
 void describe_exception(const httplib::Request& request, httplib::Response& response, std::exception_ptr thrown) {
@@ -122,20 +96,22 @@ void describe_exception(const httplib::Request& request, httplib::Response& resp
   } catch (...) {
     message = "unexpected failure";
   }
-  refuse(response, 500, {ErrorKind::internal, std::move(message), request.path});
+  refuse(response, {500, {ErrorKind::internal, std::move(message), request.path}});
 }
 
 }  // namespace
 
 struct HttpServer::Running {
   Running(StationService& service, HostPort listen_address, std::filesystem::path folder,
-          std::vector<std::string> names)
-      : lab(service),
+          std::vector<std::string> names, TlsContext tls_or_none)
+      : tls(std::move(tls_or_none)),
+        lab(service),
         address(std::move(listen_address)),
         data_folder(std::move(folder)),
         runs(data_folder),
         jobs(data_folder),
         own_names(std::move(names)),
+        access(tls ? std::optional(data_folder) : std::nullopt),
         feed(service) {
     own_names.push_back(host_of(to_text(address)));
     for (const std::string& name : names_of_machine()) own_names.push_back(name);
@@ -143,10 +119,12 @@ struct HttpServer::Running {
     listener.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
       const auto refusal = refusal_before_body(request);
       if (!refusal) return httplib::Server::HandlerResponse::Unhandled;
-      refuse(response, refusal->status, refusal->error);
+      refuse(response, *refusal);
       if (refusal->status == 403 && wants_page(request)) {
-        response.set_content(refusal_page(refusal->error.message, address), content_type(".html"));
+        const std::string own = (tls ? "https://" : "http://") + to_text(address);
+        response.set_content(refusal_page(refusal->error.message, own), content_type(".html"));
       }
+      if (refusal->status == 401 && wants_page(request)) response.set_redirect("/login.html", 303);
       return httplib::Server::HandlerResponse::Handled;
     });
     listener.set_error_handler(httplib::Server::Handler(describe_library_error));
@@ -166,9 +144,11 @@ struct HttpServer::Running {
   }
 
   /// Why a request is refused by its head alone, before anything of its body is read or unpacked.
-  std::optional<Refusal> refusal_before_body(const httplib::Request& request) const {
-    const auto stranger = why_refused({request.get_header_value("Host"), header(request, "Origin")}, own_names);
+  std::optional<Refusal> refusal_before_body(const httplib::Request& request) {
+    const auto stranger =
+        why_refused({request.get_header_value("Host"), header(request, "Origin"), tls != nullptr}, own_names);
     if (stranger) return Refusal{403, {ErrorKind::bad_input, *stranger, "headers"}};
+    if (auto unknown = access.refusal(request)) return unknown;
     // The library counts the length of a body only where it is stated, and unpacks a packed one to any size.
     if (request.has_header("Transfer-Encoding")) {
       return Refusal{411, {ErrorKind::bad_input, "the length of the body must be stated", "Content-Length"}};
@@ -183,6 +163,8 @@ struct HttpServer::Running {
   }
 
   void add_routes() {
+    access.add_routes(listener);
+    listener.Get(kApiPath + std::string("alive"), [this](const auto&, auto& response) { answer(response, alive()); });
     for (const ApiQuestion& question : api_questions()) add_question(question);
     for (const auto* questions : {&run_questions(), &audit_questions()}) {
       for (const RunQuestion& question : *questions) {
@@ -229,13 +211,21 @@ struct HttpServer::Running {
 
   void add_post(const std::string& name,
                 std::function<base::Result<nlohmann::json>(const nlohmann::json& body)> carry_out) {
-    listener.Post(kApiPath + name, [carry_out = std::move(carry_out)](const auto& request, auto& response) {
+    listener.Post(kApiPath + name, [this, name, carry_out = std::move(carry_out)](const auto& request, auto& response) {
       if (!is_json(request)) {
-        return refuse(response, 415, {ErrorKind::bad_input, "the body must be application/json", "Content-Type"});
+        return refuse(response, {415, {ErrorKind::bad_input, "the body must be application/json", "Content-Type"}});
       }
-      const auto body = parse_body(request.body);
-      answer(response, body ? carry_out(*body) : body);
+      auto body = parse_body(request.body);
+      if (!body) return answer(response, body);
+      if (const auto refusal = access.sign(request, name, *body)) return refuse(response, *refusal);
+      answer(response, carry_out(*body));
     });
+  }
+
+  /// For programs of this machine that must know whether the chamber is in hand: `turn` rises while the engine works.
+  [[nodiscard]] nlohmann::json alive() const {
+    const std::uint64_t turn = lab.status_version();
+    return {{"turn", turn}, {"chamber_connected", lab.status().at("chamber").at("connected")}};
   }
 
   /// For Prometheus.
@@ -250,7 +240,7 @@ struct HttpServer::Running {
   /// To be saved, not shown: whatever is in it, it is not a page of the station.
   void send_job_file(const httplib::Request& request, httplib::Response& response) const {
     const auto file = job_file(jobs, request.params);
-    if (!file) return refuse(response, http_status(file.error()), file.error());
+    if (!file) return refuse(response, {http_status(file.error()), file.error()});
     response.set_header("Content-Disposition", "attachment; filename=\"" + file->name + '"');
     response.set_content(file->content, "application/octet-stream");
   }
@@ -274,17 +264,19 @@ struct HttpServer::Running {
     // Counts the stream for as long as the library keeps the provider.
     const auto place = std::shared_ptr<void>(nullptr, [this](void*) { --streams; });
     if (++streams > kMaxStreams) {
-      return refuse(response, 503, {ErrorKind::internal, "too many event streams are open", "events"});
+      return refuse(response, {503, {ErrorKind::internal, "too many event streams are open", "events"}});
     }
     const auto last_id = base::parse_int(request.get_header_value("Last-Event-ID"));
     const auto stream = std::make_shared<EventStream>(lab, feed, last_id);
-    response.set_chunked_content_provider("text/event-stream", [stream, place](std::size_t, httplib::DataSink& sink) {
-      const auto text = stream->next();
-      if (!text) sink.done();
-      if (!text) return true;
-      if (text->empty()) return sink.is_writable();
-      return sink.write(text->data(), text->size());
-    });
+    const auto may_read = access.watch(request);
+    response.set_chunked_content_provider("text/event-stream",
+                                          [stream, place, may_read](std::size_t, httplib::DataSink& sink) {
+                                            const auto text = may_read() ? stream->next() : std::nullopt;
+                                            if (!text) sink.done();
+                                            if (!text) return true;
+                                            if (text->empty()) return sink.is_writable();
+                                            return sink.write(text->data(), text->size());
+                                          });
   }
 
   base::Result<int> listen() {
@@ -309,33 +301,38 @@ struct HttpServer::Running {
     return port;
   }
 
+  TlsContext tls;  ///< null = in the clear, and without accounts
   StationService& lab;
   HostPort address;
   std::filesystem::path data_folder;
   RunArchive runs;
   JobRunner jobs;
   std::vector<std::string> own_names;
+  AccessApi access;
   EventFeed feed;
   std::atomic<int> streams = 0;
   std::atomic<bool> ended = false;
   BoundedListener listener{ConnectionLimits{},
-                           [](const httplib::Request& request) { return request.path == kEventsPath; }};
+                           [](const httplib::Request& request) { return request.path == kEventsPath; }, tls.get()};
   std::thread thread;
 };
 
 HttpServer::HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder,
-                       std::vector<std::string> allowed_hosts)
+                       std::vector<std::string> allowed_hosts, std::optional<CertificateFiles> certificate)
     : lab_(lab),
       listen_(std::move(listen)),
       data_folder_(std::move(data_folder)),
-      allowed_hosts_(std::move(allowed_hosts)) {}
+      allowed_hosts_(std::move(allowed_hosts)),
+      certificate_(std::move(certificate)) {}
 
 HttpServer::~HttpServer() = default;
 
 base::Result<int> HttpServer::start() {
   auto address = parse_host_port(listen_);
   if (!address) return base::forward_error(address);
-  auto running = std::make_unique<Running>(lab_, *std::move(address), data_folder_, allowed_hosts_);
+  base::Result<TlsContext> tls = certificate_ ? tls_context(*certificate_) : TlsContext();
+  if (!tls) return base::forward_error(tls);
+  auto running = std::make_unique<Running>(lab_, *std::move(address), data_folder_, allowed_hosts_, *std::move(tls));
   const auto port = running->listen();
   if (port) running_ = std::move(running);
   return port;

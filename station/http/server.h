@@ -3,26 +3,30 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "station/http/tls.h"
 #include "station/lab/station_service.h"
 
 namespace soak::station {
 
-/// The station's HTTP interface and pages: docs/http-api.md. It has no users and no passwords: who reaches the address
-/// commands the station.
+/// The station's HTTP interface and pages: docs/http-api.md. In the clear it has no users and no passwords: who reaches
+/// the address commands the station. With a certificate it speaks TLS and asks who it is: docs/access.md.
 class HttpServer {
  public:
   /// `listen`: HOST:PORT, port 0 = any free one. `data_folder`: whose runs are shown and whose free space /metrics
-  /// tells; empty = none. `allowed_hosts`: names of the station in addresses, besides this machine's own. The
-  /// laboratory must outlive the server.
+  /// tells; empty = none. `allowed_hosts`: names of the station in addresses, besides this machine's own.
+  /// `certificate`: to speak TLS with; the accounts are then those of the data folder. The laboratory must outlive the
+  /// server.
   HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder = {},
-             std::vector<std::string> allowed_hosts = {});
+             std::vector<std::string> allowed_hosts = {}, std::optional<CertificateFiles> certificate = {});
   ~HttpServer();
 
-  /// Listens and answers from threads of its own; the port. Refuses an address that is not one or not free (bad_input).
+  /// Listens and answers from threads of its own; the port. Refuses an address that is not one or not free, and a
+  /// certificate that cannot be used (bad_input).
   [[nodiscard]] base::Result<int> start();
   /// Ends open event streams, finishes what is being answered (some seconds at most) and lets go of the address.
   void stop();
@@ -35,6 +39,7 @@ class HttpServer {
   std::string listen_;
   std::filesystem::path data_folder_;
   std::vector<std::string> allowed_hosts_;
+  std::optional<CertificateFiles> certificate_;
   std::unique_ptr<Running> running_;
 };
 

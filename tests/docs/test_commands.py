@@ -164,6 +164,13 @@ class Readme(Page):
         self.carry_out("README.md", only=["SN0042"], extra={"soak verify": check})
 
 
+class Access(Page):
+    def test_access(self):
+        """From a pipe in place of the terminal."""
+        self.replaced += [(r"^(soak user (?:add|password) .*)$", r"echo 'a long password' | \1")]
+        self.carry_out("docs/access.md")
+
+
 class Bench(Page):
     def test_bench(self):
         self.write("session.csv", hand_session.attitudes())

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """soak chamber make-safe, from a process of its own, where soakd is dead, hangs, or is well. The chamber's registers are
 judged, read beside it."""
+import json
 import re
 import signal
+import ssl
 import struct
 import subprocess
 import time
 import unittest
+import urllib.request
 
 import bench
 from bench import AUTO, OFF, LabTest, short_procedure
@@ -93,6 +96,24 @@ class MakeSafe(LabTest):
         self.assertIn(str(self.lab.soakd.pid), message)
         self.assertEqual((self.chamber()[0], self.chamber()[2]), (AUTO, 60.0))
         self.assertEqual(self.status()["state"], "running")
+
+    def test_a_soakd_that_speaks_tls_and_asks_who_it_is_is_not_disturbed(self):
+        def for_others(text):
+            subprocess.run([bin_folder() + "/soak", "user", "add", "eva", "--role", "engineer", "--data", self.lab.data], check=True,
+                           input="a long password\n", text=True, capture_output=True)
+            return 'allowed_hosts = ["soak.lab.example"]\n' + text
+        self.start_lab(edit=for_others)
+        context = ssl.create_default_context(cafile=self.lab.data + "/soakd.crt")
+
+        def is_connected():
+            with urllib.request.urlopen(self.lab.page + "api/v1/alive", timeout=30, context=context) as answer:
+                return json.load(answer)["chamber_connected"]
+        end_s = time.monotonic() + bench.WAIT_S
+        while not is_connected():
+            self.assertLess(time.monotonic(), end_s, self.lab.log())
+            time.sleep(0.05)
+        message = self.soak_fails(2, "chamber", "make-safe", "--config", self.config, "--data", self.lab.data)
+        self.assertIn(str(self.lab.soakd.pid), message)
 
     def test_a_soakd_that_hangs_is_gone_round(self):
         self.start(60)

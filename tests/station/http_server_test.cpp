@@ -9,8 +9,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
+#include "station/http/address.h"
 #include "station/http/event_feed.h"
 #include "tests/station/http_raw.h"
 #include "tests/station/http_scripted_station.h"
@@ -328,6 +330,40 @@ TEST(HttpAddress, TextThatIsNoAddressIsRefused) {
     EXPECT_FALSE(HttpServer(lab, text).start()) << text;
   }
   EXPECT_FALSE(HttpServer(lab, "192.0.2.1:0").start());  // RFC 5737: nobody has this address
+}
+
+TEST(HttpAddress, OfAStationMayBeThatOfItsPage) {
+  for (const auto& [text, host, tls] :
+       std::vector<std::tuple<std::string, std::string, bool>>{{"lab-pc:8088", "lab-pc", false},
+                                                               {"http://lab-pc:8088/", "lab-pc", false},
+                                                               {"https://lab-pc:8088", "lab-pc", true},
+                                                               {"https://[::1]:8088/", "::1", true}}) {
+    const auto station = parse_station_address(text);
+    ASSERT_TRUE(station) << text;
+    EXPECT_EQ(station->address.host, host);
+    EXPECT_EQ(station->address.port, 8088);
+    EXPECT_EQ(station->tls, tls);
+  }
+  for (const char* text :
+       {"https://", "https://lab-pc", "ftp://lab-pc:21", "lab-pc:8088/", "https://lab-pc:8088/page"}) {
+    EXPECT_FALSE(parse_station_address(text)) << text;
+  }
+}
+
+TEST(HttpAddress, IsOfTheMachineAloneForLoopback) {
+  for (const char* host : {"127.0.0.1", "127.8.9.1", "::1", "localhost"})
+    EXPECT_TRUE(is_loopback({host, 8088})) << host;
+  for (const char* host : {"0.0.0.0", "::", "192.168.7.20", "127.lab.example", "localhost.lab.example", "lab-pc"}) {
+    EXPECT_FALSE(is_loopback({host, 8088})) << host;
+  }
+}
+
+TEST_F(Http, WithoutATlsCertificateNobodyIsAskedWhoHeIs) {
+  EXPECT_EQ(json::parse(body_of(get("/api/v1/session"))),
+            json({{"accounts", false}, {"name", nullptr}, {"role", nullptr}}));
+  EXPECT_EQ(status_of(post("/api/v1/login", R"({"name": "eva", "password": "x"})")), 404);
+  lab.set("/chamber/connected", false);
+  EXPECT_EQ(json::parse(body_of(get("/api/v1/alive")))["chamber_connected"], false);
 }
 
 // The library's own packing costs half a second of a processor each time the page is opened.

@@ -393,6 +393,16 @@ TEST_F(StationConfigFile, NamesOfTheStationStandWithoutPort) {
   }
 }
 
+TEST_F(StationConfigFile, ACertificateIsGivenWithItsKeyAndBesideTheFile) {
+  const std::string chamber = std::string(kChamber) + "[[slot]]\nname = \"A\"\nhost = \"127.0.0.1\"\nport = 9000\n";
+  const auto config = read(chamber + "[tls]\ncertificate = \"lab.crt\"\nkey = \"/etc/lab.key\"\n");
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_EQ(config->tls_certificate, folder_ / "lab.crt");
+  EXPECT_EQ(config->tls_key, "/etc/lab.key");
+  EXPECT_NE(refusal(chamber + "[tls]\ncertificate = \"lab.crt\"\n").find("key"), std::string::npos);
+  EXPECT_NE(refusal(chamber + "[tls]\nkey = \"lab.key\"\n").find("certificate"), std::string::npos);
+}
+
 TEST_F(StationConfigFile, AStationNeedsChamberAndSlots) {
   const std::string message = refusal("listen = \"h:1\"\n");
   EXPECT_TRUE(base::mentions(message, {"'chamber'", "[[slot]]"}));

@@ -33,6 +33,7 @@ def programs():
 
 class Soakd:
     """A station with nobody at its devices; what it has stored its test says in store_all()."""
+    settings = ""  # before the tables of its configuration
 
     def __init__(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-station-"))
@@ -41,8 +42,8 @@ class Soakd:
         with socket.socket() as probe:  # a port at which nothing answers
             probe.bind(("127.0.0.1", 0))
             port = probe.getsockname()[1]
-        config = self.folder / "station.toml"
-        config.write_text(SLOTS.format(procedures=ROOT / "procedures", port=port), encoding="utf-8")
+        self.config = self.folder / "station.toml"
+        self.config.write_text(self.settings + SLOTS.format(procedures=ROOT / "procedures", port=port), encoding="utf-8")
         self.log = open(self.folder / "soakd.log", "w", encoding="utf-8")
         self.process = None
         self.start()
@@ -51,7 +52,7 @@ class Soakd:
         """Also after the one before has ended."""
         if self.process:
             self.process.stdout.close()
-        command = [programs() / "soakd", "--config", self.folder / "station.toml", "--data", self.data, "--listen", "127.0.0.1:0"]
+        command = [programs() / "soakd", "--config", self.config, "--data", self.data, "--listen", "127.0.0.1:0"]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log, text=True)
         self.url = self.process.stdout.readline().strip()
         assert self.url, (self.folder / "soakd.log").read_text(encoding="utf-8")

@@ -38,7 +38,10 @@ def check(document, schema):
     jsonschema.Draft202012Validator(schema, resolver=RESOLVER).validate(document)
 
 
-OPERATIONS = {(method.upper(), path): operation for path, item in DOCUMENT["paths"].items() for method, operation in item.items()}
+# Only where the station asks who one is: tests/web/test_access.py.
+GUARDED = {("POST", "/api/v1/login"), ("POST", "/api/v1/logout")}
+EVERY = {(method.upper(), path): operation for path, item in DOCUMENT["paths"].items() for method, operation in item.items()}
+OPERATIONS = {key: operation for key, operation in EVERY.items() if key not in GUARDED}
 
 
 def parameters_of(operation, place="query"):
@@ -135,10 +138,10 @@ class OpenApi(unittest.TestCase):
     def test_it_is_an_openapi_document(self):
         self.assertEqual(DOCUMENT["openapi"], "3.1.0")
         self.assertLessEqual({"title", "version"}, set(DOCUMENT["info"]))
-        names = [operation["operationId"] for operation in OPERATIONS.values()]
+        names = [operation["operationId"] for operation in EVERY.values()]
         self.assertEqual(len(names), len(set(names)))
         tags = {tag["name"] for tag in DOCUMENT["tags"]}
-        for (method, path), operation in OPERATIONS.items():
+        for (method, path), operation in EVERY.items():
             with self.subTest(method=method, path=path):
                 self.assertLessEqual(set(operation["tags"]), tags)
                 self.assertEqual(set(parameters_of(operation, "path")), set(re.findall(r"{(\w+)}", path)))
@@ -160,9 +163,14 @@ class OpenApi(unittest.TestCase):
         self.assertLessEqual({"GET /", "GET /{file}"}, described)
         self.assertEqual((described - {"GET /", "GET /{file}"}) | {f"GET {PAGE}"}, routes)
 
+    def test_a_station_without_accounts_has_no_log_in(self):
+        for _, path in GUARDED:
+            status, _, _ = self.ask(path, {"name": "eva", "password": "x"})
+            self.assertEqual(status, 404)
+
     def test_the_page_of_the_interface_names_every_path(self):
         text = (ROOT / "docs" / "http-api.md").read_text(encoding="utf-8")
-        for method, path in OPERATIONS:
+        for method, path in EVERY:
             name = path.removeprefix("/api/v1/").removeprefix("campaign/") if method == "POST" else path
             with self.subTest(method=method, path=path):
                 self.assertTrue(f"`{name}`" in text or f"`{path}" in text or f"POST {path}`" in text or path == "/{file}")

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <semaphore>
+#include <string>
+
+#include "base/result.h"
+#include "station/access/accounts.h"
+#include "station/access/login_limits.h"
+#include "station/access/sessions.h"
+
+namespace soak::station {
+
+/// Who asks.
+struct Caller {
+  std::string name;  ///< of the account
+  Role role = Role::viewer;
+};
+
+/// What a request shows of who asks; empty where it shows nothing.
+struct Shown {
+  std::string session;  ///< secret of its cookie
+  std::string token;    ///< of a script
+};
+
+/// `where` of what log_in() refuses.
+inline constexpr const char* kWrongPassword = "password";
+inline constexpr const char* kTooManyTries = "tries";
+
+/// Decides who may ask a station that others than this machine reach. Any thread may call.
+class Gate {
+ public:
+  explicit Gate(std::filesystem::path data_folder) : accounts_(std::move(data_folder)) {}
+
+  /// Who asks; nothing for somebody who does not show that he is known. A token counts before a session, with its own
+  /// role, which its account's limits.
+  [[nodiscard]] std::optional<Caller> caller(const Shown& shown);
+
+  struct Entry {
+    Caller caller;
+    std::string session;  ///< the secret for the cookie
+  };
+  /// Begins a session. Refuses (bad_input) a wrong name and a wrong password alike (where == kWrongPassword), and tries
+  /// beyond LoginLimits or kMostAtATime (where == kTooManyTries). `address`: of who asks, numeric.
+  [[nodiscard]] base::Result<Entry> log_in(const std::string& name, const std::string& password,
+                                           const std::string& address);
+
+  void log_out(const std::string& session) { sessions_.close(session); }
+
+ private:
+  [[nodiscard]] bool has_password(const Account* account, const std::string& password);
+
+  /// Log-ins that wait for their turn hold threads that others need.
+  static constexpr int kMostAtATime = 4;
+
+  AccountBook accounts_;
+  Sessions sessions_;
+  LoginLimits limits_;
+  std::counting_semaphore<kMostAtATime> places_{kMostAtATime};
+  std::mutex turn_;  ///< one password at a time: each takes 64 MiB, and a processor for a tenth of a second
+};
+
+}  // namespace soak::station

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page at which one logs in. Where the station had been looked at before stands behind # in the address.
+
+import { post } from "./api.mjs";
+import { $, say, show } from "./dom.mjs";
+
+$("log-in").addEventListener("submit", async (event) => {
+  event.preventDefault();
+  show($("failure"), false);
+  $("send").disabled = true;
+  try {
+    await post("login", { name: $("name").value.trim(), password: $("password").value });
+    location.replace(`/${location.hash}`);
+  } catch (error) {
+    say($("failure"), error.message);
+    show($("failure"), true);
+    $("password").value = "";
+    $("password").focus();
+  }
+  $("send").disabled = false;
+});
