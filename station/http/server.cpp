@@ -204,7 +204,7 @@ struct HttpServer::Running {
   void add_question(const ApiQuestion& question) {
     listener.Get(kApiPath + std::string(question.name), [this, &question](const auto& request, auto& response) {
       const auto parameter = only_parameter(request.params, std::string(question.parameter));
-      if (!parameter) return refuse(response, http_status(parameter.error()), parameter.error());
+      if (!parameter) return answer(response, base::forward_error(parameter));
       answer(response, question.answer(lab, *parameter, feed.latest().newest_log));
     });
   }
