@@ -318,7 +318,8 @@ bool has_factor_of_its_own(const Contribution& part) {
 /// is small beside what is known, for then it cannot matter by how much it is underestimated. The slope and the power
 /// hold the coverage within the limits that the header states.
 double weight_of_own_factor(double variance, double degrees_of_freedom, double all) {
-  const double share = variance / (variance + degrees_of_freedom / 6.0 * (all - variance));
+  if (variance <= 0.0) return 0.0;
+  const double share = variance / (variance + std::max(1.0, degrees_of_freedom) / 6.0 * (all - variance));
   return std::pow(share, 4);
 }
 

@@ -67,6 +67,16 @@ TEST(UncertaintyBudget, ScatterOfFewRunsBesideKnownNoiseIsHeldAsOftenAsStated) {
   }
 }
 
+TEST(UncertaintyBudget, ScatterThatIsNotSeenAddsNothing) {
+  // As of two rows whose slow scatter came out zero, with no degree of freedom left for it.
+  const std::vector<Contribution> budget = {{.name = "noise", .u = {3.0}},
+                                            {.name = "slow", .degrees_of_freedom = 0.0, .u = {0.0}}};
+  EXPECT_NEAR(expanded_uncertainty(budget, Band::mean, 0), 1.95996 * 3.0, 1e-4);
+  // Alone it counts as if it had one degree.
+  const std::vector<Contribution> alone = {{.name = "slow", .degrees_of_freedom = 0.0, .u = {2.0}}};
+  EXPECT_NEAR(expanded_uncertainty(alone, Band::mean, 0), 12.7062 * 2.0, 1e-3);
+}
+
 TEST(UncertaintyBudget, ContributionsWithoutNumberAndOfOtherBandsDoNotCount) {
   const std::vector<Contribution> budget = {{.name = "noise", .u = {3.0}, .u_fresh = {3.0}},
                                             {.name = "run_to_run", .u_fresh = {4.0}},
