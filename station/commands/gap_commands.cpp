@@ -13,6 +13,7 @@
 #include <cstdint>
 #include "calib/forward/mechanisms.h"
 #include "calib/gap/report/gap_report.h"
+#include "calib/model/deployed_terms.h"
 #include "calib/model/document_parts.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
@@ -308,6 +309,7 @@ base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
   // Who asks for an effect by name wants that one, not the rest.
   if (found->empty() || (!effects.empty() && !not_added.empty())) return base::bad_input(not_added.back().why);
   calib::forward::centre(search->campaign, *found);
+  calib::keep_in_the_lab_what_no_file_carries(*found);
   std::string names;
   for (const calib::ModelTerm& term : *found) names += (names.empty() ? "" : ", ") + term.name;
   if (auto there = check_samples_are_there(catalog, unit); !there) return there;
