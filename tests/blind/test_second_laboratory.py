@@ -213,6 +213,12 @@ class Judged(unittest.TestCase):
         report = self.report(503, "telegraph", 2.4)
         self.assertEqual(report["verdict"], "unknown", report["reason"])
 
+    def test_what_cannot_be_told_apart_has_odds(self):
+        effect = self.report(502, "g_sensitivity", 1.2)["effects"][0]
+        self.assertEqual(sorted(effect["odds"]), sorted(effect["confusable_with"]))
+        self.assertEqual(list(effect["odds"]), ["position_memory"])
+        self.assertGreater(effect["odds"]["position_memory"], 0.0)
+
 
 if __name__ == "__main__":
     unittest.main()
