@@ -12,6 +12,7 @@
 
 #include "base/hash.h"
 #include "calib/deploy/detail/sections.h"
+#include "calib/runtime/soak_history.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib {
@@ -152,6 +153,8 @@ void add_references(Draft& draft, const Calibration& calibration) {
 /// The minor version that a type of section came with, or what it says.
 std::uint16_t minor_version_of(const Section& section) {
   switch (section.type) {
+    case SOAK_SECTION_TERM:
+      return file::is_memory_to_follow(section.payload) ? std::uint16_t{SOAK_HISTORY_MINOR_VERSION} : std::uint16_t{0};
     case file::kOneWaySection:
       return 6;
     case SOAK_SECTION_UNCERTAINTY:
@@ -309,8 +312,9 @@ base::Status take_entry(std::vector<T>& list, std::size_t most, const char* what
   return {};
 }
 
-/// Takes over one section of a file that soak_load() has accepted.
-base::Status take_section(Calibration& calibration, std::uint32_t type, std::span<const std::uint8_t> payload) {
+/// Takes over one section of a file of that minor version, which soak_load() has accepted.
+base::Status take_section(Calibration& calibration, std::uint32_t type, std::span<const std::uint8_t> payload,
+                          std::uint16_t minor_version) {
   switch (type) {
     case SOAK_SECTION_PROVENANCE:
       file::read_provenance(payload.data(), calibration);
@@ -340,7 +344,8 @@ base::Status take_section(Calibration& calibration, std::uint32_t type, std::spa
       file::read_couplings(payload.data(), calibration);
       break;
     case SOAK_SECTION_TERM:
-      return take_entry(calibration.terms, SOAK_MAX_TERMS, "accepted terms", "terms", file::read_term(payload));
+      return take_entry(calibration.terms, SOAK_MAX_TERMS, "accepted terms", "terms",
+                        file::read_term(payload, minor_version));
     case file::kReferenceSection:
       return take_entry(calibration.references, file::kMaxReferences, "references", "references",
                         file::read_reference(payload));
@@ -377,12 +382,13 @@ base::Result<Calibration> decode(std::span<const std::uint8_t> bytes) {
   const soak_status status = soak_load(&cal, bytes.data(), bytes.size());
   if (status != SOAK_OK) return refuse(status, cal, bytes);
   Calibration calibration;
+  const auto minor_version = static_cast<std::uint16_t>(soak_u16(bytes.data() + 10));
   for (std::size_t at = cal.sections[0]; at < cal.sections[1];) {
     const std::uint8_t* head = bytes.data() + at;
     const std::size_t length = soak_u32(head + 4);
     const bool known_version = head[2] == 1;
     if (known_version) {
-      auto taken = take_section(calibration, soak_u16(head), bytes.subspan(at + 8, length));
+      auto taken = take_section(calibration, soak_u16(head), bytes.subspan(at + 8, length), minor_version);
       if (!taken) return base::forward_error(taken);
     }
     at += 8 + length;

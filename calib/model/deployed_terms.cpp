@@ -62,6 +62,12 @@ std::vector<AcceptedTerm> deployed_term(const ModelTerm& term) {
   return deployed;
 }
 
+void keep_in_the_lab_what_no_file_carries(std::vector<ModelTerm>& terms) {
+  for (ModelTerm& term : terms) {
+    term.lab_only = term.lab_only || std::ranges::any_of(deployed_term(term), &AcceptedTerm::lab_only);
+  }
+}
+
 bool can_be_followed(const AcceptedTerm& term) {
   if (term.lab_only || term.name != "thermal_hysteresis") return true;
   const auto& list = term.parameters;

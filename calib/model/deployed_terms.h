@@ -14,6 +14,10 @@ namespace soak::calib {
 /// they stay here, and the term is lab only.
 [[nodiscard]] std::vector<AcceptedTerm> deployed_term(const ModelTerm& term);
 
+/// Makes those terms lab only of which a file would carry a part as such: what a model says of them is then what the
+/// file does. After their `centre` is known.
+void keep_in_the_lab_what_no_file_carries(std::vector<ModelTerm>& terms);
+
 /// Whether a device can follow a term, as the format asks of those that are not lab only: of `thermal_hysteresis` a
 /// width above 0, and the mean as the last parameters, in whole pairs whose temperatures rise in float32. True of all
 /// others.

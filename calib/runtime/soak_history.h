@@ -48,6 +48,10 @@ typedef struct soak_history {
   soak_memory state;
 } soak_history;
 
+/* Files of this minor version say what their curves hold of a memory; those before it need not, and are not followed.
+ */
+#define SOAK_HISTORY_MINOR_VERSION 7U
+
 /* ---- private ---- */
 
 #define SOAK_PLAY_C 0.25f /* turns of twice that do not count */
@@ -151,7 +155,8 @@ static inline void soak_clear_history(soak_history* history) {
 }
 
 /* Reads the effect from a file that soak_load has taken, and begins with nothing known of the past. SOAK_ABSENT: the
- * file has no thermal history that a device can follow, and soak_apply_history does what soak_apply_moving does.
+ * file has no thermal history that a device can follow (none before format 1.7 has), and soak_apply_history does what
+ * soak_apply_moving does.
  * SOAK_E_FORMAT: a term breaks the format; nothing is taken. */
 SOAK_NODISCARD static inline soak_status soak_load_history(soak_history* history, const soak_cal* cal) {
   const uint8_t* file;
@@ -160,6 +165,7 @@ SOAK_NODISCARD static inline soak_status soak_load_history(soak_history* history
   soak_clear_history(history);
   if (cal == NULL || cal->provenance == NULL) return SOAK_E_ARGUMENT;
   file = cal->provenance - 8U - cal->sections[0]; /* provenance is the first section */
+  if (soak_u16(file + 10U) < SOAK_HISTORY_MINOR_VERSION) return SOAK_ABSENT;
   for (at = cal->sections[0]; at < cal->sections[1]; at += 8U + soak_u32(file + at + 4U)) {
     soak_term_view view;
     int good;

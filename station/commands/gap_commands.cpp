@@ -13,6 +13,7 @@
 #include <cstdint>
 #include "calib/forward/mechanisms.h"
 #include "calib/gap/report/gap_report.h"
+#include "calib/model/deployed_terms.h"
 #include "calib/model/document_parts.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
@@ -113,15 +114,24 @@ struct GapShow final : GapCommand {
   base::Status run_with(db::Catalog& catalog, Output& output) override;
 };
 
+/// "moisture (odds 1 to 40)"; "3 to 1" for one that is the likelier.
+std::string rival_text(const calib::gap::Rival& rival) {
+  if (!rival.odds) return std::string(rival.effect->name);
+  constexpr double kLeast = 1e-6;
+  if (*rival.odds < kLeast) return fmt::format("{} (odds below 1 to a million)", rival.effect->name);
+  if (*rival.odds > 1.0) return fmt::format("{} (odds {:.2g} to 1)", rival.effect->name, *rival.odds);
+  return fmt::format("{} (odds 1 to {:.2g})", rival.effect->name, 1.0 / *rival.odds);
+}
+
 std::string effect_text(const NamedEffect& effect, const std::string& next_experiment) {
   std::string text = fmt::format("  {}\n    {}\n    probability that noise alone looks like this: {:.2g}\n",
                                  size_text(effect.effect->name, effect.magnitude.value, effect.magnitude.unit,
                                            effect.candidate.shape, sensors_text(effect.sensors)),
                                  effect.effect->physics, effect.p_adjusted);
   if (!effect.rivals.empty()) {
-    std::vector<std::string_view> names;
-    for (const auto* rival : effect.rivals) names.push_back(rival->name);
-    text += fmt::format("    nearly as likely: {}\n", fmt::join(names, ", "));
+    std::vector<std::string> rivals;
+    for (const calib::gap::Rival& rival : effect.rivals) rivals.push_back(rival_text(rival));
+    text += fmt::format("    nearly as good: {}\n", fmt::join(rivals, ", "));
   }
   if (!next_experiment.empty()) {
     text += fmt::format("    next experiment: {}\n", next_experiment);
@@ -308,6 +318,7 @@ base::Status GapAccept::run_with(db::Catalog& catalog, Output& output) {
   // Who asks for an effect by name wants that one, not the rest.
   if (found->empty() || (!effects.empty() && !not_added.empty())) return base::bad_input(not_added.back().why);
   calib::forward::centre(search->campaign, *found);
+  calib::keep_in_the_lab_what_no_file_carries(*found);
   std::string names;
   for (const calib::ModelTerm& term : *found) names += (names.empty() ? "" : ", ") + term.name;
   if (auto there = check_samples_are_there(catalog, unit); !there) return there;

@@ -208,15 +208,14 @@ std::string parameter_table(const json& term) {
 
 std::string term_html(const json& term) {
   const json& rivals = term["confusable_with"];
-  return fmt::format(
-      "<h3>{}</h3>\n{}{}", html::text_of(term, "name"),
-      html::facts({{"Found missing from", "model " + html::text_of(term, "parent_version")},
-                   {"Probability that scatter looks like this", html::number(term["p_adjusted"])},
-                   {"Nearly as good", rivals.empty() ? "nothing" : list_of(rivals)},
-                   {"Where it is corrected", term["lab_only"].get<bool>()
-                                                 ? "lab only: needs more than the course of the unit's temperature"
-                                                 : "in the calibration file"}}),
-      parameter_table(term));
+  return fmt::format("<h3>{}</h3>\n{}{}", html::text_of(term, "name"),
+                     html::facts({{"Found missing from", "model " + html::text_of(term, "parent_version")},
+                                  {"Probability that scatter looks like this", html::number(term["p_adjusted"])},
+                                  {"Nearly as good", rivals.empty() ? "nothing" : list_of(rivals)},
+                                  {"Where it is corrected", term["lab_only"].get<bool>()
+                                                                ? "lab only: the unit in its vehicle cannot correct it"
+                                                                : "in the calibration file"}}),
+                     parameter_table(term));
 }
 
 std::string gap_table(const json& gap) {

@@ -13,6 +13,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import second_laboratory as lab  # noqa: E402
 from blind_campaign import Programs, report_of, temporary_folder  # noqa: E402
+from closed_gap import accepted_and_closed  # noqa: E402
 
 SMALL = lab.Design(spacing_k=20, dwell_min=12)
 ALLOWED = {"t_s", "run", "phase", "sweep", "plateau_c", "position", "chamber_c", "temp_c", "gx_dps", "gy_dps", "gz_dps",
@@ -212,6 +213,18 @@ class Judged(unittest.TestCase):
     def test_jumps_are_no_noise_of_that_kind(self):
         report = self.report(503, "telegraph", 2.4)
         self.assertEqual(report["verdict"], "unknown", report["reason"])
+
+    def test_what_cannot_be_told_apart_has_odds(self):
+        effect = self.report(502, "g_sensitivity", 1.2)["effects"][0]
+        self.assertEqual(sorted(effect["odds"]), sorted(effect["confusable_with"]))
+        self.assertEqual(list(effect["odds"]), ["position_memory"])
+        self.assertGreater(effect["odds"]["position_memory"], 0.0)
+
+    def test_an_accepted_effect_closes_the_gap_on_fresh_runs(self):
+        """A sample of `./run prove closed-gaps`."""
+        names, closed = accepted_and_closed(Path(os.environ["SOAK_BIN"]).parent, 505, "temperature_rate", 1.2)
+        self.assertEqual(names, ["temperature_rate"])
+        self.assertGreater(min(closed.values()), 0.7)
 
 
 if __name__ == "__main__":

@@ -289,6 +289,24 @@ inline Calibration golden_one_way() {
   return calibration;
 }
 
+/// golden_fis() with a memory in two gyros that a device can follow.
+inline Calibration golden_history() {
+  Calibration calibration = golden_fis();
+  calibration.unit = "SN-0011";
+  calibration.terms = {{"thermal_hysteresis",
+                        false,
+                        {Sensor::gyro_x, Sensor::gyro_z},
+                        {{"amplitude", 0x1p-9},
+                         {"amplitude_per_c", 0x1p-16},
+                         {"width_c", 8.0},
+                         {"reference_c", 20.0},
+                         {"mean_1_c", -30.0},
+                         {"mean_1", -0x1p-11},
+                         {"mean_2_c", 70.0},
+                         {"mean_2", 0x1p-10}}}};
+  return calibration;
+}
+
 /// One sensor with the given bias curve, valid from -30 to 70 °C.
 inline Calibration with_bias(const Curve& curve, Sensor sensor = Sensor::gyro_x) {
   Calibration calibration = provenance("SN-0003");

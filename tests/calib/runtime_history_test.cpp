@@ -191,16 +191,27 @@ TEST(RuntimeHistory, IsTheSameAsCAndWithoutItAsAlways) {
   EXPECT_EQ(without.apply(30.0, kRaw, flags), without.still(30.0, kRaw));
 }
 
-/// Overwrites a number of the file's only term, and mends the check sum.
+/// Overwrites four bytes, and mends the check sum.
+void overwrite(base::Bytes& file, std::size_t at, std::uint32_t bits) {
+  const auto put = [&](std::size_t where, std::uint32_t number) {
+    for (std::size_t k = 0; k < 4; ++k) file[where + k] = static_cast<std::uint8_t>(number >> (8 * k));
+  };
+  put(at, bits);
+  put(file.size() - 4, soak_crc32c(file.data(), file.size() - 4));
+}
+
+/// Overwrites a number of the file's only term.
 void write_parameter(base::Bytes& file, std::size_t parameter, float value) {
   constexpr std::size_t kHead = 8;
   std::size_t at = soak_u32(file.data() + 16);
   while (soak_u16(file.data() + at) != SOAK_SECTION_TERM) at += kHead + soak_u32(file.data() + at + 4);
-  const auto put = [&](std::size_t where, std::uint32_t bits) {
-    for (std::size_t k = 0; k < 4; ++k) file[where + k] = static_cast<std::uint8_t>(bits >> (8 * k));
-  };
-  put(at + kHead + 4 + 4 * parameter, soak_bits_of(value));
-  put(file.size() - 4, soak_crc32c(file.data(), file.size() - 4));
+  overwrite(file, at + kHead + 4 + 4 * parameter, soak_bits_of(value));
+}
+
+/// The file as one of version 1.`minor_version`.
+base::Bytes of_version(base::Bytes file, std::uint32_t minor_version) {
+  overwrite(file, 8, 1U | minor_version << 16U);
+  return file;
 }
 
 void expect_refused(const base::Bytes& file) {
@@ -232,6 +243,33 @@ TEST(RuntimeHistory, PassesOverWhatIsLabOnlyAndRefusesWhatBreaksTheFormat) {
   odd = memory_of_gyro_x();
   odd.parameters[2].second = 0.0;
   EXPECT_FALSE(encode(with({odd})));
+}
+
+TEST(RuntimeHistory, IsOfVersion17AndNoOtherTermNeedsIt) {
+  AcceptedTerm term = memory_of_gyro_x();
+  EXPECT_EQ(get<std::uint16_t>(*encode(with({term})), 10), 7);
+  term.lab_only = true;
+  EXPECT_EQ(get<std::uint16_t>(*encode(with({term})), 10), 0);
+  term = {"temperature_rate", false, {Sensor::gyro_x}, {{"per_kps", 0.25}}};
+  EXPECT_EQ(get<std::uint16_t>(*encode(with({term})), 10), 0);
+}
+
+// Files of 1.0 to 1.6 may hold a memory that says nothing of its width or of what the curves hold: nothing forbade it.
+TEST(RuntimeHistory, OfAnOlderFileIsReadAndNotFollowed) {
+  const base::Bytes file = of_version(*encode(with({memory_of_gyro_x()})), 6);
+  base::Bytes without_width = file;
+  write_parameter(without_width, 2, 0.0F);
+  for (const base::Bytes& older : {file, without_width}) {
+    soak_cal cal;
+    soak_history history;
+    ASSERT_EQ(soak_load(&cal, older.data(), older.size()), SOAK_OK);
+    EXPECT_EQ(soak_load_history(&history, &cal), SOAK_ABSENT);
+    const auto read = decode(older);
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_TRUE(read->terms[0].lab_only);
+    EXPECT_TRUE(moving_terms(*read).empty());
+  }
+  expect_refused(of_version(without_width, 7));
 }
 
 TEST(RuntimeHistory, StaysWithinItsBoundsWhateverTheThermometerSays) {
@@ -273,6 +311,30 @@ TEST(DeployedTerms, OfAMemoryCarryItsMeanAndComeBackWithIt) {
   for (int k = 0; k < 130; ++k) term.parts[0].centre.emplace_back(k, 0.0);
   EXPECT_TRUE(deployed_term(term)[0].lab_only);
   EXPECT_TRUE(encode(with(deployed_term(term))));
+}
+
+TEST(DeployedTerms, ThatNoFileCarriesAreLabOnlyInTheModelToo) {
+  TermPart part;
+  part.sensors = {Sensor::gyro_z};
+  part.parameters = {{"amplitude", 0.25, "rad/s"}, {"width_c", 6.0, "K"}};
+  const auto of_set_points = [&](const char* name, int count) {
+    ModelTerm term;
+    term.name = name;
+    part.centre.clear();
+    for (int k = 0; k < count; ++k) part.centre.emplace_back(k, 0.0);
+    term.parts = {part};
+    return term;
+  };
+  std::vector<ModelTerm> terms = {of_set_points("thermal_hysteresis", 124),
+                                  of_set_points("thermal_hysteresis", 130),
+                                  of_set_points("temperature_rate", 130),
+                                  {}};
+  terms.back().lab_only = true;
+  keep_in_the_lab_what_no_file_carries(terms);
+  EXPECT_FALSE(terms[0].lab_only);
+  EXPECT_TRUE(terms[1].lab_only);
+  EXPECT_FALSE(terms[2].lab_only) << "it has no mean to carry";
+  EXPECT_TRUE(terms[3].lab_only);
 }
 
 }  // namespace

@@ -52,10 +52,11 @@ class Golden(unittest.TestCase):
         self.assertIsNone(Calibration.load(golden("mixed")).couplings)
 
     def test_a_memory_needs_a_width_and_its_mean_in_pairs_that_rise(self):
-        def with_memory(lab_only=0, **parameters):
+        def with_memory(lab_only=0, minor_version=7, **parameters):
             payload = struct.pack("<BBBB", lab_only, 1, 18, len(parameters)) + struct.pack(f"<{len(parameters)}f", *parameters.values())
             payload += b"thermal_hysteresis" + b"".join(bytes([len(name)]) + name.encode() for name in parameters)
-            return with_section(golden("fis"), 0x0022, payload + bytes(-len(payload) % 4))
+            file = golden("fis")
+            return with_section(file[:10] + bytes([minor_version, 0]) + file[12:], 0x0022, payload + bytes(-len(payload) % 4))
         mean = {"mean_1_c": -20.0, "mean_1": 0.25, "mean_2_c": 40.0, "mean_2": -0.5}
         term = Calibration.load(with_memory(amplitude=0.5, width_c=6.0, **mean)).terms[-1]
         self.assertEqual((term.lab_only, dict(term.parameters)["mean_2"]), (False, -0.5))
@@ -65,6 +66,15 @@ class Golden(unittest.TestCase):
                        {"width_c": 6.0, "mean_1_c": 0.0}, {**mean, "width_c": 6.0}):
             with self.assertRaises(BlobError, msg=str(broken)):
                 Calibration.load(with_memory(**broken))
+            # Before 1.7 nothing was asked of it, and nothing is made of it.
+            self.assertTrue(Calibration.load(with_memory(minor_version=6, **broken)).terms[-1].lab_only, broken)
+
+    def test_a_memory_to_follow_is_what_the_file_was_made_from(self):
+        self.assertEqual(struct.unpack_from("<H", golden("history"), 10)[0], 7)
+        term, = Calibration.load(golden("history")).terms
+        self.assertEqual((term.name, term.sensors, term.lab_only), ("thermal_hysteresis", ("gyro_x", "gyro_z"), False))
+        self.assertEqual(dict(term.parameters), {"amplitude": 2**-9, "amplitude_per_c": 2**-16, "width_c": 8.0, "reference_c": 20.0,
+                                                 "mean_1_c": -30.0, "mean_1": -(2**-11), "mean_2_c": 70.0, "mean_2": 2**-10})
 
     def test_misalignment_of_the_gyros_is_that_the_file_was_made_from(self):
         stated = Calibration.load(golden("gyros")).gyro_misalignment

@@ -72,7 +72,7 @@ RampEffect damp(double size) {
 bool is_among(const std::vector<NamedEffect>& entries, std::string_view name) {
   return std::any_of(entries.begin(), entries.end(), [&](const NamedEffect& entry) {
     return entry.effect->name == name || std::any_of(entry.rivals.begin(), entry.rivals.end(),
-                                                     [&](const Effect* rival) { return rival->name == name; });
+                                                     [&](const Rival& rival) { return rival.effect->name == name; });
   });
 }
 

@@ -108,7 +108,7 @@ NextExperiment between(const Prepared& prepared, std::string_view effect, const 
   auto winner = best_shape(prepared.model, *effect_named(effect));
   EXPECT_TRUE(winner);
   if (!winner) return {};
-  for (const auto& rival : rivals) winner->rivals.push_back(effect_named(rival));
+  for (const auto& rival : rivals) winner->rivals.push_back({effect_named(rival), {}});
   return next_experiment(prepared.campaign, prepared.observations, prepared.history, {*winner}, 0);
 }
 

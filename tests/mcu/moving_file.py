@@ -40,6 +40,7 @@ def main():
     for term in TERMS:
         content += section(*term)
     count, = struct.unpack_from("<I", content, 20)
+    struct.pack_into("<H", content, 10, 7)
     struct.pack_into("<I", content, 12, len(content) + 4)
     struct.pack_into("<I", content, 20, count + len(TERMS))
     with open(sys.argv[2], "wb") as target:

@@ -135,8 +135,11 @@ void read_gyro_misalignment(const std::uint8_t* payload, Calibration& calibratio
 void read_couplings(const std::uint8_t* payload, Calibration& calibration);
 
 [[nodiscard]] base::Result<Section> term_section(const AcceptedTerm& term);
-/// soak_load() does not look into terms: this reader checks, and refuses as corrupt.
-[[nodiscard]] base::Result<AcceptedTerm> read_term(std::span<const std::uint8_t> payload);
+/// soak_load() does not look into terms: this reader checks, and refuses as corrupt. A memory of a file before 1.7
+/// comes back as lab only: such a file need not say what its curves hold of it.
+[[nodiscard]] base::Result<AcceptedTerm> read_term(std::span<const std::uint8_t> payload, std::uint16_t minor_version);
+/// Whether the payload of a term is a memory that a device follows, which 1.0 to 1.6 do not know.
+[[nodiscard]] bool is_memory_to_follow(std::span<const std::uint8_t> payload);
 
 // ---- curves (curve_section.cpp, curve_check.cpp) ----
 

@@ -6,6 +6,7 @@
 #include "base/text.h"
 #include "calib/deploy/detail/sections.h"
 #include "calib/model/deployed_terms.h"
+#include "calib/runtime/soak_history.h"
 #include "calib/runtime/soak_runtime.h"
 
 namespace soak::calib::file {
@@ -102,6 +103,8 @@ std::optional<CouplingUncertainty> read_coupling(const std::uint8_t* payload, st
 }
 
 // ---- terms ----
+
+bool is_memory(std::string_view name) { return name == "thermal_hysteresis"; }
 
 base::Status check_term(const AcceptedTerm& term) {
   const std::string where = "term " + term.name;
@@ -324,7 +327,7 @@ base::Result<Section> term_section(const AcceptedTerm& term) {
   return Section{SOAK_SECTION_TERM, false, out.take()};
 }
 
-base::Result<AcceptedTerm> read_term(std::span<const std::uint8_t> payload) {
+base::Result<AcceptedTerm> read_term(std::span<const std::uint8_t> payload, std::uint16_t minor_version) {
   PayloadReader in(payload);
   AcceptedTerm term;
   const auto flags = in.number<std::uint8_t>();
@@ -338,12 +341,18 @@ base::Result<AcceptedTerm> read_term(std::span<const std::uint8_t> payload) {
   }
   term.name = in.text(name_length);
   for (auto& parameter : term.parameters) parameter.first = in.text(in.number<std::uint8_t>());
+  if (is_memory(term.name) && minor_version < SOAK_HISTORY_MINOR_VERSION) term.lab_only = true;
   const bool finite =
       std::ranges::all_of(term.parameters, [](const auto& parameter) { return std::isfinite(parameter.second); });
   if (!in.is_whole() || term.name.empty() || !finite || !can_be_followed(term)) {
     return base::corrupt("an accepted term breaks the format", "terms");
   }
   return term;
+}
+
+bool is_memory_to_follow(std::span<const std::uint8_t> payload) {
+  const auto term = read_term(payload, SOAK_HISTORY_MINOR_VERSION);
+  return term && is_memory(term->name) && !term->lab_only;
 }
 
 }  // namespace soak::calib::file

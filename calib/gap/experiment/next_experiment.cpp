@@ -192,12 +192,12 @@ NextExperiment next_experiment(const LoggedCampaign& campaign, const Observation
     model.add_term(effect.candidate, effect.sensors, effect.parameters[index_of(effect.sensors.front())]);
     question.beside.push_back(&effect);
   }
-  for (const Effect* rival : question.winner.rivals) {
-    auto fitted = best_shape(model, *rival);
+  for (const Rival& rival : question.winner.rivals) {
+    auto fitted = best_shape(model, *rival.effect);
     if (fitted && predicts(*fitted)) {
       question.rivals.push_back(*std::move(fitted));
     } else {
-      question.unpredicted.push_back(rival->name);
+      question.unpredicted.push_back(rival.effect->name);
     }
   }
   if (question.rivals.empty() || !predicts(question.winner)) {

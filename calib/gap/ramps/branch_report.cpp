@@ -75,7 +75,7 @@ std::vector<NamedEffect> entries_of(const BranchResult& result, const std::vecto
   for (const auto& group : groups) {
     if (group.empty()) continue;
     entries.push_back(entry_of(effect, group, fits));
-    for (const std::size_t rival : result.rivals) entries.back().rivals.push_back(effects[rival].effect);
+    for (const std::size_t rival : result.rivals) entries.back().rivals.push_back({effects[rival].effect, {}});
   }
   std::stable_sort(entries.begin(), entries.end(),
                    [](const NamedEffect& a, const NamedEffect& b) { return a.merit > b.merit; });
@@ -117,9 +117,9 @@ void decide_without_names(const BranchResult& result, bool halves, GapReport& re
 }
 
 /// "", or " (thermal_hysteresis as well)".
-std::string as_well(const std::vector<const Effect*>& rivals) {
+std::string as_well(const std::vector<Rival>& rivals) {
   std::vector<std::string_view> names;
-  for (const Effect* rival : rivals) names.push_back(rival->name);
+  for (const Rival& rival : rivals) names.push_back(rival.effect->name);
   return names.empty() ? "" : fmt::format(" ({} as well: this recording cannot tell which)", fmt::join(names, ", "));
 }
 

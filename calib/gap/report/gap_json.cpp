@@ -27,7 +27,11 @@ nlohmann::json experiments_json(const NextExperiment& next) {
 
 nlohmann::json effect_json(const NamedEffect& effect, std::string_view status, const NextExperiment& next) {
   nlohmann::json rivals = nlohmann::json::array();
-  for (const Effect* rival : effect.rivals) rivals.push_back(rival->name);
+  nlohmann::json odds = nlohmann::json::object();
+  for (const Rival& rival : effect.rivals) {
+    rivals.push_back(rival.effect->name);
+    if (rival.odds) odds[std::string(rival.effect->name)] = *rival.odds;
+  }
   return {{"name", effect.effect->name},
           {"status", status},
           {"sensors", names_of(effect.sensors)},
@@ -37,6 +41,7 @@ nlohmann::json effect_json(const NamedEffect& effect, std::string_view status, c
            {{"delta_bic", effect.delta_bic}, {"p_adjusted", effect.p_adjusted}, {"heldout_gain", effect.heldout_gain}}},
           {"physics", effect.effect->physics},
           {"confusable_with", std::move(rivals)},
+          {"odds", std::move(odds)},
           {"next_experiment", next.text.empty() ? nlohmann::json() : nlohmann::json(next.text)},
           {"experiments", experiments_json(next)}};
 }

@@ -190,6 +190,12 @@ const Contender* winner_of(const std::vector<Contender>& best, double tests) {
   return commoner != best.end() ? &*commoner : &*first;
 }
 
+/// Odds of another effect against the winner: e to half the difference of their merits, which are differences of the
+/// Bayesian information criterion (Kass and Raftery 1995, both as likely beforehand).
+double odds_of(const Contender& other, const Contender& winner) {
+  return std::exp(0.5 * (other.standing.merit - winner.standing.merit));
+}
+
 class Search {
  public:
   explicit Search(CampaignModel& model) : model_(model), price_(price_of(model.regressor_inputs().observations)) {}
@@ -246,7 +252,7 @@ class Search {
     for (const Contender& other : best) {
       const double near = are_twins(*other.effect, *winner.effect) ? kTwin : kRival;
       if (&other != &winner && other.standing.merit >= near * winner.standing.merit) {
-        effect.rivals.push_back(other.effect);
+        effect.rivals.push_back({other.effect, odds_of(other, winner)});
       }
     }
     return effect;

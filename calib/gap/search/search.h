@@ -11,6 +11,12 @@
 
 namespace soak::calib::gap {
 
+/// An effect that explains the same readings almost as well as one that was found.
+struct Rival {
+  const Effect* effect = nullptr;
+  std::optional<double> odds;  ///< against the one that was found; absent where no merit was computed
+};
+
 /// An effect that was found.
 struct NamedEffect {
   const Effect* effect = nullptr;
@@ -27,7 +33,7 @@ struct NamedEffect {
   /// Fraction of the RMS of the whitened blocks in its sensors that its parameters from the other folds take away; base
   /// and noise are those of all runs.
   double heldout_gain = 0.0;
-  std::vector<const Effect*> rivals;  ///< effects of at least 80 % of its merit, its twins from 60 %
+  std::vector<Rival> rivals;  ///< effects of at least 80 % of its merit, its twins from 60 %
 };
 
 /// Where something sits that the library does not know.

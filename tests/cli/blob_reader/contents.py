@@ -46,6 +46,7 @@ class Contents:
         self.terms: list[records.Term] = []
         self.references: list[records.Reference] = []
         sections = list(read_sections(data))
+        self._minor_version = int.from_bytes(data[10:12], "little")
         require(bool(sections) and sections[0].known and sections[0].kind == SectionType.PROVENANCE,
                 "the first section is not the provenance")
         self._read_provenance(Payload(sections[0].payload))
@@ -152,7 +153,7 @@ class Contents:
 
     def _read_term(self, payload: Payload) -> None:
         require(len(self.terms) < MAX_TERMS, "too many accepted terms")
-        self.terms.append(records.read_term(payload))
+        self.terms.append(records.read_term(payload, self._minor_version))
 
     def _read_couplings(self, payload: Payload) -> None:
         require(self.couplings is None, "two sections of couplings")

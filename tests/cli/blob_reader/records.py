@@ -216,16 +216,20 @@ def read_gyro_misalignment(payload: Payload) -> GyroMisalignment:
     return GyroMisalignment(matrix, uncertainty, bool(flags & 2))
 
 
-def read_term(payload: Payload) -> Term:
+def read_term(payload: Payload, minor_version: int) -> Term:
     flags, mask, name_size, count = payload.integers("BBBB")
     require(name_size >= 1, "a term's name is empty")
     sensors = tuple(name for bit, name in enumerate(SENSORS) if mask >> bit & 1)
     values = payload.floats(count)
     name = payload.text(name_size)
     names = [payload.text(*payload.integers("B")) for _ in values]
-    if name == "thermal_hysteresis" and not flags & 1:
-        _check_memory(names, values)
-    return Term(name, sensors, bool(flags & 1), tuple(zip(names, values)))
+    lab_only = bool(flags & 1)
+    if name == "thermal_hysteresis" and not lab_only:
+        if minor_version < 7:
+            lab_only = True
+        else:
+            _check_memory(names, values)
+    return Term(name, sensors, lab_only, tuple(zip(names, values)))
 
 
 def _check_memory(names: Sequence[str], values: Sequence[float]) -> None:
