@@ -8,14 +8,10 @@ import { confirmsItself, openAbortDialog, renderCampaign, renderDoor, renderHead
 import { Chart } from "./chart.mjs";
 import { renderChamber, renderUnits } from "./device_cards.mjs";
 import { $, element, say, show } from "./dom.mjs";
-import { EventsView } from "./events_view.mjs";
-import { FleetView } from "./fleet_view.mjs";
 import { clock } from "./format.mjs";
-import { HelpView } from "./help_view.mjs";
 import { NoiseCard } from "./noise_card.mjs";
 import { RunView } from "./run_view.mjs";
 import { RunsView } from "./runs_view.mjs";
-import { RecordsView } from "./records_view.mjs";
 import { StartForm } from "./start_form.mjs";
 import { StoredCard } from "./stored_card.mjs";
 import { UnitView } from "./unit_view.mjs";
@@ -33,7 +29,6 @@ const runsView = new RunsView();
 const runView = new RunView(() => $("user").value.trim());
 const unitsView = new UnitsView();
 const unitView = new UnitView(userName);
-const recordsView = new RecordsView(userName);
 let status = null;
 let plan = null;
 let planOf = null; // which campaign the plan is of
@@ -188,12 +183,32 @@ function connectButtons() {
   $("abort-form").addEventListener("submit", () => command("abort", { reason: $("abort-reason").value.trim() }));
 }
 
+/** A view whose module is loaded when somebody first goes there: the station's own page must be there soon. */
+function whenAsked(load) {
+  let view = null;
+  return {
+    /** @param {URLSearchParams} parameters */
+    async open(parameters) {
+      view ??= load();
+      view.catch(() => (view = null)); // another try may find the station
+      (await view).open(parameters);
+    },
+  };
+}
+
 rememberUser();
 showAccount().catch((error) => console.warn("no account:", error.message));
 connectButtons();
 connectAlerts();
 connectViews({
-  station: null, runs: runsView, run: runView, units: unitsView, unit: unitView,
-  fleet: new FleetView(), events: new EventsView(), records: recordsView, help: new HelpView(),
+  station: null,
+  runs: runsView,
+  run: runView,
+  units: unitsView,
+  unit: unitView,
+  fleet: whenAsked(async () => new (await import("./fleet_view.mjs")).FleetView()),
+  events: whenAsked(async () => new (await import("./events_view.mjs")).EventsView()),
+  records: whenAsked(async () => new (await import("./records_view.mjs")).RecordsView(userName)),
+  help: whenAsked(async () => new (await import("./help_view.mjs")).HelpView()),
 });
 subscribe(take);

@@ -72,7 +72,9 @@ std::vector<fs::path> procedure_folders(const fs::path& data_folder) {
 json procedures_document(const std::vector<fs::path>& folders, const std::string& file, double room_c) {
   json list = json::array();
   for (const auto& [name, path] : files_of(folders)) {
-    if (file.empty() || name == file) list.push_back(entry_of(name, path, room_c));
+    if (!file.empty() && name != file) continue;
+    list.push_back(entry_of(name, path, room_c));
+    if (file.empty()) list.back().erase("text");
   }
   return {{"procedures", std::move(list)}};
 }

@@ -12,9 +12,10 @@ namespace soak::station {
 /// own, then $SOAK_PROCEDURES, else those that Soak comes with. They need not exist.
 [[nodiscard]] std::vector<std::filesystem::path> procedure_folders(const std::filesystem::path& data_folder);
 
-/// The *.toml of these folders with their texts, in the order of their names; of two with the same name that of the
+/// The *.toml of these folders, in the order of their names; of two with the same name that of the
 /// first folder. One that is wrong, or longer than 256 KiB, has `trouble` instead of what it says. `file`: only the one
-/// of that name; empty = all. `room_c`: as compile_plan() has it. Document of GET /api/v1/procedures: docs/http-api.md.
+/// of that name, with its text; empty = all. `room_c`: as compile_plan() has it. Document of GET /api/v1/procedures:
+/// docs/http-api.md.
 [[nodiscard]] nlohmann::json procedures_document(const std::vector<std::filesystem::path>& folders,
                                                  const std::string& file, double room_c);
 

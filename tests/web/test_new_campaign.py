@@ -74,7 +74,8 @@ class Interface(WithLaboratory):
         procedures = self.procedures()
         self.assertEqual(set(procedures), {path.name for path in (ROOT / "procedures").glob("*.toml")} | {"ours.toml", "broken.toml"})
         self.assertEqual(procedures[SHIPPED]["name"], "instead of the shipped one")
-        self.assertEqual(procedures["ours.toml"]["text"], OWN)
+        [ours] = self.soakd.get("procedures", file="ours.toml")["procedures"]
+        self.assertEqual(ours["text"], OWN)
         self.assertIn("broken.toml:1", procedures["broken.toml"]["trouble"])
         self.assertEqual([file for file, entry in procedures.items() if entry["trouble"]], ["broken.toml"])
 
