@@ -40,6 +40,15 @@ bool are_names(const json& effects) {
          (effects.is_array() && std::ranges::all_of(effects, [](const json& name) { return name.is_string(); }));
 }
 
+/// Of a kind that says so: [{"code", "text"}].
+bool are_warnings(const json& warnings) {
+  const auto is_warning = [](const json& warning) {
+    return warning.is_object() && warning.value("code", json()).is_string() &&
+           warning.value("text", json()).is_string();
+  };
+  return warnings.is_null() || (warnings.is_array() && std::ranges::all_of(warnings, is_warning));
+}
+
 bool is_made_file(const json& file) { return file.is_object() && file.contains("name") && file["name"].is_string(); }
 
 constexpr std::array<std::string_view, 4> kStates = {"running", "done", "failed", "cancelled"};

@@ -286,6 +286,7 @@ TEST_F(Runner, ADamagedDocumentIsPutAsideAndStopsNobody) {
                              {{"message", 1}},
                              {{"started_utc_s", "now"}},
                              {{"result", "pass"}},
+                             {{"result", {{"warnings", {{{"code", "partial_range"}}}}}}},
                              {{"file", {{"name", 1}}}},
                              {{"state", "lost"}},
                              {{"id", 7}}}) {
