@@ -229,7 +229,7 @@
  * @property {{version: number, epoch: number, created_utc_s: number, simulated: boolean, sensors: Record<string, Sensor>} | null} model
  * @property {Warning[]} warnings
  * @property {{campaign: string, runs: number}[]} verify_with
- * @property {{job: Job, stale: string | null} | null} verification
+ * @property {{job: Job, stale: string | null, warnings: Warning[]} | null} verification
  * @property {Job | null} exported
  */
 

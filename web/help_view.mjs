@@ -29,7 +29,9 @@ export class HelpView {
 
   async #text(name) {
     if (!this.#pages.has(name)) {
-      const answer = await fetch(`help-${encodeURIComponent(name)}.html`);
+      const answer = await fetch(`help-${encodeURIComponent(name)}.html`).catch(() => {
+        throw new Error("The station does not answer: this page of the Help cannot be read now.");
+      });
       if (!answer.ok) throw new Error(answer.status === 404 ? `The Help has no page "${name}".` : `HTTP status ${answer.status}`);
       this.#pages.set(name, await answer.text());
     }

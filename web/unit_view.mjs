@@ -83,11 +83,9 @@ export class UnitView {
     }));
   }
 
-  #renderWarnings({ model, warnings, verification }) {
-    // A verification warns of its own.
-    const own = verification && verification.stale === null ? verification.job.result.warnings : [];
-    const { act, rest } = sortedWarnings([...warnings, ...own.map((warning) => ({ ...warning, remedy: "", urgency: /** @type {const} */ ("act"), sensors: [] }))]);
-    show($("unit-warnings-card"), model !== null);
+  #renderWarnings(unit) {
+    const { act, rest } = sortedWarnings(unit);
+    show($("unit-warnings-card"), unit.model !== null);
     say($("unit-warnings-none"), act.length === 0 ? "No warning asks for anything." : "");
     show($("unit-warnings-none"), act.length === 0);
     $("unit-warnings").replaceChildren(...act.map(warningLine));

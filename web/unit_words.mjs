@@ -80,17 +80,29 @@ export function nextOf(unit) {
   if (verdict === "fail") return { kind: "report", text: "Do not hand it over: it exceeds its limits. The report shows where." };
   if (verdict === "marginal") return { kind: null, text: "Do not hand it over as passed: record more runs for the fit or the verification, and verify it again." };
   if (verdict !== "pass") return { kind: null, text: "Set limits for its type (procedures/units), or verify it over the whole range: it is not judged yet." };
-  if (unit.warnings.some(({ code, urgency }) => urgency === "grave" && code !== "simulated")) return { kind: "report", text: "Do not hand it over before the first warning below is settled." };
+  if (warningsOf(unit).some(({ code, urgency }) => urgency === "grave" && code !== "simulated")) return { kind: "report", text: "Do not hand it over before the first warning below is settled." };
   return exported === null ? { kind: "export", text: "Export it." } : { kind: null, text: "Nothing: it is verified and exported." };
 }
 
 // ---- warnings
 
+const URGENCIES = ["grave", "act", "none"];
+
 /**
- * {act, rest}: those that ask for something, the gravest first as they come, and those that ask for nothing.
- * @param {import("./documents.mjs").Warning[]} warnings
+ * Those of the model and of its verification, the gravest first.
+ * @param {import("./documents.mjs").Unit} unit
  */
-export function sortedWarnings(warnings) {
+export function warningsOf({ warnings, verification }) {
+  const rank = ({ urgency }) => URGENCIES.indexOf(urgency);
+  return [...warnings, ...(verification?.warnings ?? [])].sort((a, b) => rank(a) - rank(b));
+}
+
+/**
+ * {act, rest}: those that ask for something, the gravest first, and those that ask for nothing.
+ * @param {import("./documents.mjs").Unit} unit
+ */
+export function sortedWarnings(unit) {
+  const warnings = warningsOf(unit);
   const asks = ({ urgency }) => urgency !== "none";
   return { act: warnings.filter(asks), rest: warnings.filter((warning) => !asks(warning)) };
 }

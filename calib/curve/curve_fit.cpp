@@ -222,10 +222,12 @@ void trace_curve(const CurveData& data, const TrainedFamilies& trained, std::spa
 }
 
 /// Why a baseline was taken instead of the ANFIS.
-std::string_view why_deployed(const CurveFit& fit, bool anfis_competed) {
+std::string why_deployed(const CurveFit& fit, bool anfis_competed) {
   if (!judged_by_folds(fit)) {
-    return "is deployed: its misfit of the rows and the error that its parameters add are together less than those of "
-           "the ANFIS; so few runs are no judge when held out";
+    return fmt::format(
+        "is deployed: its misfit of the rows and the error that its parameters add are together less than those of "
+        "the ANFIS; {}",
+        kFewRunsAreNoJudge);
   }
   return anfis_competed ? "beats the ANFIS by more than one standard error on held-out runs and is deployed"
                         : "is deployed: the ANFIS fits all runs worse than those held out in turn";

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "anfis/data/training_data.h"
@@ -67,6 +68,9 @@ enum class RuleChoice { expected_error, folds_over_runs };
 /// By folds over runs where there are more than kRunsWithoutFolds, else by the expected error on all rows
 /// (anfis::search_structure).
 inline constexpr std::size_t kRunsWithoutFolds = 3;
+/// Part of a `baseline_deployed` warning of so few runs; the report tells them by it from those judged on held-out
+/// runs.
+inline constexpr std::string_view kFewRunsAreNoJudge = "so few runs are no judge when held out";
 [[nodiscard]] constexpr RuleChoice rule_choice(std::size_t runs) {
   return runs > kRunsWithoutFolds ? RuleChoice::folds_over_runs : RuleChoice::expected_error;
 }

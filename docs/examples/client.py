@@ -14,7 +14,7 @@ import urllib.request
 
 
 class Station:
-    """A station at its address. Calls raise RuntimeError with the station's own words where it refuses."""
+    """A station at its address. Calls raise RuntimeError with the station's own words where it refuses, and where it does not answer."""
 
     def __init__(self, address):
         self.address = address.rstrip("/") + "/api/v1/"
@@ -33,6 +33,8 @@ class Station:
         except urllib.error.HTTPError as refusal:
             error = json.load(refusal)["error"]
             raise RuntimeError(": ".join(filter(None, (error["where"], error["message"])))) from None
+        except OSError as failure:
+            raise RuntimeError(f"the station does not answer at {self.address}: {getattr(failure, 'reason', failure)}") from None
 
     def carry_out(self, **job):
         """Starts a job and waits for its end."""

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "calib/judge/warning_list.h"
 #include "station/http/members.h"
 #include "station/io/text.h"
 #include "station/report/fleet_overview.h"
@@ -50,6 +51,21 @@ Result<json> kept_part(const db::Catalog& catalog, const json& job, const json& 
   auto stale = why_stale(catalog, job, unit);
   if (!stale) return stale;
   return json{{"job", job}, {"stale", *std::move(stale)}};
+}
+
+/// What a verification that holds warns of, with what to do.
+json warnings_of(const json& part) {
+  calib::WarningList warnings;
+  const json stored = part["job"]["result"].value("warnings", json::array());
+  if (part["stale"].is_null() && stored.is_array()) warnings.add_stored(stored);
+  return warnings.take();
+}
+
+/// The newest verification of a unit; null where there is none.
+Result<json> verification_part(const db::Catalog& catalog, const json& job, const json& unit) {
+  auto part = kept_part(catalog, job, unit);
+  if (part && part->is_object()) (*part)["warnings"] = warnings_of(*part);
+  return part;
 }
 
 /// The newest search or comparison of a unit's gap. It holds until runs come that it would have looked at.
@@ -97,7 +113,7 @@ Result<json> answer_unit(RunArchive& runs, const JobRunner& jobs, const Paramete
   return runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
     auto unit = unit_overview(catalog, *serial);
     if (!unit) return unit;
-    auto part = kept_part(catalog, jobs.newest(*serial, "verify"), *unit);
+    auto part = verification_part(catalog, jobs.newest(*serial, "verify"), *unit);
     if (!part) return part;
     (*unit)["verification"] = *std::move(part);
     auto found = gap_part(catalog, jobs.newest(*serial, "gap_find"), *unit);

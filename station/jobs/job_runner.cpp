@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "station/io/data_folder.h"
 #include "station/io/host.h"
@@ -55,10 +57,27 @@ std::string how_it_ended(const json& job) {
   if (job.value("result", json()).is_object()) {
     if (job.value("/result/model"_json_pointer, json()).is_number())
       text += fmt::format(", model {}", job["result"]["model"].dump());
-    if (job["result"].contains("verdict")) text += ", verdict " + job["result"]["verdict"].get<std::string>();
+    if (const json verdict = job.value("/result/verdict"_json_pointer, json()); verdict.is_string())
+      text += ", verdict " + verdict.get<std::string>();
   }
-  if (job["state"] == "failed") text += ": " + job["message"].get<std::string>();
+  if (job["state"] == "failed" && job["message"].is_string()) text += ": " + job["message"].get<std::string>();
   return text;
+}
+
+/// Whether the end of a job is in the event log. One job at a time runs: an end of the same words after its start is
+/// its own.
+base::Result<bool> has_logged_end(const db::Catalog& catalog, const json& job) {
+  constexpr std::size_t kMost = 100;
+  const auto ends = catalog.find_events({.kind = "job_ended",
+                                         .subject = job["unit"].get<std::string>(),
+                                         .user = {},
+                                         .from_utc_s = job["started_utc_s"].get<double>(),
+                                         .to_utc_s = {},
+                                         .before = {},
+                                         .most = kMost});
+  if (!ends) return base::forward_error(ends);
+  const std::string words = what_it_does(job) + ": ";
+  return std::ranges::any_of(*ends, [&](const db::EventRow& end) { return end.text.starts_with(words); });
 }
 
 base::Error not_kept(std::int64_t id) {
@@ -81,11 +100,20 @@ JobRunner::JobRunner(std::filesystem::path data_folder, std::filesystem::path pr
 }
 
 void JobRunner::end_those_cut_short() {
-  for (const json& job : shelf_.load()) {
-    // First the log: where soakd ends in between, the next one finds the job once more.
-    note("job_ended", job, what_it_does(job) + ": " + how_it_ended(job), job.value("user", "unknown"));
-    shelf_.put(job);
+  std::vector<json> ended = shelf_.load();
+  for (const json& job : ended) shelf_.put(job);
+  // A document is written before its end is logged: where soakd died in between, the last one ended and nobody knows.
+  if (const json last = shelf_.last(); ended.empty() && !last.is_null()) ended.push_back(last);
+  if (ended.empty()) return;
+  const auto catalog = open_existing_catalog(data_folder_.string());
+  for (const json& job : ended) {
+    const auto logged = catalog ? has_logged_end(*catalog, job) : base::Result<bool>(base::forward_error(catalog));
+    if (!logged || !*logged) note_end(job, job["user"]);
   }
+}
+
+void JobRunner::note_end(const json& job, const std::string& user) const {
+  note("job_ended", job, what_it_does(job) + ": " + how_it_ended(job), user);
 }
 
 JobRunner::~JobRunner() {
@@ -192,7 +220,8 @@ void JobRunner::carry_out(UnderWay job) {
     job.document["message"] = cancelled_by.empty() ? "soakd was stopped" : "cancelled by " + cancelled_by;
     if (!cancelled_by.empty()) user = cancelled_by;
   }
-  note("job_ended", job.document, what_it_does(job.document) + ": " + how_it_ended(job.document), user);
+  shelf_.write(job.document);
+  note_end(job.document, user);
   const std::scoped_lock lock(mutex_);
   shelf_.put(job.document);
   busy_ = false;

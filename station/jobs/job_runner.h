@@ -26,8 +26,8 @@ namespace soak::station {
 /// docs/http-api.md.
 class JobRunner {
  public:
-  /// Takes up the jobs that are kept; the end of one that a predecessor left running enters the event log. An empty
-  /// folder has no jobs: every start is refused (bad_input).
+  /// Takes up the jobs that are kept; the end of one that a predecessor left running, or ended without saying so,
+  /// enters the event log, once. An empty folder has no jobs: every start is refused (bad_input).
   explicit JobRunner(std::filesystem::path data_folder, std::filesystem::path program = soak_beside_this_program());
   /// Ends the job that is under way, and its process with it.
   ~JobRunner();
@@ -64,6 +64,7 @@ class JobRunner {
 
   [[nodiscard]] base::Result<UnderWay> prepare(const JobRequest& request, std::int64_t id);
   void note(const std::string& kind, const nlohmann::json& job, const std::string& text, const std::string& user) const;
+  void note_end(const nlohmann::json& job, const std::string& user) const;
   void end_those_cut_short();
   void work();
   void carry_out(UnderWay job);

@@ -22,17 +22,68 @@ using nlohmann::json;
 
 constexpr const char* kDocument = "job.json";
 
-bool is_text(const json& job, const char* member) { return job.contains(member) && job[member].is_string(); }
+constexpr std::string_view kAside = "damaged-";  // begins the name of a folder that was put aside
 
-/// The document in a job's folder; nothing where there is none or it is damaged.
-std::optional<json> stored_job(const std::filesystem::path& folder) {
-  const auto id = base::parse_int(folder.filename().string());
-  const auto text = read_text_file(folder / kDocument);
-  if (!id || !text) return std::nullopt;
-  json job = json::parse(*text, nullptr, false);
-  if (!job.is_object() || job.value("id", json()) != *id) return std::nullopt;
-  if (!is_text(job, "kind") || !is_text(job, "unit") || !is_text(job, "state")) return std::nullopt;
+/// Members that a document of an older version may lack.
+json complete(const json& stored) {
+  json job = {{"campaign", nullptr},  {"format", nullptr},      {"effects", nullptr}, {"user", "unknown"},
+              {"started_utc_s", 0.0}, {"ended_utc_s", nullptr}, {"message", nullptr}, {"exit_status", nullptr},
+              {"result", nullptr},    {"file", nullptr}};
+  job.update(stored);
   return job;
+}
+
+bool is_text_or_null(const json& member) { return member.is_string() || member.is_null(); }
+
+bool are_names(const json& effects) {
+  return effects.is_null() ||
+         (effects.is_array() && std::ranges::all_of(effects, [](const json& name) { return name.is_string(); }));
+}
+
+/// Of a kind that says so: [{"code", "text"}].
+bool are_warnings(const json& warnings) {
+  const auto is_warning = [](const json& warning) {
+    return warning.is_object() && warning.value("code", json()).is_string() &&
+           warning.value("text", json()).is_string();
+  };
+  return warnings.is_null() || (warnings.is_array() && std::ranges::all_of(warnings, is_warning));
+}
+
+bool is_made_file(const json& file) { return file.is_object() && file.contains("name") && file["name"].is_string(); }
+
+constexpr std::array<std::string_view, 4> kStates = {"running", "done", "failed", "cancelled"};
+
+/// Whether a complete() document has the types that everybody relies on; a file may have been changed or torn.
+bool is_sound(const json& job, std::int64_t id) {
+  for (const char* text : {"kind", "unit", "state", "user"}) {
+    if (!job.contains(text) || !job[text].is_string()) return false;
+  }
+  return job.contains("id") && job["id"] == id &&
+         std::ranges::find(kStates, job["state"].get<std::string>()) != kStates.end() &&
+         is_text_or_null(job["campaign"]) && is_text_or_null(job["format"]) && is_text_or_null(job["message"]) &&
+         are_names(job["effects"]) && job["started_utc_s"].is_number() &&
+         (job["result"].is_null() || job["result"].is_object()) && (job["file"].is_null() || is_made_file(job["file"]));
+}
+
+/// The document in the folder of a job; nothing where it is damaged.
+std::optional<json> stored_job(const std::filesystem::path& folder, std::int64_t id) {
+  const auto text = read_text_file(folder / kDocument);
+  if (!text) return std::nullopt;
+  const json stored = json::parse(*text, nullptr, false);
+  if (!stored.is_object()) return std::nullopt;
+  json job = complete(stored);
+  if (!is_sound(job, id)) return std::nullopt;
+  return job;
+}
+
+/// Out of the way of later jobs, for people to look at.
+void put_aside(const std::filesystem::path& folder) {
+  const auto aside = folder.parent_path() / (std::string(kAside) + folder.filename().string());
+  std::error_code failure;
+  std::filesystem::remove_all(aside, failure);
+  std::filesystem::rename(folder, aside, failure);
+  log_line(fmt::format("{}: damaged, the job is not taken up; {}", (folder / kDocument).string(),
+                       failure ? "it cannot be moved: " + failure.message() : "it is now in " + aside.string()));
 }
 
 bool is_done(const json& job) { return job["state"] == "done"; }
@@ -54,15 +105,20 @@ std::vector<json> JobShelf::load() {
   std::vector<std::filesystem::path> folders;
   for (const auto& entry : std::filesystem::directory_iterator(folder_, failure)) folders.push_back(entry.path());
   for (const std::filesystem::path& folder : folders) {
-    auto job = stored_job(folder);
-    if (!job) {
+    const auto id = base::parse_int(folder.filename().string());
+    if (folder.filename().string().starts_with(kAside)) continue;
+    if (!id || !std::filesystem::exists(folder / kDocument, failure)) {
       std::filesystem::remove_all(folder, failure);
       continue;
     }
-    const std::int64_t id = (*job)["id"];
-    jobs_[id] = *std::move(job);
-    if (jobs_[id]["state"] != "running") continue;
-    cut_short.push_back(jobs_[id]);
+    auto job = stored_job(folder, *id);
+    if (!job) {
+      put_aside(folder);
+      continue;
+    }
+    jobs_[*id] = *std::move(job);
+    if (jobs_[*id]["state"] != "running") continue;
+    cut_short.push_back(jobs_[*id]);
     cut_short.back()["state"] = "failed";
     cut_short.back()["message"] = "soakd ended meanwhile";
   }

@@ -23,28 +23,32 @@ class JobShelf {
 
   explicit JobShelf(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  /// Takes up what a predecessor left; what is no job is removed. The answer are the jobs that it was carrying out,
-  /// which have failed by now and stand as running until they are put again.
+  /// Takes up what a predecessor left; what is no job is removed, a damaged document is put aside (`damaged-ID`) with a
+  /// line in the log. The answer are the jobs that it was carrying out, which have failed by now and stand as running
+  /// until they are put again.
   [[nodiscard]] std::vector<nlohmann::json> load();
   /// A number that no kept job has, rising.
   [[nodiscard]] std::int64_t next_id() const { return jobs_.empty() ? 1 : jobs_.rbegin()->first + 1; }
   [[nodiscard]] std::filesystem::path folder_of(std::int64_t id) const { return folder_ / std::to_string(id); }
 
+  /// Writes a document down; what the shelf answers stays as it is until the job is put. Any thread may call.
+  void write(const nlohmann::json& job) const;
   /// Keeps a document anew, and removes the jobs that are too many.
   void put(const nlohmann::json& job);
   /// The folder of a job that did not come to be.
   void remove_folder(std::int64_t id) const;
 
-  /// {"jobs": the newest kMostListed, newest first, results without the key `map`, "not_listed": how many older ones are
-  /// kept}
+  /// {"jobs": the newest kMostListed, newest first, results without the key `map`, "not_listed": how many older ones
+  /// are kept}
   [[nodiscard]] nlohmann::json list() const;
+  /// The job that was begun last; null where none is kept.
+  [[nodiscard]] nlohmann::json last() const { return jobs_.empty() ? nlohmann::json() : jobs_.rbegin()->second; }
   [[nodiscard]] std::optional<nlohmann::json> find(std::int64_t id) const;
   /// The newest job of a kind that lasts (verify, export, gap_find, gap_show) of a unit that came to its end and names
   /// a model; null where there is none.
   [[nodiscard]] nlohmann::json newest(const std::string& unit, const std::string& kind) const;
 
  private:
-  void write(const nlohmann::json& job) const;
   void remove_what_is_too_much();
 
   std::filesystem::path folder_;

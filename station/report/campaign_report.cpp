@@ -61,8 +61,11 @@ base::Result<CampaignReport> campaign_report(const db::Catalog& catalog, const s
       return base::fail(base::ErrorKind::internal, "interrupted; no report was written");
     }
     of_unit.unit = serial;
+    const auto model = catalog.model(serial);
+    if (!model) return base::forward_error(model);
     auto report = report_document(catalog, of_unit);
-    if (!report && report.error().kind != base::ErrorKind::bad_input) return base::forward_error(report);
+    // A unit may wait for its fit; whatever else is wrong would leave a gap in the page that nobody asked for.
+    if (!report && *model) return base::forward_error(report);
     all.units.push_back(report ? *std::move(report) : json());
     all.document["units"].push_back(unit_line(serial, all.units.back(), report ? "" : report.error().message));
   }

@@ -54,8 +54,13 @@ std::string units_verdict(const json& units) {
 
 std::string section_id(std::size_t ordinal) { return fmt::format("unit-{}", ordinal + 1); }
 
+std::string_view data_word(const json& line) {
+  if (!line["simulated"].is_boolean()) return "–";
+  return line["simulated"].get<bool>() ? "<b>SIMULATED</b>" : "measured";
+}
+
 std::string units_table(const json& units) {
-  html::Table table("Units of the campaign", {"unit", "verdict", "model", "fitted", "what it says"},
+  html::Table table("Units of the campaign", {"unit", "verdict", "data", "model", "fitted", "what it says"},
                     html::Narrow::stacks);
   for (std::size_t i = 0; i < units.size(); ++i) {
     const json& line = units[i];
@@ -65,6 +70,7 @@ std::string units_table(const json& units) {
     table.row(
         {{.html = has_page ? fmt::format("<a href=\"#{}\">{}</a>", section_id(i), serial) : serial, .heading = true},
          {.html = std::string(word_for(verdict)), .style = "nowrap " + verdict},
+         {.html = std::string(data_word(line)), .style = "nowrap"},
          html::html_cell(html::text_of(line, "model"), true),
          {.html = html::date_time(line["fitted_utc_s"]), .style = "nowrap"},
          html::html_cell(html::text_of(line, has_page ? "sentence" : "trouble"))});
@@ -89,9 +95,9 @@ std::string campaign_page(const CampaignReport& report) {
   for (std::size_t i = 0; i < report.units.size(); ++i) {
     if (!report.units[i].is_null()) body += certificate_part(report.units[i], section_id(i), "h2");
   }
-  const bool simulated = std::ranges::any_of(units, [](const json& line) { return line["simulated"] == true; });
-  const Frame frame = {fmt::format("{}Calibration report, campaign {}", simulated ? "SIMULATED: " : "", campaign),
-                       document["software"].get<std::string>(), document["created_utc_s"].get<double>(), simulated};
+  // The bar and the watermark would be on the certificates of real units too: each certificate has its own mark.
+  const Frame frame = {"Calibration report, campaign " + campaign, document["software"].get<std::string>(),
+                       document["created_utc_s"].get<double>(), false};
   return page_frame(frame, body, json::object());
 }
 

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/curve/families.h"
 #include "calib/vocabulary/sensor.h"
 #include "station/report/html.h"
 #include "station/report/page_parts.h"
@@ -22,8 +23,14 @@ namespace {
 using html::member;
 using nlohmann::json;
 
-/// Of those that ask for something; with more the certificate would not stay on one page.
-constexpr std::size_t kMostWarnings = 6;
+// With more the certificate would not stay on one page.
+constexpr std::size_t kMostWarnings = 6;      ///< of those that ask for something
+constexpr std::size_t kMostAsides = 4;        ///< of those that ask for nothing
+constexpr std::size_t kLongestWarning = 200;  ///< bytes of a text
+constexpr std::size_t kLongestAside = 80;
+
+constexpr std::string_view kSimulatedMark =
+    "<p class=\"simulated-mark\">SIMULATED DATA: not measured on a real unit</p>\n";
 
 std::string verdict_word(const std::string& verdict) {
   std::string word = verdict == "info" ? "not judged" : verdict;
@@ -94,27 +101,51 @@ std::string who(const json& warning) {
   return html::escaped(sensors.size() == 6 ? "all sensors" : fmt::format("{}", fmt::join(sensors, ", "))) + ": ";
 }
 
-std::string warning_list(const std::vector<json>& warnings) {
+/// As much of a text as the certificate has room for.
+std::string cut(const std::string& text, std::size_t longest) {
+  if (text.size() <= longest) return text;
+  std::size_t end = longest;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;  // inside a character
+  return text.substr(0, end) + "…";
+}
+
+std::string remedy_line(const json& warning) {
+  const std::string remedy = warning.value("remedy", "");
+  if (remedy.empty()) return {};
+  return fmt::format("<span class=\"do\">{}{}</span>", asks(warning) ? "What to do: " : "", html::escaped(remedy));
+}
+
+std::string warning_list(const std::vector<json>& warnings, std::size_t longest) {
   std::string html = "<ul class=\"warnings\">\n";
   for (const json& warning : warnings) {
-    const std::string remedy = warning.value("remedy", "");
-    html += fmt::format("<li class=\"{}\"><span class=\"who\">{}</span>{} <code>{}</code>{}</li>\n",
-                        html::escaped(warning.value("urgency", "act")), who(warning), html::text_of(warning, "text"),
-                        html::text_of(warning, "code"),
-                        remedy.empty() ? "" : "<span class=\"do\">What to do: " + html::escaped(remedy) + "</span>");
+    html +=
+        fmt::format("<li class=\"{}\"><span class=\"who\">{}</span>{} <code>{}</code>{}</li>\n",
+                    html::escaped(warning.value("urgency", "act")), who(warning),
+                    html::escaped(cut(warning["text"], longest)), html::text_of(warning, "code"), remedy_line(warning));
   }
   return html + "</ul>\n";
 }
 
-/// "5 polynomial, 3 spline": the curves in the file that are no ANFIS, by family.
-std::string families_text(const json& sensors) {
-  std::map<std::string, int> curves;
-  for (const json& sensor : sensors) {
-    for (const char* key : {"deployed", "scale_deployed"}) {
-      const std::string family = member(sensor["fit"], key).is_string() ? sensor["fit"][key].get<std::string>() : "";
-      if (family.starts_with("poly")) ++curves["polynomial"];
-      if (family == "spline") ++curves["spline"];
-    }
+bool is_baseline(const json& warning) { return warning["code"] == "baseline_deployed"; }
+
+/// Those that ask for nothing, the curves in the file that are no ANFIS left out.
+std::vector<json> asides_of(const json& summary) {
+  std::vector<json> list;
+  std::ranges::copy_if(summary["warnings"], std::back_inserter(list),
+                       [](const json& warning) { return !asks(warning) && !is_baseline(warning); });
+  return list;
+}
+
+/// "5 polynomial, 3 spline": the curves, of bias or scale, that were taken instead of an ANFIS, by family. `judged`: on
+/// held-out runs, else by the expected error of few runs. Empty where there are none.
+std::string families_text(const json& summary, bool judged) {
+  std::map<std::string, std::size_t> curves;
+  for (const json& warning : summary["warnings"]) {
+    if (!is_baseline(warning)) continue;
+    const std::string text = warning["text"];
+    if ((text.find(calib::kFewRunsAreNoJudge) == std::string::npos) != judged) continue;
+    const std::size_t sensors = warning["sensors"].size();
+    curves[text.find(": spline ") != std::string::npos ? "spline" : "polynomial"] += std::max<std::size_t>(sensors, 1);
   }
   std::vector<std::string> parts;
   for (const auto& [family, count] : curves) parts.push_back(fmt::format("{} {}", count, family));
@@ -122,19 +153,55 @@ std::string families_text(const json& sensors) {
 }
 
 /// What asks for nothing, in one line; empty where there is nothing of the kind.
-std::string nothing_to_do(const json& sections) {
+std::string nothing_to_do(const json& summary) {
   std::vector<std::string> parts;
-  bool families_told = false;
-  for (const json& warning : sections["summary"]["warnings"]) {
-    if (asks(warning)) continue;
-    if (warning["code"] != "baseline_deployed") {
-      parts.push_back(who(warning) + html::text_of(warning, "text"));
-    } else if (!std::exchange(families_told, true)) {
-      parts.insert(parts.begin(), "better than the ANFIS and in the file: " + families_text(sections["sensors"]));
-    }
+  if (const std::string judged = families_text(summary, true); !judged.empty()) {
+    parts.push_back("better than the ANFIS and in the file: " + judged);
   }
+  if (const std::string few = families_text(summary, false); !few.empty()) {
+    parts.push_back(fmt::format("in the file for the least expected error, {}: {}", calib::kFewRunsAreNoJudge, few));
+  }
+  const std::vector<json> asides = asides_of(summary);
+  for (std::size_t i = 0; i < std::min(asides.size(), kMostAsides); ++i) {
+    parts.push_back(who(asides[i]) + html::escaped(cut(asides[i]["text"], kLongestAside)));
+  }
+  if (asides.size() > kMostAsides) parts.push_back(fmt::format("{} more", asides.size() - kMostAsides));
   if (parts.empty()) return {};
   return fmt::format("<p class=\"soft\">Nothing to do: {}.</p>\n", fmt::join(parts, "; "));
+}
+
+/// Whether the one line says all that there is to an aside.
+bool has_more(const json& aside, std::size_t ordinal) {
+  return ordinal >= kMostAsides || aside["text"].get_ref<const std::string&>().size() > kLongestAside ||
+         aside.value("remedy", "") != "No action needed.";
+}
+
+/// The warnings of which the certificate has not all.
+std::vector<json> left_over(const json& summary) {
+  std::vector<json> list;
+  const std::vector<json> asking = those_that_ask(summary);
+  for (std::size_t i = 0; i < asking.size(); ++i) {
+    const bool is_cut = asking[i]["text"].get_ref<const std::string&>().size() > kLongestWarning;
+    if (i >= kMostWarnings || is_cut) list.push_back(asking[i]);
+  }
+  const std::vector<json> asides = asides_of(summary);
+  for (std::size_t i = 0; i < asides.size(); ++i) {
+    if (has_more(asides[i], i)) list.push_back(asides[i]);
+  }
+  return list;
+}
+
+/// The warnings of the certificate, each cut to a few lines.
+std::string warnings_part(const json& summary, bool alone_on_page) {
+  std::vector<json> warnings = those_that_ask(summary);
+  const std::size_t more = warnings.size() > kMostWarnings ? warnings.size() - kMostWarnings : 0;
+  warnings.resize(warnings.size() - more);
+  std::string html = warnings.empty() ? "" : warning_list(warnings, kLongestWarning);
+  html += nothing_to_do(summary);
+  if (left_over(summary).empty()) return html;
+  return html + fmt::format("<p class=\"soft\">{}: {}.</p>\n",
+                            more > 0 ? fmt::format("And {} more", more) : std::string("More on these"),
+                            alone_on_page ? "<a href=\"#warnings\">warnings</a>" : "see the report of the unit");
 }
 
 // ---- what it rests on ----
@@ -204,6 +271,9 @@ std::string certificate_part(const json& document, std::string_view id, std::str
       "<section id=\"{0}\" class=\"certificate\">\n<p class=\"brand\">Soak calibration report</p>\n<{1}>Unit "
       "{2}</{1}>\n",
       id, heading, html::text_of(document, "unit"));
+  const bool alone_on_page = heading == "h1";
+  // Of a page of its own the frame says it.
+  if (!alone_on_page && summary["simulated"].get<bool>()) html += kSimulatedMark;
   html += verdict_line(summary["verdict"], summary["sentence"]);
   html += verdict_table(sections["sensors"]);
   html +=
@@ -211,22 +281,14 @@ std::string certificate_part(const json& document, std::string_view id, std::str
       "uncertainty of each estimate (JCGM 106). The verdict on the sensor is the worst of bias and scale. Without a "
       "limit nothing passes.</p>\n";
   html += basis_facts(document);
-  std::vector<json> warnings = those_that_ask(summary);
-  const std::size_t more = warnings.size() > kMostWarnings ? warnings.size() - kMostWarnings : 0;
-  warnings.resize(warnings.size() - more);
-  if (!warnings.empty()) html += warning_list(warnings);
-  if (more > 0) {
-    html += fmt::format("<p class=\"soft\">And {} more: {}.</p>\n", more,
-                        heading == "h1" ? "<a href=\"#warnings\">warnings</a>" : "see the report of the unit");
-  }
-  return html + nothing_to_do(sections) + "</section>\n";
+  return html + warnings_part(summary, alone_on_page) + "</section>\n";
 }
 
 std::string more_warnings_part(const json& summary) {
-  std::vector<json> warnings = those_that_ask(summary);
-  if (warnings.size() <= kMostWarnings) return {};
-  warnings.erase(warnings.begin(), warnings.begin() + kMostWarnings);
-  return "<section id=\"warnings\"><h2>More warnings</h2>\n" + warning_list(warnings) + "</section>\n";
+  const std::vector<json> warnings = left_over(summary);
+  if (warnings.empty()) return {};
+  return "<section id=\"warnings\"><h2>More warnings</h2>\n" + warning_list(warnings, std::string::npos) +
+         "</section>\n";
 }
 
 }  // namespace soak::station

@@ -48,12 +48,13 @@ struct Script {
 // Parts of the page, each from one section of the document; HTML.
 
 /// One page of A4: name, verdict as a whole and sensor by sensor, what it rests on, the gravest warnings. `heading`:
-/// "h1", or "h2" where it is one of several on a page.
+/// "h1", or "h2" where it is one of several on a page; simulated data are then marked here, not by the page.
 [[nodiscard]] std::string certificate_part(const nlohmann::json& document, std::string_view id,
                                            std::string_view heading);
 /// A verdict and why, as it stands above everything else; texts are escaped here.
 [[nodiscard]] std::string verdict_line(const std::string& verdict, const std::string& sentence);
-/// The warnings with their remedies that the certificate has no room for; empty without such.
+/// The warnings with their remedies that the certificate has no room for, those with advice that ask for nothing among
+/// them; empty without such.
 [[nodiscard]] std::string more_warnings_part(const nlohmann::json& summary);
 /// One line per sensor.
 [[nodiscard]] std::string overview_part(const nlohmann::json& sensors);

@@ -14,6 +14,7 @@
 #include <future>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <vector>
 
 #include "tests/db/sample_catalog.h"
 #include "tests/db/support.h"
@@ -66,26 +67,34 @@ TEST(JobProcess, WhatItSaysIsBounded) {
   EXPECT_FALSE(end.is_whole);
 }
 
+/// Runs a script that makes the file `begun` once it is ready, and stops it then.
+ChildEnd stopped_once_begun(const std::string& script) {
+  const db::testing::TempFolder folder;
+  const auto begun = folder.path() / "begun";
+  std::atomic<bool> stop = false;
+  std::atomic<bool> ended = false;
+  const auto stopper = std::async(std::launch::async, [&] {
+    while (!ended && !std::filesystem::exists(begun)) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    stop = true;
+  });
+  const auto end = run_child({"/bin/sh", {"-c", script, begun.string()}, "Eva"}, stop);
+  ended = true;
+  EXPECT_TRUE(end) << end.error().message;
+  return end.value_or(ChildEnd{-1, "", ""});
+}
+
 TEST(JobProcess, IsKilledWhenItIsToStopEvenIfItDoesNotListen) {
-  std::atomic<bool> stop = true;
-  const auto end = run_child({"/bin/sh", {"-c", "trap '' TERM; while :; do sleep 0.01; done"}, "Eva"}, stop);
-  ASSERT_TRUE(end);
-  EXPECT_TRUE(end->stopped);
-  EXPECT_EQ(end->exit_status, 128 + SIGKILL);
+  const ChildEnd end = stopped_once_begun("trap '' TERM; : > \"$0\"; while :; do sleep 0.01; done");
+  EXPECT_TRUE(end.stopped);
+  EXPECT_EQ(end.exit_status, 128 + SIGKILL);
 }
 
 TEST(JobProcess, IsAskedToStopFirstAndMayReportWhatItHasDone) {
-  std::atomic<bool> stop = false;
-  const std::string script = "trap 'echo committed; exit 0' TERM; echo begun; while :; do sleep 0.01; done";
-  const auto stopper = std::async(std::launch::async, [&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    stop = true;
-  });
-  const auto end = run_child({"/bin/sh", {"-c", script}, "Eva"}, stop);
-  ASSERT_TRUE(end);
-  EXPECT_TRUE(end->stopped);
-  EXPECT_EQ(end->exit_status, 0);
-  EXPECT_EQ(end->output, "begun\ncommitted\n");
+  const ChildEnd end =
+      stopped_once_begun("trap 'echo committed; exit 0' TERM; echo begun; : > \"$0\"; while :; do sleep 0.01; done");
+  EXPECT_TRUE(end.stopped);
+  EXPECT_EQ(end.exit_status, 0);
+  EXPECT_EQ(end.output, "begun\ncommitted\n");
 }
 
 TEST(JobProcess, AProgramThatIsNotThereIsAFailureThatNamesIt) {
@@ -227,6 +236,78 @@ TEST_F(Runner, TheEndOfAJobThatDiedWithSoakdEntersTheEventLogAtTheNextStartOnce)
   const auto& end = events.back();
   EXPECT_EQ(end.kind + end.subject + end.text + end.user,
             "job_ended-SN 1verify against c: failed: soakd ended meanwhileEva");
+}
+
+TEST_F(Runner, AnEndThatWasLoggedBeforeSoakdDiedIsNotLoggedAgain) {
+  JobShelf shelf(folder_.path() / "jobs");
+  std::filesystem::create_directories(shelf.folder_of(1));
+  json job = {{"id", 1}, {"kind", "fit"}, {"unit", "-SN 1"}, {"user", "Eva"}, {"started_utc_s", 1000.0}};
+  for (const char* state : {"running", "done"}) {
+    job["state"] = state;
+    shelf.put(job);
+    ASSERT_TRUE(catalog_.log_event({1001.0, "job_ended", "-SN 1", "fit: done, model 3", "Eva"}));
+    const std::size_t before = catalog_.events().value().size();
+    JobRunner jobs(folder_.path(), program_);
+    EXPECT_EQ(catalog_.events().value().size(), before) << state;
+  }
+}
+
+TEST_F(Runner, AnEndThatSoakdDiedBeforeLoggingIsLoggedOnceAtTheNextStart) {
+  JobShelf shelf(folder_.path() / "jobs");
+  std::filesystem::create_directories(shelf.folder_of(1));
+  shelf.put({{"id", 1},
+             {"kind", "fit"},
+             {"unit", "-SN 1"},
+             {"user", "Eva"},
+             {"state", "done"},
+             {"started_utc_s", 1000.0},
+             {"result", {{"model", 3}}}});
+  // Ends of another unit, of another kind and from before are not its own.
+  ASSERT_TRUE(catalog_.log_event({1001.0, "job_ended", "SN2", "fit: done, model 3", "Eva"}));
+  ASSERT_TRUE(catalog_.log_event({1001.0, "job_ended", "-SN 1", "report: done, model 3", "Eva"}));
+  ASSERT_TRUE(catalog_.log_event({999.0, "job_ended", "-SN 1", "fit: done, model 2", "Eva"}));
+  const std::size_t before = catalog_.events().value().size();
+  for (int starts = 0; starts < 2; ++starts) const JobRunner jobs(folder_.path(), program_);
+  const auto events = catalog_.events().value();
+  ASSERT_EQ(events.size(), before + 1);
+  EXPECT_EQ(events.back().subject + ' ' + events.back().text + ' ' + events.back().user,
+            "-SN 1 fit: done, model 3 Eva");
+}
+
+TEST_F(Runner, ADamagedDocumentIsPutAsideAndStopsNobody) {
+  const json sound = {{"id", 1}, {"kind", "gap_accept"}, {"unit", "-SN 1"}, {"user", "Eva"}, {"state", "running"}};
+  std::vector<std::string> damaged = {"", "{", "[]", "null", R"({"id": 2, "kind": "fit"})"};
+  for (const json& change : {json{{"user", 5}},
+                             {{"effects", "all"}},
+                             {{"effects", {1}}},
+                             {{"effects", json::object()}},
+                             {{"campaign", json::array()}},
+                             {{"format", 1}},
+                             {{"message", 1}},
+                             {{"started_utc_s", "now"}},
+                             {{"result", "pass"}},
+                             {{"result", {{"warnings", {{{"code", "partial_range"}}}}}}},
+                             {{"file", {{"name", 1}}}},
+                             {{"state", "lost"}},
+                             {{"id", 7}}}) {
+    json job = sound;
+    job.update(change);
+    damaged.push_back(job.dump());
+  }
+  const auto folder = folder_.path() / "jobs";
+  for (const std::string& text : damaged) {
+    std::filesystem::create_directories(folder / "1");
+    std::ofstream(folder / "1" / "job.json") << text;
+    const std::size_t before = catalog_.events().value().size();
+    for (int starts = 0; starts < 2; ++starts) {
+      const JobRunner jobs(folder_.path(), program_);
+      EXPECT_EQ(jobs.list()["jobs"], json::array()) << text;
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "1")) << text;
+    std::ifstream aside(folder / "damaged-1" / "job.json");
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(aside), {}), text);
+    EXPECT_EQ(catalog_.events().value().size(), before) << text;
+  }
 }
 
 TEST_F(Runner, TheListIsBoundedAndSaysHowManyItLeavesOut) {

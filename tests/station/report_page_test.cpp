@@ -300,6 +300,72 @@ TEST(ReportPageTest, TheCertificateHasTheGravestWarningsAndTheRestComesBehind) {
   EXPECT_EQ(unbalanced(page), "");
 }
 
+/// A warning as the document has it.
+json warning_of(const std::string& code, const std::string& text, const std::string& urgency, const json& sensors) {
+  return {{"code", code}, {"text", text}, {"remedy", "No action needed."}, {"urgency", urgency}, {"sensors", sensors}};
+}
+
+TEST(ReportPageTest, CountsTheCurvesThatWereTakenInsteadOfAnAnfisByTheirWarnings) {
+  const std::string few = "is deployed; so few runs are no judge when held out";
+  json with = document("SN1", 3, 10);
+  // The scale of all sensors is poly3 in document(); without a warning none of them met an ANFIS.
+  with["sections"]["summary"]["warnings"] = {
+      warning_of("baseline_deployed", "gyro_x: spline beats the ANFIS", "none", {"gyro_x"}),
+      warning_of("baseline_deployed", "gyro_x scale: poly5 beats the ANFIS", "none", {"gyro_x"}),
+      warning_of("baseline_deployed", "accel_x: poly3 " + few, "none", {"accel_x"}),
+      warning_of("baseline_deployed", "accel_y: poly3 " + few, "none", {"accel_y"})};
+  EXPECT_NE(
+      report_page(with).find("Nothing to do: better than the ANFIS and in the file: 1 polynomial, 1 spline; in the "
+                             "file for the least expected error, so few runs are no judge when held out: 2 "
+                             "polynomial.</p>"),
+      std::string::npos);
+  with["sections"]["summary"]["warnings"] = json::array();
+  EXPECT_EQ(report_page(with).find("Nothing to do"), std::string::npos);
+}
+
+TEST(ReportPageTest, AdviceOnWhatAsksForNothingStaysBehindTheCertificate) {
+  json with = document("SN1", 3, 10);
+  json spikes = warning_of("spike", "3 samples stand alone", "none", {"gyro_x"});
+  spikes["remedy"] = "No action needed; look at the cable.";
+  with["sections"]["summary"]["warnings"] = {spikes,
+                                             warning_of("rate_positions", "no six positions", "none", json::array())};
+  const std::string page = report_page(with);
+  EXPECT_TRUE(base::mentions_in_order(page, {"Nothing to do: gyro_x: 3 samples stand alone; no six positions.</p>",
+                                             "<nav", "More warnings", "3 samples stand alone", "look at the cable"}));
+  EXPECT_EQ(page.find("no six positions", page.find("More warnings")), std::string::npos) << "all of it has been said";
+}
+
+TEST(ReportPageTest, LongWarningsAreCutBetweenCharactersAndWholeBehindTheCertificate) {
+  json with = document("SN1", 3, 10);
+  std::string umlauts = "x";
+  for (int i = 0; i < 200; ++i) umlauts += "ü";
+  with["sections"]["summary"]["warnings"] = {warning_of("hysteresis", umlauts + " act", "act", json::array()),
+                                             warning_of("rate_positions", umlauts + " none", "none", json::array())};
+  const std::string page = report_page(with);  // json refuses what is no UTF-8
+  EXPECT_NO_THROW((void)json(page).dump());
+  EXPECT_TRUE(base::mentions_in_order(
+      page, {"ü… <code>hysteresis", "Nothing to do: x", "ü….</p>", "More warnings", "ü act", "ü none"}));
+}
+
+TEST(ReportPageTest, TheReportOfACampaignMarksWhatIsSimulatedUnitByUnit) {
+  const auto line = [](const char* unit, bool simulated) {
+    return json{{"unit", unit},      {"model", 3},       {"fitted_utc_s", 1.8e9}, {"simulated", simulated},
+                {"verdict", "pass"}, {"sentence", "ok"}, {"trouble", nullptr}};
+  };
+  json real = document("REAL", 2, 5);
+  real["sections"]["summary"]["simulated"] = false;
+  const CampaignReport report{{{"campaign", "c"},
+                               {"created_utc_s", 1.8e9},
+                               {"software", "soak"},
+                               {"units", {line("REAL", false), line("SIM", true)}}},
+                              {real, document("SIM", 2, 5)}};
+  const std::string page = campaign_page(report);
+  EXPECT_TRUE(base::mentions_in_order(page, {"<title>Calibration report", "measured", "<b>SIMULATED</b>",
+                                             "<h2>Unit REAL", "<h2>Unit SIM", "SIMULATED DATA"}));
+  EXPECT_EQ(page.find("SIMULATED DATA"), page.rfind("SIMULATED DATA"));
+  EXPECT_EQ(page.find("class=\"watermark\""), std::string::npos);
+}
+
 TEST(ReportPageTest, TheReportOfACampaignKeepsTextsAsText) {
   const std::string hostile = "</title><script>alert(1)</script><img src=x onerror=alert(2)>\"'&";
   json line = {{"unit", hostile},   {"model", 3},          {"fitted_utc_s", 1.8e9}, {"simulated", true},

@@ -3,14 +3,15 @@
 the pages."""
 import json
 import pathlib
-import shutil
+import re
 import unittest
 
 import test_units
 from page_test import STORED, PageTest
-from real_soakd import Soakd
-from test_units import SERIAL
+from real_soakd import ROOT
+from test_units import SERIAL, UnitStation
 
+WEB = ROOT / "web"
 AXE = pathlib.Path(__file__).resolve().parent / "node_modules" / "axe-core" / "axe.min.js"
 SERIOUS = """
 return axe.run(document, {resultTypes: ["violations"]}).then(({violations}) => violations
@@ -58,29 +59,63 @@ class Live(AxeTest):
             self.assert_nothing_serious(f"help {page}")
 
 
-class StoredUnits(Soakd):
-    def store_all(self):
-        shutil.copytree(test_units.stored_units() / "data", self.data)
-        self.soak("fit", "--unit", SERIAL)
+# Views of index.html: where each is, and what is seen there once it is whole.
+VIEWS = {"station": (("station", "#start-choice", "six-position"),),
+         "runs": (("runs", "#runs-view", SERIAL),),
+         "run": (("run={run}&unit={unit}", "#run-title", "unit {unit}"),),
+         "units": (("units", "#units-list", SERIAL),),
+         "unit": (("unit={unit}", "#gap-verdict", " "),),
+         "fleet": (("fleet&type=generic", "#fleet-units", SERIAL),),
+         "events": (("events", "#events-view table", "job_ended"),),
+         "records": (("records", "#types", "mti-300"),),
+         "help": (("help=operations", "#help-page article h3", "Operating a station"), ("help=gap-workflow", "#help-page article h3", "gap"))}
+WIDTHS = (1280, 390)
 
 
 class Stored(AxeTest):
+    """Before a real `soakd` with a unit that was fitted, verified and searched for what its model lacks."""
+
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.soakd = StoredUnits()
+        cls.soakd = UnitStation()
         cls.addClassCleanup(cls.soakd.close)
+        for job in ({"kind": "fit"}, {"kind": "verify", "campaign": "verification"}, {"kind": "gap_find"}):
+            assert cls.soakd.ended(cls.soakd.post("jobs", unit=SERIAL, user="Eva", **job))["state"] == "done"
 
     def setUp(self):
         self.browser.resize(1280, 900)
 
-    def test_what_is_stored(self):
-        run = self.soakd.get("runs", unit=SERIAL)["runs"][0]["run_id"]
-        for place, selector, text in (("runs", "#runs-view", SERIAL), (f"run={run}&unit={SERIAL}", "#run-title", f"unit {SERIAL}"), ("units", "#units-list", SERIAL),
-                                      (f"unit={SERIAL}", "#unit-verdict", "NOT JUDGED")):
-            self.browser.go(f"{self.soakd.url}#{place}")
-            self.see(selector, text)
-            self.assert_nothing_serious(place)
+    def assert_nothing_serious_at_any_width(self, what):
+        for width in WIDTHS:
+            self.browser.resize(width, 900)
+            self.assert_nothing_serious(f"{what}, {width} pixels wide")
+
+    def test_every_view(self):
+        views = re.findall(r'<div id="(\w+)-view" class="view"', (WEB / "index.html").read_text(encoding="utf-8"))
+        self.assertEqual(set(views), set(VIEWS))
+        names = {"run": self.soakd.get("runs", unit=SERIAL)["runs"][0]["run_id"], "unit": SERIAL}
+        for view in views:
+            for place, selector, text in VIEWS[view]:
+                self.browser.go("about:blank")
+                self.browser.go(f"{self.soakd.url}#{place.format(**names)}")
+                self.browser.wait("return document.querySelector(arguments[0]).offsetParent !== null", f"#{view}-view")
+                self.see(selector, text.format(**names))
+                self.assert_nothing_serious_at_any_width(place)
+
+    def test_a_new_campaign_with_its_check(self):
+        self.browser.go("about:blank")
+        self.browser.go(self.soakd.url)
+        self.browser.wait("return document.querySelectorAll('#start-choice option').length > 5")
+        self.browser.run("""const choice = document.querySelector('#start-choice'); choice.value = 'six-position.toml';
+            for (const kind of ['input', 'change']) choice.dispatchEvent(new Event(kind, { bubbles: true }));""")
+        self.browser.type("#start-slots input", "SN0043")
+        self.see("#start-review", "the type of unit SN0043 is not known")
+        self.assert_nothing_serious_at_any_width("refused")
+        self.browser.run("document.querySelector('#start-slots input').value = ''")
+        self.browser.type("#start-slots input", SERIAL)
+        self.see("#start-review", f"{SERIAL}, type generic")
+        self.assert_nothing_serious_at_any_width("checked")
 
     def test_a_report(self):
         for words, name in ((("--unit", SERIAL), "unit"), (("--campaign", "campaign"), "campaign")):

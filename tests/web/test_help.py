@@ -103,6 +103,13 @@ class Help(PageTest):
         self.browser.go(self.station.url + "#help=nowhere")
         self.see("#help-failure", 'no page "nowhere"')
 
+    def test_a_station_that_does_not_answer_is_said_in_words(self):
+        self.browser.go(self.station.url + "#help=guide")
+        self.see("#help-page article h3", "Guide")
+        self.station.close()
+        self.browser.run("location.hash = 'help=operations'")
+        self.see("#help-failure", "The station does not answer")
+
     def test_it_fits_the_screen_and_its_pictures_load(self):
         self.browser.go(self.station.url + "#help=gap-workflow")
         self.browser.wait("return document.querySelectorAll('#help-page img').length === 3")

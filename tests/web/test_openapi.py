@@ -4,6 +4,7 @@ schemas say, and what is refused is what it does not allow."""
 import json
 import pathlib
 import re
+import socket
 import subprocess
 import sys
 import unittest
@@ -276,6 +277,14 @@ class OpenApi(unittest.TestCase):
         refused = subprocess.run([*client, "nobody"], cwd=self.soakd.folder, capture_output=True, text=True)
         self.assertEqual((refused.returncode, refused.stdout.splitlines()[1:]), (1, []))
         self.assertIn("unit: there is no such unit", refused.stderr)
+
+    def test_the_client_says_in_words_that_no_station_answers(self):
+        with socket.socket() as probe:  # a port at which nothing answers
+            probe.bind(("127.0.0.1", 0))
+            address = f"http://127.0.0.1:{probe.getsockname()[1]}"
+            done = subprocess.run([sys.executable, "-B", ROOT / "docs" / "examples" / "client.py", address, SERIAL], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertRegex(done.stderr, rf"^the station does not answer at {address}/api/v1/: .*refused\n$")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A report in a real browser: it shows, asks the network for nothing, draws itself, and fits screen and paper."""
 import functools
+import hashlib
 import http.server
+import json
 import os
 import pathlib
 import shutil
@@ -14,6 +16,7 @@ import unittest
 from browser import BROWSER, DRIVER, Browser
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
+from run_digest import open_catalog  # noqa: E402
 from soak_cli import recording  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -32,6 +35,19 @@ def make_report(folder):
         soak("import", str(csv), "--unit", SERIAL, "--simulated", *data)
     soak("fit", "--unit", SERIAL, *data)
     soak("report", "--unit", SERIAL, "-o", str(folder / "report.html"), *data)
+
+
+def warn_much(path):
+    """Twenty warnings that ask for something and as many that do not, each of many words, in the stored model."""
+    database = open_catalog(path)
+    ((text,),) = database.execute("SELECT document FROM model").fetchall()
+    model = json.loads(text)
+    for code, name in (("hysteresis", "trouble"), ("spike", "spikes")):
+        model["fit"]["warnings"] += [{"code": code, "text": f"{'größer als gedacht ' * 40}: {name} {i} to its end"} for i in range(20)]
+    changed = json.dumps(model)
+    database.execute("UPDATE model SET document = ?, sha256 = ?", (changed, hashlib.sha256(changed.encode()).hexdigest()))
+    database.commit()
+    database.close()
 
 
 def soak(*arguments):
@@ -185,6 +201,27 @@ class Report(unittest.TestCase):
           return [certificate.getBoundingClientRect().bottom, getComputedStyle(certificate).breakAfter]""")
         self.assertLess(height, A4_HEIGHT_PIXELS)
         self.assertEqual(after, "page")
+
+    def test_the_certificate_is_one_printed_page_with_many_long_warnings_and_the_rest_comes_behind(self):
+        folder = self.folder / "warned"
+        shutil.copytree(self.folder / "data", folder / "data")
+        warn_much(folder / "data" / "station.db")
+        for words, name in ((("--unit", SERIAL), "report.html"), (("--campaign", "default"), "campaign.html")):
+            soak("report", *words, "-o", str(folder / name), "--data", str(folder / "data"))
+            self.browser.resize(A4_PIXELS, 900)
+            self.browser.go((folder / name).as_uri())
+            self.browser.devtools("Emulation.setEmulatedMedia", media="print")
+            self.addCleanup(self.browser.devtools, "Emulation.setEmulatedMedia", media="")
+            certificate = self.browser.run("""const box = [...document.querySelectorAll('.certificate')].at(-1);
+              return {height: box.getBoundingClientRect().height, text: box.textContent, lines: box.querySelectorAll('.warnings li').length}""")
+            self.assertLess(certificate["height"], A4_HEIGHT_PIXELS, name)
+            self.assertEqual(certificate["lines"], 6)
+            self.assertNotIn("trouble 0 to its end", certificate["text"])
+            self.browser.devtools("Emulation.setEmulatedMedia", media="")
+        self.browser.go((folder / "report.html").as_uri())
+        rest = self.browser.run("return document.querySelector('#warnings').innerText")
+        for trouble in ("trouble 0 to its end", "trouble 19 to its end", "spikes 0 to its end", "spikes 19 to its end", "many of them point at the cable"):
+            self.assertIn(trouble, rest)
 
     def test_the_name_of_a_figure_stands_above_it(self):
         self.open()
