@@ -47,7 +47,7 @@ export function gapNextOf({ verdict, effects: found }, carried) {
   if (verdict === "unknown") return "Look along that axis: fixture, cables, building. Then record again and search again.";
   if (verdict === "cannot_judge") return "Record another run of the same procedure, or void the run that the reason names. Then search again.";
   const effects = found.filter(({ name }) => !carried.includes(name));
-  if (effects.length === 0) return "The model carries it already: record a run that no fit has seen, then compare before and after.";
+  if (effects.length === 0) return "The model carries what was found already: record a run that no fit has seen, then compare before and after.";
   const open = effects.find(({ next_experiment: next }) => next !== null);
   if (open) return `${effectName(open.name)} is hardly told from ${listed(open.confusable_with)}. Before you accept it, record this: ${open.next_experiment}.`;
   const which = effects.length === found.length ? "it" : effects.map(({ name }) => effectName(name)).join(" and ");
