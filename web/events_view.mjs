@@ -13,6 +13,7 @@ const FIELDS = ["kind", "subject", "user", "from", "to"];
 export class EventsView {
   #asked = ""; // the question, without the page
   #oldest = null; // number of the last event shown
+  #opened = 0; // counts the requests: only the answer to the last one is shown
 
   constructor() {
     $("audit-form").addEventListener("submit", (event) => {
@@ -49,6 +50,10 @@ export class EventsView {
   async #load() {
     this.#asked = this.#question().toString();
     this.#oldest = null;
+    // Events that another question found must not stand below this one.
+    $("audit").tBodies[0].replaceChildren();
+    for (const id of ["audit", "audit-older"]) show($(id), false);
+    say($("audit-nothing"), "");
     const page = await this.#page();
     if (page === null) return;
     const known = new Set([...$("audit-kind").options].map(({ value }) => value));
@@ -69,20 +74,24 @@ export class EventsView {
 
   /** The next page of what was asked for; null where it did not come, or something else is asked for by now. */
   async #page() {
-    const asked = this.#asked;
-    const question = new URLSearchParams(asked);
+    const mine = ++this.#opened;
+    const question = new URLSearchParams(this.#asked);
     if (this.#oldest !== null) question.set("before", String(this.#oldest));
     show($("audit-failure"), false);
+    $("audit-older").disabled = true;
     try {
       const page = await get(`audit?${question}`);
-      if (asked !== this.#asked) return null;
+      if (mine !== this.#opened) return null;
       this.#oldest = page.events.at(-1)?.number ?? this.#oldest;
       show($("audit-older"), page.has_older);
       return page;
     } catch (error) {
+      if (mine !== this.#opened) return null;
       say($("audit-failure"), error.message);
       show($("audit-failure"), true);
       return null;
+    } finally {
+      if (mine === this.#opened) $("audit-older").disabled = false;
     }
   }
 
@@ -108,7 +117,7 @@ function eventRow({ utc_s, kind, subject, user, text }) {
   const row = element("tr", "");
   const time = element("td", "");
   time.append(Object.assign(element("time", clock(utc_s)), { dateTime: new Date(utc_s * 1000).toISOString() }));
-  row.append(time, ...[kind, subject, user ?? "the station", text].map((value) => element("td", value)));
+  row.append(time, ...[kind, subject, user ?? "not recorded", text].map((value) => element("td", value)));
   // On a narrow screen the style sheet makes blocks of them, which are no row and cells by themselves.
   row.role = "row";
   for (const cell of row.cells) cell.role = "cell";

@@ -21,6 +21,7 @@ export class FleetView {
   #asked = null; // the type that the page shows
   #fleet = null; // its document
   #findings = new Map();
+  #opened = 0;
 
   constructor() {
     $("fleet-type").addEventListener("change", () => { location.hash = fleetAddress($("fleet-type").value); });
@@ -29,10 +30,13 @@ export class FleetView {
   }
 
   async open(parameters) {
+    const mine = ++this.#opened;
     this.#asked = parameters.get("fleet");
+    if (this.#asked !== this.#fleet?.type) this.#hideParts();
     show($("fleet-failure"), false);
     try {
       const { units } = await get("units");
+      if (mine !== this.#opened) return; // somebody has gone on meanwhile
       const types = [...new Set(units.map(({ type }) => type))].sort();
       this.#asked ||= types[0] ?? "";
       this.#offer(types);
@@ -40,13 +44,18 @@ export class FleetView {
       if (type === "") return;
       say($("fleet-nothing"), "Reading the models…");
       const fleet = await get(`fleet?${new URLSearchParams({ type })}`);
-      if (type === this.#asked) this.#take(fleet);
+      if (mine === this.#opened) this.#take(fleet);
     } catch (error) {
-      for (const part of PARTS) show($(part), false);
+      if (mine !== this.#opened) return;
+      this.#hideParts();
       say($("fleet-nothing"), "");
       say($("fleet-failure"), error.message);
       show($("fleet-failure"), true);
     }
+  }
+
+  #hideParts() {
+    for (const part of PARTS) show($(part), false);
   }
 
   #offer(types) {

@@ -75,5 +75,6 @@ export function summaryOf(fleet, findings) {
 /** How a unit comes to be marked. */
 export const ruleText = ({ rule }) =>
   `A unit is marked where its curve is more than ${rule.outlier_distance} spreads from the median curve (root mean square over the temperatures, every 5 °C). The spread is the standard deviation ` +
-  "of the fleet, from the median of the deviations so that a few odd units do not widen it, and never less than what the curves are uncertain by. Moved means: the newest model differs from the one before, somewhere, by more than " +
-  "both 95 % bands together.";
+  "of the fleet, from the median of the deviations so that a few odd units do not widen it, and never less than what the curves are uncertain by. Of units that differ by chance alone, about 1 in 100 is marked in a fleet of " +
+  `${rule.fewest_units}, fewer in a larger one. Moved means: the newest model differs from the one before, somewhere, by more than the root of the sum of squares of both 95 % bands, widened so that all curves and temperatures ` +
+  "of a unit together say so by chance in at most 5 of 100 units. Models of one run are left out, as they do not tell how a unit differs from power-on to power-on.";

@@ -13,6 +13,7 @@ export class GapCard {
   #start;
   #unit = null; // its document
   #busy = true;
+  #accepting = ""; // serial number of the unit for which the dialog was opened
 
   /** `start(kind, members)`: a job of the unit that is shown. */
   constructor(start) {
@@ -23,7 +24,8 @@ export class GapCard {
     $("gap-accept").addEventListener("click", () => this.#openDialog());
     $("accept-effects").addEventListener("change", () => this.#enable());
     $("accept-cancel").addEventListener("click", () => $("accept-dialog").close());
-    $("accept-form").addEventListener("submit", () => this.#ask("gap_accept", { effects: chosenEffects() }));
+    $("accept-form").addEventListener("submit", () => this.#ask("gap_accept", { unit: this.#accepting, effects: chosenEffects() }));
+    addEventListener("hashchange", () => $("accept-dialog").close()); // the page shows something else by then
   }
 
   /** `busy`: a job would be refused; `job`: the one that runs, or null. */
@@ -59,7 +61,8 @@ export class GapCard {
     for (const kind of ["find", "show", "accept"]) $(`gap-${kind}`).disabled = this.#busy;
     $("accept-send").disabled = this.#busy || chosenEffects().length === 0;
     const found = this.#unit?.gap.find ?? null;
-    const named = found !== null && found.stale === null && found.job.result.verdict === "named";
+    const named = found !== null && found.stale === null && found.job.result.verdict === "named" &&
+      found.job.result.effects.some(({ name }) => !carriedBy(this.#unit.model).includes(name));
     show($("gap-accept"), named);
     $("gap-find").classList.toggle("primary", this.#unit !== null && this.#unit.gap.find === null);
     $("gap-show").classList.toggle("primary", !named && this.#unit?.model?.terms.length > 0 && this.#unit.gap.show?.stale !== null);
@@ -79,7 +82,7 @@ export class GapCard {
     say($("gap-verdict-text"), gapText(result));
     say($("gap-reason"), result.reason);
     show($("gap-next-box"), stale === null);
-    say($("gap-next"), gapNextOf(result));
+    say($("gap-next"), gapNextOf(result, carriedBy(this.#unit.model)));
     $("gap-effects").replaceChildren(...[...result.effects, ...result.suspects].map(effectCard));
     const hasMap = result.map !== undefined && result.map !== null;
     show($("gap-map"), hasMap);
@@ -125,24 +128,31 @@ export class GapCard {
   }
 
   #openDialog() {
-    const { model, gap } = this.#unit;
+    const { unit, model, gap } = this.#unit;
+    this.#accepting = unit;
+    const carried = carriedBy(model);
     const { effects } = gap.find.job.result;
     // Without plateaus an effect stands there once for each shape; it is accepted by its name.
     const names = [...new Set(effects.map(({ name }) => name))];
     $("accept-effects").replaceChildren(element("legend", "Effects"), ...names.map((name) => {
       const line = element("label", "");
-      const box = Object.assign(element("input", ""), { type: "checkbox", value: name, checked: true });
+      const isCarried = carried.includes(name);
+      const box = Object.assign(element("input", ""), { type: "checkbox", value: name, checked: !isCarried, disabled: isCarried });
       line.append(box, ` ${effectName(name)}: ${effects.filter((effect) => effect.name === name).map((effect) => `${sizeText(effect)}, ${sensorsText(effect.sensors)}`).join("; ")}`);
+      if (isCarried) line.append(Object.assign(element("span", " Carried already: withdraw it first in a terminal."), { className: "why" }));
       return line;
     }));
-    const rivals = [...new Set(effects.flatMap(({ confusable_with: names }) => names))];
-    say($("accept-text"), `Model ${model.version + 1} will carry them: all runs are freed of them and fitted again. Model ${model.version} stays as it is. The search is done once more before; what it does not name any more is not taken.`);
+    const rivals = [...new Set(effects.filter(({ name }) => !carried.includes(name)).flatMap(({ confusable_with: names }) => names))];
+    say($("accept-text"), `Model ${model.version + 1} will carry them: all runs are freed of them and fitted again. Model ${model.version} stays as it is. The search is done once more before; where it does not name one of them any more, nothing is taken.`);
     show($("accept-rivals"), rivals.length > 0);
     say($("accept-rivals"), `Nearly as good: ${rivals.map(effectName).join(", ")}. These runs hardly tell them apart.`);
     this.#enable();
     $("accept-dialog").showModal();
   }
 }
+
+/** Names of the effects that a model has. */
+const carriedBy = (model) => (model?.terms ?? []).map(({ name }) => name);
 
 const chosenEffects = () => [...$("accept-effects").querySelectorAll("input:checked")].map(({ value }) => value);
 

@@ -41,14 +41,17 @@ export function gapText({ verdict, effects, residual_structure: structure }) {
   return `The model lacks ${found.join("; and ")}.`;
 }
 
-/** What is to be done after a search. */
-export function gapNextOf({ verdict, effects }) {
-  if (verdict === "none") return "Nothing: ship it.";
+/** What is to be done after a search; `carried`: names of the effects that the model has already. */
+export function gapNextOf({ verdict, effects: found }, carried) {
+  if (verdict === "none") return "The model lacks nothing that these runs can show: go on with what stands at the top.";
   if (verdict === "unknown") return "Look along that axis: fixture, cables, building. Then record again and search again.";
   if (verdict === "cannot_judge") return "Record another run of the same procedure, or void the run that the reason names. Then search again.";
+  const effects = found.filter(({ name }) => !carried.includes(name));
+  if (effects.length === 0) return "The model carries what was found already: record a run that no fit has seen, then compare before and after.";
   const open = effects.find(({ next_experiment: next }) => next !== null);
   if (open) return `${effectName(open.name)} is hardly told from ${listed(open.confusable_with)}. Before you accept it, record this: ${open.next_experiment}.`;
-  return "Accept it, record a run that no fit has seen, then compare before and after.";
+  const which = effects.length === found.length ? "it" : effects.map(({ name }) => effectName(name)).join(" and ");
+  return `Accept ${which}, record a run that no fit has seen, then compare before and after.`;
 }
 
 /** [name, value] of what speaks for an effect. */

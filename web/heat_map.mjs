@@ -11,9 +11,9 @@ const STEPS = [3, 6, 12]; // standard errors of a cell from which on it is colou
 const SWEEPS = { up: ["▲", "heating"], down: ["▼", "cooling"], unknown: ["", ""] };
 
 /** 0: within chance; 1 to 3: further off. */
-function stepOf(value, scatter) {
-  if (!(scatter > 0)) return 0;
-  return STEPS.filter((step) => Math.abs(value) >= step * scatter).length;
+function stepOf(value, sigma) {
+  if (!(sigma > 0)) return 0;
+  return STEPS.filter((step) => Math.abs(value) >= step * sigma).length;
 }
 
 /** What the colours mean, as entries of a legend. */
@@ -41,21 +41,29 @@ function plateauHead({ temp_c, sweep }) {
 }
 
 /** One digit more than the standard error has: what is beyond is chance. */
-const decimalsOf = (scatter) => (scatter > 0 ? Math.max(0, 1 - Math.floor(Math.log10(1000 * scatter))) : 3);
+const decimalsOf = (sigma) => (sigma > 0 ? Math.max(0, 1 - Math.floor(Math.log10(1000 * sigma))) : 3);
 
-function cell(value, scatter) {
-  const node = element("td", number(value === null ? null : 1000 * value, decimalsOf(scatter)));
-  const step = value === null ? 0 : stepOf(value, scatter);
+function cell(value, sigma) {
+  const node = element("td", number(value === null ? null : 1000 * value, decimalsOf(sigma)));
+  const step = value === null ? 0 : stepOf(value, sigma);
   if (step > 0) node.className = `${value > 0 ? "hot" : "cold"}-${step}`;
   return node;
 }
 
+/** "1 sigma is 0.31 to 0.44": cells that fewer runs have are known less well. */
+function sigmaText(sigma) {
+  if (sigma === null) return "no run repeats another: sigma is not known";
+  const known = sigma.flat().filter((value) => value !== null);
+  const [least, most] = [Math.min(...known), Math.max(...known)].map((value) => small(value));
+  return `1 sigma is ${least === most ? least : `${least} to ${most}`}`;
+}
+
 /** The table of one sensor; `values`: its part `before` or `after` of the document's map. */
-export function heatTable(name, { scatter }, values, { plateaus, positions }) {
+export function heatTable(name, { sigma }, values, { plateaus, positions }) {
   const table = element("table", "");
   table.className = "heat-map";
   const caption = element("caption", "");
-  caption.append(element("b", sensorText(name)), ` ${smallUnitOf(name)}; 1 sigma is ${small(scatter)}`);
+  caption.append(element("b", sensorText(name)), ` ${smallUnitOf(name)}; ${sigmaText(sigma)}`);
   const head = element("tr", "");
   head.append(element("td", ""), ...positions.map((position) => Object.assign(element("th", position || "any"), { scope: "col" })));
   const top = element("thead", "");
@@ -63,7 +71,7 @@ export function heatTable(name, { scatter }, values, { plateaus, positions }) {
   const body = element("tbody", "");
   body.append(...plateaus.map((plateau, row) => {
     const line = element("tr", "");
-    line.append(plateauHead(plateau), ...positions.map((_, column) => cell(values[row][column], scatter)));
+    line.append(plateauHead(plateau), ...positions.map((_, column) => cell(values[row][column], sigma === null ? null : sigma[row][column])));
     return line;
   }));
   table.append(caption, top, body);

@@ -149,6 +149,7 @@ export class StartForm {
     const number = ++this.#checks;
     try {
       const request = await this.#request();
+      /** @type {import("./documents.mjs").CampaignCheck} */
       const review = request && (await send("check", { user: this.#userName(), ...request }));
       if (number === this.#checks) this.#showReview(review, request);
     } catch (error) {

@@ -147,6 +147,7 @@ export function runningText(job, now_s) {
   return `${KINDS[job.kind]?.doing ?? job.kind}: unit ${job.unit}, for ${since} now, started by ${job.user}`;
 }
 
+/** @param {import("./documents.mjs").Job} job */
 const detailOf = ({ kind, campaign, format, effects, result }) => {
   if (kind === "gap_accept") return ` ${effects.map(effectName).join(", ")}${result ? `: model ${result.model}` : ""}`;
   if (kind === "verify") return ` against ${campaign}`;

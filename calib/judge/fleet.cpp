@@ -14,6 +14,8 @@ constexpr double kStep_c = 5.0;
 constexpr double kHeldFor_c = 0.5 * kStep_c;
 /// Median absolute deviation → standard deviation, of normal values: 1/Φ⁻¹(3/4).
 constexpr double kPerMad = 1.4826;
+/// Chance that a unit which has not moved is said to have moved.
+constexpr double kFalseAlarm = 0.05;
 
 /// Value and band at a temperature; nothing where the curve does not reach.
 std::optional<FleetPoint> at(const FleetCurve& curve, double temp_c) {
@@ -79,16 +81,22 @@ void judge_distance(const FleetSpread& fleet, FleetPlace& unit) {
   if (count > 0.0) unit.distance = std::sqrt(squares / count);
 }
 
+/// A normal value lies further off than this many standard deviations with that chance, either way.
+double normal_two_sided(double chance) { return std::sqrt(base::chi_squared_quantile(1.0 - chance, 1.0)); }
+
 std::optional<FleetDrift> drift_of(const FleetMember& member, const std::vector<double>& temps_c) {
   std::optional<FleetDrift> most;
+  double comparisons = 0.0;
   for (const double temp_c : temps_c) {
     const auto now = at(member.newest, temp_c);
     const auto then = at(member.before, temp_c);
     if (!now || !then) continue;
+    comparisons += static_cast<double>(member.curves);
     const FleetDrift drift{temp_c, now->value - then->value, std::hypot(now->ci95, then->ci95)};
     // |change|/band compared crosswise: a band may be 0.
     if (!most || std::abs(drift.change) * most->band > std::abs(most->change) * drift.band) most = drift;
   }
+  if (most) most->band *= normal_two_sided(kFalseAlarm / comparisons) / normal_two_sided(kFalseAlarm);
   return most;
 }
 

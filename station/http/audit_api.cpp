@@ -89,6 +89,7 @@ Result<json> answer_check(RunArchive& runs, const Parameters& parameters) {
   if (auto known = only_parameters(parameters, {}); !known) return base::forward_error(known);
   return runs.in_turn([&](const db::Catalog& catalog) -> Result<json> {
     const auto chain = catalog.check_events();
+    if (!chain && chain.error().kind != base::ErrorKind::corrupt) return base::forward_error(chain);
     return chain_json(chain, chain ? base::Status() : base::Status(base::forward_error(chain)));
   });
 }

@@ -173,7 +173,9 @@ Result<std::vector<std::string>> effects_member(const json& body) {
     return base::bad_input(fmt::format("the member is not a list of at most {} names", kMostEffects), "effects");
   }
   for (const json& name : member) {
-    if (!name.is_string()) return base::bad_input("a name of the list is not text", "effects");
+    if (!name.is_string() || name.get_ref<const std::string&>().empty()) {
+      return base::bad_input("a name of the list is not text, or is empty", "effects");
+    }
     effects.push_back(name);
     if (auto plain = check_single_line(effects.back(), "effects"); !plain) return base::forward_error(plain);
   }

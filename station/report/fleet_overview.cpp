@@ -31,7 +31,12 @@ struct CurveKind {
 };
 constexpr std::array<CurveKind, 2> kCurves = {{{"bias", "bias", "ci95"}, {"scale", "scale_ppm", "scale_ci95_ppm"}}};
 
-using CurvesOfUnit = std::array<std::array<calib::FleetMember, kCurves.size()>, calib::kSensorCount>;
+struct Curves {
+  calib::FleetMember member;
+  bool tells_drift = true;  ///< no model is of one run
+};
+
+using CurvesOfUnit = std::array<std::array<Curves, kCurves.size()>, calib::kSensorCount>;
 
 /// A unit with what its last two models state.
 struct ListedUnit {
@@ -50,16 +55,35 @@ calib::FleetCurve curve_of(const json& points, const CurveKind& kind) {
   return curve;
 }
 
-/// Takes the curves that a model states into `member` of each of a unit's.
-void take_curves(const std::string& document, calib::FleetCurve calib::FleetMember::* member, CurvesOfUnit& curves) {
+/// Takes the curves that a model states into `member` of each of a unit's. The bands of one run do not hold how a unit
+/// differs from power-on to power-on, so such a curve is not compared with another model's.
+void take_curves(const std::string& document, calib::FleetCurve calib::FleetMember::* which, CurvesOfUnit& curves) {
   const json model = json::parse(document, nullptr, false);
   const json sensors = model.value("/fit/sensors"_json_pointer, json::object());
   for (const auto& [name, part] : sensors.items()) {
     const auto sensor = calib::sensor_named(name);
     if (!sensor) continue;
+    const json runs = part.value("runs", json());
+    const bool tells_scatter = runs.is_array() && runs.size() > 1;
     for (std::size_t k = 0; k < kCurves.size(); ++k) {
-      curves[calib::index_of(*sensor)][k].*member = curve_of(part.value("curve", json::array()), kCurves[k]);
+      Curves& of = curves[calib::index_of(*sensor)][k];
+      of.tells_drift = of.tells_drift && tells_scatter;
+      of.member.*which = curve_of(part.value("curve", json::array()), kCurves[k]);
     }
+  }
+}
+
+/// Leaves out what tells no drift, and says of the rest how many they are.
+void share_false_alarms(CurvesOfUnit& curves) {
+  std::size_t compared = 0;
+  for (auto& sensor : curves) {
+    for (Curves& of : sensor) {
+      if (!of.tells_drift) of.member.before.clear();
+      if (!of.member.newest.empty() && !of.member.before.empty()) ++compared;
+    }
+  }
+  for (auto& sensor : curves) {
+    for (Curves& of : sensor) of.member.curves = compared;
   }
 }
 
@@ -73,14 +97,15 @@ base::Status read_models(const db::Catalog& catalog, const std::string& serial, 
   take_curves((*newest)->document, &calib::FleetMember::newest, unit.curves);
   if ((*newest)->version < 2) return {};
   const auto before = catalog.model(serial, (*newest)->version - 1);
-  if (!before) return base::forward_error(before);
-  if (!*before || (*before)->epoch != (*newest)->epoch) return {};
+  // What is wrong with an older model is no trouble of the newest: only what has moved is not known.
+  if (!before || !*before || (*before)->epoch != (*newest)->epoch) return {};
   unit.head["before"] = (*before)->version;
   take_curves((*before)->document, &calib::FleetMember::before, unit.curves);
+  share_false_alarms(unit.curves);
   return {};
 }
 
-Result<ListedUnit> listed_unit(const db::Catalog& catalog, const FleetSources& sources, const db::UnitRow& row) {
+ListedUnit listed_unit(const db::Catalog& catalog, const FleetSources& sources, const db::UnitRow& row) {
   ListedUnit unit;
   unit.head = {{"unit", row.serial}, {"epoch", row.epoch}, {"model", nullptr},
                {"before", nullptr},  {"trouble", nullptr}, {"verdict", nullptr}};
@@ -91,8 +116,11 @@ Result<ListedUnit> listed_unit(const db::Catalog& catalog, const FleetSources& s
     return unit;
   }
   auto verdict = sources.verdict(catalog, unit.head);
-  if (!verdict) return base::forward_error(verdict);
-  unit.head["verdict"] = *std::move(verdict);
+  if (verdict) {
+    unit.head["verdict"] = *std::move(verdict);
+  } else {
+    unit.head["trouble"] = verdict.error().message;
+  }
   return unit;
 }
 
@@ -132,7 +160,7 @@ std::vector<bool> drawn_units(const std::vector<calib::FleetPlace>& units) {
 
 json curve_json(const std::vector<ListedUnit>& units, std::size_t sensor, std::size_t kind) {
   std::vector<calib::FleetMember> members;
-  for (const ListedUnit& unit : units) members.push_back(unit.curves[sensor][kind]);
+  for (const ListedUnit& unit : units) members.push_back(unit.curves[sensor][kind].member);
   const calib::FleetSpread fleet = calib::compare_fleet(members);
   if (fleet.temp_c.empty()) return {};
   const std::vector<bool> drawn = drawn_units(fleet.units);
@@ -173,9 +201,7 @@ Result<std::vector<ListedUnit>> read_units(const FleetSources& sources, const st
     const auto read = sources.in_turn([&](const db::Catalog& catalog) -> Result<json> {
       const std::size_t end = std::min(rows.size(), units.size() + kUnitsOfATurn);
       while (units.size() < end) {
-        auto unit = listed_unit(catalog, sources, rows[units.size()]);
-        if (!unit) return base::forward_error(unit);
-        units.push_back(*std::move(unit));
+        units.push_back(listed_unit(catalog, sources, rows[units.size()]));
       }
       return json();
     });

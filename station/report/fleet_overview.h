@@ -30,7 +30,8 @@ struct FleetSources {
 /// each sensor median, spread, outliers and drift as calib::compare_fleet() has them. Reads the curves that models
 /// state and calculates none. A few units take a turn, so that others get theirs between them. Refuses (bad_input,
 /// where == "type") a type that no unit is of. A unit whose model cannot be read has the reason as `trouble` and no
-/// part in the curves.
+/// part in the curves; one whose verdict cannot be told, as `trouble` only; of one whose model before cannot be read,
+/// or that has a model of one run, no drift is told.
 [[nodiscard]] base::Result<nlohmann::json> fleet_overview(const FleetSources& sources, const std::string& type);
 
 }  // namespace soak::station

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a model lacks, a fleet and the event log from the page alone, before a real `soakd` ($SOAK_BIN_FOLDER): a lag that
-soaksim-campaign hides is found, accepted and gone on a fresh run; an odd unit stands out of nine; a log that was changed says so."""
+soaksim-campaign hides is found, accepted and gone on a fresh run; an odd unit stands out of twenty; a log that was changed says so."""
+import contextlib
 import csv
 import functools
 import json
 import os
 import pathlib
 import shutil
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -27,13 +29,13 @@ LAGGING = "SN0042"
 HIDDEN = '\n[[hidden]]\neffect = "sensor_lag"\nmagnitude = 2.4\nseed = 31\n'
 ODD = '<img src=x onerror="document.title=1">'  # the serial number of the unit that is not like the others
 ODD_DPS = 3.0  # added to the rate of its gyro x; units of the simulator differ by a few tenths
-FLEET = 9
+FLEET = 20
 SEARCH_S = 300  # a job yields to everybody else on the machine
 
 
 @functools.cache
 def stored_data():
-    """A data folder with a unit whose elements lag behind its thermometer, fitted, and with nine fitted units of one type; stations work
+    """A data folder with a unit whose elements lag behind its thermometer, fitted, and with twenty fitted units of one type; stations work
     on copies."""
     folder = pathlib.Path(tempfile.mkdtemp(prefix="soak-gap-"))
     simulator = os.environ.get("SOAK_SIM_BIN", programs() / "soaksim-campaign")
@@ -114,6 +116,7 @@ class Interface(WithStation):
         self.assertEqual(refused("jobs", kind="gap_accept", unit=LAGGING, effects=[1]), (400, "effects"))
         self.assertEqual(refused("jobs", kind="gap_accept", unit=LAGGING, effects=["x"] * 21), (400, "effects"))
         self.assertEqual(refused("jobs", kind="gap_accept", unit=LAGGING, effects=["x\ny"]), (400, "effects"))
+        self.assertEqual(refused("jobs", kind="gap_accept", unit=LAGGING, effects=["sensor_lag", ""]), (400, "effects"))
         self.assertEqual(refused("jobs", kind="gap_withdraw", unit=LAGGING), (400, "kind"))
 
     def test_a_fleet_is_compared_unit_by_unit(self):
@@ -123,13 +126,13 @@ class Interface(WithStation):
         self.assertEqual({unit["verdict"] for unit in fleet["units"]}, {None})
         bias = fleet["sensors"]["gyro_x"]["bias"]
         self.assertEqual([unit["unit"] for unit in bias["units"] if unit["outlier"]], [ODD])
-        # Against the models themselves, as `soak fit` has stored them: the median of nine is the fifth.
+        # Against the models themselves, as `soak fit` has stored them: the median of twenty lies between the tenth and the eleventh.
         at = bias["temp_c"].index(20.0)
         values = []
         for unit in fleet["units"]:
             curve = self.soakd.get("unit", unit=unit["unit"])["model"]["sensors"]["gyro_x"]["curve"]
             values.append(between(curve, 20.0))
-        self.assertAlmostEqual(bias["median"][at], sorted(values)[4], delta=1e-5 * max(map(abs, values)))
+        self.assertAlmostEqual(bias["median"][at], sum(sorted(values)[9:11]) / 2, delta=1e-5 * max(map(abs, values)))
         self.assertEqual([unit["drift"] for unit in bias["units"]], [None] * FLEET, "one model each")
         self.assertEqual(self.refused("fleet?type=nothing"), (400, "type"))
         self.assertEqual(self.refused("fleet"), (400, "type"))
@@ -161,6 +164,42 @@ class Interface(WithStation):
         check_schema(check, "events-verify")
         self.assertEqual(check, self.soakd.soak_json("events", "verify"))
         self.assertTrue(check["ok"])
+
+
+class Changed(WithStation):
+    def change(self, statement, *values):
+        """Changes the catalog behind the station's back: no trigger notices."""
+        with contextlib.closing(sqlite3.connect(self.soakd.data / "station.db")) as catalog, catalog:
+            triggers = catalog.execute("SELECT name, sql FROM sqlite_master WHERE type = 'trigger' ORDER BY rowid").fetchall()
+            for name, _ in triggers:
+                catalog.execute(f"DROP TRIGGER {name}")
+            self.assertEqual(catalog.execute(statement, values).rowcount, 1)
+            for _, text in triggers:
+                catalog.execute(text)
+
+    def line(self):
+        """What the fleet says of the bias of gyro x of a unit, and of the unit."""
+        fleet = self.soakd.get("fleet", type="mti-300")
+        check_schema(fleet, "http-fleet")
+        of = next(unit for unit in fleet["units"] if unit["unit"] == "SIM-0001")
+        return of, next(unit for unit in fleet["sensors"]["gyro_x"]["bias"]["units"] if unit["unit"] == "SIM-0001")
+
+    def test_a_damaged_model_before_leaves_out_the_drift_only(self):
+        self.soakd.soak("fit", "--unit=SIM-0001", "--rules", "2")
+        of, line = self.line()
+        self.assertEqual((of["before"], of["trouble"]), (1, None))
+        self.assertEqual((line["drift"]["change"], line["drift"]["beyond_band"]), (0.0, False), "the same runs")
+        self.change("UPDATE model SET document = document || ' ' WHERE unit = ? AND version = 1", "SIM-0001")
+        of, line = self.line()
+        self.assertEqual((of["model"]["version"], of["before"], of["trouble"]), (2, None, None))
+        self.assertIsNone(line["drift"])
+        self.assertIsNotNone(line["values"])
+
+    def test_a_log_that_was_changed_says_so(self):
+        self.change("UPDATE event SET user = ? WHERE ordinal = 2", "nobody")
+        check = self.soakd.get("audit/check")
+        check_schema(check, "events-verify")
+        self.assertEqual((check["ok"], check["where"]), (False, "event 2"))
 
 
 class Kept(WithStation):
@@ -250,7 +289,8 @@ class Page(WithStation):
         truth = json.loads((stored_data() / "truth.json").read_text(encoding="utf-8"))["units"][0]["effects"][0]
         self.assertEqual([effect["name"] for effect in result["effects"]], [truth["name"]])
         self.assertEqual(self.browser.run("return document.querySelectorAll('#gap-maps .heat-map').length"), len(result["map"]["sensors"]))
-        cells = sum(abs(cell) >= 3 * sensor["scatter"] for sensor in result["map"]["sensors"].values() for row in sensor["before"] for cell in row if cell is not None)
+        cells = sum(abs(cell) >= 3 * sigma for sensor in result["map"]["sensors"].values() for row, sigmas in zip(sensor["before"], sensor["sigma"])
+                    for cell, sigma in zip(row, sigmas) if cell is not None)
         self.assertEqual(self.coloured(), cells)
         self.assertGreater(cells, 0)
         self.click("label:has(> #gap-map-after)")
@@ -259,6 +299,11 @@ class Page(WithStation):
 
         self.click("#gap-accept")
         self.see("#accept-dialog", "Model 2 will carry them")
+        self.see("#accept-dialog", "nothing is taken")
+        self.browser.run("location.hash = 'units'")
+        self.browser.wait("return !document.querySelector('#accept-dialog').open")
+        self.open_unit(LAGGING)
+        self.click("#gap-accept")
         self.browser.click("#accept-cancel")
         self.assertEqual(self.soakd.get("unit", unit=LAGGING)["model"]["version"], 1)
         self.click("#gap-accept")
@@ -300,8 +345,18 @@ class Page(WithStation):
         self.click("label:has(> #fleet-scale)")
         self.see("#fleet-sensors", "accel x")
         self.browser.run("const s = document.querySelector('#fleet-type'); s.value = 'generic'; s.dispatchEvent(new Event('change'))")
-        self.see("#fleet-summary", "With fewer than 8 models none is marked")
+        self.see("#fleet-summary", "With fewer than 20 models none is marked")
         self.assertEqual(self.browser.console(), [])
+
+    def test_what_is_carried_is_not_accepted_again(self):
+        self.go("events", "return document.querySelector('#audit tbody tr')")
+        effects = [{"name": name, "next_experiment": None, "confusable_with": []} for name in ("sensor_lag", "cross_axis")]
+        said = [self.browser.run("const given = arguments; return import('/gap_words.mjs').then((words) => words.gapNextOf(...given))",
+                                 {"verdict": "named", "effects": effects}, carried)
+                for carried in ([], ["sensor_lag"], ["sensor_lag", "cross_axis"])]
+        self.assertIn("Accept it", said[0])
+        self.assertIn("Accept cross axis", said[1])
+        self.assertNotIn("ccept", said[2])
 
     def test_the_log_is_filtered_paged_and_checked(self):
         self.go("events", "return document.querySelector('#audit tbody tr')")
@@ -322,6 +377,7 @@ class Page(WithStation):
         self.browser.type("#audit-user", "nobody at all")
         self.click("#audit-send")
         self.see("#audit-nothing", "No event is like that.")
+        self.assertEqual(self.browser.run(rows), 0)
         self.assertEqual(self.browser.console(), [])
 
     def test_older_events_come_page_by_page(self):
@@ -332,8 +388,10 @@ class Page(WithStation):
         self.go("events", "return document.querySelector('#audit tbody tr')")
         self.assertGreater(len(everything), 100)
         self.assertLess(len(everything), 200)
-        self.click("#audit-older")
-        self.browser.wait("return document.querySelectorAll('#audit tbody tr').length === arguments[0]", len(everything))
+        # Impatient: the same page must not come twice.
+        self.assertTrue(self.browser.run("const older = document.querySelector('#audit-older'); older.click(); older.click(); return older.disabled"))
+        self.browser.wait("return !document.querySelector('#audit-older').disabled")
+        self.assertEqual(self.browser.run("return document.querySelectorAll('#audit tbody tr').length"), len(everything))
         self.see("#audit tbody tr:last-child", everything[0]["text"])
         self.assertTrue(self.browser.run("return document.querySelector('#audit-older').hidden"))
 

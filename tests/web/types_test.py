@@ -13,8 +13,19 @@ WEB = ROOT / "web"
 SCHEMAS = ROOT / "docs" / "schema"
 # Types of web/documents.mjs and what they describe: a schema, and the way to it.
 DESCRIBED = {"Status": ("campaign-status", ""), "LiveUnit": ("campaign-status", "units/items"), "Campaign": ("campaign-status", "campaign"),
-             "Job": ("http-job", ""), "Unit": ("http-unit", ""), "Warning": ("http-unit", "warnings/items"), "UnitLine": ("http-units", "units/items"),
-             "RunDetail": ("http-run", ""), "StoredCampaign": ("http-stored", "campaigns/items")}
+             "Job": ("http-job", ""), "Unit": ("http-unit", ""), "Model": ("http-unit", "model"), "Term": ("http-unit", "model/terms/items"),
+             "Warning": ("http-unit", "warnings/items"), "UnitLine": ("http-units", "units/items"), "RunDetail": ("http-run", ""),
+             "StoredCampaign": ("http-stored", "campaigns/items"), "Fleet": ("http-fleet", ""), "FleetUnit": ("http-fleet", "units/items"),
+             "FleetCurve": ("http-fleet", "$defs/curve"), "FleetLine": ("http-fleet", "$defs/curve/units/items"), "Audit": ("http-audit", ""),
+             "Event": ("http-audit", "events/items"), "Chain": ("events-verify", ""), "UnitType": ("http-types", "types/items"),
+             "Procedure": ("http-procedures", "procedures/items"), "Reference": ("reference-list", "$defs/entry"),
+             "CampaignCheck": ("http-campaign-check", ""), "Session": ("http-session", "")}
+
+
+def object_in(node):
+    """A node itself, or the object among its alternatives."""
+    others = node.get("anyOf", node.get("oneOf", []))
+    return next((other for other in others if "properties" in other), node)
 
 
 def members_of(name, text):
@@ -26,7 +37,7 @@ def members_of(name, text):
         while depth:
             depth += {"{": 1, "}": -1}.get(part[at], 0)
             at += 1
-        names.add(part[at:].split()[0])
+        names.add(part[at:].split()[0].strip("[]"))
     return names
 
 
@@ -52,7 +63,10 @@ class Documents(unittest.TestCase):
         for name, (schema, way) in DESCRIBED.items():
             node = json.loads((SCHEMAS / f"{schema}.schema.json").read_text(encoding="utf-8"))
             for step in filter(None, way.split("/")):
-                node = node["items"] if step == "items" else node["properties"][step]
+                if step == "$defs":
+                    node = {"properties": node[step]}
+                else:
+                    node = object_in(node["items"] if step == "items" else node["properties"][step])
             with self.subTest(type=name):
                 self.assertEqual(members_of(name, text), set(node["properties"]))
 

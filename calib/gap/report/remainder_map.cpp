@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/gap/report/remainder_map.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -74,18 +75,30 @@ MapCells values_of(const std::vector<std::vector<Mean>>& cells) {
   return values;
 }
 
-/// Runs that repeat a cell say how far its mean may be off by chance.
-double scatter_of(const std::vector<std::vector<Mean>>& cells) {
-  Mean variance;
+/// Runs that repeat a cell say how far a mean may be off by chance.
+MapCells sigma_of(const std::vector<std::vector<Mean>>& cells) {
+  double squares = 0.0;
+  double freedom = 0.0;
   for (const auto& row : cells) {
     for (const Mean& cell : row) {
-      if (cell.count > 1.0) variance.add(cell.squares / (cell.count - 1.0) / cell.count);
+      squares += cell.squares;
+      freedom += std::max(0.0, cell.count - 1.0);
     }
   }
-  return std::sqrt(variance.value);
+  MapCells sigma;
+  if (freedom == 0.0) return sigma;
+  for (const auto& row : cells) {
+    auto& line = sigma.emplace_back();
+    for (const Mean& cell : row) {
+      line.push_back(cell.count > 0.0 ? std::optional(std::sqrt(squares / freedom / cell.count)) : std::nullopt);
+    }
+  }
+  return sigma;
 }
 
+/// null of an empty one.
 nlohmann::json cells_json(const MapCells& cells, double factor) {
+  if (cells.empty()) return {};
   nlohmann::json rows = nlohmann::json::array();
   for (const auto& row : cells) {
     nlohmann::json line = nlohmann::json::array();
@@ -113,7 +126,7 @@ RemainderMap remainder_map(const Observations& observations, const TemperatureHi
     if (!plain.residuals().sensor[s] || !with.residuals().sensor[s]) continue;
     const auto after = cells_of(observations, layout, with.remainder(sensor));
     layout.map.sensor[s] = {
-        .scatter = scatter_of(after),
+        .sigma = sigma_of(after),
         .before = values_of(cells_of(observations, layout, plain.remainder(sensor))),
         .after = has_effects ? values_of(after) : MapCells(),
     };
@@ -129,11 +142,10 @@ nlohmann::json map_json(const RemainderMap& map) {
     const auto& part = map.sensor[index_of(sensor)];
     if (!part) continue;
     const double factor = printed_per_si(sensor);
-    sensors[std::string(name_of(sensor))] = {
-        {"unit", printed_unit(sensor)},
-        {"scatter", part->scatter * factor},
-        {"before", cells_json(part->before, factor)},
-        {"after", part->after.empty() ? nlohmann::json() : cells_json(part->after, factor)}};
+    sensors[std::string(name_of(sensor))] = {{"unit", printed_unit(sensor)},
+                                             {"sigma", cells_json(part->sigma, factor)},
+                                             {"before", cells_json(part->before, factor)},
+                                             {"after", cells_json(part->after, factor)}};
   }
   return {{"plateaus", std::move(rows)}, {"positions", map.positions}, {"sensors", std::move(sensors)}};
 }

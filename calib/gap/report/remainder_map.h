@@ -22,7 +22,9 @@ using MapCells = std::vector<std::vector<std::optional<double>>>;
 
 /// One sensor's part of a map.
 struct SensorMap {
-  double scatter = 0.0;  ///< standard error of a cell: how runs differ there (RMS over the cells), over √runs
+  /// Standard error of each cell: how runs differ in a cell (variance pooled over the cells), over √(runs of this one);
+  /// absent where nothing was recorded. Empty where no run repeats what another has.
+  MapCells sigma;
   MapCells before;
   MapCells after;  ///< with the effects; empty where there are none
 };
