@@ -254,147 +254,15 @@
  * @property {Job | null} exported
  */
 
-/**
- * @typedef {object} FleetUnit
- * @property {string} unit
- * @property {number} epoch
- * @property {{version: number, epoch: number, created_utc_s: number} | null} model
- * @property {number | null} before version
- * @property {string | null} trouble
- * @property {Verdict | null} verdict
- */
-
-/**
- * @typedef {object} FleetLine one unit's curve among the others
- * @property {string} unit
- * @property {(number | null)[] | null} values
- * @property {number | null} distance
- * @property {number | null} farthest_c
- * @property {boolean} outlier
- * @property {{temp_c: number, change: number, band: number, beyond_band: boolean} | null} drift
- */
-
-/**
- * @typedef {object} FleetCurve
- * @property {number[]} temp_c
- * @property {(number | null)[]} median
- * @property {(number | null)[]} spread
- * @property {FleetLine[]} units
- */
-
-/** @typedef {{unit: "deg/s" | "m/s2", bias: FleetCurve, scale: FleetCurve | null}} FleetSensor */
-
-/**
- * @typedef {object} Fleet
- * @property {string} type
- * @property {{outlier_distance: number, fewest_units: number}} rule
- * @property {FleetUnit[]} units
- * @property {number} not_listed
- * @property {Record<string, FleetSensor>} sensors
- */
-
-/**
- * @typedef {object} Event of the event log
- * @property {number} number
- * @property {number} utc_s
- * @property {string} utc
- * @property {string} kind
- * @property {string} subject
- * @property {string | null} user
- * @property {string} text
- * @property {string} chain_sha256
- */
-
-/**
- * @typedef {object} Audit
- * @property {Event[]} events
- * @property {boolean} has_older
- * @property {string[]} kinds
- */
-
-/**
- * @typedef {object} Chain
- * @property {boolean} ok
- * @property {number | null} events
- * @property {string | null} chain_sha256
- * @property {string | null} problem
- * @property {string | null} where
- */
-
-/**
- * @typedef {object} UnitType
- * @property {string} name
- * @property {string} description
- * @property {number | null} temp_min_c
- * @property {number | null} temp_max_c
- * @property {-1 | 1} sign_at_rest
- * @property {string[] | null} axes
- * @property {number | null} warm_up_s
- * @property {"one" | "per_sensor" | null} thermometers
- * @property {number | null} temp_lsb_c
- * @property {number | null} temp_repeatability_c
- * @property {number | null} gyro_range_dps
- * @property {number | null} gyro_lsb_dps
- * @property {number | null} gyro_noise_max_dps_rthz
- * @property {number | null} gyro_bias_max_dps
- * @property {number | null} accel_range_mps2
- * @property {number | null} accel_lsb_mps2
- * @property {number | null} accel_noise_max_mps2_rthz
- * @property {number | null} accel_bias_max_mps2
- * @property {Record<string, number>} limits
- */
-
-/**
- * @typedef {object} Procedure to choose from; the optional members are absent where there is a trouble
- * @property {string} file
- * @property {string} name
- * @property {string | null} trouble
- * @property {string} text
- * @property {string} [description]
- * @property {string} [purpose]
- * @property {string} [kind]
- * @property {number} [runs]
- * @property {number} [estimate_s]
- */
-
-/** @typedef {{waiver_id: string, reason: string, signer: string, utc_s: number, public_key: string, signature: string, good: boolean}} Waiver */
-
-/**
- * @typedef {object} Reference an entry of the register
- * @property {string} record_id
- * @property {"chamber_probe" | "fixture_squareness" | "level" | "gravity" | "supply" | "rate"} kind
- * @property {string} name
- * @property {string} certificate
- * @property {string} issued
- * @property {string} due
- * @property {"K" | "deg" | "m/s2" | "V" | "ppm"} unit
- * @property {number | null} correction
- * @property {number} standard_uncertainty
- * @property {"valid" | "due_soon" | "expired" | "superseded" | "retired" | "withdrawn"} standing
- * @property {number} days_left
- * @property {string} user
- * @property {number} entered_utc_s
- * @property {Void | null} retired
- * @property {Void | null} withdrawn
- * @property {Waiver[]} waivers
- * @property {string[]} campaigns
- */
-
-/**
- * @typedef {object} CampaignCheck what POST /api/v1/campaign/check answers
- * @property {{name: string, description: string, purpose: string, runs: number, visits: number, set_points_c: number[], positions: string[], estimate_s: number} | null} procedure
- * @property {{slot: string, serial: string, type: string}[]} units
- * @property {{needed_bytes: number | null, free_bytes: number | null}} disk
- * @property {{message: string, where: string}[]} mistakes
- * @property {string[]} notes
- */
-
-/**
- * @typedef {object} Session
- * @property {boolean} accounts whether there are any
- * @property {string | null} name
- * @property {"viewer" | "operator" | "engineer" | null} role
- */
+// Of a fleet, the event log and what a laboratory keeps: kept_documents.mjs.
+/** @typedef {import("./kept_documents.mjs").Fleet} Fleet */
+/** @typedef {import("./kept_documents.mjs").Audit} Audit */
+/** @typedef {import("./kept_documents.mjs").Chain} Chain */
+/** @typedef {import("./kept_documents.mjs").UnitType} UnitType */
+/** @typedef {import("./kept_documents.mjs").Procedure} Procedure */
+/** @typedef {import("./kept_documents.mjs").Reference} Reference */
+/** @typedef {import("./kept_documents.mjs").CampaignCheck} CampaignCheck */
+/** @typedef {import("./kept_documents.mjs").Session} Session */
 
 /**
  * What GET /api/v1/NAME answers.

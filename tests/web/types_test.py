@@ -11,7 +11,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WEB = ROOT / "web"
 SCHEMAS = ROOT / "docs" / "schema"
-# Types of web/documents.mjs and what they describe: a schema, and the way to it.
+# Types of web/documents.mjs and kept_documents.mjs and what they describe: a schema, and the way to it.
 DESCRIBED = {"Status": ("campaign-status", ""), "LiveUnit": ("campaign-status", "units/items"), "Campaign": ("campaign-status", "campaign"),
              "Job": ("http-job", ""), "Unit": ("http-unit", ""), "Model": ("http-unit", "model"), "Term": ("http-unit", "model/terms/items"),
              "Warning": ("http-unit", "warnings/items"), "UnitLine": ("http-units", "units/items"), "RunDetail": ("http-run", ""),
@@ -59,7 +59,7 @@ class Types(unittest.TestCase):
 
 class Documents(unittest.TestCase):
     def test_types_have_the_members_of_the_schemas(self):
-        text = (WEB / "documents.mjs").read_text(encoding="utf-8")
+        text = "".join((WEB / name).read_text(encoding="utf-8") for name in ("documents.mjs", "kept_documents.mjs"))
         for name, (schema, way) in DESCRIBED.items():
             node = json.loads((SCHEMAS / f"{schema}.schema.json").read_text(encoding="utf-8"))
             for step in filter(None, way.split("/")):
