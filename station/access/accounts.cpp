@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <pwd.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -85,6 +86,34 @@ base::Result<Accounts> accounts_of(const std::string& text) {
   return accounts;
 }
 
+/// Whose accounts they are: soakd, which reads them, runs as the owner of its data folder.
+struct Owner {
+  uid_t user = 0;
+  gid_t group = 0;
+};
+
+/// The owner of the data folder. Refuses (bad_input) somebody who is neither that owner nor root: soakd could not read
+/// what he writes.
+base::Result<Owner> owner_of(const std::filesystem::path& data_folder) {
+  struct stat status{};
+  if (::stat(data_folder.c_str(), &status) != 0) {
+    return base::bad_input("cannot be read: " + std::generic_category().message(errno), data_folder.string());
+  }
+  if (::geteuid() == 0 || ::geteuid() == status.st_uid) return Owner{status.st_uid, status.st_gid};
+  const struct passwd* account = ::getpwuid(status.st_uid);
+  const std::string name = account != nullptr ? account->pw_name : fmt::format("'#{}'", status.st_uid);
+  return base::bad_input(
+      fmt::format("the data folder belongs to {}, who alone may change its accounts: run 'sudo -u {} "
+                  "soak user ... --data {}'",
+                  name, name, data_folder.string()),
+      data_folder.string());
+}
+
+/// For root, whose files soakd could not read; nobody else can give files away.
+bool give_to(int file, const Owner& owner) {
+  return ::geteuid() == owner.user || ::fchown(file, owner.user, owner.group) == 0;
+}
+
 base::Status check_private(const std::filesystem::path& path) {
   struct stat status{};
   if (::stat(path.c_str(), &status) != 0 || (status.st_mode & kGroupAndOthers) == 0) return {};
@@ -95,7 +124,7 @@ base::Status check_private(const std::filesystem::path& path) {
 }
 
 /// Written to a file that is private from its first moment on, then renamed.
-base::Status write_accounts(const std::filesystem::path& path, const std::string& text) {
+base::Status write_accounts(const std::filesystem::path& path, const std::string& text, const Owner& owner) {
   const std::filesystem::path temporary = path.string() + ".tmp";
   std::error_code ignored;
   std::filesystem::remove(temporary, ignored);
@@ -103,7 +132,8 @@ base::Status write_accounts(const std::filesystem::path& path, const std::string
   int error = 0;
   {
     const base::FileDescriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kOwnerOnly));
-    written = file && ::write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size());
+    written = file && give_to(file.get(), owner) &&
+              ::write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size());
     error = errno;
   }
   base::Status kept =
@@ -169,27 +199,43 @@ base::Result<Accounts> read_accounts(const std::filesystem::path& data_folder) {
 
 base::Status change_accounts(const std::filesystem::path& data_folder,
                              const std::function<base::Status(Accounts&)>& change) {
-  const auto lock = FolderLock::take(data_folder / "soakd.accounts.lock", "soak user");
+  const auto owner = owner_of(data_folder);
+  if (!owner) return base::forward_error(owner);
+  const std::filesystem::path lock_file = data_folder / "soakd.accounts.lock";
+  const auto lock = FolderLock::take(lock_file, "soak user");
   if (!lock) return base::forward_error(lock);
+  if (const base::FileDescriptor file(::open(lock_file.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+      !file || !give_to(file.get(), *owner)) {
+    return base::fail(base::ErrorKind::internal,
+                      "cannot be given to the owner of the data folder: " + std::generic_category().message(errno),
+                      lock_file.string());
+  }
   auto accounts = read_accounts(data_folder);
   if (!accounts) return base::forward_error(accounts);
   if (auto changed = change(*accounts); !changed) return changed;
-  return write_accounts(accounts_file(data_folder), text_of(*accounts));
+  return write_accounts(accounts_file(data_folder), text_of(*accounts), *owner);
 }
 
 std::shared_ptr<const Accounts> AccountBook::now() {
   const std::lock_guard lock(mutex_);
   struct stat found{};
   const bool is_there = ::stat(accounts_file(folder_).c_str(), &found) == 0;
-  if (is_there ? seen_ && is_same_file(*seen_, found) : !seen_) return accounts_;
-  seen_ = is_there ? std::optional(found) : std::nullopt;
+  if (is_there ? seen_ && is_same_file(*seen_, found) : !seen_) {
+    trouble_.clear();
+    return accounts_;
+  }
   auto accounts =
       is_there ? read_accounts(folder_) : base::bad_input("the file is gone", accounts_file(folder_).string());
   if (accounts) {
     accounts_ = std::make_shared<const Accounts>(*std::move(accounts));
-  } else {
-    log_line("accounts stay as they were: " + accounts.error().where + ": " + accounts.error().message);
+    seen_ = found;
+    trouble_.clear();
+    return accounts_;
   }
+  // It is read again for each question until that succeeds: a revocation must not be lost.
+  std::string trouble = accounts.error().where + ": " + accounts.error().message;
+  if (trouble != trouble_) log_line("accounts stay as they were: " + trouble);
+  trouble_ = std::move(trouble);
   return accounts_;
 }
 

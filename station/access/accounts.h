@@ -62,8 +62,9 @@ using Accounts = std::vector<Account>;
 /// or write (bad_input) and one that is damaged or holds what `soak user` would not have written (corrupt).
 [[nodiscard]] base::Result<Accounts> read_accounts(const std::filesystem::path& data_folder);
 
-/// Changes the accounts of a data folder and writes them, all or nothing. One process at a time: a second one is
-/// refused (bad_input). What `change` refuses is passed on, and nothing is written.
+/// Changes the accounts of a data folder and writes them, all or nothing. The files are the folder's owner's, also
+/// where root writes them; anybody else is refused (bad_input). One process at a time: a second one is refused
+/// (bad_input). What `change` refuses is passed on, and nothing is written.
 [[nodiscard]] base::Status change_accounts(const std::filesystem::path& data_folder,
                                            const std::function<base::Status(Accounts&)>& change);
 
@@ -80,6 +81,7 @@ class AccountBook {
   std::filesystem::path folder_;
   std::mutex mutex_;
   std::optional<struct stat> seen_;  ///< of the file that accounts_ was read from
+  std::string trouble_;              ///< that the log was told last; empty = none since
   std::shared_ptr<const Accounts> accounts_ = std::make_shared<const Accounts>();
 };
 

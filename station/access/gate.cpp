@@ -25,7 +25,7 @@ std::optional<Caller> caller_with_token(const Accounts& accounts, const std::str
 template <class Semaphore>
 class Place {
  public:
-  explicit Place(Semaphore& places) : places_(places), taken_(places.try_acquire()) {}
+  Place(Semaphore& places, bool wanted) : places_(places), taken_(wanted && places.try_acquire()) {}
   Place(const Place&) = delete;
   Place& operator=(const Place&) = delete;
   ~Place() {
@@ -50,10 +50,14 @@ std::optional<Caller> Gate::caller(const Shown& shown) {
 
 base::Result<Gate::Entry> Gate::log_in(const std::string& name, const std::string& password,
                                        const std::string& address) {
-  const Place place(places_);
-  if (!place.is_taken()) return base::bad_input("too many people log in at once: try again", kTooManyTries);
   if (const auto wait_s = limits_.take_try(address, name, std::chrono::steady_clock::now())) {
     return base::bad_input(fmt::format("too many tries: the next one in {:.0f} s", std::ceil(*wait_s)), kTooManyTries);
+  }
+  const Place place(places_, true);
+  const Place kept(kept_place_, !place.is_taken() && limits_.knows(address, name));
+  if (!place.is_taken() && !kept.is_taken()) {
+    limits_.give_back(address, name, std::chrono::steady_clock::now());
+    return base::bad_input("too many people log in at once: try again", kTooManyTries);
   }
   const auto accounts = accounts_.now();
   const Account* account = find_account(*accounts, name);

@@ -44,7 +44,7 @@ class Gate {
     std::string session;  ///< the secret for the cookie
   };
   /// Begins a session. Refuses (bad_input) a wrong name and a wrong password alike (where == kWrongPassword), and tries
-  /// beyond LoginLimits or kMostAtATime (where == kTooManyTries). `address`: of who asks, numeric.
+  /// beyond LoginLimits or the places for log-ins at a time (where == kTooManyTries). `address`: of who asks, numeric.
   [[nodiscard]] base::Result<Entry> log_in(const std::string& name, const std::string& password,
                                            const std::string& address);
 
@@ -53,13 +53,15 @@ class Gate {
  private:
   [[nodiscard]] bool has_password(const Account* account, const std::string& password);
 
-  /// Log-ins that wait for their turn hold threads that others need.
-  static constexpr int kMostAtATime = 4;
+  /// Log-ins that wait for their turn hold threads that others need. One more place is kept for addresses that
+  /// LoginLimits knows: strangers cannot take it.
+  static constexpr int kMostAtATime = 3;
 
   AccountBook accounts_;
   Sessions sessions_;
   LoginLimits limits_;
   std::counting_semaphore<kMostAtATime> places_{kMostAtATime};
+  std::binary_semaphore kept_place_{1};
   std::mutex turn_;  ///< one password at a time: each takes 64 MiB, and a processor for a tenth of a second
 };
 

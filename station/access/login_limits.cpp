@@ -39,13 +39,24 @@ std::optional<double> LoginLimits::take_try(const std::string& address, const st
 }
 
 void LoginLimits::was_right(const std::string& address, const std::string& account, Time now) {
+  give_back(address, account, now);
+  const std::string place = place_of(address);
+  const std::lock_guard lock(mutex_);
+  if (is_familiar(place, account)) return;
+  if (familiar_.size() >= kMostEntries) familiar_.erase(familiar_.begin());
+  familiar_.insert({place, account});
+}
+
+void LoginLimits::give_back(const std::string& address, const std::string& account, Time now) {
   const std::string place = place_of(address);
   const std::lock_guard lock(mutex_);
   count(addresses_, place, -1.0, now);
-  if (is_familiar(place, account)) return;
-  count(accounts_, account, -1.0, now);
-  if (familiar_.size() >= kMostEntries) familiar_.erase(familiar_.begin());
-  familiar_.insert({place, account});
+  if (!is_familiar(place, account)) count(accounts_, account, -1.0, now);
+}
+
+bool LoginLimits::knows(const std::string& address, const std::string& account) {
+  const std::lock_guard lock(mutex_);
+  return is_familiar(place_of(address), account);
 }
 
 double LoginLimits::used_now(const Used& used, Time now) {

@@ -32,6 +32,12 @@ class LoginLimits {
   /// The try was right: it is given back, and the address is known for the account from now on.
   void was_right(const std::string& address, const std::string& account, Time now);
 
+  /// Gives a try back that came to nothing: the password was not looked at.
+  void give_back(const std::string& address, const std::string& account, Time now);
+
+  /// Whether the account was logged in from this address before, or it is the machine itself.
+  [[nodiscard]] bool knows(const std::string& address, const std::string& account);
+
  private:
   /// Tries that are used up: one of them returns every kTryReturnsAfter_s.
   struct Used {

@@ -18,8 +18,14 @@ using base::ErrorKind;
 using nlohmann::json;
 
 /// A browser takes a cookie of such a name only over TLS, from the host itself and for all of its paths (RFC 6265bis,
-/// 4.1.3.2): no neighbour in the same domain can plant one.
-constexpr std::string_view kCookie = "__Host-soak";
+/// 4.1.3.2): no neighbour in the same domain can plant one. It keeps cookies apart by host, but not by port (RFC 6265,
+/// 8.5): with the port in their names, which is that of the Host header, two stations on one machine do not share one.
+std::string cookie_name(const httplib::Request& request) {
+  constexpr int kHttpsPort = 443;  // a Host header leaves it out
+  const auto host = parse_host_port(request.get_header_value("Host"));
+  return "__Host-soak-" + std::to_string(host ? host->port : kHttpsPort);
+}
+
 constexpr std::string_view kCookieRules = "; Path=/; Secure; HttpOnly; SameSite=Strict";
 constexpr std::string_view kBearer = "Bearer ";
 /// No form and no link can make a browser send this header; a script of another origin would have to ask first, which
@@ -29,13 +35,14 @@ constexpr const char* kOwnPage = "X-Requested-With";
 /// The value of the first of our cookies; a browser sends one.
 std::string cookie_of(const httplib::Request& request) {
   std::string_view rest;
+  const std::string name = cookie_name(request);
   const std::string all = request.get_header_value("Cookie");
   for (rest = all; !rest.empty();) {
     const std::string_view pair = rest.substr(0, rest.find(';'));
     rest.remove_prefix(std::min(rest.size(), pair.size() + 1));
     const std::string_view trimmed = pair.substr(std::min(pair.size(), pair.find_first_not_of(' ')));
     const std::size_t equals = trimmed.find('=');
-    if (trimmed.substr(0, equals) == kCookie && equals != std::string_view::npos) {
+    if (trimmed.substr(0, equals) == name && equals != std::string_view::npos) {
       return std::string(trimmed.substr(equals + 1));
     }
   }
@@ -145,13 +152,14 @@ void AccessApi::log_in(const httplib::Request& request, httplib::Response& respo
   if (!entry && entry.error().where == kTooManyTries) return refuse(response, {429, entry.error()});
   if (!entry && entry.error().where == kWrongPassword) return refuse(response, {401, entry.error()});
   if (!entry) return answer(response, base::forward_error(entry));
-  response.set_header("Set-Cookie", std::string(kCookie) + "=" + entry->session + std::string(kCookieRules));
+  gate_->log_out(cookie_of(request));  // that of before, which the browser forgets now
+  response.set_header("Set-Cookie", cookie_name(request) + "=" + entry->session + std::string(kCookieRules));
   answer(response, json{{"name", entry->caller.name}, {"role", name_of(entry->caller.role)}});
 }
 
 void AccessApi::log_out(const httplib::Request& request, httplib::Response& response) {
   gate_->log_out(shown_by(request).session);
-  response.set_header("Set-Cookie", std::string(kCookie) + "=; Max-Age=0" + std::string(kCookieRules));
+  response.set_header("Set-Cookie", cookie_name(request) + "=; Max-Age=0" + std::string(kCookieRules));
   answer(response, json::object());
 }
 

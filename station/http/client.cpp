@@ -2,9 +2,12 @@
 #include "station/http/client.h"
 
 #include <httplib.h>
+#include <pthread.h>
 
 #include <chrono>
 #include <condition_variable>
+#include <csignal>
+#include <ctime>
 #include <deque>
 #include <memory>
 #include <mutex>
@@ -26,14 +29,37 @@ constexpr std::chrono::milliseconds kKeepOnEvery{100};
 
 std::string text_of(const StationEntry& entry) { return (entry.tls ? "https://" : "") + to_text(entry.address); }
 
+/// OpenSSL sends without MSG_NOSIGNAL: where the connection has gone, its farewell would end the program. Held back in
+/// this thread alone and for as long as this object lives: output into a closed pipe ends the program as ever.
+class HoldBackSigpipe {
+ public:
+  HoldBackSigpipe() {
+    ::sigemptyset(&pipe_);
+    ::sigaddset(&pipe_, SIGPIPE);
+    ::pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+  }
+  HoldBackSigpipe(const HoldBackSigpipe&) = delete;
+  HoldBackSigpipe& operator=(const HoldBackSigpipe&) = delete;
+  ~HoldBackSigpipe() {
+    const timespec at_once{};
+    ::sigtimedwait(&pipe_, nullptr, &at_once);
+    ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+
+ private:
+  sigset_t pipe_{};
+  sigset_t before_{};
+};
+
 /// A client of the library, with the station's certificate and the token.
 base::Result<std::unique_ptr<httplib::ClientImpl>> make_client(const StationEntry& entry) {
   const HostPort& at = entry.address;
   std::unique_ptr<httplib::ClientImpl> client;
   if (entry.tls) {
     auto secure = std::make_unique<httplib::SSLClient>(at.host, at.port);
-    if (!entry.certificate.empty()) {
-      secure->enable_server_certificate_verification(false);  // by names and authorities: it is compared instead
+    // By names and authorities: one that is given is compared instead.
+    if (entry.any_certificate || !entry.certificate.empty()) secure->enable_server_certificate_verification(false);
+    if (!entry.any_certificate && !entry.certificate.empty()) {
       if (auto trusts = trust_only(secure->ssl_context(), entry.certificate); !trusts)
         return base::forward_error(trusts);
     }
@@ -102,6 +128,7 @@ class StreamReader {
   }
 
   ~StreamReader() {
+    const HoldBackSigpipe held_back;
     std::unique_lock lock(mutex_);
     leaving_ = true;
     // stop() has no effect on a request that is just about to begin: it is repeated.
@@ -111,6 +138,7 @@ class StreamReader {
     }
     lock.unlock();
     thread_.join();
+    client_.reset();
   }
 
   /// Waits for events, not for long.
@@ -128,6 +156,7 @@ class StreamReader {
 
  private:
   void run() {
+    const HoldBackSigpipe held_back;
     std::string error_body;
     int status = 0;
     const auto result = client_->Get(
@@ -160,7 +189,7 @@ class StreamReader {
   }
 
   const StationEntry entry_;
-  const std::unique_ptr<httplib::ClientImpl> client_;
+  std::unique_ptr<httplib::ClientImpl> client_;
   EventParser parser_;
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -198,6 +227,7 @@ void EventParser::take_line(std::string_view line, std::vector<ServerEvent>& com
 }
 
 base::Result<json> Client::get(const std::string& path) const {
+  const HoldBackSigpipe held_back;
   const auto client = make_client(entry_);
   if (!client) return base::forward_error(client);
   (*client)->set_read_timeout(answer_s_);
@@ -205,6 +235,7 @@ base::Result<json> Client::get(const std::string& path) const {
 }
 
 base::Result<json> Client::command(const std::string& command, const json& body) const {
+  const HoldBackSigpipe held_back;
   const auto client = make_client(entry_);
   if (!client) return base::forward_error(client);
   (*client)->set_read_timeout(answer_s_);

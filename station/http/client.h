@@ -45,6 +45,8 @@ struct StationEntry {
   /// Over TLS: the station's own certificate, and no other one is taken; empty = one that the system trusts, for the
   /// name in the address.
   std::filesystem::path certificate;
+  /// Over TLS: whatever certificate is shown is taken. Only for what carries no secret and can do no harm.
+  bool any_certificate = false;
   std::string token;  ///< `soak user token`; empty = none
 };
 

@@ -239,12 +239,10 @@ class BoundedListener::Connection : public httplib::Stream {
   std::size_t held_ = 0;
 };
 
-BoundedListener::BoundedListener(ConnectionLimits limits, std::function<bool(const httplib::Request&)> endless,
-                                 SSL_CTX* tls)
-    : limits_(limits),
-      endless_(std::move(endless)),
-      tls_(tls),
-      register_(std::make_unique<Register>(limits.short_ones)) {
+thread_local BoundedListener::Connection* BoundedListener::connection_of_thread = nullptr;
+
+BoundedListener::BoundedListener(ConnectionLimits limits, SSL_CTX* tls)
+    : limits_(limits), tls_(tls), register_(std::make_unique<Register>(limits.short_ones)) {
   new_task_queue = [this] { return new BoundedPool(limits_.threads, limits_.waiting); };
   set_payload_max_length(limits_.body_bytes);
   set_keep_alive_max_count(1);
@@ -263,6 +261,11 @@ void BoundedListener::Post(const std::string& path, Handler handler) {
   httplib::Server::Post(path, std::move(handler));
 }
 
+void BoundedListener::make_endless() {
+  connection_of_thread->make_endless();
+  register_->set_endless(connection_of_thread->socket());
+}
+
 void BoundedListener::widen_backlog() { ::listen(svr_sock_, static_cast<int>(limits_.threads)); }
 
 void BoundedListener::cut_all() { register_->cut_all(); }
@@ -273,11 +276,13 @@ bool BoundedListener::process_and_close_socket(socket_t socket) {
   bool closed = false;
   const auto take_head = [&](httplib::Request& request) {
     connection.head_is_read();
-    if (!endless_(request)) return;
-    connection.make_endless();
-    register_->set_endless(socket);
+    // A server may pass over the header Range (RFC 9110, 14.2). The library would cut refusals and pages by it, into as
+    // many parts as a client asks for.
+    request.ranges.clear();
   };
+  connection_of_thread = &connection;
   const bool answered = connection.begin() && process_request(connection, true, closed, take_head);
+  connection_of_thread = nullptr;
   connection.finish();
   register_->remove_and_close(socket);
   return answered;

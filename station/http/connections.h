@@ -5,7 +5,6 @@
 #include <openssl/types.h>
 
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -39,16 +38,19 @@ struct Route {
 /// idle connection holds no thread, and no part of a refused request can be taken for the next one.
 class BoundedListener : public httplib::Server {
  public:
-  /// `endless`: whether the answer to this request goes on until the client leaves (an event stream). `tls`: context
-  /// that connections speak TLS with (tls_context()), which must outlive the listener; null = in the clear.
-  BoundedListener(ConnectionLimits limits, std::function<bool(const httplib::Request&)> endless,
-                  SSL_CTX* tls = nullptr);
+  /// `tls`: context that connections speak TLS with (tls_context()), which must outlive the listener; null = in the
+  /// clear.
+  explicit BoundedListener(ConnectionLimits limits, SSL_CTX* tls = nullptr);
   ~BoundedListener() override;
 
   /// The library's own, remembered in routes().
   void Get(const std::string& path, Handler handler);
   void Post(const std::string& path, Handler handler);
   [[nodiscard]] const std::vector<Route>& routes() const { return routes_; }
+
+  /// For a handler, in the thread that called it: the answer that it gives goes on until the client leaves (an event
+  /// stream). From here on the connection counts as no short one and its answer has no end.
+  void make_endless();
 
   /// Lets as many connections wait in the kernel as there are threads: the library's five are less than a dozen browser
   /// tabs.
@@ -60,10 +62,11 @@ class BoundedListener : public httplib::Server {
   class Connection;
   class Register;
 
+  static thread_local Connection* connection_of_thread;  ///< that it reads and answers
+
   bool process_and_close_socket(socket_t socket) override;
 
   ConnectionLimits limits_;
-  std::function<bool(const httplib::Request&)> endless_;
   SSL_CTX* tls_;
   std::unique_ptr<Register> register_;
   std::vector<Route> routes_;

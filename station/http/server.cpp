@@ -266,14 +266,18 @@ struct HttpServer::Running {
     if (++streams > kMaxStreams) {
       return refuse(response, {503, {ErrorKind::internal, "too many event streams are open", "events"}});
     }
+    listener.make_endless();
     const auto last_id = base::parse_int(request.get_header_value("Last-Event-ID"));
     const auto stream = std::make_shared<EventStream>(lab, feed, last_id);
     const auto may_read = access.watch(request);
     response.set_chunked_content_provider("text/event-stream",
                                           [stream, place, may_read](std::size_t, httplib::DataSink& sink) {
-                                            const auto text = may_read() ? stream->next() : std::nullopt;
-                                            if (!text) sink.done();
-                                            if (!text) return true;
+                                            const auto text = stream->next();
+                                            // After the wait: what came meanwhile is not for who has lost access.
+                                            if (!text || !may_read()) {
+                                              sink.done();
+                                              return true;
+                                            }
                                             if (text->empty()) return sink.is_writable();
                                             return sink.write(text->data(), text->size());
                                           });
@@ -312,8 +316,7 @@ struct HttpServer::Running {
   EventFeed feed;
   std::atomic<int> streams = 0;
   std::atomic<bool> ended = false;
-  BoundedListener listener{ConnectionLimits{},
-                           [](const httplib::Request& request) { return request.path == kEventsPath; }, tls.get()};
+  BoundedListener listener{ConnectionLimits{}, tls.get()};
   std::thread thread;
 };
 

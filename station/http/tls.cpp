@@ -62,10 +62,13 @@ bool has_name(X509* certificate, const std::string& name) {
 }
 
 bool is_good_for(const CertificateFiles& files, const std::vector<std::string>& names) {
+  ERR_clear_error();
   const Certificate certificate = read_certificate(files.certificate);
   const Key key = read_key(files.key);
   if (!certificate || !key || X509_check_private_key(certificate.get(), key.get()) != 1) return false;
-  std::time_t soon = std::time(nullptr) + kRenewedBefore_s;
+  std::time_t now = std::time(nullptr);
+  std::time_t soon = now + kRenewedBefore_s;
+  if (X509_cmp_time(X509_get0_notBefore(certificate.get()), &now) >= 0) return false;
   if (X509_cmp_time(X509_get0_notAfter(certificate.get()), &soon) <= 0) return false;
   for (const std::string& name : names) {
     if (!has_name(certificate.get(), name)) return false;
@@ -114,10 +117,12 @@ Certificate make_certificate(EVP_PKEY* key, const std::vector<std::string>& name
   return made ? std::move(certificate) : nullptr;
 }
 
-/// Writes a file anew; nobody reads a half-written one.
+std::filesystem::path temporary_of(const std::filesystem::path& path) { return path.string() + ".tmp"; }
+
+/// Writes what `path` shall hold beside it.
 template <class Write>
-base::Status write_pem(const std::filesystem::path& path, mode_t mode, Write write) {
-  const std::filesystem::path temporary = path.string() + ".tmp";
+base::Status write_temporary(const std::filesystem::path& path, mode_t mode, Write write) {
+  const std::filesystem::path temporary = temporary_of(path);
   std::error_code ignored;
   std::filesystem::remove(temporary, ignored);
   bool written = false;
@@ -126,7 +131,7 @@ base::Status write_pem(const std::filesystem::path& path, mode_t mode, Write wri
     const File file(descriptor < 0 ? nullptr : ::fdopen(descriptor, "w"));
     written = file && write(file.get()) == 1 && std::fflush(file.get()) == 0;
   }
-  if (written) return db::rename_durably(temporary, path);
+  if (written) return {};
   std::filesystem::remove(temporary, ignored);
   return base::fail(base::ErrorKind::internal, "cannot write the file", path.string());
 }
@@ -164,10 +169,15 @@ base::Result<bool> make_sure_of_certificate(const CertificateFiles& files, const
     return PEM_write_PrivateKey(file, key.get(), nullptr, nullptr, 0, nullptr, nullptr);
   };
   const auto write_certificate = [&](std::FILE* file) { return PEM_write_X509(file, certificate.get()); };
-  if (auto written = write_pem(files.key, kOwnerOnly, write_key); !written) return base::forward_error(written);
-  const auto written = write_pem(files.certificate, kEveryone, write_certificate);
-  if (!written) return base::forward_error(written);
-  return true;
+  // Both are written before either is replaced: on a full disk the pair before stays whole.
+  if (auto written = write_temporary(files.key, kOwnerOnly, write_key); !written) return base::forward_error(written);
+  auto made = write_temporary(files.certificate, kEveryone, write_certificate);
+  if (made) made = db::rename_durably(temporary_of(files.key), files.key);
+  if (made) made = db::rename_durably(temporary_of(files.certificate), files.certificate);
+  if (made) return true;
+  std::error_code ignored;
+  for (const auto& path : {files.key, files.certificate}) std::filesystem::remove(temporary_of(path), ignored);
+  return base::forward_error(made);
 }
 
 base::Result<std::string> fingerprint(const std::filesystem::path& path) {

@@ -9,6 +9,7 @@ import unittest
 from soak_cli import SoakTest
 
 PASSWORD = "a long password"
+OWNER = 65534  # some user who is not root
 
 
 class User(SoakTest):
@@ -60,6 +61,27 @@ class User(SoakTest):
         self.soak("user", "revoke", "otto", "--label", "nightly")
         self.assertEqual([t["label"] for t in self.accounts()[0]["tokens"]], ["display"])
         self.assertNotIn(token["token"], str(self.events()))
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root gives files away: skipped")
+    def test_what_root_writes_belongs_to_the_owner_of_the_data_folder(self):
+        self.data.mkdir()
+        os.chown(self.data, OWNER, OWNER)
+        self.add("eva")
+        for name in ("soakd.accounts", "soakd.accounts.lock"):
+            status = (self.data / name).stat()
+            self.assertEqual((status.st_uid, status.st_gid), (OWNER, OWNER), name)
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root acts as another user: skipped")
+    def test_who_is_not_the_owner_of_the_data_folder_is_told_who_is(self):
+        self.add("eva")
+        self.folder.chmod(0o755)
+        for path in (self.data, *self.data.iterdir()):
+            path.chmod(0o777 if path.is_dir() else 0o666)
+        (self.data / "soakd.accounts").chmod(0o600)
+        before = (self.data / "soakd.accounts").read_bytes()
+        done = self.soak("user", "remove", "eva", status=2, user=OWNER)
+        self.assertIn(f"sudo -u root soak user ... --data {self.data}", done.stderr)
+        self.assertEqual((self.data / "soakd.accounts").read_bytes(), before)
 
     def type(self, *lines):
         """Types at a terminal; (exit status, what the terminal has shown)."""

@@ -114,6 +114,11 @@ class MakeSafe(LabTest):
             time.sleep(0.05)
         message = self.soak_fails(2, "chamber", "make-safe", "--config", self.config, "--data", self.lab.data)
         self.assertIn(str(self.lab.soakd.pid), message)
+        # Its certificate file is replaced: soakd goes on with that of its start.
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=another", "-keyout", "/dev/null", "-out",
+                        self.lab.data + "/soakd.crt"], check=True, capture_output=True)
+        message = self.soak_fails(2, "chamber", "make-safe", "--config", self.config, "--data", self.lab.data)
+        self.assertIn(str(self.lab.soakd.pid), message)
 
     def test_a_soakd_that_hangs_is_gone_round(self):
         self.start(60)

@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import unittest
 import urllib.request
@@ -116,6 +117,25 @@ class Operation(LabTest):
         before = heap_after(f"a{i}" for i in range(5))
         self.assertGreater(before, 1e6)
         self.assertLess(heap_after(f"b{i}" for i in range(5)) - before, 5 * GROWTH_PER_CAMPAIGN_BYTES)
+
+    def test_a_watch_over_tls_that_is_interrupted_says_that_the_campaign_goes_on(self):
+        def for_others(text):
+            subprocess.run([bin_folder() + "/soak", "user", "add", "eva", "--role", "engineer", "--data", self.lab.data], check=True,
+                           input="a long password\n", text=True, capture_output=True)
+            return 'allowed_hosts = ["soak.lab.example"]\n' + text
+        self.start_lab(edit=for_others)
+        token = self.write("token", self.lab.soak("user", "token", "eva", "--label", "watch"))
+        environment = {**self.lab.env, "SOAK_STATION": self.lab.page, "SOAK_CERTIFICATE": self.lab.data + "/soakd.crt",
+                       "SOAK_TOKEN_FILE": str(token)}
+        campaign = [bin_folder() + "/soak", "campaign"]
+        endless = self.write("procedure.toml", short_procedure(set_points=(60,), positions=("+Z",), dwell_s=100000))
+        subprocess.run([*campaign, "start", str(endless), "--name", "c"], env=environment, check=True, capture_output=True)
+        with subprocess.Popen([*campaign, "watch"], env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as watch:
+            self.assertTrue(watch.stdout.readline())
+            watch.send_signal(signal.SIGINT)
+            _, message = watch.communicate(timeout=bench.WAIT_S)
+        self.assertEqual(watch.returncode, 1, message)
+        self.assertIn("stopped watching; the campaign continues", message)
 
     def test_a_backup_is_made_while_a_run_is_recorded(self):
         self.start_lab()

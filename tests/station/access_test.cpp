@@ -1,13 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Accounts, passwords, sessions and limits of log-ins: what does not need a network.
 #include <gtest/gtest.h>
+#include <openssl/evp.h>
+#include <openssl/pem.h>
+#include <openssl/x509.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "station/access/accounts.h"
 #include "station/access/gate.h"
@@ -15,6 +25,7 @@
 #include "station/access/secrets.h"
 #include "station/access/sessions.h"
 #include "station/http/access_api.h"
+#include "station/http/tls.h"
 
 namespace soak::station {
 namespace {
@@ -168,6 +179,68 @@ TEST_F(AccountsFile, ThatIsLostOrDamagedLeavesTheAccountsAsTheyWere) {
   EXPECT_TRUE(gate.caller({entry->session, ""}));
 }
 
+// A station that is out of descriptors for a moment, just when an account is removed.
+TEST_F(AccountsFile, ARevocationThatCannotBeReadAtFirstIsNotLost) {
+  add("eva", Role::operating, *kept_of_password("correct horse"));
+  Gate gate(folder);
+  const auto entry = gate.log_in("eva", "correct horse", "127.0.0.1");
+  ASSERT_TRUE(entry) << entry.error().message;
+  ASSERT_TRUE(change_accounts(folder, [](Accounts& accounts) -> base::Status {
+    accounts.clear();
+    return {};
+  }));
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit none{0, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &none), 0);
+  const bool known_meanwhile = gate.caller({entry->session, ""}).has_value();
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_TRUE(known_meanwhile);
+  EXPECT_FALSE(gate.caller({entry->session, ""}));
+}
+
+TEST_F(AccountsFile, ThatCannotBeReadIsReadAgainAndLoggedOnce) {
+  add("eva", Role::viewer, "kept");
+  AccountBook book(folder);
+  ASSERT_EQ(book.now()->size(), 1U);
+  std::filesystem::remove(accounts_file(folder));
+  std::filesystem::create_directory(accounts_file(folder));
+  std::filesystem::permissions(accounts_file(folder), std::filesystem::perms::owner_all);
+  ::testing::internal::CaptureStderr();
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(book.now()->size(), 1U);
+  const std::string log = ::testing::internal::GetCapturedStderr();
+  EXPECT_EQ(std::ranges::count(log, '\n'), 1) << log;
+  std::filesystem::remove(accounts_file(folder));
+  write(R"({"format": 1, "accounts": []})");
+  EXPECT_TRUE(book.now()->empty());
+}
+
+TEST_F(AccountsFile, StrangersWhoTakeAllPlacesKeepNobodyOutWhoSitsAtTheMachine) {
+  add("eva", Role::viewer, *kept_of_password("correct horse"));
+  Gate gate(folder);
+  std::atomic<bool> enough = false;
+  std::atomic<int> refused = 0;
+  std::vector<std::jthread> strangers;
+  for (int i = 0; i < 6; ++i) {
+    strangers.emplace_back([&, i] {
+      for (int n = 0; !enough && n < 250; ++n) {
+        const std::string address = "10.0." + std::to_string(i) + "." + std::to_string(n);
+        const auto entry = gate.log_in("n" + std::to_string(i) + "-" + std::to_string(n), "wrong horse", address);
+        if (entry.error().where == kTooManyTries) {
+          ++refused;
+          std::this_thread::sleep_for(5ms);
+        }
+      }
+    });
+  }
+  while (refused == 0) std::this_thread::sleep_for(1ms);
+  for (int i = 0; i < 3; ++i) {
+    const auto entry = gate.log_in("eva", "correct horse", "127.0.0.1");
+    EXPECT_TRUE(entry) << entry.error().message;
+  }
+  enough = true;
+}
+
 TEST_F(AccountsFile, ATokenMayNoMoreThanItsAccount) {
   const auto set = [&](Role account, Role token) {
     const auto changed = change_accounts(folder, [&](Accounts& accounts) -> base::Status {
@@ -194,6 +267,28 @@ TEST_F(AccountsFile, AWrongNameAndAWrongPasswordAreRefusedAlike) {
   ASSERT_FALSE(password || name);
   EXPECT_EQ(password.error().message, name.error().message);
   EXPECT_EQ(password.error().where, name.error().where);
+}
+
+using StationCertificate = AccountsFile;
+
+// The clock was ahead when it was made.
+TEST_F(StationCertificate, ThatIsNotValidYetIsMadeAnew) {
+  const CertificateFiles files = certificate_in(folder);
+  ASSERT_TRUE(make_sure_of_certificate(files, {"lab-pc"}).value_or(false));
+  ASSERT_FALSE(make_sure_of_certificate(files, {"lab-pc"}).value_or(true));
+  using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+  const std::unique_ptr<X509, void (*)(X509*)> certificate(
+      PEM_read_X509(File(std::fopen(files.certificate.c_str(), "r"), std::fclose).get(), nullptr, nullptr, nullptr),
+      X509_free);
+  const std::unique_ptr<EVP_PKEY, void (*)(EVP_PKEY*)> key(
+      PEM_read_PrivateKey(File(std::fopen(files.key.c_str(), "r"), std::fclose).get(), nullptr, nullptr, nullptr),
+      EVP_PKEY_free);
+  ASSERT_TRUE(certificate && key);
+  ASSERT_NE(X509_gmtime_adj(X509_getm_notBefore(certificate.get()), 3600), nullptr);
+  ASSERT_NE(X509_sign(certificate.get(), key.get(), EVP_sha256()), 0);
+  ASSERT_EQ(PEM_write_X509(File(std::fopen(files.certificate.c_str(), "w"), std::fclose).get(), certificate.get()), 1);
+  EXPECT_TRUE(make_sure_of_certificate(files, {"lab-pc"}).value_or(false));
+  EXPECT_FALSE(make_sure_of_certificate(files, {"lab-pc"}).value_or(true));
 }
 
 class OpenSession : public ::testing::Test {
@@ -300,6 +395,18 @@ TEST_F(Tries, ThatAreRightCostNothing) {
     ASSERT_TRUE(may_try("10.0.0.7", "eva", begin)) << i;
     limits.was_right("10.0.0.7", "eva", begin);
   }
+}
+
+TEST_F(Tries, ThatCameToNothingCostNothingAndMakeNobodyKnown) {
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(may_try("10.0.0.7", "eva", begin)) << i;
+    limits.give_back("10.0.0.7", "eva", begin);
+  }
+  EXPECT_FALSE(limits.knows("10.0.0.7", "eva"));
+  limits.was_right("10.0.0.7", "eva", begin);
+  EXPECT_TRUE(limits.knows("10.0.0.7", "eva"));
+  EXPECT_FALSE(limits.knows("10.0.0.7", "adam"));
+  EXPECT_TRUE(limits.knows("127.0.0.1", "adam"));
 }
 
 TEST_F(Tries, OfANetworkOfIpv6CountTogether) {

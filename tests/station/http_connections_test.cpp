@@ -66,6 +66,17 @@ TEST_F(HttpConnections, AnAbortIsAnsweredBesideTwoHundredRequestsThatNeverEnd) {
   EXPECT_EQ(lab.commands().size(), 1U);
 }
 
+// Not each request with the path of the event stream becomes one: its connections would never be cut off for others.
+TEST_F(HttpConnections, RequestsThatOnlyNameTheEventStreamMakeRoomForOthers) {
+  std::vector<RawConnection> named;
+  for (int i = 0; i < 100; ++i) {
+    named.emplace_back(port);
+    named.back().send(head("POST /api/v1/events") + "Content-Type: application/json\r\nContent-Length: 10\r\n\r\n");
+  }
+  EXPECT_EQ(status_of(abort_campaign()), 200);
+  EXPECT_EQ(named.front().read_all(), "") << "it was answered instead of cut off";
+}
+
 TEST_F(HttpConnections, StopDoesNotWaitForRequestsThatNeverEnd) {
   auto slow = unfinished(100);
   EXPECT_EQ(status_of(abort_campaign()), 200);

@@ -51,18 +51,18 @@ class Attacker(unittest.TestCase):
         self.assertEqual((status, sorted(json.loads(body))), (200, ["chamber_connected", "turn"]))
 
     def test_a_cookie_that_was_never_given_out_is_nothing(self):
-        genuine = self.station.cookie("vera").split("=")[1]
-        self.assertEqual(self.station.ask("GET", "/api/v1/status", headers={"Cookie": f"a=b; __Host-soak={genuine}"})[0], 200)
+        name, genuine = self.station.cookie("vera").split("=")
+        self.assertEqual(self.station.ask("GET", "/api/v1/status", headers={"Cookie": f"a=b; {name}={genuine}"})[0], 200)
         forged = genuine[:-1] + ("0" if genuine[-1] != "0" else "1")
-        for cookie in (f"__Host-soak={forged}", "__Host-soak=", "__Host-soak", f"soak={genuine}", f"x__Host-soak={genuine}",
-                       f"__Host-soak={hashlib.sha256(genuine.encode()).hexdigest()}", f"__Host-soak={'a' * 4000}", "=;=;;", "vera"):
+        for cookie in (f"{name}={forged}", f"{name}=", name, f"soak={genuine}", f"x{name}={genuine}", f"__Host-soak-1={genuine}",
+                       f"{name}={hashlib.sha256(genuine.encode()).hexdigest()}", f"{name}={'a' * 4000}", "=;=;;", "vera"):
             self.assertEqual(self.station.ask("GET", "/api/v1/status", headers={"Cookie": cookie})[0], 401, cookie[:80])
             self.assertEqual(self.station.post("campaign/abort", ABORT, cookie)[0], 401, cookie[:80])
 
     def test_the_cookie_is_out_of_reach_of_scripts_neighbours_and_other_sites(self):
         _, headers, _ = self.station.log_in("vera")
         name, *rules = headers["Set-Cookie"].split("; ")
-        self.assertRegex(name, r"^__Host-soak=[0-9a-f]{64}$")
+        self.assertRegex(name, rf"^__Host-soak-{self.station.port}=[0-9a-f]{{64}}$")
         self.assertEqual(sorted(rules), ["HttpOnly", "Path=/", "SameSite=Strict", "Secure"])
 
     def test_each_role_does_what_it_may_and_no_more(self):
@@ -111,6 +111,23 @@ class Attacker(unittest.TestCase):
             read_all(stream)  # ends; a stream that goes on runs into the time-out
         self.assertEqual(self.station.ask("GET", "/api/v1/status", headers={"Cookie": cookie})[0], 401)
         self.assertEqual(self.station.post("campaign/abort", ABORT, cookie)[0], 401)
+
+    def test_a_new_log_in_ends_the_session_of_before_in_the_same_browser(self):
+        before = self.station.cookie("otto")
+        body = {"name": "vera", "password": password_of("vera")}
+        status, headers, _ = self.station.post("login", body, before)
+        self.assertEqual(status, 200)
+        self.assertEqual(self.station.ask("GET", "/api/v1/status", headers={"Cookie": before})[0], 401)
+        after = headers["Set-Cookie"].split(";")[0]
+        self.assertEqual(self.station.ask("GET", "/api/v1/status", headers={"Cookie": after})[0], 200)
+
+    def test_an_answer_is_whole_whatever_parts_of_it_are_asked_for(self):
+        whole = self.station.ask("GET", "/login.html")[2]
+        for parts in ("bytes=0-9", "bytes=-1", "bytes=0-0,2-3", "bytes=" + ",".join(["0-"] * 500)):
+            status, headers, body = self.station.ask("GET", "/login.html", headers={"Range": parts})
+            self.assertEqual((status, body, headers["Content-Range"]), (200, whole, None), parts[:20])
+            status, _, body = self.station.ask("GET", "/api/v1/status", headers={"Range": parts})
+            self.assertEqual((status, json.loads(body)["error"]["where"]), (401, "account"), parts[:20])
 
     def test_whoever_tries_passwords_is_stopped_and_keeps_nobody_else_out(self):
         unknown = self.station.log_in("nobody", "some password", source="127.0.0.9")

@@ -72,6 +72,15 @@ class Start(Station):
         log = (self.station.folder / "soakd.log").read_text(encoding="utf-8")
         self.assertIn(":".join(shown[i:i + 2] for i in range(0, 64, 2)), log)
 
+    def test_a_certificate_that_cannot_be_written_leaves_the_pair_of_before_whole(self):
+        pair = [self.station.certificate, self.station.data / "soakd.key"]
+        before = [path.read_bytes() for path in pair]
+        (self.station.data / "soakd.crt.tmp" / "in the way").mkdir(parents=True)
+        self.edit('"soak.lab.example"', '"soak.lab.example", "other.lab.example"')
+        self.restart()  # with that pair
+        self.assertEqual([path.read_bytes() for path in pair], before)
+        self.assertFalse((self.station.data / "soakd.key.tmp").exists())
+
     def test_a_certificate_of_the_laboratory_is_shown_and_must_fit_its_key(self):
         for name in ("crt", "key"):
             (self.station.folder / f"lab.{name}").write_bytes((self.station.data / f"soakd.{name}").read_bytes())
@@ -103,6 +112,13 @@ class Script(Station):
         self.assertIn("--certificate", self.campaign("status", "--station", station, "--token-file", token, status=3))
         self.assertIn("https://", self.campaign("status", "--station", station.removeprefix("https://"), status=2))
         self.assertIn("over TLS only", self.campaign("status", "--station", f"127.0.0.1:{self.station.port}", "--token-file", token, status=2))
+
+    def test_a_watch_over_tls_that_leaves_the_stream_ends_as_in_the_clear(self):
+        token = self.station.folder / "token"
+        token.write_text(self.station.token("vera", "script"), encoding="utf-8")
+        message = self.campaign("watch", "--station", f"https://127.0.0.1:{self.station.port}", "--certificate", self.station.certificate,
+                                "--token-file", token, status=2)
+        self.assertIn("no campaign is running", message)
 
     def test_a_station_with_another_certificate_gets_no_token(self):
         other = GuardedStation()
