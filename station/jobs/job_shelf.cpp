@@ -62,7 +62,9 @@ bool is_sound(const json& job, std::int64_t id) {
          std::ranges::find(kStates, job["state"].get<std::string>()) != kStates.end() &&
          is_text_or_null(job["campaign"]) && is_text_or_null(job["format"]) && is_text_or_null(job["message"]) &&
          are_names(job["effects"]) && job["started_utc_s"].is_number() &&
-         (job["result"].is_null() || job["result"].is_object()) && (job["file"].is_null() || is_made_file(job["file"]));
+         (job["result"].is_null() ||
+          (job["result"].is_object() && are_warnings(job["result"].value("warnings", json())))) &&
+         (job["file"].is_null() || is_made_file(job["file"]));
 }
 
 /// The document in the folder of a job; nothing where it is damaged.
