@@ -25,9 +25,9 @@ using nlohmann::json;
 
 // With more the certificate would not stay on one page.
 constexpr std::size_t kMostWarnings = 6;      ///< of those that ask for something
-constexpr std::size_t kMostAsides = 4;        ///< of those that ask for nothing
-constexpr std::size_t kLongestWarning = 200;  ///< bytes of a text
-constexpr std::size_t kLongestAside = 80;
+constexpr std::size_t kMostAsides = 3;        ///< of those that ask for nothing
+constexpr std::size_t kLongestWarning = 160;  ///< bytes of a text
+constexpr std::size_t kLongestAside = 60;
 
 constexpr std::string_view kSimulatedMark =
     "<p class=\"simulated-mark\">SIMULATED DATA: not measured on a real unit</p>\n";

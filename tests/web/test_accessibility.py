@@ -4,6 +4,7 @@ the pages."""
 import json
 import pathlib
 import re
+import shutil
 import unittest
 
 import test_units
@@ -60,7 +61,7 @@ class Live(AxeTest):
 
 
 # Views of index.html: where each is, and what is seen there once it is whole.
-VIEWS = {"station": (("station", "#start-choice", "six-position"),),
+VIEWS = {"station": (("station", "#stored-campaigns", "verification"),),
          "runs": (("runs", "#runs-view", SERIAL),),
          "run": (("run={run}&unit={unit}", "#run-title", "unit {unit}"),),
          "units": (("units", "#units-list", SERIAL),),
@@ -72,13 +73,21 @@ VIEWS = {"station": (("station", "#start-choice", "six-position"),),
 WIDTHS = (1280, 390)
 
 
+class Station(UnitStation):
+    """With the procedures and types that are shipped."""
+
+    def store_all(self):
+        super().store_all()
+        shutil.copytree(ROOT / "procedures", self.types, dirs_exist_ok=True)
+
+
 class Stored(AxeTest):
     """Before a real `soakd` with a unit that was fitted, verified and searched for what its model lacks."""
 
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.soakd = UnitStation()
+        cls.soakd = Station()
         cls.addClassCleanup(cls.soakd.close)
         for job in ({"kind": "fit"}, {"kind": "verify", "campaign": "verification"}, {"kind": "gap_find"}):
             assert cls.soakd.ended(cls.soakd.post("jobs", unit=SERIAL, user="Eva", **job))["state"] == "done"
@@ -107,7 +116,7 @@ class Stored(AxeTest):
         self.browser.go("about:blank")
         self.browser.go(self.soakd.url)
         self.browser.wait("return document.querySelectorAll('#start-choice option').length > 5")
-        self.browser.run("""const choice = document.querySelector('#start-choice'); choice.value = 'six-position.toml';
+        self.browser.run("""const choice = document.querySelector('#start-choice'); choice.value = 'six-position-soak.toml';
             for (const kind of ['input', 'change']) choice.dispatchEvent(new Event(kind, { bubbles: true }));""")
         self.browser.type("#start-slots input", "SN0043")
         self.see("#start-review", "the type of unit SN0043 is not known")
