@@ -71,6 +71,10 @@ VIEWS = {"station": (("station", "#stored-campaigns", "verification"),),
          "records": (("records", "#types", "mti-300"),),
          "help": (("help=operations", "#help-page article h3", "Operating a station"), ("help=gap-workflow", "#help-page article h3", "gap"))}
 WIDTHS = (1280, 390)
+# Six sensors look alike, and so do the rows of a map; axe-core takes half a minute for all their cells.
+ONE_OF_MANY = """
+for (const alike of [':is(#gap-maps, #unit-sensors, #fleet-sensors) > :nth-child(n + 2)', '#gap-maps tbody > tr:nth-child(n + 4)'])
+  document.querySelectorAll(alike).forEach((node) => node.remove());"""
 
 
 class Station(UnitStation):
@@ -110,6 +114,7 @@ class Stored(AxeTest):
                 self.browser.go(f"{self.soakd.url}#{place.format(**names)}")
                 self.browser.wait("return document.querySelector(arguments[0]).offsetParent !== null", f"#{view}-view")
                 self.see(selector, text.format(**names))
+                self.browser.run(ONE_OF_MANY)
                 self.assert_nothing_serious_at_any_width(place)
 
     def test_a_new_campaign_with_its_check(self):
