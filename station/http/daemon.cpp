@@ -94,7 +94,7 @@ base::Result<CertificateFiles> certificate_for_others(const StationConfig& confi
         to_text(listen));
   }
   if (!config.tls_certificate.empty()) return CertificateFiles{config.tls_certificate, config.tls_key};
-  const CertificateFiles files = certificate_in(config.data);
+  CertificateFiles files = certificate_in(config.data);
   const auto made = make_sure_of_certificate(files, certificate_names(config, listen));
   // A full disk keeps no station from its chamber as long as there is an older one.
   if (!made) log_line(fmt::format("the certificate stays as it was: {}: {}", made.error().where, made.error().message));

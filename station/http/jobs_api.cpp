@@ -86,7 +86,7 @@ json export_part(const json& job, const json& model) {
 
 /// The verdict that holds for a unit; null where there is none.
 Result<json> verdict_of(const db::Catalog& catalog, const JobRunner& jobs, const json& unit) {
-  const auto part = kept_part(catalog, jobs.newest(unit["unit"], "verify"), unit);
+  auto part = kept_part(catalog, jobs.newest(unit["unit"], "verify"), unit);
   if (!part) return part;
   const bool holds = part->is_object() && (*part)["stale"].is_null();
   return holds ? (*part)["job"]["result"].value("verdict", json()) : json();

@@ -66,8 +66,9 @@ base::Result<CampaignReport> campaign_report(const db::Catalog& catalog, const s
     auto report = report_document(catalog, of_unit);
     // A unit may wait for its fit; whatever else is wrong would leave a gap in the page that nobody asked for.
     if (!report && *model) return base::forward_error(report);
+    const std::string why_not = report ? "" : report.error().message;
     all.units.push_back(report ? *std::move(report) : json());
-    all.document["units"].push_back(unit_line(serial, all.units.back(), report ? "" : report.error().message));
+    all.document["units"].push_back(unit_line(serial, all.units.back(), why_not));
   }
   return all;
 }

@@ -220,9 +220,11 @@ TEST(Verification, TheGuardBandIsStudentsAtEffectiveDegreesOfFreedom) {
   // tables have whole degrees.
   const RowError three{0, 25.0, 0.0, 1.0, 1.0, 3.0};
   EXPECT_NEAR(verification::expanded(three, 0.727) / std::hypot(1.0, 0.727), 2.36, 5e-3);
-  // Fewer than three have a factor of their own.
+  // Fewer than three count by their share of the variance, 1/(1 + 2/6·0.763²) to the fourth power.
   const RowError two{0, 25.0, 0.0, 1.0, 1.0, 2.0};
-  EXPECT_NEAR(verification::expanded(two, 0.763), std::hypot(4.303, 1.96 * 0.763), 5e-3);
+  const double share = 1.0 / (1.0 + 0.763 * 0.763 / 3.0);
+  const double squared_t = 1.96 * 1.96 + (4.303 * 4.303 - 1.96 * 1.96) * std::pow(share, 4);
+  EXPECT_NEAR(verification::expanded(two, 0.763), std::hypot(1.0, 0.763) * std::sqrt(squared_t), 5e-3);
   EXPECT_EQ(verification::expanded(RowError{0, 25.0, 0.0, 0.0}, 0.0), 0.0);
 }
 
