@@ -270,7 +270,8 @@ TEST_F(CatalogTest, FindsEventsByKindSubjectUserAndTime) {
   const auto numbers = [&](EventFilter filter) {
     if (filter.most == 0) filter.most = 100;
     std::vector<std::int64_t> found;
-    for (const EventRow& event : catalog_->find_events(filter).value()) found.push_back(event.number);
+    const auto events = catalog_->find_events(filter).value();
+    for (const EventRow& event : events) found.push_back(event.number);
     return found;
   };
   using Numbers = std::vector<std::int64_t>;

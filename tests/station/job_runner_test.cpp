@@ -52,7 +52,9 @@ TEST(JobProcess, HasNoneOfOurOpenFilesAndHearsTheSignalsThatWeBlock) {
   sigemptyset(&blocked);
   sigaddset(&blocked, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &blocked, &before);
-  const ChildEnd end = shell("ls -l /proc/$$/fd | grep -c zero; grep SigBlk /proc/$$/status; kill -TERM $$; sleep 30");
+  // Of a child of the shell, which itself blocks all for a moment while it waits.
+  const ChildEnd end =
+      shell("ls -l /proc/$$/fd | grep -c zero; grep SigBlk /proc/self/status; kill -TERM $$; sleep 30");
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   ::close(leak);
   EXPECT_TRUE(end.output.starts_with("0\nSigBlk:\t0000000000000000")) << end.output;
