@@ -123,7 +123,7 @@ std::function<bool()> AccessApi::watch(const httplib::Request& request) {
   return [this, shown = shown_by(request)] { return gate_->caller(shown).has_value(); };
 }
 
-void AccessApi::add_routes(httplib::Server& listener) {
+void AccessApi::add_routes(BoundedListener& listener) {
   listener.Get(kApiPath + std::string("session"),
                [this](const auto& request, auto& response) { answer(response, session(request)); });
   if (!gate_) return;

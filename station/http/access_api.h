@@ -10,6 +10,7 @@
 
 #include "station/access/gate.h"
 #include "station/http/answers.h"
+#include "station/http/connections.h"
 
 namespace soak::station {
 
@@ -37,7 +38,7 @@ class AccessApi {
   [[nodiscard]] std::function<bool()> watch(const httplib::Request& request);
 
   /// POST /api/v1/login and logout, GET /api/v1/session.
-  void add_routes(httplib::Server& listener);
+  void add_routes(BoundedListener& listener);
 
  private:
   void log_in(const httplib::Request& request, httplib::Response& response);

@@ -143,7 +143,8 @@ class ScriptedStation : public StationService {
     return json{{"campaign", request.campaign}, {"runs", 5},  {"steps", 240}, {"estimate_s", 126000.0},
                 {"notes", json::array()},       {"before", 1}};
   }
-  base::Result<json> check(const StartRequest&) override {
+  base::Result<json> check(const StartRequest& request) override {
+    if (const auto done = note("check " + text_of(request)); !done) return base::forward_error(done);
     return json{{"procedure", nullptr},
                 {"units", json::array()},
                 {"mistakes", json::array()},

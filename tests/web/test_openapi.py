@@ -174,7 +174,7 @@ class OpenApi(unittest.TestCase):
         for method, path in EVERY:
             name = path.removeprefix("/api/v1/").removeprefix("campaign/") if method == "POST" else path
             with self.subTest(method=method, path=path):
-                self.assertTrue(f"`{name}`" in text or f"`{path}" in text or f"POST {path}`" in text or path == "/{file}")
+                self.assertTrue(f"`{name}`" in text or f"`{path}" in text or f"{method} {path}`" in text or path == "/{file}")
 
     # ---- answers
 

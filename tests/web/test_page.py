@@ -91,7 +91,7 @@ class Page(PageTest):
     def test_the_buttons_are_reached_and_pressed_by_keyboard(self):
         self.open()
         reached = []
-        for _ in range(6):
+        for _ in range(12):
             self.browser.press("Tab")
             reached.append(self.browser.run("return document.activeElement.id"))
             if reached[-1] == "pause":
