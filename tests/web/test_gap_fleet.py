@@ -62,7 +62,8 @@ def stored_data():
         serial = path.stem
         if path.stem == f"SIM-{FLEET:04}":
             serial = ODD
-            rows = list(csv.DictReader(path.open(encoding="utf-8")))
+            with path.open(encoding="utf-8", newline="") as file:
+                rows = list(csv.DictReader(file))
             with path.open("w", encoding="utf-8", newline="") as file:
                 writer = csv.DictWriter(file, rows[0])
                 writer.writeheader()
