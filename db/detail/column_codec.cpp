@@ -33,12 +33,23 @@ constexpr std::string_view kCodecEnd = "shuffle+zstd";
 bool is_float(SampleType type) { return type == SampleType::f32 || type == SampleType::f64; }
 bool is_signed(SampleType type) { return type != SampleType::u8 && type != SampleType::u16 && type != SampleType::u32; }
 
+/// The choice of a transform looks at so many runs of so many words each: as sure as all of a chunk, for an eighth of
+/// the time. Each run is long beside its first word, whose difference to the run before means nothing.
+constexpr std::size_t kSampledRuns = 8;
+constexpr std::size_t kSampledRunWords = 256;
+
+/// How the words of a chunk are written.
+struct Choice {
+  bool decimal = false;
+  Transform transform = Transform::plain;
+  double cost = std::numeric_limits<double>::infinity();  ///< bytes, of the words that the choice has seen
+};
+
 /// Byte planes of the transformed words, then the footer: the number of decimals (1 byte, only with "decimal+"), then
 /// the reference word (only with "offset+").
-struct Candidate {
+struct Planes {
   std::string codec;
   base::Bytes bytes;
-  double cost = std::numeric_limits<double>::infinity();
 };
 
 /// Calls `work` with an unsigned number of `size` bytes, for its type.
@@ -65,50 +76,82 @@ Word least_of(std::span<const Word> words, bool as_signed) {
                            [](Word a, Word b) { return static_cast<Signed>(a) < static_cast<Signed>(b); });
 }
 
-/// Replaces `best` by `transform` of the words if that promises to be smaller.
-template <class Word>
-void consider(Candidate& best, const std::vector<Word>& words, Transform transform, bool as_signed,
-              std::optional<unsigned> digits) {
-  const Word reference = least_of(std::span(words), as_signed);
-  std::vector<Word> transformed = words;
-  apply(transform, std::span(transformed), reference);
-  base::ByteWriter bytes;
-  bytes.write(std::span<const std::uint8_t>(shuffled(std::span<const Word>(transformed))));
-  if (digits) bytes.write(static_cast<std::uint8_t>(*digits));
-  if (transform == Transform::offset) bytes.write(reference);
-  const double cost = entropy_bytes(bytes.bytes(), words.size());
-  if (cost >= best.cost) return;
-  std::string codec(digits ? kDecimalPrefix : "");
-  best = {codec.append(name_of(transform)).append(kCodecEnd), bytes.take(), cost};
-}
-
-template <class Word>
-Candidate best_of_integers(std::span<const std::uint8_t> bytes, bool as_signed) {
-  Candidate best;
-  const auto words = words_from<Word>(bytes);
-  for (const Transform transform : kTransforms) consider(best, words, transform, as_signed, {});
-  return best;
-}
-
-template <class Number, class Word>
-Candidate best_of_floats(std::span<const std::uint8_t> bytes) {
-  Candidate best;
-  const auto words = words_from<Word>(bytes);
-  for (const Transform transform : kTransforms) consider(best, words, transform, false, {});
-  const auto numbers = words_from<Number>(bytes);
-  if (const auto decimals = decimals_of(std::span<const Number>(numbers))) {
-    for (const Transform transform : kTransforms) {
-      consider(best, decimals->mantissas, transform, true, decimals->digits);
-    }
+/// Runs of the words, spread evenly; all words where there are few.
+template <class Number>
+std::vector<Number> sample_of(const std::vector<Number>& words) {
+  if (words.size() <= kSampledRuns * kSampledRunWords) return words;
+  std::vector<Number> sample;
+  sample.reserve(kSampledRuns * kSampledRunWords);
+  for (std::size_t run = 0; run < kSampledRuns; ++run) {
+    const auto first =
+        words.begin() + static_cast<std::ptrdiff_t>(run * (words.size() - kSampledRunWords) / (kSampledRuns - 1));
+    sample.insert(sample.end(), first, first + kSampledRunWords);
   }
-  return best;
+  return sample;
 }
 
-Candidate best_of(std::span<const std::uint8_t> bytes, SampleType type) {
+/// The transform of the words that promises the smallest result, if it is below `best`.
+template <class Word>
+Choice better_of(const Choice& best, const std::vector<Word>& words, bool as_signed, bool decimal) {
+  Choice better = best;
+  const Word reference = least_of(std::span(words), as_signed);
+  for (const Transform transform : kTransforms) {
+    std::vector<Word> transformed = words;
+    apply(transform, std::span(transformed), reference);
+    const double cost = entropy_bytes(shuffled(std::span<const Word>(transformed)), words.size());
+    if (cost < better.cost) better = {decimal, transform, cost};
+  }
+  return better;
+}
+
+template <class Word>
+Planes planes_of(std::vector<Word> words, Transform transform, bool as_signed, std::optional<unsigned> digits) {
+  const Word reference = transform == Transform::offset ? least_of(std::span<const Word>(words), as_signed) : Word{0};
+  apply(transform, std::span(words), reference);
+  base::Bytes bytes = shuffled(std::span<const Word>(words));
+  if (digits) bytes.push_back(static_cast<std::uint8_t>(*digits));
+  if (transform == Transform::offset) {
+    base::ByteWriter footer;
+    footer.write(reference);
+    bytes.insert(bytes.end(), footer.bytes().begin(), footer.bytes().end());
+  }
+  std::string codec(digits ? kDecimalPrefix : "");
+  return {codec.append(name_of(transform)).append(kCodecEnd), std::move(bytes)};
+}
+
+template <class Word>
+Planes best_of_integers(std::span<const std::uint8_t> bytes, bool as_signed) {
+  auto words = words_from<Word>(bytes);
+  const Choice best = better_of<Word>({}, sample_of(words), as_signed, false);
+  return planes_of(std::move(words), best.transform, as_signed, {});
+}
+
+/// Short decimals as whole numbers, where the sample and then every number of the chunk are such.
+template <class Number, class Word>
+Planes best_of_floats(std::span<const std::uint8_t> bytes) {
+  auto words = words_from<Word>(bytes);
+  const Choice best = better_of<Word>({}, sample_of(words), false, false);
+  const auto numbers = words_from<Number>(bytes);
+  const auto sample = sample_of(numbers);
+  if (const auto some = decimals_of(std::span<const Number>(sample))) {
+    const Choice better = better_of(best, some->mantissas, true, true);
+    auto all = better.decimal ? decimals_of(std::span<const Number>(numbers)) : std::nullopt;
+    if (all) return planes_of(std::move(all->mantissas), better.transform, true, all->digits);
+  }
+  return planes_of(std::move(words), best.transform, false, {});
+}
+
+Planes best_of(std::span<const std::uint8_t> bytes, SampleType type) {
   if (type == SampleType::f32) return best_of_floats<float, std::uint32_t>(bytes);
   if (type == SampleType::f64) return best_of_floats<double, std::uint64_t>(bytes);
   return with_word_of(size_of(type),
                       [&](auto word) { return best_of_integers<decltype(word)>(bytes, is_signed(type)); });
+}
+
+Planes plain_of(std::span<const std::uint8_t> bytes, SampleType type) {
+  return with_word_of(size_of(type), [&](auto word) {
+    return planes_of(words_from<decltype(word)>(bytes), Transform::plain, false, {});
+  });
 }
 
 /// The present values, one after the other.
@@ -269,15 +312,15 @@ std::uint32_t checksum_of(const StoredColumn& encoded, std::int64_t channel_id, 
   return base::crc32c(encoded.data, with_presence);
 }
 
-EncodedColumn ColumnEncoder::encode(const Column& column) {
+EncodedColumn ColumnEncoder::encode(const Column& column, Effort effort) {
   EncodedColumn encoded;
   encoded.rows = column.rows();
   const base::Bytes values = packed(column);
   encoded.values = values.size() / size_of(column.type);
   if (encoded.values < encoded.rows) encoded.presence = compressor_.compress(bitmap_of(column.present), 0);
-  const Candidate best = best_of(values, column.type);
-  encoded.codec = best.codec;
-  encoded.data = compressor_.compress(best.bytes, encoded.values);
+  Planes planes = effort == Effort::quick ? plain_of(values, column.type) : best_of(values, column.type);
+  encoded.codec = std::move(planes.codec);
+  encoded.data = compressor_.compress(planes.bytes, encoded.values);
   return encoded;
 }
 

@@ -83,11 +83,17 @@ struct StoredColumn {
 /// its own, do not go unnoticed.
 [[nodiscard]] std::uint32_t checksum_of(const StoredColumn& encoded, std::int64_t channel_id, std::uint64_t first_row);
 
-/// Encodes columns without loss, with the transform that promises the smallest result. One thread at a time.
+/// How much time a column is worth.
+enum class Effort : std::uint8_t {
+  smallest,  ///< with the transform that promises the smallest result
+  quick,     ///< the words as they are, without a choice: for rows that are soon encoded again
+};
+
+/// Encodes columns without loss. One thread at a time.
 class ColumnEncoder {
  public:
   /// `column` has at most kMaxChunkRows rows.
-  [[nodiscard]] EncodedColumn encode(const Column& column);
+  [[nodiscard]] EncodedColumn encode(const Column& column, Effort effort = Effort::smallest);
 
  private:
   ZstdCompressor compressor_;

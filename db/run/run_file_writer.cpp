@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "db/detail/column_codec.h"
@@ -68,6 +69,7 @@ struct RunFileWriter::Impl {
   }
   [[nodiscard]] base::Status check_rows(const OpenStream& stream, const std::vector<Column>& columns) const;
   [[nodiscard]] base::Status check_time(const OpenStream& stream, const Column& column) const;
+  [[nodiscard]] run::ChunkTable& chunk_table();
   [[nodiscard]] base::Status write_full_chunks();
   [[nodiscard]] base::Status write_full_chunk(OpenStream& stream);
   std::vector<run::PyramidBuilder> store_window(const OpenStream& stream, std::size_t rows, bool last);
@@ -79,6 +81,7 @@ struct RunFileWriter::Impl {
   std::filesystem::path path;
   std::unique_ptr<sqlite::Connection> connection;  ///< absent once sealed
   bool finished = false;                           ///< all rows and the whole pyramid are stored
+  std::optional<run::ChunkTable> chunks;           ///< from the first write on
   codec::ColumnEncoder encoder;
   std::vector<OpenStream> streams;
   std::vector<RunEvent> pending_events;
@@ -165,11 +168,13 @@ base::Status RunFileWriter::Impl::check_rows(const OpenStream& stream, const std
   const std::size_t rows = columns.front().rows();
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const Column& column = columns[i];
-    const std::string where = path.string() + ", channel " + channels[i].title;
-    if (column.type != channels[i].info.type) return base::bad_input("the numbers have another type", where);
+    const auto refused = [&](const char* message) {
+      return base::bad_input(message, path.string() + ", channel " + channels[i].title);
+    };
+    if (column.type != channels[i].info.type) return refused("the numbers have another type");
     const bool whole = column.raw.size() == rows * size_of(column.type);
     if (!whole || (!column.present.empty() && column.present.size() != rows)) {
-      return base::bad_input("the column has another length than the time axis", where);
+      return refused("the column has another length than the time axis");
     }
   }
   return check_time(stream, columns.front());
@@ -177,18 +182,24 @@ base::Status RunFileWriter::Impl::check_rows(const OpenStream& stream, const std
 
 base::Status RunFileWriter::Impl::check_time(const OpenStream& stream, const Column& column) const {
   const run::StoredChannel& channel = stream.stored.channels.front();
-  const std::string where = path.string() + ", channel " + channel.title;
+  const auto refused = [&](const std::string& message) {
+    return base::bad_input(message, path.string() + ", channel " + channel.title);
+  };
   std::optional<double> last = stream.last_t_s;
   for (const double t_s : values_of(column, channel.info.scale, channel.info.offset)) {
-    if (!std::isfinite(t_s)) return base::bad_input("every row needs a finite time", where);
+    if (!std::isfinite(t_s)) return refused("every row needs a finite time");
     if (last && t_s < *last) {
-      return base::bad_input("the time falls from " + std::to_string(*last) + " s to " + std::to_string(t_s) +
-                                 " s; rows must come in the order of time",
-                             where);
+      return refused("the time falls from " + std::to_string(*last) + " s to " + std::to_string(t_s) +
+                     " s; rows must come in the order of time");
     }
     last = t_s;
   }
   return {};
+}
+
+run::ChunkTable& RunFileWriter::Impl::chunk_table() {
+  if (!chunks) chunks.emplace(connection->database());
+  return *chunks;
 }
 
 base::Status RunFileWriter::append(std::size_t stream, const std::vector<Column>& columns) {
@@ -199,7 +210,9 @@ base::Status RunFileWriter::append(std::size_t stream, const std::vector<Column>
   const std::size_t rows = columns.front().rows();
   if (rows == 0) return {};
   const ChannelInfo& time = target.stored.channels.front().info;
-  target.last_t_s = values_of(run::rows_of(columns.front(), rows - 1, 1), time.scale, time.offset).front();
+  double last_t_s = 0.0;
+  put_values(columns.front(), rows - 1, time.scale, time.offset, std::span(&last_t_s, 1));
+  target.last_t_s = last_t_s;
   base::Status status;
   for (std::size_t first = 0; first < rows;) {
     const std::size_t room = run::kChunkRows - target.pending_rows() % run::kChunkRows;
@@ -222,8 +235,8 @@ std::vector<run::PyramidBuilder> RunFileWriter::Impl::store_window(const OpenStr
   for (std::size_t i = 0; i < stream.pending.size(); ++i) {
     const run::StoredChannel& channel = stream.stored.channels[i];
     const Column column = run::rows_of(stream.pending[i], 0, rows);
-    run::remove_chunks_from(database, channel.id, stream.pending_first_row);
-    if (rows > 0) run::insert_chunk(database, channel.id, stream.pending_first_row, encoder.encode(column));
+    chunk_table().remove_from(channel.id, stream.pending_first_row);
+    if (rows > 0) chunk_table().insert(channel.id, stream.pending_first_row, encoder.encode(column));
     const auto values = values_of(column, channel.info.scale, channel.info.offset);
     if (i == 0) t_s = values;
     std::vector<run::LevelBin> bins;
@@ -260,8 +273,9 @@ void RunFileWriter::Impl::write_short_chunks() {
     const std::size_t rows = stream.pending_rows() - stream.flushed;
     if (rows == 0) continue;
     for (std::size_t i = 0; i < stream.pending.size(); ++i) {
-      run::insert_chunk(connection->database(), stream.stored.channels[i].id, stream.pending_first_row + stream.flushed,
-                        encoder.encode(run::rows_of(stream.pending[i], stream.flushed, rows)));
+      const Column column = run::rows_of(stream.pending[i], stream.flushed, rows);
+      chunk_table().insert(stream.stored.channels[i].id, stream.pending_first_row + stream.flushed,
+                           encoder.encode(column, codec::Effort::quick));
     }
   }
 }
@@ -323,6 +337,7 @@ base::Result<std::string> RunFileWriter::seal() {
   if (!impl_->finished) {
     if (const auto finished = impl_->finish(); !finished) return base::forward_error(finished);
   }
+  impl_->chunks.reset();
   if (const auto left = impl_->leave_wal(); !left) return base::forward_error(left);
   impl_->connection.reset();
   if (const auto synced = sync_to_disk(impl_->path); !synced) return base::forward_error(synced);

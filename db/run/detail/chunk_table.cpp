@@ -86,12 +86,15 @@ void drop_first_rows(Column& column, std::size_t count) {
   }
 }
 
-void insert_chunk(SQLite::Database& database, std::int64_t channel_id, std::uint64_t first_row,
-                  const codec::EncodedColumn& encoded) {
-  SQLite::Statement insert(database,
-                           "INSERT INTO chunk (channel_id, first_row, row_count, value_count, codec, crc32c, presence, "
-                           "data) VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
-  sqlite::Binder binder(insert);
+ChunkTable::ChunkTable(const SQLite::Database& database)
+    : insert_(database,
+              "INSERT INTO chunk (channel_id, first_row, row_count, value_count, codec, crc32c, presence, data) "
+              "VALUES (?, ?, ?, ?, ?, ?, ?, ?)"),
+      remove_(database, "DELETE FROM chunk WHERE channel_id = ? AND first_row >= ?") {}
+
+void ChunkTable::insert(std::int64_t channel_id, std::uint64_t first_row, const codec::EncodedColumn& encoded) {
+  insert_.tryReset();
+  sqlite::Binder binder(insert_);
   binder.add(channel_id).add(first_row).add(encoded.rows).add(encoded.values).add(encoded.codec);
   binder.add(codec::checksum_of(encoded, channel_id, first_row));
   if (encoded.presence.empty()) {
@@ -100,11 +103,15 @@ void insert_chunk(SQLite::Database& database, std::int64_t channel_id, std::uint
     binder.add(encoded.presence);
   }
   binder.add(encoded.data);
-  insert.exec();
+  insert_.exec();
+  insert_.reset();
 }
 
-void remove_chunks_from(SQLite::Database& database, std::int64_t channel_id, std::uint64_t first_row) {
-  sqlite::execute(database, "DELETE FROM chunk WHERE channel_id = ? AND first_row >= ?", channel_id, first_row);
+void ChunkTable::remove_from(std::int64_t channel_id, std::uint64_t first_row) {
+  remove_.tryReset();
+  sqlite::bind_all(remove_, channel_id, first_row);
+  remove_.exec();
+  remove_.reset();
 }
 
 base::Result<std::uint64_t> stored_rows(const sqlite::Connection& connection, const StoredChannel& channel) {

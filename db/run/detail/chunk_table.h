@@ -31,12 +31,20 @@ struct StoredChannel {
   ChannelInfo info;
 };
 
-/// Stores one chunk. Throws SQLite::Exception.
-void insert_chunk(SQLite::Database& database, std::int64_t channel_id, std::uint64_t first_row,
-                  const codec::EncodedColumn& encoded);
+/// Writes the table, with statements that SQLite prepares once. It must end before its connection does. All of it
+/// throws SQLite::Exception.
+class ChunkTable {
+ public:
+  explicit ChunkTable(const SQLite::Database& database);
 
-/// Removes the channel's chunks from `first_row` on. Throws SQLite::Exception.
-void remove_chunks_from(SQLite::Database& database, std::int64_t channel_id, std::uint64_t first_row);
+  void insert(std::int64_t channel_id, std::uint64_t first_row, const codec::EncodedColumn& encoded);
+  /// Removes the channel's chunks from `first_row` on.
+  void remove_from(std::int64_t channel_id, std::uint64_t first_row);
+
+ private:
+  SQLite::Statement insert_;
+  SQLite::Statement remove_;
+};
 
 /// Rows that the channel's chunks claim to cover; corrupt if they cannot hold so many.
 [[nodiscard]] base::Result<std::uint64_t> stored_rows(const sqlite::Connection& connection,
