@@ -14,7 +14,7 @@ import subprocess
 import sys
 import time
 
-from lab_session import ROOT, LabSession, ProgramFailed, bin_folder, call, fresh_folder, page_address, procedure
+from lab_session import IS_CHECKOUT, ROOT, LabSession, ProgramFailed, bin_folder, call, fresh_folder, page_address, procedure
 
 SHAPE_LIMIT = 0.01
 RATE = 20000
@@ -169,17 +169,18 @@ def real_recording(folder):
 
 def run(options):
     started = time.monotonic()
-    folder = fresh_folder(os.path.join(ROOT, "build", "demo"))
+    folder = fresh_folder(os.path.join(ROOT, "build", "demo") if IS_CHECKOUT else os.path.abspath("soak-demo"))
     rows = calibrate(folder, campaigns(options, folder))
     real_recording(folder)
     worst = max((r for r in rows if r["sensor"].startswith("gyro")), key=lambda r: r["ratio"])
     verdict = "within" if worst["ratio"] <= SHAPE_LIMIT else "ABOVE"
     here = os.path.relpath(folder, os.getcwd())
+    programs = "build/release/bin/" if IS_CHECKOUT else ""
     print(f"\nworst gyro shape ratio 1/{1 / worst['ratio']:.0f} ({worst['unit']} {worst['sensor']}), {verdict} 1/100; "
           f"{time.monotonic() - started:.0f} s\n"
           f"calibration files: {here}/*.soakcal, *.h, *.json\n"
-          f"stored runs:       build/release/bin/soak runs list --data {here}/data\n"
-          f"page:              build/release/bin/soakd --config {here}/station.toml --data {here}/data")
+          f"stored runs:       {programs}soak runs list --data {here}/data\n"
+          f"page:              {programs}soakd --config {here}/station.toml --data {here}/data")
     return 0 if worst["ratio"] <= SHAPE_LIMIT else 1
 
 

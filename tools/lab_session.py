@@ -9,7 +9,9 @@ import socket
 import subprocess
 import time
 
+# The checkout, or share/soak of what a package has installed.
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+IS_CHECKOUT = os.path.exists(os.path.join(ROOT, "CMakeLists.txt"))
 PAGE_PORT = 8088
 
 
@@ -18,7 +20,8 @@ class ProgramFailed(Exception):
 
 
 def bin_folder():
-    return os.environ.get("SOAK_BIN_FOLDER", os.path.join(ROOT, "build", "release", "bin"))
+    built = os.path.join(ROOT, "build", "release", "bin") if IS_CHECKOUT else os.path.join(ROOT, "..", "..", "bin")
+    return os.environ.get("SOAK_BIN_FOLDER", os.path.normpath(built))
 
 
 def procedure(name):

@@ -33,7 +33,7 @@ struct ProcedureCheck final : Command {
              "Check against this type's temperature limits; may be repeated (default: lists the types that allow it)")
         .one_each();
     options.add("--types DIR", &type_folder,
-                "Folder of unit types (default: $SOAK_PROCEDURES/units, else the checkout's)");
+                "Folder of unit types (default: $SOAK_PROCEDURES/units, else those that came with soak)");
     options.add("--steps", &all_steps, "List every step instead of one line per run");
   }
   base::Status run(Output& output) override;

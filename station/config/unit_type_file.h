@@ -54,7 +54,8 @@ struct KnownLimits {
 /// Whether three of the labels "+X" ... "-Z" form a right-handed frame, in this order.
 [[nodiscard]] bool is_right_handed(const std::array<std::string, 3>& labels);
 
-/// $SOAK_PROCEDURES/units, else that of the checkout which the program was built from; need not exist.
+/// $SOAK_PROCEDURES/units, else share/soak/procedures/units beside the bin/ that the program was installed in, else
+/// that of the checkout which it was built from; need not exist.
 [[nodiscard]] std::filesystem::path default_unit_type_folder();
 
 }  // namespace soak::station

@@ -107,7 +107,7 @@ class Service(LabTest):
         self.start_campaign(short_procedure(set_points=(60,), positions=("+Z",), dwell_s=100000))
         self.wait_for_step("record")
         # As systemd reads the line: its own escape, then the station's paths.
-        command = setting("ExecStopPost").replace("$$", "$").replace("/opt/soak/bin", bin_folder()) \
+        command = setting("ExecStopPost").replace("$$", "$").replace("/usr/bin", bin_folder()) \
             .replace("/etc/soak/station.toml", str(self.config)).replace("/var/lib/soak", self.lab.data)
         self.lab.soakd.kill()
         self.lab.soakd.wait()
@@ -136,7 +136,7 @@ class UnitFile(unittest.TestCase):
             self.skipTest("systemd-analyze is not installed")
         with tempfile.TemporaryDirectory() as folder:
             copy = pathlib.Path(folder) / "soakd.service"
-            copy.write_text(UNIT.read_text(encoding="utf-8").replace("/opt/soak/bin", bin_folder()), encoding="utf-8")
+            copy.write_text(UNIT.read_text(encoding="utf-8").replace("/usr/bin", bin_folder()), encoding="utf-8")
             done = subprocess.run(["systemd-analyze", "verify", str(copy)], capture_output=True, text=True, check=False)
             self.assertEqual((done.returncode, done.stdout + done.stderr), (0, ""))
 
