@@ -19,7 +19,7 @@
 namespace soak::calib {
 namespace {
 
-constexpr int kCurvesOfSample = 20;  ///< of each cell; the proof takes more (tools/prove/few-runs)
+constexpr int kCurvesOfSample = 10;  ///< of each cell; the proof takes more (tools/prove/few-runs)
 
 int curves_per_cell() {
   const char* asked = std::getenv("SOAK_FEW_RUNS_CURVES");

@@ -27,7 +27,7 @@ namespace {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr int kSample = 6;
 #else
-constexpr int kSample = 30;
+constexpr int kSample = 16;
 #endif
 
 /// Where a number was asked for, four times as many of few runs, which are quick: the share of 1000 campaigns has a

@@ -34,7 +34,7 @@ void expect_named(const GapReport& report, std::string_view name) {
 }
 
 TEST(FindGap, SaysNoneWhereNothingIsHidden) {
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     Plan plan;
     plan.seed = seed;
     plan.runs = seed % 2 == 0 ? 6 : 3;

@@ -109,7 +109,7 @@ TEST(Unknown, IsNotAWanderOfAllSensorsButOne) {
 
 // Bias instability and rate random walk, as every data sheet states them.
 TEST(Unknown, IsNotABiasThatWanders) {
-  for (std::uint64_t seed = 1; seed <= made_up::fewer_under_sanitizers(8); ++seed) {
+  for (std::uint64_t seed = 1; seed <= made_up::fewer_under_sanitizers(4); ++seed) {
     Plan plan;
     plan.seed = seed;
     const GapReport report = report_of(plan, made_up::wander(plan, 1.25, {360.0, 3600.0, 36000.0}, seed));
