@@ -7,8 +7,10 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <set>
+#include <system_error>
 
 namespace soak::settings {
 
@@ -310,6 +312,13 @@ base::Result<std::string> read_text(const std::string& file, std::size_t longest
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));
   return text;
+}
+
+std::string shipped(const std::string& name, const std::string& in_checkout) {
+  std::error_code none;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", none);
+  const auto installed = program.parent_path().parent_path() / "share/soak" / name;
+  return std::filesystem::exists(installed, none) ? installed.string() : in_checkout;
 }
 
 }  // namespace soak::settings

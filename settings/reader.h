@@ -111,6 +111,10 @@ class Reader {
 /// The content of a text file, up to one byte more than `longest`; one that cannot be read is bad_input.
 [[nodiscard]] base::Result<std::string> read_text(const std::string& file, std::size_t longest = kLongestText);
 
+/// A file or folder that Soak comes with: share/soak/`name` beside the bin/ in which the running program lies, as a
+/// package has installed it; where there is none, `in_checkout`.
+[[nodiscard]] std::string shipped(const std::string& name, const std::string& in_checkout);
+
 /// What `read_root` makes of the root table, or all mistakes. It sees a table with mistakes as well.
 template <class ReadRoot>
 [[nodiscard]] auto read(std::string_view text, const std::string& file, ReadRoot&& read_root,

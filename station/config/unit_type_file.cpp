@@ -253,11 +253,7 @@ std::filesystem::path default_unit_type_folder() {
   if (const char* procedures = std::getenv("SOAK_PROCEDURES"); procedures != nullptr && *procedures != '\0') {
     return std::filesystem::path(procedures) / "units";
   }
-  std::error_code none;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", none);
-  const auto installed = program.parent_path().parent_path() / "share/soak/procedures/units";
-  if (std::filesystem::is_directory(installed, none)) return installed;
-  return std::filesystem::path(SOAK_PROCEDURES_FOLDER) / "units";
+  return std::filesystem::path(settings::shipped("procedures", SOAK_PROCEDURES_FOLDER)) / "units";
 }
 
 }  // namespace soak::station

@@ -52,6 +52,7 @@ class Packages(unittest.TestCase):
         self.assertIn("h", self.program("soak", "procedure", "check", procedure, "--type", "mti-300"))
         self.assertIn(f'map = "{self.soak}/usr/share/soak/procedures/chambers/', self.program("soakd", "--write-config"))
         self.assertIn("simulated laboratory", self.program("soak-demo", "--help"))
+        self.program("soaksim-truth", "--seed", "1", "--units", "1")
 
     def test_the_configuration_and_the_service_name_installed_files(self):
         text = (self.soak / "etc/soak/station.toml").read_text(encoding="utf-8")

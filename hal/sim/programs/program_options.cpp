@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "base/text.h"
+#include "settings/reader.h"
 
 namespace soak::hal::sim {
 namespace {
@@ -91,7 +92,8 @@ std::vector<std::string> ProgramOptions::texts(std::string_view name) const {
 }
 
 base::Result<CampaignConfig> configured(const ProgramOptions& options, int max_units) {
-  auto config = read_campaign_config(options.text("--config").value_or(SOAK_SIM_LAB_TOML));
+  auto config =
+      read_campaign_config(options.text("--config").value_or(settings::shipped("lab.toml", SOAK_SIM_LAB_TOML)));
   if (!config) return config;
   if (const auto status = options.override_whole("--seed", 0, kMaxSeed, config->seed); !status) {
     return base::forward_error(status);

@@ -13,6 +13,7 @@
 #include "hal/sim/campaign/truth_writer.h"
 #include "hal/sim/programs/station_file.h"
 #include "hal/sim/wires/lab_server.h"
+#include "settings/reader.h"
 
 namespace soak::hal::sim {
 namespace {
@@ -158,7 +159,8 @@ base::Result<LabOrder> parse_lab_order(const std::vector<std::string>& arguments
   if (const base::Status stated = refuse_what_needs_a_plan(*config); !stated) return base::forward_error(stated);
   auto server = server_options(*options, config->units);
   if (!server) return base::forward_error(server);
-  return LabOrder{*folder, options->text("--maps").value_or(SOAK_SIM_MAPS), *std::move(config), *std::move(server)};
+  return LabOrder{*folder, options->text("--maps").value_or(settings::shipped("procedures", SOAK_SIM_MAPS)),
+                  *std::move(config), *std::move(server)};
 }
 
 base::Status serve_lab(const LabOrder& order, int stop_fd, const std::function<void(const std::string&)>& announce) {
