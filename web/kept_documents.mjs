@@ -141,6 +141,15 @@
  */
 
 /**
+ * @typedef {object} AlarmWay how people are told of alarms
+ * @property {"mail" | "webhook"} way
+ * @property {string} to
+ * @property {number} waiting
+ * @property {string | null} trouble
+ * @property {number | null} sent_utc_s
+ */
+
+/**
  * @typedef {object} Session
  * @property {boolean} accounts whether there are any
  * @property {string | null} name

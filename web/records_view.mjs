@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the laboratory measures with and what it measures: certificates of references, types of units, new units.
+// What the laboratory measures with and what it measures: certificates of references, types of units, new units, and who is told of alarms.
 
+import { AlarmsCard } from "./alarms_card.mjs";
 import { get, post } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
 import { badge } from "./runs_view.mjs";
@@ -9,11 +10,13 @@ import { unitAddress } from "./units_view.mjs";
 
 export class RecordsView {
   #userName;
+  #alarms;
   #retiring = null; // the entry that the dialog is about
 
   /** `userName()`: who enters something, "" where nobody has said so. */
   constructor(userName) {
     this.#userName = userName;
+    this.#alarms = new AlarmsCard(userName);
     $("reference-form").addEventListener("submit", (event) => this.#addReference(event));
     $("reference-kind").addEventListener("change", () => this.#sayUnit());
     $("new-unit-form").addEventListener("submit", (event) => this.#addUnit(event));
@@ -25,6 +28,7 @@ export class RecordsView {
     this.#sayUnit();
     await tell("records-failure", async () => this.#showReferences((await get("references")).references));
     await tell("records-failure", async () => this.#showTypes(await get("types")), { add: true });
+    await this.#alarms.open();
   }
 
   /** The entries that stand; older ones of a reference come after its newest. */

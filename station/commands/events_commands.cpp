@@ -52,8 +52,10 @@ bool is_asked_for(const db::EventRow& event, const EventsList& command) {
 }
 
 /// Kinds of all events that programs of this version enter.
-constexpr std::array<std::string_view, 44> kKnownKinds = {"account",
+constexpr std::array<std::string_view, 46> kKnownKinds = {"account",
                                                           "alarm",
+                                                          "alarm_not_sent",
+                                                          "alarm_sent",
                                                           "backup_made",
                                                           "calibration_exported",
                                                           "campaign",

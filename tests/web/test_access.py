@@ -11,9 +11,9 @@ from guarded_station import ROLES, UNIT, GuardedStation, password_of, read_all
 from soak_cli import check_schema
 
 READS = ["status", "plan", "history", "stored", "noise?unit=x", "log", "runs", f"run?run=x&unit={UNIT}", "run/series", "units",
-         f"unit?unit={UNIT}", "jobs", "job?id=1", "job/file?id=1", "events", "session"]
+         f"unit?unit={UNIT}", "jobs", "job?id=1", "job/file?id=1", "events", "session", "alarms"]
 COMMANDS = ["campaign/start", "campaign/queue", "campaign/unqueue", "campaign/next", "campaign/pause", "campaign/resume", "campaign/abort",
-            "campaign/confirm", "jobs", "jobs/cancel", "run/void", "logout"]
+            "campaign/confirm", "jobs", "jobs/cancel", "run/void", "alarms/test", "logout"]
 ABORT = {"reason": "smoke"}
 SLOW = 200
 
@@ -192,7 +192,7 @@ class Attacker(unittest.TestCase):
             self.assertEqual(status, 401)
             self.assertNotIn(name, body)
         log = (self.station.folder / "soakd.log").read_text(encoding="utf-8")
-        self.assertIn("127.0.0.11: refused", log)
+        self.assertIn("login_refused: unknown account: refused from 127.0.0.11", log)
         self.assertIsNone(re.search(r"onerror|__proto__|or 1=1", log), log)
 
     def test_other_hosts_are_refused_also_with_a_token(self):
