@@ -40,6 +40,7 @@ export class RecordsView {
       const state = element("td", "");
       state.append(badge(standingOf(entry)));
       const retire = Object.assign(element("button", "Retire…"), { type: "button", className: "small" });
+      retire.dataset.needs = "engineer";
       retire.setAttribute("aria-label", `Retire ${entry.name}`);
       retire.addEventListener("click", () => this.#askToRetire(entry));
       const actions = element("td", "");

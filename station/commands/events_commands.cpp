@@ -52,7 +52,7 @@ bool is_asked_for(const db::EventRow& event, const EventsList& command) {
 }
 
 /// Kinds of all events that programs of this version enter.
-constexpr std::array<std::string_view, 46> kKnownKinds = {"account",
+constexpr std::array<std::string_view, 50> kKnownKinds = {"account",
                                                           "alarm",
                                                           "alarm_not_sent",
                                                           "alarm_sent",
@@ -77,6 +77,10 @@ constexpr std::array<std::string_view, 46> kKnownKinds = {"account",
                                                           "job_ended",
                                                           "job_started",
                                                           "journal",
+                                                          "logged_in",
+                                                          "logged_out",
+                                                          "login_limited",
+                                                          "login_refused",
                                                           "model_added",
                                                           "noise_exported",
                                                           "nothing_to_void",

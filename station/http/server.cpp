@@ -112,7 +112,7 @@ struct HttpServer::Running {
         runs(data_folder),
         jobs(data_folder),
         own_names(std::move(names)),
-        access(tls ? std::optional(data_folder) : std::nullopt),
+        access(service, tls ? std::optional(data_folder) : std::nullopt),
         feed(service),
         alarms(alarm_sender) {
     own_names.push_back(host_of(to_text(address)));
