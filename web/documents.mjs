@@ -183,6 +183,7 @@
  * @property {string | null} campaign
  * @property {string | null} format
  * @property {string[] | null} [effects] absent in jobs kept before there were gap jobs
+ * @property {boolean | null} [sign] absent in jobs kept before files were signed here
  * @property {string} user
  * @property {"running" | "done" | "failed" | "cancelled"} state
  * @property {number} started_utc_s
@@ -277,6 +278,7 @@
 /** @typedef {import("./kept_documents.mjs").CampaignCheck} CampaignCheck */
 /** @typedef {import("./kept_documents.mjs").Session} Session */
 /** @typedef {import("./kept_documents.mjs").AlarmWay} AlarmWay */
+/** @typedef {import("./kept_documents.mjs").StationKey} StationKey */
 
 /**
  * What GET /api/v1/NAME answers.
@@ -300,6 +302,7 @@
  * @property {{references: Reference[]}} references
  * @property {Session} session
  * @property {{ways: AlarmWay[]}} alarms
+ * @property {{key: StationKey | null}} key
  */
 
 /** @typedef {PlainAnswers & {"run/series": Series, "audit/check": Chain}} Answers */

@@ -52,7 +52,7 @@ bool is_asked_for(const db::EventRow& event, const EventsList& command) {
 }
 
 /// Kinds of all events that programs of this version enter.
-constexpr std::array<std::string_view, 50> kKnownKinds = {"account",
+constexpr std::array<std::string_view, 51> kKnownKinds = {"account",
                                                           "alarm",
                                                           "alarm_not_sent",
                                                           "alarm_sent",
@@ -77,6 +77,7 @@ constexpr std::array<std::string_view, 50> kKnownKinds = {"account",
                                                           "job_ended",
                                                           "job_started",
                                                           "journal",
+                                                          "key_made",
                                                           "logged_in",
                                                           "logged_out",
                                                           "login_limited",

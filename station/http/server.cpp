@@ -193,6 +193,8 @@ struct HttpServer::Running {
     listener.Get(kApiPath + std::string("references"), [this](const auto& request, auto& response) {
       answer(response, references_answer(runs, request.params));
     });
+    listener.Get(kApiPath + std::string("key"),
+                 [this](const auto& request, auto& response) { answer(response, key_answer(runs, request.params)); });
     for (const RecordCommand& command : record_commands()) {
       add_post(std::string(command.name),
                [this, &command](const nlohmann::json& body) { return command.carry_out(lab, runs, body); });
