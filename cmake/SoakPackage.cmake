@@ -7,7 +7,7 @@ install(FILES tools/demo.py tools/lab_session.py DESTINATION share/soak/tools CO
 install(DIRECTORY tests/cli/blob_reader DESTINATION share/soak/tests/cli COMPONENT station FILES_MATCHING PATTERN "*.py")
 install(FILES hal/sim/lab.toml DESTINATION share/soak COMPONENT station)
 install(FILES packaging/grafana/soak.json DESTINATION share/soak/grafana COMPONENT station)
-install(FILES packaging/systemd/soakd.service DESTINATION lib/systemd/system COMPONENT station)
+install(FILES packaging/systemd/soakd.service packaging/systemd/soakd-alarm.service DESTINATION lib/systemd/system COMPONENT station)
 install(FILES packaging/udev/60-soak.rules DESTINATION lib/udev/rules.d COMPONENT station)
 install(DIRECTORY docs DESTINATION share/doc/soak COMPONENT station)
 install(FILES README.md CHANGELOG.md DESTINATION share/doc/soak COMPONENT station)

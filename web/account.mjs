@@ -1,16 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who is logged in, at a station that asks for it.
+// Who is logged in, at a station that asks for it, and what of the page is not for that role (docs/access.md).
 
 import { get, post } from "./api.mjs";
-import { $, show } from "./dom.mjs";
+import { $, say, show } from "./dom.mjs";
 
-/** The account's name takes the place of the one that people enter: the station writes no other into its log. */
+const MAY = {
+  viewer: "This account sees everything and changes nothing",
+  operator: "This account runs campaigns and judges units; exports, keys, certificates and withdrawals need the role engineer",
+  engineer: "This account may do everything",
+};
+
+/** Whether whoever is here may answer the station; known once it has said who that is. */
+export const mayOperate = () => document.body.dataset.role !== "viewer";
+
+/**
+ * The account's name takes the place of the one that people enter: the station writes no other into its log. What the role may not do
+ * the style sheet takes away by `data-needs`, whatever else shows or enables it.
+ */
 export async function showAccount() {
   const { accounts, name, role } = await get("session");
   if (!accounts) return;
+  document.body.dataset.role = role;
   $("user").value = name;
   $("user").readOnly = true;
-  $("user").title = role;
+  say($("role"), role);
+  $("role").title = MAY[role] ?? "";
+  show($("role"), true);
   show($("log-out"), true);
   $("log-out").addEventListener("click", async () => {
     await post("logout", {});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The station's page: what /api/v1 says, and what a user can tell it.
 
-import { showAccount } from "./account.mjs";
+import { mayOperate, showAccount } from "./account.mjs";
 import { connectAlerts, renderAlerts } from "./alerts.mjs";
 import { get, send, subscribe } from "./api.mjs";
 import { confirmsItself, openAbortDialog, renderCampaign, renderDoor, renderHead, renderPrompt } from "./campaign_cards.mjs";
@@ -69,7 +69,7 @@ function takeStatus(document) {
   startForm.take(status);
   storedCard.take(status);
   runsView.take(status);
-  if (confirmsItself(status) && status.prompt.id !== confirmedItself) {
+  if (confirmsItself(status) && mayOperate() && status.prompt.id !== confirmedItself) {
     confirmedItself = status.prompt.id;
     confirm({ itself: true });
   }

@@ -66,6 +66,7 @@ function renderQueue(campaigns) {
   $("queue-list").replaceChildren(...campaigns.map(({ name, procedure, user, estimate_s }) => {
     const entry = element("li", "");
     const out = Object.assign(element("button", "Take out"), { type: "button", className: "small" });
+    out.dataset.needs = "operator";
     out.dataset.campaign = name;
     out.setAttribute("aria-label", `Take ${name} out of the queue`);
     entry.append(element("span", `${name}: ${procedure}, about ${duration(estimate_s)}, queued by ${user}`), out);

@@ -47,6 +47,18 @@
  */
 
 /**
+ * @typedef {object} Alarm what needs somebody
+ * @property {string} code
+ * @property {string | null} about
+ * @property {"alarm" | "warning"} level
+ * @property {string} title
+ * @property {string | null} detail
+ * @property {string} action
+ * @property {{text: string, utc_s: number} | null} deadline
+ * @property {boolean} calls
+ */
+
+/**
  * @typedef {object} Status
  * @property {State} state
  * @property {string | null} reason
@@ -55,6 +67,7 @@
  * @property {boolean} resumes_by_itself
  * @property {{campaigns: {name: string, procedure: string, user: string, queued_utc_s: number, estimate_s: number}[],
  *   waits_for: "campaign" | "time" | "somebody" | null, begins_utc_s: number | null, trouble: string | null}} queue
+ * @property {Alarm[]} alarms
  * @property {{causes: string[], for_s: number, gives_up_in_s: number} | null} suspension
  * @property {{outcome: "aborted" | "failed" | "interrupted", needs_somebody: boolean} | null} ending
  * @property {{queued: number, discarded: number, trouble: string | null}} journal
@@ -170,6 +183,7 @@
  * @property {string | null} campaign
  * @property {string | null} format
  * @property {string[] | null} [effects] absent in jobs kept before there were gap jobs
+ * @property {boolean | null} [sign] absent in jobs kept before files were signed here
  * @property {string} user
  * @property {"running" | "done" | "failed" | "cancelled"} state
  * @property {number} started_utc_s
@@ -263,6 +277,8 @@
 /** @typedef {import("./kept_documents.mjs").Reference} Reference */
 /** @typedef {import("./kept_documents.mjs").CampaignCheck} CampaignCheck */
 /** @typedef {import("./kept_documents.mjs").Session} Session */
+/** @typedef {import("./kept_documents.mjs").AlarmWay} AlarmWay */
+/** @typedef {import("./kept_documents.mjs").StationKey} StationKey */
 
 /**
  * What GET /api/v1/NAME answers.
@@ -285,6 +301,8 @@
  * @property {{procedures: Procedure[]}} procedures
  * @property {{references: Reference[]}} references
  * @property {Session} session
+ * @property {{ways: AlarmWay[]}} alarms
+ * @property {{key: StationKey | null}} key
  */
 
 /** @typedef {PlainAnswers & {"run/series": Series, "audit/check": Chain}} Answers */

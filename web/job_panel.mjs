@@ -33,6 +33,7 @@ export class JobPanel {
     this.#took = took;
     $("unit-format").append(...Object.entries(FORMATS).map(([value, text]) => Object.assign(element("option", text), { value })));
     for (const kind of KINDS) $(`unit-${kind}`).addEventListener("click", () => this.#startOwn(kind));
+    $("unit-format").addEventListener("change", () => this.#offerSignature());
     $("unit-cancel").addEventListener("click", () => this.#cancel());
     let ticks = 0;
     setInterval(() => {
@@ -50,6 +51,7 @@ export class JobPanel {
     $("unit-jobs").replaceChildren();
     $("unit-jobs").setAttribute("aria-busy", "true");
     show($("job-failure"), false);
+    this.#offerSignature();
     this.#look();
   }
 
@@ -87,8 +89,26 @@ export class JobPanel {
   async #startOwn(kind) {
     const members = {};
     if (kind === "verify") members.campaign = $("unit-campaign").value;
-    if (kind === "export") Object.assign(members, { format: $("unit-format").value, simulated: !$("unit-simulated-box").hidden && $("unit-simulated").checked });
+    if (kind === "export") Object.assign(members, this.#exportMembers());
     await this.start(kind, members);
+  }
+
+  #exportMembers() {
+    const isChosen = (name) => !$(`${name}-box`).hidden && !$(name).disabled && $(name).checked;
+    return { format: $("unit-format").value, simulated: isChosen("unit-simulated"), sign: isChosen("unit-sign") };
+  }
+
+  /** Only a calibration file can be signed, and only by a station that has a key. */
+  async #offerSignature() {
+    show($("unit-sign-box"), $("unit-format").value === "blob");
+    try {
+      const { key } = await get("key");
+      $("unit-sign").disabled = key === null;
+      say($("unit-sign-text"), key === null ? "Sign it: the station has no key yet, Records makes one" : `Sign it with key ${key.key_id}`);
+    } catch (error) {
+      $("unit-sign").disabled = true;
+      say($("unit-sign-text"), `Sign it: ${error.message}`);
+    }
   }
 
   async #cancel() {

@@ -141,6 +141,23 @@
  */
 
 /**
+ * @typedef {object} StationKey public part of the key that the station signs with
+ * @property {string} key_id
+ * @property {string} public_key
+ * @property {string} comment
+ * @property {string} file
+ */
+
+/**
+ * @typedef {object} AlarmWay how people are told of alarms
+ * @property {"mail" | "webhook"} way
+ * @property {string} to
+ * @property {number} waiting
+ * @property {string | null} trouble
+ * @property {number | null} sent_utc_s
+ */
+
+/**
  * @typedef {object} Session
  * @property {boolean} accounts whether there are any
  * @property {string | null} name

@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the laboratory measures with and what it measures: certificates of references, types of units, new units.
+// What the laboratory measures with and what it measures: certificates of references, types of units, new units, the key, and who is told of alarms.
 
+import { AlarmsCard } from "./alarms_card.mjs";
 import { get, post } from "./api.mjs";
 import { $, element, say, show } from "./dom.mjs";
+import { KeyCard } from "./key_card.mjs";
 import { badge } from "./runs_view.mjs";
 import { limitsText, ratingText, standingOf, valueText } from "./records_words.mjs";
 import { unitAddress } from "./units_view.mjs";
 
 export class RecordsView {
   #userName;
+  #alarms;
+  #key;
   #retiring = null; // the entry that the dialog is about
 
   /** `userName()`: who enters something, "" where nobody has said so. */
   constructor(userName) {
     this.#userName = userName;
+    this.#alarms = new AlarmsCard(userName);
+    this.#key = new KeyCard(userName);
     $("reference-form").addEventListener("submit", (event) => this.#addReference(event));
     $("reference-kind").addEventListener("change", () => this.#sayUnit());
     $("new-unit-form").addEventListener("submit", (event) => this.#addUnit(event));
@@ -25,6 +31,8 @@ export class RecordsView {
     this.#sayUnit();
     await tell("records-failure", async () => this.#showReferences((await get("references")).references));
     await tell("records-failure", async () => this.#showTypes(await get("types")), { add: true });
+    await this.#key.open();
+    await this.#alarms.open();
   }
 
   /** The entries that stand; older ones of a reference come after its newest. */
@@ -36,6 +44,7 @@ export class RecordsView {
       const state = element("td", "");
       state.append(badge(standingOf(entry)));
       const retire = Object.assign(element("button", "Retire…"), { type: "button", className: "small" });
+      retire.dataset.needs = "engineer";
       retire.setAttribute("aria-label", `Retire ${entry.name}`);
       retire.addEventListener("click", () => this.#askToRetire(entry));
       const actions = element("td", "");

@@ -177,7 +177,11 @@ export class RunView {
     const actions = element("td", "");
     actions.className = "actions";
     if (this.#hasSamples()) actions.append(this.#button("Look", segment, () => this.#lookAt(segment)));
-    if (!segment.void) actions.append(this.#button("Void…", segment, () => this.#dialog.open(this.#document, segment, this.#userName())));
+    if (!segment.void) {
+      const button = this.#button("Void…", segment, () => this.#dialog.open(this.#document, segment, this.#userName()));
+      button.dataset.needs = "engineer";
+      actions.append(button);
+    }
     row.append(...cells.map((text) => element("td", text)), state, actions);
     return row;
   }

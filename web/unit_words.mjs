@@ -148,10 +148,10 @@ export function runningText(job, now_s) {
 }
 
 /** @param {import("./documents.mjs").Job} job */
-const detailOf = ({ kind, campaign, format, effects, result }) => {
+const detailOf = ({ kind, campaign, format, effects, sign, result }) => {
   if (kind === "gap_accept") return ` ${effects.map(effectName).join(", ")}${result ? `: model ${result.model}` : ""}`;
   if (kind === "verify") return ` against ${campaign}`;
-  if (kind === "export") return ` as ${Object.hasOwn(FORMATS, format ?? "") ? FORMATS[format] : format}`;
+  if (kind === "export") return ` as ${Object.hasOwn(FORMATS, format ?? "") ? FORMATS[format] : format}${sign ? `, signed${result?.key_id ? ` with key ${result.key_id}` : ""}` : ""}`;
   return kind === "fit" && result ? `: model ${result.model}` : "";
 };
 

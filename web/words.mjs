@@ -16,44 +16,14 @@ const STATES = {
   aborted: "aborted",
   failed: "failed",
 };
-/** What a campaign that waits by itself (docs/campaigns.md) waits for, and the one thing to do. */
+/** What a campaign that waits by itself (docs/campaigns.md) waits for, the most urgent first. */
 const SUSPENSIONS = {
-  chamber: {
-    level: "alarm",
-    waits: "the chamber",
-    title: "The chamber does not answer: the campaign waits",
-    action: "Go to the chamber: is it switched on, is its cable plugged in? When it answers again the campaign goes on by itself.",
-  },
-  air: {
-    level: "alarm",
-    waits: "the chamber's temperature",
-    title: "The air is not at its set point: the campaign waits",
-    action: "Close the chamber's door, and look at its display. When the air is back the campaign goes on by itself.",
-  },
-  disk: {
-    level: "warning",
-    waits: "room on the disk",
-    title: "The disk is full: the campaign waits",
-    action: "Make room on the station's disk, but delete nothing in its data folder. The campaign then goes on by itself.",
-  },
-  storage: {
-    level: "warning",
-    waits: "the disk",
-    title: "What is measured cannot be written: the campaign waits",
-    action: "Look at the station's disk. When it can be written to the campaign goes on by itself.",
-  },
-  supply: {
-    level: "warning",
-    waits: "a unit's supply",
-    title: "A unit's supply is out of range: the campaign waits",
-    action: "Look at the power supply and its cables. When the voltage is right the campaign goes on by itself.",
-  },
-  catalog: {
-    level: "warning",
-    waits: "the catalog",
-    title: "The catalog cannot be written: the campaign waits",
-    action: "End the other program that holds it (a stopped soak import?). The campaign then goes on by itself.",
-  },
+  chamber: "the chamber",
+  air: "the chamber's temperature",
+  disk: "room on the disk",
+  storage: "the disk",
+  supply: "a unit's supply",
+  catalog: "the catalog",
 };
 const UNIT_STATES = { closed: "off", silent: "sends nothing", configuring: "starting", streaming: "on", failed: "failed" };
 /** °C above the dew point from which the station itself calls a unit dry (docs/campaigns.md, the safe state). */
@@ -84,7 +54,7 @@ export function stateText(status) {
   if (!waitsByItself(status) || status.campaign?.step_trouble) return "waiting for you";
   const [cause] = causesOf(status);
   const waits = cause ?? (waitsForChamber(status) ? "chamber" : "catalog");
-  return `waiting for ${SUSPENSIONS[waits].waits}`;
+  return `waiting for ${SUSPENSIONS[waits]}`;
 }
 
 /**
@@ -276,110 +246,15 @@ export function doorOf(status, plan) {
 // ---- what is wrong
 
 /**
- * What needs somebody: {level: "alarm" | "warning", title, action}, the most urgent first.
+ * What needs somebody, as the station says: {level: "alarm" | "warning", title, detail, action}, the most urgent first. Times as this
+ * page's reader has them.
  * @param {import("./documents.mjs").Status} status
  */
 export function alertsOf(status) {
-  return [...chamberAlerts(status), ...folderAlerts(status), ...unitAlerts(status), ...campaignAlerts(status)];
-}
-
-/** What follows once a silent chamber answers. */
-function whenItAnswers({ state, suspension }) {
-  if (state === "paused") return "The campaign stays paused; Resume gives the chamber its set point again.";
-  if (suspension) return "The campaign waits for something else, too: see below.";
-  return "If it answers within a minute the campaign goes on at once.";
-}
-
-function chamberAlerts(status) {
-  const { chamber, state, reason } = status;
-  const alerts = chamber.alarms.map((name) => ({
-    level: "alarm",
-    title: `The chamber reports an alarm: ${name}`,
-    action: "Go to the chamber and look at its display. Keep the door closed until the lamp below says that it is safe.",
-  }));
-  if (!isActive(status) || chamber.connected || causesOf(status).includes("chamber")) return alerts;
-  const ends = state === "stopping";
-  alerts.unshift({
-    level: "alarm",
-    title: "The chamber does not answer",
-    action: ends
-      ? "Go to the chamber: one that does not answer can only be switched off by hand, once the units are warm."
-      : `Go to the chamber: is it switched on, is its cable plugged in? ${whenItAnswers(status)}`,
-    detail: ends ? null : reason, // in the banner of campaignAlerts()
+  return status.alarms.map(({ level, title, detail, action, deadline }) => {
+    const ends = deadline ? ` ${deadline.text} ${timeOfDay(deadline.utc_s, now_s(status))}.` : "";
+    return { level, title, detail, action: `${action}${ends}` };
   });
-  return alerts;
-}
-
-function folderAlerts({ data }) {
-  if (data.trouble === null) return [];
-  return [{ level: "alarm", title: "The data folder is gone", detail: data.trouble, action: "Bring it back (is its disk mounted?), or start soakd again. No campaign begins before that." }];
-}
-
-function unitAlerts(status) {
-  const turning = status.campaign?.step_kind === "move" || status.campaign?.step_kind === "spin";
-  const alerts = [];
-  for (const unit of status.units) {
-    const who = `Unit ${unit.serial} in slot ${unit.slot}`;
-    if (isActive(status) && unit.dropped) {
-      alerts.push({ level: "warning", title: `${who} was dropped: not recorded in this run`, detail: unit.dropped, action: "Look at its cable and its supply. The other units go on, and the next run tries it again." });
-    } else if (isActive(status) && unit.state === "failed") {
-      alerts.push({ level: "alarm", title: `${who} has failed`, action: "Look at its cable and its supply. The other units go on." });
-    }
-    const face = faceOf(unit);
-    if (!face?.wrong || status.prompt) continue;
-    const tilted = face.up === face.expected;
-    alerts.push({
-      level: turning && status.fixture.moving ? "warning" : "alarm",
-      title: tilted ? `${who} is tilted` : `${who} has ${face.up} up, not ${face.expected}`,
-      action: tilted ? `It ${turnText(face)}.` : isByHand(status) ? `Turn the fixture: ${turnText(face)}.` : "Look whether it is mounted as the station's configuration says, and whether the fixture is where it reports to be.",
-    });
-  }
-  return alerts;
-}
-
-/** The red or amber banner of a campaign that waits by itself: one, with what to do first. The reason, whose numbers move, stands with the step. */
-function suspensionAlert(status) {
-  const [cause] = causesOf(status);
-  if (!cause) return [];
-  const { level, title, action } = SUSPENSIONS[cause];
-  const ends_s = now_s(status) + status.suspension.gives_up_in_s / status.clock.rate;
-  return [{ level, title, detail: null, action: `${action} Otherwise it ends at ${timeOfDay(ends_s, now_s(status))}.` }];
-}
-
-/** Somebody asked for this end, and the chamber does what it is told: nobody has to come. */
-const endsAsAsked = ({ ending }) => ending?.outcome === "aborted" && !ending.needs_somebody;
-
-function campaignAlerts(status) {
-  const { state, reason, resumable } = status;
-  if (state === "waiting" && status.campaign?.step_trouble) {
-    return [{ level: "alarm", title: "The chamber does not go off", detail: status.campaign.step_trouble, action: "Go to the chamber, and switch heating and cooling off by hand. Keep the door closed until the lamp below says that it is safe." }];
-  }
-  if (state === "waiting") return suspensionAlert(status);
-  if (state === "failed") {
-    return [{ level: "alarm", title: "The campaign failed", detail: reason, action: resumable ? "Mend what is named here, then press Resume: it goes on from the plateau before the break." : "Mend what is named here, then start a new campaign." }];
-  }
-  if (state === "stopping" && endsAsAsked(status)) {
-    return [{ level: "warning", title: "The campaign was aborted: the station is being made safe", detail: reason, action: "Keep the door closed until the lamp below says that it is safe." }];
-  }
-  if (state === "stopping") {
-    return [{ level: "alarm", title: "The campaign has ended: the station is being made safe", detail: reason, action: `${status.resumes_by_itself ? "It then goes on by itself: abort it to stop that." : "Do what is named here, if anything is."} Keep the door closed until the lamp below says that it is safe.` }];
-  }
-  if (state === "interrupted" && status.resumes_by_itself) {
-    return [{ level: "warning", title: "The campaign was interrupted, and goes on by itself", detail: reason, action: "Keep the door closed. To stop that, abort it." }];
-  }
-  if (state === "interrupted") {
-    return [{ level: "warning", title: "The campaign was interrupted", detail: reason, action: resumable ? "Press Resume: it goes on from the plateau before the break." : "Start a new campaign." }];
-  }
-  return queueAlerts(status);
-}
-
-function queueAlerts(status) {
-  const { campaigns, trouble } = status.queue;
-  if (nextBeginsByItself(status)) {
-    return [{ level: "warning", title: `Campaign ${campaigns[0].name} begins by itself at ${nextBegins(status)}`, detail: trouble, action: "Keep the door closed. To stop that, abort it." }];
-  }
-  if (trouble === null || campaigns.length === 0 || isActive(status)) return [];
-  return [{ level: "warning", title: `Campaign ${campaigns[0].name} does not begin`, detail: trouble, action: "Mend what is named here, then press Begin next." }];
 }
 
 // ---- units

@@ -216,13 +216,19 @@ base::Status change_accounts(const std::filesystem::path& data_folder,
   return write_accounts(accounts_file(data_folder), text_of(*accounts), *owner);
 }
 
+AccountBook::AccountBook(std::filesystem::path data_folder) : folder_(std::move(data_folder)) { look(); }
+
 std::shared_ptr<const Accounts> AccountBook::now() {
-  const std::lock_guard lock(mutex_);
+  if (const std::unique_lock turn(look_, std::try_to_lock); turn) look();
+  return accounts_;
+}
+
+void AccountBook::look() {
   struct stat found{};
   const bool is_there = ::stat(accounts_file(folder_).c_str(), &found) == 0;
   if (is_there ? seen_ && is_same_file(*seen_, found) : !seen_) {
     trouble_.clear();
-    return accounts_;
+    return;
   }
   auto accounts =
       is_there ? read_accounts(folder_) : base::bad_input("the file is gone", accounts_file(folder_).string());
@@ -230,13 +236,12 @@ std::shared_ptr<const Accounts> AccountBook::now() {
     accounts_ = std::make_shared<const Accounts>(*std::move(accounts));
     seen_ = found;
     trouble_.clear();
-    return accounts_;
+    return;
   }
   // It is read again for each question until that succeeds: a revocation must not be lost.
   std::string trouble = accounts.error().where + ": " + accounts.error().message;
   if (trouble != trouble_) log_line("accounts stay as they were: " + trouble);
   trouble_ = std::move(trouble);
-  return accounts_;
 }
 
 }  // namespace soak::station

@@ -3,6 +3,7 @@
 
 #include <sys/stat.h>
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -71,18 +72,22 @@ using Accounts = std::vector<Account>;
 /// The accounts as they are at any time, for a program that runs for weeks. Any thread may ask.
 class AccountBook {
  public:
-  explicit AccountBook(std::filesystem::path data_folder) : folder_(std::move(data_folder)) {}
+  explicit AccountBook(std::filesystem::path data_folder);
 
   /// Never null. Where the file is gone or cannot be read the accounts stay those that were read last, and the log says
-  /// why: with its data folder lost a station must still take an abort.
+  /// why: with its data folder lost a station must still take an abort. One caller at a time looks at the file; the
+  /// others do not wait for it, which may be on a disk that does not answer.
   [[nodiscard]] std::shared_ptr<const Accounts> now();
 
  private:
+  /// Reads the file again where it has changed.
+  void look();
+
   std::filesystem::path folder_;
-  std::mutex mutex_;
+  std::mutex look_;
   std::optional<struct stat> seen_;  ///< of the file that accounts_ was read from
   std::string trouble_;              ///< that the log was told last; empty = none since
-  std::shared_ptr<const Accounts> accounts_ = std::make_shared<const Accounts>();
+  std::atomic<std::shared_ptr<const Accounts>> accounts_ = std::make_shared<const Accounts>();
 };
 
 }  // namespace soak::station

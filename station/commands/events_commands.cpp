@@ -52,8 +52,10 @@ bool is_asked_for(const db::EventRow& event, const EventsList& command) {
 }
 
 /// Kinds of all events that programs of this version enter.
-constexpr std::array<std::string_view, 44> kKnownKinds = {"account",
+constexpr std::array<std::string_view, 51> kKnownKinds = {"account",
                                                           "alarm",
+                                                          "alarm_not_sent",
+                                                          "alarm_sent",
                                                           "backup_made",
                                                           "calibration_exported",
                                                           "campaign",
@@ -75,6 +77,11 @@ constexpr std::array<std::string_view, 44> kKnownKinds = {"account",
                                                           "job_ended",
                                                           "job_started",
                                                           "journal",
+                                                          "key_made",
+                                                          "logged_in",
+                                                          "logged_out",
+                                                          "login_limited",
+                                                          "login_refused",
                                                           "model_added",
                                                           "noise_exported",
                                                           "nothing_to_void",

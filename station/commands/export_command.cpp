@@ -13,6 +13,7 @@
 #include "base/hash.h"
 #include "calib/deploy/calibration_file.h"
 #include "calib/deploy/export.h"
+#include "calib/deploy/signature.h"
 #include "calib/deploy/table_form.h"
 #include "calib/model/model_document.h"
 #include "station/commands/command.h"
@@ -271,6 +272,10 @@ base::Result<Export> export_model(const db::Catalog& catalog, const ExportComman
   auto content = calibration_content(*calibration, command);
   if (!content) return base::forward_error(content);
   made.content = *std::move(content);
+  if (command.format == "blob") {
+    const auto section = calib::signature_of(base::Bytes(made.content.begin(), made.content.end()));
+    made.members = {{"key_id", section ? nlohmann::json(base::to_hex(section->key_id)) : nlohmann::json()}};
+  }
   return made;
 }
 

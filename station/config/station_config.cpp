@@ -407,6 +407,7 @@ base::Result<StationConfig> read_station_config(const std::filesystem::path& fil
     read_slots(root, config);
     for (const SharedPort& port : shared_ports(config)) root.refuse(port.section, port.text);
     read_place(root, config);
+    config.alarms = read_alarm_config(root, folder);
     return config;
   });
 }

@@ -19,6 +19,7 @@
 #include "hal/imu/imu.h"
 #include "hal/links/addresses.h"
 #include "hal/maps/device_map.h"
+#include "station/config/alarm_config.h"
 
 namespace soak::station {
 
@@ -60,6 +61,7 @@ struct StationConfig {
   calib::Site site;
   double dew_point_c = 15.0;  ///< of the room
   double room_c = 25.0;
+  AlarmConfig alarms;  ///< who is told of what needs somebody
 };
 
 /// Reads the configuration with the register maps that it names (paths relative to it). All mistakes at once, one per

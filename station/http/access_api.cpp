@@ -88,8 +88,12 @@ Role role_of_command(std::string_view name, const json& body) {
   return is_operators ? Role::operating : Role::engineer;
 }
 
-AccessApi::AccessApi(const std::optional<std::filesystem::path>& data_folder) {
-  if (data_folder) gate_.emplace(*data_folder);
+AccessApi::AccessApi(StationService& lab, const std::optional<std::filesystem::path>& data_folder) {
+  if (!data_folder) return;
+  gate_.emplace(*data_folder, [&lab](const std::string& kind, const std::string& account, const std::string& text) {
+    const bool came_in = kind == "logged_in" || kind == "logged_out";
+    lab.note(kind, account.empty() ? "unknown account" : account, text, came_in ? account : "");
+  });
 }
 
 std::optional<Refusal> AccessApi::refusal(const httplib::Request& request) {
@@ -152,13 +156,13 @@ void AccessApi::log_in(const httplib::Request& request, httplib::Response& respo
   if (!entry && entry.error().where == kTooManyTries) return refuse(response, {429, entry.error()});
   if (!entry && entry.error().where == kWrongPassword) return refuse(response, {401, entry.error()});
   if (!entry) return answer(response, base::forward_error(entry));
-  gate_->log_out(cookie_of(request));  // that of before, which the browser forgets now
+  gate_->replace(cookie_of(request));  // that of before, which the browser forgets now
   response.set_header("Set-Cookie", cookie_name(request) + "=" + entry->session + std::string(kCookieRules));
   answer(response, json{{"name", entry->caller.name}, {"role", name_of(entry->caller.role)}});
 }
 
 void AccessApi::log_out(const httplib::Request& request, httplib::Response& response) {
-  gate_->log_out(shown_by(request).session);
+  gate_->log_out(shown_by(request).session, request.remote_addr);
   response.set_header("Set-Cookie", cookie_name(request) + "=; Max-Age=0" + std::string(kCookieRules));
   answer(response, json::object());
 }

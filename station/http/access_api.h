@@ -11,6 +11,7 @@
 #include "station/access/gate.h"
 #include "station/http/answers.h"
 #include "station/http/connections.h"
+#include "station/lab/station_service.h"
 
 namespace soak::station {
 
@@ -21,8 +22,8 @@ namespace soak::station {
 /// its own machine reaches, everybody may do everything, under any name. Any thread may call.
 class AccessApi {
  public:
-  /// `data_folder`: whose accounts count; nothing = no gate.
-  explicit AccessApi(const std::optional<std::filesystem::path>& data_folder);
+  /// `data_folder`: whose accounts count; nothing = no gate. `lab`, whose event log tells of log-ins, must outlive it.
+  AccessApi(StationService& lab, const std::optional<std::filesystem::path>& data_folder);
 
   /// Why a request is refused by its head alone: 401 for who is not known, 403 for a command that some other page may
   /// have made the browser send. What tells nothing passes: the files of the pages, the log-in, GET /api/v1/alive.

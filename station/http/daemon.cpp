@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "station/access/accounts.h"
+#include "station/alarms/alarm_sender.h"
 #include "station/config/station_config.h"
 #include "station/config/unit_type_file.h"
 #include "station/http/address.h"
@@ -137,9 +138,12 @@ base::Status run_daemon(const DaemonOptions& options) {
     if (!files) return base::forward_error(files);
     certificate = *files;
   }
+  auto deliveries = deliveries_of(config->alarms);
+  if (!deliveries) return base::forward_error(deliveries);
   const auto engine = Engine::make(*config, *catalog);
   if (!engine) return base::forward_error(engine);
-  HttpServer server(**engine, config->listen, config->data, config->allowed_hosts, certificate);
+  AlarmSender alarms(**engine, *std::move(deliveries));
+  HttpServer server(**engine, config->listen, config->data, config->allowed_hosts, certificate, &alarms);
   const auto port = server.start();
   if (!port) return base::forward_error(port);
   const std::string address = (certificate ? "https://" : "http://") + to_text({listen->host, *port});

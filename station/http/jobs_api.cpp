@@ -183,7 +183,7 @@ Result<std::vector<std::string>> effects_member(const json& body) {
 }
 
 Result<json> do_start(JobRunner& jobs, const json& body) {
-  const auto known = only_members(body, {"kind", "unit", "campaign", "format", "simulated", "effects", "user"});
+  const auto known = only_members(body, {"kind", "unit", "campaign", "format", "simulated", "sign", "effects", "user"});
   if (!known) return base::forward_error(known);
   const auto user = line_member(body, "user", "unknown");
   if (!user) return base::forward_error(user);
@@ -197,9 +197,11 @@ Result<json> do_start(JobRunner& jobs, const json& body) {
   if (!format) return base::forward_error(format);
   const json simulated = body.value("simulated", json(false));
   if (!simulated.is_boolean()) return base::bad_input("the member is neither true nor false", "simulated");
+  const json sign = body.value("sign", json(false));
+  if (!sign.is_boolean()) return base::bad_input("the member is neither true nor false", "sign");
   const auto effects = effects_member(body);
   if (!effects) return base::forward_error(effects);
-  return jobs.start({*kind, *unit, *campaign, *format, simulated, *user, *effects});
+  return jobs.start({*kind, *unit, *campaign, *format, simulated, *user, *effects, sign});
 }
 
 Result<json> do_cancel(JobRunner& jobs, const json& body) {

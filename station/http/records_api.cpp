@@ -13,6 +13,7 @@
 #include "station/io/text.h"
 #include "station/records/reference_entry.h"
 #include "station/records/reference_register.h"
+#include "station/records/station_key.h"
 
 namespace soak::station {
 namespace {
@@ -141,7 +142,22 @@ Result<json> retire_reference(const StationService&, RunArchive& archive, const 
   });
 }
 
+/// A key of the station's own, to sign calibration files with.
+Result<json> new_key(const StationService&, RunArchive& archive, const json& body) {
+  if (auto known = only_members(body, {"comment", "user"}); !known) return base::forward_error(known);
+  const auto comment = carried_member(body, "comment");
+  if (!comment) return base::forward_error(comment);
+  const auto user = carried_member(body, "user");
+  if (!user) return base::forward_error(user);
+  return archive.in_turn([&](db::Catalog& catalog) { return make_station_key(catalog, *comment, *user); });
+}
+
 }  // namespace
+
+Result<json> key_answer(RunArchive& archive, const Parameters& parameters) {
+  if (auto known = only_parameters(parameters, {}); !known) return base::forward_error(known);
+  return archive.in_turn([](const db::Catalog& catalog) { return station_key(catalog.data_folder()); });
+}
 
 Result<json> references_answer(RunArchive& archive, const Parameters& parameters) {
   if (auto known = only_parameters(parameters, {}); !known) return base::forward_error(known);
@@ -149,8 +165,10 @@ Result<json> references_answer(RunArchive& archive, const Parameters& parameters
 }
 
 const std::vector<RecordCommand>& record_commands() {
-  static const std::vector<RecordCommand> commands = {
-      {"unit/add", add_unit}, {"references/add", add_reference}, {"references/retire", retire_reference}};
+  static const std::vector<RecordCommand> commands = {{"unit/add", add_unit},
+                                                      {"references/add", add_reference},
+                                                      {"references/retire", retire_reference},
+                                                      {"key/new", new_key}};
   return commands;
 }
 

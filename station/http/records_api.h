@@ -15,6 +15,9 @@ namespace soak::station {
 /// GET /api/v1/references: the register of references. Refuses (bad_input) any parameter.
 [[nodiscard]] base::Result<nlohmann::json> references_answer(RunArchive& archive, const Parameters& parameters);
 
+/// GET /api/v1/key: what the station signs with. Refuses (bad_input) any parameter.
+[[nodiscard]] base::Result<nlohmann::json> key_answer(RunArchive& archive, const Parameters& parameters);
+
 /// Enters something into the laboratory's records: POST /api/v1/NAME with a JSON object.
 struct RecordCommand {
   std::string_view name;

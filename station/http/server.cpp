@@ -16,6 +16,7 @@
 #include "base/text.h"
 #include "station/http/access_api.h"
 #include "station/http/address.h"
+#include "station/http/alarms_api.h"
 #include "station/http/answers.h"
 #include "station/http/api.h"
 #include "station/http/audit_api.h"
@@ -103,7 +104,7 @@ void describe_exception(const httplib::Request& request, httplib::Response& resp
 
 struct HttpServer::Running {
   Running(StationService& service, HostPort listen_address, std::filesystem::path folder,
-          std::vector<std::string> names, TlsContext tls_or_none)
+          std::vector<std::string> names, TlsContext tls_or_none, AlarmSender* alarm_sender)
       : tls(std::move(tls_or_none)),
         lab(service),
         address(std::move(listen_address)),
@@ -111,8 +112,9 @@ struct HttpServer::Running {
         runs(data_folder),
         jobs(data_folder),
         own_names(std::move(names)),
-        access(tls ? std::optional(data_folder) : std::nullopt),
-        feed(service) {
+        access(service, tls ? std::optional(data_folder) : std::nullopt),
+        feed(service),
+        alarms(alarm_sender) {
     own_names.push_back(host_of(to_text(address)));
     for (const std::string& name : names_of_machine()) own_names.push_back(name);
     listener.set_socket_options(set_socket_options);
@@ -191,10 +193,16 @@ struct HttpServer::Running {
     listener.Get(kApiPath + std::string("references"), [this](const auto& request, auto& response) {
       answer(response, references_answer(runs, request.params));
     });
+    listener.Get(kApiPath + std::string("key"),
+                 [this](const auto& request, auto& response) { answer(response, key_answer(runs, request.params)); });
     for (const RecordCommand& command : record_commands()) {
       add_post(std::string(command.name),
                [this, &command](const nlohmann::json& body) { return command.carry_out(lab, runs, body); });
     }
+    listener.Get(kApiPath + std::string("alarms"), [this](const auto& request, auto& response) {
+      answer(response, alarms_answer(alarms, request.params));
+    });
+    add_post("alarms/test", [this](const nlohmann::json& body) { return test_alarms(alarms, body); });
     add_post("run/void", [this](const nlohmann::json& body) { return void_run(runs, body); });
     listener.Get(kEventsPath, [this](const auto& request, auto& response) { send_events(request, response); });
     listener.Get("/metrics", [this](const auto&, auto& response) { send_metrics(response); });
@@ -314,6 +322,7 @@ struct HttpServer::Running {
   std::vector<std::string> own_names;
   AccessApi access;
   EventFeed feed;
+  AlarmSender* alarms;
   std::atomic<int> streams = 0;
   std::atomic<bool> ended = false;
   BoundedListener listener{ConnectionLimits{}, tls.get()};
@@ -321,12 +330,14 @@ struct HttpServer::Running {
 };
 
 HttpServer::HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder,
-                       std::vector<std::string> allowed_hosts, std::optional<CertificateFiles> certificate)
+                       std::vector<std::string> allowed_hosts, std::optional<CertificateFiles> certificate,
+                       AlarmSender* alarms)
     : lab_(lab),
       listen_(std::move(listen)),
       data_folder_(std::move(data_folder)),
       allowed_hosts_(std::move(allowed_hosts)),
-      certificate_(std::move(certificate)) {}
+      certificate_(std::move(certificate)),
+      alarms_(alarms) {}
 
 HttpServer::~HttpServer() = default;
 
@@ -335,7 +346,8 @@ base::Result<int> HttpServer::start() {
   if (!address) return base::forward_error(address);
   base::Result<TlsContext> tls = certificate_ ? tls_context(*certificate_) : TlsContext();
   if (!tls) return base::forward_error(tls);
-  auto running = std::make_unique<Running>(lab_, *std::move(address), data_folder_, allowed_hosts_, *std::move(tls));
+  auto running =
+      std::make_unique<Running>(lab_, *std::move(address), data_folder_, allowed_hosts_, *std::move(tls), alarms_);
   const auto port = running->listen();
   if (port) running_ = std::move(running);
   return port;

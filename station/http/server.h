@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "station/alarms/alarm_sender.h"
 #include "station/http/tls.h"
 #include "station/lab/station_service.h"
 
@@ -19,10 +20,11 @@ class HttpServer {
  public:
   /// `listen`: HOST:PORT, port 0 = any free one. `data_folder`: whose runs are shown and whose free space /metrics
   /// tells; empty = none. `allowed_hosts`: names of the station in addresses, besides this machine's own.
-  /// `certificate`: to speak TLS with; the accounts are then those of the data folder. The laboratory must outlive the
-  /// server.
+  /// `certificate`: to speak TLS with; the accounts are then those of the data folder. `alarms`: who tells people of
+  /// alarms; null = nobody. It and the laboratory must outlive the server.
   HttpServer(StationService& lab, std::string listen, std::filesystem::path data_folder = {},
-             std::vector<std::string> allowed_hosts = {}, std::optional<CertificateFiles> certificate = {});
+             std::vector<std::string> allowed_hosts = {}, std::optional<CertificateFiles> certificate = {},
+             AlarmSender* alarms = nullptr);
   ~HttpServer();
 
   /// Listens and answers from threads of its own; the port. Refuses an address that is not one or not free, and a
@@ -40,6 +42,7 @@ class HttpServer {
   std::filesystem::path data_folder_;
   std::vector<std::string> allowed_hosts_;
   std::optional<CertificateFiles> certificate_;
+  AlarmSender* alarms_;
   std::unique_ptr<Running> running_;
 };
 

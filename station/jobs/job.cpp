@@ -12,6 +12,7 @@
 #include "calib/model/model_document.h"
 #include "station/io/data_folder.h"
 #include "station/io/text_file.h"
+#include "station/records/station_key.h"
 #include "station/report/unit_overview.h"
 
 namespace soak::station {
@@ -95,6 +96,12 @@ base::Status check_job(const db::Catalog& catalog, const JobRequest& request) {
     return base::bad_input(fmt::format("there is no such format; there are {}", fmt::join(export_formats(), ", ")),
                            "format");
   }
+  if (request.sign && (request.kind != "export" || request.format != "blob")) {
+    return base::bad_input("only a calibration file (export as blob) can be signed", "sign");
+  }
+  if (request.sign && !std::filesystem::exists(station_key_file(catalog.data_folder()))) {
+    return base::bad_input("the station has no key to sign with: make one first, in Records", "sign");
+  }
   if (request.kind == "gap_accept" && request.effects.empty()) {
     return base::bad_input("the names of the effects to be accepted are missing", "effects");
   }
@@ -129,6 +136,7 @@ base::Result<JobCommand> job_command(const db::Catalog& catalog, const JobReques
   const std::string name = stem + std::string(format.ending);
   JobCommand command{{"export", unit, "--format=" + request.format, output(name)}, name};
   if (request.simulated) command.arguments.emplace_back("--simulated");
+  if (request.sign) command.arguments.push_back("--sign=" + station_key_file(catalog.data_folder()).string());
   return command;
 }
 
@@ -138,7 +146,8 @@ json job_result(const std::string& kind, const std::string& output) {
   if (kind == "fit") return part_of(document, {"unit", "model", "epoch", "simulated"});
   if (kind == "verify" || kind.starts_with("gap_")) return document;
   if (kind == "export") {
-    return part_of(document, {"unit", "model", "format", "bytes", "sha256", "simulated", "warnings", "notes"});
+    return part_of(document,
+                   {"unit", "model", "format", "bytes", "sha256", "key_id", "simulated", "warnings", "notes"});
   }
   json part = part_of(document, {"unit", "model", "bytes", "sha256"});
   part.update(part_of(document.value("/sections/summary"_json_pointer, json::object()), {"verdict", "sentence"}));

@@ -22,6 +22,7 @@ struct JobRequest {
   bool simulated = false;  ///< export: also of a model that was made from simulated data
   std::string user;
   std::vector<std::string> effects = {};  ///< gap_accept: names of those to be taken, one at least
+  bool sign = false;                      ///< export as blob: with the station's key
 };
 
 /// The formats of `soak export`.
@@ -34,7 +35,7 @@ struct JobCommand {
 };
 
 /// Refuses (bad_input, where == the member) a request that is not one: another kind or format, a unit that the catalog
-/// does not have, a campaign or effects that are missing.
+/// does not have, a campaign or effects that are missing, a signature without a key or on what takes none.
 [[nodiscard]] base::Status check_job(const db::Catalog& catalog, const JobRequest& request);
 
 /// The command for a request that check_job() lets pass, in an empty folder; a verification's calibration file, made

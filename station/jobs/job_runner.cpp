@@ -30,6 +30,7 @@ json new_document(const JobRequest& request, std::int64_t id) {
           {"campaign", text_or_null(request.kind == "verify" ? request.campaign : "")},
           {"format", text_or_null(request.kind == "export" ? request.format : "")},
           {"effects", std::move(effects)},
+          {"sign", request.kind == "export" ? json(request.sign) : json()},
           {"user", request.user},
           {"state", "running"},
           {"started_utc_s", now_utc_s()},
@@ -49,6 +50,7 @@ std::string what_it_does(const json& job) {
     text += " against " + campaign.get<std::string>();
   }
   if (const json format = job.value("format", json()); format.is_string()) text += " as " + format.get<std::string>();
+  if (job.value("sign", json()) == true) text += ", signed";
   return text;
 }
 

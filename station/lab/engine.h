@@ -64,6 +64,10 @@ class Engine : public StationService {
   [[nodiscard]] base::Status abort(const std::string& user, const std::string& reason) override;
   [[nodiscard]] base::Status confirm(const std::string& user, std::int64_t prompt) override;
   [[nodiscard]] nlohmann::json status() const override;
+  void note(const std::string& kind, const std::string& subject, const std::string& text,
+            const std::string& user) override {
+    log_.add(kind, subject, text, user);
+  }
   [[nodiscard]] std::uint64_t status_version() const override { return status_version_; }
   [[nodiscard]] nlohmann::json plan() const override;
   [[nodiscard]] nlohmann::json history(double after_s) const override { return history_.document(after_s); }

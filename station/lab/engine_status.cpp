@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/units.h"
+#include "station/alarms/alarm_rules.h"
 #include "station/io/host.h"
 #include "station/io/output.h"
 #include "station/lab/engine.h"
@@ -133,24 +134,26 @@ json Engine::status_document() const {
   json units = json::array();
   for (const auto& unit : station_->units) units.push_back(unit_part(*station_, *unit));
   const auto& prompt = station_->prompts.open();
-  return {{"state", shown_state()},
-          {"reason", null_if_empty(shown_reason())},
-          {"campaign", campaign_document()},
-          {"suspension", suspension_document()},
-          {"ending", ending_document()},
-          {"journal", journal_part(journal_->standing())},
-          {"data", {{"folder", catalog_.data_folder().string()}, {"trouble", null_if_empty(folder_trouble_)}}},
-          {"prompt", prompt ? json{{"id", prompt->id}, {"text", prompt->text}} : json()},
-          {"chamber", chamber_part(*station_)},
-          {"fixture", fixture_part(*station_)},
-          {"units", std::move(units)},
-          {"resumable", null_if_empty(unfinished_)},
-          {"resumes_by_itself", resumes_by_itself_ && !stop_requested_},
-          {"queue", queue_document()},
-          {"room", {{"temp_c", config_.room_c}, {"dew_point_c", config_.dew_point_c}}},
-          {"clock", {{"rate", config_.clock_rate}, {"process_s", station_->now_s()}, {"utc_s", now_utc_s()}}},
-          {"simulated", station_->simulated()},
-          {"version", software_version()}};
+  json document = {{"state", shown_state()},
+                   {"reason", null_if_empty(shown_reason())},
+                   {"campaign", campaign_document()},
+                   {"suspension", suspension_document()},
+                   {"ending", ending_document()},
+                   {"journal", journal_part(journal_->standing())},
+                   {"data", {{"folder", catalog_.data_folder().string()}, {"trouble", null_if_empty(folder_trouble_)}}},
+                   {"prompt", prompt ? json{{"id", prompt->id}, {"text", prompt->text}} : json()},
+                   {"chamber", chamber_part(*station_)},
+                   {"fixture", fixture_part(*station_)},
+                   {"units", std::move(units)},
+                   {"resumable", null_if_empty(unfinished_)},
+                   {"resumes_by_itself", resumes_by_itself_ && !stop_requested_},
+                   {"queue", queue_document()},
+                   {"room", {{"temp_c", config_.room_c}, {"dew_point_c", config_.dew_point_c}}},
+                   {"clock", {{"rate", config_.clock_rate}, {"process_s", station_->now_s()}, {"utc_s", now_utc_s()}}},
+                   {"simulated", station_->simulated()},
+                   {"version", software_version()}};
+  document["alarms"] = alarms_of(document);
+  return document;
 }
 
 json Engine::suspension_document() const {

@@ -50,6 +50,11 @@ class StationService {
   /// Answers the prompt with that number. Refuses another number: the prompt that the user saw is gone.
   [[nodiscard]] virtual base::Status confirm(const std::string& user, std::int64_t prompt) = 0;
 
+  /// Enters something into the event log that is none of the campaign's doing; `user` is empty where the station does
+  /// it by itself.
+  virtual void note(const std::string& kind, const std::string& subject, const std::string& text,
+                    const std::string& user) = 0;
+
   /// docs/http-api.md: the document of GET /api/v1/status.
   [[nodiscard]] virtual nlohmann::json status() const = 0;
   /// Rises whenever status() has changed.

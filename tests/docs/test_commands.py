@@ -5,6 +5,7 @@ page takes for granted: a unit with stored runs and a model, its files, or a (si
 What a test cannot have is replaced: addresses of chambers by those of the simulated one, whole campaigns by one of minutes.
 A page that shows commands and has no test here fails the last test. `./run` itself is what tools/prove/bare-machine runs.
 """
+import http.server
 import json
 import os
 import pathlib
@@ -16,6 +17,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 import urllib.request
 
@@ -255,6 +257,31 @@ class Hardware(Page):
         subjects = [re.findall(r"^ *(?:ok|warning|failed) +([a-z]+)(?: \d+)?: ", text, re.M) for text in (sample, done.stdout)]
         self.assertEqual(len(subjects[0]), len(sample.splitlines()) - 1)  # the last one is the error
         self.assertLessEqual(set(subjects[0]), set(subjects[1]))
+
+
+class Alarms(Page):
+    def test_alarms(self):
+        """Before a webhook of this machine."""
+        got = []
+
+        class Hook(http.server.BaseHTTPRequestHandler):
+            def do_POST(self):
+                got.append(json.loads(self.rfile.read(int(self.headers["Content-Length"])))["title"])
+                self.send_response(204)
+                self.end_headers()
+
+            def log_message(self, *_):
+                pass
+
+        self.laboratory()
+        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Hook) as server:
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            with (self.folder / "station.toml").open("a", encoding="utf-8") as file:
+                file.write(f'\n[alarms.webhook]\nurl = "http://127.0.0.1:{server.server_address[1]}/"\n')
+            self.replaced += [("/etc/soak/station.toml", "station.toml")]
+            self.carry_out("docs/alarms.md")
+            server.shutdown()
+        self.assertEqual(got, ["a test"])
 
 
 class HttpApi(Page):

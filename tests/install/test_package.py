@@ -60,9 +60,10 @@ class Packages(unittest.TestCase):
         self.assertTrue(maps)
         for path in maps:
             self.assertTrue((self.soak / path.lstrip("/")).is_file(), path)
-        service = (self.soak / "usr/lib/systemd/system/soakd.service").read_text(encoding="utf-8")
-        for program in ("/usr/bin/soakd", "/usr/bin/soak"):
-            self.assertIn(program + " ", service)
+        for service, programs in (("soakd", ("soakd", "soak")), ("soakd-alarm", ("soak",))):
+            text = (self.soak / "usr/lib/systemd/system" / (service + ".service")).read_text(encoding="utf-8")
+            for program in programs:
+                self.assertIn(f"/usr/bin/{program} ", text)
         self.assertIn("/etc/soak/station.toml\n", (self.soak / "DEBIAN/conffiles").read_text(encoding="utf-8"))
 
     def test_they_depend_on_the_libraries_that_the_programs_load(self):

@@ -22,8 +22,8 @@ UNIT = ROOT / "packaging" / "systemd" / "soakd.service"
 WATCHDOG_S = 2.0
 
 
-def setting(name):
-    return re.search(rf"(?m)^{name}=(.*)$", UNIT.read_text(encoding="utf-8")).group(1)
+def setting(name, unit=UNIT):
+    return re.search(rf"(?m)^{name}=(.*)$", unit.read_text(encoding="utf-8")).group(1)
 
 
 class Service(LabTest):
@@ -125,7 +125,9 @@ class Service(LabTest):
 
 class UnitFile(unittest.TestCase):
     def test_it_names_options_that_the_programs_have(self):
-        for line, program in ((setting("ExecStart"), ["soakd"]), (setting("ExecStopPost"), ["soak", "chamber", "make-safe"])):
+        alarm = setting("ExecStart", UNIT.with_name(setting("OnFailure")))
+        for line, program in ((setting("ExecStart"), ["soakd"]), (setting("ExecStopPost"), ["soak", "chamber", "make-safe"]),
+                              (alarm, ["soak", "alarm", "send"])):
             known = subprocess.run([f"{bin_folder()}/{program[0]}", *program[1:], "--help"], capture_output=True, text=True,
                                    check=True).stdout
             for option in re.findall(r"--[\w-]+", line):
@@ -135,9 +137,11 @@ class UnitFile(unittest.TestCase):
         if not shutil.which("systemd-analyze"):
             self.skipTest("systemd-analyze is not installed")
         with tempfile.TemporaryDirectory() as folder:
-            copy = pathlib.Path(folder) / "soakd.service"
-            copy.write_text(UNIT.read_text(encoding="utf-8").replace("/usr/bin", bin_folder()), encoding="utf-8")
-            done = subprocess.run(["systemd-analyze", "verify", str(copy)], capture_output=True, text=True, check=False)
+            copies = [pathlib.Path(folder) / name for name in ("soakd.service", "soakd-alarm.service")]
+            for copy in copies:
+                text = UNIT.with_name(copy.name).read_text(encoding="utf-8")
+                copy.write_text(text.replace("/usr/bin", bin_folder()), encoding="utf-8")
+            done = subprocess.run(["systemd-analyze", "verify", *map(str, copies)], capture_output=True, text=True, check=False)
             self.assertEqual((done.returncode, done.stdout + done.stderr), (0, ""))
 
 

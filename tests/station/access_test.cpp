@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Accounts, passwords, sessions and limits of log-ins: what does not need a network.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <openssl/evp.h>
 #include <openssl/pem.h>
 #include <openssl/x509.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -13,6 +15,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -55,6 +58,49 @@ class AccountsFile : public ::testing::Test {
 
   std::filesystem::path folder;
 };
+
+// A disk that does not answer holds up whoever reads the file, and nobody else.
+TEST_F(AccountsFile, ThatDoesNotAnswerHoldsUpOneCallerOnly) {
+  add("eva", Role::operating, "kept");
+  AccountBook book(folder);
+  std::filesystem::remove(accounts_file(folder));
+  ASSERT_EQ(::mkfifo(accounts_file(folder).c_str(), 0600), 0);
+  auto held_up = std::async(std::launch::async, [&] { return book.now(); });
+  int writer = -1;
+  while ((writer = ::open(accounts_file(folder).c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC)) < 0) {
+    std::this_thread::sleep_for(1ms);  // until it reads
+  }
+  auto other = std::async(std::launch::async, [&] { return book.now(); });
+  const bool has_answered = other.wait_for(20s) == std::future_status::ready;
+  ::close(writer);
+  EXPECT_TRUE(has_answered);
+  EXPECT_EQ(other.get()->size(), 1U);
+  EXPECT_EQ(held_up.get()->size(), 1U);
+}
+
+TEST_F(AccountsFile, LogInsAreNotedWithAccountAndAddressAndRefusalsWithinARation) {
+  add("eva", Role::operating, *kept_of_password("correct horse"));
+  std::vector<std::string> notes;
+  Gate gate(folder, [&](const std::string& kind, const std::string& account, const std::string& text) {
+    notes.push_back(kind + "|" + account + "|" + text);
+  });
+  const auto entry = gate.log_in("eva", "correct horse", "10.0.0.7");
+  ASSERT_TRUE(entry) << entry.error().message;
+  gate.log_out(entry->session, "10.0.0.7");
+  gate.log_out("no session", "10.0.0.7");
+  EXPECT_FALSE(gate.log_in("eva", "wrong horse", "10.0.0.7"));
+  EXPECT_FALSE(gate.log_in("correct horse", "eva", "10.0.0.7"));
+  EXPECT_EQ(notes, (std::vector<std::string>{"logged_in|eva|logged in from 10.0.0.7, operator",
+                                             "logged_out|eva|logged out from 10.0.0.7",
+                                             "login_refused|eva|refused from 10.0.0.7: wrong password",
+                                             "login_refused||refused from 10.0.0.7: no such account"}));
+  notes.clear();
+  for (int i = 0; i < 1000; ++i) {  // after ten the tries of the address are used up: these cost no password
+    EXPECT_FALSE(gate.log_in("nobody", "wrong horse", "10.0.0.8"));
+  }
+  EXPECT_LT(notes.size(), 80U);
+  EXPECT_TRUE(notes.back().starts_with("login_limited||refused from 10.0.0.8: too many tries")) << notes.back();
+}
 
 // The argon2id vector with two passes over 64 MiB of the reference implementation, phc-winner-argon2: src/test.c.
 TEST(Password, IsHeldAgainstAHashOfTheReferenceImplementation) {

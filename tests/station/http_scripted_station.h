@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "station/alarms/alarm_rules.h"
 #include "station/lab/station_service.h"
 
 namespace soak::station {
@@ -169,10 +170,24 @@ class ScriptedStation : public StationService {
     return done;
   }
 
+  void note(const std::string& kind, const std::string& subject, const std::string& text,
+            const std::string& user) override {
+    const std::lock_guard lock(mutex_);
+    notes_.push_back(kind + " " + subject + ": " + text + (user.empty() ? "" : " by " + user));
+  }
+
+  /// What was entered into the event log.
+  [[nodiscard]] std::vector<std::string> notes() const {
+    const std::lock_guard lock(mutex_);
+    return notes_;
+  }
+
   json status() const override {
     const std::lock_guard lock(mutex_);
     ++status_calls_;
-    return status_;
+    json shown = status_;
+    if (shown.is_object()) shown["alarms"] = alarms_of(shown);
+    return shown;
   }
   std::uint64_t status_version() const override {
     const std::lock_guard lock(mutex_);
@@ -240,6 +255,7 @@ class ScriptedStation : public StationService {
   std::uint64_t version_ = 1;
   std::vector<json> log_;
   std::vector<std::string> commands_;
+  std::vector<std::string> notes_;
   std::optional<base::Error> failure_;
   mutable std::size_t status_calls_ = 0;
 };

@@ -56,7 +56,7 @@ class Http : public ::testing::Test {
 TEST_F(Http, AnswersTheStatusAsTheLaboratoryGivesIt) {
   const std::string answer = get("/api/v1/status");
   EXPECT_EQ(status_of(answer), 200);
-  EXPECT_EQ(json::parse(body_of(answer)), ScriptedStation::running_status());
+  EXPECT_EQ(json::parse(body_of(answer)), lab.status());
   EXPECT_NE(answer.find("Cache-Control: no-store"), std::string::npos);
   EXPECT_NE(answer.find("Content-Type: application/json"), std::string::npos);
   EXPECT_EQ(answer.find("Access-Control-"), std::string::npos);

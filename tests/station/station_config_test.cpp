@@ -95,6 +95,54 @@ device = "/dev/ttyUSB0"
 baud = 921600
 )";
 
+constexpr const char* kSlot = "[[slot]]\nname = \"1\"\ndevice = \"/dev/ttyUSB0\"\n";
+
+TEST_F(StationConfigFile, WhoIsToldOfAlarmsIsRead) {
+  const auto config = read(std::string(kChamber) + kSlot + R"([alarms.mail]
+host = "smtp.lab.example"
+security = "tls"
+from = "soak@lab.example"
+to = ["eva@lab.example", "otto@lab.example"]
+user = "soak"
+password_file = "secrets/mail"
+[alarms.webhook]
+url = "http://127.0.0.1:9000/hook"
+token_file = "/etc/token"
+)");
+  ASSERT_TRUE(config) << config.error().message;
+  ASSERT_TRUE(config->alarms.mail);
+  EXPECT_EQ(config->alarms.mail->port, 465);
+  EXPECT_EQ(config->alarms.mail->to.size(), 2U);
+  EXPECT_EQ(config->alarms.mail->password_file, folder_ / "secrets" / "mail");
+  ASSERT_TRUE(config->alarms.webhook);
+  EXPECT_EQ(config->alarms.webhook->token_file, "/etc/token");
+  const auto nobody = read(std::string(kChamber) + kSlot);
+  ASSERT_TRUE(nobody);
+  EXPECT_FALSE(nobody->alarms.mail || nobody->alarms.webhook);
+}
+
+TEST_F(StationConfigFile, WhatCannotTellAnybodyOfAlarmsIsRefused) {
+  const std::string begin = std::string(kChamber) + kSlot;
+  const std::string mail = begin + "[alarms.mail]\nhost = \"smtp.lab.example\"\nfrom = \"soak@lab.example\"\n";
+  const std::string whole = mail + "to = [\"eva@lab.example\"]\n";
+  EXPECT_NE(refusal(mail).find("'to'"), std::string::npos);
+  for (const char* address :
+       {"eva", "eva@", "@lab", "e va@lab", "eva@lab\\r\\nBcc: x@y", "<eva@lab>", "eva@lab, x@y"}) {
+    EXPECT_NE(refusal(mail + "to = [\"" + address + "\"]\n").find("address"), std::string::npos) << address;
+  }
+  EXPECT_NE(refusal(whole + "user = \"soak\"\n").find("password_file"), std::string::npos);
+  EXPECT_NE(refusal(whole + "user = \"soak\"\npassword_file = \"p\"\nsecurity = \"none\"\n").find("TLS"),
+            std::string::npos);
+  EXPECT_NE(refusal(whole + "port = 0\n").find("port"), std::string::npos);
+  const std::string hook = begin + "[alarms.webhook]\n";
+  EXPECT_NE(refusal(hook).find("url_file"), std::string::npos);
+  for (const char* url : {"chat.example", "ftp://chat.example/", "https://", "https://eva:secret@chat.example/",
+                          "https://chat.example/a b"}) {
+    EXPECT_NE(refusal(hook + "url = \"" + url + "\"\n").find("must be an address"), std::string::npos) << url;
+  }
+  EXPECT_NE(refusal(hook + "url = \"http://chat.example/\"\ntoken_file = \"t\"\n").find("https://"), std::string::npos);
+}
+
 TEST_F(StationConfigFile, UsbAddressesAndDecodersAreRead) {
   const auto config = read(std::string(kChamber) + R"([[slot]]
 name = "1"

@@ -5,15 +5,16 @@ import hashlib
 import json
 import re
 import ssl
+import time
 import unittest
 
 from guarded_station import ROLES, UNIT, GuardedStation, password_of, read_all
 from soak_cli import check_schema
 
 READS = ["status", "plan", "history", "stored", "noise?unit=x", "log", "runs", f"run?run=x&unit={UNIT}", "run/series", "units",
-         f"unit?unit={UNIT}", "jobs", "job?id=1", "job/file?id=1", "events", "session"]
+         f"unit?unit={UNIT}", "jobs", "job?id=1", "job/file?id=1", "events", "session", "alarms", "key"]
 COMMANDS = ["campaign/start", "campaign/queue", "campaign/unqueue", "campaign/next", "campaign/pause", "campaign/resume", "campaign/abort",
-            "campaign/confirm", "jobs", "jobs/cancel", "run/void", "logout"]
+            "campaign/confirm", "jobs", "jobs/cancel", "run/void", "alarms/test", "key/new", "logout"]
 ABORT = {"reason": "smoke"}
 SLOW = 200
 
@@ -192,8 +193,23 @@ class Attacker(unittest.TestCase):
             self.assertEqual(status, 401)
             self.assertNotIn(name, body)
         log = (self.station.folder / "soakd.log").read_text(encoding="utf-8")
-        self.assertIn("127.0.0.11: refused", log)
+        self.assertIn("login_refused: unknown account: refused from 127.0.0.11", log)
         self.assertIsNone(re.search(r"onerror|__proto__|or 1=1", log), log)
+
+    def test_log_ins_are_events_with_their_account(self):
+        cookie = self.station.cookie("otto")
+        self.assertEqual(self.station.log_in("otto", "some password", source="127.0.0.12")[0], 401)
+        self.assertEqual(self.station.post("logout", {}, cookie)[0], 200)
+        token = self.station.token("vera", "auditor")
+        end_s = time.monotonic() + 30  # the log is written beside the answer
+        while True:
+            _, _, body = self.station.ask("GET", "/api/v1/audit?subject=otto", headers={"Authorization": f"Bearer {token}"})
+            events = {(event["kind"], event["user"], event["text"]) for event in json.loads(body)["events"]}
+            if ("logged_out", "otto", "logged out from 127.0.0.1") in events:
+                break
+            self.assertLess(time.monotonic(), end_s, events)
+        self.assertIn(("logged_in", "otto", "logged in from 127.0.0.1, operator"), events)
+        self.assertIn(("login_refused", None, "refused from 127.0.0.12: wrong password"), events)
 
     def test_other_hosts_are_refused_also_with_a_token(self):
         token = self.station.token("eva", "hosts")

@@ -162,6 +162,39 @@ class Page(Station):
         browser.go(self.station.url)
         browser.wait_for_text("h1", "Log in")
 
+    def buttons(self):
+        """Names of the buttons that are seen in any view of the page."""
+        names = set()
+        for view in ("station", "runs", f"run={self.run_id}&unit=SN0042", "units", "unit=SN0042", "fleet", "events", "records"):
+            self.browser.run("location.hash = arguments[0]", view)
+            self.browser.wait("return document.querySelector(`#${arguments[0]}-view`).offsetParent !== null", view.split("=")[0])
+            if view.startswith("run="):
+                self.browser.wait_for_text("#segments", "+X")
+            if view.startswith("unit="):
+                self.browser.wait("return document.querySelector('#unit-work').offsetParent !== null")
+            if view == "records":
+                self.browser.wait("return document.querySelector('#alarms-none').offsetParent !== null")  # what is read last
+            names |= set(self.browser.run("return [...document.querySelectorAll('button')].filter((b) => b.offsetParent).map((b) => b.id || b.textContent)"))
+        return names
+
+    def test_a_role_sees_what_it_may_do_and_nothing_that_would_be_refused(self):
+        harmless = {"sound", "log-out", "strip-back", "strip-on", "strip-in", "strip-out", "strip-all", "audit-send", "audit-clear", "chain-check", "Look"}
+        self.run_id = self.station.soak_json("runs", "list")["runs"][0]["run_id"]
+        seen = {}
+        for name in ("vera", "otto", "eva"):
+            self.browser.go(self.station.url)
+            self.browser.wait_for_text("h1", "Log in")
+            self.log_in(name, password_of(name))
+            self.browser.wait("return document.querySelector('#role')?.hidden === false")
+            self.browser.wait("return document.querySelector('#state').innerText.toLowerCase() === 'idle'")
+            seen[name] = {button for button in self.buttons() if button not in harmless}
+            self.browser.click("#log-out")
+            self.browser.wait_for_text("h1", "Log in")
+        self.assertEqual(seen["vera"], set())
+        self.assertLessEqual({"unit-fit", "start-send"}, seen["otto"])
+        self.assertFalse(seen["otto"] & {"unit-export", "run-void", "Make the key"}, seen["otto"])
+        self.assertLessEqual(seen["otto"] | {"run-void", "Make the key"}, seen["eva"])
+
     def test_a_page_whose_session_has_ended_asks_for_the_password(self):
         self.browser.go(self.station.url)
         self.browser.wait_for_text("h1", "Log in")

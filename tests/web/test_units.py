@@ -147,6 +147,23 @@ class Interface(WithStation):
         self.assertEqual(job["state"], "failed")
         self.assertEqual(list(self.soakd.folder.rglob("x.yaml")), [])
 
+    def test_a_signature_needs_a_key_and_a_file_that_takes_one(self):
+        refused = self.soakd.refusal
+        check_schema(self.soakd.get("key"), "http-key")
+        self.assertEqual(self.soakd.get("key"), {"key": None})
+        self.assertEqual(refused("jobs", kind="export", unit=SERIAL, format="blob", sign=True), (400, "sign"))
+        self.assertEqual(refused("key/new", comment="two\nlines", user="Eva"), (400, "comment"))
+        made = self.soakd.post("key/new", comment="Laboratory 1", user="Eva")
+        check_schema(made, "http-key")
+        self.assertEqual(self.soakd.get("key"), made)
+        self.assertEqual((self.soakd.data / "station.key").stat().st_mode & 0o777, 0o600)
+        self.assertNotIn((self.soakd.data / "station.key").read_text(encoding="utf-8").splitlines()[1], json.dumps(made))
+        self.assertEqual(refused("key/new", comment="another", user="Eva"), (409, "state"))
+        for other in ({"kind": "export", "format": "c"}, {"kind": "fit"}):
+            self.assertEqual(refused("jobs", unit=SERIAL, sign=True, **other), (400, "sign"))
+        self.assertEqual(refused("jobs", kind="export", unit=SERIAL, format="blob", sign="yes"), (400, "sign"))
+        self.assertIn(("key_made", made["key"]["key_id"], "Eva"), self.soakd.query("SELECT kind, subject, user FROM event"))
+
     def test_what_is_no_job_is_refused(self):
         refused = self.soakd.refusal
         self.assertEqual(refused("jobs", kind="rm", unit=SERIAL), (400, "kind"))
@@ -241,6 +258,28 @@ class Page(WithStation):
             time.sleep(0.02)
         return (self.downloads / name).read_bytes()
 
+    def sign_in_the_browser(self):
+        """A key of the station, and a calibration file with its signature, which soak finds good with the public key that the page gave."""
+        self.click("#to-records")
+        self.browser.type("#key-comment", "Laboratory 1")
+        self.click("#key-form button")
+        self.see("#key-text", "Laboratory 1, key ")
+        key = self.soakd.get("key")["key"]["key_id"]
+        self.browser.click("#key-text a")
+        public = self.soakd.folder / "lab.pub"
+        public.write_bytes(self.downloaded(f"{key}.pub"))
+        (self.downloads / "SIM-0001.soakcal").unlink()
+        self.open_unit(SERIAL)
+        self.see("#unit-sign-text", f"Sign it with key {key}")
+        self.browser.run("const s = document.querySelector('#unit-format'); s.value = 'blob'; s.dispatchEvent(new Event('change'));")
+        for choice in ("#unit-simulated", "#unit-sign", "#unit-export"):
+            self.click(choice)
+        self.see("#unit-jobs li:first-child", f"signed with key {key}")
+        self.browser.click("#unit-jobs li:first-child a")
+        signed = self.soakd.folder / "signed.soakcal"
+        signed.write_bytes(self.downloaded("SIM-0001.soakcal"))
+        self.assertEqual(self.soakd.soak_json("key", "verify", str(signed), "--key", str(public))["key_id"], key)
+
     def test_a_unit_is_fitted_judged_and_handed_over_by_clicks(self):
         self.browser.go(self.soakd.url)
         self.browser.click("#to-units")
@@ -288,7 +327,9 @@ class Page(WithStation):
             self.soakd.soak("export", "--unit", SERIAL, "--format", form, "--simulated", "-o", path)
             self.assertEqual(content, path.read_bytes())
         self.see("#unit-next", "verified and exported")
-        self.browser.run("const s = document.querySelector('#unit-format'); s.value = 'kalibr';")
+        self.sign_in_the_browser()
+        self.browser.run("const s = document.querySelector('#unit-format'); s.value = 'kalibr'; s.dispatchEvent(new Event('change'));")
+        self.browser.wait("return document.querySelector('#unit-sign-box').hidden")
         self.click("#unit-export")  # values of the noise say nothing of what was handed over
         self.see("#unit-jobs li:first-child", "Kalibr")
         self.see("#unit-next", "verified and exported")

@@ -13,13 +13,14 @@ WEB = ROOT / "web"
 SCHEMAS = ROOT / "docs" / "schema"
 # Types of web/documents.mjs and kept_documents.mjs and what they describe: a schema, and the way to it.
 DESCRIBED = {"Status": ("campaign-status", ""), "LiveUnit": ("campaign-status", "units/items"), "Campaign": ("campaign-status", "campaign"),
+             "Alarm": ("campaign-status", "alarms/items"),
              "Job": ("http-job", ""), "Unit": ("http-unit", ""), "Model": ("http-unit", "model"), "Term": ("http-unit", "model/terms/items"),
              "Warning": ("http-unit", "warnings/items"), "UnitLine": ("http-units", "units/items"), "RunDetail": ("http-run", ""),
              "StoredCampaign": ("http-stored", "campaigns/items"), "Fleet": ("http-fleet", ""), "FleetUnit": ("http-fleet", "units/items"),
              "FleetCurve": ("http-fleet", "$defs/curve"), "FleetLine": ("http-fleet", "$defs/curve/units/items"), "Audit": ("http-audit", ""),
              "Event": ("http-audit", "events/items"), "Chain": ("events-verify", ""), "UnitType": ("http-types", "types/items"),
              "Procedure": ("http-procedures", "procedures/items"), "Reference": ("reference-list", "$defs/entry"),
-             "CampaignCheck": ("http-campaign-check", ""), "Session": ("http-session", "")}
+             "CampaignCheck": ("http-campaign-check", ""), "Session": ("http-session", ""), "AlarmWay": ("http-alarms", "ways/items"), "StationKey": ("http-key", "key")}
 
 
 def object_in(node):

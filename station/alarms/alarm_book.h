@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "station/access/ration.h"
+
+namespace soak::station {
+
+/// What somebody is to be told of an alarm.
+enum class AlarmTurn : std::uint8_t {
+  began,
+  ended,
+  held_back,  ///< it began, but too many have begun of late
+};
+
+/// Which alarms somebody has been told of: each once when it begins and once when it ends. One that lasts less than
+/// kHolds_s is passed over; one that comes back within kStaysAway_s has not ended. Beyond kMostAtOnce in a row those
+/// that begin are held back: one more is told every kOneReturnsAfter_s.
+class AlarmBook {
+ public:
+  static constexpr double kHolds_s = 3.0;
+  static constexpr double kStaysAway_s = 6.0;
+  static constexpr double kMostAtOnce = 20.0;
+  static constexpr double kOneReturnsAfter_s = 180.0;
+
+  struct Entry {
+    AlarmTurn turn;
+    nlohmann::json alarm;  ///< of alarms_of()
+  };
+
+  /// What is to be told now. `alarms`: those of a status document; those that do not call are left out. `now_s`: of a
+  /// clock that does not go back.
+  [[nodiscard]] std::vector<Entry> take(const nlohmann::json& alarms, double now_s);
+
+ private:
+  struct Known {
+    nlohmann::json alarm;
+    double since_s = 0.0;
+    double seen_s = 0.0;
+    bool is_told = false;
+    bool is_held_back = false;
+  };
+
+  void begin(Known& known, double now_s, std::vector<Entry>& entries);
+
+  std::map<std::pair<std::string, std::string>, Known> known_;  ///< by code and what it is about
+  Ration ration_{kMostAtOnce, kOneReturnsAfter_s};
+};
+
+}  // namespace soak::station

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rules of what is an alarm, and the one thing that somebody has to do then. Texts are for people: what is wrong
+// first.
+#include "station/alarms/alarm_rules.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kAlarm = "alarm";
+constexpr std::string_view kWarning = "warning";
+/// Degrees from the expected direction within which a position is right (station/lab/position_watch.h).
+constexpr int kTilt_deg = 5;
+constexpr std::string_view kDoorStaysClosed = "Keep the door closed until the station says that it is safe.";
+
+/// Where the text goes on with a time: whoever shows it knows the reader's clock.
+struct Deadline {
+  std::string text;
+  double utc_s = 0.0;
+};
+
+struct Alarm {
+  std::string code;   ///< what kind it is: the same as long as it lasts
+  std::string about;  ///< which one of its kind: a unit, an alarm of the chamber, a campaign; empty = there is only one
+  std::string_view level = kAlarm;
+  std::string title;
+  std::string action;  ///< the one thing to do
+  std::string detail = {};
+  std::optional<Deadline> deadline = {};
+  bool calls = true;  ///< nobody who is away may miss it
+};
+
+/// What a campaign waits for by itself (docs/campaigns.md), the most urgent first.
+struct Suspension {
+  std::string_view cause;
+  std::string_view level;
+  std::string_view title;
+  std::string_view action;
+};
+constexpr std::array<Suspension, 6> kSuspensions = {
+    {{"chamber", kAlarm, "The chamber does not answer: the campaign waits",
+      "Go to the chamber: is it switched on, is its cable plugged in? When it answers again the campaign goes on by "
+      "itself."},
+     {"air", kAlarm, "The air is not at its set point: the campaign waits",
+      "Close the chamber's door, and look at its display. When the air is back the campaign goes on by itself."},
+     {"disk", kWarning, "The disk is full: the campaign waits",
+      "Make room on the station's disk, but delete nothing in its data folder. The campaign then goes on by itself."},
+     {"storage", kWarning, "What is measured cannot be written: the campaign waits",
+      "Look at the station's disk. When it can be written to the campaign goes on by itself."},
+     {"supply", kWarning, "A unit's supply is out of range: the campaign waits",
+      "Look at the power supply and its cables. When the voltage is right the campaign goes on by itself."},
+     {"catalog", kWarning, "The catalog cannot be written: the campaign waits",
+      "End the other program that holds it (a stopped soak import?). The campaign then goes on by itself."}}};
+
+/// What is asked of a status document again and again.
+struct Seen {
+  const json& status;
+  std::string state = status.at("state");
+  bool active = is_one_of(state, {"preflight", "running", "waiting", "paused", "stopping"});
+
+  static bool is_one_of(const std::string& text, std::initializer_list<std::string_view> words) {
+    return std::ranges::find(words, text) != words.end();
+  }
+  /// A text of the document; "" where it is null.
+  [[nodiscard]] std::string text(const char* pointer) const {
+    const json& value = status.at(json::json_pointer(pointer));
+    return value.is_string() ? value.get<std::string>() : "";
+  }
+  [[nodiscard]] const json& at(const char* pointer) const { return status.at(json::json_pointer(pointer)); }
+  /// Of the campaign; "" where there is none.
+  [[nodiscard]] std::string of_campaign(const char* key) const {
+    const json& campaign = status.at("campaign");
+    return campaign.is_object() && campaign.at(key).is_string() ? campaign.at(key).get<std::string>() : "";
+  }
+  [[nodiscard]] bool begins_by_itself() const { return at("/queue/waits_for") == "time"; }
+  /// The first campaign of the queue; "" where none waits.
+  [[nodiscard]] std::string next() const {
+    const json& campaigns = at("/queue/campaigns");
+    return campaigns.empty() ? "" : campaigns[0].at("name").get<std::string>();
+  }
+};
+
+bool is_cause(const Seen& seen, std::string_view cause) {
+  const json& suspension = seen.at("/suspension");
+  if (!suspension.is_object()) return false;
+  const json& causes = suspension.at("causes");
+  return std::ranges::find(causes, cause) != causes.end();
+}
+
+std::string when_it_answers(const Seen& seen) {
+  if (seen.state == "paused") return "The campaign stays paused; Resume gives the chamber its set point again.";
+  if (seen.at("/suspension").is_object()) return "The campaign waits for something else, too.";
+  return "If it answers within a minute the campaign goes on at once.";
+}
+
+void add_silent_chamber(const Seen& seen, std::vector<Alarm>& alarms) {
+  if (!seen.active || seen.at("/chamber/connected") == true || is_cause(seen, "chamber")) return;
+  if (seen.state == "stopping") {
+    alarms.push_back({"chamber_silent", "", kAlarm, "The chamber does not answer",
+                      "Go to the chamber: one that does not answer can only be switched off by hand, once the units "
+                      "are warm."});
+    return;
+  }
+  alarms.push_back({"chamber_silent", "", kAlarm, "The chamber does not answer",
+                    "Go to the chamber: is it switched on, is its cable plugged in? " + when_it_answers(seen),
+                    seen.text("/reason")});
+}
+
+void add_chamber(const Seen& seen, std::vector<Alarm>& alarms) {
+  add_silent_chamber(seen, alarms);
+  for (const std::string name : seen.at("/chamber/alarms")) {
+    alarms.push_back({"chamber_alarm", name, kAlarm, "The chamber reports an alarm: " + name,
+                      fmt::format("Go to the chamber and look at its display. {}", kDoorStaysClosed)});
+  }
+}
+
+void add_folder(const Seen& seen, std::vector<Alarm>& alarms) {
+  const std::string trouble = seen.text("/data/trouble");
+  if (trouble.empty()) return;
+  alarms.push_back({"data_folder", "", kAlarm, "The data folder is gone",
+                    "Bring it back (is its disk mounted?), or start soakd again. No campaign begins before that.",
+                    trouble});
+}
+
+/// A label with the true minus sign, as people read it.
+std::string face(std::string label) {
+  if (label.empty()) return "an unknown face";
+  if (const auto minus = label.find('-'); minus != std::string::npos) label.replace(minus, 1, "\u2212");
+  return label;
+}
+
+/// How a unit that rests wrong comes to rest as it should: turned, or seated where the right face is up already.
+std::string turn_text(const std::string& up, const std::string& expected) {
+  if (up == expected) return fmt::format("rests more than {}° from {}: seat it", kTilt_deg, face(expected));
+  const bool half = up.substr(1) == expected.substr(1);
+  return fmt::format("{} is up now, turn it {} to {}", face(up), half ? "half a turn" : "a quarter turn",
+                     face(expected));
+}
+
+void add_wrong_face(const Seen& seen, const json& unit, const std::string& who, std::vector<Alarm>& alarms) {
+  const json& attitude = unit.at("attitude");
+  if (!attitude.is_object() || attitude.at("right") != false || seen.at("/prompt").is_object()) return;
+  const std::string up = attitude.at("up").is_string() ? attitude.at("up").get<std::string>() : "";
+  const std::string expected = attitude.at("expected");
+  const bool tilted = up == expected;
+  const std::string turn = turn_text(up, expected);
+  const bool turning =
+      Seen::is_one_of(seen.of_campaign("step_kind"), {"move", "spin"}) && seen.at("/fixture/moving") == true;
+  std::string action =
+      "Look whether it is mounted as the station's configuration says, and whether the fixture is where it reports to "
+      "be.";
+  if (seen.text("/fixture/description") == "by hand") action = "Turn the fixture: " + turn + ".";
+  if (tilted) action = "It " + turn + ".";
+  alarms.push_back({"unit_face", unit.at("serial"), turning ? kWarning : kAlarm,
+                    tilted ? who + " is tilted" : fmt::format("{} has {} up, not {}", who, face(up), face(expected)),
+                    std::move(action), "", std::nullopt, !turning});
+}
+
+void add_units(const Seen& seen, std::vector<Alarm>& alarms) {
+  for (const json& unit : seen.at("/units")) {
+    const std::string serial = unit.at("serial");
+    const std::string who = fmt::format("Unit {} in slot {}", serial, unit.at("slot").get<std::string>());
+    if (seen.active && unit.at("dropped").is_string()) {
+      alarms.push_back({"unit_dropped", serial, kWarning, who + " was dropped: not recorded in this run",
+                        "Look at its cable and its supply. The other units go on, and the next run tries it again.",
+                        unit.at("dropped")});
+    } else if (seen.active && unit.at("state") == "failed") {
+      alarms.push_back({"unit_failed", serial, kAlarm, who + " has failed",
+                        "Look at its cable and its supply. The other units go on."});
+    }
+    add_wrong_face(seen, unit, who, alarms);
+  }
+}
+
+/// The reason, whose numbers move, stands with the step.
+void add_suspension(const Seen& seen, const std::string& campaign, std::vector<Alarm>& alarms) {
+  const auto* const found =
+      std::ranges::find_if(kSuspensions, [&](const Suspension& one) { return is_cause(seen, one.cause); });
+  if (found == kSuspensions.end()) return;
+  const double left_s = seen.at("/suspension/gives_up_in_s").get<double>() / seen.at("/clock/rate").get<double>();
+  const double ends_utc_s = seen.at("/clock/utc_s").get<double>() + left_s;
+  alarms.push_back({fmt::format("waits_for_{}", found->cause), campaign, found->level, std::string(found->title),
+                    std::string(found->action), "", Deadline{"Otherwise it ends at", ends_utc_s}});
+}
+
+/// Somebody asked for this end, and the chamber does what it is told: nobody has to come.
+bool ends_as_asked(const Seen& seen) {
+  const json& ending = seen.at("/ending");
+  return ending.is_object() && ending.at("outcome") == "aborted" && ending.at("needs_somebody") == false;
+}
+
+void add_stopping(const Seen& seen, const std::string& campaign, std::vector<Alarm>& alarms) {
+  const std::string reason = seen.text("/reason");
+  if (ends_as_asked(seen)) {
+    alarms.push_back({"campaign_aborted", campaign, kWarning,
+                      "The campaign was aborted: the station is being made safe", std::string(kDoorStaysClosed), reason,
+                      std::nullopt, false});
+    return;
+  }
+  const bool resumes = seen.at("/resumes_by_itself") == true;
+  alarms.push_back({"campaign_ended", campaign, kAlarm, "The campaign has ended: the station is being made safe",
+                    fmt::format("{} {}",
+                                resumes ? "It then goes on by itself: abort it to stop that."
+                                        : "Do what is named here, if anything is.",
+                                kDoorStaysClosed),
+                    reason});
+}
+
+void add_interrupted(const Seen& seen, const std::string& campaign, std::vector<Alarm>& alarms) {
+  const std::string reason = seen.text("/reason");
+  if (seen.at("/resumes_by_itself") == true) {
+    alarms.push_back({"campaign_interrupted", campaign, kWarning, "The campaign was interrupted, and goes on by itself",
+                      "Keep the door closed. To stop that, abort it.", reason, std::nullopt, false});
+    return;
+  }
+  alarms.push_back({"campaign_interrupted", campaign, kWarning, "The campaign was interrupted",
+                    seen.at("/resumable").is_string() ? "Press Resume: it goes on from the plateau before the break."
+                                                      : "Start a new campaign.",
+                    reason});
+}
+
+void add_queue(const Seen& seen, std::vector<Alarm>& alarms) {
+  const std::string trouble = seen.text("/queue/trouble");
+  const std::string next = seen.next();
+  if (next.empty()) return;
+  if (seen.begins_by_itself()) {
+    alarms.push_back({"queue_begins", next, kWarning, fmt::format("Campaign {} begins by itself", next),
+                      "Keep the door closed. To stop that, abort it.", trouble,
+                      Deadline{"It begins at", seen.at("/queue/begins_utc_s")}, false});
+  } else if (!trouble.empty() && !seen.active) {
+    alarms.push_back({"queue_held", next, kWarning, fmt::format("Campaign {} does not begin", next),
+                      "Mend what is named here, then press Begin next.", trouble});
+  }
+}
+
+void add_campaign(const Seen& seen, std::vector<Alarm>& alarms) {
+  const std::string resumable = seen.text("/resumable");
+  const std::string campaign = seen.of_campaign("name").empty() ? resumable : seen.of_campaign("name");
+  const std::string trouble = seen.of_campaign("step_trouble");
+  if (seen.state == "waiting" && !trouble.empty()) {
+    alarms.push_back(
+        {"chamber_not_off", "", kAlarm, "The chamber does not go off",
+         fmt::format("Go to the chamber, and switch heating and cooling off by hand. {}", kDoorStaysClosed), trouble});
+  } else if (seen.state == "waiting") {
+    add_suspension(seen, campaign, alarms);
+  } else if (seen.state == "failed") {
+    alarms.push_back({"campaign_failed", campaign, kAlarm, "The campaign failed",
+                      resumable.empty() ? "Mend what is named here, then start a new campaign."
+                                        : "Mend what is named here, then press Resume: it goes on from the plateau "
+                                          "before the break.",
+                      seen.text("/reason")});
+  } else if (seen.state == "stopping") {
+    add_stopping(seen, campaign, alarms);
+  } else if (seen.state == "interrupted") {
+    add_interrupted(seen, campaign, alarms);
+  } else {
+    add_queue(seen, alarms);
+  }
+}
+
+json document_of(const Alarm& alarm) {
+  const auto null_if_empty = [](const std::string& text) { return text.empty() ? json() : json(text); };
+  return {
+      {"code", alarm.code},
+      {"about", null_if_empty(alarm.about)},
+      {"level", alarm.level},
+      {"title", alarm.title},
+      {"detail", null_if_empty(alarm.detail)},
+      {"action", alarm.action},
+      {"deadline", alarm.deadline ? json{{"text", alarm.deadline->text}, {"utc_s", alarm.deadline->utc_s}} : json()},
+      {"calls", alarm.calls}};
+}
+
+}  // namespace
+
+json alarms_of(const json& status) {
+  const Seen seen{status};
+  std::vector<Alarm> alarms;
+  add_chamber(seen, alarms);
+  add_folder(seen, alarms);
+  add_units(seen, alarms);
+  add_campaign(seen, alarms);
+  json list = json::array();
+  for (const Alarm& alarm : alarms) list.push_back(document_of(alarm));
+  return list;
+}
+
+}  // namespace soak::station

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which alarms somebody is told of, and when: no clock, no server.
+#include "station/alarms/alarm_book.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "station/alarms/alarm_rules.h"
+#include "tests/station/http_scripted_station.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+json alarm(const std::string& code, const std::string& about = "", bool calls = true) {
+  return {{"code", code},
+          {"about", about.empty() ? json() : json(about)},
+          {"calls", calls},
+          {"title", code + " of " + about}};
+}
+
+/// What is told while these alarms last from one time to another, looked at twice a second.
+std::vector<AlarmBook::Entry> over(AlarmBook& book, const json& alarms, double from_s, double to_s) {
+  std::vector<AlarmBook::Entry> told;
+  for (double now_s = from_s; now_s < to_s; now_s += 0.5) {
+    for (auto& entry : book.take(alarms, now_s)) told.push_back(std::move(entry));
+  }
+  return told;
+}
+
+std::ptrdiff_t count(const std::vector<AlarmBook::Entry>& told, AlarmTurn turn) {
+  return std::ranges::count(told, turn, &AlarmBook::Entry::turn);
+}
+
+TEST(AlarmBook, TellsOfAnAlarmOnceWhenItBeginsAndOnceWhenItEnds) {
+  AlarmBook book;
+  const auto begins = over(book, json::array({alarm("a")}), 100.0, 4000.0);
+  ASSERT_EQ(begins.size(), 1U);
+  EXPECT_EQ(begins[0].turn, AlarmTurn::began);
+  const auto ends = over(book, json::array(), 4000.0, 8000.0);
+  ASSERT_EQ(ends.size(), 1U);
+  EXPECT_EQ(ends[0].turn, AlarmTurn::ended);
+  EXPECT_EQ(ends[0].alarm.at("code"), "a");
+}
+
+TEST(AlarmBook, PassesOverWhatLastsForAMomentAndWhatNeedsNobody) {
+  AlarmBook book;
+  EXPECT_TRUE(over(book, json::array({alarm("a")}), 0.0, AlarmBook::kHolds_s - 1.0).empty());
+  EXPECT_TRUE(over(book, json::array(), AlarmBook::kHolds_s - 1.0, 60.0).empty());
+  EXPECT_TRUE(over(book, json::array({alarm("b", "", false)}), 60.0, 120.0).empty());
+}
+
+TEST(AlarmBook, AnAlarmThatComesBackSoonHasNotEnded) {
+  AlarmBook book;
+  std::vector<AlarmBook::Entry> told;
+  for (double t = 0.0; t < 600.0; t += 9.0) {
+    for (auto& entry : over(book, json::array({alarm("a")}), t, t + 4.0)) told.push_back(std::move(entry));
+    for (auto& entry : over(book, json::array(), t + 4.0, t + 9.0)) told.push_back(std::move(entry));
+  }
+  EXPECT_EQ(count(told, AlarmTurn::began), 1);
+  EXPECT_EQ(count(told, AlarmTurn::ended), 0);
+}
+
+TEST(AlarmBook, TwoUnitsWithTheSameTroubleAreTwoAlarms) {
+  AlarmBook book;
+  EXPECT_EQ(over(book, json::array({alarm("unit_failed", "SN1"), alarm("unit_failed", "SN2")}), 0.0, 10.0).size(), 2U);
+  const auto ended = over(book, json::array({alarm("unit_failed", "SN2")}), 10.0, 60.0);
+  ASSERT_EQ(ended.size(), 1U);
+  EXPECT_EQ(ended[0].alarm.at("about"), "SN1");
+}
+
+TEST(AlarmBook, AlarmsThatBeginAgainAndAgainAreHeldBack) {
+  AlarmBook book;
+  std::vector<AlarmBook::Entry> told;
+  constexpr double kDay_s = 86400.0;
+  constexpr double kTurn_s = 30.0;  // long enough to begin and to end
+  for (double t = 0.0; t < kDay_s; t += kTurn_s) {
+    for (auto& entry : over(book, json::array({alarm("a")}), t, t + 10.0)) told.push_back(std::move(entry));
+    for (auto& entry : over(book, json::array(), t + 10.0, t + kTurn_s)) told.push_back(std::move(entry));
+  }
+  const auto began = count(told, AlarmTurn::began);
+  EXPECT_GE(began, 20);
+  EXPECT_LE(began, 20 + static_cast<std::ptrdiff_t>(kDay_s / AlarmBook::kOneReturnsAfter_s));
+  EXPECT_EQ(count(told, AlarmTurn::ended), began);
+  EXPECT_GT(count(told, AlarmTurn::held_back), 0);
+}
+
+TEST(AlarmBook, AnAlarmThatWasHeldBackIsToldOnceThereIsRoom) {
+  AlarmBook book;
+  json alarms = json::array();
+  for (int i = 0; i < 21; ++i) alarms.push_back(alarm("unit_failed", std::to_string(i)));
+  const auto told = over(book, alarms, 0.0, 10.0);
+  EXPECT_EQ(count(told, AlarmTurn::began), 20);
+  EXPECT_EQ(count(told, AlarmTurn::held_back), 1);
+  const auto later = over(book, alarms, 10.0, 10.0 + 2.0 * AlarmBook::kOneReturnsAfter_s);
+  EXPECT_EQ(count(later, AlarmTurn::began), 1);
+  EXPECT_EQ(later.size(), 1U);
+}
+
+class AlarmRules : public ::testing::Test {
+ protected:
+  AlarmRules() {
+    for (json& unit : status["units"]) unit["attitude"] = nullptr;
+  }
+  /// Codes of the alarms, in their order.
+  [[nodiscard]] std::vector<std::string> codes() const {
+    std::vector<std::string> found;
+    for (const json& one : alarms_of(status)) found.push_back(one.at("code"));
+    return found;
+  }
+  [[nodiscard]] bool calls() const { return alarms_of(status).at(0).at("calls"); }
+
+  json status = ScriptedStation::running_status();
+};
+
+using Codes = std::vector<std::string>;
+
+TEST_F(AlarmRules, ACampaignThatRunsNeedsNobody) { EXPECT_EQ(codes(), Codes()); }
+
+TEST_F(AlarmRules, OfTwoCausesOfAWaitTheMoreUrgentIsTold) {
+  status["state"] = "waiting";
+  status["chamber"]["connected"] = false;
+  status["suspension"] = {{"causes", {"disk", "chamber"}}, {"for_s", 1.0}, {"gives_up_in_s", 7200.0}};
+  EXPECT_EQ(codes(), Codes{"waits_for_chamber"});
+  const json told = alarms_of(status).at(0);
+  // The clock of the scripted laboratory runs 60 times as fast.
+  EXPECT_DOUBLE_EQ(told.at("deadline").at("utc_s"), status["clock"]["utc_s"].get<double>() + 120.0);
+  EXPECT_EQ(told.at("about"), "acceptance");
+}
+
+TEST_F(AlarmRules, AFullDiskCallsThoughItIsAWarning) {
+  status["state"] = "waiting";
+  status["suspension"] = {{"causes", {"disk"}}, {"for_s", 1.0}, {"gives_up_in_s", 7200.0}};
+  EXPECT_EQ(alarms_of(status).at(0).at("level"), "warning");
+  EXPECT_TRUE(calls());
+}
+
+TEST_F(AlarmRules, AnAbortThatSomebodyAskedForCallsNobody) {
+  status["state"] = "stopping";
+  status["ending"] = {{"outcome", "aborted"}, {"needs_somebody", false}};
+  EXPECT_EQ(codes(), Codes{"campaign_aborted"});
+  EXPECT_FALSE(calls());
+  status["ending"]["needs_somebody"] = true;
+  EXPECT_EQ(codes(), Codes{"campaign_ended"});
+  EXPECT_TRUE(calls());
+}
+
+TEST_F(AlarmRules, WhatGoesOnByItselfCallsNobodyAndWhatWaitsForResumeDoes) {
+  status["state"] = "interrupted";
+  status["campaign"] = nullptr;
+  status["resumable"] = "acceptance";
+  EXPECT_EQ(codes(), Codes{"campaign_interrupted"});
+  EXPECT_TRUE(calls());
+  status["resumes_by_itself"] = true;
+  EXPECT_FALSE(calls());
+}
+
+TEST_F(AlarmRules, AWrongFaceIsToldWithTheWayToTurn) {
+  status["units"][0]["attitude"] = {{"up", "-Z"}, {"expected", "+Z"}, {"right", false}};
+  const json told = alarms_of(status).at(0);
+  EXPECT_EQ(told.at("title"), "Unit SN0042 in slot A has \u2212Z up, not +Z");
+  EXPECT_EQ(told.at("action"), "Turn the fixture: \u2212Z is up now, turn it half a turn to +Z.");
+  EXPECT_EQ(told.at("about"), "SN0042");
+  status["prompt"] = {{"id", 1}, {"text", "Turn the fixture"}};
+  EXPECT_EQ(codes(), Codes());
+}
+
+}  // namespace
+}  // namespace soak::station
