@@ -3,7 +3,8 @@
 
 It knows the covariance of the noise, the true temperatures and forces, and for each candidate how it would look in this very
 campaign (parameters, weights of the sensors, in which run a step comes and when), but for one factor: the size. It does not know
-which candidate is there. Of the unit's curves it knows all but the level at each set point: the base is that of the size, a free
+which candidate is there: candidates that have one course in time for all sensors get the weights of what is hidden, as each could sit
+in any sensors, and those that it was drawn for would tell which it is. Of the unit's curves it knows all but the level at each set point: the base is that of the size, a free
 level at each set point and an offset per run, for accelerometers a free scale error at each set point and two constant off-axis
 terms. It names the candidate of the
 largest likelihood ratio, if that is larger than in all but 3 in 1000 campaigns with nothing hidden (Gaussian, so drawn from the
@@ -82,15 +83,25 @@ def orthonormal(columns: np.ndarray) -> np.ndarray:
     return basis[:, sizes > 1e-9 * sizes[0]]
 
 
+def in_sensors_of_hidden(raw: np.ndarray, own: np.ndarray, hidden: np.ndarray) -> np.ndarray:
+    """A candidate with the weights of what is hidden in place of its own, if it has one course for all sensors."""
+    strongest = int(np.argmax(np.abs(own)))
+    course = raw[:, strongest] / own[strongest]
+    return np.outer(course, hidden) if np.allclose(raw, np.outer(course, own)) else raw
+
+
 def courses(campaign: lab.Campaign, seed: int, candidates: tuple[str, ...], size: float) -> np.ndarray:
     """Block means of each candidate as it would be in this campaign, in blocks: (candidate, block, sensor). Only of a lag
     does the course depend on the size."""
     log, found = campaign.log, []
+    hidden = campaign.truth.get("parameters", {}).get("weights")
     for name in candidates:
         if name == "sensor_lag":
             raw = lab.sensor_lag(log, lab.make_unit(seed), size)[0]
         else:
-            raw = lab.SHAPES[name](log, lab.stream(seed, "effect " + name))[0]
+            raw, drawn = lab.SHAPES[name](log, lab.stream(seed, "effect " + name))
+            if hidden is not None and "weights" in drawn:
+                raw = in_sensors_of_hidden(raw, np.array(drawn["weights"]), np.array(hidden))
         found.append(lab.block_means(log, raw))
     return np.array(found)
 

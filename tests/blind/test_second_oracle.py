@@ -62,6 +62,21 @@ class Names(unittest.TestCase):
             course = np.concatenate([linalg.solve_triangular(root, shapes[k][:, s], lower=True) for s in sensors])
             self.assertAlmostEqual(found[k], squares_left(base, values) - squares_left(np.column_stack([base, course]), values), delta=0.01)
 
+    def test_does_not_tell_twins_by_the_sensors_that_they_were_drawn_for(self):
+        # The noise alone tells a gradient from a rate then: as often wrong as a likelihood ratio of two known courses is.
+        wrong, expected = 0, 0.0
+        seeds = range(40, 70)
+        for seed in seeds:
+            campaign = lab.make(seed, lab.Design(spacing_k=20, dwell_min=12), "gradient", 0.15)
+            gram, products = oracle.normal_equations(campaign, seed, oracle.courses(campaign, seed, ("gradient", "temperature_rate"), 0.15))
+            found = oracle.ratios(gram, products)
+            wrong += bool(found[1] > found[0])
+            correlation = gram[0, 1] / np.sqrt(gram[0, 0] * gram[1, 1])
+            scale = campaign.truth["scale"]
+            expected += stats.norm.sf(scale * np.sqrt(gram[0, 0] * (1 - correlation) / 2))
+        self.assertAlmostEqual(wrong, expected, delta=4 * np.sqrt(max(expected, 1.0)))
+        self.assertGreater(expected, 0.5)
+
     def test_threshold_of_one_candidate_is_that_of_chi_squared(self):
         self.assertAlmostEqual(oracle.threshold(np.array([[7.0]]), 1), stats.chi2.isf(oracle.FALSE_NAMES, 1), delta=0.5)
 

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "calib/gap/report/gap_report.h"
+#include "calib/gap/search/detail/jumps_beside_wander.h"
 #include "calib/gap/search/detail/slow_noise.h"
 #include "tests/gap/gap_notes.h"
 #include "tests/gap/made_up_campaign.h"
@@ -81,6 +82,36 @@ TEST(Unknown, IsABiasThatStepsOnceInOneRun) {
                  "time, by jumps that no other run has");
 }
 
+// A step that is as far from the mean of its run as a wander of that size, for hours: at first the estimate of the
+// wander holds it.
+TEST(Unknown, IsABiasThatStepsOnceBesideAStrongWander) {
+  const Plan plan;
+  const Hidden wandering = made_up::wander(plan, 1.25, {360.0, 3600.0, 36000.0}, 31);
+  const GapReport report = report_of(plan, [&](Sensor sensor, const Moment& moment) {
+    const bool steps = sensor == Sensor::accel_x && moment.run == 3 && moment.t_s > 13000.0;
+    return wandering(sensor, moment) + (steps ? 6.5 * plan.accel_block : 0.0);
+  });
+  expect_unknown(report, "time, by jumps that no other run has");
+  EXPECT_EQ(report.residual_structure->sensors, std::vector<Sensor>{Sensor::accel_x});
+}
+
+TEST(Unknown, IsABiasThatJumpsToAndFroBesideAStrongWander) {
+  const Plan plan;
+  const Hidden wandering = made_up::wander(plan, 1.25, {360.0, 3600.0, 36000.0}, 32);
+  auto next_s = std::make_shared<State>();
+  auto jumps = std::make_shared<base::Random>(33);
+  const GapReport report = report_of(plan, [=](Sensor sensor, const Moment& moment) {
+    if (next_s->run != moment.run) *next_s = {moment.run, moment.t_s, 1.0};
+    while (next_s->t_s <= moment.t_s) {
+      next_s->value = -next_s->value;
+      next_s->t_s += -6000.0 * std::log(1.0 - jumps->uniform());
+    }
+    return wandering(sensor, moment) + (sensor == Sensor::gyro_y ? 2.5 * plan.gyro_block * next_s->value : 0.0);
+  });
+  expect_unknown(report, "time, by jumps that no other run has");
+  EXPECT_EQ(report.residual_structure->sensors, std::vector<Sensor>{Sensor::gyro_y});
+}
+
 // The runs begin at other times of day.
 TEST(Unknown, IsADailyWaveBesideABiasThatWanders) {
   const Plan plan;
@@ -143,6 +174,33 @@ TEST(Unknown, IsNotAnEffectWhoseStrengthVariesFromRunToRun) {
   EXPECT_EQ(name_of(report.conclusion), "named") << report.reason;
   ASSERT_FALSE(report.effects.empty());
   EXPECT_EQ(report.effects[0].effect->name, "g_sensitivity");
+}
+
+// Six runs hardly tell the variance of a process slower than a run. A smaller one with two levels that are never left
+// must not pass for jumps where the estimate was too large.
+TEST(JumpsBesideWander, AreNotSeenInAWanderThatIsSmallerThanEstimated) {
+  constexpr double kTau_s = 2e5;
+  constexpr double kBlocks = 5.0;
+  for (std::uint64_t seed = 1; seed <= made_up::fewer_under_sanitizers(8); ++seed) {
+    Plan plan;
+    plan.seed = 40 + seed;
+    const LoggedCampaign campaign = made_up::campaign(plan, made_up::wander(plan, kBlocks, {kTau_s}, plan.seed));
+    const Observations observations = observe(campaign);
+    const TemperatureHistory history(campaign, observations);
+    KnownNoise noise;
+    for (const Sensor sensor : kSensors) {
+      const double unit = unit_of(plan, sensor);
+      noise[index_of(sensor)] = {.block = unit,
+                                 .placement = plan.placement_share * unit,
+                                 .visit = plan.visit_share * unit,
+                                 .visit_dof = 60.0,
+                                 .wander = {{kTau_s, 2.0 * kBlocks * unit}}};
+    }
+    const CampaignModel model(observations, history, std::nullopt, noise);
+    for (const Sensor sensor : {Sensor::gyro_x, Sensor::accel_z}) {
+      EXPECT_GT(chance_of_jumps_beside_wander(model, sensor), 0.003) << "seed " << plan.seed;
+    }
+  }
 }
 
 // The gate is 0.003: of sixty campaigns none should be above it.

@@ -126,6 +126,11 @@ Eigen::VectorXd CampaignModel::remainder(Sensor sensor) const {
   return residual;
 }
 
+SensorResidual CampaignModel::residual_under(Sensor sensor, const NoiseComponents& noise) const {
+  const std::size_t s = index_of(sensor);
+  return {observations_, sensor, columns_[s], noise, keep_, prior_[s]};
+}
+
 Eigen::VectorXd CampaignModel::prediction_variance(Sensor sensor, int run) const {
   const std::size_t s = index_of(sensor);
   Eigen::MatrixXd columns = columns_[s];

@@ -80,6 +80,9 @@ class CampaignModel {
   [[nodiscard]] Eigen::VectorXd remainder(Sensor sensor) const;
   /// Variance of what base and terms predict at each observation, less their mean over `run`, SI squared.
   [[nodiscard]] Eigen::VectorXd prediction_variance(Sensor sensor, int run) const;
+  /// The sensor's residual as it would be under another noise, base and terms fitted anew with it. Only of a sensor
+  /// that has one.
+  [[nodiscard]] SensorResidual residual_under(Sensor sensor, const NoiseComponents& noise) const;
   /// Offsets of the runs, the first being 0, SI. Only of a model that leaves no run out.
   [[nodiscard]] std::vector<double> run_offsets(Sensor sensor) const;
 

@@ -10,6 +10,9 @@
 
 #include "base/linear/dense_solve.h"
 #include "base/statistics.h"
+#include "calib/gap/effects/columns.h"
+#include "calib/gap/noise/wander_estimate.h"
+#include "calib/gap/search/detail/jumps_beside_wander.h"
 #include "calib/gap/search/detail/telegraph.h"
 #include "calib/gap/search/score.h"
 
@@ -18,7 +21,8 @@ namespace {
 
 constexpr double kInvisible = 1e-3;      ///< share of a step's squares below which the base takes it up
 constexpr std::size_t kMostPlaces = 80;  ///< of a step in one run; of more within visits, every second, third...
-constexpr double kWays = 3.0;            ///< in which chances are put together
+constexpr double kSuspicious = 0.01;     ///< chance of a step in one run from where the noise is told without it
+constexpr double kWays = 4.0;            ///< in which chances are put together
 
 /// Rows at which a step may come, the first of placements other than the run's first: all between visits, where most of
 /// the time passes, and as many of those within visits as there may be.
@@ -67,6 +71,8 @@ Eigen::MatrixXd in_run(const Observations& observations, Eigen::MatrixXd columns
 struct Step {
   double excess = 0.0;
   double p = 1.0;
+  int run = 0;
+  Eigen::VectorXd course = {};  ///< 0 before it, 1 after it until the run's end; empty where there is none
 };
 
 Step strongest_step(const Observations& observations, const SensorResidual& residual, const Eigen::MatrixXd& effects,
@@ -85,21 +91,41 @@ Step strongest_step(const Observations& observations, const SensorResidual& resi
     left -= strength * base::solve_pivoted_qr(strength, left);
   }
   double gain = 0.0;
+  Eigen::Index strongest = 0;
   for (Eigen::Index k = 0; k < white.cols(); ++k) {
     const double information = white.col(k).squaredNorm();
     if (information <= kInvisible * before(k)) continue;
     const double score = white.col(k).dot(left);
-    gain = std::max(gain, score * score / information);
+    if (score * score <= gain * information) continue;
+    gain = score * score / information;
+    strongest = k;
   }
   const auto count = static_cast<double>(places.size());
   if (gain <= 0.0 || noise_dof <= 0.0) return {};
-  return {std::max(0.0, gain - 2.0 * std::log(count)), std::min(1.0, count * base::f_upper_tail(gain, 1.0, noise_dof))};
+  return {std::max(0.0, gain - 2.0 * std::log(count)), std::min(1.0, count * base::f_upper_tail(gain, 1.0, noise_dof)),
+          run, steps_at(observations, {places[static_cast<std::size_t>(strongest)]}, run)};
+}
+
+/// The residual under noise that was estimated without that step: a step is far from the mean of its run for hours, so
+/// that the estimate takes it for a slow wander, in which it then hides. Nothing where the noise cannot be told.
+std::optional<SensorResidual> residual_without(const CampaignModel& model, const std::vector<NamedEffect>& effects,
+                                               Sensor sensor, const Eigen::VectorXd& step) {
+  const RegressorInputs in = model.regressor_inputs();
+  const Eigen::VectorXd left = unexplained(model, effects, sensor);
+  const Eigen::MatrixXd of_day = time_of_day(in);
+  Eigen::MatrixXd nuisances(step.size(), of_day.cols() + 1);
+  nuisances << of_day, step;
+  const auto noise =
+      WanderEstimate(in.observations, left, nuisances).of(left, model.residuals().noise[index_of(sensor)]);
+  if (!noise) return std::nullopt;
+  return model.residual_under(sensor, *noise);
 }
 
 /// Chances of one sensor: of the step that stands out in each run, and of two levels in all of them.
 struct OfSensor {
   std::vector<double> of_runs;
   double of_levels = 1.0;
+  double beside_wander = 1.0;  ///< of two levels with a wander beside them
   double excess = 0.0;
 };
 
@@ -108,14 +134,26 @@ OfSensor look_in(const CampaignModel& model, const std::vector<NamedEffect>& eff
   const std::size_t s = index_of(sensor);
   const SensorResidual& residual = *model.residuals().sensor[s];
   const Eigen::MatrixXd columns = contributions(effects, sensor, static_cast<Eigen::Index>(observations.rows.size()));
-  OfSensor result;
+  const double noise_dof = model.residuals().noise[s].visit_dof;
+  std::vector<Step> steps;
   for (int run = 0; run < observations.run_count(); ++run) {
-    const Step step = strongest_step(observations, residual, columns, model.residuals().noise[s].visit_dof, run);
+    steps.push_back(strongest_step(observations, residual, columns, noise_dof, run));
+  }
+  Step& strongest = *std::ranges::min_element(steps, {}, &Step::p);
+  if (strongest.p < kSuspicious) {
+    if (const auto without = residual_without(model, effects, sensor, strongest.course)) {
+      strongest = strongest_step(observations, *without, columns, noise_dof, strongest.run);
+    }
+  }
+  OfSensor result;
+  for (const Step& step : steps) {
     result.of_runs.push_back(step.p);
     result.excess += step.excess;
   }
   result.of_levels = chance_of_telegraph(model, sensor);
-  result.excess -= 2.0 * std::log(std::max(result.of_levels, std::numeric_limits<double>::min()));
+  result.beside_wander = chance_of_jumps_beside_wander(model, sensor);
+  const double levels = std::min(result.of_levels, result.beside_wander);
+  result.excess -= 2.0 * std::log(std::max(levels, std::numeric_limits<double>::min()));
   return result;
 }
 
@@ -134,16 +172,19 @@ std::optional<SlowNoise> jumps(const CampaignModel& model, const std::vector<Nam
   for (const auto& set : sets) {
     std::vector<double> of_runs;
     std::vector<double> of_levels;
+    std::vector<double> beside_wander;
     double squares = 0.0;
     for (const Sensor sensor : set) {
       const OfSensor& own = found[index_of(sensor)];
       of_runs.insert(of_runs.end(), own.of_runs.begin(), own.of_runs.end());
       of_levels.push_back(own.of_levels);
+      beside_wander.push_back(own.beside_wander);
       squares += own.excess;
     }
     if (of_runs.empty()) continue;
     const double least = *std::min_element(of_runs.begin(), of_runs.end()) * static_cast<double>(of_runs.size());
-    const double p = kWays * std::min({chance_together(of_runs), least, chance_together(of_levels)});
+    const double p =
+        kWays * std::min({chance_together(of_runs), least, chance_together(of_levels), chance_together(beside_wander)});
     const double adjusted = std::min(1.0, p * static_cast<double>(sets.size()));
     if (adjusted < best.p_adjusted) best = {adjusted, squares, set};
   }

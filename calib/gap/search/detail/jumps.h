@@ -12,10 +12,11 @@ namespace soak::calib::gap {
 
 /// Looks for a bias that jumps, and stays there for a while: once (a step) or to and fro (telegraph noise), against the
 /// model's noise, in which a bias may wander. In each run the step between two placements that stands out most, over
-/// all places where one may be; how much stronger or weaker each of `effects` was in a run is taken off. And over all
-/// runs two levels (chance_of_telegraph). Of a set of sensors the chance is that of all its runs together, of the run
-/// that stands out most, or of two levels, whichever is least. Nothing where the chance, adjusted, is above that of
-/// slow_noise().
+/// all places where one may be; how much stronger or weaker each of `effects` was in a run is taken off. The step of a
+/// sensor that stands out most of all is judged by noise that was estimated without it. And over all runs two levels,
+/// alone (chance_of_telegraph) and beside a wander (chance_of_jumps_beside_wander). Of a set of sensors the chance is
+/// that of all its runs together, of the run that stands out most, or of two levels, whichever is least. Nothing where
+/// the chance, adjusted, is above that of slow_noise().
 [[nodiscard]] std::optional<SlowNoise> jumps(const CampaignModel& model, const std::vector<NamedEffect>& effects);
 
 }  // namespace soak::calib::gap

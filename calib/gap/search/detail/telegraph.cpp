@@ -18,14 +18,6 @@ constexpr int kSteps = 20;  ///< of expectation maximisation
 /// Levels, scatter and time between jumps; beside them a mean of each run.
 constexpr double kParameters = 3.0;
 
-/// What a sensor reads in a placement, in the mean, beyond the model.
-struct Reading {
-  int run = 0;
-  double begin_s = 0.0;
-  double end_s = 0.0;
-  double value = 0.0;
-};
-
 /// ln of a normal density, without −½ ln 2π.
 double log_normal(double off, double variance) { return -0.5 * (off * off / variance + std::log(variance)); }
 
@@ -151,12 +143,7 @@ double of_two_levels(const std::vector<Reading>& readings, std::size_t runs, dou
   return best;
 }
 
-/// The placements of one sensor, a row and a reading each.
-struct PlacementMeans {
-  Observations observations;
-  std::vector<Reading> readings;
-  double blocks = 0.0;  ///< of a placement, in the mean
-};
+}  // namespace
 
 PlacementMeans placement_means(const Observations& all, const Eigen::VectorXd& left, Sensor sensor) {
   PlacementMeans means;
@@ -180,8 +167,6 @@ PlacementMeans placement_means(const Observations& all, const Eigen::VectorXd& l
   means.blocks /= std::max(1.0, static_cast<double>(means.readings.size()));
   return means;
 }
-
-}  // namespace
 
 double chance_of_telegraph(const CampaignModel& model, Sensor sensor) {
   const std::size_t s = index_of(sensor);
