@@ -95,8 +95,8 @@ struct Seen {
 bool is_cause(const Seen& seen, std::string_view cause) {
   const json& suspension = seen.at("/suspension");
   if (!suspension.is_object()) return false;
-  const json& causes = suspension.at("causes");
-  return std::ranges::find(causes, cause) != causes.end();
+  return std::ranges::any_of(suspension.at("causes"),
+                             [&](const json& one) { return one.get_ref<const std::string&>() == cause; });
 }
 
 std::string when_it_answers(const Seen& seen) {

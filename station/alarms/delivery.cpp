@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
-#include <chrono>
 #include <ctime>
-#include <memory>
+#include <filesystem>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -100,7 +100,12 @@ class Transfer {
     curl_easy_getinfo(handle_.get(), CURLINFO_RESPONSE_CODE, &status);
     return status;
   }
-  [[nodiscard]] const std::string& answer() const { return answer_; }
+  /// The beginning of what the server said; of any bytes it may send what a log takes.
+  [[nodiscard]] std::string answer() const {
+    std::string text = answer_;
+    std::ranges::replace_if(text, [](char c) { return c < ' ' || c > '~'; }, ' ');
+    return text;
+  }
 
  private:
   Handle handle_;
@@ -139,6 +144,13 @@ std::string mail_date(std::time_t utc) {
   return fmt::format("{}, {} {} {} {:02}:{:02}:{:02} +0000", kDays.at(static_cast<std::size_t>(parts.tm_wday)),
                      parts.tm_mday, kMonths.at(static_cast<std::size_t>(parts.tm_mon)), 1900 + parts.tm_year,
                      parts.tm_hour, parts.tm_min, parts.tm_sec);
+}
+
+/// Lines as mail has them.
+std::string with_mail_line_ends(const std::string& text) {
+  std::string lines;
+  for (const char c : text) lines += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  return lines;
 }
 
 class Mail final : public Delivery {
@@ -186,7 +198,8 @@ base::Status Mail::send(const AlarmMessage& message, const std::atomic<bool>& st
   transfer.set(CURLOPT_HTTPHEADER, lines.get());
   const std::unique_ptr<curl_mime, FreeMime> mime(curl_mime_init(transfer.get()));
   curl_mimepart* part = curl_mime_addpart(mime.get());
-  curl_mime_data(part, message.text.data(), message.text.size());
+  const std::string text = with_mail_line_ends(message.text);
+  curl_mime_data(part, text.data(), text.size());
   curl_mime_type(part, "text/plain; charset=utf-8");
   curl_mime_encoder(part, "quoted-printable");
   transfer.set(CURLOPT_MIMEPOST, mime.get());

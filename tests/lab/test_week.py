@@ -1,22 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """A technician's week by clicks alone: records, a campaign with a fixture turned by hand, a chamber that falls silent, a soakd that
-dies and is resumed, a verification, then fit, verify, report and export of the unit. The page is a real browser's; the only hands
-beside it are those that turn the fixture, mend the chamber's cable and start soakd again."""
+dies and is resumed, a verification, then fit, verify, report and export of the unit; of another one, whose recordings came from
+elsewhere, the gap is found, accepted, compared and fitted. The page is a real browser's; the only hands beside it are those that turn
+the fixture, mend the chamber's cable, start soakd again and import the recordings."""
 import pathlib
 import shutil
+import subprocess
 import sys
 import tempfile
 import threading
 import time
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 
-from bench import ROOT, LabTest, short_procedure
-from lab_session import end
+from bench import ROOT, WAIT_S, LabTest, short_procedure
+from lab_session import bin_folder, end
 
 sys.path.insert(0, str(ROOT / "tests" / "web"))
 from browser import BROWSER, DRIVER, Browser  # noqa: E402
 
 SERIAL = "0380A001"
+LAGGING = "SN0042"  # its sensors lag behind its thermometer
+HIDDEN = '\n[[hidden]]\neffect = "sensor_lag"\nmagnitude = 2.4\nseed = 31\n'
 FACES = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
 SET_POINTS = (10, 25, 40)
 
@@ -74,6 +79,8 @@ class Week(LabTest):
         self.addCleanup(shutil.rmtree, self.downloads, ignore_errors=True)
         self.browser.devtools("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(self.downloads))
         self.browser.resize(1280, 1000)
+        self.beside = ThreadPoolExecutor(1)
+        self.addCleanup(self.beside.shutdown)
 
     def start_station(self):
         """A new laboratory: the fixture is turned by hand, its own procedures lie in the data folder, no unit is named."""
@@ -162,9 +169,45 @@ class Week(LabTest):
             time.sleep(0.02)
         return (self.downloads / name).read_bytes()
 
-    def judge_and_hand_over(self):
+    def import_recordings(self):
+        """Five runs of the unit to be fitted, and a sixth that no fit sees."""
+        config, out = self.folder / "lagging.toml", self.folder / "lagging"
+        config.write_text((ROOT / "hal" / "sim" / "lab.toml").read_text(encoding="utf-8") + HIDDEN, encoding="utf-8")
+        subprocess.run([f"{bin_folder()}/soaksim-campaign", "--out", out, "--seed", "31", "--units", "1", "--design", "identical", "--config", config,
+                        "--truth", self.folder / "truth.json"], check=True, capture_output=True)
+        head, *rows = next((out / "campaign").glob("*.csv")).read_text(encoding="utf-8").splitlines(keepends=True)
+        run = head.rstrip().split(",").index("run")
+        for name, chosen, more in (("five", lambda label: label != "R06", ()),
+                                   ("sixth", lambda label: label == "R06", ("--campaign", "fresh", "--procedure", "verification"))):
+            path = self.write(f"{name}.csv", head + "".join(row for row in rows if chosen(row.split(",")[run])))
+            self.lab.soak("import", path, "--unit", LAGGING, "--gravity-mps2", "9.80665", "--simulated", *more)
+
+    def open_unit(self, serial):
         self.click("#to-units")
-        self.click("#units-list tbody a")
+        self.browser.wait("return [...document.querySelectorAll('#units-list tbody a')].some((a) => a.innerText === arguments[0])", serial)
+        self.browser.run("[...document.querySelectorAll('#units-list tbody a')].find((a) => a.innerText === arguments[0]).click()", serial)
+        self.see("#unit-title", serial)
+
+    def close_the_gap(self):
+        self.open_unit(LAGGING)
+        self.click("#unit-fit")
+        self.see("#unit-jobs", "Fit: model 1")
+        self.click("#gap-find")
+        self.see("#gap-verdict-text", "sensor lag")
+        self.click("#gap-accept")
+        self.click("#accept-send")
+        self.see("#unit-jobs", "Accepted sensor lag: model 2")
+        self.click("#gap-show")
+        self.see("#gap-shown-text", "on 1 fresh run")
+        shown = self.lab.soak_json("gap", "show", "--unit", LAGGING)["sensors"]
+        closed = [sensor["fresh"]["closed_fraction"] for sensor in shown.values() if sensor["fresh"]]
+        self.assertGreater(max(closed), 0.3, closed)
+        self.click("#unit-fit")
+        self.see("#unit-jobs", "Fit: model 3")
+        self.see("#gap-terms", "sensor_lag")
+
+    def judge_and_hand_over(self):
+        self.open_unit(SERIAL)
         self.see("#unit-verdict", "NOT JUDGED")
         self.click("#unit-fit")
         self.browser.wait("return document.querySelectorAll('#unit-curves .sensor').length === 6")
@@ -192,6 +235,7 @@ class Week(LabTest):
         self.addCleanup(hands.end)
         self.confirm_by_itself()
         self.wait_for_step("record")
+        imported = self.beside.submit(self.import_recordings)
         self.silence_and_mend_the_chamber()
         self.wait("a prompt at the second run's last plateau", lambda s: s["prompt"] and at_the_second_run_s_last_plateau(s))
         self.kill_and_resume(hands)
@@ -203,20 +247,22 @@ class Week(LabTest):
         self.assertGreater(hands.turned, 3 * len(SET_POINTS) * len(FACES) - 1)
         self.assert_safe()
         file = self.judge_and_hand_over()
+        imported.result(WAIT_S)
+        self.close_the_gap()
 
         # What somebody at a terminal finds afterwards.
         path = self.write("unit.soakcal", "")
         path.write_bytes(file)
         points = self.lab.soak_json("eval", path, "--temp-c", ",".join(map(str, SET_POINTS)))["points"]
         self.assertTrue(all(point["in_range"] for point in points[1:-1]))
-        runs = self.lab.soak_json("runs", "list")["runs"]
+        runs = self.lab.soak_json("runs", "list", "--unit", SERIAL)["runs"]
         counted = [run["run"] for run in runs if run["purpose"] != "diagnosis" and not run["voided"]]
         self.assertEqual(counted, ["R01", "R02", "R02.2", "V01"])
         self.lab.soak("runs", "verify")
         self.lab.soak("events", "verify")
         by_eva = self.query("SELECT kind, text FROM event WHERE user = 'Eva' ORDER BY ordinal")
         self.assertIn("reference_added", [kind for kind, _ in by_eva])
-        self.assertEqual([text for kind, text in by_eva if kind == "job_started"], ["fit", "verify against check", "report", "export as blob"])
+        self.assertEqual([text for kind, text in by_eva if kind == "job_started"], ["fit", "verify against check", "report", "export as blob", "fit", "gap_find", "gap_accept of sensor_lag", "gap_show", "fit"])
         self.assertEqual(self.browser.console(), [])
 
 
