@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <limits>
+
+#include "calib/signal/allan/allan_fit.h"
+#include "calib/vocabulary/sensor.h"
+
+namespace soak::nav {
+
+/// How a bias that is left in the readings moves: about its value at the start as a first-order Gauss-Markov process
+/// [AH05 §3.3.1], and beside it as a random walk. U is rad/s or m/s².
+struct BiasModel {
+  double start_sigma = 0.0;                                 ///< of the value at the start, in U
+  double sigma = 0.0;                                       ///< of the Gauss-Markov process when it is settled, in U
+  double time_s = std::numeric_limits<double>::infinity();  ///< its correlation time; infinite: no such process
+  double walk = 0.0;                                        ///< random walk in U/sqrt(s)
+};
+
+/// What a filter takes for granted of one sensor's errors.
+struct SensorModel {
+  double white = 0.0;  ///< white noise in U/sqrt(Hz), one-sided: angle or velocity random walk in U·sqrt(s)
+  BiasModel bias;
+  double scale_sigma = 0.0;  ///< of the scale factor error, 1 = 100 %; used with scale states only
+};
+
+/// Of all sensors, by index_of().
+using SensorModels = std::array<SensorModel, calib::kSensorCount>;
+
+/// The same model for the three gyros and the same for the three accelerometers.
+[[nodiscard]] SensorModels same_for_axes(const SensorModel& gyro, const SensorModel& accel);
+
+/// The model that noise coefficients say: N is the white noise, the Gauss-Markov term the bias, or where the curve
+/// shows none its flat part (σ = 0.664 B, with the averaging time of the least deviation as correlation time); K the
+/// random walk. Coefficients that were not found are 0. `start_sigma` in U: what is not known of the bias at the start.
+[[nodiscard]] SensorModel sensor_model_of(const calib::signal::AllanFit& fit, double start_sigma);
+
+}  // namespace soak::nav
