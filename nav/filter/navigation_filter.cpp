@@ -112,7 +112,9 @@ void NavigationFilter::predict(const Vector3d& rate_rps, const Vector3d& force_m
 bool NavigationFilter::passes_gate(const Innovation& innovation, Kind kind) {
   const bool passes = innovation.nis <= gate_[static_cast<std::size_t>(innovation.degrees_of_freedom)];
   int& left_out = left_out_[kind];
-  const bool used = passes || left_out >= kMostLeftOut;
+  // Only a receiver can be right against the filter; that the vehicle stands or does not slide is no more than assumed.
+  const bool is_read = kind == Kind::position || kind == Kind::velocity;
+  const bool used = passes || (is_read && left_out >= kMostLeftOut);
   left_out = used ? 0 : left_out + 1;
   return used;
 }

@@ -44,8 +44,8 @@ struct FilterOptions {
   SensorModels sensors;
   bool scale_states = false;  ///< 21 states instead of 15: scale factor errors of the six sensors
   Compensation compensation = Compensation::two_sample;
-  /// Measurements of less than this probability are left out (chi-squared test of the innovation); after ten in a row
-  /// the next is used all the same: then it is the filter that is wrong. 0: none is left out.
+  /// Measurements of less than this probability are left out (chi-squared test of the innovation); after ten fixes
+  /// in a row the next is used all the same: then it is the filter that is wrong. 0: none is left out.
   double gate_probability = 1e-4;
   std::optional<NonHolonomic> non_holonomic;
   std::optional<Standstill> standstill;

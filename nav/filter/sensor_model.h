@@ -31,9 +31,10 @@ using SensorModels = std::array<SensorModel, calib::kSensorCount>;
 /// The same model for the three gyros and the same for the three accelerometers.
 [[nodiscard]] SensorModels same_for_axes(const SensorModel& gyro, const SensorModel& accel);
 
-/// The model that noise coefficients say: N is the white noise, the Gauss-Markov term the bias, or where the curve
-/// shows none its flat part (σ = 0.664 B, with the averaging time of the least deviation as correlation time); K the
-/// random walk. Coefficients that were not found are 0. `start_sigma` in U: what is not known of the bias at the start.
+/// The model that noise coefficients say: N is the white noise, K the random walk, the Gauss-Markov term the bias.
+/// Without such a term the flat part is the bias (σ = 0.664 B over the averaging time of the least deviation); of a
+/// curve that only falls, what could hide below its end: a random walk that comes as far in that time. `start_sigma` in
+/// U: what is not known of the bias at the start.
 [[nodiscard]] SensorModel sensor_model_of(const calib::signal::AllanFit& fit, double start_sigma);
 
 }  // namespace soak::nav
