@@ -43,16 +43,6 @@ Means means_between(const std::vector<ImuSample>& imu, double from_s, double to_
   return means;
 }
 
-/// When the rest at the beginning ends; the first sample where there is none.
-double end_of_rest_s(const Drive& drive) {
-  double end_s = drive.imu.front().t_s;
-  for (const GnssFix& fix : drive.gnss) {
-    if (speed_mps(fix) > kRestSpeed_mps) break;
-    end_s = std::max(end_s, fix.t_s - kRestMargin_s);
-  }
-  return end_s;
-}
-
 /// Attitude but for the heading, at `until_s`, carried there by the gyros from a rest.
 Matrix3d carried(const Drive& drive, const Means& rest, double from_s, double until_s) {
   Quaternion attitude = quaternion_of(matrix_of(leveled(rest.force_mps2)));
@@ -81,6 +71,15 @@ Euler leveled_in_motion(const Drive& drive, std::size_t fix, double heading_rad)
 }
 
 }  // namespace
+
+double end_of_rest_s(const Drive& drive) {
+  double end_s = drive.imu.front().t_s;
+  for (const GnssFix& fix : drive.gnss) {
+    if (speed_mps(fix) > kRestSpeed_mps) break;
+    end_s = std::max(end_s, fix.t_s - kRestMargin_s);
+  }
+  return end_s;
+}
 
 Euler leveled(const Vector3d& f) {
   return {0.0, std::atan2(f.y(), std::hypot(f.x(), f.z())), std::atan2(-f.x(), f.z())};

@@ -18,6 +18,10 @@ namespace soak::nav {
 [[nodiscard]] base::Result<Quaternion> gyrocompassed(const Eigen::Vector3d& mean_rate_rps,
                                                      const Eigen::Vector3d& mean_force_mps2, double latitude_rad);
 
+/// When the rest at the beginning of a drive ends: 1 s before the first fix faster than 0.3 m/s. The time of the first
+/// sample where there is no rest.
+[[nodiscard]] double end_of_rest_s(const Drive& drive);
+
 /// What is needed for a start.
 struct AlignmentOptions {
   double least_speed_mps = 3.0;    ///< at which the course over ground is taken for the heading

@@ -13,7 +13,7 @@ SensorModels same_for_axes(const SensorModel& gyro, const SensorModel& accel) {
 
 SensorModel sensor_model_of(const calib::signal::AllanFit& fit, double start_sigma) {
   SensorModel model;
-  model.white = fit.angle_random_walk.value;
+  model.white = fit.angle_random_walk.found ? fit.angle_random_walk.value : fit.angle_random_walk.high;
   model.bias.start_sigma = start_sigma;
   model.bias.walk = fit.rate_random_walk.value;
   if (fit.markov_sigma.found) {

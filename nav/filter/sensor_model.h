@@ -31,7 +31,8 @@ using SensorModels = std::array<SensorModel, calib::kSensorCount>;
 /// The same model for the three gyros and the same for the three accelerometers.
 [[nodiscard]] SensorModels same_for_axes(const SensorModel& gyro, const SensorModel& accel);
 
-/// The model that noise coefficients say: N is the white noise, K the random walk, the Gauss-Markov term the bias.
+/// The model that noise coefficients say: N is the white noise (not found: what could have
+/// stayed hidden), K the random walk, the Gauss-Markov term the bias.
 /// Without such a term the flat part is the bias (σ = 0.664 B over the averaging time of the least deviation); of a
 /// curve that only falls, what could hide below its end: a random walk that comes as far in that time. `start_sigma` in
 /// U: what is not known of the bias at the start.

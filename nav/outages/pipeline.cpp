@@ -7,6 +7,7 @@
 
 #include "base/units.h"
 #include "nav/filter/filter_run.h"
+#include "nav/filter/tuning.h"
 
 namespace soak::nav {
 namespace {
@@ -24,7 +25,9 @@ base::Result<std::vector<Solution>> solve_by_filter(const FilterPipeline& parts,
                                        start->t_s - t_s.front()),
                            drive.name);
   }
-  FilterRun run(drive, *start, parts.filter);
+  FilterOptions options = parts.filter;
+  if (parts.tune_at_rest) options.sensors = tuned_at_rest(drive, options.sensors);
+  FilterRun run(drive, *start, options);
   std::vector<Solution> solutions;
   for (const double wanted_s : t_s) {
     run.advance_to(wanted_s);

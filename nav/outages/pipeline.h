@@ -38,7 +38,8 @@ struct FilterPipeline {
   std::string description;
   AlignmentOptions alignment;
   FilterOptions filter;
-  Correction correction;  ///< empty: readings as they are
+  Correction correction = {};  ///< empty: readings as they are
+  bool tune_at_rest = false;   ///< sensor models from the drive's first rest (tuning.h)
 };
 
 /// Corrects the samples, aligns, runs the filter through the drive and on through the outage. Fails as align() does,

@@ -13,7 +13,7 @@ using calib::signal::AllanFit;
 
 TEST(SensorModel, TakesNoiseFromTheFitAndTheBiasFromItsGaussMarkovTerm) {
   AllanFit fit;
-  fit.angle_random_walk.value = 0.002;
+  fit.angle_random_walk = {0.002, 0.0019, 0.0021, true};
   fit.markov_sigma = {0.01, 0.009, 0.011, true};
   fit.markov_time_s = {120.0, 100.0, 140.0, true};
   const SensorModel model = sensor_model_of(fit, 0.3);
