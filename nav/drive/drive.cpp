@@ -63,7 +63,7 @@ base::Status validate(const Drive& drive) {
 }
 
 Drive with_outage(const Drive& drive, const Outage& outage) {
-  Drive seen{drive.name, {}, {}, {}, drive.lever_arm_m};
+  Drive seen{drive.name, {}, {}, {}, drive.lever_arm_m, drive.unit_to_body};
   // One sample beyond the end: the outage may end within its interval.
   auto last = std::ranges::lower_bound(drive.imu, outage.end_s, {}, &ImuSample::t_s);
   if (last != drive.imu.end()) ++last;

@@ -47,6 +47,8 @@ struct Drive {
   std::vector<GnssFix> gnss;
   std::vector<TruthPoint> truth;
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< from the unit to the antenna, body axes
+  /// Turns the unit's own axes, in which it was calibrated, into body axes: how it is mounted.
+  Eigen::Matrix3d unit_to_body = Eigen::Matrix3d::Identity();
 };
 
 /// A stretch without satellite navigation.

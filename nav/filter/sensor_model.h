@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <limits>
 
 #include "calib/signal/allan/allan_fit.h"
@@ -31,11 +32,15 @@ using SensorModels = std::array<SensorModel, calib::kSensorCount>;
 /// The same model for the three gyros and the same for the three accelerometers.
 [[nodiscard]] SensorModels same_for_axes(const SensorModel& gyro, const SensorModel& accel);
 
-/// The model that noise coefficients say: N is the white noise (not found: what could have
-/// stayed hidden), K the random walk, the Gauss-Markov term the bias.
-/// Without such a term the flat part is the bias (σ = 0.664 B over the averaging time of the least deviation); of a
-/// curve that only falls, what could hide below its end: a random walk that comes as far in that time. `start_sigma` in
-/// U: what is not known of the bias at the start.
-[[nodiscard]] SensorModel sensor_model_of(const calib::signal::AllanFit& fit, double start_sigma);
+/// Whether the value about which a bias moves was measured.
+enum class StartOfBias : std::uint8_t { known, unknown };
+
+/// The model that noise coefficients say: N is the white noise (not found: what could have stayed hidden), K the random
+/// walk, the Gauss-Markov term the bias; without such a term the flat part is (σ = 0.664 B over the averaging time of
+/// the least deviation). A process faster than 10 s is white noise, of density 2 σ² T. One that moves about a value
+/// which nobody knows is a random walk, of 2 σ²/T: a state that tends to the wrong value would take it for the bias. A
+/// curve that only falls may hide a random walk that comes as far as its end in that time. `start_sigma` in U: what is
+/// not known of the bias at the start.
+[[nodiscard]] SensorModel sensor_model_of(const calib::signal::AllanFit& fit, double start_sigma, StartOfBias start);
 
 }  // namespace soak::nav

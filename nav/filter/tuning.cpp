@@ -24,13 +24,14 @@ double reading_of(const ImuSample& sample, Sensor sensor) {
   return calib::is_gyro(sensor) ? sample.rate_rps(axis) : sample.force_mps2(axis);
 }
 
-base::Result<SensorModel> model_of_rest(const std::vector<double>& readings, double rate_hz, double start_sigma) {
+base::Result<SensorModel> model_of_rest(const std::vector<double>& readings, double rate_hz, double start_sigma,
+                                        StartOfBias start) {
   const auto record = calib::signal::PhaseRecord::from_rate(readings, rate_hz);
   if (!record) return base::forward_error(record);
   const auto multiples = calib::signal::log_spaced_multiples(readings.size() / kShare, kPerDecade);
   const auto fit = calib::signal::fit_allan(calib::signal::overlapping_curve(*record, multiples));
   if (!fit) return base::forward_error(fit);
-  return sensor_model_of(*fit, start_sigma);
+  return sensor_model_of(*fit, start_sigma, start);
 }
 
 }  // namespace
@@ -47,7 +48,9 @@ SensorModels tuned_at_rest(const Drive& drive, const SensorModels& otherwise) {
       if (sample.t_s - first_s > rest_s) break;
       readings.push_back(reading_of(sample, sensor));
     }
-    const auto tuned = model_of_rest(readings, static_cast<double>(readings.size()) / rest_s, model.bias.start_sigma);
+    const StartOfBias start = calib::is_gyro(sensor) ? StartOfBias::known : StartOfBias::unknown;
+    const double rate_hz = static_cast<double>(readings.size()) / rest_s;
+    const auto tuned = model_of_rest(readings, rate_hz, model.bias.start_sigma, start);
     if (!tuned) continue;
     // A rest shows what the sensor does at the least: driving shakes it.
     model.white = std::max(model.white, tuned->white);

@@ -12,11 +12,19 @@
 namespace soak::nav {
 namespace {
 
+void correct(ImuSample& sample, const Correction& correction, const Eigen::Matrix3d& unit_to_body) {
+  sample.rate_rps = unit_to_body.transpose() * sample.rate_rps;
+  sample.force_mps2 = unit_to_body.transpose() * sample.force_mps2;
+  correction(sample);
+  sample.rate_rps = unit_to_body * sample.rate_rps;
+  sample.force_mps2 = unit_to_body * sample.force_mps2;
+}
+
 base::Result<std::vector<Solution>> solve_by_filter(const FilterPipeline& parts, const Drive& seen,
                                                     std::span<const double> t_s) {
   Drive drive = seen;
   if (parts.correction) {
-    for (ImuSample& sample : drive.imu) parts.correction(sample);
+    for (ImuSample& sample : drive.imu) correct(sample, parts.correction, drive.unit_to_body);
   }
   const auto start = align(drive, parts.alignment);
   if (!start) return base::forward_error(start);

@@ -29,7 +29,7 @@ struct Pipeline {
   std::function<base::Result<std::vector<Solution>>(const Drive& seen, std::span<const double> t_s)> solve;
 };
 
-/// Corrects a sample in place, as the device would.
+/// Corrects a sample in place, as the device would; readings in the unit's own axes.
 using Correction = std::function<void(ImuSample& sample)>;
 
 /// Of a pipeline that is a filter.

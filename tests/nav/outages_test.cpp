@@ -151,6 +151,24 @@ TEST(Outages, AThermalCorrectionPaysWhereTheTemperatureRuns) {
   EXPECT_LT(result->pipelines[1].horizontal_final_m, 0.5 * result->pipelines[0].horizontal_final_m);
 }
 
+TEST(Outages, ACorrectionSeesTheUnitsOwnAxes) {
+  // Mounted with x forward, y to the left: what the unit calls x is the body's y.
+  Drive drive = town({}, 1);
+  drive.unit_to_body << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+  Eigen::Vector3d seen_mps2 = Vector3d::Zero();
+  FilterPipeline watching{"watching", "", {}, {}, [&](ImuSample& sample) {
+                            if (sample.t_s > 139.99 && sample.t_s < 140.01) seen_mps2 = sample.force_mps2;
+                          }};
+  watching.filter.sensors = typical_mems();
+  const std::vector<Pipeline> pipelines = {plain(), filter_pipeline(watching)};
+  const auto result = run_outage(drive, {150.0, 160.0}, pipelines);
+  ASSERT_TRUE(result);
+  const Vector3d in_body = drive.imu[6999].force_mps2;
+  EXPECT_LT((seen_mps2 - Vector3d(in_body.y(), -in_body.x(), in_body.z())).norm(), 1e-12);
+  // A correction that changes nothing leaves the solution.
+  EXPECT_LT((result->pipelines[0].position_final_m - result->pipelines[1].position_final_m).norm(), 1e-9);
+}
+
 TEST(Outages, AStopIsSeenAndHoldsTheVelocity) {
   // At rest from 0 to 20 s, then on, then at rest again: a stand of 30 s without fixes.
   const std::vector<Maneuver> maneuvers = {{20}, {10, 12.0}, {30, 12.0, 1.0}, {30, 12.0, -2.0}, {10, 0.0}, {40, 0.0}};
