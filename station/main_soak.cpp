@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
        export_commands(),    eval_commands(),      correct_commands(),   verify_commands(),   unit_commands(),
        campaign_commands(),  procedure_commands(), type_commands(),      signal_commands(),   key_commands(),
        check_commands(),     report_commands(),    reference_commands(), gap_commands(),      chamber_commands(),
-       make_safe_commands(), doctor_commands(),    event_commands(),     backup_commands(),   user_commands()}};
+       make_safe_commands(), doctor_commands(),    event_commands(),     backup_commands(),   user_commands(),
+       nav_commands()}};
   return run_program(soak, argc, argv);
 }

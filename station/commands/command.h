@@ -149,5 +149,6 @@ CommandGroup doctor_commands();
 CommandGroup event_commands();
 CommandGroup backup_commands();
 CommandGroup user_commands();
+CommandGroup nav_commands();
 
 }  // namespace soak::station
