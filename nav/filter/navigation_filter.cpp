@@ -119,30 +119,42 @@ bool NavigationFilter::passes_gate(const Innovation& innovation, Kind kind) {
   return used;
 }
 
-Innovation NavigationFilter::update(const Measurement& measurement) {
-  using States = Eigen::Matrix<double, kMostStates, 3>;
+template <int N>
+Innovation NavigationFilter::update_states(const Measurement& measurement) {
+  using Gain = Eigen::Matrix<double, N, 3>;
   using Rows = Eigen::Map<Eigen::Matrix<double, kRow, kRow, Eigen::RowMajor>, Eigen::Aligned16>;
-  auto p = Rows(p_.values.data()).topLeftCorner<kMostStates, kMostStates>();
+  auto p = Rows(p_.values.data()).template topLeftCorner<N, N>();
+  const Eigen::Matrix<double, 3, N> h = measurement.h.leftCols<N>();
 
   // S = H P Hᵀ + R, K = P Hᵀ S⁻¹ [AH05 eq. 3.13]
-  const States p_ht = p * measurement.h.transpose();
-  Matrix3d s = measurement.h * p_ht;
+  const Gain p_ht = p * h.transpose();
+  const Matrix3d h_p_ht = h * p_ht;
+  Matrix3d s = h_p_ht;
   s.diagonal() += measurement.variance;
   const Matrix3d s_inverse = base::inverse(s);
   Innovation innovation{measurement.z.dot(s_inverse * measurement.z), measurement.rows, false};
   innovation.used = passes_gate(innovation, measurement.kind);
   if (!innovation.used) return innovation;
 
-  // Joseph: P ← (I − K H) P (I − K H)ᵀ + K R Kᵀ
-  const States k = p_ht * s_inverse;
-  p.noalias() -= k * p_ht.transpose();
-  const States left = p * measurement.h.transpose() - k * measurement.variance.asDiagonal();
-  p.noalias() -= left * k.transpose();
-  for (int i = 0; i < kMostStates; ++i) {
-    for (int j = 0; j < i; ++j) p_.at(i, j) = p_.at(j, i) = 0.5 * (p_.at(i, j) + p_.at(j, i));
+  // Joseph: P ← (I − K H) P (I − K H)ᵀ + K R Kᵀ; the lower triangle, then its mirror image.
+  const Gain k = p_ht * s_inverse;
+  const Gain left = p_ht - k * h_p_ht - k * measurement.variance.asDiagonal();
+  for (int i = 0; i < N; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      const double less = k(i, 0) * p_ht(j, 0) + k(i, 1) * p_ht(j, 1) + k(i, 2) * p_ht(j, 2) + left(i, 0) * k(j, 0) +
+                          left(i, 1) * k(j, 1) + left(i, 2) * k(j, 2);
+      p_.at(i, j) -= less;
+      p_.at(j, i) = p_.at(i, j);
+    }
   }
-  feed_back(k * measurement.z);
+  Eigen::Matrix<double, kMostStates, 1> errors = Eigen::Matrix<double, kMostStates, 1>::Zero();
+  errors.head<N>() = k * measurement.z;
+  feed_back(errors);
   return innovation;
+}
+
+Innovation NavigationFilter::update(const Measurement& measurement) {
+  return options_.scale_states ? update_states<21>(measurement) : update_states<15>(measurement);
 }
 
 void NavigationFilter::feed_back(const Eigen::Matrix<double, kMostStates, 1>& errors) {

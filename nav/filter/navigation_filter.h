@@ -101,6 +101,8 @@ class NavigationFilter {
     int rows = 3;
   };
   Innovation update(const Measurement& measurement);
+  template <int N>
+  Innovation update_states(const Measurement& measurement);
   bool passes_gate(const Innovation& innovation, Kind kind);
   void feed_back(const Eigen::Matrix<double, kMostStates, 1>& errors);
   void add_half_of_noise(double duration_s);
