@@ -17,8 +17,11 @@ inline constexpr int kRow = 22;
 /// A symmetric matrix of 15 or 21 states, by rows; beyond the states zeros.
 struct Covariance {
   alignas(16) std::array<double, static_cast<std::size_t>(kRow) * kRow> values{};
-  double& at(int row, int column) { return values[static_cast<std::size_t>(row * kRow + column)]; }
-  [[nodiscard]] double at(int row, int column) const { return values[static_cast<std::size_t>(row * kRow + column)]; }
+  double& at(int row, int column) { return values[index_of(row, column)]; }
+  [[nodiscard]] double at(int row, int column) const { return values[index_of(row, column)]; }
+  static std::size_t index_of(int row, int column) {
+    return static_cast<std::size_t>(row) * kRow + static_cast<std::size_t>(column);
+  }
 };
 
 /// F dt of the errors, 3×3 blocks, from the linearised mechanization [AH05 eq. 3.7; Bar-Itzhack and Berman 1988]. An

@@ -66,7 +66,7 @@ struct PipelineSummary {
   Estimate gain;
 };
 
-/// Refuses nothing: at least one result, all with the same pipelines. The seed is that of the intervals.
+/// At least one result; all with these pipelines. The seed is that of the intervals.
 [[nodiscard]] std::vector<PipelineSummary> summarize(std::span<const OutageResult> results,
                                                      std::span<const Pipeline> pipelines, std::uint64_t seed);
 

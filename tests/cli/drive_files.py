@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recorded drive as text, from plain formulas: at rest, then straight on."""
+import datetime
 import math
 import random
 
@@ -28,7 +29,7 @@ def speed_and_way(t):
     return SPEED, SPEED * (t - 0.5 * SPEED_UP_S)
 
 
-def write_drive(folder, seconds=200, rate_hz=50, gyro_noise_dps=0.02, temp_c=None, seed=1):
+def write_drive(folder, seconds=200, rate_hz=50, gyro_noise_dps=0.02, temp_c=None, seed=1, start_s=0):
     """drive.toml, imu.csv, fixes.csv: northwards along the meridian, the unit's axes forward, left, up. Returns the drive file's path."""
     noise = random.Random(seed)
     earth = 7.292115e-5
@@ -47,13 +48,27 @@ def write_drive(folder, seconds=200, rate_hz=50, gyro_noise_dps=0.02, temp_c=Non
         north_rate, up_rate = earth * math.cos(latitude), earth * math.sin(latitude)
         rates = [north_rate, speed / meridian, up_rate]  # about forward, left, up
         readings = [ahead, left, up] + [math.degrees(r) + noise.gauss(0, gyro_noise_dps) for r in rates]
-        imu.append(f"{t:.4f}," + ",".join(f"{x:.9f}" for x in readings) + (f",{temp_c(t):.3f}" if temp_c else ""))
+        imu.append(f"{start_s + t:.4f}," + ",".join(f"{x:.9f}" for x in readings) + (f",{temp_c(t):.3f}" if temp_c else ""))
     for i in range(seconds + 1):
         speed, way = speed_and_way(i)
         latitude = math.degrees(ORIGIN[0] + way / (meridian + ORIGIN[2]))
-        fixes.append(f"{i},{latitude:.12f},{math.degrees(ORIGIN[1])},{ORIGIN[2]},0.02,0.02,0.02,{speed},0,0,0.03,0.03,0.03")
+        fixes.append(f"{start_s + i},{latitude:.12f},{math.degrees(ORIGIN[1])},{ORIGIN[2]},0.02,0.02,0.02,{speed},0,0,0.03,0.03,0.03")
     (folder / "imu.csv").write_text("\n".join(imu) + "\n", encoding="utf-8")
     (folder / "fixes.csv").write_text("\n".join(fixes) + "\n", encoding="utf-8")
     path = folder / "drive.toml"
     path.write_text('name = "straight"\n[imu]\nfile = "imu.csv"\naxes = ["-y", "x", "z"]\n[gnss]\nfile = "fixes.csv"\n', encoding="utf-8")
     return path
+
+
+def write_rtklib(fixes, solution, first):
+    """The same fixes as RTKLIB writes them; `first`: date and time of the first row."""
+    header, *rows = fixes.read_text(encoding="utf-8").splitlines()
+    begin = datetime.datetime.strptime(first, "%Y/%m/%d %H:%M:%S.%f")
+    names = ("latitude(deg) longitude(deg) height(m) Q ns sdn(m) sde(m) sdu(m) sdne(m) sdeu(m) sdun(m) age(s) ratio vn(m/s) ve(m/s) vu(m/s) "
+             "sdvn sdve sdvu sdvne sdveu sdvun")
+    lines = ["% program   : RTKLIB", "%  GPST            " + names.replace(" ", "   ")]
+    for i, row in enumerate(rows):
+        cells = row.split(",")[1:]
+        time = (begin + datetime.timedelta(seconds=i)).strftime("%Y/%m/%d %H:%M:%S.%f")[:-3]
+        lines.append("  ".join([time, *cells[:3], "1", "20", *cells[3:6], "0", "0", "0", "0.0", "3.0", *cells[6:], "0", "0", "0"]))
+    solution.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -4,7 +4,7 @@ curve."""
 import math
 import unittest
 
-from drive_files import write_drive
+from drive_files import write_drive, write_rtklib
 from soak_cli import SoakTest, recording, shared_data
 
 REAL_DRIVE = """name = "car"
@@ -45,6 +45,14 @@ class Outages(SoakTest):
         drive = write_drive(self.folder)
         documents = [self.soak_json("nav-outages", "nav", "outages", drive, "--number", 4, "--jobs", jobs) for jobs in (1, 2)]
         self.assertEqual(*documents)
+
+    def test_fixes_of_rtklib_are_read_as_those_of_csv(self):
+        drive = write_drive(self.folder, start_s=1752003000)
+        of_csv = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 2)
+        write_rtklib(self.folder / "fixes.csv", self.folder / "fixes.pos", "2025/07/08 19:30:00.000")
+        drive.write_text(drive.read_text(encoding="utf-8").replace("fixes.csv", "fixes.pos"), encoding="utf-8")
+        of_rtklib = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 2)
+        self.assertEqual(of_csv, of_rtklib)
 
     def test_a_wrong_row_is_refused_with_its_line(self):
         drive = write_drive(self.folder, seconds=40)
