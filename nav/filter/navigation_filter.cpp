@@ -10,7 +10,6 @@
 namespace soak::nav {
 namespace {
 
-using calib::Sensor;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 

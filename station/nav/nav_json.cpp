@@ -42,7 +42,7 @@ json outage_json(const nav::OutageResult& result, std::span<const nav::Pipeline>
 }
 
 std::string with_interval(const json& estimate, double factor, int digits) {
-  const std::string value = fmt::format("{:.{}f}", factor * estimate["value"].get<double>(), digits);
+  std::string value = fmt::format("{:.{}f}", factor * estimate["value"].get<double>(), digits);
   if (estimate["ci95"].is_null()) return value;
   return fmt::format("{} [{:.{}f} to {:.{}f}]", value, factor * estimate["ci95"][0].get<double>(), digits,
                      factor * estimate["ci95"][1].get<double>(), digits);
