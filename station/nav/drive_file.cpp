@@ -168,7 +168,8 @@ base::Result<nav::ImuSample> sample_of(const std::vector<std::string_view>& cell
 base::Result<std::vector<nav::ImuSample>> read_samples(const std::filesystem::path& path, const DriveFile& file) {
   const auto text = read_text_file(path);
   if (!text) return base::forward_error(text);
-  CsvScanner scanner(*text, ',');
+  const std::string_view whole = *text;
+  CsvScanner scanner(whole.starts_with(kByteOrderMark) ? whole.substr(kByteOrderMark.size()) : whole, ',');
   std::vector<std::string_view> cells;
   std::vector<std::string> headers = file.columns;
   std::optional<ImuColumns> columns;

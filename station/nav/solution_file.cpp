@@ -119,9 +119,10 @@ base::Result<std::vector<nav::GnssFix>> read_solutions(const std::filesystem::pa
   std::vector<nav::GnssFix> fixes;
   std::optional<Layout> layout;
   std::size_t number = 0;
-  for (std::size_t first = 0; first < text->size();) {
+  for (std::size_t first = text->starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0; first < text->size();) {
     const std::size_t last = std::min(text->find('\n', first), text->size());
-    const std::string_view line = trimmed(std::string_view(*text).substr(first, last - first));
+    std::string_view line = trimmed(std::string_view(*text).substr(first, last - first));
+    if (line.ends_with('\r')) line.remove_suffix(1);
     first = last + 1;
     ++number;
     const bool is_remark = line.starts_with('%') && line.find("latitude") == std::string_view::npos;

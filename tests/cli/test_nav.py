@@ -54,6 +54,14 @@ class Outages(SoakTest):
         of_rtklib = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 2)
         self.assertEqual(of_csv, of_rtklib)
 
+    def test_a_byte_order_mark_and_line_ends_of_windows_change_nothing(self):
+        drive = write_drive(self.folder)
+        plain = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 1)
+        for name in ("imu.csv", "fixes.csv"):
+            text = (self.folder / name).read_text(encoding="utf-8")
+            self.write(name, b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
+        self.assertEqual(self.soak_json("nav-outages", "nav", "outages", drive, "--number", 1), plain)
+
     def test_a_wrong_row_is_refused_with_its_line(self):
         drive = write_drive(self.folder, seconds=40)
         path = self.folder / "imu.csv"
