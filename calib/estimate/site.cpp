@@ -29,13 +29,7 @@ constexpr double kUnknownHeight_m = 1000.0;   ///< half-width
 double rectangular(double half_width) { return half_width / std::sqrt(3.0); }
 
 Gravity normal_gravity(double latitude_deg, const std::optional<double>& height_m) {
-  const double sin_latitude = std::sin(latitude_deg * base::kRadPerDeg);
-  const double s2 = sin_latitude * sin_latitude;
-  const double at_ellipsoid =
-      kEquatorialGravity_mps2 * (1.0 + kSomigliana * s2) / std::sqrt(1.0 - kEccentricitySquared * s2);
-  const double h = height_m.value_or(0.0) / kSemiMajorAxis_m;
-  const double mps2 =
-      at_ellipsoid * (1.0 - 2.0 * (1.0 + kFlattening + kGravityRatio - 2.0 * kFlattening * s2) * h + 3.0 * h * h);
+  const double mps2 = normal_gravity_mps2(std::sin(latitude_deg * base::kRadPerDeg), height_m.value_or(0.0));
   if (height_m) return {mps2, false, kAnomaly_mps2, "latitude and height; anomalies of gravity of 50 mGal (1 sigma)"};
   return {mps2, false, std::hypot(kAnomaly_mps2, rectangular(kFreeAir_per_s2 * kUnknownHeight_m)),
           "latitude; height unknown to ±1000 m"};
@@ -90,6 +84,14 @@ Headings headings_of(std::span<const Segment> segments, const Site& site) {
 }
 
 }  // namespace
+
+double normal_gravity_mps2(double sin_latitude, double height_m) {
+  const double s2 = sin_latitude * sin_latitude;
+  const double at_ellipsoid =
+      kEquatorialGravity_mps2 * (1.0 + kSomigliana * s2) / std::sqrt(1.0 - kEccentricitySquared * s2);
+  const double h = height_m / kSemiMajorAxis_m;
+  return at_ellipsoid * (1.0 - 2.0 * (1.0 + kFlattening + kGravityRatio - 2.0 * kFlattening * s2) * h + 3.0 * h * h);
+}
 
 Gravity gravity_at(const Site& site) {
   if (site.gravity_mps2) {

@@ -19,6 +19,10 @@ struct Gravity {
   std::string basis = {};                                          ///< where the uncertainty comes from
 };
 
+/// Normal gravity on the WGS 84 ellipsoid (Somigliana) in m/s² with the second-order free-air correction for the
+/// height.
+[[nodiscard]] double normal_gravity_mps2(double sin_latitude, double height_m);
+
 /// The given value; else normal gravity on the WGS 84 ellipsoid (Somigliana) at the latitude with the second-order
 /// free-air correction for height (0 where it is not given); else the standard value.
 ///

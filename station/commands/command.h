@@ -150,5 +150,6 @@ CommandGroup event_commands();
 CommandGroup backup_commands();
 CommandGroup user_commands();
 CommandGroup alarm_commands();
+CommandGroup nav_commands();
 
 }  // namespace soak::station

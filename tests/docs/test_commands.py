@@ -23,6 +23,7 @@ import urllib.request
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tests" / "cli"), str(ROOT / "tests" / "lab")]
+import drive_files  # noqa: E402
 import hand_session  # noqa: E402
 from short_procedure import short_procedure  # noqa: E402
 from soak_cli import recording  # noqa: E402
@@ -295,6 +296,14 @@ class HttpApi(Page):
             self.assertEqual(answer.headers.get_content_type(), "text/event-stream")
             self.assertEqual(answer.readline().strip(), b"event: status")
             self.assertTrue(answer.readline().startswith(b"data: {"))
+
+
+class Nav(Page):
+    def test_nav(self):
+        self.unit("SN0042")
+        drive_files.write_drive(self.folder)
+        self.replaced += [("--drives 4", "--drives 1"), ("(nav impact .*)", r"\1 --drives 1")]
+        self.carry_out("docs/nav.md")
 
 
 class Operations(Page):

@@ -21,7 +21,7 @@ NOT_OURS = ("--gtest_", "--no-")  # options of other programs that a page names 
 def all_pages():
     """All that is documentation. Not the record of the past: CHANGELOG.md and the decisions."""
     pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
-    for folder in ("anfis", "base", "bench", "calib", "db", "docs", "hal", "procedures", "settings", "station", "tests"):
+    for folder in ("anfis", "base", "bench", "calib", "db", "docs", "hal", "nav", "procedures", "settings", "station", "tests"):
         pages += sorted(page for page in (ROOT / folder).rglob("*.md") if "node_modules" not in page.parts)
     return [page for page in pages if "decisions" not in page.parts]
 

@@ -34,7 +34,7 @@ class Pages(unittest.TestCase):
                         self.assertIn(anchor, anchors_of(target))
 
     def test_source_files_that_the_pages_name_are_there(self):
-        named = re.compile(r"`((?:anfis|base|calib|db|hal|settings|station|tests|tools|web|bench)/[\w./-]+\.(?:cpp|h|py|mjs|toml))`")
+        named = re.compile(r"`((?:anfis|base|calib|db|hal|nav|settings|station|tests|tools|web|bench)/[\w./-]+\.(?:cpp|h|py|mjs|toml))`")
         for page in PAGES:
             for path in named.findall(page.read_text(encoding="utf-8")):
                 with self.subTest(page=page.name, path=path):

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nav/outages/pipeline.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "base/units.h"
+#include "nav/filter/filter_run.h"
+#include "nav/filter/tuning.h"
+
+namespace soak::nav {
+namespace {
+
+void correct(ImuSample& sample, const Correction& correction, const Eigen::Matrix3d& unit_to_body) {
+  sample.rate_rps = unit_to_body.transpose() * sample.rate_rps;
+  sample.force_mps2 = unit_to_body.transpose() * sample.force_mps2;
+  correction(sample);
+  sample.rate_rps = unit_to_body * sample.rate_rps;
+  sample.force_mps2 = unit_to_body * sample.force_mps2;
+}
+
+base::Result<std::vector<Solution>> solve_by_filter(const FilterPipeline& parts, const Drive& seen,
+                                                    std::span<const double> t_s) {
+  Drive drive = seen;
+  if (parts.correction) {
+    for (ImuSample& sample : drive.imu) correct(sample, parts.correction, drive.unit_to_body);
+  }
+  const auto start = align(drive, parts.alignment);
+  if (!start) return base::forward_error(start);
+  if (!t_s.empty() && t_s.front() < start->t_s) {
+    return base::bad_input(fmt::format("the outage begins {:.1f} s before the first fix that is fast enough to align",
+                                       start->t_s - t_s.front()),
+                           drive.name);
+  }
+  FilterOptions options = parts.filter;
+  if (parts.tune_at_rest) options.sensors = tuned_at_rest(drive, options.sensors);
+  FilterRun run(drive, *start, options);
+  std::vector<Solution> solutions;
+  for (const double wanted_s : t_s) {
+    run.advance_to(wanted_s);
+    solutions.push_back({run.filter().antenna(), run.filter().antenna_velocity_mps()});
+  }
+  return solutions;
+}
+
+}  // namespace
+
+Pipeline filter_pipeline(FilterPipeline parts) {
+  std::string name = parts.name;
+  std::string description = parts.description;
+  return {std::move(name), std::move(description),
+          [parts = std::move(parts)](const Drive& seen, std::span<const double> t_s) {
+            return solve_by_filter(parts, seen, t_s);
+          }};
+}
+
+SensorModels typical_mems() {
+  using base::kRadPerDeg;
+  const SensorModel gyro{0.03 * kRadPerDeg, {0.1 * kRadPerDeg, 0.1 * kRadPerDeg, 300.0, 0.0}, 0.005};
+  const SensorModel accel{0.005, {0.05, 0.05, 300.0, 0.0}, 0.005};
+  return same_for_axes(gyro, accel);
+}
+
+}  // namespace soak::nav

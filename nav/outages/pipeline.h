@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "nav/drive/drive.h"
+#include "nav/filter/alignment.h"
+#include "nav/filter/navigation_filter.h"
+
+namespace soak::nav {
+
+/// Where a pipeline says the antenna is.
+struct Solution {
+  Geodetic antenna;
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< east, north, up
+};
+
+/// A way from readings to positions, as a value: what runs outages knows no more of it.
+struct Pipeline {
+  std::string name;
+  std::string description;
+  /// Solutions at the times `t_s` (rising, in an outage at the end of the drive), one each. The drive holds what was
+  /// known at the end of the outage: no truth, no fixes of the outage. May be called from several threads at once.
+  std::function<base::Result<std::vector<Solution>>(const Drive& seen, std::span<const double> t_s)> solve;
+};
+
+/// Corrects a sample in place, as the device would; readings in the unit's own axes.
+using Correction = std::function<void(ImuSample& sample)>;
+
+/// Of a pipeline that is a filter.
+struct FilterPipeline {
+  std::string name;
+  std::string description;
+  AlignmentOptions alignment;
+  FilterOptions filter;
+  Correction correction = {};  ///< empty: readings as they are
+  bool tune_at_rest = false;   ///< sensor models from the drive's first rest (tuning.h)
+};
+
+/// Corrects the samples, aligns, runs the filter through the drive and on through the outage. Fails as align() does,
+/// and (bad_input) where the first time lies before the start.
+[[nodiscard]] Pipeline filter_pipeline(FilterPipeline parts);
+
+/// What is taken for granted of a MEMS unit of which nobody measured the noise: gyros 0.03 deg/s/sqrt(Hz) and a bias of
+/// 0.1 deg/s over 300 s, accelerometers 0.005 m/s²/sqrt(Hz) and 0.05 m/s² over 300 s, scale factors 0.5 %.
+[[nodiscard]] SensorModels typical_mems();
+
+}  // namespace soak::nav

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "calib/model/model_document.h"
+#include "nav/inertial/drift.h"
+#include "station/commands/command.h"
+#include "station/commands/shared.h"
+#include "station/io/data_folder.h"
+#include "station/nav/drive_file.h"
+#include "station/nav/nav_json.h"
+#include "station/nav/outage_batch.h"
+#include "station/nav/simulated_drive.h"
+#include "station/records/calibration_reader.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+/// What all comparisons ask for.
+struct OutageOptions {
+  std::size_t number = 0;  ///< of outages on each drive
+  double length_s = 30.0;
+  double first_s = 120.0;
+  std::size_t seed = 1;
+  int jobs = 0;
+
+  void declare(OptionList& options) {
+    options.add("--number N", &number, "Outages on each drive, evenly spread").range(1, 1000).with_default();
+    options.add("--length-s S", &length_s, "Length of an outage").range(1.0, 3600.0).with_default();
+    options.add("--first-s S", &first_s, "The first outage begins so long after the drive")
+        .range(0.0, 1e6)
+        .with_default();
+    options.add("--seed N", &seed, "Seed of all that is random").range(0, 1e9).with_default();
+    options.add("--jobs N", &jobs, "Threads (default: one per processor)").range(0, 1024);
+  }
+
+  /// Runs the outages on all drives; the comparison's document.
+  [[nodiscard]] base::Result<json> compare(const std::vector<nav::Drive>& drives,
+                                           const std::vector<nav::Pipeline>& pipelines, Output& output) const {
+    std::vector<OutageTask> tasks;
+    for (std::size_t d = 0; d < drives.size(); ++d) {
+      const auto outages = nav::spread_outages(drives[d], first_s, length_s, number);
+      if (!outages) return base::forward_error(outages);
+      for (const nav::Outage& outage : *outages) tasks.push_back({d, outage});
+    }
+    const auto results = run_outages(drives, tasks, pipelines, jobs, output.progress("outages"));
+    output.end_progress();
+    if (!results) return base::forward_error(results);
+    return comparison_json(drives, *results, pipelines, length_s, seed);
+  }
+};
+
+/// soak nav outages FILE...
+struct NavOutages final : Command {
+  std::vector<std::string> files;
+  std::string calibration;
+  OutageOptions outages{12};
+
+  void declare(OptionList& options) override {
+    options.add("file FILE.toml", &files, "Drive files: each describes a recording of unit, fixes and truth")
+        .required();
+    options.add("--calibration FILE.blob", &calibration,
+                "Calibration file of the unit: adds the pipeline 'calibrated'; the recording needs temperatures");
+    outages.declare(options);
+  }
+  base::Status run(Output& output) override;
+};
+
+base::Status NavOutages::run(Output& output) {
+  std::vector<nav::Drive> drives;
+  for (const std::string& file : files) {
+    auto drive = read_drive(file);
+    if (!drive) return base::forward_error(drive);
+    const bool has_temp = !std::isnan(drive->imu.front().temp_c);
+    if (!calibration.empty() && !has_temp) {
+      return base::bad_input("--calibration needs a column temp_c in the readings of every drive", file);
+    }
+    drives.push_back(*std::move(drive));
+  }
+  std::optional<nav::Correction> correction;
+  if (!calibration.empty()) {
+    const auto loaded = read_calibration(calibration);
+    if (!loaded) return base::forward_error(loaded);
+    const auto made = device_correction(loaded->bytes);
+    if (!made) return base::forward_error(made);
+    correction = *made;
+  }
+  const auto document = outages.compare(drives, standard_pipelines(correction), output);
+  if (!document) return base::forward_error(document);
+  if (output.json()) return output.print_json(*document);
+  output.print(comparison_text(*document));
+  return {};
+}
+
+/// soak nav compare
+struct NavCompare final : Command {
+  std::string errors = "ahrs400ca";
+  std::size_t drives = 4;
+  double temp_start_c = -10.0;
+  double temp_end_c = 50.0;
+  double left_percent = 1.0;
+  OutageOptions outages{6};
+
+  void declare(OptionList& options) override {
+    options.add("--errors UNIT", &errors, "Errors of the simulated unit, as its maker states them")
+        .one_of({"ahrs400ca", "motionpak2", "isi"})
+        .with_default();
+    options.add("--drives N", &drives, "Simulated drives of ten minutes").range(1, 1000).with_default();
+    options.add("--temp-start-c T", &temp_start_c, "Temperature at the start").range(-60.0, 120.0).with_default();
+    options.add("--temp-end-c T", &temp_end_c, "Temperature that the unit tends to").range(-60.0, 120.0).with_default();
+    options.add("--left-percent P", &left_percent, "What the calibration leaves of the simulated thermal bias")
+        .range(0.0, 100.0)
+        .with_default();
+    outages.declare(options);
+  }
+  base::Status run(Output& output) override;
+};
+
+base::Status NavCompare::run(Output& output) {
+  DriveRequest request;
+  request.errors = errors == "isi" ? nav::isi() : errors == "motionpak2" ? nav::motionpak2() : nav::ahrs400ca();
+  request.temperature = {temp_start_c, temp_end_c, 200.0};
+  request.thermal = example_curve;
+  std::vector<nav::Drive> made;
+  for (std::size_t d = 0; d < drives; ++d) {
+    request.seed = outages.seed * 1000 + d;
+    made.push_back(simulated_drive(request));
+  }
+  const double known = 1.0 - left_percent / 100.0;
+  const auto correction =
+      curve_correction([known](calib::Sensor sensor, double temp_c) { return known * example_curve(sensor, temp_c); });
+  auto document = outages.compare(made, standard_pipelines(correction), output);
+  if (!document) return base::forward_error(document);
+  (*document)["simulated"] = {{"errors", request.errors.name},
+                              {"temp_start_c", temp_start_c},
+                              {"temp_end_c", temp_end_c},
+                              {"left_percent", left_percent}};
+  if (output.json()) return output.print_json(*document);
+  output.print(fmt::format("simulated drives, errors of {}, from {} to {} °C\n{}", errors, temp_start_c, temp_end_c,
+                           comparison_text(*document)));
+  return {};
+}
+
+/// soak nav impact --unit SN
+struct NavImpact final : CatalogCommand {
+  std::string unit;
+  std::optional<int> model;
+  std::optional<double> from_c;
+  std::optional<double> to_c;
+  std::size_t drives = 4;
+  OutageOptions outages{6};
+
+  void declare(OptionList& options) override {
+    options.add("--unit SN", &unit, "Serial number of the unit").required();
+    options.add("--model V", &model, "Model version (default: the newest)");
+    options.add("--from-c T", &from_c, "Temperature at power-on (default: the lowest of the calibration)")
+        .range(-273.15, 1000.0);
+    options.add("--to-c T", &to_c, "Temperature afterwards (default: the highest of the calibration)")
+        .range(-273.15, 1000.0);
+    options.add("--drives N", &drives, "Simulated drives of ten minutes").range(1, 1000).with_default();
+    outages.declare(options);
+  }
+  base::Status run_with(db::Catalog& catalog, Output& output) override;
+
+ private:
+  [[nodiscard]] base::Status find_range(const calib::Calibration& calibration);
+  [[nodiscard]] json free_inertial(const calib::Calibration& calibration) const;
+  [[nodiscard]] base::Result<json> drive(const calib::Calibration& calibration, Output& output) const;
+};
+
+/// The temperatures that all sensors' curves hold, narrowed to what was asked for.
+base::Status NavImpact::find_range(const calib::Calibration& calibration) {
+  double low_c = -1e9;
+  double high_c = 1e9;
+  for (const calib::SensorCalibration& sensor : calibration.sensors) {
+    low_c = std::max(low_c, sensor.temp_min_c);
+    high_c = std::min(high_c, sensor.temp_max_c);
+  }
+  from_c = from_c.value_or(low_c);
+  to_c = to_c.value_or(high_c);
+  const bool inside = std::min(*from_c, *to_c) >= low_c && std::max(*from_c, *to_c) <= high_c;
+  if (inside && *from_c != *to_c) return {};
+  return base::bad_input(
+      fmt::format(
+          "--from-c and --to-c must be two temperatures from {:.1f} to {:.1f} °C, where all sensors of unit {} were "
+          "calibrated",
+          low_c, high_c, unit),
+      unit);
+}
+
+json metres_json(double without_m, double with_m) { return {{"without", without_m}, {"with", with_m}}; }
+
+/// Position errors by eq. 6.5 and 6.6 from what temperature adds to each bias: the power-on constant is removed at the
+/// first temperature.
+json NavImpact::free_inertial(const calib::Calibration& calibration) const {
+  json sensors = json::array();
+  for (const calib::SensorCalibration& sensor : calibration.sensors) {
+    double change = 0.0;
+    const double begin = calib::evaluate(sensor.bias, *from_c);
+    // The largest change on the way, in steps of a degree.
+    const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(*to_c - *from_c))));
+    for (int i = 1; i <= steps; ++i) {
+      const double temp_c = std::lerp(*from_c, *to_c, static_cast<double>(i) / steps);
+      change = std::max(change, std::abs(calib::evaluate(sensor.bias, temp_c) - begin));
+    }
+    const double left =
+        std::hypot(half_width(sensor.bias_uncertainty, *from_c), half_width(sensor.bias_uncertainty, *to_c));
+    const auto after = [&](double bias, double t_s) {
+      return calib::is_gyro(sensor.sensor) ? nav::drift_of_gyro_bias_m(bias, t_s, calibration.gravity_mps2)
+                                           : nav::drift_of_accel_bias_m(bias, t_s);
+    };
+    const double printed = calib::printed_per_si(sensor.sensor);
+    sensors.push_back({{"sensor", calib::name_of(sensor.sensor)},
+                       {"unit", calib::printed_unit(sensor.sensor)},
+                       {"change", change * printed},
+                       {"left_ci95", left * printed},
+                       {"after_30_s_m", metres_json(after(change, 30.0), after(left, 30.0))},
+                       {"after_60_s_m", metres_json(after(change, 60.0), after(left, 60.0))}});
+  }
+  return sensors;
+}
+
+/// Simulated drives with this unit's curve: the noise is that of a unit of table 6.1, the curve and what the
+/// calibration leaves of it are this unit's.
+base::Result<json> NavImpact::drive(const calib::Calibration& calibration, Output& output) const {
+  const nav::ThermalBias curve = [&](calib::Sensor sensor, double temp_c) {
+    return curve_value(calibration, sensor, temp_c);
+  };
+  DriveRequest request;
+  request.errors = nav::ahrs400ca();
+  request.temperature = {*from_c, *to_c, 200.0};
+  std::vector<nav::Drive> made;
+  for (std::size_t d = 0; d < drives; ++d) {
+    request.seed = outages.seed * 1000 + d;
+    const CurveResidual residual(calibration, request.seed);
+    request.thermal = [&](calib::Sensor sensor, double temp_c) {
+      return curve(sensor, temp_c) + residual(sensor, temp_c);
+    };
+    made.push_back(simulated_drive(request));
+  }
+  return outages.compare(made, standard_pipelines(curve_correction(curve)), output);
+}
+
+std::string impact_text(const json& document) {
+  std::vector<std::vector<std::string>> table = {
+      {"sensor", "change", "left (95 %)", "unit", "30 s: m without", "with", "60 s: m without", "with"}};
+  for (const json& sensor : document["free_inertial"]) {
+    table.push_back({sensor["sensor"], fmt::format("{:.4g}", sensor["change"].get<double>()),
+                     fmt::format("{:.2g}", sensor["left_ci95"].get<double>()), sensor["unit"]});
+    for (const char* time : {"after_30_s_m", "after_60_s_m"}) {
+      for (const char* which : {"without", "with"}) {
+        table.back().push_back(fmt::format("{:.3g}", sensor[time][which].get<double>()));
+      }
+    }
+  }
+  return fmt::format(
+      "unit {}, model {}{}, from {:.1f} to {:.1f} °C\n"
+      "free-inertial position error from each sensor's bias, power-on constant removed\n{}\n"
+      "simulated drives with this unit's curves\n{}",
+      document["unit"].get<std::string>(), document["model"].get<int>(),
+      document["simulated"].get<bool>() ? " (SIMULATED)" : "", document["from_c"].get<double>(),
+      document["to_c"].get<double>(), text_table(table), comparison_text(document["drive"]));
+}
+
+base::Status NavImpact::run_with(db::Catalog& catalog, Output& output) {
+  if (const auto found = find_unit(catalog, unit); !found) return base::forward_error(found);
+  const auto row = catalog.model(unit, model);
+  if (!row) return base::forward_error(row);
+  if (!*row) {
+    return base::bad_input(model ? fmt::format("unit {} has no model version {}", unit, *model)
+                                 : fmt::format("unit {} has no model yet; run 'soak fit --unit {}' first", unit, unit));
+  }
+  const auto calibration = calib::calibration_of((*row)->document);
+  if (!calibration) return base::forward_error(calibration);
+  if (auto status = find_range(*calibration); !status) return status;
+  auto drive_document = drive(*calibration, output);
+  if (!drive_document) return base::forward_error(drive_document);
+  const json document = {{"unit", unit},
+                         {"model", (*row)->version},
+                         {"simulated", calibration->simulated},
+                         {"from_c", *from_c},
+                         {"to_c", *to_c},
+                         {"free_inertial", free_inertial(*calibration)},
+                         {"drive", *std::move(drive_document)}};
+  if (output.json()) return output.print_json(document);
+  output.print(impact_text(document));
+  return {};
+}
+
+}  // namespace
+
+CommandGroup nav_commands() {
+  return {"nav",
+          "What a calibration buys in navigation: metres in outages of satellite navigation",
+          {{"impact", "Position errors from a unit's thermal bias, with and without its calibration",
+            "soak nav impact --unit SN0042", std::make_shared<NavImpact>()},
+           {"outages", "Outages on recorded drives, every pipeline on the same ones",
+            "soak nav outages drive.toml --number 12 --length-s 30", std::make_shared<NavOutages>(), true,
+            "docs/nav.md says what a drive file holds."},
+           {"compare", "The same on simulated drives over a course of temperature",
+            "soak nav compare --errors ahrs400ca --drives 4 --seed 1", std::make_shared<NavCompare>()}}};
+}
+
+}  // namespace soak::station

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/nav/nav_json.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "station/io/output.h"
+
+namespace soak::station {
+namespace {
+
+using nlohmann::json;
+
+json axes_json(const Eigen::Vector3d& v) { return {{"east", v.x()}, {"north", v.y()}, {"up", v.z()}}; }
+
+json estimate_json(const nav::Estimate& estimate) {
+  json interval;
+  if (std::isfinite(estimate.low)) interval = json::array({estimate.low, estimate.high});
+  return {{"value", estimate.value}, {"ci95", std::move(interval)}};
+}
+
+json errors_json(const nav::OutageErrors& errors) {
+  return {{"horizontal_rmse_m", errors.horizontal_rmse_m},
+          {"horizontal_final_m", errors.horizontal_final_m},
+          {"position_rmse_m", axes_json(errors.position_rmse_m)},
+          {"position_final_m", axes_json(errors.position_final_m)},
+          {"velocity_rmse_mps", axes_json(errors.velocity_rmse_mps)},
+          {"velocity_final_mps", axes_json(errors.velocity_final_mps)}};
+}
+
+json outage_json(const nav::OutageResult& result, std::span<const nav::Pipeline> pipelines) {
+  json errors = json::object();
+  for (std::size_t p = 0; p < pipelines.size(); ++p) errors[pipelines[p].name] = errors_json(result.pipelines[p]);
+  return {{"drive", result.drive},
+          {"begin_s", result.outage.begin_s},
+          {"end_s", result.outage.end_s},
+          {"distance_m", result.distance_m},
+          {"errors", std::move(errors)}};
+}
+
+std::string with_interval(const json& estimate, double factor, int digits) {
+  std::string value = fmt::format("{:.{}f}", factor * estimate["value"].get<double>(), digits);
+  if (estimate["ci95"].is_null()) return value;
+  return fmt::format("{} [{:.{}f} to {:.{}f}]", value, factor * estimate["ci95"][0].get<double>(), digits,
+                     factor * estimate["ci95"][1].get<double>(), digits);
+}
+
+}  // namespace
+
+json comparison_json(std::span<const nav::Drive> drives, std::span<const nav::OutageResult> results,
+                     std::span<const nav::Pipeline> pipelines, double length_s, std::size_t seed) {
+  json document = {{"length_s", length_s}, {"seed", seed}};
+  document["drives"] = json::array();
+  for (const nav::Drive& drive : drives) {
+    document["drives"].push_back({{"name", drive.name}, {"duration_s", drive.imu.back().t_s - drive.imu.front().t_s}});
+  }
+  document["pipelines"] = json::array();
+  const auto summaries = nav::summarize(results, pipelines, seed);
+  for (std::size_t p = 0; p < pipelines.size(); ++p) {
+    const nav::PipelineSummary& summary = summaries[p];
+    document["pipelines"].push_back({{"name", summary.name},
+                                     {"description", pipelines[p].description},
+                                     {"horizontal_rmse_m", estimate_json(summary.horizontal_rmse_m)},
+                                     {"horizontal_final_m", estimate_json(summary.horizontal_final_m)},
+                                     {"position_rmse_m", axes_json(summary.position_rmse_m)},
+                                     {"position_final_m", axes_json(summary.position_final_m)},
+                                     {"gain", estimate_json(summary.gain)}});
+  }
+  document["outages"] = json::array();
+  for (const nav::OutageResult& result : results) document["outages"].push_back(outage_json(result, pipelines));
+  return document;
+}
+
+std::string comparison_text(const json& comparison) {
+  std::vector<std::vector<std::string>> table = {
+      {"pipeline", "RMSE m [95 %]", "error at the end m [95 %]", "less than the first % [95 %]"}};
+  std::string explained;
+  for (const json& pipeline : comparison["pipelines"]) {
+    table.push_back({pipeline["name"], with_interval(pipeline["horizontal_rmse_m"], 1.0, 2),
+                     with_interval(pipeline["horizontal_final_m"], 1.0, 2), with_interval(pipeline["gain"], 100.0, 1)});
+    explained +=
+        fmt::format("{}: {}\n", pipeline["name"].get<std::string>(), pipeline["description"].get<std::string>());
+  }
+  return fmt::format("{} outages of {} s on {} drive(s); horizontal position, means over outages\n{}{}",
+                     comparison["outages"].size(), comparison["length_s"].get<double>(), comparison["drives"].size(),
+                     text_table(table), explained);
+}
+
+}  // namespace soak::station

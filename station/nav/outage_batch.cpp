@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "station/nav/outage_batch.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <thread>
+
+#include "calib/runtime/soak_runtime.h"
+#include "calib/vocabulary/sensor.h"
+#include "station/io/output.h"
+
+namespace soak::station {
+namespace {
+
+constexpr auto kWatchEvery = std::chrono::milliseconds(50);
+
+/// A calibration file in memory with the runtime's view of it.
+struct Device {
+  base::Bytes file;
+  soak_cal runtime{};
+};
+
+void correct(const Device& device, nav::ImuSample& sample) {
+  if (std::isnan(sample.temp_c)) return;
+  float raw[calib::kSensorCount];
+  float out[calib::kSensorCount];
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    raw[axis] = static_cast<float>(sample.rate_rps(axis));
+    raw[axis + 3] = static_cast<float>(sample.force_mps2(axis));
+  }
+  std::uint32_t flags = 0;
+  const soak_status status = soak_apply(&device.runtime, static_cast<float>(sample.temp_c), raw, out, &flags);
+  if (status != SOAK_OK && status != SOAK_CLAMPED) return;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    sample.rate_rps(axis) = static_cast<double>(out[axis]);
+    sample.force_mps2(axis) = static_cast<double>(out[axis + 3]);
+  }
+}
+
+}  // namespace
+
+base::Result<std::vector<nav::OutageResult>> run_outages(std::span<const nav::Drive> drives,
+                                                         std::span<const OutageTask> tasks,
+                                                         std::span<const nav::Pipeline> pipelines, int jobs,
+                                                         const std::function<bool(double)>& progress) {
+  std::vector<std::optional<base::Result<nav::OutageResult>>> results(tasks.size());
+  std::atomic<std::size_t> next = 0;
+  std::atomic<std::size_t> done = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < tasks.size() && !interrupted(); i = next++) {
+      results[i] = nav::run_outage(drives[tasks[i].drive], tasks[i].outage, pipelines);
+      ++done;
+    }
+  };
+  const unsigned threads = jobs > 0 ? static_cast<unsigned>(jobs) : std::max(1U, std::thread::hardware_concurrency());
+  {
+    std::vector<std::jthread> pool;
+    for (std::size_t t = 0; t < std::min<std::size_t>(threads, tasks.size()); ++t) pool.emplace_back(work);
+    while (done < tasks.size() && !interrupted()) {
+      if (!progress(static_cast<double>(done) / static_cast<double>(tasks.size()))) break;
+      std::this_thread::sleep_for(kWatchEvery);
+    }
+  }
+  std::vector<nav::OutageResult> all;
+  for (auto& result : results) {
+    if (!result) return base::fail(base::ErrorKind::internal, "interrupted: nothing was printed");
+    if (!*result) return base::forward_error(*result);
+    all.push_back(**std::move(result));
+  }
+  return all;
+}
+
+std::vector<nav::Pipeline> standard_pipelines(const std::optional<nav::Correction>& calibration) {
+  nav::FilterPipeline raw;
+  raw.name = "raw";
+  raw.description = "readings as they are; filter of 15 states with noise as is typical of MEMS units";
+  raw.filter.sensors = nav::typical_mems();
+  nav::FilterPipeline physics = raw;
+  physics.name = "physics";
+  physics.description =
+      "noise from the Allan deviation at rest, scale factors as states, a vehicle that neither slides nor jumps";
+  physics.filter.scale_states = true;
+  physics.filter.non_holonomic = nav::NonHolonomic{};
+  physics.tune_at_rest = true;
+  std::vector<nav::Pipeline> pipelines = {nav::filter_pipeline(raw)};
+  if (calibration) {
+    nav::FilterPipeline calibrated = raw;
+    calibrated.name = "calibrated";
+    calibrated.description = "readings corrected by the thermal calibration; the same filter";
+    calibrated.correction = *calibration;
+    pipelines.push_back(nav::filter_pipeline(calibrated));
+    physics.correction = *calibration;
+    physics.description = "readings corrected by the thermal calibration; " + physics.description;
+  }
+  pipelines.push_back(nav::filter_pipeline(physics));
+  return pipelines;
+}
+
+base::Result<nav::Correction> device_correction(const base::Bytes& file) {
+  const auto device = std::make_shared<Device>();
+  device->file = file;
+  if (soak_load(&device->runtime, device->file.data(), device->file.size()) != SOAK_OK) {
+    return base::corrupt("the deployment runtime cannot load the calibration file");
+  }
+  return nav::Correction([device](nav::ImuSample& sample) { correct(*device, sample); });
+}
+
+}  // namespace soak::station

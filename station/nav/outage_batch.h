@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "nav/drive/drive.h"
+#include "nav/outages/outage_runner.h"
+#include "nav/outages/pipeline.h"
+
+namespace soak::station {
+
+/// An outage of a drive.
+struct OutageTask {
+  std::size_t drive = 0;  ///< index
+  nav::Outage outage;
+};
+
+/// Runs all outages on up to `jobs` threads (0: as many as processors). The results are in the order of the tasks and
+/// do not depend on the number of threads. `progress` is told the share done, from the calling thread. Fails with the
+/// first error in that order, and (internal) when the user interrupts.
+[[nodiscard]] base::Result<std::vector<nav::OutageResult>> run_outages(std::span<const nav::Drive> drives,
+                                                                       std::span<const OutageTask> tasks,
+                                                                       std::span<const nav::Pipeline> pipelines,
+                                                                       int jobs,
+                                                                       const std::function<bool(double)>& progress);
+
+/// The pipelines that every comparison has: `raw`; `calibrated` where there is a calibration; `physics`, with it too.
+[[nodiscard]] std::vector<nav::Pipeline> standard_pipelines(const std::optional<nav::Correction>& calibration);
+
+/// Corrects samples with a calibration file as firmware does (soak_apply); a sample without temperature, or one that
+/// the runtime refuses, stays as it is. Fails (corrupt) where the runtime cannot load the file.
+[[nodiscard]] base::Result<nav::Correction> device_correction(const base::Bytes& file);
+
+}  // namespace soak::station

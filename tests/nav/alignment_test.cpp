@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "nav/filter/alignment.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../errors.h"
+#include "base/units.h"
+#include "nav/scenario/simulated_errors.h"
+#include "nav/scenario/trajectory.h"
+
+namespace soak::nav {
+namespace {
+
+using base::kRadPerDeg;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+const Geodetic kOrigin{51.08 * kRadPerDeg, -114.13 * kRadPerDeg, 1045.0};
+
+TEST(Alignment, PitchAndRollComeFromGravity) {
+  const Matrix3d r = matrix_of({1.0, 0.2, -0.4});
+  const Euler found = leveled(r.transpose() * Vector3d(0.0, 0.0, 9.81));
+  EXPECT_NEAR(found.pitch_rad, 0.2, 1e-14);
+  EXPECT_NEAR(found.roll_rad, -0.4, 1e-14);
+}
+
+TEST(Alignment, GoodGyrosFindNorthAndBadOnesAreRefused) {
+  const double latitude_rad = 51.08 * kRadPerDeg;
+  const Matrix3d r = matrix_of({-2.0, 0.1, 0.05});
+  const Vector3d rate = r.transpose() * earth_rate_rps(latitude_rad);
+  const Vector3d force = r.transpose() * Vector3d(0.0, 0.0, 9.81);
+  const auto found = gyrocompassed(rate, force, latitude_rad);
+  ASSERT_TRUE(found);
+  EXPECT_LT((to_matrix(*found) - r).norm(), 1e-12);
+  EXPECT_FALSE(gyrocompassed(rate + Vector3d(1e-3, 0.0, 0.0), force, latitude_rad));
+}
+
+Drive drive_after(int rest_s) {
+  const auto maneuvers = town_drive(100, rest_s, 7);
+  Drive drive = Trajectory(kOrigin, 2.5, maneuvers).drive(100, 25, {0.3, 1.0, 0.5});
+  const UnitErrors errors{"", {0.2 * kRadPerDeg, 0.0, 100.0, 0.02 * kRadPerDeg}, {0.02, 0.0, 100.0, 0.002}};
+  add_errors(drive.imu, errors, {}, {}, 3);
+  drive.gnss = simulated_fixes(drive.truth, 1, {}, {}, 5);
+  return drive;
+}
+
+/// The start's error of attitude in rad.
+Vector3d attitude_error(const Drive& drive, const Start& start) {
+  for (const TruthPoint& point : drive.truth) {
+    if (point.t_s != start.t_s) continue;
+    return vector_of(quaternion_of(to_matrix(start.state.body_to_level) * to_matrix(*point.body_to_level).transpose()));
+  }
+  return Vector3d::Constant(NAN);
+}
+
+TEST(Alignment, AStartAfterARestKnowsAttitudeAndGyroBiases) {
+  const Drive drive = drive_after(20);
+  const auto start = align(drive, {});
+  ASSERT_TRUE(start);
+  EXPECT_GT(start->t_s, 20.0);
+  // The mean over 18 s knows a bias to 0.02 deg/sqrt(s) / sqrt(18 s); a tilt to the accelerometers' bias, 0.02/9.81 rad
+  // (3 sigma), a heading to the velocity's 0.03 m/s in 3 m/s.
+  const Vector3d error = attitude_error(drive, *start);
+  EXPECT_LT(std::hypot(error.x(), error.y()), 0.01);
+  EXPECT_LT(std::abs(error.z()), 0.04);
+  EXPECT_LT(start->gyro_bias_rps.norm(), 0.03);
+  const UnitErrors only_bias{"", {0.2 * kRadPerDeg}, {0.02}};
+  std::vector<ImuSample> at_rest(2);
+  at_rest[1].t_s = 0.01;
+  add_errors(at_rest, only_bias, {}, {}, 3);
+  EXPECT_LT((start->gyro_bias_rps - at_rest[0].rate_rps).norm(), 4.0 * 0.02 * kRadPerDeg / std::sqrt(18.0) + 1e-4);
+}
+
+TEST(Alignment, AStartInMotionKnowsPitchAndRollRoughly) {
+  const Drive drive = drive_after(0);
+  const auto start = align(drive, {});
+  ASSERT_TRUE(start);
+  EXPECT_EQ(start->gyro_bias_rps, Vector3d::Zero());
+  const Vector3d error = attitude_error(drive, *start);
+  EXPECT_LT(std::hypot(error.x(), error.y()), 0.03);
+  EXPECT_LT(std::abs(error.z()), 0.04);
+}
+
+TEST(Alignment, ADriveThatNeverMovesIsRefused) {
+  Drive drive = drive_after(20);
+  std::erase_if(drive.gnss, [](const GnssFix& fix) { return fix.velocity_mps.norm() > 1.0; });
+  drive.name = "stuck";
+  const auto start = align(drive, {});
+  ASSERT_FALSE(start);
+  EXPECT_EQ(start.error().kind, base::ErrorKind::bad_input);
+  EXPECT_EQ(start.error().where, "stuck");
+}
+
+}  // namespace
+}  // namespace soak::nav
