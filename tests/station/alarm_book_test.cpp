@@ -101,6 +101,16 @@ TEST(AlarmBook, AnAlarmThatWasHeldBackIsToldOnceThereIsRoom) {
   EXPECT_EQ(later.size(), 1U);
 }
 
+TEST(EngineTurns, OnlyAStatusThatDoesNotRiseForAMinuteStandsStill) {
+  EngineTurns turns;
+  for (std::uint64_t version = 1; version < 10; ++version) {
+    EXPECT_FALSE(turns.stand_still(version, 50.0 * static_cast<double>(version)));
+  }
+  EXPECT_FALSE(turns.stand_still(9, 450.0 + 59.0));
+  EXPECT_TRUE(turns.stand_still(9, 450.0 + 60.0));
+  EXPECT_FALSE(turns.stand_still(10, 450.0 + 61.0));
+}
+
 class AlarmRules : public ::testing::Test {
  protected:
   AlarmRules() {
