@@ -40,4 +40,10 @@ void AlarmBook::begin(Known& known, double now_s, std::vector<Entry>& entries) {
   entries.push_back({known.is_told ? AlarmTurn::began : AlarmTurn::held_back, known.alarm});
 }
 
+bool EngineTurns::stand_still(std::uint64_t version, double now_s) {
+  if (version_ != version) rose_s_ = now_s;
+  version_ = version;
+  return now_s - rose_s_ >= kStuck_s;
+}
+
 }  // namespace soak::station

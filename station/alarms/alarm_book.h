@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,6 +52,20 @@ class AlarmBook {
 
   std::map<std::pair<std::string, std::string>, Known> known_;  ///< by code and what it is about
   Ration ration_{kMostAtOnce, kOneReturnsAfter_s};
+};
+
+/// Whether the engine turns: it publishes a status, whose clock goes on, again and again.
+class EngineTurns {
+ public:
+  /// Long enough for the slowest device and the sealing of a run, and well before the watch switches the chamber off.
+  static constexpr double kStuck_s = 60.0;
+
+  /// Whether that version of the status has not risen for kStuck_s. `now_s`: of a clock that does not go back.
+  [[nodiscard]] bool stand_still(std::uint64_t version, double now_s);
+
+ private:
+  std::optional<std::uint64_t> version_;
+  double rose_s_ = 0.0;
 };
 
 }  // namespace soak::station

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rules of what is an alarm, and the one thing that somebody has to do then. Texts are for people: what is wrong
-// first.
+// What is an alarm, and the one thing that somebody has to do then. Texts are for people: what is wrong first.
 #include "station/alarms/alarm_rules.h"
 
 #include <fmt/format.h>
@@ -42,18 +41,15 @@ struct Alarm {
   bool calls = true;  ///< nobody who is away may miss it
 };
 
-/// What a campaign waits for by itself (docs/campaigns.md), the most urgent first.
+/// What a campaign waits for by itself (docs/campaigns.md) beside a silent chamber, the most urgent first.
 struct Suspension {
   std::string_view cause;
   std::string_view level;
   std::string_view title;
   std::string_view action;
 };
-constexpr std::array<Suspension, 6> kSuspensions = {
-    {{"chamber", kAlarm, "The chamber does not answer: the campaign waits",
-      "Go to the chamber: is it switched on, is its cable plugged in? When it answers again the campaign goes on by "
-      "itself."},
-     {"air", kAlarm, "The air is not at its set point: the campaign waits",
+constexpr std::array<Suspension, 5> kSuspensions = {
+    {{"air", kAlarm, "The air is not at its set point: the campaign waits",
       "Close the chamber's door, and look at its display. When the air is back the campaign goes on by itself."},
      {"disk", kWarning, "The disk is full: the campaign waits",
       "Make room on the station's disk, but delete nothing in its data folder. The campaign then goes on by itself."},
@@ -84,12 +80,6 @@ struct Seen {
     const json& campaign = status.at("campaign");
     return campaign.is_object() && campaign.at(key).is_string() ? campaign.at(key).get<std::string>() : "";
   }
-  [[nodiscard]] bool begins_by_itself() const { return at("/queue/waits_for") == "time"; }
-  /// The first campaign of the queue; "" where none waits.
-  [[nodiscard]] std::string next() const {
-    const json& campaigns = at("/queue/campaigns");
-    return campaigns.empty() ? "" : campaigns[0].at("name").get<std::string>();
-  }
 };
 
 bool is_cause(const Seen& seen, std::string_view cause) {
@@ -99,23 +89,33 @@ bool is_cause(const Seen& seen, std::string_view cause) {
                              [&](const json& one) { return one.get_ref<const std::string&>() == cause; });
 }
 
-std::string when_it_answers(const Seen& seen) {
-  if (seen.state == "paused") return "The campaign stays paused; Resume gives the chamber its set point again.";
-  if (seen.at("/suspension").is_object()) return "The campaign waits for something else, too.";
-  return "If it answers within a minute the campaign goes on at once.";
+Deadline end_of_wait(const Seen& seen) {
+  const double left_s = seen.at("/suspension/gives_up_in_s").get<double>() / seen.at("/clock/rate").get<double>();
+  return {"Otherwise it ends at", seen.at("/clock/utc_s").get<double>() + left_s};
 }
 
-void add_silent_chamber(const Seen& seen, std::vector<Alarm>& alarms) {
-  if (!seen.active || seen.at("/chamber/connected") == true || is_cause(seen, "chamber")) return;
+std::string action_at_silent_chamber(const Seen& seen) {
   if (seen.state == "stopping") {
-    alarms.push_back({"chamber_silent", "", kAlarm, "The chamber does not answer",
-                      "Go to the chamber: one that does not answer can only be switched off by hand, once the units "
-                      "are warm."});
-    return;
+    return "Go to the chamber: one that does not answer can only be switched off by hand, once the units are warm.";
   }
-  alarms.push_back({"chamber_silent", "", kAlarm, "The chamber does not answer",
-                    "Go to the chamber: is it switched on, is its cable plugged in? " + when_it_answers(seen),
-                    seen.text("/reason")});
+  const json& suspension = seen.at("/suspension");
+  std::string then = "If it answers within a minute the campaign goes on at once.";
+  if (seen.state == "paused") then = "The campaign stays paused; Resume gives the chamber its set point again.";
+  if (suspension.is_object()) {
+    const bool alone = suspension.at("causes") == json::array({"chamber"});
+    then = alone ? "When it answers the campaign goes on by itself." : "The campaign waits for something else, too.";
+  }
+  return "Go to the chamber: is it switched on, is its cable plugged in? " + then;
+}
+
+/// One alarm as long as the chamber is silent, whatever the campaign does meanwhile.
+void add_silent_chamber(const Seen& seen, std::vector<Alarm>& alarms) {
+  const bool waits = is_cause(seen, "chamber");
+  if (!waits && (!seen.active || seen.at("/chamber/connected") == true)) return;
+  // The reason of a campaign that waits, whose numbers move, stands with the step; that of an end with its own alarm.
+  const std::string detail = waits || seen.state == "stopping" ? "" : seen.text("/reason");
+  alarms.push_back({"chamber_silent", "", kAlarm, "The chamber does not answer", action_at_silent_chamber(seen), detail,
+                    waits ? std::optional(end_of_wait(seen)) : std::nullopt});
 }
 
 void add_chamber(const Seen& seen, std::vector<Alarm>& alarms) {
@@ -184,26 +184,28 @@ void add_units(const Seen& seen, std::vector<Alarm>& alarms) {
   }
 }
 
-/// The reason, whose numbers move, stands with the step.
+/// Every cause: one that is joined by a more urgent one is not over.
 void add_suspension(const Seen& seen, const std::string& campaign, std::vector<Alarm>& alarms) {
-  const auto* const found =
-      std::ranges::find_if(kSuspensions, [&](const Suspension& one) { return is_cause(seen, one.cause); });
-  if (found == kSuspensions.end()) return;
-  const double left_s = seen.at("/suspension/gives_up_in_s").get<double>() / seen.at("/clock/rate").get<double>();
-  const double ends_utc_s = seen.at("/clock/utc_s").get<double>() + left_s;
-  alarms.push_back({fmt::format("waits_for_{}", found->cause), campaign, found->level, std::string(found->title),
-                    std::string(found->action), "", Deadline{"Otherwise it ends at", ends_utc_s}});
+  for (const Suspension& one : kSuspensions) {
+    if (!is_cause(seen, one.cause)) continue;
+    alarms.push_back({fmt::format("waits_for_{}", one.cause), campaign, one.level, std::string(one.title),
+                      std::string(one.action), "", end_of_wait(seen)});
+  }
 }
 
-/// Somebody asked for this end, and the chamber does what it is told: nobody has to come.
-bool ends_as_asked(const Seen& seen) {
-  const json& ending = seen.at("/ending");
-  return ending.is_object() && ending.at("outcome") == "aborted" && ending.at("needs_somebody") == false;
+void add_chamber_not_off(const std::string& why, std::vector<Alarm>& alarms) {
+  alarms.push_back({"chamber_not_off", "", kAlarm, "The chamber does not go off",
+                    fmt::format("Go to the chamber, and switch heating and cooling off by hand. {}", kDoorStaysClosed),
+                    why});
 }
 
 void add_stopping(const Seen& seen, const std::string& campaign, std::vector<Alarm>& alarms) {
   const std::string reason = seen.text("/reason");
-  if (ends_as_asked(seen)) {
+  const json& ending = seen.at("/ending");
+  const bool refuses = ending.is_object() && ending.at("needs_somebody") == true;
+  if (refuses && seen.at("/chamber/connected") == true) add_chamber_not_off(reason, alarms);
+  // Somebody asked for this end, and the chamber does what it is told.
+  if (ending.is_object() && !refuses && ending.at("outcome") == "aborted") {
     alarms.push_back({"campaign_aborted", campaign, kWarning,
                       "The campaign was aborted: the station is being made safe", std::string(kDoorStaysClosed), reason,
                       std::nullopt, false});
@@ -233,9 +235,9 @@ void add_interrupted(const Seen& seen, const std::string& campaign, std::vector<
 
 void add_queue(const Seen& seen, std::vector<Alarm>& alarms) {
   const std::string trouble = seen.text("/queue/trouble");
-  const std::string next = seen.next();
-  if (next.empty()) return;
-  if (seen.begins_by_itself()) {
+  if (seen.at("/queue/campaigns").empty()) return;
+  const std::string next = seen.at("/queue/campaigns/0/name");
+  if (seen.at("/queue/waits_for") == "time") {
     alarms.push_back({"queue_begins", next, kWarning, fmt::format("Campaign {} begins by itself", next),
                       "Keep the door closed. To stop that, abort it.", trouble,
                       Deadline{"It begins at", seen.at("/queue/begins_utc_s")}, false});
@@ -250,9 +252,7 @@ void add_campaign(const Seen& seen, std::vector<Alarm>& alarms) {
   const std::string campaign = seen.of_campaign("name").empty() ? resumable : seen.of_campaign("name");
   const std::string trouble = seen.of_campaign("step_trouble");
   if (seen.state == "waiting" && !trouble.empty()) {
-    alarms.push_back(
-        {"chamber_not_off", "", kAlarm, "The chamber does not go off",
-         fmt::format("Go to the chamber, and switch heating and cooling off by hand. {}", kDoorStaysClosed), trouble});
+    add_chamber_not_off(trouble, alarms);
   } else if (seen.state == "waiting") {
     add_suspension(seen, campaign, alarms);
   } else if (seen.state == "failed") {

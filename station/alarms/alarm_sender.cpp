@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <exception>
 #include <future>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "station/alarms/alarm_message.h"
+#include "station/io/host.h"
 #include "station/runs/run_archive.h"
 
 namespace soak::station {
@@ -19,6 +21,19 @@ using nlohmann::json;
 constexpr std::chrono::milliseconds kLook{500};
 
 double steady_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+/// As those of the status, which an engine that stands still does not publish.
+json engine_stuck() {
+  return {{"code", "engine_stuck"},
+          {"about", nullptr},
+          {"level", "alarm"},
+          {"title", "The station stands still: soakd waits for a device or a disk"},
+          {"detail", nullptr},
+          {"action",
+           "Go to the chamber: the station does not drive it now. Then look at soakd's log for what it waits for."},
+          {"deadline", nullptr},
+          {"calls", true}};
+}
 
 }  // namespace
 
@@ -33,12 +48,17 @@ AlarmSender::AlarmSender(StationService& lab, std::vector<std::unique_ptr<Delive
 }
 
 AlarmSender::~AlarmSender() {
+  stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void AlarmSender::stop() {
   {
     const std::lock_guard lock(mutex_);
     quits_ = true;
+    changed_.notify_all();
   }
-  changed_.notify_all();
-  if (thread_.joinable()) thread_.join();
+  for (const auto& courier : couriers_) courier->stop();
 }
 
 json AlarmSender::document() const {
@@ -81,13 +101,25 @@ void AlarmSender::watch() {
   std::unique_lock lock(mutex_);
   while (!quits_) {
     lock.unlock();
-    const json status = lab_.status();
-    const json& campaign = status.at("campaign");
-    const std::string name = campaign.is_object() ? campaign.at("name").get<std::string>() : "";
-    for (const AlarmBook::Entry& entry : book_.take(status.at("alarms"), steady_s())) tell(entry, name);
+    try {
+      look();
+    } catch (const std::exception& error) {  // no memory: the next look may have some
+      log_line(fmt::format("the look for alarms broke off: {}", error.what()));
+    }
     lock.lock();
     changed_.wait_for(lock, kLook, [this] { return quits_; });
   }
+}
+
+void AlarmSender::look() {
+  const std::uint64_t version = lab_.status_version();
+  const json status = lab_.status();
+  const json& campaign = status.at("campaign");
+  const std::string name = campaign.is_object() ? campaign.at("name").get<std::string>() : "";
+  json alarms = status.at("alarms");
+  // A status that stands still cannot say so itself.
+  if (turns_.stand_still(version, steady_s())) alarms.push_back(engine_stuck());
+  for (const AlarmBook::Entry& entry : book_.take(alarms, steady_s())) tell(entry, name);
 }
 
 void AlarmSender::tell(const AlarmBook::Entry& entry, const std::string& campaign) {

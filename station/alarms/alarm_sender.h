@@ -27,6 +27,8 @@ class AlarmSender {
   AlarmSender& operator=(const AlarmSender&) = delete;
   ~AlarmSender();
 
+  /// Breaks off what is being sent; nothing is sent any more.
+  void stop();
   /// GET /api/v1/alarms: docs/http-api.md.
   [[nodiscard]] nlohmann::json document() const;
   /// Sends a message over every way, at once, and answers with what became of each. Refuses (bad_input) where there is
@@ -35,10 +37,12 @@ class AlarmSender {
 
  private:
   void watch();
+  void look();
   void tell(const AlarmBook::Entry& entry, const std::string& campaign);
 
   StationService& lab_;
   std::vector<std::unique_ptr<Courier>> couriers_;
+  EngineTurns turns_;
   AlarmBook book_;
   std::mutex test_;
   std::mutex mutex_;

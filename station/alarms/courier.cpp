@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -16,11 +17,7 @@ Courier::Courier(std::unique_ptr<Delivery> delivery, Note note)
     : delivery_(std::move(delivery)), note_(std::move(note)), thread_([this] { work(); }) {}
 
 Courier::~Courier() {
-  {
-    const std::lock_guard lock(mutex_);
-    stop_ = true;
-  }
-  changed_.notify_all();
+  stop();
   thread_.join();
   for (const Letter& letter : letters_) {
     note_("alarm_not_sent",
@@ -28,15 +25,22 @@ Courier::~Courier() {
   }
 }
 
+void Courier::stop() {
+  const std::lock_guard lock(mutex_);
+  stop_ = true;
+  changed_.notify_all();
+}
+
 void Courier::add(AlarmMessage message) {
   std::optional<Letter> dropped;
   {
     const std::lock_guard lock(mutex_);
     if (letters_.size() >= kMostWaiting) {
-      dropped = std::move(letters_.front());
-      letters_.pop_front();
+      const auto oldest = std::ranges::min_element(letters_, {}, &Letter::given);
+      dropped = std::move(*oldest);
+      letters_.erase(oldest);
     }
-    letters_.push_back({std::move(message), std::chrono::steady_clock::now()});
+    letters_.push_back({std::move(message), Clock::now()});
   }
   changed_.notify_all();
   if (dropped) {
@@ -45,7 +49,14 @@ void Courier::add(AlarmMessage message) {
   }
 }
 
-base::Status Courier::send_now(const AlarmMessage& message) const { return delivery_->send(message, stop_); }
+base::Status Courier::send_now(const AlarmMessage& message) const {
+  try {
+    return delivery_->send(message, stop_);
+  } catch (const std::exception& error) {
+    return base::fail(base::ErrorKind::internal, std::string("the try broke off: ") + error.what(),
+                      delivery_->destination());
+  }
+}
 
 nlohmann::json Courier::document() const {
   const std::lock_guard lock(mutex_);
@@ -57,26 +68,42 @@ nlohmann::json Courier::document() const {
 }
 
 void Courier::work() {
-  std::unique_lock lock(mutex_);
-  while (!stop_) {
-    if (letters_.empty()) {
-      changed_.wait(lock, [this] { return stop_ || !letters_.empty(); });
-      continue;
+  while (true) {
+    try {
+      if (!deliver_next()) return;
+    } catch (const std::exception& error) {  // no memory: the next try may have some
+      log_line(fmt::format("a message to {} was lost: {}", delivery_->destination(), error.what()));
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, kPauses.front(), [this] { return stop_.load(); });
     }
-    Letter letter = std::move(letters_.front());
-    letters_.pop_front();
-    lock.unlock();
-    const base::Status sent = delivery_->send(letter.message, stop_);
-    const bool stays_here = stays(letter, sent);
-    lock.lock();
-    trouble_ = sent ? "" : one_line(sent.error().message);
-    if (sent) sent_utc_s_ = now_utc_s();
-    if (!stays_here) continue;
-    letters_.push_front(std::move(letter));
-    if (stop_) return;
-    const auto pause = kPauses.at(std::min(letters_.front().tries, kPauses.size()) - 1);
-    changed_.wait_for(lock, pause, [this] { return stop_.load(); });
   }
+}
+
+bool Courier::deliver_next() {
+  std::unique_lock lock(mutex_);
+  const auto next = [this] { return std::ranges::min_element(letters_, {}, &Letter::due); };
+  while (!stop_ && (letters_.empty() || next()->due > Clock::now())) {
+    if (letters_.empty()) {
+      changed_.wait(lock);
+    } else {
+      const Clock::time_point due = next()->due;  // the letter itself may make room meanwhile
+      changed_.wait_until(lock, due);
+    }
+  }
+  if (stop_) return false;
+  Letter letter = std::move(*next());
+  letters_.erase(next());
+  lock.unlock();
+  const base::Status sent = send_now(letter.message);
+  const bool stays_here = stays(letter, sent);
+  lock.lock();
+  trouble_ = sent ? "" : one_line(sent.error().message);
+  if (sent) {
+    sent_utc_s_ = now_utc_s();
+    for (Letter& other : letters_) other.due = std::min(other.due, Clock::now());
+  }
+  if (stays_here) letters_.push_back(std::move(letter));
+  return true;
 }
 
 bool Courier::stays(Letter& letter, const base::Status& sent) {
@@ -87,12 +114,13 @@ bool Courier::stays(Letter& letter, const base::Status& sent) {
     return false;
   }
   if (stop_) return true;
-  const bool given_up = std::chrono::steady_clock::now() - letter.given > kGivenUpAfter;
+  const bool given_up = Clock::now() - letter.given > kGivenUpAfter;
   // One event for each message, not for each try: a server that is away for a night would fill the log.
-  if (letter.tries++ == 0 || given_up) {
+  if (letter.tries == 0 || given_up) {
     note_("alarm_not_sent",
           fmt::format("{}: {}; {}", what, one_line(sent.error().message), given_up ? "given up" : "it is tried again"));
   }
+  letter.due = Clock::now() + kPauses.at(std::min(letter.tries++, kPauses.size() - 1));
   return !given_up;
 }
 

@@ -20,9 +20,10 @@
 
 namespace soak::station {
 
-/// Sends messages one way, in their order, from a thread of its own, which waits for the server: nobody else does. What
-/// the server does not take is tried again after kPauses, the last of them again and again, until it is kGivenUpAfter
-/// old. Any thread may call.
+/// Sends messages one way, from a thread of its own, which waits for the server: nobody else does. A new message is
+/// tried at once, those that are new in their order. What the server does not take is tried again after kPauses, the
+/// last of them again and again, and as soon as the server takes another one, until it is kGivenUpAfter old. A delivery
+/// that throws is a try that failed. Any thread may call.
 class Courier {
  public:
   static constexpr std::size_t kMostWaiting = 100;  ///< the oldest one makes room for one more
@@ -41,6 +42,8 @@ class Courier {
   ~Courier();
 
   void add(AlarmMessage message);
+  /// Breaks off what is being sent; nothing is sent any more.
+  void stop();
   /// Sends a message at once, from the caller's thread, and does not try again.
   [[nodiscard]] base::Status send_now(const AlarmMessage& message) const;
   [[nodiscard]] const Delivery& delivery() const { return *delivery_; }
@@ -48,13 +51,17 @@ class Courier {
   [[nodiscard]] nlohmann::json document() const;
 
  private:
+  using Clock = std::chrono::steady_clock;
   struct Letter {
     AlarmMessage message;
-    std::chrono::steady_clock::time_point given;
+    Clock::time_point given;
+    Clock::time_point due = Clock::time_point::min();  ///< of one that is new: before those that are tried again
     std::size_t tries = 0;
   };
 
   void work();
+  /// Waits for a letter that is due, and tries it; false once the thread is to end.
+  [[nodiscard]] bool deliver_next();
   /// Notes what became of a try; whether the letter stays for another one.
   [[nodiscard]] bool stays(Letter& letter, const base::Status& sent);
 

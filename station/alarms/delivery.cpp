@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <array>
 #include <ctime>
 #include <filesystem>
@@ -22,7 +21,7 @@ namespace {
 
 constexpr long kConnect_s = 10;
 constexpr long kWhole_s = 30;
-constexpr std::size_t kLongestAnswer = 300;  ///< of a server, in an error
+constexpr long kReply_s = 10;  ///< of a mail server, to one command
 constexpr long kHttpOk = 200;
 constexpr long kHttpRedirect = 300;
 
@@ -46,11 +45,8 @@ class Lines {
   std::unique_ptr<curl_slist, FreeList> list_;
 };
 
-std::size_t keep_begin(char* data, std::size_t, std::size_t size, void* answer) {
-  auto& text = *static_cast<std::string*>(answer);
-  text.append(data, std::min(size, kLongestAnswer - std::min(kLongestAnswer, text.size())));
-  return size;
-}
+/// A server may repeat the address or the token of the request, which are secrets: nothing of its answer is kept.
+std::size_t pass_over(char*, std::size_t, std::size_t size, void*) { return size; }
 
 int stop_asked(void* stop, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
   return *static_cast<const std::atomic<bool>*>(stop) ? 1 : 0;
@@ -67,8 +63,10 @@ class Transfer {
     set(CURLOPT_CONNECTTIMEOUT, kConnect_s);
     set(CURLOPT_TIMEOUT, kWhole_s);
     set(CURLOPT_ERRORBUFFER, error_.data());
-    set(CURLOPT_WRITEFUNCTION, keep_begin);
-    set(CURLOPT_WRITEDATA, &answer_);
+    set(CURLOPT_SERVER_RESPONSE_TIMEOUT, kReply_s);  // else the good-bye of a mail is waited for without an end
+    set(CURLOPT_QUICK_EXIT, 1L);                     // else a name that is being looked up is waited for
+    set(CURLOPT_FORBID_REUSE, 1L);
+    set(CURLOPT_WRITEFUNCTION, pass_over);
     set(CURLOPT_NOPROGRESS, 0L);
     set(CURLOPT_XFERINFOFUNCTION, stop_asked);
     set(CURLOPT_XFERINFODATA, &stop);
@@ -100,18 +98,11 @@ class Transfer {
     curl_easy_getinfo(handle_.get(), CURLINFO_RESPONSE_CODE, &status);
     return status;
   }
-  /// The beginning of what the server said; of any bytes it may send what a log takes.
-  [[nodiscard]] std::string answer() const {
-    std::string text = answer_;
-    std::ranges::replace_if(text, [](char c) { return c < ' ' || c > '~'; }, ' ');
-    return text;
-  }
 
  private:
   Handle handle_;
   CURLcode set_ = CURLE_OK;  ///< of the first option that it refused
   std::array<char, CURL_ERROR_SIZE> error_{};
-  std::string answer_;
 };
 
 /// A subject of any characters, as RFC 2047 wants it: words of at most 75 characters, none with half a character.
@@ -134,6 +125,13 @@ std::string encoded_subject(std::string_view text) {
   return subject;
 }
 
+/// A bare line feed would be a byte of its line (RFC 2045, 6.7), not its end.
+std::string with_mail_ends(std::string_view text) {
+  std::string lines;
+  for (const char c : text) lines += c == '\n' ? "\r\n" : std::string(1, c);
+  return lines;
+}
+
 /// "Thu, 26 Nov 2026 14:05:00 +0000" (RFC 5322, 3.3), whatever language the system speaks.
 std::string mail_date(std::time_t utc) {
   constexpr std::array<std::string_view, 7> kDays = {"Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat"};
@@ -144,13 +142,6 @@ std::string mail_date(std::time_t utc) {
   return fmt::format("{}, {} {} {} {:02}:{:02}:{:02} +0000", kDays.at(static_cast<std::size_t>(parts.tm_wday)),
                      parts.tm_mday, kMonths.at(static_cast<std::size_t>(parts.tm_mon)), 1900 + parts.tm_year,
                      parts.tm_hour, parts.tm_min, parts.tm_sec);
-}
-
-/// Lines as mail has them.
-std::string with_mail_line_ends(const std::string& text) {
-  std::string lines;
-  for (const char c : text) lines += c == '\n' ? std::string("\r\n") : std::string(1, c);
-  return lines;
 }
 
 class Mail final : public Delivery {
@@ -194,11 +185,12 @@ base::Status Mail::send(const AlarmMessage& message, const std::atomic<bool>& st
   Lines recipients;
   for (const std::string& address : target_.to) recipients.add(address);
   transfer.set(CURLOPT_MAIL_RCPT, recipients.get());
+  transfer.set(CURLOPT_MAIL_RCPT_ALLLOWFAILS, 1L);  // a mailbox that is gone silences no other
   const Lines lines = head(message.subject);
   transfer.set(CURLOPT_HTTPHEADER, lines.get());
   const std::unique_ptr<curl_mime, FreeMime> mime(curl_mime_init(transfer.get()));
   curl_mimepart* part = curl_mime_addpart(mime.get());
-  const std::string text = with_mail_line_ends(message.text);
+  const std::string text = with_mail_ends(message.text);
   curl_mime_data(part, text.data(), text.size());
   curl_mime_type(part, "text/plain; charset=utf-8");
   curl_mime_encoder(part, "quoted-printable");
@@ -226,6 +218,8 @@ base::Status Webhook::send(const AlarmMessage& message, const std::atomic<bool>&
   const std::string body = message.document.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   Transfer transfer("http,https", target_.certificate, stop);
   transfer.set(CURLOPT_URL, target_.url.c_str());
+  // A token may go to this machine without TLS, so it may go to no proxy.
+  if (is_loopback({destination(), 0})) transfer.set(CURLOPT_NOPROXY, "*");
   Lines lines;
   lines.add("Content-Type: application/json");
   lines.add("Expect:");  // no pause before the body
@@ -236,10 +230,7 @@ base::Status Webhook::send(const AlarmMessage& message, const std::atomic<bool>&
   if (auto done = transfer.perform(destination()); !done) return done;
   const long status = transfer.status();
   if (status >= kHttpOk && status < kHttpRedirect) return {};
-  return base::fail(
-      base::ErrorKind::device,
-      fmt::format("the server answers {}{}{}", status, transfer.answer().empty() ? "" : ": ", transfer.answer()),
-      destination());
+  return base::fail(base::ErrorKind::device, fmt::format("the server answers {}", status), destination());
 }
 
 /// The secret of a file; none where no file is named.

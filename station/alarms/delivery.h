@@ -31,12 +31,13 @@ class Delivery {
   [[nodiscard]] virtual std::string way() const = 0;
   /// Where it goes, for people and for the log: addresses, or the webhook's host alone.
   [[nodiscard]] virtual std::string destination() const = 0;
-  /// Hands the message to the server. Fails (device) where that cannot be reached or does not take it, with its answer;
-  /// secrets are in no error. `stop` ends it early.
+  /// Hands the message to the server. Fails (device) where that cannot be reached or does not take it, with the number
+  /// that it answers; secrets are in no error. `stop` ends it early.
   [[nodiscard]] virtual base::Status send(const AlarmMessage& message, const std::atomic<bool>& stop) const = 0;
 };
 
-/// Mail by SMTP (RFC 5321). Refuses (bad_input) a password file that read_secret_line() refuses.
+/// Mail by SMTP (RFC 5321): taken once the server takes it for one of its mailboxes. Refuses (bad_input) a password
+/// file that read_secret_line() refuses.
 [[nodiscard]] base::Result<std::unique_ptr<Delivery>> mail_delivery(const MailTarget& target);
 
 /// POST of the document (application/json) to a webhook: any status from 200 to 299 takes it; redirects are not

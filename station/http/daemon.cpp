@@ -157,6 +157,7 @@ base::Status run_daemon(const DaemonOptions& options) {
   manager.ready(serving);
   auto ended = (*engine)->run([&manager] { manager.still_alive(); });
   signals.release();
+  alarms.stop();  // before the server waits for a test that is being sent
   server.stop();
   return ended;
 }

@@ -20,6 +20,7 @@ constexpr int kLongestWait_ms = 20;
 /// the campaign is open there, and the next soakd takes it over.
 constexpr std::chrono::seconds kLongestGoodbye{30};
 constexpr std::chrono::milliseconds kGoodbyeTurn{100};
+constexpr std::chrono::seconds kLastEntry{1};
 
 std::filesystem::path note_path(const db::Catalog& catalog) { return catalog.data_folder() / "soakd.campaign"; }
 std::filesystem::path queue_path(const db::Catalog& catalog) { return catalog.data_folder() / "soakd.queue"; }
@@ -61,7 +62,8 @@ Engine::Engine(const StationConfig& config, db::Catalog& catalog, std::unique_pt
 }
 
 Engine::~Engine() {
-  journal_->end();  // it wakes the engine
+  (void)journal_->wait_until_written(kLastEntry);  // what could not be sent any more is noted after run()
+  journal_->end();                                 // it wakes the engine
   for (const int fd : wake_) {
     if (fd >= 0) ::close(fd);
   }

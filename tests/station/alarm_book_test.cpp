@@ -101,6 +101,16 @@ TEST(AlarmBook, AnAlarmThatWasHeldBackIsToldOnceThereIsRoom) {
   EXPECT_EQ(later.size(), 1U);
 }
 
+TEST(EngineTurns, OnlyAStatusThatDoesNotRiseForAMinuteStandsStill) {
+  EngineTurns turns;
+  for (std::uint64_t version = 1; version < 10; ++version) {
+    EXPECT_FALSE(turns.stand_still(version, 50.0 * static_cast<double>(version)));
+  }
+  EXPECT_FALSE(turns.stand_still(9, 450.0 + 59.0));
+  EXPECT_TRUE(turns.stand_still(9, 450.0 + 60.0));
+  EXPECT_FALSE(turns.stand_still(10, 450.0 + 61.0));
+}
+
 class AlarmRules : public ::testing::Test {
  protected:
   AlarmRules() {
@@ -121,15 +131,75 @@ using Codes = std::vector<std::string>;
 
 TEST_F(AlarmRules, ACampaignThatRunsNeedsNobody) { EXPECT_EQ(codes(), Codes()); }
 
-TEST_F(AlarmRules, OfTwoCausesOfAWaitTheMoreUrgentIsTold) {
+TEST_F(AlarmRules, EachCauseOfAWaitIsToldTheMoreUrgentFirst) {
   status["state"] = "waiting";
   status["chamber"]["connected"] = false;
   status["suspension"] = {{"causes", {"disk", "chamber"}}, {"for_s", 1.0}, {"gives_up_in_s", 7200.0}};
-  EXPECT_EQ(codes(), Codes{"waits_for_chamber"});
-  const json told = alarms_of(status).at(0);
-  // The clock of the scripted laboratory runs 60 times as fast.
-  EXPECT_DOUBLE_EQ(told.at("deadline").at("utc_s"), status["clock"]["utc_s"].get<double>() + 120.0);
-  EXPECT_EQ(told.at("about"), "acceptance");
+  EXPECT_EQ(codes(), (Codes{"chamber_silent", "waits_for_disk"}));
+  for (const json& told : alarms_of(status)) {
+    // The clock of the scripted laboratory runs 60 times as fast.
+    EXPECT_DOUBLE_EQ(told.at("deadline").at("utc_s"), status["clock"]["utc_s"].get<double>() + 120.0);
+  }
+  EXPECT_EQ(alarms_of(status).at(1).at("about"), "acceptance");
+}
+
+/// The status of each stage lasts a minute; what is told then.
+class AlarmsOverTime : public AlarmRules {
+ protected:
+  std::vector<std::string> minute() {
+    std::vector<std::string> told;
+    for (const auto& entry : over(book_, alarms_of(status), now_s_, now_s_ + 60.0)) {
+      told.push_back((entry.turn == AlarmTurn::began ? "began " : "ended ") +
+                     entry.alarm.at("code").get<std::string>());
+    }
+    now_s_ += 60.0;
+    return told;
+  }
+  void suspend(const json& causes) {
+    status["state"] = "waiting";
+    status["suspension"] = {{"causes", causes}, {"for_s", 1.0}, {"gives_up_in_s", 7200.0}};
+  }
+
+ private:
+  AlarmBook book_;
+  double now_s_ = 0.0;
+};
+
+TEST_F(AlarmsOverTime, ASilentChamberIsToldOnceWhateverTheCampaignDoesMeanwhile) {
+  status["state"] = "waiting";
+  status["chamber"]["connected"] = false;
+  EXPECT_EQ(minute(), Codes{"began chamber_silent"});
+  suspend({"chamber"});
+  EXPECT_EQ(minute(), Codes());
+  status["state"] = "paused";
+  status["suspension"] = nullptr;
+  EXPECT_EQ(minute(), Codes());
+  status["state"] = "stopping";
+  EXPECT_EQ(minute(), Codes{"began campaign_ended"});
+  status["state"] = "running";
+  status["chamber"]["connected"] = true;
+  EXPECT_EQ(minute(), (Codes{"ended campaign_ended", "ended chamber_silent"}));
+}
+
+TEST_F(AlarmsOverTime, AFullDiskIsNotOverWhenTheChamberFallsSilentToo) {
+  suspend({"disk"});
+  EXPECT_EQ(minute(), Codes{"began waits_for_disk"});
+  status["chamber"]["connected"] = false;
+  suspend({"chamber", "disk"});
+  EXPECT_EQ(minute(), Codes{"began chamber_silent"});
+  status["chamber"]["connected"] = true;
+  suspend({"chamber"});
+  EXPECT_EQ(minute(), Codes{"ended waits_for_disk"});
+}
+
+TEST_F(AlarmsOverTime, AChamberThatRefusesToGoOffIsToldBesideTheEnd) {
+  status["state"] = "stopping";
+  status["ending"] = {{"outcome", "failed"}, {"needs_somebody", false}};
+  EXPECT_EQ(minute(), Codes{"began campaign_ended"});
+  status["reason"] = "heating and cooling cannot be switched off";
+  status["ending"]["needs_somebody"] = true;
+  EXPECT_EQ(minute(), Codes{"began chamber_not_off"});
+  EXPECT_EQ(alarms_of(status).at(0).at("detail"), status["reason"]);
 }
 
 TEST_F(AlarmRules, AFullDiskCallsThoughItIsAWarning) {
@@ -145,7 +215,7 @@ TEST_F(AlarmRules, AnAbortThatSomebodyAskedForCallsNobody) {
   EXPECT_EQ(codes(), Codes{"campaign_aborted"});
   EXPECT_FALSE(calls());
   status["ending"]["needs_somebody"] = true;
-  EXPECT_EQ(codes(), Codes{"campaign_ended"});
+  EXPECT_EQ(codes(), (Codes{"chamber_not_off", "campaign_ended"}));
   EXPECT_TRUE(calls());
 }
 

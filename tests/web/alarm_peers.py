@@ -2,7 +2,8 @@
 """A mail server (Debian's python3-aiosmtpd) and a webhook in a process of their own, as a program:
     alarm_peers.py [--tls CERTIFICATE KEY] [--mail-port PORT]
 prints {"mail": PORT, "webhook": PORT}, then one line of JSON for each message and each request. With --tls the mail server offers
-STARTTLS and takes mail only after it, and only from soak with the password "correct horse". A webhook whose path is /refuses answers 404."""
+STARTTLS and takes mail only after it, and only from soak with the password "correct horse". There is no mailbox gone@lab.example. A webhook
+whose path is /refuses answers 404, and repeats what it was sent."""
 import argparse
 import http.server
 import json
@@ -24,6 +25,12 @@ def tell(**document):
 
 
 class Mailbox:
+    async def handle_RCPT(self, server, session, envelope, address, options):
+        if address.startswith("gone@"):
+            return "550 no such mailbox"
+        envelope.rcpt_tos.append(address)
+        return "250 taken"
+
     async def handle_DATA(self, server, session, envelope):
         tell(kind="mail", sender=envelope.mail_from, to=envelope.rcpt_tos, content=envelope.content.decode("ascii"), tls=session.ssl is not None,
              authenticated=session.authenticated)
@@ -40,8 +47,11 @@ class Hook(http.server.BaseHTTPRequestHandler):
     def do_POST(self):
         body = self.rfile.read(int(self.headers["Content-Length"]))
         tell(kind="webhook", path=self.path, type=self.headers["Content-Type"], authorization=self.headers["Authorization"], body=body.decode())
-        self.send_response(404 if self.path == "/refuses" else 204)
+        refuses = self.path == "/refuses"
+        self.send_response(404 if refuses else 204)
         self.end_headers()
+        if refuses:
+            self.wfile.write(f"no {self.path} for {self.headers['Authorization']}".encode())
 
     def log_message(self, *_):
         pass

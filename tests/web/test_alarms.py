@@ -4,6 +4,7 @@ alarm is a data folder that goes away."""
 import email
 import email.policy
 import json
+import os
 import pathlib
 import queue
 import socket
@@ -78,8 +79,8 @@ def message(mail):
     return email.message_from_string(mail["content"], policy=email.policy.default)
 
 
-def mail_table(port, more='security = "none"'):
-    return f'[alarms.mail]\nhost = "127.0.0.1"\nport = {port}\nfrom = "{FROM}"\nto = ["{TO}"]\n{more}\n'
+def mail_table(port, more='security = "none"', to=(TO,)):
+    return f'[alarms.mail]\nhost = "127.0.0.1"\nport = {port}\nfrom = "{FROM}"\nto = {json.dumps(to)}\n{more}\n'
 
 
 def webhook_table(port, path="/hooks/secret-path", more=""):
@@ -113,6 +114,11 @@ class AlarmTest(unittest.TestCase):
             time.sleep(0.05)
         return found
 
+    def told(self, station):
+        """All that the station keeps and shows of its messages."""
+        events = self.events(station, "alarm_sent") + self.events(station, "alarm_not_sent")
+        return str(events) + (station.folder / "soakd.log").read_text(encoding="utf-8") + json.dumps(station.get("alarms"))
+
     def events(self, station, kind):
         return [(subject, text, user) for subject, text, user in station.query(f"SELECT subject, text, user FROM event WHERE kind = '{kind}' ORDER BY ordinal")]
 
@@ -136,6 +142,24 @@ class Alarms(AlarmTest):
             cls.addClassCleanup(station.close)
             station.lose_folder()
 
+    def is_open(self, connection):
+        """Whether soakd still waits at that connection for the silent server's first word."""
+        try:
+            return connection.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) != b""
+        except BlockingIOError:
+            return True
+        except ConnectionError:
+            return False
+
+    def mail_under_way(self):
+        """A connection at which soakd waits for the silent server."""
+        self.silent.settimeout(PATIENCE_S)
+        while True:
+            connection, _ = self.silent.accept()
+            self.addCleanup(connection.close)
+            if self.is_open(connection):
+                return connection
+
     def hooks(self, path):
         """The next request to the webhook with that path."""
         while (hook := self.both.got("webhook"))["path"] != path:
@@ -150,6 +174,7 @@ class Alarms(AlarmTest):
         begun = message(mail)
         self.assertIn("The data folder is gone", begun["Subject"])
         self.assertEqual((begun["From"], begun["To"], begun.defects), (f"Soak <{FROM}>", TO, []))
+        self.assertNotIn("=0A", mail["content"], "a line ends as lines of a mail do")
         text = begun.get_body().get_content()
         for part in (str(self.well.data), "Bring it back (is its disk mounted?)"):
             self.assertIn(part, text)
@@ -161,15 +186,20 @@ class Alarms(AlarmTest):
         self.assertEqual(json.loads(self.hooks("/hooks/secret-path")["body"])["turn"], "ended")
         sent = self.wait("four events", lambda: (rows := self.events(self.well, "alarm_sent")) and len(rows) == 4 and rows)
         self.assertEqual(sorted(subject for subject, _, _ in sent), ["mail", "mail", "webhook", "webhook"])
-        kept = str(sent) + (self.well.folder / "soakd.log").read_text(encoding="utf-8") + json.dumps(self.well.get("alarms"))
         for secret in ("secret-path", "a token"):
-            self.assertNotIn(secret, kept)
+            self.assertNotIn(secret, self.told(self.well))
 
     def test_a_mail_server_that_is_silent_delays_neither_engine_nor_webhook_nor_the_end(self):
         station = self.beside_silence
         self.assertEqual(json.loads(self.hooks("/beside")["body"])["turn"], "began")
-        before = station.get("alive")["turn"]
-        self.wait("the engine turns", lambda: station.get("alive")["turn"] > before + 3)
+
+        def turns_beside_a_mail():
+            mail = self.mail_under_way()
+            before = station.get("alive")["turn"]
+            self.wait("the engine turns", lambda: station.get("alive")["turn"] > before + 3)
+            return self.is_open(mail)
+
+        self.wait("the engine turns while the mail server is waited for", turns_beside_a_mail)
         self.assertIsNone(next(way for way in station.get("alarms")["ways"] if way["way"] == "mail")["sent_utc_s"])
         station.find_folder()
         self.wait("the folder", lambda: station.get("status")["data"]["trouble"] is None)
@@ -177,13 +207,14 @@ class Alarms(AlarmTest):
         self.assertEqual(station.process.wait(PATIENCE_S), 0)
         self.assertIn("soakd ends", str(self.events(station, "alarm_not_sent")))
 
-    def test_what_a_server_does_not_take_is_tried_again_and_is_one_event(self):
+    def test_what_a_server_does_not_take_is_tried_again_at_the_latest_after_another_one_and_is_one_event(self):
         trouble = self.wait("a first try", lambda: self.without_server.get("alarms")["ways"][0]["trouble"])
         self.assertIn("connect", trouble)
         peers = self.peers("--mail-port", self.closed)
-        self.assertIn("The data folder is gone", message(peers.got("mail"))["Subject"])
         self.without_server.find_folder()
-        self.wait("the event", lambda: self.events(self.without_server, "alarm_sent"))
+        over = [message(peers.got("mail"))["Subject"].count("Over: ") for _ in range(2)]
+        self.assertEqual(sorted(over), [0, 1])
+        self.wait("the events", lambda: len(self.events(self.without_server, "alarm_sent")) == 2)
         self.assertEqual(len(self.events(self.without_server, "alarm_not_sent")), 1)
 
 
@@ -214,9 +245,26 @@ class Ways(AlarmTest):
         (guarded.folder / "password").chmod(0o644)
         self.assertIn("chmod 600", send("", 2))
 
-    def test_a_webhook_that_refuses_is_told_with_its_answer(self):
+    def test_a_mailbox_that_is_gone_silences_no_other(self):
         peers = self.peers()
-        station = self.station(webhook_table(peers.webhook, "/refuses") + mail_table(peers.mail))
+        station = self.station(mail_table(peers.mail, to=("gone@lab.example", TO)))
+        _, answer = self.post(station, "alarms/test", {"user": "eva"})
+        self.assertIsNone(answer["ways"][0]["trouble"])
+        self.assertEqual(peers.got("mail")["to"], [TO])
+
+    def test_a_token_for_this_machine_goes_to_no_proxy(self):
+        peers = self.peers()
+        station = self.station(webhook_table(peers.webhook, more='token_file = "token"'))
+        with socket.create_server(("127.0.0.1", 0)) as proxy:
+            environment = {**os.environ, "http_proxy": f"http://127.0.0.1:{proxy.getsockname()[1]}", "no_proxy": ""}
+            done = subprocess.run([programs() / "soak", "alarm", "send", "a note", "--config", station.config], env=environment, capture_output=True,
+                                  text=True, timeout=PATIENCE_S)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(peers.got("webhook")["authorization"], "Bearer a token")
+
+    def test_a_webhook_that_refuses_is_told_with_its_number_and_without_what_it_says(self):
+        peers = self.peers()
+        station = self.station(webhook_table(peers.webhook, "/refuses", 'token_file = "token"') + mail_table(peers.mail))
         status, answer = self.post(station, "alarms/test", {"user": "eva"})
         self.assertEqual(status, 200)
         check_schema(answer, "alarm-send")
@@ -225,6 +273,9 @@ class Ways(AlarmTest):
         self.assertIn("404", answer["ways"][1]["trouble"])
         self.assertIn("A test by eva", message(peers.got("mail"))["Subject"])
         self.wait("the event", lambda: [user for _, _, user in self.events(station, "alarm_sent")] == ["eva"])
+        self.wait("its trouble", lambda: self.events(station, "alarm_not_sent"))
+        for secret in ("/refuses", "a token"):
+            self.assertNotIn(secret, self.told(station) + json.dumps(answer))
 
     def test_a_station_that_tells_nobody_says_so(self):
         station = self.station("")

@@ -196,7 +196,7 @@ class Alarms(StationTest):
         self.hidden("#alerts")
         self.assertEqual(self.browser.console(), [])
 
-    def test_of_several_causes_the_most_urgent_is_told_though_a_question_is_open(self):
+    def test_of_several_causes_the_most_urgent_is_told_first_though_a_question_is_open(self):
         self.station.set("/prompt", {"id": 1, "text": "Turn the fixture"})
         self.station.set("/state", "waiting")
         self.open()
@@ -204,8 +204,8 @@ class Alarms(StationTest):
         self.station.set("/chamber/connected", False)
         self.station.set("/suspension", {"causes": ["disk", "chamber"], "for_s": 60.0, "gives_up_in_s": 7200.0})
         self.see("#state", "waiting for the chamber")
-        self.browser.wait("return document.querySelectorAll('#alerts li').length === 1")
-        self.assertEqual(self.browser.run("return document.querySelector('#alerts li').className"), "alarm")
+        self.browser.wait("return document.querySelectorAll('#alerts li').length === 2")
+        self.assertEqual(self.browser.run("return [...document.querySelectorAll('#alerts li')].map((li) => li.className)"), ["alarm", "warning"])
 
     def test_an_abort_that_somebody_asked_for_is_no_alarm_unless_somebody_has_to_come(self):
         self.open()
@@ -213,12 +213,12 @@ class Alarms(StationTest):
         self.station.set("/state", "stopping")
         self.see("#alerts .warning", "aborted")
         self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === 0")
-        for ending in ({"outcome": "aborted", "needs_somebody": True}, {"outcome": "failed", "needs_somebody": False},
-                       {"outcome": "interrupted", "needs_somebody": False}, None):
+        for ending, alarms in (({"outcome": "aborted", "needs_somebody": True}, 2), ({"outcome": "failed", "needs_somebody": False}, 1),
+                               ({"outcome": "interrupted", "needs_somebody": False}, 1), (None, 1)):
             self.station.set("/ending", {"outcome": "aborted", "needs_somebody": False})
             self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === 0")
             self.station.set("/ending", ending)
-            self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === 1")
+            self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === arguments[0]", alarms)
         self.station.set("/ending", {"outcome": "aborted", "needs_somebody": False})
         self.browser.wait("return document.querySelectorAll('#alerts .alarm').length === 0")
         self.station.set("/chamber/alarms", ["over-temperature"])
