@@ -116,7 +116,8 @@ struct TypeShow final : TypeList {
 };
 
 void TypeList::declare(OptionList& options) {
-  options.add("--types DIR", &folder, "Folder of unit types (default: $SOAK_PROCEDURES/units, else those that came with soak)");
+  options.add("--types DIR", &folder,
+              "Folder of unit types (default: $SOAK_PROCEDURES/units, else those that came with soak)");
 }
 
 std::string rating_text(const calib::UnitType& type) {

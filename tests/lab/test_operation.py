@@ -179,10 +179,10 @@ class Operation(LabTest):
         done = subprocess.run([bin_folder() + "/soakd", "--write-config"], capture_output=True, text=True, check=True)
         template = self.write("template.toml", done.stdout)
         # With every suggestion taken, and with none: only devices are missing.
-        everything = re.sub(r"(?m)^# (\[+[a-z]+\]+|[a-z_]+ = .*)$", r"\1", done.stdout)
+        everything = re.sub(r"(?m)^# (\[+[a-z.]+\]+|[a-z_]+ = .*)$", r"\1", done.stdout)
         self.assertGreater(everything.count("\n["), done.stdout.count("\n[") + 3)
         for drop in ("host", "from", "power_output"):
-            everything = re.sub(rf"(?m)^{drop} = .*\n", "", everything, count=1 if drop == "host" else 0)
+            everything = re.sub(rf"(?m)^{drop} = .*\n", "", everything, count=0 if drop == "power_output" else 1)
         for path in (template, self.write("everything.toml", everything)):
             checked = subprocess.run([bin_folder() + "/soak", "doctor", "--config", str(path), "--data", str(self.folder / "data"), "--json"],
                                      capture_output=True, text=True, env={**os.environ})
