@@ -90,7 +90,7 @@ struct Tally {
 template <class Make>
 Tally tally(std::string_view truth, Make make) {
   Tally count;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     RampPlan plan;
     plan.seed = seed;
     plan.branches = seed % 3 == 0 ? 4 : 3;
