@@ -37,7 +37,7 @@ nav::Drive simulated_drive(const DriveRequest& request) {
   nav::Drive drive = trajectory.drive(request.rate_hz, request.rate_hz, {0.2, 0.8, 0.6});
   drive.name = fmt::format("simulated {}", request.seed);
   nav::add_errors(drive.imu, request.errors, request.temperature, request.thermal, request.seed);
-  drive.gnss = nav::simulated_fixes(drive.truth, 1, {}, {}, request.seed);
+  drive.gnss = nav::simulated_fixes(drive.truth, 1, {}, request.seed);
   return drive;
 }
 
