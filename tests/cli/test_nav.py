@@ -79,6 +79,33 @@ class Outages(SoakTest):
         self.assertIn("drive.toml:4", error["message"])
         self.assertIn("drive.toml:6", error["message"])
 
+    def test_a_clock_ratio_without_a_start_is_refused(self):
+        drive = write_drive(self.folder, seconds=40)
+        text = drive.read_text(encoding="utf-8")
+        drive.write_text(text.replace("axes =", "clock_ratio = 1.0003\naxes ="), encoding="utf-8")
+        message = self.refusal("nav", "outages", drive)["message"]
+        self.assertIn("drive.toml:4", message)
+        self.assertIn("start_s", message)
+
+    def test_two_columns_of_a_sensor_are_refused_with_their_names(self):
+        drive = write_drive(self.folder, seconds=40)
+        path = self.folder / "imu.csv"
+        header, *rows = path.read_text(encoding="utf-8").splitlines()
+        path.write_text("\n".join([header + ",gx_rps", *(row + ",0" for row in rows)]), encoding="utf-8")
+        error = self.refusal("nav", "outages", drive)
+        self.assertIn("'gx_dps' and 'gx_rps'", error["message"])
+        self.assertIn("imu.csv", error["where"])
+
+    def test_readings_that_cannot_be_and_gaps_are_refused_with_the_sample(self):
+        drive = write_drive(self.folder, seconds=40)
+        path = self.folder / "imu.csv"
+        lines = path.read_text(encoding="utf-8").splitlines()
+        cells = lines[7].split(",")
+        self.write("imu.csv", "\n".join([*lines[:7], ",".join([cells[0], "1e200", *cells[2:]]), *lines[8:]]))
+        self.assertIn("sample 7: rates must", self.refusal("nav", "outages", drive)["message"])
+        self.write("imu.csv", "\n".join(lines[:7] + lines[17:]))
+        self.assertIn("sample 7: comes 0.220 s after", self.refusal("nav", "outages", drive)["message"])
+
     def test_a_drive_that_is_too_short_is_refused(self):
         error = self.refusal("nav", "outages", write_drive(self.folder, seconds=100))
         self.assertEqual(error["where"], "straight")
