@@ -83,9 +83,9 @@ class Outages(SoakTest):
         drive = write_drive(self.folder, seconds=40)
         text = drive.read_text(encoding="utf-8")
         drive.write_text(text.replace("axes =", "clock_ratio = 1.0003\naxes ="), encoding="utf-8")
-        message = self.refusal("nav", "outages", drive)["message"]
-        self.assertIn("drive.toml:4", message)
-        self.assertIn("start_s", message)
+        error = self.refusal("nav", "outages", drive)
+        self.assertIn("drive.toml:4", error["where"])
+        self.assertIn("start_s", error["message"])
 
     def test_two_columns_of_a_sensor_are_refused_with_their_names(self):
         drive = write_drive(self.folder, seconds=40)
