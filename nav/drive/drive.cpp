@@ -12,6 +12,9 @@ namespace soak::nav {
 namespace {
 
 constexpr double kHighestLatitude_rad = 89.0 * base::kRadPerDeg;
+/// No inertial unit of a vehicle reads more: 5700 deg/s, 1000 g.
+constexpr double kMostRate_rps = 100.0;
+constexpr double kMostForce_mps2 = 10000.0;
 /// Pieces shorter than this are rounding.
 constexpr double kShortest_s = 1e-9;
 
@@ -27,6 +30,26 @@ base::Status check_times(const std::vector<Row>& rows, const char* what, const s
                            where);
   }
   return {};
+}
+
+base::Status check_sample(const std::vector<ImuSample>& imu, std::size_t index, const std::string& where) {
+  const ImuSample& sample = imu[index];
+  if (!sample.rate_rps.allFinite() || !sample.force_mps2.allFinite()) {
+    return base::bad_input(fmt::format("sample {}: all readings must be numbers", index + 1), where);
+  }
+  if (sample.rate_rps.cwiseAbs().maxCoeff() > kMostRate_rps ||
+      sample.force_mps2.cwiseAbs().maxCoeff() > kMostForce_mps2) {
+    return base::bad_input(fmt::format("sample {}: rates must lie within ±{:.0f} deg/s, specific forces within ±{:.0f} "
+                                       "m/s²",
+                                       index + 1, kMostRate_rps / base::kRadPerDeg, kMostForce_mps2),
+                           where);
+  }
+  if (index == 0 || sample.t_s - imu[index - 1].t_s <= kLongestInterval_s) return {};
+  return base::bad_input(
+      fmt::format("sample {}: comes {:.3f} s after the one before; the filter needs one every {} s at least: begin the "
+                  "recording after the gap, or end it before",
+                  index + 1, sample.t_s - imu[index - 1].t_s, kLongestInterval_s),
+      where);
 }
 
 base::Status check_fix(const GnssFix& fix, std::size_t index, const std::string& where) {
@@ -48,8 +71,7 @@ base::Status validate(const Drive& drive) {
   if (auto status = check_times(drive.gnss, "fix", drive.name); !status) return status;
   if (auto status = check_times(drive.truth, "truth", drive.name); !status) return status;
   for (std::size_t i = 0; i < drive.imu.size(); ++i) {
-    if (drive.imu[i].rate_rps.allFinite() && drive.imu[i].force_mps2.allFinite()) continue;
-    return base::bad_input(fmt::format("sample {}: all readings must be numbers", i + 1), drive.name);
+    if (auto status = check_sample(drive.imu, i, drive.name); !status) return status;
   }
   for (std::size_t i = 0; i < drive.gnss.size(); ++i) {
     if (auto status = check_fix(drive.gnss[i], i, drive.name); !status) return status;

@@ -57,8 +57,12 @@ struct Outage {
   double end_s = 0.0;
 };
 
-/// Refuses (bad_input, where = the drive's name) fewer than 2 samples, times that do not rise, values that are not
-/// finite, sigmas that are not positive, fixes at ±89° and beyond.
+/// Readings may be missing for so long: what NavigationFilter is good for, and some rounding of times.
+inline constexpr double kLongestInterval_s = 0.11;
+
+/// Refuses (bad_input, where = the drive's name) fewer than 2 samples, times that do not rise, samples more than
+/// kLongestInterval_s apart, values that are not finite, rates above 100 rad/s and specific forces above 10,000 m/s²,
+/// sigmas that are not positive, fixes at ±89° and beyond.
 [[nodiscard]] base::Status validate(const Drive& drive);
 
 /// The drive as it is known at the end of the outage, without the fixes of the outage: what was recorded later is not

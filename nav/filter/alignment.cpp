@@ -123,7 +123,10 @@ base::Result<Start> align(const Drive& drive, const AlignmentOptions& options) {
   if (has_rest) {
     const Means rest = means_between(drive.imu, drive.imu.front().t_s, rest_s);
     angles = euler_of(carried(drive, rest, rest_s, start.t_s));
-    start.gyro_bias_rps = rest.rate_rps;
+    // The gyros tell how far the vehicle has turned since the rest: its course then gives the heading at rest.
+    Euler at_rest = leveled(rest.force_mps2);
+    at_rest.heading_rad = heading_rad - angles.heading_rad;
+    start.gyro_bias_rps = rest.rate_rps - matrix_of(at_rest).transpose() * earth_rate_rps(first->position.latitude_rad);
   } else {
     angles = leveled_in_motion(drive, static_cast<std::size_t>(first - drive.gnss.begin()), heading_rad);
   }

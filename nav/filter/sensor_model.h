@@ -21,7 +21,7 @@ struct BiasModel {
 
 /// What a filter takes for granted of one sensor's errors.
 struct SensorModel {
-  double white = 0.0;  ///< white noise in U/sqrt(Hz), one-sided: angle or velocity random walk in U·sqrt(s)
+  double white = 0.0;  ///< angle or velocity random walk in U·sqrt(s): the root of the two-sided density, U/sqrt(Hz)
   BiasModel bias;
   double scale_sigma = 0.0;  ///< of the scale factor error, 1 = 100 %; used with scale states only
 };

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace soak::nav {
 
@@ -82,7 +81,5 @@ Eigen::Matrix3d matrix_of(const Euler& angles) {
 Euler euler_of(const Eigen::Matrix3d& r) {
   return {std::atan2(r(0, 1), r(1, 1)), std::asin(std::clamp(r(2, 1), -1.0, 1.0)), std::atan2(-r(2, 0), r(2, 2))};
 }
-
-double wrapped(double angle_rad) { return std::remainder(angle_rad, 2.0 * std::numbers::pi); }
 
 }  // namespace soak::nav

@@ -51,7 +51,4 @@ struct Euler {
 /// The angles of R, heading and roll from -π to π. At a pitch of ±90° heading and roll are not defined.
 [[nodiscard]] Euler euler_of(const Eigen::Matrix3d& body_to_level);
 
-/// The angle between -π and π.
-[[nodiscard]] double wrapped(double angle_rad);
-
 }  // namespace soak::nav

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nav/outages/pipeline.h"
 
-#include <fmt/format.h>
-
 #include <utility>
 
 #include "base/units.h"
@@ -28,11 +26,6 @@ base::Result<std::vector<Solution>> solve_by_filter(const FilterPipeline& parts,
   }
   const auto start = align(drive, parts.alignment);
   if (!start) return base::forward_error(start);
-  if (!t_s.empty() && t_s.front() < start->t_s) {
-    return base::bad_input(fmt::format("the outage begins {:.1f} s before the first fix that is fast enough to align",
-                                       start->t_s - t_s.front()),
-                           drive.name);
-  }
   FilterOptions options = parts.filter;
   if (parts.tune_at_rest) options.sensors = tuned_at_rest(drive, options.sensors);
   FilterRun run(drive, *start, options);

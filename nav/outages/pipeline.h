@@ -42,8 +42,7 @@ struct FilterPipeline {
   bool tune_at_rest = false;   ///< sensor models from the drive's first rest (tuning.h)
 };
 
-/// Corrects the samples, aligns, runs the filter through the drive and on through the outage. Fails as align() does,
-/// and (bad_input) where the first time lies before the start.
+/// Corrects the samples, aligns, runs the filter through the drive and on through the outage. Fails as align() does.
 [[nodiscard]] Pipeline filter_pipeline(FilterPipeline parts);
 
 /// What is taken for granted of a MEMS unit of which nobody measured the noise: gyros 0.03 deg/s/sqrt(Hz) and a bias of

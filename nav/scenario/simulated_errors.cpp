@@ -72,9 +72,9 @@ UnitErrors ahrs400ca() {
 }
 
 UnitErrors motionpak2() {
-  // 6 and 5 mV root mean square in 30 and 20 Hz, of 2.5 V at full range.
-  const double gyro_white = 0.006 / 2.5 * 75.0 * kRadPerDeg / std::sqrt(30.0);
-  const double accel_white = 0.005 / 2.5 * 1500.0 * kMilliG / std::sqrt(20.0);
+  // 6 and 5 mV root mean square in B = 30 and 20 Hz, of 2.5 V at full range: N = rms/sqrt(2 B).
+  const double gyro_white = 0.006 / 2.5 * 75.0 * kRadPerDeg / std::sqrt(2.0 * 30.0);
+  const double accel_white = 0.005 / 2.5 * 1500.0 * kMilliG / std::sqrt(2.0 * 20.0);
   return {"motionpak2",
           {2.5 * kRadPerDeg, 0.03 * kRadPerDeg, 100.0, gyro_white, 0.03, 0.015, 75.0 * kRadPerDeg, 0.0},
           {62.5 * kMilliG, 1.0 * kMilliG, 100.0, accel_white, 0.025, 0.015, 1500.0 * kMilliG, 0.0}};
@@ -110,14 +110,12 @@ void add_errors(std::vector<ImuSample>& samples, const UnitErrors& errors, const
 }
 
 std::vector<GnssFix> simulated_fixes(const std::vector<TruthPoint>& truth, std::size_t every, const GnssErrors& errors,
-                                     std::span<const Outage> gaps, std::uint64_t seed) {
+                                     std::uint64_t seed) {
   const Vector3d position_sigma(errors.horizontal_m, errors.horizontal_m, errors.vertical_m);
   const Vector3d velocity_sigma(errors.horizontal_mps, errors.horizontal_mps, errors.vertical_mps);
   std::vector<GnssFix> fixes;
   for (std::size_t i = 0; i < truth.size(); i += every) {
     const TruthPoint& point = truth[i];
-    const auto is_in = [&](const Outage& gap) { return point.t_s > gap.begin_s && point.t_s <= gap.end_s; };
-    if (std::ranges::any_of(gaps, is_in)) continue;
     const auto noise = [&](std::uint64_t k) {
       return Vector3d(hashed_gaussian(seed, kFixStream + k, i), hashed_gaussian(seed, kFixStream + k + 1, i),
                       hashed_gaussian(seed, kFixStream + k + 2, i));

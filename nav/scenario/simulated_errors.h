@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -17,7 +16,7 @@ struct SensorErrors {
   double power_on_sigma = 0.0;  ///< constant of a power-on
   double markov_sigma = 0.0;    ///< first-order Gauss-Markov process
   double markov_time_s = 100.0;
-  double white = 0.0;         ///< U/sqrt(Hz): angle or velocity random walk in U·sqrt(s)
+  double white = 0.0;  ///< angle or velocity random walk in U·sqrt(s): the root of the two-sided density, U/sqrt(Hz)
   double scale_sigma = 0.0;   ///< 1 = 100 %
   double nonlinearity = 0.0;  ///< error at full range as a share of it; the error grows with the square
   double range = 1.0;         ///< full range, in U
@@ -63,9 +62,8 @@ struct GnssErrors {
   double vertical_mps = 0.05;
 };
 
-/// Fixes at every `every`-th point of the truth but in the `gaps`. The seed decides.
+/// Fixes at every `every`-th point of the truth. The seed decides.
 [[nodiscard]] std::vector<GnssFix> simulated_fixes(const std::vector<TruthPoint>& truth, std::size_t every,
-                                                   const GnssErrors& errors, std::span<const Outage> gaps,
-                                                   std::uint64_t seed);
+                                                   const GnssErrors& errors, std::uint64_t seed);
 
 }  // namespace soak::nav

@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/model/model_document.h"
-#include "nav/inertial/drift.h"
 #include "station/commands/command.h"
 #include "station/commands/shared.h"
 #include "station/io/data_folder.h"
 #include "station/nav/drive_file.h"
+#include "station/nav/free_inertial.h"
 #include "station/nav/nav_json.h"
 #include "station/nav/outage_batch.h"
 #include "station/nav/simulated_drive.h"
@@ -83,15 +83,19 @@ base::Status NavOutages::run(Output& output) {
     drives.push_back(*std::move(drive));
   }
   std::optional<nav::Correction> correction;
+  json uncorrected;
   if (!calibration.empty()) {
     const auto loaded = read_calibration(calibration);
     if (!loaded) return base::forward_error(loaded);
     const auto made = device_correction(loaded->bytes);
-    if (!made) return base::forward_error(made);
-    correction = *made;
+    if (!made) return base::fail(made.error().kind, made.error().message, calibration);
+    correction = made->correct;
+    uncorrected = json::array();
+    for (const calib::Sensor sensor : made->raw) uncorrected.push_back(calib::name_of(sensor));
   }
-  const auto document = outages.compare(drives, standard_pipelines(correction), output);
+  auto document = outages.compare(drives, standard_pipelines(correction), output);
   if (!document) return base::forward_error(document);
+  if (!uncorrected.is_null()) (*document)["uncorrected"] = std::move(uncorrected);
   if (output.json()) return output.print_json(*document);
   output.print(comparison_text(*document));
   return {};
@@ -169,7 +173,6 @@ struct NavImpact final : CatalogCommand {
 
  private:
   [[nodiscard]] base::Status find_range(const calib::Calibration& calibration);
-  [[nodiscard]] json free_inertial(const calib::Calibration& calibration) const;
   [[nodiscard]] base::Result<json> drive(const calib::Calibration& calibration, Output& output) const;
 };
 
@@ -191,38 +194,6 @@ base::Status NavImpact::find_range(const calib::Calibration& calibration) {
           "calibrated",
           low_c, high_c, unit),
       unit);
-}
-
-json metres_json(double without_m, double with_m) { return {{"without", without_m}, {"with", with_m}}; }
-
-/// Position errors by eq. 6.5 and 6.6 from what temperature adds to each bias: the power-on constant is removed at the
-/// first temperature.
-json NavImpact::free_inertial(const calib::Calibration& calibration) const {
-  json sensors = json::array();
-  for (const calib::SensorCalibration& sensor : calibration.sensors) {
-    double change = 0.0;
-    const double begin = calib::evaluate(sensor.bias, *from_c);
-    // The largest change on the way, in steps of a degree.
-    const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(*to_c - *from_c))));
-    for (int i = 1; i <= steps; ++i) {
-      const double temp_c = std::lerp(*from_c, *to_c, static_cast<double>(i) / steps);
-      change = std::max(change, std::abs(calib::evaluate(sensor.bias, temp_c) - begin));
-    }
-    const double left =
-        std::hypot(half_width(sensor.bias_uncertainty, *from_c), half_width(sensor.bias_uncertainty, *to_c));
-    const auto after = [&](double bias, double t_s) {
-      return calib::is_gyro(sensor.sensor) ? nav::drift_of_gyro_bias_m(bias, t_s, calibration.gravity_mps2)
-                                           : nav::drift_of_accel_bias_m(bias, t_s);
-    };
-    const double printed = calib::printed_per_si(sensor.sensor);
-    sensors.push_back({{"sensor", calib::name_of(sensor.sensor)},
-                       {"unit", calib::printed_unit(sensor.sensor)},
-                       {"change", change * printed},
-                       {"left_ci95", left * printed},
-                       {"after_30_s_m", metres_json(after(change, 30.0), after(left, 30.0))},
-                       {"after_60_s_m", metres_json(after(change, 60.0), after(left, 60.0))}});
-  }
-  return sensors;
 }
 
 /// Simulated drives with this unit's curve: the noise is that of a unit of table 6.1, the curve and what the
@@ -247,24 +218,11 @@ base::Result<json> NavImpact::drive(const calib::Calibration& calibration, Outpu
 }
 
 std::string impact_text(const json& document) {
-  std::vector<std::vector<std::string>> table = {
-      {"sensor", "change", "left (95 %)", "unit", "30 s: m without", "with", "60 s: m without", "with"}};
-  for (const json& sensor : document["free_inertial"]) {
-    table.push_back({sensor["sensor"], fmt::format("{:.4g}", sensor["change"].get<double>()),
-                     fmt::format("{:.2g}", sensor["left_ci95"].get<double>()), sensor["unit"]});
-    for (const char* time : {"after_30_s_m", "after_60_s_m"}) {
-      for (const char* which : {"without", "with"}) {
-        table.back().push_back(fmt::format("{:.3g}", sensor[time][which].get<double>()));
-      }
-    }
-  }
-  return fmt::format(
-      "unit {}, model {}{}, from {:.1f} to {:.1f} °C\n"
-      "free-inertial position error from each sensor's bias, power-on constant removed\n{}\n"
-      "simulated drives with this unit's curves\n{}",
-      document["unit"].get<std::string>(), document["model"].get<int>(),
-      document["simulated"].get<bool>() ? " (SIMULATED)" : "", document["from_c"].get<double>(),
-      document["to_c"].get<double>(), text_table(table), comparison_text(document["drive"]));
+  return fmt::format("unit {}, model {}{}, from {:.1f} to {:.1f} °C\n{}\nsimulated drives with this unit's curves\n{}",
+                     document["unit"].get<std::string>(), document["model"].get<int>(),
+                     document["simulated"].get<bool>() ? " (SIMULATED)" : "", document["from_c"].get<double>(),
+                     document["to_c"].get<double>(), free_inertial_text(document["free_inertial"]),
+                     comparison_text(document["drive"]));
 }
 
 base::Status NavImpact::run_with(db::Catalog& catalog, Output& output) {
@@ -280,14 +238,17 @@ base::Status NavImpact::run_with(db::Catalog& catalog, Output& output) {
   if (auto status = find_range(*calibration); !status) return status;
   auto drive_document = drive(*calibration, output);
   if (!drive_document) return base::forward_error(drive_document);
+  const std::vector<calib::Warning> warnings = scatter_warnings(*calibration);
   const json document = {{"unit", unit},
                          {"model", (*row)->version},
                          {"simulated", calibration->simulated},
                          {"from_c", *from_c},
                          {"to_c", *to_c},
-                         {"free_inertial", free_inertial(*calibration)},
+                         {"free_inertial", free_inertial_json(*calibration, *from_c, *to_c)},
+                         {"warnings", warnings_json(warnings)},
                          {"drive", *std::move(drive_document)}};
   if (output.json()) return output.print_json(document);
+  for (const calib::Warning& warning : warnings) output.note("warning: " + warning.text);
   output.print(impact_text(document));
   return {};
 }

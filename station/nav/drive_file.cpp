@@ -84,6 +84,11 @@ DriveFile drive_file_of(const settings::Table& root) {
   file.columns = imu.texts("columns");
   file.start_s = imu.optional_number("start_s", kAny);
   file.clock_ratio = imu.number("clock_ratio", {0.9, 1.1}, 1.0);
+  if (imu.has("clock_ratio") && !file.start_s) {
+    imu.refuse("clock_ratio",
+               "'clock_ratio' needs 'start_s', the time of the first row on the receiver's scale: without it the times "
+               "are on that scale already");
+  }
   file.offset_s = imu.number("offset_s", {-1e6, 1e6}, 0.0);
   const Vector3d mounting = base::kRadPerDeg * three(imu, "mounting_deg", {-180.0, 180.0});
   file.unit_to_body = nav::matrix_of({mounting.x(), mounting.y(), mounting.z()}) * axes_of(imu);
@@ -124,6 +129,12 @@ base::Result<ImuColumns> columns_of(const std::vector<std::string>& headers, con
     }
     const auto sensor = calib::sensor_named(meaning->name);
     if (!sensor) continue;
+    if (found[calib::index_of(*sensor)]) {
+      return base::bad_input(
+          fmt::format("the columns '{}' and '{}' are of the same sensor: only one of them may be named",
+                      headers[columns.sensor[calib::index_of(*sensor)]], headers[i]),
+          path);
+    }
     found[calib::index_of(*sensor)] = true;
     columns.sensor[calib::index_of(*sensor)] = i;
     columns.to_si[calib::index_of(*sensor)] = conversion_to_si(meaning->unit);

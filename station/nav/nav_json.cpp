@@ -2,6 +2,7 @@
 #include "station/nav/nav_json.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -83,6 +84,10 @@ std::string comparison_text(const json& comparison) {
                      with_interval(pipeline["horizontal_final_m"], 1.0, 2), with_interval(pipeline["gain"], 100.0, 1)});
     explained +=
         fmt::format("{}: {}\n", pipeline["name"].get<std::string>(), pipeline["description"].get<std::string>());
+  }
+  if (const auto raw = comparison.find("uncorrected"); raw != comparison.end() && !raw->empty()) {
+    explained += fmt::format("The calibration file does not correct {}: these stayed raw.\n",
+                             fmt::join(raw->get<std::vector<std::string>>(), ", "));
   }
   return fmt::format("{} outages of {} s on {} drive(s); horizontal position, means over outages\n{}{}",
                      comparison["outages"].size(), comparison["length_s"].get<double>(), comparison["drives"].size(),

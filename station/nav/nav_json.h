@@ -17,7 +17,7 @@ namespace soak::station {
                                              std::span<const nav::Pipeline> pipelines, double length_s,
                                              std::size_t seed);
 
-/// The same as a table of pipelines.
+/// The same as a table of pipelines; with "uncorrected" (docs/schema) which sensors the calibration left raw.
 [[nodiscard]] std::string comparison_text(const nlohmann::json& comparison);
 
 }  // namespace soak::station

@@ -33,11 +33,28 @@ void correct(const Device& device, nav::ImuSample& sample) {
   }
   std::uint32_t flags = 0;
   const soak_status status = soak_apply(&device.runtime, static_cast<float>(sample.temp_c), raw, out, &flags);
-  if (status != SOAK_OK && status != SOAK_CLAMPED) return;
+  // Above SOAK_OK the output is defined: sensors that the file lacks pass through, the others are corrected.
+  if (status < SOAK_OK) return;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     sample.rate_rps(axis) = static_cast<double>(out[axis]);
     sample.force_mps2(axis) = static_cast<double>(out[axis + 3]);
   }
+}
+
+/// The sensors that the file does not correct at any temperature.
+std::vector<calib::Sensor> raw_sensors(const soak_cal& runtime) {
+  constexpr float kAnyTemp_c = 25.0F;
+  const float raw[calib::kSensorCount] = {};
+  float out[calib::kSensorCount];
+  std::uint32_t flags = 0;
+  std::vector<calib::Sensor> sensors;
+  if (soak_apply(&runtime, kAnyTemp_c, raw, out, &flags) < SOAK_OK)
+    return {calib::kSensors.begin(), calib::kSensors.end()};
+  for (const calib::Sensor sensor : calib::kSensors) {
+    const std::size_t i = calib::index_of(sensor);
+    if ((flags & (SOAK_FLAG_ABSENT(i) | SOAK_FLAG_INVALID(i))) != 0U) sensors.push_back(sensor);
+  }
+  return sensors;
 }
 
 }  // namespace
@@ -99,13 +116,18 @@ std::vector<nav::Pipeline> standard_pipelines(const std::optional<nav::Correctio
   return pipelines;
 }
 
-base::Result<nav::Correction> device_correction(const base::Bytes& file) {
+base::Result<DeviceCorrection> device_correction(const base::Bytes& file) {
   const auto device = std::make_shared<Device>();
   device->file = file;
   if (soak_load(&device->runtime, device->file.data(), device->file.size()) != SOAK_OK) {
     return base::corrupt("the deployment runtime cannot load the calibration file");
   }
-  return nav::Correction([device](nav::ImuSample& sample) { correct(*device, sample); });
+  DeviceCorrection made{[device](nav::ImuSample& sample) { correct(*device, sample); }, raw_sensors(device->runtime)};
+  if (made.raw.size() < calib::kSensorCount) return made;
+  return base::bad_input(
+      "the calibration file corrects none of the six sensors by the unit's one temperature: a file is needed that "
+      "holds "
+      "the bias curve of one at least");
 }
 
 }  // namespace soak::station

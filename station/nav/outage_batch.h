@@ -9,6 +9,7 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "calib/vocabulary/sensor.h"
 #include "nav/drive/drive.h"
 #include "nav/outages/outage_runner.h"
 #include "nav/outages/pipeline.h"
@@ -33,8 +34,16 @@ struct OutageTask {
 /// The pipelines that every comparison has: `raw`; `calibrated` where there is a calibration; `physics`, with it too.
 [[nodiscard]] std::vector<nav::Pipeline> standard_pipelines(const std::optional<nav::Correction>& calibration);
 
+/// What a calibration file does to samples.
+struct DeviceCorrection {
+  nav::Correction correct;
+  std::vector<calib::Sensor> raw;  ///< sensors that pass through as they are: not in the file, or with thermometers of
+                                   ///< their own
+};
+
 /// Corrects samples with a calibration file as firmware does (soak_apply); a sample without temperature, or one that
-/// the runtime refuses, stays as it is. Fails (corrupt) where the runtime cannot load the file.
-[[nodiscard]] base::Result<nav::Correction> device_correction(const base::Bytes& file);
+/// the runtime refuses, stays as it is. Fails (corrupt) where the runtime cannot load the file, and (bad_input) where
+/// it corrects no sensor.
+[[nodiscard]] base::Result<DeviceCorrection> device_correction(const base::Bytes& file);
 
 }  // namespace soak::station

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "base/random.h"
 #include "base/units.h"
@@ -36,7 +37,7 @@ nav::Drive simulated_drive(const DriveRequest& request) {
   nav::Drive drive = trajectory.drive(request.rate_hz, request.rate_hz, {0.2, 0.8, 0.6});
   drive.name = fmt::format("simulated {}", request.seed);
   nav::add_errors(drive.imu, request.errors, request.temperature, request.thermal, request.seed);
-  drive.gnss = nav::simulated_fixes(drive.truth, 1, {}, {}, request.seed);
+  drive.gnss = nav::simulated_fixes(drive.truth, 1, {}, request.seed);
   return drive;
 }
 
@@ -60,16 +61,18 @@ double CurveResidual::operator()(calib::Sensor sensor, double temp_c) const {
   const double low_c = part.calibration->temp_min_c;
   const double high_c = part.calibration->temp_max_c;
   const double share = std::clamp((temp_c - low_c) / std::max(high_c - low_c, 1e-9), 0.0, 1.0);
-  const double drawn = (1.0 - share) * part.at_low + share * part.at_high;
+  // The mean of two independent numbers scatters less than they do: the divisor keeps 1 everywhere.
+  const double drawn = ((1.0 - share) * part.at_low + share * part.at_high) / std::hypot(1.0 - share, share);
   return drawn * half_width(part.calibration->bias_uncertainty, temp_c) / kNormal95;
 }
 
 double half_width(const calib::UncertaintyTable& table, double temp_c) {
   if (table.temp_c.empty()) return 0.0;
-  if (temp_c <= table.temp_c.front()) return table.ci95.front();
-  if (temp_c >= table.temp_c.back()) return table.ci95.back();
+  const std::vector<double>& widths = table.pi95.empty() ? table.ci95 : table.pi95;
+  if (temp_c <= table.temp_c.front()) return widths.front();
+  if (temp_c >= table.temp_c.back()) return widths.back();
   const auto above = static_cast<std::size_t>(std::ranges::upper_bound(table.temp_c, temp_c) - table.temp_c.begin());
-  return std::lerp(table.ci95[above - 1], table.ci95[above],
+  return std::lerp(widths[above - 1], widths[above],
                    (temp_c - table.temp_c[above - 1]) / (table.temp_c[above] - table.temp_c[above - 1]));
 }
 

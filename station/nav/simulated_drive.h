@@ -32,8 +32,8 @@ struct DriveRequest {
 /// accelerometers from −30 to 70 °C [AH05 §6.4.1, figures 6.6, 6.10], the steepest part somewhere else for each sensor.
 [[nodiscard]] double example_curve(calib::Sensor sensor, double temp_c);
 
-/// What a calibration leaves of a curve: the half-width that its file states (95 %, of the mean curve) as a standard
-/// deviation, drawn for each sensor and both ends of the range and straight between them. Of another drive another one.
+/// What a calibration leaves of a curve: half_width() as a standard deviation, drawn for each sensor and both ends of
+/// the range and straight between them. Of another drive another one.
 class CurveResidual {
  public:
   CurveResidual(const calib::Calibration& calibration, std::uint64_t seed);
@@ -48,7 +48,9 @@ class CurveResidual {
   std::array<Part, calib::kSensorCount> parts_;
 };
 
-/// The curve's half-width `ci95` at a temperature, in SI; linear between the points of its table.
+/// How far the curve of the next power-on may lie from the stated one at a temperature, in SI: the half-width `pi95`
+/// (95 %, one fresh power-on), linear between the points of its table. A table without it, of one run, gives `ci95`, in
+/// which the scatter from power-on to power-on is missing.
 [[nodiscard]] double half_width(const calib::UncertaintyTable& table, double temp_c);
 
 /// The calibration's curve of a sensor in SI; 0 for a sensor that it does not have.

@@ -79,6 +79,33 @@ class Outages(SoakTest):
         self.assertIn("drive.toml:4", error["message"])
         self.assertIn("drive.toml:6", error["message"])
 
+    def test_a_clock_ratio_without_a_start_is_refused(self):
+        drive = write_drive(self.folder, seconds=40)
+        text = drive.read_text(encoding="utf-8")
+        drive.write_text(text.replace("axes =", "clock_ratio = 1.0003\naxes ="), encoding="utf-8")
+        error = self.refusal("nav", "outages", drive)
+        self.assertIn("drive.toml:4", error["where"])
+        self.assertIn("start_s", error["message"])
+
+    def test_two_columns_of_a_sensor_are_refused_with_their_names(self):
+        drive = write_drive(self.folder, seconds=40)
+        path = self.folder / "imu.csv"
+        header, *rows = path.read_text(encoding="utf-8").splitlines()
+        path.write_text("\n".join([header + ",gx_rps", *(row + ",0" for row in rows)]), encoding="utf-8")
+        error = self.refusal("nav", "outages", drive)
+        self.assertIn("'gx_dps' and 'gx_rps'", error["message"])
+        self.assertIn("imu.csv", error["where"])
+
+    def test_readings_that_cannot_be_and_gaps_are_refused_with_the_sample(self):
+        drive = write_drive(self.folder, seconds=40)
+        path = self.folder / "imu.csv"
+        lines = path.read_text(encoding="utf-8").splitlines()
+        cells = lines[7].split(",")
+        self.write("imu.csv", "\n".join([*lines[:7], ",".join([cells[0], "1e200", *cells[2:]]), *lines[8:]]))
+        self.assertIn("sample 7: rates must", self.refusal("nav", "outages", drive)["message"])
+        self.write("imu.csv", "\n".join(lines[:7] + lines[17:]))
+        self.assertIn("sample 7: comes 0.220 s after", self.refusal("nav", "outages", drive)["message"])
+
     def test_a_drive_that_is_too_short_is_refused(self):
         error = self.refusal("nav", "outages", write_drive(self.folder, seconds=100))
         self.assertEqual(error["where"], "straight")
@@ -86,6 +113,45 @@ class Outages(SoakTest):
     def test_a_calibration_without_temperatures_is_refused(self):
         drive = write_drive(self.folder, seconds=100)
         self.assertIn("temp_c", self.refusal("nav", "outages", drive, "--calibration", "none.soakcal")["message"])
+
+    def drive_with_a_thermal_bias(self):
+        """On gx what recording() has: 0.1 deg/s + 0.01 deg/s/K, over 0 to 40 degC in 200 s."""
+        drive = write_drive(self.folder, temp_c=lambda t: 0.2 * t)
+        header, *rows = (self.folder / "imu.csv").read_text(encoding="utf-8").splitlines()
+        gx, temp = (header.split(",").index(name) for name in ("gx_dps", "temp_c"))
+        for i, row in enumerate(rows):
+            cells = row.split(",")
+            cells[gx] = str(float(cells[gx]) + 0.1 + 0.01 * float(cells[temp]))
+            rows[i] = ",".join(cells)
+        self.write("imu.csv", "\n".join([header, *rows]) + "\n")
+        return drive
+
+    def calibration_file(self, without=""):
+        """Of a fit to recording(), without the columns that begin with `without`."""
+        header, *rows = recording(plateaus=(0.0, 20.0, 40.0)).splitlines()
+        kept = [i for i, name in enumerate(header.split(",")) if not (without and name.startswith(without))]
+        text = "\n".join(",".join(line.split(",")[i] for i in kept) for line in [header, *rows]) + "\n"
+        self.soak("import", self.write("R.csv", text), "--unit", "SN1", "--campaign", "c", "--gravity-mps2", 9.80665)
+        self.soak("fit", "--unit", "SN1")
+        self.soak("export", "--unit", "SN1", "--format", "blob", "-o", self.folder / "unit.soakcal")
+        return self.folder / "unit.soakcal"
+
+    def expect_the_bias_of_gx_gone(self, drive, calibration, uncorrected):
+        document = self.soak_json("nav-outages", "nav", "outages", drive, "--number", 3, "--calibration", calibration)
+        self.assertEqual(document["uncorrected"], uncorrected)
+        raw, calibrated = (by_name(document)[name]["horizontal_final_m"]["value"] for name in ("raw", "calibrated"))
+        # 0.06 deg/s of change in 30 s that the filter does not foresee: g w t^4/24 with w = 0.002 deg/s/s is 11.5 m.
+        self.assertGreater(raw, 4.0)
+        self.assertLess(calibrated, 2.0)
+
+    def test_a_full_calibration_takes_a_thermal_bias_away(self):
+        self.expect_the_bias_of_gx_gone(self.drive_with_a_thermal_bias(), self.calibration_file(), [])
+
+    def test_a_calibration_of_the_gyros_alone_corrects_these_and_says_what_stays_raw(self):
+        drive, calibration = self.drive_with_a_thermal_bias(), self.calibration_file(without="a")
+        self.expect_the_bias_of_gx_gone(drive, calibration, ["accel_x", "accel_y", "accel_z"])
+        text = self.soak("nav", "outages", drive, "--number", 1, "--calibration", calibration).stdout
+        self.assertIn("does not correct accel_x, accel_y, accel_z", text)
 
     def test_a_real_drive(self):
         folder = shared_data("drive_rtk")
@@ -133,6 +199,44 @@ class Impact(SoakTest):
         accel = sensors["accel_x"]
         self.assertAlmostEqual(accel["after_60_s_m"]["without"], 0.5 * accel["change"] * 3600, delta=1e-6)
         self.assertEqual([pipeline["name"] for pipeline in document["drive"]["pipelines"]], ["raw", "calibrated", "physics"])
+
+    def fitted_with_slopes(self, slopes_dps_per_k):
+        """A run for each slope: that of gy over temperature, which is 0 in recording()."""
+        for number, slope in enumerate(slopes_dps_per_k):
+            header, *rows = recording(number, f"R{number}", (-20.0, 0.0, 20.0, 40.0), 30).splitlines()
+            gy, temp = (header.split(",").index(name) for name in ("gy_dps", "temp_c"))
+            for i, row in enumerate(rows):
+                cells = row.split(",")
+                cells[gy] = str(float(cells[gy]) + slope * float(cells[temp]))
+                rows[i] = ",".join(cells)
+            text = "\n".join([header, *rows]) + "\n"
+            self.soak("import", self.write(f"R{number}.csv", text), "--unit", "SN1", "--campaign", "c", "--gravity-mps2", 9.80665)
+        self.soak("fit", "--unit", "SN1")
+
+    IMPACT = ("nav", "impact", "--unit", "SN1", "--drives", 1, "--number", 1, "--from-c", -15, "--to-c", 35)
+
+    def test_what_is_left_holds_the_scatter_of_slopes_between_power_ons(self):
+        sigma = 0.002
+        unit_scatter = [x / math.sqrt(14) for x in (-5, -3, -1, 1, 3, 5)]  # standard deviation 1, mean 0
+        self.fitted_with_slopes([sigma * x for x in unit_scatter])
+        document = self.soak_json("nav-impact", *self.IMPACT)
+        self.assertEqual(document["warnings"], [])
+        sensor = {sensor["sensor"]: sensor for sensor in document["free_inertial"]}["gyro_y"]
+        self.assertEqual(sensor["left_interval"], "pi95")
+        # From -15 to 35 degC the bias of the next power-on moves by 50 K times its slope.
+        truth_95 = 1.96 * sigma * 50
+        self.assertGreater(sensor["left"], truth_95)
+        self.assertLess(sensor["left"], 4 * truth_95)
+        for seconds in (30, 60):
+            truth_m = math.radians(truth_95) * 9.80665 * seconds ** 3 / 6
+            self.assertGreater(sensor[f"after_{seconds}_s_m"]["with"], truth_m)
+
+    def test_a_model_of_one_run_says_that_the_scatter_is_unknown(self):
+        self.fitted_with_slopes([0.0])
+        document = self.soak_json("nav-impact", *self.IMPACT)
+        self.assertEqual([warning["code"] for warning in document["warnings"]], ["one_run"])
+        self.assertEqual({sensor["left_interval"] for sensor in document["free_inertial"]}, {"ci95"})
+        self.assertIn("how the curve of the next power-on scatters is not known", self.soak(*self.IMPACT).stderr)
 
     def test_a_unit_without_a_model_is_refused(self):
         self.imported("R1.csv", recording(), "--campaign", "c")

@@ -37,13 +37,22 @@ TEST(Alignment, GoodGyrosFindNorthAndBadOnesAreRefused) {
   EXPECT_FALSE(gyrocompassed(rate + Vector3d(1e-3, 0.0, 0.0), force, latitude_rad));
 }
 
-Drive drive_after(int rest_s) {
+Drive drive_after(int rest_s, double gyro_white_dps = 0.02) {
   const auto maneuvers = town_drive(100, rest_s, 7);
   Drive drive = Trajectory(kOrigin, 2.5, maneuvers).drive(100, 25, {0.3, 1.0, 0.5});
-  const UnitErrors errors{"", {0.2 * kRadPerDeg, 0.0, 100.0, 0.02 * kRadPerDeg}, {0.02, 0.0, 100.0, 0.002}};
+  const UnitErrors errors{"", {0.2 * kRadPerDeg, 0.0, 100.0, gyro_white_dps * kRadPerDeg}, {0.02, 0.0, 100.0, 0.002}};
   add_errors(drive.imu, errors, {}, {}, 3);
-  drive.gnss = simulated_fixes(drive.truth, 1, {}, {}, 5);
+  drive.gnss = simulated_fixes(drive.truth, 1, {}, 5);
   return drive;
+}
+
+/// The constants that drive_after() adds to the gyros: what the same seed gives without noise.
+Vector3d gyro_biases_rps() {
+  const UnitErrors only_bias{"", {0.2 * kRadPerDeg}, {0.02}};
+  std::vector<ImuSample> at_rest(2);
+  at_rest[1].t_s = 0.01;
+  add_errors(at_rest, only_bias, {}, {}, 3);
+  return at_rest[0].rate_rps;
 }
 
 /// The start's error of attitude in rad.
@@ -66,11 +75,18 @@ TEST(Alignment, AStartAfterARestKnowsAttitudeAndGyroBiases) {
   EXPECT_LT(std::hypot(error.x(), error.y()), 0.01);
   EXPECT_LT(std::abs(error.z()), 0.04);
   EXPECT_LT(start->gyro_bias_rps.norm(), 0.03);
-  const UnitErrors only_bias{"", {0.2 * kRadPerDeg}, {0.02}};
-  std::vector<ImuSample> at_rest(2);
-  at_rest[1].t_s = 0.01;
-  add_errors(at_rest, only_bias, {}, {}, 3);
-  EXPECT_LT((start->gyro_bias_rps - at_rest[0].rate_rps).norm(), 4.0 * 0.02 * kRadPerDeg / std::sqrt(18.0) + 1e-4);
+  EXPECT_LT((start->gyro_bias_rps - gyro_biases_rps()).norm(), 4.0 * 0.02 * kRadPerDeg / std::sqrt(18.0));
+}
+
+TEST(Alignment, TheRotationOfTheEarthIsNoBias) {
+  const Drive drive = drive_after(20, 0.001);
+  const auto start = align(drive, {});
+  ASSERT_TRUE(start);
+  // Noise of the mean, and the Earth's 4.6e-5 rad/s by a heading that the course of the first fix knows to 0.01 rad.
+  const double noise_rps = 0.001 * kRadPerDeg / std::sqrt(18.0);
+  const double tolerance_rps = 4.0 * std::hypot(noise_rps, 4.6e-5 * 0.01);
+  ASSERT_LT(tolerance_rps, 0.3 * earth_rate_rps(kOrigin.latitude_rad).norm());
+  EXPECT_LT((start->gyro_bias_rps - gyro_biases_rps()).norm(), tolerance_rps);
 }
 
 TEST(Alignment, AStartInMotionKnowsPitchAndRollRoughly) {

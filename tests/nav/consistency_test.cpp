@@ -55,7 +55,7 @@ Simulated simulated(int run, bool scale_errors) {
   if (!scale_errors) errors.gyro.scale_sigma = errors.accel.scale_sigma = 0.0;
   const auto seed = static_cast<std::uint64_t>(run);
   add_errors(made.drive.imu, errors, {}, {}, seed);
-  made.drive.gnss = simulated_fixes(made.drive.truth, 5, {}, {}, seed);
+  made.drive.gnss = simulated_fixes(made.drive.truth, 5, {}, seed);
   // The beginning is wrong by what it says.
   base::Random random(seed, 77);
   const auto noise = [&] { return Vector3d(random.gaussian(), random.gaussian(), random.gaussian()); };

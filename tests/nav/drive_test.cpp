@@ -44,11 +44,20 @@ TEST(Drive, WhatCannotBeNavigatedIsRefused) {
   expect_refused("time stands", [](Drive& drive) { drive.imu[4].t_s = drive.imu[3].t_s; });
   expect_refused("time is no number", [](Drive& drive) { drive.imu[4].t_s = kNaN; });
   expect_refused("reading is no number", [](Drive& drive) { drive.imu[4].force_mps2.y() = kNaN; });
+  expect_refused("rate that cannot be", [](Drive& drive) { drive.imu[4].rate_rps.z() = -1e200; });
+  expect_refused("force that cannot be", [](Drive& drive) { drive.imu[4].force_mps2.z() = 1e200; });
+  expect_refused("readings are missing", [](Drive& drive) { drive.imu.erase(drive.imu.begin() + 4); });
   expect_refused("fix is no number", [](Drive& drive) { drive.gnss[0].position.height_m = kNaN; });
   expect_refused("fix at the pole", [](Drive& drive) { drive.gnss[0].position.latitude_rad = 1.57; });
   expect_refused("sigma 0", [](Drive& drive) { drive.gnss[0].position_sigma_m.x() = 0.0; });
   expect_refused("fixes run back", [](Drive& drive) { drive.gnss.push_back(drive.gnss[0]); });
   expect_refused("truth is no number", [](Drive& drive) { drive.truth[0].velocity_mps.x() = kNaN; });
+}
+
+TEST(Drive, AGapInTheReadingsIsToldWithTheSampleAfterIt) {
+  Drive drive = small_drive();
+  drive.imu.erase(drive.imu.begin() + 4);
+  EXPECT_NE(validate(drive).error().message.find("sample 5: comes 0.200 s after"), std::string::npos);
 }
 
 TEST(ImuFeed, PiecesAddUpToTheSamples) {

@@ -25,7 +25,7 @@ Drive town(const UnitErrors& errors, std::uint64_t seed, const ThermalBias& ther
   Drive drive = Trajectory(kOrigin, 0.3, maneuvers).drive(50, 50, {0.0, 0.5, 0.5});
   drive.name = "town";
   add_errors(drive.imu, errors, {20.0, 60.0, 100.0}, thermal, seed);
-  drive.gnss = simulated_fixes(drive.truth, 1, {}, {}, seed);
+  drive.gnss = simulated_fixes(drive.truth, 1, {}, seed);
   return drive;
 }
 
@@ -174,7 +174,7 @@ TEST(Outages, AStopIsSeenAndHoldsTheVelocity) {
   const std::vector<Maneuver> maneuvers = {{20}, {10, 12.0}, {30, 12.0, 1.0}, {30, 12.0, -2.0}, {10, 0.0}, {40, 0.0}};
   Drive drive = Trajectory(kOrigin, 0.3, maneuvers).drive(50, 50, Vector3d::Zero());
   add_errors(drive.imu, ahrs400ca(), {}, {}, 9);
-  drive.gnss = simulated_fixes(drive.truth, 1, {}, {}, 9);
+  drive.gnss = simulated_fixes(drive.truth, 1, {}, 9);
   FilterPipeline standing{"standing", "", {}, {}, {}};
   standing.filter.sensors = typical_mems();
   standing.filter.standstill = Standstill{1.0, 0.5 * kRadPerDeg, 0.1};

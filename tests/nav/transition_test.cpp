@@ -84,22 +84,39 @@ MatrixXd transition_matrix() {
   return phi;
 }
 
-TEST(Transition, IsTheDerivativeOfTheMechanization) {
-  const MatrixXd phi = transition_matrix();
+/// Errors for differences: 100 m, 1 m/s and so on, far above rounding, far below curvature.
+constexpr double kSize[] = {100.0, 1.0, 1e-4, 1e-3, 1e-5, 1e-4, 1e-4};
+/// Of errors_of(): a place to its last digit in m, the velocity in m/s, the attitude in rad.
+constexpr double kRounding[] = {1e-9, 5e-14, 5e-16};
+
+/// ∂(errors after a step)/∂(errors before), by central differences of the mechanization itself.
+MatrixXd differences() {
   const NavState truth = stepped(Errors::Zero());
-  // Steps of 100 m, 1 m/s ... : far above rounding, far below curvature. A row's scale is that of an error after 1 s.
-  const double size[] = {100.0, 1.0, 1e-4, 1e-3, 1e-5, 1e-4, 1e-4};
+  MatrixXd columns(9, 21);
   for (int j = 0; j < 21; ++j) {
     Errors e = Errors::Zero();
-    e(j) = size[j / 3];
-    const Errors column = (errors_of(stepped(e), truth) - errors_of(stepped(-e), truth)) / (2.0 * e(j));
-    for (int i = 0; i < 9; ++i) {
-      const double expected = column(i) - (i == j ? 1.0 : 0.0);
-      const double found = phi(i, j) - (i == j ? 1.0 : 0.0);
-      // Φ is of first order in the step; what it neglects is F² dt²/2: position and velocity by f dt²/2 = 10 m/s² dt²/2
-      // from attitude and biases (scale factors: times their reading), position from velocity by the Coriolis rate.
-      const double neglected = 0.5 * kStep_s * kStep_s * (j < 6 ? 2e-4 : i < 6 ? 11.0 : 0.4) * (j >= 15 ? 10.0 : 1.0);
-      EXPECT_NEAR(found, expected, 1e-9 + neglected + (j < 6 ? 1e-3 * std::abs(expected) : 0.0)) << i << ", " << j;
+    e(j) = kSize[j / 3];
+    columns.col(j) = ((errors_of(stepped(e), truth) - errors_of(stepped(-e), truth)) / (2.0 * e(j))).head<9>();
+  }
+  return columns;
+}
+
+double largest(const MatrixXd& matrix, int row_block, int column_block) {
+  return matrix.block<3, 3>(3 * row_block, 3 * column_block).cwiseAbs().maxCoeff();
+}
+
+TEST(Transition, IsTheDerivativeOfTheMechanizationBlockByBlock) {
+  const MatrixXd found = transition_matrix() - MatrixXd::Identity(21, 21);
+  const MatrixXd off = differences() - MatrixXd::Identity(9, 21) - found.topRows(9);
+  // Φ is of first order in the step; what it neglects is F² dt²/2.
+  const MatrixXd second_order = 0.5 * found.lazyProduct(found);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 7; ++column) {
+      const double size = largest(found, row, column);
+      const double tolerance = 0.01 * size + 1.01 * largest(second_order, row, column) + kRounding[row] / kSize[column];
+      EXPECT_LT(largest(off, row, column), tolerance) << row << ", " << column;
+      // A block of the wrong sign would be off by twice its size.
+      EXPECT_TRUE(size == 0.0 || size > 10.0 * tolerance) << row << ", " << column;
     }
   }
 }
